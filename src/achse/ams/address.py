@@ -1,0 +1,72 @@
+"""AMS addresses: the NetId of a router and the port of a device on it, kept as their wire bytes.
+
+Both are `bytes`, so that a raw slice of a frame finds the same dictionary entry as a parsed
+address: routing never builds an object.
+"""
+
+import struct
+from typing import Self
+
+__all__ = ["AmsAddress", "NetId"]
+
+_PORT = struct.Struct("<H")
+
+
+class NetId(bytes):
+    """Six octets that name a router (000 §3.2.2); by habit an IP address followed by .1.1."""
+
+    def __new__(cls, value: "str | bytes") -> Self:
+        if isinstance(value, str):
+            parts = value.strip().split(".")
+            try:
+                value = bytes(int(part) for part in parts)
+            except ValueError:
+                value = b""
+            if len(value) != 6 or not all(part.isascii() and part.isdigit() for part in parts):
+                raise ValueError(
+                    f"a NetId is six numbers 0..255 with dots, got {'.'.join(parts)!r}"
+                )
+        elif len(value) != 6:
+            raise ValueError(f"a NetId is 6 bytes, got {len(value)}")
+        return super().__new__(cls, value)
+
+    def __str__(self) -> str:
+        return ".".join(map(str, self))
+
+    def __repr__(self) -> str:
+        return f"NetId('{self}')"
+
+
+class AmsAddress(bytes):
+    """A NetId and a port as the 8 bytes of the AMS header; written `5.1.2.3.1.1:851`."""
+
+    def __new__(cls, value: "str | bytes") -> Self:
+        if isinstance(value, str):
+            net_id, colon, port = value.rpartition(":")
+            if not colon or not port.isdigit():
+                raise ValueError(f"an AMS address is NETID:PORT, got {value!r}")
+            return cls.of(NetId(net_id), int(port))
+        if len(value) != 8:
+            raise ValueError(f"an AMS address is 8 bytes, got {len(value)}")
+        return super().__new__(cls, value)
+
+    @classmethod
+    def of(cls, net_id: bytes, port: int) -> Self:
+        """The address of `port` (0..65535) at `net_id`."""
+        if not 0 <= port <= 0xFFFF:
+            raise ValueError(f"an AMS port is 0..65535, got {port}")
+        return super().__new__(cls, bytes(net_id) + _PORT.pack(port))
+
+    @property
+    def net_id(self) -> NetId:
+        return NetId(self[:6])
+
+    @property
+    def port(self) -> int:
+        return self[6] | self[7] << 8
+
+    def __str__(self) -> str:
+        return f"{self.net_id}:{self.port}"
+
+    def __repr__(self) -> str:
+        return f"AmsAddress('{self}')"

@@ -1,0 +1,5 @@
+"""Numbers with names: ADS return codes and NC error codes, read by every other room."""
+
+from achse.codes.ads import ReturnCode
+
+__all__ = ["ReturnCode"]
