@@ -14,7 +14,7 @@ from achse.ams.errors import (
     RequestTimeout,
     RouterError,
 )
-from achse.ams.frame import Command, Flags, Frame, TcpCommand, TcpMessage
+from achse.ams.frame import Command, Endpoint, Flags, Frame, TcpCommand, TcpMessage
 from achse.ams.notification import NotificationStream, Sample, Stamp
 from achse.ams.states import AdsState, TransmissionMode
 
@@ -27,6 +27,7 @@ __all__ = [
     "ConnectionLost",
     "DecodeError",
     "DeviceError",
+    "Endpoint",
     "Event",
     "Flags",
     "Frame",

@@ -5,7 +5,7 @@ Source: 000 §3.2, 002 §5; the TCP port commands come from recorded traffic.
 
 import struct
 from enum import IntEnum, IntFlag
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from achse.ams.address import AmsAddress
 from achse.ams.errors import DecodeError
@@ -14,6 +14,7 @@ __all__ = [
     "AMS_HEADER",
     "TCP_HEADER",
     "Command",
+    "Endpoint",
     "Flags",
     "Frame",
     "TcpCommand",
@@ -67,14 +68,36 @@ class Flags(IntFlag):
     BROADCAST = 0x8000
 
 
+class Endpoint(Protocol):
+    """Whoever takes frames: a device, a client, a connection to a peer."""
+
+    def deliver(self, frame: "Frame") -> bool:
+        """Take `frame`; False if this endpoint is closed and the frame is lost."""
+        ...
+
+
 class Frame:
     """One AMS packet.
 
     `target` and `source` are the 8 wire bytes (an `AmsAddress` or a slice equal to one).
     `flags` is the plain number, see `Flags`; `error` is the AMS error code (routers only).
+
+    Two marks never travel: `origin` is where a received frame came in, `via` where a frame has to
+    go out whatever its target says. Clients that share one AMS address (two processes behind one
+    host do) are told apart by them.
     """
 
-    __slots__ = ("command", "data", "error", "flags", "invoke_id", "source", "target")
+    __slots__ = (
+        "command",
+        "data",
+        "error",
+        "flags",
+        "invoke_id",
+        "origin",
+        "source",
+        "target",
+        "via",
+    )
 
     def __init__(
         self,
@@ -93,6 +116,8 @@ class Frame:
         self.error = error
         self.invoke_id = invoke_id
         self.data = data
+        self.origin: Endpoint | None = None
+        self.via: Endpoint | None = None
 
     @classmethod
     def decode(cls, packet: bytes) -> "Frame":
@@ -147,8 +172,11 @@ class Frame:
         return bool(self.flags & 1)
 
     def reply(self, data: bytes = b"", error: int = 0) -> "Frame":
-        """The response to this request: addresses swapped, invoke id and command kept."""
-        return Frame(
+        """The response to this request: addresses swapped, invoke id and command kept.
+
+        It leaves by the way the request came in.
+        """
+        response = Frame(
             self.source,
             self.target,
             self.command,
@@ -157,6 +185,8 @@ class Frame:
             self.invoke_id,
             data,
         )
+        response.via = self.origin
+        return response
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Frame) and self.encode() == other.encode()

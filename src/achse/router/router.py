@@ -1,0 +1,158 @@
+"""One AMS router: a NetId with ports on it, routes to other routers, and ways back to clients.
+
+Frames travel by their 8-byte target address through one dictionary; everything else here happens
+only when that look-up misses. Nothing in here waits or does I/O.
+"""
+
+import logging
+from collections.abc import Callable
+from itertools import chain
+
+from achse.ams import AmsAddress, Command, Endpoint, Frame, NetId, RouterError
+from achse.codes import ReturnCode
+
+__all__ = ["FIRST_CLIENT_PORT", "LOOPBACK_NET_ID", "Router"]
+
+log = logging.getLogger("achse.router")
+
+FIRST_CLIENT_PORT = 32768
+"""Ports that the router hands out begin here (002 §3); server ports below are fixed."""
+
+LOOPBACK_NET_ID = NetId("127.0.0.1.1.1")
+"""Alias of the local NetId on every router."""
+
+
+class Router:
+    """Routes frames between the local ports, known remote routers and learned clients.
+
+    - `register` puts an endpoint on a local port, `add_route` one behind a foreign NetId;
+    - `learn` notes by which connection a client's address was last seen, so that notifications
+      find back to clients that never registered (remote ones never do);
+    - a request for a port nobody holds is answered with AMS error 0x6, one for a NetId without a
+      route with 0x7, both in the header with empty data.
+    """
+
+    def __init__(self, net_id: NetId) -> None:
+        self.net_id = net_id
+        self._ports: dict[int, Endpoint] = {}
+        self._routes: dict[bytes, Endpoint] = {}
+        self._learned: dict[bytes, Endpoint] = {}
+        self._by_address: dict[bytes, Endpoint] = {}
+        self._close_listeners: list[Callable[[AmsAddress], None]] = []
+        self._next_port = FIRST_CLIENT_PORT
+        self.lost_frames = 0
+        """Responses and notifications nobody was there for."""
+
+    def is_local(self, net_id: bytes) -> bool:
+        """True for our NetId and its loopback alias."""
+        return net_id in (self.net_id, LOOPBACK_NET_ID)
+
+    # ports -----------------------------------------------------------------------------------
+
+    def register(self, port: int, endpoint: Endpoint) -> AmsAddress:
+        """Put `endpoint` on a local port; 0 takes the next free one from 32768 up.
+
+        Raises RouterError ROUTER_PORT_IN_USE (0x506) if the port is taken, ROUTER_NO_MORE_QUEUES
+        (0x508) if all are.
+        """
+        if port == 0:
+            port = self._free_port()
+        elif port in self._ports:
+            raise RouterError(ReturnCode.ROUTER_PORT_IN_USE, f"port {port}")
+        self._ports[port] = endpoint
+        self._by_address.clear()
+        return AmsAddress.of(self.net_id, port)
+
+    def _free_port(self) -> int:
+        candidates = chain(
+            range(self._next_port, 0x1_0000), range(FIRST_CLIENT_PORT, self._next_port)
+        )
+        for port in candidates:
+            if port not in self._ports:
+                self._next_port = port + 1 if port < 0xFFFF else FIRST_CLIENT_PORT
+                return port
+        raise RouterError(ReturnCode.ROUTER_NO_MORE_QUEUES, "all client ports are taken")
+
+    def unregister(self, port: int) -> None:
+        """Free a local port; devices forget what the client behind it held. Unknown is no error."""
+        if self._ports.pop(port, None) is not None:
+            self._by_address.clear()
+            self._tell_closed(AmsAddress.of(self.net_id, port))
+
+    @property
+    def ports(self) -> list[int]:
+        """The local ports in use, ascending."""
+        return sorted(self._ports)
+
+    def on_port_closed(self, listener: Callable[[AmsAddress], None]) -> None:
+        """Call `listener` with the address of each local port that is freed from now on."""
+        self._close_listeners.append(listener)
+
+    def _tell_closed(self, address: AmsAddress) -> None:
+        for listener in self._close_listeners:
+            listener(address)
+
+    # routes ----------------------------------------------------------------------------------
+
+    def add_route(self, net_id: NetId, endpoint: Endpoint) -> None:
+        """Send frames for `net_id` to `endpoint`; replaces an older route."""
+        self._routes[net_id] = endpoint
+        self._by_address.clear()
+
+    def remove_route(self, net_id: NetId) -> None:
+        """Forget the route to `net_id`. Unknown is no error."""
+        if self._routes.pop(net_id, None) is not None:
+            self._by_address.clear()
+
+    def learn(self, source: bytes, endpoint: Endpoint) -> None:
+        """Remember that the client `source` is reached by `endpoint`."""
+        self._learned[source] = endpoint
+        self._by_address.pop(source, None)
+
+    def forget(self, source: bytes, endpoint: Endpoint) -> None:
+        """Undo `learn`, unless `source` has been seen elsewhere since."""
+        if self._learned.get(source) is endpoint:
+            del self._learned[source]
+            self._by_address.pop(source, None)
+
+    # frames ----------------------------------------------------------------------------------
+
+    def deliver(self, frame: Frame) -> bool:
+        """Hand `frame` to its target. A request that finds none is answered with an AMS error.
+
+        False if nobody took it.
+        """
+        via = frame.via
+        if via is not None and via.deliver(frame):
+            return True
+        endpoint = self._by_address.get(frame.target)
+        if endpoint is None:
+            endpoint = self._find(frame.target)
+        if endpoint is not None and endpoint.deliver(frame):
+            return True
+        self._refuse(frame)
+        return False
+
+    def _find(self, target: bytes) -> Endpoint | None:
+        endpoint: Endpoint | None = None
+        if self.is_local(target[:6]):
+            endpoint = self._ports.get(target[6] | target[7] << 8)
+        if endpoint is None:
+            endpoint = self._learned.get(target) or self._routes.get(target[:6])
+        if endpoint is not None:
+            self._by_address[target] = endpoint
+        return endpoint
+
+    def _refuse(self, frame: Frame) -> None:
+        if frame.is_response or frame.command == Command.NOTIFICATION:
+            self.lost_frames += 1
+            return
+        code = (
+            ReturnCode.TARGET_PORT_NOT_FOUND
+            if self.is_local(frame.target[:6])
+            else ReturnCode.TARGET_MACHINE_NOT_FOUND
+        )
+        log.info(
+            "%s asked for %s: %s", AmsAddress(frame.source), AmsAddress(frame.target), code.name
+        )
+        self.deliver(frame.reply(error=code.number))

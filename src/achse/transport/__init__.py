@@ -1,0 +1,1 @@
+"""Carriers of AMS frames: each one an endpoint of the router."""
