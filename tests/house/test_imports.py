@@ -1,0 +1,38 @@
+"""`import achse` and `achse --help` load what they need and no more; benchmarks/ has the times."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+HEAVY = {"numpy", "numba", "scipy", "pydantic", "uvloop"}
+FOR_A_TERMINAL = {"typer", "click", "rich"}
+THE_HOUSE = {
+    f"achse.{room}" for room in ("cli", "station", "devices", "tcnc", "motion", "plc", "ethercat")
+}
+
+
+def _loaded_by(statement: str) -> set[str]:
+    """The modules a fresh interpreter holds after `statement`."""
+    report = "import json, sys; print(json.dumps(sorted(sys.modules)))"
+    run = subprocess.run(
+        [sys.executable, "-c", f"{statement}\n{report}"], capture_output=True, text=True
+    )
+    assert run.returncode == 0, run.stderr
+    return set(json.loads(run.stdout.splitlines()[-1]))
+
+
+def test_import_achse_is_light() -> None:
+    assert not _loaded_by("import achse") & (HEAVY | FOR_A_TERMINAL | THE_HOUSE)
+
+
+@pytest.mark.parametrize("arguments", ["--help", "run --help"])
+def test_help_is_light(arguments: str) -> None:
+    statement = (
+        f"import sys; sys.argv = ['achse', *'{arguments}'.split()]\n"
+        "import achse.cli, contextlib, io\n"
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):\n"
+        "    achse.cli.main()"
+    )
+    assert not _loaded_by(statement) & (HEAVY | {"achse.motion", "achse.devices"})

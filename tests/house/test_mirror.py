@@ -1,0 +1,42 @@
+"""Tests mirror the package: each module has its test file, each test file its module."""
+
+from pathlib import Path
+
+OF_THE_PROJECT = {"house", "docs", "interop", "benchmarks"}
+"""Rooms of tests/ whose subject is the project as a whole, not one module."""
+
+NEED_NO_TEST_FILE: dict[str, str] = {
+    "__init__.py": "names only",
+    "__main__.py": "one call; the interop tests start the station through it",
+}
+"""File names of modules without logic of their own, and why."""
+
+WITHOUT_MODULE: dict[str, str] = {}
+"""Test files about several modules together, and why they stand apart."""
+
+
+def test_each_module_has_its_test_file(modules: list[Path], tracked: list[Path]) -> None:
+    expected = {
+        Path("tests", *module.parts[2:-1], f"test_{module.name}")
+        for module in modules
+        if module.name not in NEED_NO_TEST_FILE
+    }
+    missing = sorted(map(str, expected.difference(tracked)))
+    assert not missing, "modules without test file: " + ", ".join(missing)
+
+
+def test_each_test_file_has_its_module(modules: list[Path], tracked: list[Path]) -> None:
+    orphans = [
+        str(path)
+        for path in tracked
+        if path.parts[0] == "tests"
+        and path.name.startswith("test_")
+        and path.parts[1] not in OF_THE_PROJECT
+        and str(path) not in WITHOUT_MODULE
+        and Path("src", "achse", *path.parts[1:-1], path.name.removeprefix("test_")) not in modules
+    ]
+    assert not orphans, "test files without module: " + ", ".join(orphans)
+
+
+def test_the_exceptions_are_needed(tracked: list[Path]) -> None:
+    assert [name for name in WITHOUT_MODULE if Path(name) not in tracked] == []
