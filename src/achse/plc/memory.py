@@ -1,0 +1,241 @@
+"""PLC memory: the process image and the flag, retain and data areas, each one run of bytes."""
+
+import hashlib
+import re
+from enum import Enum
+from typing import NamedTuple, Self
+
+__all__ = [
+    "DEFAULT_SIZES",
+    "Address",
+    "AddressError",
+    "Area",
+    "Memory",
+    "MemoryRangeError",
+    "Region",
+]
+
+
+class Area(Enum):
+    """The memory areas of a PLC; the value is the prefix of direct addresses, or a name."""
+
+    INPUT = "%I"
+    OUTPUT = "%Q"
+    FLAG = "%M"
+    RETAIN = "retain"
+    DATA = "data"
+
+
+DEFAULT_SIZES = {
+    Area.INPUT: 0x1_0000,
+    Area.OUTPUT: 0x1_0000,
+    Area.FLAG: 0x1_0000,
+    Area.RETAIN: 0,
+    Area.DATA: 0,
+}
+"""Bytes per area at the start. Process image and flags keep their size (64 KiB is the documented
+range of %M offsets); retain and data grow with what is allocated in them."""
+
+_GROWING = (Area.RETAIN, Area.DATA)
+
+
+class AddressError(ValueError):
+    """A direct address is not written as IEC 61131-3 asks, or lies outside its area."""
+
+
+class MemoryRangeError(IndexError):
+    """An access begins or ends outside its area; nothing was read or written.
+
+    `outside` is True if even the first byte is not in the area.
+    """
+
+    def __init__(self, area: Area, offset: int, length: int, size: int) -> None:
+        self.outside = not 0 <= offset < max(size, 1)
+        super().__init__(
+            f"{area.value}: bytes {offset}..{offset + length - 1} asked for,"
+            f" the area has {size} bytes"
+        )
+
+
+class Address(NamedTuple):
+    """A direct address: `%MD4` is byte 4 of %M, `%IX1.2` bit 2 of byte 1 of %I.
+
+    Numbers count bytes whatever the size letter says, as TwinCAT does it. `byte` is None for an
+    incomplete address (`%I*`), which is placed by `Memory.allocate`; `bit` is None unless the
+    address names a single bit.
+    """
+
+    area: Area
+    byte: int | None
+    bit: int | None = None
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Read `%IX1.2`, `%MD4`, `%QB0`, `%Q*`; case does not matter. Raises AddressError."""
+        match = _ADDRESS.fullmatch(text.strip())
+        if match is None:
+            raise AddressError(
+                "an address is % with I, Q or M, then * or X, B, W, D or L and a number"
+                f" (%IX1.2, %MD4, %Q*), got {text!r}"
+            )
+        area = Area("%" + match["area"].upper())
+        if match["star"]:
+            return cls(area, None)
+        size = (match["size"] or "X").upper()
+        byte, bit = int(match["byte"]), match["bit"]
+        if size != "X":
+            if bit is not None:
+                raise AddressError(f"only a bit address (X) has a bit number, got {text!r}")
+            return cls(area, byte)
+        if bit is None:
+            raise AddressError(f"a bit address is BYTE.BIT, got {text!r}")
+        if int(bit) > 7:
+            raise AddressError(f"a bit number is 0..7, got {text!r}")
+        return cls(area, byte, int(bit))
+
+    def __str__(self) -> str:
+        if self.byte is None:
+            return f"{self.area.value}*"
+        if self.bit is None:
+            return f"{self.area.value}B{self.byte}"
+        return f"{self.area.value}X{self.byte}.{self.bit}"
+
+
+_ADDRESS = re.compile(
+    r"%(?P<area>[IQM])(?:(?P<star>\*)|(?P<size>[XBWDL])?(?P<byte>\d{1,9})(?:\.(?P<bit>\d{1,9}))?)",
+    re.IGNORECASE | re.ASCII,
+)
+
+
+class Region:
+    """One area: its bytes, how far they are allocated, and what they are after a reset.
+
+    `data` is the memory itself; programs and services read and write it in place. It is the same
+    object for ever, but may get longer while variables are being allocated.
+    """
+
+    __slots__ = ("_grows", "_initial", "_kept", "_used", "area", "data")
+
+    def __init__(self, area: Area, size: int) -> None:
+        self.area = area
+        self.data = bytearray(size)
+        self._grows = area in _GROWING
+        self._initial = bytes(self.data)
+        self._kept: list[slice] = []
+        self._used = 0
+
+    def __len__(self) -> int:
+        return len(self.data)
+
+    # allocation ------------------------------------------------------------------------------
+
+    def allocate(self, size: int, alignment: int = 1) -> int:
+        """The byte offset of `size` new bytes, a multiple of `alignment`.
+
+        Raises AddressError if a process image or the flag memory is full.
+        """
+        offset = -(-self._used // alignment) * alignment
+        self.place(offset, size)
+        return offset
+
+    def place(self, offset: int, size: int) -> None:
+        """Take the bytes at a fixed offset; they may overlap others, as on a real PLC."""
+        end = offset + size
+        if end > len(self.data):
+            if not self._grows:
+                raise AddressError(
+                    f"{self.area.value} has {len(self.data)} bytes, bytes {offset}..{end - 1}"
+                    " do not fit"
+                )
+            self.data.extend(bytes(end - len(self.data)))
+        self._used = max(self._used, end)
+
+    def keep(self, offset: int, size: int) -> None:
+        """Let a reset spare these bytes (retain and persistent variables)."""
+        self._kept.append(slice(offset, offset + size))
+
+    def hold_initial(self) -> None:
+        """Take the present content as what `reset` restores."""
+        self._initial = bytes(self.data)
+
+    def reset(self, *, origin: bool = False) -> None:
+        """Restore the initial values: all (`origin`), or all that is not kept (cold)."""
+        kept = [] if origin else [(part, self.data[part]) for part in self._kept]
+        self.data[:] = self._initial.ljust(len(self.data), b"\0")
+        for part, content in kept:
+            self.data[part] = content
+
+    # access ----------------------------------------------------------------------------------
+
+    def read(self, offset: int, length: int) -> bytes:
+        """`length` bytes from `offset`. Raises MemoryRangeError unless all of them exist."""
+        self._check(offset, length)
+        return bytes(self.data[offset : offset + length])
+
+    def write(self, offset: int, content: bytes) -> None:
+        """Put `content` at `offset`. Raises MemoryRangeError unless all of it fits."""
+        self._check(offset, len(content))
+        self.data[offset : offset + len(content)] = content
+
+    def read_bits(self, number: int, count: int) -> bytes:
+        """`count` bits from bit `number` (byte · 8 + bit), one byte 0 or 1 for each."""
+        self._check_bits(number, count)
+        data = self.data
+        return bytes(data[bit >> 3] >> (bit & 7) & 1 for bit in range(number, number + count))
+
+    def write_bits(self, number: int, values: bytes) -> None:
+        """Set the bits from `number` on: one byte for each, zero or not."""
+        self._check_bits(number, len(values))
+        for bit, value in enumerate(values, number):
+            mask = 1 << (bit & 7)
+            if value:
+                self.data[bit >> 3] |= mask
+            else:
+                self.data[bit >> 3] &= ~mask
+
+    def clear(self) -> None:
+        """Set all bytes to zero."""
+        self.data[:] = bytes(len(self.data))
+
+    def _check(self, offset: int, length: int) -> None:
+        if offset < 0 or offset + length > len(self.data):
+            raise MemoryRangeError(self.area, offset, length, len(self.data))
+
+    def _check_bits(self, number: int, count: int) -> None:
+        first = number >> 3
+        self._check(first, ((number + count + 7) >> 3) - first)
+
+
+class Memory:
+    """The five areas of one PLC: `memory[Area.FLAG].read(4, 2)`.
+
+    `sizes` overrides DEFAULT_SIZES by area, in bytes.
+    """
+
+    def __init__(self, sizes: dict[Area, int] | None = None) -> None:
+        for area, size in (sizes or {}).items():
+            if size < 0:
+                raise ValueError(f"the size of {area.value} is 0 bytes or more, got {size}")
+        chosen = DEFAULT_SIZES | (sizes or {})
+        self.regions = {area: Region(area, chosen[area]) for area in Area}
+
+    def __getitem__(self, area: Area) -> Region:
+        return self.regions[area]
+
+    def hold_initial(self) -> None:
+        """Take the present content of all areas as what `reset` restores."""
+        for region in self.regions.values():
+            region.hold_initial()
+
+    def reset(self, *, origin: bool = False) -> None:
+        """Initialise all variables again; retain and persistent ones only if `origin`."""
+        for region in self.regions.values():
+            region.reset(origin=origin)
+
+    def digest(self) -> bytes:
+        """A hash of the whole content, 16 bytes: equal memories have equal digests."""
+        state = hashlib.blake2b(digest_size=16)
+        for region in self.regions.values():
+            state.update(len(region).to_bytes(8, "little"))
+            state.update(region.data)
+        return state.digest()

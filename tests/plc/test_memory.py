@@ -1,0 +1,158 @@
+"""Memory areas, direct addresses and resets."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.plc.memory import Address, AddressError, Area, Memory, MemoryRangeError, Region
+
+
+@pytest.mark.parametrize(
+    ("text", "address"),
+    [
+        ("%IX1.2", Address(Area.INPUT, 1, 2)),
+        ("%I1.2", Address(Area.INPUT, 1, 2)),
+        ("%qb17", Address(Area.OUTPUT, 17)),
+        ("%MW48", Address(Area.FLAG, 48)),
+        ("%MD4", Address(Area.FLAG, 4)),
+        ("%ML8", Address(Area.FLAG, 8)),
+        (" %Q* ", Address(Area.OUTPUT, None)),
+    ],
+)
+def test_direct_addresses_count_bytes_whatever_their_size(text: str, address: Address) -> None:
+    assert Address.parse(text) == address
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("MD4", "got 'MD4'"),
+        ("%XD4", "got '%XD4'"),
+        ("%MD", "got '%MD'"),
+        ("%MD-4", "got '%MD-4'"),
+        ("%MX4", "BYTE.BIT"),
+        ("%MX4.8", "0..7"),
+        ("%MD4.1", "only a bit address"),
+        ("%MD" + "9" * 10_000, "an address is"),
+    ],
+)
+def test_a_wrong_address_says_what_was_expected(text: str, complaint: str) -> None:
+    with pytest.raises(AddressError, match=complaint):
+        Address.parse(text)
+
+
+def test_an_address_prints_as_it_is_read() -> None:
+    for text in ("%IX1.2", "%QB17", "%M*"):
+        assert str(Address.parse(text)) == text
+
+
+@given(st.lists(st.tuples(st.integers(1, 40), st.sampled_from([1, 2, 4, 8])), max_size=30))
+def test_allocations_are_aligned_and_never_overlap(wishes: list[tuple[int, int]]) -> None:
+    region = Region(Area.DATA, 0)
+    end = 0
+    for size, alignment in wishes:
+        offset = region.allocate(size, alignment)
+        assert offset % alignment == 0
+        assert end <= offset < end + alignment
+        end = offset + size
+    assert len(region) == end
+
+
+def test_fixed_addresses_may_overlap_and_others_are_placed_behind_them() -> None:
+    region = Memory()[Area.FLAG]
+    region.place(4, 4)
+    region.place(6, 1)
+    assert region.allocate(2, 2) == 8
+
+
+def test_the_process_image_does_not_grow() -> None:
+    region = Memory({Area.INPUT: 8})[Area.INPUT]
+    region.place(0, 8)
+    with pytest.raises(AddressError, match=r"%I has 8 bytes, bytes 7\.\.8 do not fit"):
+        region.place(7, 2)
+    with pytest.raises(AddressError):
+        region.allocate(1)
+
+
+def test_an_area_cannot_have_a_negative_size() -> None:
+    with pytest.raises(ValueError, match="got -1"):
+        Memory({Area.FLAG: -1})
+
+
+def test_an_access_across_the_end_changes_nothing() -> None:
+    region = Region(Area.FLAG, 4)
+    with pytest.raises(MemoryRangeError) as across:
+        region.write(2, b"abc")
+    assert not across.value.outside
+    assert region.read(0, 4) == bytes(4)
+    for offset in (4, 0xFFFF_FFFF, -1):
+        with pytest.raises(MemoryRangeError) as beyond:
+            region.read(offset, 1)
+        assert beyond.value.outside
+    assert region.read(4, 0) == b""
+
+
+def test_a_bit_is_a_bit_of_its_byte() -> None:
+    region = Region(Area.OUTPUT, 2)
+    region.write_bits(1 * 8 + 2, b"\x01")
+    assert region.data == b"\x00\x04"
+    region.write_bits(7, b"\xff\x01")
+    assert region.data == b"\x80\x05"
+    region.write_bits(8, b"\x00\x00\x00")
+    assert region.data == b"\x80\x00"
+    assert region.read_bits(6, 3) == b"\x00\x01\x00"
+    with pytest.raises(MemoryRangeError):
+        region.write_bits(15, b"\x01\x01")
+    with pytest.raises(MemoryRangeError):
+        region.read_bits(16, 1)
+
+
+@given(st.binary(min_size=3, max_size=3), st.integers(0, 23), st.data())
+def test_bits_read_back_as_written(content: bytes, number: int, data: st.DataObject) -> None:
+    region = Region(Area.FLAG, 3)
+    region.write(0, content)
+    values = data.draw(st.binary(max_size=24 - number))
+    region.write_bits(number, values)
+    assert region.read_bits(number, len(values)) == bytes(map(bool, values))
+    untouched = int.from_bytes(region.data, "little") ^ int.from_bytes(content, "little")
+    assert untouched & ~(((1 << len(values)) - 1) << number) == 0
+
+
+def test_a_cold_reset_spares_what_is_kept_and_origin_does_not() -> None:
+    memory = Memory()
+    data = memory[Area.DATA]
+    plain, kept = data.allocate(2), data.allocate(2)
+    data.keep(kept, 2)
+    data.write(0, b"\x01\x02\x03\x04")
+    memory.hold_initial()
+    data.write(0, b"\x11\x12\x13\x14")
+    memory[Area.FLAG].write(9, b"\x09")
+    memory.reset()
+    assert data.read(plain, 4) == b"\x01\x02\x13\x14"
+    assert memory[Area.FLAG].read(9, 1) == b"\x00"
+    memory.reset(origin=True)
+    assert data.read(plain, 4) == b"\x01\x02\x03\x04"
+
+
+def test_clearing_zeroes_an_area() -> None:
+    region = Region(Area.INPUT, 4)
+    region.write(1, b"\x05")
+    region.clear()
+    assert region.data == bytes(4)
+
+
+def test_the_digest_follows_the_content() -> None:
+    one, other = Memory(), Memory()
+    assert one.digest() == other.digest()
+    one[Area.OUTPUT].write_bits(3, b"\x01")
+    assert one.digest() != other.digest()
+    other[Area.OUTPUT].write(0, b"\x08")
+    assert one.digest() == other.digest()
+
+
+def test_bytes_allocated_after_the_initial_values_were_held_reset_to_zero() -> None:
+    data = Memory()[Area.DATA]
+    data.place(3, 2)
+    data.write(3, b"\x07\x07")
+    data.reset()
+    assert data.data == bytes(5)
