@@ -1,0 +1,1 @@
+"""The composition root: configuration, clock, cycle and links of one station."""

@@ -1,0 +1,176 @@
+"""station.toml: what a station consists of, validated; errors name file, key and expectation."""
+
+import tomllib
+from collections.abc import Sequence
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    ValidationError,
+    model_validator,
+)
+
+from achse.ams import NetId
+
+__all__ = [
+    "AxisConfig",
+    "ConfigError",
+    "NcConfig",
+    "PlcConfig",
+    "RouterConfig",
+    "StationConfig",
+    "TaskConfig",
+    "load",
+]
+
+
+class ConfigError(ValueError):
+    """A configuration cannot be used. One line per fault: file, key, expectation, what came."""
+
+
+_UNITS_NS = {"ns": 1, "us": 1_000, "µs": 1_000, "ms": 1_000_000, "s": 1_000_000_000}
+
+
+def _duration_ns(value: object) -> object:
+    """`"2ms"` and the like as integer nanoseconds."""
+    if isinstance(value, str):
+        for unit in sorted(_UNITS_NS, key=len, reverse=True):
+            number = value.strip().removesuffix(unit)
+            if number != value.strip():
+                try:
+                    nanoseconds = Decimal(number.strip()) * _UNITS_NS[unit]
+                except InvalidOperation:
+                    break
+                if nanoseconds == int(nanoseconds):
+                    return int(nanoseconds)
+                break
+    raise ValueError('a duration such as "2ms", "250us" or "1s", whole nanoseconds')
+
+
+def _net_id(value: object) -> object:
+    if isinstance(value, NetId):
+        return value
+    if isinstance(value, str):
+        return NetId(value)
+    raise ValueError("a NetId is six numbers 0..255 with dots")
+
+
+DurationNs = Annotated[int, BeforeValidator(_duration_ns), Field(gt=0)]
+ConfiguredNetId = Annotated[NetId, BeforeValidator(_net_id), PlainSerializer(str, return_type=str)]
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+
+
+class RouterConfig(_Section):
+    """[router]: the address others see."""
+
+    net_id: ConfiguredNetId = NetId("127.0.0.1.1.1")
+    host: str = "127.0.0.1"
+    tcp_port: int = Field(default=48898, ge=0, le=65535)
+    strict: bool = False
+    """One TCP connection per remote host, as the original does it."""
+    max_connections: int = Field(default=4096, ge=1)
+    max_length: int = Field(default=64 * 1024 * 1024, ge=64)
+    """Longest packet taken, bytes."""
+
+
+class TaskConfig(_Section):
+    """[[plc.task]]: programs called in order, once per cycle."""
+
+    name: str = "PlcTask"
+    cycle: DurationNs = 10_000_000
+    priority: int = Field(default=20, ge=0, le=255)
+    programs: Sequence[str] = ()
+    """Each `module:Class` or `file.py:Class` (relative to the station.toml)."""
+
+
+class PlcConfig(_Section):
+    """[[plc]]: one PLC device."""
+
+    port: int = Field(default=851, ge=1, le=65535)
+    also: Sequence[int] = ()
+    """Further ports that answer for the same device, for example 801."""
+    globals: Sequence[str] = ()
+    """Global variable lists, named like programs."""
+    task: Sequence[TaskConfig] = (TaskConfig(),)
+
+
+class NcConfig(_Section):
+    """[nc]: the motion device."""
+
+    cycle: DurationNs = 2_000_000
+    kernel: Literal["auto", "compiled", "interpreted"] = "auto"
+    """`compiled` needs Numba (achse[fast]); `auto` takes it where it pays."""
+
+
+class AxisConfig(BaseModel):
+    """[[axis]]: an axis of the NC. Further keys are the parameters of the motion record."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    id: int = Field(ge=1, le=255)
+    name: str = Field(min_length=1, max_length=30)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        return dict(self.model_extra or {})
+
+
+class StationConfig(_Section):
+    """A whole station."""
+
+    name: str = "achse"
+    router: RouterConfig = RouterConfig()
+    nc: NcConfig = NcConfig()
+    plc: Sequence[PlcConfig] = ()
+    axis: Sequence[AxisConfig] = ()
+
+    @model_validator(mode="after")
+    def _distinct(self) -> "StationConfig":
+        ports = [port for plc in self.plc for port in (plc.port, *plc.also)]
+        for what, keys in (
+            ("plc.port", ports),
+            ("axis.id", [axis.id for axis in self.axis]),
+            ("axis.name", [axis.name for axis in self.axis]),
+        ):
+            twice = sorted({str(key) for key in keys if keys.count(key) > 1})
+            if twice:
+                raise ValueError(f"{what}: each once, got {', '.join(twice)} more than once")
+        return self
+
+
+def parse(document: dict[str, Any], source: str) -> StationConfig:
+    """Validate a parsed document; `source` names it in errors. Raises ConfigError."""
+    try:
+        return StationConfig.model_validate(document)
+    except ValidationError as failure:
+        lines = []
+        for error in failure.errors():
+            key = ""
+            for part in error["loc"]:
+                key += f"[{part + 1}]" if isinstance(part, int) else f"{'.' * bool(key)}{part}"
+            expected = error["msg"].removeprefix("Value error, ")
+            given = "" if error["type"] == "missing" else f", got {error['input']!r:.80}"
+            if error["type"] == "extra_forbidden":
+                expected, given = "no such key", ""
+            if given in expected or not key:
+                given = ""
+            lines.append(f"{source}: {key + ': ' * bool(key)}{expected}{given}")
+        raise ConfigError("\n".join(lines)) from None
+
+
+def load(path: Path) -> StationConfig:
+    """Read a station.toml. Raises ConfigError; OSError if the file cannot be read."""
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as failure:
+        raise ConfigError(f"{path}: no valid TOML: {failure}") from None
+    return parse(document, str(path))

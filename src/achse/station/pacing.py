@@ -1,0 +1,133 @@
+"""Pacing: turns wall-clock time into calls of the station's cycle.
+
+The cycle itself knows no clock. `Pace` is the arithmetic: which ticks are due at a given moment.
+`Pacer` is the engine: a helper thread sleeps to the next due moment and wakes the loop (a loop's
+own timers are too coarse: a millisecond with epoll); the loop then runs every tick that is due.
+"""
+
+import asyncio
+import logging
+import threading
+import time
+from collections.abc import Callable
+
+__all__ = ["Pace", "Pacer", "run_unpaced"]
+
+log = logging.getLogger("achse.pacing")
+
+REBASE_NS = 1_000_000_000
+"""Further behind than this (wall time), the lost time is given up."""
+
+_TURN_NS = 20_000_000
+"""Catching up yields to the loop after this much wall time, so that clients are still served."""
+
+_NAP_NS = 50_000_000
+"""Long waits are slept in pieces of this, so that stopping is prompt."""
+
+
+class Pace:
+    """Due moments of a tick of `tick_ns` at `speed` times the wall clock, from `now` on.
+
+    Late ticks stay due, none is skipped, until the pace is more than `REBASE_NS` behind: then it
+    starts anew from the present. `late_ticks` counts ticks begun more than one tick late,
+    `rebases` how often time was given up.
+    """
+
+    def __init__(self, tick_ns: int, speed: float, now: int) -> None:
+        if not speed > 0:
+            raise ValueError(f"a speed is above 0, got {speed}")
+        self._wall_per_tick = tick_ns / speed
+        self.late_ticks = 0
+        self.rebases = 0
+        self._start(now)
+
+    def _start(self, now: int) -> None:
+        self._origin = now
+        self._ticks = 0
+        self.due = now + int(self._wall_per_tick)
+
+    def take(self, now: int) -> bool:
+        """True if a tick is due at `now` (ns); it counts as done then."""
+        behind = now - self.due
+        if behind < 0:
+            return False
+        if behind > REBASE_NS:
+            self.rebases += 1
+            self._start(now)
+            return False
+        if behind > self._wall_per_tick:
+            self.late_ticks += 1
+        self._ticks += 1
+        self.due = self._origin + int((self._ticks + 1) * self._wall_per_tick)
+        return True
+
+
+class Pacer:
+    """Calls `step` once per tick of a `Pace`; an async context manager in the station's loop."""
+
+    def __init__(self, step: Callable[[], None], tick_ns: int, speed: float = 1.0) -> None:
+        self._step = step
+        self.pace = Pace(tick_ns, speed, time.monotonic_ns())
+        self._speed = speed
+        self._tick_ns = tick_ns
+        self._stopping = False
+        self._served = threading.Event()
+        self._loop: asyncio.AbstractEventLoop
+        self._thread: threading.Thread
+        self._failed: asyncio.Future[None]
+
+    async def __aenter__(self) -> "Pacer":
+        self._loop = asyncio.get_running_loop()
+        self._failed = self._loop.create_future()
+        self.pace = Pace(self._tick_ns, self._speed, time.monotonic_ns())
+        self._thread = threading.Thread(target=self._wake, name="achse-pacer", daemon=True)
+        self._thread.start()
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        self._stopping = True
+        self._served.set()
+        await self._loop.run_in_executor(None, self._thread.join)
+        if self._failed.done():
+            self._failed.exception()  # seen here at the latest
+
+    async def failed(self) -> None:
+        """Wait until a step raises and raise that exception; never returns otherwise."""
+        await asyncio.shield(self._failed)
+
+    def _wake(self) -> None:
+        while not self._stopping:
+            delay = self.pace.due - time.monotonic_ns()
+            if delay > 0:
+                time.sleep(min(delay, _NAP_NS) / 1e9)
+                continue
+            try:
+                self._loop.call_soon_threadsafe(self._run_due)
+            except RuntimeError:  # the loop was closed under us
+                return
+            self._served.wait()
+            self._served.clear()
+
+    def _run_due(self) -> None:
+        began = now = time.monotonic_ns()
+        rebases = self.pace.rebases
+        try:
+            while not self._stopping and now - began <= _TURN_NS and self.pace.take(now):
+                self._step()
+                now = time.monotonic_ns()
+        except Exception as failure:
+            self._stopping = True
+            if not self._failed.done():
+                self._failed.set_exception(failure)
+        if self.pace.rebases > rebases:
+            log.warning("the station fell more than a second behind: the lost time is given up")
+        self._served.set()
+
+
+async def run_unpaced(step: Callable[[], None], until: Callable[[], bool]) -> None:
+    """Call `step` as fast as the machine can, until `until()`; serves the loop in between."""
+    while not until():
+        turn_end = time.monotonic_ns() + _TURN_NS
+        while not until() and time.monotonic_ns() < turn_end:
+            step()
+        await asyncio.sleep(0)

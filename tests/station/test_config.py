@@ -1,0 +1,67 @@
+from pathlib import Path
+
+import pytest
+
+from achse.ams import NetId
+from achse.station.config import ConfigError, load, parse
+
+
+def faults(document: dict[str, object]) -> list[str]:
+    with pytest.raises(ConfigError) as caught:
+        parse(document, "a.toml")
+    return str(caught.value).splitlines()
+
+
+def test_an_empty_document_is_a_router_without_devices() -> None:
+    config = parse({}, "a.toml")
+    assert config.router.net_id == NetId("127.0.0.1.1.1")
+    assert (config.router.host, config.router.tcp_port) == ("127.0.0.1", 48898)
+    assert not config.plc
+    assert not config.axis
+
+
+@pytest.mark.parametrize(
+    ("text", "nanoseconds"),
+    [("2ms", 2_000_000), ("0.25 ms", 250_000), ("62.5us", 62_500), ("1s", 10**9), ("5ns", 5)],
+)
+def test_durations_carry_their_unit(text: str, nanoseconds: int) -> None:
+    assert parse({"nc": {"cycle": text}}, "a.toml").nc.cycle == nanoseconds
+
+
+@pytest.mark.parametrize("text", ["2", 2, "ms", "2 hours", "0.3ns", "-1ms", "0ms", "nanms"])
+def test_a_wrong_duration_is_located(text: object) -> None:
+    (line,) = faults({"nc": {"cycle": text}})
+    assert line.startswith("a.toml: nc.cycle: ")
+    assert repr(text) in line or "greater than 0" in line
+
+
+def test_every_fault_is_reported_with_file_key_and_expectation() -> None:
+    lines = faults(
+        {
+            "router": {"net_id": "1.2.3", "tcp_port": 70_000},
+            "axis": [{"id": 1, "name": "X"}, {"id": 0, "name": "Y"}],
+            "plc": [{"task": [{"cycle": "10ms"}, {"cycles": "10ms"}]}],
+            "colour": "red",
+        }
+    )
+    assert lines == [
+        "a.toml: router.net_id: a NetId is six numbers 0..255 with dots, got '1.2.3'",
+        "a.toml: router.tcp_port: Input should be less than or equal to 65535, got 70000",
+        "a.toml: plc[1].task[2].cycles: no such key",
+        "a.toml: axis[2].id: Input should be greater than or equal to 1, got 0",
+        "a.toml: colour: no such key",
+    ]
+
+
+def test_ids_names_and_ports_are_given_once() -> None:
+    (line,) = faults({"plc": [{"port": 851}, {"port": 852, "also": [851]}]})
+    assert line == "a.toml: plc.port: each once, got 851 more than once"
+    (line,) = faults({"axis": [{"id": 1, "name": "X"}, {"id": 1, "name": "Y"}]})
+    assert "axis.id" in line
+
+
+def test_a_file_that_is_no_toml_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "station.toml"
+    path.write_text("[nc\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"station\.toml: no valid TOML: .*line 1"):
+        load(path)

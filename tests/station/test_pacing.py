@@ -1,0 +1,90 @@
+import asyncio
+
+import pytest
+
+from achse.station.pacing import REBASE_NS, Pace, Pacer, run_unpaced
+
+MS = 1_000_000
+
+
+def due_ticks(pace: Pace, now: int) -> int:
+    count = 0
+    while pace.take(now):
+        count += 1
+    return count
+
+
+def test_no_tick_is_due_before_its_moment() -> None:
+    pace = Pace(2 * MS, 1.0, now=0)
+    assert not pace.take(2 * MS - 1)
+    assert pace.take(2 * MS)
+    assert not pace.take(2 * MS)
+
+
+def test_late_ticks_are_caught_up_and_counted() -> None:
+    pace = Pace(2 * MS, 1.0, now=0)
+    assert due_ticks(pace, 21 * MS) == 10
+    assert pace.late_ticks == 9 - 1 + 1  # those due at 2..18 ms are more than one tick late
+
+
+@pytest.mark.parametrize(("speed", "ticks"), [(0.5, 250), (1.0, 500), (20.0, 10_000)])
+def test_speed_scales_the_wall_clock(speed: float, ticks: int) -> None:
+    pace = Pace(2 * MS, speed, now=0)
+    assert due_ticks(pace, 1000 * MS) == ticks
+
+
+def test_rounding_does_not_accumulate() -> None:
+    pace = Pace(MS, 3.0, now=0)
+    assert sum(due_ticks(pace, now * MS) for now in range(1, 1001)) == 3000
+
+
+def test_a_pace_too_far_behind_starts_anew() -> None:
+    pace = Pace(2 * MS, 1.0, now=0)
+    late = 2 * MS + REBASE_NS + 1
+    assert not pace.take(late)
+    assert pace.rebases == 1
+    assert pace.due == late + 2 * MS
+
+
+def test_a_speed_must_be_positive() -> None:
+    with pytest.raises(ValueError, match="above 0, got 0"):
+        Pace(MS, 0, now=0)
+
+
+async def first_of(pacer: Pacer, done: asyncio.Event) -> None:
+    async with pacer:
+        await asyncio.wait_for(done.wait(), 5)
+
+
+def test_the_pacer_calls_the_step_from_the_loop() -> None:
+    async def main() -> None:
+        done = asyncio.Event()
+        calls: list[asyncio.AbstractEventLoop] = []
+
+        def step() -> None:
+            calls.append(asyncio.get_running_loop())
+            if len(calls) == 5:
+                done.set()
+
+        await first_of(Pacer(step, MS), done)
+        assert set(calls) == {asyncio.get_running_loop()}
+
+    asyncio.run(main())
+
+
+def test_a_step_that_raises_ends_the_pacing() -> None:
+    async def main() -> None:
+        def step() -> None:
+            raise ArithmeticError("broken cycle")
+
+        async with Pacer(step, MS) as pacer:
+            with pytest.raises(ArithmeticError, match="broken cycle"):
+                await asyncio.wait_for(pacer.failed(), 5)
+
+    asyncio.run(main())
+
+
+def test_unpaced_running_stops_at_the_very_step() -> None:
+    steps: list[int] = []
+    asyncio.run(run_unpaced(lambda: steps.append(1), lambda: len(steps) == 12_345))
+    assert len(steps) == 12_345
