@@ -1,0 +1,76 @@
+"""A task's grid of cycles and its counters."""
+
+import pytest
+
+from achse.plc.task import Task
+
+
+class Recorder:
+    def __init__(self, task_calls: list[str], name: str) -> None:
+        self.calls = task_calls
+        self.name = name
+
+    def cycle(self) -> None:
+        self.calls.append(self.name)
+
+
+def test_a_cycle_calls_the_programs_in_order() -> None:
+    calls: list[str] = []
+    task = Task(programs=[Recorder(calls, "A"), Recorder(calls, "B")])
+    task.cycle()
+    task.cycle()
+    assert calls == ["A", "B", "A", "B"]
+    assert task.cycle_count == 2
+
+
+def test_cycles_lie_on_multiples_of_the_cycle_time() -> None:
+    task = Task(cycle_ns=10)
+    task.cycle()
+    assert (task.time_ns, task.due_ns) == (10, 20)
+    task.skip(19)
+    assert task.due_ns == 20
+    task.skip(35)
+    assert task.due_ns == 40
+    task.skip(40)
+    assert task.due_ns == 50
+
+
+def test_the_first_cycle_flag_is_up_during_the_first_cycle_only() -> None:
+    seen: list[bool] = []
+
+    class Program:
+        def cycle(self) -> None:
+            seen.append(task.first_cycle)
+
+    task = Task(programs=[Program()])
+    task.cycle()
+    task.cycle()
+    task.restart()
+    task.cycle()
+    assert seen == [True, False, True]
+    assert task.cycle_count == 1
+
+
+def test_a_stopwatch_gives_execution_time_and_exceeded_cycles() -> None:
+    times = iter([0, 500, 1000, 2001])
+    task = Task(cycle_ns=1000)
+    task.cycle(lambda: next(times))
+    assert (task.last_exec_ns, task.exceeded, task.exceed_count) == (500, False, 0)
+    task.cycle(lambda: next(times))
+    assert (task.last_exec_ns, task.exceeded, task.exceed_count) == (1001, True, 1)
+
+
+def test_the_cycle_counter_wraps_at_32_bits() -> None:
+    task = Task()
+    task.cycle_count = 0xFFFF_FFFF
+    task.cycle()
+    assert task.cycle_count == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [({"cycle_ns": 0}, "got 0"), ({"cycle_ns": -5}, "got -5"), ({"priority": 256}, "got 256")],
+)
+def test_a_task_refuses_what_cannot_run(options: dict[str, int], complaint: str) -> None:
+    with pytest.raises(ValueError, match=complaint):
+        Task("Fast", **options)  # type: ignore[arg-type]
