@@ -1,0 +1,1 @@
+"""The physics and geometry of axes: records, set-point profiles, couplings, control, simulation."""

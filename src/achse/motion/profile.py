@@ -1,0 +1,628 @@
+"""Jerk-limited set-point profiles: constant-jerk segments from any state to a position or velocity.
+
+Units are the axis unit (mm, degree) and seconds. `max_acceleration` limits |v| growing and
+`max_deceleration` limits |v| shrinking, in both directions of travel alike; one `max_jerk` limits
+both. A reversal always passes rest (v = 0 with a = 0). A start state outside the limits is allowed:
+an acceleration beyond its limit is first brought inside with `max_jerk`, a velocity above
+`max_velocity` is first reduced with `max_deceleration`.
+
+Every profile without a reversal is time optimal. With the state mirrored so that travel is
+positive, a jerk line through (v, a) crosses a = 0 at v - a²/2j; seen from there each velocity ramp
+is point symmetric, so its distance is mean velocity times duration, and a move is two such ramps
+meeting at the peak velocity. Distances too short to release a running deceleration to zero are
+filled by easing it to some a1 in [a, 0] and braking again. What has no closed form is solved by
+Newton steps on a convex function from above its root: monotone, hence safe, and bounded.
+
+Plain functions in the subset that Numba compiles to bit-identical results: float arithmetic,
+`sqrt`, comparisons and loops; callees stand before their callers. Times and jerks are written into
+sequences of at least `MAX_SEGMENTS` floats owned by the caller.
+"""
+
+from collections.abc import MutableSequence, Sequence
+from math import sqrt
+from typing import TypeAlias
+
+__all__ = [
+    "END_VELOCITY_UNREACHABLE",
+    "LIMITS_INVALID",
+    "MAX_SEGMENTS",
+    "STATE_INVALID",
+    "duration",
+    "end_state",
+    "plan_to_position",
+    "plan_to_velocity",
+    "segment_acceleration",
+    "segment_position",
+    "segment_velocity",
+    "stopping_distance",
+    "stopping_time",
+]
+
+Limits: TypeAlias = tuple[float, float, float]  # max_acceleration, max_deceleration, max_jerk
+
+MAX_SEGMENTS = 12  # unavoidable crossing 1, bring-in 1, brake to rest 3, return 7
+
+LIMITS_INVALID = -1  # a limit outside [1e-9, 1e12]
+STATE_INVALID = -2  # position, velocity, acceleration or target not finite or beyond ±1e15
+END_VELOCITY_UNREACHABLE = -3  # negative, above max_velocity, or the distance is too short for it
+_OVERSHOOT = -4  # the brakes do not hold before the target
+
+_SMALLEST_LIMIT = 1e-9  # with these bounds no intermediate result overflows
+_LARGEST_LIMIT = 1e12
+_LARGEST_STATE = 1e15
+_ROUNDING = 1e-13  # what accumulated rounding of a replanned state may amount to, relative
+_NEGLIGIBLE = 1e-60  # distances below would underflow in the powers below; no axis knows them
+_CONVERGED = 4e-16
+_MAX_ITERATIONS = 100
+
+
+def segment_position(t: float, j: float, p: float, v: float, a: float) -> float:
+    """Position after `t` seconds of jerk `j` from the state (p, v, a)."""
+    return p + t * (v + t * (0.5 * a + t * (j / 6.0)))
+
+
+def segment_velocity(t: float, j: float, v: float, a: float) -> float:
+    """Velocity after `t` seconds of jerk `j` from the state (v, a)."""
+    return v + t * (a + t * (0.5 * j))
+
+
+def segment_acceleration(t: float, j: float, a: float) -> float:
+    """Acceleration after `t` seconds of jerk `j`."""
+    return a + t * j
+
+
+def duration(seg_time: Sequence[float], count: int) -> float:
+    """Sum of the first `count` segment times, in seconds."""
+    total = 0.0
+    for i in range(count):
+        total += seg_time[i]
+    return total
+
+
+def end_state(
+    seg_time: Sequence[float],
+    seg_jerk: Sequence[float],
+    count: int,
+    position: float,
+    velocity: float,
+    acceleration: float,
+) -> tuple[float, float, float]:
+    """State (position, velocity, acceleration) after the first `count` segments."""
+    p = position
+    v = velocity
+    a = acceleration
+    for i in range(count):
+        t = seg_time[i]
+        j = seg_jerk[i]
+        p = segment_position(t, j, p, v, a)
+        v = segment_velocity(t, j, v, a)
+        a = segment_acceleration(t, j, a)
+    return p, v, a
+
+
+def _limit_is_valid(limit: float) -> bool:
+    return limit >= _SMALLEST_LIMIT and limit <= _LARGEST_LIMIT
+
+
+def _state_is_valid(value: float) -> bool:
+    return abs(value) <= _LARGEST_STATE
+
+
+def _append(
+    seg_time: MutableSequence[float], seg_jerk: MutableSequence[float], n: int, t: float, j: float
+) -> int:
+    """Write segment `n` unless it is empty; return the next free index."""
+    if t <= 0.0:
+        return n
+    seg_time[n] = t
+    seg_jerk[n] = j
+    return n + 1
+
+
+def _cube_root(x: float) -> float:
+    """Cube root of x > 0: x^(1/4 + 1/16 + 1/64) by square roots, then Halley steps."""
+    quarter = sqrt(sqrt(x))
+    sixteenth = sqrt(sqrt(quarter))
+    y = quarter * sixteenth * sqrt(sqrt(sixteenth))
+    for _ in range(4):
+        cube = y * y * y
+        y = y * ((cube + 2.0 * x) / (2.0 * cube + x))
+    return y
+
+
+def _ramp_time(change: float, limit: float, jerk: float) -> float:
+    """Duration of the velocity ramp by `change` >= 0 between two states of zero acceleration."""
+    if change * jerk <= limit * limit:
+        return 2.0 * sqrt(change / jerk)
+    return change / limit + limit / jerk
+
+
+def _ramp_peak(change: float, limit: float, jerk: float) -> float:
+    """Largest acceleration on that ramp."""
+    if change * jerk <= limit * limit:
+        return sqrt(change * jerk)
+    return limit
+
+
+def _append_ramp(
+    seg_time: MutableSequence[float],
+    seg_jerk: MutableSequence[float],
+    n: int,
+    change: float,
+    a: float,
+    limit: float,
+    size: float,
+    jerk: float,
+) -> int:
+    """Append a velocity ramp entered with `a`, counted positive in the ramp's sense.
+
+    `change` >= 0 is counted from the velocity where the entering jerk line crosses a = 0; `jerk` is
+    that line's signed jerk, `size` its magnitude.
+    """
+    peak = _ramp_peak(change, limit, size)
+    n = _append(seg_time, seg_jerk, n, (peak - a) / size, jerk)
+    if peak == limit:
+        n = _append(seg_time, seg_jerk, n, change / limit - limit / size, 0.0)
+    return _append(seg_time, seg_jerk, n, peak / size, -jerk)
+
+
+def _append_velocity_ramp(
+    seg_time: MutableSequence[float],
+    seg_jerk: MutableSequence[float],
+    n: int,
+    sign: float,
+    v: float,
+    a: float,
+    goal: float,
+    limits: Limits,
+) -> int:
+    """Append the fastest ramp from (v, a) to (goal, 0); travel frame, both velocities >= 0."""
+    acc, dec, jerk = limits
+    swing = a * a / (2.0 * jerk)
+    settled = v - swing if a < 0.0 else v + swing
+    if settled < 0.0:
+        settled = 0.0
+    if goal > settled:
+        change = goal - (v - swing)
+        return _append_ramp(seg_time, seg_jerk, n, change, a, acc, jerk, sign * jerk)
+    change = v + swing - goal
+    return _append_ramp(seg_time, seg_jerk, n, change, -a, dec, jerk, -sign * jerk)
+
+
+def _travel_sign(v: float, a: float, otherwise: float) -> float:
+    """Direction of travel: sign of v, at v = 0 of a, at rest of `otherwise` (0 counts positive)."""
+    if v != 0.0:
+        return 1.0 if v > 0.0 else -1.0
+    if a != 0.0:
+        return 1.0 if a > 0.0 else -1.0
+    return 1.0 if otherwise >= 0.0 else -1.0
+
+
+def _append_bring_in(
+    seg_time: MutableSequence[float],
+    seg_jerk: MutableSequence[float],
+    v: float,
+    a: float,
+    limits: Limits,
+) -> tuple[int, float, float]:
+    """Start a profile with what no plan can avoid; return segment count, velocity, acceleration.
+
+    A deceleration too strong to be released before v = 0 crosses into the other direction (with the
+    least acceleration possible); an acceleration beyond its limit is brought to it.
+    """
+    acc, dec, jerk = limits
+    n = 0
+    sign = _travel_sign(v, a, 1.0)
+    speed = sign * v
+    growth = sign * a
+    if growth < 0.0 and speed - growth * growth / (2.0 * jerk) < -_ROUNDING * speed:
+        left = sqrt(growth * growth - 2.0 * jerk * speed)
+        n = _append(seg_time, seg_jerk, n, 2.0 * speed / (left - growth), sign * jerk)
+        sign = -sign
+        speed = 0.0
+        growth = left
+    if growth > acc:
+        time = (growth - acc) / jerk
+        n = _append(seg_time, seg_jerk, n, time, -sign * jerk)
+        speed += time * (0.5 * (growth + acc))
+        growth = acc
+    elif growth < -dec:
+        time = (-dec - growth) / jerk
+        n = _append(seg_time, seg_jerk, n, time, sign * jerk)
+        speed += time * (0.5 * (growth - dec))
+        growth = -dec
+    return n, sign * speed, sign * growth
+
+
+def _peak_rise(
+    excess: float,
+    base: float,
+    start: float,
+    start_gap: float,
+    end: float,
+    end_gap: float,
+    rise_limit: float,
+    limits: Limits,
+) -> float:
+    """How far the peak velocity lies above `base` if two ramps meeting there are too short.
+
+    The ramps run from `start` (= base - start_gap) up and down to `end` (= base - end_gap); meeting
+    at `base` they leave `excess` of the distance uncovered.
+    """
+    if excess <= _NEGLIGIBLE:
+        return 0.0
+    acc, dec, jerk = limits
+    start_time = _ramp_time(start_gap, acc, jerk)
+    end_time = _ramp_time(end_gap, dec, jerk)
+    distance = 0.5 * ((start + base) * start_time + (end + base) * end_time) + excess
+    slowness = 1.0 / acc + 1.0 / dec
+    # Both ramps holding their limit: a quadratic in the peak velocity.
+    linear = (acc + dec) / jerk
+    constant = 2.0 * distance + start * (start / acc - acc / jerk) + end * (end / dec - dec / jerk)
+    if constant > 0.0:
+        root = sqrt(linear * linear + 4.0 * slowness * constant)
+        rise = 2.0 * constant / (linear + root) - base
+        if (
+            rise >= 0.0
+            and (rise + start_gap) * jerk >= acc * acc
+            and (rise + end_gap) * jerk >= dec * dec
+        ):
+            return rise if rise < rise_limit else rise_limit
+    # Else the distance is a convex function of u = sqrt(rise); each part of it bounds u from above.
+    root_jerk = sqrt(jerk)
+    u = _cube_root(0.5 * excess * root_jerk)
+    bound = u * u
+    other = sqrt(2.0 * excess / slowness)
+    if other < bound:
+        bound = other
+    if rise_limit < bound:
+        bound = rise_limit
+    slope = (start + base) / acc + (end + base) / dec + start_time + end_time
+    if slope > 0.0:
+        other = 2.0 * excess / slope
+        if other < bound:
+            bound = other
+    if start + base > 0.0:
+        other = excess * root_jerk / (start + base)
+        other = other * (other + 2.0 * sqrt(start_gap))
+        if other < bound:
+            bound = other
+    if end + base > 0.0:
+        other = excess * root_jerk / (end + base)
+        other = other * (other + 2.0 * sqrt(end_gap))
+        if other < bound:
+            bound = other
+    u = sqrt(bound)
+    for i in range(_MAX_ITERATIONS):
+        rise = u * u
+        peak = base + rise
+        # covered: twice the distance of both ramps; growth: its derivative, divided by 2 u
+        change = start_gap + rise
+        if change * jerk <= acc * acc:
+            root = sqrt(change / jerk)
+            time = 2.0 * root
+            growth = time + (start + peak) / (jerk * root)
+        else:
+            time = change / acc + acc / jerk
+            growth = time + (start + peak) / acc
+        covered = (start + peak) * time
+        change = end_gap + rise
+        if change * jerk <= dec * dec:
+            root = sqrt(change / jerk)
+            time = 2.0 * root
+            growth += time + (end + peak) / (jerk * root)
+        else:
+            time = change / dec + dec / jerk
+            growth += time + (end + peak) / dec
+        covered += (end + peak) * time
+        step = (0.5 * covered - distance) / (u * growth)
+        if i > 0 and step <= 0.0:
+            break
+        u -= step
+        if abs(step) <= _CONVERGED * u:
+            break
+    rise = u * u
+    return rise if rise < rise_limit else rise_limit
+
+
+def _eased_hold(
+    distance: float, held: float, gap: float, end: float, dec: float, jerk: float, slack: float
+) -> float:
+    """Time r such that easing the deceleration to jerk r, then braking to `end`, fits `distance`.
+
+    The deceleration now is jerk `held`; released to zero it would leave the velocity end + jerk gap
+    (gap > 0), and `distance` is counted from the position that belongs to this. The time falls from
+    `held` (brake on) to 0 (release) as the distance grows; -1 if even braking on is too long.
+    """
+    full = dec / jerk
+    both = 2.0 * end + jerk * gap
+    keep = sqrt(full * full - gap) if gap < full * full else 0.0
+    if held > keep:
+        # For r > keep the braking holds `dec`: with k = full - r the distance exceeds that of k = 0
+        # by jerk k²/full (c/2 - full k + k²/2), convex and rising in k.
+        half = end / jerk + gap + 0.5 * full * full
+        at_full = gap / full * (end + 0.5 * jerk * (gap - full * full))
+        more = (distance - at_full) * full / jerk
+        k = full - held
+        least = k * k * (half - full * k + 0.5 * k * k)
+        if more < least:
+            if more < least - slack * full / jerk:
+                return -1.0
+            return held
+        k = gap / (full + keep) if keep > 0.0 else full
+        if more <= k * k * (half - full * k + 0.5 * k * k):
+            steep = 2.0 * end / jerk + full * full
+            other = 2.0 * end / jerk + 2.0 * gap - 0.125 * full * full
+            if other > steep:
+                steep = other
+            other = sqrt(2.0 * more / steep)
+            if other < k:
+                k = other
+            for i in range(_MAX_ITERATIONS):
+                if k <= 0.0:
+                    break
+                step = k * k * (half - full * k + 0.5 * k * k) - more
+                step /= k * (2.0 * half - 3.0 * full * k + 2.0 * k * k)
+                if i > 0 and step <= 0.0:
+                    break
+                k -= step
+                if abs(step) <= _CONVERGED * k:
+                    break
+            r = full - k
+            return r if r < held else held
+    else:
+        wide = sqrt(gap + held * held) + held
+        h = gap / wide
+        least = (both + 0.25 * jerk * h * h) * h - 0.25 * jerk * gap * wide
+        if distance < least:
+            return -1.0 if distance < least - slack else held
+    # The braking peaks below `dec`: with h = sqrt(gap + r²) - r the distance is
+    # both h + jerk h³/4 - jerk gap²/(4 h), and times h a convex quartic.
+    low = 0.25 * jerk * gap * gap
+    if low <= _NEGLIGIBLE:
+        return held
+    root = sqrt(distance * distance + 4.0 * both * low)
+    h = (distance + root) / (2.0 * both) if distance > 0.0 else 2.0 * low / (root - distance)
+    for i in range(_MAX_ITERATIONS):
+        step = ((0.25 * jerk * h * h + both) * h - distance) * h - low
+        step /= (jerk * h * h + 2.0 * both) * h - distance
+        if i > 0 and step <= 0.0:
+            break
+        h -= step
+        if abs(step) <= _CONVERGED * h:
+            break
+    r = 0.5 * (gap / h - h)
+    if r < 0.0:
+        return 0.0
+    return r if r < held else held
+
+
+def _append_approach(
+    seg_time: MutableSequence[float],
+    seg_jerk: MutableSequence[float],
+    n: int,
+    sign: float,
+    distance: float,
+    v: float,
+    a: float,
+    end: float,
+    top: float,
+    limits: Limits,
+    slack: float,
+) -> int:
+    """Append the fastest profile over `distance` to (end, 0) that keeps the direction of travel.
+
+    Travel frame: distance >= 0, v >= 0, -dec <= a <= acc, and `a` can be released before v = 0.
+    `slack`: rounding of the distance. Returns the count, _OVERSHOOT or END_VELOCITY_UNREACHABLE.
+    """
+    acc, dec, jerk = limits
+    swing = a * a / (2.0 * jerk)
+    settled = v - swing if a < 0.0 else v + swing  # velocity if `a` is released to zero now
+    if settled < 0.0:
+        settled = 0.0
+    if settled > top * (1.0 + _ROUNDING):
+        # Too fast: brake until releasing the deceleration leaves `top`, then see what remains.
+        change = v + swing - top
+        peak = _ramp_peak(change, dec, jerk)
+        time = (a + peak) / jerk
+        if time > 0.0:
+            n = _append(seg_time, seg_jerk, n, time, -sign * jerk)
+            distance -= segment_position(time, -jerk, 0.0, v, a)
+        a = -peak
+        swing = a * a / (2.0 * jerk)
+        if peak == dec:
+            time = change / dec - dec / jerk
+            if time > 0.0:
+                n = _append(seg_time, seg_jerk, n, time, 0.0)
+                distance -= time * (top + swing + 0.5 * dec * time)
+        settled = top
+    # The ramp up lies on the jerk line through (v, a), which leaves a = 0 at velocity `start`.
+    held = -a / jerk
+    start = v - swing if a > 0.0 else settled
+    distance -= held * (start + jerk * held * held / 6.0)
+    release = 0.5 * ((settled + end) * _ramp_time(abs(settled - end), dec, jerk))
+    if a < 0.0 and settled > end and distance < release:
+        gap = (settled - end) / jerk
+        r = _eased_hold(distance, held, gap, end, dec, jerk, slack)
+        if r < 0.0:
+            return _OVERSHOOT
+        n = _append(seg_time, seg_jerk, n, held - r, sign * jerk)
+        change = jerk * (gap + r * r)
+        return _append_ramp(seg_time, seg_jerk, n, change, jerk * r, dec, jerk, -sign * jerk)
+    base = settled
+    start_gap = a * a / jerk if a > 0.0 else 0.0
+    if end > settled:
+        base = end
+        start_gap = end - start
+    end_gap = base - end
+    excess = distance - 0.5 * (
+        (start + base) * _ramp_time(start_gap, acc, jerk)
+        + (end + base) * _ramp_time(end_gap, dec, jerk)
+    )
+    if excess < -slack:
+        return _OVERSHOOT if settled > end else END_VELOCITY_UNREACHABLE
+    rise = top - base if top > base else 0.0
+    peak = base + rise
+    covered = (start + peak) * _ramp_time(start_gap + rise, acc, jerk)
+    covered += (end + peak) * _ramp_time(end_gap + rise, dec, jerk)
+    cruise = (distance - 0.5 * covered) / peak
+    if cruise < 0.0:
+        rise = _peak_rise(excess, base, start, start_gap, end, end_gap, rise, limits)
+    n = _append_ramp(seg_time, seg_jerk, n, start_gap + rise, a, acc, jerk, sign * jerk)
+    n = _append(seg_time, seg_jerk, n, cruise, 0.0)
+    return _append_ramp(seg_time, seg_jerk, n, end_gap + rise, 0.0, dec, jerk, -sign * jerk)
+
+
+def plan_to_position(
+    seg_time: MutableSequence[float],
+    seg_jerk: MutableSequence[float],
+    position: float,
+    velocity: float,
+    acceleration: float,
+    target: float,
+    end_velocity: float,
+    max_velocity: float,
+    max_acceleration: float,
+    max_deceleration: float,
+    max_jerk: float,
+) -> int:
+    """Fill `seg_time` (s) and `seg_jerk` (unit/s³) with the way to `target`; return their count.
+
+    0 means: already there. The profile ends with a = 0 and `end_velocity` >= 0 in the direction
+    from `position` to `target`; where the target lies behind or the brakes do not hold before it,
+    the axis comes to rest first and a new profile starts there. Negative: `LIMITS_INVALID`,
+    `STATE_INVALID`, or `END_VELOCITY_UNREACHABLE`, also when the last approach would arrive from
+    the other side; the segments then hold nothing of use.
+    """
+    if not (
+        _limit_is_valid(max_velocity)
+        and _limit_is_valid(max_acceleration)
+        and _limit_is_valid(max_deceleration)
+        and _limit_is_valid(max_jerk)
+    ):
+        return LIMITS_INVALID
+    if not (
+        _state_is_valid(position)
+        and _state_is_valid(velocity)
+        and _state_is_valid(acceleration)
+        and _state_is_valid(target)
+    ):
+        return STATE_INVALID
+    if not (end_velocity >= 0.0 and end_velocity <= max_velocity):
+        return END_VELOCITY_UNREACHABLE
+    limits = (max_acceleration, max_deceleration, max_jerk)
+    slack = _ROUNDING * (abs(position) + abs(target))
+    arrival = _travel_sign(target - position, velocity, acceleration)
+    p = position
+    v = velocity
+    a = acceleration
+    n = 0
+    if a != 0.0:
+        n, v, a = _append_bring_in(seg_time, seg_jerk, v, a, limits)
+        p, _, _ = end_state(seg_time, seg_jerk, n, position, velocity, acceleration)
+    remaining = target - p
+    sign = _travel_sign(v, a, remaining)
+    if sign * remaining >= 0.0 and (end_velocity == 0.0 or sign == arrival):
+        count = _append_approach(
+            seg_time, seg_jerk, n, sign, sign * remaining, sign * v, sign * a,
+            end_velocity, max_velocity, limits, slack,
+        )  # fmt: skip
+        if count != _OVERSHOOT:
+            return count
+    n = _append_velocity_ramp(seg_time, seg_jerk, n, sign, sign * v, sign * a, 0.0, limits)
+    p, _, _ = end_state(seg_time, seg_jerk, n, position, velocity, acceleration)
+    remaining = target - p
+    sign = 1.0 if remaining >= 0.0 else -1.0
+    if end_velocity > 0.0 and sign != arrival:
+        return END_VELOCITY_UNREACHABLE
+    return _append_approach(
+        seg_time, seg_jerk, n, sign, sign * remaining, 0.0, 0.0,
+        end_velocity, max_velocity, limits, slack,
+    )  # fmt: skip
+
+
+def plan_to_velocity(
+    seg_time: MutableSequence[float],
+    seg_jerk: MutableSequence[float],
+    velocity: float,
+    acceleration: float,
+    target_velocity: float,
+    max_acceleration: float,
+    max_deceleration: float,
+    max_jerk: float,
+) -> int:
+    """Fill the segments with the fastest ramp to `target_velocity` (signed; 0.0 stops), a = 0.
+
+    A change of direction passes rest. Returns the count (0: already there), `LIMITS_INVALID` or
+    `STATE_INVALID`.
+    """
+    if not (
+        _limit_is_valid(max_acceleration)
+        and _limit_is_valid(max_deceleration)
+        and _limit_is_valid(max_jerk)
+    ):
+        return LIMITS_INVALID
+    if not (
+        _state_is_valid(velocity)
+        and _state_is_valid(acceleration)
+        and _state_is_valid(target_velocity)
+    ):
+        return STATE_INVALID
+    limits = (max_acceleration, max_deceleration, max_jerk)
+    v = velocity
+    a = acceleration
+    n = 0
+    if a != 0.0:
+        n, v, a = _append_bring_in(seg_time, seg_jerk, v, a, limits)
+    sign = _travel_sign(v, a, target_velocity)
+    goal = sign * target_velocity
+    first = goal if goal > 0.0 else 0.0
+    n = _append_velocity_ramp(seg_time, seg_jerk, n, sign, sign * v, sign * a, first, limits)
+    if goal < 0.0:
+        n = _append_velocity_ramp(seg_time, seg_jerk, n, -sign, 0.0, 0.0, -goal, limits)
+    return n
+
+
+def _stop(
+    velocity: float, acceleration: float, max_deceleration: float, max_jerk: float
+) -> tuple[float, float]:
+    """Signed distance and time of the fastest way from the state to rest."""
+    sign = _travel_sign(velocity, acceleration, 1.0)
+    v = sign * velocity
+    a = sign * acceleration
+    way = 0.0
+    time = 0.0
+    facing = 1.0
+    if a < 0.0 and v - a * a / (2.0 * max_jerk) < -_ROUNDING * v:
+        left = sqrt(a * a - 2.0 * max_jerk * v)
+        time = 2.0 * v / (left - a)
+        way = segment_position(time, max_jerk, 0.0, v, a)
+        v = 0.0
+        a = left
+        facing = -1.0
+    elif a < -max_deceleration:
+        time = (-max_deceleration - a) / max_jerk
+        way = segment_position(time, max_jerk, 0.0, v, a)
+        v += time * (0.5 * (a - max_deceleration))
+        a = -max_deceleration
+    top = v + a * a / (2.0 * max_jerk)
+    lead = a / max_jerk
+    ramp = _ramp_time(top, max_deceleration, max_jerk)
+    way += facing * (0.5 * top * ramp + lead * (top - max_jerk * lead * lead / 6.0))
+    return sign * way, time + ramp + lead
+
+
+def stopping_distance(
+    velocity: float, acceleration: float, max_deceleration: float, max_jerk: float
+) -> float:
+    """Signed distance from the state to rest when stopped at once."""
+    way, _ = _stop(velocity, acceleration, max_deceleration, max_jerk)
+    return way
+
+
+def stopping_time(
+    velocity: float, acceleration: float, max_deceleration: float, max_jerk: float
+) -> float:
+    """Seconds from the state to rest when stopped at once."""
+    _, time = _stop(velocity, acceleration, max_deceleration, max_jerk)
+    return time
