@@ -1,0 +1,123 @@
+"""What several rooms of the tests need: witnesses, loopback addresses of their own, stations."""
+
+import importlib.util
+import itertools
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+TCP_PORT = 48898
+READY_WITHIN = 30.0
+"""Seconds; how fast a station is ready on an idle machine is a matter of benchmarks/."""
+
+ENDS_WITHIN = 10.0
+
+ADS_CLIENT = Path(__file__).parent / "interop" / "npm" / "node_modules" / "ads-client"
+
+WITNESSES: dict[str, Callable[[], object]] = {
+    "pyads": lambda: sys.platform == "linux" and importlib.util.find_spec("pyads"),
+    "ads-client": lambda: ADS_CLIENT.is_dir() and shutil.which("node"),
+    "tshark": lambda: shutil.which("tshark"),
+}
+"""Programs by others that judge the station, and how to see that one is installed."""
+
+
+@pytest.fixture(scope="session")
+def witness() -> Callable[[str], None]:
+    """`witness("tshark")` skips the test if tshark is missing; in CI it fails instead.
+
+    `.ci/run` installs every witness and sets ACHSE_WITNESSES=required.
+    """
+
+    def require(name: str) -> None:
+        if not WITNESSES[name]():
+            absent = pytest.fail if os.environ.get("ACHSE_WITNESSES") == "required" else pytest.skip
+            absent(f"{name} is not installed on this machine; .ci/run installs it")
+
+    return require
+
+
+@pytest.fixture(scope="session")
+def free_host() -> Callable[[], str]:
+    """Each call gives a loopback address on which nobody listens at 48898.
+
+    Foreign clients dial that port and no other, so stations side by side differ by address. Where
+    only 127.0.0.1 is configured the test is skipped.
+    """
+    number = os.getpid()
+    hosts = (f"127.{64 + (number >> 8) % 64}.{number % 256}.{last}" for last in itertools.count(1))
+
+    def take() -> str:
+        host = next(hosts)
+        try:
+            socket.create_server((host, TCP_PORT)).close()
+        except OSError as refusal:
+            pytest.skip(f"{host}:{TCP_PORT} cannot be listened on: {refusal}")
+        return host
+
+    return take
+
+
+@dataclass(frozen=True)
+class StationProcess:
+    """A running `achse run`."""
+
+    host: str
+    port: int
+    net_id: str
+    process: subprocess.Popen[str]
+
+
+@pytest.fixture(scope="session")
+def start_station(
+    free_host: Callable[[], str],
+) -> Callable[..., AbstractContextManager[StationProcess]]:
+    """`with start_station("--speed", "2") as station:` runs the station in its own process.
+
+    It listens at 48898 on a loopback address of its own, which with .1.1 is its NetId. At the end
+    it gets SIGTERM and must leave with exit code 0 and nothing on stderr.
+    """
+
+    @contextmanager
+    def start(*arguments: str) -> Iterator[StationProcess]:
+        host = free_host()
+        net_id = f"{host}.1.1"
+        process = subprocess.Popen(
+            [sys.executable, "-m", "achse", "run", "--host", host, "--net-id", net_id, *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        overdue = threading.Timer(READY_WITHIN, process.kill)
+        overdue.start()
+        assert process.stdout is not None
+        ready = process.stdout.readline()
+        overdue.cancel()
+        try:
+            word, state, *pairs = ready.split() or ["", ""]
+            assert (word, state) == ("achse", "ready"), f"no ready line but {ready!r}"
+            facts = dict(pair.split("=", 1) for pair in pairs)
+            address, _, port = facts["tcp"].rpartition(":")
+            yield StationProcess(address, int(port), facts["net_id"], process)
+            assert process.poll() is None, "the station ended during the test"
+        finally:
+            process.send_signal(signal.SIGTERM)
+            try:
+                _, errors = process.communicate(timeout=ENDS_WITHIN)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                _, errors = process.communicate()
+        assert process.returncode == 0, errors
+        assert errors == ""
+
+    return start

@@ -1,0 +1,204 @@
+"""Runs a page of the documentation as its reader would: block by block, in order.
+
+- ```` ```console ```` lines that begin with `$ ` are given to bash; what follows up to the next one
+  is the expected output, errors included. A command that ends in ` &` goes on in the background
+  until the page ends, when it must leave with exit code 0 at SIGTERM. `console fails` expects every
+  command of the block to fail.
+- ```` ```python ```` is executed; one namespace serves the page. A ```` ```text ```` block right
+  after it is what it prints.
+- A block with `title="name"` is written to that file.
+
+In expected output `…` stands for anything within a line, alone in a line for any lines. Each page
+has a folder and a loopback address of its own: `127.0.0.1` in a page means that address, and
+ACHSE_HOST hands it to the commands.
+"""
+
+import contextlib
+import io
+import os
+import re
+import signal
+import subprocess
+import sysconfig
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+LANGUAGES = {"console", "python", "text", "toml", "sh", "st"}
+"""What a fence may say: shown only (`sh`, `st`, `text` apart from a python block) or run."""
+
+PATIENCE = 60.0
+"""Seconds for one command, or for a background command's first lines."""
+
+LOOPBACK = re.compile(r"\b127\.0\.0\.1\b(?!\.\d)")
+"""The address, but not the NetId 127.0.0.1.1.1."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block of a page; `line` is that of its opening fence."""
+
+    language: str
+    options: str
+    body: str
+    line: int
+
+    @property
+    def title(self) -> str:
+        found = re.search(r'title="([^"]+)"', self.options)
+        return found[1] if found else ""
+
+    def commands(self) -> Iterator[tuple[str, list[str]]]:
+        """Each command of a console block with the output expected of it."""
+        for part in re.split(r"^\$ ", self.body, flags=re.MULTILINE)[1:]:
+            command, *expected = part.splitlines()
+            yield command, expected
+
+
+def blocks_of(text: str) -> list[Block]:
+    """The fenced blocks of a Markdown page."""
+    fence = re.compile(r"^```(\w*)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+    return [
+        Block(found[1], found[2], found[3], text.count("\n", 0, found.start()) + 1)
+        for found in fence.finditer(text)
+    ]
+
+
+def matches(expected: list[str], printed: str) -> bool:
+    """True if `printed` is what the page shows, with `…` for what varies."""
+    pattern = "".join(
+        r"(?:[^\n]*\n)*"
+        if line.strip() == "…"
+        else re.escape(line.rstrip()).replace("…", "[^\n]*") + r"[ \t]*\n"
+        for line in expected
+    )
+    if printed and not printed.endswith("\n"):
+        printed += "\n"
+    return re.fullmatch(pattern, printed) is not None
+
+
+@dataclass
+class Reader:
+    """Somebody who types in what one page says."""
+
+    page: str
+    folder: Path
+    host: str
+    namespace: dict[str, Any] = field(default_factory=lambda: {"__name__": "__main__"})
+    background: list[subprocess.Popen[str]] = field(default_factory=list)
+
+    @property
+    def environment(self) -> dict[str, str]:
+        return os.environ | {
+            "PATH": sysconfig.get_path("scripts") + os.pathsep + os.environ["PATH"],
+            "ACHSE_HOST": self.host,
+            "COLUMNS": "100",
+            "NO_COLOR": "1",
+            "PYTHONUNBUFFERED": "1",
+        }
+
+    def read(self, text: str) -> None:
+        """Run the page; the first block that does not do what it says fails the test."""
+        blocks = blocks_of(LOOPBACK.sub(self.host, text))
+        with contextlib.chdir(self.folder):
+            try:
+                for block, after in zip(blocks, [*blocks[1:], None], strict=True):
+                    if block.title:
+                        Path(block.title).write_text(block.body)
+                    elif block.language == "console":
+                        self.console(block)
+                    elif block.language == "python":
+                        self.python(block, after)
+            finally:
+                codes = [self.end(process) for process in self.background]
+        assert not any(codes), f"{self.page}: a background command ended with exit code {codes}"
+
+    def console(self, block: Block) -> None:
+        for command, expected in block.commands():
+            if command.endswith(" &"):
+                self.check(block, command, expected, self.start(command, len(expected)))
+                continue
+            run = subprocess.run(
+                ["bash", "-c", command],
+                env=self.environment,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                timeout=PATIENCE,
+            )
+            self.check(block, command, expected, run.stdout)
+            failed = run.returncode != 0
+            assert failed == ("fails" in block.options), (
+                f"{self.page}:{block.line}: {command!r} ended with exit code {run.returncode}\n"
+                + run.stdout
+            )
+
+    def start(self, command: str, lines: int) -> str:
+        """Start a background command; its first `lines` lines."""
+        process = subprocess.Popen(
+            ["bash", "-c", "exec " + command.removesuffix(" &")],
+            env=self.environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        self.background.append(process)
+        assert process.stdout is not None
+        overdue = threading.Timer(PATIENCE, process.kill)
+        overdue.start()
+        printed = "".join(process.stdout.readline() for _ in range(lines))
+        overdue.cancel()
+        return printed
+
+    def end(self, process: subprocess.Popen[str]) -> int:
+        process.send_signal(signal.SIGTERM)
+        try:
+            process.communicate(timeout=10)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+        return process.returncode
+
+    def python(self, block: Block, after: Block | None) -> None:
+        code = compile("\n" * block.line + block.body, self.page, "exec")
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(code, self.namespace)
+        if after is not None and after.language == "text":
+            expected = after.body.splitlines()
+            self.check(after, "the python block before", expected, printed.getvalue())
+
+    def check(self, block: Block, source: str, expected: list[str], printed: str) -> None:
+        assert matches(expected, printed), (
+            f"{self.page}:{block.line}: {source} should print\n"
+            + "\n".join(expected)
+            + f"\nand printed\n{printed}"
+        )
+
+
+@pytest.fixture
+def read_page(tmp_path: Path, free_host: Callable[[], str]) -> Callable[[str, str], None]:
+    """`read_page(name, text)` runs a page."""
+
+    def read(name: str, text: str) -> None:
+        Reader(name, tmp_path, free_host()).read(text)
+
+    return read
+
+
+@pytest.fixture(scope="session")
+def fences() -> Callable[[str], list[Block]]:
+    """`fences(text)` gives the fenced blocks of a page."""
+    return blocks_of
+
+
+@pytest.fixture(scope="session")
+def languages() -> set[str]:
+    """What the opening fence of a block may say."""
+    return LANGUAGES

@@ -1,0 +1,60 @@
+"""README and every page of docs/ do what they say, when typed in from top to bottom."""
+
+import re
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+LINK = re.compile(r"\]\((?!https?:)([^)#]+)(?:#[^)]*)?\)")
+
+every_page = pytest.mark.parametrize(
+    "page", PAGES, ids=[str(path.relative_to(ROOT)) for path in PAGES]
+)
+
+
+@every_page
+def test_the_page_does_what_it_says(
+    page: Path, read_page: Callable[[str, str], None], witness: Callable[[str], None]
+) -> None:
+    text = page.read_text(encoding="utf-8")
+    if "import pyads" in text:
+        witness("pyads")
+    read_page(str(page.relative_to(ROOT)), text)
+
+
+@every_page
+def test_each_block_names_a_known_language(
+    page: Path, fences: Callable[[str], list[Any]], languages: set[str]
+) -> None:
+    unknown = [
+        f"line {block.line}: {block.language or 'nothing'}"
+        for block in fences(page.read_text(encoding="utf-8"))
+        if block.language not in languages
+    ]
+    assert unknown == []
+
+
+@every_page
+def test_each_link_leads_to_a_file(page: Path) -> None:
+    targets = LINK.findall(page.read_text(encoding="utf-8"))
+    assert [target for target in targets if not (page.parent / target).exists()] == []
+
+
+def test_ci_runs_the_test_command_of_the_readme() -> None:
+    extraction = next(
+        line for line in (ROOT / ".ci/run").read_text().splitlines() if line.startswith("tests=")
+    )
+    command = subprocess.run(
+        ["bash", "-c", f'{extraction}; printf %s "$tests"'],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    assert command in (ROOT / "README.md").read_text().splitlines()
+    assert "pytest" in command
