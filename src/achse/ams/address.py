@@ -15,6 +15,8 @@ _PORT = struct.Struct("<H")
 class NetId(bytes):
     """Six octets that name a router (000 §3.2.2); by habit an IP address followed by .1.1."""
 
+    __slots__ = ()
+
     def __new__(cls, value: "str | bytes") -> Self:
         if isinstance(value, str):
             parts = value.strip().split(".")
@@ -40,10 +42,12 @@ class NetId(bytes):
 class AmsAddress(bytes):
     """A NetId and a port as the 8 bytes of the AMS header; written `5.1.2.3.1.1:851`."""
 
+    __slots__ = ()
+
     def __new__(cls, value: "str | bytes") -> Self:
         if isinstance(value, str):
             net_id, colon, port = value.rpartition(":")
-            if not colon or not port.isdigit():
+            if not (colon and len(port) <= 5 and port.isascii() and port.isdigit()):
                 raise ValueError(f"an AMS address is NETID:PORT, got {value!r}")
             return cls.of(NetId(net_id), int(port))
         if len(value) != 8:
@@ -55,7 +59,7 @@ class AmsAddress(bytes):
         """The address of `port` (0..65535) at `net_id`."""
         if not 0 <= port <= 0xFFFF:
             raise ValueError(f"an AMS port is 0..65535, got {port}")
-        return super().__new__(cls, bytes(net_id) + _PORT.pack(port))
+        return cls(bytes(net_id) + _PORT.pack(port))
 
     @property
     def net_id(self) -> NetId:

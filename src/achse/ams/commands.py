@@ -190,7 +190,7 @@ class DeleteNotificationRequest(NamedTuple):
 
 
 class ReadDeviceInfoResponse(NamedTuple):
-    """Version (major 1, minor 1, build 2 bytes) and name (16 bytes, NUL padded)."""
+    """Version (major 1, minor 1, build 2 bytes) and name (cp1252, cut or NUL padded to 16)."""
 
     result: int
     major: int = 0
@@ -200,7 +200,11 @@ class ReadDeviceInfoResponse(NamedTuple):
 
     def encode(self) -> bytes:
         return DEVICE_INFO.pack(
-            self.result, self.major, self.minor, self.build, self.name.encode("cp1252")[:16]
+            self.result,
+            self.major,
+            self.minor,
+            self.build,
+            self.name.encode("cp1252", "replace"),
         )
 
     @classmethod
@@ -323,8 +327,14 @@ def decode_request(frame: Frame) -> Request:
 
 
 def decode_response(frame: Frame) -> Response:
-    """The response in `frame`; raises `DecodeError` for an unknown command or wrong sizes."""
+    """The response in `frame`; raises `DecodeError` for an unknown command or wrong sizes.
+
+    An error of just four bytes is taken as well: some TwinCAT 2 devices answer so.
+    """
     kind = _RESPONSES.get(frame.command)
     if kind is None:
         raise DecodeError(f"ADS command {frame.command} has no response")
-    return kind.decode(frame.data)
+    data = frame.data
+    if len(data) == 4 and any(data):
+        return kind(*RESULT.unpack(data))
+    return kind.decode(data)

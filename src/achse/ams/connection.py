@@ -14,6 +14,9 @@ DEFAULT_MAX_LENGTH = 64 * 1024 * 1024
 
 _TCP_COMMANDS = {command.value: command for command in TcpCommand}
 
+_MAX_SERVICE_LENGTH = 64
+"""No port service takes more bytes than these; the longest known takes 8."""
+
 
 class Connection:
     """The receiving half of one AMS/TCP connection.
@@ -23,12 +26,13 @@ class Connection:
     their place in the order; afterwards the connection is of no use and every call raises again.
     """
 
-    __slots__ = ("_failure", "_pending", "max_length")
+    __slots__ = ("_failure", "_needed", "_pending", "max_length")
 
     def __init__(self, max_length: int = DEFAULT_MAX_LENGTH) -> None:
         self.max_length = max_length
         self._pending = bytearray()
-        self._failure: DecodeError | None = None
+        self._needed = 0
+        self._failure = ""
 
     @property
     def pending(self) -> int:
@@ -37,63 +41,62 @@ class Connection:
 
     def receive(self, data: bytes) -> Iterator[Event]:
         """Yield every event that `data` completes. Iterate to the end before the next call."""
-        if self._failure is not None:
-            raise self._failure
-        stream: bytes | bytearray = data
+        if self._failure:
+            raise DecodeError(self._failure)
         if self._pending:
             self._pending += data
-            stream = self._pending
-        position = 0
+            if len(self._pending) < self._needed:
+                return
+            data = bytes(self._pending)
+            self._pending = bytearray()
+        position, end = 0, len(data)
         try:
-            end = len(stream)
             while end - position >= 6:
-                command, length = TCP_HEADER.unpack_from(stream, position)
-                if command not in _TCP_COMMANDS:
-                    raise DecodeError(f"AMS/TCP command 0x{command:04X} is not known")
+                command, length = TCP_HEADER.unpack_from(data, position)
+                start = position + 6
+                stop = start + length
+                if command:
+                    self._check_service(command, length)
+                    if stop > end:
+                        self._needed = 6 + length
+                        break
+                    yield TcpMessage(_TCP_COMMANDS[command], data[start:stop])
+                    position = stop
+                    continue
+                if length < 32:
+                    raise DecodeError(f"an AMS packet has at least 32 bytes, got {length}")
                 if length > self.max_length:
                     raise DecodeError(
                         f"a packet of {length} bytes is announced, the limit is {self.max_length}"
                     )
-                start = position + 6
-                if command:
-                    if length > 64:
-                        raise DecodeError(
-                            f"a port service takes at most 64 bytes, {length} are announced"
-                        )
-                    if end - start < length:
-                        break
-                    position = start + length
-                    yield TcpMessage(_TCP_COMMANDS[command], bytes(stream[start:position]))
-                    continue
-                if length < 32:
-                    raise DecodeError(f"an AMS packet has at least 32 bytes, got {length}")
                 if end - start < 32:
+                    self._needed = 38
                     break
                 target, source, ads, flags, size, error, invoke_id = AMS_HEADER.unpack_from(
-                    stream, start
+                    data, start
                 )
                 if size != length - 32:
                     raise DecodeError(
                         f"the AMS header announces {size} bytes of data, the packet has"
                         f" {length - 32}"
                     )
-                if end - start < length:
+                if stop > end:
+                    self._needed = 6 + length
                     break
-                position = start + length
-                yield Frame(
-                    target,
-                    source,
-                    ads,
-                    flags,
-                    error,
-                    invoke_id,
-                    bytes(stream[start + 32 : position]),
-                )
+                yield Frame(target, source, ads, flags, error, invoke_id, data[start + 32 : stop])
+                position = stop
+            else:
+                self._needed = 6
         except DecodeError as failure:
-            self._failure = failure
-            self._pending = bytearray()
+            self._failure = str(failure)
             raise
-        if stream is self._pending:
-            del self._pending[:position]
-        else:
+        if position < end:
             self._pending += data[position:]
+
+    def _check_service(self, command: int, length: int) -> None:
+        if command not in _TCP_COMMANDS:
+            raise DecodeError(f"AMS/TCP command 0x{command:04X} is not known")
+        if length > _MAX_SERVICE_LENGTH:
+            raise DecodeError(
+                f"a port service takes at most {_MAX_SERVICE_LENGTH} bytes, {length} are announced"
+            )

@@ -73,3 +73,4 @@ class RequestTimeout(CodedError):
 
     def __init__(self, context: str = "") -> None:
         super().__init__(ReturnCode.CLIENT_TIMEOUT, context)
+        self.args = (context,)  # what a copy or a pickle is made from

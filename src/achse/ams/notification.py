@@ -44,7 +44,7 @@ class NotificationStream(NamedTuple):
         if len(data) < 8:
             raise DecodeError(f"a notification has at least 8 bytes, got {len(data)}")
         length, stamp_count = _STREAM.unpack_from(data)
-        if length != len(data) - 4:
+        if length not in (len(data) - 4, len(data)):  # one foreign server counts itself, too
             raise DecodeError(
                 f"a notification announces {length} bytes after its length, {len(data) - 4} came"
             )
@@ -77,7 +77,7 @@ class NotificationStream(NamedTuple):
 
 def encode_stream(stamps: Sequence[tuple[int, Sequence[tuple[int, bytes]]]]) -> bytes:
     """The bytes of `stamps`, each `(filetime, [(handle, data), …])`."""
-    parts = [b""]
+    parts: list[bytes] = []
     for filetime, samples in stamps:
         parts.append(_STAMP.pack(filetime, len(samples)))
         for handle, data in samples:

@@ -5,7 +5,6 @@ begins every response (device); NC errors share the number space, see `nc`.
 """
 
 from enum import Enum
-from functools import cache
 
 __all__ = ["ReturnCode"]
 
@@ -17,12 +16,13 @@ class ReturnCode(Enum):
     """One row of the return code table.
 
     `number` is what travels; `vendor_name` is the identifier the manuals print; `text` is the
-    meaning. Four positive HRESULTs share small numbers with errors of the global group, therefore
-    members are distinct by `hresult` and found by number with `of`, errors first.
+    meaning; `hresult` is the number as HRESULT, None for the socket errors, which have none.
+    Two positive HRESULTs share their number with errors of the global group: both are members,
+    and `of` gives the error.
     """
 
     number: int
-    hresult: int
+    hresult: int | None
     vendor_name: str
     text: str
 
@@ -31,22 +31,22 @@ class ReturnCode(Enum):
         member.number = number
         member.vendor_name = vendor_name
         member.text = text
-        positive = vendor_name.startswith("S_")
-        member.hresult = number if positive else _HRESULT_BASE + number
-        member._value_ = member.hresult
+        if vendor_name.startswith("S_"):
+            member.hresult = number
+        elif vendor_name.startswith("WSA"):
+            member.hresult = None
+        else:
+            member.hresult = _HRESULT_BASE + number
+        member._value_ = number if member.hresult is None else member.hresult
         return member
 
     def __int__(self) -> int:
         return self.number
 
     @staticmethod
-    @cache
     def of(number: int) -> "ReturnCode | None":
         """The code that travels as `number`, or None if the manuals print none."""
-        for code in ReturnCode:
-            if code.number == number:
-                return code
-        return None
+        return _BY_NUMBER.get(number)
 
     # global
     NO_ERROR = (0x0, "ERR_NOERROR", "Success.")
@@ -150,7 +150,8 @@ class ReturnCode(Enum):
     INVALID_CONTEXT = (
         0x709,
         "ADSERR_DEVICE_INVALIDCONTEXT",
-        "Wrong context, for example ADS blocks used from different tasks; synchronise them.",
+        "Wrong operating-system context, for example ADS blocks used from different tasks;"
+        " synchronise the tasks.",
     )
     DEVICE_NO_MEMORY = (0x70A, "ADSERR_DEVICE_NOMEMORY", "Device out of memory.")
     INVALID_PARAMETER = (0x70B, "ADSERR_DEVICE_INVALIDPARM", "Parameter values not valid.")
@@ -348,3 +349,7 @@ class ReturnCode(Enum):
         "Target computer refused the connection, usually because no server runs there.",
     )
     SOCKET_HOST_UNREACHABLE = (0x2751, "WSAEHOSTUNREACH", "No route to the host.")
+
+
+_BY_NUMBER = {code.number: code for code in reversed(ReturnCode)}
+"""The last entry of a number wins, so that errors, which come first, beat positive HRESULTs."""

@@ -1,14 +1,14 @@
 """One AMS router: a NetId with ports on it, routes to other routers, and ways back to clients.
 
-Frames travel by their 8-byte target address through one dictionary; everything else here happens
-only when that look-up misses. Nothing in here waits or does I/O.
+Frames for local ports travel by their 8-byte target address through one dictionary; everything
+else here happens only when that look-up misses. Nothing in here waits or does I/O.
 """
 
 import logging
 from collections.abc import Callable
 from itertools import chain
 
-from achse.ams import AmsAddress, Command, Endpoint, Frame, NetId, RouterError
+from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame, NetId, RouterError
 from achse.codes import ReturnCode
 
 __all__ = ["FIRST_CLIENT_PORT", "LOOPBACK_NET_ID", "Router"]
@@ -21,23 +21,26 @@ FIRST_CLIENT_PORT = 32768
 LOOPBACK_NET_ID = NetId("127.0.0.1.1.1")
 """Alias of the local NetId on every router."""
 
+_UNANSWERED = int(Flags.RESPONSE | Flags.NO_RESPONSE)
+
 
 class Router:
     """Routes frames between the local ports, known remote routers and learned clients.
 
     - `register` puts an endpoint on a local port, `add_route` one behind a foreign NetId;
-    - `learn` notes by which connection a client's address was last seen, so that notifications
-      find back to clients that never registered (remote ones never do);
+    - `learn` notes by which connection a client's address was last seen, so that responses and
+      notifications find back to clients that never registered (remote ones never do); requests do
+      not go there, or anyone could pose as a server by its source address;
     - a request for a port nobody holds is answered with AMS error 0x6, one for a NetId without a
       route with 0x7, both in the header with empty data.
     """
 
     def __init__(self, net_id: NetId) -> None:
         self.net_id = net_id
-        self._ports: dict[int, Endpoint] = {}
+        self._ports: set[int] = set()
+        self._local: dict[bytes, Endpoint] = {}
         self._routes: dict[bytes, Endpoint] = {}
-        self._learned: dict[bytes, Endpoint] = {}
-        self._by_address: dict[bytes, Endpoint] = {}
+        self._learned: dict[bytes, dict[Endpoint, None]] = {}
         self._close_listeners: list[Callable[[AmsAddress], None]] = []
         self._next_port = FIRST_CLIENT_PORT
         self.lost_frames = 0
@@ -53,15 +56,17 @@ class Router:
         """Put `endpoint` on a local port; 0 takes the next free one from 32768 up.
 
         Raises RouterError ROUTER_PORT_IN_USE (0x506) if the port is taken, ROUTER_NO_MORE_QUEUES
-        (0x508) if all are.
+        (0x508) if all are; ValueError for a number that is no port.
         """
         if port == 0:
             port = self._free_port()
         elif port in self._ports:
             raise RouterError(ReturnCode.ROUTER_PORT_IN_USE, f"port {port}")
-        self._ports[port] = endpoint
-        self._by_address.clear()
-        return AmsAddress.of(self.net_id, port)
+        address = AmsAddress.of(self.net_id, port)
+        self._ports.add(port)
+        self._local[address] = endpoint
+        self._local[AmsAddress.of(LOOPBACK_NET_ID, port)] = endpoint
+        return address
 
     def _free_port(self) -> int:
         candidates = chain(
@@ -75,9 +80,14 @@ class Router:
 
     def unregister(self, port: int) -> None:
         """Free a local port; devices forget what the client behind it held. Unknown is no error."""
-        if self._ports.pop(port, None) is not None:
-            self._by_address.clear()
-            self._tell_closed(AmsAddress.of(self.net_id, port))
+        if port not in self._ports:
+            return
+        address = AmsAddress.of(self.net_id, port)
+        self._ports.remove(port)
+        self._local.pop(address)
+        self._local.pop(AmsAddress.of(LOOPBACK_NET_ID, port), None)
+        for listener in self._close_listeners:
+            listener(address)
 
     @property
     def ports(self) -> list[int]:
@@ -88,32 +98,28 @@ class Router:
         """Call `listener` with the address of each local port that is freed from now on."""
         self._close_listeners.append(listener)
 
-    def _tell_closed(self, address: AmsAddress) -> None:
-        for listener in self._close_listeners:
-            listener(address)
-
     # routes ----------------------------------------------------------------------------------
 
     def add_route(self, net_id: NetId, endpoint: Endpoint) -> None:
         """Send frames for `net_id` to `endpoint`; replaces an older route."""
         self._routes[net_id] = endpoint
-        self._by_address.clear()
 
     def remove_route(self, net_id: NetId) -> None:
         """Forget the route to `net_id`. Unknown is no error."""
-        if self._routes.pop(net_id, None) is not None:
-            self._by_address.clear()
+        self._routes.pop(net_id, None)
 
     def learn(self, source: bytes, endpoint: Endpoint) -> None:
-        """Remember that the client `source` is reached by `endpoint`."""
-        self._learned[source] = endpoint
-        self._by_address.pop(source, None)
+        """Remember that the client `source` was last seen behind `endpoint`."""
+        ways = self._learned.setdefault(source, {})
+        ways.pop(endpoint, None)
+        ways[endpoint] = None
 
     def forget(self, source: bytes, endpoint: Endpoint) -> None:
-        """Undo `learn`, unless `source` has been seen elsewhere since."""
-        if self._learned.get(source) is endpoint:
-            del self._learned[source]
-            self._by_address.pop(source, None)
+        """Undo `learn`; where `source` was seen before counts again. Unknown is no error."""
+        ways = self._learned.get(source, {})
+        ways.pop(endpoint, None)
+        if not ways:
+            self._learned.pop(source, None)
 
     # frames ----------------------------------------------------------------------------------
 
@@ -125,26 +131,29 @@ class Router:
         via = frame.via
         if via is not None and via.deliver(frame):
             return True
-        endpoint = self._by_address.get(frame.target)
+        endpoint = self._local.get(frame.target)
         if endpoint is None:
-            endpoint = self._find(frame.target)
+            endpoint = self._beyond(frame)
         if endpoint is not None and endpoint.deliver(frame):
             return True
         self._refuse(frame)
         return False
 
-    def _find(self, target: bytes) -> Endpoint | None:
-        endpoint: Endpoint | None = None
-        if self.is_local(target[:6]):
-            endpoint = self._ports.get(target[6] | target[7] << 8)
-        if endpoint is None:
-            endpoint = self._learned.get(target) or self._routes.get(target[:6])
-        if endpoint is not None:
-            self._by_address[target] = endpoint
-        return endpoint
+    def _beyond(self, frame: Frame) -> Endpoint | None:
+        """Where a frame goes that is for no local port."""
+        net_id = frame.target[:6]
+        if not self.is_local(net_id):
+            endpoint = self._routes.get(net_id)
+            if endpoint is not None and endpoint is not frame.origin:
+                return endpoint
+        if frame.is_response or frame.command == Command.NOTIFICATION:
+            ways = self._learned.get(frame.target)
+            if ways:
+                return next(reversed(ways))
+        return None
 
     def _refuse(self, frame: Frame) -> None:
-        if frame.is_response or frame.command == Command.NOTIFICATION:
+        if frame.flags & _UNANSWERED or frame.command == Command.NOTIFICATION:
             self.lost_frames += 1
             return
         code = (

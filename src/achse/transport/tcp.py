@@ -6,12 +6,15 @@ Source: reference traffic for the port service (0x1000, 0x0001, 0x1002); 000 §3
 import asyncio
 import ipaddress
 import logging
+from collections import deque
 from typing import Any, cast
 
 from achse.ams import (
     AmsAddress,
+    Command,
     Connection,
     DecodeError,
+    Endpoint,
     Frame,
     RouterError,
     TcpCommand,
@@ -30,6 +33,15 @@ TCP_PORT = 48898
 _LEARNED_PER_CONNECTION = 1024
 """More source addresses than this on one connection are no client; the oldest is forgotten."""
 
+_ASKED_PER_CONNECTION = 1024
+"""Requests passed on to one foreign server that may be unanswered; the oldest is forgotten."""
+
+_FLUSH_SIZE = 256 * 1024
+"""Answers are written once per turn of the loop, or when this many bytes have gathered."""
+
+_LINGER = 5.0
+"""Seconds a closed connection has to take the rest of what was sent to it."""
+
 
 class TcpConnection(asyncio.Protocol):
     """One accepted connection: bytes to frames to the router, and back.
@@ -44,11 +56,15 @@ class TcpConnection(asyncio.Protocol):
         self._stream = Connection(listener.max_length)
         self._sources: dict[bytes, None] = {}
         self._last_source = b""
-        self._registered: list[AmsAddress] = []
+        self._asked: dict[tuple[bytes, bytes, int], deque[Endpoint]] = {}
         self._out: list[bytes] = []
+        self._out_size = 0
         self._flush_due = False
         self._receiving = False
+        self._open = False
         self._transport: asyncio.Transport | None = None
+        self.registered: list[AmsAddress] = []
+        """Local ports that the peer holds."""
         self.peer = "?"
         self.peer_host = ""
 
@@ -56,6 +72,7 @@ class TcpConnection(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = cast(asyncio.Transport, transport)
+        self._open = True
         name: Any = transport.get_extra_info("peername")
         if name:
             self.peer_host = name[0]
@@ -64,34 +81,50 @@ class TcpConnection(asyncio.Protocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._transport = None
-        for source in self._sources:
-            self._router.forget(source, self)
-        self._sources.clear()
-        for address in self._registered:
-            self._router.unregister(address.port)
-        self._registered.clear()
+        self._leave()
         self._listener.closed(self)
 
+    def eof_received(self) -> None:
+        self.close()
+
     def data_received(self, data: bytes) -> None:
+        if not self._open:
+            return
         router = self._router
         self._receiving = True
         try:
             for event in self._stream.receive(data):
-                if self._transport is None:
-                    break
                 if isinstance(event, Frame):
                     event.origin = self
                     if event.source != self._last_source:
                         self._learn(event.source)
+                    if self._asked and event.is_response:
+                        event.via = self._asker(event)
                     router.deliver(event)
                 else:
                     self._serve(event)
+                if not self._open:
+                    break
         except DecodeError as failure:
             log.warning("closing %s: %s", self.peer, failure)
             self.close()
         finally:
             self._receiving = False
             self._flush()
+
+    def _leave(self) -> None:
+        """From here on the peer is unreachable and holds nothing."""
+        self._open = False
+        self._out.clear()
+        self._out_size = 0
+        self._asked.clear()
+        for source in self._sources:
+            self._router.forget(source, self)
+        self._sources.clear()
+        while self.registered:
+            self._router.unregister(self.registered.pop().port)
+
+    # addresses -------------------------------------------------------------------------------
 
     def _learn(self, source: bytes) -> None:
         self._last_source = source
@@ -102,11 +135,28 @@ class TcpConnection(asyncio.Protocol):
             del self._sources[oldest]
             self._router.forget(oldest, self)
 
+    def _note_asker(self, request: Frame, asker: Endpoint) -> None:
+        """Remember who asks the server behind this connection: askers may share an address."""
+        key = (request.source, request.target, request.invoke_id)
+        self._asked.setdefault(key, deque(maxlen=_ASKED_PER_CONNECTION)).append(asker)
+        if len(self._asked) > _ASKED_PER_CONNECTION:
+            del self._asked[next(iter(self._asked))]
+
+    def _asker(self, response: Frame) -> Endpoint | None:
+        key = (response.target, response.source, response.invoke_id)
+        askers = self._asked.get(key)
+        if askers is None:
+            return None
+        asker = askers.popleft()
+        if not askers:
+            del self._asked[key]
+        return asker
+
     # the port service of a local router --------------------------------------------------------
 
     def _serve(self, message: TcpMessage) -> None:
         if not (self._listener.external_registration or _is_loopback(self.peer_host)):
-            log.warning("%s is not on this host: port service refused", self.peer)
+            log.warning("closing %s: it is not on this host, port service refused", self.peer)
             self.close()
         elif message.command is TcpCommand.PORT_CONNECT and len(message.data) == 2:
             self._register(int.from_bytes(message.data, "little"))
@@ -130,24 +180,33 @@ class TcpConnection(asyncio.Protocol):
             log.warning("closing %s: %s", self.peer, refusal)
             self.close()
             return
-        self._registered.append(address)
+        self.registered.append(address)
         self._send(TcpMessage(TcpCommand.PORT_CONNECT, bytes(address)))
 
     def _unregister(self, port: int) -> None:
-        for address in self._registered:
-            if address.port == port:
-                self._registered.remove(address)
-                self._router.unregister(port)
-                return
+        """Free a port of this peer. With the last one gone its connection ends: clients wait."""
+        address = AmsAddress.of(self._router.net_id, port)
+        if address in self.registered:
+            self.registered.remove(address)
+            self._router.unregister(port)
+            if not self.registered:
+                self.close()
 
     # out ---------------------------------------------------------------------------------------
 
     def deliver(self, frame: Frame) -> bool:
         """Send `frame` to the peer; False if the connection is gone."""
-        if self._transport is None:
+        if not self._open:
             return False
-        self._out.append(frame.encode_tcp())
-        if not (self._receiving or self._flush_due):
+        asker = frame.origin
+        if asker is not None and not frame.is_response and frame.command != Command.NOTIFICATION:
+            self._note_asker(frame, asker)
+        packet = frame.encode_tcp()
+        self._out.append(packet)
+        self._out_size += len(packet)
+        if self._out_size > _FLUSH_SIZE:
+            self._flush()
+        elif not (self._receiving or self._flush_due):
             self._flush_due = True
             self._listener.loop.call_soon(self._flush)
         return True
@@ -157,12 +216,11 @@ class TcpConnection(asyncio.Protocol):
 
     def _flush(self) -> None:
         self._flush_due = False
-        if not self._out:
+        out, transport = self._out, self._transport
+        if not out or transport is None:
             return
-        out, self._out = self._out, []
-        transport = self._transport
-        if transport is None:
-            return
+        self._out = []
+        self._out_size = 0
         transport.write(b"".join(out) if len(out) > 1 else out[0])
         if transport.get_write_buffer_size() > self._listener.max_backlog:
             log.warning("cutting off %s: it does not read what it asked for", self.peer)
@@ -170,22 +228,25 @@ class TcpConnection(asyncio.Protocol):
 
     def abort(self) -> None:
         """Close at once; what waits for the peer is lost."""
+        self._leave()
         if self._transport is not None:
             self._transport.abort()
-            self._transport = None
 
     def close(self) -> None:
-        """Send what is due and close."""
-        if self._transport is not None:
-            self._flush()
+        """Send what is due and close; a peer that does not take it in time is cut off."""
+        self._flush()
+        if self._open and self._transport is not None:
+            self._leave()
             self._transport.close()
+            if self._transport.get_write_buffer_size():
+                self._listener.loop.call_later(_LINGER, self.abort)
 
 
 class TcpListener:
     """Accepts AMS/TCP connections for a router.
 
     - `strict`: one connection per remote host as the original does; a second one closes the
-      first. Off by default: any number.
+      first, unless that holds a registered port. Off by default: any number.
     - `external_registration`: serve the local port service to other hosts as well.
     - `max_length`: longest packet taken, bytes.
     - `max_backlog`: bytes that may wait for a peer that does not read.
@@ -213,42 +274,56 @@ class TcpListener:
         self.connections: set[TcpConnection] = set()
         self.loop: asyncio.AbstractEventLoop
         self._server: asyncio.Server | None = None
+        self._last_closed = asyncio.Event()
 
     async def open(self, host: str = "127.0.0.1", port: int = TCP_PORT) -> None:
         """Listen on `host`:`port`; 0 takes a free one, see `self.port`. OSError if it is taken."""
         self.loop = asyncio.get_running_loop()
-        self._server = await self.loop.create_server(lambda: TcpConnection(self), host, port)
+        self._server = await self.loop.create_server(
+            lambda: TcpConnection(self), host, port, start_serving=False
+        )
         self.host, self.port = self._server.sockets[0].getsockname()[:2]
+        await self._server.start_serving()
 
     async def close(self) -> None:
-        """Stop listening and close every connection."""
-        if self._server is not None:
-            self._server.close()
-            for connection in list(self.connections):
-                connection.close()
-            await asyncio.sleep(0)
-            for connection in list(self.connections):
-                connection.abort()
-            await self._server.wait_closed()
-            self._server = None
+        """Stop listening and close every connection; a peer that does not read gets no time."""
+        server, self._server = self._server, None
+        if server is None:
+            return
+        server.close()
+        for connection in list(self.connections):
+            connection.close()
+        await asyncio.sleep(0)
+        for connection in list(self.connections):
+            connection.abort()
+        self._last_closed.clear()
+        if self.connections:
+            await self._last_closed.wait()
+        await server.wait_closed()
 
     def opened(self, connection: TcpConnection) -> None:
         """A connection came up: apply the limit and the one-per-host rule."""
+        if self._server is None:
+            connection.abort()
+            return
         if len(self.connections) >= self.max_connections:
             log.warning(
                 "closing %s: %d connections are open", connection.peer, len(self.connections)
             )
-            connection.close()
+            connection.abort()
             return
         if self.strict:
-            for other in [c for c in self.connections if c.peer_host == connection.peer_host]:
-                log.warning("closing %s: %s replaces it", other.peer, connection.peer)
-                other.close()
+            for other in list(self.connections):
+                if other.peer_host == connection.peer_host and not other.registered:
+                    log.warning("closing %s: %s replaces it", other.peer, connection.peer)
+                    other.close()
         self.connections.add(connection)
 
     def closed(self, connection: TcpConnection) -> None:
         """A connection went down."""
         self.connections.discard(connection)
+        if not self.connections:
+            self._last_closed.set()
 
 
 def _is_loopback(host: str) -> bool:
