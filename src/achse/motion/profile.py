@@ -53,6 +53,7 @@ _LARGEST_STATE = 1e15
 _ROUNDING = 1e-13  # what accumulated rounding of a replanned state may amount to, relative
 _NEGLIGIBLE = 1e-60  # distances below would underflow in the powers below; no axis knows them
 _CONVERGED = 4e-16
+_CANCELLED = 1e-12
 _MAX_ITERATIONS = 100
 
 
@@ -67,8 +68,14 @@ def segment_velocity(t: float, j: float, v: float, a: float) -> float:
 
 
 def segment_acceleration(t: float, j: float, a: float) -> float:
-    """Acceleration after `t` seconds of jerk `j`."""
-    return a + t * j
+    """Acceleration after `t` seconds of jerk `j`; zero where only rounding is left of it.
+
+    Left standing, 1e-15 unit/s² would bend an hour of constant velocity.
+    """
+    result = a + t * j
+    if abs(result) <= _CANCELLED * abs(a):
+        return 0.0
+    return result
 
 
 def duration(seg_time: Sequence[float], count: int) -> float:
