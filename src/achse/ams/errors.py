@@ -12,6 +12,7 @@ from achse.codes import ReturnCode
 
 __all__ = [
     "AdsError",
+    "CodedError",
     "ConnectionLost",
     "DecodeError",
     "DeviceError",

@@ -9,7 +9,7 @@ from typing import NamedTuple, Self
 
 from achse.ams.errors import DecodeError
 
-__all__ = ["NotificationStream", "Sample", "Stamp"]
+__all__ = ["NotificationStream", "Sample", "Stamp", "encode_stream"]
 
 _STREAM = struct.Struct("<II")
 _STAMP = struct.Struct("<QI")

@@ -23,7 +23,7 @@ from achse.ams import (
 from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.router import Router
 
-__all__ = ["TCP_PORT", "TcpListener"]
+__all__ = ["TCP_PORT", "TcpConnection", "TcpListener"]
 
 log = logging.getLogger("achse.tcp")
 
