@@ -1,0 +1,247 @@
+"""Arrays of any dimensions and bounds: plain lists as values, indexed views in memory."""
+
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from math import prod
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from achse.iec.elementary import BYTE, IntegerType, RealType
+from achse.iec.errors import DeclarationError, IecDecodeError, IecPathError, IecValueError, shown
+from achse.iec.types import Buffer, IecType
+
+__all__ = ["Array", "ArrayType", "Bounds"]
+
+V = TypeVar("V")
+
+
+class Bounds(NamedTuple):
+    """First and last index of one dimension; `last` is `first - 1` if it is empty."""
+
+    first: int
+    last: int
+
+    @property
+    def length(self) -> int:
+        return self.last - self.first + 1
+
+    def __str__(self) -> str:
+        return f"{self.first}..{self.last}"
+
+
+class ArrayType(IecType[list[Any]], Generic[V]):
+    """`ARRAY [first..last, …] OF element`, the last dimension running fastest.
+
+    A value is a list in declared order, nested for several dimensions: the list's index 0 is the
+    element at the lower bound. In memory it is an `Array`, indexed by the declared bounds.
+    """
+
+    is_view = True
+
+    def __init__(self, element: IecType[V], dimensions: Sequence[Bounds]) -> None:
+        if not dimensions:
+            raise DeclarationError("an array has at least one dimension")
+        if element.is_bit:
+            raise DeclarationError("a BIT cannot be the element of an array")
+        for bounds in dimensions:
+            if bounds.first < -(1 << 31) or bounds.last >= 1 << 31 or bounds.length < 0:
+                raise DeclarationError(f"array bounds {bounds} are none: first..last in 32 bits")
+        self.element = element
+        self.dimensions = tuple(dimensions)
+        self.counts = tuple(bounds.length for bounds in dimensions)
+        self.count = prod(self.counts)
+        self.strides = tuple(
+            prod(self.counts[index + 1 :]) * element.size for index in range(len(self.counts))
+        )
+        """Bytes from one index to the next, per dimension."""
+        self.plain = isinstance(element, IntegerType | RealType)
+        super().__init__(
+            f"ARRAY [{','.join(map(str, self.dimensions))}] OF {element.name}",
+            self.count * element.size,
+            element.alignment,
+            element.adst,
+        )
+
+    def describe(self) -> str:
+        return f"{self.name} {self.element.describe()}"
+
+    @cached_property
+    def default(self) -> bytes:
+        return self.element.default * self.count
+
+    @cached_property
+    def _codec(self) -> struct.Struct:
+        assert isinstance(self.element, IntegerType | RealType)
+        return struct.Struct(f"<{self.count}{self.element.code}")
+
+    def encode(self, value: object) -> bytes:
+        if isinstance(value, Array) and value.type is self:
+            return value.tobytes()
+        if isinstance(value, bytes | bytearray) and self.element is BYTE:
+            if len(value) != self.size:
+                raise self.reject(value)
+            return bytes(value)
+        flat: list[object] = []
+        if self.count or _items(value):
+            self._flatten(value, 0, flat)
+        if self.plain:
+            try:
+                return self._codec.pack(*flat)
+            except (struct.error, OverflowError, TypeError, ValueError):
+                pass
+        encode = self.element.encode
+        index = 0
+        try:
+            parts = []
+            for index, item in enumerate(flat):  # noqa: B007
+                parts.append(encode(item))
+        except IecValueError as error:
+            raise IecValueError(
+                f"{self.name} element [{self._index_text(index)}]: {error.type_name}",
+                error.expected,
+                error.value,
+            ) from None
+        return b"".join(parts)
+
+    def _flatten(self, value: object, dimension: int, flat: list[object]) -> None:
+        count = self.counts[dimension]
+        items = _items(value)
+        if items is None or len(items) != count:
+            where = f" in dimension {dimension + 1}" if len(self.counts) > 1 else ""
+            raise self.reject(value, f"a list of {count} values{where}")
+        if dimension + 1 == len(self.counts):
+            flat.extend(items)
+        else:
+            for item in items:
+                self._flatten(item, dimension + 1, flat)
+
+    def _index_text(self, index: int) -> str:
+        parts = []
+        for bounds in reversed(self.dimensions):
+            index, rest = divmod(index, bounds.length)
+            parts.append(str(bounds.first + rest))
+        return ",".join(reversed(parts))
+
+    def decode(self, data: bytes | Buffer) -> list[Any]:
+        if len(data) < self.size:
+            raise IecDecodeError(f"{self.name} has {self.size} bytes, got {len(data)}")
+        if self.plain:
+            flat = list(self._codec.unpack_from(data))
+        else:
+            size = self.element.size
+            decode = self.element.decode
+            flat = [decode(data[index * size : (index + 1) * size]) for index in range(self.count)]
+        for length in reversed(self.counts[1:]):
+            flat = [flat[i : i + length] for i in range(0, len(flat), length)] if length else []
+        return flat
+
+    def read(self, buffer: Buffer, offset: int) -> Any:
+        """An `Array` view of the memory at `offset`."""
+        return Array(self, buffer, offset)
+
+    def write(self, buffer: Buffer, offset: int, value: object) -> None:
+        buffer[offset : offset + self.size] = self.encode(value)
+
+    def position(self, indices: Sequence[int]) -> int:
+        """Bytes from the start of the array to the element (or the row) at `indices`.
+
+        Raises `IecPathError` if an index is out of bounds or there are too many.
+        """
+        if len(indices) > len(self.dimensions):
+            raise IecPathError(
+                f"{self.name} has {len(self.dimensions)} dimensions, got {len(indices)} indices"
+            )
+        offset = 0
+        for index, bounds, stride in zip(indices, self.dimensions, self.strides, strict=False):
+            if not bounds.first <= index <= bounds.last:
+                raise IecPathError(f"index {shown(index)} is outside {bounds} of {self.name}")
+            offset += (index - bounds.first) * stride
+        return offset
+
+    def row(self, dimensions: int) -> "ArrayType[V]":
+        """The array that is left after the first `dimensions` indices."""
+        return self._rows[dimensions]
+
+    @cached_property
+    def _rows(self) -> tuple["ArrayType[V]", ...]:
+        tails = range(1, len(self.dimensions))
+        return (self, *(ArrayType(self.element, self.dimensions[tail:]) for tail in tails))
+
+    @property
+    def expected(self) -> str:
+        return f"lists of {' x '.join(map(str, self.counts))} values"
+
+
+def _items(value: object) -> Sequence[object] | None:
+    if isinstance(value, list | tuple):
+        return value
+    if isinstance(value, str | bytes | bytearray | Mapping) or not hasattr(value, "__len__"):
+        return None
+    try:
+        return list(value)  # type: ignore[call-overload, no-any-return]
+    except TypeError:
+        return None
+
+
+class Array(Generic[V]):
+    """An array in memory: `a[3]`, `a[1, 2]` or `a[1][2]`, by the declared bounds.
+
+    Reads and writes in place. Iterates, compares and prints like the list of its values.
+    """
+
+    __slots__ = ("_buffer", "_offset", "_views", "type")
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, type: ArrayType[V], buffer: Buffer, offset: int = 0) -> None:
+        self.type = type
+        self._buffer = buffer
+        self._offset = offset
+        self._views: dict[object, Any] = {}
+
+    def __getitem__(self, index: int | tuple[int, ...]) -> V:
+        value: Any = self._views.get(index)
+        if value is None:
+            indices, part = self._part(index)
+            value = part.read(self._buffer, self._offset + self.type.position(indices))
+            # A function block keeps Python state, so the same element is the same object.
+            if part.is_view:
+                self._views[index] = value
+        result: V = value
+        return result
+
+    def __setitem__(self, index: int | tuple[int, ...], value: object) -> None:
+        indices, part = self._part(index)
+        part.write(self._buffer, self._offset + self.type.position(indices), value)
+
+    def _part(self, index: int | tuple[int, ...]) -> tuple[tuple[int, ...], IecType[Any]]:
+        indices = index if isinstance(index, tuple) else (index,)
+        if len(indices) < len(self.type.dimensions):
+            return indices, self.type.row(len(indices))
+        return indices, self.type.element
+
+    def __len__(self) -> int:
+        return self.type.counts[0]
+
+    def __iter__(self) -> Iterator[V]:
+        """The elements in order (the rows, for several dimensions)."""
+        first, last = self.type.dimensions[0]
+        return (self[index] for index in range(first, last + 1))
+
+    def __contains__(self, value: object) -> bool:
+        return any(item == value for item in self)
+
+    def tobytes(self) -> bytes:
+        """A copy of the memory of the array."""
+        return bytes(self._buffer[self._offset : self._offset + self.type.size])
+
+    def tolist(self) -> list[Any]:
+        """A copy of the values, as `ArrayType.decode` gives them."""
+        return self.type.decode(self.tobytes())
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, Array):
+            return self.tolist() == other.tolist()
+        return self.tolist() == list(other) if isinstance(other, list | tuple) else NotImplemented
+
+    def __repr__(self) -> str:
+        return f"Array[{','.join(map(str, self.type.dimensions))}]({self.tolist()!r})"

@@ -1,0 +1,178 @@
+"""Types made of one other type: aliases, sub-ranges, pointers, references, interfaces."""
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any, TypeVar
+
+from achse.iec.elementary import DWORD, LWORD, IntegerType
+from achse.iec.errors import DeclarationError, IecValueError
+from achse.iec.types import Adst, Buffer, IecType, no_attributes
+
+__all__ = [
+    "AliasType",
+    "InterfaceType",
+    "PointerType",
+    "ReferenceType",
+    "SubrangeType",
+    "resolved",
+]
+
+V_co = TypeVar("V_co", covariant=True)
+
+
+class AliasType(IecType[V_co]):
+    """Another name of a type, with its values."""
+
+    def __init__(
+        self,
+        name: str,
+        base: IecType[V_co],
+        *,
+        guid: bytes | None = None,
+        comment: str = "",
+        attributes: Mapping[str, str] = no_attributes,
+    ) -> None:
+        super().__init__(
+            name, base.size, base.alignment, base.adst, comment=comment, attributes=attributes
+        )
+        self.base = base
+        self.is_bit = base.is_bit
+        self.is_view = base.is_view
+        if guid is not None:
+            self.guid = guid
+
+    def describe(self) -> str:
+        return f"{self.name} = {self.base.describe()}"
+
+    @cached_property
+    def default(self) -> bytes:
+        return self.base.default
+
+    def encode(self, value: object) -> bytes:
+        return self.base.encode(value)
+
+    def decode(self, data: bytes | Buffer) -> V_co:
+        return self.base.decode(data)
+
+    def read(self, buffer: Buffer, offset: int) -> V_co:
+        return self.base.read(buffer, offset)
+
+    def write(self, buffer: Buffer, offset: int, value: object) -> None:
+        self.base.write(buffer, offset, value)
+
+    @property
+    def expected(self) -> str:
+        return self.base.expected
+
+
+class SubrangeType(AliasType[int]):
+    """`INT (low..high)`: an integer type whose writes are checked against its limits."""
+
+    def __init__(
+        self,
+        base: IntegerType,
+        low: int,
+        high: int,
+        *,
+        name: str = "",
+        comment: str = "",
+        attributes: Mapping[str, str] = no_attributes,
+    ) -> None:
+        if not base.low <= low <= high <= base.high:
+            raise DeclarationError(f"{low}..{high} is no sub-range of {base.name}")
+        super().__init__(
+            name or f"{base.name} ({low}..{high})", base, comment=comment, attributes=attributes
+        )
+        self.low = low
+        self.high = high
+
+    def describe(self) -> str:
+        return f"{self.name} = {self.base.name} {self.low} {self.high}"
+
+    @cached_property
+    def default(self) -> bytes:
+        """0 if the range has it, else the limit nearest to it."""
+        return self.base.encode(min(max(0, self.low), self.high))
+
+    def encode(self, value: object) -> bytes:
+        try:
+            data = self.base.encode(value)
+        except IecValueError:
+            raise self.reject(value) from None
+        if not self.low <= self.base.decode(data) <= self.high:
+            raise self.reject(value)
+        return data
+
+    def write(self, buffer: Buffer, offset: int, value: object) -> None:
+        buffer[offset : offset + self.size] = self.encode(value)
+
+    @property
+    def expected(self) -> str:
+        return f"an integer in {self.low}..{self.high}"
+
+
+class PointerType(IecType[int]):
+    """`POINTER TO target`: an address of 8 bytes (4 on a 32-bit target), an int in Python.
+
+    `target` may be a function giving the type, for a structure that points to its own kind;
+    `target_name` is its name then.
+    """
+
+    phrase = "POINTER TO"
+
+    def __init__(
+        self,
+        target: IecType[Any] | Callable[[], IecType[Any]],
+        pointer_size: int = 8,
+        *,
+        target_name: str = "",
+    ) -> None:
+        self.codec = (LWORD if pointer_size == 8 else DWORD).codec
+        self.target_name = target.name if isinstance(target, IecType) else target_name
+        super().__init__(
+            f"{self.phrase} {self.target_name}", pointer_size, pointer_size, Adst.BIGTYPE
+        )
+        self._target = target
+
+    @cached_property
+    def target(self) -> IecType[Any]:
+        """The type pointed at."""
+        return self._target if isinstance(self._target, IecType) else self._target()
+
+    def encode(self, value: object) -> bytes:
+        try:
+            return self.codec.pack(value)
+        except Exception:
+            raise self.reject(value) from None
+
+    def read(self, buffer: Buffer, offset: int) -> int:
+        address: int = self.codec.unpack_from(buffer, offset)[0]
+        return address
+
+    def write(self, buffer: Buffer, offset: int, value: object) -> None:
+        buffer[offset : offset + self.size] = self.encode(value)
+
+    @property
+    def expected(self) -> str:
+        return f"an address of {8 * self.size} bits"
+
+
+class ReferenceType(PointerType):
+    """`REFERENCE TO target`: a pointer that is followed without `^`."""
+
+    phrase = "REFERENCE TO"
+
+
+class InterfaceType(PointerType):
+    """A variable of an interface: a pointer to some function block that implements it."""
+
+    def __init__(self, name: str, pointer_size: int = 8) -> None:
+        super().__init__(LWORD, pointer_size)
+        self.name = name
+
+
+def resolved(type: IecType[Any]) -> IecType[Any]:
+    """The type behind aliases and sub-ranges."""
+    while isinstance(type, AliasType):
+        type = type.base
+    return type

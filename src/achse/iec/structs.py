@@ -1,0 +1,394 @@
+"""Records: structures, unions, function blocks, programs and variable lists over memory.
+
+A record object is a view of bytes: its attributes read and write them in place. `decode` and
+calling the class give a record with memory of its own, `read` one that shares the buffer.
+"""
+
+from collections.abc import Mapping, Sequence
+from enum import Enum
+from functools import cached_property
+from typing import Any, ClassVar, Generic, Self, TypeVar
+
+from achse.iec.arrays import Array
+from achse.iec.errors import DeclarationError, IecDecodeError, IecPathError, IecValueError
+from achse.iec.layout import TC3_X64, Layout, LayoutRules, Spot, overlaid, pack_of, sequential
+from achse.iec.methods import Method
+from achse.iec.types import Adst, Buffer, IecType, no_attributes
+from achse.iec.variables import Place, Variable
+
+__all__ = [
+    "FunctionBlock",
+    "Kind",
+    "Record",
+    "Struct",
+    "StructType",
+    "Union",
+    "Unit",
+    "bind",
+    "plain",
+]
+
+R = TypeVar("R", bound="Record")
+
+
+class Kind(Enum):
+    """What a record is."""
+
+    STRUCT = "STRUCT"
+    UNION = "UNION"
+    FUNCTION_BLOCK = "FUNCTION_BLOCK"
+    UNIT = "UNIT"
+    """A program or a global variable list: one instance, whose variables are the symbols."""
+
+
+class StructType(IecType[R], Generic[R]):
+    """A type with members. `layout` overrides the computed one, as a target's type table does."""
+
+    is_view = True
+
+    def __init__(
+        self,
+        name: str,
+        members: Mapping[str, Variable[Any, Any]] | Sequence[Variable[Any, Any]],
+        *,
+        kind: Kind = Kind.STRUCT,
+        base: "StructType[Any] | None" = None,
+        rules: LayoutRules = TC3_X64,
+        pack: int | None = None,
+        layout: Layout | None = None,
+        methods: Sequence[Method] = (),
+        comment: str = "",
+        attributes: Mapping[str, str] = no_attributes,
+        guid: bytes | None = None,
+        record: type[R] | None = None,
+    ) -> None:
+        if not isinstance(members, Mapping):
+            members = {member.name: member for member in members}
+        self.kind = kind
+        self.base = base
+        self.rules = rules
+        if pack is None:
+            mode = attributes.get("pack_mode")
+            pack = rules.pack if mode is None else min(pack_of(mode), rules.pack)
+        own = list(members.items())
+        inside = [item for item in own if item[1].in_memory and not self._apart(item[1])]
+        if layout is None:
+            layout = self._lay_out([item[1].type for item in inside], pack)
+        super().__init__(
+            name,
+            layout.size,
+            layout.alignment,
+            Adst.BIGTYPE,
+            comment=comment,
+            attributes=attributes,
+        )
+        spots = {id(item[1]): spot for item, spot in zip(inside, layout.spots, strict=True)}
+        self.own_members = tuple(
+            member.placed(attribute, *spots.get(id(member), Spot(0)), apart=self._apart(member))
+            for attribute, member in own
+        )
+        self.attribute_names = dict(zip(members, self.own_members, strict=True))
+        """Own members by the name of their Python attribute."""
+        self.members: tuple[Variable[Any, Any], ...] = (
+            *(base.members if base else ()),
+            *self.own_members,
+        )
+        """All members, inherited ones first."""
+        self.fields = tuple(item for item in self.members if item.in_memory and not item.apart)
+        """The members within the record's own memory."""
+        self._by_name: dict[str, Variable[Any, Any]] = {
+            item.name.lower(): item for item in reversed(self.members)
+        }
+        self.methods: tuple[Method, ...] = (*(base.methods if base else ()), *methods)
+        self._record = record
+        if guid is not None:
+            self.guid = guid
+
+    def _apart(self, member: Variable[Any, Any]) -> bool:
+        return self.kind is Kind.UNIT and (member.address is not None or member.retain)
+
+    def _lay_out(self, types: Sequence[IecType[Any]], pack: int) -> Layout:
+        if self.kind is Kind.UNION:
+            return overlaid(types, pack)
+        if self.base is not None:
+            return sequential(types, pack, start=self.base.size, alignment=self.base.alignment)
+        if self.kind is Kind.FUNCTION_BLOCK:
+            # The table pointer of its methods comes first.
+            pointer = self.rules.pointer_size
+            return sequential(types, pack, start=pointer, alignment=min(pointer, pack))
+        return sequential(types, pack)
+
+    def describe(self) -> str:
+        parts = [
+            f"{item.name}@{item.offset}.{item.bit} {item.type.describe()}" for item in self.members
+        ]
+        return f"{self.kind.value} {self.name} {self.size} {{{'; '.join(parts)}}}"
+
+    @property
+    def record(self) -> type[R]:
+        """The Python class of its values."""
+        if self._record is None:
+            base = FunctionBlock if self.kind is Kind.FUNCTION_BLOCK else Struct
+            # A foreign table may hold any name; `__class__` and the like must stay Python's.
+            members = {
+                item.name: item
+                for item in self.members
+                if not (item.name.startswith("__") and item.name.endswith("__"))
+            }
+            name = self.name.replace("\0", "")
+            self._record = RecordMeta(name, (base,), members, iec=self)  # type: ignore[assignment]
+        return self._record  # type: ignore[return-value]
+
+    def member(self, name: str) -> Variable[Any, Any]:
+        """The member of that name, without case. Raises `IecPathError`."""
+        found = self._by_name.get(name.lower())
+        if found is None:
+            raise IecPathError(f"{self.name} has no member {name[:80]!r}")
+        return found
+
+    def method(self, name: str) -> Method:
+        """The method of that name, without case; the most derived one. Raises `IecPathError`."""
+        for method in reversed(self.methods):
+            if method.name.lower() == name.lower():
+                return method
+        raise IecPathError(f"{self.name} has no method {name[:80]!r}")
+
+    @cached_property
+    def default(self) -> bytes:
+        """All members at their initial values. Raises `DeclarationError` if one does not fit."""
+        memory = bytearray(self.size)
+        for member in self.fields:
+            # In a union only what is said counts, not the zeros of the members beside it.
+            if member.initial is None and not any(member.type.default):
+                continue
+            data = member.initial_bytes()
+            if member.bit is not None:
+                memory[member.offset] |= data[0] << member.bit
+            else:
+                memory[member.offset : member.offset + member.type.size] = data
+        return bytes(memory)
+
+    def encode(self, value: object) -> bytes:
+        """A record of this type, or a mapping; members it leaves out start as declared."""
+        if isinstance(value, Record) and type(value).__iec__ is self:
+            return bytes(value)
+        if isinstance(value, Record):
+            value = plain(value)
+        if not isinstance(value, Mapping):
+            raise self.reject(value)
+        memory = bytearray(self.default)
+        for name, item in value.items():
+            member = self._by_name.get(name.lower()) if isinstance(name, str) else None
+            if member is None or not member.in_memory:
+                raise self.reject(name, f"members {', '.join(m.name for m in self.fields[:20])}")
+            try:
+                member.store(memory, 0, item)
+            except IecValueError as error:
+                raise IecValueError(
+                    f"{self.name}.{member.name}: {error.type_name}", error.expected, error.value
+                ) from None
+        return bytes(memory)
+
+    def decode(self, data: bytes | Buffer) -> R:
+        if len(data) < self.size:
+            raise IecDecodeError(f"{self.name} has {self.size} bytes, got {len(data)}")
+        return self.read(bytearray(data[: self.size]), 0)
+
+    def read(self, buffer: Buffer, offset: int) -> R:
+        record = self.record.__new__(self.record)
+        bind(record, buffer, offset)
+        if self.kind is Kind.FUNCTION_BLOCK:
+            record.__init__()  # type: ignore[misc]
+        return record
+
+    def write(self, buffer: Buffer, offset: int, value: object) -> None:
+        buffer[offset : offset + self.size] = self.encode(value)
+
+    @property
+    def expected(self) -> str:
+        return f"a {self.name} or a mapping of its members"
+
+
+class RecordMeta(type):
+    """Makes a `StructType` of the variables in a class body."""
+
+    __iec__: StructType[Any]
+
+    def __new__(
+        mcs,
+        class_name: str,
+        bases: tuple[type, ...],
+        namespace: dict[str, Any],
+        *,
+        kind: Kind | None = None,
+        name: str = "",
+        pack: int | None = None,
+        rules: LayoutRules = TC3_X64,
+        comment: str = "",
+        attributes: Mapping[str, str] = no_attributes,
+        iec: StructType[Any] | None = None,
+    ) -> "RecordMeta":
+        # Without slots a misspelt member would quietly become a Python attribute.
+        namespace.setdefault("__slots__", ())
+        cls = super().__new__(mcs, class_name, bases, namespace)
+        if kind is not None:
+            cls.__kind__ = kind
+            return cls
+        if iec is not None:
+            cls.__iec__ = iec
+            return cls
+        bases_with_type = [base for base in bases if isinstance(base, RecordMeta)]
+        if len(bases_with_type) != 1:
+            raise DeclarationError(f"{class_name} needs exactly one record class as its base")
+        declared = {
+            attribute: value
+            for attribute, value in namespace.items()
+            if isinstance(value, Variable)
+        }
+        methods = [
+            value.__iec_method__
+            for value in namespace.values()
+            if isinstance(getattr(value, "__iec_method__", None), Method)
+        ]
+        cls.__iec__ = StructType(
+            name or class_name,
+            declared,
+            kind=cls.__kind__,
+            base=getattr(bases_with_type[0], "__iec__", None),
+            rules=rules,
+            pack=pack,
+            methods=methods,
+            comment=comment,
+            attributes=attributes,
+            record=cls,
+        )
+        for attribute, member in cls.__iec__.attribute_names.items():
+            setattr(cls, attribute, member)
+            if member.initial is not None:
+                member.initial_bytes()
+        return cls
+
+    def __init__(cls, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args)
+
+    __kind__: Kind
+
+
+class Record(metaclass=RecordMeta, kind=Kind.STRUCT):
+    """Base of all records. Its own names are dunders, so that members may have any IEC name."""
+
+    __slots__ = ("__iec_buffer__", "__iec_offset__", "__iec_views__")
+    __hash__ = None  # type: ignore[assignment]
+
+    __iec__: ClassVar[StructType[Any]]
+    __iec_buffer__: Buffer
+    __iec_offset__: int
+    __iec_views__: dict[str, Any]
+
+    def __init__(self, values: Mapping[str, object] | None = None, /, **members: object) -> None:
+        """A record with memory of its own: initial values, then `values` and `members`."""
+        if not hasattr(self, "__iec_buffer__"):
+            bind(self, bytearray(type(self).__iec__.encode({**(values or {}), **members})))
+
+    def __getitem__(self, name: str) -> Any:
+        """The member of that name, without case."""
+        return type(self).__iec__.member(name).__get__(self, type(self))
+
+    def __setitem__(self, name: str, value: object) -> None:
+        type(self).__iec__.member(name).__set__(self, value)
+
+    def __bytes__(self) -> bytes:
+        offset = self.__iec_offset__
+        return bytes(self.__iec_buffer__[offset : offset + type(self).__iec__.size])
+
+    def __copy__(self) -> Self:
+        """The same values in memory of their own."""
+        return type(self).__iec__.decode(bytes(self))  # type: ignore[no-any-return]
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self.__copy__()
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Record):
+            return NotImplemented
+        same_name = type(self).__iec__.name.lower() == type(other).__iec__.name.lower()
+        return same_name and bool(plain(self) == plain(other))
+
+    def __repr__(self) -> str:
+        if not hasattr(self, "__iec_buffer__"):
+            return f"<unbound {type(self).__iec__.name}>"
+        members = ", ".join(
+            f"{item.name}={self[item.name]!r}" for item in type(self).__iec__.fields
+        )
+        return f"{type(self).__iec__.name}({members})"
+
+
+class Struct(Record, kind=Kind.STRUCT):
+    """Base of structures: `class ST_Axis(Struct): fPos = var(LREAL)`.
+
+    Class arguments: `name`, `pack` (largest alignment), `rules`, `comment`, `attributes`.
+    """
+
+    __slots__ = ()
+
+
+class Union(Record, kind=Kind.UNION):
+    """Base of unions: all members share their memory."""
+
+    __slots__ = ()
+
+
+class FunctionBlock(Record, kind=Kind.FUNCTION_BLOCK):
+    """Base of function blocks; may keep Python attributes beside its variables."""
+
+    __slots__ = ("__dict__", "__weakref__")
+
+
+class Unit(Record, kind=Kind.UNIT):
+    """Base of programs and global variable lists: no memory until it is bound."""
+
+    __slots__ = ("__dict__", "__iec_places__", "__weakref__")
+
+    __iec_places__: Mapping[str, Place]
+
+    def __init__(self) -> None:
+        """Nothing: a unit gets its memory from the PLC it runs in, or from `bind`."""
+
+
+def bind(
+    record: Record,
+    buffer: Buffer | None = None,
+    offset: int = 0,
+    places: Mapping[str, Place] | None = None,
+) -> None:
+    """Give a record its memory: `size` bytes of `buffer` from `offset`.
+
+    `places` holds the variables that lie apart (`Variable.apart`), by name. Without a buffer the
+    record gets memory of its own with initial values, for trying out.
+    """
+    iec = type(record).__iec__
+    if buffer is None:
+        buffer = bytearray(iec.default)
+        apart = [item for item in iec.members if item.apart]
+        own = {item.name: Place(bytearray(item.initial_bytes()), 0) for item in apart}
+        places = own | dict(places or {})
+    if not 0 <= offset <= len(buffer) - iec.size:
+        raise IecDecodeError(
+            f"{iec.name} has {iec.size} bytes, {len(buffer) - offset} are left at {offset}"
+        )
+    record.__iec_buffer__ = buffer
+    record.__iec_offset__ = offset
+    record.__iec_views__ = {}
+    if isinstance(record, Unit):
+        record.__iec_places__ = places or {}
+
+
+def plain(value: Any) -> Any:
+    """The value without views: records as dicts, arrays as lists (index 0 at the lower bound)."""
+    if isinstance(value, Record):
+        return {item.name: plain(value[item.name]) for item in type(value).__iec__.fields}
+    if isinstance(value, Array):
+        return [plain(item) for item in value.tolist()]
+    if isinstance(value, list):
+        return [plain(item) for item in value]
+    return value

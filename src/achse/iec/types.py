@@ -1,0 +1,127 @@
+"""The root of all IEC types: a name, a size, and values as bytes."""
+
+import hashlib
+from collections.abc import Mapping
+from enum import IntEnum
+from functools import cached_property
+from types import MappingProxyType
+from typing import Generic, TypeAlias, TypeVar
+
+from achse.iec.errors import IecDecodeError, IecValueError
+
+__all__ = ["Adst", "Buffer", "IecType", "derived_guid", "no_attributes"]
+
+V_co = TypeVar("V_co", covariant=True)
+
+Buffer: TypeAlias = bytearray | memoryview
+"""Memory that variables live in."""
+
+no_attributes: Mapping[str, str] = MappingProxyType({})
+
+
+class Adst(IntEnum):
+    """The ADST data type ids of symbol and type entries."""
+
+    VOID = 0
+    INT16 = 2
+    INT32 = 3
+    REAL32 = 4
+    REAL64 = 5
+    INT8 = 16
+    UINT8 = 17
+    UINT16 = 18
+    UINT32 = 19
+    INT64 = 20
+    UINT64 = 21
+    STRING = 30
+    WSTRING = 31
+    REAL80 = 32
+    BIT = 33
+    """BIT, and BOOL in its byte."""
+    MAXTYPES = 34
+    BIGTYPE = 65
+    """Structures, function blocks, unions, pointers."""
+
+
+def derived_guid(description: str) -> bytes:
+    """16 bytes that are the same for the same description, in any process."""
+    return hashlib.blake2b(description.encode(), digest_size=16).digest()
+
+
+class IecType(Generic[V_co]):
+    """A type: how many bytes a value takes, and which Python value they are.
+
+    `encode` and `decode` take whole values; `read` and `write` work in place in a buffer. What
+    `decode` gives stands alone; `read` of a structure or array gives a view of the buffer.
+    """
+
+    is_bit: bool = False
+    """Whether a member of this type takes one bit."""
+    is_view: bool = False
+    """Whether `read` gives a view of the memory instead of a value."""
+
+    def __init__(
+        self,
+        name: str,
+        size: int,
+        alignment: int,
+        adst: int,
+        *,
+        comment: str = "",
+        attributes: Mapping[str, str] = no_attributes,
+    ) -> None:
+        self.name = name
+        self.size = size
+        """Bytes of one value."""
+        self.alignment = alignment
+        """Natural alignment in bytes, before any packing."""
+        self.adst = adst
+        """ADST id; of the element for arrays, of the base for enumerations and aliases."""
+        self.comment = comment
+        self.attributes = attributes
+
+    @cached_property
+    def guid(self) -> bytes:
+        """The 16 bytes that identify the type in the tables."""
+        return derived_guid(self.describe())
+
+    @cached_property
+    def default(self) -> bytes:
+        """The bytes of a variable declared without an initial value."""
+        return bytes(self.size)
+
+    def describe(self) -> str:
+        """The whole definition in words: equal for equal types, and what the GUID is made of."""
+        return f"{self.name} {self.size}"
+
+    def encode(self, value: object) -> bytes:
+        """The bytes of `value`, `size` of them. Raises `IecValueError`."""
+        memory = bytearray(self.size)
+        self.write(memory, 0, value)
+        return bytes(memory)
+
+    def decode(self, data: bytes | Buffer) -> V_co:
+        """The value of the first `size` bytes. Raises `IecDecodeError` if there are fewer."""
+        if len(data) < self.size:
+            raise IecDecodeError(f"{self.name} has {self.size} bytes, got {len(data)}")
+        return self.read(bytearray(data[: self.size]), 0)
+
+    def read(self, buffer: Buffer, offset: int) -> V_co:
+        """The value at `offset`; a live view if it is a structure or an array."""
+        raise NotImplementedError
+
+    def write(self, buffer: Buffer, offset: int, value: object) -> None:
+        """Put `value` at `offset`, whole or not at all. Raises `IecValueError`."""
+        raise NotImplementedError
+
+    def reject(self, value: object, expected: str = "") -> IecValueError:
+        """The error that says `value` is none of this type."""
+        return IecValueError(self.name, expected or self.expected, value)
+
+    @property
+    def expected(self) -> str:
+        """The values this type takes, in words."""
+        return "a value of its type"
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name}>"

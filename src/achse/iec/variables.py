@@ -1,0 +1,245 @@
+"""Declared variables: type, initial value and address, and access to the value in memory."""
+
+import re
+import struct
+from collections.abc import Callable, Mapping
+from enum import Enum
+from typing import Any, Generic, NamedTuple, Self, TypeVar, overload
+
+from achse.iec.elementary import IntegerType, RealType
+from achse.iec.errors import DeclarationError, IecValueError, UnboundError
+from achse.iec.strings import StringType
+from achse.iec.types import Buffer, IecType, no_attributes
+
+__all__ = ["Address", "Place", "Section", "Variable"]
+
+G = TypeVar("G")
+S = TypeVar("S")
+
+_ADDRESS = re.compile(
+    r"%([IQM])(?:\*|([XBWDL]?)([0-9]{1,10})(?:\.([0-7]))?)", re.ASCII | re.IGNORECASE
+)
+
+
+class Section(Enum):
+    """The VAR section a variable is declared in."""
+
+    LOCAL = "VAR"
+    INPUT = "VAR_INPUT"
+    OUTPUT = "VAR_OUTPUT"
+    IN_OUT = "VAR_IN_OUT"
+    GLOBAL = "VAR_GLOBAL"
+    STATIC = "VAR_STAT"
+
+
+class Address(NamedTuple):
+    """Where `AT` puts a variable: `%MD4`, `%IX0.3`, `%Q*`. The number is a byte offset."""
+
+    area: str
+    """I inputs, Q outputs, M flags."""
+    width: str = ""
+    """X bit, B byte, W word, D double word, L long word, or nothing."""
+    byte: int | None = None
+    """None for `*`: the station chooses."""
+    bit: int | None = None
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Read `%` area [width] byte [`.` bit], or `%` area `*`. Raises `DeclarationError`."""
+        found = _ADDRESS.fullmatch(text.strip())
+        if found is None:
+            raise DeclarationError(f"an address is like %MD4, %IX0.3 or %Q*, got {text[:40]!r}")
+        area, width, byte, bit = found.groups()
+        if byte is None:
+            return cls(area.upper())
+        width = width.upper()
+        if (bit is not None and width not in ("", "X")) or (bit is None and width == "X"):
+            raise DeclarationError(f"%{area}X has a bit and no other width has, got {text!r}")
+        return cls(area.upper(), width, int(byte), None if bit is None else int(bit))
+
+    def __str__(self) -> str:
+        if self.byte is None:
+            return f"%{self.area}*"
+        bit = "" if self.bit is None else f".{self.bit}"
+        return f"%{self.area}{self.width}{self.byte}{bit}"
+
+
+class Place(NamedTuple):
+    """Memory of one variable that lies apart from its record: in an image or retained."""
+
+    buffer: Buffer
+    offset: int
+    bit: int | None = None
+
+
+class Variable(Generic[G, S]):
+    """A variable of a record: a member of a structure, a program or a global variable list.
+
+    As an attribute of a bound record it reads and writes the record's memory in place; of the
+    class it is this declaration.
+    """
+
+    def __init__(
+        self,
+        type: IecType[Any],
+        initial: object = None,
+        *,
+        name: str = "",
+        section: Section = Section.LOCAL,
+        at: str | Address = "",
+        retain: bool = False,
+        persistent: bool = False,
+        constant: bool = False,
+        comment: str = "",
+        attributes: Mapping[str, str] = no_attributes,
+        offset: int = 0,
+        bit: int | None = None,
+    ) -> None:
+        self.type = type
+        self.initial = initial
+        """The declared initial value; None for that of the type."""
+        self.name = name
+        self.section = section
+        self.address = Address.parse(at) if isinstance(at, str) and at else at or None
+        self.retain = retain
+        self.persistent = persistent
+        self.constant = constant
+        self.comment = comment
+        self.attributes = attributes
+        self.offset = offset
+        """Bytes from the start of the record."""
+        self.bit = bit
+        """Bit in that byte, if the type is BIT."""
+        self.apart = False
+        """Whether the variable has its own `Place` (`AT`, RETAIN in a program or list)."""
+        if isinstance(type, StringType) and type.unit == 1 and type.coding == "utf-8":
+            self.attributes = {**attributes, "TcEncoding": "UTF-8"}
+        self._unpack: Callable[..., tuple[Any, ...]] | None = None
+        if isinstance(type, IntegerType | RealType):
+            self._unpack = type.codec.unpack_from
+            self._pack = type.codec.pack_into
+
+    def placed(self, name: str, offset: int, bit: int | None, *, apart: bool = False) -> Self:
+        """The same declaration under a name at a spot."""
+        copy = type(self)(
+            self.type,
+            self.initial,
+            name=self.name or name,
+            section=self.section,
+            at=self.address or "",
+            retain=self.retain,
+            persistent=self.persistent,
+            constant=self.constant,
+            comment=self.comment,
+            attributes=self.attributes,
+            offset=offset,
+            bit=bit,
+        )
+        copy.apart = apart
+        return copy
+
+    @property
+    def in_memory(self) -> bool:
+        """Whether each instance of the record has a value of it (VAR_STAT has one for all)."""
+        return self.section is not Section.STATIC
+
+    def initial_bytes(self) -> bytes:
+        """The bytes the variable starts with. Raises `DeclarationError`."""
+        if self.initial is None:
+            return self.type.default
+        try:
+            return self.type.encode(self.initial)
+        except IecValueError as error:
+            raise DeclarationError(f"initial value of {self.name}: {error}") from None
+
+    def fetch(self, buffer: Buffer, base: int) -> Any:
+        """The value in the record that starts at `base`."""
+        if self.bit is not None:
+            return bool(buffer[base + self.offset] >> self.bit & 1)
+        return self.type.read(buffer, base + self.offset)
+
+    def store(self, buffer: Buffer, base: int, value: object) -> None:
+        """Put the value into the record that starts at `base`."""
+        if self.bit is None:
+            self.type.write(buffer, base + self.offset, value)
+        else:
+            _put_bit(buffer, base + self.offset, self.bit, self.type.encode(value) != b"\0")
+
+    @overload
+    def __get__(self, instance: None, owner: type[Any]) -> Self: ...
+    @overload
+    def __get__(self, instance: object, owner: type[Any]) -> G: ...
+    def __get__(self, instance: Any, owner: type[Any]) -> Any:
+        if instance is None:
+            return self
+        try:
+            buffer = instance.__iec_buffer__
+        except AttributeError:
+            raise self._unbound(instance) from None
+        if self.apart:
+            return self._fetch_apart(instance)
+        if self._unpack is not None:
+            return self._unpack(buffer, instance.__iec_offset__ + self.offset)[0]
+        if self.type.is_view:
+            views = instance.__iec_views__
+            view = views.get(self.name)
+            if view is None:
+                view = views[self.name] = self.fetch(buffer, instance.__iec_offset__)
+            return view
+        return self.fetch(buffer, instance.__iec_offset__)
+
+    def __set__(self, instance: Any, value: S) -> None:
+        try:
+            buffer = instance.__iec_buffer__
+        except AttributeError:
+            raise self._unbound(instance) from None
+        if self.apart:
+            self._store_apart(instance, value)
+        elif self._unpack is not None:
+            try:
+                self._pack(buffer, instance.__iec_offset__ + self.offset, value)
+            except (struct.error, OverflowError, TypeError, ValueError):
+                raise self.type.reject(value) from None
+        else:
+            self.store(buffer, instance.__iec_offset__, value)
+
+    def _place(self, instance: Any) -> Place:
+        place: Place | None = instance.__iec_places__.get(self.name)
+        if place is None:
+            raise self._unbound(instance)
+        return place
+
+    def _fetch_apart(self, instance: Any) -> Any:
+        buffer, offset, bit = self._place(instance)
+        if bit is not None:
+            return bool(buffer[offset] >> bit & 1)
+        if not self.type.is_view:
+            return self.type.read(buffer, offset)
+        views = instance.__iec_views__
+        view = views.get(self.name)
+        if view is None:
+            view = views[self.name] = self.type.read(buffer, offset)
+        return view
+
+    def _store_apart(self, instance: Any, value: object) -> None:
+        buffer, offset, bit = self._place(instance)
+        if bit is None:
+            self.type.write(buffer, offset, value)
+        else:
+            _put_bit(buffer, offset, bit, self.type.encode(value) != b"\0")
+
+    def _unbound(self, instance: object) -> UnboundError:
+        return UnboundError(
+            f"{type(instance).__name__}.{self.name} has no memory yet: bind the record first"
+        )
+
+    def __repr__(self) -> str:
+        at = f" AT {self.address}" if self.address else ""
+        return f"<Variable {self.name}{at} : {self.type.name}>"
+
+
+def _put_bit(buffer: Buffer, offset: int, bit: int, state: bool) -> None:
+    if state:
+        buffer[offset] |= 1 << bit
+    else:
+        buffer[offset] &= ~(1 << bit) & 0xFF
