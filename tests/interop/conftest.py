@@ -1,0 +1,179 @@
+"""Stations in their own process, and strangers that talk to them."""
+
+import json
+import socket
+import struct
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    import pyads
+
+NPM = Path(__file__).parent / "npm"
+TCP_PORT = 48898
+
+
+@pytest.fixture(scope="module")
+def station(
+    start_station: Callable[..., AbstractContextManager[Any]],
+) -> Iterator[Any]:
+    """The demo station in its own process, shared by the tests of one file."""
+    with start_station() as running:
+        yield running
+
+
+@pytest.fixture
+def pyads_connection(witness: Callable[[str], None]) -> Iterator[Callable[..., "pyads.Connection"]]:
+    """`pyads_connection(station, 851)` opens a pyads connection, closed when the test ends.
+
+    pyads keeps one route per NetId and drops it when the first of its connections is closed;
+    therefore all stay open until the end.
+    """
+    witness("pyads")
+    import pyads
+
+    with ExitStack() as connections:
+
+        def connect(station: Any, port: int, host: str | None = None) -> pyads.Connection:
+            return connections.enter_context(
+                pyads.Connection(station.net_id, port, host or station.host)
+            )
+
+        yield connect
+
+
+@pytest.fixture
+def plc(station: Any, pyads_connection: Callable[..., "pyads.Connection"]) -> "pyads.Connection":
+    """pyads on the station's PLC."""
+    return pyads_connection(station, 851)
+
+
+@pytest.fixture(scope="session")
+def until() -> Callable[..., None]:
+    """`until(lambda: …)` returns once the condition holds and fails the test after 10 s."""
+
+    def wait(condition: Callable[[], object], seconds: float = 10.0) -> None:
+        deadline = time.monotonic() + seconds
+        while not condition():
+            assert time.monotonic() < deadline, f"not within {seconds} s"
+            time.sleep(0.002)
+
+    return wait
+
+
+@pytest.fixture
+def node(witness: Callable[[str], None]) -> Callable[..., Any]:
+    """`node("variables.mjs", station, "direct")` runs a script of npm/ and gives what it found.
+
+    In router mode ads-client registers a port with the router; in direct mode it brings its own
+    NetId and port, as from another machine.
+    """
+    witness("ads-client")
+
+    def run(script: str, station: Any, mode: str, host: str | None = None) -> Any:
+        settings = {
+            "routerAddress": host or station.host,
+            "routerTcpPort": station.port,
+            "targetAmsNetId": station.net_id,
+            "targetAdsPort": 851,
+        }
+        if mode == "direct":
+            settings |= {"localAmsNetId": "192.0.2.7.1.1", "localAdsPort": 32750}
+        finished = subprocess.run(
+            ["node", script, json.dumps(settings)],
+            cwd=NPM,
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        assert finished.returncode == 0, finished.stderr + finished.stdout
+        return json.loads(finished.stdout)
+
+    return run
+
+
+class Tap:
+    """A wire tap between clients and a station: relays TCP and writes what passed as a capture.
+
+    The capture has one TCP segment per piece received, so that no privilege is needed and nothing
+    is lost at the start or end.
+    """
+
+    def __init__(self, host: str, station: Any) -> None:
+        self.host = host
+        self._packets: list[bytes] = []
+        self._station = (station.host, station.port)
+        self._lock = threading.Lock()
+        self._sockets = [socket.create_server((host, station.port))]
+        self._threads: list[threading.Thread] = []
+        self._run(self._accept)
+
+    def close(self) -> None:
+        """Close every connection and stop listening."""
+        for each in self._sockets:
+            with suppress(OSError):
+                each.shutdown(socket.SHUT_RDWR)
+            each.close()
+        for thread in self._threads:
+            thread.join(timeout=10)
+
+    def _run(self, work: Callable[..., None], *arguments: Any) -> None:
+        thread = threading.Thread(target=work, args=arguments, daemon=True)
+        self._threads.append(thread)
+        thread.start()
+
+    def _accept(self) -> None:
+        with suppress(OSError):
+            while True:
+                client, (_, port) = self._sockets[0].accept()
+                station = socket.create_connection(self._station)
+                self._sockets += [client, station]
+                passed = {client: 1, station: 1}
+                self._run(self._relay, client, station, (port, TCP_PORT), passed)
+                self._run(self._relay, station, client, (TCP_PORT, port), passed)
+
+    def _relay(
+        self,
+        source: socket.socket,
+        sink: socket.socket,
+        ports: tuple[int, int],
+        passed: dict[socket.socket, int],
+    ) -> None:
+        with suppress(OSError):
+            while data := source.recv(32768):
+                with self._lock:
+                    self._packets.append(_ip(*ports, passed[source], passed[sink], data))
+                    passed[source] += len(data)
+                sink.sendall(data)
+            sink.shutdown(socket.SHUT_WR)
+
+    def write(self, path: Path) -> None:
+        """Write the capture as pcap, one packet per µs."""
+        with self._lock, path.open("wb") as file:
+            file.write(struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 0x40000, 101))  # raw IP
+            for number, packet in enumerate(self._packets):
+                file.write(struct.pack("<IIII", 0, number, len(packet), len(packet)) + packet)
+
+
+def _ip(source: int, target: int, sequence: int, acknowledged: int, data: bytes) -> bytes:
+    loopback = bytes([127, 0, 0, 1])
+    ip = struct.pack(">BBHHHBBH", 0x45, 0, 40 + len(data), 0, 0, 64, 6, 0) + loopback + loopback
+    tcp = struct.pack(
+        ">HHIIBBHHH", source, target, sequence, acknowledged, 0x50, 0x18, 0xFFFF, 0, 0
+    )
+    return ip + tcp + data
+
+
+@pytest.fixture
+def tap(station: Any, free_host: Callable[[], str]) -> Iterator[Tap]:
+    """A wire tap in front of the station: dial `tap.host` instead of `station.host`."""
+    running = Tap(free_host(), station)
+    yield running
+    running.close()

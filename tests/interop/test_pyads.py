@@ -1,0 +1,237 @@
+"""pyads reads, writes and subscribes to the PLC of the demo station."""
+
+import subprocess
+import sys
+import textwrap
+import time
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
+
+import pytest
+
+pyads = pytest.importorskip("pyads", exc_type=Exception)
+
+EXTREMES = {
+    "BOOL": (True, False),
+    "BYTE": (0xFF, 0),
+    "WORD": (0xFFFF, 0),
+    "DWORD": (0xFFFF_FFFF, 0),
+    "SINT": (-128, 127),
+    "INT": (-32768, 32767),
+    "DINT": (-(2**31), 2**31 - 1),
+    "LINT": (-(2**63), 2**63 - 1),
+    "USINT": (0xFF, 0),
+    "UINT": (0xFFFF, 0),
+    "UDINT": (0xFFFF_FFFF, 0),
+    "ULINT": (2**64 - 1, 0),
+    "REAL": (-1.5, 2.0**100),
+    "LREAL": (-1.5, 1e300),
+    "TIME": (0xFFFF_FFFF, 0),
+    "DATE": (1_767_225_600, 0),
+    "TOD": (86_399_999, 0),
+    "DT": (1_767_225_601, 0),
+}
+"""Two values of each elementary type that pyads knows."""
+
+POINT = (
+    ("nId", pyads.PLCTYPE_INT, 1),
+    ("fill", pyads.PLCTYPE_BYTE, 6),
+    ("fX", pyads.PLCTYPE_LREAL, 1),
+    ("fY", pyads.PLCTYPE_LREAL, 1),
+    ("sName", pyads.PLCTYPE_STRING, 1, 15),
+    ("aTags", pyads.PLCTYPE_BYTE, 3),
+    ("tail", pyads.PLCTYPE_BYTE, 5),
+)
+"""The demo's ST_Point; pyads wants alignment gaps spelled out."""
+
+
+def test_device_info_and_state(plc: Any) -> None:
+    name, version = plc.read_device_info()
+    assert (name, version.version, version.revision) == ("Plc30 App", 3, 1)
+    assert plc.read_state() == (pyads.ADSSTATE_RUN, 0)
+
+
+@pytest.mark.parametrize("plc_type", EXTREMES)
+def test_a_variable_of_each_type_keeps_what_was_written(plc: Any, plc_type: str) -> None:
+    name = f"GVL.v{plc_type}"
+    kind = getattr(pyads, f"PLCTYPE_{plc_type}")
+    for value in EXTREMES[plc_type]:
+        plc.write_by_name(name, value, kind)
+        assert plc.read_by_name(name, kind) == value
+
+
+def test_the_type_of_a_variable_is_known_to_the_target(plc: Any) -> None:
+    plc.write_by_name("GVL.vLREAL", 0.25)
+    assert plc.read_by_name("GVL.vLREAL") == 0.25
+    plc.write_by_name("gvl.vint", -7)
+    assert plc.read_by_name("GVL.VINT") == -7
+
+
+@pytest.mark.parametrize("text", ["", "Vorschub", "x" * 80])
+def test_strings(plc: Any, text: str) -> None:
+    plc.write_by_name("GVL.vSTRING", text, pyads.PLCTYPE_STRING)
+    assert plc.read_by_name("GVL.vSTRING", pyads.PLCTYPE_STRING) == text
+    plc.write_by_name("GVL.vWSTRING", text + "µ", pyads.PLCTYPE_WSTRING)
+
+
+def test_a_string_that_is_too_long_is_refused(plc: Any) -> None:
+    with pytest.raises(pyads.ADSError) as refusal:
+        plc.write_by_name("GVL.vSTRING", "x" * 81, pyads.PLCTYPE_STRING)
+    assert refusal.value.err_code == 0x705
+
+
+def test_arrays(plc: Any) -> None:
+    numbers = list(range(-5, 5))
+    plc.write_by_name("GVL.aINT", numbers, pyads.PLCTYPE_INT * 10)
+    assert plc.read_by_name("GVL.aINT", pyads.PLCTYPE_INT * 10) == numbers
+    assert plc.read_by_name("GVL.aINT[9]", pyads.PLCTYPE_INT) == 4
+    plc.write_by_name("GVL.aINT[3]", 77, pyads.PLCTYPE_INT)
+    assert plc.read_by_name("GVL.aINT") == [*numbers[:3], 77, *numbers[4:]]
+
+
+def test_structures(plc: Any) -> None:
+    point = {
+        "nId": 3,
+        "fill": [0] * 6,
+        "fX": 1.25,
+        "fY": -2.5,
+        "sName": "corner",
+        "aTags": [1, 2, 3],
+        "tail": [0] * 5,
+    }
+    plc.write_structure_by_name("GVL.stPoint", point, POINT)
+    assert plc.read_structure_by_name("GVL.stPoint", POINT) == point
+    assert plc.read_by_name("GVL.stPoint.fY", pyads.PLCTYPE_LREAL) == -2.5
+    plc.write_structure_by_name("GVL.aPoint", [point, point], POINT, array_size=2)
+    assert plc.read_structure_by_name("GVL.aPoint", POINT, array_size=2) == [point, point]
+
+
+def test_lists_are_read_and_written_at_once(plc: Any) -> None:
+    values = {f"GVL.aINT[{index}]": index * index for index in range(10)} | {"GVL.vREAL": 0.5}
+    assert set(plc.write_list_by_name(values).values()) == {"no error"}
+    assert plc.read_list_by_name(list(values)) == values
+
+
+def test_an_unknown_name_is_refused(plc: Any) -> None:
+    with pytest.raises(pyads.ADSError) as refusal:
+        plc.read_by_name("GVL.nowhere", pyads.PLCTYPE_INT)
+    assert refusal.value.err_code == 0x710
+
+
+def test_all_symbols_can_be_listed_and_read(plc: Any) -> None:
+    symbols = {symbol.name: symbol for symbol in plc.get_all_symbols()}
+    assert {f"GVL.v{plc_type}" for plc_type in EXTREMES} | {"MAIN.nCounter"} <= symbols.keys()
+    assert symbols["MAIN.nCounter"].symbol_type == "UDINT"
+    for plc_type in EXTREMES:
+        symbol = symbols[f"GVL.v{plc_type}"]
+        assert symbol.symbol_type == plc_type
+        assert symbol.read() == plc.read_by_name(symbol.name, symbol.plc_type)
+
+
+def test_a_symbol_reads_and_writes(plc: Any) -> None:
+    symbol = plc.get_symbol("GVL.vDINT")
+    symbol.write(123_456)
+    assert symbol.read() == 123_456
+    array = plc.get_symbol("GVL.aINT")
+    array.write(list(range(10)))
+    assert array.read() == list(range(10))
+
+
+def test_a_notification_comes_at_once_and_at_each_change(
+    plc: Any, until: Callable[..., None]
+) -> None:
+    values: list[int] = []
+
+    @plc.notification(pyads.PLCTYPE_DINT)
+    def note(handle: int, name: str, timestamp: Any, value: int) -> None:
+        values.append(value)
+
+    plc.write_by_name("GVL.vDINT", 1, pyads.PLCTYPE_DINT)
+    handles = plc.add_device_notification("GVL.vDINT", pyads.NotificationAttrib(4), note)
+    until(lambda: values == [1])
+    for value in (2, 3):
+        plc.write_by_name("GVL.vDINT", value, pyads.PLCTYPE_DINT)
+        until(lambda: values[-1] == value)  # noqa: B023
+    plc.del_device_notification(*handles)
+    plc.write_by_name("GVL.vDINT", 4, pyads.PLCTYPE_DINT)
+    time.sleep(0.1)
+    assert values == [1, 2, 3]
+
+
+def test_a_cyclic_notification_keeps_its_cycle(plc: Any, until: Callable[..., None]) -> None:
+    samples: list[tuple[int, int]] = []
+
+    @plc.notification(pyads.PLCTYPE_UDINT, timestamp_as_filetime=True)
+    def note(handle: int, name: str, filetime: int, value: int) -> None:
+        samples.append((filetime, value))
+
+    cycle_ms = 50
+    attributes = pyads.NotificationAttrib(
+        4, pyads.ADSTRANS_SERVERCYCLE, max_delay=0, cycle_time=cycle_ms
+    )
+    handles = plc.add_device_notification("MAIN.nCounter", attributes, note)
+    until(lambda: len(samples) > 10)
+    plc.del_device_notification(*handles)
+    in_cycle = samples[1:]  # the first comes at once
+    assert {b[0] - a[0] for a, b in pairwise(in_cycle)} == {cycle_ms * 10_000}
+    counts = {b[1] - a[1] for a, b in pairwise(in_cycle)}
+    assert counts == {5}, "the task counts every 10 ms"
+
+
+def test_a_notification_reaches_another_process(station: Any, plc: Any) -> None:
+    """Both processes have the same AMS address; each gets its own notifications."""
+    subscriber = textwrap.dedent(f"""\
+        import pyads, threading
+        seen = threading.Event()
+        with pyads.Connection("{station.net_id}", 851, "{station.host}") as plc:
+            @plc.notification(pyads.PLCTYPE_LINT)
+            def note(handle, name, timestamp, value):
+                print(value, flush=True)
+                if value == 42:
+                    seen.set()
+            handles = plc.add_device_notification("GVL.vLINT", pyads.NotificationAttrib(8), note)
+            arrived = seen.wait(10)
+            plc.del_device_notification(*handles)
+        raise SystemExit(not arrived)
+        """)
+    own: list[int] = []
+
+    @plc.notification(pyads.PLCTYPE_LINT)
+    def note(handle: int, name: str, timestamp: Any, value: int) -> None:
+        own.append(value)
+
+    plc.write_by_name("GVL.vLINT", 1, pyads.PLCTYPE_LINT)
+    handles = plc.add_device_notification("GVL.vLINT", pyads.NotificationAttrib(8), note)
+    with subprocess.Popen(
+        [sys.executable, "-c", subscriber], stdout=subprocess.PIPE, text=True
+    ) as other:
+        assert other.stdout is not None
+        assert other.stdout.readline() == "1\n"
+        plc.write_by_name("GVL.vLINT", 42, pyads.PLCTYPE_LINT)
+        assert other.stdout.read() == "42\n"
+        assert other.wait(10) == 0
+    plc.del_device_notification(*handles)
+    assert own == [1, 42]
+
+
+def test_the_plc_stops_and_runs_on_command(plc: Any, until: Callable[..., None]) -> None:
+    def count() -> int:
+        return int(plc.read_by_name("MAIN.nCounter", pyads.PLCTYPE_UDINT))
+
+    plc.write_control(pyads.ADSSTATE_STOP, 0, 0, pyads.PLCTYPE_INT)
+    assert plc.read_state() == (pyads.ADSSTATE_STOP, 0)
+    before = count()
+    time.sleep(0.05)
+    assert count() == before
+    plc.write_control(pyads.ADSSTATE_RUN, 0, 0, pyads.PLCTYPE_INT)
+    assert plc.read_state() == (pyads.ADSSTATE_RUN, 0)
+    until(lambda: count() > before)
+
+
+def test_a_port_that_nobody_holds_is_reported(
+    station: Any, pyads_connection: Callable[..., Any]
+) -> None:
+    with pytest.raises(pyads.ADSError) as refusal:
+        pyads_connection(station, 1000).read_state()
+    assert refusal.value.err_code == 6

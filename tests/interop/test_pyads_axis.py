@@ -1,0 +1,201 @@
+"""pyads moves axis 1 of the demo station through the NC's services and watches every limit.
+
+The axis is built for 2000 mm/s, 1500 mm/s² and 2250 mm/s³.
+"""
+
+import struct
+import time
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import pytest
+
+pyads = pytest.importorskip("pyads", exc_type=Exception)
+
+ACCELERATION, JERK = 1500.0, 2250.0
+TOLERANCE = 1 + 1e-6
+
+STATE, FUNCTION, CYCLIC = 0x4100, 0x4200, 0x4300
+ABSOLUTE, ENDLESS_POSITIVE = 1, 3
+
+ENABLED, NOT_MOVING, IN_TARGET, HAS_JOB = 1 << 0, 1 << 2, 1 << 4, 1 << 8
+
+
+class Online(NamedTuple):
+    """The online structure, TC3 form (256 bytes), as far as it is documented."""
+
+    error: int
+    actual_position: float
+    actual_modulo: float
+    set_position: float
+    set_modulo: float
+    actual_velocity: float
+    set_velocity: float
+    override: int
+    lag: float
+    lag_minimum: float
+    lag_maximum: float
+    controller_output: float
+    total_output: float
+    status: int
+    control: int
+    coupling: int
+    loop: int
+    actual_acceleration: float
+    set_acceleration: float
+    set_jerk: float
+
+
+TC3 = struct.Struct("<i4x6dI4x5d4I3d112x")
+TC2 = struct.Struct("<i6dI5d4I")
+
+
+class Axis:
+    """One axis as pyads reaches it: numbers from the manual, nothing of ours."""
+
+    def __init__(self, connection: Any, number: int) -> None:
+        self._nc = connection
+        self.number = number
+
+    def read(self, length: int) -> bytes:
+        return bytes(self._nc.read(STATE + self.number, 0, pyads.PLCTYPE_BYTE * length))
+
+    def online(self) -> Online:
+        return Online(*TC3.unpack(self.read(256)))
+
+    def call(self, offset: int, data: bytes = b"") -> None:
+        kind = pyads.PLCTYPE_BYTE * len(data) if data else None
+        self._nc.write(FUNCTION + self.number, offset, list(data), kind)
+
+    def enable(self) -> None:
+        self._nc.write(CYCLIC + self.number, 0x01, 0b111, pyads.PLCTYPE_UDINT)
+        self.override(100)
+
+    def disable(self) -> None:
+        self._nc.write(CYCLIC + self.number, 0x01, 0, pyads.PLCTYPE_UDINT)
+
+    def override(self, percent: int) -> None:
+        self._nc.write(CYCLIC + self.number, 0x21, percent * 10_000, pyads.PLCTYPE_UDINT)
+
+    def start(self, kind: int, target: float, velocity: float) -> None:
+        self.call(0x20, struct.pack("<IIdd", kind, 0, target, velocity))
+
+    def stop(self) -> None:
+        self.call(0x02)
+
+    def reset(self) -> None:
+        self.call(0x01)
+
+    def watch(self, done: Callable[[Online], object], seconds: float = 20.0) -> list[Online]:
+        """Samples until `done`, as fast as pyads can read them."""
+        deadline = time.monotonic() + seconds
+        samples = [self.online()]
+        while not done(samples[-1]):
+            assert time.monotonic() < deadline, f"not within {seconds} s: {samples[-1]}"
+            samples.append(self.online())
+        return samples
+
+    def at_rest(self, sample: Online) -> bool:
+        return bool(sample.status & NOT_MOVING) and not sample.status & HAS_JOB
+
+
+@pytest.fixture
+def axis(station: Any, pyads_connection: Callable[..., Any]) -> Iterator[Axis]:
+    """Axis 1, enabled, at rest, without error; stopped and disabled afterwards."""
+    axis = Axis(pyads_connection(station, 501), 1)
+    axis.reset()
+    axis.enable()
+    axis.watch(lambda sample: sample.status & ENABLED)
+    yield axis
+    axis.stop()
+    axis.watch(axis.at_rest)
+    axis.disable()
+
+
+def respect_limits(samples: list[Online], velocity: float) -> bool:
+    return all(
+        abs(sample.set_velocity) <= velocity * TOLERANCE
+        and abs(sample.set_acceleration) <= ACCELERATION * TOLERANCE
+        and abs(sample.set_jerk) <= JERK * TOLERANCE
+        for sample in samples
+    )
+
+
+def test_a_move_reaches_its_target_within_every_limit(axis: Axis) -> None:
+    axis.start(ABSOLUTE, 0.0, 2000.0)
+    axis.watch(lambda sample: axis.at_rest(sample) and sample.set_position == 0.0)
+
+    axis.start(ABSOLUTE, 100.0, 200.0)
+    samples = axis.watch(lambda sample: sample.status & IN_TARGET and axis.at_rest(sample))
+
+    assert len(samples) > 50
+    assert respect_limits(samples, 200.0)
+    assert max(sample.set_velocity for sample in samples) > 150.0
+    assert all(-1e-9 <= sample.set_position <= 100.0 * TOLERANCE for sample in samples)
+    positions = [sample.set_position for sample in samples]
+    assert positions == sorted(positions)
+    end = axis.online()
+    assert end.set_position == 100.0
+    assert abs(end.actual_position - 100.0) <= 0.01
+    assert end.error == 0
+
+
+def test_half_override_halves_the_velocity_without_a_jump(axis: Axis) -> None:
+    axis.start(ENDLESS_POSITIVE, 0.0, 200.0)
+    samples = axis.watch(lambda sample: sample.set_velocity == pytest.approx(200.0, abs=1e-9))
+    axis.override(50)
+    samples += axis.watch(lambda sample: sample.set_velocity == pytest.approx(100.0, abs=1e-9))
+    assert axis.online().override == 500_000
+    time.sleep(0.05)
+    after = axis.online()
+    assert after.set_velocity == pytest.approx(100.0, abs=1e-9)
+    assert after.set_acceleration == pytest.approx(0.0, abs=1e-9)
+    assert respect_limits(samples, 200.0)
+    assert any(100.0 < sample.set_velocity < 199.0 for sample in samples[-200:])
+
+
+def test_a_stop_comes_to_rest_with_the_configured_deceleration(axis: Axis) -> None:
+    axis.start(ENDLESS_POSITIVE, 0.0, 1500.0)
+    axis.watch(lambda sample: sample.set_velocity == pytest.approx(1500.0, abs=1e-6))
+    axis.stop()
+    samples = axis.watch(axis.at_rest)
+    assert respect_limits(samples, 1500.0)
+    assert min(sample.set_acceleration for sample in samples) == pytest.approx(-ACCELERATION)
+    assert axis.online().set_velocity == 0.0
+    assert axis.online().error == 0
+
+
+def test_both_forms_of_the_online_structure_agree(axis: Axis) -> None:
+    long, short = Online(*TC3.unpack(axis.read(256))), TC2.unpack(axis.read(112))
+    at_rest = [name for name in Online._fields[:17] if "lag" not in name and "output" not in name]
+    packed = dict(zip(Online._fields, short, strict=False))
+    assert {name: packed[name] for name in at_rest} == pytest.approx(
+        {name: getattr(long, name) for name in at_rest}, abs=1e-3
+    )
+
+
+@pytest.mark.parametrize(
+    ("number", "velocity", "code"),
+    [
+        pytest.param(1, 0.0, 0x4221, id="no velocity"),
+        pytest.param(1, -1.0, 0x4221, id="negative velocity"),
+        pytest.param(1, 2001.0, 0x4221, id="above the maximum"),
+        pytest.param(200, 10.0, 0x4012, id="unknown axis"),
+    ],
+)
+def test_a_bad_start_is_refused_with_its_code(
+    axis: Axis, number: int, velocity: float, code: int
+) -> None:
+    with pytest.raises(pyads.ADSError) as refusal:
+        Axis(axis._nc, number).start(ABSOLUTE, 10.0, velocity)
+    assert refusal.value.err_code == code
+
+
+def test_a_start_without_enable_is_refused(
+    station: Any, pyads_connection: Callable[..., Any]
+) -> None:
+    axis = Axis(pyads_connection(station, 501), 2)
+    with pytest.raises(pyads.ADSError) as refusal:
+        axis.start(ABSOLUTE, 10.0, 10.0)
+    assert refusal.value.err_code in (0x4223, 0x4260)
+    assert axis.online().set_velocity == 0.0

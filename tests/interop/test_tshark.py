@@ -1,0 +1,76 @@
+"""tshark finds nothing malformed in what pyads and ads-client exchange with the station."""
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+
+def tshark(capture: Path, display_filter: str, *fields: str) -> list[list[str]]:
+    """The fields of all frames that pass the filter; several values in one are joined by commas."""
+    columns = [argument for field in fields for argument in ("-e", field)]
+    finished = subprocess.run(
+        ["tshark", "-r", str(capture), "-Y", display_filter, "-T", "fields", *columns],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return [line.split("\t") for line in finished.stdout.splitlines()]
+
+
+def invoke_ids(capture: Path, flags: str) -> list[str]:
+    rows = tshark(capture, f"ams.stateflags == {flags}", "ams.stateflags", "ams.invokeid")
+    return [
+        number
+        for kinds, numbers in rows
+        for kind, number in zip(kinds.split(","), numbers.split(","), strict=True)
+        if int(kind, 16) == int(flags, 16) and number != "0"  # notifications have none
+    ]
+
+
+@pytest.fixture
+def judge(witness: Callable[[str], None], tap: Any, tmp_path: Path) -> Callable[[], None]:
+    """`judge()` ends the capture and lets tshark read it."""
+    witness("tshark")
+
+    def read() -> None:
+        capture = tmp_path / "session.pcap"
+        tap.write(capture)
+        assert tshark(capture, "_ws.malformed", "frame.number") == []
+        asked, answered = invoke_ids(capture, "0x0004"), invoke_ids(capture, "0x0005")
+        assert len(asked) > 10
+        assert sorted(asked) == sorted(answered)
+        assert tshark(capture, "ams.errorcode != 0", "frame.number") == []
+
+    return read
+
+
+def test_a_session_of_pyads(
+    station: Any, tap: Any, pyads_connection: Callable[..., Any], judge: Callable[[], None]
+) -> None:
+    plc = pyads_connection(station, 851, host=tap.host)
+    plc.read_device_info()
+    plc.read_state()
+    for _ in range(10):
+        plc.read_by_name("MAIN.nCounter")
+    plc.write_list_by_name({f"GVL.aINT[{index}]": index for index in range(10)})
+    handles = plc.add_device_notification("MAIN.nCounter", _attributes(), lambda *_: None)
+    plc.get_all_symbols()
+    plc.del_device_notification(*handles)
+    judge()
+
+
+def _attributes() -> Any:
+    import pyads
+
+    return pyads.NotificationAttrib(4)
+
+
+@pytest.mark.parametrize("mode", ["router", "direct"])
+def test_a_session_of_ads_client(
+    station: Any, tap: Any, node: Callable[..., Any], judge: Callable[[], None], mode: str
+) -> None:
+    node("variables.mjs", station, mode, host=tap.host)
+    judge()

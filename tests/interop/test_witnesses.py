@@ -1,0 +1,10 @@
+"""In CI every witness is there; elsewhere this file tells which one is missing."""
+
+from collections.abc import Callable
+
+import pytest
+
+
+@pytest.mark.parametrize("name", ["pyads", "ads-client", "tshark"])
+def test_the_witness_is_installed(name: str, witness: Callable[[str], None]) -> None:
+    witness(name)
