@@ -53,7 +53,7 @@ _LARGEST_STATE = 1e15
 _ROUNDING = 1e-13  # what accumulated rounding of a replanned state may amount to, relative
 _NEGLIGIBLE = 1e-60  # distances below would underflow in the powers below; no axis knows them
 _CONVERGED = 4e-16
-_CANCELLED = 1e-12
+_CANCELLED = 1e-11
 _MAX_ITERATIONS = 100
 
 
@@ -496,10 +496,10 @@ def plan_to_position(
     """Fill `seg_time` (s) and `seg_jerk` (unit/s³) with the way to `target`; return their count.
 
     0 means: already there. The profile ends with a = 0 and `end_velocity` >= 0 in the direction
-    from `position` to `target`; where the target lies behind or the brakes do not hold before it,
-    the axis comes to rest first and a new profile starts there. Negative: `LIMITS_INVALID`,
-    `STATE_INVALID`, or `END_VELOCITY_UNREACHABLE`, also when the last approach would arrive from
-    the other side; the segments then hold nothing of use.
+    from `position` to `target` (where these are equal: of present travel); if the target lies
+    behind or the brakes do not hold before it, the axis first comes to rest and starts anew.
+    Negative: `LIMITS_INVALID`, `STATE_INVALID`, or `END_VELOCITY_UNREACHABLE`, also when the last
+    approach would arrive from the other side; the segments then hold nothing of use.
     """
     if not (
         _limit_is_valid(max_velocity)

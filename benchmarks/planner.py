@@ -1,0 +1,112 @@
+"""Cost of one profile plan: ours interpreted, ours compiled, ruckig; same cases, one run.
+
+    python benchmarks/planner.py [--cases N]
+
+Compiled plans run in a compiled loop, as in the NC cycle; ruckig is called through its Python
+binding, once with the inputs set for each case and once with `calculate` alone.
+"""
+
+import argparse
+import contextlib
+import importlib.util
+import time
+import types
+from collections.abc import Callable
+
+import numba
+import numpy as np
+from ruckig import InputParameter, Ruckig, RuckigError, Trajectory
+
+from achse.motion import profile
+
+
+def compiled() -> types.ModuleType:
+    """The planner's source loaded again with every function compiled."""
+    spec = importlib.util.spec_from_file_location("profile_compiled", profile.__file__)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    for name, function in list(vars(module).items()):
+        if isinstance(function, types.FunctionType) and function.__module__ == module.__name__:
+            setattr(module, name, numba.njit(function))
+    return module
+
+
+def situations(kind: str, count: int) -> np.ndarray:
+    """Rows (p, v, a, target, end velocity, top, acc, dec, jerk) in mm."""
+    rng = np.random.default_rng(1)
+    top = 10.0 ** rng.uniform(1.0, 3.5, count)
+    acc = top * 10.0 ** rng.uniform(0.0, 1.5, count)
+    dec = acc if kind != "any state, dec != acc" else acc * 10.0 ** rng.uniform(-0.5, 0.5, count)
+    jerk = acc * 10.0 ** rng.uniform(0.0, 2.0, count)
+    moving = 0.0 if kind == "rest to rest" else 1.0
+    v = moving * top * rng.uniform(-1.0, 1.0, count)
+    a = moving * np.minimum(acc, np.sqrt(jerk * top)) * rng.uniform(-1.0, 1.0, count)
+    target = rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-3.0, 4.0, count)
+    nothing = np.zeros(count)
+    return np.stack([nothing, v, a, target, nothing, top, acc, dec, jerk], axis=1)
+
+
+def per_call(run: Callable[[], object], count: int, repeat: int = 5) -> float:
+    """Best of `repeat` runs in microseconds per case."""
+    best = float("inf")
+    for _ in range(repeat):
+        start = time.perf_counter()
+        run()
+        best = min(best, time.perf_counter() - start)
+    return best / count * 1e6
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cases", type=int, default=20_000)
+    count = parser.parse_args().cases
+    plan = compiled().plan_to_position
+
+    @numba.njit
+    def plan_all(cases, times, jerks):
+        for i in range(len(cases)):
+            p, v, a, target, end, top, acc, dec, jerk = cases[i]
+            plan(times, jerks, p, v, a, target, end, top, acc, dec, jerk)
+
+    otg, given, trajectory = Ruckig(1), InputParameter(1), Trajectory(1)
+    given.target_velocity = [0.0]
+    given.target_acceleration = [0.0]
+
+    print(f"{'µs per plan':<24}{'compiled':>10}{'Python':>10}{'ruckig':>10}{'+ inputs':>10}")
+    for kind in ("rest to rest", "any state", "any state, dec != acc"):
+        cases = situations(kind, count)
+        rows = cases.tolist()
+        times, jerks = np.zeros(profile.MAX_SEGMENTS), np.zeros(profile.MAX_SEGMENTS)
+        t, j = [0.0] * profile.MAX_SEGMENTS, [0.0] * profile.MAX_SEGMENTS
+        plan_all(cases[:1], times, jerks)
+
+        def interpreted(rows=rows, t=t, j=j):
+            for row in rows:
+                profile.plan_to_position(t, j, *row)
+
+        def oracle(calculate, rows=rows):
+            for p, v, a, target, _, top, acc, dec, jerk in rows:
+                given.current_position = [p]
+                given.current_velocity = [v]
+                given.current_acceleration = [a]
+                given.target_position = [target]
+                given.max_velocity = [top]
+                given.max_acceleration = [acc]
+                given.min_acceleration = [-dec]
+                given.max_jerk = [jerk]
+                if calculate:
+                    with contextlib.suppress(RuckigError):  # it gives up on some
+                        otg.calculate(given, trajectory)
+
+        fast = per_call(lambda c=cases, x=times, y=jerks: plan_all(c, x, y), count)
+        plain = per_call(interpreted, count)
+        whole = per_call(lambda run=oracle: run(True), count)
+        inputs = per_call(lambda run=oracle: run(False), count)
+        print(f"{kind:<24}{fast:>10.3f}{plain:>10.2f}{whole - inputs:>10.2f}{whole:>10.2f}")
+    print(f"{count} cases; ruckig needs acceleration limits by sign, ours by direction of travel")
+
+
+if __name__ == "__main__":
+    main()

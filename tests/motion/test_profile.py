@@ -1,0 +1,452 @@
+"""Profiles reach their target inside every limit, from any state, compiled or not."""
+
+import importlib.util
+import math
+import types
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from achse.motion import profile
+from achse.motion.profile import (
+    END_VELOCITY_UNREACHABLE,
+    LIMITS_INVALID,
+    MAX_SEGMENTS,
+    STATE_INVALID,
+    duration,
+    end_state,
+    plan_to_position,
+    plan_to_velocity,
+    segment_acceleration,
+    segment_position,
+    segment_velocity,
+    stopping_distance,
+    stopping_time,
+)
+
+CASES = 100_000
+
+OK = 0
+BAD_TIME, BAD_JERK, TOO_FAST, TOO_STRONG, REVERSED_MOVING, WRONG_END = range(1, 7)
+
+
+def violation(
+    times, jerks, count, position, velocity, acceleration, target, end_velocity, top, acc, dec, jerk
+):
+    """First broken promise of a profile, or OK: an observer that shares no formula with it.
+
+    It walks the segments, looking at both ends and at the velocity extreme inside. Excused is only
+    what no jerk-limited motion avoids: an excessive start acceleration while it is reduced, an
+    excessive velocity until it was reduced, one crossing of v = 0 that the start state implies.
+    """
+    p, v, a = position, velocity, acceleration
+    farthest = max(1.0, abs(position), abs(target))
+    fastest = abs(velocity)
+    strongest = abs(acceleration)
+    for i in range(count):
+        if not (times[i] > 0.0 and times[i] < 1e300):
+            return BAD_TIME
+        if abs(jerks[i]) > jerk:
+            return BAD_JERK
+        p = segment_position(times[i], jerks[i], p, v, a)
+        v = segment_velocity(times[i], jerks[i], v, a)
+        a = segment_acceleration(times[i], jerks[i], a)
+        farthest = max(farthest, abs(p))
+        fastest = max(fastest, abs(v))
+        strongest = max(strongest, abs(a))
+    still = 1e-12 * fastest
+    if abs(p - target) > 1e-9 * farthest:
+        return WRONG_END
+    arrival = target - position
+    if arrival == 0.0:
+        arrival = velocity if velocity != 0.0 else acceleration
+    arrival = end_velocity if arrival >= 0.0 else -end_velocity
+    if abs(v - arrival) > 1e-9 * max(top, abs(velocity)) or abs(a) > 1e-9 * strongest + 1e-99:
+        return WRONG_END
+
+    v, a = velocity, acceleration
+    crossing = v * a < 0.0 and abs(v) - a * a / (2.0 * jerk) < -still
+    implied = max(abs(v), abs(v + a * abs(a) / (2.0 * jerk)))
+    slowed = False
+    inside = False
+    side = 0.0
+    leaving = 0.0
+    for i in range(count):
+        t, j = times[i], jerks[i]
+        w = segment_velocity(t, j, v, a)
+        b = segment_acceleration(t, j, a)
+        low = min(v, w)
+        high = max(v, w)
+        if j != 0.0 and a * j < 0.0 and -a / j < t:
+            extreme = segment_velocity(-a / j, j, v, a)
+            low = min(low, extreme)
+            high = max(high, extreme)
+        if low < -still and high > still and not (crossing and i == 0):
+            return REVERSED_MOVING
+        settled = abs(v + a * abs(a) / (2.0 * jerk))
+        if abs(v) <= top * (1.0 + 1e-9) and settled <= top * (1.0 + 1e-9):
+            slowed = True
+        if max(high, -low) > (top if slowed else max(top, implied)) * (1.0 + 1e-9):
+            return TOO_FAST
+        travel = 1.0 if high > -low else -1.0
+        growth = travel * a
+        if crossing and i == 0:
+            if a * j >= 0.0:
+                return TOO_STRONG
+        elif inside or -dec * (1.0 + 1e-9) <= growth <= acc * (1.0 + 1e-9):
+            inside = True
+            if max(growth, travel * b) > acc * (1.0 + 1e-9):
+                return TOO_STRONG
+            if min(growth, travel * b) < -dec * (1.0 + 1e-9):
+                return TOO_STRONG
+        elif a * j >= 0.0:
+            return TOO_STRONG
+        if high > still or -low > still:
+            if side * travel < 0.0 and leaving > 1e-9 * strongest:
+                return REVERSED_MOVING
+            side = 0.0 if crossing and i == 0 else travel
+        leaving = abs(b)
+        v, a = w, b
+    return OK
+
+
+@pytest.fixture(scope="module")
+def fast():
+    """The same source, every function compiled; with the observer and loops over many cases."""
+    spec = importlib.util.spec_from_file_location("profile_compiled", profile.__file__)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    for name, function in list(vars(module).items()):
+        if isinstance(function, types.FunctionType) and function.__module__ == module.__name__:
+            setattr(module, name, numba.njit(function))
+    plan, stop = module.plan_to_position, module.stopping_distance
+    observer = types.FunctionType(
+        violation.__code__,
+        {
+            **{name: value for name, value in globals().items() if isinstance(value, int)},
+            "segment_position": module.segment_position,
+            "segment_velocity": module.segment_velocity,
+            "segment_acceleration": module.segment_acceleration,
+        },
+    )
+    observe = numba.njit(observer)
+
+    @numba.njit
+    def plan_all(cases, times, jerks, counts, verdicts):
+        for i in range(len(cases)):
+            p, v, a, target, end, top, acc, dec, jerk = cases[i]
+            n = plan(times[i], jerks[i], p, v, a, target, end, top, acc, dec, jerk)
+            counts[i] = n
+            if n >= 0:
+                verdicts[i] = observe(
+                    times[i], jerks[i], n, p, v, a, target, end, top, acc, dec, jerk
+                )
+
+    @numba.njit
+    def aim_near_stop(cases, factors):
+        for i in range(len(cases)):
+            if factors[i] != 0.0:
+                c = cases[i]
+                c[3] = c[0] + factors[i] * stop(c[1], c[2], c[7], c[8])
+
+    module.plan_all = plan_all
+    module.aim_near_stop = aim_near_stop
+    return module
+
+
+def generate(fast, seed, count, wild):
+    """Rows (p, v, a, target, end velocity, top, acc, dec, jerk) over decades, half near a stop.
+
+    Not wild: starts up to about the limits; wild: velocity up to 100, acceleration
+    up to 10 times beyond them (the latter implies 100 times the velocity, too).
+    """
+    rng = np.random.default_rng(seed)
+
+    def decades(low, high):
+        return 10.0 ** rng.uniform(low, high, count)
+
+    def sometimes(share, value):
+        return np.where(rng.random(count) < share, value, 0.0)
+
+    top = decades(-3, 4)
+    acc = top * decades(-2, 3)
+    dec = np.where(rng.random(count) < 0.3, acc, acc * decades(-2, 2))
+    jerk = np.sqrt(acc * dec) * decades(-2, 4)
+    scale = np.where(rng.random(count) < 0.5, 1.0, decades(-9, 2 if wild else 0))
+    velocity = sometimes(0.8, rng.uniform(-1.2, 1.2, count) * top * scale)
+    scale = np.where(rng.random(count) < 0.5, 1.0, decades(-9, 1 if wild else 0))
+    strongest = np.minimum(np.maximum(acc, dec), np.sqrt(2.0 * jerk * top))
+    acceleration = sometimes(0.7, rng.uniform(-1.2, 1.2, count) * strongest * scale)
+    position = sometimes(0.8, rng.choice([-1.0, 1.0], count) * decades(-9, 6))
+    target = position + sometimes(0.98, rng.choice([-1.0, 1.0], count) * decades(-9, 6))
+    nothing = np.zeros(count)
+    cases = np.stack(
+        [position, velocity, acceleration, target, nothing, top, acc, dec, jerk], axis=1
+    )
+    fast.aim_near_stop(cases, sometimes(0.5, 1.0 + rng.normal(size=count) * decades(-13, 0.5)))
+    return cases
+
+
+def planned(fast, cases):
+    times = np.zeros((len(cases), MAX_SEGMENTS))
+    jerks = np.zeros((len(cases), MAX_SEGMENTS))
+    counts = np.zeros(len(cases), np.int64)
+    verdicts = np.zeros(len(cases), np.int64)
+    fast.plan_all(cases, times, jerks, counts, verdicts)
+    return times, jerks, counts, verdicts
+
+
+@pytest.mark.parametrize("wild", [False, True])
+def test_generated_cases_arrive_without_breaking_a_limit(fast, wild):
+    cases = generate(fast, 1, CASES, wild)
+    _, _, counts, verdicts = planned(fast, cases)
+    assert counts.min() >= 0, cases[counts.argmin()].tolist()
+    broken = np.flatnonzero(verdicts)
+    assert len(broken) == 0, (len(broken), verdicts[broken[0]], cases[broken[0]].tolist())
+
+
+def test_generated_end_velocities_are_met_or_refused(fast):
+    cases = generate(fast, 2, CASES, False)
+    cases[:, 4] = cases[:, 5] * np.random.default_rng(3).uniform(0.0, 1.0, CASES)
+    _, _, counts, verdicts = planned(fast, cases)
+    assert set(counts[counts < 0]) == {END_VELOCITY_UNREACHABLE}
+    assert (counts > 0).sum() > 0.3 * CASES
+    broken = np.flatnonzero(verdicts)
+    assert len(broken) == 0, (len(broken), verdicts[broken[0]], cases[broken[0]].tolist())
+
+
+def test_compiled_and_interpreted_results_are_bit_identical(fast):
+    cases = generate(fast, 4, 4000, True)
+    times, jerks, counts, _ = planned(fast, cases)
+    for i, case in enumerate(cases.tolist()):
+        t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+        assert plan_to_position(t, j, *case) == counts[i], case
+        assert t == times[i].tolist(), case
+        assert j == jerks[i].tolist(), case
+        p, v, a, _, _, top, acc, dec, jerk = case
+        n = plan_to_velocity(t, j, v, a, top, acc, dec, jerk)
+        assert fast.plan_to_velocity(times[i], jerks[i], v, a, top, acc, dec, jerk) == n
+        assert t == times[i].tolist(), case
+        assert end_state(t, j, n, p, v, a) == fast.end_state(times[i], jerks[i], n, p, v, a)
+        assert stopping_distance(v, a, dec, jerk) == fast.stopping_distance(v, a, dec, jerk)
+        assert stopping_time(v, a, dec, jerk) == fast.stopping_time(v, a, dec, jerk)
+
+
+def test_replanning_on_the_way_keeps_the_arrival_time(fast):
+    """A profile planned again from any of its own states is the rest of itself."""
+    for case in generate(fast, 5, 2000, False).tolist():
+        p, v, a, target, end, *limits = case
+        t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+        n = plan_to_position(t, j, p, v, a, target, end, *limits)
+        left = duration(t, n)
+        ends = [end_state(t, j, i, p, v, a)[0] for i in range(n + 1)]
+        farthest = max(abs(x) for x in ends)
+        again, jerks = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+        for i in range(n):
+            half = 0.5 * t[i]
+            p, v, a = (
+                segment_position(half, j[i], p, v, a),
+                segment_velocity(half, j[i], v, a),
+                segment_acceleration(half, j[i], a),
+            )
+            m = plan_to_position(again, jerks, p, v, a, target, end, *limits)
+            # Position rounding s costs 4 (s / 2 jerk)^(1/3) for the way there from rest.
+            rounding = 1e-14 * (farthest + abs(v) * left)
+            late = duration(again, m) - (left - half)
+            assert late <= 1e-6 * left + 16.0 * math.cbrt(rounding / limits[-1]), (case, i)
+            p, v, a = (
+                segment_position(half, j[i], p, v, a),
+                segment_velocity(half, j[i], v, a),
+                segment_acceleration(half, j[i], a),
+            )
+            left -= t[i]
+
+
+# ---- properties in the interpreter
+
+sizes = st.floats(-6.0, 6.0).map(lambda e: 10.0**e)
+fractions = (st.floats(-1.0, 1.0) | st.floats(-1e-9, 1e-9)).map(
+    lambda f: f if abs(f) > 1e-30 else 0.0  # subnormal numbers have no relative precision
+)
+
+
+@st.composite
+def situations(draw):
+    top = draw(st.floats(-3.0, 4.0).map(lambda e: 10.0**e))
+    acc = top * draw(st.floats(-2.0, 3.0).map(lambda e: 10.0**e))
+    dec = acc * draw(st.just(1.0) | st.floats(0.01, 100.0))
+    jerk = acc * draw(st.floats(-2.0, 4.0).map(lambda e: 10.0**e))
+    v = 3.0 * top * draw(fractions)
+    a = 3.0 * min(max(acc, dec), math.sqrt(2.0 * jerk * top)) * draw(fractions)
+    p = draw(fractions) * draw(sizes)
+    target = draw(
+        st.just(p)
+        | st.builds(lambda f, s: p + f * s, fractions, sizes)
+        | fractions.map(lambda f: p + (1.0 + f) * stopping_distance(v, a, dec, jerk))
+    )
+    return p, v, a, target, 0.0, top, acc, dec, jerk
+
+
+@given(situations())
+@settings(max_examples=400, deadline=None)
+def test_any_situation_arrives_without_breaking_a_limit(case):
+    p, v, a, target, end, top, acc, dec, jerk = case
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    n = plan_to_position(t, j, *case)
+    assert 0 <= n <= MAX_SEGMENTS
+    assert violation(t, j, n, p, v, a, target, end, top, acc, dec, jerk) == OK
+
+
+@given(situations())
+@settings(max_examples=200, deadline=None)
+def test_the_mirrored_situation_gives_the_mirrored_profile(case):
+    p, v, a, target, end, *limits = case
+    assume(p != target or v != 0.0 or a != 0.0)
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    u, k = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    n = plan_to_position(t, j, p, v, a, target, end, *limits)
+    assert plan_to_position(u, k, -p, -v, -a, -target, end, *limits) == n
+    assert u == t
+    assert [-x for x in k[:n]] == j[:n]
+
+
+@given(situations(), fractions)
+@settings(max_examples=300, deadline=None)
+def test_a_velocity_ramp_ends_at_its_velocity_without_breaking_a_limit(case, share):
+    _, v, a, _, _, top, acc, dec, jerk = case
+    goal = 2.0 * share * top
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    n = plan_to_velocity(t, j, v, a, goal, acc, dec, jerk)
+    p, w, b = end_state(t, j, n, 0.0, v, a)
+    bound = max(abs(goal), abs(v), abs(v + a * abs(a) / (2.0 * jerk)))
+    assert w == pytest.approx(goal, abs=1e-9 * max(bound, top))
+    assert b == pytest.approx(0.0, abs=1e-9 * max(acc, dec, abs(a)))
+    # The observer wants positions: as if the ramp's own end had been the target.
+    assume(goal * p >= 0.0)
+    verdict = violation(t, j, n, 0.0, v, a, p, abs(goal), bound, acc, dec, jerk)
+    assert verdict == OK
+
+
+@given(situations())
+@settings(max_examples=300, deadline=None)
+def test_stopping_distance_and_time_are_those_of_the_stop(case):
+    _, v, a, _, _, _, _, dec, jerk = case
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    # An acceleration limit beyond the start acceleration leaves the stop one braking ramp.
+    n = plan_to_velocity(t, j, v, a, 0.0, max(1e-6, 2.0 * abs(a)), dec, jerk)
+    p, _, _ = end_state(t, j, n, 0.0, v, a)
+    took = duration(t, n)
+    scale = took * (abs(v) + a * a / jerk)
+    assert stopping_distance(v, a, dec, jerk) == pytest.approx(
+        p, rel=1e-9, abs=1e-9 * scale + 1e-99
+    )
+    assert stopping_time(v, a, dec, jerk) == pytest.approx(took, rel=1e-9, abs=1e-50)
+
+
+# ---- named examples, expected values by hand
+
+
+def test_a_long_move_has_the_seven_textbook_phases():
+    """1000 mm at 200 mm/s, 500 mm/s², 2500 mm/s³: 0.2 s jerk, 0.2 s hold, cruise, mirrored."""
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    n = plan_to_position(t, j, 0.0, 0.0, 0.0, 1000.0, 0.0, 200.0, 500.0, 500.0, 2500.0)
+    assert n == 7
+    # each ramp lasts 0.6 s and covers 100 mm/s * 0.6 s = 60 mm; 880 mm remain at 200 mm/s
+    assert t[:7] == pytest.approx([0.2, 0.2, 0.2, 4.4, 0.2, 0.2, 0.2])
+    assert j[:7] == [2500.0, 0.0, -2500.0, 0.0, -2500.0, 0.0, 2500.0]
+    assert duration(t, n) == pytest.approx(5.6)
+
+
+def test_a_short_move_is_jerk_only():
+    """2 j t³ = distance for four equal phases: 0.002 mm at 1000 mm/s³ take 4 * 0.01 s."""
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    n = plan_to_position(t, j, 5.0, 0.0, 0.0, 4.998, 0.0, 100.0, 1e4, 1e4, 1000.0)
+    assert j[:n] == [-1000.0, 1000.0, 1000.0, -1000.0]
+    assert t[:n] == pytest.approx([0.01] * 4)
+
+
+def test_acceleration_and_deceleration_follow_the_direction_of_travel():
+    for sign in (1.0, -1.0):
+        t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+        n = plan_to_position(t, j, 0.0, 0.0, 0.0, sign * 1e3, 0.0, 200.0, 1000.0, 100.0, 1e4)
+        assert t[:n] == pytest.approx([0.1, 0.1, 0.1, t[3], 0.01, 1.99, 0.01])
+        assert j[0] == sign * 1e4
+
+
+def test_a_target_behind_is_reached_through_rest():
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    n = plan_to_position(t, j, 0.0, 100.0, 0.0, -50.0, 0.0, 200.0, 1000.0, 500.0, 1e4)
+    p, v, a = end_state(t, j, 3, 0.0, 100.0, 0.0)
+    assert p == pytest.approx(stopping_distance(100.0, 0.0, 500.0, 1e4))
+    assert (v, a) == (pytest.approx(0.0, abs=1e-12), 0.0)
+    assert end_state(t, j, n, 0.0, 100.0, 0.0)[0] == pytest.approx(-50.0, abs=1e-12)
+
+
+def test_a_reduced_override_slows_down_with_the_deceleration():
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    n = plan_to_position(t, j, 0.0, 200.0, 0.0, 1000.0, 0.0, 100.0, 1000.0, 500.0, 1e4)
+    assert n == 7
+    assert t[:3] == pytest.approx([0.05, 0.15, 0.05])  # 100 mm/s at 500 mm/s², 1e4 mm/s³
+    assert end_state(t, j, 3, 0.0, 200.0, 0.0)[1:] == (pytest.approx(100.0), 0.0)
+
+
+def test_between_braking_on_and_releasing_first_the_deceleration_is_eased():
+    """From 100 mm/s with -400 mm/s² there are distances that neither alone can meet."""
+    v, a, dec, jerk = 100.0, -400.0, 500.0, 4000.0
+    brake_on = stopping_distance(v, a, dec, jerk)
+    released = v - a * a / (2.0 * jerk)
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    release = segment_position(-a / jerk, jerk, 0.0, v, a)
+    longest = release + stopping_distance(released, 0.0, dec, jerk)
+    assert longest > brake_on * 1.01
+    before = stopping_time(v, a, dec, jerk)
+    for step in range(1, 20):
+        target = brake_on + step / 20.0 * (longest - brake_on)
+        n = plan_to_position(t, j, 0.0, v, a, target, 0.0, 200.0, 1000.0, dec, jerk)
+        assert j[0] == jerk
+        assert -400.0 < a + t[0] * j[0] < 0.0
+        assert end_state(t, j, n, 0.0, v, a)[0] == pytest.approx(target, rel=1e-13)
+        assert duration(t, n) > before
+        before = duration(t, n)
+
+
+def test_at_the_target_nothing_is_planned():
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    assert plan_to_position(t, j, 7.0, 0.0, 0.0, 7.0, 0.0, 100.0, 1e3, 1e3, 1e4) == 0
+    assert plan_to_velocity(t, j, 50.0, 0.0, 50.0, 1e3, 1e3, 1e4) == 0
+    assert plan_to_velocity(t, j, 0.0, 0.0, 0.0, 1e3, 1e3, 1e4) == 0
+
+
+def test_a_velocity_ramp_through_zero_rests_between():
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    n = plan_to_velocity(t, j, 100.0, 0.0, -100.0, 1000.0, 500.0, 1e4)
+    assert n == 5  # the way back just touches its acceleration limit
+    assert t[:5] == pytest.approx([0.05, 0.15, 0.05, 0.1, 0.1])
+    assert end_state(t, j, 3, 0.0, 100.0, 0.0)[1:] == (pytest.approx(0.0, abs=1e-12), 0.0)
+    assert end_state(t, j, n, 0.0, 100.0, 0.0)[1:] == (pytest.approx(-100.0), 0.0)
+
+
+def test_bad_numbers_are_refused_by_name():
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    good = [0.0, 0.0, 0.0, 10.0, 0.0, 100.0, 1e3, 1e3, 1e4]
+    for index in (5, 6, 7, 8):
+        for bad in (0.0, -1.0, math.nan, math.inf):
+            case = list(good)
+            case[index] = bad
+            assert plan_to_position(t, j, *case) == LIMITS_INVALID
+    for index in (0, 1, 2, 3):
+        for bad in (math.nan, math.inf, -math.inf, 1e16):
+            case = list(good)
+            case[index] = bad
+            assert plan_to_position(t, j, *case) == STATE_INVALID
+    assert plan_to_velocity(t, j, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0) == LIMITS_INVALID
+    assert plan_to_velocity(t, j, math.nan, 0.0, 1.0, 1.0, 1.0, 1.0) == STATE_INVALID
+    for end in (-1.0, 101.0, math.nan):
+        case = list(good)
+        case[4] = end
+        assert plan_to_position(t, j, *case) == END_VELOCITY_UNREACHABLE
+    too_short = [0.0, 0.0, 0.0, 1e-3, 99.0, 100.0, 1e3, 1e3, 1e4]
+    assert plan_to_position(t, j, *too_short) == END_VELOCITY_UNREACHABLE
