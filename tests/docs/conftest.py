@@ -23,6 +23,7 @@ import sysconfig
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -106,7 +107,7 @@ class Reader:
         blocks = blocks_of(LOOPBACK.sub(self.host, text))
         with contextlib.chdir(self.folder):
             try:
-                for block, after in zip(blocks, [*blocks[1:], None], strict=True):
+                for block, after in zip_longest(blocks, blocks[1:]):
                     if block.title:
                         Path(block.title).write_text(block.body)
                     elif block.language == "console":

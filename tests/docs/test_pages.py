@@ -12,12 +12,15 @@ ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)(?:#[^)]*)?\)")
 
-every_page = pytest.mark.parametrize(
-    "page", PAGES, ids=[str(path.relative_to(ROOT)) for path in PAGES]
-)
+RUN = re.compile(r"^```(?:console|python)", re.MULTILINE)
 
 
-@every_page
+def each(pages: list[Path]) -> pytest.MarkDecorator:
+    names = [str(page.relative_to(ROOT)) for page in pages]
+    return pytest.mark.parametrize("page", pages, ids=names)
+
+
+@each([page for page in PAGES if RUN.search(page.read_text(encoding="utf-8"))])
 def test_the_page_does_what_it_says(
     page: Path, read_page: Callable[[str, str], None], witness: Callable[[str], None]
 ) -> None:
@@ -27,7 +30,7 @@ def test_the_page_does_what_it_says(
     read_page(str(page.relative_to(ROOT)), text)
 
 
-@every_page
+@each(PAGES)
 def test_each_block_names_a_known_language(
     page: Path, fences: Callable[[str], list[Any]], languages: set[str]
 ) -> None:
@@ -39,7 +42,7 @@ def test_each_block_names_a_known_language(
     assert unknown == []
 
 
-@every_page
+@each(PAGES)
 def test_each_link_leads_to_a_file(page: Path) -> None:
     targets = LINK.findall(page.read_text(encoding="utf-8"))
     assert [target for target in targets if not (page.parent / target).exists()] == []
