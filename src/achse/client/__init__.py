@@ -1,0 +1,1 @@
+"""The client: asks ADS devices, ours and real ones."""

@@ -1,0 +1,287 @@
+"""Subscriptions: samples of one or more variables as an asynchronous iterator.
+
+A subscription outlives links, restarts of the target and online changes: it is set up again as
+soon as that is possible, and the first sample afterwards says `gap`. Its queue is bounded: a slow
+reader loses the oldest samples, `lost` counts them, and nobody else waits.
+"""
+
+import asyncio
+import contextlib
+from collections import deque
+from collections.abc import Awaitable, Callable, Sequence
+from datetime import datetime
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+from achse.ams import AdsError, AmsAddress, ConnectionLost, DeviceError, TransmissionMode
+from achse.ams.commands import AddNotificationRequest, DeleteNotificationRequest
+from achse.ams.filetime import to_datetime
+from achse.client.raw import RawTarget
+from achse.client.session import DEFAULT_BACKOFF, Backoff
+from achse.client.sums import Outcome
+from achse.codes import ReturnCode
+
+__all__ = ["Place", "Sample", "Subscription", "Timing"]
+
+_PASSING = frozenset(
+    code.number
+    for code in (
+        ReturnCode.NOT_READY,
+        ReturnCode.BUSY,
+        ReturnCode.NOT_INITIALIZED,
+        ReturnCode.INVALID_STATE,
+        ReturnCode.DEVICE_TIMEOUT,
+        ReturnCode.PENDING,
+    )
+)
+"""A device that answers one of these may answer otherwise in a moment."""
+
+
+class Place(NamedTuple):
+    """Where a variable lies, how long it is and how its bytes become a value."""
+
+    name: str
+    group: int
+    offset: int
+    length: int
+    decode: Callable[[bytes], Any]
+
+
+class Sample(NamedTuple):
+    """One value of a subscribed variable.
+
+    `filetime` is the target's time stamp, 100 ns since 1601 UTC. `lost` counts the samples of the
+    subscription dropped before this one because nobody fetched them. `gap` is True if the
+    subscription was interrupted since the sample before: changes in between are unknown.
+    """
+
+    name: str
+    value: Any
+    filetime: int
+    lost: int = 0
+    gap: bool = False
+
+    @property
+    def time(self) -> datetime:
+        """`filetime` as an aware UTC datetime."""
+        return to_datetime(self.filetime)
+
+
+class Timing(NamedTuple):
+    """When the target sends: mode, and cycle time and longest delay in 100 ns."""
+
+    mode: TransmissionMode
+    max_delay: int
+    cycle_time: int
+
+    @classmethod
+    def of(cls, mode: TransmissionMode, max_delay: float, cycle_time: float) -> "Timing":
+        """From seconds; ValueError if negative or beyond 429 s, what the field holds."""
+        ticks = [round(seconds * 1e7) for seconds in (max_delay, cycle_time)]
+        for seconds, tick in zip((max_delay, cycle_time), ticks, strict=True):
+            if not 0 <= tick <= 0xFFFF_FFFF:
+                raise ValueError(f"a notification time is 0..429.4967295 s, got {seconds:g}")
+        return cls(mode, *ticks)
+
+
+class _Channel:
+    """One variable of a subscription, as the session knows it."""
+
+    __slots__ = ("_subscription", "place")
+
+    def __init__(self, subscription: "Subscription", place: Place) -> None:
+        self._subscription = subscription
+        self.place = place
+
+    def feed(self, filetime: int, data: bytes) -> None:
+        """A sample came."""
+        self._subscription.push(self.place, filetime, data)
+
+
+class Subscription:
+    """Samples of variables of one target: `async with` sets it up, `async for` gives samples.
+
+    `locate` finds the places of the variables, anew at each set-up. `depth` bounds the queue.
+    """
+
+    def __init__(
+        self,
+        target: RawTarget,
+        locate: Callable[[], Awaitable[Sequence[Place]]],
+        timing: Timing,
+        depth: int = 10_000,
+    ) -> None:
+        if depth < 1:
+            raise ValueError(f"a subscription holds at least 1 sample, got {depth}")
+        self.dropped = 0
+        """Samples lost so far because nobody fetched them."""
+        self.interruptions = 0
+        """How often it had to be set up again."""
+        self._target = target
+        self._session = target.session
+        self._locate = locate
+        self._timing = timing
+        self._depth = depth
+        self._queue: deque[tuple[Place, int, bytes, int]] = deque()
+        self._lost = 0
+        self._seen_interruptions = 0
+        self._handles: list[tuple[bytes, int]] = []
+        self._renewal: asyncio.Task[None] | None = None
+        self._reader: asyncio.Future[None] | None = None
+        self._over = False
+        self._error: AdsError | None = None
+
+    @property
+    def target(self) -> AmsAddress:
+        """The device that sends."""
+        return self._target.address
+
+    # set-up ----------------------------------------------------------------------------------
+
+    async def __aenter__(self) -> Self:
+        self._session.keep(self)
+        try:
+            await self._arm()
+        except BaseException:
+            await self.close()
+            raise
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        await self.close()
+
+    async def close(self) -> None:
+        """End it: the target forgets the handles, the iterator ends."""
+        handles = self._handles
+        self.end(None)
+        self._session.drop(self)
+        for source in {source for source, _ in handles}:
+            parts = [DeleteNotificationRequest(handle) for at, handle in handles if at == source]
+            with contextlib.suppress(AdsError):
+                await self._target.send_each(parts)
+        for source, handle in handles:
+            self._session.unlisten(source, handle)
+
+    async def part(self) -> None:
+        """The session closes: as `close`."""
+        await self.close()
+
+    async def _arm(self) -> None:
+        if self._over:
+            raise ConnectionLost("the subscription has ended")
+        round_ = self.interruptions
+        channels = [_Channel(self, place) for place in await self._locate()]
+
+        def look(first: int, source: bytes, outcomes: Sequence[Outcome]) -> None:
+            if round_ != self.interruptions or self._over:
+                return  # interrupted meanwhile; the session ends what nobody listens to
+            for channel, outcome in zip(channels[first:], outcomes, strict=False):
+                if outcome.result == 0:
+                    handle = int.from_bytes(outcome.data, "little")
+                    self._handles.append((source, handle))
+                    self._session.listen(source, handle, channel)
+
+        outcomes = await self._target.send_each(
+            [AddNotificationRequest(*channel.place[1:4], *self._timing) for channel in channels],
+            look,
+        )
+        for channel, outcome in zip(channels, outcomes, strict=True):
+            if outcome.result:
+                raise DeviceError(outcome.result, f"subscribe to {channel.place.name}")
+
+    # what the session tells ------------------------------------------------------------------
+
+    def interrupt(self) -> None:
+        """The target forgot the handles, or is about to."""
+        self.interruptions += 1
+        for source, handle in self._handles:
+            self._session.unlisten(source, handle)
+        self._handles = []
+        if self._renewal is not None:
+            self._renewal.cancel()
+            self._renewal = None
+
+    def renew(self) -> None:
+        """Set up again in the background."""
+        self._renewal = self._session.spawn(self._renew(self._session.backoff or DEFAULT_BACKOFF))
+
+    async def _renew(self, backoff: Backoff) -> None:
+        for pause in backoff.pauses():
+            try:
+                await self._arm()
+                return
+            except DeviceError as error:
+                if error.code not in _PASSING:
+                    self.end(error)
+                    self._session.drop(self)
+                    return
+            except AdsError:
+                if self._over or self._session.link is None:
+                    return
+            self.interruptions += 1  # whatever was set up half way is let go
+            for source, handle in self._handles:
+                self._session.unlisten(source, handle)
+            self._handles = []
+            await asyncio.sleep(pause)
+
+    def end(self, error: AdsError | None) -> None:
+        """There will be no more samples; the iterator ends, with `error` if that is why."""
+        if self._over:
+            return
+        self._over = True
+        self._error = error
+        self._handles = []
+        if self._renewal is not None:
+            self._renewal.cancel()
+        self._wake()
+
+    # samples ---------------------------------------------------------------------------------
+
+    def push(self, place: Place, filetime: int, data: bytes) -> None:
+        """Queue one sample. Data without bytes says that its handle is dead (000 §3.2.3.8)."""
+        if not data and place.length:
+            self.interrupt()
+            self.renew()
+            return
+        queue = self._queue
+        if len(queue) >= self._depth:
+            queue.popleft()
+            self.dropped += 1
+            self._lost += 1
+        queue.append((place, filetime, data, self.interruptions))
+        if self._reader is not None:
+            self._wake()
+
+    def _wake(self) -> None:
+        reader, self._reader = self._reader, None
+        if reader is not None and not reader.done():
+            reader.set_result(None)
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> Sample:
+        """The next sample, oldest first. Ends after `close`; raises if the target gave it up."""
+        queue = self._queue
+        while not queue:
+            if self._error is not None:
+                raise self._error
+            if self._over:
+                raise StopAsyncIteration
+            if self._reader is not None:
+                raise RuntimeError("somebody else waits for the next sample of this subscription")
+            self._reader = asyncio.get_running_loop().create_future()
+            try:
+                await self._reader
+            finally:
+                self._reader = None
+        place, filetime, data, interruptions = queue.popleft()
+        lost, self._lost = self._lost, 0
+        gap = interruptions != self._seen_interruptions
+        self._seen_interruptions = interruptions
+        return Sample(place.name, place.decode(data), filetime, lost, gap)

@@ -1,0 +1,297 @@
+"""Links: over TCP in router and direct mode, and inside the process."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from typing import Any
+
+import pytest
+
+from achse.ams import AmsAddress, ConnectionLost, Frame, NetId, TcpCommand, TcpMessage
+from achse.ams.commands import ReadStateResponse
+from achse.client import link as link_module
+from achse.client.link import Link, RouterDialer, TcpDialer
+from achse.router import Router
+from achse.transport.tcp import TcpListener
+
+Run = Callable[[Any], Any]
+NET_ID = NetId("5.4.3.2.1.1")
+PLC = AmsAddress("5.4.3.2.1.1:851")
+
+
+class User:
+    """A session that writes down what a link tells it."""
+
+    def __init__(self) -> None:
+        self.frames: asyncio.Queue[Frame] = asyncio.Queue()
+        self.losses: asyncio.Queue[str] = asyncio.Queue()
+        self.full: list[bool] = []
+
+    def received(self, frame: Frame) -> None:
+        self.frames.put_nowait(frame)
+
+    def lost(self, link: Link, reason: str) -> None:
+        self.losses.put_nowait(reason)
+
+    def held(self, link: Link, full: bool) -> None:
+        self.full.append(full)
+
+
+class Device:
+    """Answers every request with its state."""
+
+    def __init__(self, router: Router) -> None:
+        self.router = router
+
+    def deliver(self, frame: Frame) -> bool:
+        self.router.deliver(frame.reply(ReadStateResponse(0, 5, 0).encode()))
+        return True
+
+
+@pytest.fixture
+def router() -> Router:
+    router = Router(NET_ID)
+    router.register(851, Device(router))
+    return router
+
+
+@asynccontextmanager
+async def listening(router: Router) -> AsyncIterator[TcpListener]:
+    listener = TcpListener(router)
+    await listener.open(port=0)
+    try:
+        yield listener
+    finally:
+        await listener.close()
+
+
+class Deaf(asyncio.Protocol):
+    """Says the same whatever it is asked, or hangs up."""
+
+    def __init__(self, words: bytes, closing: bool, lines: set["Deaf"]) -> None:
+        self.words = words
+        self.closing = closing
+        lines.add(self)
+        self.gone = asyncio.Event()
+
+    def connection_made(self, transport: Any) -> None:
+        self.transport = transport
+
+    def data_received(self, data: bytes) -> None:
+        if self.closing:
+            self.transport.close()
+        else:
+            self.transport.write(self.words)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self.gone.set()
+
+
+@asynccontextmanager
+async def deaf(granting: bytes = b"", closing: bool = False) -> AsyncIterator[int]:
+    """A TCP server that says `granting` whatever it is asked; gives its port."""
+    loop = asyncio.get_running_loop()
+    lines: set[Deaf] = set()
+    server = await loop.create_server(lambda: Deaf(granting, closing, lines), "127.0.0.1", 0)
+    try:
+        yield server.sockets[0].getsockname()[1]
+    finally:
+        server.close()
+        for line in lines:
+            line.transport.abort()
+            await line.gone.wait()
+        await server.wait_closed()
+
+
+def state_request(link: Link, invoke_id: int = 1) -> Frame:
+    return Frame(PLC, link.address, 4, invoke_id=invoke_id)
+
+
+async def ask(user: User, link: Link) -> Frame:
+    link.send(state_request(link))
+    return await user.frames.get()
+
+
+def test_on_this_host_the_router_grants_a_port(run_for_real: Run, router: Router) -> None:
+    async def main() -> None:
+        async with listening(router) as listener:
+            user = User()
+            link = await TcpDialer("127.0.0.1", listener.port).open(user)
+            assert link.address.net_id == link.peer_net_id == NET_ID
+            assert link.address.port in router.ports
+            answer = await ask(user, link)
+            assert (answer.target, answer.source) == (link.address, PLC)
+            closed = asyncio.Event()
+            router.on_port_closed(lambda address: closed.set())
+            link.close()
+            await closed.wait()
+            assert router.ports == [851]
+            assert user.losses.empty()
+
+    run_for_real(main())
+
+
+def test_with_a_source_of_its_own_the_link_is_direct(run_for_real: Run, router: Router) -> None:
+    async def main() -> None:
+        async with listening(router) as listener:
+            user = User()
+            ours = AmsAddress("10.0.0.5.1.1:30001")
+            link = await TcpDialer("127.0.0.1", listener.port, source=ours).open(user)
+            assert (link.address, router.ports) == (ours, [851])
+            assert (await ask(user, link)).target == ours
+            link.close()
+
+    run_for_real(main())
+
+
+def test_direct_links_of_one_host_have_addresses_of_their_own(
+    run_for_real: Run, router: Router
+) -> None:
+    async def main() -> None:
+        async with listening(router) as listener:
+            dialer = TcpDialer("127.0.0.1", listener.port, mode="direct")
+            links = [await dialer.open(User()) for _ in range(3)]
+            assert len({link.address for link in links}) == 3
+            assert links[0].address.net_id != NetId("127.0.0.1.1.1")
+            assert links[0].peer_net_id == NetId("127.0.0.1.1.1")
+            for link in links:
+                link.close()
+
+    run_for_real(main())
+
+
+@pytest.mark.parametrize("closing", [False, True], ids=["ignores", "closes"])
+def test_a_peer_that_grants_no_port_is_talked_to_directly(
+    run_for_real: Run, monkeypatch: pytest.MonkeyPatch, closing: bool
+) -> None:
+    monkeypatch.setattr(link_module, "GRANT_TIME", 0.02)
+
+    async def main() -> None:
+        async with deaf(closing=closing) as port:
+            dialer = TcpDialer("127.0.0.1", port)
+            link = await dialer.open(User())
+            assert link.address.net_id == NetId("127.0.0.1.1.2")
+            assert dialer.mode == "direct"
+            link.close()
+
+    run_for_real(main())
+
+
+def test_router_mode_insists(run_for_real: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(link_module, "GRANT_TIME", 0.02)
+
+    async def main() -> None:
+        async with deaf() as port:
+            with pytest.raises(ConnectionLost, match="granted no port"):
+                await TcpDialer("127.0.0.1", port, mode="router").open(User())
+
+    run_for_real(main())
+
+
+def test_nobody_there_is_an_os_error(run_for_real: Run) -> None:
+    async def main() -> None:
+        async with deaf() as port:
+            pass
+        with pytest.raises(OSError, match=str(port)):
+            await TcpDialer("127.0.0.1", port).open(User())
+
+    run_for_real(main())
+
+
+def test_a_peer_that_closes_is_a_loss(run_for_real: Run, router: Router) -> None:
+    async def main() -> None:
+        async with listening(router) as listener:
+            user = User()
+            link = await TcpDialer("127.0.0.1", listener.port).open(user)
+            for connection in listener.connections:
+                connection.close()
+            assert await user.losses.get() == "closed by the peer"
+            link.send(state_request(link))
+            link.close()
+
+    run_for_real(main())
+
+
+def test_bytes_that_are_no_ams_are_a_loss_with_the_reason(run_for_real: Run) -> None:
+    async def main() -> None:
+        async with deaf(granting=b"\xff" * 40) as port:
+            user = User()
+            link = await TcpDialer("127.0.0.1", port, mode="direct").open(user)
+            link.send(state_request(link))
+            assert "0xFFFF is not known" in await user.losses.get()
+
+    run_for_real(main())
+
+
+def test_a_router_note_disturbs_nobody(run_for_real: Run, router: Router) -> None:
+    async def main() -> None:
+        note = TcpMessage(TcpCommand.ROUTER_NOTE, b"\1\0\0\0").encode_tcp()
+        grant = TcpMessage(TcpCommand.PORT_CONNECT, bytes(PLC)).encode_tcp()
+        async with deaf(granting=note + grant + grant) as port:
+            link = await TcpDialer("127.0.0.1", port).open(User())
+            assert link.address == PLC
+            link.close()
+
+    run_for_real(main())
+
+
+def test_frames_of_one_turn_leave_in_one_write(run_for_real: Run) -> None:
+    async def main() -> None:
+        async with deaf() as port:
+            link = await TcpDialer("127.0.0.1", port, mode="direct").open(User())
+            writes: list[bytes] = []
+            assert link._transport is not None
+            link._transport.write = writes.append  # type: ignore[method-assign]
+            frames = [state_request(link, number) for number in range(5)]
+            for frame in frames:
+                link.send(frame)
+            await asyncio.sleep(0)
+            assert writes == [b"".join(frame.encode_tcp() for frame in frames)]
+            link.abort()
+
+    run_for_real(main())
+
+
+def test_a_full_socket_is_reported(run_for_real: Run) -> None:
+    async def main() -> None:
+        async with deaf() as port:
+            user = User()
+            link = await TcpDialer("127.0.0.1", port, mode="direct").open(user)
+            link.pause_writing()
+            link.resume_writing()
+            assert user.full == [True, False]
+            link.close()
+
+    run_for_real(main())
+
+
+def test_inside_the_process_frames_go_by_the_router(run: Run, router: Router) -> None:
+    async def main() -> None:
+        user = User()
+        link = await RouterDialer(router).open(user)
+        assert link.address.net_id == link.peer_net_id == NET_ID
+        link.send(state_request(link))
+        assert user.frames.empty()
+        await asyncio.sleep(0)
+        assert user.frames.get_nowait().source == PLC
+        link.close()
+        assert router.ports == [851]
+        assert not link.deliver(Frame(link.address, PLC, 4, 5))
+
+    run(main())
+
+
+def test_a_link_inside_the_process_can_be_lost_too(run: Run, router: Router) -> None:
+    async def main() -> None:
+        user = User()
+        link = await RouterDialer(router).open(user)
+        link.abort()
+        assert await user.losses.get() == "aborted"
+        assert router.ports == [851]
+
+    run(main())
+
+
+def test_dialers_say_where_they_dial(router: Router) -> None:
+    assert TcpDialer("plc.local", 48899).peer == "plc.local:48899"
+    assert RouterDialer(router).peer == "router 5.4.3.2.1.1"
