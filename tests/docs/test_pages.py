@@ -1,6 +1,8 @@
 """README and every page of docs/ do what they say, when typed in from top to bottom."""
 
+import os
 import re
+import signal
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -61,3 +63,29 @@ def test_ci_runs_the_test_command_of_the_readme() -> None:
     ).stdout
     assert command in (ROOT / "README.md").read_text().splitlines()
     assert "pytest" in command
+
+
+@pytest.mark.timeout(600)
+@pytest.mark.skipif(
+    os.environ.get("ACHSE_WITNESSES") != "required",
+    reason="installs from a package index; .ci/run asks for it",
+)
+def test_the_first_command_of_the_readme_starts_a_station(
+    tmp_path: Path, free_host: Callable[[], str]
+) -> None:
+    lines = (ROOT / "README.md").read_text().splitlines()
+    command = next(line for line in lines if line.endswith("/achse run"))
+    subprocess.run(["git", "clone", "-q", ROOT, tmp_path / "clone"], check=True)
+    host = free_host()
+    with subprocess.Popen(
+        ["bash", "-c", command],
+        cwd=tmp_path / "clone",
+        env=os.environ | {"ACHSE_HOST": host},
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as shell:
+        assert shell.stdout is not None
+        ready = shell.stdout.readline()
+        os.killpg(shell.pid, signal.SIGTERM)
+    assert ready.startswith(f"achse ready net_id=127.0.0.1.1.1 tcp={host}:48898"), ready
