@@ -4,46 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.plc.memory import Address, AddressError, Area, Memory, MemoryRangeError, Region
-
-
-@pytest.mark.parametrize(
-    ("text", "address"),
-    [
-        ("%IX1.2", Address(Area.INPUT, 1, 2)),
-        ("%I1.2", Address(Area.INPUT, 1, 2)),
-        ("%qb17", Address(Area.OUTPUT, 17)),
-        ("%MW48", Address(Area.FLAG, 48)),
-        ("%MD4", Address(Area.FLAG, 4)),
-        ("%ML8", Address(Area.FLAG, 8)),
-        (" %Q* ", Address(Area.OUTPUT, None)),
-    ],
-)
-def test_direct_addresses_count_bytes_whatever_their_size(text: str, address: Address) -> None:
-    assert Address.parse(text) == address
-
-
-@pytest.mark.parametrize(
-    ("text", "complaint"),
-    [
-        ("MD4", "got 'MD4'"),
-        ("%XD4", "got '%XD4'"),
-        ("%MD", "got '%MD'"),
-        ("%MD-4", "got '%MD-4'"),
-        ("%MX4", "BYTE.BIT"),
-        ("%MX4.8", "0..7"),
-        ("%MD4.1", "only a bit address"),
-        ("%MD" + "9" * 10_000, "an address is"),
-    ],
-)
-def test_a_wrong_address_says_what_was_expected(text: str, complaint: str) -> None:
-    with pytest.raises(AddressError, match=complaint):
-        Address.parse(text)
-
-
-def test_an_address_prints_as_it_is_read() -> None:
-    for text in ("%IX1.2", "%QB17", "%M*"):
-        assert str(Address.parse(text)) == text
+from achse.plc.memory import Area, AreaFullError, Memory, MemoryRangeError, Region
 
 
 @given(st.lists(st.tuples(st.integers(1, 40), st.sampled_from([1, 2, 4, 8])), max_size=30))
@@ -68,9 +29,9 @@ def test_fixed_addresses_may_overlap_and_others_are_placed_behind_them() -> None
 def test_the_process_image_does_not_grow() -> None:
     region = Memory({Area.INPUT: 8})[Area.INPUT]
     region.place(0, 8)
-    with pytest.raises(AddressError, match=r"%I has 8 bytes, bytes 7\.\.8 do not fit"):
+    with pytest.raises(AreaFullError, match=r"%I has 8 bytes, bytes 7\.\.8 do not fit"):
         region.place(7, 2)
-    with pytest.raises(AddressError):
+    with pytest.raises(AreaFullError):
         region.allocate(1)
 
 

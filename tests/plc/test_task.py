@@ -5,27 +5,18 @@ import pytest
 from achse.plc.task import Task
 
 
-class Recorder:
-    def __init__(self, task_calls: list[str], name: str) -> None:
-        self.calls = task_calls
-        self.name = name
-
-    def cycle(self) -> None:
-        self.calls.append(self.name)
-
-
-def test_a_cycle_calls_the_programs_in_order() -> None:
+def test_a_cycle_makes_the_calls_in_order() -> None:
     calls: list[str] = []
-    task = Task(programs=[Recorder(calls, "A"), Recorder(calls, "B")])
+    task = Task()
+    task.calls = [lambda: calls.append("A"), lambda: calls.append("B")]
     task.cycle()
     task.cycle()
     assert calls == ["A", "B", "A", "B"]
-    assert task.cycle_count == 2
 
 
 def test_cycles_lie_on_multiples_of_the_cycle_time() -> None:
     task = Task(cycle_ns=10)
-    task.cycle()
+    task.begin()
     assert (task.time_ns, task.due_ns) == (10, 20)
     task.skip(19)
     assert task.due_ns == 20
@@ -37,18 +28,20 @@ def test_cycles_lie_on_multiples_of_the_cycle_time() -> None:
 
 def test_the_first_cycle_flag_is_up_during_the_first_cycle_only() -> None:
     seen: list[bool] = []
+    task = Task()
+    task.calls = [lambda: seen.append(task.first_cycle)]
+    task.cycle()
+    task.cycle()
+    assert seen == [True, False]
 
-    class Program:
-        def cycle(self) -> None:
-            seen.append(task.first_cycle)
 
-    task = Task(programs=[Program()])
-    task.cycle()
-    task.cycle()
-    task.restart()
-    task.cycle()
-    assert seen == [True, False, True]
-    assert task.cycle_count == 1
+def test_an_error_comes_through_and_ends_the_cycle() -> None:
+    seen: list[int] = []
+    task = Task()
+    task.calls = [lambda: 1 // 0, lambda: seen.append(1)]
+    with pytest.raises(ZeroDivisionError):
+        task.cycle()
+    assert seen == []
 
 
 def test_a_stopwatch_gives_execution_time_and_exceeded_cycles() -> None:
@@ -58,12 +51,14 @@ def test_a_stopwatch_gives_execution_time_and_exceeded_cycles() -> None:
     assert (task.last_exec_ns, task.exceeded, task.exceed_count) == (500, False, 0)
     task.cycle(lambda: next(times))
     assert (task.last_exec_ns, task.exceeded, task.exceed_count) == (1001, True, 1)
+    task.clear_counters()
+    assert (task.last_exec_ns, task.exceeded, task.exceed_count) == (0, False, 0)
 
 
 def test_the_cycle_counter_wraps_at_32_bits() -> None:
     task = Task()
     task.cycle_count = 0xFFFF_FFFF
-    task.cycle()
+    task.begin()
     assert task.cycle_count == 0
 
 

@@ -1,15 +1,12 @@
 """PLC memory: the process image and the flag, retain and data areas, each one run of bytes."""
 
 import hashlib
-import re
 from enum import Enum
-from typing import NamedTuple, Self
 
 __all__ = [
     "DEFAULT_SIZES",
-    "Address",
-    "AddressError",
     "Area",
+    "AreaFullError",
     "Memory",
     "MemoryRangeError",
     "Region",
@@ -39,8 +36,8 @@ range of %M offsets); retain and data grow with what is allocated in them."""
 _GROWING = (Area.RETAIN, Area.DATA)
 
 
-class AddressError(ValueError):
-    """A direct address is not written as IEC 61131-3 asks, or lies outside its area."""
+class AreaFullError(ValueError):
+    """A variable does not fit into the process image or the flag memory."""
 
 
 class MemoryRangeError(IndexError):
@@ -55,56 +52,6 @@ class MemoryRangeError(IndexError):
             f"{area.value}: bytes {offset}..{offset + length - 1} asked for,"
             f" the area has {size} bytes"
         )
-
-
-class Address(NamedTuple):
-    """A direct address: `%MD4` is byte 4 of %M, `%IX1.2` bit 2 of byte 1 of %I.
-
-    Numbers count bytes whatever the size letter says, as TwinCAT does it. `byte` is None for an
-    incomplete address (`%I*`), which is placed by `Memory.allocate`; `bit` is None unless the
-    address names a single bit.
-    """
-
-    area: Area
-    byte: int | None
-    bit: int | None = None
-
-    @classmethod
-    def parse(cls, text: str) -> Self:
-        """Read `%IX1.2`, `%MD4`, `%QB0`, `%Q*`; case does not matter. Raises AddressError."""
-        match = _ADDRESS.fullmatch(text.strip())
-        if match is None:
-            raise AddressError(
-                "an address is % with I, Q or M, then * or X, B, W, D or L and a number"
-                f" (%IX1.2, %MD4, %Q*), got {text!r}"
-            )
-        area = Area("%" + match["area"].upper())
-        if match["star"]:
-            return cls(area, None)
-        size = (match["size"] or "X").upper()
-        byte, bit = int(match["byte"]), match["bit"]
-        if size != "X":
-            if bit is not None:
-                raise AddressError(f"only a bit address (X) has a bit number, got {text!r}")
-            return cls(area, byte)
-        if bit is None:
-            raise AddressError(f"a bit address is BYTE.BIT, got {text!r}")
-        if int(bit) > 7:
-            raise AddressError(f"a bit number is 0..7, got {text!r}")
-        return cls(area, byte, int(bit))
-
-    def __str__(self) -> str:
-        if self.byte is None:
-            return f"{self.area.value}*"
-        if self.bit is None:
-            return f"{self.area.value}B{self.byte}"
-        return f"{self.area.value}X{self.byte}.{self.bit}"
-
-
-_ADDRESS = re.compile(
-    r"%(?P<area>[IQM])(?:(?P<star>\*)|(?P<size>[XBWDL])?(?P<byte>\d{1,9})(?:\.(?P<bit>\d{1,9}))?)",
-    re.IGNORECASE | re.ASCII,
-)
 
 
 class Region:
@@ -132,7 +79,7 @@ class Region:
     def allocate(self, size: int, alignment: int = 1) -> int:
         """The byte offset of `size` new bytes, a multiple of `alignment`.
 
-        Raises AddressError if a process image or the flag memory is full.
+        Raises AreaFullError if a process image or the flag memory is full.
         """
         offset = -(-self._used // alignment) * alignment
         self.place(offset, size)
@@ -143,7 +90,7 @@ class Region:
         end = offset + size
         if end > len(self.data):
             if not self._grows:
-                raise AddressError(
+                raise AreaFullError(
                     f"{self.area.value} has {len(self.data)} bytes, bytes {offset}..{end - 1}"
                     " do not fit"
                 )

@@ -1,16 +1,10 @@
-"""PLC tasks: programs called in order once per cycle, and the counters a task keeps about itself."""
+"""PLC tasks: programs called in order once per cycle, with counters about it."""
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
-__all__ = ["Cyclic", "Stopwatch", "Task"]
+from achse.iec import Program
 
-
-class Cyclic(Protocol):
-    """Anything with a cycle: a program."""
-
-    def cycle(self) -> None: ...
-
+__all__ = ["Stopwatch", "Task"]
 
 Stopwatch = Callable[[], int]
 """Reads a clock in nanoseconds; only differences of its values mean anything."""
@@ -20,10 +14,13 @@ class Task:
     """A cyclic task.
 
     `cycle_ns` > 0; `priority` 0..255, the lowest number runs first; `port` is the AMS port that
-    `_TaskInfo` shows for the task. The programs run in the order given.
+    `_TaskInfo` shows for the task, 0 for 350 and up in the order of the tasks. The programs run
+    in the order given, once the PLC has made instances of them. A program with an annotation
+    `task: Task` is given its task.
     """
 
     __slots__ = (
+        "calls",
         "cycle_count",
         "cycle_ns",
         "due_ns",
@@ -42,8 +39,8 @@ class Task:
         name: str = "PlcTask",
         cycle_ns: int = 10_000_000,
         priority: int = 20,
-        programs: Sequence[Cyclic] = (),
-        port: int = 350,
+        programs: Sequence[type[Program]] = (),
+        port: int = 0,
     ) -> None:
         if cycle_ns <= 0:
             raise ValueError(f"task {name}: the cycle is more than 0 ns, got {cycle_ns}")
@@ -52,14 +49,16 @@ class Task:
         self.name = name
         self.cycle_ns = cycle_ns
         self.priority = priority
-        self.programs = list(programs)
+        self.programs = tuple(programs)
         self.port = port
+        self.calls: list[Callable[[], object]] = []
+        """What a cycle calls: the `cycle` methods of the program instances."""
         self.due_ns = cycle_ns
         """When the next cycle is due; always a multiple of the cycle."""
         self.time_ns = 0
         """The due time of the present or last cycle."""
         self.cycle_count = 0
-        """Cycles begun since the last reset."""
+        """Cycles begun since the last reset, modulo 2**32."""
         self.exceed_count = 0
         """Cycles since the last reset that took longer than the cycle time."""
         self.first_cycle = True
@@ -72,28 +71,30 @@ class Task:
         """Whether the last cycle took longer than the cycle time."""
         return self.last_exec_ns > self.cycle_ns
 
-    def restart(self) -> None:
-        """The next cycle is a first one; the counters begin anew."""
+    def clear_counters(self) -> None:
+        """The counters begin anew."""
         self.cycle_count = self.exceed_count = self.last_exec_ns = 0
-        self.first_cycle = True
 
     def skip(self, now_ns: int) -> None:
         """Pass over all cycles due up to `now_ns`; the next one stays on the grid."""
         if self.due_ns <= now_ns:
             self.due_ns = (now_ns // self.cycle_ns + 1) * self.cycle_ns
 
-    def cycle(self, stopwatch: Stopwatch | None = None) -> None:
-        """Call all programs once. What they raise comes through and ends the cycle."""
+    def begin(self) -> None:
+        """Take the next point of the grid as the present cycle."""
         self.time_ns = self.due_ns
         self.due_ns += self.cycle_ns
         self.cycle_count = self.cycle_count + 1 & 0xFFFF_FFFF
+
+    def cycle(self, stopwatch: Stopwatch | None = None) -> None:
+        """Call all programs once. What they raise comes through and ends the cycle."""
         if stopwatch is None:
-            for program in self.programs:
-                program.cycle()
+            for call in self.calls:
+                call()
         else:
             began = stopwatch()
-            for program in self.programs:
-                program.cycle()
+            for call in self.calls:
+                call()
             self.last_exec_ns = stopwatch() - began
             self.exceed_count += self.last_exec_ns > self.cycle_ns
         self.first_cycle = False

@@ -1,0 +1,189 @@
+"""Programs and variable lists in PLC memory: where their variables lie, and how they start."""
+
+import inspect
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from achse.iec import (
+    ArrayType,
+    DeclarationError,
+    GlobalVariables,
+    IecType,
+    Place,
+    Program,
+    StructType,
+    Variable,
+    bind,
+    resolved,
+)
+from achse.iec.elementary import BoolType
+from achse.iec.structs import Unit
+from achse.plc.memory import Area, AreaFullError, Memory
+
+__all__ = ["PlacedUnit", "PlacedVariable", "place"]
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedVariable:
+    """A declared variable and its memory: a symbol of the PLC.
+
+    `bit` is set for `AT %IX1.2` and the like, and for BIT members of the unit.
+    """
+
+    name: str
+    """`MAIN.nCounter`."""
+    variable: Variable[Any, Any]
+    area: Area
+    offset: int
+    bit: int | None
+
+
+class PlacedUnit:
+    """The instance of one program or variable list in a PLC.
+
+    `instance` stays the same object for ever; `start` puts it into the state of a first start.
+    """
+
+    __slots__ = ("_base", "_memory", "_places", "instance", "name", "variables")
+
+    def __init__(self, declared: type[Unit], memory: Memory) -> None:
+        self.instance: Unit = declared.__new__(declared)
+        self.name = declared.__iec__.name
+        self.variables: list[PlacedVariable] = []
+        self._memory = memory
+        self._base = 0
+        self._places: dict[str, Place] = {}
+
+    def place_fixed(self) -> None:
+        """Take the memory of the variables at complete addresses. Raises DeclarationError."""
+        for variable in self.instance.__iec__.members:
+            address = variable.address
+            if variable.apart and address is not None and address.byte is not None:
+                if address.bit is not None and not isinstance(resolved(variable.type), BoolType):
+                    raise DeclarationError(
+                        f"{self.name}.{variable.name} AT {address}: a bit address takes BOOL,"
+                        f" got {variable.type.name}"
+                    )
+                size = 1 if address.bit is not None else variable.type.size
+                region = self._memory[Area("%" + address.area)]
+                try:
+                    region.place(address.byte, size)
+                except AreaFullError as failure:
+                    raise self._refusal(variable, failure) from None
+                self._set_apart(variable, region.area, address.byte, address.bit)
+
+    def place_free(self) -> None:
+        """Find memory for all other variables. Raises DeclarationError if an area is full."""
+        iec = self.instance.__iec__
+        data = self._memory[Area.DATA]
+        self._base = data.allocate(iec.size, iec.alignment)
+        for variable in iec.members:
+            if not variable.in_memory or variable.name in self._places:
+                continue
+            if variable.apart:
+                address = variable.address
+                area = Area.RETAIN if address is None else Area("%" + address.area)
+                try:
+                    offset = self._memory[area].allocate(
+                        variable.type.size, variable.type.alignment
+                    )
+                except AreaFullError as failure:
+                    raise self._refusal(variable, failure) from None
+                self._set_apart(variable, area, offset, None)
+            else:
+                self._note(variable, Area.DATA, self._base + variable.offset, variable.bit)
+        self.variables.sort(key=lambda placed: placed.name.lower())
+
+    def _set_apart(
+        self, variable: Variable[Any, Any], area: Area, offset: int, bit: int | None
+    ) -> None:
+        self._places[variable.name] = Place(self._memory[area].data, offset, bit)
+        self._note(variable, area, offset, bit)
+
+    def _note(self, variable: Variable[Any, Any], area: Area, offset: int, bit: int | None) -> None:
+        name = f"{self.name}.{variable.name}"
+        self.variables.append(PlacedVariable(name, variable, area, offset, bit))
+        region = self._memory[area]
+        initial = variable.initial_bytes()
+        if bit is None:
+            region.write(offset, initial)
+        else:
+            region.write_bits(offset * 8 + bit, initial)
+        if variable.retain or variable.persistent:
+            region.keep(offset, variable.type.size)
+        else:
+            for start, size in _remanent_parts(variable.type, offset):
+                region.keep(start, size)
+
+    def _refusal(self, variable: Variable[Any, Any], failure: Exception) -> DeclarationError:
+        at = f" AT {variable.address}" if variable.address else ""
+        return DeclarationError(f"{self.name}.{variable.name}{at}: {failure}")
+
+    def start(self, partners: Mapping[object, object]) -> None:
+        """Bind the instance to its memory, hand it its partners, run its `__init__`.
+
+        Python attributes of an earlier run are gone. `partners` are found by the annotations of
+        the class: `gvl: GVL` is the GVL of the same PLC, `task: Task` the calling task.
+        """
+        unit = self.instance
+        unit.__dict__.clear()
+        bind(unit, self._memory[Area.DATA].data, self._base, self._places)
+        for name, wanted in _annotations(type(unit)):
+            key = wanted.rpartition(".")[2] if isinstance(wanted, str) else wanted
+            if key in partners:
+                setattr(unit, name, partners[key])
+            elif isinstance(key, type) and issubclass(key, Unit):
+                raise DeclarationError(
+                    f"{self.name}.{name}: {key.__name__} is not declared in this PLC"
+                )
+        unit.__init__()  # type: ignore[misc]
+
+
+def place(declared: Iterable[type[Unit]], memory: Memory) -> list[PlacedUnit]:
+    """Give each unit its memory with initial values, and hold these for resets.
+
+    Variables at complete addresses come first, so that no other lands on them by chance. Raises
+    DeclarationError if a name is there twice or an area is full.
+    """
+    units = [PlacedUnit(one, memory) for one in declared]
+    _unique([unit.name for unit in units])
+    for unit in units:
+        unit.place_fixed()
+    for unit in units:
+        unit.place_free()
+    memory.hold_initial()
+    return units
+
+
+def _unique(names: Sequence[str]) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name.lower() in seen:
+            raise DeclarationError(f"{name} is declared twice (case does not matter)")
+        seen.add(name.lower())
+
+
+def _annotations(cls: type) -> Iterator[tuple[str, object]]:
+    """Attribute names and annotated types of the class and its bases, the nearest first."""
+    seen: set[str] = set()
+    for base in cls.__mro__:
+        if issubclass(base, Unit) and base not in (Program, GlobalVariables):
+            for name, wanted in inspect.get_annotations(base).items():
+                if name not in seen:
+                    seen.add(name)
+                    yield name, wanted
+
+
+def _remanent_parts(type: IecType[Any], offset: int) -> Iterator[tuple[int, int]]:
+    """Offset and size of the retain and persistent members inside a variable."""
+    type = resolved(type)
+    if isinstance(type, StructType):
+        for member in type.fields:
+            if member.retain or member.persistent:
+                yield offset + member.offset, member.type.size
+            else:
+                yield from _remanent_parts(member.type, offset + member.offset)
+    elif isinstance(type, ArrayType) and any(_remanent_parts(type.element, 0)):
+        for index in range(type.count):
+            yield from _remanent_parts(type.element, offset + index * type.element.size)

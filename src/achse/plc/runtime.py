@@ -1,0 +1,197 @@
+"""A PLC: programs and variable lists in memory, tasks on their grid of cycles, run, stop, reset."""
+
+import hashlib
+import logging
+import traceback
+from collections.abc import Iterable, Sequence
+from enum import Enum
+from operator import attrgetter
+from typing import TypeVar
+
+from achse.iec.structs import Unit
+from achse.plc.memory import Area, Memory
+from achse.plc.program import PlacedUnit, PlacedVariable, place
+from achse.plc.system_info import SystemInfo, system_info_list
+from achse.plc.task import Stopwatch, Task
+
+__all__ = ["PlcRuntime", "PlcState", "PlcStateError"]
+
+log = logging.getLogger("achse.plc")
+
+U = TypeVar("U", bound=Unit)
+
+_FIRST_TASK_PORT = 350
+_due = attrgetter("due_ns")
+
+
+class PlcState(Enum):
+    """What a PLC does."""
+
+    RUN = "run"
+    STOP = "stop"
+    EXCEPTION = "exception"
+    """A program raised an error; only a reset leads out."""
+
+
+class PlcStateError(RuntimeError):
+    """The PLC cannot do this in its present state."""
+
+
+class PlcRuntime:
+    """One PLC application.
+
+    `tasks` name the program classes; `globals` are variable lists and further programs that no
+    task calls. The same program in two tasks is one instance. `name`, `project`, `port` and
+    `timestamp` (seconds since 1970) are what `_AppInfo` shows. `stopwatch` measures execution
+    times; without one they are 0, and every run is the same as the last.
+
+    It is in RUN after construction. Time is handed in: call `run_due(now_ns)` as time goes on.
+    """
+
+    def __init__(
+        self,
+        tasks: Sequence[Task],
+        globals: Iterable[type[Unit]] = (),
+        *,
+        name: str = "Port_851",
+        project: str = "achse",
+        port: int = 851,
+        timestamp: int = 0,
+        memory: Memory | None = None,
+        stopwatch: Stopwatch | None = None,
+    ) -> None:
+        if not tasks:
+            raise ValueError("a PLC has at least one task")
+        for number, task in enumerate(tasks):
+            task.port = task.port or _FIRST_TASK_PORT + number
+        self.name = name
+        self.port = port
+        self.tasks = tuple(tasks)
+        self.memory = Memory() if memory is None else memory
+        self.stopwatch = stopwatch
+        self.state = PlcState.RUN
+        self.failure = ""
+        """The traceback that led to EXCEPTION."""
+        self.online_changes = 0
+        system = system_info_list(
+            tasks, app_name=name, project_name=project, port=port, timestamp=timestamp
+        )
+        programs = [program for task in tasks for program in task.programs]
+        self.units = place(dict.fromkeys([system, *globals, *programs]), self.memory)
+        self._by_class: dict[type[Unit], PlacedUnit] = {
+            type(unit.instance): unit for unit in self.units
+        }
+        self._info = SystemInfo(self.memory[Area.DATA].data, self._by_class[system].variables)
+        self._indices = {task: number for number, task in enumerate(tasks)}
+        self._by_priority = sorted(tasks, key=attrgetter("priority"))
+        self._next = min(self._by_priority, key=_due)
+        self._start()
+
+    def unit(self, declared: type[U]) -> U:
+        """The instance of a program or variable list. KeyError if the PLC has none."""
+        instance = self._by_class[declared].instance
+        assert isinstance(instance, declared)
+        return instance
+
+    @property
+    def variables(self) -> list[PlacedVariable]:
+        """Every declared variable with its place in memory, sorted by name without case."""
+        return sorted(
+            (placed for unit in self.units for placed in unit.variables),
+            key=lambda placed: placed.name.lower(),
+        )
+
+    # time ------------------------------------------------------------------------------------
+
+    @property
+    def next_due_ns(self) -> int:
+        """When the next cycle of any task is due."""
+        return self._next.due_ns
+
+    def run_due(self, now_ns: int) -> None:
+        """Run every cycle that is due at `now_ns`, in order of due time, then priority.
+
+        Cycles that fall into STOP or EXCEPTION are passed over, not made up for.
+        """
+        task = self._next
+        while task.due_ns <= now_ns:
+            if self.state is PlcState.RUN:
+                self._cycle(task)
+            else:
+                task.skip(now_ns)
+            task = self._next = min(self._by_priority, key=_due)
+
+    def _cycle(self, task: Task) -> None:
+        task.begin()
+        self._info.show_task(self._indices[task], task)
+        try:
+            task.cycle(self.stopwatch)
+        except Exception:
+            self._fail(f"task {task.name} stopped in cycle {task.cycle_count}")
+
+    def _fail(self, what: str) -> None:
+        self.state = PlcState.EXCEPTION
+        self.failure = traceback.format_exc()
+        log.exception("%s: %s", self.name, what)
+
+    # states ----------------------------------------------------------------------------------
+
+    def run(self) -> None:
+        """STOP → RUN; variables keep their values. Raises PlcStateError in EXCEPTION."""
+        if self.state is PlcState.EXCEPTION:
+            raise PlcStateError(f"{self.name} is in EXCEPTION: reset it first")
+        if self.state is PlcState.STOP:
+            for task in self.tasks:
+                task.first_cycle = True
+            self.state = PlcState.RUN
+
+    def stop(self) -> None:
+        """RUN → STOP; variables keep their values. An EXCEPTION stays one."""
+        if self.state is PlcState.RUN:
+            self.state = PlcState.STOP
+
+    def reset(self, *, origin: bool = False) -> None:
+        """Initialise all variables again and stop.
+
+        A cold reset spares retain and persistent variables, `origin` does not.
+        """
+        self.memory.reset(origin=origin)
+        self.state = PlcState.STOP
+        self.failure = ""
+        for task in self.tasks:
+            task.clear_counters()
+        try:
+            self._start()
+        except Exception:
+            self._fail("the start after a reset failed")
+
+    def _start(self) -> None:
+        partners: dict[object, object] = {PlcRuntime: self, "PlcRuntime": self}
+        for unit in self.units:
+            partners[type(unit.instance)] = partners[type(unit.instance).__name__] = unit.instance
+        self._info.show_online_changes(self.online_changes)
+        owners: dict[type[Unit], Task] = {
+            program: task for task in reversed(self.tasks) for program in reversed(task.programs)
+        }
+        for unit in self.units:
+            task = owners.get(type(unit.instance), self.tasks[0])
+            unit.start(partners | {Task: task, "Task": task})
+        for task in self.tasks:
+            task.first_cycle = True
+            cycles = [
+                getattr(self._by_class[program].instance, "cycle", None)
+                for program in task.programs
+            ]
+            task.calls = [cycle for cycle in cycles if callable(cycle)]
+
+    def digest(self) -> bytes:
+        """A hash of memory, state, and tasks with their counters, 16 bytes.
+
+        Plain Python attributes of programs are not in it.
+        """
+        state = hashlib.blake2b(self.memory.digest(), digest_size=16)
+        state.update(self.state.value.encode())
+        for task in self.tasks:
+            counters = (task.due_ns, task.cycle_count, task.exceed_count, task.first_cycle)
+            state.update(repr(counters).encode())
+        return state.digest()

@@ -1,0 +1,163 @@
+"""`TwinCAT_SystemInfoVarList`: what every PLC tells about its application and its tasks."""
+
+import struct
+from collections.abc import Sequence
+from typing import Any
+
+from achse.iec import (
+    ARRAY,
+    BOOL,
+    BYTE,
+    DT,
+    DWORD,
+    LINT,
+    PVOID,
+    STRING,
+    UDINT,
+    UINT,
+    GlobalVariables,
+    IecType,
+    StructType,
+    Variable,
+)
+from achse.iec.layout import Layout, Spot
+from achse.plc.program import PlacedVariable
+from achse.plc.task import Task
+
+__all__ = ["APP_INFO", "SYSTEM_LIST", "TASK_INFO", "SystemInfo", "system_info_list"]
+
+_OBJECT_ID_OF_APP = 0x0850_2000
+_OBJECT_ID_OF_FIRST_TASK = 0x0201_0030
+"""Object ids as TwinCAT hands them out to the first PLC project and its tasks."""
+
+
+def _structure(
+    name: str, size: int, rows: Sequence[tuple[int, str, IecType[Any]]]
+) -> StructType[Any]:
+    """A structure with members at given offsets; the gaps are reserved."""
+    members = [Variable[Any, Any](type, name=member) for _, member, type in rows]
+    return StructType(
+        name, members, layout=Layout(size, 8, tuple(Spot(offset) for offset, _, _ in rows))
+    )
+
+
+APP_INFO = _structure(
+    "PLC.PlcAppSystemInfo",
+    256,
+    [
+        (0, "ObjId", UDINT),
+        (4, "TaskCnt", UDINT),
+        (8, "OnlineChangeCnt", UDINT),
+        (12, "Flags", DWORD),
+        (16, "AdsPort", UINT),
+        (18, "BootDataLoaded", BOOL),
+        (19, "OldBootData", BOOL),
+        (20, "AppTimestamp", DT),
+        (24, "KeepOutputsOnBP", BOOL),
+        (25, "ShutdownInProgress", BOOL),
+        (26, "LicensesPending", BOOL),
+        (27, "BSODOccured", BOOL),
+        (28, "LoggedIn", BOOL),
+        (29, "PersistentStatus", BYTE),
+        (32, "TComSrvPtr", PVOID),
+        (64, "AppName", STRING(63)),
+        (128, "ProjectName", STRING(63)),
+    ],
+)
+"""Type of `_AppInfo`."""
+
+TASK_INFO = _structure(
+    "PLC.PlcTaskSystemInfo",
+    128,
+    [
+        (0, "ObjId", UDINT),
+        (4, "CycleTime", UDINT),
+        (8, "Priority", UINT),
+        (10, "AdsPort", UINT),
+        (12, "CycleCount", UDINT),
+        (16, "DcTaskTime", LINT),
+        (24, "LastExecTime", UDINT),
+        (28, "FirstCycle", BOOL),
+        (29, "CycleTimeExceeded", BOOL),
+        (30, "InCallAfterOutputUpdate", BOOL),
+        (31, "RTViolation", BOOL),
+        (64, "TaskName", STRING(63)),
+    ],
+)
+"""Type of the elements of `_TaskInfo`; times in 100 ns, DcTaskTime in ns."""
+
+SYSTEM_LIST = "TwinCAT_SystemInfoVarList"
+
+_LIVE = struct.Struct("<IqI????")
+"""CycleCount … RTViolation of a task, in one piece."""
+_LIVE_OFFSET = 12
+_ONLINE_CHANGES_OFFSET = 8
+
+
+def system_info_list(
+    tasks: Sequence[Task], *, app_name: str, project_name: str, port: int, timestamp: int
+) -> type[GlobalVariables]:
+    """The list for these tasks: `_AppInfo` and `_TaskInfo[1..n]`.
+
+    `timestamp`: when the application was made, seconds since 1970. Long names are cut to 63
+    bytes of cp1252.
+    """
+    app = {
+        "ObjId": _OBJECT_ID_OF_APP,
+        "TaskCnt": len(tasks),
+        "AdsPort": port,
+        "AppTimestamp": timestamp & 0xFFFF_FFFF,
+        "AppName": _fitting(app_name),
+        "ProjectName": _fitting(project_name),
+    }
+    rows = [
+        {
+            "ObjId": _OBJECT_ID_OF_FIRST_TASK + 0x10 * index,
+            "CycleTime": min(task.cycle_ns // 100, 0xFFFF_FFFF),
+            "Priority": task.priority,
+            "AdsPort": task.port,
+            "TaskName": _fitting(task.name),
+        }
+        for index, task in enumerate(tasks)
+    ]
+
+    class SystemInfoList(GlobalVariables, name=SYSTEM_LIST):
+        _AppInfo = Variable[Any, Any](APP_INFO, app)
+        _TaskInfo = Variable[Any, Any](ARRAY(TASK_INFO, (1, len(tasks))), rows)
+
+    return SystemInfoList
+
+
+class SystemInfo:
+    """Keeps the system info in data memory true."""
+
+    __slots__ = ("_data", "_offsets", "_online_changes")
+
+    def __init__(self, data: bytearray, variables: Sequence[PlacedVariable]) -> None:
+        """`variables`: those of the list, in `data`."""
+        offsets = {placed.variable.name: placed.offset for placed in variables}
+        self._data = data
+        self._online_changes = offsets["_AppInfo"] + _ONLINE_CHANGES_OFFSET
+        self._offsets = offsets["_TaskInfo"] + _LIVE_OFFSET
+
+    def show_task(self, index: int, task: Task) -> None:
+        """The state of task number `index` (from 0) as its cycle begins."""
+        _LIVE.pack_into(
+            self._data,
+            self._offsets + TASK_INFO.size * index,
+            task.cycle_count,
+            task.time_ns,
+            min(task.last_exec_ns // 100, 0xFFFF_FFFF),
+            task.first_cycle,
+            task.exceeded,
+            False,
+            False,
+        )
+
+    def show_online_changes(self, count: int) -> None:
+        """How often the application was changed while it ran."""
+        UDINT.codec.pack_into(self._data, self._online_changes, count & 0xFFFF_FFFF)
+
+
+def _fitting(text: str) -> str:
+    return text.encode("cp1252", "replace")[:63].split(b"\0")[0].decode("cp1252", "replace")
