@@ -1,0 +1,101 @@
+"""`achse docs` writes the reference pages: every service row and every code of the tables."""
+
+from collections.abc import Iterable, Iterator
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from achse.server import Device, RowFacts
+
+__all__ = ["reference_pages", "register"]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command of this module to `app`."""
+    app.command()(docs)
+
+
+def docs(
+    out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("docs/reference"),
+) -> None:
+    """Write the reference pages of the demo station's devices and of all codes."""
+    from achse.station import Station
+
+    out.mkdir(parents=True, exist_ok=True)
+    for name, text in reference_pages(Station.demo().devices):
+        (out / name).write_text(text, encoding="utf-8")
+        print(out / name)
+
+
+def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
+    """File name and Markdown text of each page: one per device, then the codes."""
+    from achse.codes import NcError, ReturnCode
+
+    listed = []
+    for device in sorted(devices, key=lambda device: device.address.port):
+        port = device.address.port
+        title = f"Services of port {port}: {device.name}"
+        rows = [_service(row) for row in device.services.describe()]
+        listed.append((title, f"services-{port}.md"))
+        yield f"services-{port}.md", _page(title, SERVICE_COLUMNS, rows)
+    codes: tuple[tuple[str, str, type[Enum]], ...] = (
+        ("ADS return codes", "return-codes.md", ReturnCode),
+        ("NC error codes", "nc-errors.md", NcError),
+    )
+    for title, file, table in codes:
+        rows = [_code(row) for row in table]
+        listed.append((title, file))
+        yield file, _page(title, ("hex", "decimal", "name", "meaning"), rows)
+    links = "".join(f"- [{title}]({file})\n" for title, file in listed)
+    yield "index.md", f"# Reference\n\n{GENERATED}\n\n{links}"
+
+
+GENERATED = "Generated from the rows in the code by `achse docs`; edit those, not this page."
+
+SERVICE_COLUMNS = ("index group", "offset", "access", "data", "unit", "range", "name", "meaning")
+
+
+def _page(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    columns = tuple(columns)
+    lines = [columns, ["---"] * len(columns), *rows]
+    table = "".join("| " + " | ".join(line) + " |\n" for line in lines)
+    return f"# {title}\n\n{GENERATED}\n\n{table}"
+
+
+def _code(row: Enum) -> Iterable[str]:
+    name = getattr(row, "vendor_name", row.name)
+    return f"0x{int(row):X}", str(int(row)), f"`{name}`", _text(row.text)
+
+
+def _service(row: "RowFacts") -> Iterable[str]:
+    data = f"{row.layout} → {row.response_layout}" if row.response_layout else row.layout
+    meaning = row.description
+    if row.symbol:
+        meaning += f" Symbol `{row.symbol}`."
+    if row.port:
+        meaning += f" Port {row.port}."
+    if row.source:
+        meaning += f" ({row.source})"
+    return (
+        _range(row.index_group, row.last_index_group, 4),
+        _range(row.index_offset, row.last_index_offset, 8),
+        str(row.access),
+        _text(data),
+        _text(row.unit),
+        _text(row.range),
+        f"`{row.name}`",
+        _text(meaning),
+    )
+
+
+def _range(first: int, last: int, digits: int) -> str:
+    low, high = f"0x{first:0{digits}X}", f"0x{last:0{digits}X}"
+    return low if first == last else f"{low} … {high}"
+
+
+def _text(text: str) -> str:
+    """Text as it may stand in a table cell."""
+    return " ".join(text.split()).replace("|", "\\|")

@@ -1,0 +1,49 @@
+"""The reference pages say what the rows say, and those committed are up to date."""
+
+from pathlib import Path
+
+import pytest
+
+from achse.cli.docs import reference_pages
+from achse.codes import NcError, ReturnCode
+from achse.station import Station
+
+COMMITTED = Path(__file__).parents[2] / "docs" / "reference"
+
+
+@pytest.fixture(scope="module")
+def station() -> Station:
+    return Station.demo()
+
+
+@pytest.fixture(scope="module")
+def pages(station: Station) -> dict[str, str]:
+    return dict(reference_pages(station.devices))
+
+
+def test_the_committed_pages_are_up_to_date(pages: dict[str, str]) -> None:
+    committed = {path.name: path.read_text(encoding="utf-8") for path in COMMITTED.glob("*.md")}
+    stale = [name for name in pages | committed if pages.get(name) != committed.get(name)]
+    assert not stale, f"run `achse docs`: {stale}"
+
+
+def test_each_device_has_a_page_with_a_line_per_row(
+    station: Station, pages: dict[str, str]
+) -> None:
+    for device in station.devices:
+        page = pages[f"services-{device.address.port}.md"]
+        lines = [line for line in page.splitlines() if line.startswith("| 0x")]
+        assert len(lines) == len(list(device.services.describe()))
+
+
+def test_each_code_has_its_line(pages: dict[str, str]) -> None:
+    for file, table in (("return-codes.md", ReturnCode), ("nc-errors.md", NcError)):
+        for code in table:
+            assert f"| 0x{int(code):X} | {int(code)} |" in pages[file]
+
+
+def test_no_cell_breaks_the_table(pages: dict[str, str]) -> None:
+    for name, text in pages.items():
+        table = [line for line in text.splitlines() if line.startswith("|")]
+        widths = {line.replace("\\|", "").count("|") for line in table}
+        assert len(widths) <= 1, name
