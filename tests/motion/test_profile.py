@@ -93,9 +93,12 @@ def violation(
             return TOO_FAST
         travel = 1.0 if high > -low else -1.0
         growth = travel * a
+        moving = max(high, -low) > still
         if crossing and i == 0:
             if a * j >= 0.0:
                 return TOO_STRONG
+        elif not moving:
+            pass  # too short to have a direction; its ends are those of its neighbours
         elif inside or -dec * (1.0 + 1e-9) <= growth <= acc * (1.0 + 1e-9):
             inside = True
             if max(growth, travel * b) > acc * (1.0 + 1e-9):
@@ -104,7 +107,7 @@ def violation(
                 return TOO_STRONG
         elif a * j >= 0.0:
             return TOO_STRONG
-        if high > still or -low > still:
+        if moving:
             if side * travel < 0.0 and leaving > 1e-9 * strongest:
                 return REVERSED_MOVING
             side = 0.0 if crossing and i == 0 else travel

@@ -54,7 +54,7 @@ _ROUNDING = 1e-13  # what accumulated rounding of a replanned state may amount t
 _NEGLIGIBLE = 1e-60  # distances below would underflow in the powers below; no axis knows them
 _CONVERGED = 4e-16
 _CANCELLED = 1e-11
-_MAX_ITERATIONS = 100
+_MAX_ITERATIONS = 40  # at most a dozen were ever needed
 
 
 def segment_position(t: float, j: float, p: float, v: float, a: float) -> float:
