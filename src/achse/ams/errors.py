@@ -8,7 +8,7 @@ AdsError
 └── RequestTimeout   no answer in time (0x745)
 """
 
-from achse.codes import ReturnCode
+from achse.codes import NcError, ReturnCode
 
 __all__ = [
     "AdsError",
@@ -24,7 +24,7 @@ __all__ = [
 
 def describe_code(code: int) -> str:
     """`0x710 SYMBOL_NOT_FOUND: Symbol not found.`, or the bare number where no table names it."""
-    row = ReturnCode.of(code)
+    row = ReturnCode.of(code) or NcError.of(code)
     return f"0x{code:X}" if row is None else f"0x{code:X} {row.name}: {row.text}"
 
 

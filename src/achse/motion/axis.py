@@ -1,0 +1,103 @@
+"""Axis: access to one axis record from outside the kernel, equal for both forms of the record.
+
+An `Axis` has every record field as an attribute holding a Python float, int or indexable array.
+Writing one wakes a resting axis, so that the next cycle sees the change.
+"""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from achse.motion.record import FIELDS, RECORD_SIZE, AxisFields, Field, SlotsRecord, pack_record
+
+__all__ = ["Axis", "ObjectAxis", "WordsAxis"]
+
+
+if TYPE_CHECKING:
+
+    class _Fields(AxisFields):
+        pass
+
+else:
+
+    class _Fields:
+        pass
+
+
+class Axis(_Fields):
+    """One axis of the NC: its names and, by attribute, every field of its record."""
+
+    name: str
+    unit: str
+
+    def describe(self, name: str, unit: str) -> None:
+        """Give the axis its name and the name of its position unit."""
+        self.name = name
+        self.unit = unit
+
+    def pack(self) -> bytes:
+        """All fields as bytes, in record order, equal for both forms of the record."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return f"<Axis {self.axis_id} {self.name!r} at {self.actual_position:g} {self.unit}>"
+
+
+class ObjectAxis(Axis):
+    """An axis whose record is a `SlotsRecord`."""
+
+    def __init__(self, record: SlotsRecord) -> None:
+        self._record = record
+
+    def pack(self) -> bytes:
+        return pack_record(self._record)
+
+
+class WordsAxis(Axis):
+    """An axis whose record is one row of a record array, seen as 64-bit words."""
+
+    def __init__(self, row: memoryview) -> None:
+        self._bytes = row.cast("B") if row.format != "B" else row
+        self._reals = self._bytes.cast("d")
+        self._wholes = self._bytes.cast("q")
+
+    def pack(self) -> bytes:
+        return self._bytes.tobytes()
+
+
+def _object_property(row: Field) -> property:
+    name = row.name
+    read: Callable[[Any], Any] = eval(f"lambda axis: axis._record.{name}")
+    if row.length:
+        return property(read)
+
+    def write(axis: Any, value: float) -> None:
+        record = axis._record
+        record.resting = 0
+        setattr(record, name, kind(value))
+
+    kind = float if row.is_real else int
+    return property(read, write)
+
+
+def _words_property(row: Field) -> property:
+    first = row.offset
+    words = "_reals" if row.is_real else "_wholes"
+    resting = FIELDS["resting"].offset
+    if row.length:
+        end = first + row.length
+        return property(lambda axis: getattr(axis, words)[first:end])
+
+    def write(axis: Any, value: float) -> None:
+        axis._wholes[resting] = 0
+        getattr(axis, words)[first] = kind(value)
+
+    kind = float if row.is_real else int
+    read: Callable[[Any], Any] = eval(f"lambda axis: axis.{words}[{first}]")
+    return property(read, write)
+
+
+for _row in FIELDS.values():
+    setattr(ObjectAxis, _row.name, _object_property(_row))
+    setattr(WordsAxis, _row.name, _words_property(_row))
+
+assert RECORD_SIZE % 8 == 0

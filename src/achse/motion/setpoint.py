@@ -1,0 +1,459 @@
+"""Set-point generation: jobs become tables of constant-jerk segments, cycles walk along them.
+
+A job is one command at work (`job_*`), further ones wait in the ring `buffer_*`. Whoever changes
+the job sets `replan`; the next cycle computes the table from the present set point, so every change
+is smooth in position, velocity and acceleration. At override zero the axis stands and keeps its
+job. Once braking towards the target has begun, the override no longer changes the table.
+
+Kernel source: compiled by Numba as it stands, see `compiled`.
+"""
+
+from math import floor
+
+from achse.motion.profile import duration, plan_to_position, plan_to_velocity, stopping_distance
+from achse.motion.record import COMMAND_BUFFER, AxisFields
+from achse.motion.states import BufferMode, CommandState, MotionPhase, StartType
+
+__all__ = [
+    "advance",
+    "arrived",
+    "begin_job",
+    "begin_stop",
+    "drop_job",
+    "fail",
+    "follow_override",
+    "generate",
+    "modulo_part",
+    "plan",
+    "resolve_target",
+    "shift_origin",
+    "take_next",
+]
+
+_RELATIVE = StartType.RELATIVE.value
+_ENDLESS_POSITIVE = StartType.ENDLESS_POSITIVE.value
+_ENDLESS_NEGATIVE = StartType.ENDLESS_NEGATIVE.value
+_MODULO = StartType.MODULO.value
+_MODULO_SHORTEST = StartType.MODULO_SHORTEST.value
+_MODULO_POSITIVE = StartType.MODULO_POSITIVE.value
+_MODULO_NEGATIVE = StartType.MODULO_NEGATIVE.value
+
+_NO_JOB = MotionPhase.NONE.value
+_POSITIONING = MotionPhase.POSITIONING.value
+_ENDLESS = MotionPhase.ENDLESS.value
+_STOPPING = MotionPhase.STOPPING.value
+
+_ACTIVE = CommandState.ACTIVE.value
+_DONE = CommandState.DONE.value
+_ABORTED = CommandState.ABORTED.value
+_BUFFERED_MODE = BufferMode.BUFFERED.value
+
+_TO_REST = 0
+_TO_TARGET = 1
+_TO_CONSTANT_VELOCITY = 2
+
+_SWITCH_TARGET = 2
+
+_FULL_OVERRIDE = 1_000_000
+_SLOWEST = 1e-6
+"""A velocity limit below this is standstill: the planner's smallest limit is 1e-9."""
+
+_DYNAMICS_NOT_ALLOWED = 0x4277
+
+
+def modulo_part(position: float, period: float) -> float:
+    """The position within its period: 0 <= part < period."""
+    part = position - floor(position / period) * period
+    if part < 0.0 or part >= period:
+        return 0.0
+    return part
+
+
+def resolve_target(ax: AxisFields, start_type: int, position: float, start: float) -> float:
+    """The absolute target of a start from `start`.
+
+    Type 5 (old form): the sign gives the direction, whole periods in the value are extra turns.
+    Types 517 and 773 go straight back when the target lies behind within the tolerance window.
+    """
+    if start_type == _RELATIVE:
+        return start + position
+    period = ax.encoder_modulo_factor
+    if start_type == _MODULO:
+        turns = floor(abs(position) / period) * period
+        if position < 0.0:
+            return start - modulo_part(start + position, period) - turns
+        return start + modulo_part(position - start, period) + turns
+    if start_type == _MODULO_SHORTEST:
+        way = modulo_part(position - start, period)
+        if way > 0.5 * period:
+            way -= period
+        return start + way
+    if start_type == _MODULO_POSITIVE:
+        way = modulo_part(position - start, period)
+        if period - way <= ax.encoder_modulo_tolerance_window:
+            way -= period
+        return start + way
+    if start_type == _MODULO_NEGATIVE:
+        way = modulo_part(start - position, period)
+        if period - way <= ax.encoder_modulo_tolerance_window:
+            way -= period
+        return start - way
+    return position
+
+
+def begin_job(
+    ax: AxisFields,
+    number: int,
+    start_type: int,
+    position: float,
+    velocity: float,
+    acceleration: float,
+    deceleration: float,
+    jerk: float,
+    end_velocity: float,
+) -> None:
+    """Make this command the active one; what the axis does now goes over into it."""
+    if ax.set_motion_phase != _NO_JOB:
+        ax.set_command_state = _ABORTED
+    if start_type in (_ENDLESS_POSITIVE, _ENDLESS_NEGATIVE):
+        ax.set_motion_phase = _ENDLESS
+        ax.job_direction = 1.0 if start_type == _ENDLESS_POSITIVE else -1.0
+    else:
+        ax.set_motion_phase = _POSITIONING
+        ax.target_position = resolve_target(ax, start_type, position, ax.set_position)
+    ax.job_start_type = start_type
+    ax.job_velocity = velocity
+    ax.job_acceleration = acceleration
+    ax.job_deceleration = deceleration
+    ax.job_jerk = jerk
+    ax.job_end_velocity = end_velocity
+    ax.job_peak_velocity = 0.0
+    ax.job_timing = 1
+    ax.job_time = 0.0
+    ax.replan = 1
+    ax.switch_armed = 0
+    ax.has_been_stopped = 0
+    ax.got_new_target = 0
+    ax.in_target_position = 0
+    ax.target_window_time = 0.0
+    ax.peh_time = 0.0
+    ax.set_command_number = number
+    ax.set_command_state = _ACTIVE
+
+
+def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
+    """Drop the job and everything that waits; brake to rest."""
+    ax.buffer_count = 0
+    ax.switch_armed = 0
+    ax.has_been_stopped = 1
+    ax.job_timing = 0
+    if ax.set_motion_phase == _NO_JOB:
+        return
+    if ax.set_command_state == _ACTIVE:
+        ax.set_command_state = _ABORTED
+    ax.set_motion_phase = _STOPPING
+    ax.job_deceleration = deceleration
+    ax.job_jerk = jerk
+    ax.replan = 1
+
+
+def drop_job(ax: AxisFields) -> None:
+    """Stand here and now: no job, no velocity, nothing waiting."""
+    if ax.set_command_state == _ACTIVE:
+        ax.set_command_state = _ABORTED
+    ax.set_motion_phase = _NO_JOB
+    ax.buffer_count = 0
+    ax.switch_armed = 0
+    ax.replan = 0
+    ax.job_timing = 0
+    ax.segment_count = 0
+    ax.segment_index = 0
+    ax.set_velocity = 0.0
+    ax.set_acceleration = 0.0
+    ax.set_jerk = 0.0
+    ax.remaining_time = 0.0
+    ax.remaining_distance = 0.0
+    ax.target_position = ax.set_position
+
+
+def fail(ax: AxisFields, code: int, cut: int) -> None:
+    """Axis error: drop all commands; open the control loop if `cut`, else brake with its data.
+
+    The first error stays. The ramp is never weaker than that of the running command.
+    """
+    if ax.error_code == 0:
+        ax.error_code = code
+    ax.delayed_error_code = 0
+    if cut:
+        ax.output_cut = 1
+        drop_job(ax)
+        return
+    phase = ax.set_motion_phase
+    deceleration = ax.job_deceleration
+    jerk = ax.job_jerk
+    if ax.fast_axis_stop_deceleration > deceleration:
+        deceleration = ax.fast_axis_stop_deceleration
+    if ax.fast_axis_stop_jerk > jerk:
+        jerk = ax.fast_axis_stop_jerk
+    if phase != _STOPPING or deceleration > ax.job_deceleration or jerk > ax.job_jerk:
+        begin_stop(ax, deceleration, jerk)
+
+
+def arrived(ax: AxisFields) -> int:
+    """Whether the last positioning is done in the sense of the monitoring that is switched on."""
+    if ax.target_position_monitoring_enable:
+        return ax.in_target_position
+    if ax.position_range_monitoring_enable:
+        return ax.in_position_range
+    return 1
+
+
+def take_next(ax: AxisFields) -> None:
+    """Make the oldest waiting command the active one."""
+    i = ax.buffer_first
+    ax.buffer_first = (i + 1) % COMMAND_BUFFER
+    ax.buffer_count -= 1
+    begin_job(
+        ax,
+        ax.buffer_number[i],
+        ax.buffer_start_type[i],
+        ax.buffer_position[i],
+        ax.buffer_velocity[i],
+        ax.buffer_acceleration[i],
+        ax.buffer_deceleration[i],
+        ax.buffer_jerk[i],
+        ax.buffer_end_velocity[i],
+    )
+
+
+def _peak_velocity(ax: AxisFields, count: int) -> float:
+    """Largest speed in the table, at the ends of its rows."""
+    v = ax.set_velocity
+    a = ax.set_acceleration
+    peak = 0.0
+    for i in range(count):
+        t = ax.segment_time[i]
+        j = ax.segment_jerk[i]
+        v += t * (a + t * (0.5 * j))
+        a += t * j
+        if abs(v) > peak:
+            peak = abs(v)
+    return peak
+
+
+def _plan_to_target(ax: AxisFields, limit: float, end_velocity: float) -> int:
+    count = plan_to_position(
+        ax.segment_time,
+        ax.segment_jerk,
+        ax.set_position,
+        ax.set_velocity,
+        ax.set_acceleration,
+        ax.target_position,
+        end_velocity,
+        limit,
+        ax.job_acceleration,
+        ax.job_deceleration,
+        ax.job_jerk,
+    )
+    if count < 0 and end_velocity > 0.0:  # too late to pass the target at speed: stop there
+        return _plan_to_target(ax, limit, 0.0)
+    ax.table_velocity = end_velocity
+    return count
+
+
+def plan(ax: AxisFields) -> None:
+    """Compute the set-point table of the active job from the present set point."""
+    ax.replan = 0
+    override = ax.velocity_override
+    ax.planned_override = override
+    if override > _FULL_OVERRIDE:
+        override = _FULL_OVERRIDE
+    if override < 0:
+        override = 0
+    share = override / 1e6
+    phase = ax.set_motion_phase
+    limit = ax.job_velocity * share
+    if phase == _POSITIONING and ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
+        if ax.job_peak_velocity == 0.0:
+            count = _plan_to_target(ax, ax.job_velocity, ax.job_end_velocity)
+            ax.job_peak_velocity = _peak_velocity(ax, count)
+        limit = ax.job_peak_velocity * share
+    if phase == _STOPPING or limit < _SLOWEST:
+        limit = 0.0
+    if phase == _POSITIONING and limit > 0.0:
+        count = _plan_to_target(ax, limit, ax.job_end_velocity * share)
+        ax.table_end = _TO_TARGET
+    else:
+        velocity = ax.job_direction * limit if phase == _ENDLESS else 0.0
+        count = plan_to_velocity(
+            ax.segment_time,
+            ax.segment_jerk,
+            ax.set_velocity,
+            ax.set_acceleration,
+            velocity,
+            ax.job_acceleration,
+            ax.job_deceleration,
+            ax.job_jerk,
+        )
+        ax.table_velocity = velocity
+        ax.table_end = _TO_CONSTANT_VELOCITY if velocity != 0.0 else _TO_REST
+    if count < 0:
+        fail(ax, _DYNAMICS_NOT_ALLOWED, 1)
+        return
+    if phase == _POSITIONING and ax.job_peak_velocity == 0.0:
+        ax.job_peak_velocity = _peak_velocity(ax, count)
+    ax.segment_count = count
+    ax.segment_index = 0
+    ax.segment_elapsed = 0.0
+    ax.segment_position = ax.set_position
+    ax.segment_velocity = ax.set_velocity
+    ax.segment_acceleration = ax.set_acceleration
+    ax.remaining_time = duration(ax.segment_time, count) if phase == _POSITIONING else 0.0
+
+
+def follow_override(ax: AxisFields) -> None:
+    """Ask for a new table after a change of the override, unless braking has begun."""
+    phase = ax.set_motion_phase
+    if phase == _ENDLESS:
+        ax.replan = 1
+    elif phase == _POSITIONING:
+        if ax.table_end == _TO_TARGET and ax.set_velocity != 0.0:
+            way = abs(ax.target_position - ax.set_position)
+            brake = stopping_distance(
+                ax.set_velocity, ax.set_acceleration, ax.job_deceleration, ax.job_jerk
+            )
+            if abs(brake) >= way * (1.0 - 1e-9):
+                ax.planned_override = ax.velocity_override
+                return
+        ax.replan = 1
+
+
+def _pass_switch_position(ax: AxisFields) -> None:
+    """Carry out the change that waits for the switch position, once the set point is past it."""
+    if ax.switch_from_below:
+        if ax.set_position < ax.switch_position:
+            return
+    elif ax.set_position > ax.switch_position:
+        return
+    if ax.switch_armed == _SWITCH_TARGET:
+        ax.set_motion_phase = _POSITIONING
+        ax.target_position = ax.switch_target
+        ax.job_end_velocity = 0.0
+    ax.switch_armed = 0
+    ax.job_velocity = ax.switch_velocity
+    ax.job_peak_velocity = 0.0
+    ax.got_new_target = 1
+    ax.replan = 1
+
+
+def advance(ax: AxisFields, dt: float) -> float:
+    """Walk `dt` seconds along the table; returns the time left when a blended job begins."""
+    t = ax.segment_elapsed + dt
+    i = ax.segment_index
+    count = ax.segment_count
+    p = ax.segment_position
+    v = ax.segment_velocity
+    a = ax.segment_acceleration
+    if i < count:
+        step = ax.segment_time[i]
+        j = ax.segment_jerk[i]
+        if t >= step:
+            while t >= step:
+                p += step * (v + step * (0.5 * a + step * (j / 6.0)))
+                v += step * (a + step * (0.5 * j))
+                a += step * j
+                t -= step
+                i += 1
+                if i == count:
+                    break
+                step = ax.segment_time[i]
+                j = ax.segment_jerk[i]
+            ax.segment_index = i
+            ax.segment_position = p
+            ax.segment_velocity = v
+            ax.segment_acceleration = a
+        ax.segment_elapsed = t
+        if i < count:
+            ax.set_position = p + t * (v + t * (0.5 * a + t * (j / 6.0)))
+            ax.set_velocity = v + t * (a + t * (0.5 * j))
+            ax.set_acceleration = a + t * j
+            ax.set_jerk = j
+            return 0.0
+    ax.segment_elapsed = t
+    ax.set_acceleration = 0.0
+    ax.set_jerk = 0.0
+    arrival = v
+    v = ax.table_velocity
+    if ax.table_end == _TO_CONSTANT_VELOCITY:
+        ax.segment_velocity = v
+        ax.segment_acceleration = 0.0
+        ax.set_velocity = v
+        ax.set_position = p + t * v
+        return 0.0
+    if ax.table_end == _TO_TARGET:
+        ax.set_position = ax.target_position
+        ax.set_command_state = _DONE
+        if v != 0.0 and ax.buffer_count > 0:
+            ax.set_velocity = v if arrival > 0.0 else -v
+            take_next(ax)
+            return t
+        ax.set_motion_phase = _NO_JOB
+        ax.remaining_time = 0.0
+    else:
+        ax.set_position = p
+        if ax.set_motion_phase == _STOPPING:
+            ax.set_motion_phase = _NO_JOB
+            ax.target_position = p
+    ax.set_velocity = 0.0
+    return 0.0
+
+
+def generate(ax: AxisFields, dt: float) -> None:
+    """One cycle of the set-point generator."""
+    if ax.set_motion_phase == _NO_JOB:
+        if ax.buffer_count == 0 or not arrived(ax):
+            return
+        take_next(ax)
+    elif (
+        ax.set_motion_phase == _ENDLESS
+        and ax.buffer_count > 0
+        and ax.replan == 0
+        and ax.table_end == _TO_CONSTANT_VELOCITY
+        and ax.segment_index == ax.segment_count
+    ):
+        take_next(ax)  # in velocity, which is all that an endless command wants
+    if ax.velocity_override != ax.planned_override:
+        follow_override(ax)
+    left = dt
+    while left > 0.0:
+        if ax.replan:
+            plan(ax)
+            if ax.set_motion_phase == _NO_JOB:
+                return
+        left = advance(ax, left)
+    if ax.switch_armed:
+        _pass_switch_position(ax)
+    v = ax.set_velocity
+    if ax.set_motion_phase == _POSITIONING:
+        ax.remaining_distance = abs(ax.target_position - ax.set_position)
+        ax.remaining_time -= dt
+        if ax.remaining_time < 0.0:
+            ax.remaining_time = 0.0
+    else:
+        ax.remaining_distance = 0.0
+        ax.remaining_time = 0.0
+        if v != 0.0:
+            ax.target_position = ax.set_position
+
+
+def shift_origin(ax: AxisFields, shift: float) -> None:
+    """Rename positions: the axis stays where it is, its position becomes `shift` larger."""
+    ax.encoder_set_position_offset += shift
+    ax.encoder_actual_position_unfiltered += shift
+    ax.actual_position += shift
+    ax.set_position += shift
+    ax.target_position += shift
+    ax.segment_position += shift
+    ax.motion_position += shift
+    ax.switch_position += shift
+    ax.switch_target += shift
