@@ -63,7 +63,7 @@ class ArrayType(IecType[list[Any]], Generic[V]):
         )
 
     def describe(self) -> str:
-        return f"{self.name} {self.element.describe()}"
+        return f"{self.name} {self.element.guid.hex()}"
 
     @cached_property
     def default(self) -> bytes:

@@ -2,6 +2,7 @@
 
 import struct
 from collections.abc import Iterable
+from typing import Any
 
 from achse.iec.errors import IecDecodeError, IecValueError
 from achse.iec.text import Coding, decode_text, encode_text
@@ -59,7 +60,7 @@ class Cursor:
         self.position = start + count
         return self.data[start : start + count]
 
-    def unpack(self, layout: struct.Struct) -> tuple[int, ...]:
+    def unpack(self, layout: struct.Struct) -> tuple[Any, ...]:
         """The next fields."""
         start = self.position
         if layout.size > self.end - start:
@@ -68,10 +69,12 @@ class Cursor:
         return layout.unpack_from(self.data, start)
 
     def u16(self) -> int:
-        return self.unpack(_U16)[0]
+        value: int = self.unpack(_U16)[0]
+        return value
 
     def u32(self) -> int:
-        return self.unpack(_U32)[0]
+        value: int = self.unpack(_U32)[0]
+        return value
 
     def text(self, length: int) -> str:
         """A text of `length` bytes and the NUL behind it."""

@@ -42,7 +42,7 @@ class AliasType(IecType[V_co]):
             self.guid = guid
 
     def describe(self) -> str:
-        return f"{self.name} = {self.base.describe()}"
+        return f"{self.name} = {self.base.guid.hex()}"
 
     @cached_property
     def default(self) -> bytes:

@@ -120,7 +120,7 @@ class StructType(IecType[R], Generic[R]):
 
     def describe(self) -> str:
         parts = [
-            f"{item.name}@{item.offset}.{item.bit} {item.type.describe()}" for item in self.members
+            f"{item.name}@{item.offset}.{item.bit} {item.type.guid.hex()}" for item in self.members
         ]
         return f"{self.kind.value} {self.name} {self.size} {{{'; '.join(parts)}}}"
 

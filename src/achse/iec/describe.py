@@ -1,0 +1,189 @@
+"""Types as data type entries: what a target says of its types in the upload."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from achse.iec.arrays import ArrayType
+from achse.iec.datatypes import (
+    STATIC_OFFSET,
+    DataTypeEntry,
+    EnumNote,
+    MethodEntry,
+    MethodFlag,
+    ParameterEntry,
+    ParameterFlag,
+    TypeFlag,
+)
+from achse.iec.derived import (
+    AliasType,
+    InterfaceType,
+    PointerType,
+    ReferenceType,
+    SubrangeType,
+    resolved,
+)
+from achse.iec.enums import EnumType
+from achse.iec.methods import Method, Parameter
+from achse.iec.structs import StructType
+from achse.iec.types import Adst, IecType
+from achse.iec.variables import Variable
+
+__all__ = ["describe_type", "types_within"]
+
+
+def types_within(roots: Iterable[IecType[Any]]) -> list[IecType[Any]]:
+    """The types and all they are made of, each name once, in the order they are met."""
+    found: dict[str, IecType[Any]] = {}
+    waiting = list(roots)
+    while waiting:
+        type = waiting.pop()
+        if type.name.lower() in found:
+            continue
+        found[type.name.lower()] = type
+        waiting.extend(_parts(type))
+    return list(found.values())
+
+
+def _parts(type: IecType[Any]) -> list[IecType[Any]]:
+    if isinstance(type, ArrayType):
+        return [type.element]
+    if isinstance(type, AliasType | EnumType):
+        return [type.base]
+    if isinstance(type, InterfaceType):
+        return []
+    if isinstance(type, PointerType):
+        return [type.target]
+    if isinstance(type, StructType):
+        parts = [member.type for member in type.members]
+        for method in type.methods:
+            parts += [parameter.type for parameter in method.parameters]
+            parts += [] if method.returns is None else [method.returns]
+        return parts
+    return []
+
+
+def describe_type(type: IecType[Any]) -> DataTypeEntry:
+    """The entry of a type."""
+    flags = TypeFlag.TYPE | TypeFlag.TYPE_GUID
+    if type.attributes:
+        flags |= TypeFlag.ATTRIBUTES
+    if type.is_bit:
+        flags |= TypeFlag.BIT_VALUES
+    type_name = ""
+    dimensions: tuple[tuple[int, int], ...] = ()
+    members: tuple[DataTypeEntry, ...] = ()
+    methods: tuple[MethodEntry, ...] = ()
+    values: tuple[tuple[str, bytes], ...] = ()
+    notes: tuple[EnumNote, ...] = ()
+    if isinstance(type, ArrayType):
+        type_name = type.element.name
+        dimensions = tuple((bounds.first, bounds.length) for bounds in type.dimensions)
+    elif isinstance(type, EnumType):
+        type_name = type.base.name
+        flags |= TypeFlag.ENUM_VALUES
+        values = tuple((name, type.base.encode(n)) for name, n in type.numbers.items())
+        if type.comments:
+            flags |= TypeFlag.ENUM_NOTES
+            notes = tuple(EnumNote(type.comments.get(name, "")) for name in type.numbers)
+    elif isinstance(type, SubrangeType):
+        inline = f"{type.base.name} ({type.low}..{type.high})"
+        type_name = type.base.name if type.name == inline else inline
+    elif isinstance(type, AliasType):
+        type_name = type.base.name
+    elif isinstance(type, StructType):
+        members = tuple(_member(item, index) for index, item in enumerate(type.members))
+        if type.methods:
+            flags |= TypeFlag.METHODS
+            methods = tuple(_method(item, index) for index, item in enumerate(type.methods))
+    return DataTypeEntry(
+        type.name,
+        type_name,
+        type.size,
+        int(type.adst),
+        int(flags),
+        comment=type.comment,
+        dimensions=dimensions,
+        members=members,
+        guid=type.guid,
+        methods=methods,
+        attributes=tuple(type.attributes.items()),
+        enum_values=values,
+        enum_notes=notes,
+    )
+
+
+def _member(member: Variable[Any, Any], index: int) -> DataTypeEntry:
+    type = member.type
+    flags = TypeFlag.MEMBER | TypeFlag.TYPE_GUID
+    adst = type.adst
+    offset = member.offset
+    real = resolved(type)
+    if member.bit is not None:
+        flags |= TypeFlag.BIT_VALUES
+        offset = 8 * member.offset + member.bit
+    elif isinstance(real, InterfaceType):
+        flags |= TypeFlag.IGNORE_PERSISTENT | TypeFlag.TCOM_POINTER | TypeFlag.METHOD_DEREF
+    elif isinstance(real, PointerType):
+        flags |= TypeFlag.IGNORE_PERSISTENT
+        adst = real.target.adst
+        if isinstance(real, ReferenceType):
+            flags |= TypeFlag.REFERENCE
+    if not member.in_memory:
+        flags |= TypeFlag.STATIC
+        offset = STATIC_OFFSET
+    if member.persistent:
+        flags |= TypeFlag.PERSISTENT
+    if member.attributes:
+        flags |= TypeFlag.ATTRIBUTES
+    return DataTypeEntry(
+        member.name,
+        type.name,
+        type.size,
+        int(adst),
+        int(flags),
+        offset,
+        member.comment,
+        guid=type.guid,
+        attributes=tuple(member.attributes.items()),
+        hash_value=index & 0xFFFF,
+    )
+
+
+def _method(method: Method, index: int) -> MethodEntry:
+    returns = method.returns
+    flags = MethodFlag.PLC_CALL
+    if method.attributes:
+        flags |= MethodFlag.ATTRIBUTES
+    return MethodEntry(
+        method.name,
+        "" if returns is None else returns.name,
+        0 if returns is None else returns.size,
+        0 if returns is None else returns.alignment,
+        int(Adst.VOID if returns is None else returns.adst),
+        tuple(_parameter(item) for item in method.parameters),
+        int(flags),
+        bytes(16) if returns is None else returns.guid,
+        method.comment,
+        tuple(method.attributes.items()),
+        table_index=index,
+    )
+
+
+def _parameter(parameter: Parameter) -> ParameterEntry:
+    flags = ParameterFlag.OUT if parameter.is_output else ParameterFlag.IN
+    if parameter.by_reference:
+        flags |= ParameterFlag.BY_REFERENCE
+    if parameter.attributes:
+        flags |= ParameterFlag.ATTRIBUTES
+    type = parameter.type
+    return ParameterEntry(
+        parameter.name,
+        type.name,
+        type.size,
+        type.alignment,
+        int(type.adst),
+        int(flags),
+        type.guid,
+        parameter.comment,
+        tuple(parameter.attributes.items()),
+    )

@@ -1,0 +1,241 @@
+"""Instance paths: `MAIN.st.a[3].x`, `a[1,2]`, `a[1][2]`, `ptr^`, `word.3`, `fb#Method`.
+
+A path is parsed into steps, and steps are followed from a type to an offset. Case does not
+matter.
+"""
+
+import re
+from collections.abc import Container, Iterable
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias
+
+from achse.iec.arrays import ArrayType
+from achse.iec.derived import InterfaceType, PointerType, ReferenceType, resolved
+from achse.iec.elementary import BIT, IntegerType
+from achse.iec.errors import IecPathError
+from achse.iec.methods import Method
+from achse.iec.structs import StructType
+from achse.iec.symbols import fold
+from achse.iec.types import IecType
+
+__all__ = [
+    "Bit",
+    "Call",
+    "Deref",
+    "Index",
+    "Location",
+    "Member",
+    "Step",
+    "follow",
+    "locate",
+    "parse_path",
+    "split_symbol",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """`.name`, or the first name of a path."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Index:
+    """`[i, j]`."""
+
+    indices: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Deref:
+    """`^`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bit:
+    """`.3`."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """`#Method`."""
+
+    name: str
+
+
+Step: TypeAlias = Member | Index | Deref | Bit | Call
+
+
+class Location(NamedTuple):
+    """Where a path leads: a type at an offset.
+
+    `hops` are the pointers on the way: each is an offset, from the start or from what the
+    pointer before it points at, where the address of what follows is found. `offset` counts
+    from the start, or from what the last pointer points at.
+    """
+
+    type: IecType[Any]
+    offset: int
+    bit: int | None = None
+    hops: tuple[int, ...] = ()
+    method: Method | None = None
+
+
+_NAME = re.compile(r"[^\W\d]\w*")
+_NUMBER = re.compile(r"[0-9]+")
+_INDEX = re.compile(r"\s*([+-]?)0*([0-9]+)\s*")
+_LONGEST_INDEX = 11
+_MOST_STEPS = 256
+_MOST_SEGMENTS = 32
+"""Dots in the name of a symbol that `split_symbol` tries."""
+
+
+def parse_path(text: str) -> tuple[Step, ...]:
+    """The steps of a path, or of the rest of one that starts with `.`, `[`, `^` or `#`.
+
+    Raises `IecPathError` with the position of the fault.
+    """
+    text = text.strip()
+    steps: list[Step] = []
+    position = 0
+    first = _NAME.match(text)
+    if first is not None:
+        steps.append(Member(first[0]))
+        position = first.end()
+    while position < len(text):
+        step, position = _step(text, position)
+        steps.append(step)
+        if len(steps) > _MOST_STEPS:
+            raise IecPathError(f"a path has at most {_MOST_STEPS} steps: {text[:60]!r}…")
+    if not steps:
+        raise _fault(text, 0, "a name")
+    return tuple(steps)
+
+
+def _step(text: str, position: int) -> tuple[Step, int]:
+    sign = text[position]
+    position += 1
+    if sign == "^":
+        return Deref(), position
+    if sign == "[":
+        return _index(text, position)
+    if sign not in ".#":
+        raise _fault(text, position - 1, "'.', '[', '^' or '#'")
+    found = _NAME.match(text, position)
+    if found is not None:
+        return (Member if sign == "." else Call)(found[0]), found.end()
+    number = _NUMBER.match(text, position) if sign == "." else None
+    if number is None:
+        raise _fault(text, position, "a name")
+    if number.end() - number.start() > 2:
+        raise _fault(text, position, "a bit number")
+    return Bit(int(number[0])), number.end()
+
+
+def _index(text: str, position: int) -> tuple[Step, int]:
+    indices = []
+    while True:
+        found = _INDEX.match(text, position)
+        if found is None:
+            raise _fault(text, position, "an index")
+        if len(found[2]) > _LONGEST_INDEX:
+            raise IecPathError(
+                f"index {found[0].strip()[:40]} of {text[:60]!r} is outside any array"
+            )
+        indices.append(int(found[1] + found[2]))
+        position = found.end()
+        sign = text[position : position + 1]
+        if sign == "]":
+            return Index(tuple(indices)), position + 1
+        if sign != ",":
+            raise _fault(text, position, "',' or ']'")
+        position += 1
+
+
+def _fault(text: str, position: int, expected: str) -> IecPathError:
+    came = repr(text[position : position + 20]) if position < len(text) else "the end"
+    return IecPathError(
+        f"path {text[:60]!r}: expected {expected} at position {position}, got {came}"
+    )
+
+
+def split_symbol(path: str, symbols: Container[str]) -> tuple[str, str]:
+    """The longest symbol name a path starts with, folded, and the rest of the path.
+
+    `symbols` holds names folded by `fold`. Raises `IecPathError` if none fits.
+    """
+    folded = fold(path.strip())
+    if folded in symbols:
+        return folded, ""
+    end = next((i for i, sign in enumerate(folded) if sign in "[^#"), len(folded))
+    ends = [end]
+    for _ in range(_MOST_SEGMENTS):
+        dot = folded.find(".", ends[-1] + 1 if len(ends) > 1 else 0, end)
+        if dot < 0:
+            break
+        ends.append(dot)
+    for cut in sorted(ends, reverse=True):
+        if folded[:cut] in symbols:
+            return folded[:cut], path.strip()[cut:]
+    raise IecPathError(f"no symbol is named {path.strip()[:80]!r}")
+
+
+def locate(type: IecType[Any], path: str) -> Location:
+    """Follow the text of a path from a type: `locate(st, "a[3].x")` or `locate(st, ".a[3].x")`."""
+    return follow(type, parse_path(path))
+
+
+def follow(type: IecType[Any], steps: Iterable[Step]) -> Location:
+    """Follow steps from a type. Raises `IecPathError` where they lead out of it."""
+    location = Location(type, 0)
+    for step in steps:
+        if location.method is not None:
+            raise IecPathError(f"nothing follows a method: {step}")
+        if location.bit is not None:
+            raise IecPathError(f"nothing follows a bit: {step}")
+        location = _next(location, step)
+    return location
+
+
+def _next(location: Location, step: Step) -> Location:
+    type = resolved(location.type)
+    if isinstance(step, Deref):
+        if not isinstance(type, PointerType) or isinstance(type, InterfaceType):
+            raise IecPathError(f"{location.type.name} is no pointer: ^ leads nowhere")
+        return Location(type.target, 0, None, (*location.hops, location.offset))
+    if isinstance(type, ReferenceType):
+        # A reference is followed by itself.
+        return _next(Location(type.target, 0, None, (*location.hops, location.offset)), step)
+    if isinstance(step, Member):
+        if not isinstance(type, StructType):
+            raise IecPathError(f"{location.type.name} has no member {step.name[:80]!r}")
+        member = type.member(step.name)
+        if not member.in_memory:
+            raise IecPathError(f"{member.name} of {type.name} is static: it has no offset")
+        if member.apart:
+            raise IecPathError(f"{member.name} of {type.name} lies apart: it has no offset")
+        return Location(member.type, location.offset + member.offset, member.bit, location.hops)
+    if isinstance(step, Index):
+        return _element(location, type, step.indices)
+    if isinstance(step, Bit):
+        if not isinstance(type, IntegerType) or step.number >= 8 * type.size:
+            raise IecPathError(f"{location.type.name} has no bit {step.number}")
+        offset = location.offset + step.number // 8
+        return Location(BIT, offset, step.number % 8, location.hops)
+    if not isinstance(type, StructType):
+        raise IecPathError(f"{location.type.name} has no method {step.name[:80]!r}")
+    return location._replace(method=type.method(step.name))
+
+
+def _element(location: Location, type: IecType[Any], indices: tuple[int, ...]) -> Location:
+    if not isinstance(type, ArrayType):
+        raise IecPathError(f"{location.type.name} is no array: [{indices[0]}] leads nowhere")
+    # `a[1,2]` also reaches into an array of arrays, as `a[1][2]` does into two dimensions.
+    here, beyond = indices[: len(type.dimensions)], indices[len(type.dimensions) :]
+    offset = location.offset + type.position(here)
+    part = type.element if len(here) == len(type.dimensions) else type.row(len(here))
+    found = Location(part, offset, None, location.hops)
+    return _next(found, Index(beyond)) if beyond else found
