@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-OF_THE_PROJECT = {"house", "docs", "interop", "benchmarks"}
+OF_THE_PROJECT = {"house", "docs", "interop", "benchmarks", "fuzz"}
 """Rooms of tests/ whose subject is the project as a whole, not one module."""
 
 NEED_NO_TEST_FILE: dict[str, str] = {
