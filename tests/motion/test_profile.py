@@ -68,7 +68,7 @@ def violation(
         return WRONG_END
 
     v, a = velocity, acceleration
-    crossing = v * a < 0.0 and abs(v) - a * a / (2.0 * jerk) < -still
+    crossing = v * a < 0.0 and abs(v) - a * a / (2.0 * jerk) < -1e-13 * abs(v)
     implied = max(abs(v), abs(v + a * abs(a) / (2.0 * jerk)))
     slowed = False
     inside = False
