@@ -121,6 +121,14 @@ class Router:
         if not ways:
             self._learned.pop(source, None)
 
+    def reaches(self, address: bytes) -> bool:
+        """True if a response or notification for `address` would find a way now."""
+        return (
+            address in self._local
+            or address in self._learned
+            or (address[:6] in self._routes and not self.is_local(address[:6]))
+        )
+
     # frames ----------------------------------------------------------------------------------
 
     def deliver(self, frame: Frame) -> bool:

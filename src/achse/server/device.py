@@ -1,0 +1,391 @@
+"""A device on an AMS port: its commands, dispatched to the services it offers.
+
+The way of a request: `deliver` picks the command, unpacks its header, finds the index group in one
+dictionary and answers with what the group gives. `DeviceError` is the one way to answer a fault.
+"""
+
+import logging
+import struct
+from collections.abc import Callable, Iterable, Mapping
+from typing import Protocol
+
+from achse.ams import AdsState, AmsAddress, Command, DeviceError, Endpoint, Frame
+from achse.ams.commands import (
+    ADD_NOTIFICATION_BODY,
+    DEVICE_INFO,
+    ERROR_PADDING,
+    READ,
+    RESULT,
+    RESULT_LENGTH,
+    RESULT_STATE,
+    WRITE_CONTROL,
+    AddNotificationRequest,
+)
+from achse.ams.commands import READ_WRITE as READ_WRITE_HEADER
+from achse.codes import ReturnCode
+from achse.server import rows
+from achse.server.limits import Limits
+from achse.server.notifications import IN_CONTEXT, Notifications
+from achse.server.rows import Layout, Service
+from achse.server.sums import SumCommands
+from achse.server.symbols import SymbolServices, SymbolSource
+from achse.server.table import Group, IndexGroup, ServiceTable
+
+__all__ = ["DIRECT_CODES_OF_A_PLC", "STATE_SERVICES", "Device", "DeviceRouter"]
+
+log = logging.getLogger("achse.server")
+
+DIRECT_CODES_OF_A_PLC: Mapping[int, ReturnCode] = {
+    ReturnCode.INVALID_GROUP.number: ReturnCode.SERVICE_NOT_SUPPORTED,
+    ReturnCode.INVALID_OFFSET.number: ReturnCode.SERVICE_NOT_SUPPORTED,
+}
+"""A real PLC answers 0x701 where others say 0x702 or 0x703, except inside sum commands."""
+
+_OK = RESULT.pack(0)
+_SYMBOLIC = (0xF005, 0xF010)
+_LAST_STATE = max(AdsState)
+_SWEEP_NS = 1_000_000_000
+_NO_RESPONSE = 0x0002
+
+
+class DeviceRouter(Protocol):
+    """What a device needs of the router it is attached to."""
+
+    def register(self, port: int, endpoint: Endpoint) -> AmsAddress: ...
+
+    def unregister(self, port: int) -> None: ...
+
+    def deliver(self, frame: Frame) -> bool: ...
+
+    def reaches(self, address: bytes) -> bool: ...
+
+    def on_port_closed(self, listener: Callable[[AmsAddress], None]) -> None: ...
+
+
+STATE_SERVICES = (
+    Service(
+        0,
+        "ADS state",
+        rows.READ,
+        Layout("<HH"),
+        "ADS state and device state; a length of 2 gives the first alone.",
+        read=lambda device: (device.ads_state, device.device_state),
+    ),
+    Service(2, "device state", rows.READ, Layout("<H"), "Device state.", field="device_state"),
+)
+"""Group 0xF100 of every device: how clients watch its state."""
+
+
+class Device:
+    """Answers ADS requests on one or several AMS ports.
+
+    - `groups`: what the device offers; state (0xF100), sum commands and, with `symbols`, the
+      symbol services come with every device. `services` is the whole table.
+    - `accepted_states`: what Write Control may ask for, and the state it leads to.
+    - `direct_codes`: results replaced outside sum commands, see `DIRECT_CODES_OF_A_PLC`.
+    - `clock`: unix ns of the station. Nothing in here reads another clock.
+    - `task_cycle_ns`: cycle of the default task, on whose grid notifications are sampled.
+
+    `client` is everywhere the AMS address of the asking client; b"" is a caller in this process.
+    """
+
+    accepted_states: Mapping[int, AdsState] = {}
+
+    def __init__(
+        self,
+        name: str,
+        version: tuple[int, int, int],
+        groups: Iterable[IndexGroup] = (),
+        symbols: SymbolSource | None = None,
+        *,
+        clock: Callable[[], int],
+        task_cycle_ns: int = 10_000_000,
+        ads_state: AdsState = AdsState.RUN,
+        device_state: int = 0,
+        direct_codes: Mapping[int, ReturnCode] | None = None,
+        limits: Limits | None = None,
+    ) -> None:
+        self.name = name
+        self.version = version
+        self.ads_state = ads_state
+        self.device_state = device_state
+        self.task_cycle_ns = task_cycle_ns
+        self.limits = limits or Limits()
+        self.notifications = Notifications(clock, self.task_cycle, self.limits)
+        self.addresses: list[AmsAddress] = []
+        self.symbols = None if symbols is None else SymbolServices(symbols, self.limits.handles)
+        single = ServiceTable(
+            (
+                *groups,
+                Group(0xF100, STATE_SERVICES, self),
+                *(() if self.symbols is None else self.symbols.groups()),
+            )
+        )
+        self.services = ServiceTable((*single, *SumCommands(single, self).groups()))
+        self._groups = self.services.by_index
+        self._direct_codes = direct_codes or {}
+        self._router: DeviceRouter | None = None
+        self._request: Frame | None = None
+        """The request being answered: a subscription goes back the way it came."""
+        self._unreachable_since: dict[bytes, int] = {}
+        self._next_sweep = 0
+        self._commands: dict[int, Callable[[Frame], bytes]] = {
+            Command.READ_DEVICE_INFO: self._answer_device_info,
+            Command.READ: self._answer_read,
+            Command.WRITE: self._answer_write,
+            Command.READ_STATE: self._answer_state,
+            Command.WRITE_CONTROL: self._answer_write_control,
+            Command.ADD_NOTIFICATION: self._answer_add_notification,
+            Command.DELETE_NOTIFICATION: self._answer_delete_notification,
+            Command.READ_WRITE: self._answer_read_write,
+        }
+
+    @property
+    def address(self) -> AmsAddress:
+        """Where the device was attached first."""
+        if not self.addresses:
+            raise LookupError(f"{self.name} is attached to no router")
+        return self.addresses[0]
+
+    # router ----------------------------------------------------------------------------------
+
+    def attach(self, router: DeviceRouter, port: int) -> AmsAddress:
+        """Answer on `port` of `router`; several ports are possible. Raises RouterError."""
+        if self._router is None:
+            self._router = router
+            self.notifications.sender = router
+            router.on_port_closed(self.end_client)
+        elif self._router is not router:
+            raise ValueError("a device is attached to one router")
+        address = router.register(port, self)
+        self.addresses.append(address)
+        return address
+
+    def detach(self) -> None:
+        """Leave all ports; handles and subscriptions end."""
+        for address in self.addresses:
+            assert self._router is not None
+            self._router.unregister(address.port)
+        self.addresses.clear()
+        self.end_clients()
+
+    def deliver(self, frame: Frame) -> bool:
+        """Answer a request. Anything else is ignored: a device asks nobody."""
+        flags = frame.flags
+        if flags & 1:
+            return True
+        command = self._commands.get(frame.command)
+        if command is None:
+            if frame.command != Command.NOTIFICATION and not flags & _NO_RESPONSE:
+                self._reply(frame.reply(error=ReturnCode.UNKNOWN_COMMAND.number))
+            return True
+        try:
+            payload = command(frame)
+        except DeviceError as failure:
+            code = int(self._direct_codes.get(failure.code, failure.code))
+            log.debug("%s: %s refused: %s", self.name, Command(frame.command).name, failure)
+            payload = RESULT.pack(code) + ERROR_PADDING[Command(frame.command)]
+        except Exception:
+            log.exception("%s: %s failed", self.name, Command(frame.command).name)
+            code = ReturnCode.INTERNAL_ERROR.number
+            payload = RESULT.pack(code) + ERROR_PADDING[Command(frame.command)]
+        if not flags & _NO_RESPONSE:
+            self._reply(frame.reply(payload))
+        if self.notifications.fresh:
+            self.notifications.send_first()
+        return True
+
+    def _reply(self, response: Frame) -> None:
+        if self._router is not None:
+            self._router.deliver(response)
+
+    # commands --------------------------------------------------------------------------------
+
+    def _answer_device_info(self, frame: Frame) -> bytes:
+        _expect(frame.data, 0)
+        return DEVICE_INFO.pack(0, *self.version, self.name.encode("cp1252", "replace")[:16])
+
+    def _answer_read(self, frame: Frame) -> bytes:
+        data = frame.data
+        if len(data) != 12:
+            raise _wrong_size(data, 12)
+        group, offset, length = READ.unpack(data)
+        services = self._groups.get(group) or self.services.find(group)
+        value = services.read(group, offset, length, frame.source)
+        return RESULT_LENGTH.pack(0, len(value)) + value
+
+    def _answer_write(self, frame: Frame) -> bytes:
+        data = frame.data
+        group, offset = _header(data, READ)
+        services = self._groups.get(group) or self.services.find(group)
+        services.write(group, offset, data[12:], frame.source)
+        return _OK
+
+    def _answer_read_write(self, frame: Frame) -> bytes:
+        data = frame.data
+        group, offset, read_length = _header(data, READ_WRITE_HEADER)
+        services = self._groups.get(group) or self.services.find(group)
+        self._request = frame
+        try:
+            value = services.read_write(group, offset, read_length, data[16:], frame.source)
+        finally:
+            self._request = None
+        return RESULT_LENGTH.pack(0, len(value)) + value
+
+    def _answer_state(self, frame: Frame) -> bytes:
+        _expect(frame.data, 0)
+        return RESULT_STATE.pack(0, self.ads_state, self.device_state)
+
+    def _answer_write_control(self, frame: Frame) -> bytes:
+        data = frame.data
+        ads_state, device_state = _header(data, WRITE_CONTROL)
+        if not 0 < ads_state <= _LAST_STATE:
+            raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"ADS state {ads_state}")
+        self.write_control(ads_state, device_state, data[8:])
+        return _OK
+
+    def _answer_add_notification(self, frame: Frame) -> bytes:
+        _expect(frame.data, 40)
+        request = AddNotificationRequest(*ADD_NOTIFICATION_BODY.unpack(frame.data))
+        self._request = frame
+        try:
+            handle = self.add_notification(request, frame.source)
+        finally:
+            self._request = None
+        return RESULT_LENGTH.pack(0, handle)
+
+    def _answer_delete_notification(self, frame: Frame) -> bytes:
+        _expect(frame.data, 4)
+        self.delete_notification(RESULT.unpack(frame.data)[0], frame.source)
+        return _OK
+
+    # the same in this process ----------------------------------------------------------------
+
+    def read(self, group: int, offset: int, length: int, client: bytes = b"") -> bytes:
+        """Up to `length` bytes; raises DeviceError."""
+        return self.services.find(group).read(group, offset, length, client)
+
+    def write(self, group: int, offset: int, data: bytes, client: bytes = b"") -> None:
+        """Write `data`; raises DeviceError."""
+        self.services.find(group).write(group, offset, data, client)
+
+    def read_write(
+        self, group: int, offset: int, read_length: int, data: bytes, client: bytes = b""
+    ) -> bytes:
+        """Hand over `data`, get up to `read_length` bytes; raises DeviceError."""
+        return self.services.find(group).read_write(group, offset, read_length, data, client)
+
+    def write_control(self, ads_state: int, device_state: int, data: bytes) -> None:
+        """Go to the state that `ads_state` (1..19) leads to; `data` is for devices that use it.
+
+        Raises DeviceError 0x712 if the device does not accept this state.
+        """
+        state = self.accepted_states.get(ads_state)
+        if state is None:
+            raise DeviceError(
+                ReturnCode.INVALID_STATE, f"{self.name} cannot go to {AdsState(ads_state).name}"
+            )
+        self.ads_state = state
+        self.device_state = device_state
+
+    # notifications ---------------------------------------------------------------------------
+
+    def add_notification(self, request: AddNotificationRequest, client: bytes) -> int:
+        """Subscribe the client whose request is being answered; the handle."""
+        frame = self._request
+        if frame is None:
+            raise DeviceError(ReturnCode.CLIENT_UNKNOWN, "notifications need an AMS address")
+        group, offset, length, mode, max_delay, cycle_time = request
+        services = self.services.find(group)
+        return self.notifications.add(
+            client,
+            frame.target,
+            frame.origin,
+            services.watch(group, offset, length, client),
+            length,
+            mode,
+            max_delay,
+            cycle_time,
+            context=services.context(group, offset, client) if mode in IN_CONTEXT else 0,
+            symbolic=group in _SYMBOLIC,
+        )
+
+    def delete_notification(self, handle: int, client: bytes) -> None:
+        """End a subscription; raises DeviceError 0x714."""
+        self.notifications.delete(handle, client)
+
+    def task_cycle(self, context: int) -> int:
+        """Cycle in ns of the task `context`; devices with several tasks know better."""
+        return self.task_cycle_ns
+
+    def notify(self, now_ns: int) -> None:
+        """Send what is due at the end of the cycle at `now_ns` (unix ns); once per base tick."""
+        self.notifications.tick(now_ns)
+        if now_ns >= self._next_sweep:
+            self._next_sweep = now_ns + _SWEEP_NS
+            self._sweep(now_ns)
+
+    # clients ---------------------------------------------------------------------------------
+
+    def symbols_changed(self) -> None:
+        """The symbol table is another one: handles answer 0x711, their subscriptions end.
+
+        For a download call `end_clients` as well; an online change leaves the others alive.
+        """
+        if self.symbols is not None:
+            self.symbols.invalidate()
+        self.notifications.end_symbolic()
+
+    def end_client(self, client: bytes) -> None:
+        """Drop what belongs to a client that is gone."""
+        self.notifications.end_client(client)
+        if self.symbols is not None:
+            self.symbols.release_all(client)
+        self._unreachable_since.pop(client, None)
+
+    def end_notifications(self) -> None:
+        """End all subscriptions: restart, configuration mode, download."""
+        self.notifications.end_all()
+
+    def end_clients(self) -> None:
+        """Drop what all clients hold."""
+        for client in self._clients():
+            self.end_client(client)
+
+    def _clients(self) -> set[bytes]:
+        clients = set(self.notifications.clients)
+        if self.symbols is not None:
+            clients.update(self.symbols.clients)
+        return clients
+
+    def _sweep(self, now_ns: int) -> None:
+        """Drop clients that nothing has led to for a while: they cannot come back to tidy up."""
+        router = self._router
+        if router is None:
+            return
+        since = self._unreachable_since
+        for client in self._clients():
+            if not client or router.reaches(client):
+                since.pop(client, None)
+            elif now_ns - since.setdefault(client, now_ns) >= self.limits.unreachable_ns:
+                log.info("%s is gone: its handles and notifications end", AmsAddress(client))
+                self.end_client(client)
+
+
+def _wrong_size(data: bytes, size: int) -> DeviceError:
+    return DeviceError(ReturnCode.INVALID_SIZE, f"the request has {size} bytes, got {len(data)}")
+
+
+def _expect(data: bytes, size: int) -> None:
+    if len(data) != size:
+        raise _wrong_size(data, size)
+
+
+def _header(data: bytes, layout: struct.Struct) -> tuple[int, ...]:
+    """The fields of a request without the last, the length of what must follow them."""
+    if len(data) < layout.size:
+        raise _wrong_size(data, layout.size)
+    fields: tuple[int, ...] = layout.unpack_from(data)
+    if len(data) != layout.size + fields[-1]:
+        raise _wrong_size(data, layout.size + fields[-1])
+    return fields[:-1]

@@ -1,0 +1,31 @@
+"""How much one client may hold of a device."""
+
+from dataclasses import dataclass
+
+__all__ = ["Limits"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """Limits per client address. They are generous: the manuals recommend 550 notifications."""
+
+    handles: int = 65_536
+    """Symbol handles (0x716 beyond)."""
+
+    notifications: int = 65_536
+    """Subscriptions (0x716 beyond)."""
+
+    sample_bytes: int = 1 << 20
+    """Bytes of one sample (0x717 beyond)."""
+
+    watched_bytes: int = 1 << 24
+    """Bytes of one sample of each subscription together (0x717 beyond)."""
+
+    frame_bytes: int = 1 << 18
+    """Bytes of samples in one frame; a batch this large does not wait for its largest delay."""
+
+    queue_bytes: int = 1 << 22
+    """Bytes kept for a client that does not read; beyond, the oldest samples are dropped."""
+
+    unreachable_ns: int = 60_000_000_000
+    """After this time without a way to the client, its handles and subscriptions end."""

@@ -1,0 +1,344 @@
+"""Notifications: subscriptions sampled on the task grid and sent in batches.
+
+Source: 000 §3.2.3.6 … 8 for the services; times are in 100 ns as real targets take them, though
+the manuals print ms; first sample and life time as recorded from real targets.
+"""
+
+import logging
+from collections.abc import Callable, Iterable
+from heapq import heapify, heappop, heappush, heapreplace
+from typing import Protocol
+
+from achse.ams import AmsAddress, DeviceError, Endpoint, Frame, TransmissionMode
+from achse.ams.filetime import from_unix_ns
+from achse.codes import ReturnCode
+from achse.server.limits import Limits
+from achse.server.subscriptions import Batch, Beat, Channel, Subscription, hint
+from achse.server.table import Reader
+
+__all__ = ["IN_CONTEXT", "Notifications"]
+
+log = logging.getLogger("achse.server")
+
+_MILLISECOND = 10_000
+"""One ms in 100 ns. Smaller times than this come from clients that count in ms."""
+
+_MODES = frozenset(TransmissionMode) - {TransmissionMode.NONE}
+_ON_CHANGE = frozenset(
+    (
+        TransmissionMode.CLIENT_ON_CHANGE,
+        TransmissionMode.SERVER_ON_CHANGE,
+        TransmissionMode.SERVER_ON_CHANGE_IN_CONTEXT,
+    )
+)
+IN_CONTEXT = frozenset(
+    (
+        TransmissionMode.SERVER_CYCLE_IN_CONTEXT,
+        TransmissionMode.SERVER_ON_CHANGE_IN_CONTEXT,
+    )
+)
+
+
+class Sender(Protocol):
+    """What notifications need of the router."""
+
+    def deliver(self, frame: Frame) -> bool: ...
+
+    def reaches(self, address: bytes) -> bool: ...
+
+
+class Notifications:
+    """The subscriptions of one device.
+
+    `tick` drives everything; `send_first` is called once the answer to an Add is on its way.
+    `clock` gives unix ns, `task_cycle(context)` the cycle in ns of the task that a notification
+    follows (context 0: the default task).
+    """
+
+    def __init__(
+        self,
+        clock: Callable[[], int],
+        task_cycle: Callable[[int], int],
+        limits: Limits,
+    ) -> None:
+        self.sender: Sender | None = None
+        self.limits = limits
+        self.dropped = 0
+        """Samples lost to clients that did not read."""
+        self.fresh: list[Subscription] = []
+        """Added, first sample not yet sent."""
+        self._task_cycle = task_cycle
+        self._clock = clock
+        self._epoch = clock()
+        self._subscriptions: dict[int, Subscription] = {}
+        self._by_client: dict[bytes, dict[int, Subscription]] = {}
+        self._bytes: dict[bytes, int] = {}
+        self._channels: dict[tuple[bytes, bytes, Endpoint | None], Channel] = {}
+        self._due: list[tuple[int, int, Beat]] = []
+        self._idle = 0
+        """Beats in `_due` without subscriptions."""
+        self._deadlines: list[tuple[int, int, Batch]] = []
+        self._open: list[Batch] = []
+        """Batches with samples of this moment."""
+        self._waiting: dict[Channel, None] = {}
+        """Channels with stamps that their client does not take yet."""
+        self._sequence = 0
+        self._next_handle = 1
+        self._warned: set[bytes] = set()
+
+    def __len__(self) -> int:
+        return len(self._subscriptions)
+
+    @property
+    def clients(self) -> Iterable[bytes]:
+        """The addresses that hold subscriptions."""
+        return self._by_client
+
+    # adding and deleting ---------------------------------------------------------------------
+
+    def add(
+        self,
+        client: bytes,
+        server: bytes,
+        via: Endpoint | None,
+        read: Reader,
+        length: int,
+        mode: int,
+        max_delay: int,
+        cycle_time: int,
+        *,
+        context: int = 0,
+        symbolic: bool = False,
+    ) -> int:
+        """Subscribe; the handle. Times in 100 ns; `server` is our address as the client wrote it.
+
+        Raises DeviceError 0x713 for the mode, 0x716 for too many, 0x717 for too much, and what
+        `read` raises.
+        """
+        if mode not in _MODES:
+            raise DeviceError(ReturnCode.TRANSMISSION_MODE_NOT_SUPPORTED, f"mode {mode}")
+        held = self._by_client.get(client, {})
+        if len(held) >= self.limits.notifications:
+            raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{len(held)} notifications")
+        size = self._bytes.get(client, 0) + length
+        if length > self.limits.sample_bytes or size > self.limits.watched_bytes:
+            raise DeviceError(ReturnCode.INVALID_WATCH_SIZE, f"{length} bytes")
+        first = read()
+        batch = self._batch(client, server, via, max_delay * 100)
+        handle = self._new_handle()
+        subscription = Subscription(handle, client, batch, read, first, length, symbolic)
+        batch.subscriptions += 1
+        batch.channel.subscriptions += 1
+        self._subscriptions[handle] = subscription
+        self._by_client.setdefault(client, {})[handle] = subscription
+        self._bytes[client] = size
+        if mode != TransmissionMode.CLIENT_ONCE:
+            beat = self._beat(batch, self._task_cycle(context), cycle_time * 100)
+            subscription.beat = beat
+            (beat.on_change if mode in _ON_CHANGE else beat.cyclic)[handle] = subscription
+        self.fresh.append(subscription)
+        if 0 < cycle_time < _MILLISECOND or 0 < max_delay < _MILLISECOND:
+            self._diagnose(client, cycle_time, max_delay)
+        return handle
+
+    def _new_handle(self) -> int:
+        handle = self._next_handle
+        while handle in self._subscriptions:
+            handle = handle + 1 & 0xFFFF_FFFF or 1
+        self._next_handle = handle + 1 & 0xFFFF_FFFF or 1
+        return handle
+
+    def _batch(self, client: bytes, server: bytes, via: Endpoint | None, delay: int) -> Batch:
+        key = (client, server, via)
+        channel = self._channels.get(key)
+        if channel is None:
+            channel = self._channels[key] = Channel(client, server, via)
+        batch = channel.batches.get(delay)
+        if batch is None:
+            batch = channel.batches[delay] = Batch(channel, delay)
+        return batch
+
+    def _beat(self, batch: Batch, task_cycle: int, cycle: int) -> Beat:
+        """The beat on the task grid for a cycle, rounded up to whole task cycles."""
+        cycle = max(-(-cycle // task_cycle), 1) * task_cycle
+        last = self._on_grid(task_cycle)
+        key = (cycle, last % cycle)
+        beat = batch.beats.get(key)
+        if beat is None:
+            beat = batch.beats[key] = Beat(batch, key)
+            self._sequence += 1
+            heappush(self._due, (last + cycle, self._sequence, beat))
+        return beat
+
+    def _on_grid(self, task_cycle: int) -> int:
+        """The last point of a task's grid."""
+        now = self._clock()
+        return now - (now - self._epoch) % task_cycle
+
+    def _diagnose(self, client: bytes, cycle_time: int, max_delay: int) -> None:
+        if client not in self._warned:
+            self._warned.add(client)
+            log.warning(
+                "%s asks for notifications with cycle time %d and max delay %d; the unit is 100 ns,"
+                " times below 10000 (1 ms) usually mean that the client counts in ms",
+                _name(client),
+                cycle_time,
+                max_delay,
+            )
+
+    def delete(self, handle: int, client: bytes) -> None:
+        """End a subscription; raises DeviceError 0x714 if the client has no such handle."""
+        subscription = self._by_client.get(client, {}).pop(handle, None)
+        if subscription is None:
+            raise DeviceError(ReturnCode.NOTIFICATION_HANDLE_INVALID, f"handle {handle}")
+        self._bytes[client] -= subscription.length
+        self._remove(subscription)
+        if not self._by_client[client]:
+            self._forget(client)
+
+    def _remove(self, subscription: Subscription) -> None:
+        del self._subscriptions[subscription.handle]
+        self._stop(subscription)
+        batch = subscription.batch
+        channel = batch.channel
+        batch.subscriptions -= 1
+        if not batch.subscriptions:
+            del channel.batches[batch.max_delay]
+        channel.subscriptions -= 1
+        if not channel.subscriptions:
+            del self._channels[channel.key]
+            self._waiting.pop(channel, None)
+
+    def _stop(self, subscription: Subscription) -> None:
+        """Take no more samples; a beat without any leaves the schedule."""
+        beat = subscription.beat
+        if beat is None:
+            return
+        subscription.beat = None
+        beat.cyclic.pop(subscription.handle, None)
+        beat.on_change.pop(subscription.handle, None)
+        if not (beat.cyclic or beat.on_change):
+            del beat.batch.beats[beat.key]
+            self._idle += 1
+            if self._idle > 64 and self._idle > len(self._due) // 2:
+                self._due = [entry for entry in self._due if entry[2].cyclic or entry[2].on_change]
+                heapify(self._due)
+                self._idle = 0
+
+    def _forget(self, client: bytes) -> None:
+        del self._by_client[client]
+        del self._bytes[client]
+        self._warned.discard(client)
+
+    def end_client(self, client: bytes) -> None:
+        """End what belongs to an address that is gone."""
+        held = self._by_client.get(client)
+        if held is not None:
+            for subscription in held.values():
+                self._remove(subscription)
+            self._forget(client)
+
+    def end_all(self) -> None:
+        """End every subscription: restart, configuration mode or download."""
+        for client in list(self._by_client):
+            self.end_client(client)
+
+    def end_symbolic(self) -> None:
+        """Symbol handles are out of date: hint at it, take no more samples of them.
+
+        The notification handles stay until they are deleted.
+        """
+        for subscription in self._subscriptions.values():
+            if subscription.symbolic and subscription.beat is not None:
+                self._stop(subscription)
+                self._open_batch(subscription.batch)
+                hint(subscription)
+
+    # sampling and sending --------------------------------------------------------------------
+
+    def _open_batch(self, batch: Batch) -> None:
+        if not batch.parts:
+            self._open.append(batch)
+
+    def send_first(self) -> None:
+        """Send the value at the time of the Add, or hold it up to the largest delay."""
+        fresh, self.fresh = self.fresh, []
+        for subscription in fresh:
+            if self._subscriptions.get(subscription.handle) is subscription:
+                self._open_batch(subscription.batch)
+                subscription.batch.parts += (subscription.header, subscription.last or b"")
+        now = self._clock()
+        self._send(now, self._on_grid(self._task_cycle(0)))
+
+    def tick(self, now: int) -> None:
+        """Take the samples due at `now` (unix ns) and send what may not wait longer."""
+        if self.fresh:
+            self.send_first()
+        due = self._due
+        while due and due[0][0] <= now:
+            time, sequence, beat = due[0]
+            if not (beat.cyclic or beat.on_change):
+                heappop(due)
+                self._idle -= 1
+                continue
+            cycle = beat.cycle
+            heapreplace(due, (time + ((now - time) // cycle + 1) * cycle, sequence, beat))
+            batch = beat.batch
+            if batch.parts:
+                beat.sample()
+            else:
+                beat.sample()
+                if batch.parts:
+                    self._open.append(batch)
+        if self._open or self._waiting or (self._deadlines and self._deadlines[0][0] <= now):
+            self._send(now, now)
+
+    def _send(self, now: int, stamp_time: int) -> None:
+        ready = self._waiting
+        if self._open:
+            filetime = from_unix_ns(stamp_time)
+            frame_bytes = self.limits.frame_bytes
+            for batch in self._open:
+                batch.close_stamp(filetime, frame_bytes)
+                if batch.max_delay == 0 or batch.size >= frame_bytes:
+                    batch.release()
+                    ready[batch.channel] = None
+                elif batch.deadline is None:
+                    batch.deadline = now + batch.max_delay
+                    self._sequence += 1
+                    heappush(self._deadlines, (batch.deadline, self._sequence, batch))
+            self._open.clear()
+        deadlines = self._deadlines
+        while deadlines and deadlines[0][0] <= now:
+            batch = heappop(deadlines)[2]
+            if batch.deadline is not None and batch.deadline <= now:
+                batch.release()
+                ready[batch.channel] = None
+        if ready:
+            self._waiting = {}
+            for channel in ready:
+                self._send_channel(channel)
+
+    def _send_channel(self, channel: Channel) -> None:
+        limits = self.limits
+        if self._channels.get(channel.key) is not channel:
+            return  # nobody is subscribed any more
+        while channel.queue:
+            if channel.congested:
+                self._waiting[channel] = None
+                if channel.queued > limits.queue_bytes:
+                    if not channel.dropped:
+                        log.warning("%s does not read, samples are dropped", _name(channel.client))
+                    self.dropped += channel.shorten(limits.queue_bytes)
+                return
+            if self.sender is not None:
+                self.sender.deliver(channel.frame(limits.frame_bytes))
+        if channel.dropped:
+            log.warning(
+                "%s reads again, %d samples were dropped", _name(channel.client), channel.dropped
+            )
+            channel.dropped = 0
+
+
+def _name(client: bytes) -> str:
+    return str(AmsAddress(client)) if len(client) == 8 else "a client in this process"

@@ -1,0 +1,230 @@
+"""What a notification is made of: subscription, beat, batch and channel.
+
+A `Beat` is all subscriptions of one client that share cycle, phase and largest delay, so that one
+entry in the schedule stands for thousands of them; its samples go to a `Batch`, which holds them
+up to the largest delay; a `Channel` is the way to one client.
+
+Source: 000 §3.2.3.6 … 8.
+"""
+
+import logging
+import struct
+from collections import deque
+
+from achse.ams import Command, DeviceError, Endpoint, Frame
+from achse.server.table import Reader
+
+__all__ = ["Batch", "Beat", "Channel", "Subscription", "hint"]
+
+log = logging.getLogger("achse.server")
+
+_STREAM = struct.Struct("<II")
+_STAMP = struct.Struct("<QI")
+_SAMPLE = struct.Struct("<II")
+
+
+class Subscription:
+    """One notification handle."""
+
+    __slots__ = (
+        "batch", "beat", "client", "failing", "handle", "header", "last", "length", "read",
+        "symbolic",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        handle: int,
+        client: bytes,
+        batch: "Batch",
+        read: Reader,
+        first: bytes,
+        length: int,
+        symbolic: bool,
+    ) -> None:
+        self.handle = handle
+        self.client = client
+        self.batch = batch
+        self.read = read
+        self.length = length
+        self.symbolic = symbolic
+        self.header = _SAMPLE.pack(handle, length)
+        self.last: bytes | None = self.fit(first)
+        self.failing = False
+        self.beat: Beat | None = None
+        """When it is sampled; None if nothing more will come."""
+
+    def fit(self, value: bytes) -> bytes:
+        """A sample has the asked length, whatever the value has: clients drop others."""
+        return value[: self.length].ljust(self.length, b"\0")
+
+
+class Channel:
+    """The way to one client as it asked: its address, ours as it wrote it, its connection."""
+
+    __slots__ = (
+        "batches", "client", "dropped", "key", "queue", "queued", "server", "subscriptions", "via",
+    )  # fmt: skip
+
+    def __init__(self, client: bytes, server: bytes, via: Endpoint | None) -> None:
+        self.client = client
+        self.server = server
+        self.via = via
+        self.key = (client, server, via)
+        self.subscriptions = 0
+        self.batches: dict[int, Batch] = {}
+        self.queue: deque[tuple[int, bytes]] = deque()
+        """Encoded stamps ready to go, each with its number of samples."""
+        self.queued = 0
+        self.dropped = 0
+        """Samples lost since the client last read."""
+
+    @property
+    def congested(self) -> bool:
+        """True while the client's connection takes no more (its `congested`, if it has one)."""
+        return getattr(self.via, "congested", False)
+
+    def shorten(self, size: int) -> int:
+        """Drop the oldest stamps until at most `size` bytes wait; the number of samples lost."""
+        lost = 0
+        while self.queued > size:
+            samples, stamp = self.queue.popleft()
+            self.queued -= len(stamp)
+            lost += samples
+        self.dropped += lost
+        return lost
+
+    def frame(self, size: int) -> Frame:
+        """The oldest stamps as one frame of about `size` bytes."""
+        queue = self.queue
+        if self.queued <= size:
+            stamps = [stamp for _, stamp in queue]
+            queue.clear()
+            self.queued = 0
+        else:
+            stamps = []
+            while queue and (not stamps or size >= len(queue[0][1])):
+                stamp = queue.popleft()[1]
+                stamps.append(stamp)
+                size -= len(stamp)
+                self.queued -= len(stamp)
+        body = b"".join(stamps)
+        payload = _STREAM.pack(len(body) + 4, len(stamps)) + body
+        frame = Frame(self.client, self.server, Command.NOTIFICATION, 4, 0, 0, payload)
+        frame.via = self.via
+        return frame
+
+
+class Batch:
+    """Samples of one channel with one largest delay, gathered until it has passed."""
+
+    __slots__ = (
+        "beats", "channel", "deadline", "max_delay", "parts", "size", "stamps", "subscriptions",
+    )  # fmt: skip
+
+    def __init__(self, channel: Channel, max_delay: int) -> None:
+        self.channel = channel
+        self.max_delay = max_delay
+        self.subscriptions = 0
+        self.beats: dict[tuple[int, int], Beat] = {}
+        self.parts: list[bytes] = []
+        """The stamp of this moment: headers and data in turn."""
+        self.stamps: list[tuple[int, bytes]] = []
+        self.size = 0
+        self.deadline: int | None = None
+
+    def close_stamp(self, filetime: int, size: int) -> None:
+        """Make the samples of this moment a stamp, or several if it exceeds `size` bytes."""
+        parts = self.parts
+        body = b"".join(parts)
+        if len(body) <= size or len(parts) == 2:
+            self._append(filetime, len(parts) // 2, body)
+        else:
+            start = filled = 0
+            for i in range(0, len(parts), 2):
+                if filled > size:
+                    self._append(filetime, (i - start) // 2, b"".join(parts[start:i]))
+                    start, filled = i, 0
+                filled += 8 + len(parts[i + 1])
+            self._append(filetime, (len(parts) - start) // 2, b"".join(parts[start:]))
+        parts.clear()
+
+    def _append(self, filetime: int, count: int, body: bytes) -> None:
+        stamp = _STAMP.pack(filetime, count) + body
+        self.stamps.append((count, stamp))
+        self.size += len(stamp)
+
+    def release(self) -> None:
+        """Hand everything gathered to the channel."""
+        self.channel.queue.extend(self.stamps)
+        self.channel.queued += self.size
+        self.stamps.clear()
+        self.size = 0
+        self.deadline = None
+
+
+class Beat:
+    """Subscriptions of one batch that are due together, every `cycle` ns."""
+
+    __slots__ = ("batch", "cycle", "cyclic", "key", "on_change")
+
+    def __init__(self, batch: Batch, key: tuple[int, int]) -> None:
+        self.batch = batch
+        self.key = key
+        self.cycle = key[0]
+        self.cyclic: dict[int, Subscription] = {}
+        self.on_change: dict[int, Subscription] = {}
+
+    def sample(self) -> None:
+        """Take all samples that are to be sent."""
+        append = self.batch.parts.append
+        for subscription in self.cyclic.values():
+            try:
+                value = subscription.read()
+            except Exception as failure:
+                _fail(subscription, failure)
+                continue
+            if len(value) != subscription.length:
+                value = subscription.fit(value)
+            append(subscription.header)
+            append(value)
+        for subscription in self.on_change.values():
+            try:
+                value = subscription.read()
+            except Exception as failure:
+                _fail(subscription, failure)
+                continue
+            if value != subscription.last:
+                if len(value) != subscription.length:
+                    value = subscription.fit(value)
+                    if value == subscription.last:
+                        continue
+                subscription.last = value
+                append(subscription.header)
+                append(value)
+
+
+def _fail(subscription: Subscription, failure: Exception) -> None:
+    """The value cannot be read: hint at it once by a sample without data, go on trying."""
+    if subscription.failing:
+        return
+    subscription.failing = True
+    subscription.last = None
+    hint(subscription)
+    if isinstance(failure, DeviceError):
+        log.info("notification %d has no value: %s", subscription.handle, failure)
+    else:
+        log.error("notification %d cannot be read", subscription.handle, exc_info=failure)
+    read = subscription.read
+
+    def retry() -> bytes:
+        value = read()
+        subscription.read = read
+        subscription.failing = False
+        return value
+
+    subscription.read = retry
+
+
+def hint(subscription: Subscription) -> None:
+    """A sample without data says that the handle has become invalid (000 §3.2.3.8)."""
+    subscription.batch.parts += (_SAMPLE.pack(subscription.handle, 0), b"")

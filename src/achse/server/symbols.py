@@ -1,0 +1,416 @@
+"""Symbol services: names, handles, values and the uploaded tables (index groups 0xF003 … 0xF011).
+
+Source: 000 §5.3.2, 002 §6.3, 003; layouts and lengths as recorded from real targets. The symbols
+themselves come from a `SymbolSource`, which a PLC, an NC or any other device implements.
+"""
+
+import struct
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+from achse.ams import DeviceError
+from achse.codes import ReturnCode
+from achse.server.table import IndexGroup, RawGroup, Reader
+
+__all__ = ["Symbol", "SymbolServices", "SymbolSource", "UploadInfo", "decode_name"]
+
+_HANDLE = struct.Struct("<I")
+_INFO = struct.Struct("<III")
+_UPLOAD_INFO = struct.Struct("<II")
+_UPLOAD_INFO_2 = struct.Struct("<9I28x")
+_FIRST_HANDLE = 0x1B80_0001
+"""Handles are opaque; this start only keeps them apart from notification handles in a log."""
+
+_PIECE = 0x8000_0000
+"""Table uploads in pieces: this bit in the offset, the byte position in the others."""
+
+
+class Symbol(Protocol):
+    """A variable, member, element or method that a name resolves to."""
+
+    @property
+    def index_group(self) -> int: ...
+
+    @property
+    def index_offset(self) -> int: ...
+
+    @property
+    def size(self) -> int:
+        """Bytes of the value."""
+        ...
+
+    @property
+    def read_only(self) -> bool: ...
+
+    @property
+    def context(self) -> int:
+        """Number of the task that owns the symbol (flag bits 8..11)."""
+        ...
+
+    @property
+    def read(self) -> Callable[[], bytes]:
+        """Takes the whole value, `size` bytes. Fetched once per handle, then called often."""
+        ...
+
+    @property
+    def write(self) -> Callable[[bytes], None]:
+        """Sets the first `len(data)` bytes of the value, 1 … `size`; the rest stays."""
+        ...
+
+    @property
+    def call(self) -> Callable[[bytes], bytes] | None:
+        """For a method: packed inputs to packed return value and outputs. None for a value."""
+        ...
+
+    def entry(self) -> bytes:
+        """The symbol entry, as group 0xF009 answers it."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UploadInfo:
+    """Counts and sizes of the tables, group 0xF00F; sizes are those of the table bytes."""
+
+    symbol_count: int
+    type_count: int
+    max_dynamic_symbols: int = 2000
+    used_dynamic_symbols: int = 0
+    invalid_dynamic_symbols: int = 0
+    code_page: int = 1252
+    flags: int = 3
+    """1 = 64-bit platform, 2 = base types are in the type table, 4 = strings are UTF-8."""
+
+
+class SymbolSource(Protocol):
+    """What a device knows about its symbols.
+
+    Whoever changes the table raises `version` and calls `Device.symbols_changed()`.
+    """
+
+    @property
+    def version(self) -> int:
+        """0..255; differs after each download or online change."""
+        ...
+
+    def resolve(self, name: str) -> Symbol | None:
+        """The symbol `name` in any case, with members, indices, `^` and `#`; None if unknown.
+
+        May raise DeviceError for a more telling code, such as 0x721 for an array index.
+        """
+        ...
+
+    def upload_info(self) -> UploadInfo: ...
+
+    def symbol_table(self) -> bytes:
+        """All symbol entries back to back; kept, not built anew at each call."""
+        ...
+
+    def type_table(self) -> bytes:
+        """All data type entries back to back; kept."""
+        ...
+
+    def type_entry(self, name: str) -> bytes | None:
+        """One data type entry, None if unknown."""
+        ...
+
+
+def decode_name(data: bytes) -> str:
+    """A name as clients send it, with or without NUL (texts are cp1252)."""
+    return data.split(b"\0", 1)[0].decode("cp1252", "replace")
+
+
+def _refuse_method() -> bytes:
+    raise DeviceError(ReturnCode.INVALID_ACCESS, "a method has no value")
+
+
+class _Handle:
+    """A symbol as one client holds it."""
+
+    __slots__ = ("client", "read", "symbol")
+
+    def __init__(self, symbol: Symbol, client: bytes) -> None:
+        self.symbol = symbol
+        self.client = client
+        self.read: Reader = symbol.read if symbol.call is None else _refuse_method
+
+
+class SymbolServices:
+    """The symbol services of one device, with the handles its clients hold.
+
+    Handles are opaque and not zero, in a number space of their own; each belongs to the client
+    address that asked for it. After a change of the symbol table the old ones answer 0x711 until
+    released.
+    """
+
+    def __init__(self, source: SymbolSource, handles_per_client: int) -> None:
+        self.source = source
+        self._limit = handles_per_client
+        self._handles: dict[int, _Handle] = {}
+        self._stale: dict[int, bytes] = {}
+        self._counts: dict[bytes, int] = {}
+        self._next = _FIRST_HANDLE
+
+    @property
+    def clients(self) -> Iterable[bytes]:
+        """The addresses that hold handles."""
+        return self._counts
+
+    def groups(self) -> Iterator[IndexGroup]:
+        """The rows: one per index group."""
+        yield RawGroup(
+            0xF003,
+            "symbol handle by name",
+            read_write=self._handle_by_name,
+            request="name",
+            response="UINT32 handle",
+            description="Gives a handle for a symbol or method (GET_SYMHANDLE_BYNAME).",
+            source="002, 003",
+        )
+        yield RawGroup(
+            0xF004,
+            "symbol value by name",
+            read_write=self._value_by_name,
+            request="name",
+            response="value",
+            description="Reads a value in one call (READ_SYMVAL_BYNAME).",
+            source="002",
+        )
+        yield RawGroup(
+            0xF005,
+            "symbol value by handle",
+            read=self._read_value,
+            write=self._write_value,
+            read_write=self._call_method,
+            watch=self._watch_value,
+            context=self._context,
+            last_offset=0xFFFF_FFFF,
+            request="value, or method inputs packed",
+            response="value, or method results packed",
+            description="Offset = handle. ReadWrite calls a method (READ_/WRITE_SYMVAL_BYHANDLE).",
+            source="000, 002, 003",
+        )
+        yield RawGroup(
+            0xF006,
+            "release symbol handle",
+            write=self._release_handle,
+            request="UINT32 handle",
+            description="Gives a handle back (RELEASE_SYMHANDLE).",
+            source="000, 002, 003",
+        )
+        yield RawGroup(
+            0xF007,
+            "symbol info by name",
+            read_write=self._info_by_name,
+            request="name",
+            response="UINT32 group, offset, size",
+            description="Where the value of a symbol lies.",
+        )
+        yield RawGroup(
+            0xF008,
+            "symbol version",
+            read=lambda offset, length, client: bytes((self.source.version & 0xFF,)),
+            response="UINT8",
+            description="Changes with each download and online change; can be subscribed.",
+        )
+        yield RawGroup(
+            0xF009,
+            "symbol entry by name",
+            read_write=lambda offset, length, data, client: self._resolve(data).entry(),
+            request="name",
+            response="symbol entry",
+            description="All facts of one symbol.",
+        )
+        yield RawGroup(
+            0xF00B,
+            "symbol table",
+            read=lambda offset, length, client: _piece(self.source.symbol_table(), offset, length),
+            last_offset=0xFFFF_FFFF,
+            response="symbol entries",
+            description="Upload of all symbols; offset 0x80000000 + position for pieces.",
+        )
+        yield RawGroup(
+            0xF00C,
+            "symbol table size",
+            read=self._upload_info,
+            response="UINT32 count, bytes",
+            description="What to expect from 0xF00B.",
+        )
+        yield RawGroup(
+            0xF00E,
+            "data type table",
+            read=lambda offset, length, client: _piece(self.source.type_table(), offset, length),
+            last_offset=0xFFFF_FFFF,
+            response="data type entries",
+            description="Upload of all data types; offset 0x80000000 + position for pieces.",
+        )
+        yield RawGroup(
+            0xF00F,
+            "table sizes",
+            read=self._upload_info_2,
+            response="UINT32[16]",
+            description="Counts and bytes of both tables, code page, flags.",
+        )
+        yield RawGroup(
+            0xF010,
+            "symbol notification",
+            watch=self._watch_value,
+            context=self._context,
+            last_offset=0xFFFF_FFFF,
+            description="Notification of a handle; offset = handle. Add Notification only.",
+        )
+        yield RawGroup(
+            0xF011,
+            "data type entry by name",
+            read_write=self._type_by_name,
+            request="name",
+            response="data type entry",
+            description="All facts of one data type.",
+        )
+
+    # handles ---------------------------------------------------------------------------------
+
+    def _resolve(self, data: bytes) -> Symbol:
+        name = decode_name(data)
+        symbol = self.source.resolve(name) if name else None
+        if symbol is None:
+            raise DeviceError(ReturnCode.SYMBOL_NOT_FOUND, name[:80])
+        return symbol
+
+    def _handle_by_name(self, offset: int, read_length: int, data: bytes, client: bytes) -> bytes:
+        if read_length < 4:
+            raise DeviceError(ReturnCode.INVALID_SIZE, f"a handle is 4 bytes, asked {read_length}")
+        symbol = self._resolve(data)
+        count = self._counts.get(client, 0)
+        if count >= self._limit:
+            raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{count} handles are out")
+        handle = self._next
+        while handle in self._handles or handle in self._stale:
+            handle = handle + 1 & 0xFFFF_FFFF or 1
+        self._next = handle + 1 & 0xFFFF_FFFF or 1
+        self._handles[handle] = _Handle(symbol, client)
+        self._counts[client] = count + 1
+        return _HANDLE.pack(handle)
+
+    def _release_handle(self, offset: int, data: bytes, client: bytes) -> None:
+        if len(data) != 4:
+            raise DeviceError(ReturnCode.INVALID_SIZE, f"a handle is 4 bytes, got {len(data)}")
+        (handle,) = _HANDLE.unpack(data)
+        entry = self._handles.get(handle)
+        if entry is not None and entry.client == client:
+            del self._handles[handle]
+        elif self._stale.get(handle) == client:
+            del self._stale[handle]
+        else:
+            raise DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"handle 0x{handle:X}")
+        if self._counts[client] == 1:
+            del self._counts[client]
+        else:
+            self._counts[client] -= 1
+
+    def _missing(self, handle: int, client: bytes) -> DeviceError:
+        if self._stale.get(handle) == client:
+            return DeviceError(ReturnCode.SYMBOL_VERSION_INVALID, f"handle 0x{handle:X}")
+        return DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"handle 0x{handle:X}")
+
+    def _symbol(self, handle: int, client: bytes) -> Symbol:
+        entry = self._handles.get(handle)
+        if entry is None or entry.client != client:
+            raise self._missing(handle, client)
+        return entry.symbol
+
+    def release_all(self, client: bytes) -> None:
+        """Forget the handles of a client that is gone."""
+        if self._counts.pop(client, 0):
+            self._handles = {
+                handle: entry for handle, entry in self._handles.items() if entry.client != client
+            }
+            self._stale = {
+                handle: owner for handle, owner in self._stale.items() if owner != client
+            }
+
+    def invalidate(self) -> None:
+        """The symbol table has changed: every handle is out of date."""
+        self._stale.update((handle, entry.client) for handle, entry in self._handles.items())
+        self._handles.clear()
+
+    # values ----------------------------------------------------------------------------------
+
+    def _read_value(self, handle: int, length: int, client: bytes) -> bytes:
+        entry = self._handles.get(handle)
+        if entry is None or entry.client != client:
+            raise self._missing(handle, client)
+        return entry.read()
+
+    def _watch_value(self, handle: int, length: int, client: bytes) -> Reader:
+        symbol = self._symbol(handle, client)
+        if symbol.call is not None:
+            _refuse_method()
+        read = symbol.read
+        return read if symbol.size <= length else lambda: read()[:length]
+
+    def _context(self, handle: int, client: bytes) -> int:
+        return self._symbol(handle, client).context
+
+    def _write_value(self, handle: int, data: bytes, client: bytes) -> None:
+        symbol = self._symbol(handle, client)
+        if symbol.read_only or symbol.call is not None:
+            raise DeviceError(ReturnCode.INVALID_ACCESS, "the symbol is read only")
+        if len(data) > symbol.size:
+            raise DeviceError(
+                ReturnCode.INVALID_SIZE, f"the symbol has {symbol.size} bytes, got {len(data)}"
+            )
+        if data:
+            symbol.write(data)
+
+    def _call_method(self, handle: int, read_length: int, data: bytes, client: bytes) -> bytes:
+        call = self._symbol(handle, client).call
+        if call is None:
+            raise DeviceError(ReturnCode.INVALID_ACCESS, "the symbol is no method")
+        return call(data)
+
+    def _value_by_name(self, offset: int, read_length: int, data: bytes, client: bytes) -> bytes:
+        symbol = self._resolve(data)
+        return symbol.read() if symbol.call is None else _refuse_method()
+
+    # tables ----------------------------------------------------------------------------------
+
+    def _info_by_name(self, offset: int, read_length: int, data: bytes, client: bytes) -> bytes:
+        symbol = self._resolve(data)
+        return _INFO.pack(symbol.index_group, symbol.index_offset, symbol.size)
+
+    def _upload_info(self, offset: int, length: int, client: bytes) -> bytes:
+        source = self.source
+        return _UPLOAD_INFO.pack(source.upload_info().symbol_count, len(source.symbol_table()))
+
+    def _upload_info_2(self, offset: int, length: int, client: bytes) -> bytes:
+        source = self.source
+        info = source.upload_info()
+        return _UPLOAD_INFO_2.pack(
+            info.symbol_count,
+            len(source.symbol_table()),
+            info.type_count,
+            len(source.type_table()),
+            info.max_dynamic_symbols,
+            info.used_dynamic_symbols,
+            info.invalid_dynamic_symbols,
+            info.code_page,
+            info.flags,
+        )
+
+    def _type_by_name(self, offset: int, read_length: int, data: bytes, client: bytes) -> bytes:
+        name = decode_name(data)
+        entry = self.source.type_entry(name) if name else None
+        if entry is None:
+            raise DeviceError(ReturnCode.SYMBOL_NOT_FOUND, name[:80])
+        return entry
+
+
+def _piece(table: bytes, offset: int, length: int) -> bytes:
+    """The part of an upload that `offset` asks for."""
+    if offset == 0:
+        return table
+    if not offset & _PIECE:
+        raise DeviceError(ReturnCode.INVALID_OFFSET, f"0x{offset:X}")
+    position = offset & ~_PIECE
+    return table[position : position + min(length, len(table))]
