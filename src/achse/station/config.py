@@ -118,6 +118,9 @@ class AxisConfig(BaseModel):
 
     id: int = Field(ge=1, le=255)
     name: str = Field(min_length=1, max_length=30)
+    unit: str = Field(default="mm", max_length=10)
+    modulo: bool = False
+    """The position repeats every `encoder_modulo_factor`."""
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -167,10 +170,15 @@ def parse(document: dict[str, Any], source: str) -> StationConfig:
         raise ConfigError("\n".join(lines)) from None
 
 
-def load(path: Path) -> StationConfig:
-    """Read a station.toml. Raises ConfigError; OSError if the file cannot be read."""
+def load(path: Path, *, net_id: str | None = None) -> StationConfig:
+    """Read a station.toml; `net_id` replaces the one in there.
+
+    Raises ConfigError; OSError if the file cannot be read.
+    """
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as failure:
         raise ConfigError(f"{path}: no valid TOML: {failure}") from None
+    if net_id is not None and isinstance(document.setdefault("router", {}), dict):
+        document["router"]["net_id"] = net_id
     return parse(document, str(path))

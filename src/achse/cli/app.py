@@ -1,0 +1,16 @@
+"""The command tree. Commands import what they need when they run, so that `--help` stays quick."""
+
+import typer
+
+from achse.cli import run
+
+__all__ = ["app"]
+
+app = typer.Typer(
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="A motion station: PLC and NC devices with moving axes behind an ADS/AMS router.",
+)
+
+run.register(app)

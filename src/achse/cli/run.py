@@ -1,0 +1,144 @@
+"""`achse run` starts a station; `achse check` looks at its configuration only."""
+
+import asyncio
+import math
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NoReturn
+
+import typer
+
+if TYPE_CHECKING:
+    from achse.station import Station
+
+__all__ = ["register"]
+
+ConfigFile = Annotated[Path, typer.Argument(help="A station.toml.", show_default=False)]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module to `app`."""
+    app.command()(run)
+    app.command()(check)
+
+
+def run(
+    file: Annotated[
+        Path | None,
+        typer.Argument(help="A station.toml; without one the demo station.", show_default=False),
+    ] = None,
+    host: Annotated[
+        str | None,
+        typer.Option(envvar="ACHSE_HOST", help="Address to listen on.", show_default="127.0.0.1"),
+    ] = None,
+    tcp_port: Annotated[
+        int | None,
+        typer.Option(
+            envvar="ACHSE_TCP_PORT",
+            min=0,
+            max=65535,
+            help="TCP port to listen on, 0 for a free one.",
+            show_default="48898",
+        ),
+    ] = None,
+    net_id: Annotated[
+        str | None, typer.Option(help="AMS NetId of the station.", show_default="127.0.0.1.1.1")
+    ] = None,
+    speed: Annotated[
+        str, typer.Option(help="Station time per wall-clock time: a number, or `max`.")
+    ] = "1",
+    duration: Annotated[
+        float | None,
+        typer.Option("--for", metavar="SECONDS", min=0, help="End at this station time."),
+    ] = None,
+) -> None:
+    """Start a station and serve ADS clients until interrupted."""
+    factor = _speed(speed)
+    station = _station(file, net_id)
+    try:
+        code = asyncio.run(_serve(station, host, tcp_port, factor, duration))
+    except KeyboardInterrupt:  # before the loop took over the signal
+        code = 0
+    raise typer.Exit(code)
+
+
+def check(file: ConfigFile) -> None:
+    """Validate a station.toml without starting it."""
+    station = _station(file, None)
+    print(f"{file}: {len(station.devices)} devices, {len(station.config.axis)} axes: ok")
+
+
+def _speed(text: str) -> float:
+    if text == "max":
+        return math.inf
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = math.nan
+    if not 0 < factor < math.inf:
+        raise typer.BadParameter(f"a number above 0 or `max`, got {text!r}", param_hint="--speed")
+    return factor
+
+
+def _station(file: Path | None, net_id: str | None) -> "Station":
+    from achse.station import ConfigError, Station
+
+    try:
+        return Station.demo(net_id=net_id) if file is None else Station.load(file, net_id=net_id)
+    except ConfigError as faults:
+        fail(str(faults))
+    except OSError as failure:
+        fail(f"{file}: {failure.strerror}")
+
+
+def fail(message: str) -> NoReturn:
+    """One message on stderr, exit code 1."""
+    print(message, file=sys.stderr)
+    raise typer.Exit(1)
+
+
+async def _serve(
+    station: "Station",
+    host: str | None,
+    tcp_port: int | None,
+    speed: float,
+    duration: float | None,
+) -> int:
+    loop = asyncio.get_running_loop()
+    stop = asyncio.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, stop.set)
+    try:
+        async with station.running(host, tcp_port, speed=speed, until=duration) as running:
+            print(
+                f"achse ready net_id={station.router.net_id}"
+                f" tcp={running.host}:{running.tcp_port}"
+                f" speed={'max' if math.isinf(speed) else format(speed, 'g')}"
+                f" ports={','.join(map(str, station.router.ports))}"
+                f" axes={len(station.config.axis)}",
+                flush=True,
+            )
+            interrupted = asyncio.create_task(stop.wait())
+            finished = asyncio.create_task(running.finished())
+            await asyncio.wait((interrupted, finished), return_when=asyncio.FIRST_COMPLETED)
+            interrupted.cancel()
+            if finished.done():
+                finished.result()
+                if duration is not None:
+                    print(
+                        f"achse done t={station.time_ns / 1e9:.9g} state={station.digest()}",
+                        flush=True,
+                    )
+            else:
+                finished.cancel()
+    except OSError as failure:
+        config = station.config.router
+        print(
+            f"cannot listen on {host or config.host}:"
+            f"{config.tcp_port if tcp_port is None else tcp_port}: {failure.strerror}"
+            " (another address: --host, --tcp-port)",
+            file=sys.stderr,
+        )
+        return 1
+    return 0

@@ -1,0 +1,1 @@
+"""The faces: one module or folder per ADS device, service rows bound to the state of a wing."""

@@ -1,0 +1,206 @@
+"""Axis parameter services, 0x4000 + ID. Source: 002 §6.4.4.1."""
+
+from functools import partial
+
+from achse.codes import NcError
+from achse.devices.nc.binding import in_sub_range, parameter, shown
+from achse.devices.nc.elements import (
+    CONTROLLER_PARAMETERS,
+    DRIVE_PARAMETERS,
+    ENCODER_PARAMETERS,
+)
+from achse.devices.nc.layouts import FLAG, REAL64, UINT32, Text
+from achse.motion.states import OverrideType
+from achse.server import READ, Service
+
+__all__ = ["AXIS_PARAMETERS"]
+
+_flag = partial(parameter, codec=FLAG, unit="1", minimum=0, maximum=1)
+_real = partial(parameter, codec=REAL64)
+
+AXIS_PARAMETERS = (
+    shown(0x01, "axis_id", UINT32, "1", "axis id"),
+    Service(0x02, "axis_name", READ, Text(31), "axis name", read=lambda axis: axis.name),
+    Service(0x05, "physical_unit", READ, Text(11), "position unit", read=lambda axis: axis.unit),
+    _flag(
+        0x0F,
+        "position_range_monitoring_enable",
+        description="position window is watched",
+        error=NcError.AXIS_POSITION_WINDOW_MONITORING,
+    ),
+    _real(
+        0x10,
+        "position_range_window",
+        unit="mm",
+        description="half width of the position window",
+        error=NcError.AXIS_POSITION_WINDOW,
+        minimum=0,
+        maximum=1e6,
+    ),
+    _flag(
+        0x11,
+        "motion_monitoring_enable",
+        description="physical movement is supervised",
+        error=NcError.AXIS_MOTION_MONITORING,
+    ),
+    _real(
+        0x12,
+        "motion_monitoring_time",
+        unit="s",
+        description="time in which movement must be seen",
+        error=NcError.AXIS_MOTION_MONITORING_TIME,
+        minimum=0,
+        maximum=600,
+    ),
+    _flag(
+        0x15,
+        "target_position_monitoring_enable",
+        description="target window is watched",
+        error=NcError.AXIS_TARGET_WINDOW_MONITORING,
+    ),
+    _real(
+        0x16,
+        "target_position_window",
+        unit="mm",
+        description="half width of the target window",
+        error=NcError.AXIS_TARGET_WINDOW,
+        minimum=0,
+        maximum=1e6,
+    ),
+    _real(
+        0x17,
+        "target_position_monitoring_time",
+        unit="s",
+        description="time inside the target window until arrival counts",
+        error=NcError.AXIS_TARGET_WINDOW_TIME,
+        minimum=0,
+        maximum=600,
+    ),
+    parameter(
+        0x1A,
+        "error_reaction_mode",
+        UINT32,
+        "1",
+        "0 at once, 1 delayed",
+        NcError.REQUEST_PARAMETER,
+        0,
+        1,
+    ),
+    _real(
+        0x1B,
+        "error_reaction_delay",
+        unit="s",
+        description="delay of the reaction in mode 1",
+        error=NcError.REQUEST_PARAMETER,
+        minimum=0,
+        maximum=1000,
+    ),
+    _real(
+        0x27,
+        "max_velocity",
+        unit="mm/s",
+        description="largest velocity of a command",
+        error=NcError.AXIS_MAX_VELOCITY,
+        minimum=1e-9,
+        maximum=1e20,
+    ),
+    _real(
+        0x28,
+        "motion_monitoring_window",
+        unit="mm",
+        description="movement that counts as movement",
+        error=NcError.AXIS_MOTION_MONITORING_WINDOW,
+        minimum=0,
+        maximum=1e6,
+    ),
+    _flag(
+        0x29,
+        "peh_monitoring_enable",
+        description="arrival in the target window is supervised",
+        error=NcError.AXIS_PEH_MONITORING,
+    ),
+    _real(
+        0x2A,
+        "peh_monitoring_time",
+        unit="s",
+        description="time from logical end to arrival",
+        error=NcError.AXIS_PEH_TIME,
+        minimum=0,
+        maximum=600,
+    ),
+    _real(
+        0xF1,
+        "max_acceleration",
+        unit="mm/s²",
+        description="largest acceleration of a command",
+        error=NcError.AXIS_ACCELERATION,
+        minimum=0.01,
+        maximum=1e20,
+    ),
+    _real(
+        0xF2,
+        "max_deceleration",
+        unit="mm/s²",
+        description="largest deceleration of a command",
+        error=NcError.AXIS_DECELERATION,
+        minimum=0.01,
+        maximum=1e20,
+    ),
+    _real(
+        0x101,
+        "default_acceleration",
+        unit="mm/s²",
+        description="acceleration unless a command gives one",
+        error=NcError.AXIS_ACCELERATION,
+        minimum=0.01,
+        maximum=1e20,
+    ),
+    _real(
+        0x102,
+        "default_deceleration",
+        unit="mm/s²",
+        description="deceleration unless a command gives one",
+        error=NcError.AXIS_DECELERATION,
+        minimum=0.01,
+        maximum=1e20,
+    ),
+    _real(
+        0x103,
+        "default_jerk",
+        unit="mm/s³",
+        description="jerk unless a command gives one",
+        error=NcError.AXIS_JERK,
+        minimum=0.1,
+        maximum=1e30,
+    ),
+    parameter(
+        0x105,
+        "override_type",
+        UINT32,
+        "1",
+        "what 100 % override relates to",
+        NcError.AXIS_OVERRIDE_TYPE,
+        choices=OverrideType,
+    ),
+    _real(
+        0x10B,
+        "fast_axis_stop_deceleration",
+        unit="mm/s²",
+        description="deceleration of the stop after an error",
+        error=NcError.AXIS_DECELERATION,
+        minimum=0.01,
+        maximum=1e20,
+    ),
+    _real(
+        0x10C,
+        "fast_axis_stop_jerk",
+        unit="mm/s³",
+        description="jerk of the stop after an error",
+        error=NcError.AXIS_JERK,
+        minimum=0.1,
+        maximum=1e30,
+    ),
+    *in_sub_range("encoder_", ENCODER_PARAMETERS),
+    *in_sub_range("controller_", CONTROLLER_PARAMETERS),
+    *in_sub_range("drive_", DRIVE_PARAMETERS),
+)

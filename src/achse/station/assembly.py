@@ -1,0 +1,168 @@
+"""Assembly: makes devices and domain from a configuration, and lists what a cycle runs."""
+
+import hashlib
+import importlib
+import importlib.util
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from achse.devices.nc import NcDevice
+from achse.devices.plc import PlcDevice
+from achse.devices.system import SystemDevice
+from achse.iec import GlobalVariables, Program
+from achse.motion import AxisParameters, AxisParametersError, Nc
+from achse.plc import PlcRuntime, Task
+from achse.router import Router
+from achse.server import Device
+from achse.station.config import (
+    AxisConfig,
+    ConfigError,
+    PlcConfig,
+    StationConfig,
+)
+
+__all__ = ["NC_PORTS", "Parts", "Stage", "assemble"]
+
+NC_PORTS = (500, 501)
+"""NC and its SAF task; both answer for the same axes."""
+
+SYSTEM_PORT = 10_000
+
+_MODULO_AXIS = 1 << 2
+"""Bit of the axis parameter unit_interpretation."""
+
+
+class Stage(NamedTuple):
+    """One step of the station cycle: `run(time_ns)` every `cycle_ns`."""
+
+    name: str
+    cycle_ns: int
+    run: Callable[[int], None]
+
+
+class Parts(NamedTuple):
+    """What a station consists of."""
+
+    nc: Nc | None
+    plcs: Mapping[int, PlcRuntime]
+    devices: Sequence[Device]
+    stages: Sequence[Stage]
+    digests: Sequence[Callable[[], bytes]]
+
+
+def assemble(config: StationConfig, router: Router, base: Path, clock: Callable[[], int]) -> Parts:
+    """Make everything `config` names and register it at `router`. Raises ConfigError."""
+    stages: list[Stage] = []
+    digests: list[Callable[[], bytes]] = []
+    devices: list[Device] = []
+
+    def attach(device: Device, port: int) -> None:
+        device.attach(router, port)
+        devices.append(device)
+
+    attach(SystemDevice(clock=clock), SYSTEM_PORT)
+
+    nc = None
+    if config.axis:
+        nc = _nc(config)
+        stages.append(Stage("nc", nc.cycle_ns, lambda _, cycle=nc.cycle: cycle()))  # type: ignore[misc]
+        digests.append(nc.digest)
+        for port in NC_PORTS:
+            attach(NcDevice(nc, clock=clock), port)
+
+    modules: dict[str, ModuleType] = {}
+    plcs: dict[int, PlcRuntime] = {}
+    for number, plc_config in enumerate(config.plc, 1):
+        plc = _plc(plc_config, f"plc[{number}]", base, modules)
+        plcs[plc_config.port] = plc
+        cycle_ns = math.gcd(*(task.cycle_ns for task in plc.tasks))
+        stages.append(Stage(f"plc {plc_config.port}", cycle_ns, plc.run_due))
+        digests.append(plc.digest)
+        for port in (plc_config.port, *plc_config.also):
+            attach(PlcDevice(plc, clock=clock), port)
+
+    tick_ns = math.gcd(*(stage.cycle_ns for stage in stages)) or 1_000_000
+    stages.append(Stage("notifications", tick_ns, _notifier(devices, clock)))
+    return Parts(nc, plcs, devices, stages, digests)
+
+
+def _notifier(devices: Sequence[Device], clock: Callable[[], int]) -> Callable[[int], None]:
+    notifies = [device.notify for device in devices]
+
+    def run(_: int) -> None:
+        now = clock()
+        for notify in notifies:
+            notify(now)
+
+    return run
+
+
+def _nc(config: StationConfig) -> Nc:
+    compiled = {"auto": None, "compiled": True, "interpreted": False}[config.nc.kernel]
+    axes = [_axis(axis, number) for number, axis in enumerate(config.axis, 1)]
+    try:
+        return Nc(config.nc.cycle, axes, compiled=compiled)
+    except ImportError as failure:
+        raise ConfigError(
+            f"nc.kernel: compiled needs Numba, install achse[fast] ({failure})"
+        ) from None
+
+
+def _axis(axis: AxisConfig, number: int) -> AxisParameters:
+    values = axis.parameters
+    for name, value in values.items():
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise ConfigError(f"axis[{number}].{name}: expected a number, got {value!r}")
+    if axis.modulo:
+        values["unit_interpretation"] = int(values.get("unit_interpretation", 0)) | _MODULO_AXIS
+    try:
+        return AxisParameters(axis.id, axis.name, axis.unit, values)
+    except AxisParametersError as fault:
+        raise ConfigError(f"axis[{number}]: {fault}") from None
+
+
+def _plc(config: PlcConfig, key: str, base: Path, modules: dict[str, ModuleType]) -> PlcRuntime:
+    tasks = []
+    for number, task in enumerate(config.task, 1):
+        where = f"{key}.task[{number}].programs"
+        programs = [_declared(name, Program, where, base, modules) for name in task.programs]
+        tasks.append(Task(task.name, task.cycle, task.priority, programs))
+    lists = [
+        _declared(name, GlobalVariables, f"{key}.globals", base, modules) for name in config.globals
+    ]
+    return PlcRuntime(tasks, lists, name=f"Port_{config.port}", port=config.port)
+
+
+def _declared(
+    name: str, kind: type[Any], key: str, base: Path, modules: dict[str, ModuleType]
+) -> type[Any]:
+    """The class that `module:Class` or `file.py:Class` names."""
+    source, colon, attribute = name.rpartition(":")
+    if not colon:
+        raise ConfigError(f"{key}: expected module:Class or file.py:Class, got {name!r}")
+    module = modules.get(source)
+    if module is None:
+        try:
+            module = modules[source] = _module(source, base)
+        except Exception as failure:
+            raise ConfigError(f"{key}: {source} cannot be imported: {failure!r}") from failure
+    declared = getattr(module, attribute, None)
+    if not (isinstance(declared, type) and issubclass(declared, kind)):
+        raise ConfigError(f"{key}: {source} has no {kind.__name__} {attribute!r}")
+    return declared
+
+
+def _module(source: str, base: Path) -> ModuleType:
+    if not source.endswith(".py"):
+        return importlib.import_module(source)
+    path = (base / source).resolve()
+    digest = hashlib.blake2b(str(path).encode(), digest_size=4).hexdigest()
+    spec = importlib.util.spec_from_file_location(f"achse_plc_{path.stem}_{digest}", path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{path} is no Python file")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

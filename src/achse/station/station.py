@@ -1,0 +1,173 @@
+"""The station: router, devices and domain put together, and the one cycle that drives them.
+
+Time belongs to the station: integer nanoseconds that only `step` moves. Nothing below reads a
+clock; `advance` is virtual time, `running` lets a pacer call the same step by the wall clock.
+"""
+
+import asyncio
+import hashlib
+import math
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Self
+
+from achse.router import Router
+from achse.server import Device
+from achse.station import assembly
+from achse.station.config import StationConfig, load
+from achse.station.pacing import Pacer, run_unpaced
+from achse.transport.tcp import TcpListener
+
+__all__ = ["Station"]
+
+DEFAULT_EPOCH_NS = 1_767_225_600_000_000_000
+"""Station time 0 unless told otherwise: 2026-01-01 UTC, so that equal runs give equal stamps."""
+
+
+class Station:
+    """A motion station.
+
+    Build one from a `StationConfig`, a file (`Station.load`) or the demo (`Station.demo`). In a
+    test: `station.advance(0.5)`. As a server: `async with station.running() as listener`.
+    """
+
+    def __init__(
+        self,
+        config: StationConfig | None = None,
+        *,
+        base: Path | None = None,
+        epoch_ns: int = DEFAULT_EPOCH_NS,
+    ) -> None:
+        """`base` is where relative names in the configuration begin; `epoch_ns` is the Unix time
+        at station time 0 (stamps of notifications). Raises ConfigError."""
+        self.config = config or StationConfig()
+        self.epoch_ns = epoch_ns
+        self.time_ns = 0
+        self.router = Router(self.config.router.net_id)
+        parts = assembly.assemble(self.config, self.router, base or Path(), self.clock)
+        self.nc = parts.nc
+        self.plcs = parts.plcs
+        self.devices: Sequence[Device] = parts.devices
+        self.stages: Sequence[assembly.Stage] = parts.stages
+        """What one cycle runs, in order: (cycle in ns, callable with the station time)."""
+        self.tick_ns = math.gcd(*(stage.cycle_ns for stage in self.stages)) or 1_000_000
+        self._digests: Sequence[Callable[[], bytes]] = parts.digests
+
+    @classmethod
+    def load(cls, path: str | Path, *, net_id: str | None = None) -> Self:
+        """A station from a station.toml; `net_id` replaces the one in there.
+
+        Raises ConfigError, OSError.
+        """
+        file = Path(path)
+        return cls(load(file, net_id=net_id), base=file.parent)
+
+    @classmethod
+    def demo(cls, *, net_id: str | None = None) -> Self:
+        """The station that `achse run` starts without a file: PLC 851, axes X, Y and C."""
+        return cls.load(Path(__file__).with_name("demo.toml"), net_id=net_id)
+
+    def clock(self) -> int:
+        """Station time as Unix time, ns."""
+        return self.epoch_ns + self.time_ns
+
+    def step(self) -> None:
+        """One tick of `tick_ns`: every stage that is due, in order."""
+        self.time_ns = now = self.time_ns + self.tick_ns
+        for stage in self.stages:
+            if now % stage.cycle_ns == 0:
+                stage.run(now)
+
+    def advance(self, seconds: float) -> None:
+        """Let `seconds` of station time pass, in whole ticks (rounded to the nearest)."""
+        if not seconds >= 0:
+            raise ValueError(f"time goes forward only, got {seconds} s")
+        for _ in range(round(seconds * 1e9 / self.tick_ns)):
+            self.step()
+
+    def digest(self) -> str:
+        """Hash over all state of all devices; equal histories give equal digests."""
+        state = hashlib.blake2b(digest_size=16)
+        state.update(self.time_ns.to_bytes(8, "little"))
+        for part in self._digests:
+            state.update(part())
+        return state.hexdigest()
+
+    @asynccontextmanager
+    async def running(
+        self,
+        host: str | None = None,
+        tcp_port: int | None = None,
+        *,
+        speed: float = 1.0,
+        until: float | None = None,
+    ) -> AsyncIterator["RunningStation"]:
+        """Serve clients over AMS/TCP while the station runs `speed` times the wall clock.
+
+        `speed` may be `math.inf`: as fast as the machine can. `until` ends the cycle at that
+        station time (s). Raises OSError if the TCP port is taken.
+        """
+        router = self.config.router
+        listener = TcpListener(
+            self.router,
+            strict=router.strict,
+            max_length=router.max_length,
+            max_connections=router.max_connections,
+        )
+        await listener.open(
+            router.host if host is None else host,
+            router.tcp_port if tcp_port is None else tcp_port,
+        )
+        cycle = asyncio.create_task(self._cycle(speed, until))
+        try:
+            yield RunningStation(listener, cycle)
+        finally:
+            cycle.cancel()
+            await asyncio.gather(cycle, return_exceptions=True)
+            await listener.close()
+
+    async def _cycle(self, speed: float, until: float | None) -> None:
+        end_ns = math.inf if until is None else round(until * 1e9)
+        if math.isinf(speed):
+            await run_unpaced(self.step, lambda: self.time_ns >= end_ns)
+            return
+        ended = asyncio.Event()
+
+        def step() -> None:
+            if self.time_ns < end_ns:
+                self.step()
+            if self.time_ns >= end_ns:
+                ended.set()
+
+        async with Pacer(step, self.tick_ns, speed) as pacer:
+            failure = asyncio.create_task(pacer.failed())
+            try:
+                await asyncio.wait(
+                    (failure, asyncio.create_task(ended.wait())),
+                    return_when=asyncio.FIRST_COMPLETED,
+                )
+                if failure.done():
+                    await failure
+            finally:
+                failure.cancel()
+
+
+class RunningStation:
+    """A station in operation: where it listens, and its end."""
+
+    def __init__(self, listener: TcpListener, cycle: "asyncio.Task[None]") -> None:
+        self.listener = listener
+        self._cycle = cycle
+
+    @property
+    def host(self) -> str:
+        return self.listener.host
+
+    @property
+    def tcp_port(self) -> int:
+        return self.listener.port
+
+    async def finished(self) -> None:
+        """Wait until the cycle ends (`until` reached); raises what broke it."""
+        await asyncio.shield(self._cycle)
