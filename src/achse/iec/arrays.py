@@ -189,7 +189,7 @@ class Array(Generic[V]):
     Reads and writes in place. Iterates, compares and prints like the list of its values.
     """
 
-    __slots__ = ("_buffer", "_offset", "_views", "type")
+    __slots__ = ("_buffer", "_codec", "_first", "_last", "_offset", "_views", "type")
     __hash__ = None  # type: ignore[assignment]
 
     def __init__(self, type: ArrayType[V], buffer: Buffer, offset: int = 0) -> None:
@@ -197,9 +197,21 @@ class Array(Generic[V]):
         self._buffer = buffer
         self._offset = offset
         self._views: dict[object, Any] = {}
+        self._first, self._last = type.dimensions[0]
+        # One index into numbers is the common case in a task cycle, and has a short way.
+        self._codec: struct.Struct | None = None
+        if isinstance(type.element, IntegerType | RealType) and len(type.dimensions) == 1:
+            self._codec = type.element.codec
 
     def __getitem__(self, index: int | tuple[int, ...]) -> V:
-        value: Any = self._views.get(index)
+        codec = self._codec
+        value: Any
+        if codec is not None and index.__class__ is int and self._first <= index <= self._last:
+            value = codec.unpack_from(
+                self._buffer, self._offset + (index - self._first) * codec.size
+            )[0]
+            return value  # type: ignore[no-any-return]
+        value = self._views.get(index)
         if value is None:
             indices, part = self._part(index)
             value = part.read(self._buffer, self._offset + self.type.position(indices))
@@ -210,6 +222,14 @@ class Array(Generic[V]):
         return result
 
     def __setitem__(self, index: int | tuple[int, ...], value: object) -> None:
+        codec = self._codec
+        if codec is not None and index.__class__ is int and self._first <= index <= self._last:
+            position = self._offset + (index - self._first) * codec.size
+            try:
+                codec.pack_into(self._buffer, position, value)
+            except (struct.error, OverflowError, TypeError, ValueError):
+                raise self.type.element.reject(value) from None
+            return
         indices, part = self._part(index)
         part.write(self._buffer, self._offset + self.type.position(indices), value)
 
@@ -224,8 +244,7 @@ class Array(Generic[V]):
 
     def __iter__(self) -> Iterator[V]:
         """The elements in order (the rows, for several dimensions)."""
-        first, last = self.type.dimensions[0]
-        return (self[index] for index in range(first, last + 1))
+        return (self[index] for index in range(self._first, self._last + 1))
 
     def __contains__(self, value: object) -> bool:
         return any(item == value for item in self)

@@ -6,9 +6,16 @@ from dataclasses import dataclass
 from enum import IntFlag
 from typing import Self
 
-from achse.iec.cursor import Cursor, attribute_bytes, short_text, text_bytes
+from achse.iec.entries import (
+    BOUNDS,
+    Cursor,
+    attribute_bytes,
+    open_entry,
+    padded_entry,
+    short_text,
+    text_bytes,
+)
 from achse.iec.errors import IecDecodeError
-from achse.iec.symbols import bounds_from, closed, unknown_tail
 from achse.iec.text import Coding
 
 __all__ = [
@@ -30,7 +37,6 @@ STATIC_OFFSET = 0xFFFF_FFFF
 _HEAD = struct.Struct("<7I5H")
 _METHOD_HEAD = struct.Struct("<5I16sII4H")
 _PARAMETER_HEAD = struct.Struct("<5I16s4H")
-_BOUNDS = struct.Struct("<iI")
 _U16 = struct.Struct("<H")
 _U32 = struct.Struct("<I")
 _NOTE_HEAD = struct.Struct("<BB")
@@ -129,12 +135,12 @@ class ParameterEntry:
         parts = [head, name, b"\0", type_name, b"\0", comment, b"\0"]
         if self.flags & ParameterFlag.ATTRIBUTES:
             parts.append(_attribute_part(self.attributes, coding))
-        return _open_entry(b"".join(parts), self.tail)
+        return open_entry(b"".join(parts), self.tail)
 
     @classmethod
     def read(cls, parent: Cursor) -> Self:
         """The entry at the cursor's position; moves it on."""
-        cursor = _child(parent, "parameter entry")
+        cursor = parent.child("parameter entry")
         size, alignment, adst, flags, reserved, guid, length_is, *lengths = cursor.unpack(
             _PARAMETER_HEAD
         )
@@ -198,12 +204,12 @@ class MethodEntry:
         parts += [item.encode(coding) for item in self.parameters]
         if self.flags & MethodFlag.ATTRIBUTES:
             parts.append(_attribute_part(self.attributes, coding))
-        return _open_entry(b"".join(parts), self.tail)
+        return open_entry(b"".join(parts), self.tail)
 
     @classmethod
     def read(cls, parent: Cursor) -> Self:
         """The entry at the cursor's position; moves it on."""
-        cursor = _child(parent, "method entry")
+        cursor = parent.child("method entry")
         version, index, size, alignment, reserved, guid, adst, flags, *lengths, count = (
             cursor.unpack(_METHOD_HEAD)
         )
@@ -245,7 +251,7 @@ class EnumNote:
 
     @classmethod
     def read(cls, parent: Cursor) -> Self:
-        cursor = _child(parent, "enumeration note", width=2)
+        cursor = parent.child("enumeration note", width=2)
         length, count = cursor.unpack(_NOTE_HEAD)
         return cls(cursor.text(length), cursor.attributes(count), cursor.take(cursor.left))
 
@@ -281,7 +287,7 @@ class DataTypeEntry:
 
     def encode(self, coding: Coding = "cp1252") -> bytes:
         """The entry of a type, padded to 8 bytes. Raises `IecValueError`."""
-        return closed(self._body(coding), self.tail)
+        return padded_entry(self._body(coding), self.tail)
 
     def _body(self, coding: Coding) -> bytes:
         name = text_bytes(self.name, coding, "a type name")
@@ -303,8 +309,8 @@ class DataTypeEntry:
             len(self.members),
         )
         parts = [head, name, b"\0", type_name, b"\0", comment, b"\0"]
-        parts += [_BOUNDS.pack(*bounds) for bounds in self.dimensions]
-        parts += [_open_entry(item._body(coding), item.tail) for item in self.members]
+        parts += [BOUNDS.pack(*bounds) for bounds in self.dimensions]
+        parts += [open_entry(item._body(coding), item.tail) for item in self.members]
         if flags & TypeFlag.TYPE_GUID:
             parts.append(self.guid)
         if flags & TypeFlag.COPY_MASK:
@@ -347,8 +353,8 @@ class DataTypeEntry:
             cursor.unpack(_HEAD)
         )
         name, type_name, comment = map(cursor.text, lengths)
-        dimensions = tuple(bounds_from(cursor) for _ in range(dims))
-        members = tuple(cls._read(_child(cursor, "member entry"), depth + 1) for _ in range(count))
+        dimensions = tuple(cursor.bounds() for _ in range(dims))
+        members = tuple(cls._read(cursor.child("member entry"), depth + 1) for _ in range(count))
         guid = cursor.take(16) if flags & TypeFlag.TYPE_GUID else bytes(16)
         copy_mask = cursor.take(size) if flags & TypeFlag.COPY_MASK else b""
         methods: tuple[MethodEntry, ...] = ()
@@ -392,21 +398,8 @@ class DataTypeEntry:
             version,
             hash_value,
             type_hash,
-            unknown_tail(cursor) if depth == 0 else cursor.take(cursor.left),
+            cursor.tail() if depth == 0 else cursor.take(cursor.left),
         )
-
-
-def _child(parent: Cursor, what: str, width: int = 4) -> Cursor:
-    """A cursor over the entry at the parent's position; the parent goes on behind it."""
-    cursor = Cursor.entry(
-        parent.data, parent.position, parent.end, what, parent.coding, width=width
-    )
-    parent.position = cursor.end
-    return cursor
-
-
-def _open_entry(body: bytes, tail: bytes) -> bytes:
-    return _U32.pack(4 + len(body) + len(tail)) + body + tail
 
 
 def _attribute_part(attributes: Attributes, coding: Coding) -> bytes:

@@ -75,7 +75,7 @@ def iec_type(declared: Typelike | Record) -> IecType[Any]:
     return found
 
 
-class Declare:
+class _Declare:
     """Declares a variable of a section: `var(type, initial, at=…, retain=…, comment=…)`.
 
     `at` is an address such as `%MD4`, `%IX0.3` or `%Q*`; `name` is the IEC name where Python
@@ -168,9 +168,9 @@ class Declare:
         )
 
 
-var = Declare(Section.LOCAL)
-var_input = Declare(Section.INPUT)
-var_output = Declare(Section.OUTPUT)
+var = _Declare(Section.LOCAL)
+var_input = _Declare(Section.INPUT)
+var_output = _Declare(Section.OUTPUT)
 
 
 @overload

@@ -17,16 +17,16 @@ __all__ = [
     "resolved",
 ]
 
-V_co = TypeVar("V_co", covariant=True)
+V = TypeVar("V")
 
 
-class AliasType(IecType[V_co]):
+class AliasType(IecType[V]):
     """Another name of a type, with its values."""
 
     def __init__(
         self,
         name: str,
-        base: IecType[V_co],
+        base: IecType[V],
         *,
         guid: bytes | None = None,
         comment: str = "",
@@ -51,10 +51,10 @@ class AliasType(IecType[V_co]):
     def encode(self, value: object) -> bytes:
         return self.base.encode(value)
 
-    def decode(self, data: bytes | Buffer) -> V_co:
+    def decode(self, data: bytes | Buffer) -> V:
         return self.base.decode(data)
 
-    def read(self, buffer: Buffer, offset: int) -> V_co:
+    def read(self, buffer: Buffer, offset: int) -> V:
         return self.base.read(buffer, offset)
 
     def write(self, buffer: Buffer, offset: int, value: object) -> None:

@@ -37,7 +37,7 @@ __all__ = [
     "base_guid",
 ]
 
-V_co = TypeVar("V_co", int, float, covariant=True)
+V = TypeVar("V", int, float)
 
 
 def base_guid(number: int) -> bytes:
@@ -45,7 +45,7 @@ def base_guid(number: int) -> bytes:
     return bytes.fromhex("95190718") + bytes(8) + number.to_bytes(4, "big")
 
 
-class ScalarType(IecType[V_co]):
+class ScalarType(IecType[V]):
     """A number that `struct` packs with one format character."""
 
     def __init__(
@@ -69,15 +69,15 @@ class ScalarType(IecType[V_co]):
         except (struct.error, OverflowError, TypeError, ValueError):
             raise self.reject(value) from None
 
-    def decode(self, data: bytes | Buffer) -> V_co:
+    def decode(self, data: bytes | Buffer) -> V:
         try:
-            value: V_co = self.codec.unpack_from(data)[0]
+            value: V = self.codec.unpack_from(data)[0]
         except struct.error:
             raise IecDecodeError(f"{self.name} has {self.size} bytes, got {len(data)}") from None
         return value
 
-    def read(self, buffer: Buffer, offset: int) -> V_co:
-        value: V_co = self.codec.unpack_from(buffer, offset)[0]
+    def read(self, buffer: Buffer, offset: int) -> V:
+        value: V = self.codec.unpack_from(buffer, offset)[0]
         return value
 
     def write(self, buffer: Buffer, offset: int, value: object) -> None:

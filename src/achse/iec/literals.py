@@ -9,7 +9,7 @@ from achse.iec.arrays import ArrayType
 from achse.iec.derived import PointerType, resolved
 from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.enums import EnumType
-from achse.iec.errors import IecValueError
+from achse.iec.errors import IecPathError, IecValueError
 from achse.iec.strings import StringType
 from achse.iec.structs import StructType
 from achse.iec.times import TimeType
@@ -235,7 +235,10 @@ def _struct(type: StructType[Any], text: str, depth: int) -> dict[str, object]:
         name, sign, value = part.partition(":=")
         if not sign:
             raise type.reject(part, "members like (a := 1, b := TRUE)")
-        member = type.member(name.strip())
+        try:
+            member = type.member(name.strip())
+        except IecPathError:
+            raise type.reject(name.strip(), "members of its own") from None
         values[member.name] = _parse(member.type, value.strip(), depth + 1)
     return values
 

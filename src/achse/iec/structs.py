@@ -20,6 +20,7 @@ __all__ = [
     "FunctionBlock",
     "Kind",
     "Record",
+    "RecordMeta",
     "Struct",
     "StructType",
     "Union",
@@ -66,6 +67,8 @@ class StructType(IecType[R], Generic[R]):
             members = {member.name: member for member in members}
         self.kind = kind
         self.base = base
+        if layout is None:
+            _no_name_twice(name, base, members)
         self.rules = rules
         if pack is None:
             mode = attributes.get("pack_mode")
@@ -207,6 +210,18 @@ class StructType(IecType[R], Generic[R]):
     @property
     def expected(self) -> str:
         return f"a {self.name} or a mapping of its members"
+
+
+def _no_name_twice(
+    name: str, base: StructType[Any] | None, members: Mapping[str, Variable[Any, Any]]
+) -> None:
+    names = [member.name for member in base.members] if base else []
+    names += [member.name or attribute for attribute, member in members.items()]
+    seen: set[str] = set()
+    for member_name in names:
+        if member_name.lower() in seen:
+            raise DeclarationError(f"{name} has two members named {member_name}")
+        seen.add(member_name.lower())
 
 
 class RecordMeta(type):
@@ -373,9 +388,7 @@ def bind(
         own = {item.name: Place(bytearray(item.initial_bytes()), 0) for item in apart}
         places = own | dict(places or {})
     if not 0 <= offset <= len(buffer) - iec.size:
-        raise IecDecodeError(
-            f"{iec.name} has {iec.size} bytes, {len(buffer) - offset} are left at {offset}"
-        )
+        raise IecValueError(iec.name, f"{iec.size} bytes of memory", len(buffer) - offset)
     record.__iec_buffer__ = buffer
     record.__iec_offset__ = offset
     record.__iec_views__ = {}

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from enum import IntFlag
 from typing import Any, Self
 
-from achse.iec.cursor import Cursor, attribute_bytes, text_bytes
 from achse.iec.derived import ReferenceType, resolved
+from achse.iec.entries import BOUNDS, Cursor, attribute_bytes, padded_entry, text_bytes
 from achse.iec.errors import IecDecodeError
 from achse.iec.text import Coding
 from achse.iec.types import IecType, no_attributes
@@ -23,7 +23,6 @@ __all__ = [
 ]
 
 _HEAD = struct.Struct("<IIIIHHHHH")
-_BOUNDS = struct.Struct("<iI")
 _U16 = struct.Struct("<H")
 _U32 = struct.Struct("<I")
 
@@ -134,7 +133,7 @@ class SymbolEntry:
             comment,
             b"\0",
         ]
-        parts += [_BOUNDS.pack(*bounds) for bounds in self.dimensions]
+        parts += [BOUNDS.pack(*bounds) for bounds in self.dimensions]
         if flags & SymbolFlag.TYPE_GUID:
             parts.append(self.guid)
         if flags & SymbolFlag.ATTRIBUTES:
@@ -142,7 +141,7 @@ class SymbolEntry:
             parts.append(attribute_bytes(self.attributes, coding))
         if flags & SymbolFlag.FLAGS2:
             parts.append(_U32.pack(self.flags2))
-        return closed(b"".join(parts), self.tail)
+        return padded_entry(b"".join(parts), self.tail)
 
     @classmethod
     def decode(cls, data: bytes, coding: Coding = "cp1252") -> Self:
@@ -153,7 +152,7 @@ class SymbolEntry:
     def _read(cls, cursor: Cursor) -> Self:
         group, offset, size, adst, flags, dims, name, type_name, comment = cursor.unpack(_HEAD)
         texts = cursor.text(name), cursor.text(type_name), cursor.text(comment)
-        dimensions = tuple(bounds_from(cursor) for _ in range(dims))
+        dimensions = tuple(cursor.bounds() for _ in range(dims))
         guid = cursor.take(16) if flags & SymbolFlag.TYPE_GUID else bytes(16)
         attributes = cursor.attributes(cursor.u16()) if flags & SymbolFlag.ATTRIBUTES else ()
         flags2 = cursor.u32() if flags & SymbolFlag.FLAGS2 else 0
@@ -170,30 +169,8 @@ class SymbolEntry:
             guid,
             attributes,
             flags2,
-            unknown_tail(cursor),
+            cursor.tail(),
         )
-
-
-def bounds_from(cursor: Cursor) -> tuple[int, int]:
-    """Lower bound and element count of one dimension."""
-    first, count = cursor.unpack(_BOUNDS)
-    return first, count
-
-
-def closed(body: bytes, tail: bytes) -> bytes:
-    """An entry without its length, completed: length first, and zeros up to a multiple of 8."""
-    length = 4 + len(body) + len(tail)
-    if not tail:
-        padding = -length % 8
-        return _U32.pack(length + padding) + body + bytes(padding)
-    return _U32.pack(length) + body + tail
-
-
-def unknown_tail(cursor: Cursor) -> bytes:
-    """What is left of an entry, unless it is the padding that `closed` writes."""
-    rest = cursor.take(cursor.left)
-    padding = len(rest) < 8 and cursor.length % 8 == 0 and not any(rest)
-    return b"" if padding else rest
 
 
 def encode_symbols(symbols: Iterable[SymbolEntry], coding: Coding = "cp1252") -> bytes:

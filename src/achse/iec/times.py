@@ -30,7 +30,7 @@ __all__ = [
     "TimeType",
 ]
 
-V_co = TypeVar("V_co", covariant=True)
+V = TypeVar("V")
 
 _EPOCH = datetime(1970, 1, 1)
 _SECOND = timedelta(seconds=1)
@@ -127,7 +127,7 @@ def _moment_ns(value: object) -> int | None:
     return Nanoseconds.of(value) if isinstance(value, datetime) and value.tzinfo is None else None
 
 
-class TimeType(IecType[V_co]):
+class TimeType(IecType[V]):
     """An unsigned count of a unit, as a Python time.
 
     A count beyond `modulus` (a time of day after midnight) wraps when read and is refused when
@@ -138,7 +138,7 @@ class TimeType(IecType[V_co]):
         self,
         name: str,
         code: str,
-        to_python: Callable[[int], V_co],
+        to_python: Callable[[int], V],
         to_count: Callable[[object], int | None],
         expected: str,
         *,
@@ -169,12 +169,12 @@ class TimeType(IecType[V_co]):
     def encode(self, value: object) -> bytes:
         return self.codec.pack(self.count(value))
 
-    def decode(self, data: bytes | Buffer) -> V_co:
+    def decode(self, data: bytes | Buffer) -> V:
         if len(data) < self.size:
             raise IecDecodeError(f"{self.name} has {self.size} bytes, got {len(data)}")
         return self.to_python(self.codec.unpack_from(data)[0] % self.modulus)
 
-    def read(self, buffer: Buffer, offset: int) -> V_co:
+    def read(self, buffer: Buffer, offset: int) -> V:
         return self.to_python(self.codec.unpack_from(buffer, offset)[0] % self.modulus)
 
     def write(self, buffer: Buffer, offset: int, value: object) -> None:

@@ -11,7 +11,7 @@ from achse.iec.errors import IecDecodeError, IecValueError
 
 __all__ = ["Adst", "Buffer", "IecType", "derived_guid", "no_attributes"]
 
-V_co = TypeVar("V_co", covariant=True)
+V = TypeVar("V")
 
 Buffer: TypeAlias = bytearray | memoryview
 """Memory that variables live in."""
@@ -48,7 +48,7 @@ def derived_guid(description: str) -> bytes:
     return hashlib.blake2b(description.encode(), digest_size=16).digest()
 
 
-class IecType(Generic[V_co]):
+class IecType(Generic[V]):
     """A type: how many bytes a value takes, and which Python value they are.
 
     `encode` and `decode` take whole values; `read` and `write` work in place in a buffer. What
@@ -100,13 +100,13 @@ class IecType(Generic[V_co]):
         self.write(memory, 0, value)
         return bytes(memory)
 
-    def decode(self, data: bytes | Buffer) -> V_co:
+    def decode(self, data: bytes | Buffer) -> V:
         """The value of the first `size` bytes. Raises `IecDecodeError` if there are fewer."""
         if len(data) < self.size:
             raise IecDecodeError(f"{self.name} has {self.size} bytes, got {len(data)}")
         return self.read(bytearray(data[: self.size]), 0)
 
-    def read(self, buffer: Buffer, offset: int) -> V_co:
+    def read(self, buffer: Buffer, offset: int) -> V:
         """The value at `offset`; a live view if it is a structure or an array."""
         raise NotImplementedError
 

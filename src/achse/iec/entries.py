@@ -1,4 +1,4 @@
-"""Reading table entries: a position in bytes that never goes beyond what is there."""
+"""The parts that symbol and type entries are made of: lengths, texts, bounds, attributes."""
 
 import struct
 from collections.abc import Iterable
@@ -7,7 +7,18 @@ from typing import Any
 from achse.iec.errors import IecDecodeError, IecValueError
 from achse.iec.text import Coding, decode_text, encode_text
 
-__all__ = ["Cursor", "attribute_bytes", "short_text", "text_bytes"]
+__all__ = [
+    "BOUNDS",
+    "Cursor",
+    "attribute_bytes",
+    "open_entry",
+    "padded_entry",
+    "short_text",
+    "text_bytes",
+]
+
+BOUNDS = struct.Struct("<iI")
+"""Lower bound and element count of one dimension."""
 
 _U16 = struct.Struct("<H")
 _U32 = struct.Struct("<I")
@@ -83,6 +94,23 @@ class Cursor:
             raise IecDecodeError(f"a text of a {self.what} has no NUL after {length} bytes")
         return decode_text(raw[:-1], self.coding)
 
+    def bounds(self) -> tuple[int, int]:
+        """Lower bound and element count of one dimension."""
+        first, count = self.unpack(BOUNDS)
+        return first, count
+
+    def child(self, what: str, width: int = 4) -> "Cursor":
+        """A cursor over the entry at this position, which moves on behind it."""
+        child = Cursor.entry(self.data, self.position, self.end, what, self.coding, width=width)
+        self.position = child.end
+        return child
+
+    def tail(self) -> bytes:
+        """What is left of the entry, unless it is the padding that `padded_entry` writes."""
+        rest = self.take(self.left)
+        padding = len(rest) < 8 and self.length % 8 == 0 and not any(rest)
+        return b"" if padding else rest
+
     def attributes(self, count: int) -> tuple[tuple[str, str], ...]:
         """`count` attributes: u8 name length, u8 value length, name NUL, value NUL."""
         found = []
@@ -90,6 +118,19 @@ class Cursor:
             name, value = self.unpack(_PAIR)
             found.append((self.text(name), self.text(value)))
         return tuple(found)
+
+
+def open_entry(body: bytes, tail: bytes = b"") -> bytes:
+    """An entry with its length before it, as long as it is."""
+    return _U32.pack(4 + len(body) + len(tail)) + body + tail
+
+
+def padded_entry(body: bytes, tail: bytes = b"") -> bytes:
+    """An entry with its length before it, and zeros up to a multiple of 8.
+
+    A tail nobody knows ends the entry as it came.
+    """
+    return open_entry(body, tail or bytes(-(4 + len(body)) % 8))
 
 
 def text_bytes(text: str, coding: Coding, what: str, longest: int = 0xFFFF) -> bytes:
