@@ -13,7 +13,7 @@ def test_variables(station: Any, node: Callable[..., Any], mode: str) -> None:
     found = node("variables.mjs", station, mode)
     local, symbols = found.pop("local"), found.pop("symbols")
     assert local.startswith("192.0.2.7.1.1:" if mode == "direct" else f"{station.net_id}:")
-    assert {"MAIN.nCounter", "GVL.vLREAL", "GVL.stPoint"} <= set(symbols)
+    assert {"MAIN.nCounter", "GVL.fLreal", "GVL.stPoint"} <= set(symbols)
     assert found == {
         "device": "Plc30 App",
         "state": "Run",
@@ -23,9 +23,9 @@ def test_variables(station: Any, node: Callable[..., Any], mode: str) -> None:
         "WSTRING": "Größe µ",
         "array": list(range(9, -1, -1)),
         "element": 0,
-        "structure": {"nId": 3, "fX": 1.5, "fY": -2.5, "sName": "corner", "aTags": [1, 2, 3]},
+        "structure": {"fX": 1.5, "fY": -2.5, "sName": "corner", "bValid": True},
         "member": 4.5,
-        "enumeration": {"name": "BLUE", "value": 5},
+        "enumeration": {"name": "BLUE", "value": 2},
         "raw": (-123456).to_bytes(4, "little", signed=True).hex(),
         "samples": [-123456, 7],
         "unknown": 0x710,

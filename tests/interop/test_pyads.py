@@ -13,35 +13,33 @@ import pytest
 pyads = pytest.importorskip("pyads", exc_type=Exception)
 
 EXTREMES = {
-    "BOOL": (True, False),
-    "BYTE": (0xFF, 0),
-    "WORD": (0xFFFF, 0),
-    "DWORD": (0xFFFF_FFFF, 0),
-    "SINT": (-128, 127),
-    "INT": (-32768, 32767),
-    "DINT": (-(2**31), 2**31 - 1),
-    "LINT": (-(2**63), 2**63 - 1),
-    "USINT": (0xFF, 0),
-    "UINT": (0xFFFF, 0),
-    "UDINT": (0xFFFF_FFFF, 0),
-    "ULINT": (2**64 - 1, 0),
-    "REAL": (-1.5, 2.0**100),
-    "LREAL": (-1.5, 1e300),
-    "TIME": (0xFFFF_FFFF, 0),
-    "DATE": (1_767_225_600, 0),
-    "TOD": (86_399_999, 0),
-    "DT": (1_767_225_601, 0),
+    "GVL.bBool": ("BOOL", True, False),
+    "GVL.nByte": ("BYTE", 0xFF, 0),
+    "GVL.nWord": ("WORD", 0xFFFF, 0),
+    "GVL.nDword": ("DWORD", 0xFFFF_FFFF, 0),
+    "GVL.nSint": ("SINT", -128, 127),
+    "GVL.nInt": ("INT", -32768, 32767),
+    "GVL.nDint": ("DINT", -(2**31), 2**31 - 1),
+    "GVL.nLint": ("LINT", -(2**63), 2**63 - 1),
+    "GVL.nUsint": ("USINT", 0xFF, 0),
+    "GVL.nUint": ("UINT", 0xFFFF, 0),
+    "GVL.nUdint": ("UDINT", 0xFFFF_FFFF, 0),
+    "GVL.nUlint": ("ULINT", 2**64 - 1, 0),
+    "GVL.fReal": ("REAL", -1.5, 2.0**100),
+    "GVL.fLreal": ("LREAL", -1.5, 1e300),
+    "GVL.tTime": ("TIME", 0xFFFF_FFFF, 0),
+    "GVL.dDate": ("DATE", 1_767_225_600, 0),
+    "GVL.tTod": ("TOD", 86_399_999, 0),
+    "GVL.dtDt": ("DT", 1_767_225_601, 0),
 }
-"""Two values of each elementary type that pyads knows."""
+"""Variables of each elementary type that pyads knows: type, and two values."""
 
 POINT = (
-    ("nId", pyads.PLCTYPE_INT, 1),
-    ("fill", pyads.PLCTYPE_BYTE, 6),
     ("fX", pyads.PLCTYPE_LREAL, 1),
     ("fY", pyads.PLCTYPE_LREAL, 1),
-    ("sName", pyads.PLCTYPE_STRING, 1, 15),
-    ("aTags", pyads.PLCTYPE_BYTE, 3),
-    ("tail", pyads.PLCTYPE_BYTE, 5),
+    ("sName", pyads.PLCTYPE_STRING, 1, 20),
+    ("bValid", pyads.PLCTYPE_BOOL, 1),
+    ("tail", pyads.PLCTYPE_BYTE, 2),
 )
 """The demo's ST_Point; pyads wants alignment gaps spelled out."""
 
@@ -52,63 +50,58 @@ def test_device_info_and_state(plc: Any) -> None:
     assert plc.read_state() == (pyads.ADSSTATE_RUN, 0)
 
 
-@pytest.mark.parametrize("plc_type", EXTREMES)
-def test_a_variable_of_each_type_keeps_what_was_written(plc: Any, plc_type: str) -> None:
-    name = f"GVL.v{plc_type}"
+@pytest.mark.parametrize("name", EXTREMES)
+def test_a_variable_of_each_type_keeps_what_was_written(plc: Any, name: str) -> None:
+    plc_type, *values = EXTREMES[name]
     kind = getattr(pyads, f"PLCTYPE_{plc_type}")
-    for value in EXTREMES[plc_type]:
+    for value in values:
         plc.write_by_name(name, value, kind)
         assert plc.read_by_name(name, kind) == value
 
 
 def test_the_type_of_a_variable_is_known_to_the_target(plc: Any) -> None:
-    plc.write_by_name("GVL.vLREAL", 0.25)
-    assert plc.read_by_name("GVL.vLREAL") == 0.25
-    plc.write_by_name("gvl.vint", -7)
-    assert plc.read_by_name("GVL.VINT") == -7
+    plc.write_by_name("GVL.fLreal", 0.25)
+    assert plc.read_by_name("GVL.fLreal") == 0.25
+    plc.write_by_name("gvl.nint", -7)
+    assert plc.read_by_name("GVL.NINT") == -7
 
 
-@pytest.mark.parametrize("text", ["", "Vorschub", "x" * 80])
+@pytest.mark.parametrize("text", ["", "Vorschub", "x" * 79])
 def test_strings(plc: Any, text: str) -> None:
-    plc.write_by_name("GVL.vSTRING", text, pyads.PLCTYPE_STRING)
-    assert plc.read_by_name("GVL.vSTRING", pyads.PLCTYPE_STRING) == text
-    plc.write_by_name("GVL.vWSTRING", text + "µ", pyads.PLCTYPE_WSTRING)
+    plc.write_by_name("GVL.sString", text, pyads.PLCTYPE_STRING)
+    assert plc.read_by_name("GVL.sString", pyads.PLCTYPE_STRING) == text
+    plc.write_by_name("GVL.wsString", text + "µ\0", pyads.PLCTYPE_WSTRING)  # pyads adds no NUL
+    assert plc.read_by_name("GVL.wsString", pyads.PLCTYPE_WSTRING) == text + "µ"
 
 
 def test_a_string_that_is_too_long_is_refused(plc: Any) -> None:
     with pytest.raises(pyads.ADSError) as refusal:
-        plc.write_by_name("GVL.vSTRING", "x" * 81, pyads.PLCTYPE_STRING)
+        plc.write_by_name("GVL.sString", "x" * 81, pyads.PLCTYPE_STRING)
     assert refusal.value.err_code == 0x705
 
 
 def test_arrays(plc: Any) -> None:
     numbers = list(range(-5, 5))
-    plc.write_by_name("GVL.aINT", numbers, pyads.PLCTYPE_INT * 10)
-    assert plc.read_by_name("GVL.aINT", pyads.PLCTYPE_INT * 10) == numbers
-    assert plc.read_by_name("GVL.aINT[9]", pyads.PLCTYPE_INT) == 4
-    plc.write_by_name("GVL.aINT[3]", 77, pyads.PLCTYPE_INT)
-    assert plc.read_by_name("GVL.aINT") == [*numbers[:3], 77, *numbers[4:]]
+    plc.write_by_name("GVL.aInt", numbers, pyads.PLCTYPE_INT * 10)
+    assert plc.read_by_name("GVL.aInt", pyads.PLCTYPE_INT * 10) == numbers
+    assert plc.read_by_name("GVL.aInt[9]", pyads.PLCTYPE_INT) == 4
+    plc.write_by_name("GVL.aInt[3]", 77, pyads.PLCTYPE_INT)
+    assert plc.read_by_name("GVL.aInt") == [*numbers[:3], 77, *numbers[4:]]
 
 
 def test_structures(plc: Any) -> None:
-    point = {
-        "nId": 3,
-        "fill": [0] * 6,
-        "fX": 1.25,
-        "fY": -2.5,
-        "sName": "corner",
-        "aTags": [1, 2, 3],
-        "tail": [0] * 5,
-    }
+    point = {"fX": 1.25, "fY": -2.5, "sName": "corner", "bValid": True, "tail": [0, 0]}
     plc.write_structure_by_name("GVL.stPoint", point, POINT)
     assert plc.read_structure_by_name("GVL.stPoint", POINT) == point
     assert plc.read_by_name("GVL.stPoint.fY", pyads.PLCTYPE_LREAL) == -2.5
-    plc.write_structure_by_name("GVL.aPoint", [point, point], POINT, array_size=2)
-    assert plc.read_structure_by_name("GVL.aPoint", POINT, array_size=2) == [point, point]
+    points = [point | {"fX": float(number)} for number in range(3)]
+    plc.write_structure_by_name("GVL.aPoints", points, POINT, array_size=3)
+    assert plc.read_structure_by_name("GVL.aPoints", POINT, array_size=3) == points
+    assert plc.read_by_name("GVL.aPoints[3].fX", pyads.PLCTYPE_LREAL) == 2.0
 
 
 def test_lists_are_read_and_written_at_once(plc: Any) -> None:
-    values = {f"GVL.aINT[{index}]": index * index for index in range(10)} | {"GVL.vREAL": 0.5}
+    values = {f"GVL.aInt[{index}]": index * index for index in range(10)} | {"GVL.fReal": 0.5}
     assert set(plc.write_list_by_name(values).values()) == {"no error"}
     assert plc.read_list_by_name(list(values)) == values
 
@@ -121,19 +114,18 @@ def test_an_unknown_name_is_refused(plc: Any) -> None:
 
 def test_all_symbols_can_be_listed_and_read(plc: Any) -> None:
     symbols = {symbol.name: symbol for symbol in plc.get_all_symbols()}
-    assert {f"GVL.v{plc_type}" for plc_type in EXTREMES} | {"MAIN.nCounter"} <= symbols.keys()
+    assert {*EXTREMES, "MAIN.nCounter"} <= symbols.keys()
     assert symbols["MAIN.nCounter"].symbol_type == "UDINT"
-    for plc_type in EXTREMES:
-        symbol = symbols[f"GVL.v{plc_type}"]
-        assert symbol.symbol_type == plc_type
-        assert symbol.read() == plc.read_by_name(symbol.name, symbol.plc_type)
+    for name, (plc_type, *_) in EXTREMES.items():
+        assert symbols[name].symbol_type == plc_type
+        assert symbols[name].read() == plc.read_by_name(name, symbols[name].plc_type)
 
 
 def test_a_symbol_reads_and_writes(plc: Any) -> None:
-    symbol = plc.get_symbol("GVL.vDINT")
+    symbol = plc.get_symbol("GVL.nDint")
     symbol.write(123_456)
     assert symbol.read() == 123_456
-    array = plc.get_symbol("GVL.aINT")
+    array = plc.get_symbol("GVL.aInt")
     array.write(list(range(10)))
     assert array.read() == list(range(10))
 
@@ -147,14 +139,14 @@ def test_a_notification_comes_at_once_and_at_each_change(
     def note(handle: int, name: str, timestamp: Any, value: int) -> None:
         values.append(value)
 
-    plc.write_by_name("GVL.vDINT", 1, pyads.PLCTYPE_DINT)
-    handles = plc.add_device_notification("GVL.vDINT", pyads.NotificationAttrib(4), note)
+    plc.write_by_name("GVL.nDint", 1, pyads.PLCTYPE_DINT)
+    handles = plc.add_device_notification("GVL.nDint", pyads.NotificationAttrib(4), note)
     until(lambda: values == [1])
     for value in (2, 3):
-        plc.write_by_name("GVL.vDINT", value, pyads.PLCTYPE_DINT)
+        plc.write_by_name("GVL.nDint", value, pyads.PLCTYPE_DINT)
         until(lambda: values[-1] == value)  # noqa: B023
     plc.del_device_notification(*handles)
-    plc.write_by_name("GVL.vDINT", 4, pyads.PLCTYPE_DINT)
+    plc.write_by_name("GVL.nDint", 4, pyads.PLCTYPE_DINT)
     time.sleep(0.1)
     assert values == [1, 2, 3]
 
@@ -190,7 +182,7 @@ def test_a_notification_reaches_another_process(station: Any, plc: Any) -> None:
                 print(value, flush=True)
                 if value == 42:
                     seen.set()
-            handles = plc.add_device_notification("GVL.vLINT", pyads.NotificationAttrib(8), note)
+            handles = plc.add_device_notification("GVL.nLint", pyads.NotificationAttrib(8), note)
             arrived = seen.wait(10)
             plc.del_device_notification(*handles)
         raise SystemExit(not arrived)
@@ -201,14 +193,14 @@ def test_a_notification_reaches_another_process(station: Any, plc: Any) -> None:
     def note(handle: int, name: str, timestamp: Any, value: int) -> None:
         own.append(value)
 
-    plc.write_by_name("GVL.vLINT", 1, pyads.PLCTYPE_LINT)
-    handles = plc.add_device_notification("GVL.vLINT", pyads.NotificationAttrib(8), note)
+    plc.write_by_name("GVL.nLint", 1, pyads.PLCTYPE_LINT)
+    handles = plc.add_device_notification("GVL.nLint", pyads.NotificationAttrib(8), note)
     with subprocess.Popen(
         [sys.executable, "-c", subscriber], stdout=subprocess.PIPE, text=True
     ) as other:
         assert other.stdout is not None
         assert other.stdout.readline() == "1\n"
-        plc.write_by_name("GVL.vLINT", 42, pyads.PLCTYPE_LINT)
+        plc.write_by_name("GVL.nLint", 42, pyads.PLCTYPE_LINT)
         assert other.stdout.read() == "42\n"
         assert other.wait(10) == 0
     plc.del_device_notification(*handles)

@@ -55,7 +55,7 @@ def test_a_session_of_pyads(
     plc.read_state()
     for _ in range(10):
         plc.read_by_name("MAIN.nCounter")
-    plc.write_list_by_name({f"GVL.aINT[{index}]": index for index in range(10)})
+    plc.write_list_by_name({f"GVL.aInt[{index}]": index for index in range(10)})
     handles = plc.add_device_notification("MAIN.nCounter", _attributes(), lambda *_: None)
     plc.get_all_symbols()
     plc.del_device_notification(*handles)
