@@ -71,9 +71,9 @@ def test_due_cycles_run_by_due_time_then_priority_then_order() -> None:
 
     plc = PlcRuntime(
         [
-            Task("slow", 4, priority=1, programs=[A]),
-            Task("fast", 2, priority=5, programs=[B]),
-            Task("equal", 4, priority=1, programs=[C]),
+            Task("slow", 4, [A], priority=1),
+            Task("fast", 2, [B], priority=5),
+            Task("equal", 4, [C], priority=1),
         ]
     )
     plc.run_due(4)
@@ -96,6 +96,8 @@ def test_stop_keeps_values_and_run_goes_on_without_making_up() -> None:
 
 def test_a_reset_initialises_all_but_what_is_kept_and_stops() -> None:
     plc, main = counting()
+    states: list[PlcState] = []
+    plc.on_state(states.append)
     plc.run_due(50 * MS)
     plc.reset()
     gvl = plc.unit(GVL)
@@ -107,6 +109,7 @@ def test_a_reset_initialises_all_but_what_is_kept_and_stops() -> None:
     assert (main.nCounter, gvl.nShared, gvl.nKept) == (1, 101, 6)
     plc.reset(origin=True)
     assert gvl.nKept == 0
+    assert states == [PlcState.STOP, PlcState.RUN, PlcState.STOP]
 
 
 def test_the_first_cycle_after_each_start_is_marked() -> None:

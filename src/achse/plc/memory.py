@@ -47,7 +47,7 @@ class MemoryRangeError(IndexError):
     """
 
     def __init__(self, area: Area, offset: int, length: int, size: int) -> None:
-        self.outside = not 0 <= offset < max(size, 1)
+        self.outside = not 0 <= offset < size
         super().__init__(
             f"{area.value}: bytes {offset}..{offset + length - 1} asked for,"
             f" the area has {size} bytes"

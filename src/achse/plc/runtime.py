@@ -3,7 +3,7 @@
 import hashlib
 import logging
 import traceback
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from enum import Enum
 from operator import attrgetter
 from typing import TypeVar
@@ -70,9 +70,13 @@ class PlcRuntime:
         self.memory = Memory() if memory is None else memory
         self.stopwatch = stopwatch
         self.state = PlcState.RUN
+        self._state_listeners: list[Callable[[PlcState], None]] = []
         self.failure = ""
         """The traceback that led to EXCEPTION."""
         self.online_changes = 0
+        self.restarts = 0
+        """Resets so far."""
+        self._change_listeners: list[Callable[[], None]] = []
         system = system_info_list(
             tasks, app_name=name, project_name=project, port=port, timestamp=timestamp
         )
@@ -100,6 +104,11 @@ class PlcRuntime:
             (placed for unit in self.units for placed in unit.variables),
             key=lambda placed: placed.name.lower(),
         )
+
+    def task_of(self, unit: PlacedUnit) -> Task:
+        """The first task that calls the program; the first of all for a variable list."""
+        declared = type(unit.instance)
+        return next((task for task in self.tasks if declared in task.programs), self.tasks[0])
 
     # time ------------------------------------------------------------------------------------
 
@@ -130,11 +139,31 @@ class PlcRuntime:
             self._fail(f"task {task.name} stopped in cycle {task.cycle_count}")
 
     def _fail(self, what: str) -> None:
-        self.state = PlcState.EXCEPTION
+        self._enter(PlcState.EXCEPTION)
         self.failure = traceback.format_exc()
         log.exception("%s: %s", self.name, what)
 
     # states ----------------------------------------------------------------------------------
+
+    def online_change(self) -> None:
+        """Tell clients that the declarations are others now: symbol version and count go up."""
+        self.online_changes += 1
+        self._info.show_online_changes(self.online_changes)
+        for listener in self._change_listeners:
+            listener()
+
+    def on_online_change(self, listener: Callable[[], None]) -> None:
+        """Call `listener` after each online change from now on."""
+        self._change_listeners.append(listener)
+
+    def on_state(self, listener: Callable[[PlcState], None]) -> None:
+        """Call `listener` with each state that is entered from now on."""
+        self._state_listeners.append(listener)
+
+    def _enter(self, state: PlcState) -> None:
+        self.state = state
+        for listener in self._state_listeners:
+            listener(state)
 
     def run(self) -> None:
         """STOP → RUN; variables keep their values. Raises PlcStateError in EXCEPTION."""
@@ -143,12 +172,12 @@ class PlcRuntime:
         if self.state is PlcState.STOP:
             for task in self.tasks:
                 task.first_cycle = True
-            self.state = PlcState.RUN
+            self._enter(PlcState.RUN)
 
     def stop(self) -> None:
         """RUN → STOP; variables keep their values. An EXCEPTION stays one."""
         if self.state is PlcState.RUN:
-            self.state = PlcState.STOP
+            self._enter(PlcState.STOP)
 
     def reset(self, *, origin: bool = False) -> None:
         """Initialise all variables again and stop.
@@ -156,8 +185,9 @@ class PlcRuntime:
         A cold reset spares retain and persistent variables, `origin` does not.
         """
         self.memory.reset(origin=origin)
-        self.state = PlcState.STOP
+        self.restarts += 1
         self.failure = ""
+        self._enter(PlcState.STOP)
         for task in self.tasks:
             task.clear_counters()
         try:
@@ -170,11 +200,8 @@ class PlcRuntime:
         for unit in self.units:
             partners[type(unit.instance)] = partners[type(unit.instance).__name__] = unit.instance
         self._info.show_online_changes(self.online_changes)
-        owners: dict[type[Unit], Task] = {
-            program: task for task in reversed(self.tasks) for program in reversed(task.programs)
-        }
         for unit in self.units:
-            task = owners.get(type(unit.instance), self.tasks[0])
+            task = self.task_of(unit)
             unit.start(partners | {Task: task, "Task": task})
         for task in self.tasks:
             task.first_cycle = True

@@ -38,8 +38,9 @@ class Task:
         self,
         name: str = "PlcTask",
         cycle_ns: int = 10_000_000,
-        priority: int = 20,
         programs: Sequence[type[Program]] = (),
+        *,
+        priority: int = 20,
         port: int = 0,
     ) -> None:
         if cycle_ns <= 0:

@@ -1,0 +1,148 @@
+"""The memory areas of a PLC as index groups: bytes, single bits, sizes, clearing."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from achse.ams import DeviceError
+from achse.codes import ReturnCode
+from achse.plc import Area, Memory, MemoryRangeError, Region
+from achse.server import BYTES, READ, WRITE, AreaGroup, Group, IndexGroup, Layout, Service
+
+__all__ = ["AREA_GROUPS", "AreaGroups", "area_groups"]
+
+_UINT32 = Layout("<I")
+
+
+@dataclass(frozen=True, slots=True)
+class AreaGroups:
+    """The index groups of one area; None where the area has no such service."""
+
+    area: Area
+    title: str
+    bytes: int
+    bits: int
+    size: int
+    clear: int | None = None
+    base: int = 0
+    """Where byte offsets begin in 002 and 003, bit offsets at eight times that; 000 begins at 0.
+    Both are served, unless the area is so large that they meet: then from 0 only."""
+    source: str = "000, 002"
+
+
+AREA_GROUPS = {
+    groups.area: groups
+    for groups in (
+        AreaGroups(Area.FLAG, "flag memory %M", 0x4020, 0x4021, 0x4025),
+        # 0x4031 and 0x4041 are in no manual: bits of BIT variables need an address as well.
+        AreaGroups(Area.RETAIN, "retain data", 0x4030, 0x4031, 0x4035),
+        AreaGroups(Area.DATA, "data", 0x4040, 0x4041, 0x4045),
+        AreaGroups(
+            Area.INPUT, "inputs %I", 0xF020, 0xF021, 0xF025, 0xF040, 0x1_F400, "000, 002, 003"
+        ),
+        AreaGroups(
+            Area.OUTPUT, "outputs %Q", 0xF030, 0xF031, 0xF035, 0xF050, 0x3_E800, "000, 002, 003"
+        ),
+    )
+}
+"""The areas of a PLC on the wire (002: READ_M, READ_MX, PLCADS_IGR_RWDB, READ_I, READ_IX …)."""
+
+
+def area_groups(memory: Memory) -> Iterator[IndexGroup]:
+    """The rows of all areas, bound to `memory`.
+
+    An access that begins outside the area is answered 0x703, one that ends outside 0x705; nothing
+    is read or written then.
+    """
+    for groups in AREA_GROUPS.values():
+        region = memory[groups.area]
+        read, write = _based(groups.base, len(region), region.read, region.write)
+        yield AreaGroup(
+            groups.bytes,
+            read,
+            write,
+            name=groups.title,
+            description=f"Bytes of {groups.title}; offset in bytes{_from(groups.base)}.",
+            source=groups.source,
+        )
+        read, write = _based(groups.base * 8, len(region) * 8, region.read_bits, region.write_bits)
+        yield AreaGroup(
+            groups.bits,
+            read,
+            write,
+            name=f"bits of {groups.title}",
+            description=(
+                f"Bits of {groups.title}, one per byte of data;"
+                f" offset = byte * 8 + bit{_from(groups.base * 8)}."
+            ),
+            source=groups.source,
+        )
+        yield Group(
+            groups.size,
+            (
+                Service(
+                    0,
+                    f"size of {groups.title}",
+                    READ,
+                    _UINT32,
+                    "Size of the area.",
+                    "bytes",
+                    read=len,
+                    source=groups.source,
+                ),
+            ),
+            region,
+        )
+        if groups.clear is not None:
+            yield Group(
+                groups.clear,
+                (
+                    Service(
+                        0,
+                        f"clear {groups.title}",
+                        WRITE,
+                        BYTES,
+                        "Sets all bytes to zero; data is not looked at.",
+                        write=_clear,
+                        source=groups.source,
+                    ),
+                ),
+                region,
+            )
+
+
+def _from(base: int) -> str:
+    return f", counted from 0 or from 0x{base:X}" if base else ""
+
+
+def _clear(region: Region, _: bytes) -> None:
+    region.clear()
+
+
+def _based(
+    base: int,
+    size: int,
+    read: Callable[[int, int], bytes],
+    write: Callable[[int, bytes], None],
+) -> tuple[Callable[[int, int], bytes], Callable[[int, bytes], None]]:
+    """The same functions with offsets from 0 or from `base`, and errors with their code."""
+    if size > base:
+        base = 1 << 32  # no offset is above: without a base, or with one inside the area
+
+    def based_read(offset: int, length: int) -> bytes:
+        try:
+            return read(offset if offset < base else offset - base, length)
+        except MemoryRangeError as failure:
+            raise _refusal(failure) from None
+
+    def based_write(offset: int, data: bytes) -> None:
+        try:
+            write(offset if offset < base else offset - base, data)
+        except MemoryRangeError as failure:
+            raise _refusal(failure) from None
+
+    return based_read, based_write
+
+
+def _refusal(failure: MemoryRangeError) -> DeviceError:
+    code = ReturnCode.INVALID_OFFSET if failure.outside else ReturnCode.INVALID_SIZE
+    return DeviceError(code, str(failure))

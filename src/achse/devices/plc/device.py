@@ -1,0 +1,91 @@
+"""The PLC device: states, areas and symbols of one PLC application on its AMS port."""
+
+from collections.abc import Callable
+
+from achse.ams import AdsState, DeviceError
+from achse.codes import ReturnCode
+from achse.devices.plc.areas import area_groups
+from achse.devices.plc.symbols import PlcSymbols
+from achse.plc import PlcRuntime, PlcState, PlcStateError
+from achse.server import DIRECT_CODES_OF_A_PLC, READ, Device, Group, Layout, Limits, Service
+
+__all__ = ["PlcDevice"]
+
+NAME = "Plc30 App"
+VERSION = (3, 1, 4024)
+
+_ADS_STATES = {
+    PlcState.RUN: AdsState.RUN,
+    PlcState.STOP: AdsState.STOP,
+    PlcState.EXCEPTION: AdsState.EXCEPTION,
+}
+
+_SYSTEM_STATE = (
+    Service(
+        0,
+        "system state",
+        READ,
+        Layout("<HHHBBHBBHH"),
+        "ADS state, device state, restart index, version, revision, build, platform, OS type,"
+        " flags, reserved. The restart index counts the resets.",
+        read=lambda device: (
+            device.ads_state,
+            device.device_state,
+            device.plc.restarts & 0xFFFF,
+            *VERSION,
+            1,
+            0,
+            0,
+            0,
+        ),
+    ),
+)
+"""Group 0xF0: all about the state in 16 bytes."""
+
+
+class PlcDevice(Device):
+    """A PLC application on port 851 (or 801, 852, …).
+
+    Write Control takes RUN, STOP and RESET: the first two keep all variables, RESET initialises
+    them and stops. RUN after a program error is refused with 0x712 until a RESET.
+    """
+
+    def __init__(
+        self, plc: PlcRuntime, *, clock: Callable[[], int], limits: Limits | None = None
+    ) -> None:
+        self.plc = plc
+        super().__init__(
+            NAME,
+            VERSION,
+            (*area_groups(plc.memory), Group(0xF0, _SYSTEM_STATE, self)),
+            PlcSymbols(plc),
+            clock=clock,
+            task_cycle_ns=plc.tasks[0].cycle_ns,
+            ads_state=_ADS_STATES[plc.state],
+            direct_codes=DIRECT_CODES_OF_A_PLC,
+            limits=limits,
+        )
+        plc.on_state(self._show_state)
+        plc.on_online_change(self.symbols_changed)
+
+    def _show_state(self, state: PlcState) -> None:
+        self.ads_state = _ADS_STATES[state]
+
+    def task_cycle(self, context: int) -> int:
+        """Cycle of task number `context`; of the first one if there is no such task."""
+        tasks = self.plc.tasks
+        return tasks[context - 1 if 0 < context <= len(tasks) else 0].cycle_ns
+
+    def write_control(self, ads_state: int, device_state: int, data: bytes) -> None:
+        """Run, stop or reset the PLC; any other state is refused with 0x712."""
+        try:
+            if ads_state == AdsState.RUN:
+                self.plc.run()
+            elif ads_state == AdsState.STOP:
+                self.plc.stop()
+            elif ads_state == AdsState.RESET:
+                self.plc.reset()
+            else:
+                raise PlcStateError(f"a PLC does not go to {AdsState(ads_state).name}")
+        except PlcStateError as failure:
+            raise DeviceError(ReturnCode.INVALID_STATE, str(failure)) from None
