@@ -16,7 +16,7 @@ from achse.server.limits import Limits
 from achse.server.subscriptions import Batch, Beat, Channel, Subscription, hint
 from achse.server.table import Reader
 
-__all__ = ["IN_CONTEXT", "Notifications"]
+__all__ = ["IN_CONTEXT", "Notifications", "Sender"]
 
 log = logging.getLogger("achse.server")
 

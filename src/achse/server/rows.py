@@ -16,6 +16,7 @@ from typing import Any, Protocol
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
+from achse.iec.errors import IecError
 
 __all__ = [
     "BYTES",
@@ -236,6 +237,8 @@ class Service:
             raise ValueError(f"row {self.name!r} answers no command")
         if self.count < 1 or (self.count > 1 and self.field):
             raise ValueError(f"row {self.name!r}: a range of offsets needs functions, no field")
+        if self.count > 1 and self.element is not None:
+            raise ValueError(f"row {self.name!r}: either a range of offsets or sub-elements")
         if READ_WRITE in self.access and self.access is not READ_WRITE:
             raise ValueError(f"row {self.name!r}: R&W is a row of its own at the same offset")
         for access, function in (
@@ -274,7 +277,8 @@ class Service:
             or (self._allowed is not None and value not in self._allowed)
             or not (self.non_finite or _finite(value))
         ):
-            raise DeviceError(self.code, f"{self.name} = {value!r}, expected {self.range_text}")
+            expected = self.range_text or "finite numbers"
+            raise DeviceError(self.code, f"{self.name} = {value!r}, expected {expected}")
         return value
 
     @property
@@ -285,7 +289,7 @@ class Service:
                 return ", ".join(f"{item.value}={item.name}" for item in self.choices)
             return str(self.choices)
         if self.minimum is None and self.maximum is None:
-            return "" if self.non_finite else "finite"
+            return ""
         low = "" if self.minimum is None else f"{self.minimum:g}"
         high = "" if self.maximum is None else f"{self.maximum:g}"
         return f"{low}..{high}"
@@ -334,7 +338,7 @@ class _Layouts:
             raise DeviceError(ReturnCode.INVALID_SIZE, f"{sizes} bytes, got {len(data)}")
         try:
             return codec.decode(data)
-        except (ValueError, TypeError, OverflowError, struct.error) as failure:
+        except (ValueError, TypeError, OverflowError, struct.error, IecError) as failure:
             raise DeviceError(ReturnCode.INVALID_DATA, str(failure)) from failure
 
 

@@ -15,7 +15,7 @@ from achse.ams.commands import ADD_NOTIFICATION_BODY, AddNotificationRequest
 from achse.codes import ReturnCode
 from achse.server.table import IndexGroup, RawGroup, ServiceTable
 
-__all__ = ["MAX_PARTS", "SumCommands"]
+__all__ = ["MAX_PARTS", "NotificationTarget", "SumCommands"]
 
 log = logging.getLogger("achse.server")
 

@@ -17,6 +17,10 @@ Reader = Callable[[], bytes]
 """Takes one sample; never longer than was asked for when it was made."""
 
 
+_ELEMENTS = 0x00F0_0000
+"""Where a sub-element's number stands in an offset."""
+
+
 class IndexGroup:
     """Base of all groups: refuses every access with 0x704; subclasses serve some.
 
@@ -83,52 +87,64 @@ class _RowGroup(IndexGroup):
         """The object behind an index group; raises DeviceError if there is none."""
         raise NotImplementedError
 
-    def _find(self, group: int, offset: int, access: Access) -> tuple[Service, tuple[Any, ...]]:
-        """The row for `offset` and the arguments its functions get."""
-        row = self._by_access[access].get(offset)
+    def _find(self, group: int, offset: int, access: Access) -> tuple[Service, int]:
+        """The row for `offset`, with the number of the sub-element or the index it means."""
+        rows = self._by_access[access]
+        row = rows.get(offset)
         if row is not None:
-            target = self.target(group)
-            return row, ((target if row.element is None else row.element(target, 0)),)
+            return row, 0
+        base = offset & ~_ELEMENTS
+        row = rows.get(base)
+        if row is not None and row.element is not None:
+            return row, (offset & _ELEMENTS) >> 20
         known = False
         for row in self._ranges:
             if row.offset <= offset < row.offset + row.count:
                 if access in row.access:
-                    return row, (self.target(group), offset - row.offset)
+                    return row, offset - row.offset
                 known = True
-        base = offset & ~0x00F0_0000
-        row = self._by_access[access].get(base)
-        if row is not None and row.element is not None:
-            return row, (row.element(self.target(group), offset >> 20 & 0xF),)
-        known = known or any(
-            row.offset == offset or (row.element is not None and row.offset == base)
-            for row in self.rows
-        )
         self.target(group)  # an object that is not there is the better answer
-        if known:
+        if known or any(
+            row.offset == offset or (row.offset == base and row.element is not None)
+            for row in self.rows
+        ):
             raise DeviceError(
                 ReturnCode.INVALID_ACCESS, f"0x{group:X}:0x{offset:X} does not answer {access}"
             )
         raise DeviceError(ReturnCode.INVALID_OFFSET, f"0x{group:X}:0x{offset:X}")
 
+    def _arguments(self, row: Service, group: int, number: int) -> tuple[Any, ...]:
+        """What the functions of `row` get."""
+        target = self.target(group)
+        if row.element is not None:
+            return (row.element(target, number),)
+        return (target,) if row.count == 1 else (target, number)
+
     def read(self, group: int, offset: int, length: int, client: bytes) -> bytes:
         row = self._readable.get(offset)
-        if row is not None and row.element is None:
+        if row is None:
+            row, number = self._find(group, offset, READ)
+            data = row.encoder(length)(row.get(*self._arguments(row, group, number)))
+        elif row.element is None:
             data = row.encoder(length)(row.get(self.target(group)))
         else:
-            row, arguments = self._find(group, offset, READ)
-            data = row.encoder(length)(row.get(*arguments))
+            data = row.encoder(length)(row.get(row.element(self.target(group), 0)))
         return data if len(data) <= length else data[:length]
 
     def reader(self, group: int, offset: int, length: int, client: bytes) -> Reader:
-        row, arguments = self._find(group, offset, READ)
-        encode, get, target = row.encoder(length), row.get, self.target
-        if len(arguments) > 1 or row.element is not None:
-            return lambda: self.read(group, offset, length, client)
-        # the target is looked up each time: objects may come and go
+        row, number = self._find(group, offset, READ)
+        self._arguments(row, group, number)
+        encode, get, target, element = row.encoder(length), row.get, self.target, row.element
+        # the target is looked up for each sample: objects come and go
+        if element is not None:
+            return lambda: encode(get(element(target(group), number)))[:length]
+        if row.count > 1:
+            return lambda: encode(get(target(group), number))[:length]
         return lambda: encode(get(target(group)))[:length]
 
     def write(self, group: int, offset: int, data: bytes, client: bytes) -> None:
-        row, arguments = self._find(group, offset, WRITE)
+        row, number = self._find(group, offset, WRITE)
+        arguments = self._arguments(row, group, number)
         value = row.decode(data)
         if row.guard is not None:
             row.guard(arguments[0])
@@ -137,7 +153,8 @@ class _RowGroup(IndexGroup):
     def read_write(
         self, group: int, offset: int, read_length: int, data: bytes, client: bytes
     ) -> bytes:
-        row, arguments = self._find(group, offset, READ_WRITE)
+        row, number = self._find(group, offset, READ_WRITE)
+        arguments = self._arguments(row, group, number)
         request = row.decode(data)
         if row.guard is not None:
             row.guard(arguments[0])
