@@ -4,6 +4,7 @@ import asyncio
 import math
 import signal
 import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
@@ -55,7 +56,8 @@ def run(
 ) -> None:
     """Start a station and serve ADS clients until interrupted."""
     factor = _speed(speed)
-    station = _station(file, net_id)
+    # a station at the wall clock's pace shows its time; a faster one starts at a fixed moment
+    station = _station(file, net_id, time.time_ns() if factor == 1 else None)
     try:
         code = asyncio.run(_serve(station, host, tcp_port, factor, duration))
     except KeyboardInterrupt:  # before the loop took over the signal
@@ -65,7 +67,7 @@ def run(
 
 def check(file: ConfigFile) -> None:
     """Validate a station.toml without starting it."""
-    station = _station(file, None)
+    station = _station(file, None, None)
     print(f"{file}: {len(station.devices)} devices, {len(station.config.axis)} axes: ok")
 
 
@@ -81,11 +83,16 @@ def _speed(text: str) -> float:
     return factor
 
 
-def _station(file: Path | None, net_id: str | None) -> "Station":
+def _station(file: Path | None, net_id: str | None, epoch_ns: int | None) -> "Station":
     from achse.station import ConfigError, Station
+    from achse.station.station import DEFAULT_EPOCH_NS, DEMO
 
     try:
-        return Station.demo(net_id=net_id) if file is None else Station.load(file, net_id=net_id)
+        return Station.load(
+            DEMO if file is None else file,
+            net_id=net_id,
+            epoch_ns=DEFAULT_EPOCH_NS if epoch_ns is None else epoch_ns,
+        )
     except ConfigError as faults:
         fail(str(faults))
     except OSError as failure:

@@ -59,8 +59,9 @@ def assemble(config: StationConfig, router: Router, base: Path, clock: Callable[
     digests: list[Callable[[], bytes]] = []
     devices: list[Device] = []
 
-    def attach(device: Device, port: int) -> None:
-        device.attach(router, port)
+    def attach(device: Device, *ports: int) -> None:
+        for port in ports:
+            device.attach(router, port)
         devices.append(device)
 
     attach(SystemDevice(clock=clock), SYSTEM_PORT)
@@ -70,8 +71,7 @@ def assemble(config: StationConfig, router: Router, base: Path, clock: Callable[
         nc = _nc(config)
         stages.append(Stage("nc", nc.cycle_ns, lambda _, cycle=nc.cycle: cycle()))  # type: ignore[misc]
         digests.append(nc.digest)
-        for port in NC_PORTS:
-            attach(NcDevice(nc, clock=clock), port)
+        attach(NcDevice(nc, clock=clock), *NC_PORTS)
 
     modules: dict[str, ModuleType] = {}
     plcs: dict[int, PlcRuntime] = {}
@@ -81,8 +81,7 @@ def assemble(config: StationConfig, router: Router, base: Path, clock: Callable[
         cycle_ns = math.gcd(*(task.cycle_ns for task in plc.tasks))
         stages.append(Stage(f"plc {plc_config.port}", cycle_ns, plc.run_due))
         digests.append(plc.digest)
-        for port in (plc_config.port, *plc_config.also):
-            attach(PlcDevice(plc, clock=clock), port)
+        attach(PlcDevice(plc, clock=clock), plc_config.port, *plc_config.also)
 
     tick_ns = math.gcd(*(stage.cycle_ns for stage in stages)) or 1_000_000
     stages.append(Stage("notifications", tick_ns, _notifier(devices, clock)))
@@ -129,7 +128,7 @@ def _plc(config: PlcConfig, key: str, base: Path, modules: dict[str, ModuleType]
     for number, task in enumerate(config.task, 1):
         where = f"{key}.task[{number}].programs"
         programs = [_declared(name, Program, where, base, modules) for name in task.programs]
-        tasks.append(Task(task.name, task.cycle, task.priority, programs))
+        tasks.append(Task(task.name, task.cycle, programs, priority=task.priority))
     lists = [
         _declared(name, GlobalVariables, f"{key}.globals", base, modules) for name in config.globals
     ]

@@ -21,6 +21,9 @@ from achse.transport.tcp import TcpListener
 
 __all__ = ["Station"]
 
+DEMO = Path(__file__).with_name("demo.toml")
+"""The demo station's configuration."""
+
 DEFAULT_EPOCH_NS = 1_767_225_600_000_000_000
 """Station time 0 unless told otherwise: 2026-01-01 UTC, so that equal runs give equal stamps."""
 
@@ -55,18 +58,20 @@ class Station:
         self._digests: Sequence[Callable[[], bytes]] = parts.digests
 
     @classmethod
-    def load(cls, path: str | Path, *, net_id: str | None = None) -> Self:
+    def load(
+        cls, path: str | Path, *, net_id: str | None = None, epoch_ns: int = DEFAULT_EPOCH_NS
+    ) -> Self:
         """A station from a station.toml; `net_id` replaces the one in there.
 
         Raises ConfigError, OSError.
         """
         file = Path(path)
-        return cls(load(file, net_id=net_id), base=file.parent)
+        return cls(load(file, net_id=net_id), base=file.parent, epoch_ns=epoch_ns)
 
     @classmethod
-    def demo(cls, *, net_id: str | None = None) -> Self:
+    def demo(cls, *, net_id: str | None = None, epoch_ns: int = DEFAULT_EPOCH_NS) -> Self:
         """The station that `achse run` starts without a file: PLC 851, axes X, Y and C."""
-        return cls.load(Path(__file__).with_name("demo.toml"), net_id=net_id)
+        return cls.load(DEMO, net_id=net_id, epoch_ns=epoch_ns)
 
     def clock(self) -> int:
         """Station time as Unix time, ns."""
