@@ -6,10 +6,23 @@ changes nothing. Functions carry the index offset of 0x4200 + axis id that they 
 of 0 mean the axis default.
 """
 
-from math import isfinite
+from math import inf, isfinite
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
+from achse.motion.checks import (
+    ENDLESS,
+    FARTHEST,
+    OK,
+    STEEPEST_JERK,
+    why_no_command,
+    why_not_away,
+    why_not_dynamics,
+    why_not_permitted,
+    why_not_position,
+    why_not_target,
+    why_not_velocity,
+)
 from achse.motion.profile import stopping_distance, stopping_time
 from achse.motion.record import COMMAND_BUFFER
 from achse.motion.setpoint import begin_job, begin_stop, drop_job, resolve_target, shift_origin
@@ -17,7 +30,6 @@ from achse.motion.states import (
     ActualPositionType,
     BufferMode,
     CommandState,
-    ControlBit,
     EndPositionType,
     MotionPhase,
     NewEndPositionCommand,
@@ -45,26 +57,15 @@ __all__ = [
     "universal_start",
 ]
 
-OK = 0
-
-_SLOWEST = 1e-3
-_FASTEST = 1e10
-"""Velocities that a start may name (0x4231)."""
-
-_STEEPEST_JERK = 1e12
-"""Largest jerk that the planner takes."""
-
-_FARTHEST = 1e10
-"""Positions beyond cannot be told apart finely enough (0x4232)."""
-
-_ENDLESS = {StartType.ENDLESS_POSITIVE: 1.0, StartType.ENDLESS_NEGATIVE: -1.0}
-_ONE_PERIOD = {StartType.MODULO_SHORTEST, StartType.MODULO_POSITIVE, StartType.MODULO_NEGATIVE}
 _BLENDING = {
     BufferMode.BLENDING_LOW,
     BufferMode.BLENDING_PREVIOUS,
     BufferMode.BLENDING_NEXT,
     BufferMode.BLENDING_HIGH,
 }
+_BISECTIONS = 40
+"""Halvings of a velocity range; more do not change what an axis can show."""
+
 _END_POSITION_START = {
     EndPositionType.ABSOLUTE: StartType.ABSOLUTE,
     EndPositionType.RELATIVE: StartType.RELATIVE,
@@ -76,76 +77,6 @@ _END_POSITION_START = {
 
 def _busy(axis: Axis) -> bool:
     return axis.set_motion_phase != MotionPhase.NONE or axis.buffer_count > 0
-
-
-def _why_no_command(axis: Axis) -> int:
-    """What forbids any motion command in the present state."""
-    if axis.axis_disabled:
-        return NcError.AXIS_NOT_READY.number
-    if axis.error_code:
-        return axis.error_code
-    if axis.motion_locked:
-        return NcError.AXIS_LOCKED_BY_STOP.number
-    return OK
-
-
-def _why_not_permitted(axis: Axis, direction: float) -> int:
-    """What the cyclic interface and the drive say against a start in `direction`."""
-    control = axis.control_dword
-    if not control & ControlBit.ENABLE or axis.drive_output_disabled:
-        return NcError.CONTROLLER_ENABLE_MISSING.number
-    if direction > 0.0 and not control & ControlBit.FEED_ENABLE_PLUS:
-        return NcError.ENABLE_MISSING.number
-    if direction < 0.0 and not control & ControlBit.FEED_ENABLE_MINUS:
-        return NcError.ENABLE_MISSING.number
-    if axis.simulation_not_ready:
-        return NcError.DRIVE_NOT_READY_AT_START.number
-    return OK
-
-
-def _why_not_velocity(axis: Axis, velocity: float) -> int:
-    limit = min(axis.max_velocity, axis.drive_reference_velocity)
-    if not 0.0 < velocity <= limit:
-        return NcError.SET_VELOCITY_NOT_ALLOWED.number
-    if not _SLOWEST <= velocity <= _FASTEST:
-        return NcError.SET_VELOCITY_RANGE.number
-    return OK
-
-
-def _why_not_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: float) -> int:
-    """What is wrong with dynamics given by a command; all are to be positive."""
-    if not acceleration > 0.0:
-        return NcError.ACCELERATION_NOT_POSITIVE.number
-    if not deceleration > 0.0:
-        return NcError.DECELERATION_NOT_POSITIVE.number
-    if not jerk > 0.0:
-        return NcError.JERK_NOT_POSITIVE.number
-    if acceleration > axis.max_acceleration or deceleration > axis.max_deceleration:
-        return NcError.ACCELERATION_NOT_PERMITTED.number
-    if jerk > _STEEPEST_JERK:
-        return NcError.JERK_NOT_PERMITTED.number
-    return OK
-
-
-def _why_not_position(axis: Axis, start_type: int, position: float) -> int:
-    """What is wrong with a commanded position or distance, whatever the axis does."""
-    if start_type in _ENDLESS:
-        return OK
-    if not isfinite(position):
-        return NcError.START_AXIS_DATA.number
-    if start_type in _ONE_PERIOD and not 0.0 <= position < axis.encoder_modulo_factor:
-        return NcError.MODULO_START_RANGE.number
-    return OK
-
-
-def _why_not_target(axis: Axis, target: float) -> int:
-    if abs(target) > _FARTHEST:
-        return NcError.PRECISION_LOST.number
-    if axis.encoder_soft_limit_min_enable and target < axis.encoder_soft_limit_min:
-        return NcError.SOFT_LIMIT_MIN_AT_START.number
-    if axis.encoder_soft_limit_max_enable and target > axis.encoder_soft_limit_max:
-        return NcError.SOFT_LIMIT_MAX_AT_START.number
-    return OK
 
 
 def _sign(value: float) -> float:
@@ -164,8 +95,8 @@ def _journey(axis: Axis) -> tuple[float, float]:
     for n in range(axis.buffer_count):
         slot = (axis.buffer_first + n) % COMMAND_BUFFER
         start_type = axis.buffer_start_type[slot]
-        if start_type in _ENDLESS:
-            direction = _ENDLESS[StartType(start_type)]
+        if start_type in ENDLESS:
+            direction = ENDLESS[StartType(start_type)]
         else:
             begin = end
             end = resolve_target(axis, start_type, axis.buffer_position[slot], begin)
@@ -205,8 +136,8 @@ def start(
         deceleration = axis.default_deceleration
     if jerk is None:
         jerk = axis.default_jerk
-    dynamics = _why_not_dynamics(axis, acceleration, deceleration, jerk)
-    code = _why_no_command(axis) or (_busy(axis) and NcError.GROUP_BUSY.number) or dynamics
+    dynamics = why_not_dynamics(axis, acceleration, deceleration, jerk)
+    code = why_no_command(axis) or (_busy(axis) and NcError.GROUP_BUSY.number) or dynamics
     if code:
         return code
     if start_type in (StartType.HALT, StartType.STOP_AND_LOCK):
@@ -245,23 +176,24 @@ def universal_start(
     if blending_position or segment_start_velocity or segment_end_velocity:
         return NcError.FUNCTION_NOT_AVAILABLE.number
     code = (
-        _why_no_command(axis)
-        or _why_not_velocity(axis, velocity)
-        or _why_not_dynamics(axis, acceleration, deceleration, jerk)
-        or _why_not_position(axis, start_type, position)
+        why_no_command(axis)
+        or why_not_velocity(axis, velocity)
+        or why_not_dynamics(axis, acceleration, deceleration, jerk)
+        or why_not_position(axis, start_type, position)
     )
     if code:
         return code
     queued = buffer_mode != BufferMode.ABORTING and _busy(axis)
     begin, direction_before = _journey(axis) if queued else (axis.set_position, 0.0)
-    if start_type in _ENDLESS:
-        direction = _ENDLESS[StartType(start_type)]
-        code = _why_not_away(axis, direction)
+    if start_type in ENDLESS:
+        target = begin
+        direction = ENDLESS[StartType(start_type)]
+        code = why_not_away(axis, direction)
     else:
         target = resolve_target(axis, start_type, position, begin)
         direction = _sign(target - begin)
-        code = _why_not_target(axis, target)
-    code = code or _why_not_permitted(axis, direction)
+        code = why_not_target(axis, target)
+    code = code or why_not_permitted(axis, direction)
     if code:
         return code
     if not queued:
@@ -286,7 +218,9 @@ def universal_start(
     if buffer_mode in _BLENDING:
         if direction != direction_before:
             return NcError.COMMAND_OTHER_DIRECTION.number
-        _blend(axis, buffer_mode, velocity)
+        way = inf if start_type in ENDLESS else abs(target - begin)
+        border = _border_velocity(axis, buffer_mode, velocity, way, deceleration, jerk)
+        _blend(axis, border)
     slot = (axis.buffer_first + axis.buffer_count) % COMMAND_BUFFER
     axis.buffer_number[slot] = _next_number(axis, CommandState.BUFFERED)
     axis.buffer_start_type[slot] = start_type
@@ -302,30 +236,39 @@ def universal_start(
     return OK
 
 
-def _why_not_away(axis: Axis, direction: float) -> int:
-    """An endless start must not lead away from a soft limit that is already passed."""
-    p = axis.set_position
-    if direction < 0.0 and axis.encoder_soft_limit_min_enable and p <= axis.encoder_soft_limit_min:
-        return NcError.SOFT_LIMIT_MIN_AT_START.number
-    if direction > 0.0 and axis.encoder_soft_limit_max_enable and p >= axis.encoder_soft_limit_max:
-        return NcError.SOFT_LIMIT_MAX_AT_START.number
-    return OK
-
-
-def _blend(axis: Axis, buffer_mode: int, velocity: float) -> None:
+def _blend(axis: Axis, border: float) -> None:
     """Let the last accepted command end at the border velocity instead of at rest."""
-    waiting = axis.buffer_count > 0
-    slot = (axis.buffer_first + axis.buffer_count - 1) % COMMAND_BUFFER
-    before = axis.buffer_velocity[slot] if waiting else axis.job_velocity
-    border = before
-    if buffer_mode in (BufferMode.BLENDING_LOW, BufferMode.BLENDING_NEXT):
-        border = min(before, velocity)
-    if waiting:
+    if axis.buffer_count > 0:
+        slot = (axis.buffer_first + axis.buffer_count - 1) % COMMAND_BUFFER
         axis.buffer_end_velocity[slot] = border
-    else:
+    elif axis.set_motion_phase == MotionPhase.POSITIONING:
         axis.job_end_velocity = border
         axis.job_peak_velocity = 0.0
         axis.replan = 1
+
+
+def _border_velocity(
+    axis: Axis, buffer_mode: int, velocity: float, way: float, deceleration: float, jerk: float
+) -> float:
+    """Velocity at the target of the last accepted command when another one over `way` follows.
+
+    The first command's own velocity bounds it, and so does what the second can brake from.
+    """
+    slot = (axis.buffer_first + axis.buffer_count - 1) % COMMAND_BUFFER
+    before = axis.buffer_velocity[slot] if axis.buffer_count > 0 else axis.job_velocity
+    border = before
+    if buffer_mode in (BufferMode.BLENDING_LOW, BufferMode.BLENDING_NEXT):
+        border = min(before, velocity)
+    if stopping_distance(border, 0.0, deceleration, jerk) <= way:
+        return border
+    slow = 0.0
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (slow + border)
+        if stopping_distance(middle, 0.0, deceleration, jerk) <= way:
+            slow = middle
+        else:
+            border = middle
+    return slow
 
 
 def _brake(axis: Axis, deceleration: float, jerk: float) -> None:
@@ -344,7 +287,7 @@ def _halt(axis: Axis, start_type: int, deceleration: float, jerk: float, buffer_
         return axis.error_code
     if axis.motion_locked and start_type == StartType.HALT:
         return NcError.AXIS_LOCKED_BY_STOP.number
-    code = _why_not_dynamics(axis, axis.default_acceleration, deceleration, jerk)
+    code = why_not_dynamics(axis, axis.default_acceleration, deceleration, jerk)
     if code:
         return code
     if buffer_mode != BufferMode.ABORTING:
@@ -368,7 +311,7 @@ def stop(axis: Axis) -> int:
 
 def parameterized_stop(axis: Axis, deceleration: float, jerk: float) -> int:
     """Stop with the given deceleration and jerk (0x05)."""
-    code = _why_not_dynamics(axis, axis.default_acceleration, deceleration, jerk)
+    code = why_not_dynamics(axis, axis.default_acceleration, deceleration, jerk)
     if code:
         return code
     _brake(axis, deceleration, jerk)
@@ -377,7 +320,7 @@ def parameterized_stop(axis: Axis, deceleration: float, jerk: float) -> int:
 
 def emergency_stop(axis: Axis, deceleration: float, jerk: float) -> int:
     """Stop with values at least as strong as those of the running command (0x04)."""
-    if not (0.0 < deceleration <= axis.max_deceleration and 0.0 < jerk <= _STEEPEST_JERK):
+    if not (0.0 < deceleration <= axis.max_deceleration and 0.0 < jerk <= STEEPEST_JERK):
         return NcError.EMERGENCY_STOP_DATA.number
     if axis.set_motion_phase != MotionPhase.NONE and (
         deceleration < axis.job_deceleration or jerk < axis.job_jerk
@@ -439,13 +382,13 @@ def new_end_position_and_velocity(
         return NcError.JOB_TYPE.number
     changes = command_type & 3
     at_switch = bool(command_type & 8)
-    code = _why_no_command(axis)
+    code = why_no_command(axis)
     if code:
         return code
     if axis.set_motion_phase not in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
         return NcError.GROUP_BUSY.number
     if changes & NewEndPositionCommand.VELOCITY:
-        code = _why_not_velocity(axis, velocity)
+        code = why_not_velocity(axis, velocity)
         if code:
             return code
     else:
@@ -457,17 +400,17 @@ def new_end_position_and_velocity(
         if position_type not in _END_POSITION_START:
             return NcError.JOB_START_TYPE.number
         start_type = _END_POSITION_START[EndPositionType(position_type)]
-        code = _why_not_position(axis, start_type, position)
+        code = why_not_position(axis, start_type, position)
         if code:
             return code
-        if start_type in _ENDLESS:
-            direction = _ENDLESS[start_type]
-            code = _why_not_away(axis, direction)
+        if start_type in ENDLESS:
+            direction = ENDLESS[start_type]
+            code = why_not_away(axis, direction)
         else:
             target = resolve_target(axis, start_type, position, p)
             direction = _sign(target - p)
-            code = _why_not_target(axis, target)
-        code = code or _why_not_permitted(axis, direction)
+            code = why_not_target(axis, target)
+        code = code or why_not_permitted(axis, direction)
         if code:
             return code
     if at_switch:
@@ -478,7 +421,7 @@ def new_end_position_and_velocity(
         axis.got_new_target = 1
         axis.job_start_type = start_type
         axis.job_end_velocity = 0.0
-        if start_type in _ENDLESS:
+        if start_type in ENDLESS:
             axis.set_motion_phase = MotionPhase.ENDLESS
             axis.job_direction = direction
         else:
@@ -496,7 +439,7 @@ def _arm_switch(
     has_target = bool(changes & NewEndPositionCommand.POSITION)
     if not isfinite(where):
         return NcError.START_AXIS_DATA.number
-    if has_target and start_type in _ENDLESS:
+    if has_target and start_type in ENDLESS:
         return NcError.JOB_START_TYPE.number
     p = axis.set_position
     if axis.set_motion_phase == MotionPhase.POSITIONING:
@@ -515,7 +458,7 @@ def _arm_switch(
 
 def new_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: float) -> int:
     """Change acceleration, deceleration and jerk of the running move (0x15)."""
-    code = _why_no_command(axis) or _why_not_dynamics(axis, acceleration, deceleration, jerk)
+    code = why_no_command(axis) or why_not_dynamics(axis, acceleration, deceleration, jerk)
     if code:
         return code
     if axis.set_motion_phase not in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
@@ -534,7 +477,7 @@ def set_actual_position(axis: Axis, position_type: int, position: float) -> int:
         return NcError.FUNCTION_NOT_ALLOWED.number
     if _busy(axis):
         return NcError.GROUP_BUSY.number
-    if not abs(position) <= _FARTHEST:
+    if not abs(position) <= FARTHEST:
         return NcError.ENCODER_SET_POSITION_RANGE.number
     if position_type == ActualPositionType.ABSOLUTE:
         shift = position - axis.actual_position
@@ -544,7 +487,7 @@ def set_actual_position(axis: Axis, position_type: int, position: float) -> int:
         shift = position - axis.actual_position_modulo
     else:
         return NcError.JOB_START_TYPE.number
-    if abs(axis.actual_position + shift) > _FARTHEST:
+    if abs(axis.actual_position + shift) > FARTHEST:
         return NcError.ENCODER_SET_POSITION_RANGE.number
     shift_origin(axis, shift)
     return OK

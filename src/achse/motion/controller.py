@@ -9,16 +9,25 @@ Kernel source: compiled by Numba as it stands, see `compiled`.
 from math import floor
 
 from achse.motion.record import DRIVE_DELAY, AxisFields
-from achse.motion.setpoint import modulo_part
+from achse.motion.setpoint import fail, modulo_part
 
 __all__ = ["control", "drive", "measure", "place_motor"]
 
 _STILL = 1e-9
 """A filtered velocity or acceleration below this is zero."""
 
+_FULL_COUNTER = 4.0e18
+"""Increments that the software counter holds, either way."""
+
+_COUNTER_UNDERFLOW = 0x4450
+_COUNTER_OVERFLOW = 0x4451
+
 
 def measure(ax: AxisFields, dt: float) -> None:
     """Read the encoder: actual position, velocity and acceleration."""
+    if abs(ax.plant_position) > _FULL_COUNTER:
+        fail(ax, _COUNTER_OVERFLOW if ax.plant_position > 0.0 else _COUNTER_UNDERFLOW, 1)
+        ax.plant_position = _FULL_COUNTER if ax.plant_position > 0.0 else -_FULL_COUNTER
     count = floor(ax.plant_position + 0.5)
     moved = count - ax.encoder_software_increments
     ax.encoder_software_increments = count

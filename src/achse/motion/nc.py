@@ -49,10 +49,14 @@ class AxisParameters:
             row = FIELDS.get(name)
             if row is None or row.role not in _CONFIGURABLE or name == "axis_id":
                 raise AxisParametersError(f"axis {self.axis_id}: no parameter {name!r}")
-            if not math.isfinite(value) or (not row.is_real and value != int(value)):
-                kind = "a finite number" if row.is_real else "a whole number"
+            if not row.least <= value <= row.most or not math.isfinite(value):
                 raise AxisParametersError(
-                    f"axis {self.axis_id}: {name} = {value!r}, expected {kind} ({row.unit})"
+                    f"axis {self.axis_id}: {name} = {value!r}, "
+                    f"expected {row.least:g}..{row.most:g} ({row.unit})"
+                )
+            if not row.is_real and value != int(value):
+                raise AxisParametersError(
+                    f"axis {self.axis_id}: {name} = {value!r}, expected a whole number ({row.unit})"
                 )
 
     def apply(self, axis: Axis) -> None:

@@ -9,6 +9,7 @@ that a device binds rows to fields by name.
 Positions are in the axis unit (mm, degree), times in seconds, flags 0 or 1.
 """
 
+import math
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -49,12 +50,17 @@ class Role(Enum):
 
 @dataclass(slots=True)
 class Field:
-    """One declared value: `length` 0 is a scalar, otherwise a fixed array."""
+    """One declared value: `length` 0 is a scalar, otherwise a fixed array.
+
+    `least` and `most` bound what may be written to a parameter or input.
+    """
 
     default: float | int
     unit: str
     doc: str
     length: int = 0
+    least: float = -math.inf
+    most: float = math.inf
     name: str = ""
     role: Role = Role.INTERNAL
     offset: int = 0
@@ -70,16 +76,18 @@ class Field:
 
 
 # Any: the declarations below are annotated with the type of the value, not of its description
-def real(default: float, unit: str, doc: str) -> Any:
-    return Field(default, unit, doc)
+def real(
+    default: float, unit: str, doc: str, least: float = -math.inf, most: float = math.inf
+) -> Any:
+    return Field(default, unit, doc, least=least, most=most)
 
 
-def whole(default: int, unit: str, doc: str) -> Any:
-    return Field(default, unit, doc)
+def whole(default: int, unit: str, doc: str, least: float = 0, most: float = 0xFFFF_FFFF) -> Any:
+    return Field(default, unit, doc, least=least, most=most)
 
 
 def flag(default: int, doc: str) -> Any:
-    return Field(default, "0/1", doc)
+    return Field(default, "0/1", doc, least=0, most=1)
 
 
 def reals(length: int, unit: str, doc: str) -> Any:
@@ -95,84 +103,110 @@ class AxisParameterFields:
 
     # axis
     axis_id: int = whole(0, "1", "axis id 1..255")
-    max_velocity: float = real(2000.0, "mm/s", "largest velocity of a command")
-    max_acceleration: float = real(1e5, "mm/s²", "largest acceleration of a command")
-    max_deceleration: float = real(1e6, "mm/s²", "largest deceleration of a command")
-    default_acceleration: float = real(1500.0, "mm/s²", "acceleration unless a command gives one")
-    default_deceleration: float = real(1500.0, "mm/s²", "deceleration unless a command gives one")
-    default_jerk: float = real(2250.0, "mm/s³", "jerk unless a command gives one")
+    max_velocity: float = real(2000.0, "mm/s", "largest velocity of a command", 1e-3, 1e10)
+    max_acceleration: float = real(1e5, "mm/s²", "largest acceleration of a command", 0.01, 1e10)
+    max_deceleration: float = real(1e6, "mm/s²", "largest deceleration of a command", 0.01, 1e10)
+    default_acceleration: float = real(
+        1500.0, "mm/s²", "acceleration unless a command gives one", 0.01, 1e10
+    )
+    default_deceleration: float = real(
+        1500.0, "mm/s²", "deceleration unless a command gives one", 0.01, 1e10
+    )
+    default_jerk: float = real(2250.0, "mm/s³", "jerk unless a command gives one", 0.1, 1e12)
     fast_axis_stop_deceleration: float = real(
-        0.0, "mm/s²", "deceleration of the stop after an error; 0 = that of the running command"
+        0.0,
+        "mm/s²",
+        "deceleration of the stop after an error; 0 = that of the running command",
+        0.0,
+        1e10,
     )
     fast_axis_stop_jerk: float = real(
-        0.0, "mm/s³", "jerk of the stop after an error; 0 = that of the running command"
+        0.0, "mm/s³", "jerk of the stop after an error; 0 = that of the running command", 0.0, 1e12
     )
-    override_type: int = whole(1, "OverrideType", "what 100 % override relates to")
-    unit_interpretation: int = whole(0, "bits", "bit 2: modulo axis")
+    override_type: int = whole(1, "OverrideType", "what 100 % override relates to", 1, 4)
+    unit_interpretation: int = whole(0, "bits", "bit 2: modulo axis", 0, 7)
     position_range_monitoring_enable: int = flag(1, "position window is watched")
-    position_range_window: float = real(5.0, "mm", "half width of the position window")
+    position_range_window: float = real(5.0, "mm", "half width of the position window", 0.0, 1e6)
     target_position_monitoring_enable: int = flag(1, "target window is watched")
-    target_position_window: float = real(2.0, "mm", "half width of the target window")
-    target_position_monitoring_time: float = real(0.02, "s", "time inside until arrival counts")
+    target_position_window: float = real(2.0, "mm", "half width of the target window", 0.0, 1e6)
+    target_position_monitoring_time: float = real(
+        0.02, "s", "time inside until arrival counts", 0.0, 600.0
+    )
     peh_monitoring_enable: int = flag(0, "arrival in the target window is supervised")
-    peh_monitoring_time: float = real(5.0, "s", "time from logical end to arrival")
+    peh_monitoring_time: float = real(5.0, "s", "time from logical end to arrival", 0.0, 600.0)
     motion_monitoring_enable: int = flag(0, "physical movement is supervised")
-    motion_monitoring_window: float = real(0.1, "mm", "movement that counts as movement")
-    motion_monitoring_time: float = real(0.5, "s", "time in which it must be seen")
-    error_reaction_mode: int = whole(0, "1", "0 at once, 1 delayed")
-    error_reaction_delay: float = real(0.0, "s", "delay of the reaction in mode 1")
+    motion_monitoring_window: float = real(0.1, "mm", "movement that counts as movement", 0.0, 1e6)
+    motion_monitoring_time: float = real(0.5, "s", "time in which it must be seen", 0.0, 600.0)
+    error_reaction_mode: int = whole(0, "1", "0 at once, 1 delayed", 0, 1)
+    error_reaction_delay: float = real(0.0, "s", "delay of the reaction in mode 1", 0.0, 1000.0)
 
     # encoder
-    encoder_scaling_factor: float = real(1e-4, "mm/INC", "distance of one increment")
-    encoder_position_offset: float = real(0.0, "mm", "added to the scaled count")
+    encoder_scaling_factor: float = real(1e-4, "mm/INC", "distance of one increment", 1e-12, 1e3)
+    encoder_position_offset: float = real(0.0, "mm", "added to the scaled count", -1e9, 1e9)
     encoder_count_direction: int = flag(0, "counting direction is inverted")
     encoder_is_absolute: int = flag(0, "encoder is absolute: its position cannot be set")
-    encoder_modulo_factor: float = real(360.0, "mm", "length of a modulo period")
+    encoder_modulo_factor: float = real(360.0, "mm", "length of a modulo period", 1e-3, 1e9)
     encoder_modulo_tolerance_window: float = real(
-        0.0, "mm", "a directed modulo start goes back within this window"
+        0.0, "mm", "a directed modulo start goes back within this window", 0.0, 5e8
     )
     encoder_soft_limit_min_enable: int = flag(0, "lower software limit is watched")
     encoder_soft_limit_max_enable: int = flag(0, "upper software limit is watched")
-    encoder_soft_limit_min: float = real(0.0, "mm", "lower software limit")
-    encoder_soft_limit_max: float = real(0.0, "mm", "upper software limit")
-    encoder_position_filter_time: float = real(0.0, "s", "PT1 filter of the actual position")
-    encoder_velocity_filter_time: float = real(0.01, "s", "PT1 filter of the actual velocity")
+    encoder_soft_limit_min: float = real(0.0, "mm", "lower software limit", -1e10, 1e10)
+    encoder_soft_limit_max: float = real(0.0, "mm", "upper software limit", -1e10, 1e10)
+    encoder_position_filter_time: float = real(
+        0.0, "s", "PT1 filter of the actual position", 0.0, 60.0
+    )
+    encoder_velocity_filter_time: float = real(
+        0.01, "s", "PT1 filter of the actual velocity", 0.0, 60.0
+    )
     encoder_acceleration_filter_time: float = real(
-        0.1, "s", "PT1 filter of the actual acceleration"
+        0.1, "s", "PT1 filter of the actual acceleration", 0.0, 60.0
     )
 
     # controller
-    controller_position_kv: float = real(20.0, "1/s", "proportional gain of the position loop")
-    controller_velocity_feedforward_weight: float = real(1.0, "1", "share of set velocity added")
-    controller_output_limit: float = real(0.5, "1", "largest controller part of full output")
-    controller_position_dead_band: float = real(0.0, "mm", "error that is not acted upon")
+    controller_position_kv: float = real(
+        20.0, "1/s", "proportional gain of the position loop", 0.0, 1000.0
+    )
+    controller_velocity_feedforward_weight: float = real(
+        1.0, "1", "share of set velocity added", 0.0, 1.0
+    )
+    controller_output_limit: float = real(
+        0.5, "1", "largest controller part of full output", 0.0, 1.0
+    )
+    controller_position_dead_band: float = real(0.0, "mm", "error that is not acted upon", 0.0, 1e4)
     controller_following_error_position_monitoring_enable: int = flag(
         1, "position following error is supervised"
     )
-    controller_following_error_position_max: float = real(5.0, "mm", "largest following error")
+    controller_following_error_position_max: float = real(
+        5.0, "mm", "largest following error", 0.0, 1e6
+    )
     controller_following_error_position_filter_time: float = real(
-        0.02, "s", "time above it until error 0x4550"
+        0.02, "s", "time above it until error 0x4550", 0.0, 600.0
     )
     controller_following_error_velocity_monitoring_enable: int = flag(
         0, "velocity following error is supervised"
     )
     controller_following_error_velocity_max: float = real(
-        500.0, "mm/s", "largest velocity following error"
+        500.0, "mm/s", "largest velocity following error", 0.0, 1e6
     )
     controller_following_error_velocity_filter_time: float = real(
-        0.02, "s", "time above it until error 0x4551"
+        0.02, "s", "time above it until error 0x4551", 0.0, 600.0
     )
 
     # drive
     drive_motor_polarity: int = flag(0, "motor turns the other way round")
-    drive_reference_velocity: float = real(2200.0, "mm/s", "velocity at 100 % output")
-    drive_output_limit_min: float = real(-1.0, "1", "lowest output")
-    drive_output_limit_max: float = real(1.0, "1", "highest output")
+    drive_reference_velocity: float = real(2200.0, "mm/s", "velocity at 100 % output", 1e-3, 1e10)
+    drive_output_limit_min: float = real(-1.0, "1", "lowest output", -1.0, 1.0)
+    drive_output_limit_max: float = real(1.0, "1", "highest output", -1.0, 1.0)
 
     # simulated drive
     simulation_ideal: int = flag(0, "the drive follows the set position without error")
-    simulation_time_constant: float = real(0.004, "s", "first-order lag of the drive's velocity")
-    simulation_dead_time: float = real(0.0, "s", "delay from output to drive, 16 cycles at most")
+    simulation_time_constant: float = real(
+        0.004, "s", "first-order lag of the drive's velocity", 0.0, 10.0
+    )
+    simulation_dead_time: float = real(
+        0.0, "s", "delay from output to drive, 16 cycles at most", 0.0, 1.0
+    )
     simulation_blocked: int = flag(0, "the motor is stuck (fault injection)")
     simulation_not_ready: int = flag(0, "the drive reports not ready (fault injection)")
 

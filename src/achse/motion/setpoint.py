@@ -56,7 +56,7 @@ _SWITCH_TARGET = 2
 
 _FULL_OVERRIDE = 1_000_000
 _SLOWEST = 1e-6
-"""A velocity limit below this is standstill: the planner's smallest limit is 1e-9."""
+"""Velocity that any override above zero leaves, whatever the job."""
 
 _DYNAMICS_NOT_ALLOWED = 0x4277
 
@@ -189,6 +189,9 @@ def fail(ax: AxisFields, code: int, cut: int) -> None:
         drop_job(ax)
         return
     phase = ax.set_motion_phase
+    if phase == _NO_JOB:
+        ax.buffer_count = 0
+        return
     deceleration = ax.job_deceleration
     jerk = ax.job_jerk
     if ax.fast_axis_stop_deceleration > deceleration:
@@ -227,7 +230,7 @@ def take_next(ax: AxisFields) -> None:
 
 
 def _peak_velocity(ax: AxisFields, count: int) -> float:
-    """Largest speed in the table, at the ends of its rows."""
+    """Largest speed in the table, at the ends of its rows; the job's own if nothing moves."""
     v = ax.set_velocity
     a = ax.set_acceleration
     peak = 0.0
@@ -238,10 +241,11 @@ def _peak_velocity(ax: AxisFields, count: int) -> float:
         a += t * j
         if abs(v) > peak:
             peak = abs(v)
-    return peak
+    return peak if peak > 0.0 else ax.job_velocity
 
 
 def _plan_to_target(ax: AxisFields, limit: float, end_velocity: float) -> int:
+    """Rows of the table towards the target, negative if there is no such table."""
     count = plan_to_position(
         ax.segment_time,
         ax.segment_jerk,
@@ -255,8 +259,6 @@ def _plan_to_target(ax: AxisFields, limit: float, end_velocity: float) -> int:
         ax.job_deceleration,
         ax.job_jerk,
     )
-    if count < 0 and end_velocity > 0.0:  # too late to pass the target at speed: stop there
-        return _plan_to_target(ax, limit, 0.0)
     ax.table_velocity = end_velocity
     return count
 
@@ -278,10 +280,14 @@ def plan(ax: AxisFields) -> None:
             count = _plan_to_target(ax, ax.job_velocity, ax.job_end_velocity)
             ax.job_peak_velocity = _peak_velocity(ax, count)
         limit = ax.job_peak_velocity * share
-    if phase == _STOPPING or limit < _SLOWEST:
+    if limit < _SLOWEST:
+        limit = _SLOWEST
+    if phase == _STOPPING or override == 0:
         limit = 0.0
     if phase == _POSITIONING and limit > 0.0:
         count = _plan_to_target(ax, limit, ax.job_end_velocity * share)
+        if count < 0 and ax.job_end_velocity > 0.0:  # too late to pass the target at speed
+            count = _plan_to_target(ax, limit, 0.0)
         ax.table_end = _TO_TARGET
     else:
         velocity = ax.job_direction * limit if phase == _ENDLESS else 0.0

@@ -1,0 +1,118 @@
+"""Checks: what forbids a command, as the number of the NC error; 0 is nothing."""
+
+from math import isfinite
+
+from achse.codes import NcError
+from achse.motion.axis import Axis
+from achse.motion.states import ControlBit, StartType
+
+__all__ = [
+    "ENDLESS",
+    "FARTHEST",
+    "OK",
+    "STEEPEST_JERK",
+    "why_no_command",
+    "why_not_away",
+    "why_not_dynamics",
+    "why_not_permitted",
+    "why_not_position",
+    "why_not_target",
+    "why_not_velocity",
+]
+
+OK = 0
+
+SLOWEST = 1e-3
+FASTEST = 1e10
+"""Velocities that a start may name (0x4231)."""
+
+STEEPEST_JERK = 1e12
+"""Largest jerk that the planner takes."""
+
+FARTHEST = 1e10
+"""Positions beyond cannot be told apart finely enough (0x4232)."""
+
+ENDLESS = {StartType.ENDLESS_POSITIVE: 1.0, StartType.ENDLESS_NEGATIVE: -1.0}
+"""Start types without a target, and their direction."""
+
+_ONE_PERIOD = {StartType.MODULO_SHORTEST, StartType.MODULO_POSITIVE, StartType.MODULO_NEGATIVE}
+
+
+def why_no_command(axis: Axis) -> int:
+    """What forbids any motion command in the present state."""
+    if axis.axis_disabled:
+        return NcError.AXIS_NOT_READY.number
+    if axis.error_code:
+        return axis.error_code
+    if axis.motion_locked:
+        return NcError.AXIS_LOCKED_BY_STOP.number
+    return OK
+
+
+def why_not_permitted(axis: Axis, direction: float) -> int:
+    """What the cyclic interface and the drive say against a start in `direction`."""
+    control = axis.control_dword
+    if not control & ControlBit.ENABLE or axis.drive_output_disabled:
+        return NcError.CONTROLLER_ENABLE_MISSING.number
+    if direction > 0.0 and not control & ControlBit.FEED_ENABLE_PLUS:
+        return NcError.ENABLE_MISSING.number
+    if direction < 0.0 and not control & ControlBit.FEED_ENABLE_MINUS:
+        return NcError.ENABLE_MISSING.number
+    if axis.simulation_not_ready:
+        return NcError.DRIVE_NOT_READY_AT_START.number
+    return OK
+
+
+def why_not_velocity(axis: Axis, velocity: float) -> int:
+    limit = min(axis.max_velocity, axis.drive_reference_velocity)
+    if not 0.0 < velocity <= limit:
+        return NcError.SET_VELOCITY_NOT_ALLOWED.number
+    if not SLOWEST <= velocity <= FASTEST:
+        return NcError.SET_VELOCITY_RANGE.number
+    return OK
+
+
+def why_not_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: float) -> int:
+    """What is wrong with dynamics given by a command; all are to be positive."""
+    if not acceleration > 0.0:
+        return NcError.ACCELERATION_NOT_POSITIVE.number
+    if not deceleration > 0.0:
+        return NcError.DECELERATION_NOT_POSITIVE.number
+    if not jerk > 0.0:
+        return NcError.JERK_NOT_POSITIVE.number
+    if acceleration > axis.max_acceleration or deceleration > axis.max_deceleration:
+        return NcError.ACCELERATION_NOT_PERMITTED.number
+    if jerk > STEEPEST_JERK:
+        return NcError.JERK_NOT_PERMITTED.number
+    return OK
+
+
+def why_not_position(axis: Axis, start_type: int, position: float) -> int:
+    """What is wrong with a commanded position or distance, whatever the axis does."""
+    if start_type in ENDLESS:
+        return OK
+    if not isfinite(position):
+        return NcError.START_AXIS_DATA.number
+    if start_type in _ONE_PERIOD and not 0.0 <= position < axis.encoder_modulo_factor:
+        return NcError.MODULO_START_RANGE.number
+    return OK
+
+
+def why_not_target(axis: Axis, target: float) -> int:
+    if abs(target) > FARTHEST:
+        return NcError.PRECISION_LOST.number
+    if axis.encoder_soft_limit_min_enable and target < axis.encoder_soft_limit_min:
+        return NcError.SOFT_LIMIT_MIN_AT_START.number
+    if axis.encoder_soft_limit_max_enable and target > axis.encoder_soft_limit_max:
+        return NcError.SOFT_LIMIT_MAX_AT_START.number
+    return OK
+
+
+def why_not_away(axis: Axis, direction: float) -> int:
+    """An endless start must not lead away from a soft limit that is already passed."""
+    p = axis.set_position
+    if direction < 0.0 and axis.encoder_soft_limit_min_enable and p <= axis.encoder_soft_limit_min:
+        return NcError.SOFT_LIMIT_MIN_AT_START.number
+    if direction > 0.0 and axis.encoder_soft_limit_max_enable and p >= axis.encoder_soft_limit_max:
+        return NcError.SOFT_LIMIT_MAX_AT_START.number
+    return OK

@@ -1,0 +1,325 @@
+"""Set-point generation against the equations of jerk-limited motion."""
+
+import random
+from math import ceil, isfinite, sqrt
+from typing import Any
+
+import pytest
+
+from achse.codes import NcError
+from achse.motion import BufferMode, MotionState, OverrideType, StartType, StateBit, commands
+from achse.motion.setpoint import modulo_part
+
+V, A, J = 200.0, 1500.0, 2250.0
+DT = 0.002
+
+
+def ramp_time(change: float, limit: float = A, jerk: float = J) -> float:
+    """Time of a velocity ramp from and to zero acceleration."""
+    if change * jerk <= limit * limit:
+        return 2.0 * sqrt(change / jerk)
+    return change / limit + limit / jerk
+
+
+def assert_smooth(
+    samples: list[tuple[float, float, float]], v: float, a: float, j: float
+) -> None:
+    """Each sample inside the limits, and reached from the one before by a permitted jerk."""
+    tolerance = 1.0 + 1e-6
+    for (p0, v0, a0), (p1, v1, a1) in zip(samples, samples[1:], strict=False):
+        assert abs(v1) <= v * tolerance
+        assert abs(a1) <= a * tolerance
+        assert abs(a1 - a0) <= j * DT * tolerance
+        assert abs(v1 - v0 - 0.5 * (a0 + a1) * DT) <= j * DT * DT / 4.0 * tolerance + 1e-9
+        assert abs(p1 - p0 - 0.5 * (v0 + v1) * DT) <= a * DT * DT / 4.0 * tolerance + 1e-9
+
+
+def test_a_move_takes_the_time_of_two_ramps_and_ends_on_its_target(rig: Any) -> None:
+    assert commands.start(rig.axis, StartType.ABSOLUTE, 100.0, V) == 0
+    peak = (100.0 / 2.0 * sqrt(J)) ** (2.0 / 3.0)  # two ramps of 2 sqrt(v/j) cover the way
+    assert peak < V
+    samples = rig.trace(ceil(4.0 * sqrt(peak / J) / DT))
+    assert samples[-1] == (100.0, 0.0, 0.0)
+    assert samples[-2][0] < 100.0
+    assert max(v for _, v, _ in samples) == pytest.approx(peak, rel=1e-4)
+    assert_smooth(samples, V, A, J)
+    assert rig.axis.set_motion_phase == 0
+
+
+def test_a_long_move_cruises_at_its_velocity(rig: Any) -> None:
+    commands.start(rig.axis, StartType.RELATIVE, -400.0, V)
+    cycles = ceil((400.0 / V + ramp_time(V)) / DT)
+    samples = rig.trace(cycles)
+    assert samples[-1] == (-400.0, 0.0, 0.0)
+    assert samples[-2][0] > -400.0
+    assert min(v for _, v, _ in samples) == pytest.approx(-V, rel=1e-12)
+    assert_smooth(samples, V, A, J)
+
+
+def test_deceleration_is_its_own_limit_in_both_directions(make_rig: Any) -> None:
+    for target in (300.0, -300.0):
+        rig = make_rig()
+        commands.start(rig.axis, StartType.ABSOLUTE, target, V, 500.0, 250.0, 20000.0)
+        samples = rig.trace(2000)
+        assert samples[-1] == (target, 0.0, 0.0)
+        along = [a if target > 0.0 else -a for _, _, a in samples]
+        assert max(along) == pytest.approx(500.0)
+        assert min(along) == pytest.approx(-250.0)
+
+
+@pytest.mark.parametrize("override_type", list(OverrideType))
+def test_half_override_halves_the_velocity_without_a_jump(make_rig: Any, override_type: int) -> None:
+    rig = make_rig(override_type=override_type)
+    commands.start(rig.axis, StartType.ABSOLUTE, 1000.0, V)
+    before = rig.trace(round(ramp_time(V) / DT) + 100)
+    assert before[-1][1] == pytest.approx(V)
+    rig.axis.velocity_override = 500_000
+    samples = rig.trace(ceil(ramp_time(V / 2.0) / DT) + 1)
+    assert samples[-1][1] == pytest.approx(V / 2.0)
+    rest = rig.trace(8000)
+    assert_smooth(before + samples[1:] + rest[1:], V, A, J)
+    assert rest[-1] == (1000.0, 0.0, 0.0)
+
+
+def test_a_short_move_at_half_override_reaches_half_of_its_peak(make_rig: Any) -> None:
+    peak = (10.0 / 2.0 * sqrt(J)) ** (2.0 / 3.0)
+    for override_type, expected in (
+        (OverrideType.REDUCED, peak / 2.0),
+        (OverrideType.ORIGINAL, peak),
+    ):
+        rig = make_rig(override_type=override_type, velocity_override=500_000)
+        commands.start(rig.axis, StartType.ABSOLUTE, 10.0, V)
+        fastest = max(v for _, v, _ in rig.trace(1000))
+        assert fastest == pytest.approx(expected, rel=1e-3)
+        assert rig.axis.set_position == 10.0
+
+
+def test_override_zero_stands_and_keeps_the_job(rig: Any) -> None:
+    commands.start(rig.axis, StartType.ABSOLUTE, 500.0, V)
+    rig.seconds(1.0)
+    rig.axis.velocity_override = 0
+    stopping = rig.trace(ceil(ramp_time(V) / DT) + 1)
+    assert_smooth(stopping, V, A, J)
+    p, v, a = stopping[-1]
+    assert (v, a) == (0.0, 0.0)
+    rig.seconds(5.0)
+    assert rig.axis.set_position == p
+    assert rig.has(StateBit.HAS_JOB)
+    assert not rig.has(StateBit.NOT_MOVING)
+    assert rig.axis.motion_state == MotionState.OVERRIDE_ZERO
+    rig.axis.velocity_override = 1_000_000
+    rig.until_rest()
+    assert rig.axis.set_position == 500.0
+
+
+def test_override_zero_at_the_start_waits(make_rig: Any) -> None:
+    rig = make_rig(velocity_override=0)
+    assert commands.start(rig.axis, StartType.ABSOLUTE, 50.0, V) == 0
+    rig.seconds(1.0)
+    assert rig.axis.set_position == 0.0
+    assert rig.has(StateBit.HAS_JOB)
+    rig.axis.velocity_override = 1_000_000
+    rig.until_rest()
+    assert rig.axis.set_position == 50.0
+
+
+def test_the_override_does_not_interrupt_braking(rig: Any) -> None:
+    commands.start(rig.axis, StartType.ABSOLUTE, 100.0, V)
+    rig.until(lambda axis: axis.remaining_time < 0.2)
+    rig.axis.velocity_override = 0
+    assert rig.until_rest(1.0) <= ceil(0.2 / DT)
+    assert rig.axis.set_position == 100.0
+
+
+def test_stop_takes_the_configured_deceleration(make_rig: Any) -> None:
+    rig = make_rig(default_deceleration=400.0, default_jerk=4000.0)
+    commands.start(rig.axis, StartType.ENDLESS_POSITIVE, 0.0, V)
+    rig.seconds(2.0)
+    begin = rig.axis.set_position
+    distance, time = commands.stop_information(rig.axis, 0.0, 0.0)
+    assert time == pytest.approx(V / 400.0 + 400.0 / 4000.0)
+    assert distance == pytest.approx(V * time / 2.0)
+    assert commands.stop(rig.axis) == 0
+    samples = rig.trace(ceil(time / DT))
+    assert samples[-1] == (pytest.approx(begin + distance), 0.0, 0.0)
+    assert samples[-3][1] > 0.0
+    assert min(a for _, _, a in samples) == pytest.approx(-400.0)
+    assert rig.has(StateBit.HAS_BEEN_STOPPED)
+    assert not rig.has(StateBit.HAS_JOB)
+
+
+def test_an_endless_move_keeps_its_velocity(rig: Any) -> None:
+    commands.start(rig.axis, StartType.ENDLESS_NEGATIVE, 0.0, V)
+    rig.seconds(1.0)
+    p = rig.axis.set_position
+    rig.seconds(10.0)
+    assert rig.axis.set_position == pytest.approx(p - 10.0 * V)
+    assert rig.axis.set_velocity == -V
+    assert rig.has(StateBit.CONTINUOUS_MOTION)
+    assert rig.has(StateBit.CONSTANT_VELOCITY)
+    assert rig.has(StateBit.NEGATIVE_DIRECTION)
+
+
+@pytest.mark.parametrize(
+    ("start", "kind", "position", "end"),
+    [
+        (90.0, StartType.MODULO_SHORTEST, 350.0, -10.0),
+        (90.0, StartType.MODULO_SHORTEST, 10.0, 10.0),
+        (710.0, StartType.MODULO_SHORTEST, 10.0, 730.0),
+        (90.0, StartType.MODULO_POSITIVE, 10.0, 370.0),
+        (90.0, StartType.MODULO_POSITIVE, 90.0, 90.0),
+        (90.0, StartType.MODULO_NEGATIVE, 100.0, -260.0),
+        (-710.0, StartType.MODULO_NEGATIVE, 0.0, -720.0),
+        (90.0, StartType.MODULO, 10.0, 370.0),
+        (90.0, StartType.MODULO, 370.0, 730.0),
+        (90.0, StartType.MODULO, -100.0, -260.0),
+    ],
+)
+def test_modulo_targets(
+    make_rig: Any, start: float, kind: StartType, position: float, end: float
+) -> None:
+    rig = make_rig(unit_interpretation=4)
+    commands.set_actual_position(rig.axis, 1, start)
+    rig.run(1)
+    assert rig.axis.set_position_modulo == pytest.approx(start % 360.0)
+    assert commands.start(rig.axis, kind, position, V) == 0
+    rig.until_rest()
+    assert rig.axis.set_position == pytest.approx(end)
+    assert rig.axis.set_modulo_turns * 360.0 + rig.axis.set_position_modulo == pytest.approx(end)
+
+
+def test_the_tolerance_window_saves_a_turn(make_rig: Any) -> None:
+    rig = make_rig(encoder_modulo_tolerance_window=1.0)
+    commands.set_actual_position(rig.axis, 1, 100.5)
+    commands.start(rig.axis, StartType.MODULO_POSITIVE, 100.0, V)
+    rig.until_rest()
+    assert rig.axis.set_position == pytest.approx(100.0)
+
+
+def test_modulo_part_stays_below_the_period() -> None:
+    assert modulo_part(-1e-17, 360.0) == 0.0
+    assert modulo_part(360.0, 360.0) == 0.0
+    assert modulo_part(-90.0, 360.0) == 270.0
+
+
+def test_a_new_target_ahead_is_reached_without_stopping(rig: Any) -> None:
+    commands.start(rig.axis, StartType.ABSOLUTE, 200.0, V)
+    rig.seconds(0.8)
+    assert commands.new_end_position(rig.axis, 1, 400.0) == 0
+    samples = rig.trace(2500)
+    assert samples[-1] == (400.0, 0.0, 0.0)
+    slowest = min(v for p, v, _ in samples if 200.0 < p < 300.0)
+    assert slowest == pytest.approx(V, rel=1e-9)
+    assert rig.has(StateBit.NEW_TARGET_POSITION)
+    assert_smooth(samples, V, A, J)
+
+
+def test_a_new_target_behind_is_reached_through_rest(rig: Any) -> None:
+    commands.start(rig.axis, StartType.ABSOLUTE, 200.0, V)
+    rig.seconds(0.8)
+    assert commands.new_end_position(rig.axis, 1, 20.0) == 0
+    samples = rig.trace(2500)
+    assert samples[-1] == (20.0, 0.0, 0.0)
+    assert max(p for p, _, _ in samples) < 200.0
+    assert_smooth(samples, V, A, J)
+    turn = next(i for i, (_, v, _) in enumerate(samples) if v < 0.0)
+    assert abs(samples[turn][2]) <= J * DT  # the acceleration passes zero with the velocity
+
+
+def test_velocity_changes_at_the_switch_position(rig: Any) -> None:
+    commands.start(rig.axis, StartType.ABSOLUTE, 600.0, V)
+    rig.seconds(0.7)
+    assert commands.new_end_position_and_velocity(rig.axis, 11, 1, 700.0, 50.0, 300.0) == 0
+    samples = rig.trace(6000)
+    assert samples[-1] == (700.0, 0.0, 0.0)
+    assert min(v for p, v, _ in samples if 200.0 < p < 300.0) == pytest.approx(V)
+    assert max(v for p, v, _ in samples if 400.0 < p < 700.0) == pytest.approx(50.0)
+    assert_smooth(samples, V, A, J)
+
+
+def test_a_buffered_command_starts_after_arrival(rig: Any) -> None:
+    first, second = 100.0, 40.0
+    commands.universal_start(rig.axis, StartType.ABSOLUTE, first, V)
+    number = rig.axis.command_counter
+    assert commands.universal_start(rig.axis, 1, second, V, buffer_mode=BufferMode.BUFFERED) == 0
+    assert rig.axis.command_counter == number + 1
+    rig.run(1)
+    assert rig.has(StateBit.COMMAND_BUFFERED)
+    assert rig.axis.set_command_number == number
+    rig.until_rest()
+    assert rig.axis.set_position == first
+    assert rig.has(StateBit.HAS_JOB)
+    rig.until(lambda axis: axis.set_command_number == number + 1, 1.0)
+    rig.until_rest()
+    assert rig.axis.set_position == second
+    assert not rig.has(StateBit.COMMAND_BUFFERED)
+    assert not rig.has(StateBit.HAS_JOB)
+
+
+@pytest.mark.parametrize(
+    ("mode", "first", "second", "border"),
+    [
+        (BufferMode.BLENDING_LOW, 200.0, 80.0, 80.0),
+        (BufferMode.BLENDING_LOW, 80.0, 200.0, 80.0),
+        (BufferMode.BLENDING_PREVIOUS, 200.0, 80.0, 200.0),
+        (BufferMode.BLENDING_NEXT, 200.0, 80.0, 80.0),
+        (BufferMode.BLENDING_HIGH, 200.0, 80.0, 200.0),
+    ],
+)
+def test_blending_passes_the_border_at_its_velocity(
+    rig: Any, mode: BufferMode, first: float, second: float, border: float
+) -> None:
+    commands.universal_start(rig.axis, 1, 300.0, first)
+    rig.run(1)
+    assert commands.universal_start(rig.axis, 1, 600.0, second, buffer_mode=mode) == 0
+    samples = rig.trace(10_000)
+    assert samples[-1] == (600.0, 0.0, 0.0)
+    assert_smooth(samples, V, A, J)
+    after = next(i for i, (p, _, _) in enumerate(samples) if p > 300.0)
+    assert samples[after - 1][1] == pytest.approx(border, rel=2e-2)
+    assert samples[after][1] == pytest.approx(border, rel=2e-2)
+
+
+def test_a_border_too_near_to_brake_from_is_passed_slowly(rig: Any) -> None:
+    commands.universal_start(rig.axis, 1, 300.0, V)
+    commands.universal_start(rig.axis, 1, 300.5, V, buffer_mode=BufferMode.BLENDING_PREVIOUS)
+    samples = rig.trace(2000)
+    assert samples[-1] == (300.5, 0.0, 0.0)
+    assert max(p for p, _, _ in samples) == 300.5
+    assert min(v for _, v, _ in samples) >= 0.0
+
+
+def test_random_commands_never_jump(make_rig: Any) -> None:
+    """100,000 cycles of moves, stops, overrides, new targets: smooth and inside all limits."""
+    rig = make_rig(compiled=True)
+    axis, dice = rig.axis, random.Random(2)
+    limits = (2000.0, 3000.0, 9000.0)
+    kinds = [1, 1, 1, 2, 2, 3, 4, 5, 261, 517, 773]
+    refused = 0
+    accepted = 0
+    for _ in range(1500):
+        what = dice.random()
+        if what < 0.6:
+            kind = dice.choice(kinds)
+            position = dice.uniform(0, 359) if kind > 5 else dice.uniform(-900, 900)
+            velocity = 10 ** dice.uniform(-1, 3.3)
+            mode = dice.choice([0, 0, 0, 1, 18, 19, 20, 21])
+            code = commands.universal_start(axis, kind, position, velocity, buffer_mode=mode)
+            accepted += code == 0
+            refused += code != 0
+        elif what < 0.7:
+            commands.new_end_position(axis, dice.choice([1, 2]), dice.uniform(-900, 900))
+        elif what < 0.75:
+            commands.stop(axis)
+        elif what < 0.8:
+            commands.emergency_stop(axis, limits[1], limits[2])
+        else:
+            axis.velocity_override = dice.choice([0, 1, 1000, 250_000, 500_000, 1_000_000])
+        assert_smooth(rig.trace(dice.randrange(1, 133)), *limits)
+        assert axis.error_code in (0, NcError.FOLLOWING_ERROR_POSITION.number)
+        if axis.error_code:
+            pytest.fail(f"{axis!r} lost its drive")
+    assert isfinite(axis.set_position)
+    assert isfinite(axis.actual_position)
+    assert accepted > 400
+    assert refused > 50
