@@ -7,9 +7,12 @@ from typing import Any
 
 import pytest
 
+REQUEST, RESPONSE = 0x0004, 0x0005
+NOTIFICATION = 8
+
 
 def tshark(capture: Path, display_filter: str, *fields: str) -> list[list[str]]:
-    """The fields of all frames that pass the filter; several values in one are joined by commas."""
+    """The fields of all segments that pass the filter; several frames in one give several."""
     columns = [argument for field in fields for argument in ("-e", field)]
     finished = subprocess.run(
         ["tshark", "-r", str(capture), "-Y", display_filter, "-T", "fields", *columns],
@@ -20,14 +23,16 @@ def tshark(capture: Path, display_filter: str, *fields: str) -> list[list[str]]:
     return [line.split("\t") for line in finished.stdout.splitlines()]
 
 
-def invoke_ids(capture: Path, flags: str) -> list[str]:
-    rows = tshark(capture, f"ams.stateflags == {flags}", "ams.stateflags", "ams.invokeid")
-    return [
-        number
-        for kinds, numbers in rows
-        for kind, number in zip(kinds.split(","), numbers.split(","), strict=True)
-        if int(kind, 16) == int(flags, 16) and number != "0"  # notifications have none
-    ]
+def invoke_ids(capture: Path, flags: int) -> list[int]:
+    """The invoke ids of all frames with these state flags but notifications, which have none."""
+    segments = tshark(capture, "ams", "ams.stateflags", "ams.cmdid", "ams.invokeid")
+    frames = (zip(*(column.split(",") for column in row), strict=True) for row in segments)
+    return sorted(
+        int(number, 0)
+        for frame in frames
+        for kind, command, number in frame
+        if int(kind, 0) == flags and int(command, 0) != NOTIFICATION
+    )
 
 
 @pytest.fixture
@@ -39,9 +44,9 @@ def judge(witness: Callable[[str], None], tap: Any, tmp_path: Path) -> Callable[
         capture = tmp_path / "session.pcap"
         tap.write(capture)
         assert tshark(capture, "_ws.malformed", "frame.number") == []
-        asked, answered = invoke_ids(capture, "0x0004"), invoke_ids(capture, "0x0005")
+        asked, answered = invoke_ids(capture, REQUEST), invoke_ids(capture, RESPONSE)
         assert len(asked) > 10
-        assert sorted(asked) == sorted(answered)
+        assert asked == answered
         assert tshark(capture, "ams.errorcode != 0", "frame.number") == []
 
     return read
