@@ -217,6 +217,9 @@ class Heard:
     def renew(self) -> None:
         self.log.append("renew")
 
+    def symbols_changed(self) -> None:
+        self.log.append("symbols")
+
     async def part(self) -> None:
         self.log.append("part")
 

@@ -14,13 +14,10 @@ from achse.ams.commands import AddNotificationRequest, DeleteNotificationRequest
 from achse.client.raw import RawTarget
 from achse.client.session import Backoff, Session
 from achse.client.subscription import Place, Sample, Subscription, Timing
+from achse.iec import UDINT
 
 Run = Callable[[Any], Any]
 ON_CHANGE = Timing.of(TransmissionMode.SERVER_ON_CHANGE, 0.0, 0.1)
-
-
-def number(data: bytes) -> int:
-    return int.from_bytes(data, "little")
 
 
 @asynccontextmanager
@@ -39,7 +36,7 @@ def subscription(
     """A subscription to values at 0x4020."""
 
     async def locate() -> Sequence[Place]:
-        return [Place(f"v{offset}", 0x4020, offset, 4, number) for offset in offsets]
+        return [Place(f"v{offset}", 0x4020, offset, 4, UDINT) for offset in offsets]
 
     return Subscription(target, locate, timing, depth)
 

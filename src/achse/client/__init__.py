@@ -1,1 +1,22 @@
-"""The client: asks ADS devices, ours and real ones."""
+"""The client: asks ADS devices, ours and real ones.
+
+`connect` gives a `Client`; `achse.client.blocking` has the same without asyncio.
+"""
+
+from achse.client.client import Client, Connecting, connect
+from achse.client.raw import DeviceInfo, DeviceState
+from achse.client.session import Backoff
+from achse.client.subscription import Sample, Subscription
+from achse.client.target import Target
+
+__all__ = [
+    "Backoff",
+    "Client",
+    "Connecting",
+    "DeviceInfo",
+    "DeviceState",
+    "Sample",
+    "Subscription",
+    "Target",
+    "connect",
+]

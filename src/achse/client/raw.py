@@ -18,7 +18,7 @@ from achse.client.session import Session
 from achse.client.sums import Outcome, Part, batches, command_of, outcome, sum_of, unpack
 from achse.codes import ReturnCode
 
-__all__ = ["DeviceInfo", "DeviceState", "RawTarget"]
+__all__ = ["NOT_OFFERED", "STALE", "DeviceInfo", "DeviceState", "RawTarget"]
 
 _INFO = int(Command.READ_DEVICE_INFO)
 _READ = int(Command.READ)
@@ -31,6 +31,10 @@ Look = Callable[[int, bytes, Sequence[Outcome]], None]
 
 NOT_OFFERED = frozenset({ReturnCode.SERVICE_NOT_SUPPORTED.number, ReturnCode.INVALID_GROUP.number})
 """How a device says that it has no such service: 0x701, or 0x702 for a group it does not know."""
+
+
+STALE = frozenset({ReturnCode.SYMBOL_NOT_FOUND.number, ReturnCode.SYMBOL_VERSION_INVALID.number})
+"""What a symbol handle that is out of date is answered with: 0x710, 0x711."""
 
 
 class DeviceInfo(NamedTuple):

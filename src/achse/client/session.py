@@ -71,6 +71,10 @@ class Renewable(Protocol):
         """Set up again; called when there is a link, must not wait."""
         ...
 
+    def symbols_changed(self) -> None:
+        """The target's symbols are others now (online change, download); must not wait."""
+        ...
+
     async def part(self) -> None:
         """Give back what the target holds for it; called while there is still a link."""
         ...
@@ -328,6 +332,11 @@ class Session:
         if not self._renewables and self._keeper is not None:
             self._keeper.cancel()
             self._keeper = None
+
+    def symbols_changed(self, target: AmsAddress) -> None:
+        """Tell everything at `target` that its symbols are others now."""
+        for renewable in [r for r in self._renewables if r.target == target]:
+            renewable.symbols_changed()
 
     def listen(self, source: bytes, handle: int, listener: Listener) -> None:
         """Hand samples of `handle` of the device `source` to `listener`."""

@@ -16,10 +16,11 @@ from typing import Any, NamedTuple, Self
 from achse.ams import AdsError, AmsAddress, ConnectionLost, DeviceError, TransmissionMode
 from achse.ams.commands import AddNotificationRequest, DeleteNotificationRequest
 from achse.ams.filetime import to_datetime
-from achse.client.raw import RawTarget
+from achse.client.raw import STALE, RawTarget
 from achse.client.session import DEFAULT_BACKOFF, Backoff
 from achse.client.sums import Outcome
 from achse.codes import ReturnCode
+from achse.iec import IecType
 
 __all__ = ["Place", "Sample", "Subscription", "Timing"]
 
@@ -38,13 +39,13 @@ _PASSING = frozenset(
 
 
 class Place(NamedTuple):
-    """Where a variable lies, how long it is and how its bytes become a value."""
+    """Where a variable lies, how long it is and which type its bytes are."""
 
     name: str
     group: int
     offset: int
     length: int
-    decode: Callable[[bytes], Any]
+    type: IecType[Any]
 
 
 class Sample(NamedTuple):
@@ -102,6 +103,7 @@ class Subscription:
     """Samples of variables of one target: `async with` sets it up, `async for` gives samples.
 
     `locate` finds the places of the variables, anew at each set-up. `depth` bounds the queue.
+    `forget` is told of a place that turns out to be out of date; None if places never change.
     """
 
     def __init__(
@@ -110,6 +112,7 @@ class Subscription:
         locate: Callable[[], Awaitable[Sequence[Place]]],
         timing: Timing,
         depth: int = 10_000,
+        forget: Callable[[Place], None] | None = None,
     ) -> None:
         if depth < 1:
             raise ValueError(f"a subscription holds at least 1 sample, got {depth}")
@@ -122,9 +125,11 @@ class Subscription:
         self._locate = locate
         self._timing = timing
         self._depth = depth
+        self._forget = forget
         self._queue: deque[tuple[Place, int, bytes, int]] = deque()
         self._lost = 0
         self._seen_interruptions = 0
+        self._round = 0
         self._handles: list[tuple[bytes, int]] = []
         self._renewal: asyncio.Task[None] | None = None
         self._reader: asyncio.Future[None] | None = None
@@ -172,13 +177,22 @@ class Subscription:
         await self.close()
 
     async def _arm(self) -> None:
+        try:
+            await self._try_to_arm()
+        except DeviceError as error:
+            if error.code not in STALE or self._forget is None:
+                raise
+            self._let_go()
+            await self._try_to_arm()
+
+    async def _try_to_arm(self) -> None:
         if self._over:
             raise ConnectionLost("the subscription has ended")
-        round_ = self.interruptions
+        round_ = self._round
         channels = [_Channel(self, place) for place in await self._locate()]
 
         def look(first: int, source: bytes, outcomes: Sequence[Outcome]) -> None:
-            if round_ != self.interruptions or self._over:
+            if round_ != self._round or self._over:
                 return  # interrupted meanwhile; the session ends what nobody listens to
             for channel, outcome in zip(channels[first:], outcomes, strict=False):
                 if outcome.result == 0:
@@ -190,18 +204,28 @@ class Subscription:
             [AddNotificationRequest(*channel.place[1:4], *self._timing) for channel in channels],
             look,
         )
+        refusal: DeviceError | None = None
         for channel, outcome in zip(channels, outcomes, strict=True):
-            if outcome.result:
-                raise DeviceError(outcome.result, f"subscribe to {channel.place.name}")
+            if outcome.result in STALE and self._forget is not None:
+                self._forget(channel.place)
+            if outcome.result and refusal is None:
+                refusal = DeviceError(outcome.result, f"subscribe to {channel.place.name}")
+        if refusal is not None:
+            raise refusal
+
+    def _let_go(self) -> None:
+        """Listen no more to what is set up; the session ends what still sends."""
+        self._round += 1
+        for source, handle in self._handles:
+            self._session.unlisten(source, handle)
+        self._handles = []
 
     # what the session tells ------------------------------------------------------------------
 
     def interrupt(self) -> None:
         """The target forgot the handles, or is about to."""
         self.interruptions += 1
-        for source, handle in self._handles:
-            self._session.unlisten(source, handle)
-        self._handles = []
+        self._let_go()
         if self._renewal is not None:
             self._renewal.cancel()
             self._renewal = None
@@ -223,11 +247,14 @@ class Subscription:
             except AdsError:
                 if self._over or self._session.link is None:
                     return
-            self.interruptions += 1  # whatever was set up half way is let go
-            for source, handle in self._handles:
-                self._session.unlisten(source, handle)
-            self._handles = []
+            self._let_go()
             await asyncio.sleep(pause)
+
+    def symbols_changed(self) -> None:
+        """What was subscribed by name may lie elsewhere now."""
+        if self._forget is not None:
+            self.interrupt()
+            self.renew()
 
     def end(self, error: AdsError | None) -> None:
         """There will be no more samples; the iterator ends, with `error` if that is why."""
@@ -284,4 +311,4 @@ class Subscription:
         lost, self._lost = self._lost, 0
         gap = interruptions != self._seen_interruptions
         self._seen_interruptions = interruptions
-        return Sample(place.name, place.decode(data), filetime, lost, gap)
+        return Sample(place.name, place.type.decode(data), filetime, lost, gap)

@@ -1,0 +1,157 @@
+"""`connect`: open a session to a router and get the first device behind it."""
+
+import asyncio
+import os
+from collections.abc import Generator
+from types import TracebackType
+from typing import Any, Self
+
+from achse.ams import AmsAddress, NetId
+from achse.client.link import Dialer, Mode, RouterDialer, TcpDialer
+from achse.client.session import Backoff, Session
+from achse.client.target import Target
+from achse.router import Router
+from achse.transport.tcp import TCP_PORT
+
+__all__ = ["Client", "Connecting", "connect"]
+
+GOODBYE_TIME = 1.0
+"""Seconds that giving back handles and subscriptions may take at the end."""
+
+
+class Client(Target):
+    """The device `connect` was asked for, and the owner of the session.
+
+    `at_port` gives other devices on the same connection; closing the client closes it for all.
+    """
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        await self.close()
+
+    async def close(self) -> None:
+        """Give back subscriptions and handles, then the port, and end the connection.
+
+        A target that does not answer any more holds this up for a second at most.
+        """
+        try:
+            if self.session.link is not None:
+                async with asyncio.timeout(GOODBYE_TIME):
+                    await self.session.part()
+        except TimeoutError:
+            pass
+        finally:
+            await self.session.close()
+
+
+class Connecting:
+    """What `connect` gives: `async with` it, or `await` it and `close` the client yourself."""
+
+    def __init__(
+        self,
+        dialer: Dialer,
+        net_id: NetId | None,
+        port: int,
+        timeout: float,
+        backoff: Backoff | None,
+        keep_alive: float | None,
+        watch_symbols: bool,
+    ) -> None:
+        self._dialer = dialer
+        self._net_id = net_id
+        self._port = port
+        self._timeout = timeout
+        self._backoff = backoff
+        self._keep_alive = keep_alive
+        self._watch_symbols = watch_symbols
+        self._client: Client | None = None
+
+    async def _open(self) -> Client:
+        session = Session(
+            self._dialer,
+            timeout=self._timeout,
+            backoff=self._backoff,
+            keep_alive=self._keep_alive,
+        )
+        link = await session.open()
+        address = AmsAddress.of(self._net_id or link.peer_net_id, self._port)
+        return Client(session, address, self._timeout, {}, self._watch_symbols)
+
+    def __await__(self) -> Generator[Any, None, Client]:
+        return self._open().__await__()
+
+    async def __aenter__(self) -> Client:
+        self._client = await self._open()
+        return self._client
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._client is not None:
+            await self._client.close()
+
+
+def connect(
+    host: str | Router | Dialer | None = None,
+    *,
+    net_id: str | NetId | None = None,
+    port: int = 851,
+    source: str | AmsAddress | None = None,
+    mode: Mode = "auto",
+    timeout: float = 5.0,
+    reconnect: Backoff | bool = True,
+    keep_alive: float | None = 5.0,
+    watch_symbols: bool = True,
+) -> Connecting:
+    """Connect to the device at AMS `port` behind a router.
+
+    - `host`: `"name"` or `"name:tcp_port"`; a `Router` of this process; any dialer. None takes
+      ACHSE_HOST and ACHSE_TCP_PORT from the environment, else 127.0.0.1:48898.
+    - `net_id`: where the device is; None means on the router that answers.
+    - `source`: our own AMS address; None lets the router grant a port or makes one up.
+    - `mode`: "router" asks the peer for a port (0x1000, only on the same host), "direct" does not,
+      "auto" finds out.
+    - `timeout`: seconds per request, and for the connection; `target.within(seconds)` changes it.
+    - `reconnect`: pauses between attempts after a loss; False makes a loss final.
+    - `keep_alive`: seconds between state requests to devices that we hold handles or subscriptions
+      of; None sends none.
+    - `watch_symbols`: subscribe to the symbol version (0xF008) of devices whose symbols are used.
+
+    Raises `ConnectionLost` when entered or awaited, if nobody answers there.
+    """
+    if host is None or isinstance(host, str):
+        name, tcp_port = _endpoint(host)
+        address = None if source is None else AmsAddress(source)
+        dialer: Dialer = TcpDialer(name, tcp_port, mode=mode, source=address)
+    else:
+        dialer = RouterDialer(host) if isinstance(host, Router) else host
+    backoff = reconnect if isinstance(reconnect, Backoff) else Backoff() if reconnect else None
+    where = None if net_id is None else NetId(net_id)
+    return Connecting(dialer, where, port, timeout, backoff, keep_alive, watch_symbols)
+
+
+def _endpoint(host: str | None) -> tuple[str, int]:
+    """Name and TCP port of `name`, `name:port`, `[v6]:port`; of None, from the environment."""
+    if host is None:
+        name = os.environ.get("ACHSE_HOST", "127.0.0.1")
+        text = os.environ.get("ACHSE_TCP_PORT", str(TCP_PORT))
+    elif host.startswith("["):
+        name, _, text = host[1:].partition("]")
+        text = text.removeprefix(":") or str(TCP_PORT)
+    elif host.count(":") == 1:
+        name, _, text = host.partition(":")
+    else:
+        name, text = host, str(TCP_PORT)
+    if not (text.isascii() and text.isdigit() and 0 < int(text) < 0x1_0000):
+        raise ValueError(f"a TCP port is 1..65535, got {text!r}")
+    return name, int(text)

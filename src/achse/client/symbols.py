@@ -1,0 +1,359 @@
+"""What a client knows of a device's symbols: where they lie, their types, their handles.
+
+Fetched when first asked for, what is asked in one turn of the loop together (entries 0xF009,
+types 0xF011, handles 0xF003), and shared by everything that talks to the same device. Forgotten
+when the link is lost or the device says that its symbols changed (0xF008).
+"""
+
+import asyncio
+import contextlib
+import re
+import struct
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple, ParamSpec, TypeVar
+
+from achse.ams import (
+    AdsError,
+    AmsAddress,
+    ConnectionLost,
+    DecodeError,
+    DeviceError,
+    TransmissionMode,
+)
+from achse.ams.commands import ReadWriteRequest, WriteRequest
+from achse.client.raw import NOT_OFFERED, RawTarget
+from achse.client.subscription import Place, Subscription, Timing
+from achse.client.sums import Outcome
+from achse.codes import ReturnCode
+from achse.iec import USINT, DeclarationError, IecDecodeError
+from achse.iec.datatypes import DataTypeEntry, decode_types
+from achse.iec.names import ELEMENTARY
+from achse.iec.symbols import SymbolEntry, UploadInfo, decode_symbols, fold
+from achse.iec.text import Coding, decode_text, encode_text
+from achse.iec.typetable import TypeTable
+
+__all__ = ["SymbolBook"]
+
+_ENTRY_LENGTH = 0xFFFF
+_TYPE_LENGTH = 0xF_FFFF
+_HEAD = struct.Struct("<IIIIIHHHHH")
+_TYPE_NAME = re.compile(r"[A-Za-z_][\w.]*")
+_POINTER = re.compile(r"\b(?:POINTER|REFERENCE)\s+TO\b.*", re.IGNORECASE | re.DOTALL)
+"""What is behind a pointer is not needed to read the pointer."""
+_KNOWN = ELEMENTARY.keys() | {"array", "of", "string", "wstring"}
+_VERSION = Timing.of(TransmissionMode.SERVER_ON_CHANGE, 0.0, 0.0)
+
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+class _Wish(NamedTuple):
+    """A symbol somebody waits for, as they spell it."""
+
+    name: str
+    wire_name: bytes
+    place: "asyncio.Future[Place]"
+
+
+class SymbolBook:
+    """The symbols of one device, as far as anybody asked.
+
+    `watch` subscribes to the symbol version, so that a change is noticed before a stale handle is.
+    """
+
+    def __init__(self, device: RawTarget, watch: bool = True) -> None:
+        self._device = device
+        self._session = device.session
+        self._watch = watch
+        self._kept = False
+        self._coding: Coding = "cp1252"
+        self._places: dict[str, Place] = {}
+        self._types = TypeTable()
+        self._asked: set[str] = set()
+        self._entries: dict[str, SymbolEntry] | None = None
+        self._wanted: dict[str, _Wish] = {}
+        self._edition = 0
+
+    # asking ----------------------------------------------------------------------------------
+
+    def known(self, name: str) -> Place | None:
+        """The place of symbol `name`, if it has been asked for before."""
+        return self._places.get(fold(name))
+
+    async def place(self, name: str) -> Place:
+        """The place of symbol `name`: its handle in 0xF005, size and type.
+
+        Raises `DeviceError` 0x710 if the device does not know it.
+        """
+        key = fold(name)
+        found = self._places.get(key)
+        if found is not None:
+            return found
+        wish = self._wanted.get(key)
+        if wish is None:
+            wish = _Wish(name, self._wire_name(name), asyncio.get_running_loop().create_future())
+            wish.place.add_done_callback(_seen)
+            if not self._wanted:
+                self._session.spawn(self._fetch_wanted())
+            self._wanted[key] = wish
+        return await asyncio.shield(wish.place)
+
+    async def places(self, names: Sequence[str]) -> list[Place | AdsError]:
+        """The place of each, or why there is none."""
+        found = await asyncio.gather(*map(self.place, names), return_exceptions=True)
+        places: list[Place | AdsError] = []
+        for item in found:
+            if isinstance(item, BaseException) and not isinstance(item, AdsError):
+                raise item
+            places.append(item)
+        return places
+
+    async def locate(self, names: Sequence[str]) -> list[Place]:
+        """The places of `names`; raises for the first that has none."""
+        places = []
+        for item in await self.places(names):
+            if isinstance(item, AdsError):
+                raise item
+            places.append(item)
+        return places
+
+    async def entries(self) -> list[SymbolEntry]:
+        """All symbols of the device, as it uploads them (0xF00B)."""
+        info = await self._upload_info()
+        self._coding = info.coding
+        table = b""
+        if info.symbol_bytes:
+            table = await self._device.read_raw(0xF00B, 0, info.symbol_bytes)
+        return _decoded(decode_symbols, table, info.coding)
+
+    # forgetting ------------------------------------------------------------------------------
+
+    def forget(self, place: Place) -> None:
+        """This one is out of date; the next who asks gets a new one."""
+        key = fold(place.name)
+        if self._places.get(key) is place:
+            del self._places[key]
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._edition += 1
+        self._places.clear()
+        self._types = TypeTable()
+        self._asked.clear()
+        self._entries = None
+
+    # what the session tells ------------------------------------------------------------------
+
+    @property
+    def target(self) -> AmsAddress:
+        return self._device.address
+
+    def interrupt(self) -> None:
+        """The link is gone, and our handles with it."""
+        self.clear()
+
+    def renew(self) -> None:
+        """There is a link again; who needs a symbol asks."""
+
+    def symbols_changed(self) -> None:
+        """An online change or download: what we hold is of no use."""
+        handles = self._handles()
+        self.clear()
+        if handles:
+            self._session.spawn(self._release(handles))
+
+    async def part(self) -> None:
+        """Release all handles."""
+        await self._release(self._handles())
+
+    def end(self, error: AdsError | None) -> None:
+        """There will be no link any more."""
+        self.clear()
+
+    def _handles(self) -> list[int]:
+        return [place.offset for place in self._places.values() if place.group == 0xF005]
+
+    async def _release(self, handles: Iterable[int]) -> None:
+        parts = [WriteRequest(0xF006, 0, handle.to_bytes(4, "little")) for handle in handles]
+        with contextlib.suppress(AdsError):
+            await self._device.send_each(parts)
+
+    # fetching --------------------------------------------------------------------------------
+
+    async def _fetch_wanted(self) -> None:
+        wanted, self._wanted = self._wanted, {}
+        if not self._kept:
+            self._kept = True
+            self._session.keep(self)
+            if self._watch:
+                self._session.spawn(self._watch_version())
+        error: AdsError = ConnectionLost("the session ended")
+        try:
+            await self._fetch(list(wanted.values()))
+        except AdsError as failure:
+            error = failure
+        finally:
+            for wish in wanted.values():
+                if not wish.place.done():
+                    wish.place.set_exception(error)
+
+    async def _fetch(self, wishes: Sequence[_Wish]) -> None:
+        edition = self._edition
+        found: list[tuple[_Wish, SymbolEntry]] = []
+        for wish, entry in zip(wishes, await self._fetch_entries(wishes), strict=True):
+            if isinstance(entry, AdsError):
+                wish.place.set_exception(entry)
+            else:
+                found.append((wish, entry))
+        await self._fetch_types(entry.type_name for _, entry in found)
+        handles = await self._device.send_each(
+            [ReadWriteRequest(0xF003, 0, 4, wish.wire_name) for wish, _ in found]
+        )
+        for (wish, entry), handle in zip(found, handles, strict=True):
+            try:
+                place = self._placed(wish, entry, handle)
+            except AdsError as error:
+                wish.place.set_exception(error)
+                continue
+            if edition == self._edition:
+                self._places[fold(wish.name)] = place
+            wish.place.set_result(place)
+
+    def _placed(self, wish: _Wish, entry: SymbolEntry, handle: Outcome) -> Place:
+        type = _decoded(self._types.symbol_type, entry)
+        if handle.result in NOT_OFFERED:
+            return Place(wish.name, entry.index_group, entry.index_offset, entry.size, type)
+        if handle.result:
+            raise DeviceError(handle.result, f"handle of symbol {wish.name}")
+        number = int.from_bytes(handle.data[:4], "little")
+        return Place(wish.name, 0xF005, number, entry.size, type)
+
+    def _wire_name(self, name: str) -> bytes:
+        try:
+            return encode_text(name, self._coding) + b"\0"
+        except UnicodeEncodeError:
+            raise DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"symbol {name}") from None
+
+    async def _fetch_entries(self, wishes: Sequence[_Wish]) -> list[SymbolEntry | AdsError]:
+        if self._entries is None:
+            outcomes = await self._device.send_each(
+                [ReadWriteRequest(0xF009, 0, _ENTRY_LENGTH, wish.wire_name) for wish in wishes]
+            )
+            if not any(outcome.result in NOT_OFFERED for outcome in outcomes):
+                return [
+                    self._entry(wish.name, outcome)
+                    for wish, outcome in zip(wishes, outcomes, strict=True)
+                ]
+            self._entries = {fold(entry.name): entry for entry in await self.entries()}
+        return [
+            self._entries.get(fold(wish.name))
+            or DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"symbol {wish.name}")
+            for wish in wishes
+        ]
+
+    def _entry(self, name: str, outcome: Outcome) -> SymbolEntry | AdsError:
+        if outcome.result:
+            return DeviceError(outcome.result, f"symbol {name}")
+        try:
+            return SymbolEntry.decode(outcome.data, self._coding)
+        except IecDecodeError as error:
+            return _loose_entry(outcome.data, self._coding) or DecodeError(
+                f"symbol {name}: {error}"
+            )
+
+    async def _fetch_types(self, texts: Iterable[str]) -> None:
+        """Have the entries of all types that `texts` name, and of what those are made of."""
+        missing = self._missing(texts)
+        while missing:
+            self._asked.update(missing)
+            outcomes = await self._device.send_each(
+                [
+                    ReadWriteRequest(0xF011, 0, _TYPE_LENGTH, self._wire_name(name))
+                    for name in missing
+                ]
+            )
+            if any(outcome.result in NOT_OFFERED for outcome in outcomes):
+                await self._upload_types()
+                return
+            parts: list[str] = []
+            for outcome in outcomes:
+                if outcome.result == 0:
+                    entry = _decoded(DataTypeEntry.decode, outcome.data, self._coding)
+                    self._types.add(entry)
+                    parts += [entry.type_name, *(member.type_name for member in entry.members)]
+            missing = self._missing(parts)
+
+    def _missing(self, texts: Iterable[str]) -> list[str]:
+        """The names in type texts that the device has not been asked about."""
+        words = {word for text in texts for word in _TYPE_NAME.findall(_POINTER.sub("", text))}
+        return sorted(
+            word
+            for word in words
+            if word.lower() not in _KNOWN and word not in self._asked and word not in self._types
+        )
+
+    async def _upload_types(self) -> None:
+        try:
+            info = await self._upload_info()
+            table = await self._device.read_raw(0xF00E, 0, info.type_bytes)
+        except DeviceError as error:
+            if error.code not in NOT_OFFERED:
+                raise
+            return
+        self._types = TypeTable(_decoded(decode_types, table, info.coding))
+
+    async def _upload_info(self) -> UploadInfo:
+        try:
+            data = await self._device.read_raw(0xF00F, 0, 64)
+        except DeviceError as error:
+            if error.code not in NOT_OFFERED:
+                raise
+            data = await self._device.read_raw(0xF00C, 0, 8)
+        return _decoded(UploadInfo.decode, data)
+
+    async def _watch_version(self) -> None:
+        """Tell everybody when the symbols of the device change; older devices cannot say."""
+
+        async def locate() -> Sequence[Place]:
+            return [Place("symbol version", 0xF008, 0, 1, USINT)]
+
+        seen: int | None = None
+        with contextlib.suppress(AdsError):
+            async with Subscription(self._device, locate, _VERSION, depth=1) as versions:
+                async for sample in versions:
+                    if not sample.gap and seen not in (None, sample.value):
+                        self._session.symbols_changed(self.target)
+                    seen = sample.value
+
+
+def _decoded(read: Callable[P, T], *arguments: P.args, **options: P.kwargs) -> T:
+    """What `read` makes of bytes of the device; `DecodeError` if they are not what they should."""
+    try:
+        return read(*arguments, **options)
+    except (IecDecodeError, DeclarationError) as error:
+        raise DecodeError(str(error)) from error
+
+
+def _loose_entry(data: bytes, coding: Coding) -> SymbolEntry | None:
+    """A symbol entry whose texts have no NUL behind them, as some test servers write it."""
+    if len(data) < _HEAD.size:
+        return None
+    _, group, offset, size, adst, _, _, name, type_name, _ = _HEAD.unpack_from(data)
+    texts = data[_HEAD.size :]
+    if len(texts) < name + 1 + type_name:
+        return None
+    return SymbolEntry(
+        decode_text(texts[:name], coding),
+        decode_text(texts[name + 1 : name + 1 + type_name], coding),
+        group,
+        offset,
+        size,
+        adst,
+    )
+
+
+def _seen(future: "asyncio.Future[Place]") -> None:
+    """Look at the error, so that nobody complains if those who asked have left."""
+    if not future.cancelled():
+        future.exception()

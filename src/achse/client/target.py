@@ -1,0 +1,267 @@
+"""One ADS device as a client sees it: values by name, by place with a type, and subscriptions."""
+
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
+from typing import Any, Literal, TypeVar, overload
+
+from achse.ams import AdsError, AmsAddress, DeviceError, NetId, TransmissionMode
+from achse.ams.commands import ReadRequest, WriteRequest
+from achse.client.raw import STALE, RawTarget
+from achse.client.session import Session
+from achse.client.subscription import Place, Subscription, Timing
+from achse.client.sums import Outcome
+from achse.client.symbols import SymbolBook
+from achse.iec import IecType, IecValueError, Typelike, iec_type
+from achse.iec.symbols import SymbolEntry
+from achse.iec.typetable import OpaqueType
+
+__all__ = ["SendWhen", "Target"]
+
+V = TypeVar("V")
+
+SendWhen = Literal["change", "cycle"] | TransmissionMode
+"""When a subscription sends: when the value changed, or each cycle."""
+
+
+def _mode(send: SendWhen) -> TransmissionMode:
+    if send == "change":
+        return TransmissionMode.SERVER_ON_CHANGE
+    if send == "cycle":
+        return TransmissionMode.SERVER_CYCLE
+    return TransmissionMode(send)
+
+
+class Target(RawTarget):
+    """A device behind an AMS port.
+
+    Values by name have the type the device itself declares: its symbol and type entries are
+    fetched when first needed and kept until the device says that they changed. Everything may be
+    used by any number of tasks at once, and every request may be cancelled.
+
+    Raises, all `AdsError`: `DeviceError` (the device refused), `RouterError` (nobody is there),
+    `RequestTimeout`, `ConnectionLost`; `IecValueError` for a value that does not fit the type.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        address: AmsAddress,
+        timeout: float,
+        books: dict[AmsAddress, SymbolBook],
+        watch_symbols: bool = True,
+    ) -> None:
+        super().__init__(session, address, timeout)
+        self._books = books
+        self._watch_symbols = watch_symbols
+        book = books.get(address)
+        if book is None:
+            device = RawTarget(session, address, session.timeout)
+            book = books[address] = SymbolBook(device, watch_symbols)
+        self._book = book
+
+    def at_port(self, port: int, net_id: str | NetId | None = None) -> "Target":
+        """Another device, over the same connection."""
+        where = self.address.net_id if net_id is None else NetId(net_id)
+        address = AmsAddress.of(where, port)
+        return Target(self.session, address, self.timeout, self._books, self._watch_symbols)
+
+    def within(self, seconds: float) -> "Target":
+        """The same device, with another time limit for each request."""
+        return Target(self.session, self.address, seconds, self._books, self._watch_symbols)
+
+    # by name -----------------------------------------------------------------------------------
+
+    async def read(self, name: str) -> Any:
+        """The value of symbol `name`: number, text, time, enum member, record, list."""
+
+        async def read(place: Place) -> Any:
+            return place.type.decode(await self.read_raw(place.group, place.offset, place.length))
+
+        return await self._at(name, "read", read)
+
+    async def write(self, name: str, value: object) -> None:
+        """Set symbol `name`; IecValueError if `value` is none of its type."""
+
+        async def write(place: Place) -> None:
+            await self.write_raw(place.group, place.offset, _encoded(place, value))
+
+        await self._at(name, "write", write)
+
+    async def _at(self, name: str, verb: str, act: Callable[[Place], Awaitable[V]]) -> V:
+        """Do `act` where `name` lies; once more if it turns out to lie elsewhere now."""
+        place = self._book.known(name) or await self._book.place(name)
+        try:
+            try:
+                return await act(place)
+            except DeviceError as error:
+                if error.code not in STALE:
+                    raise
+                self._book.forget(place)
+            return await act(await self._book.place(name))
+        except DeviceError as error:
+            raise DeviceError(error.code, f"{verb} {name}") from error
+
+    @overload
+    async def read_many(self, names: Iterable[str]) -> dict[str, Any]: ...
+    @overload
+    async def read_many(
+        self, names: Iterable[str], *, strict: bool
+    ) -> dict[str, Any | AdsError]: ...
+    async def read_many(self, names: Iterable[str], *, strict: bool = True) -> dict[str, Any]:
+        """The values of many symbols, in sum commands of at most 500, by name.
+
+        A symbol that fails raises its error; with `strict` False it is in the result instead.
+        """
+        wanted = list(dict.fromkeys(names))
+        outcomes = await self._each(
+            "read", wanted, lambda place: ReadRequest(place.group, place.offset, place.length)
+        )
+        values: dict[str, Any] = {}
+        for name, (place, outcome) in zip(wanted, outcomes, strict=True):
+            if isinstance(outcome, AdsError):
+                if strict:
+                    raise outcome
+                values[name] = outcome
+            else:
+                assert place is not None
+                values[name] = place.type.decode(outcome.data)
+        return values
+
+    async def write_many(
+        self, values: Mapping[str, object], *, strict: bool = True
+    ) -> dict[str, AdsError]:
+        """Set many symbols, in sum commands of at most 500.
+
+        All that can be written are, whatever happens to others. A symbol that fails raises its
+        error afterwards; with `strict` False the errors are returned by name.
+        """
+        outcomes = await self._each(
+            "write",
+            list(values),
+            lambda place: WriteRequest(
+                place.group, place.offset, _encoded(place, values[place.name])
+            ),
+        )
+        errors = {
+            name: outcome
+            for name, (_, outcome) in zip(values, outcomes, strict=True)
+            if isinstance(outcome, AdsError)
+        }
+        if strict:
+            for error in errors.values():
+                raise error
+        return errors
+
+    async def _each(
+        self,
+        verb: str,
+        names: Sequence[str],
+        part: Callable[[Place], ReadRequest] | Callable[[Place], WriteRequest],
+    ) -> list[tuple[Place | None, Outcome | AdsError]]:
+        """Send `part` for each symbol; those whose handle is out of date are tried once more."""
+        outcomes = await self._try_each(verb, names, part)
+        again = [
+            index
+            for index, (place, outcome) in enumerate(outcomes)
+            if place is not None and isinstance(outcome, DeviceError) and outcome.code in STALE
+        ]
+        for index in again:
+            place = outcomes[index][0]
+            assert place is not None
+            self._book.forget(place)
+        if again:
+            second = await self._try_each(verb, [names[index] for index in again], part)
+            for index, result in zip(again, second, strict=True):
+                outcomes[index] = result
+        return outcomes
+
+    async def _try_each(
+        self,
+        verb: str,
+        names: Sequence[str],
+        part: Callable[[Place], ReadRequest] | Callable[[Place], WriteRequest],
+    ) -> list[tuple[Place | None, Outcome | AdsError]]:
+        places = await self._book.places(names)
+        found = [place for place in places if isinstance(place, Place)]
+        outcomes = iter(await self.send_each([part(place) for place in found]))
+        results: list[tuple[Place | None, Outcome | AdsError]] = []
+        for name, place in zip(names, places, strict=True):
+            if not isinstance(place, Place):
+                results.append((None, place))
+                continue
+            outcome = next(outcomes)
+            if outcome.result:
+                results.append((place, DeviceError(outcome.result, f"{verb} {name}")))
+            else:
+                results.append((place, outcome))
+        return results
+
+    async def symbols(self) -> list[SymbolEntry]:
+        """Every symbol the device lists: name, type, place, size, comment, attributes."""
+        return await self._book.entries()
+
+    async def type_of(self, name: str) -> IecType[Any]:
+        """The type of symbol `name`, as the device declares it."""
+        return (await self._book.place(name)).type
+
+    # by place ----------------------------------------------------------------------------------
+
+    async def read_as(self, group: int, offset: int, type: Typelike) -> Any:
+        """A value of `type` (`LREAL`, `ARRAY(INT, (0, 3))`, a `Struct` class …) at a place."""
+        as_type = iec_type(type)
+        return as_type.decode(await self.read_raw(group, offset, as_type.size))
+
+    async def write_as(self, group: int, offset: int, type: Typelike, value: object) -> None:
+        """Write `value` as `type` to a place."""
+        await self.write_raw(group, offset, iec_type(type).encode(value))
+
+    # subscriptions -----------------------------------------------------------------------------
+
+    def subscribe(
+        self,
+        names: str | Iterable[str],
+        *,
+        cycle_time: float = 0.1,
+        max_delay: float = 0.0,
+        mode: SendWhen = "change",
+        depth: int = 10_000,
+    ) -> Subscription:
+        """Samples of one symbol or of many, all in one queue.
+
+        `async with target.subscribe(…) as samples: async for sample in samples: …`. Times in
+        seconds: the device looks each `cycle_time`, and may gather samples for `max_delay`.
+        `depth` samples wait for you; beyond that the oldest are dropped and counted.
+        """
+        wanted = [names] if isinstance(names, str) else list(names)
+        timing = Timing.of(_mode(mode), max_delay, cycle_time)
+        return Subscription(
+            self, lambda: self._book.locate(wanted), timing, depth, self._book.forget
+        )
+
+    def subscribe_as(
+        self,
+        group: int,
+        offset: int,
+        type: Typelike | int,
+        *,
+        cycle_time: float = 0.1,
+        max_delay: float = 0.0,
+        mode: SendWhen = "change",
+        depth: int = 10_000,
+    ) -> Subscription:
+        """Samples of a place, as `type` or, if that is a length, as so many bytes."""
+        as_type = OpaqueType("bytes", type, 1, 0) if isinstance(type, int) else iec_type(type)
+        place = Place(f"0x{group:X}:0x{offset:X}", group, offset, as_type.size, as_type)
+
+        async def locate() -> Sequence[Place]:
+            return [place]
+
+        timing = Timing.of(_mode(mode), max_delay, cycle_time)
+        return Subscription(self, locate, timing, depth)
+
+
+def _encoded(place: Place, value: object) -> bytes:
+    try:
+        return place.type.encode(value)
+    except IecValueError as error:
+        error.add_note(f"symbol {place.name}")
+        raise
