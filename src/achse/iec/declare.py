@@ -22,10 +22,10 @@ from typing import Any, TypeVar, overload
 
 from achse.iec.arrays import Array, ArrayType, Bounds
 from achse.iec.derived import PointerType, ReferenceType
-from achse.iec.enums import Enumeration
+from achse.iec.enums import Enumeration, EnumType
 from achse.iec.errors import DeclarationError
 from achse.iec.methods import Method, Parameter
-from achse.iec.structs import Kind, Record, Unit
+from achse.iec.structs import Kind, Record, StructType, Unit
 from achse.iec.types import IecType, no_attributes
 from achse.iec.variables import Address, Section, Variable
 
@@ -65,6 +65,12 @@ class GlobalVariables(Unit, kind=Kind.UNIT):
     __slots__ = ()
 
 
+@overload
+def iec_type(declared: type[R] | R) -> StructType[R]: ...
+@overload
+def iec_type(declared: type[E]) -> EnumType[E]: ...
+@overload
+def iec_type(declared: IecType[V]) -> IecType[V]: ...
 def iec_type(declared: Typelike | Record) -> IecType[Any]:
     """The type of a record or enumeration class, or of a record; a type is its own."""
     if isinstance(declared, IecType):

@@ -117,7 +117,7 @@ class Variable(Generic[G, S]):
         self._unpack: Callable[..., tuple[Any, ...]] | None = None
         if isinstance(type, IntegerType | RealType):
             self._unpack = type.codec.unpack_from
-            self._pack = type.codec.pack_into
+            self._pack = type.codec.pack
 
     def placed(self, name: str, offset: int, bit: int | None, *, apart: bool = False) -> Self:
         """The same declaration under a name at a spot."""
@@ -196,10 +196,13 @@ class Variable(Generic[G, S]):
         if self.apart:
             self._store_apart(instance, value)
         elif self._unpack is not None:
+            # Not pack_into: a refused value would leave zeros.
             try:
-                self._pack(buffer, instance.__iec_offset__ + self.offset, value)
+                data = self._pack(value)
             except (struct.error, OverflowError, TypeError, ValueError):
                 raise self.type.reject(value) from None
+            offset = instance.__iec_offset__ + self.offset
+            buffer[offset : offset + len(data)] = data
         else:
             self.store(buffer, instance.__iec_offset__, value)
 

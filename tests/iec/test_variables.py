@@ -1,0 +1,83 @@
+"""Declared variables and their addresses."""
+
+import contextlib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.iec.elementary import BIT, INT, UDINT
+from achse.iec.errors import DeclarationError
+from achse.iec.strings import STRING
+from achse.iec.variables import Address, Section, Variable
+
+
+@pytest.mark.parametrize(
+    ("text", "address"),
+    [
+        ("%MD4", Address("M", "D", 4)),
+        ("%ix0.3", Address("I", "X", 0, 3)),
+        ("%Q12.7", Address("Q", "", 12, 7)),
+        ("%QB1000", Address("Q", "B", 1000)),
+        ("%I*", Address("I")),
+        (" %ML8 ", Address("M", "L", 8)),
+    ],
+)
+def test_addresses(text: str, address: Address) -> None:
+    assert Address.parse(text) == address
+    assert str(address) == text.strip().upper()
+
+
+@pytest.mark.parametrize(
+    "text", ["", "MD4", "%XD4", "%MD", "%MD4.1", "%MX4", "%MX4.8", "%M-1", "%M*.1", "%MD4 %MD5"]
+)
+def test_texts_that_are_no_address(text: str) -> None:
+    with pytest.raises(DeclarationError, match=r"an address is like|has a bit"):
+        Address.parse(text)
+
+
+@given(st.text())
+def test_any_text_is_an_address_or_refused(text: str) -> None:
+    with contextlib.suppress(DeclarationError):
+        assert Address.parse(str(Address.parse(text))) == Address.parse(text)
+
+
+def test_a_variable_tells_all_that_was_declared() -> None:
+    variable: Variable[int, int] = Variable(
+        UDINT,
+        5,
+        name="nCount",
+        section=Section.OUTPUT,
+        at="%QD4",
+        retain=True,
+        comment="pieces",
+        attributes={"x": "1"},
+    )
+    placed = variable.placed("nother", 8, None, apart=True)
+    assert (placed.name, placed.offset, placed.apart) == ("nCount", 8, True)
+    assert (placed.section, placed.address) == (Section.OUTPUT, Address("Q", "D", 4))
+    assert (placed.retain, placed.comment, placed.attributes) == (True, "pieces", {"x": "1"})
+    assert placed.initial_bytes() == b"\5\0\0\0"
+    assert repr(placed) == "<Variable nCount AT %QD4 : UDINT>"
+
+
+def test_an_initial_value_must_fit() -> None:
+    with pytest.raises(DeclarationError, match="initial value of n: INT takes"):
+        Variable(INT, 1 << 20, name="n").initial_bytes()
+    assert Variable(INT, name="n").initial_bytes() == b"\0\0"
+
+
+def test_utf_8_strings_say_so() -> None:
+    assert Variable(STRING(8, "utf-8")).attributes == {"TcEncoding": "UTF-8"}
+    assert Variable(STRING(8)).attributes == {}
+
+
+def test_a_bit_leaves_its_neighbours_alone() -> None:
+    memory = bytearray(b"\0\xaa\0")
+    bit: Variable[bool, bool] = Variable(BIT, offset=1, bit=2)
+    assert bit.fetch(memory, 0) is False
+    bit.store(memory, 0, True)
+    assert memory == b"\0\xae\0"
+    assert bit.fetch(memory, 0) is True
+    bit.store(memory, 0, False)
+    assert memory == b"\0\xaa\0"
