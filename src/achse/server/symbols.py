@@ -16,6 +16,9 @@ from achse.server.table import IndexGroup, RawGroup, Reader
 __all__ = ["Symbol", "SymbolServices", "SymbolSource", "UploadInfo", "decode_name"]
 
 _HANDLE = struct.Struct("<I")
+_HANDLE_AND_TYPE = struct.Struct("<IIIH")
+_ENTRY_SIZE = struct.Struct("<12xII")
+_ENTRY_NAMES = struct.Struct("<24xHH2x")
 _INFO = struct.Struct("<III")
 _UPLOAD_INFO = struct.Struct("<II")
 _UPLOAD_INFO_2 = struct.Struct("<9I28x")
@@ -163,7 +166,7 @@ class SymbolServices:
             "symbol handle by name",
             read_write=self._handle_by_name,
             request="name",
-            response="UINT32 handle",
+            response="UINT32 handle; if asked for: UINT32 size, ADST id, UINT16 length, type name",
             description="Gives a handle for a symbol or method (GET_SYMHANDLE_BYNAME).",
             source="002, 003",
         )
@@ -290,7 +293,7 @@ class SymbolServices:
         self._next = handle + 1 & 0xFFFF_FFFF or 1
         self._handles[handle] = _Handle(symbol, client)
         self._counts[client] = count + 1
-        return _HANDLE.pack(handle)
+        return _HANDLE.pack(handle) if read_length == 4 else _handle_and_type(handle, symbol)
 
     def _release_handle(self, offset: int, data: bytes, client: bytes) -> None:
         if len(data) != 4:
@@ -404,6 +407,17 @@ class SymbolServices:
         if entry is None:
             raise DeviceError(ReturnCode.SYMBOL_NOT_FOUND, name[:80])
         return entry
+
+
+def _handle_and_type(handle: int, symbol: Symbol) -> bytes:
+    """What a client gets that asks for more than the handle: size, ADST id, name of the type."""
+    entry = symbol.entry()
+    size, adst = _ENTRY_SIZE.unpack_from(entry)
+    name, type_name = _ENTRY_NAMES.unpack_from(entry)
+    start = _ENTRY_NAMES.size + name + 1
+    return (
+        _HANDLE_AND_TYPE.pack(handle, size, adst, type_name) + entry[start : start + type_name + 1]
+    )
 
 
 def _piece(table: bytes, offset: int, length: int) -> bytes:
