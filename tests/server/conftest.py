@@ -1,8 +1,8 @@
 """A device with memory and symbols on a real router, driven by a clock that tests own."""
 
 import struct
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
 
 import pytest
 
@@ -131,7 +131,7 @@ class Client:
 class PlcLike(Device):
     """Two tasks, and states like a PLC."""
 
-    accepted_states = {
+    accepted_states: ClassVar[Mapping[int, AdsState]] = {
         AdsState.RUN: AdsState.RUN,
         AdsState.STOP: AdsState.STOP,
         AdsState.RESET: AdsState.STOP,

@@ -143,7 +143,7 @@ def test_the_asked_length_picks_the_layout_and_else_the_largest_is_cut() -> None
     assert row.encoder(4)((1, 2, 3, 4)) == b"\1\0\2\0"
     for length in (0, 8, 16, 200):
         assert row.encoder(length)((1, 2, 3, 4)) == struct.pack("<IIII", 1, 2, 3, 4)
-    assert row.facts(0, 0).layout == "two or IIII"
+    assert row.facts(0, 0).layout == "two or {UINT32; UINT32; UINT32; UINT32}"
 
 
 def test_the_written_size_picks_the_layout() -> None:
@@ -162,6 +162,18 @@ def test_a_record_has_as_many_fields_as_its_format() -> None:
     assert Layout("<d4xd", Stop).decode(struct.pack("<d4xd", 1, 2)) == Stop(1.0, 2.0)
     with pytest.raises(ValueError, match="Stop has 2 fields"):
         Layout("<ddd", Stop)
+
+
+@pytest.mark.parametrize(
+    ("layout", "text"),
+    [
+        (Layout("<d"), "REAL64"),
+        (Layout("<H2xI16s"), "{UINT16; 2 unused; UINT32; BYTE[16]}"),
+        (Layout("<I4xd", Pair), "{kind:UINT32; 4 unused; position:REAL64}"),
+    ],
+)
+def test_a_layout_is_named_as_the_manuals_write_it(layout: Layout, text: str) -> None:
+    assert layout.name == text
 
 
 def test_repeated_elements_come_whole() -> None:

@@ -7,7 +7,7 @@ dictionary and answers with what the group gives. `DeviceError` is the one way t
 import logging
 import struct
 from collections.abc import Callable, Iterable, Mapping
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 from achse.ams import AdsState, AmsAddress, Command, DeviceError, Endpoint, Frame
 from achse.ams.commands import (
@@ -89,7 +89,7 @@ class Device:
     `client` is everywhere the AMS address of the asking client; b"" is a caller in this process.
     """
 
-    accepted_states: Mapping[int, AdsState] = {}
+    accepted_states: ClassVar[Mapping[int, AdsState]] = {}
 
     def __init__(
         self,

@@ -6,8 +6,9 @@ symbol names, docs, CLI and tests read the same rows.
 """
 
 import dataclasses
+import re
 import struct
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Iterable
 from dataclasses import KW_ONLY, dataclass
 from enum import Flag, IntEnum, auto
 from math import isfinite
@@ -81,7 +82,7 @@ class Layout:
         pack, unpack = layout.pack, layout.unpack
         self.size: int = layout.size
         self.record = record
-        self.name: str = record.__name__ if record else format.lstrip("<")
+        self.name = _layout_text(format, record._fields if record else ())
         fields = len(unpack(bytes(layout.size)))
         self.encode: Callable[[Any], bytes]
         self.decode: Callable[[bytes], Any]
@@ -103,6 +104,25 @@ class Layout:
 
     def __repr__(self) -> str:
         return f"Layout({self.name!r})"
+
+
+_TYPE_NAMES = {
+    "b": "INT8", "B": "UINT8", "h": "INT16", "H": "UINT16", "i": "INT32", "I": "UINT32",
+    "q": "INT64", "Q": "UINT64", "f": "REAL32", "d": "REAL64", "?": "BOOL",
+}  # fmt: skip
+
+
+def _layout_text(format: str, fields: Iterable[str]) -> str:
+    """A layout as the manuals write it: `UINT32`, `{position:REAL64; 4 unused; velocity:REAL64}`."""
+    names = iter(fields)
+    parts: list[str] = []
+    for count, code in re.findall(r"(\d*)([A-Za-z?])", format):
+        if code == "x":
+            parts.append(f"{count or 1} unused")
+            continue
+        types = [f"BYTE[{count or 1}]"] if code == "s" else [_TYPE_NAMES[code]] * int(count or 1)
+        parts += (f"{name}:{kind}" if (name := next(names, "")) else kind for kind in types)
+    return parts[0] if len(parts) == 1 else "{" + "; ".join(parts) + "}"
 
 
 class Repeated:
