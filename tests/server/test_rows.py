@@ -169,7 +169,7 @@ def test_a_record_has_as_many_fields_as_its_format() -> None:
     [
         (Layout("<d"), "REAL64"),
         (Layout("<H2xI16s"), "{UINT16; 2 unused; UINT32; BYTE[16]}"),
-        (Layout("<I4xd", Pair), "{kind:UINT32; 4 unused; position:REAL64}"),
+        (Layout("<d4xf", Stop), "{deceleration:REAL64; 4 unused; jerk:REAL32}"),
     ],
 )
 def test_a_layout_is_named_as_the_manuals_write_it(layout: Layout, text: str) -> None:

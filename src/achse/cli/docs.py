@@ -1,7 +1,6 @@
 """`achse docs` writes the reference pages: every service row and every code of the tables."""
 
 from collections.abc import Iterable, Iterator
-from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -36,19 +35,27 @@ def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
 
     listed = []
     for device in sorted(devices, key=lambda device: device.address.port):
-        port = device.address.port
-        title = f"Services of port {port}: {device.name}"
+        port, *also = (address.port for address in device.addresses)
+        title = f"Services of {device.name}: port {' and '.join(map(str, (port, *also)))}"
         rows = [_service(row) for row in device.services.describe()]
         listed.append((title, f"services-{port}.md"))
         yield f"services-{port}.md", _page(title, SERVICE_COLUMNS, rows)
-    codes: tuple[tuple[str, str, type[Enum]], ...] = (
-        ("ADS return codes", "return-codes.md", ReturnCode),
-        ("NC error codes", "nc-errors.md", NcError),
+    codes: tuple[tuple[str, str, Iterable[tuple[int, str, str]]], ...] = (
+        (
+            "ADS return codes",
+            "return-codes.md",
+            ((code.number, code.vendor_name, code.text) for code in ReturnCode),
+        ),
+        (
+            "NC error codes",
+            "nc-errors.md",
+            ((code.number, code.name, code.text) for code in NcError),
+        ),
     )
     for title, file, table in codes:
-        rows = [_code(row) for row in table]
         listed.append((title, file))
-        yield file, _page(title, ("hex", "decimal", "name", "meaning"), rows)
+        lines = [(f"0x{code:X}", str(code), f"`{name}`", _text(text)) for code, name, text in table]
+        yield file, _page(title, ("hex", "decimal", "name", "meaning"), lines)
     links = "".join(f"- [{title}]({file})\n" for title, file in listed)
     yield "index.md", f"# Reference\n\n{GENERATED}\n\n{links}"
 
@@ -63,11 +70,6 @@ def _page(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]]) -> 
     lines = [columns, ["---"] * len(columns), *rows]
     table = "".join("| " + " | ".join(line) + " |\n" for line in lines)
     return f"# {title}\n\n{GENERATED}\n\n{table}"
-
-
-def _code(row: Enum) -> Iterable[str]:
-    name = getattr(row, "vendor_name", row.name)
-    return f"0x{int(row):X}", str(int(row)), f"`{name}`", _text(row.text)
 
 
 def _service(row: "RowFacts") -> Iterable[str]:
