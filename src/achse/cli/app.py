@@ -2,7 +2,7 @@
 
 import typer
 
-from achse.cli import run
+from achse.cli import docs, run
 
 __all__ = ["app"]
 
@@ -14,3 +14,4 @@ app = typer.Typer(
 )
 
 run.register(app)
+docs.register(app)

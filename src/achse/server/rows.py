@@ -113,7 +113,7 @@ _TYPE_NAMES = {
 
 
 def _layout_text(format: str, fields: Iterable[str]) -> str:
-    """A layout as the manuals write it: `UINT32`, `{position:REAL64; 4 unused; velocity:REAL64}`."""
+    """A layout as the manuals write it: `UINT32`, `{position:REAL64; 4 unused; jerk:REAL64}`."""
     names = iter(fields)
     parts: list[str] = []
     for count, code in re.findall(r"(\d*)([A-Za-z?])", format):
