@@ -1,0 +1,248 @@
+"""Symbols of a PLC: addresses, values, parts, methods, tables."""
+
+import struct
+from typing import Any
+
+import pytest
+
+from achse.ams import DeviceError
+from achse.codes import ReturnCode
+from achse.devices.plc import PlcDevice
+from achse.devices.plc.symbols import PlcSymbol, PlcSymbols
+from achse.iec.datatypes import decode_types
+from achse.iec.symbols import SymbolEntry, SymbolFlag, decode_symbols
+from achse.iec.typetable import TypeTable
+from achse.plc import PlcRuntime
+
+
+@pytest.fixture
+def symbols(plc: PlcRuntime) -> PlcSymbols:
+    return PlcSymbols(plc)
+
+
+def found(symbols: PlcSymbols, name: str) -> PlcSymbol:
+    symbol = symbols.resolve(name)
+    assert symbol is not None, name
+    return symbol
+
+
+def instance(plc: PlcRuntime, name: str) -> Any:
+    return next(unit.instance for unit in plc.units if unit.name == name)
+
+
+@pytest.mark.parametrize(
+    ("name", "group", "size"),
+    [
+        ("MAIN.nCounter", 0x4040, 4),
+        ("main.NCOUNTER", 0x4040, 4),
+        ("GVL.nOutput", 0xF030, 2),
+        ("GVL.nFlag", 0x4020, 4),
+        ("GVL.bInput", 0xF021, 1),
+        ("GVL.nRetain", 0x4030, 4),
+        ("GVL.nKept", 0x4040, 4),
+    ],
+)
+def test_a_variable_is_found_in_any_case_in_its_group(
+    symbols: PlcSymbols, name: str, group: int, size: int
+) -> None:
+    symbol = found(symbols, name)
+    assert (symbol.index_group, symbol.size) == (group, size)
+
+
+def test_fixed_addresses_are_index_offsets(symbols: PlcSymbols) -> None:
+    assert found(symbols, "GVL.nOutput").index_offset == 4
+    assert found(symbols, "GVL.nFlag").index_offset == 8
+    assert found(symbols, "GVL.bInput").index_offset == 8 + 2
+
+
+EVERYTHING = [
+    "GVL.aGrid",
+    "GVL.aGrid[1]",
+    "GVL.aGrid[1,2]",
+    "GVL.aPoints[2].sName",
+    "GVL.aPoints[2].aTags[1]",
+    "GVL.aPoints[1].bLow",
+    "GVL.aPoints[1].bHigh",
+    "GVL.aValues[-1]",
+    "GVL.bInput",
+    "GVL.fbSums[0].nCalls",
+    "GVL.nFlag.8",
+    "GVL.nOutput",
+    "GVL.nRetain.31",
+    "TwinCAT_SystemInfoVarList._TaskInfo[2].TaskName",
+]
+
+
+@pytest.mark.parametrize("name", EVERYTHING)
+def test_handle_and_address_give_the_same_value_and_take_the_same_write(
+    device: PlcDevice, symbols: PlcSymbols, name: str
+) -> None:
+    symbol = found(symbols, name)
+    group, offset = symbol.index_group, symbol.index_offset
+    before = symbol.read()
+    assert len(before) == symbol.size
+    assert device.read(group, offset, symbol.size) == before
+    other = bytes((before[0] ^ 1,)) + before[1:]
+    symbol.write(other)
+    assert device.read(group, offset, symbol.size) == other
+    device.write(group, offset, before)
+    assert symbol.read() == before
+
+
+def test_parts_have_the_values_declared(symbols: PlcSymbols) -> None:
+    assert found(symbols, "GVL.aValues[-1]").read() == b"\x01\x00"
+    assert found(symbols, "GVL.aValues[3]").read() == b"\x05\x00"
+    assert found(symbols, "gvl.agrid[1, 2]").read() == b"\x06\x00"
+    assert found(symbols, "GVL.aGrid[1][0]").read() == b"\x04\x00"
+    assert found(symbols, "GVL.aPoints[2].nId").read() == b"\x07\x00"
+    assert found(symbols, "GVL.aPoints[2].bHigh").read() == b"\x01"
+    assert found(symbols, "GVL.nFlag.9").read() == b"\x01"
+    assert found(symbols, "GVL.nFlag.8").read() == b"\x00"
+
+
+def test_a_shorter_write_keeps_the_rest(symbols: PlcSymbols) -> None:
+    symbol = found(symbols, "GVL.nFlag")
+    symbol.write(b"\xff")
+    assert symbol.read() == b"\xff\x02\x03\x04"
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "",
+        ".",
+        "MAIN",
+        "MAIN.",
+        "MAIN.nope",
+        "nope",
+        "GVL.aValues[4]",
+        "GVL.aValues[99999999999999999999]",
+        "GVL.aValues[",
+        "GVL.aGrid[0,0,0]",
+        "GVL.nFlag.32",
+        "GVL.nFlag.x",
+        "GVL.nFlag^",
+        "GVL.bInput.0",
+        "GVL.fbSums[0]#Nothing",
+        "GVL.aPoints[1]#Add",
+        "x" * 10_000,
+        "GVL" + ".a" * 5_000,
+        "GVL.aValues" + "[1]" * 3_000,
+    ],
+)
+def test_a_name_that_leads_nowhere_is_unknown(symbols: PlcSymbols, name: str) -> None:
+    assert symbols.resolve(name) is None
+
+
+def test_a_constant_is_read_only_for_clients(device: PlcDevice, symbols: PlcSymbols) -> None:
+    symbol = found(symbols, "GVL.nFixed")
+    assert symbol.read_only
+    assert SymbolEntry.decode(symbol.entry()).flags & SymbolFlag.READ_ONLY
+    handle = struct.unpack("<I", device.read_write(0xF003, 0, 4, b"GVL.nFixed\0"))[0]
+    with pytest.raises(DeviceError) as refusal:
+        device.write(0xF005, handle, b"\0\0")
+    assert refusal.value.return_code is ReturnCode.INVALID_ACCESS
+
+
+def test_an_entry_says_what_was_declared(symbols: PlcSymbols) -> None:
+    values = SymbolEntry.decode(found(symbols, "gvl.avalues").entry())
+    assert (values.name, values.type_name, values.size, values.comment) == (
+        "GVL.aValues",
+        "ARRAY [-1..3] OF INT",
+        10,
+        "five values",
+    )
+    fixed = SymbolEntry.decode(found(symbols, "GVL.nFixed").entry())
+    assert fixed.attributes == (("Unit", "mm"),)
+    output = SymbolEntry.decode(found(symbols, "GVL.nOutput").entry())
+    assert output.attributes == (("TcAddressType", "Output"),)
+    kept = SymbolEntry.decode(found(symbols, "GVL.nKept").entry())
+    assert kept.flags & SymbolFlag.PERSISTENT
+    bit = SymbolEntry.decode(found(symbols, "GVL.bInput").entry())
+    assert bit.flags & SymbolFlag.BIT_VALUE
+    assert (bit.type_name, bit.size) == ("BOOL", 1)
+    part = SymbolEntry.decode(found(symbols, "GVL.aPoints[2].fX").entry())
+    assert (part.name, part.type_name) == ("GVL.aPoints[2].fX", "LREAL")
+
+
+def test_the_context_of_a_symbol_is_the_number_of_its_task(symbols: PlcSymbols) -> None:
+    assert found(symbols, "MAIN.nCounter").context == 1
+    assert found(symbols, "Slow.nSlow").context == 2
+    assert found(symbols, "GVL.nFlag").context == 1
+    assert SymbolEntry.decode(found(symbols, "Slow.nSlow").entry()).context == 2
+
+
+def test_the_tables_hold_every_variable_and_every_type(symbols: PlcSymbols) -> None:
+    table = decode_symbols(symbols.symbol_table())
+    info = symbols.upload_info()
+    assert len(table) == info.symbol_count == len(symbols.plc.variables)
+    names = [entry.name for entry in table]
+    assert names == sorted(names, key=str.lower)
+    types = decode_types(symbols.type_table())
+    assert len(types) == info.type_count
+    rebuilt = TypeTable(types)
+    for entry in table:
+        assert rebuilt.type(entry.type_name).size == entry.size
+    for name in ("BOOL", "UDINT", "LREAL", "STRING(15)", "PLC.PlcTaskSystemInfo"):
+        assert name in rebuilt
+
+
+def test_a_type_is_described_by_name(symbols: PlcSymbols) -> None:
+    entry = symbols.type_entry("st_point")
+    assert entry is not None
+    (point,) = decode_types(entry)
+    assert [member.name for member in point.members] == [
+        "nId",
+        "fX",
+        "sName",
+        "aTags",
+        "bLow",
+        "bHigh",
+    ]
+    assert symbols.type_entry("ST_Nothing") is None
+
+
+def call(device: PlcDevice, path: str, arguments: bytes, length: int) -> bytes:
+    handle = struct.unpack("<I", device.read_write(0xF003, 0, 4, path.encode()))[0]
+    return device.read_write(0xF005, handle, length, arguments)
+
+
+def test_a_method_runs_on_the_living_function_block(device: PlcDevice, plc: PlcRuntime) -> None:
+    gvl = instance(plc, "GVL")
+    answer = call(device, "GVL.fbSums[1]#Add", struct.pack("<dd", 1.5, 2.0), 12)
+    assert struct.unpack("<dI", answer) == (3.5, 1)
+    answer = call(device, "gvl.fbsums[1]#add", struct.pack("<dd", 1.0, 1.0), 12)
+    assert struct.unpack("<dI", answer) == (2.0, 2)
+    assert gvl.fbSums[1].nCalls == 2
+    assert gvl.fbSums[1].history == [3.5, 2.0]
+    assert gvl.fbSums[0].history == []
+    assert call(device, "GVL.fbSums[1]#Clear", b"", 0) == b""
+    assert gvl.fbSums[1].history == []
+
+
+def test_a_method_with_wrong_arguments_is_refused(device: PlcDevice) -> None:
+    with pytest.raises(DeviceError) as refusal:
+        call(device, "GVL.fbSums[0]#Add", b"\0" * 15, 12)
+    assert refusal.value.return_code is ReturnCode.INVALID_SIZE
+
+
+def test_a_handle_comes_with_size_and_type_for_clients_that_ask(device: PlcDevice) -> None:
+    answer = device.read_write(0xF003, 0, 0xFFFF_FFFF, b"GVL.nFlag\0")
+    _, size, adst, length = struct.unpack_from("<IIIH", answer)
+    assert (size, adst, length, answer[14:]) == (4, 19, 5, b"UDINT\0")
+
+
+def test_an_online_change_outdates_handles_and_counts(device: PlcDevice, plc: PlcRuntime) -> None:
+    def online_changes() -> bytes:
+        name = b"TwinCAT_SystemInfoVarList._AppInfo.OnlineChangeCnt"
+        return device.read_write(0xF004, 0, 4, name)
+
+    handle = struct.unpack("<I", device.read_write(0xF003, 0, 4, b"MAIN.nCounter"))[0]
+    assert (device.read(0xF008, 0, 1), online_changes()) == (b"\x01", b"\0\0\0\0")
+    plc.online_change()
+    assert (device.read(0xF008, 0, 1), online_changes()) == (b"\x02", b"\x01\0\0\0")
+    with pytest.raises(DeviceError) as refusal:
+        device.read(0xF005, handle, 4)
+    assert refusal.value.return_code is ReturnCode.SYMBOL_VERSION_INVALID
+    plc.reset()
+    assert online_changes() == b"\x01\0\0\0"
