@@ -2,7 +2,7 @@
 
 import typer
 
-from achse.cli import docs, run
+from achse.cli import ads, docs, run
 
 __all__ = ["app"]
 
@@ -15,3 +15,4 @@ app = typer.Typer(
 
 run.register(app)
 docs.register(app)
+app.add_typer(ads.ads, name="ads")

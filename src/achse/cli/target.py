@@ -1,0 +1,139 @@
+"""Client commands: the options that name a target, its connection, and how a refusal is told."""
+
+import asyncio
+import functools
+import inspect
+from collections.abc import Callable, Coroutine
+from typing import Annotated, Any, get_type_hints
+
+import typer
+
+from achse.cli.run import fail
+
+__all__ = ["Json", "client_command"]
+
+Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+
+Ask = Callable[..., Coroutine[Any, Any, None]]
+
+
+def client_command(
+    app: typer.Typer,
+    port: int,
+    name: str | None = None,
+    *,
+    endless: bool = False,
+    signed: bool = False,
+) -> Callable[[Ask], Ask]:
+    """Make the coroutine `command(client, …)` a command of `app` that talks to AMS port `port`.
+
+    It gets the options of the target beside its own, and a connected `achse.client.Client`. An
+    `AdsError` becomes one line on stderr and exit code 1. An `endless` command reconnects after a
+    loss, and Ctrl-C is its proper end. `signed` ones take arguments like `-5`.
+    """
+
+    def register(command: Ask) -> Ask:
+        @functools.wraps(command)
+        def run(
+            host: str, tcp_port: int, net_id: str | None, port: int, timeout: float, **own: Any
+        ) -> None:
+            _run(command, host, tcp_port, net_id, port, timeout, endless, own)
+
+        _, *parameters = inspect.signature(command).parameters.values()
+        parameters += _target_options(port)
+        run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        run.__annotations__ = {item.name: item.annotation for item in parameters}
+        app.command(name, context_settings={"ignore_unknown_options": signed})(run)
+        return command
+
+    return register
+
+
+def _target_options(port: int) -> list[inspect.Parameter]:
+    """The options of `_target` with their annotations and defaults."""
+    hints = get_type_hints(_target, include_extras=True)
+    return [
+        item.replace(
+            kind=inspect.Parameter.KEYWORD_ONLY,
+            annotation=hints[item.name],
+            default=port if item.name == "port" else item.default,
+        )
+        for item in inspect.signature(_target).parameters.values()
+    ]
+
+
+def _target(
+    host: Annotated[
+        str,
+        typer.Option(
+            envvar="ACHSE_HOST", help="Where the router listens.", rich_help_panel="Target"
+        ),
+    ] = "127.0.0.1",
+    tcp_port: Annotated[
+        int,
+        typer.Option(
+            envvar="ACHSE_TCP_PORT",
+            min=1,
+            max=65535,
+            help="Its TCP port.",
+            rich_help_panel="Target",
+        ),
+    ] = 48898,
+    net_id: Annotated[
+        str | None,
+        typer.Option(
+            help="AMS NetId of the device.",
+            show_default="that of the router",
+            rich_help_panel="Target",
+        ),
+    ] = None,
+    port: Annotated[
+        int,
+        typer.Option(min=0, max=65535, help="AMS port of the device.", rich_help_panel="Target"),
+    ] = 0,
+    timeout: Annotated[
+        float,
+        typer.Option(min=0.001, help="Seconds per request.", rich_help_panel="Target"),
+    ] = 5.0,
+) -> None:
+    """Every client command has these."""
+
+
+def _run(
+    command: Ask,
+    host: str,
+    tcp_port: int,
+    net_id: str | None,
+    port: int,
+    timeout: float,
+    endless: bool,
+    own: dict[str, Any],
+) -> None:
+    from achse.ams import AdsError, NetId
+    from achse.client import connect
+    from achse.client.link import TcpDialer
+
+    try:
+        where = None if net_id is None else NetId(net_id)
+    except ValueError as fault:
+        raise typer.BadParameter(str(fault), param_hint="--net-id") from None
+
+    async def ask() -> None:
+        async with connect(
+            TcpDialer(host, tcp_port),
+            net_id=where,
+            port=port,
+            timeout=timeout,
+            reconnect=endless,
+            keep_alive=5.0 if endless else None,
+            watch_symbols=endless,
+        ) as client:
+            await command(client, **own)
+
+    try:
+        asyncio.run(ask())
+    except AdsError as refusal:
+        fail(str(refusal))
+    except KeyboardInterrupt:
+        if not endless:
+            raise
