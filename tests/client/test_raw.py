@@ -41,6 +41,20 @@ def test_device_info_state_and_control(run: Run, peer: Any) -> None:
     run(main())
 
 
+def test_a_device_name_that_is_cut_short_is_understood(run: Run, peer: Any) -> None:
+    async def main() -> None:
+        async with target_of(peer) as target:
+
+            def cut(frame: Any, reply: Any = peer.reply) -> None:
+                frame.data = frame.data.rstrip(b"\0")
+                reply(frame)
+
+            peer.reply = cut
+            assert (await target.device_info()).name == "Scripted"
+
+    run(main())
+
+
 def test_raw_bytes_go_out_and_come_in(run: Run, peer: Any) -> None:
     async def main() -> None:
         async with target_of(peer) as target:

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from achse.ams import AmsAddress, DeviceError, RequestTimeout, TransmissionMode
+from achse.ams import AmsAddress, DecodeError, DeviceError, RequestTimeout, TransmissionMode
 from achse.ams.commands import AddNotificationRequest, ReadRequest, ReadWriteRequest, WriteRequest
 from achse.client.session import Session
 from achse.client.target import Target
-from achse.iec import ARRAY, INT, UDINT, UINT, IecValueError
+from achse.iec import ARRAY, INT, LREAL, UDINT, UINT, IecValueError
 
 Run = Callable[[Any], Any]
 
@@ -170,6 +170,19 @@ def test_any_place_can_be_read_as_a_type(run: Run, peer: Any) -> None:
             assert await plc.read_as(0x4020, 0, ARRAY(INT, (0, 1))) == [0x0201, 0x0403]
             await plc.write_as(0x4020, 0, UDINT, 5)
             assert peer.raw[0x4020, 0] == b"\5\0\0\0"
+
+    run(main())
+
+
+def test_fewer_bytes_than_the_type_has_are_a_decode_error(run: Run, peer: Any) -> None:
+    async def main() -> None:
+        async with target_of(peer) as plc:
+            with pytest.raises(DecodeError, match="0x4020:0x0: LREAL has 8 bytes, got 4"):
+                await plc.read_as(0x4020, 0, LREAL)
+            await plc.read("GVL.fValue")
+            peer.variables["GVL.fValue"][2] = b"123"
+            with pytest.raises(DecodeError, match=r"GVL\.fValue: LREAL"):
+                await plc.read("GVL.fValue")
 
     run(main())
 

@@ -71,7 +71,8 @@ class RawTarget:
         """Name and version (000 §3.2.3.1)."""
         response = await self.session.exchange(self.address, _INFO, b"", self.timeout)
         self._check(response, "read device info")
-        info = ReadDeviceInfoResponse.decode(response.data)
+        # A test server that many use does not fill the name up to 16 bytes.
+        info = ReadDeviceInfoResponse.decode(response.data.ljust(24, b"\0"))
         return DeviceInfo(info.name, info.major, info.minor, info.build)
 
     async def state(self) -> DeviceState:

@@ -13,14 +13,21 @@ from datetime import datetime
 from types import TracebackType
 from typing import Any, NamedTuple, Self
 
-from achse.ams import AdsError, AmsAddress, ConnectionLost, DeviceError, TransmissionMode
+from achse.ams import (
+    AdsError,
+    AmsAddress,
+    ConnectionLost,
+    DecodeError,
+    DeviceError,
+    TransmissionMode,
+)
 from achse.ams.commands import AddNotificationRequest, DeleteNotificationRequest
 from achse.ams.filetime import to_datetime
 from achse.client.raw import STALE, RawTarget
 from achse.client.session import DEFAULT_BACKOFF, Backoff
 from achse.client.sums import Outcome
 from achse.codes import ReturnCode
-from achse.iec import IecType
+from achse.iec import IecDecodeError, IecType
 
 __all__ = ["Place", "Sample", "Subscription", "Timing"]
 
@@ -46,6 +53,13 @@ class Place(NamedTuple):
     offset: int
     length: int
     type: IecType[Any]
+
+    def value(self, data: bytes) -> Any:
+        """The value that `data` is; `DecodeError` if it is none of the type."""
+        try:
+            return self.type.decode(data)
+        except IecDecodeError as error:
+            raise DecodeError(f"{self.name}: {error}") from error
 
 
 class Sample(NamedTuple):
@@ -165,12 +179,14 @@ class Subscription:
         handles = self._handles
         self.end(None)
         self._session.drop(self)
-        for source in {source for source, _ in handles}:
-            parts = [DeleteNotificationRequest(handle) for at, handle in handles if at == source]
-            with contextlib.suppress(AdsError):
-                await self._target.send_each(parts)
+        await self._delete(handles)
         for source, handle in handles:
             self._session.unlisten(source, handle)
+
+    async def _delete(self, handles: Sequence[tuple[bytes, int]]) -> None:
+        parts = [DeleteNotificationRequest(handle) for _, handle in handles]
+        with contextlib.suppress(AdsError):
+            await self._target.send_each(parts)
 
     async def part(self) -> None:
         """The session closes: as `close`."""
@@ -214,11 +230,13 @@ class Subscription:
             raise refusal
 
     def _let_go(self) -> None:
-        """Listen no more to what is set up; the session ends what still sends."""
+        """Listen no more to what is set up, and let the target forget it if it still can."""
         self._round += 1
-        for source, handle in self._handles:
+        handles, self._handles = self._handles, []
+        for source, handle in handles:
             self._session.unlisten(source, handle)
-        self._handles = []
+        if handles and self._session.link is not None:
+            self._session.spawn(self._delete(handles))
 
     # what the session tells ------------------------------------------------------------------
 
@@ -311,4 +329,4 @@ class Subscription:
         lost, self._lost = self._lost, 0
         gap = interruptions != self._seen_interruptions
         self._seen_interruptions = interruptions
-        return Sample(place.name, place.type.decode(data), filetime, lost, gap)
+        return Sample(place.name, place.value(data), filetime, lost, gap)

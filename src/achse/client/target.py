@@ -74,7 +74,7 @@ class Target(RawTarget):
         """The value of symbol `name`: number, text, time, enum member, record, list."""
 
         async def read(place: Place) -> Any:
-            return place.type.decode(await self.read_raw(place.group, place.offset, place.length))
+            return place.value(await self.read_raw(place.group, place.offset, place.length))
 
         return await self._at(name, "read", read)
 
@@ -123,7 +123,7 @@ class Target(RawTarget):
                 values[name] = outcome
             else:
                 assert place is not None
-                values[name] = place.type.decode(outcome.data)
+                values[name] = place.value(outcome.data)
         return values
 
     async def write_many(
@@ -207,8 +207,8 @@ class Target(RawTarget):
 
     async def read_as(self, group: int, offset: int, type: Typelike) -> Any:
         """A value of `type` (`LREAL`, `ARRAY(INT, (0, 3))`, a `Struct` class …) at a place."""
-        as_type = iec_type(type)
-        return as_type.decode(await self.read_raw(group, offset, as_type.size))
+        place = _place(group, offset, iec_type(type))
+        return place.value(await self.read_raw(group, offset, place.length))
 
     async def write_as(self, group: int, offset: int, type: Typelike, value: object) -> None:
         """Write `value` as `type` to a place."""
@@ -250,13 +250,17 @@ class Target(RawTarget):
     ) -> Subscription:
         """Samples of a place, as `type` or, if that is a length, as so many bytes."""
         as_type = OpaqueType("bytes", type, 1, 0) if isinstance(type, int) else iec_type(type)
-        place = Place(f"0x{group:X}:0x{offset:X}", group, offset, as_type.size, as_type)
+        place = _place(group, offset, as_type)
 
         async def locate() -> Sequence[Place]:
             return [place]
 
         timing = Timing.of(_mode(mode), max_delay, cycle_time)
         return Subscription(self, locate, timing, depth)
+
+
+def _place(group: int, offset: int, type: IecType[Any]) -> Place:
+    return Place(f"0x{group:X}:0x{offset:X}", group, offset, type.size, type)
 
 
 def _encoded(place: Place, value: object) -> bytes:
