@@ -64,7 +64,9 @@ class Variable:
         self.memory[: len(data)] = data
 
     def entry(self) -> bytes:
-        return struct.pack("<I", 80) + bytes(76)
+        """A symbol entry of a `DINT` called `x`, without comment and GUID."""
+        head = (40, self.index_group, self.index_offset, self.size, 3, 0, 0, 1, 4, 0)
+        return struct.pack("<5I5H", *head) + b"x\0DINT\0\0" + bytes(2)
 
     @property
     def number(self) -> int:
@@ -298,6 +300,6 @@ def bench() -> Bench:
     return Bench()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_bench() -> Callable[..., Bench]:
     return Bench

@@ -176,8 +176,10 @@ def test_responses_and_notifications_are_not_answered(bench: Any) -> None:
 
 
 @given(command=st.integers(0, 12), data=st.binary(max_size=120))
-def test_any_bytes_get_a_complete_answer(command: int, data: bytes) -> None:
-    check_answered(command, data)
+def test_any_bytes_get_a_complete_answer(
+    make_bench: Callable[..., Any], command: int, data: bytes
+) -> None:
+    check_answered(make_bench(), command, data)
 
 
 header = st.tuples(
@@ -194,10 +196,11 @@ body = st.binary(max_size=64) | st.lists(header, max_size=6).map(
 
 @given(head=header, data=body, command=st.sampled_from([2, 3, 6, 9]))
 def test_any_well_formed_request_gets_a_complete_answer(
-    head: tuple[int, int, int], data: bytes, command: int
+    make_bench: Callable[..., Any], head: tuple[int, int, int], data: bytes, command: int
 ) -> None:
     group, offset, _ = head
     check_answered(
+        make_bench(),
         command,
         {
             2: struct.pack("<III", *head),
@@ -208,26 +211,14 @@ def test_any_well_formed_request_gets_a_complete_answer(
     )
 
 
-_shared: list[Any] = []
-
-
-@pytest.fixture(autouse=True)
-def _share(make_bench: Callable[..., Any]) -> None:
-    if not _shared:
-        _shared.append(make_bench())
-
-
-def check_answered(command: int, data: bytes) -> None:
+def check_answered(bench: Any, command: int, data: bytes) -> None:
     """One answer of full length, not longer than asked, before any notification."""
-    bench = _shared[0]
     logging.disable(logging.CRITICAL)
     try:
-        bench.client.frames.clear()
         bench.send(command, data)
         bench.tick()
     finally:
         logging.disable(logging.NOTSET)
-        bench.device.end_clients()
     if command == 8:
         return
     answer = bench.client.frames[0]

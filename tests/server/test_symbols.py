@@ -20,6 +20,13 @@ def test_a_name_gives_a_handle_with_or_without_nul(bench: Any, name: bytes) -> N
     assert handle != bytes(4)
 
 
+def test_a_client_that_asks_for_more_than_a_handle_gets_size_and_type(bench: Any) -> None:
+    result, answer = bench.exchange(0xF003, 0, 0xFFFF_FFFF, b"MAIN.nCounter")
+    assert result == 0
+    assert answer[4:] == struct.pack("<IIH", 4, 3, 4) + b"DINT\0"
+    assert bench.read(0xF005, int.from_bytes(answer[:4], "little"), 4) == (0, bytes(4))
+
+
 def test_each_request_gives_another_handle(bench: Any) -> None:
     assert len({bench.handle("MAIN.nCounter") for _ in range(3)}) == 3
 
@@ -165,7 +172,8 @@ def test_info_by_name(bench: Any) -> None:
 
 @pytest.mark.parametrize("length", [80, 798, 0xFFFF_FFFF])
 def test_the_entry_of_a_symbol(bench: Any, length: int) -> None:
-    entry = struct.pack("<I", 80) + bytes(76)
+    entry = bench.source.symbols["main.ncounter"].entry()
+    assert len(entry) == 40
     assert bench.exchange(0xF009, 0, length, b"MAIN.nCounter\0") == (0, entry)
     assert bench.exchange(0xF009, 0, 30, b"MAIN.nCounter") == (0, entry[:30])
     assert bench.exchange(0xF009, 0, 30, b"MAIN.nothing") == (0x710, b"")

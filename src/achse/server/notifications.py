@@ -272,8 +272,6 @@ class Notifications:
 
     def tick(self, now: int) -> None:
         """Take the samples due at `now` (unix ns) and send what may not wait longer."""
-        if self.fresh:
-            self.send_first()
         due = self._due
         while due and due[0][0] <= now:
             time, sequence, beat = due[0]

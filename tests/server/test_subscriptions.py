@@ -1,0 +1,118 @@
+"""Beat, batch and channel: what they gather, and the bytes they send."""
+
+import struct
+from typing import Any
+
+import pytest
+
+from achse.ams.notification import NotificationStream
+from achse.server.subscriptions import Batch, Beat, Channel, Subscription, hint
+
+CLIENT = bytes(8)
+
+
+@pytest.fixture
+def channel() -> Channel:
+    return Channel(CLIENT, b"\1" * 8, None)
+
+
+@pytest.fixture
+def batch(channel: Channel) -> Batch:
+    return Batch(channel, 0)
+
+
+def subscription(batch: Batch, values: list[bytes], length: int = 2) -> Subscription:
+    """One whose value is the last of `values`."""
+    return Subscription(7, CLIENT, batch, lambda: values[-1], values[-1], length, False)
+
+
+def decoded(channel: Channel, size: int = 1000) -> list[Any]:
+    stream = NotificationStream.decode(channel.frame(size).data)
+    return [(stamp.filetime, [tuple(sample) for sample in stamp.samples]) for stamp in stream[0]]
+
+
+@pytest.mark.parametrize("value", [b"", b"a", b"ab", b"abc"])
+def test_a_value_is_fitted_to_the_asked_length(batch: Batch, value: bytes) -> None:
+    assert len(subscription(batch, [value]).fit(value)) == 2
+    assert subscription(batch, [value]).last == value[:2].ljust(2, b"\0")
+
+
+def test_a_beat_samples_all_cyclic_and_the_changed(batch: Batch) -> None:
+    values = [b"ab"]
+    beat = Beat(batch, (10, 0))
+    beat.cyclic[7] = subscription(batch, values)
+    beat.on_change[7] = subscription(batch, values)
+    beat.sample()
+    assert len(batch.parts) == 2
+    values.append(b"cd")
+    beat.sample()
+    assert batch.parts[2:] == [struct.pack("<II", 7, 2), b"cd"] * 2
+
+
+def test_a_change_beyond_the_asked_length_is_none(batch: Batch) -> None:
+    values = [b"abX"]
+    beat = Beat(batch, (10, 0))
+    beat.on_change[7] = subscription(batch, values)
+    values.append(b"abY")
+    beat.sample()
+    assert batch.parts == []
+
+
+def test_a_batch_stamps_and_releases(batch: Batch, channel: Channel) -> None:
+    for time in (5, 6):
+        batch.parts += [struct.pack("<II", time, 1), b"x"]
+        batch.close_stamp(time, 1000)
+    assert channel.queued == 0
+    batch.release()
+    assert channel.queued == 2 * (12 + 9)
+    assert decoded(channel) == [(5, [(5, b"x")]), (6, [(6, b"x")])]
+    assert channel.queued == 0
+
+
+def test_a_large_stamp_is_split_at_samples(batch: Batch, channel: Channel) -> None:
+    for handle in range(10):
+        batch.parts += [struct.pack("<II", handle, 4), b"data"]
+    batch.close_stamp(5, 30)
+    batch.release()
+    assert [count for count, _ in channel.queue] == [3, 3, 3, 1]
+    frames = []
+    while channel.queue:
+        frames += decoded(channel, 60)
+    assert [sample for _, samples in frames for sample in samples] == [
+        (handle, b"data") for handle in range(10)
+    ]
+
+
+def test_a_frame_takes_at_least_one_stamp(batch: Batch, channel: Channel) -> None:
+    batch.parts += [struct.pack("<II", 1, 100), bytes(100)]
+    batch.close_stamp(5, 10)
+    batch.release()
+    assert decoded(channel, 10) == [(5, [(1, bytes(100))])]
+
+
+def test_a_shortened_queue_keeps_the_newest(batch: Batch, channel: Channel) -> None:
+    for time in range(5):
+        batch.parts += [struct.pack("<II", 1, 1), b"x"]
+        batch.close_stamp(time, 1000)
+    batch.release()
+    assert channel.shorten(2 * 21 + 5) == 3
+    assert channel.dropped == 3
+    assert [time for time, _ in decoded(channel)] == [3, 4]
+
+
+def test_a_hint_is_a_sample_without_data(batch: Batch, channel: Channel) -> None:
+    hint(subscription(batch, [b"ab"]))
+    batch.close_stamp(5, 1000)
+    batch.release()
+    assert decoded(channel) == [(5, [(7, b"")])]
+
+
+def test_congestion_is_asked_of_the_connection() -> None:
+    class Full:
+        congested = True
+
+        def deliver(self, frame: Any) -> bool:
+            return True
+
+    assert Channel(CLIENT, CLIENT, Full()).congested
+    assert not Channel(CLIENT, CLIENT, None).congested
