@@ -26,7 +26,9 @@ from achse.plc.program import PlacedUnit, place
 
 def started(*declared: type[Unit], memory: Memory | None = None) -> list[PlacedUnit]:
     units = place(declared, memory or Memory())
-    partners: dict[object, object] = {type(unit.instance): unit.instance for unit in units}
+    partners: dict[object, object] = {}
+    for unit in units:
+        partners[type(unit.instance)] = partners[unit.name] = unit.instance
     for unit in units:
         unit.start(partners)
     return units
@@ -138,6 +140,8 @@ def test_annotations_of_a_class_name_its_partners() -> None:
         gvl: GVL
         text: "SomethingElse"  # type: ignore[name-defined]  # noqa: F821
         note: int
+        kept: "dict[str, list[int]] | None"
+        quoted: "GVL"
 
         def cycle(self) -> None:
             self.gvl.nCount += 1
@@ -147,6 +151,7 @@ def test_annotations_of_a_class_name_its_partners() -> None:
     assert isinstance(user, User)
     user.cycle()
     assert user.gvl.nCount == 4
+    assert user.quoted is user.gvl
     assert not hasattr(user, "text")
 
 

@@ -8,10 +8,8 @@ from typing import Any
 from achse.iec import (
     ArrayType,
     DeclarationError,
-    GlobalVariables,
     IecType,
     Place,
-    Program,
     StructType,
     Variable,
     bind,
@@ -130,12 +128,11 @@ class PlacedUnit:
         unit.__dict__.clear()
         bind(unit, self._memory[Area.DATA].data, self._base, self._places)
         for name, wanted in _annotations(type(unit)):
-            key = wanted.rpartition(".")[2] if isinstance(wanted, str) else wanted
-            if key in partners:
-                setattr(unit, name, partners[key])
-            elif isinstance(key, type) and issubclass(key, Unit):
+            if wanted in partners:
+                setattr(unit, name, partners[wanted])
+            elif isinstance(wanted, type) and issubclass(wanted, Unit):
                 raise DeclarationError(
-                    f"{self.name}.{name}: {key.__name__} is not declared in this PLC"
+                    f"{self.name}.{name}: {wanted.__name__} is not declared in this PLC"
                 )
         unit.__init__()  # type: ignore[misc]
 
@@ -164,14 +161,14 @@ def _unique(names: Sequence[str]) -> None:
         seen.add(name.lower())
 
 
-def _annotations(cls: type) -> Iterator[tuple[str, object]]:
-    """Attribute names and annotated types of the class and its bases, the nearest first."""
-    seen: set[str] = set()
-    for base in cls.__mro__:
-        if issubclass(base, Unit) and base not in (Program, GlobalVariables):
+def _annotations(cls: type) -> Iterator[tuple[str, type | str]]:
+    """Attributes annotated with a class or, in quotes, its name; those of bases come first."""
+    for base in reversed(cls.__mro__):
+        if issubclass(base, Unit):
             for name, wanted in inspect.get_annotations(base).items():
-                if name not in seen:
-                    seen.add(name)
+                if isinstance(wanted, str):
+                    yield name, wanted.rpartition(".")[2]
+                elif isinstance(wanted, type):
                     yield name, wanted
 
 

@@ -139,8 +139,8 @@ class PlcRuntime:
             self._fail(f"task {task.name} stopped in cycle {task.cycle_count}")
 
     def _fail(self, what: str) -> None:
-        self._enter(PlcState.EXCEPTION)
         self.failure = traceback.format_exc()
+        self._enter(PlcState.EXCEPTION)
         log.exception("%s: %s", self.name, what)
 
     # states ----------------------------------------------------------------------------------
