@@ -1,6 +1,7 @@
 """README and every page of docs/ do what they say, when typed in from top to bottom."""
 
 import os
+import pkgutil
 import re
 import signal
 import subprocess
@@ -14,6 +15,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)(?:#[^)]*)?\)")
 
+NAME = re.compile(r"`(achse(?:\.\w+)+)(?:\(\))?`")
 RUN = re.compile(r"^```(?:console|python)", re.MULTILINE)
 
 
@@ -48,6 +50,13 @@ def test_each_block_names_a_known_language(
 def test_each_link_leads_to_a_file(page: Path) -> None:
     targets = LINK.findall(page.read_text(encoding="utf-8"))
     assert [target for target in targets if not (page.parent / target).exists()] == []
+
+
+@each(PAGES)
+def test_each_name_of_ours_exists(page: Path) -> None:
+    """What stands in backticks and begins with `achse.` can be imported."""
+    for name in set(NAME.findall(page.read_text(encoding="utf-8"))):
+        pkgutil.resolve_name(name)
 
 
 def test_ci_runs_the_test_command_of_the_readme() -> None:
