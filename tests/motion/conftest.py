@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from achse.codes import NcError
 from achse.motion import Axis, AxisParameters, Nc, StateBit
 
 CYCLE = 0.002
@@ -50,6 +51,13 @@ class Rig:
             self.nc.cycle()
             samples.append((axis.set_position, axis.set_velocity, axis.set_acceleration))
         return samples
+
+    def refuses(self, error: NcError, command: Callable[..., int], *arguments: Any) -> None:
+        """The command answers this error and changes nothing."""
+        before = self.nc.digest()
+        code = command(self.axis, *arguments)
+        assert NcError.of(code) is error, hex(code)
+        assert self.nc.digest() == before
 
     def has(self, bit: StateBit) -> bool:
         return bool(self.axis.state_dword & bit)

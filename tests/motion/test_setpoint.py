@@ -1,6 +1,7 @@
 """Set-point generation against the equations of jerk-limited motion."""
 
 import random
+from itertools import pairwise
 from math import ceil, isfinite, sqrt
 from typing import Any
 
@@ -21,12 +22,10 @@ def ramp_time(change: float, limit: float = A, jerk: float = J) -> float:
     return change / limit + limit / jerk
 
 
-def assert_smooth(
-    samples: list[tuple[float, float, float]], v: float, a: float, j: float
-) -> None:
+def assert_smooth(samples: list[tuple[float, float, float]], v: float, a: float, j: float) -> None:
     """Each sample inside the limits, and reached from the one before by a permitted jerk."""
     tolerance = 1.0 + 1e-6
-    for (p0, v0, a0), (p1, v1, a1) in zip(samples, samples[1:], strict=False):
+    for (p0, v0, a0), (p1, v1, a1) in pairwise(samples):
         assert abs(v1) <= v * tolerance
         assert abs(a1) <= a * tolerance
         assert abs(a1 - a0) <= j * DT * tolerance
@@ -68,7 +67,9 @@ def test_deceleration_is_its_own_limit_in_both_directions(make_rig: Any) -> None
 
 
 @pytest.mark.parametrize("override_type", list(OverrideType))
-def test_half_override_halves_the_velocity_without_a_jump(make_rig: Any, override_type: int) -> None:
+def test_half_override_halves_the_velocity_without_a_jump(
+    make_rig: Any, override_type: int
+) -> None:
     rig = make_rig(override_type=override_type)
     commands.start(rig.axis, StartType.ABSOLUTE, 1000.0, V)
     before = rig.trace(round(ramp_time(V) / DT) + 100)

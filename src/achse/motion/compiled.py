@@ -20,7 +20,7 @@ from typing import Any
 from achse.motion import controller, kernel, monitoring, profile, setpoint
 from achse.motion.record import FIELDS
 
-__all__ = ["KERNEL_MODULES", "cache_directory", "compiled_cycle", "numba_installed"]
+__all__ = ["KERNEL_MODULES", "cache_directory", "compiled_cycle", "install", "numba_installed"]
 
 KERNEL_MODULES: tuple[ModuleType, ...] = (profile, setpoint, controller, monitoring, kernel)
 """The kernel's modules, callees before callers."""
@@ -54,7 +54,7 @@ def _source(module: ModuleType) -> bytes:
     return Path(module.__file__).read_bytes()
 
 
-def _install(directory: Path) -> Path:
+def install(directory: Path) -> Path:
     """Copy the kernel's sources to `directory`, or to a temporary one if it cannot be written."""
     try:
         directory.mkdir(parents=True, exist_ok=True)
@@ -86,7 +86,7 @@ def compiled_cycle() -> Callable[[Any, float], None]:
     """
     import numba
 
-    directory = _install(cache_directory(numba.__version__))
+    directory = install(cache_directory(numba.__version__))
     plain_modules = {module.__name__ for module in KERNEL_MODULES}
     translated: dict[tuple[str, str], Any] = {}
     for module in KERNEL_MODULES:

@@ -1,0 +1,56 @@
+"""Access to a record from outside: the same on both forms, and it wakes the axis."""
+
+from typing import Any
+
+import pytest
+
+from achse.motion.record import FIELDS
+
+
+@pytest.fixture(params=[False, True], ids=["plain", "compiled"])
+def either(request: Any, make_rig: Any) -> Any:
+    return make_rig(compiled=request.param)
+
+
+def test_every_field_reads_as_python_number(either: Any) -> None:
+    for name, row in FIELDS.items():
+        value = getattr(either.axis, name)
+        kind = float if row.is_real else int
+        if row.length:
+            assert len(value) == row.length
+            assert all(type(item) is kind for item in value)
+        else:
+            assert type(value) is kind, name
+
+
+def test_every_scalar_can_be_written_and_is_its_own(either: Any) -> None:
+    for number, (name, row) in enumerate(FIELDS.items()):
+        if not row.length and name != "resting":
+            setattr(either.axis, name, number)
+    for number, (name, row) in enumerate(FIELDS.items()):
+        if not row.length and name != "resting":
+            assert getattr(either.axis, name) == number, name
+
+
+def test_array_elements_can_be_written(either: Any) -> None:
+    either.axis.buffer_position[3] = 2.5
+    either.axis.buffer_number[3] = 7
+    assert either.axis.buffer_position[3] == 2.5
+    assert either.axis.buffer_number[3] == 7
+    assert either.axis.buffer_velocity[3] == 0.0
+
+
+def test_arrays_cannot_be_replaced(either: Any) -> None:
+    with pytest.raises(AttributeError):
+        either.axis.buffer_position = [0.0]
+
+
+def test_a_write_wakes_the_axis(either: Any) -> None:
+    either.run(100)
+    assert either.axis.resting == 1
+    either.axis.target_position_window = 3.0
+    assert either.axis.resting == 0
+
+
+def test_an_axis_says_who_and_where_it_is(either: Any) -> None:
+    assert repr(either.axis) == "<Axis 1 'Axis 1' at 0 mm>"

@@ -1,0 +1,40 @@
+"""What forbids a command, where no whole command is needed to see it."""
+
+from math import inf, nan
+from typing import Any
+
+from achse.codes import NcError
+from achse.motion import checks
+
+
+def test_the_first_obstacle_is_named(rig: Any) -> None:
+    axis = rig.axis
+    assert checks.why_no_command(axis) == checks.OK
+    axis.motion_locked = 1
+    assert checks.why_no_command(axis) == NcError.AXIS_LOCKED_BY_STOP.number
+    axis.error_code = 0x4550
+    assert checks.why_no_command(axis) == 0x4550
+    axis.axis_disabled = 1
+    assert checks.why_no_command(axis) == NcError.AXIS_NOT_READY.number
+
+
+def test_an_endless_start_needs_no_position(rig: Any) -> None:
+    for start_type in checks.ENDLESS:
+        assert checks.why_not_position(rig.axis, start_type, nan) == checks.OK
+    assert checks.why_not_position(rig.axis, 1, inf) == NcError.START_AXIS_DATA.number
+
+
+def test_no_direction_needs_no_feed_enable(make_rig: Any) -> None:
+    axis = make_rig(control_dword=1).axis
+    assert checks.why_not_permitted(axis, 0.0) == checks.OK
+    assert checks.why_not_permitted(axis, 1.0) == NcError.ENABLE_MISSING.number
+    assert checks.why_not_permitted(axis, -1.0) == NcError.ENABLE_MISSING.number
+
+
+def test_soft_limits_count_only_when_watched(make_rig: Any) -> None:
+    off = make_rig(encoder_soft_limit_max=5.0).axis
+    on = make_rig(encoder_soft_limit_max=5.0, encoder_soft_limit_max_enable=1).axis
+    assert checks.why_not_target(off, 6.0) == checks.OK
+    assert checks.why_not_target(on, 5.0) == checks.OK
+    assert checks.why_not_target(on, 6.0) == NcError.SOFT_LIMIT_MAX_AT_START.number
+    assert checks.why_not_away(on, 1.0) == checks.OK

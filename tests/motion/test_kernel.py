@@ -1,0 +1,154 @@
+"""The cycle: plain and compiled are bit-identical, resting axes stay right."""
+
+import random
+from typing import Any
+
+import pytest
+
+from achse.motion import Axis, AxisParameters, Nc, commands
+
+FULL = 1_000_000
+
+
+def _axes(dice: random.Random) -> list[AxisParameters]:
+    """Axes of quite different kinds."""
+    return [
+        AxisParameters(
+            number,
+            values={
+                "control_dword": 7,
+                "velocity_override": FULL,
+                "override_type": dice.randrange(1, 5),
+                "max_velocity": 10 ** dice.uniform(1, 4),
+                "default_acceleration": 10 ** dice.uniform(2, 4),
+                "default_deceleration": 10 ** dice.uniform(2, 4),
+                "default_jerk": 10 ** dice.uniform(3, 6),
+                "fast_axis_stop_deceleration": dice.choice([0.0, 5000.0]),
+                "encoder_scaling_factor": dice.choice([1e-4, 0.0125, 1 / 3e5]),
+                "encoder_modulo_factor": dice.choice([360.0, 1 / 3]),
+                "encoder_soft_limit_max_enable": dice.randrange(2),
+                "encoder_soft_limit_max": 700.0,
+                "encoder_position_filter_time": dice.choice([0.0, 0.003]),
+                "encoder_count_direction": number % 2,
+                "drive_motor_polarity": number % 2,
+                "controller_position_kv": dice.choice([5.0, 20.0, 30.0]),
+                "controller_velocity_feedforward_weight": dice.choice([0.0, 0.9, 1.0]),
+                "controller_following_error_position_max": dice.choice([1.0, 50.0]),
+                "simulation_ideal": number == 3,
+                "simulation_time_constant": dice.choice([0.0, 0.004, 0.02]),
+                "simulation_dead_time": dice.choice([0.0, 0.002, 0.005]),
+                "motion_monitoring_enable": 1,
+                "peh_monitoring_enable": dice.randrange(2),
+                "error_reaction_mode": dice.randrange(2),
+                "error_reaction_delay": 0.05,
+            },
+        )
+        for number in range(1, 6)
+    ]
+
+
+def _act(axis: Axis, dice: random.Random) -> int:
+    """One random command or change; its answer."""
+    position = dice.uniform(-900.0, 900.0)
+    velocity = 10 ** dice.uniform(-1, 4)
+    dynamics = [dice.choice([0.0, 10 ** dice.uniform(2, 5)]) for _ in range(3)]
+    kind = dice.choice([1, 2, 3, 4, 5, 261, 517, 773, 4096, 8192])
+    match dice.randrange(12):
+        case 0 | 1 | 2 | 3:
+            mode = dice.choice([0, 0, 1, 18, 19, 20, 21])
+            if kind > 5:
+                position = abs(position) % axis.encoder_modulo_factor
+            return commands.universal_start(
+                axis, kind, position, velocity, *dynamics, buffer_mode=mode
+            )
+        case 4:
+            return commands.start(axis, kind, position, velocity)
+        case 5:
+            return commands.new_end_position_and_velocity(
+                axis,
+                dice.choice([1, 2, 3, 9, 10, 11]),
+                dice.choice([1, 2, 3, 5]),
+                position,
+                velocity,
+                axis.set_position + dice.uniform(-50.0, 50.0),
+            )
+        case 6:
+            return dice.choice(
+                [
+                    commands.stop(axis),
+                    commands.emergency_stop(axis, *dynamics[:2]),
+                    commands.parameterized_stop(axis, *dynamics[:2]),
+                    commands.new_dynamics(axis, *dynamics),
+                ]
+            )
+        case 7:
+            axis.velocity_override = dice.choice([0, 1, 333_333, FULL, FULL + 1])
+        case 8:
+            axis.control_dword = dice.choice([7, 7, 7, 7, 3, 5, 0])
+        case 9:
+            axis.simulation_blocked = dice.random() < 0.1
+        case 10:
+            return commands.set_actual_position(axis, dice.choice([1, 2, 5]), position)
+        case _:
+            axis.control_dword = 7
+            axis.simulation_blocked = 0
+            return commands.reset(axis) + commands.release_lock(axis)
+    return 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_both_kernels_give_bit_identical_states(seed: int) -> None:
+    sides = [
+        (Nc(2_000_000, _axes(dice), compiled=compiled), dice)
+        for compiled, dice in ((False, random.Random(seed)), (True, random.Random(seed)))
+    ]
+    errors = 0
+    for _ in range(400):
+        outcome: list[Any] = []
+        for nc, dice in sides:
+            answers = [_act(nc.axis(dice.randrange(1, 6)), dice) for _ in range(3)]
+            for _ in range(dice.randrange(1, 20)):
+                nc.cycle()
+            outcome.append((answers, nc.digest()))
+        assert outcome[0] == outcome[1]
+        errors += any(axis.error_code for axis in sides[0][0])
+    assert errors > 5
+    assert min(axis.command_counter for axis in sides[0][0]) > 5
+
+
+def test_an_idle_axis_comes_to_rest_and_still_counts(rig: Any) -> None:
+    commands.start(rig.axis, 1, 10.0, 100.0)
+    rig.until(lambda axis: axis.resting == 1, 10.0)
+    counted, digest = rig.axis.set_cycle_counter, rig.axis.pack()
+    rig.run(100)
+    assert rig.axis.set_cycle_counter == counted + 100
+    assert commands.start(rig.axis, 1, 20.0, 100.0) == 0
+    assert rig.axis.resting == 0
+    rig.until_rest()
+    assert rig.axis.set_position == 20.0
+    assert digest != rig.axis.pack()
+
+
+def test_rest_changes_nothing(make_rig: Any) -> None:
+    resting, awake = make_rig(), make_rig()
+    for rig in (resting, awake):
+        commands.start(rig.axis, 1, 33.3, 200.0)
+        rig.seconds(6.0)
+    assert resting.axis.resting == 1
+    for _ in range(200):
+        awake.axis.resting = 0
+        awake.run(1)
+        resting.run(1)
+    awake.axis.resting = 1
+    awake.axis.quiet_cycles = resting.axis.quiet_cycles
+    awake.axis._record.resting = 1
+    assert awake.axis.pack() == resting.axis.pack()
+
+
+def test_an_axis_that_was_never_enabled_rests_too(make_rig: Any) -> None:
+    rig = make_rig(control_dword=0)
+    rig.run(100)
+    assert rig.axis.resting == 1
+    rig.axis.control_dword = 7
+    rig.run(1)
+    assert rig.axis.loop_closed == 1

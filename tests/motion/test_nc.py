@@ -1,0 +1,111 @@
+"""The NC: axes by id, their parameters, cycle and state hash."""
+
+import sys
+from typing import Any
+
+import pytest
+
+from achse.motion import AxisParameters, AxisParametersError, Nc, commands, compiled
+
+
+def test_axes_are_found_by_id_in_any_order() -> None:
+    nc = Nc(1_000_000, [AxisParameters(9, "C", "deg"), AxisParameters(2, "X")], compiled=False)
+    assert [axis.axis_id for axis in nc] == [2, 9]
+    assert len(nc) == 2
+    assert (nc.axis(9).name, nc.axis(9).unit) == ("C", "deg")
+    assert nc.cycle_seconds == 0.001
+    with pytest.raises(KeyError):
+        nc.axis(1)
+
+
+def test_an_axis_without_name_is_called_by_its_id() -> None:
+    assert Nc(1_000_000, [AxisParameters(7)], compiled=False).axis(7).name == "Axis 7"
+
+
+@pytest.mark.parametrize(
+    ("axis_id", "values", "message"),
+    [
+        (0, {}, "axis id 0: expected 1..255"),
+        (256, {}, "axis id 256: expected 1..255"),
+        (1, {"speed": 1.0}, "axis 1: no parameter 'speed'"),
+        (1, {"set_position": 1.0}, "axis 1: no parameter 'set_position'"),
+        (1, {"max_velocity": 0.0}, "max_velocity = 0.0, expected 0.001..1e+10"),
+        (1, {"max_velocity": float("nan")}, "max_velocity = nan"),
+        (1, {"override_type": 1.5}, "override_type = 1.5, expected a whole number"),
+        (1, {"drive_motor_polarity": 2}, "expected 0..1"),
+    ],
+)
+def test_bad_parameters_are_refused(axis_id: int, values: dict[str, float], message: str) -> None:
+    with pytest.raises(AxisParametersError) as caught:
+        AxisParameters(axis_id, values=values)
+    assert message in str(caught.value)
+
+
+def test_ids_are_unique() -> None:
+    with pytest.raises(AxisParametersError, match="given twice"):
+        Nc(1_000_000, [AxisParameters(1), AxisParameters(1)], compiled=False)
+
+
+def test_the_cycle_takes_time() -> None:
+    with pytest.raises(AxisParametersError, match="expected more than 0"):
+        Nc(0, [])
+
+
+def test_the_reference_velocity_follows_the_maximum() -> None:
+    given = {"max_velocity": 100.0, "drive_reference_velocity": 500.0}
+    nc = Nc(
+        1_000_000,
+        [AxisParameters(1, values={"max_velocity": 100.0}), AxisParameters(2, values=given)],
+        compiled=False,
+    )
+    assert nc.axis(1).drive_reference_velocity == pytest.approx(110.0)
+    assert nc.axis(2).drive_reference_velocity == 500.0
+
+
+def test_an_nc_without_axes_cycles() -> None:
+    nc = Nc(1_000_000, [])
+    nc.cycle()
+    assert nc.cycle_count == 1
+    assert len(nc.digest()) == 16
+
+
+def test_the_hash_sees_every_change(make_rig: Any) -> None:
+    rig = make_rig(count=3)
+    first = rig.nc.digest()
+    assert rig.nc.digest() == first
+    rig.nc.axis(3).segment_jerk[11] = 1e-300
+    second = rig.nc.digest()
+    assert second != first
+    rig.run(1)
+    assert rig.nc.digest() != second
+
+
+def test_axes_are_independent(make_rig: Any) -> None:
+    rig = make_rig(count=3)
+    commands.start(rig.nc.axis(2), 1, 50.0, 100.0)
+    rig.seconds(3.0)
+    assert [axis.set_position for axis in rig.nc] == [0.0, 50.0, 0.0]
+
+
+def test_two_runs_end_in_the_same_state(make_rig: Any) -> None:
+    digests = []
+    for _ in range(2):
+        rig = make_rig(count=2)
+        commands.start(rig.nc.axis(2), 1, 50.0, 100.0)
+        rig.seconds(1.0)
+        digests.append(rig.nc.digest())
+    assert digests[0] == digests[1]
+
+
+def test_few_axes_need_no_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    few, many = [AxisParameters(1)], [AxisParameters(n) for n in range(1, 101)]
+    assert Nc(2_000_000, few).compiled is False
+    assert Nc(2_000_000, many).compiled is True
+    monkeypatch.setattr("achse.motion.nc.numba_installed", lambda: False)
+    assert Nc(2_000_000, many).compiled is False
+
+
+def test_a_missing_numba_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert compiled.numba_installed()
+    monkeypatch.setitem(sys.modules, "numba", None)
+    assert not compiled.numba_installed()
