@@ -1,5 +1,6 @@
 """Notifications come when they should, stamped with the cycle, and end when they should."""
 
+import asyncio
 import itertools
 import struct
 from collections.abc import Callable
@@ -9,9 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.ams import AmsAddress
+from achse.ams import AmsAddress, Connection, Frame, TcpCommand, TcpMessage
+from achse.ams.commands import AddNotificationRequest
 from achse.ams.notification import NotificationStream
 from achse.server import Limits
+from achse.transport.tcp import TcpListener
 
 FILETIME_OF_START = 116_444_736_000_000_000 + 18_000_000_000_000_000
 """2027-01-15 08:00 UTC, where the bench's clock starts, in 100 ns since 1601."""
@@ -419,6 +422,55 @@ def test_a_slow_reader_loses_its_oldest_samples_and_disturbs_nobody(
     assert times(bench.samples(slow)) == list(range(910, 1011, 10))
     assert caplog.text.count("does not read") == 1
     assert "90 samples were dropped" in caplog.text
+
+
+def test_over_tcp_too_a_slow_reader_disturbs_nobody(make_bench: Callable[..., Any]) -> None:
+    """Half a megabyte per cycle: the one that reads gets all, the other one loses some."""
+    bench = make_bench(Limits(queue_bytes=1 << 20))
+    big = bench.source.symbols["main.big"] = type(bench.source.symbols["main.text"])(1 << 19)
+
+    async def run() -> None:
+        listener = TcpListener(bench.router)
+        await listener.open(port=0)
+        clients = []
+        for _ in range(2):
+            reader, writer = await asyncio.open_connection("127.0.0.1", listener.port)
+            writer.write(TcpMessage(TcpCommand.PORT_CONNECT, bytes(2)).encode_tcp())
+            source = (await reader.readexactly(14))[6:]
+            bench.handle("MAIN.big", source=source, origin=Sink())
+            symbol = next(reversed(bench.device.symbols._handles))
+            add = AddNotificationRequest(0xF005, symbol, 1 << 19, 3, 0, 0)
+            writer.write(Frame(bench.address, source, 6, 4, 0, 1, add.encode()).encode_tcp())
+            clients.append((reader, writer))
+        (good, _), (slow, _) = clients
+        slow._transport.pause_reading()  # type: ignore[attr-defined]
+        stream = Connection()
+        numbers: list[int] = []
+        while bench.device.notifications.dropped < 10:
+            big.number += 1
+            bench.tick(10)
+            while not numbers or numbers[-1] < big.number:
+                for frame in stream.receive(await good.read(1 << 20)):
+                    if frame.command == 8:
+                        (stamp,) = NotificationStream.decode(frame.data).stamps
+                        numbers.append(int.from_bytes(stamp.samples[0].data, "little"))
+        assert numbers == list(range(big.number + 1))
+        for _, writer in clients:
+            writer.close()
+        await listener.close()
+
+    asyncio.run(asyncio.wait_for(run(), 20))
+
+
+class Sink:
+    """Takes the answer to a request made for somebody else."""
+
+    def __init__(self) -> None:
+        self.frames: list[Frame] = []
+
+    def deliver(self, frame: Frame) -> bool:
+        self.frames.append(frame)
+        return True
 
 
 def test_what_waits_for_a_deleted_subscription_is_forgotten(bench: Any) -> None:

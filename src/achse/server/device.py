@@ -225,11 +225,11 @@ class Device:
         data = frame.data
         group, offset, read_length = _header(data, READ_WRITE_HEADER)
         services = self._groups.get(group) or self.services.find(group)
-        self._request = frame
+        outer, self._request = self._request, frame
         try:
             value = services.read_write(group, offset, read_length, data[16:], frame.source)
         finally:
-            self._request = None
+            self._request = outer
         return RESULT_LENGTH.pack(0, len(value)) + value
 
     def _answer_state(self, frame: Frame) -> bytes:
@@ -247,11 +247,11 @@ class Device:
     def _answer_add_notification(self, frame: Frame) -> bytes:
         _expect(frame.data, 40)
         request = AddNotificationRequest(*ADD_NOTIFICATION_BODY.unpack(frame.data))
-        self._request = frame
+        outer, self._request = self._request, frame
         try:
             handle = self.add_notification(request, frame.source)
         finally:
-            self._request = None
+            self._request = outer
         return RESULT_LENGTH.pack(0, handle)
 
     def _answer_delete_notification(self, frame: Frame) -> bytes:

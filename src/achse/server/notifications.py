@@ -44,8 +44,6 @@ class Sender(Protocol):
 
     def deliver(self, frame: Frame) -> bool: ...
 
-    def reaches(self, address: bytes) -> bool: ...
-
 
 class Notifications:
     """The subscriptions of one device.

@@ -36,6 +36,9 @@ _LEARNED_PER_CONNECTION = 1024
 _ASKED_PER_CONNECTION = 1024
 """Requests passed on to one foreign server that may be unanswered; the oldest is forgotten."""
 
+_CONGESTED = 1024 * 1024
+"""Bytes waiting for a peer at which devices keep notifications back."""
+
 _FLUSH_SIZE = 256 * 1024
 """Answers are written once per turn of the loop, or when this many bytes have gathered."""
 
@@ -210,6 +213,12 @@ class TcpConnection(asyncio.Protocol):
             self._flush_due = True
             self._listener.loop.call_soon(self._flush)
         return True
+
+    @property
+    def congested(self) -> bool:
+        """True while the peer leaves so much unread that notifications had better wait."""
+        transport = self._transport
+        return transport is not None and transport.get_write_buffer_size() > _CONGESTED
 
     def _send(self, message: TcpMessage) -> None:
         self._out.append(message.encode_tcp())
