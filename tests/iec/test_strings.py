@@ -44,7 +44,7 @@ def test_the_text_is_padded_with_nul() -> None:
 
 def test_the_text_ends_at_the_first_nul() -> None:
     assert STRING(6).decode(b"ab\0cdef") == "ab"
-    assert STRING(6).decode(b"abcdefg") == "abcdefg"
+    assert STRING(6).decode(b"abcdefg") == "abcdef"
     assert STRING(6).decode(b"abc") == "abc"
     assert WSTRING(3).decode("äb\0c".encode("utf-16-le")) == "äb"
     # the bytes 61 00 00 01 hold two NULs side by side that are no character

@@ -224,13 +224,13 @@ class Array(Generic[V]):
     def __setitem__(self, index: int | tuple[int, ...], value: object) -> None:
         codec = self._codec
         if codec is not None and index.__class__ is int and self._first <= index <= self._last:
-            # Not pack_into: a refused value would leave zeros.
+            # A value that pack_into refuses leaves zeros behind, so pack goes first.
             try:
-                data = codec.pack(value)
+                codec.pack(value)
             except (struct.error, OverflowError, TypeError, ValueError):
                 raise self.type.element.reject(value) from None
             position = self._offset + (index - self._first) * codec.size
-            self._buffer[position : position + codec.size] = data
+            codec.pack_into(self._buffer, position, value)
             return
         indices, part = self._part(index)
         part.write(self._buffer, self._offset + self.type.position(indices), value)

@@ -44,8 +44,8 @@ class StringType(IecType[str]):
         return data + b"\0"
 
     def decode(self, data: bytes | Buffer) -> str:
-        """The text up to the first NUL. Fewer bytes than `size` are a shorter text."""
-        return decode_text(bytes(data[: self.size]).partition(b"\0")[0], self.coding)
+        """The text up to the first NUL or the full length. Fewer bytes are a shorter text."""
+        return decode_text(bytes(data[: self.length]).partition(b"\0")[0], self.coding)
 
     def read(self, buffer: Buffer, offset: int) -> str:
         return self.decode(buffer[offset : offset + self.size])
@@ -78,7 +78,7 @@ class WStringType(StringType):
     def decode(self, data: bytes | Buffer) -> str:
         if len(data) % 2:
             raise IecDecodeError(f"{self.name} has 2 bytes per unit, got {len(data)} bytes")
-        units = bytes(data[: self.size])
+        units = bytes(data[: 2 * self.length])
         end = units.find(b"\0\0")
         while end % 2 and end > 0:
             end = units.find(b"\0\0", end + 1)
@@ -89,13 +89,21 @@ class WStringType(StringType):
         return f"a str without NUL of at most {self.length} UTF-16 units"
 
 
-@lru_cache(maxsize=1024)
 def STRING(length: int = 80, coding: Coding = "cp1252") -> StringType:  # noqa: N802
     """`STRING(n)`: n bytes of text; 80 as in IEC 61131-3 if nothing is said."""
+    return _string(length, coding)
+
+
+def WSTRING(length: int = 80) -> WStringType:  # noqa: N802
+    """`WSTRING(n)`: n UTF-16 units of text; 80 if nothing is said."""
+    return _wide_string(length)
+
+
+@lru_cache(maxsize=1024)
+def _string(length: int, coding: Coding) -> StringType:
     return StringType(length, coding)
 
 
 @lru_cache(maxsize=1024)
-def WSTRING(length: int = 80) -> WStringType:  # noqa: N802
-    """`WSTRING(n)`: n UTF-16 units of text; 80 if nothing is said."""
+def _wide_string(length: int) -> WStringType:
     return WStringType(length)

@@ -153,6 +153,13 @@ class TypeTable:
             return self._enum(entry)
         if entry.dimensions:
             return self._array(entry)
+        try:
+            # STRING(n), POINTER TO, INT (0..5) and the like say it all in their name.
+            named = parse_type(entry.name, self._find_other(entry), pointer_size=entry.size)
+        except DeclarationError:
+            named = None
+        if named is not None and named.size == entry.size:
+            return named
         if entry.type_name:
             bit = entry.flags & TypeFlag.BIT_VALUES != 0
             base = self._sized(entry.type_name, entry.size, entry.adst, bit, entry.attributes)
@@ -163,13 +170,6 @@ class TypeTable:
                 comment=entry.comment,
                 attributes=dict(entry.attributes),
             )
-        try:
-            # STRING(n), POINTER TO and the like say it all in their name.
-            named = parse_type(entry.name, self._find_other(entry), pointer_size=entry.size)
-        except DeclarationError:
-            named = None
-        if named is not None and named.size == entry.size:
-            return named
         if entry.adst == Adst.BIGTYPE and entry.size == self._pointer_size:
             return InterfaceType(entry.name, self._pointer_size)
         return _by_adst(entry.name, entry.size, entry.adst)

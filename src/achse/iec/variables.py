@@ -118,6 +118,7 @@ class Variable(Generic[G, S]):
         if isinstance(type, IntegerType | RealType):
             self._unpack = type.codec.unpack_from
             self._pack = type.codec.pack
+            self._pack_into = type.codec.pack_into
 
     def placed(self, name: str, offset: int, bit: int | None, *, apart: bool = False) -> Self:
         """The same declaration under a name at a spot."""
@@ -196,13 +197,12 @@ class Variable(Generic[G, S]):
         if self.apart:
             self._store_apart(instance, value)
         elif self._unpack is not None:
-            # Not pack_into: a refused value would leave zeros.
+            # A value that pack_into refuses leaves zeros behind, so pack goes first.
             try:
-                data = self._pack(value)
+                self._pack(value)
             except (struct.error, OverflowError, TypeError, ValueError):
                 raise self.type.reject(value) from None
-            offset = instance.__iec_offset__ + self.offset
-            buffer[offset : offset + len(data)] = data
+            self._pack_into(buffer, instance.__iec_offset__ + self.offset, value)
         else:
             self.store(buffer, instance.__iec_offset__, value)
 

@@ -1,0 +1,122 @@
+"""Type names as text."""
+
+import contextlib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.iec.arrays import ArrayType
+from achse.iec.declare import ARRAY, pointer_to, reference_to
+from achse.iec.derived import AliasType, PointerType, SubrangeType
+from achse.iec.elementary import INT, LREAL, UDINT, UXINT
+from achse.iec.errors import DeclarationError
+from achse.iec.names import ELEMENTARY, parse_type, with_coding
+from achse.iec.strings import STRING, WSTRING, StringType
+from achse.iec.times import DATE_AND_TIME, TIME
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("string(20)", "STRING(20)"),
+        ("STRING[20]", "STRING(20)"),
+        ("STRING", "STRING(80)"),
+        (" wstring ( 5 ) ", "WSTRING(5)"),
+        ("array[0..3]of int", "ARRAY [0..3] OF INT"),
+        ("ARRAY [ -1 .. 2 , 3..4 ] OF STRING(2)", "ARRAY [-1..2,3..4] OF STRING(2)"),
+        ("ARRAY [0..1] OF ARRAY [0..2] OF BYTE", "ARRAY [0..1] OF ARRAY [0..2] OF BYTE"),
+        ("pointer to int", "POINTER TO int"),
+        ("INT (-5..10)", "INT (-5..10)"),
+        ("INT(-5..10)", "INT (-5..10)"),
+    ],
+)
+def test_names_are_read_freely(text: str, name: str) -> None:
+    assert parse_type(text).name == name
+
+
+@pytest.mark.parametrize("type", ELEMENTARY.values(), ids=lambda type: type.name)
+def test_every_elementary_type_is_found_by_its_name(type: object) -> None:
+    name = type.name  # type: ignore[attr-defined]
+    assert parse_type(name) is parse_type(name.lower()) is type
+
+
+@pytest.mark.parametrize(
+    "type",
+    [
+        STRING(7),
+        WSTRING(9),
+        ARRAY(LREAL, (-4, -2), (0, 7)),
+        ARRAY(ARRAY(STRING(3), (1, 2)), (0, 1)),
+        pointer_to(ARRAY(INT, (0, 1))),
+        reference_to(pointer_to(UDINT)),
+        SubrangeType(INT, -1, 1),
+    ],
+    ids=lambda type: type.name,
+)
+def test_the_names_of_types_are_read_back(type: object) -> None:
+    assert parse_type(type.name).name == type.name  # type: ignore[attr-defined]
+    assert parse_type(type.name).size == type.size  # type: ignore[attr-defined]
+
+
+def test_other_names_are_asked_for() -> None:
+    alias = AliasType("T_Len", LREAL)
+    find = {"T_Len": alias}.get
+    assert parse_type("ARRAY [1..2] OF T_Len", find).size == 16
+    pointer = parse_type("POINTER TO T_Len", find)
+    assert isinstance(pointer, PointerType)
+    assert pointer.target is alias
+    assert parse_type("POINTER TO T_Len", find, pointer_size=4).size == 4
+    assert ELEMENTARY["__uxint"] is UXINT
+    assert parse_type("DATE_AND_TIME") is DATE_AND_TIME
+
+
+def test_a_pointer_is_followed_only_when_asked() -> None:
+    pointer = parse_type("POINTER TO T_Unknown")
+    assert isinstance(pointer, PointerType)
+    with pytest.raises(DeclarationError, match="no type is named 'T_Unknown'"):
+        pointer.target  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "T_Unknown",
+        "STRING(0)",
+        "STRING(9999999999)",
+        "ARRAY [] OF INT",
+        "ARRAY [0..] OF INT",
+        "ARRAY [2..1] OF T_X",
+        "ARRAY [0..99999999999] OF INT",
+        "ARRAY [0..1] OF ",
+        "INT (5..1)",
+        "LREAL (0..1)",
+        "x" * 10_000,
+        "ARRAY [0..1] OF " * 5_000 + "INT",
+        "ARRAY [0..1] OF " * 40 + "INT",
+    ],
+    ids=range(14),
+)
+def test_texts_that_name_no_type(text: str) -> None:
+    with pytest.raises(DeclarationError) as caught:
+        parse_type(text)
+    assert len(str(caught.value)) < 200
+
+
+@given(st.text("ARRAY [0..1]OF INTPOINTER TO STRING(9),x", max_size=60))
+def test_any_text_is_a_type_or_refused(text: str) -> None:
+    with contextlib.suppress(DeclarationError):
+        assert parse_type(text).size >= 0
+
+
+def test_the_coding_reaches_into_arrays_and_aliases() -> None:
+    array = with_coding(ARRAY(STRING(4), (0, 1)), "utf-8")
+    assert isinstance(array, ArrayType)
+    assert array.decode("ä".encode().ljust(5, b"\0") * 2) == ["ä", "ä"]
+    alias = with_coding(AliasType("T_Name", STRING(4)), "utf-8")
+    assert alias.name == "T_Name"
+    assert alias.decode("ä".encode()) == "ä"
+    assert isinstance(with_coding(STRING(4), "utf-8"), StringType)
+    assert with_coding(TIME, "utf-8") is TIME
+    assert with_coding(ARRAY(INT, (0, 1)), "utf-8").name == "ARRAY [0..1] OF INT"
