@@ -9,7 +9,6 @@ import pytest
 
 from achse.ams import AmsAddress, ConnectionLost, Frame, NetId, TcpCommand, TcpMessage
 from achse.ams.commands import ReadStateResponse
-from achse.client import link as link_module
 from achse.client.link import Link, RouterDialer, TcpDialer
 from achse.router import Router
 from achse.transport.tcp import TcpListener
@@ -161,14 +160,10 @@ def test_direct_links_of_one_host_have_addresses_of_their_own(
 
 
 @pytest.mark.parametrize("closing", [False, True], ids=["ignores", "closes"])
-def test_a_peer_that_grants_no_port_is_talked_to_directly(
-    run_for_real: Run, monkeypatch: pytest.MonkeyPatch, closing: bool
-) -> None:
-    monkeypatch.setattr(link_module, "GRANT_TIME", 0.02)
-
+def test_a_peer_that_grants_no_port_is_talked_to_directly(run_for_real: Run, closing: bool) -> None:
     async def main() -> None:
         async with deaf(closing=closing) as port:
-            dialer = TcpDialer("127.0.0.1", port)
+            dialer = TcpDialer("127.0.0.1", port, grant_time=0.02)
             link = await dialer.open(User())
             assert link.address.net_id == NetId("127.0.0.1.1.2")
             assert dialer.mode == "direct"
@@ -177,13 +172,12 @@ def test_a_peer_that_grants_no_port_is_talked_to_directly(
     run_for_real(main())
 
 
-def test_router_mode_insists(run_for_real: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(link_module, "GRANT_TIME", 0.02)
-
+def test_router_mode_insists(run_for_real: Run) -> None:
     async def main() -> None:
         async with deaf() as port:
+            dialer = TcpDialer("127.0.0.1", port, mode="router", grant_time=0.02)
             with pytest.raises(ConnectionLost, match="granted no port"):
-                await TcpDialer("127.0.0.1", port, mode="router").open(User())
+                await dialer.open(User())
 
     run_for_real(main())
 

@@ -53,6 +53,7 @@ def test_a_symbol_has_a_handle_a_size_and_a_type(run: Run, peer: Any) -> None:
             assert place == ("MAIN.nCounter", 0xF005, 101, 4, UDINT)
             assert book.known("main.NCOUNTER") is place
             assert await book.place("Main.nCounter") is place
+            assert [p.name for p in await book.locate(["MAIN.NCOUNTER"])] == ["MAIN.NCOUNTER"]
             assert [r.index_group for r in peer.requests] == [0xF009, 0xF003]
 
     run(main())

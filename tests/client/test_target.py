@@ -210,6 +210,9 @@ def test_within_sets_the_time_limit_of_its_requests(run: Run, peer: Any) -> None
             with pytest.raises(RequestTimeout):
                 await plc.within(0.25).read("MAIN.nCounter")
             assert asyncio.get_running_loop().time() - start == pytest.approx(0.25)
+            with pytest.raises(RequestTimeout, match="look symbols up"):
+                await plc.within(0.25).read("GVL.fValue")
+            assert asyncio.get_running_loop().time() - start == pytest.approx(0.5)
 
     run(main())
 
@@ -225,6 +228,27 @@ def test_a_subscription_by_name_gives_typed_samples(run: Run, peer: Any) -> None
             assert request[2:] == (11, TransmissionMode.SERVER_CYCLE, 5_000_000, 100_000)
             peer.change("GVL.sText", b"world".ljust(11, b"\0"))
             assert [(await anext(samples)).value for _ in range(2)] == ["hello", "world"]
+
+    run(main())
+
+
+def test_names_in_any_case_come_back_as_they_were_asked(run: Run, peer: Any) -> None:
+    async def main() -> None:
+        async with target_of(peer) as plc:
+            await plc.read("main.ncounter")
+            assert await plc.read_many(["MAIN.nCounter"]) == {"MAIN.nCounter": 7}
+            assert await plc.write_many({"MAIN.NCOUNTER": 8}) == {}
+            async with plc.subscribe("Main.nCounter") as samples:
+                assert (await anext(samples))[:2] == ("Main.nCounter", 8)
+
+    run(main())
+
+
+def test_a_subscription_to_nothing_is_refused(run: Run, peer: Any) -> None:
+    async def main() -> None:
+        async with target_of(peer) as plc:
+            with pytest.raises(ValueError, match="at least one"):
+                plc.subscribe([])
 
     run(main())
 

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from achse.ams import AmsAddress, NetId
-from achse.client.link import Dialer, Mode, RouterDialer, TcpDialer
+from achse.client.link import GRANT_TIME, Dialer, Mode, RouterDialer, TcpDialer
 from achse.client.session import Backoff, Session
 from achse.client.target import Target
 from achse.router import Router
@@ -132,7 +132,8 @@ def connect(
     if host is None or isinstance(host, str):
         name, tcp_port = _endpoint(host)
         address = None if source is None else AmsAddress(source)
-        dialer: Dialer = TcpDialer(name, tcp_port, mode=mode, source=address)
+        grant_time = min(GRANT_TIME, timeout / 2)
+        dialer: Dialer = TcpDialer(name, tcp_port, mode=mode, source=address, grant_time=grant_time)
     else:
         dialer = RouterDialer(host) if isinstance(host, Router) else host
     backoff = reconnect if isinstance(reconnect, Backoff) else Backoff() if reconnect else None

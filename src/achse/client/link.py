@@ -23,6 +23,7 @@ from achse.router import LOOPBACK_NET_ID, Router
 from achse.transport.tcp import TCP_PORT
 
 __all__ = [
+    "GRANT_TIME",
     "Dialer",
     "Link",
     "LinkUser",
@@ -139,11 +140,11 @@ class TcpLink(asyncio.Protocol):
 
     # port service ----------------------------------------------------------------------------
 
-    async def register(self) -> None:
+    async def register(self, grant_time: float) -> None:
         """Ask the router on this host for a port; `ConnectionLost` if it grants none in time."""
         assert self._transport is not None
         self._transport.write(TcpMessage(TcpCommand.PORT_CONNECT, bytes(2)).encode_tcp())
-        done, _ = await asyncio.wait((self._granted,), timeout=GRANT_TIME)
+        done, _ = await asyncio.wait((self._granted,), timeout=grant_time)
         if not done or self._granted.cancelled():
             raise ConnectionLost("the peer granted no port")
         self.address = self._granted.result()
@@ -158,6 +159,10 @@ class TcpLink(asyncio.Protocol):
             log.info("router note %s", message.data.hex())
 
     # out -------------------------------------------------------------------------------------
+
+    @property
+    def is_open(self) -> bool:
+        return self._transport is not None
 
     def extra(self, name: str) -> Any:
         """`sockname` or `peername` of the socket."""
@@ -207,15 +212,18 @@ class TcpDialer:
         *,
         mode: Mode = "auto",
         source: AmsAddress | None = None,
+        grant_time: float = GRANT_TIME,
     ) -> None:
         self.host = host
         self.port = port
         self.mode: Mode = "direct" if source is not None and mode == "auto" else mode
         self.source = source
+        self.grant_time = grant_time
 
     @property
     def peer(self) -> str:
-        return f"{self.host}:{self.port}"
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"{host}:{self.port}"
 
     async def open(self, user: LinkUser) -> TcpLink:
         """Connect; raises OSError if nobody listens, `ConnectionLost` if a port is refused."""
@@ -223,17 +231,19 @@ class TcpDialer:
         try:
             if self.mode == "router" or (self.mode == "auto" and _is_loopback(link)):
                 try:
-                    await link.register()
+                    await link.register(self.grant_time)
                     self.mode = "router"
-                    return link
                 except ConnectionLost:
                     if self.mode == "router":
                         raise
                     link.close()
                     link = await self._connect(user)
-            self.mode = "direct"
-            link.address = self.source or _own_address(link)
-            link.peer_net_id = _net_id_of(link.extra("peername"))
+            if self.mode != "router":
+                self.mode = "direct"
+                link.address = self.source or _own_address(link)
+                link.peer_net_id = _net_id_of(link.extra("peername"))
+            if not link.is_open:
+                raise ConnectionLost("closed by the peer")
         except BaseException:
             link.close()
             raise

@@ -26,7 +26,7 @@ from achse.ams.commands import RESULT
 from achse.client.link import Dialer, Link
 from achse.client.requests import Requests, describe_request
 
-__all__ = ["DEFAULT_BACKOFF", "Backoff", "Listener", "Renewable", "Session"]
+__all__ = ["DEFAULT_BACKOFF", "MAX_DISOWNED", "Backoff", "Listener", "Renewable", "Session"]
 
 log = logging.getLogger("achse.client")
 
@@ -47,6 +47,9 @@ class Backoff(NamedTuple):
 
 
 DEFAULT_BACKOFF = Backoff()
+
+MAX_DISOWNED = 65_536
+"""Unknown subscriptions ended per link; a peer that sends more of them is not worth the memory."""
 
 
 class Listener(Protocol):
@@ -364,7 +367,7 @@ class Session:
 
     def _disown(self, source: bytes, handle: int) -> None:
         """End a subscription nobody here knows: of an earlier link, or given up half way."""
-        if (source, handle) not in self._disowned:
+        if (source, handle) not in self._disowned and len(self._disowned) < MAX_DISOWNED:
             self._disowned.add((source, handle))
             self.spawn(self._end(AmsAddress(source), handle))
 

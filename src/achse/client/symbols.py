@@ -100,13 +100,16 @@ class SymbolBook:
         return await asyncio.shield(wish.place)
 
     async def places(self, names: Sequence[str]) -> list[Place | AdsError]:
-        """The place of each, or why there is none."""
+        """The place of each, named as asked, or why there is none."""
         found = await asyncio.gather(*map(self.place, names), return_exceptions=True)
         places: list[Place | AdsError] = []
-        for item in found:
-            if isinstance(item, BaseException) and not isinstance(item, AdsError):
+        for name, item in zip(names, found, strict=True):
+            if isinstance(item, Place):
+                places.append(item if item.name == name else item._replace(name=name))
+            elif isinstance(item, AdsError):
+                places.append(item)
+            else:
                 raise item
-            places.append(item)
         return places
 
     async def locate(self, names: Sequence[str]) -> list[Place]:
@@ -132,7 +135,8 @@ class SymbolBook:
     def forget(self, place: Place) -> None:
         """This one is out of date; the next who asks gets a new one."""
         key = fold(place.name)
-        if self._places.get(key) is place:
+        known = self._places.get(key)
+        if known is not None and known.offset == place.offset:
             del self._places[key]
 
     def clear(self) -> None:

@@ -1,9 +1,10 @@
 """One ADS device as a client sees it: values by name, by place with a type, and subscriptions."""
 
-from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
+import asyncio
+from collections.abc import Awaitable, Callable, Coroutine, Iterable, Mapping, Sequence
 from typing import Any, Literal, TypeVar, overload
 
-from achse.ams import AdsError, AmsAddress, DeviceError, NetId, TransmissionMode
+from achse.ams import AdsError, AmsAddress, DeviceError, NetId, RequestTimeout, TransmissionMode
 from achse.ams.commands import ReadRequest, WriteRequest
 from achse.client.raw import STALE, RawTarget
 from achse.client.session import Session
@@ -88,7 +89,9 @@ class Target(RawTarget):
 
     async def _at(self, name: str, verb: str, act: Callable[[Place], Awaitable[V]]) -> V:
         """Do `act` where `name` lies; once more if it turns out to lie elsewhere now."""
-        place = self._book.known(name) or await self._book.place(name)
+        place = self._book.known(name)
+        if place is None:
+            place = await self._soon(self._book.place(name))
         try:
             try:
                 return await act(place)
@@ -96,9 +99,19 @@ class Target(RawTarget):
                 if error.code not in STALE:
                     raise
                 self._book.forget(place)
-            return await act(await self._book.place(name))
+            return await act(await self._soon(self._book.place(name)))
         except DeviceError as error:
             raise DeviceError(error.code, f"{verb} {name}") from error
+
+    async def _soon(self, looking: Coroutine[Any, Any, V]) -> V:
+        """The result of looking symbols up, within the time limit; others may wait longer."""
+        if self.timeout >= self.session.timeout:
+            return await looking
+        try:
+            async with asyncio.timeout(self.timeout):
+                return await looking
+        except TimeoutError:
+            raise RequestTimeout(f"look symbols up in {self.address}") from None
 
     @overload
     async def read_many(self, names: Iterable[str]) -> dict[str, Any]: ...
@@ -180,7 +193,7 @@ class Target(RawTarget):
         names: Sequence[str],
         part: Callable[[Place], ReadRequest] | Callable[[Place], WriteRequest],
     ) -> list[tuple[Place | None, Outcome | AdsError]]:
-        places = await self._book.places(names)
+        places = await self._soon(self._book.places(names))
         found = [place for place in places if isinstance(place, Place)]
         outcomes = iter(await self.send_each([part(place) for place in found]))
         results: list[tuple[Place | None, Outcome | AdsError]] = []
@@ -201,7 +214,7 @@ class Target(RawTarget):
 
     async def type_of(self, name: str) -> IecType[Any]:
         """The type of symbol `name`, as the device declares it."""
-        return (await self._book.place(name)).type
+        return (await self._soon(self._book.place(name))).type
 
     # by place ----------------------------------------------------------------------------------
 
@@ -232,6 +245,8 @@ class Target(RawTarget):
         `depth` samples wait for you; beyond that the oldest are dropped and counted.
         """
         wanted = [names] if isinstance(names, str) else list(names)
+        if not wanted:
+            raise ValueError("a subscription has at least one symbol")
         timing = Timing.of(_mode(mode), max_delay, cycle_time)
         return Subscription(
             self, lambda: self._book.locate(wanted), timing, depth, self._book.forget
