@@ -45,8 +45,9 @@ def test_arrays_cannot_be_replaced(either: Any) -> None:
         either.axis.buffer_position = [0.0]
 
 
-def test_a_write_wakes_the_axis(either: Any) -> None:
+def test_a_change_wakes_the_axis(either: Any) -> None:
     either.run(100)
+    either.axis.control_dword = 7  # as a PLC task writes it again and again
     assert either.axis.resting == 1
     either.axis.target_position_window = 3.0
     assert either.axis.resting == 0

@@ -55,6 +55,23 @@ def test_a_withdrawn_enable_brakes_the_axis_and_opens_the_loop(rig: Any) -> None
     assert rig.has(StateBit.OPERATIONAL)
 
 
+def test_enable_and_start_may_come_in_the_same_cycle(make_rig: Any) -> None:
+    rig = make_rig(control_dword=0)
+    rig.axis.control_dword = 7
+    assert commands.start(rig.axis, 1, 10.0, V) == 0
+    rig.until_rest()
+    assert (rig.axis.set_position, rig.axis.error_code) == (10.0, 0)
+
+
+def test_a_start_whose_enable_vanished_ends_in_error(make_rig: Any) -> None:
+    rig = make_rig(control_dword=0)
+    rig.axis.control_dword = 7
+    commands.start(rig.axis, 1, 10.0, V)
+    rig.axis.control_dword = 0
+    assert fails(rig, NcError.CONTROLLER_ENABLE_MISSING) == 1
+    assert rig.axis.set_motion_phase == 0
+
+
 def test_the_enable_may_go_at_rest(rig: Any) -> None:
     rig.axis.control_dword = 0
     rig.run(1)

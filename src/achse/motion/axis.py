@@ -1,7 +1,7 @@
 """Axis: access to one axis record from outside the kernel, equal for both forms of the record.
 
 An `Axis` has every record field as an attribute holding a Python float, int or indexable array.
-Writing one wakes a resting axis, so that the next cycle sees the change.
+Changing one wakes a resting axis, so that the next cycle sees the change.
 """
 
 from collections.abc import Callable
@@ -72,8 +72,9 @@ def _object_property(row: Field) -> property:
 
     def write(axis: Any, value: float) -> None:
         record = axis._record
-        record.resting = 0
-        setattr(record, name, kind(value))
+        if getattr(record, name) != value:
+            record.resting = 0
+            setattr(record, name, kind(value))
 
     kind = float if row.is_real else int
     return property(read, write)
@@ -88,8 +89,10 @@ def _words_property(row: Field) -> property:
         return property(lambda axis: getattr(axis, words)[first:end])
 
     def write(axis: Any, value: float) -> None:
-        axis._wholes[resting] = 0
-        getattr(axis, words)[first] = kind(value)
+        memory = getattr(axis, words)
+        if memory[first] != value:
+            axis._wholes[resting] = 0
+            memory[first] = kind(value)
 
     kind = float if row.is_real else int
     read: Callable[[Any], Any] = eval(f"lambda axis: axis.{words}[{first}]")

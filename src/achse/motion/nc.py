@@ -97,12 +97,11 @@ class Nc:
 
             self._cycle_all = compiled_cycle()
             self._records = numpy.zeros(len(configured), record_dtype())
+            self._cycle_all(self._records[:0], self._dt)  # compiles or loads now, not in a cycle
             for name, row in FIELDS.items():
                 self._records[name] = row.default
-            views = [
-                WordsAxis(memoryview(row))
-                for row in self._records.view("u1").reshape(len(configured), -1)
-            ]
+            rows = self._records.view("u1").reshape(len(configured), -1)
+            views = [WordsAxis(memoryview(row)) for row in rows]
         else:
             self._cycle_all = cycle_all
             self._records = [SlotsRecord() for _ in configured]

@@ -14,6 +14,7 @@ import struct
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 __all__ = [
@@ -409,8 +410,12 @@ else:
                 setattr(self, name, [row.default] * row.length if row.length else row.default)
 
 
+@cache
 def record_dtype() -> Any:
-    """The record as a NumPy structured dtype; imports NumPy."""
+    """The record as a NumPy structured dtype; imports NumPy.
+
+    One object for all: Numba finds the type of an array by the identity of its dtype.
+    """
     import numpy
 
     kinds = {True: numpy.float64, False: numpy.int64}
