@@ -473,6 +473,17 @@ class Sink:
         return True
 
 
+def test_a_client_that_fails_disturbs_nobody(bench: Any, caplog: pytest.LogCaptureFixture) -> None:
+    faulty, address = bench.join()
+    bench.subscribe("MAIN.nCounter", mode=3, source=address, origin=faulty)
+    bench.subscribe("MAIN.nCounter", mode=3)
+    bench.samples()
+    faulty.frames = None
+    bench.tick(20)
+    assert times(bench.samples()) == [10, 20]
+    assert caplog.text.count("failed to take its notifications") == 2
+
+
 def test_what_waits_for_a_deleted_subscription_is_forgotten(bench: Any) -> None:
     handle = bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10)
     bench.samples()

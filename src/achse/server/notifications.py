@@ -327,8 +327,12 @@ class Notifications:
                         log.warning("%s does not read, samples are dropped", _name(channel.client))
                     self.dropped += channel.shorten(limits.queue_bytes)
                 return
-            if self.sender is not None:
-                self.sender.deliver(channel.frame(limits.frame_bytes))
+            frame = channel.frame(limits.frame_bytes)
+            try:
+                if self.sender is not None:
+                    self.sender.deliver(frame)
+            except Exception:  # a fault of one client in this process is no fault of the cycle
+                log.exception("%s failed to take its notifications", _name(channel.client))
         if channel.dropped:
             log.warning(
                 "%s reads again, %d samples were dropped", _name(channel.client), channel.dropped

@@ -151,13 +151,13 @@ class SymbolServices:
         self._limit = handles_per_client
         self._handles: dict[int, _Handle] = {}
         self._stale: dict[int, bytes] = {}
-        self._counts: dict[bytes, int] = {}
+        self._held: dict[bytes, set[int]] = {}
         self._next = _FIRST_HANDLE
 
     @property
     def clients(self) -> Iterable[bytes]:
         """The addresses that hold handles."""
-        return self._counts
+        return self._held
 
     def groups(self) -> Iterator[IndexGroup]:
         """The rows: one per index group."""
@@ -284,32 +284,32 @@ class SymbolServices:
         if read_length < 4:
             raise DeviceError(ReturnCode.INVALID_SIZE, f"a handle is 4 bytes, asked {read_length}")
         symbol = self._resolve(data)
-        count = self._counts.get(client, 0)
-        if count >= self._limit:
-            raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{count} handles are out")
+        held = self._held.get(client, ())
+        if len(held) >= self._limit:
+            raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{len(held)} handles are out")
         handle = self._next
         while handle in self._handles or handle in self._stale:
             handle = handle + 1 & 0xFFFF_FFFF or 1
         self._next = handle + 1 & 0xFFFF_FFFF or 1
         self._handles[handle] = _Handle(symbol, client)
-        self._counts[client] = count + 1
+        self._held.setdefault(client, set()).add(handle)
         return _HANDLE.pack(handle) if read_length == 4 else _handle_and_type(handle, symbol)
 
     def _release_handle(self, offset: int, data: bytes, client: bytes) -> None:
         if len(data) != 4:
             raise DeviceError(ReturnCode.INVALID_SIZE, f"a handle is 4 bytes, got {len(data)}")
         (handle,) = _HANDLE.unpack(data)
-        entry = self._handles.get(handle)
-        if entry is not None and entry.client == client:
-            del self._handles[handle]
-        elif self._stale.get(handle) == client:
-            del self._stale[handle]
-        else:
+        held = self._held.get(client, set())
+        if handle not in held:
             raise DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"handle 0x{handle:X}")
-        if self._counts[client] == 1:
-            del self._counts[client]
-        else:
-            self._counts[client] -= 1
+        self._drop(handle)
+        held.remove(handle)
+        if not held:
+            del self._held[client]
+
+    def _drop(self, handle: int) -> None:
+        if self._handles.pop(handle, None) is None:
+            del self._stale[handle]
 
     def _missing(self, handle: int, client: bytes) -> DeviceError:
         if self._stale.get(handle) == client:
@@ -324,13 +324,8 @@ class SymbolServices:
 
     def release_all(self, client: bytes) -> None:
         """Forget the handles of a client that is gone."""
-        if self._counts.pop(client, 0):
-            self._handles = {
-                handle: entry for handle, entry in self._handles.items() if entry.client != client
-            }
-            self._stale = {
-                handle: owner for handle, owner in self._stale.items() if owner != client
-            }
+        for handle in self._held.pop(client, ()):
+            self._drop(handle)
 
     def invalidate(self) -> None:
         """The symbol table has changed: every handle is out of date."""
