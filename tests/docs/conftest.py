@@ -4,8 +4,8 @@
   is the expected output, errors included. A command that ends in ` &` goes on in the background
   until the page ends, when it must leave with exit code 0 at SIGTERM. `console fails` expects every
   command of the block to fail.
-- ```` ```python ```` is executed; one namespace serves the page. A ```` ```text ```` block right
-  after it is what it prints.
+- ```` ```python ```` is executed; one namespace serves the page. ```` ```js ```` is run by Node.js.
+  A ```` ```text ```` block right after either is what it prints.
 - A block with `title="name"` is written to that file.
 
 In expected output `…` stands for anything within a line, alone in a line for any lines. Each page
@@ -26,11 +26,15 @@ from dataclasses import dataclass, field
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import pytest
 
-LANGUAGES = {"console", "python", "text", "toml", "sh", "st"}
-"""What a fence may say: shown only (`sh`, `st`, `text` apart from a python block) or run."""
+LANGUAGES = {"console", "python", "js", "text", "toml", "sh"}
+"""What a fence may say; `sh` is only shown."""
+
+NPM = Path(__file__).parents[1] / "interop" / "npm"
+"""Where Node.js finds its packages."""
 
 PATIENCE = 60.0
 """Seconds for one command, or for a background command's first lines."""
@@ -96,8 +100,7 @@ class Reader:
     def environment(self) -> dict[str, str]:
         return os.environ | {
             "PATH": sysconfig.get_path("scripts") + os.pathsep + os.environ["PATH"],
-            "ACHSE_HOST": self.host,
-            "COLUMNS": "100",
+            "COLUMNS": "80",
             "NO_COLOR": "1",
             "PYTHONUNBUFFERED": "1",
         }
@@ -105,15 +108,21 @@ class Reader:
     def read(self, text: str) -> None:
         """Run the page; the first block that does not do what it says fails the test."""
         blocks = blocks_of(LOOPBACK.sub(self.host, text))
-        with contextlib.chdir(self.folder):
+        surroundings = mock.patch.dict(os.environ, {"ACHSE_HOST": self.host})
+        with contextlib.chdir(self.folder), surroundings:
             try:
                 for block, after in zip_longest(blocks, blocks[1:]):
                     if block.title:
                         Path(block.title).write_text(block.body)
                     elif block.language == "console":
                         self.console(block)
-                    elif block.language == "python":
-                        self.python(block, after)
+                    elif block.language in ("python", "js"):
+                        printed = (
+                            self.python(block) if block.language == "python" else self.js(block)
+                        )
+                        if after is not None and after.language == "text":
+                            source = f"the {block.language} block before"
+                            self.check(after, source, after.body.splitlines(), printed)
             finally:
                 codes = [self.end(process) for process in self.background]
         assert not any(codes), f"{self.page}: a background command ended with exit code {codes}"
@@ -166,14 +175,18 @@ class Reader:
             process.communicate()
         return process.returncode
 
-    def python(self, block: Block, after: Block | None) -> None:
+    def python(self, block: Block) -> str:
         code = compile("\n" * block.line + block.body, self.page, "exec")
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed):
             exec(code, self.namespace)
-        if after is not None and after.language == "text":
-            expected = after.body.splitlines()
-            self.check(after, "the python block before", expected, printed.getvalue())
+        return printed.getvalue()
+
+    def js(self, block: Block) -> str:
+        command = ["node", "--input-type=module", "--eval", block.body]
+        return subprocess.run(
+            command, cwd=NPM, stdout=subprocess.PIPE, text=True, check=True, timeout=PATIENCE
+        ).stdout
 
     def check(self, block: Block, source: str, expected: list[str], printed: str) -> None:
         assert matches(expected, printed), (

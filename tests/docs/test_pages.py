@@ -29,8 +29,9 @@ def test_the_page_does_what_it_says(
     page: Path, read_page: Callable[[str, str], None], witness: Callable[[str], None]
 ) -> None:
     text = page.read_text(encoding="utf-8")
-    if "import pyads" in text:
-        witness("pyads")
+    for sign, name in {"import pyads": "pyads", "```js": "ads-client"}.items():
+        if sign in text:
+            witness(name)
     read_page(str(page.relative_to(ROOT)), text)
 
 
