@@ -268,11 +268,7 @@ def test_damaged_tables_give_a_type_or_the_error(data: st.DataObject) -> None:
     for entry in damaged:
         try:
             type = table.type(entry.name)
-            if type.size < 10_000:
-                plain(type.decode(bytes(type.size)))
-            else:
-                with pytest.raises(IecDecodeError):
-                    type.decode(bytes(9))
+            plain(type.decode(bytes(min(type.size, 10_000))))
         except (IecDecodeError, DeclarationError):
             pass
 

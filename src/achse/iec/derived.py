@@ -83,11 +83,18 @@ class SubrangeType(AliasType[int]):
         super().__init__(
             name or f"{base.name} ({low}..{high})", base, comment=comment, attributes=attributes
         )
+        self.integer = base
         self.low = low
         self.high = high
 
     def describe(self) -> str:
         return f"{self.name} = {self.base.name} {self.low} {self.high}"
+
+    @property
+    def made_of(self) -> IecType[int]:
+        """What its entry names as its base: the nameless sub-range, and the base of that."""
+        nameless = SubrangeType(self.integer, self.low, self.high)
+        return self.integer if self.name == nameless.name else nameless
 
     @cached_property
     def default(self) -> bytes:

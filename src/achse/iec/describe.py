@@ -47,6 +47,8 @@ def types_within(roots: Iterable[IecType[Any]]) -> list[IecType[Any]]:
 def _parts(type: IecType[Any]) -> list[IecType[Any]]:
     if isinstance(type, ArrayType):
         return [type.element]
+    if isinstance(type, SubrangeType):
+        return [type.made_of]
     if isinstance(type, AliasType | EnumType):
         return [type.base]
     if isinstance(type, InterfaceType):
@@ -86,8 +88,7 @@ def describe_type(type: IecType[Any]) -> DataTypeEntry:
             flags |= TypeFlag.ENUM_NOTES
             notes = tuple(EnumNote(type.comments.get(name, "")) for name in type.numbers)
     elif isinstance(type, SubrangeType):
-        inline = f"{type.base.name} ({type.low}..{type.high})"
-        type_name = type.base.name if type.name == inline else inline
+        type_name = type.made_of.name
     elif isinstance(type, AliasType):
         type_name = type.base.name
     elif isinstance(type, StructType):
