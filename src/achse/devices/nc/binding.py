@@ -1,85 +1,74 @@
 """How NC rows refer to the axis record: by the name of the service.
 
-A row's value lives in the record field of the same name; rows of an encoder, controller or drive
-look for the name with that prefix first. A row whose field does not exist is an error when the
-table is built.
+A row's value lives in the record field of the same name (encoder, controller and drive rows: with
+that prefix first), and the field tells unit, range and meaning. So a row is one line: offset, type,
+for parameters the NC error of a value out of range, name. A row that names no field is an error
+when the module is imported.
 """
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from enum import IntEnum
+from math import isfinite
+from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError
-from achse.motion import Axis
-from achse.motion.record import FIELDS
+from achse.motion import Axis, states
+from achse.motion.record import FIELDS, Field
 from achse.motion.states import ControlBit
 from achse.server import READ, WRITE, Codec, Service
 
 __all__ = ["in_sub_range", "not_while_enabled", "parameter", "per_element", "shown"]
 
-Element = Callable[[Axis, int], Axis]
 
-
-def _field(name: str, prefix: str) -> str:
+def _field(name: str, prefix: str) -> Field:
     for field in (prefix + name, name):
         if field in FIELDS:
-            return field
+            return FIELDS[field]
     raise ValueError(f"service {name!r} refers to nothing: the axis record has no such field")
 
 
+def _unit(row: Field) -> str:
+    """The physical unit; flags, bits and enumerations have none."""
+    return "1" if row.unit in ("0/1", "bits", "NcError") or hasattr(states, row.unit) else row.unit
+
+
 def shown(
-    offset: int,
-    name: str,
-    codec: Codec,
-    unit: str,
-    description: str,
-    *,
-    prefix: str = "",
-    field: str = "",
-    symbol: str = "",
+    offset: int, codec: Codec, name: str, field: str = "", *, prefix: str = "", symbol: str = ""
 ) -> Service:
     """A row that shows a record field."""
-    return Service(
-        offset,
-        name,
-        READ,
-        codec,
-        description,
-        unit,
-        field=field or _field(name, prefix),
-        symbol=symbol,
-    )
+    row = _field(field or name, prefix)
+    return Service(offset, name, READ, codec, row.doc, _unit(row), field=row.name, symbol=symbol)
 
 
 def parameter(
     offset: int,
-    name: str,
     codec: Codec,
-    unit: str,
-    description: str,
-    error: NcError,
-    minimum: float | None = None,
-    maximum: float | None = None,
+    error: int,
+    name: str,
+    field: str = "",
     *,
     prefix: str = "",
-    choices: type[IntEnum] | None = None,
     guard: Callable[[Axis], None] | None = None,
+    **facts: Any,
 ) -> Service:
-    """A row that shows and sets a record field; a value out of range is answered `error`."""
-    return Service(
-        offset,
-        name,
-        READ | WRITE,
-        codec,
-        description,
-        unit,
-        field=_field(name, prefix),
-        minimum=minimum,
-        maximum=maximum,
-        choices=choices,
-        code=error.number,
+    """A row that shows and sets a record field; a value out of range is answered `error`.
+
+    The record's range counts unless `minimum` or `maximum` say otherwise.
+    """
+    row = _field(field or name, prefix)
+    limits: dict[str, Any] = {}
+    if isinstance(choices := getattr(states, row.unit, None), type):
+        limits["choices"] = choices
+    else:
+        limits["minimum"] = row.least if isfinite(row.least) else None
+        limits["maximum"] = row.most if isfinite(row.most) else None
+    return replace(
+        shown(offset, codec, name, row.name),
+        access=READ | WRITE,
+        code=error,
         guard=guard,
+        **limits | facts,
     )
 
 
@@ -88,11 +77,11 @@ def not_while_enabled(axis: Axis) -> None:
 
     The manuals do not print the code; 0x4B42 says it.
     """
-    if axis.control_dword & ControlBit.ENABLE:
-        raise DeviceError(NcError.PLC_AXIS_ENABLED.number, f"axis {axis.axis_id}")
+    if axis.control_dword & ControlBit.ENABLE or axis.loop_closed:
+        raise DeviceError(NcError.PLC_AXIS_ENABLED.number, f"axis {axis.axis_id} is enabled")
 
 
-def _only_standard(error: NcError) -> Element:
+def _only_standard(error: NcError) -> Callable[[Axis, int], Axis]:
     def element(axis: Axis, n: int) -> Axis:
         if n:
             raise DeviceError(error.number, f"axis {axis.axis_id} has no sub-element {n}")
@@ -107,9 +96,10 @@ _SUB_RANGES = {
     "controller_": (0x2_0000, _only_standard(NcError.CONTROLLER_ID)),
     "drive_": (0x3_0000, _only_standard(NcError.DRIVE_ID)),
 }
+"""Prefix of names, first offset, and what answers for sub-element n."""
 
 
-def per_element(rows: Iterable[Service]) -> Iterator[Service]:
+def per_element(*rows: Service) -> Iterator[Service]:
     """`rows` at 0x00n0_0000 + offset; the standard element n = 0 is the axis itself."""
     for row in rows:
         yield replace(row, element=_SUB_RANGES[""][1])

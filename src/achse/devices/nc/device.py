@@ -8,22 +8,23 @@ from achse.devices.nc.axis_cyclic import AXIS_CYCLIC
 from achse.devices.nc.axis_functions import AXIS_FUNCTIONS
 from achse.devices.nc.axis_parameters import AXIS_PARAMETERS
 from achse.devices.nc.axis_states import AXIS_STATES
-from achse.devices.nc.elements import (
-    CONTROLLER_PARAMETERS,
-    CONTROLLER_STATES,
-    DRIVE_PARAMETERS,
-    DRIVE_STATES,
-    ENCODER_PARAMETERS,
-    ENCODER_STATES,
-)
+from achse.devices.nc.controller import CONTROLLER_PARAMETERS, CONTROLLER_STATES
+from achse.devices.nc.drive import DRIVE_PARAMETERS, DRIVE_STATES
+from achse.devices.nc.encoder import ENCODER_PARAMETERS, ENCODER_STATES
 from achse.devices.nc.ring0 import RING0_PARAMETERS, RING0_STATES
 from achse.motion import Axis, Nc
 from achse.motion.axis import ObjectAxis
-from achse.server import Device, Group, IndexGroup, ObjectGroup
+from achse.server import Device, Group, IndexGroup, ObjectGroup, Service
 
-__all__ = ["NcDevice"]
+__all__ = ["AXIS_GROUPS", "RING0_GROUPS", "NcDevice"]
 
-_AXIS_GROUPS = (
+RING0_GROUPS: tuple[tuple[int, tuple[Service, ...]], ...] = (
+    (0x1000, RING0_PARAMETERS),
+    (0x1100, RING0_STATES),
+)
+"""Index group, rows."""
+
+AXIS_GROUPS = (
     (0x4000, AXIS_PARAMETERS, NcError.AXIS_ID),
     (0x4100, AXIS_STATES, NcError.AXIS_ID),
     (0x4200, AXIS_FUNCTIONS, NcError.AXIS_ID),
@@ -54,18 +55,16 @@ class NcDevice(Device):
 
 
 def _groups(nc: Nc) -> Iterator[IndexGroup]:
-    yield Group(0x1000, RING0_PARAMETERS, nc)
-    yield Group(0x1100, RING0_STATES, nc)
-    for base, rows, unknown in _AXIS_GROUPS:
+    for group, rows in RING0_GROUPS:
+        yield Group(group, rows, nc)
+    for base, rows, unknown in AXIS_GROUPS:
         yield ObjectGroup(base, _HIGHEST_ID, _finder(nc, unknown), rows, kind=ObjectAxis)
 
 
 def _finder(nc: Nc, unknown: NcError) -> Callable[[int], Axis]:
-    axes = {axis.axis_id: axis for axis in nc}
-
     def find(axis_id: int) -> Axis:
         try:
-            return axes[axis_id]
+            return nc.axis(axis_id)
         except KeyError:
             raise DeviceError(unknown.number, f"id {axis_id}") from None
 

@@ -1,10 +1,11 @@
-"""Layouts of the NC: numbers as they travel, and structures that are read straight off an axis.
+"""Layouts of the NC: numbers as they travel, requests, and structures read straight off an axis.
 
-Sizes differ between TwinCAT 2 (packed) and TwinCAT 3 (naturally aligned); a structure with two
-forms is served in the one whose size was asked for.
+TwinCAT 2 packs structures, TwinCAT 3 aligns each field to a multiple of its size. Both forms are
+served: a request is understood by its length, an answer has the form whose length was asked for.
 """
 
 import struct
+from collections import namedtuple
 from operator import attrgetter
 from typing import Any
 
@@ -12,41 +13,46 @@ from achse.motion import Axis
 from achse.server import Layout
 
 __all__ = [
-    "FLAG",
     "INT32",
     "INT64",
     "NC_TO_PLC_TC2",
     "NC_TO_PLC_TC3",
+    "NO_DATA",
     "ONLINE_TC2",
     "ONLINE_TC3",
     "REAL64",
     "UINT8",
+    "UINT16",
     "UINT32",
     "AxisStructure",
-    "Counter",
+    "Integer",
     "Text",
+    "request",
 ]
 
-REAL64 = Layout("<d")
-INT32 = Layout("<i")
-INT64 = Layout("<q")
-UINT8 = Layout("<B")
-UINT32 = Layout("<I")
-FLAG = Layout("<H")
-"""0 or 1 in a UINT16."""
 
+class Integer:
+    """A whole number of `size` bytes; one too long for it wraps, as counters do."""
 
-class Counter:
-    """A UINT32 that a longer counter wraps into."""
-
-    size = 4
-    name = "UINT32"
+    def __init__(self, size: int, *, signed: bool = False) -> None:
+        self.size = size
+        self.signed = signed
+        self.name = f"{'' if signed else 'U'}INT{8 * size}"
+        self._mask = (1 << 8 * size) - 1
 
     def encode(self, value: int) -> bytes:
-        return (value & 0xFFFF_FFFF).to_bytes(4, "little")
+        return (value & self._mask).to_bytes(self.size, "little")
 
     def decode(self, data: bytes) -> int:
-        return int.from_bytes(data, "little")
+        return int.from_bytes(data, "little", signed=self.signed)
+
+
+REAL64 = Layout("<d")
+INT32 = Integer(4, signed=True)
+INT64 = Integer(8, signed=True)
+UINT8 = Integer(1)
+UINT16 = Integer(2)
+UINT32 = Integer(4)
 
 
 class Text:
@@ -63,140 +69,162 @@ class Text:
         return data.split(b"\0", 1)[0].decode("cp1252", "replace")
 
 
-class AxisStructure:
-    """A structure whose fields are fields of the axis record, or padding.
+class _NoData:
+    """Functions without data; some clients send a byte all the same, which is passed over."""
 
-    `fields` is a sequence of (record field, struct code); the field "" is padding. `aligned`
-    places each on a multiple of its size (TwinCAT 3); `size` appends zeros up to the full size.
+    name = "VOID"
+    size = None
+
+    def encode(self, value: Any) -> bytes:
+        return b""
+
+    def decode(self, data: bytes) -> tuple[()]:
+        return ()
+
+
+NO_DATA = _NoData()
+
+
+def _aligned(codes: list[str]) -> str:
+    """`struct` codes with the gaps that put each field on a multiple of its size."""
+    end = 0
+    placed = ""
+    for code in codes:
+        width = struct.calcsize("<" + code)
+        gap = 0 if code.endswith("x") else -end % width
+        placed += f"{gap}x" * bool(gap) + code
+        end += gap + width
+    return placed
+
+
+def request(**fields: str) -> tuple[Layout, ...]:
+    """Layouts of a request with these fields (name = `struct` code); values are tuples.
+
+    Two layouts, packed and aligned, where alignment leaves gaps (the reserved words of 002).
+    """
+    record = namedtuple("Request", fields)  # type: ignore[misc]
+    codes = list(fields.values())
+    forms = dict.fromkeys(("".join(codes), _aligned(codes)))
+    return tuple(Layout("<" + form, record) for form in forms)
+
+
+class AxisStructure:
+    """A structure of `size` bytes whose fields are fields of the axis record.
+
+    `fields` is a sequence of (`struct` code, record field); codes of "x" leave zeros and name no
+    field, as do the bytes up to `size`.
     """
 
     def __init__(
         self, name: str, fields: tuple[tuple[str, str], ...], *, aligned: bool, size: int
     ) -> None:
-        codes = ["<"]
-        end = 0
-        for _, code in fields:
-            width = struct.calcsize("<" + code)
-            if aligned and not code.endswith("x"):
-                pad = -end % width
-                codes.append(f"{pad}x" * bool(pad))
-                end += pad
-            codes.append(code)
-            end += width
-        if end > size:
-            raise ValueError(f"{name}: fields take {end} bytes, the structure has {size}")
-        self.name = name
+        codes = [code for code, _ in fields]
+        form = "<" + (_aligned(codes) if aligned else "".join(codes))
+        rest = size - struct.calcsize(form)
+        if rest < 0:
+            raise ValueError(f"{name}: fields take {size - rest} bytes, the structure has {size}")
+        form += f"{rest}x" * bool(rest)
+        self.name = f"{name} ({size} bytes)"
         self.size = size
-        self._layout = struct.Struct("".join(codes) + f"{size - end}x" * (size > end))
-        self._values = attrgetter(*(field for field, _ in fields if field))
+        shown = [(code, field) for code, field in fields if field]
+        layout = struct.Struct(form)
+        self._pack, self._unpack = layout.pack, layout.unpack
+        self._fields = tuple(field for _, field in shown)
+        self._values = attrgetter(*self._fields)
+        self._pack_unsigned = struct.Struct(form.replace("i", "I")).pack
+        self._masks = [
+            None if code == "d" else (1 << 8 * struct.calcsize("<" + code)) - 1 for code, _ in shown
+        ]
 
     def encode(self, axis: Axis) -> bytes:
-        return self._layout.pack(*self._values(axis))
+        values = self._values(axis)
+        try:
+            return self._pack(*values)
+        except struct.error:  # a count beyond its field wraps
+            pairs = zip(values, self._masks, strict=True)
+            return self._pack_unsigned(*(v if mask is None else v & mask for v, mask in pairs))
 
-    def decode(self, data: bytes) -> Any:
-        raise ValueError(f"{self.name} cannot be written")
+    def decode(self, data: bytes) -> dict[str, Any]:
+        """The values by record field; for clients, as no row takes a structure in."""
+        return dict(zip(self._fields, self._unpack(data), strict=True))
 
 
-_ONLINE_COMMON = (
-    ("error_code", "i"),
-    ("actual_position", "d"),
-    ("actual_position_modulo", "d"),
-    ("set_position", "d"),
-    ("set_position_modulo", "d"),
-    ("actual_velocity", "d"),
-    ("set_velocity", "d"),
-    ("velocity_override", "I"),
-    ("following_error", "d"),
-    ("following_error_peak_negative", "d"),
-    ("following_error_peak_positive", "d"),
-    ("controller_output_percent", "d"),
-    ("drive_output_percent", "d"),
-    ("state_dword", "I"),
-    ("operation_mode_state_dword", "I"),
-    ("coupling_state", "I"),
-    ("", "4x"),  # index of the active control loop: there is one
+_ONLINE = (
+    ("i", "error_code"),
+    ("d", "actual_position"),
+    ("d", "actual_position_modulo"),
+    ("d", "set_position"),
+    ("d", "set_position_modulo"),
+    ("d", "actual_velocity"),
+    ("d", "set_velocity"),
+    ("I", "velocity_override"),
+    ("d", "following_error"),
+    ("d", "following_error_peak_negative"),
+    ("d", "following_error_peak_positive"),
+    ("d", "controller_output_percent"),
+    ("d", "drive_output_percent"),
+    ("I", "state_dword"),
+    ("I", "control_dword"),
+    ("I", "coupling_state"),
+    ("4x", ""),  # index of the active control loop: there is one
 )
 
-ONLINE_TC2 = AxisStructure(
-    "NCAXISSTATE_ONLINESTRUCT (112)", _ONLINE_COMMON, aligned=False, size=112
-)
-ONLINE_TC3 = AxisStructure(
-    "NCAXISSTATE_ONLINESTRUCT (256)",
-    (
-        *_ONLINE_COMMON,
-        ("actual_acceleration", "d"),
-        ("set_acceleration", "d"),
-        ("set_jerk", "d"),
-    ),
-    aligned=True,
-    size=256,
-)
-"""Torque fields (offset 144 on) are zero: the simulated drive is a velocity drive."""
-
-NC_TO_PLC_TC3 = AxisStructure(
-    "NCTOPLC_AXIS_REF (256)",
-    (
-        ("state_dword", "I"),
-        ("error_code", "I"),
-        ("motion_state", "I"),
-        ("", "4x"),  # operation mode confirmation
-        ("homing_state", "I"),
-        ("coupling_state", "I"),
-        ("", "4x"),  # SVB entries: a single axis has no preparation table
-        ("buffer_count", "I"),
-        ("axis_id", "I"),
-        ("operation_mode_state_dword", "I"),
-        ("actual_position", "d"),
-        ("actual_position_modulo", "d"),
-        ("", "4x"),  # active and commanded control loop
-        ("actual_modulo_turns", "i"),
-        ("actual_velocity", "d"),
-        ("following_error", "d"),
-        ("set_position", "d"),
-        ("set_velocity", "d"),
-        ("set_acceleration", "d"),
-        ("target_position", "d"),
-        ("set_position_modulo", "d"),
-        ("set_modulo_turns", "i"),
-        ("set_command_number", "H"),
-        ("set_command_state", "H"),
-        ("set_jerk", "d"),
-        ("", "88x"),  # torque, touch probe, cam coupling, phasing: not on this axis
-        ("actual_position", "d"),  # without position correction, of which there is none
-        ("actual_acceleration", "d"),
-    ),
-    aligned=True,
-    size=256,
+_ONLINE_SINCE_TC3 = (
+    ("d", "actual_acceleration"),
+    ("d", "set_acceleration"),
+    ("d", "set_jerk"),
+    # from here on torques, which stay zero: the simulated drive is a velocity drive
 )
 
+_NAME = "NCAXISSTATE_ONLINESTRUCT"
+ONLINE_TC2 = AxisStructure(_NAME, _ONLINE, aligned=False, size=112)
+ONLINE_TC3 = AxisStructure(_NAME, _ONLINE + _ONLINE_SINCE_TC3, aligned=True, size=256)
+
+_STATES = (
+    ("I", "state_dword"),
+    ("I", "error_code"),
+    ("I", "motion_state"),
+    ("4x", ""),  # operation mode confirmation
+    ("I", "homing_state"),
+    ("I", "coupling_state"),
+    ("4x", ""),  # SVB entries: a single axis has no preparation table
+    ("I", "buffer_count"),
+    ("I", "axis_id"),
+    ("I", "operation_mode_state_dword"),
+)
+
+_POSITION = (
+    ("d", "actual_position"),
+    ("d", "actual_position_modulo"),
+)
+
+_LOOPS = (("4x", ""),)  # active and commanded control loop
+
+_MOTION = (
+    ("i", "actual_modulo_turns"),
+    ("d", "actual_velocity"),
+    ("d", "following_error"),
+    ("d", "set_position"),
+    ("d", "set_velocity"),
+    ("d", "set_acceleration"),
+    ("d", "target_position"),
+    ("d", "set_position_modulo"),
+    ("i", "set_modulo_turns"),
+    ("H", "set_command_number"),
+    ("H", "set_command_state"),
+)
+
+_SINCE_TC3 = (
+    ("d", "set_jerk"),
+    ("88x", ""),  # torque, touch probe, cam coupling, phasing: not on this axis
+    ("d", "actual_position"),  # without position correction, of which there is none
+    ("d", "actual_acceleration"),
+)
+
+_NAME = "NCTOPLC_AXIS_REF"
 NC_TO_PLC_TC2 = AxisStructure(
-    "NCTOPLC_AXIS_REF (128)",
-    (
-        ("state_dword", "I"),
-        ("error_code", "I"),
-        ("motion_state", "I"),
-        ("", "4x"),  # operation mode confirmation
-        ("homing_state", "I"),
-        ("coupling_state", "I"),
-        ("", "4x"),
-        ("buffer_count", "I"),
-        ("axis_id", "I"),
-        ("operation_mode_state_dword", "I"),
-        ("", "4x"),  # active and commanded control loop
-        ("actual_position", "d"),
-        ("actual_position_modulo", "d"),
-        ("actual_modulo_turns", "i"),
-        ("actual_velocity", "d"),
-        ("following_error", "d"),
-        ("set_position", "d"),
-        ("set_velocity", "d"),
-        ("set_acceleration", "d"),
-        ("target_position", "d"),
-        ("set_position_modulo", "d"),
-        ("set_modulo_turns", "i"),
-        ("set_command_number", "H"),
-        ("set_command_state", "H"),
-    ),
-    aligned=False,
-    size=128,
+    _NAME, _STATES + _LOOPS + _POSITION + _MOTION, aligned=False, size=128
+)
+NC_TO_PLC_TC3 = AxisStructure(
+    _NAME, _STATES + _POSITION + _LOOPS + _MOTION + _SINCE_TC3, aligned=True, size=256
 )
