@@ -5,6 +5,7 @@ import math
 import signal
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
@@ -59,7 +60,8 @@ def run(
     # a station at the wall clock's pace shows its time; a faster one starts at a fixed moment
     station = _station(file, net_id, time.time_ns() if factor == 1 else None)
     try:
-        code = asyncio.run(_serve(station, host, tcp_port, factor, duration))
+        with asyncio.Runner(loop_factory=_loop_factory()) as runner:
+            code = runner.run(_serve(station, host, tcp_port, factor, duration))
     except KeyboardInterrupt:  # before the loop took over the signal
         code = 0
     raise typer.Exit(code)
@@ -103,6 +105,15 @@ def fail(message: str) -> NoReturn:
     """One message on stderr, exit code 1."""
     print(message, file=sys.stderr)
     raise typer.Exit(1)
+
+
+def _loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
+    """uvloop's loop where achse[fast] is installed, else asyncio's own."""
+    try:
+        import uvloop
+    except ImportError:
+        return None
+    return uvloop.new_event_loop
 
 
 async def _serve(

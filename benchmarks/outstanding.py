@@ -1,0 +1,154 @@
+"""64 requests under way at once: our station beside a bare asyncio responder, in turns.
+
+The responder only looks at the header and answers 4 bytes: no server can do less. Two clients ask
+both of them: achse's own, 64 tasks that await one read after the other, and a counting one that
+keeps 64 Reads on the wire without looking at the answers, which shows the servers alone.
+Usage: python benchmarks/outstanding.py [REQUESTS] [ROUNDS]
+"""
+
+import asyncio
+import statistics
+import struct
+import sys
+import time
+
+from processes import HERE, running, station
+
+import achse
+from achse.ams import AmsAddress, Command, Frame
+from achse.ams.commands import DataResponse, ReadRequest
+
+OURS = "127.0.0.74"
+WINDOW = 64
+ANSWER = DataResponse(0, bytes(4)).encode()
+
+
+class Responder(asyncio.Protocol):
+    """Answers every frame with 4 bytes."""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self.transport = transport
+        self.pending = b""
+
+    def data_received(self, data: bytes) -> None:
+        data = self.pending + data
+        position = 0
+        answers = []
+        while len(data) - position >= 6:
+            (length,) = struct.unpack_from("<I", data, position + 2)
+            end = position + 6 + length
+            if end > len(data):
+                break
+            target = data[position + 6 : position + 14]
+            source = data[position + 14 : position + 22]
+            invoke_id = data[position + 34 : position + 38]
+            answers.append(
+                struct.pack("<HI8s8sHHII", 0, 32 + len(ANSWER), source, target, 2, 5,
+                            len(ANSWER), 0) + invoke_id + ANSWER
+            )  # fmt: skip
+            position = end
+        self.pending = data[position:]
+        self.transport.write(b"".join(answers))  # type: ignore[attr-defined]
+
+
+async def serve() -> None:
+    loop = asyncio.get_running_loop()
+    server = await loop.create_server(Responder, "127.0.0.1", 0)
+    print(f"peer ready {server.sockets[0].getsockname()[1]}", flush=True)
+    await server.serve_forever()
+
+
+class Asker(asyncio.Protocol):
+    """Keeps `WINDOW` requests under way until `requests` are answered."""
+
+    def __init__(self, request: bytes, answer_size: int, requests: int) -> None:
+        self.request = request
+        self.answer_size = answer_size
+        self.left = requests
+        self.to_send = requests
+        self.received = 0
+        self.done = asyncio.get_running_loop().create_future()
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self.transport = transport
+        self.send(WINDOW)
+
+    def send(self, count: int) -> None:
+        count = min(count, self.to_send)
+        self.to_send -= count
+        self.transport.write(self.request * count)  # type: ignore[attr-defined]
+
+    def data_received(self, data: bytes) -> None:
+        self.received += len(data)
+        answered, self.received = divmod(self.received, self.answer_size)
+        self.left -= answered
+        self.send(answered)
+        if self.left == 0 and not self.done.done():
+            self.done.set_result(None)
+
+
+async def rate_of_client(host: str, port: int, requests: int) -> float:
+    """Answers per second to achse's client."""
+    async with achse.connect(
+        f"{host}:{port}", net_id=f"{OURS}.1.1", port=501, source="127.0.0.75.1.1:40000",
+        watch_symbols=False, keep_alive=None,
+    ) as nc:  # fmt: skip
+
+        async def ask() -> None:
+            for _ in range(requests // WINDOW):
+                await nc.read_raw(0x4101, 1, 4)
+
+        start = time.perf_counter()
+        await asyncio.gather(*(ask() for _ in range(WINDOW)))
+        return requests // WINDOW * WINDOW / (time.perf_counter() - start)
+
+
+async def rate_of_counter(host: str, port: int, requests: int) -> float:
+    """Answers per second to the counting client."""
+    target = AmsAddress(f"{OURS}.1.1:501")
+    request = Frame(
+        target, AmsAddress("127.0.0.75.1.1:40000"), Command.READ, invoke_id=1,
+        data=ReadRequest(0x4101, 1, 4).encode(),
+    ).encode_tcp()  # fmt: skip
+    size = len(Frame(target, target, Command.READ, data=ANSWER).encode_tcp())
+    loop = asyncio.get_running_loop()
+    start = time.perf_counter()
+    transport, asker = await loop.create_connection(
+        lambda: Asker(request, size, requests), host, port
+    )
+    await asker.done
+    elapsed = time.perf_counter() - start
+    transport.close()
+    return requests / elapsed
+
+
+async def compare(requests: int, rounds: int, port: int) -> None:
+    print(f"{WINDOW} requests under way, {requests} in all, median of {rounds} rounds in turns")
+    for name, rate, promise in (
+        ("achse client", rate_of_client, "   (at least 0.8 is promised)"),
+        ("counting client", rate_of_counter, ""),
+    ):
+        ours, bare = [], []
+        for _ in range(rounds):
+            ours.append(await rate(OURS, 48898, requests))
+            bare.append(await rate("127.0.0.1", port, requests))
+        ratio = statistics.median(a / b for a, b in zip(ours, bare, strict=True))
+        print(f"  {name}")
+        print(f"    achse station   {statistics.median(ours):9.0f} answers/s")
+        print(f"    bare responder  {statistics.median(bare):9.0f} answers/s")
+        print(f"    ratio           {ratio:9.2f}{promise}")
+
+
+def main(requests: int = 30_000, rounds: int = 7) -> None:
+    with (
+        station(OURS),
+        running(str(HERE / "outstanding.py"), "--serve", ready="peer ready") as line,
+    ):
+        asyncio.run(compare(requests, rounds, int(line.split()[-1])))
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["--serve"]:
+        asyncio.run(serve())
+    else:
+        main(*map(int, sys.argv[1:]))
