@@ -165,6 +165,7 @@ def test_a_stop_comes_to_rest_with_the_configured_deceleration(axis: Axis) -> No
 
 
 def test_both_forms_of_the_online_structure_agree(axis: Axis) -> None:
+    axis.watch(lambda sample: axis.at_rest(sample) and sample.actual_velocity == 0.0)
     long, short = Online(*TC3.unpack(axis.read(256))), TC2.unpack(axis.read(112))
     at_rest = [name for name in Online._fields[:17] if "lag" not in name and "output" not in name]
     packed = dict(zip(Online._fields, short, strict=False))
