@@ -9,6 +9,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
+from achse.ams import RouterError
 from achse.devices.nc import NcDevice
 from achse.devices.plc import PlcDevice
 from achse.devices.system import SystemDevice
@@ -31,6 +32,12 @@ NC_PORTS = (500, 501)
 
 SYSTEM_PORT = 10_000
 
+_IDLE_TICK_NS = 1_000_000
+"""Tick of a station without any task."""
+
+_SHORTEST_TICK_NS = 10_000
+"""All cycles are multiples of one tick; a shorter one would only burn time."""
+
 _MODULO_AXIS = 1 << 2
 """Bit of the axis parameter unit_interpretation."""
 
@@ -50,6 +57,7 @@ class Parts(NamedTuple):
     plcs: Mapping[int, PlcRuntime]
     devices: Sequence[Device]
     stages: Sequence[Stage]
+    tick_ns: int
     digests: Sequence[Callable[[], bytes]]
 
 
@@ -61,7 +69,10 @@ def assemble(config: StationConfig, router: Router, base: Path, clock: Callable[
 
     def attach(device: Device, *ports: int) -> None:
         for port in ports:
-            device.attach(router, port)
+            try:
+                device.attach(router, port)
+            except RouterError as taken:
+                raise ConfigError(f"port {port} for {device.name}: {taken}") from taken
         devices.append(device)
 
     attach(SystemDevice(clock=clock), SYSTEM_PORT)
@@ -83,9 +94,14 @@ def assemble(config: StationConfig, router: Router, base: Path, clock: Callable[
         digests.append(plc.digest)
         attach(PlcDevice(plc, clock=clock), plc_config.port, *plc_config.also)
 
-    tick_ns = math.gcd(*(stage.cycle_ns for stage in stages)) or 1_000_000
+    tick_ns = math.gcd(*(stage.cycle_ns for stage in stages)) or _IDLE_TICK_NS
+    if tick_ns < _SHORTEST_TICK_NS:
+        cycles = ", ".join(f"{stage.name} {stage.cycle_ns} ns" for stage in stages)
+        raise ConfigError(
+            f"cycles: expected multiples of a tick of {_SHORTEST_TICK_NS} ns or more, got {cycles}"
+        )
     stages.append(Stage("notifications", tick_ns, _notifier(devices, clock)))
-    return Parts(nc, plcs, devices, stages, digests)
+    return Parts(nc, plcs, devices, stages, tick_ns, digests)
 
 
 def _notifier(devices: Sequence[Device], clock: Callable[[], int]) -> Callable[[int], None]:

@@ -96,11 +96,11 @@ class PlcConfig(_Section):
     """[[plc]]: one PLC device."""
 
     port: int = Field(default=851, ge=1, le=65535)
-    also: Sequence[int] = ()
+    also: Sequence[Annotated[int, Field(ge=1, le=65535)]] = ()
     """Further ports that answer for the same device, for example 801."""
     globals: Sequence[str] = ()
     """Global variable lists, named like programs."""
-    task: Sequence[TaskConfig] = (TaskConfig(),)
+    task: Sequence[TaskConfig] = Field(default=(TaskConfig(),), min_length=1)
 
 
 class NcConfig(_Section):
@@ -138,12 +138,12 @@ class StationConfig(_Section):
 
     @model_validator(mode="after")
     def _distinct(self) -> "StationConfig":
-        ports = [port for plc in self.plc for port in (plc.port, *plc.also)]
-        for what, keys in (
-            ("plc.port", ports),
-            ("axis.id", [axis.id for axis in self.axis]),
-            ("axis.name", [axis.name for axis in self.axis]),
-        ):
+        once: dict[str, list[Any]] = {
+            "plc.port": [port for plc in self.plc for port in (plc.port, *plc.also)],
+            "axis.id": [axis.id for axis in self.axis],
+            "axis.name": [axis.name for axis in self.axis],
+        }
+        for what, keys in once.items():
             twice = sorted({str(key) for key in keys if keys.count(key) > 1})
             if twice:
                 raise ValueError(f"{what}: each once, got {', '.join(twice)} more than once")

@@ -15,7 +15,7 @@ from typing import Self
 from achse.router import Router
 from achse.server import Device
 from achse.station import assembly
-from achse.station.config import StationConfig, load
+from achse.station.config import ConfigError, StationConfig, load
 from achse.station.pacing import Pacer, run_unpaced
 from achse.transport.tcp import TcpListener
 
@@ -54,8 +54,10 @@ class Station:
         self.devices: Sequence[Device] = parts.devices
         self.stages: Sequence[assembly.Stage] = parts.stages
         """What one cycle runs, in order: (cycle in ns, callable with the station time)."""
-        self.tick_ns = math.gcd(*(stage.cycle_ns for stage in self.stages)) or 1_000_000
+        self.tick_ns = parts.tick_ns
         self._digests: Sequence[Callable[[], bytes]] = parts.digests
+        self._owed_ns = 0
+        """What `advance` was asked for beyond whole ticks."""
 
     @classmethod
     def load(
@@ -66,7 +68,11 @@ class Station:
         Raises ConfigError, OSError.
         """
         file = Path(path)
-        return cls(load(file, net_id=net_id), base=file.parent, epoch_ns=epoch_ns)
+        config = load(file, net_id=net_id)
+        try:
+            return cls(config, base=file.parent, epoch_ns=epoch_ns)
+        except ConfigError as fault:
+            raise ConfigError(f"{file}: {fault}") from fault
 
     @classmethod
     def demo(cls, *, net_id: str | None = None, epoch_ns: int = DEFAULT_EPOCH_NS) -> Self:
@@ -85,10 +91,11 @@ class Station:
                 stage.run(now)
 
     def advance(self, seconds: float) -> None:
-        """Let `seconds` of station time pass, in whole ticks (rounded to the nearest)."""
-        if not seconds >= 0:
-            raise ValueError(f"time goes forward only, got {seconds} s")
-        for _ in range(round(seconds * 1e9 / self.tick_ns)):
+        """Let `seconds` of station time pass, in whole ticks; a rest is kept for the next call."""
+        if not 0 <= seconds < math.inf:
+            raise ValueError(f"time goes forward and ends, got {seconds} s")
+        ticks, self._owed_ns = divmod(self._owed_ns + round(seconds * 1e9), self.tick_ns)
+        for _ in range(ticks):
             self.step()
 
     def digest(self) -> str:
@@ -146,16 +153,14 @@ class Station:
                 ended.set()
 
         async with Pacer(step, self.tick_ns, speed) as pacer:
-            failure = asyncio.create_task(pacer.failed())
+            ends = [asyncio.create_task(pacer.failed()), asyncio.create_task(ended.wait())]
             try:
-                await asyncio.wait(
-                    (failure, asyncio.create_task(ended.wait())),
-                    return_when=asyncio.FIRST_COMPLETED,
-                )
-                if failure.done():
-                    await failure
+                done, _ = await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
+                for end in done:
+                    await end
             finally:
-                failure.cancel()
+                for end in ends:
+                    end.cancel()
 
 
 class RunningStation:
