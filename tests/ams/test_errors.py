@@ -21,6 +21,10 @@ def test_a_code_is_described_by_its_row() -> None:
     assert describe_code(0x710) == "0x710 SYMBOL_NOT_FOUND: Symbol not found."
 
 
+def test_an_nc_error_is_described_by_its_row() -> None:
+    assert describe_code(0x4012) == "0x4012 AXIS_ID: Axis id out of range."
+
+
 def test_a_code_without_row_is_described_by_its_number() -> None:
     assert describe_code(0x40) == "0x40"
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from achse.motion import StartType, commands
+from achse.motion import StartType, StateBit, commands
 
 V = 200.0
 
@@ -109,7 +109,9 @@ def test_the_outputs_are_limited(make_rig: Any) -> None:
         drive_output_limit_max=0.05,
         controller_following_error_position_monitoring_enable=0,
     )
+    assert not rig.has(StateBit.DRIVE_LIMIT_ACTIVE)
     at_speed(rig)
+    assert rig.has(StateBit.DRIVE_LIMIT_ACTIVE)
     assert rig.axis.controller_output == pytest.approx(0.01 * 2200.0)
     assert rig.axis.drive_output == pytest.approx(0.05 * 2200.0)
     assert rig.axis.actual_velocity == pytest.approx(0.05 * 2200.0)

@@ -23,7 +23,10 @@ __all__ = [
 
 
 def describe_code(code: int) -> str:
-    """`0x710 SYMBOL_NOT_FOUND: Symbol not found.`, or the bare number where no table names it."""
+    """`0x710 SYMBOL_NOT_FOUND: Symbol not found.`, or the bare number where no table names it.
+
+    NC errors are described alike.
+    """
     row = ReturnCode.of(code) or NcError.of(code)
     return f"0x{code:X}" if row is None else f"0x{code:X} {row.name}: {row.text}"
 

@@ -111,9 +111,8 @@ def _show_accepted(axis: Axis) -> None:
     ) | (StateBit.HAS_JOB | (StateBit.COMMAND_BUFFERED if axis.buffer_count else 0))
 
 
-def _next_number(axis: Axis, state: int = CommandState.ACTIVE) -> int:
+def _next_number(axis: Axis) -> int:
     axis.command_counter = axis.command_counter % 0xFFFF + 1
-    axis.command_counter_state = state
     return axis.command_counter
 
 
@@ -222,7 +221,7 @@ def universal_start(
         border = _border_velocity(axis, buffer_mode, velocity, way, deceleration, jerk)
         _blend(axis, border)
     slot = (axis.buffer_first + axis.buffer_count) % COMMAND_BUFFER
-    axis.buffer_number[slot] = _next_number(axis, CommandState.BUFFERED)
+    axis.buffer_number[slot] = _next_number(axis)
     axis.buffer_start_type[slot] = start_type
     axis.buffer_mode[slot] = buffer_mode
     axis.buffer_position[slot] = float(position)
@@ -417,6 +416,7 @@ def new_end_position_and_velocity(
         return _arm_switch(axis, changes, start_type, target, velocity, switch_position)
     axis.switch_armed = 0
     axis.job_velocity = velocity
+    axis.job_end_velocity = min(axis.job_end_velocity, velocity)
     if changes & NewEndPositionCommand.POSITION:
         axis.got_new_target = 1
         axis.job_start_type = start_type

@@ -77,6 +77,7 @@ def control(ax: AxisFields) -> None:
     """Position controller: following error to drive output."""
     error = ax.set_position - ax.actual_position
     ax.following_error = error
+    ax.drive_limit_active = 0
     ax.following_error_velocity = ax.set_velocity - ax.actual_velocity
     if error < ax.following_error_peak_negative:
         ax.following_error_peak_negative = error
@@ -105,8 +106,10 @@ def control(ax: AxisFields) -> None:
     output = part + ax.controller_velocity_feedforward_weight * ax.set_velocity
     if output > ax.drive_output_limit_max * full:
         output = ax.drive_output_limit_max * full
+        ax.drive_limit_active = 1
     elif output < ax.drive_output_limit_min * full:
         output = ax.drive_output_limit_min * full
+        ax.drive_limit_active = 1
     ax.drive_output = output
     ax.drive_output_percent = 100.0 * output / full
     if output < ax.drive_output_peak_negative:

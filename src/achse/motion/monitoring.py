@@ -60,6 +60,7 @@ _PTP = StateBit.PTP_MODE.value
 _BELOW_MIN = StateBit.SOFT_LIMIT_MIN_EXCEEDED.value
 _ABOVE_MAX = StateBit.SOFT_LIMIT_MAX_EXCEEDED.value
 _DRIVE_ERROR = StateBit.DRIVE_DEVICE_ERROR.value
+_LIMIT_ACTIVE = StateBit.DRIVE_LIMIT_ACTIVE.value
 _LOCKED = StateBit.MOTION_COMMANDS_LOCKED.value
 _ERROR = StateBit.ERROR.value
 
@@ -317,6 +318,8 @@ def show_state(ax: AxisFields) -> None:
         state |= _ABOVE_MAX
     if ax.simulation_not_ready:
         state |= _DRIVE_ERROR
+    if ax.drive_limit_active:
+        state |= _LIMIT_ACTIVE
     if ax.motion_locked:
         state |= _LOCKED
     ax.state_dword = state

@@ -278,12 +278,12 @@ class AxisStateFields:
     controller_output_percent: float = _real(0.0, "%", "the same of full output")
     drive_output: float = _real(0.0, "mm/s", "total output to the drive")
     drive_output_percent: float = _real(0.0, "%", "the same of full output")
+    drive_limit_active: int = _flag(0, "the output is held at a limit")
     drive_output_peak_negative: float = _real(0.0, "mm/s", "smallest total output so far")
     drive_output_peak_positive: float = _real(0.0, "mm/s", "largest total output so far")
 
     reset_command_counter: int = _whole(0, "1", "resets so far")
     command_counter: int = _whole(0, "1", "number given to the last accepted command, 16 bits")
-    command_counter_state: int = _whole(0, "CommandState", "what became of it when accepted")
     motion_locked: int = _flag(0, "a stop holds the axis until the lock is released")
     has_been_stopped: int = _flag(0, "a stop was given since the last start")
     got_new_target: int = _flag(0, "the target was changed during motion")

@@ -347,6 +347,8 @@ def _pass_switch_position(ax: AxisFields) -> None:
         ax.job_end_velocity = 0.0
     ax.switch_armed = 0
     ax.job_velocity = ax.switch_velocity
+    if ax.job_end_velocity > ax.job_velocity:
+        ax.job_end_velocity = ax.job_velocity
     ax.job_peak_velocity = 0.0
     ax.got_new_target = 1
     ax.replan = 1
