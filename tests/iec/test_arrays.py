@@ -98,6 +98,8 @@ def test_impossible_arrays() -> None:
         ArrayType(INT, [])
     with pytest.raises(DeclarationError, match="BIT cannot be the element"):
         array(BIT, (0, 1))
+    with pytest.raises(DeclarationError, match="T_Empty has no size"):
+        array(IecType("T_Empty", 0, 1, 65), (0, 2**31 - 1))
     for bounds in ((5, 3), (0, 2**31), (-(2**31) - 1, 0)):
         with pytest.raises(DeclarationError, match="array bounds"):
             array(INT, bounds)

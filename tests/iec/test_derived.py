@@ -56,6 +56,8 @@ def test_pointers_are_addresses() -> None:
         pointer.encode(-1)
     with pytest.raises(IecDecodeError):
         pointer.decode(b"abc")
+    with pytest.raises(DeclarationError, match="a pointer has 4 or 8 bytes, got 1"):
+        PointerType(INT, 1)
 
 
 def test_a_target_may_come_later() -> None:

@@ -43,6 +43,8 @@ class ArrayType(IecType[list[Any]], Generic[V]):
             raise DeclarationError("an array has at least one dimension")
         if element.is_bit:
             raise DeclarationError("a BIT cannot be the element of an array")
+        if element.size == 0:
+            raise DeclarationError(f"{element.name} has no size: no array of it can be told apart")
         for bounds in dimensions:
             if bounds.first < -(1 << 31) or bounds.last >= 1 << 31 or bounds.length < 0:
                 raise DeclarationError(f"array bounds {bounds} are none: first..last in 32 bits")

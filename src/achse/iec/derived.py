@@ -134,6 +134,8 @@ class PointerType(IecType[int]):
         *,
         target_name: str = "",
     ) -> None:
+        if pointer_size not in (4, 8):
+            raise DeclarationError(f"a pointer has 4 or 8 bytes, got {pointer_size}")
         self.codec = (LWORD if pointer_size == 8 else DWORD).codec
         self.target_name = target.name if isinstance(target, IecType) else target_name
         super().__init__(
