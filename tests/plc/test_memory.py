@@ -16,7 +16,7 @@ def test_allocations_are_aligned_and_never_overlap(wishes: list[tuple[int, int]]
         assert offset % alignment == 0
         assert end <= offset < end + alignment
         end = offset + size
-    assert len(region) == end
+    assert len(region) >= end + 1024  # a STRING read by its address asks for 1024 bytes
 
 
 def test_fixed_addresses_may_overlap_and_others_are_placed_behind_them() -> None:
@@ -116,4 +116,4 @@ def test_bytes_allocated_after_the_initial_values_were_held_reset_to_zero() -> N
     data.place(3, 2)
     data.write(3, b"\x07\x07")
     data.reset()
-    assert data.data == bytes(5)
+    assert not any(data.data)

@@ -68,7 +68,7 @@ def test_initial_values_are_in_the_memory() -> None:
     started(Mixed, memory=memory)
     assert memory[Area.FLAG].read(4, 2) == b"\x34\x12"
     assert memory[Area.OUTPUT].read(0, 8) == b"\x80\0\0\0\x07\0\0\0"
-    assert memory[Area.RETAIN].data == b"\xfb\xff\xff\xff"
+    assert memory[Area.RETAIN].read(0, 8) == b"\xfb\xff\xff\xff\0\0\0\0"
     assert memory[Area.DATA].read(0, 1) == b"\x01"
     assert memory[Area.DATA].read(16, 4) == b"\x09\0\0\0"
 

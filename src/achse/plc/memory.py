@@ -27,11 +27,15 @@ DEFAULT_SIZES = {
     Area.INPUT: 0x1_0000,
     Area.OUTPUT: 0x1_0000,
     Area.FLAG: 0x1_0000,
-    Area.RETAIN: 0,
-    Area.DATA: 0,
+    Area.RETAIN: 0x1_0000,
+    Area.DATA: 0x1_0000,
 }
 """Bytes per area at the start. Process image and flags keep their size (64 KiB is the documented
 range of %M offsets); retain and data grow with what is allocated in them."""
+
+_GROWTH = 0x1_0000
+_HEADROOM = 1024
+"""Memory behind the last variable: clients read a STRING by its address with 1024 bytes."""
 
 _GROWING = (Area.RETAIN, Area.DATA)
 
@@ -88,13 +92,14 @@ class Region:
     def place(self, offset: int, size: int) -> None:
         """Take the bytes at a fixed offset; they may overlap others, as on a real PLC."""
         end = offset + size
-        if end > len(self.data):
+        if end + _HEADROOM * self._grows > len(self.data):
             if not self._grows:
                 raise AreaFullError(
                     f"{self.area.value} has {len(self.data)} bytes, bytes {offset}..{end - 1}"
                     " do not fit"
                 )
-            self.data.extend(bytes(end - len(self.data)))
+            size = -(-(end + _HEADROOM) // _GROWTH) * _GROWTH
+            self.data.extend(bytes(size - len(self.data)))
         self._used = max(self._used, end)
 
     def keep(self, offset: int, size: int) -> None:

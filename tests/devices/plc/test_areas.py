@@ -76,7 +76,7 @@ def test_sizes_of_all_areas(device: PlcDevice, plc: PlcRuntime) -> None:
         struct.unpack("<I", device.read(group, 0, 4))[0]
         for group in (0x4025, 0x4035, 0x4045, 0xF025, 0xF035)
     ]
-    assert sizes == [0x1_0000, 4, len(plc.memory[Area.DATA]), 128, 0x1_0000]
+    assert sizes == [0x1_0000, 0x1_0000, len(plc.memory[Area.DATA]), 128, 0x1_0000]
 
 
 @pytest.mark.parametrize(("group", "area"), [(0xF040, Area.INPUT), (0xF050, Area.OUTPUT)])
