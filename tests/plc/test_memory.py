@@ -16,7 +16,9 @@ def test_allocations_are_aligned_and_never_overlap(wishes: list[tuple[int, int]]
         assert offset % alignment == 0
         assert end <= offset < end + alignment
         end = offset + size
-    assert len(region) >= end + 1024  # a STRING read by its address asks for 1024 bytes
+    assert (
+        not wishes or len(region) >= end + 1024
+    )  # a STRING read by its address asks for 1024 bytes
 
 
 def test_fixed_addresses_may_overlap_and_others_are_placed_behind_them() -> None:
