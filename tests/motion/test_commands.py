@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
-from achse.motion import BufferMode, StartType, StateBit, commands
+from achse.motion import BufferMode, CommandState, StartType, StateBit, commands
 from achse.motion.record import COMMAND_BUFFER
 
 V = 200.0
@@ -215,6 +215,16 @@ def test_halt_can_be_aborted(rig: Any) -> None:
     rig.until_rest()
     assert rig.axis.set_position == 500.0
     assert not rig.has(StateBit.HAS_BEEN_STOPPED)
+
+
+def test_a_halt_is_a_command_with_number_and_state(rig: Any) -> None:
+    commands.universal_start(rig.axis, 3, 0.0, V)
+    rig.seconds(0.5)
+    commands.universal_start(rig.axis, StartType.HALT, 0.0, 0.0)
+    assert rig.axis.set_command_number == rig.axis.command_counter == 2
+    assert rig.axis.set_command_state == CommandState.ACTIVE
+    rig.until_rest()
+    assert rig.axis.set_command_state == CommandState.DONE
 
 
 def test_an_emergency_stop_is_no_weaker_than_the_move(rig: Any) -> None:

@@ -132,6 +132,17 @@ def test_the_override_does_not_interrupt_braking(rig: Any) -> None:
     assert rig.axis.set_position == 100.0
 
 
+def test_the_override_acts_on_the_way_back(rig: Any) -> None:
+    commands.start(rig.axis, StartType.ABSOLUTE, 500.0, V)
+    rig.seconds(1.5)
+    commands.new_end_position(rig.axis, 1, -500.0)
+    rig.run(10)
+    rig.axis.velocity_override = 250_000
+    samples = rig.trace(8000)
+    assert min(v for _, v, _ in samples) == pytest.approx(-0.25 * V)
+    assert_smooth(samples, V, A, J)
+
+
 def test_stop_takes_the_configured_deceleration(make_rig: Any) -> None:
     rig = make_rig(default_deceleration=400.0, default_jerk=4000.0)
     commands.start(rig.axis, StartType.ENDLESS_POSITIVE, 0.0, V)

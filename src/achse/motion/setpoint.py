@@ -317,21 +317,29 @@ def plan(ax: AxisFields) -> None:
     ax.remaining_time = duration(ax.segment_time, count) if phase == _POSITIONING else 0.0
 
 
+def _braking(ax: AxisFields) -> int:
+    """Whether the table is in its last ramp before the target, or too near to stop there."""
+    way = ax.target_position - ax.set_position
+    if ax.table_end != _TO_TARGET or way * ax.set_velocity <= 0.0:
+        return 0
+    way = abs(way)
+    brake = abs(
+        stopping_distance(ax.set_velocity, ax.set_acceleration, ax.job_deceleration, ax.job_jerk)
+    )
+    if brake < way * (1.0 - 1e-9):
+        return 0
+    if ax.job_end_velocity > 0.0 or brake <= way * (1.0 + 1e-9) + 1e-9:
+        return 1
+    return 0
+
+
 def follow_override(ax: AxisFields) -> None:
     """Ask for a new table after a change of the override, unless braking has begun."""
     phase = ax.set_motion_phase
-    if phase == _ENDLESS:
+    if phase == _ENDLESS or (phase == _POSITIONING and not _braking(ax)):
         ax.replan = 1
-    elif phase == _POSITIONING:
-        if ax.table_end == _TO_TARGET and ax.set_velocity != 0.0:
-            way = abs(ax.target_position - ax.set_position)
-            brake = stopping_distance(
-                ax.set_velocity, ax.set_acceleration, ax.job_deceleration, ax.job_jerk
-            )
-            if abs(brake) >= way * (1.0 - 1e-9):
-                ax.planned_override = ax.velocity_override
-                return
-        ax.replan = 1
+    else:
+        ax.planned_override = ax.velocity_override
 
 
 def _pass_switch_position(ax: AxisFields) -> None:
@@ -412,6 +420,8 @@ def advance(ax: AxisFields, dt: float) -> float:
         if ax.set_motion_phase == _STOPPING:
             ax.set_motion_phase = _NO_JOB
             ax.target_position = p
+            if ax.set_command_state == _ACTIVE:  # a halt
+                ax.set_command_state = _DONE
     ax.set_velocity = 0.0
     return 0.0
 
