@@ -12,7 +12,7 @@ NEED_NO_TEST_FILE: dict[str, str] = {
 """File names of modules without logic of their own, and why."""
 
 WITHOUT_MODULE: dict[str, str] = {
-    "tests/motion/test_profile_oracle.py": "the planner against ruckig, generated cases by the thousand",
+    "tests/motion/test_profile_oracle.py": "planner and ruckig, case by case",
 }
 """Test files about several modules together, and why they stand apart."""
 
