@@ -42,6 +42,10 @@ _CONGESTED = 1024 * 1024
 _FLUSH_SIZE = 256 * 1024
 """Answers are written once per turn of the loop, or when this many bytes have gathered."""
 
+_HOLD = 0.01
+"""Seconds that notifications wait behind the answer to an Add: pyads and others drop a sample that
+comes before they have noted its handle."""
+
 _LINGER = 5.0
 """Seconds a closed connection has to take the rest of what was sent to it."""
 
@@ -62,6 +66,8 @@ class TcpConnection(asyncio.Protocol):
         self._asked: dict[tuple[bytes, bytes, int], deque[Endpoint]] = {}
         self._out: list[bytes] = []
         self._out_size = 0
+        self._held: deque[tuple[float, bytes]] = deque()
+        self._hold_until = 0.0
         self._flush_due = False
         self._receiving = False
         self._open = False
@@ -205,6 +211,14 @@ class TcpConnection(asyncio.Protocol):
         if asker is not None and not frame.is_response and frame.command != Command.NOTIFICATION:
             self._note_asker(frame, asker)
         packet = frame.encode_tcp()
+        if frame.command == Command.ADD_NOTIFICATION and frame.is_response:
+            self._hold_until = self._listener.loop.time() + _HOLD
+        elif frame.command == Command.NOTIFICATION and self._hold(packet):
+            return True
+        self._put(packet)
+        return True
+
+    def _put(self, packet: bytes) -> None:
         self._out.append(packet)
         self._out_size += len(packet)
         if self._out_size > _FLUSH_SIZE:
@@ -212,7 +226,27 @@ class TcpConnection(asyncio.Protocol):
         elif not (self._receiving or self._flush_due):
             self._flush_due = True
             self._listener.loop.call_soon(self._flush)
+
+    def _hold(self, packet: bytes) -> bool:
+        """Keep a notification back if an Add was answered a moment ago, or others are kept."""
+        loop = self._listener.loop
+        if not self._held:
+            if loop.time() >= self._hold_until:
+                return False
+            loop.call_at(self._hold_until, self._release)
+        self._held.append((self._hold_until, packet))
         return True
+
+    def _release(self) -> None:
+        """Send the notifications that have waited long enough, in order."""
+        held, loop = self._held, self._listener.loop
+        if not (held and self._open):
+            return
+        due = max(loop.time(), held[0][0])  # timers may be early by their resolution
+        while held and held[0][0] <= due:
+            self._put(held.popleft()[1])
+        if held:
+            loop.call_at(held[0][0], self._release)
 
     @property
     def congested(self) -> bool:
