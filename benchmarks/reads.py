@@ -4,6 +4,7 @@ One read after the other, 4 bytes by index group and offset, each server a proce
 Usage: python benchmarks/reads.py [READS] [ROUNDS]
 """
 
+import itertools
 import statistics
 import subprocess
 import sys
@@ -47,7 +48,7 @@ def read(host: str, reads: int) -> None:
         for _ in range(reads):
             plc.read(0x4040, offset, pyads.PLCTYPE_UDINT)
             moments.append(clock())
-    spans = [b - a for a, b in zip(moments, moments[1:], strict=False)]
+    spans = [b - a for a, b in itertools.pairwise(moments)]
     print(reads / (moments[-1] - moments[0]), statistics.median(spans) * 1e6)
 
 
