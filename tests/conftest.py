@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -13,8 +14,20 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
+
+from achse.ams import AmsAddress, Command, DeviceError, Frame
+from achse.ams.commands import (
+    AddNotificationRequest,
+    ReadRequest,
+    ReadWriteRequest,
+    WriteRequest,
+    decode_response,
+)
+from achse.ams.notification import NotificationStream
+from achse.router import Router
 
 TCP_PORT = 48898
 READY_WITHIN = 30.0
@@ -122,3 +135,80 @@ def start_station(
         assert "Traceback" not in errors, errors
 
     return start
+
+
+class RouterClient:
+    """A client on a router of this process: frames in, frames out, nothing in between.
+
+    Refusals raise DeviceError. Numbers travel by `struct` formats: `put(0x4301, 1, "<I", 7)`.
+    """
+
+    def __init__(self, router: Router, port: int) -> None:
+        self.router = router
+        self.target = AmsAddress.of(router.net_id, port)
+        self.address = router.register(0, self)
+        self._frames: list[Frame] = []
+
+    def deliver(self, frame: Frame) -> bool:
+        self._frames.append(frame)
+        return True
+
+    def ask(self, command: Command, request: Any) -> Any:
+        at = len(self._frames)
+        self.router.deliver(Frame(self.target, self.address, command, data=request.encode()))
+        answer = decode_response(self._frames.pop(at))
+        if answer.result:
+            raise DeviceError(answer.result)
+        return answer
+
+    def read(self, group: int, offset: int, length: int) -> bytes:
+        return bytes(self.ask(Command.READ, ReadRequest(group, offset, length)).data)
+
+    def write(self, group: int, offset: int, data: bytes = b"") -> None:
+        self.ask(Command.WRITE, WriteRequest(group, offset, data))
+
+    def exchange(self, group: int, offset: int, length: int, data: bytes) -> bytes:
+        request = ReadWriteRequest(group, offset, length, data)
+        return bytes(self.ask(Command.READ_WRITE, request).data)
+
+    def get(self, group: int, offset: int, form: str) -> Any:
+        values = struct.unpack(form, self.read(group, offset, struct.calcsize(form)))
+        return values[0] if len(values) == 1 else values
+
+    def put(self, group: int, offset: int, form: str, *values: Any) -> None:
+        self.write(group, offset, struct.pack(form, *values))
+
+    def subscribe(self, group: int, offset: int, length: int, *, cycle_s: float = 0.0) -> None:
+        """A cyclic notification (mode 3); see `samples`."""
+        cycle = round(cycle_s * 1e7)
+        request = AddNotificationRequest(group, offset, length, 3, 0, cycle)
+        self.ask(Command.ADD_NOTIFICATION, request)
+
+    def samples(self) -> list[tuple[int, bytes]]:
+        """FILETIME and data of every sample of all notifications that came since the last call."""
+        frames, self._frames = self._frames, []
+        return [
+            (stamp, sample.data)
+            for frame in frames
+            for stamp, stamped in NotificationStream.decode(frame.data).stamps
+            for sample in stamped
+        ]
+
+
+@pytest.fixture
+def client_of() -> type[RouterClient]:
+    """`client_of(router, port)`: a client of a device in this process."""
+    return RouterClient
+
+
+@pytest.fixture
+def refused() -> Callable[[int], AbstractContextManager[None]]:
+    """`with refused(0x4221): ...` demands that the device answers this code."""
+
+    @contextmanager
+    def demand(code: int) -> Iterator[None]:
+        with pytest.raises(DeviceError) as refusal:
+            yield
+        assert hex(refusal.value.code) == hex(code)
+
+    return demand

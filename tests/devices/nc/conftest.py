@@ -1,0 +1,70 @@
+"""An NC device on a router: axis 1 `X` in mm, axis 3 `C` in degrees, modulo 360; 2 ms cycle."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from achse.ams import NetId
+from achse.devices.nc import NcDevice
+from achse.motion import Axis, AxisParameters, Nc
+from achse.router import Router
+
+CYCLE_NS = 2_000_000
+ENABLED = {"control_dword": 7, "velocity_override": 1_000_000}
+
+
+class Bench:
+    """Both axes are enabled, at rest at 0; `values` are further parameters of axis 1.
+
+    `client` asks at port 501, `axis` is what it asks about.
+    """
+
+    def __init__(self, client_of: Callable[..., Any], **values: float) -> None:
+        self.nc = Nc(
+            CYCLE_NS,
+            [
+                AxisParameters(1, "X", "mm", ENABLED | values),
+                AxisParameters(3, "C", "degree", ENABLED | {"unit_interpretation": 4}),
+            ],
+            compiled=False,
+        )
+        self.axis: Axis = self.nc.axis(1)
+        router = Router(NetId("5.1.2.3.1.1"))
+        self.device = NcDevice(self.nc, clock=lambda: self.nc.cycle_count * CYCLE_NS)
+        for port in (500, 501):
+            self.device.attach(router, port)
+        self.client = client_of(router, 501)
+        self.get, self.put = self.client.get, self.client.put
+        self.read, self.write = self.client.read, self.client.write
+        self.exchange = self.client.exchange
+        self.run(0.1)
+
+    def run(self, seconds: float) -> None:
+        for _ in range(round(seconds * 1e9 / CYCLE_NS)):
+            self.nc.cycle()
+
+    def until(self, condition: Callable[[], Any], seconds: float = 60.0) -> float:
+        """Run until `condition()`; the time it took. Fails when it never holds."""
+        for cycle in range(round(seconds * 1e9 / CYCLE_NS)):
+            if condition():
+                return cycle * CYCLE_NS / 1e9
+            self.nc.cycle()
+        raise AssertionError(f"not within {seconds} s: {self.axis!r}")
+
+    def until_rest(self) -> float:
+        return self.until(lambda: not self.axis.set_motion_phase)
+
+    def start(self, position: float, velocity: float, start_type: int = 1, axis: int = 1) -> None:
+        """Standard start in the form of TwinCAT 3."""
+        self.put(0x4200 + axis, 0x20, "<I4xdd", start_type, position, velocity)
+
+
+@pytest.fixture
+def bench(client_of: Callable[..., Any]) -> Bench:
+    return Bench(client_of)
+
+
+@pytest.fixture
+def make_bench(client_of: Callable[..., Any]) -> Callable[..., Bench]:
+    return lambda **values: Bench(client_of, **values)

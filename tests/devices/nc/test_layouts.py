@@ -1,0 +1,187 @@
+"""Every expected byte stands at the offset that the manuals print for it."""
+
+import struct
+from collections.abc import Mapping
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.devices.nc.layouts import (
+    INT32,
+    NC_TO_PLC_TC2,
+    NC_TO_PLC_TC3,
+    NO_DATA,
+    ONLINE_TC2,
+    ONLINE_TC3,
+    UINT8,
+    UINT16,
+    UINT32,
+    AxisStructure,
+    Integer,
+    Text,
+    request,
+)
+from achse.motion import Axis, AxisParameters, Nc
+
+
+@pytest.fixture
+def axis() -> Axis:
+    return Nc(2_000_000, [AxisParameters(7)], compiled=False).axis(7)
+
+
+def placed(size: int, values: Mapping[int, tuple[str, float]]) -> bytes:
+    """`size` bytes with values at offsets; zero elsewhere."""
+    data = bytearray(size)
+    for offset, (code, value) in values.items():
+        assert not any(data[offset : offset + struct.calcsize(code)])
+        struct.pack_into("<" + code, data, offset, value)
+    return bytes(data)
+
+
+# field: (struct code, value, offset in TwinCAT 2, offset in TwinCAT 3); None: not in that form
+ONLINE = {
+    "error_code": ("i", 0x4550, 0, 0),
+    "actual_position": ("d", 1.5, 4, 8),
+    "actual_position_modulo": ("d", 2.5, 12, 16),
+    "set_position": ("d", 3.5, 20, 24),
+    "set_position_modulo": ("d", 4.5, 28, 32),
+    "actual_velocity": ("d", -5.5, 36, 40),
+    "set_velocity": ("d", 6.5, 44, 48),
+    "velocity_override": ("I", 500_000, 52, 56),
+    "following_error": ("d", 7.5, 56, 64),
+    "following_error_peak_negative": ("d", -8.5, 64, 72),
+    "following_error_peak_positive": ("d", 9.5, 72, 80),
+    "controller_output_percent": ("d", 10.5, 80, 88),
+    "drive_output_percent": ("d", 11.5, 88, 96),
+    "state_dword": ("I", 0x8000_0005, 96, 104),
+    "control_dword": ("I", 0x0000_0107, 100, 108),
+    "coupling_state": ("I", 3, 104, 112),
+    "actual_acceleration": ("d", 12.5, None, 120),
+    "set_acceleration": ("d", 13.5, None, 128),
+    "set_jerk": ("d", 14.5, None, 136),
+}
+
+NC_TO_PLC = {
+    "state_dword": ("I", 0x8000_0005, 0, 0),
+    "error_code": ("I", 0x4550, 4, 4),
+    "motion_state": ("I", 4, 8, 8),
+    "homing_state": ("I", 2, 16, 16),
+    "coupling_state": ("I", 3, 20, 20),
+    "buffer_count": ("I", 6, 28, 28),
+    "axis_id": ("I", 7, 32, 32),
+    "operation_mode_state_dword": ("I", 0x000F_0083, 36, 36),
+    "actual_position": ("d", 1.5, 44, 40),
+    "actual_position_modulo": ("d", 2.5, 52, 48),
+    "actual_modulo_turns": ("i", -3, 60, 60),
+    "actual_velocity": ("d", 4.5, 64, 64),
+    "following_error": ("d", 5.5, 72, 72),
+    "set_position": ("d", 6.5, 80, 80),
+    "set_velocity": ("d", 7.5, 88, 88),
+    "set_acceleration": ("d", 8.5, 96, 96),
+    "target_position": ("d", 9.5, 104, 104),
+    "set_position_modulo": ("d", 10.5, 112, 112),
+    "set_modulo_turns": ("i", -11, 120, 120),
+    "set_command_number": ("H", 0xFFFE, 124, 124),
+    "set_command_state": ("H", 2, 126, 126),
+    "set_jerk": ("d", 12.5, None, 128),
+    "actual_acceleration": ("d", 13.5, None, 232),
+}
+
+
+@pytest.mark.parametrize(
+    ("structure", "fields", "size", "form", "again"),
+    [
+        (ONLINE_TC2, ONLINE, 112, 2, {}),
+        (ONLINE_TC3, ONLINE, 256, 3, {}),
+        (NC_TO_PLC_TC2, NC_TO_PLC, 128, 2, {}),
+        (NC_TO_PLC_TC3, NC_TO_PLC, 256, 3, {224: ("d", 1.5)}),  # position without correction
+    ],
+    ids=["online TC2", "online TC3", "NC to PLC TC2", "NC to PLC TC3"],
+)
+def test_fields_stand_at_their_offsets(
+    axis: Axis,
+    structure: AxisStructure,
+    fields: Mapping[str, tuple[str, float, int | None, int]],
+    size: int,
+    form: int,
+    again: Mapping[int, tuple[str, float]],
+) -> None:
+    for name, (_, value, *_) in fields.items():
+        setattr(axis, name, value)
+    offsets = {row[form]: row[:2] for row in fields.values() if row[form] is not None}
+    expected = placed(size, {**offsets, **again})  # type: ignore[arg-type]
+    assert structure.size == size
+    assert structure.encode(axis).hex() == expected.hex()
+    shown = structure.decode(expected)
+    assert shown == {name: row[1] for name, row in fields.items() if row[form] is not None}
+
+
+def test_a_count_beyond_its_field_wraps(axis: Axis) -> None:
+    axis.error_code = 0xFFFF_FFFF
+    axis.set_modulo_turns = 2**31
+    axis.actual_modulo_turns = -(2**40) - 1
+    axis.set_position = 1.0
+    assert ONLINE_TC3.encode(axis)[:4] == b"\xff" * 4
+    data = NC_TO_PLC_TC3.encode(axis)
+    assert struct.unpack_from("<Ii", data, 4)[0] == 0xFFFF_FFFF
+    assert struct.unpack_from("<i", data, 60) == (-1,)
+    assert struct.unpack_from("<i", data, 120) == (-(2**31),)
+    assert struct.unpack_from("<d", data, 80) == (1.0,)
+
+
+def test_a_structure_must_have_room_for_its_fields() -> None:
+    with pytest.raises(ValueError, match="fields take 12 bytes, the structure has 8"):
+        AxisStructure("S", (("I", "axis_id"), ("d", "set_position")), aligned=False, size=8)
+
+
+@pytest.mark.parametrize(
+    ("fields", "sizes"),
+    [
+        ({"deceleration": "d", "jerk": "d"}, [16]),
+        ({"position_type": "I", "position": "d"}, [12, 16]),
+        ({"a": "I", "b": "I", "c": "d"}, [16]),
+        ({"start_type": "I", "end_position": "d", "velocity": "d"}, [20, 24]),
+    ],
+)
+def test_requests_have_a_packed_and_an_aligned_form(
+    fields: dict[str, str], sizes: list[int]
+) -> None:
+    assert [layout.size for layout in request(**fields)] == sizes
+
+
+def test_both_forms_of_a_request_mean_the_same() -> None:
+    packed, aligned = request(kind="I", position="d", flag="H", velocity="d")
+    values = (5, 1.5, 1, -2.5)
+    assert packed.encode(values) == struct.pack("<IdHd", *values)
+    assert aligned.encode(values) == struct.pack("<I4xdH6xd", *values)
+    assert packed.decode(packed.encode(values)) == aligned.decode(aligned.encode(values)) == values
+    assert packed.decode(packed.encode(values)).velocity == -2.5
+
+
+@pytest.mark.parametrize(
+    ("integer", "name", "size"),
+    [(UINT8, "UINT8", 1), (UINT16, "UINT16", 2), (UINT32, "UINT32", 4), (INT32, "INT32", 4)],
+)
+def test_integers_are_named_as_in_the_manuals(integer: Integer, name: str, size: int) -> None:
+    assert (integer.name, integer.size) == (name, size)
+
+
+@given(st.integers(-(2**70), 2**70))
+def test_integers_wrap(value: int) -> None:
+    assert UINT32.decode(UINT32.encode(value)) == value % 2**32
+    assert INT32.decode(INT32.encode(value)) == (value + 2**31) % 2**32 - 2**31
+
+
+def test_texts_are_padded_and_end_before_the_last_byte() -> None:
+    text = Text(5)
+    assert text.encode("X°") == b"X\xb0\0\0\0"
+    assert text.encode("longer") == b"long\0"
+    assert text.encode("轴") == b"?\0\0\0\0"
+    assert text.decode(b"X\xb0\0ju") == "X°"
+
+
+def test_functions_without_data_pass_over_what_comes() -> None:
+    assert NO_DATA.size is None
+    assert NO_DATA.decode(b"\1") == NO_DATA.decode(b"") == ()
+    assert NO_DATA.encode(()) == b""
