@@ -123,8 +123,8 @@ def start_station(
         address, _, port = facts["tcp"].rpartition(":")
         try:
             yield StationProcess(address, int(port), facts["net_id"], process)
-            assert process.poll() is None, "the station ended during the test"
         finally:
+            ended_early = process.poll() is not None
             process.send_signal(signal.SIGTERM)
             try:
                 _, errors = process.communicate(timeout=ENDS_WITHIN)
@@ -132,6 +132,7 @@ def start_station(
                 process.kill()
                 _, errors = process.communicate()
         assert process.returncode == 0, errors
+        assert not ended_early, "the station ended during the test"
         assert "Traceback" not in errors, errors
 
     return start
