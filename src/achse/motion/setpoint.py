@@ -377,7 +377,7 @@ def advance(ax: AxisFields, dt: float) -> float:
             while t >= step:
                 p += step * (v + step * (0.5 * a + step * (j / 6.0)))
                 v += step * (a + step * (0.5 * j))
-                a += step * j
+                a = segment_acceleration(step, j, a)
                 t -= step
                 i += 1
                 if i == count:
