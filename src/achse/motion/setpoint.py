@@ -10,7 +10,13 @@ Kernel source: compiled by Numba as it stands, see `compiled`.
 
 from math import floor
 
-from achse.motion.profile import duration, plan_to_position, plan_to_velocity, stopping_distance
+from achse.motion.profile import (
+    duration,
+    plan_to_position,
+    plan_to_velocity,
+    segment_acceleration,
+    stopping_distance,
+)
 from achse.motion.record import COMMAND_BUFFER, AxisFields
 from achse.motion.states import BufferMode, CommandState, MotionPhase, StartType
 
