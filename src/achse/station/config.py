@@ -27,6 +27,7 @@ __all__ = [
     "StationConfig",
     "TaskConfig",
     "load",
+    "parse",
 ]
 
 

@@ -34,7 +34,7 @@ from achse.iec import (
     var,
 )
 
-__all__ = ["GVL", "MAIN"]
+__all__ = ["GVL", "MAIN", "E_Colour", "ST_Point"]
 
 
 class E_Colour(Enumeration):

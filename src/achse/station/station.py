@@ -19,7 +19,7 @@ from achse.station.config import ConfigError, StationConfig, load
 from achse.station.pacing import Pacer, run_unpaced
 from achse.transport.tcp import TcpListener
 
-__all__ = ["Station"]
+__all__ = ["RunningStation", "Station"]
 
 DEMO = Path(__file__).with_name("demo.toml")
 """The demo station's configuration."""
