@@ -33,7 +33,8 @@ TCP_PORT = 48898
 READY_WITHIN = 30.0
 """Seconds; how fast a station is ready on an idle machine is a matter of benchmarks/."""
 
-ENDS_WITHIN = 10.0
+ENDS_WITHIN = 2.0
+"""Seconds; what `achse run` promises after SIGTERM."""
 
 ADS_CLIENT = Path(__file__).parent / "interop" / "npm" / "node_modules" / "ads-client"
 
