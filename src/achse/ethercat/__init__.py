@@ -1,0 +1,1 @@
+"""EtherCAT: frames, slave controllers with what sits behind them, and segments of slaves."""

@@ -1,0 +1,191 @@
+"""What sits behind a slave controller: objects, process data, a local cycle, and a say in states.
+
+A device implements this by structure; it imports nothing of EtherCAT. The codes both sides need
+(`AlState`, `AlStatus`, `AbortCode`, `SdoAbort`) are in `achse.codes`.
+"""
+
+from collections.abc import Iterable, Sequence
+from enum import IntEnum, IntFlag
+from typing import Protocol
+
+from achse.codes import AlState, AlStatus
+
+__all__ = [
+    "Application",
+    "DataType",
+    "Identity",
+    "ObjectAccess",
+    "ObjectCode",
+    "ObjectDescription",
+    "ObjectEntry",
+]
+
+
+class ObjectCode(IntEnum):
+    """Kind of an object."""
+
+    DOMAIN = 2
+    VAR = 7
+    ARRAY = 8
+    RECORD = 9
+
+
+class DataType(IntEnum):
+    """Data types of the object dictionary."""
+
+    BOOL = 0x01
+    I8 = 0x02
+    I16 = 0x03
+    I32 = 0x04
+    U8 = 0x05
+    U16 = 0x06
+    U32 = 0x07
+    REAL32 = 0x08
+    VISIBLE_STRING = 0x09
+    OCTET_STRING = 0x0A
+    REAL64 = 0x11
+    I64 = 0x15
+    U64 = 0x1B
+    PDO_MAPPING = 0x21
+    IDENTITY = 0x23
+    SYNC_MANAGER_PARAMETER = 0x29
+
+
+class ObjectAccess(IntFlag):
+    """Access word of an entry: in which states it is read and written, and what it may join."""
+
+    READ_PREOP = 0x0001
+    READ_SAFEOP = 0x0002
+    READ_OP = 0x0004
+    WRITE_PREOP = 0x0008
+    WRITE_SAFEOP = 0x0010
+    WRITE_OP = 0x0020
+    RX_PDO = 0x0040
+    TX_PDO = 0x0080
+    BACKUP = 0x0100
+    SETTINGS = 0x0200
+    READ = 0x0007
+    WRITE = 0x0038
+
+
+class Identity(Protocol):
+    """Who the device is (object 1018h), each a u32."""
+
+    @property
+    def vendor_id(self) -> int: ...
+    @property
+    def product_code(self) -> int: ...
+    @property
+    def revision_number(self) -> int: ...
+    @property
+    def serial_number(self) -> int: ...
+
+
+class ObjectEntry(Protocol):
+    """One subindex of an object.
+
+    `data_type` is a `DataType` number, `bits` the length, `access` an `ObjectAccess` word.
+    `default`, `minimum` and `maximum` are little-endian bytes of that length, None where there is
+    none.
+    """
+
+    @property
+    def subindex(self) -> int: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def data_type(self) -> int: ...
+    @property
+    def bits(self) -> int: ...
+    @property
+    def access(self) -> int: ...
+    @property
+    def default(self) -> bytes | None: ...
+    @property
+    def minimum(self) -> bytes | None: ...
+    @property
+    def maximum(self) -> bytes | None: ...
+
+
+class ObjectDescription(Protocol):
+    """One object: VAR objects have the entry of subindex 0 alone, others also the count there."""
+
+    @property
+    def index(self) -> int: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def code(self) -> int: ...
+    @property
+    def data_type(self) -> int: ...
+    @property
+    def entries(self) -> Sequence[ObjectEntry]: ...
+
+
+class Application(Protocol):
+    """A device behind an EtherCAT slave controller (the PDI side).
+
+    All is called from one thread, in virtual time; nothing here waits.
+    """
+
+    @property
+    def name(self) -> str:
+        """Name of the device type, at most 255 bytes of ASCII; goes to SII and ESI."""
+        ...
+
+    @property
+    def identity(self) -> Identity: ...
+
+    def objects(self) -> Iterable[ObjectDescription]:
+        """The dictionary, by ascending index; it does not change."""
+        ...
+
+    def read_object(self, index: int, subindex: int) -> bytes:
+        """The value, little-endian; raises `SdoAbort`."""
+        ...
+
+    def write_object(self, index: int, subindex: int, data: bytes) -> None:
+        """Take a value over, or raise `SdoAbort`; a wrong length is the application's to refuse."""
+        ...
+
+    @property
+    def output_size(self) -> int:
+        """Bytes of the active RxPDO mapping; constant outside PreOp."""
+        ...
+
+    @property
+    def input_size(self) -> int:
+        """Bytes of the active TxPDO mapping; constant outside PreOp."""
+        ...
+
+    def write_outputs(self, data: bytes) -> None:
+        """Outputs came, `output_size` bytes; called in Op only, once for each SM2 event."""
+        ...
+
+    def read_inputs(self) -> bytes:
+        """The newest inputs, always exactly `input_size` bytes; called in SafeOp and Op."""
+        ...
+
+    def enter(self, state: AlState, sync0_ns: int, cause: AlStatus) -> AlStatus:
+        """The slave is about to enter `state`; anything but NO_ERROR refuses.
+
+        `sync0_ns` is the SYNC0 cycle, 0 in FreeRun. `cause` is NO_ERROR for what the master asked
+        for; else it is why the slave falls to `state` (watchdog, lost synchronisation, …), and the
+        answer is not looked at. Staying in one state is not told.
+        """
+        ...
+
+    def step(self, elapsed_ns: int) -> AlStatus:
+        """The local cycle: time passed, in FreeRun a multiple of `local_cycle_ns`, with DC one
+        SYNC0 cycle. Anything but NO_ERROR drops the slave to that code's result state.
+        """
+        ...
+
+    @property
+    def local_cycle_ns(self) -> int:
+        """Period of the local timer in FreeRun."""
+        ...
+
+    def take_emergency(self) -> bytes | None:
+        """The oldest emergency message not yet taken, 8 bytes; None if there is none."""
+        ...
