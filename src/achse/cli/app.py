@@ -2,7 +2,7 @@
 
 import typer
 
-from achse.cli import ads, docs, run
+from achse.cli import ads, axis, docs, run
 
 __all__ = ["app"]
 
@@ -16,3 +16,4 @@ app = typer.Typer(
 run.register(app)
 docs.register(app)
 app.add_typer(ads.ads, name="ads")
+app.add_typer(axis.axis, name="axis")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from achse.iec import IecType
 
-__all__ = ["as_json", "as_text", "hex_dump", "on_terminal", "print_json", "print_table"]
+__all__ = ["as_json", "as_text", "decimal", "hex_dump", "on_terminal", "print_json", "print_table"]
 
 
 def on_terminal() -> bool:
@@ -32,6 +32,11 @@ def print_table(rows: Iterable[Sequence[str]], right: frozenset[int] = frozenset
             for column, (cell, width) in enumerate(zip(line, widths, strict=True))
         )
         print("  ".join(cells).rstrip())
+
+
+def decimal(value: float, digits: int = 4) -> str:
+    """`value` with so many decimals, and no minus before zero."""
+    return f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def as_text(type: "IecType[Any]", value: Any) -> str:

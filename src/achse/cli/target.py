@@ -1,8 +1,10 @@
 """Client commands: the options that name a target, its connection, and how a refusal is told."""
 
 import asyncio
+import contextlib
 import functools
 import inspect
+import signal
 from collections.abc import Callable, Coroutine
 from typing import Annotated, Any, get_type_hints
 
@@ -119,6 +121,8 @@ def _run(
         raise typer.BadParameter(str(fault), param_hint="--net-id") from None
 
     async def ask() -> None:
+        if endless:
+            _end_by_signal()
         async with connect(
             TcpDialer(host, tcp_port),
             net_id=where,
@@ -134,6 +138,15 @@ def _run(
         asyncio.run(ask())
     except AdsError as refusal:
         fail(str(refusal))
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, asyncio.CancelledError):
         if not endless:
             raise
+
+
+def _end_by_signal() -> None:
+    """Ctrl-C and SIGTERM cancel the running task, even where a script made SIGINT ignored."""
+    task = asyncio.current_task()
+    assert task is not None
+    for number in (signal.SIGINT, signal.SIGTERM):
+        with contextlib.suppress(NotImplementedError):  # Windows: KeyboardInterrupt instead
+            asyncio.get_running_loop().add_signal_handler(number, task.cancel)

@@ -1,0 +1,201 @@
+"""A move from its start to its end: commanded, followed sample by sample, and told."""
+
+import asyncio
+import sys
+from collections.abc import Mapping
+from math import inf
+from typing import Any, NamedTuple
+
+from achse.ams.errors import describe_code
+from achse.cli.nc import FUNCTIONS, NcAxis
+from achse.cli.output import decimal
+from achse.cli.trace import Trace
+from achse.codes import NcError
+from achse.motion.states import (
+    BufferMode,
+    MotionState,
+    OperationModeBit,
+    StartType,
+    StateBit,
+)
+
+__all__ = ["Course", "Order", "Verdict", "follow", "start"]
+
+ENDLESS = (StartType.ENDLESS_POSITIVE, StartType.ENDLESS_NEGATIVE)
+
+ACTIVE_WITHIN = 1.0
+"""Seconds of the station's time until an accepted command must be the active one."""
+
+SETTLED_WITHIN = 5.0
+"""Seconds from the end of the set-point profile until the axis must be in its window."""
+
+
+AFTERWARDS = 0.1
+"""Seconds that the trace goes on when the move is done, to show how the axis comes to rest."""
+
+
+class Order(NamedTuple):
+    """What an axis shall do. Zeros in the dynamics mean its defaults."""
+
+    start_type: StartType
+    position: float
+    velocity: float
+    acceleration: float = 0.0
+    deceleration: float = 0.0
+    jerk: float = 0.0
+
+
+class Course(NamedTuple):
+    """How a move went: it took `seconds`; `trouble` says why it was not done, None if it was."""
+
+    trace: Trace
+    target: float
+    seconds: float
+    trouble: str | None
+
+
+async def start(axis: NcAxis, order: Order) -> int:
+    """Command the move by universal start; gives the command's number. Raises AdsError."""
+    number, _ = await axis.exchange(
+        FUNCTIONS,
+        "universal_axis_start",
+        order.start_type,
+        0,
+        *order[1:],
+        BufferMode.ABORTING,
+        *(0.0, 0.0, 0.0),
+    )
+    return int(number)
+
+
+async def follow(axis: NcAxis, order: Order, sample_time: float) -> Course:
+    """Command the move and watch it until it is done, or something else ended it.
+
+    A move to a target is done when the axis stands in its window, an endless one when it has its
+    velocity. Cancelling stops the axis: the course then ends at rest and says so.
+    """
+    trace = Trace(axis.unit)
+    async with axis.samples(sample_time) as samples:
+        with _Progress(axis, order) as progress:
+            first = await anext(samples)
+            trace.add(first.filetime, axis.sample(first.value))
+            verdict = Verdict(axis, order, await start(axis, order))
+            while not verdict.done and verdict.trouble is None:
+                try:
+                    sample = await anext(samples)
+                except asyncio.CancelledError:
+                    task = asyncio.current_task()
+                    if verdict.interrupted or task is None:
+                        raise
+                    task.uncancel()
+                    verdict.interrupted = True
+                    await axis.write(FUNCTIONS, "stop")
+                    continue
+                values = axis.sample(sample.value)
+                seconds = trace.add(sample.filetime, values)
+                verdict.see(seconds, values)
+                progress.show(values)
+        while verdict.done and trace.times[-1] < seconds + AFTERWARDS:
+            sample = await anext(samples)
+            trace.add(sample.filetime, axis.sample(sample.value))
+        return Course(trace, verdict.target, seconds, verdict.trouble)
+
+
+class Verdict:
+    """What the samples of a commanded move say: it goes on, is done, or is in trouble."""
+
+    def __init__(self, axis: NcAxis, order: Order, number: int) -> None:
+        self.axis = axis
+        self.order = order
+        self.number = number
+        self.target = order.position
+        self.done = False
+        self.trouble: str | None = None
+        self.interrupted = False
+        """The axis was told to stop; coming to rest is the end."""
+        self._was_active = False
+        self._ended_at = inf
+
+    def see(self, seconds: float, values: Mapping[str, Any]) -> None:
+        """Judge a sample, taken so many seconds after the first."""
+        state = values["state_dword"]
+        here = f"{decimal(values['actual_position'])} {self.axis.unit}"
+        active = values["set_command_number"] == self.number
+        if active:
+            self.target = values["target_position"]
+        if values["error_code"]:
+            self.trouble = f"{self.axis}: {describe_code(values['error_code'])} At {here}."
+        elif self.interrupted:
+            if state & StateBit.NOT_MOVING:
+                self.trouble = f"interrupted: {self.axis} stopped at {here}"
+        elif not active:
+            if self._was_active:
+                self.trouble = f"{self.axis}: another command took over at {here}"
+            elif seconds > ACTIVE_WITHIN:
+                code = describe_code(NcError.PLC_COMMAND_NOT_ACTIVE.number)
+                self.trouble = f"{self.axis}: {code}"
+        elif state & StateBit.HAS_JOB:
+            cruising = values["motion_state"] == MotionState.CONSTANT_VELOCITY
+            self.done = self.order.start_type in ENDLESS and cruising
+        elif state & StateBit.HAS_BEEN_STOPPED:
+            self.trouble = f"{self.axis}: stopped at {here}, before it was done"
+        elif _in_window(values):
+            self.done = True
+        else:
+            self._ended_at = min(self._ended_at, seconds)
+            if seconds > self._ended_at + SETTLED_WITHIN:
+                self.trouble = (
+                    f"{self.axis}: at {here}, not in its window {SETTLED_WITHIN:g} s after the move"
+                )
+        self._was_active = active
+
+
+def _in_window(values: Mapping[str, Any]) -> bool:
+    """Whether the axis stands where it should, as far as the NC watches that."""
+    watched = values["operation_mode_state_dword"]
+    if watched & OperationModeBit.TARGET_POSITION_MONITORING:
+        return bool(values["state_dword"] & StateBit.IN_TARGET_POSITION)
+    if watched & OperationModeBit.POSITION_AREA_MONITORING:
+        return bool(values["state_dword"] & StateBit.IN_POSITION_AREA)
+    return True
+
+
+class _Progress:
+    """A bar on stderr while the axis moves, if somebody looks."""
+
+    def __init__(self, axis: NcAxis, order: Order) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+        self._axis = axis
+        self._endless = order.start_type in ENDLESS
+        self._begin: float | None = None
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(bar_width=36),
+            TextColumn("{task.fields[figures]}"),
+            TimeElapsedColumn(),
+            console=Console(stderr=True),
+            transient=True,
+            disable=not sys.stderr.isatty(),
+        )
+        self._task = self._bar.add_task(str(axis), total=None, figures="")
+
+    def __enter__(self) -> "_Progress":
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+
+    def show(self, values: Mapping[str, Any]) -> None:
+        """Move the bar to where the axis is."""
+        position, unit = values["actual_position"], self._axis.unit
+        if self._begin is None:
+            self._begin = position
+        if not self._endless:
+            total = abs(values["target_position"] - self._begin)
+            done = min(abs(position - self._begin), total)
+            self._bar.update(self._task, total=total or 1.0, completed=done or total == 0.0)
+        figures = f"{position:10.3f} {unit}  {values['actual_velocity']:9.2f} {unit}/s"
+        self._bar.update(self._task, figures=figures)
