@@ -53,7 +53,7 @@ class Bench:
         raise AssertionError(f"not within {seconds} s: {self.axis!r}")
 
     def until_rest(self) -> float:
-        return self.until(lambda: not self.axis.set_motion_phase)
+        return self.until(lambda: not self.axis.set_motion_phase and not self.axis.buffer_count)
 
     def start(self, position: float, velocity: float, start_type: int = 1, axis: int = 1) -> None:
         """Standard start in the form of TwinCAT 3."""

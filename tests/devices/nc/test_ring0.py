@@ -1,0 +1,40 @@
+"""Ring-0 services: cycle time, counts, ids, owners."""
+
+import struct
+from typing import Any
+
+import pytest
+
+CHANNEL, GROUP, AXIS, ENCODER, CONTROLLER, DRIVE, TABLE = 1, 2, 3, 4, 5, 6, 0x0A
+
+
+def test_the_cycle_time_counts_100_ns(bench: Any) -> None:
+    assert bench.get(0x1000, 0x10, "<I") == 20_000
+
+
+@pytest.mark.parametrize("kind", [AXIS, ENCODER, CONTROLLER, DRIVE])
+def test_every_axis_has_one_of_each(bench: Any, kind: int) -> None:
+    assert bench.get(0x1100, kind, "<I") == 2
+    assert bench.read(0x1100, 0x30 + kind, 1020) == struct.pack("<II", 1, 3)
+    assert bench.read(0x1100, 0x30 + kind, 4) == struct.pack("<I", 1)
+
+
+@pytest.mark.parametrize("kind", [CHANNEL, GROUP, TABLE])
+def test_there_are_no_channels_groups_and_tables(bench: Any, kind: int) -> None:
+    assert bench.get(0x1100, kind, "<I") == 0
+    assert bench.read(0x1100, 0x30 + kind, 1020) == b""
+
+
+@pytest.mark.parametrize("base", [0x100, 0x200, 0x300])
+def test_parts_belong_to_the_axis_of_their_id(bench: Any, base: int) -> None:
+    owners = [bench.get(0x1100, base + number, "<I") for number in (0, 1, 2, 3, 255)]
+    assert owners == [0, 1, 0, 3, 0]
+
+
+def test_unknown_and_unwritable(bench: Any, refused: Any) -> None:
+    for group, offset in ((0x1000, 0x11), (0x1100, 0x00), (0x1100, 0x400)):
+        with refused(0x703):
+            bench.get(group, offset, "<I")
+    for group, offset in ((0x1000, 0x10), (0x1100, 3), (0x1100, 0x33), (0x1100, 0x101)):
+        with refused(0x704):
+            bench.put(group, offset, "<I", 1)
