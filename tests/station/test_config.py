@@ -65,3 +65,13 @@ def test_a_file_that_is_no_toml_is_named(tmp_path: Path) -> None:
     path.write_text("[nc\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"station\.toml: no valid TOML: .*line 1"):
         load(path)
+
+
+@pytest.mark.parametrize(
+    ("plc", "key"),
+    [({"also": [0]}, "plc[1].also[1]"), ({"also": [801, 70_000]}, "plc[1].also[2]"),
+     ({"task": []}, "plc[1].task")],
+)  # fmt: skip
+def test_ports_and_tasks_of_a_plc(plc: dict[str, object], key: str) -> None:
+    (line,) = faults({"plc": [plc]})
+    assert line.startswith(f"a.toml: {key}: ")

@@ -11,9 +11,12 @@ from achse.iec import (
     DT,
     DWORD,
     INT,
+    LDATE,
+    LDT,
     LINT,
     LREAL,
     LTIME,
+    LTOD,
     LWORD,
     REAL,
     SINT,
@@ -84,6 +87,9 @@ class GVL(GlobalVariables):
     dDate = var(DATE, date(2026, 1, 1))
     tTod = var(TOD, time(12, 30))
     dtDt = var(DT, datetime(2026, 1, 1, 12, 30))
+    tLdate = var(LDATE, date(2026, 1, 1))
+    tLtod = var(LTOD, Nanoseconds(45_000_000_000_001))
+    tLdt = var(LDT, Nanoseconds(1_767_270_600_000_000_001))
     aInt = var(ARRAY(INT, (0, 9)), list(range(10)))
     aLreal = var(ARRAY(LREAL, (1, 2), (1, 3)), [[1.1, 1.2, 1.3], [2.1, 2.2, 2.3]])
     stPoint = var(ST_Point, {"fX": 1.0, "fY": 2.0, "sName": "home", "bValid": True})

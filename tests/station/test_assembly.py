@@ -1,0 +1,164 @@
+"""Assembly: devices, stages and their order, and faults that a configuration alone cannot show."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from achse.station import ConfigError, Station
+from achse.station.config import parse
+
+PROGRAM = """
+from achse.iec import GlobalVariables, INT, Program, var
+
+class Count(Program):
+    nValue = var(INT)
+
+    def cycle(self) -> None:
+        self.nValue = self.nValue + 1
+
+class Values(GlobalVariables):
+    nGlobal = var(INT, 7)
+
+class Neither:
+    pass
+"""
+
+
+def station(base: Path | None = None, **document: Any) -> Station:
+    return Station(parse(document, "a.toml"), base=base)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "program.py").write_text(PROGRAM, encoding="utf-8")
+    (tmp_path / "broken.py").write_text("1 / 0\n", encoding="utf-8")
+    return tmp_path
+
+
+def test_an_empty_configuration_is_a_system_service_with_a_clock() -> None:
+    empty = station()
+    assert [device.name for device in empty.devices] == ["TwinCAT System"]
+    assert empty.router.ports == [10_000]
+    assert [stage.name for stage in empty.stages] == ["notifications"]
+    empty.advance(0.5)
+    assert empty.time_ns == 500_000_000
+
+
+def test_the_cycle_goes_from_axes_over_plcs_to_notifications(folder: Path) -> None:
+    task = {"cycle": "10ms", "programs": ["program.py:Count"]}
+    built = station(
+        folder,
+        nc={"cycle": "2ms"},
+        axis=[{"id": 5, "name": "A"}],
+        plc=[{"task": [task, {"name": "Slow", "cycle": "15ms"}]}, {"port": 852}],
+    )
+    assert [(stage.name, stage.cycle_ns) for stage in built.stages] == [
+        ("nc", 2_000_000),
+        ("plc 851", 5_000_000),
+        ("plc 852", 10_000_000),
+        ("notifications", 1_000_000),
+    ]
+    assert built.tick_ns == 1_000_000
+    assert built.router.ports == [500, 501, 851, 852, 10_000]
+
+
+def test_each_stage_runs_at_its_own_cycle(folder: Path) -> None:
+    built = station(
+        folder,
+        axis=[{"id": 1, "name": "A"}],
+        plc=[{"task": [{"cycle": "5ms", "programs": ["program.py:Count"]}]}],
+    )
+    built.advance(0.1)
+    assert built.nc is not None
+    assert built.nc.cycle_count == 50
+    (count,) = [unit.instance for unit in built.plcs[851].units if unit.name == "Count"]
+    assert count.nValue == 20
+
+
+def test_further_ports_answer_for_the_same_plc(folder: Path, client_of: Any) -> None:
+    built = station(folder, plc=[{"globals": ["program.py:Values"], "also": [801]}])
+    first, second = client_of(built.router, 851), client_of(built.router, 801)
+    handle = int.from_bytes(first.exchange(0xF003, 0, 4, b"Values.nGlobal\0"), "little")
+    first.put(0xF005, handle, "<h", -3)
+    handle = int.from_bytes(second.exchange(0xF003, 0, 4, b"Values.nGlobal\0"), "little")
+    assert second.get(0xF005, handle, "<h") == -3
+
+
+def test_axis_parameters_reach_the_axis() -> None:
+    axis = {"id": 9, "name": "A", "unit": "inch", "modulo": True, "max_velocity": 12.5}
+    built = station(axis=[axis])
+    assert built.nc is not None
+    made = built.nc.axis(9)
+    assert (made.name, made.unit, made.max_velocity) == ("A", "inch", 12.5)
+    assert made.unit_interpretation == 4
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"max_velocty": 1.0}, r"axis\[2\]: .*no parameter 'max_velocty'"),
+        ({"max_velocity": "fast"}, r"axis\[2\]\.max_velocity: expected a number, got 'fast'"),
+        ({"max_velocity": True}, r"axis\[2\]\.max_velocity: expected a number, got True"),
+        ({"max_velocity": float("nan")}, r"axis\[2\]: .*max_velocity = nan"),
+        ({"max_velocity": -1.0}, r"axis\[2\]: .*max_velocity = -1.0, expected .*mm/s"),
+        ({"override_type": 1.5}, r"axis\[2\]: .*override_type = 1.5, expected a whole number"),
+    ],
+)
+def test_a_wrong_axis_parameter_is_located(values: dict[str, Any], message: str) -> None:
+    axes = [{"id": 1, "name": "A"}, {"id": 2, "name": "B", **values}]
+    with pytest.raises(ConfigError, match=message):
+        station(axis=axes)
+
+
+@pytest.mark.parametrize(
+    ("program", "message"),
+    [
+        ("program.py", r"expected module:Class or file\.py:Class, got 'program\.py'"),
+        ("nowhere.py:Count", r"nowhere\.py cannot be imported: FileNotFoundError"),
+        ("no.such.module:Count", r"no\.such\.module cannot be imported: ModuleNotFoundError"),
+        ("broken.py:Count", r"broken\.py cannot be imported: ZeroDivisionError"),
+        ("program.py:Missing", r"program\.py has no Program 'Missing'"),
+        ("program.py:Neither", r"program\.py has no Program 'Neither'"),
+        ("program.py:Values", r"program\.py has no Program 'Values'"),
+    ],
+)
+def test_a_wrong_program_is_located(folder: Path, program: str, message: str) -> None:
+    plc = [{}, {"port": 852, "task": [{}, {"programs": [program]}]}]
+    with pytest.raises(ConfigError, match=r"plc\[2\]\.task\[2\]\.programs: " + message):
+        station(folder, plc=plc)
+
+
+def test_a_wrong_variable_list_is_located(folder: Path) -> None:
+    with pytest.raises(ConfigError, match=r"plc\[1\]\.globals: .*no GlobalVariables 'Count'"):
+        station(folder, plc=[{"globals": ["program.py:Count"]}])
+
+
+def test_a_port_that_is_taken_is_named() -> None:
+    with pytest.raises(ConfigError, match=r"port 501 for Plc30 App: .*PORT_IN_USE"):
+        station(axis=[{"id": 1, "name": "A"}], plc=[{"port": 501}])
+
+
+def test_cycles_without_a_sensible_common_tick_are_refused() -> None:
+    with pytest.raises(ConfigError, match=r"a tick of 10000 ns.*nc 2000000 ns"):
+        station(axis=[{"id": 1, "name": "A"}], plc=[{"task": [{"cycle": "3000001ns"}]}])
+
+
+def test_the_compiled_kernel_needs_numba(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "numba", None)
+    with pytest.raises(ConfigError, match=r"nc\.kernel: compiled needs Numba.*achse\[fast\]"):
+        station(nc={"kernel": "compiled"}, axis=[{"id": 1, "name": "A"}])
+
+
+def test_what_a_file_configures_wrongly_names_the_file(folder: Path) -> None:
+    path = folder / "station.toml"
+    path.write_text('[[axis]]\nid = 1\nname = "A"\nspeed = 3\n', encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"station\.toml: axis\[1\]: .*'speed'"):
+        Station.load(path)
+
+
+def test_programs_beside_the_file_are_found(folder: Path) -> None:
+    path = folder / "station.toml"
+    path.write_text('[[plc]]\n[[plc.task]]\nprograms = ["program.py:Count"]\n', encoding="utf-8")
+    assert {unit.name for unit in Station.load(path).plcs[851].units} >= {"Count"}

@@ -1,0 +1,348 @@
+"""The station in virtual time, through its front door: frames to the router, frames back."""
+
+import asyncio
+import math
+import struct
+from itertools import pairwise
+from math import sqrt
+from typing import Any, NamedTuple
+
+import pytest
+
+from achse.station import Station
+from achse.station.assembly import Stage
+from achse.station.station import DEFAULT_EPOCH_NS
+
+CYCLE = 0.002
+ACCELERATION, JERK = 1500.0, 2250.0
+TIGHT = 1 + 1e-6
+FILETIME_1970 = 116_444_736_000_000_000
+
+
+class Sample(NamedTuple):
+    """The documented beginning of the online structure, TwinCAT 3."""
+
+    error: int
+    actual_position: float
+    actual_modulo: float
+    position: float
+    modulo: float
+    actual_velocity: float
+    velocity: float
+    override: int
+    lag: float
+    lag_minimum: float
+    lag_maximum: float
+    controller_output: float
+    total_output: float
+    state: int
+    control: int
+    coupling: int
+    loop: int
+    actual_acceleration: float
+    acceleration: float
+    jerk: float
+
+
+ONLINE = struct.Struct("<i4x6dI4x5d4I3d112x")
+
+
+class Bench:
+    """The demo station, a client of port 501, and a sample of one axis each cycle."""
+
+    def __init__(self, client_of: Any, axis: int = 1) -> None:
+        self.station = Station.demo()
+        self.nc = client_of(self.station.router, 501)
+        self.axis = axis
+        self.nc.put(0x4300 + axis, 0x01, "<I", 7)
+        self.override(1_000_000)
+        self.station.advance(0.1)
+        self.nc.subscribe(0x4100 + axis, 0, ONLINE.size, cycle_s=CYCLE)
+        self.nc.samples()
+
+    def override(self, value: int) -> None:
+        self.nc.put(0x4300 + self.axis, 0x21, "<I", value)
+
+    def start(self, kind: int, position: float, velocity: float) -> None:
+        self.nc.put(0x4200 + self.axis, 0x20, "<I4xdd", kind, position, velocity)
+
+    def universal_start(self, kind: int, position: float, velocity: float) -> None:
+        request = struct.pack("<IIdddddI4xddd", kind, 0, position, velocity, 0, 0, 0, 0, 0, 0, 0)
+        self.nc.exchange(0x4200 + self.axis, 0x16, 4, request)
+
+    def stop(self) -> None:
+        self.nc.write(0x4200 + self.axis, 0x02)
+
+    def run(self, seconds: float) -> list[Sample]:
+        """One sample per cycle."""
+        self.station.advance(seconds)
+        return [Sample(*ONLINE.unpack(data)) for _, data in self.nc.samples()]
+
+
+@pytest.fixture
+def bench(client_of: Any) -> Bench:
+    return Bench(client_of)
+
+
+@pytest.fixture
+def make_bench(client_of: Any) -> Any:
+    return lambda axis=1: Bench(client_of, axis)
+
+
+def respect(samples: list[Sample], velocity: float) -> None:
+    """No value and no difference of neighbours is beyond the limits."""
+    for sample in samples:
+        assert abs(sample.velocity) <= velocity * TIGHT
+        assert abs(sample.acceleration) <= ACCELERATION * TIGHT
+        assert abs(sample.jerk) <= JERK * TIGHT
+    for one, two in pairwise(samples):
+        # rounding: positions of 100 mm are exact to 1.4e-14
+        assert abs(two.position - one.position) <= velocity * CYCLE * TIGHT + 1e-12
+        assert abs(two.velocity - one.velocity) <= ACCELERATION * CYCLE * TIGHT + 1e-9
+        assert abs(two.acceleration - one.acceleration) <= JERK * CYCLE * TIGHT + 1e-9
+
+
+def test_a_move_of_100_mm_at_200_mm_s(bench: Bench) -> None:
+    way, velocity = 100.0, 200.0
+    # jerk alone on both ramps, and no part at constant velocity: each half is v·√(v/j)
+    ramp = sqrt(velocity / JERK)
+    assert 2 * velocity * ramp > way
+    reached = (way / 2 * sqrt(JERK)) ** (2 / 3)
+    bench.start(1, way, velocity)
+    samples = bench.run(3.0)
+    assert len(samples) == 1500
+    respect(samples, velocity)
+    assert max(sample.velocity for sample in samples) == pytest.approx(reached, rel=1e-3)
+    moving = sum(sample.velocity != 0.0 for sample in samples)
+    assert moving * CYCLE == pytest.approx(4 * sqrt(reached / JERK), abs=2 * CYCLE)
+    last = samples[-1]
+    assert last.position == way
+    assert last.actual_position == pytest.approx(way, abs=0.01)
+    assert (last.error, last.velocity, last.acceleration, last.jerk) == (0, 0.0, 0.0, 0.0)
+    assert last.state & 1 << 4  # in target position
+
+
+def test_a_long_move_keeps_its_limits_and_its_velocity(bench: Bench) -> None:
+    bench.start(1, 2000.0, 1200.0)
+    out = bench.run(5.0)
+    respect(out, 1200.0)
+    assert max(sample.velocity for sample in out) == pytest.approx(1200.0)
+    assert max(sample.acceleration for sample in out) == pytest.approx(ACCELERATION)
+    assert min(sample.acceleration for sample in out) == pytest.approx(-ACCELERATION)
+    assert out[-1].actual_position == pytest.approx(2000.0, abs=0.01)
+    bench.start(2, -2000.0, 1200.0)
+    back = bench.run(5.0)
+    respect(back, 1200.0)
+    assert back[-1].position == pytest.approx(0.0, abs=1e-9)
+
+
+def test_half_override_halves_the_velocity_without_a_jump(bench: Bench) -> None:
+    bench.start(3, 0.0, 200.0)
+    before = bench.run(2.0)
+    assert before[-1].velocity == pytest.approx(200.0)
+    bench.override(500_000)
+    after = bench.run(2.0)
+    assert after[-1].velocity == pytest.approx(100.0)
+    assert after[-1].override == 500_000
+    respect([*before[-1:], *after], 200.0)
+    assert all(one.velocity >= two.velocity for one, two in pairwise(after))
+
+
+def test_stop_comes_to_rest_with_the_configured_deceleration(bench: Bench) -> None:
+    bench.start(3, 0.0, 1500.0)
+    running = bench.run(3.0)
+    assert running[-1].velocity == pytest.approx(1500.0)
+    bench.stop()
+    stopping = bench.run(3.0)
+    respect([*running[-1:], *stopping], 1500.0)
+    assert min(sample.acceleration for sample in stopping) == pytest.approx(-ACCELERATION)
+    moving = [sample for sample in stopping if sample.velocity != 0.0]
+    time = 1500.0 / ACCELERATION + ACCELERATION / JERK
+    assert len(moving) * CYCLE == pytest.approx(time, abs=2 * CYCLE)
+    way = stopping[-1].position - running[-1].position
+    assert way == pytest.approx(1500.0 * time / 2, rel=1e-9)
+    assert stopping[-1].state & 1 << 7  # has been stopped
+    assert stopping[-1].actual_position == pytest.approx(stopping[-1].position, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("kind", "target", "end"),
+    [
+        (261, 350.0, -10.0),  # shortest way
+        (261, 100.0, 100.0),
+        (517, 350.0, 350.0),  # positive direction
+        (773, 350.0, -10.0),  # negative direction
+        (773, 100.0, -260.0),
+    ],
+)
+def test_the_modulo_axis_goes_the_way_it_is_told(
+    make_bench: Any, kind: int, target: float, end: float
+) -> None:
+    bench = make_bench(axis=3)
+    bench.universal_start(kind, target, 720.0)
+    samples = bench.run(3.0)
+    last = samples[-1]
+    assert last.position == pytest.approx(end)
+    assert last.modulo == pytest.approx(target)
+    assert last.actual_modulo == pytest.approx(target, abs=0.01)
+    assert all(sample.velocity * end >= 0.0 for sample in samples)
+
+
+def test_the_plc_and_the_axes_live_in_one_time(bench: Bench, client_of: Any) -> None:
+    plc = client_of(bench.station.router, 851)
+    handle = int.from_bytes(plc.exchange(0xF003, 0, 4, b"MAIN.nCounter\0"), "little")
+    before = plc.get(0xF005, handle, "<I")
+    cycles = bench.nc.get(0x4101, 0x09, "<I")
+    bench.run(0.5)
+    assert plc.get(0xF005, handle, "<I") == before + 50
+    assert bench.nc.get(0x4101, 0x09, "<I") == cycles + 250
+
+
+def test_samples_carry_station_time(bench: Bench) -> None:
+    bench.station.advance(0.1)
+    stamps = [stamp for stamp, _ in bench.nc.samples()]
+    assert len(stamps) == 50
+    unix_ns = (stamps[-1] - FILETIME_1970) * 100
+    assert unix_ns == DEFAULT_EPOCH_NS + bench.station.time_ns
+    assert {two - one for one, two in pairwise(stamps)} == {20_000}
+
+
+# time --------------------------------------------------------------------------------------------
+
+
+def test_time_that_is_no_whole_tick_is_kept() -> None:
+    station = Station.demo()
+    assert station.tick_ns == 2_000_000
+    for _ in range(1000):
+        station.advance(0.0005)
+    assert station.time_ns == 500_000_000
+    station.advance(0.001)
+    assert station.time_ns == 500_000_000
+    station.advance(0.001)
+    assert station.time_ns == 502_000_000
+
+
+@pytest.mark.parametrize("seconds", [-0.1, math.nan, math.inf])
+def test_time_goes_forward_and_ends(seconds: float) -> None:
+    station = Station.demo()
+    with pytest.raises(ValueError, match="time goes forward"):
+        station.advance(seconds)
+    assert station.time_ns == 0
+
+
+def test_the_epoch_is_where_the_clock_begins() -> None:
+    station = Station.demo(epoch_ns=5)
+    station.advance(0.01)
+    assert station.clock() == 10_000_005
+
+
+def test_the_net_id_can_be_given() -> None:
+    assert str(Station.demo(net_id="5.1.2.3.1.1").router.net_id) == "5.1.2.3.1.1"
+
+
+# state -------------------------------------------------------------------------------------------
+
+
+def test_equal_histories_have_equal_digests(make_bench: Any) -> None:
+    def history(bench: Bench) -> list[str]:
+        digests = [bench.station.digest()]
+        for position in (100.0, 30.0):
+            bench.start(1, position, 200.0)
+            bench.run(1.5)
+            digests.append(bench.station.digest())
+        return digests
+
+    one, two = history(make_bench()), history(make_bench())
+    assert one == two
+    assert len(set(one)) == 3
+
+
+def test_any_difference_shows_in_the_digest(client_of: Any) -> None:
+    def after(group: int, offset: int, form: str, value: float) -> str:
+        station = Station.demo()
+        client_of(station.router, 501).put(group, offset, form, value)
+        station.advance(0.1)
+        return station.digest()
+
+    untouched = Station.demo()
+    untouched.advance(0.1)
+    later = Station.demo()
+    later.advance(0.102)
+    variable = Station.demo()
+    plc = client_of(variable.router, 851)
+    handle = int.from_bytes(plc.exchange(0xF003, 0, 4, b"GVL.nSint\0"), "little")
+    plc.put(0xF005, handle, "<b", 9)
+    variable.advance(0.1)
+    digests = [
+        untouched.digest(),
+        later.digest(),
+        variable.digest(),
+        after(0x4002, 0x10, "<d", 4.0),
+        after(0x4003, 0x10, "<d", 4.0),
+        after(0x4003, 0x10, "<d", math.nextafter(4.0, 5.0)),
+    ]
+    assert len(set(digests)) == len(digests)
+
+
+def test_looking_changes_nothing(bench: Bench) -> None:
+    before = bench.station.digest()
+    bench.nc.read(0x4101, 0, 256)
+    bench.nc.read(0x4301, 0x80, 128)
+    assert bench.station.digest() == before
+
+
+# running -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("speed", [math.inf, 50.0])
+def test_a_running_station_ends_at_its_time(speed: float) -> None:
+    async def main() -> Station:
+        station = Station.demo()
+        async with station.running("127.0.0.1", 0, speed=speed, until=0.5) as running:
+            assert running.host == "127.0.0.1"
+            assert running.tcp_port > 0
+            await asyncio.wait_for(running.finished(), 10)
+        return station
+
+    ended, stepped = asyncio.run(main()), Station.demo()
+    stepped.advance(0.5)
+    assert ended.time_ns == stepped.time_ns
+    assert ended.digest() == stepped.digest()
+
+
+@pytest.mark.parametrize("speed", [math.inf, 1.0])
+def test_leaving_ends_the_cycle_and_leaves_no_task(speed: float) -> None:
+    async def main() -> set[asyncio.Task[Any]]:
+        station = Station.demo()
+        async with station.running("127.0.0.1", 0, speed=speed):
+            await asyncio.sleep(0)
+        await asyncio.sleep(0)
+        return asyncio.all_tasks() - {asyncio.current_task()}  # type: ignore[arg-type]
+
+    assert asyncio.run(main()) == set()
+
+
+@pytest.mark.parametrize("speed", [math.inf, 50.0])
+def test_a_broken_stage_is_told(speed: float) -> None:
+    def broken(now: int) -> None:
+        raise ArithmeticError(f"at {now}")
+
+    async def main() -> None:
+        station = Station.demo()
+        station.stages = [*station.stages, Stage("broken", 10_000_000, broken)]
+        async with station.running("127.0.0.1", 0, speed=speed) as running:
+            with pytest.raises(ArithmeticError, match="at 10000000"):
+                await asyncio.wait_for(running.finished(), 10)
+
+    asyncio.run(main())
+
+
+def test_a_tcp_port_that_is_taken_is_an_error() -> None:
+    async def main() -> None:
+        first, second = Station.demo(), Station.demo()
+        async with first.running("127.0.0.1", 0, speed=math.inf) as running:
+            with pytest.raises(OSError, match=r"in use|failed"):
+                async with second.running("127.0.0.1", running.tcp_port):
+                    pass
+
+    asyncio.run(main())
