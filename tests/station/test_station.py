@@ -323,7 +323,7 @@ def test_leaving_ends_the_cycle_and_leaves_no_task(speed: float) -> None:
 
 
 @pytest.mark.parametrize("speed", [math.inf, 50.0])
-def test_a_broken_stage_is_told(speed: float) -> None:
+def test_a_broken_stage_is_told(speed: float, caplog: pytest.LogCaptureFixture) -> None:
     def broken(now: int) -> None:
         raise ArithmeticError(f"at {now}")
 
@@ -335,6 +335,7 @@ def test_a_broken_stage_is_told(speed: float) -> None:
                 await asyncio.wait_for(running.finished(), 10)
 
     asyncio.run(main())
+    assert "the station's cycle broke: ArithmeticError('at 10000000')" in caplog.text
 
 
 def test_a_tcp_port_that_is_taken_is_an_error() -> None:

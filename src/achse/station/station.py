@@ -6,6 +6,7 @@ clock; `advance` is virtual time, `running` lets a pacer call the same step by t
 
 import asyncio
 import hashlib
+import logging
 import math
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
@@ -20,6 +21,8 @@ from achse.station.pacing import Pacer, run_unpaced
 from achse.transport.tcp import TcpListener
 
 __all__ = ["RunningStation", "Station"]
+
+log = logging.getLogger("achse.station")
 
 DEMO = Path(__file__).with_name("demo.toml")
 """The demo station's configuration."""
@@ -132,6 +135,7 @@ class Station:
             router.tcp_port if tcp_port is None else tcp_port,
         )
         cycle = asyncio.create_task(self._cycle(speed, until))
+        cycle.add_done_callback(_tell_failure)
         try:
             yield RunningStation(listener, cycle)
         finally:
@@ -161,6 +165,12 @@ class Station:
             finally:
                 for end in ends:
                     end.cancel()
+
+
+def _tell_failure(cycle: "asyncio.Task[None]") -> None:
+    """A broken cycle leaves clients connected to a station that stands: say so at once."""
+    if not cycle.cancelled() and (failure := cycle.exception()) is not None:
+        log.error("the station's cycle broke: %r", failure)
 
 
 class RunningStation:
