@@ -15,7 +15,7 @@ from achse.ams import AmsAddress, Command, Connection, Frame
 from achse.ams.commands import ADD_NOTIFICATION_BODY
 from achse.ams.notification import NotificationStream
 
-HOST = "127.0.0.77"
+HOST = "127.0.0.79"
 TARGET = AmsAddress(f"{HOST}.1.1:851")
 SOURCE = AmsAddress("127.0.0.78.1.1:40000")
 CYCLE_MS = 100

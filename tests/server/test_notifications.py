@@ -382,7 +382,7 @@ def test_an_online_change_ends_symbols_with_a_hint_and_tells_the_version(bench: 
 # diagnosis -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("delay", "cycle"), [(0, 1), (0, 9_999), (100, 0)])
+@pytest.mark.parametrize(("delay", "cycle"), [(0, 2), (0, 9_999), (100, 0)])
 def test_a_client_that_counts_in_ms_is_told_once(
     bench: Any, caplog: pytest.LogCaptureFixture, delay: int, cycle: int
 ) -> None:
@@ -396,6 +396,8 @@ def test_a_client_that_counts_in_ms_is_told_once(
 def test_usual_times_need_no_word(bench: Any, caplog: pytest.LogCaptureFixture) -> None:
     bench.subscribe("MAIN.nCounter", cycle_ms=1, delay_ms=0)
     bench.subscribe("MAIN.nCounter", cycle_ms=0, delay_ms=100)
+    pyads_default = struct.pack("<IIIIII16x", 0x4020, 0, 1, 4, 1, 1)
+    assert bench.raw(6, pyads_default)[:4] == bytes(4)
     assert caplog.text == ""
 
 

@@ -23,6 +23,9 @@ log = logging.getLogger("achse.server")
 _MILLISECOND = 10_000
 """One ms in 100 ns. Smaller times than this come from clients that count in ms."""
 
+_SHORTEST = 1
+"""pyads' default for both times: as fast as can be, and no mistake."""
+
 _MODES = frozenset(TransmissionMode) - {TransmissionMode.NONE}
 _ON_CHANGE = frozenset(
     (
@@ -135,7 +138,7 @@ class Notifications:
             subscription.beat = beat
             (beat.on_change if mode in _ON_CHANGE else beat.cyclic)[handle] = subscription
         self.fresh.append(subscription)
-        if 0 < cycle_time < _MILLISECOND or 0 < max_delay < _MILLISECOND:
+        if _SHORTEST < cycle_time < _MILLISECOND or _SHORTEST < max_delay < _MILLISECOND:
             self._diagnose(client, cycle_time, max_delay)
         return handle
 
