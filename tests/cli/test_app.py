@@ -1,0 +1,55 @@
+"""The command tree is whole, and every command explains itself."""
+
+from collections.abc import Iterator
+
+import pytest
+from typer.main import get_command
+from typer.testing import CliRunner
+
+from achse.cli.app import app
+
+
+def _leaves(
+    command: object, path: tuple[str, ...] = ()
+) -> Iterator[tuple[tuple[str, ...], object]]:
+    children = getattr(command, "commands", None)
+    if children is None:
+        yield path, command
+        return
+    for name, child in children.items():
+        yield from _leaves(child, (*path, name))
+
+
+COMMANDS = dict(_leaves(get_command(app)))
+
+
+def test_the_commands_are_these() -> None:
+    ads = ("info", "state", "read", "write", "watch", "symbols")
+    axis = ("list", "status", "enable", "disable", "move", "stop", "reset", "watch")
+    assert set(COMMANDS) == {
+        ("run",),
+        ("check",),
+        ("docs",),
+        *(("ads", name) for name in ads),
+        *(("ads", "raw", name) for name in ("read", "write", "readwrite")),
+        *(("axis", name) for name in axis),
+    }
+
+
+@pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
+def test_each_command_has_help(path: tuple[str, ...]) -> None:
+    result = CliRunner().invoke(app, [*path, "--help"])
+    assert result.exit_code == 0
+    assert "Usage:" in result.stdout
+
+
+@pytest.mark.parametrize(
+    "path", [path for path in COMMANDS if path[0] in ("ads", "axis")], ids=" ".join
+)
+def test_each_client_command_takes_a_target_and_can_print_json(path: tuple[str, ...]) -> None:
+    options = {
+        option
+        for parameter in COMMANDS[path].params  # type: ignore[attr-defined]
+        for option in parameter.opts
+    }
+    assert {"--host", "--tcp-port", "--net-id", "--port", "--timeout", "--json"} <= options

@@ -1,0 +1,94 @@
+"""`achse run` and `achse check`: ready line, end, repeatability, and complaints."""
+
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from achse.cli.app import app
+
+ACHSE = [sys.executable, "-m", "achse"]
+
+
+def _achse(*arguments: str, exit_code: int = 0) -> Result:
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == exit_code, (result.output, result.exception)
+    return result
+
+
+def test_two_runs_end_in_the_same_state() -> None:
+    command = [*ACHSE, "run", "--speed", "max", "--for", "2", "--tcp-port", "0"]
+    runs = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    (ready, one), (_, other) = (run.communicate(timeout=60)[0].splitlines() for run in runs)
+    assert [run.returncode for run in runs] == [0, 0]
+    assert ready.startswith("achse ready net_id=127.0.0.1.1.1 tcp=127.0.0.1:")
+    assert one.startswith("achse done t=2 state=")
+    assert one == other
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_with_0(number: signal.Signals) -> None:
+    run = subprocess.Popen(
+        [*ACHSE, "run", "--tcp-port", "0"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert run.stdout is not None
+    pairs = dict(pair.split("=") for pair in run.stdout.readline().split()[2:])
+    assert int(pairs["tcp"].rpartition(":")[2]) > 0
+    assert {"500", "501", "851", "10000"} <= set(pairs["ports"].split(","))
+    assert (pairs["speed"], pairs["axes"]) == ("1", "3")
+    run.send_signal(number)
+    rest, errors = run.communicate(timeout=10)
+    assert (run.returncode, rest, errors) == (0, "", "")
+
+
+def test_a_port_that_is_taken() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+        result = _achse("run", "--tcp-port", str(port), exit_code=1)
+    assert result.stdout == ""
+    [line] = result.stderr.splitlines()
+    assert f"127.0.0.1:{port}" in line
+    assert "--tcp-port" in line
+
+
+@pytest.mark.parametrize("speed", ["0", "-1", "fast", "nan", "inf"])
+def test_a_speed_that_is_none(speed: str) -> None:
+    result = _achse("run", "--speed", speed, exit_code=2)
+    assert "--speed" in result.stderr
+    assert "a number above 0 or `max`" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("[router\n", "line 1"),
+        ("[router]\nnet_id = 5\n", "router.net_id"),
+        ("[[axis]]\nid = 1\nname = 'X'\nmax_velocity = -1.0\n", "max_velocity"),
+        ("[[plc]]\nport = 851\nglobals = ['nowhere:GVL']\n", "globals"),
+    ],
+)
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_a_broken_station_toml(tmp_path: Path, command: str, text: str, complaint: str) -> None:
+    file = tmp_path / "station.toml"
+    file.write_text(text)
+    result = _achse(command, str(file), exit_code=1)
+    assert complaint in result.stderr
+    assert "station.toml" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+    assert "nothing.toml" in _achse("check", str(tmp_path / "nothing.toml"), exit_code=1).stderr
+
+
+def test_a_station_toml_that_is_right(tmp_path: Path) -> None:
+    file = tmp_path / "station.toml"
+    file.write_text("[[axis]]\nid = 4\nname = 'Z'\n")
+    assert _achse("check", str(file)).stdout.rstrip().endswith("1 axes: ok")

@@ -1,0 +1,54 @@
+"""Client commands: where they connect, and how they end."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+
+def test_nobody_listens(cli: Callable[..., Any]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        free = server.getsockname()[1]
+    result = cli("ads", "state", "--tcp-port", str(free), exit_code=1)
+    assert result.stdout == ""
+    assert f"cannot connect to 127.0.0.1:{free}" in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_a_port_without_device_is_told_by_code_and_name(cli: Callable[..., Any]) -> None:
+    result = cli("ads", "state", "--port", "852", exit_code=1)
+    assert "127.0.0.1.1.1:852" in result.stderr
+    assert "0x6 TARGET_PORT_NOT_FOUND" in result.stderr
+
+
+def test_a_net_id_that_is_none_is_bad_usage(cli: Callable[..., Any]) -> None:
+    result = cli("ads", "state", "--net-id", "1.2.3", exit_code=2)
+    assert "six numbers" in result.stderr
+
+
+def test_the_net_id_of_the_station_can_be_named(cli: Callable[..., Any]) -> None:
+    assert cli("ads", "state", "--net-id", "127.0.0.1.1.1").stdout.startswith("RUN")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("command", ["ads watch MAIN.nCounter", "axis watch X"])
+def test_a_watch_ends_cleanly_by_signal(
+    environment: dict[str, str], number: signal.Signals, command: str
+) -> None:
+    watch = subprocess.Popen(
+        [sys.executable, "-m", "achse", *command.split()],
+        env=os.environ | environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert watch.stdout is not None
+    assert watch.stdout.readline()
+    watch.send_signal(number)
+    _, errors = watch.communicate(timeout=10)
+    assert (watch.returncode, errors) == (0, "")
