@@ -1,0 +1,1 @@
+"""Structured Text: lexer, Pratt parser, syntax tree, and declarations as IEC types."""

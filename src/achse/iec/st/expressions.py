@@ -1,0 +1,254 @@
+"""Expressions: a Pratt parser, driven by how strongly each operator binds."""
+
+from achse.iec.st.cursor import DEEPEST, Cursor, Unexpected
+from achse.iec.st.lexer import LITERALS, NAME
+from achse.iec.st.tree import (
+    Argument,
+    ArrayInitial,
+    Assign,
+    Binary,
+    Call,
+    Dereference,
+    Expression,
+    GlobalName,
+    Index,
+    Initial,
+    Literal,
+    Member,
+    MemberInitial,
+    Name,
+    PartOf,
+    Repeated,
+    StructInitial,
+    Super,
+    This,
+    Unary,
+)
+
+__all__ = ["BINDING", "LONGEST", "UNARY_BINDING", "ExpressionParser"]
+
+BINDING: dict[str, int] = {
+    ":=": 1,
+    "OR": 2,
+    "OR_ELSE": 2,
+    "XOR": 3,
+    "AND": 4,
+    "AND_THEN": 4,
+    "=": 5,
+    "<>": 5,
+    "<": 6,
+    "<=": 6,
+    ">": 6,
+    ">=": 6,
+    "+": 7,
+    "-": 7,
+    "*": 8,
+    "/": 8,
+    "MOD": 8,
+    "**": 9,
+}
+"""How strongly operators bind (IEC 61131-3 table 71); equal ones from left to right, `:=` from
+right to left."""
+UNARY_BINDING = 10
+_NO_ASSIGNMENT = 1
+"""The binding above which `:=` is left to the caller."""
+
+LONGEST = 1000
+"""How many operators may follow each other on one level, and how many steps a path has."""
+
+_POSTFIX = frozenset((".", "[", "^", "("))
+_PREFIX = frozenset(("-", "+", "NOT"))
+
+
+class ExpressionParser(Cursor):
+    """Reads expressions and initial values."""
+
+    def expression(self, power: int = 0) -> Expression:
+        """An expression of operators that bind stronger than `power`. Raises `Unexpected`."""
+        kinds = self.kinds
+        position = self.position
+        kind = kinds[position]
+        left: Expression
+        if kind == NAME:
+            left = Name(self.words[position], self.starts[position])
+            self.position = position + 1
+            if kinds[position + 1] in _POSTFIX:
+                left = self._postfix(left)
+        elif kind in LITERALS:
+            left = Literal(kind, self.words[position], self.starts[position])
+            self.position = position + 1
+        else:
+            left = self._prefix(kind)
+        length = 0
+        while True:
+            position = self.position
+            kind = kinds[position]
+            binding = BINDING.get(kind, 0)
+            if binding <= power:
+                return left
+            length += 1
+            if length > LONGEST:
+                raise Unexpected(self.at, f"more than {LONGEST} operators in a row")
+            self.position = position + 1
+            if binding > _NO_ASSIGNMENT:
+                right = self.expression(binding)
+                left = Binary(kind, left, right, self.starts[position])
+            else:
+                self.deeper()
+                left = Assign(":=", left, self.expression(), self.starts[position])
+                self.depth -= 1
+
+    def reference(self) -> Expression:
+        """An expression up to, and without, an assignment."""
+        return self.expression(_NO_ASSIGNMENT)
+
+    def _prefix(self, kind: str) -> Expression:
+        at = self.at
+        if kind in _PREFIX:
+            self.deeper()
+            self.position += 1
+            operand = self.expression(UNARY_BINDING)
+            self.depth -= 1
+            return Unary(kind, operand, at)
+        if kind == "(":
+            self.deeper()
+            self.position += 1
+            inner = self.expression()
+            self.expect(")")
+            self.depth -= 1
+            # `(a + b).c` is none, but `(pointer + 8)^` is.
+            return self._postfix(inner) if self.kinds[self.position] == "^" else inner
+        if kind == "THIS" or kind == "SUPER":
+            self.position += 1
+            return self._postfix(This(at) if kind == "THIS" else Super(at))
+        if kind == ".":
+            self.position += 1
+            return self._postfix(GlobalName(self.name().name, at))
+        raise self.unexpected("an expression")
+
+    def _postfix(self, left: Expression) -> Expression:
+        kinds = self.kinds
+        steps = 0
+        while True:
+            position = self.position
+            kind = kinds[position]
+            at = self.starts[position]
+            if kind == ".":
+                left = self._member(left)
+            elif kind == "[":
+                self.deeper()
+                self.position = position + 1
+                indices = [self.expression()]
+                while self.take(","):
+                    indices.append(self.expression())
+                self.expect("]", "',' or ']'")
+                self.depth -= 1
+                left = Index(left, tuple(indices), at)
+            elif kind == "^":
+                self.position = position + 1
+                left = Dereference(left, at)
+            elif kind == "(":
+                left = Call(left, self.arguments(), at)
+            else:
+                return left
+            steps += 1
+            if steps > DEEPEST:
+                raise Unexpected(at, f"a path of more than {DEEPEST} steps")
+
+    def _member(self, left: Expression) -> Expression:
+        position = self.position + 1
+        kind = self.kinds[position]
+        word = self.words[position]
+        at = self.starts[position]
+        self.position = position + 1
+        if kind == NAME:
+            return Member(left, word, at)
+        if kind == "integer" and word.isdigit() and len(word) <= 2:
+            return PartOf(left, "X", int(word), at)
+        if kind == "partial":
+            return PartOf(left, word[1].upper(), int(word[2:]), at)
+        self.position = position
+        raise self.unexpected("a name or a bit number after '.'")
+
+    def arguments(self) -> tuple[Argument, ...]:
+        """`(a, nIn := b, nOut => c)`. Raises `Unexpected`."""
+        self.expect("(")
+        if self.take(")"):
+            return ()
+        self.deeper()
+        arguments = [self._argument()]
+        while self.take(","):
+            arguments.append(self._argument())
+        self.expect(")", "',' or ')'")
+        self.depth -= 1
+        return tuple(arguments)
+
+    def _argument(self) -> Argument:
+        position = self.position
+        at = self.starts[position]
+        if self.kinds[position] == NAME:
+            sign = self.kinds[position + 1]
+            if sign == ":=" or sign == "=>":
+                self.position = position + 2
+                empty = self.kinds[position + 2] in (",", ")")
+                value = None if empty else self.expression()
+                return Argument(self.words[position], value, sign == "=>", at)
+        return Argument("", self.expression(), False, at)
+
+    # initial values ------------------------------------------------------------------------
+
+    def initial(self) -> Initial:
+        """What follows `:=` in a declaration. Raises `Unexpected`."""
+        kinds = self.kinds
+        position = self.position
+        kind = kinds[position]
+        if kind == "[":
+            return self._array_initial()
+        if kind == "(" and (
+            (kinds[position + 1] == NAME and kinds[position + 2] == ":=")
+            or kinds[position + 1] == ")"
+        ):
+            return self._struct_initial()
+        return self.expression()
+
+    def _array_initial(self) -> ArrayInitial:
+        at = self.expect("[")
+        self.deeper()
+        values: list[Initial | Repeated] = []
+        while self.kinds[self.position] != "]":
+            values.append(self._element())
+            if not self.take(","):
+                break
+        self.expect("]", "',' or ']'")
+        self.depth -= 1
+        return ArrayInitial(tuple(values), at)
+
+    def _element(self) -> Initial | Repeated:
+        value = self.initial()
+        at = self.at
+        # A name before the bracket reads as a call; which it is shows in what the name means.
+        if not (isinstance(value, Literal) and self.take("(")):
+            return value
+        values: list[Initial] = []
+        self.deeper()
+        while self.kinds[self.position] != ")":
+            values.append(self.initial())
+            if not self.take(","):
+                break
+        self.expect(")", "',' or ')'")
+        self.depth -= 1
+        return Repeated(value, tuple(values), at)
+
+    def _struct_initial(self) -> StructInitial:
+        at = self.expect("(")
+        self.deeper()
+        members: list[MemberInitial] = []
+        while self.kinds[self.position] != ")":
+            name = self.name("the name of a member")
+            self.expect(":=")
+            members.append(MemberInitial(name.name, self.initial(), name.at))
+            if not self.take(","):
+                break
+        self.expect(")", "',' or ')'")
+        self.depth -= 1
+        return StructInitial(tuple(members), at)

@@ -1,0 +1,118 @@
+"""What a literal says: its type, if it names one, and its value."""
+
+import re
+from typing import Any, NamedTuple
+
+from achse.iec.elementary import BOOL, RealType
+from achse.iec.errors import IecValueError
+from achse.iec.literals import parse_value
+from achse.iec.names import ELEMENTARY
+from achse.iec.strings import STRING, WSTRING, StringType
+from achse.iec.times import TimeType
+from achse.iec.types import IecType
+
+__all__ = ["LiteralValue", "literal_value", "malformed"]
+
+_TYPES: dict[str, IecType[Any]] = {
+    **ELEMENTARY,
+    "t": ELEMENTARY["time"],
+    "lt": ELEMENTARY["ltime"],
+    "d": ELEMENTARY["date"],
+    "ld": ELEMENTARY["ldate"],
+    "ltime_of_day": ELEMENTARY["ltod"],
+    "ldate_and_time": ELEMENTARY["ldt"],
+}
+_DIGITS = {
+    2: re.compile(r"[01]+(?:_[01]+)*"),
+    8: re.compile(r"[0-7]+(?:_[0-7]+)*"),
+    10: re.compile(r"[0-9]+(?:_[0-9]+)*"),
+    16: re.compile(r"[0-9A-Fa-f]+(?:_[0-9A-Fa-f]+)*"),
+}
+_REAL = re.compile(r"[0-9]+(?:_[0-9]+)*(?:\.[0-9]+(?:_[0-9]+)*)?(?:[eE][+-]?[0-9]+)?")
+_NAME = re.compile(r"[^\W\d]\w*")
+_QUOTED = re.compile(r"'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\"", re.DOTALL)
+_LONGEST_NUMBER = 100
+
+
+class LiteralValue(NamedTuple):
+    """`value` is an int (also for times: the count of the type's unit), float, bool or str.
+
+    `type` is None for a plain number, whose type depends on its use, and for an enumeration's
+    value `E_State#Idle`: then `enum` is the name of the type, and `value` is a name or a number.
+    """
+
+    type: IecType[Any] | None
+    value: int | float | bool | str
+    enum: str = ""
+
+
+def malformed(text: str) -> str:
+    """Why the text is no literal; empty if it is one."""
+    try:
+        literal_value(text)
+    except IecValueError as error:
+        return str(error)
+    return ""
+
+
+def literal_value(text: str) -> LiteralValue:
+    """The value of a literal as written in Structured Text. Raises `IecValueError`."""
+    if text[0] in "'\"":
+        return _string(text)
+    if text[0].isdigit():
+        return LiteralValue(None, _number(text))
+    prefix, sign, rest = text.partition("#")
+    if not sign:
+        return LiteralValue(BOOL, text.upper() == "TRUE")
+    type = _TYPES.get(prefix.lower())
+    if type is None:
+        return LiteralValue(None, rest if _NAME.fullmatch(rest) else _signed(rest), prefix)
+    if isinstance(type, StringType):
+        if rest[:1] != ("'" if type.unit == 1 else '"'):
+            raise IecValueError("a string literal", f"{prefix}# and a text in quotes", text)
+        return _string(rest)
+    if type is BOOL:
+        if rest.upper() not in ("TRUE", "FALSE", "0", "1"):
+            raise type.reject(text, "TRUE or FALSE")
+        return LiteralValue(type, rest.upper() in ("TRUE", "1"))
+    if isinstance(type, TimeType):
+        return LiteralValue(type, type.count(parse_value(type, f"{type.name}#{rest}")))
+    value = _signed(rest)
+    if isinstance(type, RealType):
+        value = float(value)
+    type.encode(value)
+    return LiteralValue(type, value)
+
+
+def _string(text: str) -> LiteralValue:
+    if not _QUOTED.fullmatch(text):
+        raise IecValueError("a string literal", f"a closing {text[0]}", text)
+    length = max(1, 2 * len(text))
+    type = STRING(length) if text[0] == "'" else WSTRING(length)
+    # Text beyond cp1252 is right in a STRING of UTF-8; which one it goes to shows later.
+    coded = STRING(2 * length, "utf-8") if not text.isascii() and text[0] == "'" else type
+    return LiteralValue(ELEMENTARY[type.family.lower()], parse_value(coded, text))
+
+
+def _signed(text: str) -> int | float:
+    if text[:1] in "+-" and text:
+        return -_number(text[1:]) if text[0] == "-" else _number(text[1:])
+    return _number(text)
+
+
+def _number(text: str) -> int | float:
+    if len(text) > _LONGEST_NUMBER:
+        raise IecValueError("a number", f"at most {_LONGEST_NUMBER} digits", text)
+    base, sign, digits = text.partition("#")
+    if not sign:
+        if _DIGITS[10].fullmatch(text):
+            return int(text)
+        if _REAL.fullmatch(text):
+            return float(text)
+        raise IecValueError("a number", "digits, like 10, 16#FF or 1.5E3", text)
+    pattern = _DIGITS.get(int(base)) if base in ("2", "8", "10", "16") else None
+    if pattern is None:
+        raise IecValueError("a number", "the base 2, 8, 10 or 16 before #", text)
+    if not pattern.fullmatch(digits):
+        raise IecValueError("a number", f"digits of base {base} after #", text)
+    return int(digits, int(base))

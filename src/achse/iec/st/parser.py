@@ -1,0 +1,346 @@
+"""Program organisation units, and the parser as a whole: a source in, units and faults out."""
+
+from collections.abc import Callable, Iterable
+from typing import NamedTuple, TypeVar
+
+from achse.iec.st.cursor import Unexpected
+from achse.iec.st.declarations import DeclarationParser
+from achse.iec.st.lexer import END, NAME, Defines
+from achse.iec.st.source import Fault, Source, SourceError
+from achse.iec.st.tree import (
+    NO_NOTE,
+    Accessor,
+    Action,
+    Expression,
+    Function,
+    FunctionBlock,
+    GlobalList,
+    Interface,
+    Method,
+    NamedType,
+    Namespace,
+    Part,
+    Program,
+    Property,
+    Statements,
+    TypeSpec,
+    Unit,
+    VarBlock,
+)
+from achse.iec.st.words import ACCESS
+
+__all__ = ["Parsed", "Parser", "parse", "parse_expression", "parse_statements"]
+
+P = TypeVar("P")
+
+_UNIT_WORDS = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM", "INTERFACE", "TYPE", "VAR_GLOBAL")
+_GLOBAL_SECTIONS = ("VAR_GLOBAL", "VAR_CONFIG", "VAR_EXTERNAL")
+_PART_WORDS = ("METHOD", "PROPERTY", "ACTION")
+_AFTER_BODY = frozenset((END, *_UNIT_WORDS))
+
+
+class Parsed(NamedTuple):
+    """The units of a source in order, and all that is wrong with it."""
+
+    source: Source
+    units: tuple[Unit, ...]
+    faults: tuple[Fault, ...]
+
+    def check(self) -> "Parsed":
+        """The same, if there is no fault. Raises `SourceError`."""
+        if self.faults:
+            raise SourceError(self.faults)
+        return self
+
+
+def parse(source: Source | str, *, name: str = "GVL", defines: Defines = ()) -> Parsed:
+    """Read a whole source; raises nothing, whatever the text.
+
+    `name` is given to its VAR_GLOBAL blocks, which have none in the text. `defines` are names
+    (or names with values) that `{IF defined (…)}` finds.
+    """
+    if isinstance(source, str):
+        source = Source(source)
+    parser = Parser(source, defines=defines)
+    try:
+        units = parser.units(name)
+    except RecursionError:
+        # The caller's own stack left too little for what DEEPEST allows.
+        parser.report(Unexpected(parser.at, "this nests too deep"))
+        units = ()
+    return Parsed(source, units, tuple(parser.faults))
+
+
+def parse_expression(text: str) -> Expression:
+    """One expression. Raises `SourceError`."""
+    parser = Parser(Source(text))
+    return _whole(parser, parser.expression)
+
+
+def parse_statements(text: str) -> Statements:
+    """A list of statements. Raises `SourceError`."""
+    parser = Parser(Source(text))
+    return _whole(parser, parser.statements)
+
+
+def _whole(parser: "Parser", read: "Callable[[], P]") -> P:
+    found = None
+    try:
+        found = read()
+        parser.expect(END, "the end")
+    except Unexpected as fault:
+        parser.report(fault)
+    if parser.faults or found is None:
+        raise SourceError(parser.faults)
+    return found
+
+
+class Parser(DeclarationParser):
+    """Reads units. A fault costs at most the unit it is in."""
+
+    def units(self, name: str, end: str = END) -> tuple[Unit, ...]:
+        """All units up to the end; VAR_GLOBAL blocks go into one list called `name`."""
+        found: list[Unit] = []
+        blocks: list[VarBlock] = []
+        place = 0
+        while self.kinds[self.position] != end:
+            position = self.position
+            kind = self.kinds[position]
+            try:
+                if kind == END:
+                    raise self.unexpected(end)
+                if kind in _GLOBAL_SECTIONS:
+                    place = place if blocks else self.at
+                    blocks += self.var_blocks(_GLOBAL_SECTIONS)
+                elif kind == "TYPE":
+                    found += self.type_declarations()
+                elif kind == ";":
+                    self.position += 1
+                else:
+                    found.append(self._unit(kind))
+            except Unexpected as fault:
+                self.report(fault)
+                self.depth = 0
+                if self.kinds[self.position] == END:
+                    break
+                self._skip_to_unit(position, end)
+        if blocks:
+            found.append(self._global_list(name, blocks, place))
+        return tuple(found)
+
+    def _skip_to_unit(self, start: int, end: str) -> None:
+        self.position = max(self.position, start + 1)
+        while self.kinds[self.position] not in (*_UNIT_WORDS, END, end):
+            self.position += 1
+
+    def _global_list(self, name: str, blocks: list[VarBlock], at: int) -> GlobalList:
+        """The list, with what its first block is noted with: attributes count for the list."""
+        first = blocks[0]
+        blocks[0] = VarBlock(first.section, first.qualifiers, first.variables, NO_NOTE, first.at)
+        return GlobalList(name, tuple(blocks), first.note, at)
+
+    def _unit(self, kind: str) -> Unit:
+        if kind == "FUNCTION_BLOCK":
+            return self.function_block()
+        if kind == "PROGRAM":
+            return self.program()
+        if kind == "FUNCTION":
+            return self.function()
+        if kind == "INTERFACE":
+            return self.interface()
+        if self.is_word("NAMESPACE"):
+            return self._namespace()
+        raise self.unexpected("TYPE, VAR_GLOBAL, FUNCTION_BLOCK, FUNCTION, PROGRAM or INTERFACE")
+
+    def _namespace(self) -> Namespace:
+        at = self.at
+        self.position += 1
+        self.deeper()
+        if self.is_word("INTERNAL"):
+            self.position += 1
+        name = self.path()
+        depth = self.depth
+        units = self.units(name.name.rpartition(".")[2], "END_NAMESPACE")
+        self.depth = depth - 1
+        self.take("END_NAMESPACE")
+        return Namespace(name.name, units, at)
+
+    # units ---------------------------------------------------------------------------------
+
+    def function_block(self, whole: bool = True) -> FunctionBlock:
+        """A function block; only its head and variables if it is not `whole`."""
+        first = self.position
+        self.expect("FUNCTION_BLOCK")
+        modifiers = self.modifiers()
+        name = self.name()
+        note = self.note(first, self.position - 1)
+        extends = self.type_name() if self.take("EXTENDS") else None
+        implements = self._type_names() if self.take("IMPLEMENTS") else ()
+        self.take(";")
+        blocks = self.var_blocks()
+        parts, body = self._inside("END_FUNCTION_BLOCK") if whole else ((), ())
+        return FunctionBlock(
+            name.name, modifiers, extends, implements, blocks, parts, body, note, name.at
+        )
+
+    def program(self, whole: bool = True) -> Program:
+        """A program; only its head and variables if it is not `whole`."""
+        first = self.position
+        self.expect("PROGRAM")
+        modifiers = self.modifiers()
+        name = self.name()
+        note = self.note(first, self.position - 1)
+        self.take(";")
+        blocks = self.var_blocks()
+        parts, body = self._inside("END_PROGRAM") if whole else ((), ())
+        return Program(name.name, modifiers, blocks, parts, body, note, name.at)
+
+    def function(self, whole: bool = True) -> Function:
+        """A function; only its head and variables if it is not `whole`."""
+        first = self.position
+        self.expect("FUNCTION")
+        modifiers = self.modifiers()
+        name = self.name()
+        note = self.note(first, self.position - 1)
+        returns = self._returns()
+        self.take(";")
+        blocks = self.var_blocks()
+        body = self._body_up_to("END_FUNCTION") if whole else ()
+        return Function(name.name, modifiers, returns, blocks, body, note, name.at)
+
+    def interface(self, whole: bool = True) -> Interface:
+        """An interface; only its head if it is not `whole`."""
+        first = self.position
+        self.expect("INTERFACE")
+        modifiers = self.modifiers()
+        name = self.name()
+        note = self.note(first, self.position - 1)
+        extends = self._type_names() if self.take("EXTENDS") else ()
+        self.take(";")
+        parts: tuple[Part, ...] = ()
+        if whole:
+            parts = tuple(self._parts())
+            self._end("END_INTERFACE", "METHOD, PROPERTY or END_INTERFACE")
+        return Interface(name.name, modifiers, extends, parts, note, name.at)
+
+    def _type_names(self) -> tuple[NamedType, ...]:
+        names = [self.type_name()]
+        while self.take(","):
+            names.append(self.type_name())
+        return tuple(names)
+
+    def _returns(self) -> TypeSpec | None:
+        return self.type_spec() if self.take(":") else None
+
+    # what is inside ------------------------------------------------------------------------
+
+    def _inside(self, end: str) -> tuple[tuple[Part, ...], Statements]:
+        """Methods, properties, actions and statements in any order, up to `end`."""
+        parts: list[Part] = []
+        body: Statements = ()
+        while True:
+            parts += self._parts()
+            body += self.statements()
+            kind = self.kinds[self.position]
+            if kind in _PART_WORDS:
+                continue
+            if kind == end or kind in _AFTER_BODY:
+                break
+            self.report(self.unexpected(end))
+            self.position += 1
+        self._end(end)
+        return tuple(parts), body
+
+    def _body_up_to(self, end: str) -> Statements:
+        body: Statements = ()
+        while True:
+            body += self.statements()
+            kind = self.kinds[self.position]
+            if kind == end or kind in _AFTER_BODY or kind in _PART_WORDS:
+                break
+            self.report(self.unexpected(end))
+            self.position += 1
+        self._end(end)
+        return body
+
+    def _end(self, end: str, expected: str = "") -> None:
+        if self.take(end):
+            self.take(";")
+        else:
+            self.report(self.unexpected(expected or end))
+
+    def _parts(self) -> list[Part]:
+        parts: list[Part] = []
+        while (kind := self.kinds[self.position]) in _PART_WORDS:
+            if kind == "METHOD":
+                parts.append(self.method())
+            elif kind == "PROPERTY":
+                parts.append(self.property())
+            else:
+                parts.append(self.action())
+        return parts
+
+    def method(self, whole: bool = True) -> Method:
+        """A method; only its head and variables if it is not `whole`."""
+        first = self.position
+        self.expect("METHOD")
+        modifiers = self.modifiers()
+        name = self.name()
+        note = self.note(first, self.position - 1)
+        returns = self._returns()
+        self.take(";")
+        blocks = self.var_blocks()
+        body = self._body_up_to("END_METHOD") if whole else ()
+        return Method(name.name, modifiers, returns, blocks, body, note, name.at)
+
+    def property(self, whole: bool = True) -> Property:
+        """A property; only its head if it is not `whole`."""
+        first = self.position
+        self.expect("PROPERTY")
+        modifiers = self.modifiers()
+        name = self.name()
+        note = self.note(first, self.position - 1)
+        self.expect(":")
+        type = self.type_spec()
+        self.take(";")
+        get: Accessor | None = None
+        set: Accessor | None = None
+        if whole:
+            while self.is_word("GET") or self.is_word("SET"):
+                if self.is_word("GET"):
+                    get = self._accessor("END_GET")
+                else:
+                    set = self._accessor("END_SET")
+            self._end("END_PROPERTY", "GET, SET or END_PROPERTY")
+        return Property(name.name, modifiers, type, get, set, note, name.at)
+
+    def _accessor(self, end: str) -> Accessor:
+        first = self.position
+        self.position += 1
+        accessor = self.accessor(first)
+        body = self._body_up_to(end)
+        return Accessor(accessor.modifiers, accessor.blocks, body, accessor.note, accessor.at)
+
+    def accessor(self, first: int = 0) -> Accessor:
+        """Modifiers and variables of a GET or SET, without its body."""
+        at = self.starts[first]
+        note = self.note(first, first)
+        words = []
+        while self.kinds[self.position] == NAME and self.words[self.position].upper() in ACCESS:
+            words.append(self.words[self.position].upper())
+            self.position += 1
+        return Accessor(tuple(words), self.var_blocks(), (), note, at)
+
+    def action(self) -> Action:
+        """An action."""
+        first = self.position
+        self.expect("ACTION")
+        name = self.name()
+        note = self.note(first, self.position - 1)
+        self.take(":")
+        return Action(name.name, self._body_up_to("END_ACTION"), note, name.at)
+
+    def alone(self, what: Iterable[str] = (END,)) -> None:
+        """Report what follows where nothing should."""
+        if self.kinds[self.position] not in what:
+            self.report(self.unexpected("the end"))

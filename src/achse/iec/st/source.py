@@ -1,0 +1,105 @@
+"""Source texts and the faults found in them: file, line, column, the line with a caret."""
+
+from bisect import bisect_right
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from achse.iec.errors import DeclarationError
+
+__all__ = ["Fault", "Location", "Piece", "Source", "SourceError"]
+
+_LONGEST_LINE = 160
+_SHOWN_FAULTS = 20
+
+
+class Location(NamedTuple):
+    """A place in a file; line and column count from 1, the column in characters."""
+
+    path: str
+    line: int
+    column: int
+
+    def __str__(self) -> str:
+        return f"{self.path}:{self.line}:{self.column}"
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One thing wrong with a source."""
+
+    location: Location
+    message: str
+    text: str = ""
+    """The line it is in."""
+
+    def __str__(self) -> str:
+        head = f"{self.location}: {self.message}"
+        if not self.text:
+            return head
+        # A tab stays a tab, so that the caret stands under its column in any terminal.
+        before = self.text[: self.location.column - 1]
+        indent = "".join("\t" if sign == "\t" else " " for sign in before)
+        return f"{head}\n    {self.text}\n    {indent}^"
+
+
+class SourceError(DeclarationError):
+    """Sources have faults: `faults` lists all of them, by file and place."""
+
+    def __init__(self, faults: Iterable[Fault]) -> None:
+        self.faults = tuple(sorted(faults, key=lambda fault: fault.location))
+        shown = [str(fault) for fault in self.faults[:_SHOWN_FAULTS]]
+        if len(self.faults) > _SHOWN_FAULTS:
+            shown.append(f"… and {len(self.faults) - _SHOWN_FAULTS} more")
+        super().__init__("\n".join(shown))
+
+
+class Piece(NamedTuple):
+    """A part of a text that lies elsewhere in its file: where it starts, in both."""
+
+    start: int
+    line: int
+    column: int
+
+
+class Source:
+    """A text and where it comes from.
+
+    The text of an XML file is the texts of its parts one after the other; `pieces` say where in
+    the file each of them starts. Syntax trees keep offsets into `text`, and `locate` turns them
+    into lines and columns when somebody asks.
+    """
+
+    def __init__(self, text: str, path: str = "<text>", pieces: Iterable[Piece] = ()) -> None:
+        self.text = text
+        self.path = path
+        self._pieces = tuple(pieces) or (Piece(0, 1, 1),)
+        self._starts = [piece.start for piece in self._pieces]
+
+    def locate(self, offset: int) -> Location:
+        """The place of an offset."""
+        offset = max(0, min(offset, len(self.text)))
+        piece = self._pieces[max(0, bisect_right(self._starts, offset) - 1)]
+        breaks = self.text.count("\n", piece.start, offset)
+        if breaks == 0:
+            return Location(self.path, piece.line, piece.column + offset - piece.start)
+        column = offset - self.text.rindex("\n", piece.start, offset)
+        return Location(self.path, piece.line + breaks, column)
+
+    def line_at(self, offset: int) -> str:
+        """The whole line an offset is in, as far as its piece goes."""
+        offset = max(0, min(offset, len(self.text)))
+        index = max(0, bisect_right(self._starts, offset) - 1)
+        first = self._pieces[index].start
+        last = self._starts[index + 1] if index + 1 < len(self._starts) else len(self.text)
+        start = self.text.rfind("\n", first, offset) + 1 or first
+        end = self.text.find("\n", offset, last)
+        return self.text[start : last if end < 0 else end]
+
+    def fault(self, offset: int, message: str) -> Fault:
+        """A fault at an offset."""
+        location = self.locate(offset)
+        line = self.line_at(offset)
+        if len(line) > _LONGEST_LINE or "\0" in line or location.column > len(line) + 1:
+            line = ""
+        return Fault(location, message, line)

@@ -1,0 +1,650 @@
+"""The syntax tree of Structured Text: one class per construct, in the order of the grammar.
+
+Every node knows its place: `at` is the offset in its `Source` of the sign that makes it what it
+is (the operator, the name after a dot, the keyword). Places do not count when nodes are compared.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+
+def _place() -> Any:
+    return field(compare=False, repr=False)
+
+
+# Expressions --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Literal:
+    """`5`, `16#FF`, `1.5E3`, `TRUE`, `'text'`, `T#1s`, `INT#5`, `E_State#Idle`: as written."""
+
+    kind: str
+    """integer, real, boolean, string (quoted ' or "), or typed (`prefix#value`)."""
+    text: str
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """`nCounter`."""
+
+    name: str
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class GlobalName:
+    """`.nCounter`: of the global name space, whatever is local."""
+
+    name: str
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class This:
+    """`THIS`."""
+
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Super:
+    """`SUPER`."""
+
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """`of.name`: member, global variable, enumeration value, or part of a name space."""
+
+    of: "Expression"
+    name: str
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class PartOf:
+    """`of.3` or `of.%X3` (a bit), `of.%B1` (a byte), `%W`, `%D`, `%L`."""
+
+    of: "Expression"
+    width: str
+    """X, B, W, D or L."""
+    number: int
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Index:
+    """`of[i, j]`."""
+
+    of: "Expression"
+    indices: "tuple[Expression, ...]"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Dereference:
+    """`of^`."""
+
+    of: "Expression"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """`5`, `nIn := 5`, `nOut => x`; without a value `nIn :=` and `nOut =>`."""
+
+    name: str
+    """Empty for an argument by position."""
+    value: "Expression | None"
+    is_output: bool
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """`of(arguments)`: function, function block instance, method, cast (`TO_INT`), operator
+    (`ADR`, `SIZEOF`, `__NEW`)."""
+
+    of: "Expression"
+    arguments: tuple[Argument, ...]
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Unary:
+    """`-x`, `+x`, `NOT x`."""
+
+    operator: str
+    operand: "Expression"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Binary:
+    """`left operator right`; `&` is AND."""
+
+    operator: str
+    left: "Expression"
+    right: "Expression"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Assign:
+    """`target := value`, `REF=`, `S=`, `R=`: a statement, and with `:=` also an expression."""
+
+    operator: str
+    target: "Expression"
+    value: "Expression"
+    at: int = _place()
+
+
+Expression: TypeAlias = (
+    Literal
+    | Name
+    | GlobalName
+    | This
+    | Super
+    | Member
+    | PartOf
+    | Index
+    | Dereference
+    | Call
+    | Unary
+    | Binary
+    | Assign
+)
+
+# Initial values -----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Repeated:
+    """`3(0, 1)` in an array: the values three times over."""
+
+    count: Expression
+    values: "tuple[Initial, ...]"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayInitial:
+    """`[1, 2, 3(0)]`."""
+
+    values: "tuple[Initial | Repeated, ...]"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class MemberInitial:
+    """`a := 1` of a structure's initial value."""
+
+    name: str
+    value: "Initial"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class StructInitial:
+    """`(a := 1, b := [1, 2])`."""
+
+    members: tuple[MemberInitial, ...]
+    at: int = _place()
+
+
+Initial: TypeAlias = Expression | ArrayInitial | StructInitial
+
+# Statements ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """`IF condition THEN body`, or ELSIF."""
+
+    condition: Expression
+    body: "Statements"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class If:
+    """`IF … ELSIF … ELSE … END_IF`."""
+
+    branches: tuple[Branch, ...]
+    otherwise: "Statements"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """`low..high`: of labels, bounds and sub-ranges."""
+
+    low: Expression
+    high: Expression
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """`1, 3..5: body` in a CASE."""
+
+    labels: tuple[Expression | Range, ...]
+    body: "Statements"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """`CASE selector OF … ELSE … END_CASE`."""
+
+    selector: Expression
+    choices: tuple[Choice, ...]
+    otherwise: "Statements"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class For:
+    """`FOR variable := first TO last BY step DO body END_FOR`."""
+
+    variable: Expression
+    first: Expression
+    last: Expression
+    step: Expression | None
+    body: "Statements"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class While:
+    """`WHILE condition DO body END_WHILE`."""
+
+    condition: Expression
+    body: "Statements"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class RepeatUntil:
+    """`REPEAT body UNTIL condition END_REPEAT`."""
+
+    body: "Statements"
+    condition: Expression
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Try:
+    """`__TRY body __CATCH(exception) handler __FINALLY final __ENDTRY`."""
+
+    body: "Statements"
+    exception: Expression | None
+    handler: "Statements"
+    final: "Statements"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Exit:
+    """`EXIT`."""
+
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Continue:
+    """`CONTINUE`."""
+
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Return:
+    """`RETURN`."""
+
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Jump:
+    """`JMP label`."""
+
+    label: str
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """`label:`."""
+
+    name: str
+    at: int = _place()
+
+
+Statement: TypeAlias = (
+    Assign
+    | Call
+    | Name
+    | GlobalName
+    | Member
+    | Dereference
+    | Index
+    | If
+    | Case
+    | For
+    | While
+    | RepeatUntil
+    | Try
+    | Exit
+    | Continue
+    | Return
+    | Jump
+    | Label
+)
+"""A bare name is a call without parentheses: of an action, a program, a method."""
+
+Statements: TypeAlias = tuple[Statement, ...]
+
+# Types --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class NamedType:
+    """`INT`, `ST_Axis`, `Tc2_MC2.AXIS_REF`."""
+
+    name: str
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class StringOf:
+    """`STRING`, `STRING(80)`, `WSTRING[nMax]`."""
+
+    family: str
+    """STRING or WSTRING."""
+    length: Expression | None
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayOf:
+    """`ARRAY [1..10, 0..nMax] OF element`; a dimension is None for `*`."""
+
+    dimensions: tuple[Range | None, ...]
+    element: "TypeSpec"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class PointerTo:
+    """`POINTER TO target`."""
+
+    target: "TypeSpec"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceTo:
+    """`REFERENCE TO target`."""
+
+    target: "TypeSpec"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Subrange:
+    """`INT (0..100)`."""
+
+    base: NamedType
+    limits: Range
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What stands beside a declaration: its comment, and its attribute pragmas in order."""
+
+    comment: str = ""
+    attributes: tuple[tuple[str, str], ...] = ()
+
+
+NO_NOTE = Note()
+
+
+@dataclass(frozen=True, slots=True)
+class EnumValue:
+    """`Idle := 0`."""
+
+    name: str
+    value: Expression | None
+    note: Note
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class EnumOf:
+    """`(Idle := 0, Run) UINT`."""
+
+    values: tuple[EnumValue, ...]
+    base: NamedType | None
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class StructOf:
+    """`STRUCT … END_STRUCT`."""
+
+    members: "tuple[Declaration, ...]"
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class UnionOf:
+    """`UNION … END_UNION`."""
+
+    members: "tuple[Declaration, ...]"
+    at: int = _place()
+
+
+TypeSpec: TypeAlias = (
+    NamedType
+    | StringOf
+    | ArrayOf
+    | PointerTo
+    | ReferenceTo
+    | Subrange
+    | EnumOf
+    | StructOf
+    | UnionOf
+)
+
+# Variables ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """`AT %IX0.3`."""
+
+    text: str
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Declaration:
+    """`a, b AT %MD4 : type(arguments) := initial;` with the same type and value for all names."""
+
+    names: tuple[Name, ...]
+    """In VAR_CONFIG a name is a path: `MAIN.fbValve.bOpen`."""
+    address: Address | None
+    type: TypeSpec
+    arguments: tuple[Argument, ...]
+    """Of FB_init: `fbValve : FB_Valve(nPort := 3)`."""
+    initial: Initial | None
+    note: Note
+    is_reference: bool = False
+    """Whether the initial value came with `REF=`."""
+
+
+@dataclass(frozen=True, slots=True)
+class VarBlock:
+    """`VAR_INPUT CONSTANT … END_VAR`."""
+
+    section: str
+    """VAR, VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT, VAR_GLOBAL, VAR_TEMP, VAR_STAT, VAR_INST,
+    VAR_EXTERNAL, VAR_CONFIG."""
+    qualifiers: tuple[str, ...]
+    """CONSTANT, RETAIN, NON_RETAIN, PERSISTENT, and access words."""
+    variables: tuple[Declaration, ...]
+    note: Note
+    at: int = _place()
+
+
+# Units --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class TypeDeclaration:
+    """`TYPE name EXTENDS base : type := initial; END_TYPE`."""
+
+    name: str
+    modifiers: tuple[str, ...]
+    extends: NamedType | None
+    type: TypeSpec
+    initial: Initial | None
+    note: Note
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class GlobalList:
+    """The VAR_GLOBAL blocks of a file; `name` is that of the file."""
+
+    name: str
+    blocks: tuple[VarBlock, ...]
+    note: Note
+    at: int = _place()
+
+
+Body: TypeAlias = Statements | None
+"""None is a body in another language (FBD, LD, SFC, CFC)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """`ACTION name: body END_ACTION`."""
+
+    name: str
+    body: Body
+    note: Note
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """`METHOD PUBLIC name : type … END_METHOD`."""
+
+    name: str
+    modifiers: tuple[str, ...]
+    """PUBLIC, PRIVATE, PROTECTED, INTERNAL, ABSTRACT, FINAL, OVERRIDE."""
+    returns: TypeSpec | None
+    blocks: tuple[VarBlock, ...]
+    body: Body
+    note: Note
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Accessor:
+    """`GET … END_GET` or `SET … END_SET` of a property."""
+
+    modifiers: tuple[str, ...]
+    blocks: tuple[VarBlock, ...]
+    body: Body
+    note: Note
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Property:
+    """`PROPERTY PUBLIC name : type … END_PROPERTY`."""
+
+    name: str
+    modifiers: tuple[str, ...]
+    type: TypeSpec
+    get: Accessor | None
+    set: Accessor | None
+    note: Note
+    at: int = _place()
+
+
+Part: TypeAlias = Method | Property | Action
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """`FUNCTION name : type … END_FUNCTION`."""
+
+    name: str
+    modifiers: tuple[str, ...]
+    returns: TypeSpec | None
+    blocks: tuple[VarBlock, ...]
+    body: Body
+    note: Note
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class FunctionBlock:
+    """`FUNCTION_BLOCK ABSTRACT name EXTENDS base IMPLEMENTS interfaces … END_FUNCTION_BLOCK`."""
+
+    name: str
+    modifiers: tuple[str, ...]
+    extends: NamedType | None
+    implements: tuple[NamedType, ...]
+    blocks: tuple[VarBlock, ...]
+    parts: tuple[Part, ...]
+    body: Body
+    note: Note
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """`PROGRAM name … END_PROGRAM`."""
+
+    name: str
+    modifiers: tuple[str, ...]
+    blocks: tuple[VarBlock, ...]
+    parts: tuple[Part, ...]
+    body: Body
+    note: Note
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Interface:
+    """`INTERFACE name EXTENDS bases … END_INTERFACE`."""
+
+    name: str
+    modifiers: tuple[str, ...]
+    extends: tuple[NamedType, ...]
+    parts: tuple[Part, ...]
+    note: Note
+    at: int = _place()
+
+
+@dataclass(frozen=True, slots=True)
+class Namespace:
+    """`NAMESPACE name … END_NAMESPACE`."""
+
+    name: str
+    units: "tuple[Unit, ...]"
+    at: int = _place()
+
+
+Unit: TypeAlias = (
+    TypeDeclaration | GlobalList | Function | FunctionBlock | Program | Interface | Namespace
+)
