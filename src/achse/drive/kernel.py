@@ -1,0 +1,145 @@
+"""The drive cycle: one step of one drive, the same source plain and compiled.
+
+Order within a cycle: inputs, alarms, power state, mode, set point, plant, measurement, touch probe,
+supervision, statusword.
+"""
+
+import math
+from collections.abc import Sequence
+
+from achse.codes import AlState
+from achse.drive.gantry import yaw
+from achse.drive.motion import choose_mode, enter_mode, generate, report, switch_off
+from achse.drive.plant import move
+from achse.drive.power import PowerState, advance
+from achse.drive.probe import latch
+from achse.drive.record import DriveFields
+from achse.drive.signals import read_inputs, write_outputs
+from achse.drive.supervision import internal_limit, present_cause, watch, watch_motor
+
+__all__ = ["cycle", "cycles"]
+
+_WORDS = tuple(state.word for state in PowerState)
+_PREOP = int(AlState.PREOP)
+_ENABLED = 4
+_QUICK_STOP = 5
+_REACTION = 6
+_REMOTE = 0x0200
+_VOLTAGE = 0x0010
+_WARNING = 0x0080
+
+
+def cycles(drives: Sequence[DriveFields], dt: float, count: int) -> None:
+    """`count` cycles of `dt` seconds of every drive, in the order of the records."""
+    for i in range(len(drives)):
+        for _ in range(count):
+            cycle(drives[i], dt)
+
+
+def cycle(d: DriveFields, dt: float) -> None:
+    """One cycle of one drive."""
+    read_inputs(d)
+    watch_motor(d, dt)
+    _power(d)
+    choose_mode(d)
+    generate(d, dt)
+    write_outputs(d)
+    move(d, dt)
+    _measure(d)
+    if d.probe_function or d.probe_status:
+        latch(d)
+    yaw(d, dt)
+    watch(d, dt)
+    report(d, dt)
+    _show(d)
+    d.previous_controlword = d.controlword
+    d.fresh_outputs = 0
+
+
+def _power(d: DriveFields) -> None:
+    """Alarms and the power state, with what each transition does."""
+    cause = present_cause(d)
+    alarm = d.alarm_request
+    if alarm == 0 and cause != 0 and (d.power_state <= _QUICK_STOP or cause != d.error_code):
+        alarm = cause
+    if alarm:
+        d.alarm_request = 0
+        d.error_code = alarm
+        d.present_alarm = alarm
+        d.alarm_count += 1
+        d.attention = 1
+    before = d.power_state
+    number = advance(d, alarm, cause)
+    if number == 0:
+        return
+    if number == 4:
+        enter_mode(d)
+    elif number == 11 or number == 13:
+        d.standing = 0
+        d.stop_time = 0.0
+        d.stop_deceleration = 0.0
+        if before < _ENABLED:
+            switch_off(d)
+    elif number == 15:
+        d.present_alarm = 0
+        d.reset_count += 1
+        d.attention = 1
+    elif before >= _ENABLED:
+        switch_off(d)
+
+
+def _measure(d: DriveFields) -> None:
+    """Actual and demanded values as the objects show them."""
+    count = math.floor(d.motor_position + 0.5) - d.encoder_zero
+    if d.absolute:
+        half = d.turns * d.encoder_resolution >> 1
+        count = (count + half) % (2 * half) - half if half else count
+    actual = math.floor(count * d.inc_per_count + 0.5) + d.active_home_offset
+    demand = math.floor(d.demand + 0.5)
+    inner = math.floor((d.demand - d.active_home_offset) * d.counts_per_inc + 0.5)
+    shown = count
+    if d.dual_loop:
+        shown = math.floor(count * d.scale_ratio + 0.5)
+        inner = math.floor(inner * d.scale_ratio + 0.5)
+    d.position_internal = _wrap(shown)
+    d.position_actual = _wrap(actual)
+    d.position_demand = _wrap(demand)
+    d.position_demand_internal = _wrap(inner)
+    d.following_error = _wrap(demand - actual)
+    d.velocity_actual = _clamp(d.motor_velocity * d.inc_per_count, 2147483647.0)
+    d.velocity_demand = _clamp(d.demand_velocity, 2147483647.0)
+    d.torque_demand = _clamp(d.torque_command, 32767.0)
+    d.torque_actual = _clamp(d.motor_torque, 32767.0)
+
+
+def _wrap(value: int) -> int:
+    """A position counter has 32 bits."""
+    return (value + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000
+
+
+def _clamp(value: float, most: float) -> int:
+    return math.floor(max(-most, min(most, value)) + 0.5)
+
+
+def _show(d: DriveFields) -> None:
+    """Error register and statusword."""
+    d.error_register = 1 if d.present_alarm else 0
+    word = _WORDS[d.power_state]
+    if d.communication >= _PREOP:
+        word |= _REMOTE
+    if d.main_power:
+        if d.voltage_bit:
+            word |= _VOLTAGE
+    elif not d.voltage_bit:
+        word |= _VOLTAGE
+    if d.warnings_1 or d.warnings_2:
+        word |= _WARNING
+    if d.target_reached:
+        word |= 0x0400
+    if internal_limit(d):
+        word |= 0x0800
+    if d.bit_12:
+        word |= 0x1000
+    if d.bit_13:
+        word |= 0x2000
+    d.statusword = word

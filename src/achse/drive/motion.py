@@ -1,0 +1,207 @@
+"""Motion: the mode in charge makes the set point; stops and limit switches overrule it."""
+
+from achse.drive.modes import (
+    cyclic_position,
+    cyclic_torque,
+    cyclic_velocity,
+    homing,
+    profile_position,
+    profile_torque,
+    profile_velocity,
+)
+from achse.drive.modes.halt import hold_position, hold_velocity
+from achse.drive.plant import CONTROL_OFF, CONTROL_TORQUE, take_over
+from achse.drive.power import supply_ready
+from achse.drive.profile import rate_of, stop
+from achse.drive.record import DriveFields
+from achse.drive.supervision import standing_still
+
+__all__ = ["choose_mode", "enter_mode", "generate", "report", "switch_off"]
+
+_PP = 1
+_PV = 3
+_TQ = 4
+_HM = 6
+_CSP = 8
+_CSV = 9
+_CST = 10
+_ENABLED = 4
+_QUICK_STOP = 5
+_REACTION = 6
+_POSITIVE = 2
+_NEGATIVE = 1
+_START = 0x10
+_STOP_PATIENCE = 0.5
+"""A stop counts as finished if the motor does not stand this long after its ramp, s."""
+
+_COAST = 0
+
+
+def choose_mode(d: DriveFields) -> None:
+    """Take 6060h over into 6061h; 0 and what is not supported change nothing."""
+    mode = d.mode_request
+    if mode == d.mode_display:
+        return
+    position = mode == _PP or mode == _HM or mode == _CSP
+    other = mode == _PV or mode == _TQ or mode == _CSV or mode == _CST
+    if not position and not (other and not d.dual_loop):
+        return
+    d.mode_display = mode
+    d.homing_attained = 0
+    d.homing_error = 0
+    d.homing_running = 0
+    d.speed_exceeded = 0
+    d.stop_deceleration = 0.0
+    if d.power_state == _ENABLED:
+        enter_mode(d)
+
+
+def enter_mode(d: DriveFields) -> None:
+    """Begin the mode of 6061h; all internal set points are cleared (transition 4)."""
+    mode = d.mode_display
+    d.stop_deceleration = 0.0
+    d.overtravel_stop = 0
+    if mode == _PP:
+        profile_position.enter(d)
+    elif mode == _PV:
+        profile_velocity.enter(d)
+    elif mode == _TQ:
+        profile_torque.enter(d)
+    elif mode == _HM:
+        homing.enter(d)
+    elif mode == _CSP:
+        cyclic_position.enter(d)
+    elif mode == _CSV:
+        cyclic_velocity.enter(d)
+    elif mode == _CST:
+        cyclic_torque.enter(d)
+    else:
+        hold_position(d)
+
+
+def switch_off(d: DriveFields) -> None:
+    """The drive function is off: no torque, nothing left to do."""
+    d.control = CONTROL_OFF
+    d.speed_exceeded = 0
+    d.overtravel_stop = 0
+    profile_position.abandon(d)
+    homing.abandon(d)
+
+
+def generate(d: DriveFields, dt: float) -> None:
+    """The set point of this cycle."""
+    state = d.power_state
+    if (
+        d.mode_display == _HM
+        and d.controlword & _START
+        and not d.previous_controlword & _START
+        and d.communication > 1
+    ):
+        homing.start(d)
+    if state == _ENABLED:
+        demand = d.demand
+        velocity = d.demand_velocity
+        _command(d, dt)
+        _overtravel(d, demand, velocity, dt)
+    elif state == _QUICK_STOP or state == _REACTION:
+        _ramp_down(d, dt)
+    else:
+        take_over(d)
+
+
+def _command(d: DriveFields, dt: float) -> None:
+    mode = d.mode_display
+    if mode == _CSP:
+        cyclic_position.command(d, dt)
+    elif mode == _PP:
+        profile_position.command(d, dt)
+    elif mode == _PV:
+        profile_velocity.command(d, dt)
+    elif mode == _TQ:
+        profile_torque.command(d, dt)
+    elif mode == _HM:
+        homing.command(d, dt)
+    elif mode == _CSV:
+        cyclic_velocity.command(d, dt)
+    elif mode == _CST:
+        cyclic_torque.command(d, dt)
+    else:
+        stop(d, rate_of(d.quick_stop_deceleration, d.max_deceleration), dt)
+
+
+def _overtravel(d: DriveFields, demand: float, velocity: float, dt: float) -> None:
+    """A limit switch ends motion in its direction with 6085h; away from it motion is free."""
+    limits = d.digital_inputs & (_POSITIVE | _NEGATIVE)
+    if limits == 0 or d.mode_display == _HM:
+        d.overtravel_stop = 0
+        return
+    if d.control == CONTROL_TORQUE:
+        wish = d.demand_torque + d.torque_offset
+    else:
+        wish = d.demand_velocity
+    if not (wish > 0.0 and limits & _POSITIVE) and not (wish < 0.0 and limits & _NEGATIVE):
+        d.overtravel_stop = 0
+        return
+    if d.control == CONTROL_TORQUE:
+        hold_velocity(d)
+        d.demand_torque = 0.0
+    else:
+        d.demand = demand
+        d.demand_velocity = velocity
+    if d.mode_display == _PP:
+        profile_position.abandon(d)
+    d.overtravel_stop = 1
+    stop(d, rate_of(d.quick_stop_deceleration, d.max_deceleration), dt)
+
+
+def _ramp_down(d: DriveFields, dt: float) -> None:
+    """Quick stop and fault reaction: down with 6085h as it was when the stop began."""
+    if d.power_state == _REACTION and (
+        d.fault_reaction_option == _COAST or not supply_ready(d) or d.encoder_fault
+    ):
+        d.control = CONTROL_OFF
+        d.standing = 1
+        return
+    if d.control == CONTROL_OFF:
+        d.standing = 1
+        return
+    if d.control == CONTROL_TORQUE:
+        hold_velocity(d)
+    limits = d.digital_inputs
+    if d.stop_deceleration == 0.0:
+        d.stop_deceleration = rate_of(d.quick_stop_deceleration, d.max_deceleration)
+    rate = d.stop_deceleration
+    if (limits & _POSITIVE and d.demand_velocity > 0.0) or (
+        limits & _NEGATIVE and d.demand_velocity < 0.0
+    ):
+        rate = rate_of(d.quick_stop_deceleration, d.max_deceleration)
+        if d.overtravel_stop_mode:
+            d.stop_deceleration = rate
+    stop(d, rate, dt)
+    if d.demand_velocity == 0.0:
+        d.stop_time += dt
+        if standing_still(d) or d.stop_time > _STOP_PATIENCE:
+            d.standing = 1
+
+
+def report(d: DriveFields, dt: float) -> None:
+    """Bits 10, 12 and 13 of the statusword."""
+    mode = d.mode_display
+    if mode == _CSP:
+        cyclic_position.report(d, dt)
+    elif mode == _PP:
+        profile_position.report(d, dt)
+    elif mode == _PV:
+        profile_velocity.report(d, dt)
+    elif mode == _TQ:
+        profile_torque.report(d, dt)
+    elif mode == _HM:
+        homing.report(d, dt)
+    elif mode == _CSV:
+        cyclic_velocity.report(d, dt)
+    elif mode == _CST:
+        cyclic_torque.report(d, dt)
+    else:
+        d.target_reached = 0
+        d.bit_12 = 0
+        d.bit_13 = 0
