@@ -1,5 +1,8 @@
 """Routing: who gets a frame, who is told that nobody did, who cannot take what is not theirs."""
 
+from collections.abc import Callable
+from typing import Any
+
 import pytest
 
 from achse.ams import AmsAddress, Frame, NetId, RouterError
@@ -338,3 +341,54 @@ def test_answers_from_behind_a_route_find_the_client(router: Router) -> None:
     answer = peer.frames[0].reply(b"answer")
     assert router.deliver(answer)
     assert client.frames == [answer]
+
+
+# gates
+
+
+def _noting(name: str, seen: list[str]) -> Any:
+    def gate(frame: Frame, onward: Callable[[Frame], bool]) -> bool:
+        seen.append(f"{name} {'answer' if frame.is_response else 'request'}")
+        return onward(frame)
+
+    return gate
+
+
+def test_requests_pass_gates_inwards_and_answers_outwards(router: Router) -> None:
+    router.register(851, Device(router))
+    client, seen = Inbox(), list[str]()
+    router.add_gate(_noting("middle", seen))
+    router.add_gate(_noting("inner", seen))
+    router.add_gate(_noting("outer", seen), outermost=True)
+    request = _request(PLC)
+    request.origin = client
+    assert router.deliver(request)
+    assert seen == [
+        *(f"{name} request" for name in ("outer", "middle", "inner")),
+        *(f"{name} answer" for name in ("inner", "middle", "outer")),
+    ]
+    assert [frame.data for frame in client.frames] == [b"answer"]
+
+
+def test_a_gate_may_keep_double_or_change_a_frame_and_leave(router: Router) -> None:
+    inbox = Inbox()
+    router.register(851, inbox)
+
+    def keep(frame: Frame, onward: Callable[[Frame], bool]) -> bool:
+        router.remove_gate(keep)
+        return True
+
+    def double(frame: Frame, onward: Callable[[Frame], bool]) -> bool:
+        frame.data = b"changed"
+        return onward(frame) and onward(frame)
+
+    router.add_gate(keep)
+    router.add_gate(double)
+    assert router.deliver(_request(PLC))
+    assert inbox.frames == []
+    assert router.deliver(_request(PLC))
+    assert [frame.data for frame in inbox.frames] == [b"changed", b"changed"]
+    router.remove_gate(double)
+    router.remove_gate(double)
+    assert router.deliver(_request(PLC))
+    assert inbox.frames[-1].data == b"request"

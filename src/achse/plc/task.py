@@ -31,6 +31,7 @@ class Task:
         "port",
         "priority",
         "programs",
+        "stretch",
         "time_ns",
     )
 
@@ -67,6 +68,9 @@ class Task:
         self.last_exec_ns = 0
         """How long the last cycle took; 0 without a stopwatch."""
 
+        self.stretch = 1
+        """Cycle times that a cycle takes; above 1 it exceeds, and those it covers are lost."""
+
     @property
     def exceeded(self) -> bool:
         """Whether the last cycle took longer than the cycle time."""
@@ -98,4 +102,8 @@ class Task:
                 call()
             self.last_exec_ns = stopwatch() - began
             self.exceed_count += self.last_exec_ns > self.cycle_ns
+        if self.stretch > 1:
+            self.last_exec_ns = self.stretch * self.cycle_ns
+            self.exceed_count += 1
+            self.due_ns += self.last_exec_ns - self.cycle_ns
         self.first_cycle = False

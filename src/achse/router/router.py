@@ -11,7 +11,7 @@ from itertools import chain
 from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame, NetId, RouterError
 from achse.codes import ReturnCode
 
-__all__ = ["FIRST_CLIENT_PORT", "LOOPBACK_NET_ID", "Router"]
+__all__ = ["FIRST_CLIENT_PORT", "LOOPBACK_NET_ID", "Gate", "Router"]
 
 log = logging.getLogger("achse.router")
 
@@ -20,6 +20,9 @@ FIRST_CLIENT_PORT = 32768
 
 LOOPBACK_NET_ID = NetId("127.0.0.1.1.1")
 """Alias of the local NetId on every router."""
+
+Gate = Callable[[Frame, Callable[[Frame], bool]], bool]
+"""Sees each frame on its way, with what hands it on: faults and monitors."""
 
 _UNANSWERED = int(Flags.RESPONSE | Flags.NO_RESPONSE)
 
@@ -42,6 +45,7 @@ class Router:
         self._routes: dict[bytes, Endpoint] = {}
         self._learned: dict[bytes, dict[Endpoint, None]] = {}
         self._close_listeners: list[Callable[[AmsAddress], None]] = []
+        self._gates: tuple[Gate, ...] = ()
         self._next_port = FIRST_CLIENT_PORT
         self.lost_frames = 0
         """Responses and notifications nobody was there for."""
@@ -136,6 +140,13 @@ class Router:
 
         False if nobody took it.
         """
+        gates = self._gates
+        if not gates:
+            return self._pass(frame)
+        outwards = frame.flags & 1 or frame.command == Command.NOTIFICATION
+        return self._through(frame, gates[::-1] if outwards else gates)
+
+    def _pass(self, frame: Frame) -> bool:
         via = frame.via
         if via is not None and via.deliver(frame):
             return True
@@ -146,6 +157,25 @@ class Router:
             return True
         self._refuse(frame)
         return False
+
+    def _through(self, frame: Frame, gates: tuple[Gate, ...]) -> bool:
+        """Past `gates`, then to the target."""
+        if not gates:
+            return self._pass(frame)
+        return gates[0](frame, lambda passed: self._through(passed, gates[1:]))
+
+    def add_gate(self, gate: Gate, *, outermost: bool = False) -> None:
+        """Let every frame pass `gate` from now on.
+
+        Gates stand in a row: requests meet the outermost first, answers and samples last. A new
+        one is the innermost unless it is asked to be `outermost`. A gate hands on what it lets pass: the frame, another one, several or none, now or later.
+        What it gives back says whether the frame was taken.
+        """
+        self._gates = (gate, *self._gates) if outermost else (*self._gates, gate)
+
+    def remove_gate(self, gate: Gate) -> None:
+        """Undo `add_gate`. Unknown is no error."""
+        self._gates = tuple(each for each in self._gates if each != gate)
 
     def _beyond(self, frame: Frame) -> Endpoint | None:
         """Where a frame goes that is for no local port."""

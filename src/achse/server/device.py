@@ -123,6 +123,7 @@ class Device:
         )
         self.services = ServiceTable((*single, *SumCommands(single, self).groups()))
         self._groups = self.services.by_index
+        self._in_sums = single.by_index
         self._direct_codes = direct_codes or {}
         self._router: DeviceRouter | None = None
         self._request: Frame | None = None
@@ -274,6 +275,22 @@ class Device:
     ) -> bytes:
         """Hand over `data`, get up to `read_length` bytes; raises DeviceError."""
         return self.services.find(group).read_write(group, offset, read_length, data, client)
+
+    def replace(self, index_group: int, group: IndexGroup | None) -> IndexGroup | None:
+        """Let `group` answer for `index_group`, alone and in sums; what answered before.
+
+        None: nobody. Faults stand before a group in this way.
+        """
+        before = self._groups.get(index_group)
+        tables = [self._groups]
+        if before is None or index_group in self._in_sums:
+            tables.append(self._in_sums)
+        for table in tables:
+            if group is None:
+                table.pop(index_group, None)
+            else:
+                table[index_group] = group
+        return before
 
     def write_control(self, ads_state: int, device_state: int, data: bytes) -> None:
         """Go to the state that `ads_state` (1..19) leads to; `data` is for devices that use it.

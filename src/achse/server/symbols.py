@@ -322,6 +322,11 @@ class SymbolServices:
             raise self._missing(handle, client)
         return entry.symbol
 
+    def held(self, handle: int) -> Symbol | None:
+        """The symbol that a valid handle of any client stands for."""
+        entry = self._handles.get(handle)
+        return None if entry is None else entry.symbol
+
     def release_all(self, client: bytes) -> None:
         """Forget the handles of a client that is gone."""
         for handle in self._held.pop(client, ()):

@@ -17,10 +17,12 @@ from pydantic import (
 )
 
 from achse.ams import NetId
+from achse.station.fault import Fault
 
 __all__ = [
     "AxisConfig",
     "ConfigError",
+    "FaultConfig",
     "NcConfig",
     "PlcConfig",
     "RouterConfig",
@@ -63,6 +65,7 @@ def _net_id(value: object) -> object:
 
 
 DurationNs = Annotated[int, BeforeValidator(_duration_ns), Field(gt=0)]
+MomentNs = Annotated[int, BeforeValidator(_duration_ns), Field(ge=0)]
 ConfiguredNetId = Annotated[NetId, BeforeValidator(_net_id), PlainSerializer(str, return_type=str)]
 
 
@@ -128,6 +131,31 @@ class AxisConfig(BaseModel):
         return dict(self.model_extra or {})
 
 
+class FaultConfig(BaseModel):
+    """[[fault]]: a fault at a given time. Further keys are the fields of `Fault`."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    kind: str
+    at: MomentNs = 0
+    lasting: MomentNs | None = None
+    by: MomentNs | None = None
+
+    @model_validator(mode="after")
+    def _is_one(self) -> "FaultConfig":
+        self.fault()
+        return self
+
+    def fault(self) -> Fault:
+        """The fault; raises FaultError."""
+        seconds = {
+            name: value / 1e9
+            for name in ("at", "lasting", "by")
+            if (value := getattr(self, name)) is not None
+        }
+        return Fault.of({"kind": self.kind, **seconds, **(self.model_extra or {})})
+
+
 class StationConfig(_Section):
     """A whole station."""
 
@@ -136,6 +164,7 @@ class StationConfig(_Section):
     nc: NcConfig = NcConfig()
     plc: Sequence[PlcConfig] = ()
     axis: Sequence[AxisConfig] = ()
+    fault: Sequence[FaultConfig] = ()
 
     @model_validator(mode="after")
     def _distinct(self) -> "StationConfig":

@@ -17,6 +17,8 @@ from achse.router import Router
 from achse.server import Device
 from achse.station import assembly
 from achse.station.config import ConfigError, StationConfig, load
+from achse.station.fault import FaultError
+from achse.station.faults import Faults
 from achse.station.pacing import Pacer, run_unpaced
 from achse.transport.tcp import TcpListener
 
@@ -55,12 +57,21 @@ class Station:
         self.nc = parts.nc
         self.plcs = parts.plcs
         self.devices: Sequence[Device] = parts.devices
-        self.stages: Sequence[assembly.Stage] = parts.stages
+        self.stages: Sequence[assembly.Stage] = tuple(parts.stages)
         """What one cycle runs, in order: (cycle in ns, callable with the station time)."""
         self.tick_ns = parts.tick_ns
         self._digests: Sequence[Callable[[], bytes]] = parts.digests
         self._owed_ns = 0
         """What `advance` was asked for beyond whole ticks."""
+        self.listeners: Sequence[TcpListener] = ()
+        """Where the station listens while it is running."""
+        self.faults = Faults(self)
+        """What is to go wrong, now and later."""
+        for number, planned in enumerate(self.config.fault, 1):
+            try:
+                self.faults.add(planned.fault())
+            except FaultError as failure:
+                raise ConfigError(f"fault[{number}].{failure}") from None
 
     @classmethod
     def load(
@@ -93,6 +104,14 @@ class Station:
             if now % stage.cycle_ns == 0:
                 stage.run(now)
 
+    def add_stage(self, name: str, cycle_ns: int, run: Callable[[int], None]) -> None:
+        """Run `run(time_ns)` every `cycle_ns`, a multiple of the tick, before all other stages."""
+        self.stages = (assembly.Stage(name, cycle_ns, run), *self.stages)
+
+    def remove_stage(self, name: str) -> None:
+        """Undo `add_stage`. Unknown is no error."""
+        self.stages = tuple(stage for stage in self.stages if stage.name != name)
+
     def advance(self, seconds: float) -> None:
         """Let `seconds` of station time pass, in whole ticks; a rest is kept for the next call."""
         if not 0 <= seconds < math.inf:
@@ -120,8 +139,10 @@ class Station:
     ) -> AsyncIterator["RunningStation"]:
         """Serve clients over AMS/TCP while the station runs `speed` times the wall clock.
 
-        `speed` may be `math.inf`: as fast as the machine can. `until` ends the cycle at that
-        station time (s). Raises OSError if the TCP port is taken.
+        `speed` may be `math.inf`: as fast as the machine can; with 0 time stands, until `advance`
+        is called in the station's loop. `until` ends the cycle at that station time (s).
+
+        Raises OSError if the TCP port is taken.
         """
         router = self.config.router
         listener = TcpListener(
@@ -134,6 +155,7 @@ class Station:
             router.host if host is None else host,
             router.tcp_port if tcp_port is None else tcp_port,
         )
+        self.listeners = (*self.listeners, listener)
         cycle = asyncio.create_task(self._cycle(speed, until))
         cycle.add_done_callback(_tell_failure)
         try:
@@ -142,9 +164,12 @@ class Station:
             cycle.cancel()
             await asyncio.gather(cycle, return_exceptions=True)
             await listener.close()
+            self.listeners = tuple(each for each in self.listeners if each is not listener)
 
     async def _cycle(self, speed: float, until: float | None) -> None:
         end_ns = math.inf if until is None else round(until * 1e9)
+        if speed == 0:
+            await asyncio.get_running_loop().create_future()
         if math.isinf(speed):
             await run_unpaced(self.step, lambda: self.time_ns >= end_ns)
             return

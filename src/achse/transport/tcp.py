@@ -7,6 +7,7 @@ import asyncio
 import ipaddress
 import logging
 from collections import deque
+from collections.abc import Iterable
 from typing import Any, cast
 
 from achse.ams import (
@@ -133,6 +134,11 @@ class TcpConnection(asyncio.Protocol):
         while self.registered:
             self._router.unregister(self.registered.pop().port)
 
+    @property
+    def sources(self) -> Iterable[bytes]:
+        """The AMS addresses that the peer sent from."""
+        return self._sources
+
     # addresses -------------------------------------------------------------------------------
 
     def _learn(self, source: bytes) -> None:
@@ -217,6 +223,12 @@ class TcpConnection(asyncio.Protocol):
             return True
         self._put(packet)
         return True
+
+    def break_off(self, frame: Frame) -> None:
+        """Send the first half of `frame`, then end the connection: a cable pulled in between."""
+        packet = frame.encode_tcp()
+        self._out.append(packet[: len(packet) // 2])
+        self.close()
 
     def _put(self, packet: bytes) -> None:
         self._out.append(packet)

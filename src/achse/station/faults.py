@@ -1,0 +1,115 @@
+"""Faults on demand: begins each at its time, ends it at its time, and keeps the list.
+
+A fault begins at a station time, so that the same test sees the same fault at the same cycle. Until
+one is added nothing of this is in the way of a frame or a cycle.
+"""
+
+import heapq
+import logging
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from achse.station.disturbances import Disturbances
+from achse.station.fault import FAULT_KINDS, ActiveFault, Fault
+
+if TYPE_CHECKING:
+    from achse.station.station import Station
+
+__all__ = ["Faults"]
+
+log = logging.getLogger("achse.faults")
+
+STAGE = "faults"
+
+
+class Faults:
+    """The faults of one station: `station.faults.add("drop", port=851, count=1)`."""
+
+    def __init__(self, station: "Station") -> None:
+        self._station = station
+        self._agenda: list[tuple[int, int, Callable[[], None]]] = []
+        self._sequence = 0
+        self._faults: dict[int, ActiveFault] = {}
+        self._last = 0
+        self._disturbances = Disturbances(station, self.later, self._finish)
+
+    def __iter__(self) -> Iterator[ActiveFault]:
+        """Those that wait or are at work."""
+        return iter(tuple(self._faults.values()))
+
+    def __len__(self) -> int:
+        return len(self._faults)
+
+    def add(self, fault: Fault | str, /, **fields: Any) -> ActiveFault:
+        """Add a fault, or one of this kind with these fields; raises FaultError.
+
+        It begins before this returns unless `at` lies ahead.
+        """
+        if isinstance(fault, str):
+            fault = Fault.of({"kind": fault, **fields})
+        now = self._station.time_ns
+        begins = now if fault.at is None else round(fault.at * 1e9)
+        self._disturbances.check(fault)
+        self._last += 1
+        active = ActiveFault(self._last, fault, begins)
+        self._faults[active.number] = active
+        if begins > now:
+            self._at(begins, lambda: self._begin(active))
+        else:
+            self._begin(active)
+        return active
+
+    def clear(self, number: int | None = None) -> None:
+        """End one fault, or all. KeyError if there is none with this number."""
+        ending = list(self._faults.values()) if number is None else [self._faults[number]]
+        for active in ending:
+            self._finish(active)
+
+    def _begin(self, active: ActiveFault) -> None:
+        if active.state != "waiting":
+            return
+        active.state = "active"
+        log.info("fault %d begins: %s", active.number, active.fault)
+        fault = active.fault
+        try:
+            active.undo = self._disturbances.begin(active)
+        except Exception as failure:
+            log.error("fault %d could not begin: %s", active.number, failure)
+            self._finish(active)
+            if fault.at is None:
+                raise
+            return
+        if not FAULT_KINDS[fault.kind].lasts:
+            active.hits += 1
+            self._finish(active)
+        elif fault.lasting is not None:
+            self.later(fault.lasting, lambda: self._finish(active))
+
+    def _finish(self, active: ActiveFault) -> None:
+        if active.state == "over":
+            return
+        active.state = "over"
+        self._faults.pop(active.number, None)
+        undo, active.undo = active.undo, None
+        if undo is not None:
+            undo()
+        log.info("fault %d is over after %d hits", active.number, active.hits)
+
+    # station time ----------------------------------------------------------------------------
+
+    def later(self, seconds: float, action: Callable[[], None]) -> None:
+        """Call `action` in so many seconds of station time."""
+        self._at(self._station.time_ns + round(seconds * 1e9), action)
+
+    def _at(self, due_ns: int, action: Callable[[], None]) -> None:
+        if not self._agenda:
+            self._station.add_stage(STAGE, self._station.tick_ns, self._tick)
+        self._sequence += 1
+        heapq.heappush(self._agenda, (due_ns, self._sequence, action))
+
+    def _tick(self, now_ns: int) -> None:
+        agenda = self._agenda
+        while agenda and agenda[0][0] <= now_ns:
+            heapq.heappop(agenda)[2]()
+        if not agenda:
+            self._station.remove_stage(STAGE)
