@@ -1,1 +1,45 @@
-"""EtherCAT: frames, slave controllers with what sits behind them, and segments of slaves."""
+"""EtherCAT: frames, slave controllers with what sits behind them, and segments of slaves.
+
+A frame goes through `Segment.process`; each `Slave` is a slave controller (`Esc`) with an
+`Application` behind it. Nothing here opens a socket or reads a clock.
+"""
+
+from achse.ethercat.application import (
+    Application,
+    DataType,
+    Identity,
+    ObjectAccess,
+    ObjectCode,
+    ObjectDescription,
+    ObjectEntry,
+)
+from achse.ethercat.description import SlaveDescription, describe
+from achse.ethercat.esc import Esc, Pdi
+from achse.ethercat.frame import Command, Datagram, Frame, FrameError
+from achse.ethercat.loopback import Loopback
+from achse.ethercat.segment import Disturbance, Segment
+from achse.ethercat.sii import build_sii
+from achse.ethercat.slave import Slave
+
+__all__ = [
+    "Application",
+    "Command",
+    "DataType",
+    "Datagram",
+    "Disturbance",
+    "Esc",
+    "Frame",
+    "FrameError",
+    "Identity",
+    "Loopback",
+    "ObjectAccess",
+    "ObjectCode",
+    "ObjectDescription",
+    "ObjectEntry",
+    "Pdi",
+    "Segment",
+    "Slave",
+    "SlaveDescription",
+    "build_sii",
+    "describe",
+]

@@ -1,0 +1,209 @@
+"""Distributed clock of one slave: local time, system time, SYNC0 and latches, 0x0900 to 0x09CF.
+
+Times are integer nanoseconds. All slaves of a segment see one true time; each has its own local
+time, which may start elsewhere, drift and jitter.
+"""
+
+from collections.abc import Callable
+from random import Random
+
+__all__ = ["DistributedClock", "Instant"]
+
+_U32 = 0xFFFF_FFFF
+_U64 = 0xFFFF_FFFF_FFFF_FFFF
+
+_OFFSET = 0x0920
+_DELAY = 0x0928
+_DIFFERENCE = 0x092C
+_ACTIVATION = 0x0981
+_START = 0x0990
+_SYNC0_CYCLE = 0x09A0
+_LATCH_CONTROL = 0x09A8
+_LATCH_STATUS = 0x09AE
+_LATCH_TIMES = 0x09B0
+
+_CYCLIC = 0x01
+_SYNC0 = 0x02
+
+_MAX_CORRECTION = 1000
+"""The time loop moves the system time by at most this much per comparison."""
+
+_PROPORTIONAL = 4
+_INTEGRAL = 64
+"""Divisors of the time loop: a difference dies out within some ten comparisons."""
+
+
+class Instant:
+    """The present true time, shared by all slaves of a segment."""
+
+    __slots__ = ("now_ns",)
+
+    def __init__(self) -> None:
+        self.now_ns = 0
+
+
+class DistributedClock:
+    """The clock registers in `memory`; `offset_ns`, `drift_ppb` and `jitter_ns` disturb it.
+
+    `reschedule` is called when the time of the next SYNC0 event has changed.
+    """
+
+    def __init__(self, memory: bytearray, time: Instant, reschedule: Callable[[], None]) -> None:
+        self.time = time
+        self.offset_ns = 0
+        self.jitter_ns = 0
+        self.port_delays: tuple[int | None, ...] = (0, None, None, None)
+        """After which time a frame that enters the segment now is received at each port."""
+        self._memory = memory
+        self._reschedule = reschedule
+        self._drift_ppb = 0
+        self._drift_since = 0
+        self._drifted = 0
+        self._correction = 0
+        self._rate = 0
+        self._received: int | None = None
+        self._difference = 0
+        self.cycle_ns = 0
+        """Cycle of SYNC0 while it is switched on, else 0."""
+        self._next_sync0: int | None = None
+        self._due_ns: int | None = None
+        self._dice = Random(0)
+
+    # local and system time
+
+    @property
+    def drift_ppb(self) -> int:
+        """How much faster the local time runs, in 10⁻⁹."""
+        return self._drift_ppb
+
+    @drift_ppb.setter
+    def drift_ppb(self, value: int) -> None:
+        self._drifted = self._drift(self.time.now_ns)
+        self._drift_since = self.time.now_ns
+        self._drift_ppb = value
+        self.move()
+
+    def _drift(self, now_ns: int) -> int:
+        if not self._drift_ppb:
+            return self._drifted
+        return self._drifted + (now_ns - self._drift_since) * self._drift_ppb // 10**9
+
+    def local_time(self, now_ns: int) -> int:
+        """Local time at a true time."""
+        return now_ns + self.offset_ns + self._drift(now_ns)
+
+    def system_time(self) -> int:
+        """The local copy of the system time, now."""
+        offset = int.from_bytes(self._memory[_OFFSET : _OFFSET + 8], "little")
+        return self.local_time(self.time.now_ns) + offset + self._correction & _U64
+
+    def latch_receive_times(self) -> None:
+        """A frame writes 0x0900: note when it passes each port (0x0900, 0x0904, …, 0x0918)."""
+        memory = self._memory
+        jitter = self._dice.randint(-self.jitter_ns, self.jitter_ns) if self.jitter_ns else 0
+        now_ns = self.time.now_ns + jitter
+        for port, delay in enumerate(self.port_delays):
+            if delay is not None:
+                local = self.local_time(now_ns + delay) & _U32
+                memory[0x0900 + 4 * port : 0x0904 + 4 * port] = local.to_bytes(4, "little")
+        local = self.local_time(now_ns + (self.port_delays[0] or 0)) & _U64
+        memory[0x0918:0x0920] = local.to_bytes(8, "little")
+
+    def feed(self, data: bytes | bytearray) -> None:
+        """The reference time passes by (write to 0x0910): compare, and steer the system time."""
+        memory = self._memory
+        system = self.system_time()
+        delay = int.from_bytes(memory[_DELAY : _DELAY + 4], "little")
+        mask = (1 << 8 * len(data)) - 1
+        difference = system - int.from_bytes(data, "little") - delay & mask
+        if difference > mask >> 1:
+            difference -= mask + 1
+        self._difference = difference
+        if difference or self._rate:
+            self._correction -= _clamped(difference // _PROPORTIONAL + self._rate)
+            self._rate = _clamped(self._rate + difference // _INTEGRAL)
+            self._due_ns = None
+
+    def restart_loop(self) -> None:
+        """The speed counter start is written: the time loop forgets what it learned."""
+        self._rate = self._difference = 0
+
+    def refresh_times(self) -> None:
+        """Bring 0x0910 and 0x092C up to date."""
+        memory = self._memory
+        memory[0x0910:0x0918] = self.system_time().to_bytes(8, "little")
+        difference = min(abs(self._difference), 0x7FFF_FFFF)
+        if self._difference < 0:
+            difference |= 0x8000_0000
+        memory[_DIFFERENCE : _DIFFERENCE + 4] = difference.to_bytes(4, "little")
+
+    # SYNC0
+
+    def activate(self) -> None:
+        """0x0981 is written: arm SYNC0 for its start time, which must lie in the future."""
+        memory = self._memory
+        self.cycle_ns = 0
+        self._next_sync0 = None
+        if memory[_ACTIVATION] & (_CYCLIC | _SYNC0) == _CYCLIC | _SYNC0:
+            self.cycle_ns = int.from_bytes(memory[_SYNC0_CYCLE : _SYNC0_CYCLE + 4], "little")
+            start = int.from_bytes(memory[_START : _START + 8], "little")
+            if self.cycle_ns and start >= self.system_time():
+                self._next_sync0 = start
+        self.move()
+
+    def move(self) -> None:
+        """The system time has jumped, or SYNC0 was switched: its next event is at another time."""
+        self._due_ns = None
+        self._reschedule()
+
+    @property
+    def sync0_due_ns(self) -> int | None:
+        """True time of the next SYNC0 event, None if there will be none."""
+        if self._due_ns is None and self._next_sync0 is not None:
+            ahead = self._next_sync0 - self.system_time()
+            if self._drift_ppb:
+                ahead = ahead * 10**9 // (10**9 + self._drift_ppb)
+            self._due_ns = self.time.now_ns + max(ahead, 0)
+        return self._due_ns
+
+    def sync0(self) -> None:
+        """The SYNC0 event happens: go on to the next."""
+        if self._next_sync0 is not None and self._due_ns is not None:
+            self._next_sync0 += self.cycle_ns
+            self._due_ns = None if self._drift_ppb else self._due_ns + self.cycle_ns
+
+    def refresh_start(self) -> None:
+        """While SYNC0 runs, 0x0990 is the time of its next event."""
+        if self._next_sync0 is not None:
+            value = self._next_sync0 & _U64
+            self._memory[_START : _START + 8] = value.to_bytes(8, "little")
+
+    # latches
+
+    def latch(self, unit: int, rising: bool) -> bool:
+        """An edge at latch input 0 or 1; True if its time was taken."""
+        edge = 0 if rising else 1
+        memory = self._memory
+        bit = 1 << edge
+        single = memory[_LATCH_CONTROL + unit] & bit
+        if single and memory[_LATCH_STATUS + unit] & bit:
+            return False
+        memory[_LATCH_STATUS + unit] |= bit
+        address = _LATCH_TIMES + 16 * unit + 8 * edge
+        memory[address : address + 8] = self.system_time().to_bytes(8, "little")
+        return True
+
+    @property
+    def latched(self) -> bool:
+        """A latch time waits to be read."""
+        return bool(self._memory[_LATCH_STATUS] & 3 or self._memory[_LATCH_STATUS + 1] & 3)
+
+    def latch_times_read(self, first: int, end: int) -> None:
+        """The master read `first` to `end` - 1: times whose first byte it read are released."""
+        for slot in range(4):
+            if first <= _LATCH_TIMES + 8 * slot < end:
+                self._memory[_LATCH_STATUS + slot // 2] &= ~(1 << slot % 2)
+
+
+def _clamped(value: int) -> int:
+    return max(-_MAX_CORRECTION, min(_MAX_CORRECTION, value))

@@ -1,0 +1,167 @@
+"""What masters and configurators want to know of a slave: the source of SII image and ESI file."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from achse.codes import SdoAbort
+from achse.ethercat.application import Application, ObjectAccess, ObjectDescription
+
+__all__ = [
+    "LAYOUT",
+    "OPERATION_MODES",
+    "Area",
+    "Layout",
+    "OperationMode",
+    "Pdo",
+    "PdoEntry",
+    "SlaveDescription",
+    "describe",
+]
+
+_PDO_INDICES = (range(0x1600, 0x1800), range(0x1A00, 0x1C00))
+_ASSIGNMENT = 0x1C10
+"""Object of SyncManager 0; 1C12h and 1C13h assign the process data."""
+
+_OUTPUTS, _INPUTS = 2, 3
+
+
+@dataclass(frozen=True)
+class Area:
+    """The memory of one SyncManager; process data lengths follow the mapping."""
+
+    start: int
+    length: int
+    control: int
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Memory of the four SyncManagers: mailboxes from and to the master, outputs, inputs."""
+
+    mailbox_out: Area
+    mailbox_in: Area
+    outputs: Area
+    inputs: Area
+
+
+LAYOUT = Layout(
+    Area(0x1000, 256, 0x26), Area(0x1100, 256, 0x22), Area(0x1200, 32, 0x64), Area(0x1300, 32, 0x20)
+)
+"""The layout offered; the manual gives lengths of process data only (32 bytes each at most)."""
+
+
+@dataclass(frozen=True)
+class OperationMode:
+    """How a slave can be synchronised; `assign_activate` is the word for 0x0980."""
+
+    name: str
+    description: str
+    assign_activate: int
+    sync0_factor: int
+
+
+OPERATION_MODES = (
+    OperationMode("FreeRun", "FreeRun, local timer", 0x0000, 0),
+    OperationMode("DC", "DC, local cycle by SYNC0", 0x0300, 1),
+)
+
+
+@dataclass(frozen=True)
+class PdoEntry:
+    """One mapped object; index 0 is padding."""
+
+    index: int
+    subindex: int
+    bits: int
+    name: str
+    data_type: int
+
+
+@dataclass(frozen=True)
+class Pdo:
+    """A PDO with its default entries; `sync_manager` is None if it is not assigned by default."""
+
+    index: int
+    name: str
+    sync_manager: int | None
+    fixed: bool
+    entries: tuple[PdoEntry, ...]
+
+
+@dataclass(frozen=True)
+class SlaveDescription:
+    """All that SII and ESI say about a slave. `output_size` and `input_size` are the defaults."""
+
+    name: str
+    vendor_id: int
+    product_code: int
+    revision_number: int
+    serial_number: int
+    layout: Layout
+    rx_pdos: tuple[Pdo, ...]
+    tx_pdos: tuple[Pdo, ...]
+    output_size: int
+    input_size: int
+    objects: tuple[ObjectDescription, ...]
+
+
+def describe(application: Application, layout: Layout = LAYOUT) -> SlaveDescription:
+    """The description of an application, with its present mapping as the default."""
+    objects = tuple(application.objects())
+    by_index = {each.index: each for each in objects}
+    identity = application.identity
+
+    def pdos(indices: range, sync_manager: int) -> tuple[Pdo, ...]:
+        assigned = _numbers(application, by_index.get(_ASSIGNMENT + sync_manager))
+        return tuple(
+            Pdo(
+                each.index,
+                each.name,
+                sync_manager if each.index in assigned else None,
+                not each.entries[0].access & ObjectAccess.WRITE,
+                tuple(_entry(value, by_index) for value in _numbers(application, each)),
+            )
+            for each in objects
+            if each.index in indices
+        )
+
+    rx, tx = _PDO_INDICES
+    return SlaveDescription(
+        application.name,
+        identity.vendor_id,
+        identity.product_code,
+        identity.revision_number,
+        identity.serial_number,
+        layout,
+        pdos(rx, _OUTPUTS),
+        pdos(tx, _INPUTS),
+        application.output_size,
+        application.input_size,
+        objects,
+    )
+
+
+def _numbers(application: Application, described: ObjectDescription | None) -> Sequence[int]:
+    """The entries 1..n of a mapping or assignment, n from subindex 0."""
+    if described is None:
+        return ()
+    read = application.read_object
+    try:
+        count = read(described.index, 0)[0]
+        return [
+            int.from_bytes(read(described.index, subindex), "little")
+            for subindex in range(1, count + 1)
+        ]
+    except SdoAbort:
+        return ()
+
+
+def _entry(mapping: int, objects: dict[int, ObjectDescription]) -> PdoEntry:
+    index, subindex, bits = mapping >> 16, mapping >> 8 & 0xFF, mapping & 0xFF
+    found = objects.get(index)
+    if found is not None:
+        for entry in found.entries:
+            if entry.subindex == subindex:
+                name = found.name if len(found.entries) == 1 else f"{found.name}: {entry.name}"
+                return PdoEntry(index, subindex, bits, name, entry.data_type)
+    return PdoEntry(index, subindex, bits, "", 0)

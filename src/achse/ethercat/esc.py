@@ -1,0 +1,506 @@
+"""The EtherCAT slave controller: 64 KiB of memory with registers that act, seen from both sides.
+
+The master reads and writes by `read` and `write`; both say whether the access counts. The device
+side is a `Pdi`: it is called when something happened, and answers by the attributes and methods
+below "the application's side".
+"""
+
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from achse.codes import AlState, AlStatus
+from achse.ethercat.clock import DistributedClock, Instant
+from achse.ethercat.eeprom import Eeprom
+from achse.ethercat.fmmu import Fmmu
+from achse.ethercat.registers import FMMU_BASE, RAM_BASE, REGISTERS, SM_BASE
+from achse.ethercat.syncmanager import SyncManager
+
+__all__ = ["Esc", "Pdi"]
+
+_MEMORY_SIZE = 0x1_0000
+
+_EVENT_LATCH = 0x0001
+_EVENT_DL_STATUS = 0x0004
+_EVENT_AL_STATUS = 0x0008
+
+_ERROR = 0x0010
+_ID_LOADED = 0x0020
+
+
+class Pdi(Protocol):
+    """The device behind a slave controller, told of what the master does."""
+
+    def al_control(self, request: int) -> None:
+        """AL control was written; bits 0..3 state, 4 acknowledge, 5 identification."""
+        ...
+
+    def sync_manager_changed(self, number: int) -> None:
+        """The registers of a SyncManager were written."""
+        ...
+
+    def written(self, number: int, data: bytes) -> None:
+        """The master completed a buffer or message."""
+        ...
+
+    def taken(self, number: int) -> None:
+        """The master read a message."""
+        ...
+
+    def looked_at(self, number: int) -> None:
+        """The master is about to read the status of a SyncManager."""
+        ...
+
+    def sync0_changed(self) -> None:
+        """SYNC0 was switched, or its next time has moved."""
+        ...
+
+    def reset(self) -> None:
+        """The master reset the slave controller."""
+        ...
+
+
+class Esc:
+    """Memory, registers, FMMUs, SyncManagers, EEPROM and clock of one slave.
+
+    It is dead until `power_up`.
+    """
+
+    def __init__(
+        self,
+        pdi: Pdi,
+        sii: bytes,
+        *,
+        fmmus: int = 3,
+        sync_managers: int = 4,
+        ram_kib: int = 8,
+        alias: int = 0,
+    ) -> None:
+        self.pdi = pdi
+        self.memory = bytearray(_MEMORY_SIZE)
+        self.time = Instant()
+        self.remapped: Callable[[], None] = _nothing
+        """Called when station address, FMMUs or SyncManagers have changed."""
+        self.rerouted: Callable[[], None] = _nothing
+        """Called when DL control was written: ports may open or close."""
+        self.irq_changed: Callable[[], None] = _nothing
+        """Called when `irq`, the pending events that the master's mask lets through, changes."""
+        self.fmmus = [Fmmu.decode(bytes(16))] * fmmus
+        self.watchdog_ns = 0
+        """Process data watchdog time, 0 = off."""
+        self._alias = alias
+        self.ram_end = RAM_BASE + 1024 * ram_kib
+        self._reset_progress = 0
+        self._loop_control = 0
+        self.eeprom = Eeprom(sii, self.memory)
+        self.clock = DistributedClock(self.memory, self.time, pdi.sync0_changed)
+        self.sync_managers = [self._sync_manager(number) for number in range(sync_managers)]
+        self._guarded: list[SyncManager] = []
+        self._writers = self._rows()
+        self._starts = [first for first, _, _ in self._writers]
+        self._refreshers = self._live_blocks()
+
+    def _sync_manager(self, number: int) -> SyncManager:
+        return SyncManager(
+            number,
+            lambda data: self.pdi.written(number, data),
+            lambda: self._taken(number),
+        )
+
+    def _taken(self, number: int) -> None:
+        self.pdi.taken(number)
+        self._update_irq()
+
+    def power_up(self) -> None:
+        """Registers at their defaults, configuration area taken over from the EEPROM."""
+        memory = self.memory
+        memory[:] = bytes(_MEMORY_SIZE)
+        for address, size, _, _, default in REGISTERS:
+            memory[address : address + size] = default.to_bytes(size, "little")
+        memory[0x0004] = len(self.fmmus)
+        memory[0x0005] = len(self.sync_managers)
+        memory[0x0006] = (self.ram_end - RAM_BASE) // 1024
+        memory[0x0007] = 0x0F  # ports 0 and 1 MII
+        self.fmmus = [Fmmu.decode(bytes(16))] * len(self.fmmus)
+        for sync_manager in self.sync_managers:
+            sync_manager.locked = True
+            sync_manager.repeat_acknowledge = False
+            sync_manager.configure(bytes(8))
+        self._guarded = []
+        self.events = 0
+        self.irq = 0
+        self._loop_control = 0
+        self._reload()
+        self.clock.activate()
+        self._watchdog_written(0x0400, 0x0402)
+        self.rerouted()
+
+    def _reload(self) -> None:
+        """Take words 0 to 4 of the EEPROM over; without the checksum the PDI stays dead."""
+        memory = self.memory
+        self.eeprom.command(0, 0)
+        words = self.eeprom.image
+        alias = self._alias.to_bytes(2, "little") if self._alias else words[8:10]
+        memory[0x0110] &= ~1
+        if self.eeprom.valid:
+            memory[0x0140:0x0142] = words[0:2]
+            memory[0x0150:0x0152] = words[2:4]
+            memory[0x0152:0x0154] = words[6:8]
+            memory[0x0982:0x0984] = words[4:6]
+            memory[0x0012:0x0014] = alias
+            memory[0x0110] |= 1
+
+    # the master's side
+
+    def read(self, address: int, length: int) -> bytes | None:
+        """`length` bytes from `address`, or None if the access is refused."""
+        end = address + length
+        if address >= RAM_BASE:
+            return self._read_ram(address, end)
+        if end > RAM_BASE:
+            registers, ram = self.read(address, RAM_BASE - address), self._read_ram(RAM_BASE, end)
+            return None if registers is None or ram is None else registers + ram
+        refreshers = self._refreshers
+        for block in range(address >> 4, end + 15 >> 4):
+            if block in refreshers:
+                refreshers[block](address, end)
+        data = bytes(self.memory[address:end])
+        if self.events:
+            self._events_read(address, end)
+        return data
+
+    def write(self, address: int, data: bytes | bytearray) -> bool:
+        """Write `data` at `address`; False if nothing was written."""
+        if address == 0x0910:
+            self.clock.feed(data[:8])
+            return True
+        end = address + len(data)
+        if address >= RAM_BASE:
+            return self._write_ram(address, end, data)
+        if end > RAM_BASE and not self._may_write_ram(RAM_BASE, end):
+            return False
+        memory = self.memory
+        done = False
+        rows = self._writers
+        for number in range(max(bisect_right(self._starts, address) - 1, 0), len(rows)):
+            first, last, act = rows[number]
+            if first >= end:
+                break
+            if last > address:
+                low = max(first, address)
+                high = min(last, end)
+                memory[low:high] = data[low - address : high - address]
+                act(low, high)
+                done = True
+        if end > RAM_BASE:
+            done |= self._write_ram(RAM_BASE, end, data[RAM_BASE - address :])
+        return done
+
+    def _pieces(self, address: int, end: int) -> list[tuple[SyncManager | None, int, int]]:
+        """The parts of an access to process data memory, by who guards them."""
+        pieces: list[tuple[SyncManager | None, int, int]] = []
+        while address < end:
+            stop = end
+            guard = None
+            for each in self._guarded:
+                if each.start <= address < each.end:
+                    guard = each
+                    stop = min(end, each.end)
+                    break
+                if address < each.start < stop:
+                    stop = each.start
+            pieces.append((guard, address, stop))
+            address = stop
+        return pieces
+
+    def _read_ram(self, address: int, end: int) -> bytes | None:
+        if end > self.ram_end:
+            return None
+        pieces = self._pieces(address, end)
+        if any(guard and not guard.accepts(write=False) for guard, _, _ in pieces):
+            return None
+        return b"".join(
+            [
+                guard.read(low - guard.start, high - low) if guard else bytes(self.memory[low:high])
+                for guard, low, high in pieces
+            ]
+        )
+
+    def _may_write_ram(self, address: int, end: int) -> bool:
+        return end <= self.ram_end and all(
+            guard is None or guard.accepts(write=True) for guard, _, _ in self._pieces(address, end)
+        )
+
+    def _write_ram(self, address: int, end: int, data: bytes | bytearray) -> bool:
+        if not self._may_write_ram(address, end):
+            return False
+        for guard, low, high in self._pieces(address, end):
+            part = data[low - address : high - address]
+            if guard:
+                guard.write(low - guard.start, part)
+            else:
+                self.memory[low:high] = part
+        return True
+
+    def read_bits(self, bit: int, bits: int) -> int | None:
+        """Bits of memory as a number, from bit `bit` (8·address + bit of the byte) on."""
+        first = bit >> 3
+        data = self.read(first, (bit + bits + 7 >> 3) - first)
+        if data is None:
+            return None
+        return int.from_bytes(data, "little") >> (bit & 7) & (1 << bits) - 1
+
+    def write_bits(self, bit: int, bits: int, value: int) -> bool:
+        """Write bits of memory; the other bits of the bytes keep what was written last."""
+        first = bit >> 3
+        end = bit + bits + 7 >> 3
+        mask = (1 << bits) - 1 << (bit & 7)
+        old = self.memory[first:end]
+        for guard in self._guarded:
+            if guard.start <= first and end <= guard.end:
+                old = guard.peek()[first - guard.start : end - guard.start]
+        new = int.from_bytes(old, "little") & ~mask | value << (bit & 7) & mask
+        return self.write(first, new.to_bytes(end - first, "little"))
+
+    # registers that act when written
+
+    def _rows(self) -> list[tuple[int, int, Callable[[int, int], None]]]:
+        """What the master may write, ascending: first address, end, and what then happens."""
+        acts: dict[int, Callable[[int, int], None]] = {
+            0x0010: self._mapping_written,
+            0x0040: self._reset_written,
+            0x0100: self._dl_control_written,
+            0x0120: self._al_control_written,
+            0x0200: self._mask_written,
+            0x0300: lambda _, __: self._clear(0x0300, 0x030C),
+            0x030C: lambda _, __: self._clear(0x030C, 0x030E),
+            0x0310: lambda _, __: self._clear(0x0310, 0x0314),
+            0x0400: self._watchdog_written,
+            0x0420: self._watchdog_written,
+            0x0442: lambda _, __: self._clear(0x0442, 0x0444),
+            0x0502: self._eeprom_written,
+            0x0900: lambda _, __: self.clock.latch_receive_times(),
+            0x0920: lambda _, __: self.clock.move(),
+            0x0930: lambda _, __: self.clock.restart_loop(),
+            0x0981: lambda _, __: self.clock.activate(),
+        }
+        rows = [
+            (row.address, row.address + row.size, acts.get(row.address, _plain))
+            for row in REGISTERS
+            if row.writable
+        ]
+        rows.append((FMMU_BASE, FMMU_BASE + 16 * len(self.fmmus), self._fmmu_written))
+        for number in range(len(self.sync_managers)):
+            base = SM_BASE + 8 * number
+            rows.append((base, base + 5, self._sync_manager_written))
+            rows.append((base + 6, base + 7, self._sync_manager_written))
+        return sorted(rows, key=lambda row: row[0])
+
+    def _clear(self, first: int, end: int) -> None:
+        self.memory[first:end] = bytes(end - first)
+
+    def _mapping_written(self, first: int, end: int) -> None:
+        self.remapped()
+
+    def _dl_control_written(self, first: int, end: int) -> None:
+        self.remapped()
+        if self.memory[0x0101] != self._loop_control:
+            self._loop_control = self.memory[0x0101]
+            self.rerouted()
+
+    def _reset_written(self, first: int, end: int) -> None:
+        """'R', 'E', 'S' in three writes reset the controller."""
+        letter = self.memory[0x0040]
+        expected = b"RES"[self._reset_progress]
+        self._reset_progress = self._reset_progress + 1 if letter == expected else 0
+        if self._reset_progress == 3:
+            self._reset_progress = 0
+            self.pdi.reset()
+
+    def _al_control_written(self, first: int, end: int) -> None:
+        if self.operational:
+            self.pdi.al_control(self.memory[0x0120] | self.memory[0x0121] << 8)
+
+    def _mask_written(self, first: int, end: int) -> None:
+        self._update_irq()
+
+    def _watchdog_written(self, first: int, end: int) -> None:
+        divider = self.memory[0x0400] | self.memory[0x0401] << 8
+        self.watchdog_ns = 40 * (divider + 2) * (self.memory[0x0420] | self.memory[0x0421] << 8)
+
+    def _eeprom_written(self, first: int, end: int) -> None:
+        reload = self.memory[0x0503] & 0x07 == 4 and first <= 0x0503 < end
+        self.eeprom.command(first, end)
+        if reload:
+            self._reload()
+
+    def _fmmu_written(self, first: int, end: int) -> None:
+        for number in range((first - FMMU_BASE) >> 4, (end - FMMU_BASE + 15) >> 4):
+            base = FMMU_BASE + 16 * number
+            self.fmmus[number] = Fmmu.decode(self.memory[base : base + 16])
+        self.remapped()
+
+    def _sync_manager_written(self, first: int, end: int) -> None:
+        number = (first - SM_BASE) >> 3
+        sync_manager = self.sync_managers[number]
+        base = SM_BASE + 8 * number
+        registers = bytes(self.memory[base : base + 8])
+        if first == base + 6 and bool(registers[6] & 1) == sync_manager.enabled:
+            sync_manager.repeat_request = bool(registers[6] & 2)
+        else:
+            sync_manager.configure(registers)
+            self._guarded = [each for each in self.sync_managers if each.guards]
+            self.remapped()
+        self.pdi.sync_manager_changed(number)
+
+    # registers that are made when read
+
+    def _live_blocks(self) -> dict[int, Callable[[int, int], None]]:
+        """Blocks of 16 bytes whose content is brought up to date before it is read."""
+        blocks: dict[int, Callable[[int, int], None]] = {
+            0x021: self._refresh_events,
+            0x091: lambda _, __: self.clock.refresh_times(),
+            0x092: lambda _, __: self.clock.refresh_times(),
+            0x099: lambda _, __: self.clock.refresh_start(),
+        }
+        for block in range(len(self.sync_managers) + 1 >> 1):
+            blocks[(SM_BASE >> 4) + block] = self._refresh_sync_managers
+        return blocks
+
+    def _refresh_events(self, first: int, end: int) -> None:
+        self.memory[0x0210:0x0212] = self.event_request.to_bytes(2, "little")
+
+    def _refresh_sync_managers(self, first: int, end: int) -> None:
+        for sync_manager in self.sync_managers:
+            base = SM_BASE + 8 * sync_manager.number
+            if first <= base + 5 < end:
+                self.pdi.looked_at(sync_manager.number)
+            self.memory[base + 5] = sync_manager.status
+            self.memory[base + 7] = sync_manager.locked | sync_manager.repeat_acknowledge << 1
+
+    # events to the master
+
+    @property
+    def event_request(self) -> int:
+        """Register 0x0210: latch, DL status, AL status, a message in SyncManager n."""
+        request = self.events
+        for sync_manager in self.sync_managers:
+            if sync_manager.full and not sync_manager.to_application:
+                request |= 0x10 << sync_manager.number
+        return request
+
+    def _raise_event(self, event: int) -> None:
+        self.events |= event
+        self._update_irq()
+
+    def _update_irq(self) -> None:
+        mask = self.memory[0x0200] | self.memory[0x0201] << 8
+        irq = self.event_request & mask if mask else 0
+        if irq != self.irq:
+            self.irq = irq
+            self.irq_changed()
+
+    def _events_read(self, first: int, end: int) -> None:
+        """The master read what has changed: the event is over."""
+        if first <= 0x0130 < end:
+            self.events &= ~_EVENT_AL_STATUS
+        if first <= 0x0110 < end:
+            self.events &= ~_EVENT_DL_STATUS
+        if self.events & _EVENT_LATCH:
+            self.clock.latch_times_read(first, end)
+            if not self.clock.latched:
+                self.events &= ~_EVENT_LATCH
+        self._update_irq()
+
+    # the application's side
+
+    def set_al_status(self, state: AlState, code: AlStatus, identification: int = 0) -> None:
+        """Show state and AL status code; `identification` instead of a code if asked for."""
+        status = state | _ERROR * (code is not AlStatus.NO_ERROR)
+        number = code.number
+        if identification and not number:
+            status |= _ID_LOADED
+            number = identification
+        self.memory[0x0130:0x0132] = status.to_bytes(2, "little")
+        self.memory[0x0134:0x0136] = number.to_bytes(2, "little")
+        self._raise_event(_EVENT_AL_STATUS)
+
+    def set_links(self, linked: Sequence[bool]) -> list[bool]:
+        """Show in DL status which ports have a link; which of them forward frames to it.
+
+        Loop control (DL control bits 8..15, two for each port): 0 and 1 open with the link,
+        2 always open, 3 closed.
+        """
+        status = self.memory[0x0110] & 0x01
+        control = self.memory[0x0101]
+        opened = []
+        for port, link in enumerate(linked):
+            mode = control >> 2 * port & 3
+            is_open = mode == 2 or (link and mode != 3)
+            opened.append(is_open)
+            status |= link << 4 + port | (not is_open) << 8 + 2 * port | link << 9 + 2 * port
+        if status != int.from_bytes(self.memory[0x0110:0x0112], "little"):
+            self.memory[0x0110:0x0112] = status.to_bytes(2, "little")
+            self._raise_event(_EVENT_DL_STATUS)
+        return opened
+
+    def count(self, address: int) -> None:
+        """Count up an error counter, which stops at 255."""
+        if self.memory[address] < 0xFF:
+            self.memory[address] += 1
+
+    def lock(self, number: int, locked: bool) -> None:
+        """Let a SyncManager work, or refuse the master's accesses to it."""
+        sync_manager = self.sync_managers[number]
+        if sync_manager.locked != locked:
+            sync_manager.locked = locked
+            sync_manager.reset()
+            self.remapped()
+
+    def put(self, number: int, message: bytes) -> None:
+        """Put a message to the master into a mailbox."""
+        self.sync_managers[number].put(message)
+        self._update_irq()
+
+    def latch(self, unit: int, rising: bool) -> None:
+        """An edge at latch input 0 or 1."""
+        if self.clock.latch(unit, rising):
+            self._raise_event(_EVENT_LATCH)
+
+    @property
+    def destroys_foreign(self) -> bool:
+        """Frames of other protocols are not forwarded (DL control bit 0)."""
+        return bool(self.memory[0x0100] & 1)
+
+    @property
+    def operational(self) -> bool:
+        """The EEPROM was loaded without error, the PDI answers."""
+        return bool(self.memory[0x0110] & 1)
+
+    @property
+    def station(self) -> int:
+        """Configured station address."""
+        return self.memory[0x0010] | self.memory[0x0011] << 8
+
+    @property
+    def alias(self) -> int:
+        """Configured station alias."""
+        return self.memory[0x0012] | self.memory[0x0013] << 8
+
+    def answers_to(self, station: int) -> bool:
+        """Whether a configured address means this slave: its own, or its alias if in use."""
+        return self.station == station or bool(self.memory[0x0103] & 1 and self.alias == station)
+
+    def set_watchdog(self, expired: bool) -> None:
+        """Show the state of the process data watchdog; expiries are counted."""
+        if expired and self.memory[0x0440] & 1:
+            self.count(0x0442)
+        self.memory[0x0440] = not expired
+
+
+def _nothing() -> None:
+    """Nobody listens yet."""
+
+
+def _plain(first: int, end: int) -> None:
+    """The register only keeps its value."""

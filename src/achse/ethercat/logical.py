@@ -1,0 +1,127 @@
+"""Logical datagrams: which bytes of a datagram go to and come from which slave, planned once.
+
+A plan holds for one command, address and length until a slave reports that its mapping changed.
+"""
+
+from collections.abc import Callable, Iterable
+from functools import partial
+
+from achse.ethercat.esc import Esc
+from achse.ethercat.fmmu import Transfer
+from achse.ethercat.frame import Command
+from achse.ethercat.registers import RAM_BASE
+
+__all__ = ["Plan"]
+
+_Take = tuple[Callable[[bytes], None], int, int]
+_Give = tuple[Callable[[], bytes], int, int]
+_Parts = tuple[Esc, list[Transfer], list[Transfer]]
+
+
+class Plan:
+    """What a logical datagram does at all slaves of a segment.
+
+    Whole buffers are exchanged by `takes` (outputs) and `gives` (inputs): function, first and end
+    byte in the data; then the working counter goes up by `count`, whatever the buffers hold. If
+    anything else is mapped (bits, parts of buffers, mailboxes) or a slave takes what one before it
+    gave, `exact` is True and `exchange` goes through it slave by slave.
+    """
+
+    __slots__ = ("_parts", "count", "exact", "gives", "takes")
+
+    def __init__(self, escs: Iterable[Esc], command: Command, address: int, length: int) -> None:
+        self.takes: list[_Take] = []
+        self.gives: list[_Give] = []
+        self.count = 0
+        self.exact = False
+        self._parts: list[_Parts] = []
+        given: list[tuple[int, int]] = []
+        for esc in escs:
+            writes = _transfers(esc, address, length, writes=True) if command.writes else []
+            reads = _transfers(esc, address, length, writes=False) if command.reads else []
+            if not (writes or reads):
+                continue
+            self._parts.append((esc, writes, reads))
+            takes = [_take(esc, transfer) for transfer in writes]
+            gives = [_give(esc, transfer) for transfer in reads]
+            for take in takes:
+                if take is None or any(first < take[2] and take[1] < end for first, end in given):
+                    self.exact = True
+                else:
+                    self.takes.append(take)
+            for give in gives:
+                if give is None:
+                    self.exact = True
+                else:
+                    self.gives.append(give)
+                    given.append(give[1:])
+            self.count += _increment(command, bool(reads), bool(writes))
+
+    def exchange(self, command: Command, data: bytearray) -> int:
+        """Exchange `data` with each slave in turn, bit by bit; the increment of the counter."""
+        count = 0
+        for esc, writes, reads in self._parts:
+            wrote = read = False
+            for datagram_bit, memory_bit, bits in writes:
+                value = int.from_bytes(data, "little") >> datagram_bit & (1 << bits) - 1
+                wrote |= esc.write_bits(memory_bit, bits, value)
+            for datagram_bit, memory_bit, bits in reads:
+                found = esc.read_bits(memory_bit, bits)
+                if found is not None:
+                    mask = (1 << bits) - 1 << datagram_bit
+                    value = int.from_bytes(data, "little") & ~mask | found << datagram_bit
+                    data[:] = value.to_bytes(len(data), "little")
+                    read = True
+            count += _increment(command, read, wrote)
+        return count
+
+
+def _increment(command: Command, read: bool, wrote: bool) -> int:
+    """How far one slave moves the working counter (001 table 2.3.2.1)."""
+    return read + wrote * (2 if command.reads and command.writes else 1)
+
+
+def _transfers(esc: Esc, address: int, length: int, *, writes: bool) -> list[Transfer]:
+    return [
+        transfer
+        for fmmu in esc.fmmus
+        if (fmmu.writes if writes else fmmu.reads)
+        and (transfer := fmmu.transfer(address, length)) is not None
+    ]
+
+
+def _bytes(transfer: Transfer) -> tuple[int, int, int] | None:
+    """Position in the data, address and number of bytes, if the transfer is of whole bytes."""
+    if not transfer.in_bytes:
+        return None
+    return transfer.datagram_bit >> 3, transfer.memory_bit >> 3, transfer.bits >> 3
+
+
+def _take(esc: Esc, transfer: Transfer) -> _Take | None:
+    if (place := _bytes(transfer)) is None:
+        return None
+    position, address, length = place
+    for each in esc.sync_managers:
+        if each.works and (each.start, each.length) == (address, length):
+            if each.buffered and each.to_application:
+                return each.sink or each.complete, position, position + length
+            return None
+    return None
+
+
+def _give(esc: Esc, transfer: Transfer) -> _Give | None:
+    if (place := _bytes(transfer)) is None:
+        return None
+    position, address, length = place
+    if address + length <= RAM_BASE:
+        return partial(_registers, esc, address, length), position, position + length
+    for each in esc.sync_managers:
+        if each.works and (each.start, each.length) == (address, length):
+            if each.buffered and not each.to_application and each.source is not None:
+                return each.source, position, position + length
+            return None
+    return None
+
+
+def _registers(esc: Esc, address: int, length: int) -> bytes:
+    return esc.read(address, length) or bytes(length)

@@ -1,0 +1,365 @@
+"""A segment: slaves in a line or tree, through which frames go in processing order.
+
+`process` takes a frame as it leaves the master and gives it as it comes back; it knows no clock
+but `advance`.
+"""
+
+import struct
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from achse.ethercat.clock import Instant
+from achse.ethercat.frame import Addressing, Command, FrameError, datagram_offsets, payload_offset
+from achse.ethercat.logical import Plan
+from achse.ethercat.slave import Slave
+
+__all__ = ["Counters", "Disturbance", "Segment"]
+
+_DATAGRAM = struct.Struct("<BBHHHH")
+_LOGICAL = struct.Struct("<BBIHH")
+_U16 = struct.Struct("<H")
+
+_HOP_NS = 300
+"""From one slave to the next: cable and physical layer."""
+
+_PORT_ORDER = (3, 1, 2)
+"""In which order a frame leaves a slave after it came in by port 0."""
+
+_FIRST_PORT = 1
+_PROCESSING_ERRORS = 0x030C
+_LOST_LINKS = 0x0310
+_MAX_PLANS = 256
+
+_COMMANDS = {int(command): command for command in Command}
+_LRD, _LRW = int(Command.LRD), int(Command.LRW)
+
+
+@dataclass(slots=True)
+class Counters:
+    """What went through a segment."""
+
+    frames: int = 0
+    malformed: int = 0
+    foreign: int = 0
+    lost: int = 0
+
+
+@dataclass(slots=True)
+class Disturbance:
+    """Faults of the wire, wanted for tests.
+
+    The next `lose` frames do not come back; `counter` is added to every working counter of the next
+    `counter_frames` frames.
+    """
+
+    lose: int = 0
+    counter: int = 0
+    counter_frames: int = 0
+
+
+class _Place:
+    """Where a slave is in the tree."""
+
+    __slots__ = ("children", "parent", "port", "slave", "whole")
+
+    def __init__(self, slave: Slave, parent: "_Place | None", port: int) -> None:
+        self.slave = slave
+        self.parent = parent
+        self.port = port
+        self.children: dict[int, _Place] = {}
+        self.whole = True
+
+
+class Segment:
+    """Slaves in the order in which frames pass them.
+
+    `slaves` form a line; `attach` adds branches. With `cycle_ns` the frames are the clock: each
+    frame with process data comes `cycle_ns` after the one before it. Without, time passes by
+    `advance` only.
+    """
+
+    def __init__(self, slaves: Iterable[Slave] = (), *, cycle_ns: int = 0) -> None:
+        self.time = Instant()
+        self.cycle_ns = cycle_ns
+        self.counters = Counters()
+        self.disturbance: Disturbance | None = None
+        self._places: list[_Place] = []
+        self._order: list[Slave] = []
+        self._plans: dict[tuple[int, int, int], Plan] = {}
+        self._stations: dict[int, list[Slave]] = {}
+        self._irq = 0
+        self._endless = False
+        for slave in slaves:
+            self.attach(slave)
+
+    # topology
+
+    @property
+    def slaves(self) -> tuple[Slave, ...]:
+        """All slaves, reachable or not, in the order in which they were attached."""
+        return tuple(place.slave for place in self._places)
+
+    @property
+    def reachable(self) -> tuple[Slave, ...]:
+        """The slaves that frames pass now, in processing order."""
+        return tuple(self._order)
+
+    def attach(self, slave: Slave, upstream: Slave | None = None, port: int = _FIRST_PORT) -> None:
+        """Connect port 0 of `slave` to `port` (1, 2, 3) of `upstream`, by default the last slave.
+
+        ValueError if the slave is already here or the port is taken.
+        """
+        if any(place.slave is slave for place in self._places):
+            raise ValueError("a slave can be attached once")
+        parent = self._place(upstream) if upstream else self._places[-1] if self._places else None
+        if parent is not None and (port not in _PORT_ORDER or port in parent.children):
+            raise ValueError(f"port {port} is not a free port (1, 2 or 3)")
+        place = _Place(slave, parent, port)
+        if parent is not None:
+            parent.children[port] = place
+        self._places.append(place)
+        slave.join(self.time)
+        slave.esc.remapped = self._remapped
+        slave.esc.rerouted = self._route
+        slave.esc.irq_changed = self._collect_irq
+        self._route()
+
+    def break_link(self, slave: Slave) -> None:
+        """Cut the cable at port 0 of `slave`: it and all behind it are out of reach."""
+        place = self._place(slave)
+        if place.whole:
+            place.whole = False
+            slave.esc.count(_LOST_LINKS)
+            if place.parent is not None:
+                place.parent.slave.esc.count(_LOST_LINKS + place.port)
+            self._route()
+
+    def repair_link(self, slave: Slave) -> None:
+        """Mend the cable at port 0 of `slave`."""
+        self._place(slave).whole = True
+        self._route()
+
+    def _place(self, slave: Slave) -> _Place:
+        for place in self._places:
+            if place.slave is slave:
+                return place
+        raise ValueError("the slave is not in this segment")
+
+    def _route(self) -> None:
+        """Find the processing order, the state of each port, and when a frame passes it."""
+        self._order = []
+        self._endless = False
+        if self._places and self._places[0].whole:
+            self._visit(self._places[0], _HOP_NS)
+        reached = {id(slave) for slave in self._order}
+        for place in self._places:
+            if id(place.slave) not in reached:
+                self._show_links(place)
+        self._remapped()
+        self._collect_irq()
+
+    def _visit(self, place: _Place, delay_ns: int) -> int:
+        """Go through a slave and all behind it; when the frame is back at its port 0."""
+        delays: list[int | None] = [delay_ns, None, None, None]
+        self._order.append(place.slave)
+        open_ports = self._show_links(place)
+        for port in _PORT_ORDER:
+            if open_ports[port]:
+                child = place.children.get(port)
+                if child is None or not child.whole:
+                    self._endless = True  # a port held open without link: frames leave for good
+                    continue
+                delay_ns = self._visit(child, delay_ns + _HOP_NS) + _HOP_NS
+                delays[port] = delay_ns
+        place.slave.esc.clock.port_delays = tuple(delays)
+        return delay_ns
+
+    def _show_links(self, place: _Place) -> list[bool]:
+        linked = [place.whole, False, False, False]
+        for port, child in place.children.items():
+            linked[port] = child.whole
+        return place.slave.esc.set_links(linked)
+
+    def _remapped(self) -> None:
+        self._plans.clear()
+        self._stations.clear()
+
+    def _collect_irq(self) -> None:
+        self._irq = 0
+        for slave in self._order:
+            self._irq |= slave.esc.irq
+
+    # time
+
+    def advance(self, now_ns: int) -> None:
+        """Let time pass up to `now_ns`; never back."""
+        time = self.time
+        for place in self._places:
+            if place.slave.due_ns <= now_ns:
+                place.slave.advance(now_ns)
+        time.now_ns = max(time.now_ns, now_ns)
+
+    # frames
+
+    def process(self, frame: bytes) -> bytes | None:
+        """The Ethernet frame as it comes back, or None if it does not.
+
+        A frame of another protocol or with a broken structure comes back as it was; such frames
+        are counted.
+        """
+        start = payload_offset(frame)
+        if start is None:
+            self.counters.foreign += 1
+            destroyed = any(slave.esc.destroys_foreign for slave in self._order)
+            return None if destroyed or not self._order else frame
+        if not self._order or self._endless:
+            self.counters.lost += 1
+            return None
+        result = self._process(frame, start)
+        if result is None:
+            return None
+        if isinstance(result, bytearray):
+            result[6] |= 0x02  # a slave marks the source address as locally administered
+        return bytes(result)
+
+    def process_payload(self, payload: bytes) -> bytes | None:
+        """The same for a UDP payload, which begins with the EtherCAT header."""
+        if not self._order or self._endless:
+            self.counters.lost += 1
+            return None
+        result = self._process(payload, 0)
+        return None if result is None else bytes(result)
+
+    def _process(self, frame: bytes, start: int) -> bytes | bytearray | None:
+        counters = self.counters
+        counters.frames += 1
+        try:
+            offsets = datagram_offsets(frame, start)
+        except FrameError:
+            counters.malformed += 1
+            for slave in self._order:
+                slave.esc.count(_PROCESSING_ERRORS)
+            return frame
+        if self.cycle_ns and any(_LRD <= frame[offset] <= _LRW for offset in offsets):
+            self.advance(self.time.now_ns + self.cycle_ns)
+        buffer = bytearray(frame)
+        for offset in offsets:
+            if _LRD <= frame[offset] <= _LRW:
+                self._logical(frame, buffer, offset)
+            else:
+                self._physical(buffer, offset)
+            if self._irq:
+                (irq,) = _U16.unpack_from(buffer, offset + 8)
+                _U16.pack_into(buffer, offset + 8, irq | self._irq)
+        if self.disturbance is not None:
+            return self._disturb(self.disturbance, buffer, offsets)
+        return buffer
+
+    def _logical(self, frame: bytes, buffer: bytearray, offset: int) -> None:
+        command, _, address, length, _ = _LOGICAL.unpack_from(frame, offset)
+        length &= 0x7FF
+        plan = self._plans.get((command, address, length))
+        if plan is None:
+            plan = self._plan(command, address, length)
+        begin = offset + 10
+        if plan.exact:
+            data = buffer[begin : begin + length]
+            count = plan.exchange(_COMMANDS[command], data)
+            buffer[begin : begin + length] = data
+        else:
+            for take, first, end in plan.takes:
+                take(frame[begin + first : begin + end])
+            for give, first, end in plan.gives:
+                buffer[begin + first : begin + end] = give()
+            count = plan.count
+        if count:
+            _add(buffer, begin + length, count)
+
+    def _plan(self, command: int, address: int, length: int) -> Plan:
+        if len(self._plans) >= _MAX_PLANS:
+            self._plans.clear()
+        escs = [slave.esc for slave in self._order]
+        plan = Plan(escs, _COMMANDS[command], address, length)
+        self._plans[command, address, length] = plan
+        return plan
+
+    def _physical(self, buffer: bytearray, offset: int) -> None:
+        number, _, adp, ado, length, _ = _DATAGRAM.unpack_from(buffer, offset)
+        command = _COMMANDS.get(number)
+        if command is None or command is Command.NOP:
+            return
+        begin = offset + 10
+        end = begin + (length & 0x7FF)
+        order = self._order
+        addressed: Sequence[Slave]
+        if command.addressing is Addressing.STATION:
+            found = self._stations.get(adp)
+            if found is None:
+                if len(self._stations) >= _MAX_PLANS:
+                    self._stations.clear()
+                found = [slave for slave in order if slave.esc.answers_to(adp)]
+                self._stations[adp] = found
+            addressed = found
+        else:
+            _U16.pack_into(buffer, offset + 2, adp + len(order) & 0xFFFF)
+            if command.addressing is Addressing.BROADCAST:
+                addressed = order
+            else:
+                position = -adp & 0xFFFF
+                addressed = order[position : position + 1]
+        count = 0
+        if command.multiple:
+            for slave in order:
+                if slave in addressed:
+                    count += _read(slave, buffer, ado, begin, end)
+                else:
+                    count += slave.esc.write(ado, buffer[begin:end])
+        elif not command.writes:
+            merge = command is Command.BRD
+            for slave in addressed:
+                count += _read(slave, buffer, ado, begin, end, merge)
+        elif not command.reads:
+            data = bytes(buffer[begin:end])
+            for slave in addressed:
+                count += slave.esc.write(ado, data)
+        else:
+            merge = command is Command.BRW
+            for slave in addressed:
+                data = bytes(buffer[begin:end])
+                count += _read(slave, buffer, ado, begin, end, merge)
+                count += 2 * slave.esc.write(ado, data)
+        if count:
+            _add(buffer, end, count)
+
+    def _disturb(
+        self, disturbance: Disturbance, buffer: bytearray, offsets: Iterable[int]
+    ) -> bytearray | None:
+        if disturbance.counter_frames > 0:
+            disturbance.counter_frames -= 1
+            for offset in offsets:
+                (length,) = _U16.unpack_from(buffer, offset + 6)
+                _add(buffer, offset + 10 + (length & 0x7FF), disturbance.counter)
+        if disturbance.lose > 0:
+            disturbance.lose -= 1
+            self.counters.lost += 1
+            return None
+        return buffer
+
+
+def _read(
+    slave: Slave, buffer: bytearray, address: int, begin: int, end: int, merge: bool = False
+) -> bool:
+    """Read a slave's memory into the datagram, or OR it in."""
+    data = slave.esc.read(address, end - begin)
+    if data is None:
+        return False
+    if merge:
+        both = int.from_bytes(buffer[begin:end], "little") | int.from_bytes(data, "little")
+        data = both.to_bytes(end - begin, "little")
+    buffer[begin:end] = data
+    return True
+
+
+def _add(buffer: bytearray, offset: int, count: int) -> None:
+    (counter,) = _U16.unpack_from(buffer, offset)
+    _U16.pack_into(buffer, offset, counter + count & 0xFFFF)

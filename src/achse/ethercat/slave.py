@@ -1,0 +1,373 @@
+"""A slave: an application behind a slave controller, with state machine, mailbox and local cycle.
+
+Source: 001 §2.4, §2.5, table 2.10.1.
+"""
+
+from collections.abc import Callable, Mapping
+
+from achse.codes import AlState, AlStatus, ErrorLight
+from achse.ethercat.application import Application
+from achse.ethercat.clock import Instant
+from achse.ethercat.coe import CoeServer
+from achse.ethercat.description import LAYOUT, Area, Layout, describe
+from achse.ethercat.esc import Esc
+from achse.ethercat.mailbox import MailboxProtocol, MailboxServer
+from achse.ethercat.registers import RAM_BASE
+from achse.ethercat.sii import build_sii
+from achse.ethercat.statemachine import Light, Transition, request
+from achse.ethercat.syncmanager import SyncManager
+
+__all__ = ["Slave"]
+
+_MAILBOX_OUT, _MAILBOX_IN, _OUTPUTS, _INPUTS = range(4)
+
+_STATE = 0x0F
+_ACKNOWLEDGE = 0x10
+_IDENTIFICATION = 0x20
+
+_MODE_AND_DIRECTION = 0x0F
+_LEAST_MAILBOX = 34
+"""Shortest mailbox in which the services work."""
+
+_OUTPUTS_WITHIN_NS = 100_000_000
+"""How long a request for Op waits for the first outputs."""
+
+_NEVER = 1 << 200
+
+
+class Slave:
+    """One slave of a segment.
+
+    `alias` is the setting of the rotary switches, 0 for the alias in the EEPROM. `sii` is the
+    EEPROM's content if it is not to be made from the application. `mailbox_delay_ns` lets the
+    application take its time for each message.
+    """
+
+    def __init__(
+        self,
+        application: Application,
+        *,
+        alias: int = 0,
+        sii: bytes | None = None,
+        layout: Layout = LAYOUT,
+    ) -> None:
+        self.application = application
+        self.layout = layout
+        self.mailbox_delay_ns = 0
+        self.state = AlState.INIT
+        self.error = AlStatus.NO_ERROR
+        self._coe = CoeServer(application)
+        self._mailbox = MailboxServer({MailboxProtocol.COE: self._coe.answer})
+        self._message: bytes | None = None
+        self._message_due = 0
+        self._outputs: bytes | None = None
+        self._opening = False
+        self._fed_ns = 0
+        self._local_cycle_ns = application.local_cycle_ns
+        self._stepped_ns = 0
+        self._synchronous = False
+        self._sync0_due = _NEVER
+        self.due_ns = 0
+        """When `advance` has something to do."""
+        self.esc = Esc(self, sii or build_sii(describe(application, layout)), alias=alias)
+        self._time = self.esc.time
+        self.esc.power_up()
+
+    # the lights
+
+    @property
+    def run_light(self) -> Light:
+        """The RUN light."""
+        return Light(self.state)
+
+    @property
+    def error_light(self) -> ErrorLight:
+        """The ERR light."""
+        return self.error.light if self.esc.operational else ErrorLight.FLICKERING
+
+    def join(self, time: Instant) -> None:
+        """Share the time of a segment."""
+        self._time = self.esc.time = self.esc.clock.time = time
+        self._stepped_ns = self._fed_ns = time.now_ns
+        self._plan_steps()
+
+    # AL control: requests of the master
+
+    def al_control(self, request_word: int) -> None:
+        """The master asks for a state (`Pdi`)."""
+        if self.error is not AlStatus.NO_ERROR:
+            if not request_word & _ACKNOWLEDGE:
+                return
+            self.error = AlStatus.NO_ERROR
+        self._opening = False
+        meaning = request(self.state, request_word & _STATE)
+        if isinstance(meaning, AlStatus):
+            self._settle(self.state, meaning)
+        else:
+            self._change(meaning)
+        if request_word & _IDENTIFICATION:
+            self.esc.set_al_status(self.state, self.error, self.esc.alias)
+
+    def _change(self, transition: Transition) -> None:
+        target = transition.target
+        check = _CHECKS.get(transition)
+        code = check(self) if check else AlStatus.NO_ERROR
+        if transition is Transition.SO and not self._outputs_valid:
+            # complete once outputs come, refused if none come in time
+            self._opening = True
+            self._fed_ns = self._time.now_ns
+            return
+        if code is AlStatus.NO_ERROR:
+            code = self.application.enter(target, self.esc.clock.cycle_ns, code)
+            if target < self.state:
+                code = AlStatus.NO_ERROR  # the way down is always open
+        if code is AlStatus.NOT_IN_COMMUNICATION_MODE:
+            self._fall(code)
+        else:
+            self._settle(target if code is AlStatus.NO_ERROR else self.state, code)
+
+    def fail(self, code: AlStatus) -> None:
+        """The slave found an error by itself: fall to the code's result state and show it."""
+        self._fall(code)
+
+    def _fall(self, code: AlStatus) -> None:
+        self._opening = False
+        result = code.result
+        target = self.state if result is None or result > self.state else result
+        if target is not self.state:
+            self.application.enter(target, self.esc.clock.cycle_ns, code)
+        self._settle(target, code)
+
+    def _settle(self, state: AlState, code: AlStatus) -> None:
+        """Be in `state`: let its SyncManagers work, show state and code."""
+        before = self.state
+        self.state = state
+        self.error = code
+        esc = self.esc
+        if before is not state:
+            mailbox = state is not AlState.INIT
+            if mailbox and before is AlState.INIT:
+                self._mailbox.reset()
+                self._message = None
+                self._coe.reset(esc.sync_managers[_MAILBOX_IN].length)
+            esc.lock(_MAILBOX_OUT, not mailbox)
+            esc.lock(_MAILBOX_IN, not mailbox)
+            self._open_process_data()
+            if state is AlState.OP:
+                self._fed_ns = self._time.now_ns
+                esc.set_watchdog(expired=False)
+                if self._outputs is not None:
+                    self.application.write_outputs(self._outputs)
+            self._plan_steps()
+        esc.set_al_status(state, code)
+
+    def _open_process_data(self) -> None:
+        """Connect the process data SyncManagers to the application as the state has it."""
+        esc = self.esc
+        outputs, inputs = esc.sync_managers[_OUTPUTS], esc.sync_managers[_INPUTS]
+        closed = self.state < AlState.SAFEOP
+        if self.state is not AlState.OP:
+            self._outputs = None
+        outputs.sink = self._operate if self.state is AlState.OP else self._preview
+        inputs.source = self.application.read_inputs
+        esc.lock(_OUTPUTS, closed)
+        esc.lock(_INPUTS, closed)
+        esc.remapped()
+
+    # checks of a request
+
+    def _check_mailbox(self) -> AlStatus:
+        for number, area in (
+            (_MAILBOX_OUT, self.layout.mailbox_out),
+            (_MAILBOX_IN, self.layout.mailbox_in),
+        ):
+            sync_manager = self.esc.sync_managers[number]
+            if not (
+                _fits(sync_manager, area)
+                and sync_manager.enabled
+                and sync_manager.start == area.start
+                and _LEAST_MAILBOX <= sync_manager.length <= area.length
+            ):
+                return AlStatus.MAILBOX_CONFIGURATION
+        return AlStatus.NO_ERROR
+
+    def _check_process_data(self) -> AlStatus:
+        application, layout, ram = self.application, self.layout, self.esc.sync_managers
+        for number, area, size, code in (
+            (_OUTPUTS, layout.outputs, application.output_size, AlStatus.OUTPUT_CONFIGURATION),
+            (_INPUTS, layout.inputs, application.input_size, AlStatus.INPUT_CONFIGURATION),
+        ):
+            sync_manager = ram[number]
+            length = sync_manager.length if sync_manager.enabled else 0
+            if length != size or (size and not self._placed(sync_manager, area)):
+                return code
+        return AlStatus.NO_ERROR
+
+    def _placed(self, sync_manager: SyncManager, area: Area) -> bool:
+        """Mode and direction are right, three buffers fit into memory, no mailbox is overlaid."""
+        return (
+            _fits(sync_manager, area)
+            and sync_manager.start >= RAM_BASE
+            and sync_manager.start + 3 * sync_manager.length <= self.esc.ram_end
+            and all(
+                other is sync_manager
+                or not other.guards
+                or sync_manager.end <= other.start
+                or other.end <= sync_manager.start
+                for other in self.esc.sync_managers
+            )
+        )
+
+    @property
+    def _outputs_valid(self) -> bool:
+        """The master sends outputs, and the watchdog has not expired since the last."""
+        if self._outputs is None:
+            return not self.application.output_size
+        return not self._watched or self._time.now_ns - self._fed_ns < self.esc.watchdog_ns
+
+    @property
+    def _watched(self) -> bool:
+        """Outputs have to come within the watchdog time."""
+        return self.esc.watchdog_ns > 0 and self.esc.sync_managers[_OUTPUTS].triggers_watchdog
+
+    # process data
+
+    def _preview(self, data: bytes) -> None:
+        """Outputs came in SafeOp: they are kept, and the application does not see them."""
+        self._outputs = data
+        self._fed_ns = self._time.now_ns
+        if self._opening:
+            self._opening = False
+            self._change(Transition.SO)
+
+    def _operate(self, data: bytes) -> None:
+        self._fed_ns = self._time.now_ns
+        self.application.write_outputs(data)
+
+    # mailbox and registers (Pdi)
+
+    def written(self, number: int, data: bytes) -> None:
+        """The master completed a message or outputs (`Pdi`)."""
+        sync_manager = self.esc.sync_managers[number]
+        if number == _OUTPUTS and sync_manager.sink:
+            sync_manager.sink(data)
+        elif number == _MAILBOX_OUT:
+            self._message = data
+            self._message_due = self._time.now_ns + self.mailbox_delay_ns
+            self._serve()
+
+    def taken(self, number: int) -> None:
+        """The master read a message: the next takes its place (`Pdi`)."""
+        if number == _MAILBOX_IN:
+            self._serve()
+
+    def looked_at(self, number: int) -> None:
+        """The master looks for a message: an emergency may have come up (`Pdi`)."""
+        if number == _MAILBOX_IN:
+            self._serve()
+
+    def _serve(self) -> None:
+        """Answer the message that waits, once all before it has been read; fill the mailbox."""
+        if self.state is AlState.INIT:
+            return
+        esc, mailbox = self.esc, self._mailbox
+        outgoing = esc.sync_managers[_MAILBOX_IN]
+        while not mailbox.waiting and (emergency := self.application.take_emergency()) is not None:
+            mailbox.send(MailboxProtocol.COE, CoeServer.emergency(emergency))
+        if (
+            self._message is not None
+            and not mailbox.waiting
+            and self._time.now_ns >= self._message_due
+        ):
+            message, self._message = self._message, None
+            mailbox.receive(message)
+            esc.sync_managers[_MAILBOX_OUT].release()
+        if outgoing.works and not outgoing.full and (next_message := mailbox.give()) is not None:
+            esc.put(_MAILBOX_IN, next_message)
+
+    def sync_manager_changed(self, number: int) -> None:
+        """The registers of a SyncManager were written (`Pdi`)."""
+        sync_manager = self.esc.sync_managers[number]
+        if number == _MAILBOX_IN and sync_manager.repeat_request != sync_manager.repeat_acknowledge:
+            sync_manager.repeat_acknowledge = sync_manager.repeat_request
+            if self._mailbox.last is not None and sync_manager.works:
+                self.esc.put(_MAILBOX_IN, self._mailbox.last)
+        if number in (_OUTPUTS, _INPUTS) and self.state >= AlState.SAFEOP:
+            code = self._check_process_data()
+            if code is not AlStatus.NO_ERROR:
+                self._fall(code)
+
+    def sync0_changed(self) -> None:
+        """SYNC0 was switched or moved (`Pdi`)."""
+        self._plan_steps()
+
+    def reset(self) -> None:
+        """The master reset the slave controller (`Pdi`): as after switching power off and on."""
+        if self.state is not AlState.INIT:
+            self.application.enter(AlState.INIT, 0, AlStatus.RESTARTED)
+        self.state = AlState.INIT
+        self.error = AlStatus.NO_ERROR
+        self._opening = False
+        self._message = None
+        self._mailbox.reset()
+        self.esc.power_up()
+        self._plan_steps()
+
+    # time
+
+    def advance(self, now_ns: int) -> None:
+        """Let time pass up to `now_ns`: local cycles, SYNC0, watchdog."""
+        time, esc = self._time, self.esc
+        while (due := self.due_ns) <= now_ns:
+            time.now_ns = due
+            last = now_ns
+            if self.state is AlState.OP and self._watched:
+                last = self._fed_ns + esc.watchdog_ns
+                if last <= due:
+                    esc.set_watchdog(expired=True)
+                    self._fall(AlStatus.WATCHDOG)
+                    last = now_ns
+            elif self._opening and due - self._fed_ns >= _OUTPUTS_WITHIN_NS:
+                self._opening = False
+                self._settle(self.state, AlStatus.WATCHDOG)
+            if self._message is not None:
+                self._serve()
+            if due == self._sync0_due:
+                elapsed = esc.clock.cycle_ns
+                self._synchronous = True
+                esc.clock.sync0()
+            else:
+                last = min(last, now_ns, self._sync0_due - 1)
+                elapsed = self._local_cycle_ns
+                if last - due >= elapsed:  # nothing happens in between: all at once
+                    elapsed += (last - due) // elapsed * elapsed
+            self._stepped_ns = due + elapsed - self._local_cycle_ns
+            code = self.application.step(elapsed)
+            if code is not AlStatus.NO_ERROR:
+                self._fall(code)
+            self._plan_steps()
+
+    def _plan_steps(self) -> None:
+        """Find out when the next local cycle begins: by SYNC0 once it has come, else by timer."""
+        sync0 = self.esc.clock.sync0_due_ns
+        if sync0 is None:
+            if self._synchronous:
+                self._synchronous = False
+                self._stepped_ns = self._time.now_ns
+            self._sync0_due = _NEVER
+        else:
+            self._sync0_due = sync0
+        timer = _NEVER if self._synchronous else self._stepped_ns + self._local_cycle_ns
+        self.due_ns = min(timer, self._sync0_due)
+
+
+def _fits(sync_manager: SyncManager, area: Area) -> bool:
+    """Mode and direction are as described."""
+    return sync_manager.control & _MODE_AND_DIRECTION == area.control & _MODE_AND_DIRECTION
+
+
+_CHECKS: Mapping[Transition, Callable[[Slave], AlStatus]] = {
+    Transition.IP: Slave._check_mailbox,
+    Transition.PS: Slave._check_process_data,
+}
+"""What the slave itself checks before it asks the application."""
