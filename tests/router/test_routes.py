@@ -1,0 +1,98 @@
+"""The route table: each name and each NetId once, and who may come in."""
+
+import pytest
+
+from achse.ams import NetId
+from achse.router.routes import Admission, Route, RouteError, RouteFlags, RouteTable
+
+PRESS = Route(name="Press", net_id=NetId("5.1.2.3.1.1"), host="10.0.0.1")
+MILL = Route(name="mill", net_id=NetId("5.1.2.4.1.1"), host="mill.local:48000", one_way=True)
+
+
+def test_routes_are_found_by_name_in_any_case_and_by_net_id() -> None:
+    table = RouteTable([PRESS, MILL])
+    assert list(table) == [PRESS, MILL]
+    assert table.named("PRESS") is PRESS
+    assert table.to(bytes(MILL.net_id)) is MILL
+    assert table.named("none") is None
+    assert table.to(b"123456") is None
+
+
+def test_a_route_replaces_one_of_its_name_and_one_to_its_net_id() -> None:
+    table = RouteTable([PRESS, MILL])
+    both = Route(name="press", net_id=MILL.net_id, host="10.0.0.9")
+    table.add(both)
+    assert list(table) == [both]
+    assert table.to(PRESS.net_id) is None
+
+
+def test_listeners_hear_of_each_change() -> None:
+    heard: list[tuple[Route | None, Route | None]] = []
+    table = RouteTable([PRESS])
+    listener = lambda old, new: heard.append((old, new))  # noqa: E731
+    table.on_change(listener)
+    other = Route(name="press", net_id=MILL.net_id, host="10.0.0.9")
+    table.add(other)
+    table.add(MILL)
+    table.remove("MILL")
+    assert table.remove("mill") is None
+    table.ignore(listener)
+    table.add(PRESS)
+    assert heard == [(PRESS, other), (other, None), (None, MILL), (MILL, None)]
+
+
+def test_a_full_table_takes_no_more_but_replaces() -> None:
+    table = RouteTable([PRESS], limit=1)
+    with pytest.raises(RouteError, match="holds 1 routes"):
+        table.add(MILL)
+    table.add(Route(name="PRESS", net_id=MILL.net_id, host="10.0.0.9"))
+    assert len(table) == 1
+
+
+def test_flags_are_those_on_the_wire() -> None:
+    assert PRESS.flags == 0x20
+    assert MILL.flags == 0xA0
+    nat = Route(name="n", net_id=PRESS.net_id, host="h", nat_net_id=MILL.net_id, temporary=True)
+    assert nat.flags == RouteFlags.NAT | RouteFlags.TEMPORARY == 0x101
+
+
+def test_senders_are_admitted_by_net_id_and_address() -> None:
+    table = RouteTable([PRESS, MILL])
+    assert table.admission(PRESS.net_id, "10.0.0.1") is Admission.ROUTED
+    assert table.admission(PRESS.net_id, "10.0.0.2") is Admission.UNKNOWN
+    assert table.admission(MILL.net_id, "10.0.0.2") is Admission.ONE_WAY
+    assert table.admission(b"123456", "10.0.0.1") is Admission.UNKNOWN
+
+
+@pytest.mark.parametrize(
+    ("host", "endpoint"),
+    [
+        ("10.0.0.1", ("10.0.0.1", 48898)),
+        ("mill.local:48000", ("mill.local", 48000)),
+        ("::1", ("::1", 48898)),
+        ("[::1]:7", ("::1", 7)),
+    ],
+)
+def test_a_host_may_name_its_tcp_port(host: str, endpoint: tuple[str, int]) -> None:
+    assert Route(name="a", net_id=PRESS.net_id, host=host).endpoint() == endpoint
+
+
+@pytest.mark.parametrize(
+    ("wrong", "reason"),
+    [
+        ({"name": ""}, "the name of a route"),
+        ({"name": "x" * 256}, "the name of a route"),
+        ({"name": "a\nb"}, "the name of a route"),
+        ({"host": ""}, "the host of a route"),
+        ({"host": "a\0"}, "the host of a route"),
+        ({"host": "a:0"}, "a TCP port"),
+        ({"host": "a:x"}, "a TCP port"),
+        ({"net_id": NetId("0.0.0.0.1.1")}, "needs a NetId"),
+        ({"timeout": 0.0}, "timeout"),
+        ({"max_fragment": -1}, "fragment"),
+    ],
+)
+def test_a_route_that_cannot_be_is_refused(wrong: dict[str, object], reason: str) -> None:
+    values: dict[str, object] = {"name": "a", "net_id": PRESS.net_id, "host": "h"}
+    with pytest.raises(RouteError, match=reason):
+        Route(**(values | wrong))  # type: ignore[arg-type]
