@@ -1,0 +1,50 @@
+"""KickCAT brings loopback slaves to Op and exchanges data; JSON on stdout."""
+
+import json
+import sys
+import time
+from datetime import timedelta
+from typing import Any
+
+import kickcat
+
+
+def main() -> None:
+    link = kickcat.create_link(sys.argv[1], "")
+    bus = kickcat.Bus(link)
+    found: dict[str, Any] = {}
+    bus.init(timedelta(seconds=1))
+    slaves = bus.slaves()
+    found["count"] = len(slaves)
+    bus.request_state(kickcat.State.PRE_OP)
+    bus.wait_for_state(kickcat.State.PRE_OP, timedelta(seconds=3))
+    serial = [
+        bus.read_sdo(slave, 0x1018, 4, kickcat.Access.PARTIAL, 4, timedelta(seconds=1))
+        for slave in slaves
+    ]
+    found["serial"] = [int.from_bytes(value, "little") for value in serial]
+    bus.create_mapping()
+    bus.request_state(kickcat.State.SAFE_OP)
+    bus.wait_for_state(kickcat.State.SAFE_OP, timedelta(seconds=1))
+    for slave in slaves:
+        slave.set_output_bytes(b"good")
+    bus.process_data()
+    bus.request_state(kickcat.State.OPERATIONAL)
+    bus.wait_for_state(
+        kickcat.State.OPERATIONAL, timedelta(seconds=1), bus.process_data_no_check
+    )
+    found["op"] = [str(bus.get_state(slave)) for slave in slaves]
+    echoes = 0
+    for n in range(100):
+        for slave in slaves:
+            slave.set_output_bytes(n.to_bytes(4, "little"))
+        bus.process_data()
+        time.sleep(0.002)
+        bus.process_data()
+        echoes += all(bytes(slave.input_data)[:4] == n.to_bytes(4, "little") for slave in slaves)
+    found["echoes"] = echoes
+    print(json.dumps(found))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,92 @@
+"""pysoem brings loopback slaves to Op, exchanges data, is silent, recovers; JSON on stdout."""
+
+import json
+import sys
+import time
+from typing import Any
+
+import pysoem
+
+
+def main() -> None:
+    interface = sys.argv[1]
+    found: dict[str, Any] = {}
+    master = pysoem.Master()
+    master.open(interface)
+    try:
+        run(master, found)
+    finally:
+        master.close()
+    print(json.dumps(found, default=bytes.decode))
+
+
+def exchange(master: Any) -> int:
+    master.send_processdata()
+    return master.receive_processdata(10_000)
+
+
+def run(master: Any, found: dict[str, Any]) -> None:
+    found["count"] = master.config_init()
+    slaves = master.slaves
+    found["names"] = [slave.name for slave in slaves]
+    found["identity"] = [[slave.man, slave.id, slave.rev] for slave in slaves]
+    found["serial"] = [int.from_bytes(slave.sdo_read(0x1018, 4), "little") for slave in slaves]
+    first = slaves[0]
+    found["name object"] = first.sdo_read(0x1008, 0).decode()
+    long = bytes(range(256)) * 4
+    first.sdo_write(0x2000, 0, long)
+    found["long"] = first.sdo_read(0x2000, 0, 4096) == long
+    first.sdo_write(0x2000, 0, b"short")
+    found["short"] = first.sdo_read(0x2000, 0).decode()
+    found["complete"] = first.sdo_read(0x1C12, 0, 64, True).hex()
+    found["aborts"] = {}
+    for name, call in {
+        "no object": lambda: first.sdo_read(0x5000, 0),
+        "no subindex": lambda: first.sdo_read(0x1018, 9),
+        "read-only": lambda: first.sdo_write(0x1018, 1, bytes(4)),
+    }.items():
+        try:
+            call()
+        except pysoem.SdoError as error:
+            found["aborts"][name] = hex(error.abort_code)
+    dictionary = first.od
+    found["dictionary"] = [[each.index, each.name, len(each.entries)] for each in dictionary]
+    found["map size"] = master.config_map()
+    found["dc"] = master.config_dc()
+    first.dc_sync(True, 1_000_000)
+    found["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 50_000)
+    exchange(master)
+    master.state = pysoem.OP_STATE
+    master.write_state()
+    found["op"] = master.state_check(pysoem.OP_STATE, 50_000)
+    found["expected"] = master.expected_wkc
+    counters = set()
+    echoes = 0
+    for n in range(1000):
+        for slave in slaves:
+            slave.output = n.to_bytes(4, "little")
+        counters.add(exchange(master))
+        time.sleep(0.001)
+        echoes += slaves[-1].input == n.to_bytes(4, "little") or slaves[-1].input == max(
+            n - 1, 0
+        ).to_bytes(4, "little")
+    found["counters"] = sorted(counters)
+    found["echoes"] = echoes
+    time.sleep(0.15)
+    master.read_state()
+    found["silent"] = [[slave.state, slave.al_status] for slave in slaves]
+    exchange(master)
+    master.state = pysoem.SAFEOP_STATE | pysoem.STATE_ACK
+    master.write_state()
+    found["acknowledged"] = master.state_check(pysoem.SAFEOP_STATE, 50_000)
+    exchange(master)
+    master.state = pysoem.OP_STATE
+    master.write_state()
+    found["recovered"] = master.state_check(pysoem.OP_STATE, 50_000)
+    master.state = pysoem.INIT_STATE
+    master.write_state()
+    found["init"] = master.state_check(pysoem.INIT_STATE, 50_000)
+
+
+if __name__ == "__main__":
+    main()
