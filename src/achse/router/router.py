@@ -10,6 +10,7 @@ from itertools import chain
 
 from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame, NetId, RouterError
 from achse.codes import ReturnCode
+from achse.router.routes import RouteTable
 
 __all__ = ["FIRST_CLIENT_PORT", "LOOPBACK_NET_ID", "Gate", "Router"]
 
@@ -36,10 +37,15 @@ class Router:
       not go there, or anyone could pose as a server by its source address;
     - a request for a port nobody holds is answered with AMS error 0x6, one for a NetId without a
       route with 0x7, both in the header with empty data.
+
+    `routes` is the table with names and hosts; whoever dials those hosts puts an endpoint behind
+    each NetId. Only requests travel along routes: what comes back takes the way a request came,
+    so that it cannot go in circles.
     """
 
     def __init__(self, net_id: NetId) -> None:
         self.net_id = net_id
+        self.routes = RouteTable()
         self._ports: set[int] = set()
         self._local: dict[bytes, Endpoint] = {}
         self._routes: dict[bytes, Endpoint] = {}
@@ -127,10 +133,13 @@ class Router:
 
     def reaches(self, address: bytes) -> bool:
         """True if a response or notification for `address` would find a way now."""
+        if address in self._local or address in self._learned:
+            return True
+        endpoint = self._routes.get(address[:6])
         return (
-            address in self._local
-            or address in self._learned
-            or (address[:6] in self._routes and not self.is_local(address[:6]))
+            endpoint is not None
+            and not self.is_local(address[:6])
+            and getattr(endpoint, "connected", True)
         )
 
     # frames ----------------------------------------------------------------------------------
@@ -179,16 +188,22 @@ class Router:
 
     def _beyond(self, frame: Frame) -> Endpoint | None:
         """Where a frame goes that is for no local port."""
+        backwards = frame.is_response or frame.command == Command.NOTIFICATION
+        if backwards and (ways := self._learned.get(frame.target)):
+            return next(reversed(ways))
         net_id = frame.target[:6]
-        if not self.is_local(net_id):
-            endpoint = self._routes.get(net_id)
-            if endpoint is not None and endpoint is not frame.origin:
-                return endpoint
-        if frame.is_response or frame.command == Command.NOTIFICATION:
-            ways = self._learned.get(frame.target)
-            if ways:
-                return next(reversed(ways))
-        return None
+        endpoint = self._routes.get(net_id)
+        if endpoint is None or self.is_local(net_id):
+            return None
+        origin = frame.origin
+        if origin is None:
+            return endpoint
+        # Of frames on their way through only requests go on, and only those that get an answer:
+        # the endpoint tells by what is unanswered that they go in circles.
+        quiet = frame.flags & Flags.NO_RESPONSE and not self.is_local(frame.source[:6])
+        if backwards or quiet or endpoint in (origin, getattr(origin, "owner", None)):
+            return None
+        return endpoint
 
     def _refuse(self, frame: Frame) -> None:
         if frame.flags & _UNANSWERED or frame.command == Command.NOTIFICATION:

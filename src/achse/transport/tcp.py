@@ -8,7 +8,7 @@ import ipaddress
 import logging
 from collections import deque
 from collections.abc import Iterable
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 from achse.ams import (
     AmsAddress,
@@ -16,15 +16,18 @@ from achse.ams import (
     Connection,
     DecodeError,
     Endpoint,
+    Flags,
     Frame,
     RouterError,
     TcpCommand,
     TcpMessage,
 )
 from achse.ams.connection import DEFAULT_MAX_LENGTH
+from achse.codes import ReturnCode
 from achse.router import Router
+from achse.router.routes import Admission
 
-__all__ = ["TCP_PORT", "TcpConnection", "TcpListener"]
+__all__ = ["TCP_PORT", "ConnectionOwner", "TcpConnection", "TcpListener"]
 
 log = logging.getLogger("achse.tcp")
 
@@ -36,6 +39,10 @@ _LEARNED_PER_CONNECTION = 1024
 
 _ASKED_PER_CONNECTION = 1024
 """Requests passed on to one foreign server that may be unanswered; the oldest is forgotten."""
+
+_CIRCLES = 16
+"""A request that was sent this often before its answer came runs through a loop of routes. AMS has
+no hop count; clients that share an address may well send equal requests at a time, but so many?"""
 
 _CONGESTED = 1024 * 1024
 """Bytes waiting for a peer at which devices keep notifications back."""
@@ -51,19 +58,38 @@ _LINGER = 5.0
 """Seconds a closed connection has to take the rest of what was sent to it."""
 
 
+class ConnectionOwner(Protocol):
+    """Who accepted or dialled a connection, and its limits."""
+
+    router: Router
+    loop: asyncio.AbstractEventLoop
+    max_length: int
+    max_backlog: int
+    routes_required: bool
+
+    def serves_ports(self, host: str) -> bool:
+        """Whether a peer at `host` may register ports here."""
+        ...
+
+    def opened(self, connection: "TcpConnection") -> None: ...
+
+    def closed(self, connection: "TcpConnection") -> None: ...
+
+
 class TcpConnection(asyncio.Protocol):
-    """One accepted connection: bytes to frames to the router, and back.
+    """One connection: bytes to frames to the router, and back.
 
     Frames for the peer are gathered and written once per turn of the loop. A peer that does not
     read is cut off when more than `max_backlog` bytes wait for it.
     """
 
-    def __init__(self, listener: "TcpListener") -> None:
-        self._listener = listener
-        self._router = listener.router
-        self._stream = Connection(listener.max_length)
+    def __init__(self, owner: ConnectionOwner) -> None:
+        self.owner = owner
+        self._router = owner.router
+        self._stream = Connection(owner.max_length)
         self._sources: dict[bytes, None] = {}
         self._last_source = b""
+        self._refused: set[bytes] = set()
         self._asked: dict[tuple[bytes, bytes, int], deque[Endpoint]] = {}
         self._out: list[bytes] = []
         self._out_size = 0
@@ -87,12 +113,12 @@ class TcpConnection(asyncio.Protocol):
         if name:
             self.peer_host = name[0]
             self.peer = f"{name[0]}:{name[1]}"
-        self._listener.opened(self)
+        self.owner.opened(self)
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._transport = None
         self._leave()
-        self._listener.closed(self)
+        self.owner.closed(self)
 
     def eof_received(self) -> None:
         self.close()
@@ -106,8 +132,10 @@ class TcpConnection(asyncio.Protocol):
             for event in self._stream.receive(data):
                 if isinstance(event, Frame):
                     event.origin = self
-                    if event.source != self._last_source:
-                        self._learn(event.source)
+                    if event.source != self._last_source and not self._learn(event.source):
+                        break
+                    if self._refused and self._refuse(event):
+                        continue
                     if self._asked and event.is_response:
                         event.via = self._asker(event)
                     router.deliver(event)
@@ -141,21 +169,62 @@ class TcpConnection(asyncio.Protocol):
 
     # addresses -------------------------------------------------------------------------------
 
-    def _learn(self, source: bytes) -> None:
+    def _learn(self, source: bytes) -> bool:
+        """Note where `source` is; False if it may not come here and the connection ends."""
+        router = self._router
+        if source not in self._sources and not router.is_local(source[:6]):
+            admission = router.routes.admission(source[:6], self.peer_host)
+            if admission is Admission.ONE_WAY:
+                self._refused.add(source)
+            elif admission is Admission.UNKNOWN and self.owner.routes_required:
+                client = AmsAddress(source).net_id
+                log.warning(
+                    "closing %s: client %s from %s has no route here; add it with"
+                    " `achse ads route add` or a [[route]] in the station's configuration:"
+                    ' net_id = "%s", host = "%s"',
+                    *(self.peer, client, self.peer_host, client, self.peer_host),
+                )
+                self.close()
+                return False
         self._last_source = source
         self._sources[source] = None
         self._router.learn(source, self)
         if len(self._sources) > _LEARNED_PER_CONNECTION:
             oldest = next(iter(self._sources))
             del self._sources[oldest]
+            self._refused.discard(oldest)
             self._router.forget(oldest, self)
+        return True
 
-    def _note_asker(self, request: Frame, asker: Endpoint) -> None:
-        """Remember who asks the server behind this connection: askers may share an address."""
+    def _refuse(self, frame: Frame) -> bool:
+        """Refuse a request from the far end of a one-way route."""
+        backwards = frame.is_response or frame.command == Command.NOTIFICATION
+        if backwards or frame.source not in self._refused:
+            return False
+        if not frame.flags & Flags.NO_RESPONSE:
+            self.deliver(frame.reply(error=ReturnCode.DEVICE_ACCESS_DENIED.number))
+        return True
+
+    def _note_asker(self, request: Frame) -> bool:
+        """Remember who asks the server behind this connection: askers may share an address.
+
+        False if the same request went out so often, unanswered, that it goes in circles.
+        """
+        asker = request.origin
+        if asker is None or request.is_response or request.command == Command.NOTIFICATION:
+            return True
         key = (request.source, request.target, request.invoke_id)
-        self._asked.setdefault(key, deque(maxlen=_ASKED_PER_CONNECTION)).append(asker)
+        askers = self._asked.setdefault(key, deque(maxlen=_ASKED_PER_CONNECTION))
+        if len(askers) >= _CIRCLES and not self._router.is_local(request.target[:6]):
+            log.warning(
+                "requests of %s to %s go in circles by way of %s: look at the routes",
+                *(AmsAddress(request.source), AmsAddress(request.target), self.peer),
+            )
+            return False
+        askers.append(asker)
         if len(self._asked) > _ASKED_PER_CONNECTION:
             del self._asked[next(iter(self._asked))]
+        return True
 
     def _asker(self, response: Frame) -> Endpoint | None:
         key = (response.target, response.source, response.invoke_id)
@@ -170,7 +239,7 @@ class TcpConnection(asyncio.Protocol):
     # the port service of a local router --------------------------------------------------------
 
     def _serve(self, message: TcpMessage) -> None:
-        if not (self._listener.external_registration or _is_loopback(self.peer_host)):
+        if not self.owner.serves_ports(self.peer_host):
             log.warning("closing %s: it is not on this host, port service refused", self.peer)
             self.close()
         elif message.command is TcpCommand.PORT_CONNECT and len(message.data) == 2:
@@ -211,14 +280,11 @@ class TcpConnection(asyncio.Protocol):
 
     def deliver(self, frame: Frame) -> bool:
         """Send `frame` to the peer; False if the connection is gone."""
-        if not self._open:
+        if not self._open or (frame.origin is not None and not self._note_asker(frame)):
             return False
-        asker = frame.origin
-        if asker is not None and not frame.is_response and frame.command != Command.NOTIFICATION:
-            self._note_asker(frame, asker)
         packet = frame.encode_tcp()
         if frame.command == Command.ADD_NOTIFICATION and frame.is_response:
-            self._hold_until = self._listener.loop.time() + _HOLD
+            self._hold_until = self.owner.loop.time() + _HOLD
         elif frame.command == Command.NOTIFICATION and self._hold(packet):
             return True
         self._put(packet)
@@ -237,11 +303,11 @@ class TcpConnection(asyncio.Protocol):
             self._flush()
         elif not (self._receiving or self._flush_due):
             self._flush_due = True
-            self._listener.loop.call_soon(self._flush)
+            self.owner.loop.call_soon(self._flush)
 
     def _hold(self, packet: bytes) -> bool:
         """Keep a notification back if an Add was answered a moment ago, or others are kept."""
-        loop = self._listener.loop
+        loop = self.owner.loop
         if not self._held:
             if loop.time() >= self._hold_until:
                 return False
@@ -251,7 +317,7 @@ class TcpConnection(asyncio.Protocol):
 
     def _release(self) -> None:
         """Send the notifications that have waited long enough, in order."""
-        held, loop = self._held, self._listener.loop
+        held, loop = self._held, self.owner.loop
         if not (held and self._open):
             return
         due = max(loop.time(), held[0][0])  # timers may be early by their resolution
@@ -277,7 +343,7 @@ class TcpConnection(asyncio.Protocol):
         self._out = []
         self._out_size = 0
         transport.write(b"".join(out) if len(out) > 1 else out[0])
-        if transport.get_write_buffer_size() > self._listener.max_backlog:
+        if transport.get_write_buffer_size() > self.owner.max_backlog:
             log.warning("cutting off %s: it does not read what it asked for", self.peer)
             self.abort()
 
@@ -294,7 +360,7 @@ class TcpConnection(asyncio.Protocol):
             self._leave()
             self._transport.close()
             if self._transport.get_write_buffer_size():
-                self._listener.loop.call_later(_LINGER, self.abort)
+                self.owner.loop.call_later(_LINGER, self.abort)
 
 
 class TcpListener:
@@ -302,6 +368,7 @@ class TcpListener:
 
     - `strict`: one connection per remote host as the original does; a second one closes the
       first, unless that holds a registered port. Off by default: any number.
+    - `routes_required`: a sender needs a route in the router's table, other connections are closed.
     - `external_registration`: serve the local port service to other hosts as well.
     - `max_length`: longest packet taken, bytes.
     - `max_backlog`: bytes that may wait for a peer that does not read.
@@ -313,6 +380,7 @@ class TcpListener:
         router: Router,
         *,
         strict: bool = False,
+        routes_required: bool = False,
         external_registration: bool = False,
         max_length: int = DEFAULT_MAX_LENGTH,
         max_backlog: int = 64 * 1024 * 1024,
@@ -320,6 +388,7 @@ class TcpListener:
     ) -> None:
         self.router = router
         self.strict = strict
+        self.routes_required = routes_required
         self.external_registration = external_registration
         self.max_length = max_length
         self.max_backlog = max_backlog
@@ -355,6 +424,10 @@ class TcpListener:
         if self.connections:
             await self._last_closed.wait()
         await server.wait_closed()
+
+    def serves_ports(self, host: str) -> bool:
+        """Peers on this host may register ports, others if that is allowed."""
+        return self.external_registration or _is_loopback(host)
 
     def opened(self, connection: TcpConnection) -> None:
         """A connection came up: apply the limit and the one-per-host rule."""
