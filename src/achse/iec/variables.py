@@ -11,7 +11,7 @@ from achse.iec.errors import DeclarationError, IecValueError, UnboundError
 from achse.iec.strings import StringType
 from achse.iec.types import Buffer, IecType, no_attributes
 
-__all__ = ["Address", "Place", "Section", "Variable"]
+__all__ = ["Address", "Image", "Place", "Section", "Variable"]
 
 G = TypeVar("G")
 S = TypeVar("S")
@@ -36,7 +36,7 @@ class Address(NamedTuple):
     """Where `AT` puts a variable: `%MD4`, `%IX0.3`, `%Q*`. The number is a byte offset."""
 
     area: str
-    """I inputs, Q outputs, M flags."""
+    """I inputs, Q outputs, M flags; in symbol files also R retain, D data."""
     width: str = ""
     """X bit, B byte, W word, D double word, L long word, or nothing."""
     byte: int | None = None
@@ -62,6 +62,10 @@ class Address(NamedTuple):
             return f"%{self.area}*"
         bit = "" if self.bit is None else f".{self.bit}"
         return f"%{self.area}{self.width}{self.byte}{bit}"
+
+
+class Image(bytes):
+    """An initial value as the bytes it is in memory, whatever the type."""
 
 
 class Place(NamedTuple):
@@ -148,6 +152,12 @@ class Variable(Generic[G, S]):
         """The bytes the variable starts with. Raises `DeclarationError`."""
         if self.initial is None:
             return self.type.default
+        if isinstance(self.initial, Image):
+            if len(self.initial) == self.type.size:
+                return bytes(self.initial)
+            raise DeclarationError(
+                f"initial value of {self.name}: {self.type.size} bytes, got {len(self.initial)}"
+            )
         try:
             return self.type.encode(self.initial)
         except IecValueError as error:

@@ -1,0 +1,32 @@
+"""Symbol files: `.tmc` read and written, `.tpy` read, and what differs between two of them."""
+
+from achse.iec.symbolfiles.difference import Change, differences
+from achse.iec.symbolfiles.model import FileTask, FileVariable, SymbolFile, units_of
+from achse.iec.symbolfiles.tmc import read_tmc
+from achse.iec.symbolfiles.tmcwriter import write_tmc
+from achse.iec.symbolfiles.tpy import read_tpy
+from achse.iec.symbolfiles.xml import SymbolFileError
+
+__all__ = [
+    "Change",
+    "FileTask",
+    "FileVariable",
+    "SymbolFile",
+    "SymbolFileError",
+    "differences",
+    "read_symbol_file",
+    "read_tmc",
+    "read_tpy",
+    "units_of",
+    "write_tmc",
+]
+
+_READERS = {".tmc": read_tmc, ".tpy": read_tpy}
+
+
+def read_symbol_file(data: bytes, source: str) -> SymbolFile:
+    """The content of a `.tmc` or `.tpy`; the name `source` says which. Raises `SymbolFileError`."""
+    for suffix, read in _READERS.items():
+        if source.lower().endswith(suffix):
+            return read(data, source)
+    raise SymbolFileError(source, 0, "expected a file name that ends in .tmc or .tpy")

@@ -1,0 +1,161 @@
+"""What a symbol file says: types, variables with their places, tasks; and units made of it."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from achse.iec.declare import GlobalVariables, Program
+from achse.iec.structs import Kind, RecordMeta, StructType, Unit
+from achse.iec.symbols import SymbolEntry, SymbolFlag, fold
+from achse.iec.types import IecType
+from achse.iec.typetable import TypeTable
+from achse.iec.variables import Address, Variable
+
+__all__ = [
+    "MEMORY_GROUPS",
+    "FileTask",
+    "FileVariable",
+    "SymbolFile",
+    "address_of",
+    "units_of",
+]
+
+MEMORY_GROUPS: Mapping[int, tuple[str, bool]] = {
+    0x4020: ("M", False),
+    0x4021: ("M", True),
+    0x4030: ("R", False),
+    0x4031: ("R", True),
+    0x4040: ("D", False),
+    0x4041: ("D", True),
+    0xF020: ("I", False),
+    0xF021: ("I", True),
+    0xF030: ("Q", False),
+    0xF031: ("Q", True),
+}
+"""The area of an `Address` that an index group means, and whether its offsets count bits."""
+
+SYSTEM_LIST = "twincat_systeminfovarlist"
+"""Every PLC makes this list for itself, so that what it tells of its tasks is true."""
+
+
+class FileTask(NamedTuple):
+    """A task; `programs` only if the file tells."""
+
+    name: str
+    cycle_ns: int = 10_000_000
+    priority: int = 20
+    programs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class FileVariable:
+    """A variable by its whole name; its declaration carries the place as `address`."""
+
+    name: str
+    declared: Variable[Any, Any]
+    task: int = 0
+    """Number of its task in the file, from 0."""
+    is_global: bool = False
+    """Whether the file says that it stands in a global variable list."""
+
+
+@dataclass(frozen=True, slots=True)
+class SymbolFile:
+    """The content of a `.tmc` or `.tpy`, or what shall be written as one."""
+
+    name: str
+    variables: Sequence[FileVariable] = ()
+    types: Sequence[IecType[Any]] = ()
+    """The derived types; what else variables are made of is found from them."""
+    tasks: Sequence[FileTask] = field(default=(FileTask("PlcTask"),))
+    port: int = 851
+    pointer_size: int = 8
+
+    @classmethod
+    def of_target(
+        cls,
+        name: str,
+        symbols: Iterable[SymbolEntry],
+        types: TypeTable,
+        *,
+        port: int = 851,
+        pointer_size: int = 8,
+    ) -> "SymbolFile":
+        """What a target uploads (0xF00B, 0xF00E), as a file.
+
+        Symbols outside the memory areas of a PLC are left out. Raises `IecDecodeError` for
+        entries that contradict themselves.
+        """
+        variables = []
+        tasks = 1
+        for entry in symbols:
+            place = MEMORY_GROUPS.get(entry.index_group)
+            if place is None:
+                continue
+            area, in_bits = place
+            type = types.symbol_type(entry)
+            offset = entry.index_offset if in_bits else 8 * entry.index_offset
+            task = max(entry.context - 1, 0)
+            tasks = max(tasks, task + 1)
+            variables.append(
+                FileVariable(
+                    entry.name,
+                    Variable(
+                        type,
+                        name=entry.name,
+                        at=address_of(area, offset, in_bits or type.is_bit),
+                        retain=area == "R",
+                        persistent=bool(entry.flags & SymbolFlag.PERSISTENT),
+                        constant=bool(entry.flags & SymbolFlag.READ_ONLY),
+                        comment=entry.comment,
+                        attributes=dict(entry.attributes),
+                    ),
+                    task,
+                )
+            )
+        named = (types.type(entry.name) for entry in types)
+        return cls(
+            name,
+            variables,
+            list(named),
+            [FileTask(f"Task{number + 1}") for number in range(tasks)],
+            port,
+            pointer_size,
+        )
+
+    def units(self) -> list[type[Unit]]:
+        """Programs and variable lists that hold exactly these variables at these places."""
+        return units_of(self.variables)
+
+
+def units_of(variables: Iterable[FileVariable]) -> list[type[Unit]]:
+    """One unit for each first part of a name (`GVL` of `GVL.fbValve.bOpen`), in file order.
+
+    A variable of a part of a variable (`AT %Q*` inside a function block) is one of its own.
+    The list about the system itself is left out: each PLC has its own.
+    """
+    grouped: dict[str, list[FileVariable]] = {}
+    for item in variables:
+        grouped.setdefault(fold(item.name.partition(".")[0]), []).append(item)
+    grouped.pop(SYSTEM_LIST, None)
+    return [_unit(items) for items in grouped.values()]
+
+
+def _unit(items: Sequence[FileVariable]) -> type[Unit]:
+    name = items[0].name.partition(".")[0]
+    members: dict[str, Variable[Any, Any]] = {}
+    for item in items:
+        member = item.name.partition(".")[2]
+        copy = item.declared.placed(member, 0, None)
+        copy.name = member
+        members.setdefault(fold(member), copy)
+    kind = GlobalVariables if all(item.is_global for item in items) else Program
+    iec: StructType[Any] = StructType(name, list(members.values()), kind=Kind.UNIT)
+    namespace = {item.name: item for item in iec.members if item.name.isidentifier()}
+    return RecordMeta(name or "Globals", (kind,), namespace, iec=iec)  # type: ignore[return-value]
+
+
+def address_of(area: str, bit_offset: int, is_bit: bool) -> Address:
+    """The place in an area that lies `bit_offset` bits from its start."""
+    byte, bit = divmod(bit_offset, 8)
+    return Address(area, "X" if is_bit else "", byte, bit if is_bit else None)
