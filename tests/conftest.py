@@ -42,6 +42,8 @@ WITNESSES: dict[str, Callable[[], object]] = {
     "pyads": lambda: sys.platform == "linux" and importlib.util.find_spec("pyads"),
     "ads-client": lambda: ADS_CLIENT.is_dir() and shutil.which("node"),
     "tshark": lambda: shutil.which("tshark"),
+    "pysoem": lambda: sys.platform == "linux" and importlib.util.find_spec("pysoem"),
+    "kickcat": lambda: sys.platform == "linux" and importlib.util.find_spec("kickcat"),
 }
 """Programs by others that judge the station, and how to see that one is installed."""
 

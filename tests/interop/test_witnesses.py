@@ -5,6 +5,6 @@ from collections.abc import Callable
 import pytest
 
 
-@pytest.mark.parametrize("name", ["pyads", "ads-client", "tshark"])
+@pytest.mark.parametrize("name", ["pyads", "ads-client", "tshark", "pysoem", "kickcat"])
 def test_the_witness_is_installed(name: str, witness: Callable[[str], None]) -> None:
     witness(name)

@@ -1,0 +1,116 @@
+"""Two ends of a cable in a network namespace: slaves on one, a foreign master on the other."""
+
+import json
+import os
+import select
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+HERE = Path(__file__).parent
+MASTER_END, SLAVE_END = "cable0", "cable1"
+READY_WITHIN = 30.0
+
+AS_ROOT = ["unshare", "--net"]
+AS_USER = ["unshare", "--map-root-user", "--net"]
+
+CABLE = (
+    f"ip link add {MASTER_END} type veth peer name {SLAVE_END}"
+    f" && ip link set {MASTER_END} up && ip link set {SLAVE_END} up"
+)
+
+
+class Bus:
+    """A namespace with a cable; `slaves` runs at one end, `master` runs at the other."""
+
+    def __init__(self, unshare: list[str], tmp_path: Path) -> None:
+        self._unshare = unshare
+        self._holder: subprocess.Popen[str] | None = None
+        self.capture = tmp_path / "bus.pcap"
+
+    def slaves(self, script: str, *arguments: object) -> None:
+        """Start the slaves' side and wait until it is ready."""
+        command = [sys.executable, str(HERE / script), SLAVE_END, *map(str, arguments)]
+        self._holder = subprocess.Popen(
+            [*self._unshare, "sh", "-c", f'{CABLE} && exec "$@"', "sh", *command],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self._holder.stdout is not None
+        ready, _, _ = select.select([self._holder.stdout], [], [], READY_WITHIN)
+        assert ready, "the slaves did not get ready"
+        assert self._holder.stdout.readline() == "ready\n"
+
+    def master(self, script: str, *arguments: object, timeout: float = 60) -> Any:
+        """Run a script of masters/ and give what it found."""
+        assert self._holder is not None
+        enter = ["nsenter", "--net", "--target", str(self._holder.pid)]
+        if "--map-root-user" in self._unshare:
+            enter += ["--user", "--preserve-credentials"]
+        finished = subprocess.run(
+            [
+                *enter,
+                sys.executable,
+                str(HERE / "masters" / script),
+                MASTER_END,
+                *map(str, arguments),
+            ],
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+        )
+        assert finished.returncode == 0, finished.stderr + finished.stdout
+        return json.loads(finished.stdout.splitlines()[-1])
+
+    def end(self) -> None:
+        """Stop the slaves; they must leave in peace."""
+        if self._holder is not None:
+            with self._holder:  # closes the pipe
+                self._holder.terminate()
+                assert self._holder.wait(timeout=10) == 0
+
+
+@pytest.fixture(scope="session")
+def unshare() -> list[str]:
+    """The command that runs another in a network namespace of its own; skips where forbidden."""
+    if not (shutil.which("unshare") and shutil.which("nsenter") and shutil.which("ip")):
+        pytest.skip("no unshare, nsenter or ip on this machine")
+    command = AS_ROOT if os.geteuid() == 0 else AS_USER
+    run = subprocess.run([*command, "sh", "-c", CABLE], capture_output=True, text=True)
+    if run.returncode:
+        pytest.skip(f"network namespaces are forbidden here: {run.stderr.strip()}")
+    return command
+
+
+@pytest.fixture
+def bus(unshare: list[str], tmp_path: Path) -> Iterator[Bus]:
+    """A cable in a namespace of its own."""
+    made = Bus(unshare, tmp_path)
+    yield made
+    made.end()
+
+
+@pytest.fixture
+def judge(witness: Callable[[str], None]) -> Callable[[Path], int]:
+    """`judge(capture)` lets tshark read a capture: no malformed frame, no error; frames read."""
+    witness("tshark")
+
+    def read(capture: Path) -> int:
+        def tshark(*arguments: str) -> list[str]:
+            run = subprocess.run(
+                ["tshark", "-r", str(capture), *arguments], capture_output=True, text=True
+            )
+            assert run.returncode == 0, run.stderr
+            return run.stdout.splitlines()
+
+        assert tshark("-Y", "_ws.malformed || _ws.expert.severity >= 0x800000") == []
+        frames = tshark("-T", "fields", "-e", "frame.protocols")
+        assert all("ecat" in protocols for protocols in frames)
+        return len(frames)
+
+    return read
