@@ -1,5 +1,7 @@
 """Gantry: the yaw axis behind 3056h to 3059h, as far as a single drive shows it."""
 
+import math
+
 from achse.drive.record import DriveFields
 
 __all__ = ["ACTIVATE", "DEACTIVATE", "REGULATE", "yaw"]
@@ -15,8 +17,6 @@ _IN_POSITION = 1.0
 _NEAR_HOME = 1000.0
 _ENABLED = 4
 
-_HOMING = 1 << 3
-_TRIGGER = 1 << 4
 _LINK = 1 << 5
 _POWERED = 1 << 6
 _ALARM = 1 << 7
@@ -29,33 +29,22 @@ _READY = 1 << 13
 
 
 def yaw(d: DriveFields, dt: float) -> None:
-    """One cycle of the yaw axis and the state word 3056h.
+    """One cycle of the yaw axis, where there is a link to the other drive, and its state bits.
 
-    Commands of 3057h act when written: activation needs the link to the other drive; regulation
-    brings yaw to 0 and is done from then on; deactivation forgets both.
+    Commands of 3057h act when written: regulation brings yaw to 0 and is done from then on;
+    deactivation forgets it.
     """
-    word = 0
-    if d.homing_running:
-        word |= _HOMING
-    if d.position_trigger:
-        word |= _TRIGGER
-    if d.gantry_link:
-        command = d.gantry_command
-        if command != d.gantry_previous:
-            d.gantry_previous = command
-            if command == ACTIVATE:
-                d.gantry_active = 1
-            elif command == DEACTIVATE:
-                d.gantry_active = 0
-                d.yaw_regulated = 0
-            elif command == REGULATE and d.gantry_active:
-                d.yaw_homed = 1
-                d.yaw_regulated = 0
-        word |= _yaw_state(d, dt)
-    d.software_state = word
-
-
-def _yaw_state(d: DriveFields, dt: float) -> int:
+    command = d.gantry_command
+    if command != d.gantry_previous:
+        d.gantry_previous = command
+        if command == ACTIVATE:
+            d.gantry_active = 1
+        elif command == DEACTIVATE:
+            d.gantry_active = 0
+            d.yaw_regulated = 0
+        elif command == REGULATE and d.gantry_active:
+            d.yaw_homed = 1
+            d.yaw_regulated = 0
     word = _LINK
     powered = d.gantry_active != 0 and d.power_state == _ENABLED and not d.yaw_alarm
     target = float(d.yaw_target)
@@ -80,5 +69,5 @@ def _yaw_state(d: DriveFields, dt: float) -> int:
         word |= _REGULATED
     if d.main_power and d.safety_1 and d.safety_2 and not d.yaw_alarm:
         word |= _READY
-    d.yaw_feedback = int(round(d.yaw_position))
-    return word
+    d.yaw_feedback = math.floor(d.yaw_position + 0.5)
+    d.gantry_state = word

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from achse.codes import AlState
 from achse.drive.gantry import yaw
 from achse.drive.motion import choose_mode, enter_mode, generate, report, switch_off
-from achse.drive.plant import move
+from achse.drive.plant import CONTROL_VELOCITY, move
 from achse.drive.power import PowerState, advance
 from achse.drive.probe import latch
 from achse.drive.record import DriveFields
@@ -48,10 +48,16 @@ def cycle(d: DriveFields, dt: float) -> None:
     _measure(d)
     if d.probe_function or d.probe_status:
         latch(d)
-    yaw(d, dt)
+    if d.gantry_link:
+        yaw(d, dt)
+    d.software_state = d.gantry_state | d.homing_running << 3 | d.position_trigger << 4
     watch(d, dt)
     report(d, dt)
     _show(d)
+    commands = (d.reset_command & 1) | (d.encoder_clear_command & 1) << 1
+    if commands != d.commands:
+        d.commands = commands
+        d.attention = 1
     d.previous_controlword = d.controlword
     d.fresh_outputs = 0
 
@@ -91,9 +97,8 @@ def _power(d: DriveFields) -> None:
 def _measure(d: DriveFields) -> None:
     """Actual and demanded values as the objects show them."""
     count = math.floor(d.motor_position + 0.5) - d.encoder_zero
-    if d.absolute:
-        half = d.turns * d.encoder_resolution >> 1
-        count = (count + half) % (2 * half) - half if half else count
+    if d.control >= CONTROL_VELOCITY:
+        d.demand = count * d.inc_per_count + d.active_home_offset
     actual = math.floor(count * d.inc_per_count + 0.5) + d.active_home_offset
     demand = math.floor(d.demand + 0.5)
     inner = math.floor((d.demand - d.active_home_offset) * d.counts_per_inc + 0.5)

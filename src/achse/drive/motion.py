@@ -35,6 +35,7 @@ _STOP_PATIENCE = 0.5
 """A stop counts as finished if the motor does not stand this long after its ramp, s."""
 
 _COAST = 0
+_NOWHERE = -1e300
 
 
 def choose_mode(d: DriveFields) -> None:
@@ -42,8 +43,8 @@ def choose_mode(d: DriveFields) -> None:
     mode = d.mode_request
     if mode == d.mode_display:
         return
-    position = mode == _PP or mode == _HM or mode == _CSP
-    other = mode == _PV or mode == _TQ or mode == _CSV or mode == _CST
+    position = mode in (_PP, _HM, _CSP)
+    other = mode in (_PV, _TQ, _CSV, _CST)
     if not position and not (other and not d.dual_loop):
         return
     d.mode_display = mode
@@ -61,6 +62,7 @@ def enter_mode(d: DriveFields) -> None:
     mode = d.mode_display
     d.stop_deceleration = 0.0
     d.overtravel_stop = 0
+    d.idle_at = _NOWHERE
     if mode == _PP:
         profile_position.enter(d)
     elif mode == _PV:
@@ -103,10 +105,11 @@ def generate(d: DriveFields, dt: float) -> None:
         velocity = d.demand_velocity
         _command(d, dt)
         _overtravel(d, demand, velocity, dt)
-    elif state == _QUICK_STOP or state == _REACTION:
+    elif state in (_QUICK_STOP, _REACTION):
         _ramp_down(d, dt)
-    else:
+    elif d.idle_at != d.motor_position:
         take_over(d)
+        d.idle_at = d.motor_position
 
 
 def _command(d: DriveFields, dt: float) -> None:
@@ -205,3 +208,5 @@ def report(d: DriveFields, dt: float) -> None:
         d.target_reached = 0
         d.bit_12 = 0
         d.bit_13 = 0
+    if d.power_state != _ENABLED and mode != _HM:
+        d.target_reached = 0

@@ -36,7 +36,7 @@ _TWO_PI = 2.0 * math.pi
 def prepare(d: DriveFields, dt: float) -> None:
     """What depends on the step time only."""
     d.step_time = dt
-    d.substeps = max(1, int(math.ceil(dt / PART - 1e-9)))
+    d.substeps = max(1, math.ceil(dt / PART - 1e-9))
     d.torque_response = 1.0 - math.exp(-dt / d.substeps / d.torque_time)
 
 
@@ -114,8 +114,8 @@ def move(d: DriveFields, dt: float) -> None:
                 limited = 1
         else:
             if control == CONTROL_POSITION:
-                reference += slope
                 error = reference - position
+                reference += slope
                 if -0.5 < error < 0.5 and slope == 0.0:
                     error = 0.0  # the encoder does not see it
                 wanted = stiffness * error + forward * slope + offset

@@ -59,11 +59,7 @@ def plan(
         * acceleration
         * deceleration
         / (acceleration + deceleration)
-        * (
-            distance
-            + start * start / (2.0 * acceleration)
-            + end * end / (2.0 * deceleration)
-        )
+        * (distance + start * start / (2.0 * acceleration) + end * end / (2.0 * deceleration))
     )
     if peak > velocity:
         peak = velocity

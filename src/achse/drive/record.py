@@ -116,6 +116,9 @@ class InputFields:
     communication: int = 1  # AlState
     fresh_outputs: int = 0  # process data has come since the last step
     communication_cycle: float = 0.001  # s
+    sync_type: int = 0  # 0 FreeRun, 2 DC with Sync0
+    sync_cycle: int = 1000000  # ns
+    cycle_too_small: int = 0
     main_power: int = 1
     safety_1: int = 1  # SF1, SF2: both 0 is STO
     safety_2: int = 1
@@ -159,6 +162,7 @@ class StateFields:
     software_state: int = 0
     yaw_feedback: int = 0
     encoder_clear_state: int = 0
+    reset_state: int = 0
 
 
 class ControlFields:
@@ -177,6 +181,7 @@ class ControlFields:
     thermal_load: float = 0.0  # ‰·‰·s above rated torque
     deviation_exceeded: int = 0
     attention: int = 0  # something for the drive outside the kernel
+    commands: int = 0  # bit 0 3215h, bit 1 3200h as process data have them
     target_reached: int = 0
     bit_12: int = 0
     bit_13: int = 0
@@ -239,6 +244,8 @@ class MotionFields:
     yaw_homed: int = 0
     yaw_regulated: int = 0
     gantry_previous: int = 0
+    gantry_state: int = 0  # bits 5 to 13 of 3056h
+    idle_at: float = -1e300  # where the set point was put while off
 
 
 class PlantFields:
@@ -247,7 +254,6 @@ class PlantFields:
     voltage_bit: int = 0  # statusword bit 4 while main power is normal
     dual_loop: int = 0
     absolute: int = 0  # 0 incremental, 1 single-turn, 2 multi-turn
-    turns: int = 65536  # a multi-turn encoder counts so many
     has_brake: int = 0
     brake_engaged: int = 0
     output_functions: int = 0  # 4 bits for each of O1..O5 (signals.OutputFunction)

@@ -107,10 +107,7 @@ def watch(d: DriveFields, dt: float) -> None:
             warnings |= _WARN_POSITIVE
         if d.control != CONTROL_OFF:
             warnings |= _WARN_OVERTRAVEL
-    if (
-        d.control == CONTROL_POSITION
-        and deviation * 100 > d.deviation_alarm * d.deviation_warning
-    ):
+    if d.control == CONTROL_POSITION and deviation * 100 > d.deviation_alarm * d.deviation_warning:
         warnings |= _WARN_DEVIATION
     if d.thermal_load > _OVERLOAD_WARNING * d.thermal_limit:
         warnings |= _WARN_OVERLOAD

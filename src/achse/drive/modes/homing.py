@@ -1,7 +1,7 @@
 """Homing: the search for limit switch, home switch and index pulse, method by method.
 
-Source: 001 §3.2.4, table 3.2.4.4; the positions of the index pulse are those of CiA 402. A method is
-a row: which switch, where the search goes first, from which side the last edge is passed and
+Source: 001 §3.2.4, table 3.2.4.4; the positions of the index pulse are those of CiA 402. A method
+is a row: which switch, where the search goes first, from which side the last edge is passed and
 whether the switch is off or on behind it. After the index pulse the axis returns to it, so that
 6062h = 6064h = 607Ch and 6063h = 60FCh = 0.
 """
@@ -169,12 +169,14 @@ def command(d: DriveFields, dt: float) -> None:
         abandon(d)
     if halt_requested(d):
         halt(d, dt)
+        d.setpoint_planned = 0
         return
     d.stop_deceleration = 0.0
     acceleration = rate_of(d.homing_acceleration, d.max_acceleration)
     deceleration = rate_of(d.homing_acceleration, d.max_deceleration)
     if d.homing_phase == _RETURN:
-        if d.plan_count == 0:
+        if not d.setpoint_planned:
+            d.setpoint_planned = 1
             speed = float(min(d.homing_speed_zero, d.max_profile_velocity))
             target = float(d.active_home_offset)
             plan(d, target, 0.0, max(speed, 1.0), acceleration, deceleration)
@@ -191,7 +193,7 @@ def command(d: DriveFields, dt: float) -> None:
         direction, fast = -d.homing_forward, True
     elif phase == _LEAVE:
         direction, fast = -d.homing_final, True
-    elif phase == _EDGE or phase == _INDEX:
+    elif phase in (_EDGE, _INDEX):
         direction = d.homing_final
     if direction == 0:
         stop(d, deceleration, dt)
@@ -232,7 +234,7 @@ def _search(d: DriveFields) -> None:
         if index != _NOTHING and (d.motor_position - index) * d.homing_final >= 0.0:
             _set_home(d, index)
             d.homing_phase = _RETURN
-            d.plan_count = 0
+            d.setpoint_planned = 0
             d.homing_seen = 0
         elif _limit(d, d.homing_final):
             _fail(d)
@@ -262,7 +264,8 @@ def _set_home(d: DriveFields, position: float) -> None:
 def report(d: DriveFields, dt: float) -> None:
     """Bits 13, 12 and 10 of table 3.2.4.3."""
     standing = standing_still(d) != 0 and d.demand_velocity == 0.0
-    if d.homing_phase == _RETURN and standing and d.plan_index == d.plan_count != 0:
+    arrived = d.setpoint_planned and d.plan_index == d.plan_count
+    if d.homing_phase == _RETURN and standing and arrived:
         d.homing_seen += 1
         if d.position_internal == 0 or (d.in_window and d.homing_seen * dt > _SETTLING):
             abandon(d)

@@ -1,0 +1,439 @@
+"""Drive: one virtual servo drive with objects, process data, states and a step.
+
+It knows no bus. A slave hosts it by structure: SDO access is `read_object` and `write_object`,
+process data are `write_outputs` and `read_inputs`, `enter` tells the state of communication, `step`
+lets time pass. Everything between is the kernel (achse.drive.kernel) on one record.
+"""
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping, MutableMapping
+from dataclasses import dataclass
+from operator import attrgetter
+from struct import Struct
+from typing import Any
+
+from achse.codes import AbortCode, AlState, AlStatus, SdoAbort
+from achse.drive.alarms import Alarm, Warn
+from achse.drive.faults import Faults
+from achse.drive.kernel import cycle
+from achse.drive.machine import EncoderKind, Machine, apply, power_up, scale
+from achse.drive.mapping import PdoMapping, ProcessData
+from achse.drive.objects import OBJECTS, ROWS, find
+from achse.drive.objects.dictionary import Object
+from achse.drive.objects.row import Number
+from achse.drive.power import PowerState
+from achse.drive.record import FIELDS, DriveFields, SlotsRecord
+
+__all__ = ["LONGEST_CYCLE_NS", "Drive", "Identity"]
+
+LONGEST_CYCLE_NS = 1_000_000
+"""A longer step is done in equal cycles of at most this; the plant's parts are 125 µs or less."""
+
+_LOCAL_CYCLE_NS = 250_000
+_SYNC_CYCLES_NS = range(250_000, 4_000_001, 250_000)
+_STORE_NS = 500_000_000
+_CLEAR_NS = 100_000_000
+
+_EMERGENCY = Struct("<HB5x")
+
+_PERIODS = {
+    250_000: (25, -5),
+    500_000: (5, -4),
+    1_000_000: (1, -3),
+    2_000_000: (2, -3),
+    4_000_000: (4, -3),
+}
+"""60C2h for a communication cycle (001 60C2h); other cycles are not listed there."""
+
+_MISSED, _RECEIVED = 3, 1
+
+_LASTING = (
+    "communication",
+    "main_power",
+    "safety_1",
+    "safety_2",
+    "inputs_on",
+    "inputs_off",
+    "probe_input",
+    "encoder_fault",
+    "alarm_forced",
+    "warnings_forced_1",
+    "warnings_forced_2",
+    "external_load",
+    "yaw_alarm",
+    "motor_position",
+    "motor_velocity",
+    "sync_type",
+    "sync_cycle",
+)
+"""What a reset of the drive leaves as it is: the world around it."""
+
+_STATES = tuple(PowerState)
+
+_IDLE, _SENT, _RUNNING, _DONE, _REFUSED, _FAILED = 0, 1, 2, 4, 16, 32
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Object 1018h."""
+
+    vendor_id: int = 0xAAAA
+    product_code: int = 0x05
+    revision_number: int = 0x0001_0000
+    serial_number: int = 1
+
+
+class Drive:
+    """A virtual servo drive.
+
+    `machine` is what it moves. `parameters` presets writable objects, by index or (index,
+    subindex). `store` keeps what 1010h saves, by index << 8 | subindex, over power cycles.
+    `strict_mapping` False accepts what some masters do beyond the manual (achse.drive.mapping).
+    `voltage_bit` is the value of statusword bit 4 while main power is normal: 0 in the manual, 1 in
+    CiA 402.
+    """
+
+    local_cycle_ns = _LOCAL_CYCLE_NS
+
+    def __init__(
+        self,
+        machine: Machine | None = None,
+        *,
+        name: str = "Virtual servo drive",
+        identity: Identity | None = None,
+        parameters: Mapping[int | tuple[int, int], Number] | None = None,
+        store: MutableMapping[int, Number] | None = None,
+        strict_mapping: bool = True,
+        voltage_bit: int = 0,
+        record: DriveFields | None = None,
+    ) -> None:
+        self.name = name
+        self.identity = identity or Identity()
+        self.machine = machine or Machine()
+        self.record: DriveFields = record or SlotsRecord()
+        self.faults = Faults(self.record)
+        self.emergencies_enabled = True
+        """10F3h switches emergencies; the manual has no table of that object."""
+        self.state = AlState.INIT
+        self.sync_error_counter = 0
+        self.mapping = PdoMapping(strict=strict_mapping)
+        self._strict = strict_mapping
+        self._voltage_bit = voltage_bit
+        self._presets = dict(parameters or {})
+        self._store: MutableMapping[int, Number] = {} if store is None else store
+        self._emergencies: deque[bytes] = deque()
+        self._outputs: bytes | None = None
+        self._inputs = b""
+        self._storing_ns = 0
+        self._clearing_ns = 0
+        self._cleared_turns = 0
+        self._alarms_told = 0
+        self._resets_told = 0
+        self._commands_seen = 0
+        self._reset_due = False
+        self._clear_due = False
+        self._received: ProcessData
+        self._sent: ProcessData
+        self._collect: Callable[[Any], Any]
+        self._start()
+        self.record.motor_position = self.machine.position * self.record.counts_per_inc
+        self._take_encoder()
+        self._take_mapping()
+
+    # -- objects -----------------------------------------------------------------------------
+
+    def objects(self) -> Iterable[Object]:
+        """The dictionary, by ascending index."""
+        return OBJECTS
+
+    def read_object(self, index: int, subindex: int) -> bytes:
+        """The value as little-endian bytes; raises `SdoAbort`."""
+        row = find(index, subindex)
+        return row.type.pack(row.get(self))
+
+    def write_object(self, index: int, subindex: int, data: bytes) -> None:
+        """Take over a value as little-endian bytes; raises `SdoAbort`, also for a wrong length."""
+        row = find(index, subindex)
+        if row.writable and 8 * len(data) != row.type.bits:
+            raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)
+        self.set(index, row.type.unpack(data) if row.writable else 0, subindex)
+
+    def get(self, index: int, subindex: int = 0) -> Number:
+        """The value of an object; raises `SdoAbort`."""
+        return find(index, subindex).get(self)
+
+    def set(self, index: int, value: Number, subindex: int = 0) -> None:
+        """Write an object as an SDO does; raises `SdoAbort`.
+
+        While 1010h stores, writes are ignored; so are those to objects the RxPDO updates in Op.
+        """
+        row = find(index, subindex)
+        if not row.writable:
+            raise SdoAbort(AbortCode.READ_ONLY)
+        row.check(value)
+        if self._storing_ns or (self.state == AlState.OP and row.key in self._received.keys):
+            return
+        changes = row.restart and row.get(self) != value
+        row.put(self, value)
+        if changes:
+            self.faults.warning(Warn.RESTART_REQUIRED)
+        if index < 0x2000:
+            self._take_mapping()
+
+    @property
+    def storing(self) -> bool:
+        """Whether 1010h stores at this moment."""
+        return self._storing_ns > 0
+
+    def save(self) -> None:
+        """Store all parameters; done half a second later."""
+        self._storing_ns = _STORE_NS
+
+    def request_reset(self) -> None:
+        """Reset the drive with the next step (3215h)."""
+        self._reset_due = True
+        self.record.reset_state = 1
+
+    def request_encoder_clear(self) -> None:
+        """Clear the turns of a multi-turn encoder (3200h)."""
+        self._clear_due = True
+        self.record.encoder_clear_state = _SENT
+
+    @property
+    def power_state(self) -> PowerState:
+        """State of the power drive system."""
+        return _STATES[self.record.power_state]
+
+    # -- process data and states -------------------------------------------------------------
+
+    @property
+    def output_size(self) -> int:
+        """Bytes the master sends."""
+        return self._received.size
+
+    @property
+    def input_size(self) -> int:
+        """Bytes the master gets."""
+        return self._sent.size
+
+    def write_outputs(self, data: bytes) -> None:
+        """Outputs of the master, `output_size` bytes; taken over by the next step."""
+        self._outputs = data
+
+    def read_inputs(self) -> bytes:
+        """Inputs for the master, `input_size` bytes, as the last step left them."""
+        return self._inputs
+
+    def take_emergency(self) -> bytes | None:
+        """The oldest emergency message, 8 bytes (001 §2.7); None if there is none."""
+        return self._emergencies.popleft() if self._emergencies else None
+
+    def enter(self, state: AlState, sync0_ns: int, cause: AlStatus) -> AlStatus:
+        """Communication is about to enter `state`; refuses a Sync0 cycle the drive cannot keep.
+
+        Leaving Op while Operation enabled is a fault (001 table 2.4.3 note 2), Init takes the power
+        state to Switch on disabled (note 1).
+        """
+        if state >= AlState.SAFEOP and sync0_ns and sync0_ns not in _SYNC_CYCLES_NS:
+            return AlStatus.SYNC_CYCLE
+        record = self.record
+        if state == AlState.OP:
+            record.communication_lost = 0
+        elif self.state == AlState.OP:
+            if record.power_state == PowerState.OPERATION_ENABLED:
+                record.communication_lost = 1
+            self._outputs = None
+        self.state = state
+        record.communication = int(state)
+        self.mapping.open = state == AlState.PREOP
+        self.sync_error_counter = 0
+        record.sync_type = 2 if sync0_ns else 0
+        record.sync_cycle = sync0_ns or _LOCAL_CYCLE_NS
+        if sync0_ns:
+            record.communication_cycle = sync0_ns * 1e-9
+            record.interpolation_value, record.interpolation_index = _PERIODS.get(
+                sync0_ns, (sync0_ns // 10_000 % 256, -5)
+            )
+        self._pack_inputs()
+        return AlStatus.NO_ERROR
+
+    def step(self, elapsed_ns: int) -> AlStatus:
+        """Let time pass; an AL status other than NO_ERROR ends Op."""
+        record = self.record
+        status = AlStatus.NO_ERROR
+        outputs = self._outputs
+        if outputs is not None:
+            self._outputs = None
+            received = self._received
+            for place, value in zip(received.places, received.layout.unpack(outputs), strict=True):
+                setattr(record, place, value)
+            record.fresh_outputs = 1
+        if record.sync_type and self.state == AlState.OP:
+            status = self._supervise(outputs is not None)
+        if elapsed_ns <= 0:
+            return status
+        count = -(-elapsed_ns // LONGEST_CYCLE_NS)
+        self._cycles(elapsed_ns * 1e-9 / count, count)
+        if record.attention or self._storing_ns or self._clearing_ns:
+            self._attend(elapsed_ns)
+        if self._reset_due or self._clear_due:
+            self._obey()
+        self._inputs = self._sent.layout.pack(*self._collect(record))
+        return status
+
+    def _cycles(self, dt: float, count: int) -> None:
+        for _ in range(count):
+            cycle(self.record, dt)
+
+    def _supervise(self, received: bool) -> AlStatus:
+        """The sync error counter of 10F1h: missed SM2 events count 3, received ones -1."""
+        counter = self.sync_error_counter
+        limit = self.record.sync_error_limit
+        if received:
+            self.sync_error_counter = max(0, counter - _RECEIVED) if counter < limit else counter
+        elif limit:
+            self.sync_error_counter = min(limit, counter + _MISSED)
+        if limit and self.sync_error_counter >= limit:
+            return AlStatus.SYNCHRONIZATION
+        return AlStatus.NO_ERROR
+
+    def _attend(self, elapsed_ns: int) -> None:
+        """What the kernel reports and what takes its time."""
+        record = self.record
+        record.attention = 0
+        if record.alarm_count != self._alarms_told:
+            self._alarms_told = record.alarm_count
+            self._send_emergency(record.error_code, 1)
+        if record.reset_count != self._resets_told:
+            self._resets_told = record.reset_count
+            self._send_emergency(0, 0)
+        seen = self._commands_seen
+        if record.commands & ~seen & 1:
+            self.request_reset()
+        if record.commands & ~seen & 2:
+            self.request_encoder_clear()
+        self._commands_seen = record.commands
+        if self._storing_ns:
+            self._storing_ns = max(0, self._storing_ns - elapsed_ns)
+            if not self._storing_ns:
+                self._store.update({row.key: row.get(self) for row in ROWS if row.stored})
+        if self._clearing_ns:
+            self._clearing_ns = max(0, self._clearing_ns - elapsed_ns)
+            self._go_on_clearing()
+
+    def _send_emergency(self, code: int, register: int) -> None:
+        if self.emergencies_enabled and self.state >= AlState.PREOP:
+            self._emergencies.append(_EMERGENCY.pack(code, register))
+
+    def _obey(self) -> None:
+        if self._reset_due:
+            self._reset_due = False
+            self._reset()
+        if self._clear_due:
+            self._clear_due = False
+            self._clearing_ns = _CLEAR_NS
+            self._go_on_clearing()
+
+    def _go_on_clearing(self) -> None:
+        """3200h: refused while the motor is enabled, failed without a multi-turn encoder."""
+        record = self.record
+        enabled = PowerState.OPERATION_ENABLED <= record.power_state < PowerState.FAULT
+        if enabled:
+            running = record.encoder_clear_state == _RUNNING
+            record.encoder_clear_state = _FAILED if running else _REFUSED
+            self._clearing_ns = 0
+        elif self.machine.encoder.kind is not EncoderKind.MULTI_TURN or record.encoder_fault:
+            record.encoder_clear_state = _FAILED
+            self._clearing_ns = 0
+        elif self._clearing_ns:
+            record.encoder_clear_state = _RUNNING
+        else:
+            record.encoder_clear_state = _DONE
+            self._cleared_turns = (
+                math.floor(record.motor_position + 0.5) // self.machine.encoder.resolution
+            )
+            self.faults.clear(Alarm.BATTERY_ERROR)
+
+    # -- power-on and reset ------------------------------------------------------------------
+
+    def power_cycle(self) -> None:
+        """Switch the drive off and on: stored parameters and mapping, encoder as after power-on."""
+        self.state = AlState.INIT
+        self.record.communication = int(AlState.INIT)
+        self.mapping = PdoMapping(strict=self._strict)
+        self.mapping.restore({key: int(value) for key, value in self._store.items()})
+        self._emergencies.clear()
+        self._outputs = None
+        self._storing_ns = 0
+        self._reset()
+
+    def _reset(self) -> None:
+        """Begin anew with stored parameters (transition 0); communication and mapping stay."""
+        self._start()
+        self._take_encoder()
+        self._take_mapping()
+
+    def _start(self) -> None:
+        record = self.record
+        lasting = {name: getattr(record, name) for name in _LASTING}
+        for name, default in FIELDS.items():
+            if isinstance(default, list):
+                getattr(record, name)[:] = default
+            else:
+                setattr(record, name, default)
+        for row in ROWS:
+            if row.field and row.writable:
+                setattr(record, row.field, row.default)
+        self._derive()
+        for key, value in self._presets.items():
+            index, subindex = key if isinstance(key, tuple) else (key, 0)
+            row = find(index, subindex)
+            row.check(value)
+            setattr(record, row.field, value)
+        for row in ROWS:
+            if row.stored and row.field and row.key in self._store:
+                setattr(record, row.field, self._store[row.key])
+        for name, value in lasting.items():
+            setattr(record, name, value)
+        self.faults.warning(Warn.RESTART_REQUIRED, False)
+        record.voltage_bit = self._voltage_bit
+        self._alarms_told = self._resets_told = self._commands_seen = 0
+        self._clearing_ns = 0
+        self._reset_due = self._clear_due = False
+        apply(self.machine, record)
+        scale(self.machine, record)
+        for row in ROWS:  # 60C2h sets the interpolation period
+            if row.index == 0x60C2 and row.write is not None:
+                row.write(self, row.get(self))
+
+    def _derive(self) -> None:
+        """Parameters whose sensible default depends on the machine."""
+        record, machine = self.record, self.machine
+        peak = round(1000.0 * machine.motor.peak)
+        record.inertia_ratio = min(20_000, machine.inertia_ratio)
+        record.max_torque = record.positive_torque_limit = record.negative_torque_limit = peak
+        record.max_profile_velocity = round(machine.max_velocity)
+        if not machine.linear:
+            record.deviation_alarm = 5 * machine.encoder.resolution
+
+    def _take_encoder(self) -> None:
+        power_up(self.machine, self.record, self._cleared_turns)
+
+    def _take_mapping(self) -> None:
+        self._received = self.mapping.received
+        self._sent = self.mapping.sent
+        fields = self._sent.fields
+        if len(fields) == 1:
+            single = attrgetter(*fields)
+            self._collect = lambda record: (single(record),)
+        else:
+            self._collect = attrgetter(*fields) if fields else lambda record: ()
+        self._pack_inputs()
+
+    def _pack_inputs(self) -> None:
+        self._inputs = self._sent.layout.pack(*self._collect(self.record))
+
+    def __repr__(self) -> str:
+        state = self.power_state.name.lower().replace("_", " ")
+        return f"<Drive {self.name!r} {self.state.name}, {state}, at {self.record.position_actual}>"

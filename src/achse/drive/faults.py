@@ -1,0 +1,103 @@
+"""Faults on demand: alarms, warnings and broken signals, switched from tests, CLI or scripts.
+
+A fault that is switched on stays until it is switched off; the drive's own reset then clears the
+alarm it caused, and not before.
+"""
+
+from achse.drive.alarms import Alarm, Warn
+from achse.drive.record import DriveFields
+from achse.drive.signals import InputBit
+
+__all__ = ["Faults"]
+
+
+class Faults:
+    """The switches behind one drive."""
+
+    def __init__(self, record: DriveFields) -> None:
+        self._record = record
+        self._alarms: dict[Alarm, None] = {}
+        self._stops: tuple[float, float] | None = None
+
+    def alarm(self, alarm: Alarm, *, lasting: bool = True) -> None:
+        """Raise an alarm. A `lasting` cause has to be cleared before a fault reset succeeds."""
+        self._record.alarm_request = alarm.code
+        if lasting:
+            self._alarms[alarm] = None
+            self._record.alarm_forced = alarm.code
+
+    def clear(self, alarm: Alarm | None = None) -> None:
+        """Take the cause of one alarm away, or of all that were raised here."""
+        if alarm is None:
+            self._alarms.clear()
+        else:
+            self._alarms.pop(alarm, None)
+        self._record.alarm_forced = next(reversed(self._alarms)).code if self._alarms else 0
+
+    @property
+    def alarms(self) -> tuple[Alarm, ...]:
+        """Alarms whose cause is held, oldest first."""
+        return tuple(self._alarms)
+
+    def warning(self, warning: Warn, on: bool = True) -> None:
+        """Show a warning, or no longer; what the drive itself sees is shown beside it."""
+        name = "warnings_forced_1" if warning.index == 0x3110 else "warnings_forced_2"
+        bits = getattr(self._record, name)
+        setattr(self._record, name, bits | warning.mask if on else bits & ~warning.mask)
+
+    def encoder_loss(
+        self, on: bool = True, alarm: Alarm = Alarm.ENCODER_COMMUNICATION_ERROR
+    ) -> None:
+        """The encoder no longer answers: the motor coasts, the drive reports `alarm`."""
+        self._record.encoder_fault = alarm.code if on else 0
+
+    def main_power(self, on: bool) -> None:
+        """Switch main power; while enabled its loss is an under voltage alarm."""
+        self._record.main_power = int(on)
+
+    def safety(self, sf1: bool, sf2: bool) -> None:
+        """Set the safety inputs; both off is STO, unequal ones for long an alarm."""
+        self._record.safety_1 = int(sf1)
+        self._record.safety_2 = int(sf2)
+
+    def sto(self, on: bool = True) -> None:
+        """Request STO through both safety inputs, or release it."""
+        self.safety(not on, not on)
+
+    def input(self, bit: InputBit, state: bool | None) -> None:
+        """Hold a bit of 60FDh on or off; None leaves it to the machine again."""
+        record = self._record
+        record.inputs_on &= ~bit.value
+        record.inputs_off &= ~bit.value
+        if state is True:
+            record.inputs_on |= bit.value
+        elif state is False:
+            record.inputs_off |= bit.value
+
+    def overtravel(self, *, positive: bool, on: bool = True) -> None:
+        """A limit switch reports overtravel wherever the machine is."""
+        bit = InputBit.POSITIVE_LIMIT if positive else InputBit.NEGATIVE_LIMIT
+        self.input(bit, True if on else None)
+
+    def probe(self, on: bool) -> None:
+        """The signal EXT-PROBE1."""
+        self._record.probe_input = int(on)
+
+    def load(self, permille: float) -> None:
+        """External load on the motor, thousandths of rated torque, against positive direction."""
+        self._record.external_load = float(permille)
+
+    def jam(self, on: bool = True) -> None:
+        """The machine is blocked where it stands, or free again."""
+        record = self._record
+        if on and self._stops is None:
+            self._stops = (record.negative_stop, record.positive_stop)
+            record.negative_stop = record.positive_stop = record.motor_position
+            record.motor_velocity = 0.0
+        elif not on and self._stops is not None:
+            record.negative_stop, record.positive_stop = self._stops
+            self._stops = None
+
+    def yaw_alarm(self, on: bool = True) -> None:
+        """The other drive of the gantry has an alarm."""
+        self._record.yaw_alarm = int(on)

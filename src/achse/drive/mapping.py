@@ -1,0 +1,176 @@
+"""PDO mapping and assignment: what the process data hold, and the procedure that changes it.
+
+Source: 001 §2.8, §3.1.2. In PreOp only: assignment off, count 0, entries, count, assigned PDO,
+assignment on, which checks everything. At most 8 objects and 32 bytes per direction.
+"""
+
+import struct
+from collections.abc import Iterator
+
+from achse.codes import AbortCode, SdoAbort
+from achse.drive.objects.communication import (
+    DEFAULT_MAPPINGS,
+    RX_ASSIGNMENT,
+    RX_PDOS,
+    TX_ASSIGNMENT,
+    TX_PDOS,
+)
+from achse.drive.objects.dictionary import DICTIONARY
+from achse.drive.objects.row import ObjectRow
+from achse.drive.record import ENTRIES
+
+__all__ = ["MAX_BYTES", "PdoMapping", "ProcessData"]
+
+MAX_BYTES = 32
+"""Longest PDO (001 §2.2)."""
+
+_PADDING_INDICES = 0x20
+"""Entries of index 0 to 1Fh are data types, used as padding by some masters."""
+
+
+class ProcessData:
+    """The active mapping of one direction: which rows, in which form."""
+
+    def __init__(self, rows: tuple[ObjectRow | int, ...]) -> None:
+        """`rows` in order; a number is that many padding bits."""
+        self.rows = tuple(row for row in rows if isinstance(row, ObjectRow))
+        form = "".join(f"{row // 8}x" if isinstance(row, int) else row.type.form[1] for row in rows)
+        self.layout = struct.Struct("<" + form)
+        self.size = self.layout.size
+        self.places = tuple(row.place for row in self.rows)
+        self.fields = tuple(row.field for row in self.rows)
+        self.keys = frozenset(row.key for row in self.rows)
+
+
+_NOTHING = ProcessData(())
+
+
+class PdoMapping:
+    """Objects 1600h to 1603h, 1A00h to 1A03h, 1C12h and 1C13h.
+
+    `open` is True in PreOp only. A `strict` mapping follows the manual to the letter; one that is
+    not also accepts changes while the assignment is on (it is checked with the new count) and
+    padding entries, as some masters send them.
+    """
+
+    def __init__(self, *, strict: bool = True) -> None:
+        self.strict = strict
+        self.open = False
+        self.received = _NOTHING
+        self.sent = _NOTHING
+        self._entries = {
+            index: [*entries, *[0] * (ENTRIES - len(entries))]
+            for index, entries in DEFAULT_MAPPINGS.items()
+        }
+        self._counts = {index: len(entries) for index, entries in DEFAULT_MAPPINGS.items()}
+        self._assigned = {RX_ASSIGNMENT: RX_PDOS[0], TX_ASSIGNMENT: TX_PDOS[0]}
+        self._active = {RX_ASSIGNMENT: 0, TX_ASSIGNMENT: 0}
+        for assignment in self._active:
+            self._activate(assignment)
+
+    def read(self, index: int, subindex: int) -> int:
+        """The value of an entry of these objects."""
+        if index in self._active:
+            return self._assigned[index] if subindex else self._active[index]
+        return self._entries[index][subindex - 1] if subindex else self._counts[index]
+
+    def write(self, index: int, subindex: int, value: int) -> None:
+        """Take one step of the procedure, or raise `SdoAbort` with the code it is refused with."""
+        if not self.open:
+            raise SdoAbort(AbortCode.READ_ONLY)
+        if index in self._active:
+            self._write_assignment(index, subindex, value)
+        else:
+            self._write_mapping(index, subindex, value)
+
+    def restore(self, values: dict[int, int]) -> None:
+        """Take stored values over, by index << 8 | subindex; what does not fit is left out."""
+        counts = {}
+        for key, value in values.items():
+            index, subindex = key >> 8, key & 0xFF
+            if index in self._active:
+                if subindex:
+                    self._assigned[index] = value
+            elif index in self._entries:
+                if subindex:
+                    self._entries[index][subindex - 1] = value
+                else:
+                    counts[index] = value
+        self._counts.update(counts)
+        for assignment in self._active:
+            if values.get(assignment << 8, 1):
+                self._activate(assignment)
+            else:
+                self._deactivate(assignment)
+
+    def _write_assignment(self, assignment: int, subindex: int, value: int) -> None:
+        if subindex:
+            if self._active[assignment]:
+                raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)
+            self._assigned[assignment] = value
+        elif value:
+            self._activate(assignment)
+        else:
+            self._deactivate(assignment)
+
+    def _write_mapping(self, index: int, subindex: int, value: int) -> None:
+        assignment = RX_ASSIGNMENT if index in RX_PDOS else TX_ASSIGNMENT
+        active = self._active[assignment] != 0
+        if active and self.strict:
+            raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)
+        if subindex:
+            if self._counts[index]:
+                raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)
+            if value:
+                self._row(index, value)
+            self._entries[index][subindex - 1] = value
+            return
+        mapped = self._entries[index][:value]
+        objects = [entry for entry in mapped if not self._pads(entry)]
+        for entry in mapped:
+            self._row(index, entry)
+        if len(set(objects)) < len(objects):
+            raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)  # no object twice
+        before = self._counts[index]
+        self._counts[index] = value
+        if active and self._assigned[assignment] == index:
+            try:
+                self._activate(assignment)
+            except SdoAbort:
+                self._counts[index] = before
+                raise
+
+    def _pads(self, entry: int) -> bool:
+        return not self.strict and entry >> 16 < _PADDING_INDICES and entry & 7 == 0 < entry
+
+    def _row(self, index: int, entry: int) -> ObjectRow | int:
+        """The row an entry maps; raises `SdoAbort` unless it can be mapped there."""
+        if self._pads(entry):
+            return entry & 0xFF
+        row = DICTIONARY.get(entry >> 8)
+        if row is None or row.type.bits != entry & 0xFF:
+            raise SdoAbort(AbortCode.NO_OBJECT)
+        if not (row.receivable if index in RX_PDOS else row.pdo):
+            raise SdoAbort(AbortCode.NO_OBJECT)
+        return row
+
+    def _rows(self, index: int) -> Iterator[ObjectRow | int]:
+        for entry in self._entries[index][: self._counts[index]]:
+            yield self._row(index, entry)
+
+    def _activate(self, assignment: int) -> None:
+        data = ProcessData(tuple(self._rows(self._assigned[assignment])))
+        if data.size > MAX_BYTES or len(data.rows) > ENTRIES:
+            raise SdoAbort(AbortCode.PDO_LENGTH)
+        self._active[assignment] = 1
+        self._set(assignment, data)
+
+    def _deactivate(self, assignment: int) -> None:
+        self._active[assignment] = 0
+        self._set(assignment, _NOTHING)
+
+    def _set(self, assignment: int, data: ProcessData) -> None:
+        if assignment == RX_ASSIGNMENT:
+            self.received = data
+        else:
+            self.sent = data
