@@ -1,11 +1,9 @@
 """What several rooms of the tests need: witnesses, loopback addresses of their own, stations."""
 
 import importlib.util
-import itertools
 import os
 import shutil
 import signal
-import socket
 import struct
 import subprocess
 import sys
@@ -18,6 +16,7 @@ from typing import Any
 
 import pytest
 
+from achse import testing
 from achse.ams import AmsAddress, Command, DeviceError, Frame
 from achse.ams.commands import (
     AddNotificationRequest,
@@ -67,19 +66,14 @@ def witness() -> Callable[[str], None]:
 def free_host() -> Callable[[], str]:
     """Each call gives a loopback address on which nobody listens at 48898.
 
-    Foreign clients dial that port and no other, so stations side by side differ by address. Where
-    only 127.0.0.1 is configured the test is skipped.
+    Where only 127.0.0.1 is configured, and that is taken, the test is skipped.
     """
-    number = os.getpid()
-    hosts = (f"127.{64 + (number >> 8) % 64}.{number % 256}.{last}" for last in itertools.count(1))
 
     def take() -> str:
-        host = next(hosts)
         try:
-            socket.create_server((host, TCP_PORT)).close()
+            return testing.free_host()
         except OSError as refusal:
-            pytest.skip(f"{host}:{TCP_PORT} cannot be listened on: {refusal}")
-        return host
+            pytest.skip(str(refusal))
 
     return take
 

@@ -1,7 +1,6 @@
 """A loop with virtual time, and a scripted target: tests of the client neither sleep nor dial."""
 
 import asyncio
-import selectors
 import struct
 from collections.abc import Callable, Coroutine, Iterator
 from typing import Any
@@ -24,33 +23,9 @@ from achse.ams.commands import (
     decode_request,
 )
 from achse.ams.notification import encode_stream
+from achse.testing import VirtualTimeLoop
 
 ADDRESS = AmsAddress("5.4.3.2.1.1:851")
-
-
-class _Jumping(selectors.DefaultSelector):
-    """Instead of waiting for time to pass, moves the clock."""
-
-    now = 0.0
-
-    def select(self, timeout: float | None = None) -> list[Any]:
-        ready = super().select(0)
-        if not ready:
-            if timeout is None:
-                raise RuntimeError("everything waits and nothing is due: a deadlock")
-            self.now += max(timeout, 0)
-        return ready
-
-
-class VirtualTimeLoop(asyncio.SelectorEventLoop):
-    """A loop in which an hour takes no time."""
-
-    def __init__(self) -> None:
-        self._clock = _Jumping()
-        super().__init__(self._clock)
-
-    def time(self) -> float:
-        return self._clock.now
 
 
 @pytest.fixture

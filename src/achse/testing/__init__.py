@@ -1,0 +1,56 @@
+"""What people test with: a station in a fixture, fakes, clocks and conformance checks.
+
+With achse installed, every pytest run has the fixture `achse_station`; see `plugin`. Names are
+loaded when they are first used: the plugin costs a test run nothing until a test asks for it.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from achse.testing.addresses import free_host as free_host
+    from achse.testing.clock import ManualClock as ManualClock
+    from achse.testing.clock import VirtualTimeLoop as VirtualTimeLoop
+    from achse.testing.conformance import ConformanceError as ConformanceError
+    from achse.testing.conformance import check_device as check_device
+    from achse.testing.conformance import check_transport as check_transport
+    from achse.testing.device import FakeDevice as FakeDevice
+    from achse.testing.live import Live as Live
+    from achse.testing.live import LiveStation as LiveStation
+    from achse.testing.pair import LinkedPair as LinkedPair
+    from achse.testing.pair import LinkEnd as LinkEnd
+
+__all__ = [
+    "ConformanceError",
+    "FakeDevice",
+    "LinkEnd",
+    "LinkedPair",
+    "Live",
+    "LiveStation",
+    "ManualClock",
+    "VirtualTimeLoop",
+    "check_device",
+    "check_transport",
+    "free_host",
+]
+
+_HOMES = {
+    "ConformanceError": "conformance",
+    "FakeDevice": "device",
+    "LinkEnd": "pair",
+    "LinkedPair": "pair",
+    "Live": "live",
+    "LiveStation": "live",
+    "ManualClock": "clock",
+    "VirtualTimeLoop": "clock",
+    "check_device": "conformance",
+    "check_transport": "conformance",
+    "free_host": "addresses",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    return value

@@ -1,0 +1,227 @@
+"""Each kind of fault, met by pyads or by ads-client."""
+
+import json
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from achse.testing import LiveStation
+
+pyads = pytest.importorskip("pyads", exc_type=Exception)
+
+NPM = Path(__file__).parent / "npm"
+INT, UDINT = "GVL.nInt", "MAIN.nCounter"
+TIMEOUT = 0x745
+TIME_LIMIT_MS = 150
+
+virtual = pytest.mark.achse_station(time="virtual")
+
+
+@pytest.fixture
+def plc(achse_station: LiveStation) -> Iterator[Any]:
+    """pyads on the PLC of a station that only this test has, with little patience."""
+    connection = pyads.Connection(achse_station.net_id, 851, achse_station.host)
+    connection.open()
+    connection.set_timeout(TIME_LIMIT_MS)
+    yield connection
+    connection.close()
+
+
+def code_of(ask: Callable[[], Any]) -> int:
+    """The ADS error that pyads raises; 0 if it does not."""
+    try:
+        ask()
+    except pyads.ADSError as failure:
+        return int(failure.err_code)
+    return 0
+
+
+def asking(station: LiveStation, *requests: tuple[int, int]) -> Any:
+    """What ads-client gets for reads under way at the same time, and the order of the answers."""
+    settings = {
+        "routerAddress": station.host,
+        "routerTcpPort": station.tcp_port,
+        "targetAmsNetId": station.net_id,
+        "targetAdsPort": 851,
+        "requests": requests,
+    }
+    finished = subprocess.run(
+        ["node", "faults.mjs", json.dumps(settings)],
+        cwd=NPM,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert finished.returncode == 0, finished.stderr
+    return json.loads(finished.stdout)
+
+
+def state(plc: Any) -> int:
+    return code_of(plc.read_state)
+
+
+@pytest.mark.parametrize("kind", ["drop", "wrong_invoke_id"])
+def test_a_lost_answer_is_a_timeout(achse_station: LiveStation, plc: Any, kind: str) -> None:
+    achse_station.fault(kind, command="read_state", count=1)
+    assert state(plc) == TIMEOUT
+    assert state(plc) == 0
+
+
+def test_delay(achse_station: LiveStation, plc: Any) -> None:
+    achse_station.fault("delay", by=0.08, count=1)
+    begin = time.monotonic()
+    assert state(plc) == 0
+    assert time.monotonic() - begin > 0.07
+    achse_station.fault("delay", by=0.3, count=1)
+    assert state(plc) == TIMEOUT
+    time.sleep(0.3)
+    assert state(plc) == 0  # the late answer is no answer to this
+
+
+def test_duplicate(achse_station: LiveStation, plc: Any) -> None:
+    doubled = achse_station.fault("duplicate")
+    values = [plc.read_by_name("GVL.nInt", pyads.PLCTYPE_INT) for _ in range(20)]
+    assert values == [-16] * 20
+    assert doubled.hits >= 20
+
+
+def test_reorder(achse_station: LiveStation, witness: Callable[[str], None]) -> None:
+    witness("ads-client")
+    achse_station.fault("reorder", group=0x4020)
+    for offset in (0, 4, 8, 12):
+        achse_station.run(
+            achse_station.station.devices[-1].write, 0x4020, offset, bytes([offset] * 4)
+        )
+    found = asking(achse_station, *((0x4020, offset) for offset in (0, 4, 8, 12)))
+    assert found["arrived"] == [4, 0, 12, 8]
+    assert found["outcomes"] == [int.from_bytes(bytes([n] * 4)) for n in (0, 4, 8, 12)]
+
+
+def test_ads_client_meets_an_error_and_a_timeout(
+    achse_station: LiveStation, witness: Callable[[str], None]
+) -> None:
+    witness("ads-client")
+    achse_station.fault("error", port=851, group=0x4020, offset=0, code=0x70A)
+    achse_station.fault("drop", group=0x4020, offset=4)
+    achse_station.fault("router_error", group=0x4020, offset=8, code=0x7)
+    found = asking(achse_station, (0x4020, 0), (0x4020, 4), (0x4020, 8), (0x4020, 12))
+    refused, lost, unrouted, fine = found["outcomes"]
+    assert refused == 0x70A
+    assert isinstance(lost, str)  # ads-client's own time limit, not a code of the station
+    assert unrouted == 7
+    assert fine == 0
+
+
+def test_cut_ends_the_connection_in_the_middle_of_a_frame(
+    achse_station: LiveStation, plc: Any
+) -> None:
+    achse_station.fault("cut", count=1)
+    assert state(plc) != 0
+    plc.close()
+    plc.open()
+    assert state(plc) == 0
+
+
+def test_truncate_gives_no_wrong_value(achse_station: LiveStation, plc: Any) -> None:
+    cut = achse_station.fault("truncate", size=2, count=1, command="read")
+    with pytest.raises(RuntimeError, match="expected 4 bytes, 2 were read"):
+        plc.read(0x4040, 0, pyads.PLCTYPE_UDINT)
+    assert cut.hits == 1
+    assert plc.read(0x4020, 0, pyads.PLCTYPE_UDINT) == 0
+
+
+@pytest.mark.parametrize("code", [0x706, 0x70A, 0x712, 0x4221])
+def test_an_error_on_a_symbol(achse_station: LiveStation, plc: Any, code: int) -> None:
+    achse_station.fault("error", symbol=INT, code=code)
+    assert code_of(lambda: plc.read_by_name(INT, pyads.PLCTYPE_INT)) == code
+    assert code_of(lambda: plc.write_by_name(INT, 1, pyads.PLCTYPE_INT)) == code
+    assert plc.read_by_name("GVL.nUint", pyads.PLCTYPE_UINT) == 16
+    achse_station.clear_faults()
+    assert plc.read_by_name(INT, pyads.PLCTYPE_INT) == -16
+
+
+def test_an_error_on_a_symbol_in_a_sum(achse_station: LiveStation, plc: Any) -> None:
+    names = [INT, "GVL.nUint"]
+    assert plc.read_list_by_name(names) == {INT: -16, "GVL.nUint": 16}
+    achse_station.fault("error", symbol=INT, code=0x70A)
+    found = plc.read_list_by_name(names)
+    assert found["GVL.nUint"] == 16
+    assert found[INT] != -16
+
+
+def test_an_error_on_a_service(achse_station: LiveStation, plc: Any) -> None:
+    achse_station.fault("error", port=851, group=0x4020, code=0x707)
+    assert code_of(lambda: plc.read(0x4020, 0, pyads.PLCTYPE_INT)) == 0x707
+    assert code_of(lambda: plc.read(0x4030, 0, pyads.PLCTYPE_INT)) == 0
+
+
+def test_router_error(achse_station: LiveStation, plc: Any) -> None:
+    achse_station.fault("router_error", code=0x6, count=1)
+    assert state(plc) == 6
+    assert state(plc) == 0
+
+
+def test_drop_link_and_refuse_links(achse_station: LiveStation, plc: Any) -> None:
+    assert state(plc) == 0
+    refusing = achse_station.fault("refuse_links")
+    achse_station.fault("drop_link")
+    assert state(plc) != 0
+    plc.close()
+    plc.open()
+    plc.set_timeout(TIME_LIMIT_MS)
+    assert state(plc) != 0
+    plc.close()
+    achse_station.run(achse_station.station.faults.clear, refusing.number)
+    plc.open()
+    plc.set_timeout(2000)
+    assert state(plc) == 0
+
+
+def test_one_connection_per_host(achse_station: LiveStation, plc: Any) -> None:
+    assert state(plc) == 0
+    achse_station.fault("one_connection")
+    with achse_station.connect(mode="direct") as other:
+        other.state()
+        assert state(plc) != 0
+
+
+@virtual
+def test_a_stale_handle_after_an_online_change(achse_station: LiveStation, plc: Any) -> None:
+    handle = plc.get_handle(INT)
+    plc.write_by_name(INT, 7, pyads.PLCTYPE_INT)
+    achse_station.fault("online_change")
+    assert code_of(lambda: plc.read_by_name("", pyads.PLCTYPE_INT, handle=handle)) == 0x711
+    plc.release_handle(handle)
+    assert plc.read_by_name(INT, pyads.PLCTYPE_INT) == 7
+
+
+@virtual
+def test_a_download_brings_initial_values(achse_station: LiveStation, plc: Any) -> None:
+    handle = plc.get_handle(INT)
+    plc.write_by_name(INT, 7, pyads.PLCTYPE_INT)
+    achse_station.fault("download")
+    assert code_of(lambda: plc.read_by_name("", pyads.PLCTYPE_INT, handle=handle)) == 0x711
+    assert plc.read_by_name(INT, pyads.PLCTYPE_INT) == -16
+
+
+@virtual
+def test_a_slow_cycle(achse_station: LiveStation, plc: Any) -> None:
+    achse_station.fault("slow_cycle", factor=5)
+    achse_station.advance(1.0)
+    assert plc.read_by_name(UDINT, pyads.PLCTYPE_UDINT) == 20
+
+
+@virtual
+def test_a_restart_of_the_process(achse_station: LiveStation, plc: Any) -> None:
+    achse_station.advance(1.0)
+    assert plc.read_by_name(UDINT, pyads.PLCTYPE_UDINT) == 100
+    achse_station.restart()
+    assert state(plc) != 0
+    plc.close()
+    plc.open()
+    plc.set_timeout(2000)
+    assert plc.read_by_name(UDINT, pyads.PLCTYPE_UDINT) == 0

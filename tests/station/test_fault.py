@@ -1,0 +1,77 @@
+"""A fault says what it is, and refuses what its kind does not take."""
+
+from typing import Any
+
+import pytest
+
+from achse.ams import AmsAddress
+from achse.station.fault import FAULT_KINDS, ActiveFault, Fault, FaultError, client_test
+
+
+@pytest.mark.parametrize(
+    ("fields", "told"),
+    [
+        ({"kind": "melt"}, "kind: expected one of drop, delay"),
+        ({}, "kind: expected one of"),
+        ({"kind": "drop", "colour": 1}, "colour: a fault has kind, at"),
+        ({"kind": "drop", "code": 5}, "code: drop takes client, command"),
+        ({"kind": "delay"}, "by: delay needs it"),
+        ({"kind": "error"}, "code: error needs it"),
+        ({"kind": "drop", "count": 0}, "count: expected 1 or more, got 0"),
+        ({"kind": "drop", "count": True}, "count: expected int, got True"),
+        ({"kind": "drop", "port": "851"}, "port: expected int, got '851'"),
+        ({"kind": "drop", "port": 70000}, "port: expected 0..65535"),
+        ({"kind": "drop", "side": "left"}, "side: expected request or answer"),
+        ({"kind": "drop", "command": "dance"}, "command: expected one of read_device_info"),
+        ({"kind": "drop", "offset": 1}, "offset: needs a group"),
+        ({"kind": "drop_link", "lasting": 1.0}, "lasting: drop_link takes client"),
+        ({"kind": "restart", "port": 851}, "port: restart takes -"),
+    ],
+)
+def test_what_cannot_be_is_refused(fields: dict[str, Any], told: str) -> None:
+    with pytest.raises(FaultError) as refusal:
+        Fault.of(fields)
+    assert str(refusal.value).startswith(told)
+
+
+def test_fields_are_what_was_given() -> None:
+    fields = {"kind": "error", "symbol": "MAIN.x", "code": 0x706, "at": 2.0, "count": 3}
+    fault = Fault.of(fields)
+    assert fault.fields() == fields
+    assert str(fault) == "error at=2.0 count=3 symbol=MAIN.x code=0x706 (INVALID_DATA)"
+
+
+def test_each_kind_describes_itself() -> None:
+    for name, kind in FAULT_KINDS.items():
+        assert kind.name == name
+        assert kind.description.endswith(".")
+        assert set(kind.needs) <= kind.takes
+
+
+def test_every_nth_and_a_count() -> None:
+    active = ActiveFault(1, Fault(kind="drop", every=3, count=2), 0)
+    assert not active.take()  # it has not begun
+    active.state = "active"
+    assert [active.take() for _ in range(6)] == [False, False, True] * 2
+    assert active.used_up
+
+
+@pytest.mark.parametrize(
+    ("client", "fits"),
+    [
+        ("", True),
+        ("10.0.0.7.1.1", True),
+        ("10.0.0.7.1.1:30000", True),
+        ("10.0.0.7.1.1:30001", False),
+        ("10.0.0.8.1.1", False),
+        ("192.0.2.1", True),
+        ("192.0.2.2", False),
+    ],
+)
+def test_a_client_is_named_by_net_id_address_or_host(client: str, fits: bool) -> None:
+    assert client_test(client)(AmsAddress("10.0.0.7.1.1:30000"), "192.0.2.1") is fits
+
+
+def test_a_client_that_is_no_address_is_refused() -> None:
+    with pytest.raises(FaultError, match="client: expected a NetId"):
+        client_test("my laptop")
