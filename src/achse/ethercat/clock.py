@@ -54,20 +54,27 @@ class DistributedClock:
         self.jitter_ns = 0
         self.port_delays: tuple[int | None, ...] = (0, None, None, None)
         """After which time a frame that enters the segment now is received at each port."""
+        self.arrival_ns = 0
+        """The same for port 0: when a frame that is processed now passes here."""
+        self.cycle_ns = 0
+        """Cycle of SYNC0 while it is switched on, else 0."""
+        self.sync0_due_ns: int | None = None
+        """True time of the next SYNC0 event, None if there will be none."""
         self._memory = memory
         self._reschedule = reschedule
+        self._dice = Random(0)
         self._drift_ppb = 0
         self._drift_since = 0
         self._drifted = 0
-        self._correction = 0
-        self._rate = 0
-        self._received: int | None = None
-        self._difference = 0
-        self.cycle_ns = 0
-        """Cycle of SYNC0 while it is switched on, else 0."""
+        self._offset = self._delay = 0
+        self._correction = self._rate = self._difference = 0
         self._next_sync0: int | None = None
-        self._due_ns: int | None = None
-        self._dice = Random(0)
+
+    def reset(self) -> None:
+        """Registers are at their defaults: take them over."""
+        self._offset = self._delay = 0
+        self._correction = self._rate = self._difference = 0
+        self.activate()
 
     # local and system time
 
@@ -81,7 +88,7 @@ class DistributedClock:
         self._drifted = self._drift(self.time.now_ns)
         self._drift_since = self.time.now_ns
         self._drift_ppb = value
-        self.move()
+        self._move()
 
     def _drift(self, now_ns: int) -> int:
         if not self._drift_ppb:
@@ -92,10 +99,20 @@ class DistributedClock:
         """Local time at a true time."""
         return now_ns + self.offset_ns + self._drift(now_ns)
 
-    def system_time(self) -> int:
-        """The local copy of the system time, now."""
-        offset = int.from_bytes(self._memory[_OFFSET : _OFFSET + 8], "little")
-        return self.local_time(self.time.now_ns) + offset + self._correction & _U64
+    def system_time(self, now_ns: int) -> int:
+        """The local copy of the system time at a true time."""
+        return self.local_time(now_ns) + self._offset + self._correction & _U64
+
+    def registers_written(self) -> None:
+        """0x0920 or 0x0928 is written: offset and delay of the system time."""
+        memory = self._memory
+        self._offset = int.from_bytes(memory[_OFFSET : _OFFSET + 8], "little")
+        self._delay = int.from_bytes(memory[_DELAY : _DELAY + 4], "little")
+        self._move()
+
+    def passing_time(self) -> int:
+        """System time when the frame that is processed now passes here."""
+        return self.system_time(self.time.now_ns + self.arrival_ns)
 
     def latch_receive_times(self) -> None:
         """A frame writes 0x0900: note when it passes each port (0x0900, 0x0904, …, 0x0918)."""
@@ -106,23 +123,23 @@ class DistributedClock:
             if delay is not None:
                 local = self.local_time(now_ns + delay) & _U32
                 memory[0x0900 + 4 * port : 0x0904 + 4 * port] = local.to_bytes(4, "little")
-        local = self.local_time(now_ns + (self.port_delays[0] or 0)) & _U64
+        local = self.local_time(now_ns + self.arrival_ns) & _U64
         memory[0x0918:0x0920] = local.to_bytes(8, "little")
 
     def feed(self, data: bytes | bytearray) -> None:
         """The reference time passes by (write to 0x0910): compare, and steer the system time."""
-        memory = self._memory
-        system = self.system_time()
-        delay = int.from_bytes(memory[_DELAY : _DELAY + 4], "little")
-        mask = (1 << 8 * len(data)) - 1
-        difference = system - int.from_bytes(data, "little") - delay & mask
-        if difference > mask >> 1:
-            difference -= mask + 1
+        self.compare(int.from_bytes(data, "little"), 8 * len(data))
+
+    def compare(self, reference: int, bits: int = 64) -> None:
+        """The same with the lowest `bits` bits of the reference time as a number."""
+        difference = self.passing_time() - reference - self._delay & (1 << bits) - 1
+        if difference >> bits - 1:
+            difference -= 1 << bits
         self._difference = difference
         if difference or self._rate:
             self._correction -= _clamped(difference // _PROPORTIONAL + self._rate)
             self._rate = _clamped(self._rate + difference // _INTEGRAL)
-            self._due_ns = None
+            self._schedule()
 
     def restart_loop(self) -> None:
         """The speed counter start is written: the time loop forgets what it learned."""
@@ -131,7 +148,7 @@ class DistributedClock:
     def refresh_times(self) -> None:
         """Bring 0x0910 and 0x092C up to date."""
         memory = self._memory
-        memory[0x0910:0x0918] = self.system_time().to_bytes(8, "little")
+        memory[0x0910:0x0918] = self.passing_time().to_bytes(8, "little")
         difference = min(abs(self._difference), 0x7FFF_FFFF)
         if self._difference < 0:
             difference |= 0x8000_0000
@@ -147,30 +164,35 @@ class DistributedClock:
         if memory[_ACTIVATION] & (_CYCLIC | _SYNC0) == _CYCLIC | _SYNC0:
             self.cycle_ns = int.from_bytes(memory[_SYNC0_CYCLE : _SYNC0_CYCLE + 4], "little")
             start = int.from_bytes(memory[_START : _START + 8], "little")
-            if self.cycle_ns and start >= self.system_time():
+            if self.cycle_ns and start >= self.system_time(self.time.now_ns):
                 self._next_sync0 = start
-        self.move()
+        self._move()
 
-    def move(self) -> None:
-        """The system time has jumped, or SYNC0 was switched: its next event is at another time."""
-        self._due_ns = None
+    def _move(self) -> None:
+        """The next event is at another time than it was."""
+        self._schedule()
         self._reschedule()
 
-    @property
-    def sync0_due_ns(self) -> int | None:
-        """True time of the next SYNC0 event, None if there will be none."""
-        if self._due_ns is None and self._next_sync0 is not None:
-            ahead = self._next_sync0 - self.system_time()
-            if self._drift_ppb:
-                ahead = ahead * 10**9 // (10**9 + self._drift_ppb)
-            self._due_ns = self.time.now_ns + max(ahead, 0)
-        return self._due_ns
+    def _schedule(self) -> None:
+        """Find the true time of the next event."""
+        if self._next_sync0 is None:
+            self.sync0_due_ns = None
+            return
+        now_ns = self.time.now_ns
+        ahead = self._next_sync0 - self.system_time(now_ns)
+        if self._drift_ppb:
+            ahead = -(-ahead * 10**9 // (10**9 + self._drift_ppb))
+        self.sync0_due_ns = now_ns + max(ahead, 0)
 
-    def sync0(self) -> None:
-        """The SYNC0 event happens: go on to the next."""
-        if self._next_sync0 is not None and self._due_ns is not None:
+    def sync0(self) -> int | None:
+        """The SYNC0 event happens: go on to the next, and say when it is due."""
+        if self._next_sync0 is not None and self.sync0_due_ns is not None:
             self._next_sync0 += self.cycle_ns
-            self._due_ns = None if self._drift_ppb else self._due_ns + self.cycle_ns
+            if self._drift_ppb:
+                self._schedule()
+            else:
+                self.sync0_due_ns += self.cycle_ns
+        return self.sync0_due_ns
 
     def refresh_start(self) -> None:
         """While SYNC0 runs, 0x0990 is the time of its next event."""
@@ -190,7 +212,8 @@ class DistributedClock:
             return False
         memory[_LATCH_STATUS + unit] |= bit
         address = _LATCH_TIMES + 16 * unit + 8 * edge
-        memory[address : address + 8] = self.system_time().to_bytes(8, "little")
+        system = self.system_time(self.time.now_ns)
+        memory[address : address + 8] = system.to_bytes(8, "little")
         return True
 
     @property

@@ -51,8 +51,8 @@ class Pdi(Protocol):
         """The master is about to read the status of a SyncManager."""
         ...
 
-    def sync0_changed(self) -> None:
-        """SYNC0 was switched, or its next time has moved."""
+    def timing_changed(self) -> None:
+        """SYNC0 or the watchdog was set, or the next SYNC0 event has moved."""
         ...
 
     def reset(self) -> None:
@@ -93,7 +93,7 @@ class Esc:
         self._reset_progress = 0
         self._loop_control = 0
         self.eeprom = Eeprom(sii, self.memory)
-        self.clock = DistributedClock(self.memory, self.time, pdi.sync0_changed)
+        self.clock = DistributedClock(self.memory, self.time, pdi.timing_changed)
         self.sync_managers = [self._sync_manager(number) for number in range(sync_managers)]
         self._guarded: list[SyncManager] = []
         self._writers = self._rows()
@@ -131,7 +131,7 @@ class Esc:
         self.irq = 0
         self._loop_control = 0
         self._reload()
-        self.clock.activate()
+        self.clock.reset()
         self._watchdog_written(0x0400, 0x0402)
         self.rerouted()
 
@@ -280,7 +280,8 @@ class Esc:
             0x0442: lambda _, __: self._clear(0x0442, 0x0444),
             0x0502: self._eeprom_written,
             0x0900: lambda _, __: self.clock.latch_receive_times(),
-            0x0920: lambda _, __: self.clock.move(),
+            0x0920: lambda _, __: self.clock.registers_written(),
+            0x0928: lambda _, __: self.clock.registers_written(),
             0x0930: lambda _, __: self.clock.restart_loop(),
             0x0981: lambda _, __: self.clock.activate(),
         }
@@ -327,6 +328,7 @@ class Esc:
     def _watchdog_written(self, first: int, end: int) -> None:
         divider = self.memory[0x0400] | self.memory[0x0401] << 8
         self.watchdog_ns = 40 * (divider + 2) * (self.memory[0x0420] | self.memory[0x0421] << 8)
+        self.pdi.timing_changed()
 
     def _eeprom_written(self, first: int, end: int) -> None:
         reload = self.memory[0x0503] & 0x07 == 4 and first <= 0x0503 < end

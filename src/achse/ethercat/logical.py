@@ -5,6 +5,7 @@ A plan holds for one command, address and length until a slave reports that its 
 
 from collections.abc import Callable, Iterable
 from functools import partial
+from itertools import pairwise
 
 from achse.ethercat.esc import Esc
 from achse.ethercat.fmmu import Transfer
@@ -13,21 +14,21 @@ from achse.ethercat.registers import RAM_BASE
 
 __all__ = ["Plan"]
 
-_Take = tuple[Callable[[bytes], None], int, int]
-_Give = tuple[Callable[[], bytes], int, int]
+_Take = tuple[Callable[[bytes], None], slice]
+_Give = tuple[Callable[[], bytes], slice]
 _Parts = tuple[Esc, list[Transfer], list[Transfer]]
 
 
 class Plan:
     """What a logical datagram does at all slaves of a segment.
 
-    Whole buffers are exchanged by `takes` (outputs) and `gives` (inputs): function, first and end
-    byte in the data; then the working counter goes up by `count`, whatever the buffers hold. If
+    Whole buffers are exchanged by `takes` (outputs) and `gives` (inputs): function and part
+    of the data; then the working counter goes up by `count`, whatever the buffers hold. If
     anything else is mapped (bits, parts of buffers, mailboxes) or a slave takes what one before it
     gave, `exact` is True and `exchange` goes through it slave by slave.
     """
 
-    __slots__ = ("_parts", "count", "exact", "gives", "takes")
+    __slots__ = ("_parts", "count", "exact", "gives", "span", "takes")
 
     def __init__(self, escs: Iterable[Esc], command: Command, address: int, length: int) -> None:
         self.takes: list[_Take] = []
@@ -35,7 +36,7 @@ class Plan:
         self.count = 0
         self.exact = False
         self._parts: list[_Parts] = []
-        given: list[tuple[int, int]] = []
+        given: list[slice] = []
         for esc in escs:
             writes = _transfers(esc, address, length, writes=True) if command.writes else []
             reads = _transfers(esc, address, length, writes=False) if command.reads else []
@@ -45,7 +46,7 @@ class Plan:
             takes = [_take(esc, transfer) for transfer in writes]
             gives = [_give(esc, transfer) for transfer in reads]
             for take in takes:
-                if take is None or any(first < take[2] and take[1] < end for first, end in given):
+                if take is None or any(_overlap(take[1], part) for part in given):
                     self.exact = True
                 else:
                     self.takes.append(take)
@@ -54,8 +55,10 @@ class Plan:
                     self.exact = True
                 else:
                     self.gives.append(give)
-                    given.append(give[1:])
+                    given.append(give[1])
             self.count += _increment(command, bool(reads), bool(writes))
+        self.span = _span([part for _, part in self.gives])
+        """The part of the data that `gives` fill one after the other without gap, if they do."""
 
     def exchange(self, command: Command, data: bytearray) -> int:
         """Exchange `data` with each slave in turn, bit by bit; the increment of the counter."""
@@ -90,6 +93,16 @@ def _transfers(esc: Esc, address: int, length: int, *, writes: bool) -> list[Tra
     ]
 
 
+def _span(parts: list[slice]) -> slice | None:
+    if any(one.stop != other.start for one, other in pairwise(parts)):
+        return None
+    return slice(parts[0].start, parts[-1].stop) if parts else None
+
+
+def _overlap(one: slice, other: slice) -> bool:
+    return bool(one.start < other.stop and other.start < one.stop)
+
+
 def _bytes(transfer: Transfer) -> tuple[int, int, int] | None:
     """Position in the data, address and number of bytes, if the transfer is of whole bytes."""
     if not transfer.in_bytes:
@@ -104,7 +117,7 @@ def _take(esc: Esc, transfer: Transfer) -> _Take | None:
     for each in esc.sync_managers:
         if each.works and (each.start, each.length) == (address, length):
             if each.buffered and each.to_application:
-                return each.sink or each.complete, position, position + length
+                return each.sink or each.complete, slice(position, position + length)
             return None
     return None
 
@@ -114,11 +127,11 @@ def _give(esc: Esc, transfer: Transfer) -> _Give | None:
         return None
     position, address, length = place
     if address + length <= RAM_BASE:
-        return partial(_registers, esc, address, length), position, position + length
+        return partial(_registers, esc, address, length), slice(position, position + length)
     for each in esc.sync_managers:
         if each.works and (each.start, each.length) == (address, length):
             if each.buffered and not each.to_application and each.source is not None:
-                return each.source, position, position + length
+                return each.source, slice(position, position + length)
             return None
     return None
 

@@ -26,6 +26,7 @@ _PORT_ORDER = (3, 1, 2)
 """In which order a frame leaves a slave after it came in by port 0."""
 
 _FIRST_PORT = 1
+_SYSTEM_TIME = 0x0910
 _PROCESSING_ERRORS = 0x030C
 _LOST_LINKS = 0x0310
 _MAX_PLANS = 256
@@ -84,6 +85,7 @@ class Segment:
         self.counters = Counters()
         self.disturbance: Disturbance | None = None
         self._places: list[_Place] = []
+        self._slaves: list[Slave] = []
         self._order: list[Slave] = []
         self._plans: dict[tuple[int, int, int], Plan] = {}
         self._stations: dict[int, list[Slave]] = {}
@@ -97,7 +99,7 @@ class Segment:
     @property
     def slaves(self) -> tuple[Slave, ...]:
         """All slaves, reachable or not, in the order in which they were attached."""
-        return tuple(place.slave for place in self._places)
+        return tuple(self._slaves)
 
     @property
     def reachable(self) -> tuple[Slave, ...]:
@@ -118,6 +120,7 @@ class Segment:
         if parent is not None:
             parent.children[port] = place
         self._places.append(place)
+        self._slaves.append(slave)
         slave.join(self.time)
         slave.esc.remapped = self._remapped
         slave.esc.rerouted = self._route
@@ -171,7 +174,9 @@ class Segment:
                     continue
                 delay_ns = self._visit(child, delay_ns + _HOP_NS) + _HOP_NS
                 delays[port] = delay_ns
-        place.slave.esc.clock.port_delays = tuple(delays)
+        clock = place.slave.esc.clock
+        clock.port_delays = tuple(delays)
+        clock.arrival_ns = delays[0] or 0
         return delay_ns
 
     def _show_links(self, place: _Place) -> list[bool]:
@@ -194,9 +199,9 @@ class Segment:
     def advance(self, now_ns: int) -> None:
         """Let time pass up to `now_ns`; never back."""
         time = self.time
-        for place in self._places:
-            if place.slave.due_ns <= now_ns:
-                place.slave.advance(now_ns)
+        for slave in self._slaves:
+            if slave.due_ns <= now_ns:
+                slave.advance(now_ns)
         time.now_ns = max(time.now_ns, now_ns)
 
     # frames
@@ -267,10 +272,16 @@ class Segment:
             count = plan.exchange(_COMMANDS[command], data)
             buffer[begin : begin + length] = data
         else:
-            for take, first, end in plan.takes:
-                take(frame[begin + first : begin + end])
-            for give, first, end in plan.gives:
-                buffer[begin + first : begin + end] = give()
+            whole = frame[begin : begin + length]
+            for take, part in plan.takes:
+                take(whole[part])
+            if plan.gives:
+                given = memoryview(buffer)[begin : begin + length]  # keeps its length
+                if plan.span is not None:
+                    given[plan.span] = b"".join([give() for give, _ in plan.gives])
+                else:
+                    for give, part in plan.gives:
+                        given[part] = give()
             count = plan.count
         if count:
             _add(buffer, begin + length, count)
@@ -308,7 +319,9 @@ class Segment:
                 position = -adp & 0xFFFF
                 addressed = order[position : position + 1]
         count = 0
-        if command.multiple:
+        if command.multiple and ado == _SYSTEM_TIME:
+            count = self._pass_time(addressed, buffer, begin, end)
+        elif command.multiple:
             for slave in order:
                 if slave in addressed:
                     count += _read(slave, buffer, ado, begin, end)
@@ -330,6 +343,20 @@ class Segment:
                 count += 2 * slave.esc.write(ado, data)
         if count:
             _add(buffer, end, count)
+
+    def _pass_time(
+        self, addressed: Sequence[Slave], buffer: bytearray, begin: int, end: int
+    ) -> int:
+        """The reference clock's time goes to all others (ARMW, FRMW to 0x0910, every cycle)."""
+        time = int.from_bytes(buffer[begin : min(end, begin + 8)], "little")
+        bits = 8 * min(end - begin, 8)
+        for slave in self._order:
+            if slave in addressed:
+                _read(slave, buffer, _SYSTEM_TIME, begin, end)
+                time = int.from_bytes(buffer[begin : min(end, begin + 8)], "little")
+            else:
+                slave.esc.clock.compare(time, bits)
+        return len(self._order)
 
     def _disturb(
         self, disturbance: Disturbance, buffer: bytearray, offsets: Iterable[int]

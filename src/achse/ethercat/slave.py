@@ -56,6 +56,7 @@ class Slave:
         self.mailbox_delay_ns = 0
         self.state = AlState.INIT
         self.error = AlStatus.NO_ERROR
+        self._step = application.step
         self._coe = CoeServer(application)
         self._mailbox = MailboxServer({MailboxProtocol.COE: self._coe.answer})
         self._message: bytes | None = None
@@ -64,10 +65,10 @@ class Slave:
         self._opening = False
         self._fed_ns = 0
         self._local_cycle_ns = application.local_cycle_ns
-        self._stepped_ns = 0
-        self._synchronous = False
+        self._patience_ns = _NEVER
+        self._timer_due = self._local_cycle_ns
         self._sync0_due = _NEVER
-        self.due_ns = 0
+        self.due_ns = self._timer_due
         """When `advance` has something to do."""
         self.esc = Esc(self, sii or build_sii(describe(application, layout)), alias=alias)
         self._time = self.esc.time
@@ -88,7 +89,8 @@ class Slave:
     def join(self, time: Instant) -> None:
         """Share the time of a segment."""
         self._time = self.esc.time = self.esc.clock.time = time
-        self._stepped_ns = self._fed_ns = time.now_ns
+        self._fed_ns = time.now_ns
+        self._timer_due = time.now_ns + self._local_cycle_ns
         self._plan_steps()
 
     # AL control: requests of the master
@@ -116,6 +118,7 @@ class Slave:
             # complete once outputs come, refused if none come in time
             self._opening = True
             self._fed_ns = self._time.now_ns
+            self._plan_steps()
             return
         if code is AlStatus.NO_ERROR:
             code = self.application.enter(target, self.esc.clock.cycle_ns, code)
@@ -158,7 +161,7 @@ class Slave:
                 esc.set_watchdog(expired=False)
                 if self._outputs is not None:
                     self.application.write_outputs(self._outputs)
-            self._plan_steps()
+        self._plan_steps()
         esc.set_al_status(state, code)
 
     def _open_process_data(self) -> None:
@@ -288,6 +291,8 @@ class Slave:
     def sync_manager_changed(self, number: int) -> None:
         """The registers of a SyncManager were written (`Pdi`)."""
         sync_manager = self.esc.sync_managers[number]
+        if number == _OUTPUTS:
+            self._plan_steps()
         if number == _MAILBOX_IN and sync_manager.repeat_request != sync_manager.repeat_acknowledge:
             sync_manager.repeat_acknowledge = sync_manager.repeat_request
             if self._mailbox.last is not None and sync_manager.works:
@@ -297,8 +302,8 @@ class Slave:
             if code is not AlStatus.NO_ERROR:
                 self._fall(code)
 
-    def sync0_changed(self) -> None:
-        """SYNC0 was switched or moved (`Pdi`)."""
+    def timing_changed(self) -> None:
+        """SYNC0 or the watchdog was set, or the next SYNC0 event has moved (`Pdi`)."""
         self._plan_steps()
 
     def reset(self) -> None:
@@ -311,54 +316,57 @@ class Slave:
         self._message = None
         self._mailbox.reset()
         self.esc.power_up()
-        self._plan_steps()
 
     # time
 
     def advance(self, now_ns: int) -> None:
         """Let time pass up to `now_ns`: local cycles, SYNC0, watchdog."""
-        time, esc = self._time, self.esc
         while (due := self.due_ns) <= now_ns:
-            time.now_ns = due
-            last = now_ns
-            if self.state is AlState.OP and self._watched:
-                last = self._fed_ns + esc.watchdog_ns
-                if last <= due:
-                    esc.set_watchdog(expired=True)
-                    self._fall(AlStatus.WATCHDOG)
-                    last = now_ns
-            elif self._opening and due - self._fed_ns >= _OUTPUTS_WITHIN_NS:
-                self._opening = False
-                self._settle(self.state, AlStatus.WATCHDOG)
+            self._time.now_ns = due
+            if due >= self._fed_ns + self._patience_ns:
+                self._outputs_missing()
             if self._message is not None:
                 self._serve()
             if due == self._sync0_due:
-                elapsed = esc.clock.cycle_ns
-                self._synchronous = True
-                esc.clock.sync0()
+                clock = self.esc.clock
+                elapsed = clock.cycle_ns
+                self._timer_due = _NEVER
+                self.due_ns = self._sync0_due = clock.sync0() or _NEVER
             else:
-                last = min(last, now_ns, self._sync0_due - 1)
                 elapsed = self._local_cycle_ns
-                if last - due >= elapsed:  # nothing happens in between: all at once
-                    elapsed += (last - due) // elapsed * elapsed
-            self._stepped_ns = due + elapsed - self._local_cycle_ns
-            code = self.application.step(elapsed)
+                if due + elapsed <= now_ns:  # what nothing interrupts passes at once
+                    last = min(now_ns, self._sync0_due - 1, self._fed_ns + self._patience_ns)
+                    elapsed += max(last - due, 0) // elapsed * elapsed
+                timer_due = self._timer_due = due + elapsed
+                self.due_ns = timer_due if timer_due < self._sync0_due else self._sync0_due
+            code = self._step(elapsed)
             if code is not AlStatus.NO_ERROR:
                 self._fall(code)
-            self._plan_steps()
 
     def _plan_steps(self) -> None:
-        """Find out when the next local cycle begins: by SYNC0 once it has come, else by timer."""
+        """When the next local cycle begins: by SYNC0 once it has come, else by the timer."""
         sync0 = self.esc.clock.sync0_due_ns
-        if sync0 is None:
-            if self._synchronous:
-                self._synchronous = False
-                self._stepped_ns = self._time.now_ns
-            self._sync0_due = _NEVER
-        else:
+        if sync0 is not None:
             self._sync0_due = sync0
-        timer = _NEVER if self._synchronous else self._stepped_ns + self._local_cycle_ns
-        self.due_ns = min(timer, self._sync0_due)
+        else:
+            self._sync0_due = _NEVER
+            if self._timer_due == _NEVER:
+                self._timer_due = self._time.now_ns + self._local_cycle_ns
+        self.due_ns = min(self._timer_due, self._sync0_due)
+        self._patience_ns = _NEVER
+        if self._opening:
+            self._patience_ns = _OUTPUTS_WITHIN_NS
+        elif self.state is AlState.OP and self._watched:
+            self._patience_ns = self.esc.watchdog_ns
+
+    def _outputs_missing(self) -> None:
+        """No outputs came in time: in Op the watchdog expires, on the way to Op it is refused."""
+        if self.state is AlState.OP:
+            self.esc.set_watchdog(expired=True)
+            self._fall(AlStatus.WATCHDOG)
+        else:
+            self._opening = False
+            self._settle(self.state, AlStatus.WATCHDOG)
 
 
 def _fits(sync_manager: SyncManager, area: Area) -> bool:

@@ -1,0 +1,117 @@
+"""Cost of a cyclic frame in `Segment.process`: one LRW for all slaves, and one with DC besides.
+
+The slaves are loopbacks of 16 bytes each way, in Op, with the frames as the clock; each frame
+therefore lets one local cycle pass. Usage: python benchmarks/ethercat_segment.py [SECONDS_PER_ROW]
+"""
+
+import statistics
+import struct
+import sys
+import time
+
+from achse.codes import AlState
+from achse.ethercat import Application, Command, Datagram, Frame, Loopback, Segment, Slave
+
+CYCLE_NS = 1_000_000
+BATCH = 50
+REFERENCE = 0x1001
+
+
+def in_op(applications: list[Application], *, dc: bool) -> Segment:
+    """A segment whose slaves a minimal master has brought to Op."""
+    segment = Segment(map(Slave, applications), cycle_ns=CYCLE_NS)
+
+    def send(*datagrams: Datagram) -> bytes:
+        reply = segment.process(Frame(datagrams).encode())
+        assert reply is not None
+        return Frame.decode(reply).datagrams[0].data
+
+    outputs, inputs = 0, sum(each.output_size for each in applications)
+    for position, (slave, application) in enumerate(zip(segment.slaves, applications, strict=True)):
+        station = REFERENCE + position
+        layout = slave.layout
+        mailboxes = b"".join(
+            struct.pack("<HHBBBB", area.start, area.length, area.control, 0, 1, 0)
+            for area in (layout.mailbox_out, layout.mailbox_in)
+        )
+        buffers = b"".join(
+            struct.pack("<HHBBBB", area.start, size, area.control, 0, 1, 0)
+            for area, size in (
+                (layout.outputs, application.output_size),
+                (layout.inputs, application.input_size),
+            )
+        )
+        mapping = b"".join(
+            struct.pack("<IHBBHBBB3x", logical, size, 0, 7, area.start, 0, direction, 1)
+            for logical, size, area, direction in (
+                (outputs, application.output_size, layout.outputs, 2),
+                (inputs, application.input_size, layout.inputs, 1),
+            )
+        )
+        outputs += application.output_size
+        inputs += application.input_size
+        send(Datagram.at(Command.APWR, -position, 0x0010, station.to_bytes(2, "little")))
+        send(Datagram.at(Command.FPWR, station, 0x0800, mailboxes))
+        send(Datagram.at(Command.FPWR, station, 0x0120, b"\x02\x00"))
+        send(Datagram.at(Command.FPWR, station, 0x0810, buffers))
+        send(Datagram.at(Command.FPWR, station, 0x0600, mapping))
+        if dc:
+            send(Datagram.at(Command.BWR, 0, 0x0900, bytes(4)))
+            times = [
+                int.from_bytes(send(Datagram.at(Command.FPRD, each, 0x0900, bytes(4))), "little")
+                for each in (REFERENCE, station)
+            ]
+            delay = (times[1] - times[0]).to_bytes(4, "little")
+            send(Datagram.at(Command.FPWR, station, 0x0928, delay))
+            send(Datagram.at(Command.FPWR, station, 0x0990, (10**6).to_bytes(8, "little")))
+            send(Datagram.at(Command.FPWR, station, 0x09A0, CYCLE_NS.to_bytes(4, "little")))
+            send(Datagram.at(Command.FPWR, station, 0x0981, b"\x03"))
+        send(Datagram.at(Command.FPWR, station, 0x0120, b"\x04\x00"))
+    send(Datagram(Command.LRW, 0, bytes(inputs)))
+    send(Datagram.at(Command.BWR, 0, 0x0120, b"\x08\x00"))
+    assert all(slave.state is AlState.OP for slave in segment.slaves)
+    return segment
+
+
+def cyclic_frames(segment: Segment, *, dc: bool) -> list[bytes]:
+    """The frames of one cycle: as many LRW as needed, the first with the reference time."""
+    size = sum(
+        each.application.output_size + each.application.input_size for each in segment.slaves
+    )
+    parts = [
+        [Datagram(Command.LRW, first, bytes(min(size - first, 1400)))]
+        for first in range(0, size, 1400)
+    ]
+    if dc:
+        parts[0].append(Datagram.at(Command.FRMW, REFERENCE, 0x0910, bytes(8)))
+    return [Frame(part).encode() for part in parts]
+
+
+def cost(segment: Segment, frames: list[bytes], seconds: float) -> tuple[float, float]:
+    """Median and 99 % quantile of one cycle in microseconds; batches are the samples."""
+    samples = []
+    process = segment.process
+    end = time.perf_counter() + seconds
+    while time.perf_counter() < end:
+        begin = time.perf_counter_ns()
+        for _ in range(BATCH):
+            for frame in frames:
+                process(frame)
+        samples.append((time.perf_counter_ns() - begin) / BATCH / 1000.0)
+    samples.sort()
+    return statistics.median(samples), samples[int(0.99 * (len(samples) - 1))]
+
+
+def main() -> None:
+    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 1.0
+    print(f"{'slaves':>6} {'frame':>8} {'median µs':>10} {'99 %':>8} {'µs/slave':>9}")
+    for dc in (False, True):
+        for count in (1, 8, 32):
+            segment = in_op([Loopback(16) for _ in range(count)], dc=dc)
+            median, late = cost(segment, cyclic_frames(segment, dc=dc), seconds)
+            name = "LRW+FRMW" if dc else "LRW"
+            print(f"{count:>6} {name:>8} {median:>10.2f} {late:>8.2f} {median / count:>9.2f}")
+
+
+if __name__ == "__main__":
+    main()
