@@ -1,6 +1,6 @@
 """Program organisation units, and the parser as a whole: a source in, units and faults out."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 
 from achse.iec.st.cursor import Unexpected
@@ -62,13 +62,8 @@ def parse(source: Source | str, *, name: str = "GVL", defines: Defines = ()) -> 
     if isinstance(source, str):
         source = Source(source)
     parser = Parser(source, defines=defines)
-    try:
-        units = parser.units(name)
-    except RecursionError:
-        # The caller's own stack left too little for what DEEPEST allows.
-        parser.report(Unexpected(parser.at, "this nests too deep"))
-        units = ()
-    return Parsed(source, units, tuple(parser.faults))
+    units = parser.attempt(lambda: parser.units(name))
+    return Parsed(source, units or (), tuple(parser.faults))
 
 
 def parse_expression(text: str) -> Expression:
@@ -83,13 +78,8 @@ def parse_statements(text: str) -> Statements:
     return _whole(parser, parser.statements)
 
 
-def _whole(parser: "Parser", read: "Callable[[], P]") -> P:
-    found = None
-    try:
-        found = read()
-        parser.expect(END, "the end")
-    except Unexpected as fault:
-        parser.report(fault)
+def _whole(parser: "Parser", read: Callable[[], P]) -> P:
+    found = parser.attempt(read)
     if parser.faults or found is None:
         raise SourceError(parser.faults)
     return found
@@ -97,6 +87,20 @@ def _whole(parser: "Parser", read: "Callable[[], P]") -> P:
 
 class Parser(DeclarationParser):
     """Reads units. A fault costs at most the unit it is in."""
+
+    def attempt(self, read: Callable[[], P]) -> P | None:
+        """What `read` finds if the text ends after it, or else nothing; the fault is reported."""
+        try:
+            found = read()
+            self.expect(END, "the end")
+        except Unexpected as fault:
+            self.report(fault)
+            return None
+        except RecursionError:
+            # The caller's own stack left too little for what DEEPEST allows.
+            self.report(Unexpected(self.at, "this nests too deep"))
+            return None
+        return found
 
     def units(self, name: str, end: str = END) -> tuple[Unit, ...]:
         """All units up to the end; VAR_GLOBAL blocks go into one list called `name`."""
@@ -339,8 +343,3 @@ class Parser(DeclarationParser):
         note = self.note(first, self.position - 1)
         self.take(":")
         return Action(name.name, self._body_up_to("END_ACTION"), note, name.at)
-
-    def alone(self, what: Iterable[str] = (END,)) -> None:
-        """Report what follows where nothing should."""
-        if self.kinds[self.position] not in what:
-            self.report(self.unexpected("the end"))

@@ -13,9 +13,9 @@ from collections.abc import Iterable, Mapping
 
 __all__ = ["Conditions", "attribute_of"]
 
+_QUOTED = r"""(?:'((?:[^'$]|\$.)*)'|"((?:[^"$]|\$.)*)")"""
 _ATTRIBUTE = re.compile(
-    r"""\{\s*attribute\s+(['"])(?P<name>.*?)\1\s*(?::=\s*(['"])(?P<value>.*?)\3\s*)?\}""",
-    re.IGNORECASE | re.DOTALL,
+    rf"\{{\s*attribute\s+{_QUOTED}\s*(?::=\s*{_QUOTED}\s*)?\}}", re.IGNORECASE | re.DOTALL
 )
 _DIRECTIVE = re.compile(
     r"\{\s*(IF|ELSIF|ELSE|END_IF|DEFINE|UNDEFINE)\b(.*)\}", re.IGNORECASE | re.DOTALL
@@ -31,8 +31,8 @@ def attribute_of(pragma: str) -> tuple[str, str] | None:
     found = _ATTRIBUTE.fullmatch(pragma)
     if found is None:
         return None
-    value = found["value"] or ""
-    return found["name"].strip(), _ESCAPED.sub(r"\1", value) if "$" in value else value
+    name, value = found[1] or found[2] or "", found[3] or found[4] or ""
+    return name.strip(), _ESCAPED.sub(r"\1", value)
 
 
 class Conditions:

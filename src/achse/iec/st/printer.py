@@ -284,10 +284,10 @@ def _note(note: Note) -> list[str]:
     lines = []
     for name, value in note.attributes:
         escaped = value.replace("$", "$$").replace("'", "$'")
-        lines.append(
-            f"{{attribute '{name}' := '{escaped}'}}" if value else f"{{attribute '{name}'}}"
-        )
-    return [*lines, f"(*{note.comment}*)"] if note.comment else lines
+        lines.append(f"{{attribute '{name}'" + (f" := '{escaped}'}}" if value else "}"))
+    if note.comment and "(*" not in note.comment and "*)" not in note.comment:
+        return [*lines, *f"(*{note.comment}*)".split("\n")]
+    return lines + [f"///{line}" for line in note.comment.split("\n") if line]
 
 
 def _declaration(tree: Declaration) -> list[str]:

@@ -1,0 +1,156 @@
+"""Projects: a folder of PLC sources, or one file, as what they declare.
+
+Read are `.st` (Structured Text, UTF-8 or cp1252) and the XML files of TwinCAT 3: `.TcPOU`,
+`.TcGVL`, `.TcDUT`, `.TcIO` and, for tasks, `.TcTTO`. In a folder with a `.plcproj` it says which
+files count; without one all below the folder do.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path, PureWindowsPath
+from urllib.parse import unquote
+
+from achse.iec.declare import Typelike
+from achse.iec.layout import TC3_X64, LayoutRules
+from achse.iec.st.declare import Declarations, declare
+from achse.iec.st.envelope import TaskDeclaration, parse_envelope, parse_xml, read_task
+from achse.iec.st.lexer import Defines
+from achse.iec.st.parser import Parsed, parse
+from achse.iec.st.source import Fault, Location, Source, SourceError
+
+__all__ = ["SUFFIXES", "Project", "load_project", "parse_file", "source_files"]
+
+SUFFIXES = (".st", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto")
+"""Endings of the files that are read, in lower case."""
+
+_TASK = ".tctto"
+_PROJECT = ".plcproj"
+_LARGEST_FILE = 1 << 26
+
+
+@dataclass(frozen=True, slots=True)
+class Project:
+    """What a project declares, the tasks it names, and its sources with their syntax trees."""
+
+    declarations: Declarations
+    tasks: tuple[TaskDeclaration, ...]
+    sources: tuple[Parsed, ...]
+
+
+def load_project(
+    path: str | Path,
+    *,
+    types: Mapping[str, Typelike] | None = None,
+    constants: Mapping[str, object] | None = None,
+    rules: LayoutRules = TC3_X64,
+    defines: Defines = (),
+) -> Project:
+    """Read and declare the sources of a folder, of a `.plcproj`, or one source file.
+
+    `types` and `constants` are those of libraries that come without sources, by name; `defines`
+    are what `{IF defined (…)}` finds. Raises `SourceError` with every fault of every file.
+    """
+    path = Path(path)
+    sources: list[Parsed] = []
+    tasks: list[TaskDeclaration] = []
+    faults: list[Fault] = []
+    for file, name in source_files(path):
+        try:
+            if file.suffix.lower() == _TASK:
+                tasks.append(read_task(parse_xml(_content(file, name), name), name))
+                continue
+            parsed = parse_file(file, name, defines=defines)
+        except SourceError as error:
+            faults += error.faults
+            continue
+        faults += parsed.faults
+        sources.append(parsed)
+    if faults:
+        raise SourceError(faults)
+    declared = declare(sources, types=types, constants=constants, rules=rules)
+    return Project(declared, tuple(tasks), tuple(sources))
+
+
+def source_files(path: Path) -> list[tuple[Path, str]]:
+    """The files of a project in a fixed order, each with the name it has in faults.
+
+    Raises `SourceError` if there are none, or if it is not clear which count.
+    """
+    if path.is_file():
+        if path.suffix.lower() == _PROJECT:
+            return _listed(path)
+        if path.suffix.lower() not in SUFFIXES:
+            raise _refused(path.name, f"expected a file like {', '.join(SUFFIXES)}")
+        return [(path, path.name)]
+    if not path.is_dir():
+        raise _refused(str(path), "expected a folder of PLC sources or a source file")
+    below = sorted(item for item in path.rglob("*") if not _is_hidden(item, path))
+    projects = [item for item in below if item.suffix.lower() == _PROJECT]
+    if len(projects) > 1:
+        names = ", ".join(item.relative_to(path).as_posix() for item in projects[:5])
+        raise _refused(str(path), f"several projects: name one of {names}")
+    if projects:
+        return _listed(projects[0])
+    files = [
+        (item, item.relative_to(path).as_posix())
+        for item in below
+        if item.suffix.lower() in SUFFIXES and item.is_file()
+    ]
+    if not files:
+        raise _refused(str(path), f"expected files like {', '.join(SUFFIXES)}")
+    return files
+
+
+def _is_hidden(item: Path, root: Path) -> bool:
+    return any(part.startswith(".") for part in item.relative_to(root).parts)
+
+
+def _listed(project: Path) -> list[tuple[Path, str]]:
+    """The files that a `.plcproj` compiles."""
+    root = parse_xml(_content(project, project.name), project.name)
+    files = []
+    for element in root.walk():
+        if element.tag != "Compile" or element.text_of("ExcludeFromBuild").lower() == "true":
+            continue
+        name = PureWindowsPath(unquote(element.attributes.get("Include", ""))).as_posix()
+        if name.lower().endswith(SUFFIXES):
+            files.append((project.parent / name, name))
+    if not files:
+        raise _refused(project.name, "expected <Compile Include=…> of at least one source")
+    return files
+
+
+def parse_file(file: Path, name: str = "", *, defines: Defines = ()) -> Parsed:
+    """Read one source file; `name` is what its faults call it.
+
+    The VAR_GLOBAL blocks of an `.st` make a list with the name of the file. Raises
+    `SourceError` if the file cannot be read or is no XML where it should be.
+    """
+    name = name or file.name
+    data = _content(file, name)
+    if file.suffix.lower() == ".st":
+        return parse(Source(_text(data), name), name=file.stem, defines=defines)
+    return parse_envelope(parse_xml(data, name), name, defines)
+
+
+def _content(file: Path, name: str) -> bytes:
+    try:
+        if file.stat().st_size > _LARGEST_FILE:
+            raise _refused(name, f"the file is larger than {_LARGEST_FILE} bytes")
+        return file.read_bytes()
+    except OSError as error:
+        raise _refused(name, f"cannot be read: {error.strerror or error}") from None
+    except ValueError:
+        raise _refused(name, "cannot be read: this is no file name") from None
+
+
+def _text(data: bytes) -> str:
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("cp1252", "replace")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _refused(name: str, message: str) -> SourceError:
+    return SourceError([Fault(Location(name, 1, 1), message)])

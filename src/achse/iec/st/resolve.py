@@ -1,0 +1,504 @@
+"""Declared types: from the syntax tree to the type objects that Python declarations give."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from enum import IntEnum
+from typing import Any
+
+from achse.iec.arrays import ArrayType, Bounds
+from achse.iec.declare import Typelike, iec_type
+from achse.iec.derived import (
+    AliasType,
+    InterfaceType,
+    PointerType,
+    ReferenceType,
+    SubrangeType,
+    resolved,
+)
+from achse.iec.elementary import INT, IntegerType
+from achse.iec.enums import EnumType
+from achse.iec.layout import LayoutRules
+from achse.iec.methods import Method, Parameter
+from achse.iec.names import ELEMENTARY, with_coding
+from achse.iec.st.constants import Constant
+from achse.iec.st.cursor import Unexpected
+from achse.iec.st.initials import InitialValues
+from achse.iec.st.scopes import Entry, Failed, Scope, Scopes, attributes_of
+from achse.iec.st.tree import (
+    NO_NOTE,
+    Address,
+    ArrayInitial,
+    ArrayOf,
+    Declaration,
+    EnumOf,
+    FunctionBlock,
+    Initial,
+    Interface,
+    NamedType,
+    Note,
+    Part,
+    PointerTo,
+    Range,
+    ReferenceTo,
+    StringOf,
+    StructInitial,
+    StructOf,
+    Subrange,
+    TypeDeclaration,
+    TypeSpec,
+    UnionOf,
+    VarBlock,
+)
+from achse.iec.st.tree import Method as MethodTree
+from achse.iec.strings import STRING, WSTRING
+from achse.iec.structs import Kind, StructType
+from achse.iec.types import IecType
+from achse.iec.variables import Address as Place
+from achse.iec.variables import Section, Variable
+
+__all__ = ["LARGEST", "Resolver"]
+
+LARGEST = 1 << 28
+"""The largest type in bytes; a mistyped bound shall not take the memory of the machine."""
+
+_SECTIONS = {
+    "VAR": Section.LOCAL,
+    "VAR_INPUT": Section.INPUT,
+    "VAR_OUTPUT": Section.OUTPUT,
+    "VAR_IN_OUT": Section.IN_OUT,
+    "VAR_GLOBAL": Section.GLOBAL,
+    "VAR_STAT": Section.STATIC,
+}
+"""Sections whose variables belong to the unit; those of VAR_TEMP live for one call, those of
+VAR_INST belong to a method."""
+_DECLARED_ELSEWHERE = ("VAR_EXTERNAL", "VAR_CONFIG")
+_RESERVED = ("mro",)
+_MORE_NAMES = {"ltime_of_day": "ltod", "ldate_and_time": "ldt"}
+
+
+class Resolver(Scopes):
+    """Makes types, each when it is first asked for.
+
+    `types` are those that no source declares (of libraries, of Python code), by name.
+    """
+
+    def __init__(
+        self, types: Mapping[str, Typelike], constants: Mapping[str, object], rules: LayoutRules
+    ) -> None:
+        super().__init__(constants)
+        self.rules = rules
+        self.left: list[tuple[str, Declaration]] = []
+        """Variables with an initial value that shows at run time only, by `unit.variable`."""
+        self._types = {name.lower(): iec_type(type) for name, type in types.items()}
+        self._pointers: list[tuple[PointerType, Scope, int]] = []
+        self._inner: dict[int, IecType[Any]] = {}
+
+    # specifications ------------------------------------------------------------------------
+
+    def given_type(self, name: str) -> IecType[Any] | None:
+        key = name.lower()
+        found = self._types.get(key) or ELEMENTARY.get(_MORE_NAMES.get(key, key))
+        while found is None and "." in key:
+            key = key.partition(".")[2]
+            found = self._types.get(key)
+        return found
+
+    def type_of(self, spec: TypeSpec, scope: Scope, hint: str) -> IecType[Any]:
+        match spec:
+            case NamedType():
+                return self._named(spec, scope)
+            case StringOf(family, length):
+                count = 80 if length is None else self.integer(length, scope, "a length")
+                make = STRING if family == "STRING" else WSTRING
+                return self._sized(lambda: make(count), spec.at)
+            case ArrayOf():
+                bounds = self._bounds(spec, scope)
+                element = self.type_of(spec.element, scope, hint)
+                return self._sized(lambda: ArrayType(element, bounds), spec.at)
+            case PointerTo(target):
+                return self._pointer(PointerType, target, scope, hint, spec.at)
+            case ReferenceTo(target):
+                return self._pointer(ReferenceType, target, scope, hint, spec.at)
+            case Subrange():
+                return self._subrange(spec, scope)
+            case EnumOf() | StructOf() | UnionOf():
+                return self._nameless(spec, scope, hint)
+
+    def _sized(self, make: Callable[[], IecType[Any]], at: int) -> IecType[Any]:
+        type = self.made(make, at)
+        if type.size > LARGEST:
+            raise Unexpected(at, f"{type.name} has {type.size} bytes, more than {LARGEST}")
+        return type
+
+    def _bounds(self, spec: ArrayOf, scope: Scope) -> list[Bounds]:
+        bounds = []
+        for part in spec.dimensions:
+            if part is None:
+                raise Unexpected(spec.at, "ARRAY [*] is for VAR_IN_OUT only")
+            first, last = self._limits(part, scope, "an array bound")
+            if last < first:
+                raise Unexpected(part.at, f"array bounds {first}..{last} run backwards")
+            bounds.append(Bounds(first, last))
+        return bounds
+
+    def _limits(self, part: Range, scope: Scope, what: str) -> tuple[int, int]:
+        return self.integer(part.low, scope, what), self.integer(part.high, scope, what)
+
+    def _named(self, spec: NamedType, scope: Scope) -> IecType[Any]:
+        entry = self.find(spec.name, scope.space)
+        if entry is None or (entry.is_library and spec.name.lower() in self._types):
+            found = self.given_type(spec.name)
+            if found is None:
+                raise Unexpected(spec.at, f"no type is named '{spec.name[:80]}'")
+            return found
+        return self.entry_type(entry, spec.at)
+
+    def _subrange(self, spec: Subrange, scope: Scope) -> IecType[Any]:
+        base = resolved(self._named(spec.base, scope))
+        if not isinstance(base, IntegerType):
+            raise Unexpected(spec.base.at, f"a sub-range of whole numbers, got {base.name}")
+        low, high = self._limits(spec.limits, scope, "a limit")
+        return self.made(lambda: SubrangeType(base, low, high), spec.at)
+
+    def _pointer(
+        self, kind: type[PointerType], target: TypeSpec, scope: Scope, hint: str, at: int
+    ) -> PointerType:
+        name = self._text(target, scope, hint)
+        # Followed when asked for, not now: a structure may point to its own kind.
+        made = kind(
+            lambda: self.type_of(target, scope, hint), self.rules.pointer_size, target_name=name
+        )
+        self._pointers.append((made, scope, at))
+        return made
+
+    def _text(self, spec: TypeSpec, scope: Scope, hint: str) -> str:
+        """The name of a type that is not to be made yet."""
+        match spec:
+            case NamedType(name):
+                entry = self.find(name, scope.space)
+                if entry is None:
+                    return self._named(spec, scope).name
+                return entry.name
+            case ArrayOf(_, element):
+                inner = ",".join(map(str, self._bounds(spec, scope)))
+                return f"ARRAY [{inner}] OF {self._text(element, scope, hint)}"
+            case PointerTo(target):
+                return f"POINTER TO {self._text(target, scope, hint)}"
+            case ReferenceTo(target):
+                return f"REFERENCE TO {self._text(target, scope, hint)}"
+            case _:
+                return self.type_of(spec, scope, hint).name
+
+    def check_pointers(self) -> None:
+        """Follow every pointer once, so that what it points at is known to exist."""
+        while self._pointers:
+            pointer, scope, at = self._pointers.pop()
+            try:
+                with self.inside(scope.source):
+                    self.made(lambda: pointer.target, at)  # noqa: B023
+            except Failed:
+                continue
+
+    def _nameless(self, spec: EnumOf | StructOf | UnionOf, scope: Scope, hint: str) -> IecType[Any]:
+        """A type declared where a variable is; it bears the name of the variable."""
+        found = self._inner.get(id(spec))
+        if found is None:
+            if isinstance(spec, EnumOf):
+                found = self._enum(spec, scope, hint, NO_NOTE, None)
+                scope.values |= {
+                    name.lower(): Constant(number, found) for name, number in found.numbers.items()
+                }
+            else:
+                found = self._record(spec, scope, hint, NO_NOTE, None)
+            self._inner[id(spec)] = found
+        return found
+
+    # declared types ------------------------------------------------------------------------
+
+    def entry_type(self, entry: Entry, at: int) -> IecType[Any]:
+        if entry.type is not None:
+            return entry.type
+        if entry.failed:
+            raise Failed
+        if entry.building:
+            raise Unexpected(at, f"{entry.name} contains itself")
+        self.check_depth(at)
+        entry.building = True
+        try:
+            with self.inside(entry.source):
+                entry.type = self._built(entry)
+        except Failed:
+            entry.failed = True
+            raise
+        finally:
+            entry.building = False
+        if entry.type is None:
+            raise Unexpected(at, f"{entry.name} is no type")
+        return entry.type
+
+    def _built(self, entry: Entry) -> IecType[Any] | None:
+        tree = entry.tree
+        if isinstance(tree, TypeDeclaration):
+            return self._declared(tree, entry)
+        if isinstance(tree, FunctionBlock):
+            return self._block(tree, entry)
+        if isinstance(tree, Interface):
+            return InterfaceType(entry.name, self.rules.pointer_size)
+        return None
+
+    def _declared(self, tree: TypeDeclaration, entry: Entry) -> IecType[Any]:
+        scope = self.scope(entry)
+        spec = tree.type
+        attributes = attributes_of(tree.note)
+        comment = tree.note.comment
+        if tree.extends is not None and not isinstance(spec, StructOf):
+            raise Unexpected(tree.extends.at, "only a structure extends another")
+        if isinstance(spec, EnumOf):
+            return self._enum(spec, scope, entry.name, tree.note, tree.initial)
+        type: IecType[Any]
+        if isinstance(spec, StructOf | UnionOf):
+            type = self._record(spec, scope, entry.name, tree.note, tree.extends)
+        else:
+            made = self.type_of(spec, scope, entry.name)
+            if attributes.get("TcEncoding", "").upper() == "UTF-8":
+                made = with_coding(made, "utf-8")
+            if isinstance(made, SubrangeType) and isinstance(spec, Subrange):
+                base, low, high = made.integer, made.low, made.high
+                type = SubrangeType(
+                    base, low, high, name=entry.name, comment=comment, attributes=attributes
+                )
+            else:
+                type = AliasType(entry.name, made, comment=comment, attributes=attributes)
+        if tree.initial is not None:
+            value, is_whole = self.initial_value(type, tree.initial, scope)
+            if not is_whole:
+                raise Unexpected(tree.initial.at, "the initial value of a type is a constant")
+            type.default = type.encode(value)
+        return type
+
+    def _base(self, named: NamedType, scope: Scope, kind: Kind) -> StructType[Any]:
+        base = self._named(named, scope)
+        if not isinstance(base, StructType) or base.kind is not kind:
+            raise Unexpected(named.at, f"{base.name} is no {kind.value} that can be extended")
+        return base
+
+    def _enum(
+        self, spec: EnumOf, scope: Scope, name: str, note: Note, initial: Initial | None
+    ) -> EnumType[Any]:
+        base = INT if spec.base is None else resolved(self._named(spec.base, scope))
+        if not isinstance(base, IntegerType):
+            at = spec.at if spec.base is None else spec.base.at
+            raise Unexpected(at, f"an enumeration counts in a type of integers, not in {base.name}")
+        inside = Scope(scope.source, name, scope.space, scope)
+        numbers: dict[str, int] = {}
+        following = 0
+        for item in spec.values:
+            key = item.name.lower()
+            if key in inside.values:
+                raise Unexpected(item.at, f"{name} has two values named {item.name}")
+            if key in _RESERVED or (item.name.startswith("_") and item.name.endswith("_")):
+                raise Unexpected(item.at, f"'{item.name}' cannot name a value: Python keeps it")
+            if item.value is not None:
+                following = self.integer(item.value, inside, "the value of an enumeration")
+            if not base.low <= following <= base.high:
+                raise Unexpected(item.at, f"{item.name} = {following} is no {base.name}")
+            numbers[item.name] = following
+            inside.values[key] = Constant(following)
+            following += 1
+        start = None
+        if isinstance(initial, ArrayInitial | StructInitial):
+            raise Unexpected(initial.at, f"{name} takes one of its values")
+        if initial is not None:
+            start = self.integer(initial, inside, "the initial value")
+        members: Any = IntEnum(name, numbers)  # type: ignore[misc]
+        return EnumType(
+            members,
+            base,
+            name=name,
+            comment=note.comment,
+            attributes=attributes_of(note),
+            comments={item.name: item.note.comment for item in spec.values if item.note.comment},
+            initial=start,
+        )
+
+    # records -------------------------------------------------------------------------------
+
+    def _record(
+        self,
+        spec: StructOf | UnionOf,
+        scope: Scope,
+        name: str,
+        note: Note,
+        extends: NamedType | None,
+    ) -> StructType[Any]:
+        block = VarBlock("VAR", (), spec.members, NO_NOTE, spec.at)
+        kind = Kind.STRUCT if isinstance(spec, StructOf) else Kind.UNION
+        base = None if extends is None else self._base(extends, scope, kind)
+        return self.record(kind, name, [block], scope, note, spec.at, base)
+
+    def _block(self, tree: FunctionBlock, entry: Entry) -> StructType[Any]:
+        scope = self.scope(entry)
+        kind = Kind.FUNCTION_BLOCK
+        base = None if tree.extends is None else self._base(tree.extends, scope, kind)
+        for interface in tree.implements:
+            if not isinstance(self._named(interface, scope), InterfaceType):
+                raise Unexpected(interface.at, f"{interface.name} is no interface")
+        methods = self.methods(tree.parts, scope)
+        return self.record(kind, entry.name, tree.blocks, scope, tree.note, tree.at, base, methods)
+
+    def record(
+        self,
+        kind: Kind,
+        name: str,
+        blocks: Iterable[VarBlock],
+        scope: Scope,
+        note: Note,
+        at: int,
+        base: StructType[Any] | None = None,
+        methods: Sequence[Method] = (),
+    ) -> StructType[Any]:
+        """The type of a structure, function block, program or list with these variables."""
+        members: list[Variable[Any, Any]] = []
+        taken = {member.name.lower() for member in base.members} if base else set()
+        for variable, place in self.variables(blocks, scope):
+            if variable.name.lower() in taken:
+                raise Unexpected(place, f"{name} has two variables named {variable.name}")
+            if variable.name.startswith("__"):
+                raise Unexpected(place, "names with two underscores in front are reserved")
+            taken.add(variable.name.lower())
+            members.append(variable)
+        made: StructType[Any] = self.made(
+            lambda: StructType(
+                name,
+                members,
+                kind=kind,
+                base=base,
+                rules=self.rules,
+                methods=methods,
+                comment=note.comment,
+                attributes=attributes_of(note),
+            ),
+            at,
+        )
+        if made.size > LARGEST:
+            raise Unexpected(at, f"{name} has {made.size} bytes, more than {LARGEST}")
+        return made
+
+    def variables(
+        self, blocks: Iterable[VarBlock], scope: Scope
+    ) -> list[tuple[Variable[Any, Any], int]]:
+        """The variables that belong to a unit, and where each is declared.
+
+        A fault costs one of them, so that those of the others are told, too; then `Failed`.
+        """
+        found = []
+        failed = False
+        for block in blocks:
+            if block.section in _DECLARED_ELSEWHERE:
+                continue
+            for declaration in block.variables:
+                try:
+                    with self.inside(scope.source):
+                        made = self._declaration(block, declaration, scope)
+                except Failed:
+                    failed = True
+                    continue
+                if block.section in _SECTIONS:
+                    found += made
+        if failed:
+            raise Failed
+        return found
+
+    def _declaration(
+        self, block: VarBlock, tree: Declaration, scope: Scope
+    ) -> list[tuple[Variable[Any, Any], int]]:
+        hint = f"{scope.owner}.{tree.names[0].name}"
+        attributes = attributes_of(tree.note)
+        type = self._variable_type(block, tree, scope, hint)
+        if attributes.get("TcEncoding", "").upper() == "UTF-8":
+            type = with_coding(type, "utf-8")
+        initial: object = None
+        is_whole = not tree.arguments and not tree.is_reference
+        if tree.initial is not None and not tree.is_reference:
+            initial, whole = self.initial_value(type, tree.initial, scope)
+            is_whole = is_whole and whole
+        found = []
+        for item in tree.names:
+            name = f"{scope.owner}.{item.name}"
+            if not is_whole and block.section in _SECTIONS:
+                self.left.append((name, tree))
+            variable: Variable[Any, Any] = Variable(
+                type,
+                initial,
+                name=item.name,
+                section=_SECTIONS.get(block.section, Section.LOCAL),
+                at=self.address_of(name, tree.address) or "",
+                retain="RETAIN" in block.qualifiers,
+                persistent="PERSISTENT" in block.qualifiers,
+                constant="CONSTANT" in block.qualifiers,
+                comment=tree.note.comment,
+                attributes=attributes,
+            )
+            found.append((variable, item.at))
+        return found
+
+    def _variable_type(
+        self, block: VarBlock, tree: Declaration, scope: Scope, hint: str
+    ) -> IecType[Any]:
+        if block.section != "VAR_IN_OUT":
+            return self.type_of(tree.type, scope, hint)
+        target = tree.type
+        if isinstance(target, ArrayOf) and None in target.dimensions:
+            # ARRAY [*]: of an array of any length all that is known is its elements.
+            target = target.element
+        return self._pointer(ReferenceType, target, scope, hint, tree.names[0].at)
+
+    def address_of(self, name: str, address: Address | None) -> Place | None:
+        """Where a variable lies that says so."""
+        if address is None:
+            return None
+        text = address.text
+        return self.made(lambda: Place.parse(text), address.at)
+
+    def initial_value(self, type: IecType[Any], tree: Initial, scope: Scope) -> tuple[object, bool]:
+        """The initial value, and whether all of it is known before run time."""
+        values = InitialValues(self.evaluator(scope))
+        value = values.value(type, tree)
+        if value is not None:
+            self.made(lambda: type.encode(value), tree.at)
+        return value, values.is_whole
+
+    def methods(self, parts: Iterable[Part], scope: Scope) -> list[Method]:
+        """The methods that can be called over ADS."""
+        return [
+            self._method(part, scope)
+            for part in parts
+            if isinstance(part, MethodTree) and _is_rpc(part)
+        ]
+
+    def _method(self, tree: MethodTree, scope: Scope) -> Method:
+        inside = Scope(scope.source, f"{scope.owner}.{tree.name}", scope.space, scope)
+        parameters = []
+        for block in tree.blocks:
+            if block.section not in ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT"):
+                continue
+            for declaration in block.variables:
+                type = self.type_of(declaration.type, inside, inside.owner)
+                parameters += [
+                    Parameter(
+                        item.name,
+                        type,
+                        is_output=block.section == "VAR_OUTPUT",
+                        by_reference=block.section == "VAR_IN_OUT",
+                        comment=declaration.note.comment,
+                        attributes=attributes_of(declaration.note),
+                    )
+                    for item in declaration.names
+                ]
+        returns = None if tree.returns is None else self.type_of(tree.returns, inside, inside.owner)
+        return Method(
+            tree.name, tuple(parameters), returns, tree.note.comment, attributes_of(tree.note)
+        )
+
+
+def _is_rpc(tree: MethodTree) -> bool:
+    return any(name.lower() == "tcrpcenable" for name, _ in tree.note.attributes)

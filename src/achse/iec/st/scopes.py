@@ -1,0 +1,358 @@
+"""Names: what is declared where, and the constants that names stand for."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias, TypeVar
+
+from achse.iec.enums import EnumType
+from achse.iec.errors import IecError
+from achse.iec.st.constants import Constant, Evaluator, NotConstant, Path, fitted
+from achse.iec.st.cursor import Unexpected
+from achse.iec.st.parser import Parsed
+from achse.iec.st.source import Fault, Source
+from achse.iec.st.tree import (
+    ArrayInitial,
+    Declaration,
+    EnumOf,
+    Expression,
+    FunctionBlock,
+    GlobalList,
+    Namespace,
+    Note,
+    StructInitial,
+    TypeDeclaration,
+    TypeSpec,
+    Unit,
+    VarBlock,
+)
+from achse.iec.types import IecType
+
+__all__ = ["DEEPEST", "Entry", "Failed", "Scope", "Scopes", "attributes_of"]
+
+T = TypeVar("T")
+
+DEEPEST = 64
+"""How deep types and constants that are declared elsewhere may rest on each other."""
+
+
+class Failed(Exception):
+    """Something needed is at fault itself; that was reported in its place."""
+
+
+@dataclass(slots=True, eq=False)
+class Entry:
+    """A declared unit: `name` with its name space, and the type made of it once it is."""
+
+    name: str
+    tree: Unit
+    source: Source
+    space: str
+    is_library: bool
+    building: bool = False
+    failed: bool = False
+    type: IecType[Any] | None = None
+
+
+Declared: TypeAlias = tuple[VarBlock, Declaration]
+
+
+@dataclass(slots=True, eq=False)
+class Scope:
+    """The names that a unit sees first: its own variables, then those of its base."""
+
+    source: Source
+    owner: str
+    space: str = ""
+    base: "Scope | None" = None
+    variables: dict[str, Declared] = field(default_factory=dict)
+    values: dict[str, Constant] = field(default_factory=dict)
+    """Values of enumerations declared inside."""
+    constants: dict[str, Constant | None] = field(default_factory=dict)
+    """Those worked out already; None while one is."""
+
+
+def attributes_of(note: Note) -> dict[str, str]:
+    """Attributes by name; the one that decides a layout in its usual spelling."""
+    return {
+        name.lower() if name.lower() == "pack_mode" else name: value
+        for name, value in note.attributes
+    }
+
+
+class Scopes:
+    """Everything declared, by name and without case; faults are collected in `faults`."""
+
+    def __init__(self, constants: Mapping[str, object]) -> None:
+        self.faults: list[Fault] = []
+        self.entries: dict[str, Entry] = {}
+        self._given = {name.lower(): value for name, value in constants.items()}
+        self._globals: dict[str, list[tuple[Scope, Declared]]] = {}
+        self._loose_values: dict[str, list[Entry]] = {}
+        self._scopes: dict[int, Scope] = {}
+        self._depth = 0
+
+    # what is declared ----------------------------------------------------------------------
+
+    def add(self, sources: Iterable[Parsed], *, is_library: bool = False) -> None:
+        """Take in the units of sources. What a library declares gives way to the user's own."""
+        for parsed in sources:
+            for unit in parsed.units:
+                self._add(unit, parsed.source, "", is_library)
+
+    def _add(self, unit: Unit, source: Source, space: str, is_library: bool) -> None:
+        name = f"{space}.{unit.name}" if space else unit.name
+        if isinstance(unit, Namespace):
+            for inner in unit.units:
+                self._add(inner, source, name, is_library)
+            return
+        known = self.entries.get(name.lower())
+        if known is not None:
+            if not is_library:
+                first = known.source.locate(known.tree.at)
+                self.report(source, unit.at, f"{name} is declared already, at {first}")
+            return
+        if unit.name.startswith("__"):
+            self.report(source, unit.at, "names with two underscores in front are reserved")
+            return
+        entry = Entry(name, unit, source, space, is_library)
+        self.entries[name.lower()] = entry
+        if "qualified_only" in {key.lower() for key, _ in unit.note.attributes}:
+            return
+        if isinstance(unit, GlobalList):
+            scope = self.scope(entry)
+            for key, declared in scope.variables.items():
+                self._globals.setdefault(key, []).append((scope, declared))
+        elif isinstance(unit, TypeDeclaration) and isinstance(unit.type, EnumOf):
+            for value in unit.type.values:
+                self._loose_values.setdefault(value.name.lower(), []).append(entry)
+
+    def find(self, name: str, space: str = "") -> Entry | None:
+        """The unit of a name as seen from a name space. Names of libraries in front of it that
+        nothing here declares are passed over: `Tc2_MC2.AXIS_REF` is AXIS_REF."""
+        key = name.lower()
+        prefix = space.lower()
+        while prefix:
+            if found := self.entries.get(f"{prefix}.{key}"):
+                return found
+            prefix = prefix.rpartition(".")[0]
+        while True:
+            if found := self.entries.get(key):
+                return found
+            _, dot, key = key.partition(".")
+            if not dot:
+                return None
+
+    def scope(self, entry: Entry) -> Scope:
+        """What the inside of a unit sees."""
+        found = self._scopes.get(id(entry))
+        if found is None:
+            found = Scope(entry.source, entry.name, entry.space)
+            self._scopes[id(entry)] = found
+            tree = entry.tree
+            if isinstance(tree, FunctionBlock) and tree.extends is not None:
+                base = self.find(tree.extends.name, entry.space)
+                if base is not None and isinstance(base.tree, FunctionBlock):
+                    found.base = self.scope(base)
+            for block in getattr(tree, "blocks", ()):
+                for declaration in block.variables:
+                    for item in declaration.names:
+                        found.variables.setdefault(item.name.lower(), (block, declaration))
+        return found
+
+    # faults --------------------------------------------------------------------------------
+
+    def report(self, source: Source, at: int, message: str) -> None:
+        """Keep a fault."""
+        self.faults.append(source.fault(at, message))
+
+    @contextmanager
+    def inside(self, source: Source) -> Iterator[None]:
+        """Report what goes wrong inside as a fault of this source, and raise `Failed`."""
+        self._depth += 1
+        try:
+            yield
+        except Unexpected as fault:
+            self.report(source, fault.at, fault.message)
+            raise Failed from None
+        finally:
+            self._depth -= 1
+
+    def check_depth(self, at: int) -> None:
+        """Raise `Unexpected` if declarations rest on each other too deep."""
+        if self._depth > DEEPEST:
+            raise Unexpected(at, f"declarations rest on each other more than {DEEPEST} deep")
+
+    @staticmethod
+    def made(make: Callable[[], T], at: int) -> T:
+        """What `make` gives; an error of the type system as one of the source."""
+        try:
+            return make()
+        except IecError as error:
+            raise Unexpected(at, str(error)) from None
+
+    # types, known one floor up ---------------------------------------------------------------
+
+    def type_of(self, spec: TypeSpec, scope: Scope, hint: str) -> IecType[Any]:
+        """The type of a specification; `hint` names it if it has no name."""
+        raise NotImplementedError
+
+    def entry_type(self, entry: Entry, at: int) -> IecType[Any]:
+        """The type that a unit declares."""
+        raise NotImplementedError
+
+    def given_type(self, name: str) -> IecType[Any] | None:
+        """An elementary type, or one handed in."""
+        raise NotImplementedError
+
+    # constants -----------------------------------------------------------------------------
+
+    def evaluator(self, scope: Scope) -> Evaluator:
+        """Works out expressions as the inside of `scope` sees them."""
+        return Evaluator(
+            lambda path, at: self._lookup(path, at, scope),
+            lambda path, at: self._size(path, at, scope),
+        )
+
+    def constant(self, tree: Expression, scope: Scope) -> Constant:
+        """The value of an expression. Raises `NotConstant`, `Unexpected`, `Failed`."""
+        return self.evaluator(scope).value(tree)
+
+    def integer(self, tree: Expression, scope: Scope, what: str) -> int:
+        """The whole number that an expression is. Raises `Unexpected`, `Failed`."""
+        return self.evaluator(scope).integer(tree, what, tree.at)
+
+    def _lookup(self, path: Path, at: int, scope: Scope) -> Constant:
+        keys = [part.lower() for part in path]
+        if len(keys) == 1 and keys[0] in scope.values:
+            return scope.values[keys[0]]
+        own = self._own(keys[0], scope)
+        if own is not None and not (len(keys) == 2 and self._is_enum(keys[0], scope.space)):
+            return self._of_variable(*own, keys, at)
+        if len(keys) == 1:
+            return self._global(keys[0], path[0], at)
+        if (found := self._qualified(keys, scope.space, at)) is not None:
+            return found
+        if keys[0] in self._globals:
+            raise NotConstant(at)
+        if keys[-1] in self._given:
+            return self._given_constant(keys[-1], at)
+        raise Unexpected(at, f"no constant or variable is named '{'.'.join(path)[:80]}'")
+
+    def _is_enum(self, name: str, space: str) -> bool:
+        """Whether `State.Idle` means a value, though a variable is called `State` like its type."""
+        entry = self.find(name, space)
+        tree = None if entry is None else entry.tree
+        return isinstance(tree, TypeDeclaration) and isinstance(tree.type, EnumOf)
+
+    def _own(self, key: str, scope: Scope) -> tuple[Scope, Declared] | None:
+        """The variable of that name in a scope or in those it extends."""
+        seen = set()
+        here: Scope | None = scope
+        while here is not None and id(here) not in seen:
+            if key in here.variables:
+                return here, here.variables[key]
+            seen.add(id(here))
+            here = here.base
+        return None
+
+    def _global(self, key: str, name: str, at: int) -> Constant:
+        found = self._globals.get(key, ())
+        if len(found) > 1:
+            places = " and ".join(scope.owner for scope, _ in found[:3])
+            raise Unexpected(at, f"'{name}' is declared in {places}: which one is meant?")
+        if found:
+            return self._of_variable(*found[0], [key], at)
+        values = self._loose_values.get(key, ())
+        if len(values) > 1:
+            places = " and ".join(entry.name for entry in values[:3])
+            raise Unexpected(at, f"'{name}' is a value of {places}: which one is meant?")
+        if values:
+            return self._enum_value(values[0], key, at)
+        if key in self._given:
+            return self._given_constant(key, at)
+        if key in self.entries:
+            raise NotConstant(at)
+        raise Unexpected(at, f"no constant or variable is named '{name[:80]}'")
+
+    def _qualified(self, keys: list[str], space: str, at: int) -> Constant | None:
+        """`GVL.cMax`, `E_State.Idle`, `MAIN.nCount`, with name spaces in front."""
+        for cut in range(1, len(keys)):
+            name = ".".join(keys[:cut])
+            entry = self.find(name, space)
+            if entry is None:
+                given = self.given_type(name)
+                if isinstance(given, EnumType):
+                    return self._member(given, keys[cut], at)
+            elif isinstance(entry.tree, TypeDeclaration):
+                return self._enum_value(entry, keys[cut], at)
+            else:
+                scope = self.scope(entry)
+                if keys[cut] not in scope.variables:
+                    raise Unexpected(at, f"{entry.name} has no variable '{keys[cut][:80]}'")
+                return self._of_variable(scope, scope.variables[keys[cut]], keys[cut:], at)
+        return None
+
+    def _enum_value(self, entry: Entry, key: str, at: int) -> Constant:
+        type = self.entry_type(entry, at)
+        if not isinstance(type, EnumType):
+            raise Unexpected(at, f"{entry.name} is no enumeration")
+        return self._member(type, key, at)
+
+    def _member(self, type: EnumType[Any], key: str, at: int) -> Constant:
+        for name, number in type.numbers.items():
+            if name.lower() == key:
+                return Constant(number, type)
+        raise Unexpected(at, f"{type.name} has no value '{key[:80]}'")
+
+    def _given_constant(self, key: str, at: int) -> Constant:
+        value = self._given[key]
+        if not isinstance(value, int | float | str):
+            raise NotConstant(at)
+        return Constant(value)
+
+    def _of_variable(self, scope: Scope, declared: Declared, keys: list[str], at: int) -> Constant:
+        block, declaration = declared
+        initial = declaration.initial
+        # What a constant structure or array holds is left to run time, like a variable.
+        if "CONSTANT" not in block.qualifiers or len(keys) > 1:
+            raise NotConstant(at)
+        if initial is None or isinstance(initial, ArrayInitial | StructInitial):
+            raise NotConstant(at)
+        key = keys[0]
+        if key not in scope.constants:
+            self.check_depth(at)
+            scope.constants[key] = None
+            try:
+                with self.inside(scope.source):
+                    scope.constants[key] = self._worked_out(declaration, initial, scope)
+            finally:
+                if scope.constants[key] is None:
+                    del scope.constants[key]
+        found = scope.constants[key]
+        if found is None:
+            raise Unexpected(at, f"the constant '{key}' rests on itself")
+        return found
+
+    def _worked_out(self, declaration: Declaration, initial: Expression, scope: Scope) -> Constant:
+        hint = f"{scope.owner}.{declaration.names[0].name}"
+        type = self.type_of(declaration.type, scope, hint)
+        constant = self.constant(initial, scope)
+        value = fitted(constant, type, initial.at)
+        assert isinstance(value, int | float | str)
+        return Constant(value, type)
+
+    def _size(self, path: Path, at: int, scope: Scope) -> int:
+        name = ".".join(path)
+        if (found := self._own(path[0].lower(), scope)) is not None:
+            owner, declared = found
+            if len(path) > 1:
+                raise NotConstant(at)
+            return self.type_of(declared[1].type, owner, f"{owner.owner}.{path[0]}").size
+        given = self.given_type(name)
+        if given is not None:
+            return given.size
+        entry = self.find(name, scope.space)
+        if entry is not None and isinstance(entry.tree, TypeDeclaration | FunctionBlock):
+            return self.entry_type(entry, at).size
+        raise NotConstant(at)
