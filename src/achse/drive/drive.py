@@ -9,9 +9,8 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, MutableMapping
 from dataclasses import dataclass
-from operator import attrgetter
+from functools import partial
 from struct import Struct
-from typing import Any
 
 from achse.codes import AbortCode, AlState, AlStatus, SdoAbort
 from achse.drive.alarms import Alarm, Warn
@@ -23,7 +22,7 @@ from achse.drive.objects import OBJECTS, ROWS, find
 from achse.drive.objects.dictionary import Object
 from achse.drive.objects.row import Number
 from achse.drive.power import PowerState
-from achse.drive.record import FIELDS, DriveFields, SlotsRecord
+from achse.drive.record import FIELDS, DriveFields, SlotsRecord, collector, distributor
 
 __all__ = ["LONGEST_CYCLE_NS", "Drive", "Identity"]
 
@@ -84,6 +83,11 @@ class Identity:
     serial_number: int = 1
 
 
+def _plain_cycles(record: DriveFields, dt: float, count: int) -> None:
+    for _ in range(count):
+        cycle(record, dt)
+
+
 class Drive:
     """A virtual servo drive.
 
@@ -91,7 +95,7 @@ class Drive:
     subindex). `store` keeps what 1010h saves, by index << 8 | subindex, over power cycles.
     `strict_mapping` False accepts what some masters do beyond the manual (achse.drive.mapping).
     `voltage_bit` is the value of statusword bit 4 while main power is normal: 0 in the manual, 1 in
-    CiA 402.
+    CiA 402. `compiled` runs the kernel as machine code; it needs Numba and seconds the first time.
     """
 
     local_cycle_ns = _LOCAL_CYCLE_NS
@@ -106,12 +110,21 @@ class Drive:
         store: MutableMapping[int, Number] | None = None,
         strict_mapping: bool = True,
         voltage_bit: int = 0,
-        record: DriveFields | None = None,
+        compiled: bool = False,
     ) -> None:
         self.name = name
         self.identity = identity or Identity()
         self.machine = machine or Machine()
-        self.record: DriveFields = record or SlotsRecord()
+        self.record: DriveFields
+        self._cycles: Callable[[float, int], None]
+        if compiled:
+            from achse.drive.compiled import CompiledRecord
+
+            fast = CompiledRecord()
+            self.record, self._cycles = fast, fast.cycles
+        else:
+            self.record = SlotsRecord()
+            self._cycles = partial(_plain_cycles, self.record)
         self.faults = Faults(self.record)
         self.emergencies_enabled = True
         """10F3h switches emergencies; the manual has no table of that object."""
@@ -133,9 +146,11 @@ class Drive:
         self._commands_seen = 0
         self._reset_due = False
         self._clear_due = False
+        self._synchronous = False
         self._received: ProcessData
         self._sent: ProcessData
-        self._collect: Callable[[Any], Any]
+        self._distribute: Callable[[tuple[Number, ...]], None]
+        self._collect: Callable[[], tuple[Number, ...]]
         self._start()
         self.record.motor_position = self.machine.position * self.record.counts_per_inc
         self._take_encoder()
@@ -249,6 +264,7 @@ class Drive:
         self.mapping.open = state == AlState.PREOP
         self.sync_error_counter = 0
         record.sync_type = 2 if sync0_ns else 0
+        self._synchronous = sync0_ns > 0 and state == AlState.OP
         record.sync_cycle = sync0_ns or _LOCAL_CYCLE_NS
         if sync0_ns:
             record.communication_cycle = sync0_ns * 1e-9
@@ -265,11 +281,9 @@ class Drive:
         outputs = self._outputs
         if outputs is not None:
             self._outputs = None
-            received = self._received
-            for place, value in zip(received.places, received.layout.unpack(outputs), strict=True):
-                setattr(record, place, value)
+            self._distribute(self._received.layout.unpack(outputs))
             record.fresh_outputs = 1
-        if record.sync_type and self.state == AlState.OP:
+        if self._synchronous:
             status = self._supervise(outputs is not None)
         if elapsed_ns <= 0:
             return status
@@ -279,12 +293,8 @@ class Drive:
             self._attend(elapsed_ns)
         if self._reset_due or self._clear_due:
             self._obey()
-        self._inputs = self._sent.layout.pack(*self._collect(record))
+        self._inputs = self._sent.layout.pack(*self._collect())
         return status
-
-    def _cycles(self, dt: float, count: int) -> None:
-        for _ in range(count):
-            cycle(self.record, dt)
 
     def _supervise(self, received: bool) -> AlStatus:
         """The sync error counter of 10F1h: missed SM2 events count 3, received ones -1."""
@@ -423,16 +433,12 @@ class Drive:
     def _take_mapping(self) -> None:
         self._received = self.mapping.received
         self._sent = self.mapping.sent
-        fields = self._sent.fields
-        if len(fields) == 1:
-            single = attrgetter(*fields)
-            self._collect = lambda record: (single(record),)
-        else:
-            self._collect = attrgetter(*fields) if fields else lambda record: ()
+        self._distribute = distributor(self.record, self._received.places)
+        self._collect = collector(self.record, self._sent.fields)
         self._pack_inputs()
 
     def _pack_inputs(self) -> None:
-        self._inputs = self._sent.layout.pack(*self._collect(self.record))
+        self._inputs = self._sent.layout.pack(*self._collect())
 
     def __repr__(self) -> str:
         state = self.power_state.name.lower().replace("_", " ")

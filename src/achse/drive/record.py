@@ -9,7 +9,9 @@ encoder, torques in thousandths of rated torque ("‰"), times in seconds, flags
 whose value lives here names its field in its row (achse.drive.objects), with range and default.
 """
 
-from functools import cache
+from collections.abc import Callable, Sequence
+from functools import cache, partial
+from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Any
 
 __all__ = [
@@ -25,6 +27,8 @@ __all__ = [
     "PlantFields",
     "SlotsRecord",
     "StateFields",
+    "collector",
+    "distributor",
     "record_dtype",
 ]
 
@@ -350,6 +354,38 @@ else:
         def __init__(self) -> None:
             for name, default in FIELDS.items():
                 setattr(self, name, list(default) if isinstance(default, list) else default)
+
+
+def collector(record: Any, fields: Sequence[str]) -> Callable[[], tuple[Any, ...]]:
+    """A function that reads these fields, in this order, as fast as the form allows."""
+    words = _words(record, fields)
+    if len(fields) < 2:
+        return lambda: tuple(getattr(record, name) for name in fields)
+    if words is None:
+        return partial(attrgetter(*fields), record)
+    return partial(itemgetter(*(OFFSETS[name] for name in fields)), words)
+
+
+def distributor(record: Any, fields: Sequence[str]) -> Callable[[tuple[Any, ...]], None]:
+    """A function that writes these fields, in this order."""
+    words = _words(record, fields)
+    offsets = tuple(OFFSETS[name] for name in fields)
+
+    def set_words(values: tuple[Any, ...]) -> None:
+        for offset, value in zip(offsets, values, strict=True):
+            words[offset] = value
+
+    def set_fields(values: tuple[Any, ...]) -> None:
+        for name, value in zip(fields, values, strict=True):
+            setattr(record, name, value)
+
+    return set_fields if words is None else set_words
+
+
+def _words(record: Any, fields: Sequence[str]) -> Any:
+    """The record as 64-bit words, if it is a compiled one and the fields are whole numbers."""
+    whole = all(isinstance(FIELDS[name], int) for name in fields)
+    return getattr(record, "words", None) if whole else None
 
 
 @cache
