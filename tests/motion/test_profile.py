@@ -211,6 +211,23 @@ def test_generated_cases_arrive_without_breaking_a_limit(fast, wild):
     assert len(broken) == 0, (len(broken), verdicts[broken[0]], cases[broken[0]].tolist())
 
 
+def test_a_target_short_of_the_last_jerk_phase_is_reached_by_returning(fast):
+    """There v - a²/2j is zero but for rounding: braking on and releasing are the same."""
+    cases = generate(fast, 6, CASES, False)
+    rng = np.random.default_rng(7)
+    jerk = cases[:, 8]
+    strongest = np.minimum(cases[:, 7], np.sqrt(2.0 * jerk * cases[:, 5]))
+    growth = -strongest * rng.uniform(0.0, 1.0, CASES)
+    speed = growth * growth / (2.0 * jerk) * (1.0 + rng.integers(-3, 4, CASES) * 2.0**-53)
+    sign = rng.choice([-1.0, 1.0], CASES)
+    cases[:, 1], cases[:, 2] = sign * speed, sign * growth
+    fast.aim_near_stop(cases, 1.0 - np.abs(rng.normal(size=CASES)) * 10.0 ** rng.uniform(-9, 0.0))
+    _, _, counts, verdicts = planned(fast, cases)
+    assert counts.min() >= 0, cases[counts.argmin()].tolist()
+    broken = np.flatnonzero(verdicts)
+    assert len(broken) == 0, (len(broken), verdicts[broken[0]], cases[broken[0]].tolist())
+
+
 def test_generated_end_velocities_are_met_or_refused(fast):
     cases = generate(fast, 2, CASES, False)
     cases[:, 4] = cases[:, 5] * np.random.default_rng(3).uniform(0.0, 1.0, CASES)

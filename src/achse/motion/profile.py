@@ -467,7 +467,7 @@ def _append_approach(
         + (end + base) * _ramp_time(end_gap, dec, jerk)
     )
     if excess < -slack:
-        return _OVERSHOOT if settled > end else END_VELOCITY_UNREACHABLE
+        return END_VELOCITY_UNREACHABLE if end > 0.0 and settled <= end else _OVERSHOOT
     rise = top - base if top > base else 0.0
     peak = base + rise
     covered = (start + peak) * _ramp_time(start_gap + rise, acc, jerk)
