@@ -25,7 +25,9 @@ from achse.plc.program import PlacedUnit, place
 
 
 def started(*declared: type[Unit], memory: Memory | None = None) -> list[PlacedUnit]:
-    units = place(declared, memory or Memory())
+    memory = memory or Memory()
+    units = place(declared, memory)
+    memory.hold_initial()
     partners: dict[object, object] = {}
     for unit in units:
         partners[type(unit.instance)] = partners[unit.name] = unit.instance

@@ -7,7 +7,14 @@ from math import prod
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from achse.iec.elementary import BYTE, IntegerType, RealType
-from achse.iec.errors import DeclarationError, IecDecodeError, IecPathError, IecValueError, shown
+from achse.iec.errors import (
+    DeclarationError,
+    IecDecodeError,
+    IecIndexError,
+    IecPathError,
+    IecValueError,
+    shown,
+)
 from achse.iec.types import Buffer, IecType
 
 __all__ = ["Array", "ArrayType", "Bounds"]
@@ -147,7 +154,7 @@ class ArrayType(IecType[list[Any]], Generic[V]):
     def position(self, indices: Sequence[int]) -> int:
         """Bytes from the start of the array to the element (or the row) at `indices`.
 
-        Raises `IecPathError` if an index is out of bounds or there are too many.
+        Raises `IecIndexError` if an index is out of bounds, `IecPathError` if there are too many.
         """
         if len(indices) > len(self.dimensions):
             raise IecPathError(
@@ -156,7 +163,7 @@ class ArrayType(IecType[list[Any]], Generic[V]):
         offset = 0
         for index, bounds, stride in zip(indices, self.dimensions, self.strides, strict=False):
             if not bounds.first <= index <= bounds.last:
-                raise IecPathError(f"index {shown(index)} is outside {bounds} of {self.name}")
+                raise IecIndexError(f"index {shown(index)} is outside {bounds} of {self.name}")
             offset += (index - bounds.first) * stride
         return offset
 
@@ -236,6 +243,11 @@ class Array(Generic[V]):
             return
         indices, part = self._part(index)
         part.write(self._buffer, self._offset + self.type.position(indices), value)
+
+    @property
+    def views(self) -> Mapping[object, Any]:
+        """The views of elements and rows that have been made so far, by index."""
+        return self._views
 
     def _part(self, index: int | tuple[int, ...]) -> tuple[tuple[int, ...], IecType[Any]]:
         indices = index if isinstance(index, tuple) else (index,)

@@ -11,6 +11,7 @@ from achse.iec.types import Adst, Buffer, IecType, no_attributes
 __all__ = [
     "AliasType",
     "InterfaceType",
+    "OpaqueType",
     "PointerType",
     "ReferenceType",
     "SubrangeType",
@@ -116,6 +117,25 @@ class SubrangeType(AliasType[int]):
     @property
     def expected(self) -> str:
         return f"an integer in {self.low}..{self.high}"
+
+
+class OpaqueType(IecType[bytes]):
+    """A type whose definition the target does not give: its value is its bytes."""
+
+    def encode(self, value: object) -> bytes:
+        if not isinstance(value, bytes | bytearray) or len(value) != self.size:
+            raise self.reject(value)
+        return bytes(value)
+
+    def read(self, buffer: Buffer, offset: int) -> bytes:
+        return bytes(buffer[offset : offset + self.size])
+
+    def write(self, buffer: Buffer, offset: int, value: object) -> None:
+        buffer[offset : offset + self.size] = self.encode(value)
+
+    @property
+    def expected(self) -> str:
+        return f"{self.size} bytes"
 
 
 class PointerType(IecType[int]):

@@ -22,6 +22,7 @@ from achse.iec.derived import (
     SubrangeType,
     resolved,
 )
+from achse.iec.entries import fitting, fitting_attributes
 from achse.iec.enums import EnumType
 from achse.iec.methods import Method, Parameter
 from achse.iec.structs import StructType
@@ -86,7 +87,9 @@ def describe_type(type: IecType[Any]) -> DataTypeEntry:
         values = tuple((name, type.base.encode(n)) for name, n in type.numbers.items())
         if type.comments:
             flags |= TypeFlag.ENUM_NOTES
-            notes = tuple(EnumNote(type.comments.get(name, "")) for name in type.numbers)
+            notes = tuple(
+                EnumNote(fitting(type.comments.get(name, ""), 0xFF)) for name in type.numbers
+            )
     elif isinstance(type, SubrangeType):
         type_name = type.made_of.name
     elif isinstance(type, AliasType):
@@ -102,12 +105,12 @@ def describe_type(type: IecType[Any]) -> DataTypeEntry:
         type.size,
         int(type.adst),
         int(flags),
-        comment=type.comment,
+        comment=fitting(type.comment),
         dimensions=dimensions,
         members=members,
         guid=type.guid,
         methods=methods,
-        attributes=tuple(type.attributes.items()),
+        attributes=fitting_attributes(type.attributes),
         enum_values=values,
         enum_notes=notes,
     )
@@ -143,9 +146,9 @@ def _member(member: Variable[Any, Any], index: int) -> DataTypeEntry:
         int(adst),
         int(flags),
         offset,
-        member.comment,
+        fitting(member.comment),
         guid=type.guid,
-        attributes=tuple(member.attributes.items()),
+        attributes=fitting_attributes(member.attributes),
         hash_value=index & 0xFFFF,
     )
 
@@ -164,8 +167,8 @@ def _method(method: Method, index: int) -> MethodEntry:
         tuple(_parameter(item) for item in method.parameters),
         int(flags),
         bytes(16) if returns is None else returns.guid,
-        method.comment,
-        tuple(method.attributes.items()),
+        fitting(method.comment),
+        fitting_attributes(method.attributes),
         table_index=index,
     )
 
@@ -185,6 +188,6 @@ def _parameter(parameter: Parameter) -> ParameterEntry:
         int(type.adst),
         int(flags),
         type.guid,
-        parameter.comment,
-        tuple(parameter.attributes.items()),
+        fitting(parameter.comment),
+        fitting_attributes(parameter.attributes),
     )

@@ -1,7 +1,7 @@
 """The parts that symbol and type entries are made of: lengths, texts, bounds, attributes."""
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from achse.iec.errors import IecDecodeError, IecValueError
@@ -11,6 +11,8 @@ __all__ = [
     "BOUNDS",
     "Cursor",
     "attribute_bytes",
+    "fitting",
+    "fitting_attributes",
     "open_entry",
     "padded_entry",
     "short_text",
@@ -142,6 +144,18 @@ def text_bytes(text: str, coding: Coding, what: str, longest: int = 0xFFFF) -> b
     if len(data) > longest:
         raise IecValueError(what, f"a text of at most {longest} bytes", text)
     return data
+
+
+def fitting(text: str, longest: int = 0xFFFF) -> str:
+    """What of a comment or attribute a table can hold: signs of cp1252, so many bytes."""
+    if text.isascii() and len(text) <= longest:
+        return text
+    return text.encode("cp1252", "replace")[:longest].decode("cp1252", "replace")
+
+
+def fitting_attributes(attributes: Mapping[str, str]) -> tuple[tuple[str, str], ...]:
+    """Attributes as a table can hold them: names and values of at most 255 bytes."""
+    return tuple((fitting(key, 0xFF), fitting(text, 0xFF)) for key, text in attributes.items())
 
 
 def short_text(text: str, coding: Coding, what: str) -> bytes:

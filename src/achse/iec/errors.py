@@ -5,6 +5,7 @@ IecError
 ├── IecValueError      a Python value that does not fit the type
 ├── IecDecodeError     bytes that are no value, symbol entry or type entry
 ├── IecPathError       an instance path that leads nowhere
+│   └── IecIndexError  … because an index is outside the bounds of its array
 └── UnboundError       a declared variable used before it has memory
 """
 
@@ -12,6 +13,7 @@ __all__ = [
     "DeclarationError",
     "IecDecodeError",
     "IecError",
+    "IecIndexError",
     "IecPathError",
     "IecValueError",
     "UnboundError",
@@ -58,6 +60,10 @@ class IecDecodeError(IecError):
 
 class IecPathError(IecError, LookupError):
     """An instance path cannot be read, or names no part of the type."""
+
+
+class IecIndexError(IecPathError):
+    """The path leads to an array, and an index is outside of its bounds."""
 
 
 class UnboundError(IecError, RuntimeError):

@@ -5,13 +5,20 @@ from collections.abc import Callable
 from typing import Any
 
 from achse.iec.arrays import ArrayType, Bounds
-from achse.iec.derived import AliasType, PointerType, ReferenceType, SubrangeType, resolved
+from achse.iec.derived import (
+    AliasType,
+    OpaqueType,
+    PointerType,
+    ReferenceType,
+    SubrangeType,
+    resolved,
+)
 from achse.iec.elementary import NUMERIC, IntegerType
 from achse.iec.errors import DeclarationError
 from achse.iec.strings import STRING, WSTRING, StringType
 from achse.iec.text import Coding
 from achse.iec.times import TIMES
-from achse.iec.types import IecType
+from achse.iec.types import Adst, IecType
 
 __all__ = ["ELEMENTARY", "parse_type", "with_coding"]
 
@@ -63,13 +70,21 @@ def _parse(text: str, find: Find, pointer_size: int, depth: int) -> IecType[Any]
         name = text[match.end() :]
         # Found when followed, not before: a structure may point to its own kind.
         return kind(
-            lambda: _parse(name, find, pointer_size, depth + 1), pointer_size, target_name=name
+            lambda: _pointee(name, find, pointer_size, depth + 1), pointer_size, target_name=name
         )
     if match := _SUBRANGE.fullmatch(text):
         base = ELEMENTARY.get(match[1].lower())
         if isinstance(base, IntegerType):
             return SubrangeType(base, int(match[2]), int(match[3]))
     raise DeclarationError(f"no type is named {text[:80]!r}")
+
+
+def _pointee(name: str, find: Find, pointer_size: int, depth: int) -> IecType[Any]:
+    """What a pointer points at; without content if nobody explains the name."""
+    try:
+        return _parse(name, find, pointer_size, depth)
+    except DeclarationError:
+        return OpaqueType(name, 0, 1, Adst.VOID)
 
 
 def _bounds(part: str, text: str) -> Bounds:

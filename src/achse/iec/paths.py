@@ -12,11 +12,12 @@ from typing import Any, NamedTuple, TypeAlias
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import InterfaceType, PointerType, ReferenceType, resolved
 from achse.iec.elementary import BIT, IntegerType
-from achse.iec.errors import IecPathError
+from achse.iec.errors import IecIndexError, IecPathError
 from achse.iec.methods import Method
 from achse.iec.structs import StructType
 from achse.iec.symbols import fold
 from achse.iec.types import IecType
+from achse.iec.variables import Variable
 
 __all__ = [
     "Bit",
@@ -82,6 +83,8 @@ class Location(NamedTuple):
     bit: int | None = None
     hops: tuple[int, ...] = ()
     method: Method | None = None
+    static: Variable[Any, Any] | None = None
+    """The VAR_STAT variable on the way, if there is one: `offset` and `hops` count from it."""
 
 
 _NAME = re.compile(r"[^\W\d]\w*")
@@ -142,7 +145,7 @@ def _index(text: str, position: int) -> tuple[Step, int]:
         if found is None:
             raise _fault(text, position, "an index")
         if len(found[2]) > _LONGEST_INDEX:
-            raise IecPathError(
+            raise IecIndexError(
                 f"index {found[0].strip()[:40]} of {text[:60]!r} is outside any array"
             )
         indices.append(int(found[1] + found[2]))
@@ -205,29 +208,36 @@ def _next(location: Location, step: Step) -> Location:
     if isinstance(step, Deref):
         if not isinstance(type, PointerType) or isinstance(type, InterfaceType):
             raise IecPathError(f"{location.type.name} is no pointer: ^ leads nowhere")
-        return Location(type.target, 0, None, (*location.hops, location.offset))
+        return _pointee(location, type)
     if isinstance(type, ReferenceType):
         # A reference is followed by itself.
-        return _next(Location(type.target, 0, None, (*location.hops, location.offset)), step)
+        return _next(_pointee(location, type), step)
     if isinstance(step, Member):
         if not isinstance(type, StructType):
             raise IecPathError(f"{location.type.name} has no member {step.name[:80]!r}")
         member = type.member(step.name)
         if not member.in_memory:
-            raise IecPathError(f"{member.name} of {type.name} is static: it has no offset")
+            return Location(member.type, 0, member.bit, static=member)
         if member.apart:
             raise IecPathError(f"{member.name} of {type.name} lies apart: it has no offset")
-        return Location(member.type, location.offset + member.offset, member.bit, location.hops)
+        return location._replace(
+            type=member.type, offset=location.offset + member.offset, bit=member.bit
+        )
     if isinstance(step, Index):
         return _element(location, type, step.indices)
     if isinstance(step, Bit):
         if not isinstance(type, IntegerType) or step.number >= 8 * type.size:
             raise IecPathError(f"{location.type.name} has no bit {step.number}")
         offset = location.offset + step.number // 8
-        return Location(BIT, offset, step.number % 8, location.hops)
+        return location._replace(type=BIT, offset=offset, bit=step.number % 8)
     if not isinstance(type, StructType):
         raise IecPathError(f"{location.type.name} has no method {step.name[:80]!r}")
     return location._replace(method=type.method(step.name))
+
+
+def _pointee(location: Location, type: PointerType) -> Location:
+    hops = (*location.hops, location.offset)
+    return location._replace(type=type.target, offset=0, hops=hops)
 
 
 def _element(location: Location, type: IecType[Any], indices: tuple[int, ...]) -> Location:
@@ -237,5 +247,5 @@ def _element(location: Location, type: IecType[Any], indices: tuple[int, ...]) -
     here, beyond = indices[: len(type.dimensions)], indices[len(type.dimensions) :]
     offset = location.offset + type.position(here)
     part = type.element if len(here) == len(type.dimensions) else type.row(len(here))
-    found = Location(part, offset, None, location.hops)
+    found = location._replace(type=part, offset=offset)
     return _next(found, Index(beyond)) if beyond else found

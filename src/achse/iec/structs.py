@@ -108,6 +108,8 @@ class StructType(IecType[R], Generic[R]):
             self.guid = guid
 
     def _apart(self, member: Variable[Any, Any]) -> bool:
+        if not member.in_memory:
+            return True
         return self.kind is Kind.UNIT and (member.address is not None or member.retain)
 
     def _lay_out(self, types: Sequence[IecType[Any]], pack: int) -> Layout:
@@ -131,16 +133,29 @@ class StructType(IecType[R], Generic[R]):
     def record(self) -> type[R]:
         """The Python class of its values."""
         if self._record is None:
-            base = FunctionBlock if self.kind is Kind.FUNCTION_BLOCK else Struct
-            # A foreign table may hold any name; `__class__` and the like must stay Python's.
-            members = {
-                item.name: item
-                for item in self.members
-                if not (item.name.startswith("__") and item.name.endswith("__"))
-            }
-            name = self.name.replace("\0", "")
-            self._record = RecordMeta(name, (base,), members, iec=self)  # type: ignore[assignment]
+            self.behave()
         return self._record  # type: ignore[return-value]
+
+    def behave(self, behaviour: type | None = None) -> None:
+        """Make the Python class of the values, with the methods of the class `behaviour`.
+
+        What a base type does, its derived types do. Raises `DeclarationError` if there is a
+        class already, as all records declared in Python have.
+        """
+        if self._record is not None:
+            raise DeclarationError(f"{self.name} has a Python class already: {self._record!r}")
+        base: type = FunctionBlock if self.kind is Kind.FUNCTION_BLOCK else Struct
+        if self.base is not None and self.base.kind is self.kind:
+            base = self.base.record
+        # A foreign table may hold any name; `__class__` and the like must stay Python's.
+        members = {
+            item.name: item
+            for item in self.members
+            if not (item.name.startswith("__") and item.name.endswith("__"))
+        }
+        name = self.name.replace("\0", "")
+        bases = (base,) if behaviour is None else (behaviour, base)
+        self._record = RecordMeta(name, bases, members, iec=self)  # type: ignore[assignment]
 
     def member(self, name: str) -> Variable[Any, Any]:
         """The member of that name, without case. Raises `IecPathError`."""

@@ -7,12 +7,21 @@ from enum import IntFlag
 from typing import Any, Self
 
 from achse.iec.derived import ReferenceType, resolved
-from achse.iec.entries import BOUNDS, Cursor, attribute_bytes, padded_entry, text_bytes
+from achse.iec.entries import (
+    BOUNDS,
+    Cursor,
+    attribute_bytes,
+    fitting,
+    fitting_attributes,
+    padded_entry,
+    text_bytes,
+)
 from achse.iec.errors import IecDecodeError
 from achse.iec.text import Coding
 from achse.iec.types import IecType, no_attributes
 
 __all__ = [
+    "SymbolEncoder",
     "SymbolEntry",
     "SymbolFlag",
     "UploadFlag",
@@ -23,6 +32,7 @@ __all__ = [
 ]
 
 _HEAD = struct.Struct("<IIIIHHHHH")
+_FAST_HEAD = struct.Struct("<IIIIIHHHHH")
 _U16 = struct.Struct("<H")
 _U32 = struct.Struct("<I")
 
@@ -98,9 +108,9 @@ class SymbolEntry:
             type.size,
             int(type.adst),
             int(flags),
-            comment,
+            fitting(comment),
             guid=type.guid,
-            attributes=tuple(attributes.items()),
+            attributes=fitting_attributes(attributes),
         )
 
     @property
@@ -170,6 +180,64 @@ class SymbolEntry:
             attributes,
             flags2,
             cursor.tail(),
+        )
+
+
+class SymbolEncoder:
+    """Encodes many variables as `SymbolEntry.of(…).encode()` does, several times as fast.
+
+    A type is looked at once. What the table cannot hold does not stop the upload: signs outside
+    cp1252 become `?`, attributes are cut at 255 bytes.
+    """
+
+    def __init__(self) -> None:
+        self._types: dict[int, tuple[IecType[Any], bytes, int, bytes]] = {}
+
+    def __call__(
+        self,
+        name: str,
+        type: IecType[Any],
+        index_group: int,
+        index_offset: int,
+        flags: int = 0,
+        comment: str = "",
+        attributes: Mapping[str, str] = no_attributes,
+    ) -> bytes:
+        """The entry; `flags` with the task mask, the flags of the type come by themselves."""
+        known = self._types.get(id(type))
+        if known is None:
+            own = SymbolEntry.of("", type, 0, 0, context=0).flags
+            raw = type.name.encode("cp1252", "replace")
+            known = self._types[id(type)] = (type, raw, own, type.guid)
+        _, type_name, own, guid = known
+        raw_name = name.encode("cp1252", "replace")
+        raw_comment = comment.encode("cp1252", "replace")[:0xFFFF] if comment else b""
+        tail = b""
+        if attributes:
+            own |= SymbolFlag.ATTRIBUTES
+            pairs = fitting_attributes(attributes)
+            tail = _U16.pack(len(pairs)) + attribute_bytes(pairs, "cp1252")
+        lengths = len(raw_name), len(type_name), len(raw_comment)
+        size = 4 + _HEAD.size + sum(lengths) + 3 + 16 + len(tail)
+        padding = -size % 8
+        head = _FAST_HEAD.pack(
+            size + padding,
+            index_group,
+            index_offset,
+            type.size,
+            type.adst,
+            flags | own,
+            0,
+            *lengths,
+        )
+        return b"%b%b\0%b\0%b\0%b%b%b" % (
+            head,
+            raw_name,
+            type_name,
+            raw_comment,
+            guid,
+            tail,
+            bytes(padding),
         )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from achse.iec.arrays import ArrayType, Bounds
 from achse.iec.datatypes import STATIC_OFFSET, DataTypeEntry, MethodEntry, ParameterFlag, TypeFlag
-from achse.iec.derived import AliasType, InterfaceType
+from achse.iec.derived import AliasType, InterfaceType, OpaqueType
 from achse.iec.elementary import (
     BOOL,
     DINT,
@@ -30,7 +30,7 @@ from achse.iec.names import ELEMENTARY, parse_type, with_coding
 from achse.iec.strings import STRING, WSTRING
 from achse.iec.structs import Kind, StructType
 from achse.iec.symbols import SymbolEntry
-from achse.iec.types import Adst, Buffer, IecType
+from achse.iec.types import Adst, IecType
 from achse.iec.variables import Section, Variable
 
 __all__ = ["OpaqueType", "TypeTable"]
@@ -40,25 +40,6 @@ _BY_ADST: Mapping[int, IecType[Any]] = {
     type.adst: type
     for type in (BOOL, SINT, USINT, INT, UINT, DINT, UDINT, LINT, ULINT, REAL, LREAL)
 }
-
-
-class OpaqueType(IecType[bytes]):
-    """A type whose definition the target does not give: its value is its bytes."""
-
-    def encode(self, value: object) -> bytes:
-        if not isinstance(value, bytes | bytearray) or len(value) != self.size:
-            raise self.reject(value)
-        return bytes(value)
-
-    def read(self, buffer: Buffer, offset: int) -> bytes:
-        return bytes(buffer[offset : offset + self.size])
-
-    def write(self, buffer: Buffer, offset: int, value: object) -> None:
-        buffer[offset : offset + self.size] = self.encode(value)
-
-    @property
-    def expected(self) -> str:
-        return f"{self.size} bytes"
 
 
 class TypeTable:

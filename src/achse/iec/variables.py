@@ -115,7 +115,8 @@ class Variable(Generic[G, S]):
         self.bit = bit
         """Bit in that byte, if the type is BIT."""
         self.apart = False
-        """Whether the variable has its own `Place` (`AT`, RETAIN in a program or list)."""
+        """Whether the variable has its own `Place` (`AT`, RETAIN of a unit, VAR_STAT)."""
+        self._shared: Place | None = None
         if isinstance(type, StringType) and type.unit == 1 and type.coding == "utf-8":
             self.attributes = {**attributes, "TcEncoding": "UTF-8"}
         self._unpack: Callable[..., tuple[Any, ...]] | None = None
@@ -217,9 +218,24 @@ class Variable(Generic[G, S]):
             self.store(buffer, instance.__iec_offset__, value)
 
     def _place(self, instance: Any) -> Place:
-        place: Place | None = instance.__iec_places__.get(self.name)
+        place: Place | None
+        if self.in_memory:
+            place = instance.__iec_places__.get(self.name)
+        else:
+            place = self._static_place(instance.__iec_buffer__)
         if place is None:
             raise self._unbound(instance)
+        return place
+
+    def _static_place(self, buffer: Buffer) -> Place:
+        """The one value of a VAR_STAT variable: of the PLC whose memory `buffer` is.
+
+        Records in memory of their own, for trying out, share one beside every PLC.
+        """
+        statics: Mapping[Any, Place] = getattr(buffer, "statics", {})
+        place = statics.get(self) or self._shared
+        if place is None:
+            place = self._shared = Place(bytearray(self.initial_bytes()), 0)
         return place
 
     def _fetch_apart(self, instance: Any) -> Any:

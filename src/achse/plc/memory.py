@@ -2,11 +2,15 @@
 
 import hashlib
 from enum import Enum
+from typing import Any
+
+from achse.iec import Place, Variable
 
 __all__ = [
     "DEFAULT_SIZES",
     "Area",
     "AreaFullError",
+    "Bytes",
     "Memory",
     "MemoryRangeError",
     "Region",
@@ -23,6 +27,8 @@ class Area(Enum):
     DATA = "data"
 
 
+_AREAS = tuple(Area)
+
 DEFAULT_SIZES = {
     Area.INPUT: 0x1_0000,
     Area.OUTPUT: 0x1_0000,
@@ -36,6 +42,9 @@ range of %M offsets); retain and data grow with what is allocated in them."""
 _GROWTH = 0x1_0000
 _HEADROOM = 1024
 """Memory behind the last variable: clients read a STRING by its address with 1024 bytes."""
+
+_ADDRESS_BITS = 28
+"""Each area has a range of 256 MiB in the address space of pointers, the first one above NULL."""
 
 _GROWING = (Area.RETAIN, Area.DATA)
 
@@ -58,6 +67,14 @@ class MemoryRangeError(IndexError):
         )
 
 
+class Bytes(bytearray):
+    """The memory of an area, which knows where the VAR_STAT variables of its PLC lie."""
+
+    __slots__ = ("statics",)
+
+    statics: dict[Variable[Any, Any], Place]
+
+
 class Region:
     """One area: its bytes, how far they are allocated, and what they are after a reset.
 
@@ -69,7 +86,7 @@ class Region:
 
     def __init__(self, area: Area, size: int) -> None:
         self.area = area
-        self.data = bytearray(size)
+        self.data = Bytes(size)
         self._grows = area in _GROWING
         self._initial = bytes(self.data)
         self._kept: list[slice] = []
@@ -116,6 +133,13 @@ class Region:
         self.data[:] = self._initial.ljust(len(self.data), b"\0")
         for part, content in kept:
             self.data[part] = content
+
+    def begin_anew(self) -> None:
+        """Forget all variables: zeros, nothing allocated, nothing kept. The size stays."""
+        self.data[:] = bytes(len(self.data))
+        self._initial = b""
+        self._kept.clear()
+        self._used = 0
 
     # access ----------------------------------------------------------------------------------
 
@@ -169,10 +193,32 @@ class Memory:
             if size < 0:
                 raise ValueError(f"the size of {area.value} is 0 bytes or more, got {size}")
         chosen = DEFAULT_SIZES | (sizes or {})
+        self.sizes = chosen
         self.regions = {area: Region(area, chosen[area]) for area in Area}
+        self.statics: dict[Variable[Any, Any], Place] = {}
+        for region in self.regions.values():
+            region.data.statics = self.statics
 
     def __getitem__(self, area: Area) -> Region:
         return self.regions[area]
+
+    def begin_anew(self) -> None:
+        """Forget all variables, as before the first was placed."""
+        for region in self.regions.values():
+            region.begin_anew()
+        self.statics.clear()
+
+    def address(self, area: Area, offset: int) -> int:
+        """What a pointer to that byte holds: never 0, and within 32 bits."""
+        return (_AREAS.index(area) + 1 << _ADDRESS_BITS) + offset
+
+    def at(self, address: int) -> tuple[Region, int] | None:
+        """Where a pointer points; None if it is no address of a byte in any area."""
+        number, offset = divmod(address, 1 << _ADDRESS_BITS)
+        if not 1 <= number <= len(_AREAS):
+            return None
+        region = self.regions[_AREAS[number - 1]]
+        return (region, offset) if offset < len(region) else None
 
     def hold_initial(self) -> None:
         """Take the present content of all areas as what `reset` restores."""

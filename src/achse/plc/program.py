@@ -15,11 +15,21 @@ from achse.iec import (
     bind,
     resolved,
 )
+from achse.iec.describe import types_within
 from achse.iec.elementary import BoolType
 from achse.iec.structs import Unit
 from achse.plc.memory import Area, AreaFullError, Memory
 
-__all__ = ["PlacedUnit", "PlacedVariable", "place"]
+__all__ = ["PlacedUnit", "PlacedVariable", "partner_names", "place", "place_statics"]
+
+_AREAS = {
+    "I": Area.INPUT,
+    "Q": Area.OUTPUT,
+    "M": Area.FLAG,
+    "R": Area.RETAIN,
+    "D": Area.DATA,
+}
+"""Areas by the letter of an `Address`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +74,7 @@ class PlacedUnit:
                         f" got {variable.type.name}"
                     )
                 size = 1 if address.bit is not None else variable.type.size
-                region = self._memory[Area("%" + address.area)]
+                region = self._memory[_AREAS[address.area]]
                 try:
                     region.place(address.byte, size)
                 except AreaFullError as failure:
@@ -81,7 +91,7 @@ class PlacedUnit:
                 continue
             if variable.apart:
                 address = variable.address
-                area = Area.RETAIN if address is None else Area("%" + address.area)
+                area = Area.RETAIN if address is None else _AREAS[address.area]
                 try:
                     offset = self._memory[area].allocate(
                         variable.type.size, variable.type.alignment
@@ -138,7 +148,7 @@ class PlacedUnit:
 
 
 def place(declared: Iterable[type[Unit]], memory: Memory) -> list[PlacedUnit]:
-    """Give each unit its memory with initial values, and hold these for resets.
+    """Give each unit its memory with initial values.
 
     Variables at complete addresses come first, so that no other lands on them by chance. Raises
     DeclarationError if a name is there twice or an area is full.
@@ -149,8 +159,25 @@ def place(declared: Iterable[type[Unit]], memory: Memory) -> list[PlacedUnit]:
         unit.place_fixed()
     for unit in units:
         unit.place_free()
-    memory.hold_initial()
     return units
+
+
+def place_statics(units: Iterable[PlacedUnit], memory: Memory) -> list[PlacedVariable]:
+    """Give each VAR_STAT variable of the units and of all types in them its one place."""
+    types = [type(unit.instance).__iec__ for unit in units]
+    statics = []
+    data = memory[Area.DATA]
+    for found in types_within(types):
+        if not isinstance(found, StructType):
+            continue
+        for variable in found.members:
+            if not variable.in_memory and variable not in memory.statics:
+                offset = data.allocate(variable.type.size, variable.type.alignment)
+                data.write(offset, variable.initial_bytes())
+                memory.statics[variable] = Place(data.data, offset)
+                name = f"{found.name}.{variable.name}"
+                statics.append(PlacedVariable(name, variable, Area.DATA, offset, None))
+    return statics
 
 
 def _unique(names: Sequence[str]) -> None:
@@ -161,10 +188,15 @@ def _unique(names: Sequence[str]) -> None:
         seen.add(name.lower())
 
 
+def partner_names(cls: type) -> set[str]:
+    """The attributes that `PlacedUnit.start` may set."""
+    return {name for name, _ in _annotations(cls)}
+
+
 def _annotations(cls: type) -> Iterator[tuple[str, type | str]]:
     """Attributes annotated with a class or, in quotes, its name; those of bases come first."""
     for base in reversed(cls.__mro__):
-        if issubclass(base, Unit):
+        if base.__module__ != Unit.__module__:
             for name, wanted in inspect.get_annotations(base).items():
                 if isinstance(wanted, str):
                     yield name, wanted.rpartition(".")[2]

@@ -3,14 +3,16 @@
 import hashlib
 import logging
 import traceback
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum
 from operator import attrgetter
 from typing import TypeVar
 
+from achse.iec import DeclarationError, Program
 from achse.iec.structs import Unit
 from achse.plc.memory import Area, Memory
-from achse.plc.program import PlacedUnit, PlacedVariable, place
+from achse.plc.past import Past
+from achse.plc.program import PlacedUnit, PlacedVariable, place, place_statics
 from achse.plc.system_info import SystemInfo, system_info_list
 from achse.plc.task import Stopwatch, Task
 
@@ -43,7 +45,8 @@ class PlcRuntime:
     `tasks` name the program classes; `globals` are variable lists and further programs that no
     task calls. The same program in two tasks is one instance. `name`, `project`, `port` and
     `timestamp` (seconds since 1970) are what `_AppInfo` shows. `stopwatch` measures execution
-    times; without one they are 0, and every run is the same as the last.
+    times; without one they are 0, and every run is the same as the last. `pointer_size` is 8, or
+    4 for the declarations of a 32-bit PLC.
 
     It is in RUN after construction. Time is handed in: call `run_due(now_ns)` as time goes on.
     """
@@ -59,6 +62,7 @@ class PlcRuntime:
         timestamp: int = 0,
         memory: Memory | None = None,
         stopwatch: Stopwatch | None = None,
+        pointer_size: int = 8,
     ) -> None:
         if not tasks:
             raise ValueError("a PLC has at least one task")
@@ -77,19 +81,27 @@ class PlcRuntime:
         self.restarts = 0
         """Resets so far."""
         self._change_listeners: list[Callable[[], None]] = []
-        system = system_info_list(
+        self.pointer_size = pointer_size
+        self._system = system_info_list(
             tasks, app_name=name, project_name=project, port=port, timestamp=timestamp
         )
-        programs = [program for task in tasks for program in task.programs]
-        self.units = place(dict.fromkeys([system, *globals, *programs]), self.memory)
-        self._by_class: dict[type[Unit], PlacedUnit] = {
-            type(unit.instance): unit for unit in self.units
-        }
-        self._info = SystemInfo(self.memory[Area.DATA].data, self._by_class[system].variables)
+        self._globals = tuple(globals)
         self._indices = {task: number for number, task in enumerate(tasks)}
         self._by_priority = sorted(tasks, key=attrgetter("priority"))
         self._next = min(self._by_priority, key=_due)
+        self._place()
         self._start()
+
+    def _place(self) -> None:
+        programs = [program for task in self.tasks for program in task.programs]
+        declared = dict.fromkeys([self._system, *self._globals, *programs])
+        self.units = place(declared, self.memory)
+        self._statics = place_statics(self.units, self.memory)
+        self.memory.hold_initial()
+        self._by_class: dict[type[Unit], PlacedUnit] = {
+            type(unit.instance): unit for unit in self.units
+        }
+        self._info = SystemInfo(self.memory[Area.DATA].data, self._by_class[self._system].variables)
 
     def unit(self, declared: type[U]) -> U:
         """The instance of a program or variable list. KeyError if the PLC has none."""
@@ -101,9 +113,21 @@ class PlcRuntime:
     def variables(self) -> list[PlacedVariable]:
         """Every declared variable with its place in memory, sorted by name without case."""
         return sorted(
-            (placed for unit in self.units for placed in unit.variables),
+            (*(placed for unit in self.units for placed in unit.variables), *self._statics),
             key=lambda placed: placed.name.lower(),
         )
+
+    @property
+    def statics(self) -> Sequence[PlacedVariable]:
+        """The VAR_STAT variables, each once for all instances: `FB_Motor.nCount`."""
+        return self._statics
+
+    def instance(self, name: str) -> Unit:
+        """The program or variable list of that name, without case. KeyError if there is none."""
+        for unit in self.units:
+            if unit.name.lower() == name.lower():
+                return unit.instance
+        raise KeyError(name)
 
     def task_of(self, unit: PlacedUnit) -> Task:
         """The first task that calls the program; the first of all for a variable list."""
@@ -145,12 +169,58 @@ class PlcRuntime:
 
     # states ----------------------------------------------------------------------------------
 
-    def online_change(self) -> None:
-        """Tell clients that the declarations are others now: symbol version and count go up."""
+    def online_change(
+        self,
+        globals: Iterable[type[Unit]] | None = None,
+        programs: Mapping[str, Sequence[type[Program]]] | None = None,
+    ) -> None:
+        """Go on with other declarations, and tell clients: symbol version and count go up.
+
+        `globals` are the variable lists and programs without task from now on, `programs` those
+        of each task by its name; None keeps what there is. Tasks and their cycles stay. What
+        keeps its name and type keeps its value, member by member where a structure changed, and
+        Python attributes stay too; everything else starts as declared. The process image and
+        the state of the PLC stay.
+
+        Raises `DeclarationError` if the declarations cannot be placed; nothing has changed then.
+        """
+        if globals is not None or programs is not None:
+            self._redeclare(
+                self._globals if globals is None else tuple(globals), dict(programs or {})
+            )
         self.online_changes += 1
         self._info.show_online_changes(self.online_changes)
         for listener in self._change_listeners:
             listener()
+
+    def _redeclare(
+        self, globals: tuple[type[Unit], ...], programs: dict[str, Sequence[type[Program]]]
+    ) -> None:
+        names = [task.name for task in self.tasks]
+        if unknown := programs.keys() - set(names):
+            raise DeclarationError(
+                f"an online change keeps the tasks {', '.join(names)}, got {', '.join(unknown)}"
+            )
+        called = {task: tuple(programs.get(task.name, task.programs)) for task in self.tasks}
+        all_programs = [program for programs in called.values() for program in programs]
+        declared = dict.fromkeys([self._system, *globals, *all_programs])
+        place_statics(place(declared, trial := Memory(self.memory.sizes)), trial)
+        past = Past.of(self.memory, self.units, self.variables)
+        firsts = {task: task.first_cycle for task in self.tasks}
+        self._globals = globals
+        for task, of_task in called.items():
+            task.programs = of_task
+        self.memory.begin_anew()
+        self._place()
+        try:
+            self._start()
+            past.restore_attributes(self.units)
+        except Exception:
+            self._fail("the start after an online change failed")
+        past.restore_values(self.memory, self.variables)
+        for task, first in firsts.items():
+            task.first_cycle = first
+            self._info.show_task(self._indices[task], task)
 
     def on_online_change(self, listener: Callable[[], None]) -> None:
         """Call `listener` after each online change from now on."""

@@ -1,4 +1,5 @@
 """Symbols of a PLC: addresses, values, parts, methods, tables."""
+# ruff: noqa: N815 (IEC names)
 
 import struct
 from typing import Any
@@ -9,10 +10,22 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.devices.plc import PlcDevice
 from achse.devices.plc.symbols import PlcSymbol, PlcSymbols
+from achse.iec import (
+    ARRAY,
+    INT,
+    FunctionBlock,
+    GlobalVariables,
+    Struct,
+    method,
+    pointer_to,
+    reference_to,
+    var,
+)
 from achse.iec.datatypes import decode_types
 from achse.iec.symbols import SymbolEntry, SymbolFlag, decode_symbols
 from achse.iec.typetable import TypeTable
-from achse.plc import PlcRuntime
+from achse.iec.variables import Section, Variable
+from achse.plc import PlcRuntime, Task
 
 
 @pytest.fixture
@@ -115,8 +128,6 @@ def test_a_shorter_write_keeps_the_rest(symbols: PlcSymbols) -> None:
         "MAIN.",
         "MAIN.nope",
         "nope",
-        "GVL.aValues[4]",
-        "GVL.aValues[99999999999999999999]",
         "GVL.aValues[",
         "GVL.aGrid[0,0,0]",
         "GVL.nFlag.32",
@@ -132,6 +143,23 @@ def test_a_shorter_write_keeps_the_rest(symbols: PlcSymbols) -> None:
 )
 def test_a_name_that_leads_nowhere_is_unknown(symbols: PlcSymbols, name: str) -> None:
     assert symbols.resolve(name) is None
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "GVL.aValues[4]",
+        "GVL.aValues[-2]",
+        "GVL.aValues[99999999999999999999]",
+        "GVL.aPoints[3].fX",
+        "GVL.aGrid[0,3]",
+    ],
+)
+def test_an_index_out_of_bounds_has_its_own_code(device: PlcDevice, name: str) -> None:
+    for group in (0xF003, 0xF004, 0xF007, 0xF009):
+        with pytest.raises(DeviceError) as refusal:
+            device.read_write(group, 0, 100, name.encode())
+        assert refusal.value.return_code is ReturnCode.INVALID_ARRAY_INDEX
 
 
 def test_a_constant_is_read_only_for_clients(device: PlcDevice, symbols: PlcSymbols) -> None:
@@ -238,11 +266,136 @@ def test_an_online_change_outdates_handles_and_counts(device: PlcDevice, plc: Pl
         return device.read_write(0xF004, 0, 4, name)
 
     handle = struct.unpack("<I", device.read_write(0xF003, 0, 4, b"MAIN.nCounter"))[0]
-    assert (device.read(0xF008, 0, 1), online_changes()) == (b"\x01", b"\0\0\0\0")
+    (version,) = device.read(0xF008, 0, 1)
+    assert online_changes() == b"\0\0\0\0"
     plc.online_change()
-    assert (device.read(0xF008, 0, 1), online_changes()) == (b"\x02", b"\x01\0\0\0")
+    assert device.read(0xF008, 0, 1) == bytes([version + 1 & 0xFF])
+    assert online_changes() == b"\x01\0\0\0"
     with pytest.raises(DeviceError) as refusal:
         device.read(0xF005, handle, 4)
     assert refusal.value.return_code is ReturnCode.SYMBOL_VERSION_INVALID
     plc.reset()
     assert online_changes() == b"\x01\0\0\0"
+
+
+class ST_Node(Struct):  # noqa: N801
+    nValue = var(INT)
+    aMore = var(ARRAY(INT, (1, 3)))
+
+
+class FB_Node(FunctionBlock):  # noqa: N801
+    nOwn = var(INT)
+    nShared = Variable[int, int](INT, 9, section=Section.STATIC)
+
+    @method(INT, nA=INT)
+    def Fail(self, a: int) -> int:  # noqa: N802
+        raise ValueError("no such thing")
+
+
+class Pointing(GlobalVariables, name="P"):
+    stNode = var(ST_Node, {"nValue": 5, "aMore": [1, 2, 3]})
+    pNode = var(pointer_to(ST_Node))
+    rNode = var(reference_to(ST_Node))
+    ppNode = var(pointer_to(pointer_to(ST_Node)))
+    nFlag = var(INT, 8, at="%MW6")
+    pFlag = var(pointer_to(INT))
+    fbA = var(FB_Node)
+    fbB = var(FB_Node)
+
+
+@pytest.fixture
+def pointing() -> tuple[PlcRuntime, PlcDevice]:
+    plc = PlcRuntime([Task()], [Pointing])
+    return plc, PlcDevice(plc, clock=lambda: 0)
+
+
+def _address(plc: PlcRuntime, name: str) -> int:
+    placed = next(placed for placed in plc.variables if placed.name == name)
+    return plc.memory.address(placed.area, placed.offset)
+
+
+def test_a_pointer_is_followed_each_time(pointing: tuple[PlcRuntime, PlcDevice]) -> None:
+    plc, device = pointing
+    gvl = plc.unit(Pointing)
+    handle = struct.unpack("<I", device.read_write(0xF003, 0, 4, b"p.pnode^.amore[2]"))[0]
+    with pytest.raises(DeviceError) as refusal:
+        device.read(0xF005, handle, 2)
+    assert refusal.value.return_code is ReturnCode.SYMBOL_NOT_ACTIVE
+    gvl.pNode = _address(plc, "P.stNode")
+    assert device.read(0xF005, handle, 2) == b"\x02\0"
+    device.write(0xF005, handle, b"\x07\0")
+    assert gvl.stNode.aMore == [1, 7, 3]
+    gvl.rNode, gvl.ppNode = gvl.pNode, _address(plc, "P.pNode")
+    gvl.pFlag = _address(plc, "P.nFlag")
+    assert device.read_write(0xF004, 0, 2, b"P.rNode.nValue") == b"\x05\0"
+    assert device.read_write(0xF004, 0, 2, b"P.ppNode^^.nValue.0") == b"\x01"
+    assert device.read_write(0xF004, 0, 2, b"P.pFlag^") == b"\x08\0"
+    group, offset, size = struct.unpack("<III", device.read_write(0xF007, 0, 12, b"P.pFlag^"))
+    assert (group, offset, size) == (0x4020, 6, 2)
+
+
+@pytest.mark.parametrize("address", [0, 1, 0x0FFF_FFFF, 0x5FFF_FFFF, 0xFFFF_FFFF_FFFF_FFFF])
+def test_a_pointer_to_nowhere_harms_nobody(
+    pointing: tuple[PlcRuntime, PlcDevice], address: int
+) -> None:
+    plc, device = pointing
+    plc.unit(Pointing).pNode = address
+    for group in (0xF004, 0xF007, 0xF009):
+        with pytest.raises(DeviceError) as refusal:
+            device.read_write(group, 0, 100, b"P.pNode^")
+        assert refusal.value.return_code is ReturnCode.SYMBOL_NOT_ACTIVE
+
+
+def test_a_static_variable_is_reached_by_its_type_and_by_each_instance(
+    pointing: tuple[PlcRuntime, PlcDevice],
+) -> None:
+    plc, device = pointing
+    plc.unit(Pointing).fbB.nShared = 11
+    names = (b"P.fbA.nShared", b"P.fbB.nShared", b"FB_Node.nShared")
+    assert [device.read_write(0xF004, 0, 2, name) for name in names] == 3 * [b"\x0b\0"]
+    places = {device.read_write(0xF007, 0, 12, name) for name in names}
+    assert len(places) == 1
+
+
+def test_a_method_that_fails_is_a_device_error(
+    pointing: tuple[PlcRuntime, PlcDevice], caplog: pytest.LogCaptureFixture
+) -> None:
+    _, device = pointing
+    handle = struct.unpack("<I", device.read_write(0xF003, 0, 4, b"P.fbA#Fail"))[0]
+    with pytest.raises(DeviceError) as refusal:
+        device.read_write(0xF005, handle, 2, b"\0\0")
+    assert refusal.value.return_code is ReturnCode.DEVICE_ERROR
+    assert "no such thing" in caplog.text
+
+
+def test_other_declarations_have_another_version() -> None:
+    def version(*declared: type[GlobalVariables]) -> int:
+        return PlcSymbols(PlcRuntime([Task()], declared)).version
+
+    assert version(Pointing) == version(Pointing)
+    assert version(Pointing) != version()
+
+
+def test_an_online_change_shows_the_new_symbols(pointing: tuple[PlcRuntime, PlcDevice]) -> None:
+    plc, device = pointing
+    before = device.read(0xF00B, 0, 0xFFFFFF)
+
+    class More(GlobalVariables, name="P"):
+        nAdded = var(INT, 3)
+
+    plc.online_change([More])
+    names = [entry.name for entry in decode_symbols(device.read(0xF00B, 0, 0xFFFFFF))]
+    assert "P.nAdded" in names
+    assert "P.stNode" not in names
+    assert len(before) != len(device.read(0xF00B, 0, 0xFFFFFF))
+    assert device.read_write(0xF004, 0, 2, b"P.nAdded") == b"\x03\0"
+
+
+def test_a_long_or_foreign_text_does_not_stop_the_upload() -> None:
+    class Texts(GlobalVariables):
+        nA = var(INT, comment="Δ" * 70_000, attributes={"note": "→" * 300, "ö" * 300: ""})
+
+    table = PlcSymbols(PlcRuntime([Task()], [Texts])).symbol_table()
+    (entry,) = [entry for entry in decode_symbols(table) if entry.name == "Texts.nA"]
+    assert entry.comment == "?" * 0xFFFF
+    assert entry.attributes == (("note", "?" * 255), ("ö" * 255, ""))

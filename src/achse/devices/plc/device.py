@@ -54,11 +54,13 @@ class PlcDevice(Device):
         self, plc: PlcRuntime, *, clock: Callable[[], int], limits: Limits | None = None
     ) -> None:
         self.plc = plc
+        symbols = PlcSymbols(plc)
+        plc.on_online_change(symbols.refresh)
         super().__init__(
             NAME,
             VERSION,
             (*area_groups(plc.memory), Group(0xF0, _SYSTEM_STATE, self)),
-            PlcSymbols(plc),
+            symbols,
             clock=clock,
             task_cycle_ns=plc.tasks[0].cycle_ns,
             ads_state=_ADS_STATES[plc.state],

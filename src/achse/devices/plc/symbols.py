@@ -1,38 +1,50 @@
 """The symbols of a PLC for clients: names, addresses, values, type tables."""
 
+import hashlib
+import inspect
+import logging
 import struct
 from collections.abc import Callable, Mapping
-from functools import cached_property
-from typing import Any
+from functools import cached_property, partial
+from typing import Any, NamedTuple
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.devices.plc.areas import AREA_GROUPS
-from achse.iec import IecDecodeError, IecPathError, IecType, Method, Record
+from achse.iec import IecDecodeError, IecIndexError, IecPathError, IecType, Method, Record
 from achse.iec.datatypes import encode_types
 from achse.iec.describe import describe_type, types_within
 from achse.iec.names import ELEMENTARY
 from achse.iec.paths import Index, Location, Member, Step, follow, parse_path, split_symbol
-from achse.iec.symbols import SymbolEntry, SymbolFlag, encode_symbols, fold
-from achse.plc import Area, PlacedVariable, PlcRuntime
+from achse.iec.symbols import SymbolEncoder, SymbolEntry, SymbolFlag, UploadFlag, fold
+from achse.plc import Area, Memory, PlacedVariable, PlcRuntime, Region
 from achse.server import UploadInfo
 
-__all__ = ["PlcSymbol", "PlcSymbols"]
+__all__ = ["PlcSymbol", "PlcSymbols", "Spot"]
+
+log = logging.getLogger("achse.plc")
 
 _ADDRESS_TYPES = {Area.INPUT: "Input", Area.OUTPUT: "Output"}
+
+
+class Spot(NamedTuple):
+    """A place in PLC memory."""
+
+    region: Region
+    offset: int
+    bit: int | None
 
 
 class PlcSymbol:
     """A variable, or a part of one, at a fixed place in memory; or a method of a part."""
 
     __slots__ = (
+        "_spot",
         "attributes",
         "call",
         "comment",
         "context",
         "flags",
-        "index_group",
-        "index_offset",
         "name",
         "read",
         "read_only",
@@ -45,10 +57,7 @@ class PlcSymbol:
         self,
         name: str,
         type: IecType[Any],
-        area: Area,
-        data: bytearray,
-        offset: int,
-        bit: int | None,
+        spot: "Spot | Callable[[], Spot]",
         context: int,
         *,
         read_only: bool = False,
@@ -57,6 +66,7 @@ class PlcSymbol:
         attributes: Mapping[str, str],
         call: Callable[[bytes], bytes] | None = None,
     ) -> None:
+        """`spot` is a function where pointers lead to the value, and may raise `DeviceError`."""
         self.name = name
         self.type = type
         self.size = type.size
@@ -68,16 +78,29 @@ class PlcSymbol:
         self.call = call
         self.read: Callable[[], bytes]
         self.write: Callable[[bytes], None]
-        groups = AREA_GROUPS[area]
-        if bit is None:
-            self.index_group = groups.bytes
-            self.index_offset = offset
-            self.read, self.write = _whole_bytes(data, offset, type.size)
+        self._spot = spot
+        if isinstance(spot, Spot):
+            self.flags |= 0 if spot.bit is None else SymbolFlag.BIT_VALUE
+            self.read, self.write = _access(spot, type.size)
         else:
-            self.index_group = groups.bits
-            self.index_offset = 8 * offset + bit
-            self.flags |= SymbolFlag.BIT_VALUE
-            self.read, self.write = _one_bit(data, offset, 1 << bit)
+            self.read = lambda: _access(spot(), type.size)[0]()
+            self.write = lambda content: _access(spot(), type.size)[1](content)
+
+    @property
+    def _place(self) -> tuple[int, int]:
+        spot = self._spot if isinstance(self._spot, Spot) else self._spot()
+        groups = AREA_GROUPS[spot.region.area]
+        if spot.bit is None:
+            return groups.bytes, spot.offset
+        return groups.bits, 8 * spot.offset + spot.bit
+
+    @property
+    def index_group(self) -> int:
+        return self._place[0]
+
+    @property
+    def index_offset(self) -> int:
+        return self._place[1]
 
     def entry(self) -> bytes:
         return self.table_entry().encode()
@@ -94,6 +117,12 @@ class PlcSymbol:
             comment=self.comment,
             attributes=self.attributes,
         )
+
+
+def _access(spot: Spot, size: int) -> tuple[Callable[[], bytes], Callable[[bytes], None]]:
+    if spot.bit is None:
+        return _whole_bytes(spot.region.data, spot.offset, size)
+    return _one_bit(spot.region.data, spot.offset, 1 << spot.bit)
 
 
 def _whole_bytes(
@@ -131,66 +160,93 @@ class PlcSymbols:
 
     def __init__(self, plc: PlcRuntime) -> None:
         self.plc = plc
+        self._roots: dict[str, tuple[PlacedVariable, int, Record | None]] = {}
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Take the variables that the PLC has now; call it after an online change."""
+        plc = self.plc
         numbers = {task: number for number, task in enumerate(plc.tasks, 1)}
-        self._roots: dict[str, tuple[PlacedVariable, int, Record]] = {
-            fold(placed.name): (placed, numbers[plc.task_of(unit)], unit.instance)
+        self._roots = {
+            fold(placed.name): (placed, context, unit.instance)
             for unit in plc.units
+            for context in (numbers[plc.task_of(unit)],)
             for placed in unit.variables
         }
+        for placed in plc.statics:
+            self._roots.setdefault(fold(placed.name), (placed, 1, None))
+        for kept in ("_symbol_table", "_types", "_type_table"):
+            self.__dict__.pop(kept, None)
 
     @property
     def version(self) -> int:
-        """1, and one more with each online change."""
-        return self.plc.online_changes + 1 & 0xFF
+        """Differs for other declarations, and after each online change."""
+        return self._edition + self.plc.online_changes & 0xFF
+
+    @cached_property
+    def _edition(self) -> int:
+        """A byte of a hash over names, types and places, when it is first asked for."""
+        state = hashlib.blake2b(digest_size=1)
+        for root, (placed, _, _) in self._roots.items():
+            state.update(
+                b"%b %b %d %d;"
+                % (root.encode(), placed.variable.type.guid, placed.offset, placed.bit or 0)
+            )
+        return state.digest()[0]
 
     def resolve(self, name: str) -> PlcSymbol | None:
-        """`MAIN.stAxis.fPos`, `GVL.aValues[3]`, `MAIN.nFlags.3`, `MAIN.fbMotor#Start`."""
+        """`MAIN.stAxis.fPos`, `GVL.aValues[3]`, `MAIN.nFlags.3`, `GVL.pPart^`, `MAIN.fb#Start`.
+
+        Raises `DeviceError` 0x721 for an index out of bounds.
+        """
         try:
             root, rest = split_symbol(name, self._roots)
             if not rest:
                 return self._variable(root)
             steps = parse_path(rest)
             location = follow(self._roots[root][0].variable.type, steps)
+        except IecIndexError as failure:
+            raise DeviceError(ReturnCode.INVALID_ARRAY_INDEX, str(failure)) from None
         except IecPathError:
             return None
-        if location.hops:
-            return None  # what a pointer points at has no place in these areas
         return self._part(root, rest, steps, location)
 
     def _variable(self, root: str) -> PlcSymbol:
         placed, context, _ = self._roots[root]
         variable = placed.variable
-        attributes = dict(variable.attributes)
-        if placed.area in _ADDRESS_TYPES:
-            attributes["TcAddressType"] = _ADDRESS_TYPES[placed.area]
         return PlcSymbol(
             placed.name,
             variable.type,
-            placed.area,
-            self.plc.memory[placed.area].data,
-            placed.offset,
-            placed.bit,
+            Spot(self.plc.memory[placed.area], placed.offset, placed.bit),
             context,
             read_only=variable.constant,
-            flags=SymbolFlag.PERSISTENT if variable.persistent else 0,
+            flags=_flags(placed),
             comment=variable.comment,
-            attributes=attributes,
+            attributes=_attributes(placed),
         )
 
     def _part(self, root: str, rest: str, steps: tuple[Step, ...], location: Location) -> PlcSymbol:
         placed, context, unit = self._roots[root]
         call = None
-        if location.method is not None:
+        if location.method is not None and unit is not None:
             call = _caller(unit, (Member(placed.variable.name), *steps[:-1]), location.method)
+        memory = self.plc.memory
+        region, offset = memory[placed.area], placed.offset
+        if location.static is not None:
+            region, offset = memory[Area.DATA], memory.statics[location.static].offset
+        spot: Spot | Callable[[], Spot]
+        if location.hops:
+            spot = partial(
+                _pointee, memory, self.plc.pointer_size, Spot(region, offset, None), location
+            )
+        else:
+            spot = Spot(region, offset + location.offset, location.bit)
         return PlcSymbol(
             placed.name + rest,
             location.type,
-            placed.area,
-            self.plc.memory[placed.area].data,
-            placed.offset + location.offset,
-            location.bit,
+            spot,
             context,
-            read_only=placed.variable.constant,
+            read_only=placed.variable.constant and not location.hops,
             attributes={},
             call=call,
         )
@@ -198,7 +254,12 @@ class PlcSymbols:
     # tables ----------------------------------------------------------------------------------
 
     def upload_info(self) -> UploadInfo:
-        return UploadInfo(symbol_count=len(self._roots), type_count=len(self._types))
+        flags = UploadFlag.BASE_TYPES
+        if self.plc.pointer_size == 8:
+            flags |= UploadFlag.PLATFORM_64_BIT
+        return UploadInfo(
+            symbol_count=len(self._roots), type_count=len(self._types), flags=int(flags)
+        )
 
     def symbol_table(self) -> bytes:
         return self._symbol_table
@@ -212,16 +273,77 @@ class PlcSymbols:
 
     @cached_property
     def _symbol_table(self) -> bytes:
-        return encode_symbols(self._variable(root).table_entry() for root in self._roots)
+        encode = SymbolEncoder()
+        parts = []
+        for root in sorted(self._roots):
+            placed, context, _ = self._roots[root]
+            variable = placed.variable
+            groups = AREA_GROUPS[placed.area]
+            group, offset = groups.bytes, placed.offset
+            if placed.bit is not None:
+                group, offset = groups.bits, 8 * offset + placed.bit
+            parts.append(
+                encode(
+                    placed.name,
+                    variable.type,
+                    group,
+                    offset,
+                    _flags(placed) | (context & 0xF) << 8,
+                    variable.comment,
+                    _attributes(placed),
+                )
+            )
+        return b"".join(parts)
 
     @cached_property
     def _types(self) -> dict[str, IecType[Any]]:
-        used = [placed.variable.type for placed, _, _ in self._roots.values()]
-        return {fold(type.name): type for type in types_within([*used, *ELEMENTARY.values()])}
+        used = {id(found): found for found in (p.variable.type for p, _, _ in self._roots.values())}
+        return {
+            fold(type.name): type for type in types_within([*used.values(), *ELEMENTARY.values()])
+        }
 
     @cached_property
     def _type_table(self) -> bytes:
         return encode_types(map(describe_type, self._types.values()))
+
+
+def _flags(placed: PlacedVariable) -> int:
+    variable = placed.variable
+    flags = SymbolFlag.PERSISTENT if variable.persistent else 0
+    if variable.constant:
+        flags |= SymbolFlag.READ_ONLY
+    if placed.bit is not None:
+        flags |= SymbolFlag.BIT_VALUE
+    if not variable.in_memory:
+        flags |= SymbolFlag.STATIC
+    return int(flags)
+
+
+def _attributes(placed: PlacedVariable) -> Mapping[str, str]:
+    kind = _ADDRESS_TYPES.get(placed.area)
+    attributes = placed.variable.attributes
+    return attributes if kind is None else {**attributes, "TcAddressType": kind}
+
+
+def _pointee(memory: Memory, pointer_size: int, start: Spot, location: Location) -> Spot:
+    """Where the pointers on the way of a path lead now.
+
+    Raises `DeviceError` 0x722 if one of them is NULL or leads out of memory.
+    """
+    region, offset = start.region, start.offset
+    for hop in location.hops:
+        place = offset + hop
+        address = int.from_bytes(region.data[place : place + pointer_size], "little")
+        found = memory.at(address)
+        if found is None:
+            raise DeviceError(
+                ReturnCode.SYMBOL_NOT_ACTIVE, f"a pointer holds 0x{address:X}, no address of data"
+            )
+        region, offset = found
+    end = offset + location.offset + location.type.size
+    if end > len(region):
+        raise DeviceError(ReturnCode.SYMBOL_NOT_ACTIVE, "a pointer leads to the end of its area")
+    return Spot(region, offset + location.offset, location.bit)
 
 
 def _caller(unit: Record, steps: tuple[Step, ...], method: Method) -> Callable[[bytes], bytes]:
@@ -238,19 +360,29 @@ def _caller(unit: Record, steps: tuple[Step, ...], method: Method) -> Callable[[
                 target = target[step.name]
             elif isinstance(step, Index):
                 target = target[step.indices if len(step.indices) > 1 else step.indices[0]]
-        result = _python_method(target, method)(*arguments)
+        body = _python_method(target, method)
         answers = len(method.outputs) + (method.returns is not None)
-        if answers == 0:
-            return b""
-        return method.encode_answer((result,) if answers == 1 else result)
+        try:
+            result = body(*arguments)
+            if answers == 0:
+                return b""
+            return method.encode_answer((result,) if answers == 1 else result)
+        except DeviceError:
+            raise
+        except Exception as failure:
+            log.exception("method %s failed", method.name)
+            raise DeviceError(ReturnCode.DEVICE_ERROR, f"{method.name}: {failure}") from None
 
     return call
 
 
 def _python_method(target: object, method: Method) -> Callable[..., Any]:
+    """The Python method declared as `method`, or of its name: case does not matter."""
+    wanted = method.name.lower()
     for cls in type(target).__mro__:
         for name, value in vars(cls).items():
-            if getattr(value, "__iec_method__", None) is method:
+            declared = getattr(value, "__iec_method__", None)
+            if declared is method or (name.lower() == wanted and inspect.isfunction(value)):
                 bound: Callable[..., Any] = getattr(target, name)
                 return bound
     raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"{method.name} has no body")
