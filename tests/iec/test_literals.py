@@ -63,6 +63,7 @@ class Part(Struct, name="ST_Part"):
         (LTOD, "LTOD#0:0:0.000000001", 1),
         (DT, "DT#2024-02-29-12:34:56", datetime(2024, 2, 29, 12, 34, 56)),
         (DT, "2024-02-29T12:34:56", datetime(2024, 2, 29, 12, 34, 56)),
+        (DT, "DT#1970-1-1-0:0:1", datetime(1970, 1, 1, 0, 0, 1)),
         (LDT, "LDT#1970-01-01-00:00:00.5", 500_000_000),
         (STRING(20), "'it$'s $$5$L$41'", "it's $5\nA"),
         (STRING(20), "plain text", "plain text"),

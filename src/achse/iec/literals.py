@@ -22,6 +22,7 @@ _PREFIX = re.compile(r"([A-Za-z_]+)#")
 _DURATION = re.compile(r"([0-9]+(?:\.[0-9]+)?)(d|h|ms|m|s|us|ns)")
 _DATE = re.compile(r"([0-9]{4})-([0-9]{1,2})-([0-9]{1,2})")
 _CLOCK = re.compile(r"([0-9]{1,2}):([0-9]{1,2})(?::([0-9]{1,2})(?:\.([0-9]{1,9}))?)?")
+_MOMENT = re.compile(r"([0-9]{4}-[0-9]{1,2}-[0-9]{1,2})[-T ](.*)")
 _ESCAPE = re.compile(r"\$([0-9A-Fa-f]{4}|[0-9A-Fa-f]{2}|.)", re.DOTALL)
 _NARROW_ESCAPE = re.compile(r"\$([0-9A-Fa-f]{2}|.)", re.DOTALL)
 _REPEATED = re.compile(r"\s*([0-9]{1,7})\s*\((.*)\)\s*", re.DOTALL)
@@ -162,10 +163,11 @@ def _clock_ns(text: str) -> int | None:
 
 
 def _moment_ns(text: str) -> int | None:
-    day, clock = _date_ns(text[:10]), _clock_ns(text[11:])
-    if day is None or clock is None or text[10:11] not in ("-", "T", " "):
+    found = _MOMENT.fullmatch(text)
+    if found is None:
         return None
-    return day + clock
+    day, clock = _date_ns(found[1]), _clock_ns(found[2])
+    return None if day is None or clock is None else day + clock
 
 
 _CLOCKS: dict[str, tuple[Callable[[str], int | None], int]] = {

@@ -27,6 +27,7 @@ from achse.iec.st.tree import (
     PartOf,
     Super,
     This,
+    TypeOperand,
     Unary,
 )
 from achse.iec.strings import StringType
@@ -70,9 +71,9 @@ def path_of(tree: object) -> Path | None:
 
 
 class Evaluator:
-    """Finds the value of expressions. `size_of` knows the sizes of types and variables by name."""
+    """Finds the value of expressions. `size_of` knows the sizes of types and variables."""
 
-    def __init__(self, lookup: Lookup, size_of: Callable[[Path, int], int]) -> None:
+    def __init__(self, lookup: Lookup, size_of: Callable[[Expression], int]) -> None:
         self._lookup = lookup
         self._size_of = size_of
 
@@ -113,7 +114,7 @@ class Evaluator:
                 return self._part(tree)
             case Call():
                 return self._call(tree)
-            case Assign() | Dereference() | Index() | This() | Super():
+            case Assign() | Dereference() | Index() | This() | Super() | TypeOperand():
                 raise NotConstant(tree.at)
             case Binary():
                 raise AssertionError("walked by value")
@@ -144,10 +145,7 @@ class Evaluator:
         name = path[-1].upper()
         operands = [argument.value for argument in tree.arguments if argument.value is not None]
         if name in ("SIZEOF", "XSIZEOF") and len(operands) == 1:
-            target = path_of(operands[0])
-            if target is None:
-                raise NotConstant(tree.at)
-            return Constant(self._size_of(target, operands[0].at))
+            return Constant(self._size_of(operands[0]))
         cast = _CAST.fullmatch(name)
         target_type = ELEMENTARY.get(cast[1].lower()) if cast else None
         if target_type is None and name not in _FUNCTIONS:

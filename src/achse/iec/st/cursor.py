@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from achse.iec.st.lexer import END, NAME, Defines, Tokens, scan
 from achse.iec.st.pragmas import attribute_of
 from achse.iec.st.source import Fault, Source
-from achse.iec.st.tree import NO_NOTE, Name, NamedType, Note
+from achse.iec.st.tree import NO_NOTE, Name, Note
 from achse.iec.st.words import BLOCK_WORDS
 
 __all__ = ["DEEPEST", "MOST_FAULTS", "Cursor", "Unexpected"]
@@ -95,10 +95,6 @@ class Cursor:
         while self.take("."):
             words.append(self.name().name)
         return Name(".".join(words), first.at)
-
-    def type_name(self, expected: str = "the name of a type") -> NamedType:
-        found = self.path(expected)
-        return NamedType(found.name, found.at)
 
     def note(self, first: int, last: int) -> Note:
         """What stands beside the declaration from token `first` to token `last`."""

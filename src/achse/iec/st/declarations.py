@@ -3,6 +3,7 @@
 from collections.abc import Collection
 
 from achse.iec.st.cursor import Unexpected
+from achse.iec.st.expressions import BINDING
 from achse.iec.st.lexer import END, NAME
 from achse.iec.st.statements import StatementParser
 from achse.iec.st.tree import (
@@ -13,6 +14,7 @@ from achse.iec.st.tree import (
     Declaration,
     EnumOf,
     EnumValue,
+    Expression,
     Initial,
     Name,
     NamedType,
@@ -72,6 +74,19 @@ class DeclarationParser(StatementParser):
             raise self.unexpected("a type")
         self.depth -= 1
         return spec
+
+    def type_name(self, expected: str = "the name of a type") -> NamedType:
+        """The name of a type, with its arguments if it is generic. Raises `Unexpected`."""
+        found = self.path(expected)
+        generics: list[Expression] = []
+        if self.take("<"):
+            self.deeper()
+            generics.append(self.expression(BINDING[">"]))
+            while self.take(","):
+                generics.append(self.expression(BINDING[">"]))
+            self.expect(">", "',' or '>'")
+            self.depth -= 1
+        return NamedType(found.name, tuple(generics), found.at)
 
     def _subrange(self, named: NamedType) -> TypeSpec:
         """`INT (0..100)`; anything else in the brackets is left to the caller."""

@@ -22,6 +22,8 @@ from achse.iec.st.tree import (
     StructInitial,
     Super,
     This,
+    TypeOperand,
+    TypeSpec,
     Unary,
 )
 
@@ -57,6 +59,8 @@ LONGEST = 1000
 """How many operators may follow each other on one level, and how many steps a path has."""
 
 _POSTFIX = frozenset((".", "[", "^", "("))
+_STRINGS = ("STRING", "WSTRING")
+_TYPES = frozenset(("STRING", "WSTRING", "ARRAY", "POINTER", "REFERENCE"))
 _PREFIX = frozenset(("-", "+", "NOT"))
 
 
@@ -124,7 +128,17 @@ class ExpressionParser(Cursor):
         if kind == ".":
             self.position += 1
             return self._postfix(GlobalName(self.name().name, at))
+        if kind in _STRINGS and self.kinds[self.position + 1] == ".":
+            # A unit may be called String after all: `String.Concat(…)`.
+            self.position += 1
+            return self._postfix(Name(self.words[self.position - 1], at))
+        if kind in _TYPES:
+            return TypeOperand(self.type_spec(), at)
         raise self.unexpected("an expression")
+
+    def type_spec(self) -> TypeSpec:
+        """A type; known one floor up."""
+        raise NotImplementedError
 
     def _postfix(self, left: Expression) -> Expression:
         kinds = self.kinds
@@ -177,7 +191,7 @@ class ExpressionParser(Cursor):
             return ()
         self.deeper()
         arguments = [self._argument()]
-        while self.take(","):
+        while self.take(",") and self.kinds[self.position] != ")":
             arguments.append(self._argument())
         self.expect(")", "',' or ')'")
         self.depth -= 1

@@ -178,10 +178,11 @@ class Parser(DeclarationParser):
         modifiers = self.modifiers()
         name = self.name()
         note = self.note(first, self.position - 1)
+        generic = self.var_blocks(("VAR_GENERIC",))
         extends = self.type_name() if self.take("EXTENDS") else None
         implements = self._type_names() if self.take("IMPLEMENTS") else ()
         self.take(";")
-        blocks = self.var_blocks()
+        blocks = generic + self.var_blocks()
         parts, body = self._inside("END_FUNCTION_BLOCK") if whole else ((), ())
         return FunctionBlock(
             name.name, modifiers, extends, implements, blocks, parts, body, note, name.at
@@ -229,7 +230,8 @@ class Parser(DeclarationParser):
 
     def _type_names(self) -> tuple[NamedType, ...]:
         names = [self.type_name()]
-        while self.take(","):
+        # Editors leave a comma behind when they take the last name away.
+        while self.take(",") and self.kinds[self.position] == NAME:
             names.append(self.type_name())
         return tuple(names)
 

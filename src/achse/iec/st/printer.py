@@ -4,6 +4,7 @@ from collections.abc import Iterable
 
 from achse.iec.st.expressions import BINDING, UNARY_BINDING
 from achse.iec.st.tree import (
+    NO_NOTE,
     Accessor,
     Action,
     Argument,
@@ -57,6 +58,7 @@ from achse.iec.st.tree import (
     This,
     Try,
     TypeDeclaration,
+    TypeOperand,
     TypeSpec,
     Unary,
     UnionOf,
@@ -135,6 +137,8 @@ def _operand(tree: Expression, power: int) -> str:
             return f"{_path(of)}^"
         case Call(of, arguments):
             return f"{_path(of)}{_arguments(arguments)}"
+        case TypeOperand(type):
+            return print_type(type)
         case Binary():
             raise AssertionError("walked above")
 
@@ -244,8 +248,8 @@ def _range(limits: Range) -> str:
 def print_type(spec: TypeSpec) -> str:
     """A type as it stands after the colon, in one line."""
     match spec:
-        case NamedType(name):
-            return name
+        case NamedType():
+            return _named(spec)
         case StringOf(family, None):
             return family
         case StringOf(family, length):
@@ -258,9 +262,14 @@ def print_type(spec: TypeSpec) -> str:
         case ReferenceTo(target):
             return f"REFERENCE TO {print_type(target)}"
         case Subrange(base, limits):
-            return f"{base.name} ({_range(limits)})"
+            return f"{_named(base)} ({_range(limits)})"
         case EnumOf() | StructOf() | UnionOf():
             return "\n".join(_big_type(spec))
+
+
+def _named(spec: NamedType) -> str:
+    generics = ", ".join(_expression(item, BINDING[">"]) for item in spec.generics)
+    return f"{spec.name}<{generics}>" if generics else spec.name
 
 
 def _big_type(spec: EnumOf | StructOf | UnionOf) -> list[str]:
@@ -270,7 +279,7 @@ def _big_type(spec: EnumOf | StructOf | UnionOf) -> list[str]:
             value = "" if item.value is None else f" := {print_expression(item.value)}"
             comma = "," if index + 1 < len(spec.values) else ""
             lines += _indented([*_note(item.note), f"{item.name}{value}{comma}"])
-        return [*lines, ")" if spec.base is None else f") {spec.base.name}"]
+        return [*lines, ")" if spec.base is None else f") {_named(spec.base)}"]
     word = "STRUCT" if isinstance(spec, StructOf) else "UNION"
     members = (line for member in spec.members for line in _declaration(member))
     return [word, *_indented(members), f"END_{word}"]
@@ -312,7 +321,7 @@ def _var_block(block: VarBlock) -> list[str]:
 def _unit(unit: Unit) -> list[str]:
     match unit:
         case TypeDeclaration():
-            extends = "" if unit.extends is None else f" EXTENDS {unit.extends.name}"
+            extends = "" if unit.extends is None else f" EXTENDS {_named(unit.extends)}"
             initial = "" if unit.initial is None else f" := {print_initial(unit.initial)}"
             head = " ".join((*unit.modifiers, unit.name)) + extends
             lines = f"{head} : {print_type(unit.type)}{initial};".split("\n")
@@ -325,10 +334,15 @@ def _unit(unit: Unit) -> list[str]:
             return _framed(unit.note, head, unit.blocks, _block(unit.body), "END_FUNCTION")
         case FunctionBlock():
             head = _head("FUNCTION_BLOCK", unit.modifiers, unit.name)
-            head += "" if unit.extends is None else f" EXTENDS {unit.extends.name}"
-            head += _listed(" IMPLEMENTS ", unit.implements)
+            generic = [block for block in unit.blocks if block.section == "VAR_GENERIC"]
+            bases = "" if unit.extends is None else f"EXTENDS {_named(unit.extends)}"
+            bases += _listed(" IMPLEMENTS ", unit.implements)
+            frame = [line for block in generic for line in _var_block(block)]
+            frame = [head, *frame, bases] if frame else [f"{head} {bases}".rstrip()]
+            blocks = unit.blocks[len(generic) :]
             inside = _inside(unit.parts, unit.body)
-            return _framed(unit.note, head, unit.blocks, inside, "END_FUNCTION_BLOCK")
+            lines = _framed(NO_NOTE, "", blocks, inside, "END_FUNCTION_BLOCK")
+            return [*_note(unit.note), *frame, *lines[1:]]
         case Program():
             head = _head("PROGRAM", unit.modifiers, unit.name)
             inside = _inside(unit.parts, unit.body)
@@ -348,7 +362,7 @@ def _head(word: str, modifiers: Iterable[str], name: str, returns: TypeSpec | No
 
 
 def _listed(word: str, names: tuple[NamedType, ...]) -> str:
-    return word + ", ".join(item.name for item in names) if names else ""
+    return word + ", ".join(map(_named, names)) if names else ""
 
 
 def _framed(

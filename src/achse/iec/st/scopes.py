@@ -7,7 +7,7 @@ from typing import Any, TypeAlias, TypeVar
 
 from achse.iec.enums import EnumType
 from achse.iec.errors import IecError
-from achse.iec.st.constants import Constant, Evaluator, NotConstant, Path, fitted
+from achse.iec.st.constants import Constant, Evaluator, NotConstant, Path, fitted, path_of
 from achse.iec.st.cursor import Unexpected
 from achse.iec.st.parser import Parsed
 from achse.iec.st.source import Fault, Source
@@ -22,6 +22,7 @@ from achse.iec.st.tree import (
     Note,
     StructInitial,
     TypeDeclaration,
+    TypeOperand,
     TypeSpec,
     Unit,
     VarBlock,
@@ -211,7 +212,7 @@ class Scopes:
         """Works out expressions as the inside of `scope` sees them."""
         return Evaluator(
             lambda path, at: self._lookup(path, at, scope),
-            lambda path, at: self._size(path, at, scope),
+            lambda operand: self._size(operand, scope),
         )
 
     def constant(self, tree: Expression, scope: Scope) -> Constant:
@@ -342,7 +343,14 @@ class Scopes:
         assert isinstance(value, int | float | str)
         return Constant(value, type)
 
-    def _size(self, path: Path, at: int, scope: Scope) -> int:
+    def _size(self, operand: Expression, scope: Scope) -> int:
+        """SIZEOF of a type or a variable."""
+        at = operand.at
+        if isinstance(operand, TypeOperand):
+            return self.type_of(operand.type, scope, scope.owner).size
+        path = path_of(operand)
+        if path is None:
+            raise NotConstant(at)
         name = ".".join(path)
         if (found := self._own(path[0].lower(), scope)) is not None:
             owner, declared = found

@@ -142,6 +142,15 @@ class Assign:
     at: int = _place()
 
 
+@dataclass(frozen=True, slots=True)
+class TypeOperand:
+    """A type where a value could stand: `__NEW(POINTER TO INT)`, `SIZEOF(STRING(80))`. Of a type
+    with a plain name only its place tells that it is one."""
+
+    type: "TypeSpec"
+    at: int = _place()
+
+
 Expression: TypeAlias = (
     Literal
     | Name
@@ -156,6 +165,7 @@ Expression: TypeAlias = (
     | Unary
     | Binary
     | Assign
+    | TypeOperand
 )
 
 # Initial values -----------------------------------------------------------------------------
@@ -353,10 +363,11 @@ Statements: TypeAlias = tuple[Statement, ...]
 
 @dataclass(frozen=True, slots=True)
 class NamedType:
-    """`INT`, `ST_Axis`, `Tc2_MC2.AXIS_REF`."""
+    """`INT`, `ST_Axis`, `Tc2_MC2.AXIS_REF`; `FB_List<8>` of a block with VAR_GENERIC."""
 
     name: str
-    at: int = _place()
+    generics: tuple[Expression, ...] = ()
+    at: int = field(default=0, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -494,7 +505,7 @@ class VarBlock:
 
     section: str
     """VAR, VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT, VAR_GLOBAL, VAR_TEMP, VAR_STAT, VAR_INST,
-    VAR_EXTERNAL, VAR_CONFIG."""
+    VAR_EXTERNAL, VAR_CONFIG, VAR_GENERIC."""
     qualifiers: tuple[str, ...]
     """CONSTANT, RETAIN, NON_RETAIN, PERSISTENT, and access words."""
     variables: tuple[Declaration, ...]

@@ -21,7 +21,7 @@ SIGNS = _words(":= => <= >= <> .. ** - + * / = < > ( ) [ ] , ; : . & ^")
 
 SECTIONS = _words(
     """VAR VAR_INPUT VAR_OUTPUT VAR_IN_OUT VAR_TEMP VAR_STAT VAR_INST VAR_EXTERNAL VAR_GLOBAL
-    VAR_CONFIG"""
+    VAR_CONFIG VAR_GENERIC"""
 )
 """Words that begin a block of variables."""
 
