@@ -17,12 +17,20 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
-from achse.motion import controller, kernel, monitoring, profile, setpoint
+from achse.motion import controller, drive, encoder, kernel, monitoring, profile, setpoint
 from achse.motion.record import FIELDS
 
 __all__ = ["KERNEL_MODULES", "cache_directory", "compiled_cycle", "install", "numba_installed"]
 
-KERNEL_MODULES: tuple[ModuleType, ...] = (profile, setpoint, controller, monitoring, kernel)
+KERNEL_MODULES: tuple[ModuleType, ...] = (
+    profile,
+    setpoint,
+    encoder,
+    controller,
+    drive,
+    monitoring,
+    kernel,
+)
 """The kernel's modules, callees before callers."""
 
 _ENTRY = "cycle_all"

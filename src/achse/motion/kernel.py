@@ -5,7 +5,9 @@ Order within a cycle: encoder, enables, set point, controller, supervision, driv
 
 from collections.abc import Sequence
 
-from achse.motion.controller import control, drive, measure, place_motor
+from achse.motion.controller import control
+from achse.motion.drive import drive, place_motor
+from achse.motion.encoder import measure
 from achse.motion.monitoring import (
     operation_mode,
     settle,

@@ -1,0 +1,95 @@
+"""How a field of the axis record is declared: default, unit, meaning, permitted range, role."""
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+__all__ = [
+    "Field",
+    "Inputs",
+    "Memory",
+    "Parameters",
+    "Role",
+    "States",
+    "flag",
+    "real",
+    "reals",
+    "whole",
+    "wholes",
+]
+
+
+class Role(Enum):
+    """What a field is for, which is also who may write it."""
+
+    PARAMETER = "configured, written by parameter services"
+    INPUT = "written each PLC cycle or by functions, read by the kernel"
+    STATE = "written by the kernel, read by everybody"
+    INTERNAL = "the kernel's own memory"
+
+
+class Parameters:
+    """Base of classes whose fields are of `Role.PARAMETER`."""
+
+
+class Inputs:
+    """Base of classes whose fields are of `Role.INPUT`."""
+
+
+class States:
+    """Base of classes whose fields are of `Role.STATE`."""
+
+
+class Memory:
+    """Base of classes whose fields are of `Role.INTERNAL`."""
+
+
+@dataclass(slots=True)
+class Field:
+    """One declared value: `length` 0 is a scalar, otherwise a fixed array.
+
+    `least` and `most` bound what may be written to a parameter or input.
+    """
+
+    default: float | int
+    unit: str
+    doc: str
+    length: int = 0
+    least: float = -math.inf
+    most: float = math.inf
+    name: str = ""
+    role: Role = Role.INTERNAL
+    offset: int = 0
+    """Position in the record, in words of 8 bytes."""
+
+    @property
+    def is_real(self) -> bool:
+        return isinstance(self.default, float)
+
+    @property
+    def words(self) -> int:
+        return self.length or 1
+
+
+# Any: declarations are annotated with the type of the value, not of its description
+def real(
+    default: float, unit: str, doc: str, least: float = -math.inf, most: float = math.inf
+) -> Any:
+    return Field(default, unit, doc, least=least, most=most)
+
+
+def whole(default: int, unit: str, doc: str, least: float = 0, most: float = 0xFFFF_FFFF) -> Any:
+    return Field(default, unit, doc, least=least, most=most)
+
+
+def flag(default: int, doc: str) -> Any:
+    return Field(default, "0/1", doc, least=0, most=1)
+
+
+def reals(length: int, unit: str, doc: str) -> Any:
+    return Field(0.0, unit, doc, length)
+
+
+def wholes(length: int, unit: str, doc: str) -> Any:
+    return Field(0, unit, doc, length)

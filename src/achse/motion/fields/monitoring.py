@@ -1,0 +1,21 @@
+"""Fields of the supervision: its clocks."""
+
+from achse.motion.fields.declare import Memory, flag, real, whole
+
+__all__ = ["MonitoringInternal"]
+
+
+class MonitoringInternal(Memory):
+    """What supervision remembers from cycle to cycle."""
+
+    resting: int = flag(0, "nothing changes until somebody writes to the record")
+    quiet_cycles: int = whole(0, "1", "cycles without a change")
+    output_cut: int = flag(0, "an error opened the control loop; reset closes it")
+    following_error_time: float = real(0.0, "s", "time above the position window")
+    following_error_velocity_time: float = real(0.0, "s", "time above the velocity window")
+    target_window_time: float = real(0.0, "s", "time inside the target window")
+    peh_time: float = real(0.0, "s", "time since the logical end")
+    motion_time: float = real(0.0, "s", "time without movement")
+    motion_position: float = real(0.0, "mm", "where the last movement was seen")
+    delayed_error_cut: int = flag(0, "the delayed error will open the loop")
+    delayed_error_time: float = real(0.0, "s", "time since it was seen")

@@ -1,0 +1,79 @@
+"""Fields of the set-point generator: set values, active command, table, waiting commands."""
+
+from achse.motion.fields.declare import Memory, States, flag, real, reals, whole, wholes
+
+__all__ = ["COMMAND_BUFFER", "SEGMENTS", "SetpointInternal", "SetpointState"]
+
+COMMAND_BUFFER = 8
+"""Commands that can wait behind the active one; one more is refused with 0x4292."""
+
+SEGMENTS = 12
+"""Room of the set-point table; the planner's MAX_SEGMENTS."""
+
+
+class SetpointState(States):
+    """Set values and commands (002 §6.4.4.2)."""
+
+    homing_state: int = whole(0, "1", "step of the homing sequence, 0 = done")
+    set_cycle_counter: int = whole(0, "1", "cycles of this axis")
+    set_position: float = real(0.0, "mm", "set position")
+    set_velocity: float = real(0.0, "mm/s", "set velocity")
+    set_acceleration: float = real(0.0, "mm/s²", "set acceleration")
+    set_jerk: float = real(0.0, "mm/s³", "set jerk")
+    set_direction: float = real(0.0, "1", "-1, 0, 1: sign of the set velocity")
+    set_position_modulo: float = real(0.0, "mm", "set position within its period")
+    set_modulo_turns: int = whole(0, "1", "period of the set position")
+    set_motion_phase: int = whole(0, "1", "0 no job, 1 to a position, 2 endless, 3 stopping")
+    target_position: float = real(0.0, "mm", "position where the axis will stand")
+    remaining_time: float = real(0.0, "s", "until the set point arrives")
+    remaining_distance: float = real(0.0, "mm", "until the set point arrives")
+    last_positioning_time: float = real(0.0, "s", "last job, from start to target window")
+    set_command_number: int = whole(0, "1", "number of the active command, 16 bits")
+    set_command_state: int = whole(0, "CommandState", "state of the active command")
+    command_counter: int = whole(0, "1", "number given to the last accepted command, 16 bits")
+    motion_locked: int = flag(0, "a stop holds the axis until the lock is released")
+    has_been_stopped: int = flag(0, "a stop was given since the last start")
+    got_new_target: int = flag(0, "the target was changed during motion")
+
+
+class SetpointInternal(Memory):
+    """The generator's memory from cycle to cycle."""
+
+    replan: int = flag(0, "the set-point table must be computed anew")
+    job_start_type: int = whole(0, "StartType", "kind of the active command")
+    job_velocity: float = real(0.0, "mm/s", "commanded velocity")
+    job_acceleration: float = real(0.0, "mm/s²", "commanded acceleration")
+    job_deceleration: float = real(0.0, "mm/s²", "commanded deceleration")
+    job_jerk: float = real(0.0, "mm/s³", "commanded jerk")
+    job_end_velocity: float = real(0.0, "mm/s", "velocity at the target")
+    job_direction: float = real(0.0, "1", "direction of an endless command")
+    job_timing: int = flag(0, "positioning time is being measured")
+    job_time: float = real(0.0, "s", "positioning time so far")
+    job_peak_velocity: float = real(0.0, "mm/s", "velocity the job reaches at 100 % override")
+    switch_armed: int = whole(0, "1", "change at the switch position: 1 velocity, 2 target too")
+    switch_from_below: int = flag(0, "the switch position lies in positive direction")
+    switch_position: float = real(0.0, "mm", "where the change happens")
+    switch_target: float = real(0.0, "mm", "target from there on")
+    switch_velocity: float = real(0.0, "mm/s", "velocity from there on")
+    planned_override: int = whole(0, "1e-6", "override the table was computed for")
+    table_end: int = whole(0, "1", "what follows the table: 0 rest, 1 target, 2 constant velocity")
+    table_velocity: float = real(0.0, "mm/s", "velocity at its end")
+    segment_count: int = whole(0, "1", "rows of the table")
+    segment_index: int = whole(0, "1", "active row")
+    segment_elapsed: float = real(0.0, "s", "time since its start")
+    segment_position: float = real(0.0, "mm", "position at its start")
+    segment_velocity: float = real(0.0, "mm/s", "velocity at its start")
+    segment_acceleration: float = real(0.0, "mm/s²", "acceleration at its start")
+    segment_time: list[float] = reals(SEGMENTS, "s", "duration of each row")
+    segment_jerk: list[float] = reals(SEGMENTS, "mm/s³", "jerk of each row")
+    buffer_first: int = whole(0, "1", "oldest entry")
+    buffer_count: int = whole(0, "1", "entries")
+    buffer_number: list[int] = wholes(COMMAND_BUFFER, "1", "command number")
+    buffer_start_type: list[int] = wholes(COMMAND_BUFFER, "StartType", "kind")
+    buffer_mode: list[int] = wholes(COMMAND_BUFFER, "BufferMode", "transition from its predecessor")
+    buffer_position: list[float] = reals(COMMAND_BUFFER, "mm", "target or distance")
+    buffer_velocity: list[float] = reals(COMMAND_BUFFER, "mm/s", "velocity")
+    buffer_acceleration: list[float] = reals(COMMAND_BUFFER, "mm/s²", "acceleration")
+    buffer_deceleration: list[float] = reals(COMMAND_BUFFER, "mm/s²", "deceleration")
+    buffer_jerk: list[float] = reals(COMMAND_BUFFER, "mm/s³", "jerk")
+    buffer_end_velocity: list[float] = reals(COMMAND_BUFFER, "mm/s", "velocity at the target")
