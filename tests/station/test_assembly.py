@@ -37,10 +37,10 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_an_empty_configuration_is_a_system_service_with_a_clock() -> None:
+def test_an_empty_configuration_has_what_every_station_has_and_a_clock() -> None:
     empty = station()
-    assert [device.name for device in empty.devices] == ["TwinCAT System"]
-    assert empty.router.ports == [10_000]
+    assert empty.devices[0].name == "TwinCAT System"
+    assert empty.router.ports == [1, 100, 110, 10_000, 26_000]
     assert [stage.name for stage in empty.stages] == ["notifications"]
     empty.advance(0.5)
     assert empty.time_ns == 500_000_000
@@ -61,7 +61,7 @@ def test_the_cycle_goes_from_axes_over_plcs_to_notifications(folder: Path) -> No
         ("notifications", 1_000_000),
     ]
     assert built.tick_ns == 1_000_000
-    assert built.router.ports == [500, 501, 851, 852, 10_000]
+    assert built.router.ports == [1, 100, 110, 500, 501, 851, 852, 10_000, 26_000]
 
 
 def test_each_stage_runs_at_its_own_cycle(folder: Path) -> None:

@@ -108,6 +108,10 @@ class Router:
         """Call `listener` with the address of each local port that is freed from now on."""
         self._close_listeners.append(listener)
 
+    def ignore_port_closed(self, listener: Callable[[AmsAddress], None]) -> None:
+        """Undo `on_port_closed`. Unknown is no error."""
+        self._close_listeners = [each for each in self._close_listeners if each != listener]
+
     # routes ----------------------------------------------------------------------------------
 
     def add_route(self, net_id: NetId, endpoint: Endpoint) -> None:
@@ -130,6 +134,11 @@ class Router:
         ways.pop(endpoint, None)
         if not ways:
             self._learned.pop(source, None)
+
+    @property
+    def clients(self) -> int:
+        """How many addresses of clients elsewhere are known."""
+        return len(self._learned)
 
     def reaches(self, address: bytes) -> bool:
         """True if a response or notification for `address` would find a way now."""
@@ -177,8 +186,9 @@ class Router:
         """Let every frame pass `gate` from now on.
 
         Gates stand in a row: requests meet the outermost first, answers and samples last. A new
-        one is the innermost unless it is asked to be `outermost`. A gate hands on what it lets pass: the frame, another one, several or none, now or later.
-        What it gives back says whether the frame was taken.
+        one is the innermost unless it is asked to be `outermost`. A gate hands on what it lets
+        pass: the frame, another one, several or none, now or later. What it gives back says
+        whether the frame was taken.
         """
         self._gates = (gate, *self._gates) if outermost else (*self._gates, gate)
 

@@ -61,6 +61,8 @@ class DeviceRouter(Protocol):
 
     def on_port_closed(self, listener: Callable[[AmsAddress], None]) -> None: ...
 
+    def ignore_port_closed(self, listener: Callable[[AmsAddress], None]) -> None: ...
+
 
 STATE_SERVICES = (
     Service(
@@ -164,9 +166,11 @@ class Device:
 
     def detach(self) -> None:
         """Leave all ports; handles and subscriptions end."""
-        for address in self.addresses:
-            assert self._router is not None
-            self._router.unregister(address.port)
+        router, self._router = self._router, None
+        if router is not None:
+            for address in self.addresses:
+                router.unregister(address.port)
+            router.ignore_port_closed(self.end_client)
         self.addresses.clear()
         self.end_clients()
 

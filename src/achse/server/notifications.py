@@ -95,6 +95,11 @@ class Notifications:
         """The addresses that hold subscriptions."""
         return self._by_client
 
+    @property
+    def sample_sizes(self) -> Iterable[int]:
+        """Bytes of a sample of each subscription."""
+        return (subscription.length for subscription in self._subscriptions.values())
+
     # adding and deleting ---------------------------------------------------------------------
 
     def add(

@@ -1,18 +1,24 @@
-"""Assembly: makes devices and domain from a configuration, and lists what a cycle runs."""
+"""Assembly: makes devices and domain from a configuration, and lists what a cycle runs.
+
+Router, system service and loggers stay as long as the station; the rest is made anew by each
+restart, and is not there in CONFIG.
+"""
 
 import hashlib
 import importlib
 import importlib.util
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
 from achse.ams import RouterError
+from achse.devices.logger import EventLoggerDevice, LoggerDevice
 from achse.devices.nc import NcDevice
 from achse.devices.plc import PlcDevice
-from achse.devices.system import SystemDevice
+from achse.devices.router import RouterDevice
+from achse.devices.system import StationControl, SystemDevice
 from achse.iec import GlobalVariables, Program
 from achse.motion import AxisParameters, AxisParametersError, Nc
 from achse.plc import PlcRuntime, Task
@@ -25,11 +31,14 @@ from achse.station.config import (
     StationConfig,
 )
 
-__all__ = ["NC_PORTS", "Parts", "Stage", "assemble"]
+__all__ = ["NC_PORTS", "Parts", "Stage", "assemble", "notification_stage", "permanent"]
 
 NC_PORTS = (500, 501)
 """NC and its SAF task; both answer for the same axes."""
 
+ROUTER_PORT = 1
+LOGGER_PORT = 100
+EVENT_LOGGER_PORT = 110
 SYSTEM_PORT = 10_000
 
 _IDLE_TICK_NS = 1_000_000
@@ -61,21 +70,85 @@ class Parts(NamedTuple):
     digests: Sequence[Callable[[], bytes]]
 
 
-def assemble(config: StationConfig, router: Router, base: Path, clock: Callable[[], int]) -> Parts:
-    """Make everything `config` names and register it at `router`. Raises ConfigError."""
-    stages: list[Stage] = []
-    digests: list[Callable[[], bytes]] = []
-    devices: list[Device] = []
+def permanent(
+    config: StationConfig,
+    router: Router,
+    base: Path,
+    clock: Callable[[], int],
+    control: StationControl,
+    devices: Callable[[], Sequence[Device]],
+) -> Sequence[Device]:
+    """Make what stays through restarts, the system service first. Raises ConfigError.
+
+    `devices()` gives all devices that are there now.
+    """
+    root = None
+    if config.system.root is not None:
+        root = base / config.system.root
+        if not root.is_dir():
+            raise ConfigError(f"system.root: expected a folder, got {str(root)!r}")
+    system = SystemDevice(
+        clock=clock,
+        control=control,
+        root=root,
+        routes=router.routes,
+        routes_writable=bool(config.router.users),
+        name=config.name,
+    )
+    kept: list[tuple[Device, int]] = [
+        (system, SYSTEM_PORT),
+        (RouterDevice(router, devices, clock=clock), ROUTER_PORT),
+        (LoggerDevice(clock=clock), LOGGER_PORT),
+        (EventLoggerDevice(clock=clock), EVENT_LOGGER_PORT),
+    ]
+    for device, port in kept:
+        _attach(device, router, port)
+    return [device for device, _ in kept]
+
+
+def assemble(
+    config: StationConfig,
+    router: Router,
+    base: Path,
+    clock: Callable[[], int],
+    kept: Sequence[Device] = (),
+) -> Parts:
+    """Make everything else that `config` names and register it at `router`.
+
+    `kept` are the permanent devices, whose notifications the cycle sends too. Raises ConfigError;
+    then nothing is registered.
+    """
+    devices = list(kept)
 
     def attach(device: Device, *ports: int) -> None:
-        for port in ports:
-            try:
-                device.attach(router, port)
-            except RouterError as taken:
-                raise ConfigError(f"port {port} for {device.name}: {taken}") from taken
         devices.append(device)
+        for port in ports:
+            _attach(device, router, port)
 
-    attach(SystemDevice(clock=clock), SYSTEM_PORT)
+    try:
+        return _assemble(config, base, clock, devices, attach)
+    except ConfigError:
+        for device in devices[len(kept) :]:
+            device.detach()
+        raise
+
+
+def _attach(device: Device, router: Router, port: int) -> None:
+    try:
+        device.attach(router, port)
+    except RouterError as taken:
+        raise ConfigError(f"port {port} for {device.name}: {taken}") from taken
+
+
+def _assemble(
+    config: StationConfig,
+    base: Path,
+    clock: Callable[[], int],
+    devices: Sequence[Device],
+    attach: Callable[..., None],
+) -> Parts:
+    stages: list[Stage] = []
+    digests: list[Callable[[], bytes]] = []
 
     nc = None
     if config.axis:
@@ -100,11 +173,12 @@ def assemble(config: StationConfig, router: Router, base: Path, clock: Callable[
         raise ConfigError(
             f"cycles: expected multiples of a tick of {_SHORTEST_TICK_NS} ns or more, got {cycles}"
         )
-    stages.append(Stage("notifications", tick_ns, _notifier(devices, clock)))
+    stages.append(notification_stage(devices, tick_ns, clock))
     return Parts(nc, plcs, devices, stages, tick_ns, digests)
 
 
-def _notifier(devices: Sequence[Device], clock: Callable[[], int]) -> Callable[[int], None]:
+def notification_stage(devices: Iterable[Device], tick_ns: int, clock: Callable[[], int]) -> Stage:
+    """The last stage of a cycle: what `devices` have to tell their clients."""
     notifies = [device.notify for device in devices]
 
     def run(_: int) -> None:
@@ -112,7 +186,7 @@ def _notifier(devices: Sequence[Device], clock: Callable[[], int]) -> Callable[[
         for notify in notifies:
             notify(now)
 
-    return run
+    return Stage("notifications", tick_ns, run)
 
 
 def _nc(config: StationConfig) -> Nc:

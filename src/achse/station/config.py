@@ -1,7 +1,7 @@
 """station.toml: what a station consists of, validated; errors name file, key and expectation."""
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -17,6 +17,8 @@ from pydantic import (
 )
 
 from achse.ams import NetId
+from achse.router.access import PasswordHash
+from achse.router.routes import Route
 from achse.station.fault import Fault
 
 __all__ = [
@@ -25,8 +27,10 @@ __all__ = [
     "FaultConfig",
     "NcConfig",
     "PlcConfig",
+    "RouteConfig",
     "RouterConfig",
     "StationConfig",
+    "SystemConfig",
     "TaskConfig",
     "load",
     "parse",
@@ -69,6 +73,17 @@ MomentNs = Annotated[int, BeforeValidator(_duration_ns), Field(ge=0)]
 ConfiguredNetId = Annotated[NetId, BeforeValidator(_net_id), PlainSerializer(str, return_type=str)]
 
 
+def _password_hash(value: object) -> object:
+    if isinstance(value, str):
+        return PasswordHash.parse(value)
+    return value
+
+
+ConfiguredHash = Annotated[
+    PasswordHash, BeforeValidator(_password_hash), PlainSerializer(str, return_type=str)
+]
+
+
 class _Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
 
@@ -80,10 +95,59 @@ class RouterConfig(_Section):
     host: str = "127.0.0.1"
     tcp_port: int = Field(default=48898, ge=0, le=65535)
     strict: bool = False
-    """One TCP connection per remote host, as the original does it."""
+    """As the original does it: one TCP connection per remote host, and clients need a route."""
     max_connections: int = Field(default=4096, ge=1)
     max_length: int = Field(default=64 * 1024 * 1024, ge=64)
     """Longest packet taken, bytes."""
+    udp_port: int | None = Field(default=None, ge=0, le=65535)
+    """Where searches are answered; 0 takes a free one. Without this key 48899 if it is free, and
+    none if the TCP port is not 48898."""
+    static_routes: str | None = None
+    """A StaticRoutes.xml (relative to the station.toml): read at the start, kept up to date."""
+    users: Mapping[str, ConfiguredHash] = {}
+    """Who may change routes from outside: name = "hash as `achse hash-password` prints it"."""
+
+
+class RouteConfig(_Section):
+    """[[route]]: where the router of another NetId is."""
+
+    name: str
+    net_id: ConfiguredNetId
+    host: str
+    """Name or IP address, with `:port` if it is not 48898."""
+    one_way: bool = False
+    """Requests from there are refused."""
+    nat: ConfiguredNetId | None = None
+    """The NetId it has itself, if `net_id` is only ours for it."""
+    timeout: DurationNs = 5_000_000_000
+    max_fragment: int = Field(default=0, ge=0, le=0xFFFF_FFFF)
+    """Longest AMS packet, bytes; 0 for any."""
+
+    @model_validator(mode="after")
+    def _can_be(self) -> "RouteConfig":
+        self.route()
+        return self
+
+    def route(self) -> Route:
+        """The entry of the router's table; raises RouteError."""
+        return Route(
+            name=self.name,
+            net_id=self.net_id,
+            host=self.host,
+            one_way=self.one_way,
+            nat_net_id=self.nat,
+            timeout=self.timeout / 1e9,
+            max_fragment=self.max_fragment,
+        )
+
+
+class SystemConfig(_Section):
+    """[system]: the system service."""
+
+    root: str | None = None
+    """Folder that the file services show (relative to the station.toml); without it none."""
+    restart_time: MomentNs = 500_000_000
+    """How long a restart takes, or a change to CONFIG."""
 
 
 class TaskConfig(_Section):
@@ -161,6 +225,8 @@ class StationConfig(_Section):
 
     name: str = "achse"
     router: RouterConfig = RouterConfig()
+    system: SystemConfig = SystemConfig()
+    route: Sequence[RouteConfig] = ()
     nc: NcConfig = NcConfig()
     plc: Sequence[PlcConfig] = ()
     axis: Sequence[AxisConfig] = ()
@@ -172,6 +238,8 @@ class StationConfig(_Section):
             "plc.port": [port for plc in self.plc for port in (plc.port, *plc.also)],
             "axis.id": [axis.id for axis in self.axis],
             "axis.name": [axis.name for axis in self.axis],
+            "route.name": [route.name.casefold() for route in self.route],
+            "route.net_id": [str(route.net_id) for route in self.route],
         }
         for what, keys in once.items():
             twice = sorted({str(key) for key in keys if keys.count(key) > 1})

@@ -8,18 +8,24 @@ import asyncio
 import hashlib
 import logging
 import math
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Self
 
+from achse.ams import AdsState
+from achse.devices.system import SystemDevice
+from achse.motion import Nc
+from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.server import Device
 from achse.station import assembly
 from achse.station.config import ConfigError, StationConfig, load
 from achse.station.fault import FaultError
 from achse.station.faults import Faults
-from achse.station.pacing import Pacer, run_unpaced
+from achse.station.network import Network, RouteFile
+from achse.station.pacing import Pace, Pacer, run_unpaced
+from achse.station.service import SERVICE_PORT, StationService
 from achse.transport.tcp import TcpListener
 
 __all__ = ["RunningStation", "Station"]
@@ -53,18 +59,38 @@ class Station:
         self.epoch_ns = epoch_ns
         self.time_ns = 0
         self.router = Router(self.config.router.net_id)
-        parts = assembly.assemble(self.config, self.router, base or Path(), self.clock)
-        self.nc = parts.nc
-        self.plcs = parts.plcs
-        self.devices: Sequence[Device] = parts.devices
-        self.stages: Sequence[assembly.Stage] = tuple(parts.stages)
+        self._base = base or Path()
+        RouteFile(self.config, self.router, self._base)
+        self.devices: Sequence[Device] = ()
+        self.service = StationService(self)
+        self.service.attach(self.router, SERVICE_PORT)
+        self._kept = (
+            *assembly.permanent(
+                *(self.config, self.router, self._base, self.clock, self, lambda: self.devices)
+            ),
+            self.service,
+        )
+        """What stays through restarts, the system service first."""
+        parts = assembly.assemble(self.config, self.router, self._base, self.clock, kept=self._kept)
+        self.nc: Nc | None
+        self.plcs: Mapping[int, PlcRuntime]
+        self.stages: Sequence[assembly.Stage] = ()
         """What one cycle runs, in order: (cycle in ns, callable with the station time)."""
+        self._own_stages: Sequence[assembly.Stage] = ()
         self.tick_ns = parts.tick_ns
-        self._digests: Sequence[Callable[[], bytes]] = parts.digests
+        self._digests: Sequence[Callable[[], bytes]] = ()
+        self._take(parts)
+        self._plans: list[tuple[int, Callable[[], None]]] = []
+        """Changes of state to come: (station time, what then happens)."""
+        self.ended = False
+        """Shut down: nothing answers any more."""
+        self._on_end: Callable[[], None] | None = None
         self._owed_ns = 0
         """What `advance` was asked for beyond whole ticks."""
         self.listeners: Sequence[TcpListener] = ()
         """Where the station listens while it is running."""
+        self.pace: Pace | None = None
+        """How the running station keeps up with the wall clock; None in virtual time."""
         self.faults = Faults(self)
         """What is to go wrong, now and later."""
         for number, planned in enumerate(self.config.fault, 1):
@@ -100,9 +126,92 @@ class Station:
     def step(self) -> None:
         """One tick of `tick_ns`: every stage that is due, in order."""
         self.time_ns = now = self.time_ns + self.tick_ns
+        if self._plans:
+            self._follow_plans(now)
         for stage in self.stages:
             if now % stage.cycle_ns == 0:
                 stage.run(now)
+
+    # state of the whole station ----------------------------------------------------------------
+
+    def restart(self) -> None:
+        """Restart in RUN: PLC and NC go with the next cycle and come anew after `restart_time`.
+
+        Their ports, notifications and handles go with them; what `nc`, `plcs` and `devices` name
+        is another then.
+        """
+        self._change_to(AdsState.RUN)
+
+    def configure(self) -> None:
+        """Go to CONFIG: PLC and NC go with the next cycle; `restart` brings them back."""
+        self._change_to(AdsState.CONFIG)
+
+    def shut_down(self, delay_s: float = 0.0, restart: bool = False) -> None:
+        """After a delay in station time end, or restart. A running station is finished then."""
+        due = self.time_ns + round(delay_s * 1e9)
+        self._plans.append((due, self.restart if restart else self._end))
+
+    @property
+    def state(self) -> AdsState:
+        """RUN, CONFIG, or STOP while it changes to one of them."""
+        return self._kept[0].ads_state
+
+    def _change_to(self, state: AdsState) -> None:
+        arrival = self.time_ns + self.config.system.restart_time
+        enter = self._run if state is AdsState.RUN else self._enter_config
+        ends = [plan for plan in self._plans if plan[1] in (self._end, self.restart)]
+        self._plans = [(self.time_ns, self._leave), (arrival, enter), *ends]
+
+    def _follow_plans(self, now: int) -> None:
+        due = [act for time_ns, act in self._plans if time_ns <= now]
+        self._plans = [plan for plan in self._plans if plan[0] > now]
+        for act in due:
+            act()
+
+    def _leave(self) -> None:
+        for device in self.devices:
+            if device not in self._kept:
+                device.detach()
+        stages = [assembly.notification_stage(self._kept, self.tick_ns, self.clock)]
+        self._take(assembly.Parts(None, {}, self._kept, stages, self.tick_ns, ()))
+        self._kept[0].ads_state = AdsState.STOP
+
+    def _enter_config(self) -> None:
+        self._kept[0].ads_state = AdsState.CONFIG
+
+    def _run(self) -> None:
+        try:
+            parts = assembly.assemble(
+                self.config, self.router, self._base, self.clock, kept=self._kept
+            )
+        except ConfigError as fault:
+            log.error("the station cannot start and stays in CONFIG: %s", fault)
+            self._enter_config()
+            return
+        self._take(parts)
+        system = self._kept[0]
+        assert isinstance(system, SystemDevice)
+        system.restart_index += 1
+        system.ads_state = AdsState.RUN
+
+    def _end(self) -> None:
+        for device in self.devices:
+            device.detach()
+        self._take(assembly.Parts(None, {}, (), (), self.tick_ns, ()))
+        self._plans = []
+        self.ended = True
+        if self._on_end is not None:
+            self._on_end()
+
+    def _take(self, parts: assembly.Parts) -> None:
+        """Consist of `parts`; stages that others added stay."""
+        added = [stage for stage in self.stages if stage not in self._own_stages]
+        self.nc = parts.nc
+        self.plcs = parts.plcs
+        self.devices = parts.devices
+        self._digests = parts.digests
+        self._own_stages = tuple(parts.stages)
+        self.stages = (*added, *self._own_stages)
 
     def add_stage(self, name: str, cycle_ns: int, run: Callable[[int], None]) -> None:
         """Run `run(time_ns)` every `cycle_ns`, a multiple of the tick, before all other stages."""
@@ -134,6 +243,7 @@ class Station:
         host: str | None = None,
         tcp_port: int | None = None,
         *,
+        udp_port: int | None = None,
         speed: float = 1.0,
         until: float | None = None,
     ) -> AsyncIterator["RunningStation"]:
@@ -142,38 +252,32 @@ class Station:
         `speed` may be `math.inf`: as fast as the machine can; with 0 time stands, until `advance`
         is called in the station's loop. `until` ends the cycle at that station time (s).
 
-        Raises OSError if the TCP port is taken.
+        Searches are answered at `udp_port`, see `RouterConfig`; routes are dialled when needed.
+        Raises OSError if a port is taken.
         """
-        router = self.config.router
-        listener = TcpListener(
-            self.router,
-            strict=router.strict,
-            max_length=router.max_length,
-            max_connections=router.max_connections,
-        )
-        await listener.open(
-            router.host if host is None else host,
-            router.tcp_port if tcp_port is None else tcp_port,
-        )
-        self.listeners = (*self.listeners, listener)
+        network = Network(self.config, self.router, self._kept[0].version)
+        await network.open(host, tcp_port, udp_port)
+        self.listeners = (*self.listeners, network.listener)
         cycle = asyncio.create_task(self._cycle(speed, until))
         cycle.add_done_callback(_tell_failure)
         try:
-            yield RunningStation(listener, cycle)
+            yield RunningStation(network, cycle)
         finally:
             cycle.cancel()
             await asyncio.gather(cycle, return_exceptions=True)
-            await listener.close()
-            self.listeners = tuple(each for each in self.listeners if each is not listener)
+            await network.close()
+            self.listeners = tuple(each for each in self.listeners if each is not network.listener)
 
     async def _cycle(self, speed: float, until: float | None) -> None:
         end_ns = math.inf if until is None else round(until * 1e9)
-        if speed == 0:
-            await asyncio.get_running_loop().create_future()
-        if math.isinf(speed):
-            await run_unpaced(self.step, lambda: self.time_ns >= end_ns)
-            return
         ended = asyncio.Event()
+        self._on_end = ended.set
+        if speed == 0:
+            await ended.wait()
+            return
+        if math.isinf(speed):
+            await run_unpaced(self.step, lambda: self.ended or self.time_ns >= end_ns)
+            return
 
         def step() -> None:
             if self.time_ns < end_ns:
@@ -182,6 +286,7 @@ class Station:
                 ended.set()
 
         async with Pacer(step, self.tick_ns, speed) as pacer:
+            self.pace = pacer.pace
             ends = [asyncio.create_task(pacer.failed()), asyncio.create_task(ended.wait())]
             try:
                 done, _ = await asyncio.wait(ends, return_when=asyncio.FIRST_COMPLETED)
@@ -201,8 +306,9 @@ def _tell_failure(cycle: "asyncio.Task[None]") -> None:
 class RunningStation:
     """A station in operation: where it listens, and its end."""
 
-    def __init__(self, listener: TcpListener, cycle: "asyncio.Task[None]") -> None:
-        self.listener = listener
+    def __init__(self, network: Network, cycle: "asyncio.Task[None]") -> None:
+        self.network = network
+        self.listener = network.listener
         self._cycle = cycle
 
     @property
@@ -212,6 +318,12 @@ class RunningStation:
     @property
     def tcp_port(self) -> int:
         return self.listener.port
+
+    @property
+    def udp_port(self) -> int | None:
+        """Where searches are answered, None if they are not."""
+        discovery = self.network.discovery
+        return None if discovery is None else discovery.port
 
     async def finished(self) -> None:
         """Wait until the cycle ends (`until` reached); raises what broke it."""

@@ -1,0 +1,146 @@
+"""The one folder that file services show: names that clients send, as paths that never leave it.
+
+Whatever a name tries (`..`, an absolute path, a drive letter, a device, a link that leads out, a
+NUL, an endless text), it names nothing: 0x70C, which is what a wrong path is answered with.
+"""
+
+import errno
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fnmatch import translate
+from pathlib import Path
+
+from achse.ams import DeviceError
+from achse.codes import ReturnCode
+
+__all__ = ["Folder", "as_name", "device_errors"]
+
+_LONGEST = 255
+"""Bytes of a path; PLC code has a STRING(255) for it."""
+
+_PLACES = {
+    0: "",
+    1: "",
+    **dict.fromkeys((2, 3, 4), "Boot"),
+    5: "Target",
+    6: "Config",
+    **{number: f"User{number - 10}" for number in range(11, 20)},
+}
+"""Which path a request means, by its number: any, boot project, boot data, boot folder, target,
+configuration, nine of the user's own. On this station all are below the one folder."""
+
+_RESERVED = re.compile(r"(?:con|prn|aux|nul|com\d|lpt\d|conin\$|conout\$)(?:\.|$)", re.IGNORECASE)
+_NEVER = re.compile(r'[\x00-\x1f<>:"|]')
+_WILD = re.compile(r"[*?]")
+
+
+class Folder:
+    """A folder and the names in it."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root.resolve()
+
+    def path(self, name: bytes, place: int, *, itself: bool = False) -> Path:
+        """The path that a client's `name` means at a numbered place.
+
+        `itself`: a link in the last position is meant, not what it leads to. Raises DeviceError
+        0x703 for an unknown place, 0x70C for a name that is none or leads out.
+        """
+        parts = self._parts(name, place)
+        if any(_WILD.search(part) for part in parts):
+            raise _nothing(name)
+        if not parts:
+            raise _nothing(name)
+        return self._inside(parts, name, itself)
+
+    def matching(self, pattern: bytes, place: int) -> list[Path]:
+        """What a pattern means, sorted: wildcards only in its last part; without them that path."""
+        parts = self._parts(pattern, place)
+        if any(_WILD.search(part) for part in parts[:-1]):
+            raise _nothing(pattern)
+        if not parts or not _WILD.search(parts[-1]):
+            path = self._inside(parts, pattern, False)
+            return [path] if path.exists() else []
+        folder = self._inside(parts[:-1], pattern, False)
+        if not folder.is_dir():
+            return []
+        matches = re.compile(translate(parts[-1].replace("[", "[[]")), re.IGNORECASE).match
+        if parts[-1] == "*.*":  # every name, as ever
+            matches = re.compile("").match
+        found = (folder / entry.name for entry in folder.iterdir() if matches(entry.name))
+        return sorted(path for path in found if self._holds(path))
+
+    def _parts(self, name: bytes, place: int) -> list[str]:
+        if place not in _PLACES:
+            raise DeviceError(ReturnCode.INVALID_OFFSET, f"path number {place}")
+        name = name.removesuffix(b"\0")
+        if len(name) > _LONGEST or b"\0" in name:
+            raise _nothing(name)
+        text = _decoded(name).replace("\\", "/")
+        if text.startswith("/") or _NEVER.search(text):
+            raise _nothing(name)
+        parts = [part for part in text.split("/") if part not in ("", ".")]
+        for part in parts:
+            wild = _WILD.search(part)
+            if part == ".." or _RESERVED.match(part) or (part[-1] in ". " and not wild):
+                raise _nothing(name)
+        return [part for part in (_PLACES[place], *parts) if part]
+
+    def _inside(self, parts: list[str], name: bytes, itself: bool) -> Path:
+        path = self.root.joinpath(*parts)
+        try:
+            real = path.parent.resolve() / path.name if itself and parts else path.resolve()
+        except (OSError, RuntimeError):  # links in a circle
+            raise _nothing(name) from None
+        if not real.is_relative_to(self.root):
+            raise _nothing(name)
+        return real
+
+    def _holds(self, path: Path) -> bool:
+        try:
+            return path.resolve().is_relative_to(self.root)
+        except (OSError, RuntimeError):
+            return False
+
+
+def _decoded(name: bytes) -> str:
+    try:
+        return name.decode()
+    except UnicodeDecodeError:
+        return name.decode("cp1252", "replace")
+
+
+def as_name(path: Path) -> bytes:
+    """The name of a file as it goes to a client."""
+    return path.name.encode("utf-8", "surrogateescape")
+
+
+def _nothing(name: bytes) -> DeviceError:
+    return DeviceError(ReturnCode.NOT_FOUND, f"path {name[:60]!r}")
+
+
+_CODES = {
+    errno.EEXIST: ReturnCode.EXISTS,
+    errno.ENOTEMPTY: ReturnCode.EXISTS,
+    errno.EACCES: ReturnCode.DEVICE_ACCESS_DENIED,
+    errno.EPERM: ReturnCode.DEVICE_ACCESS_DENIED,
+    errno.EROFS: ReturnCode.DEVICE_ACCESS_DENIED,
+    errno.ENOSPC: ReturnCode.DEVICE_NO_MEMORY,
+    errno.EDQUOT: ReturnCode.DEVICE_NO_MEMORY,
+    errno.EFBIG: ReturnCode.DEVICE_NO_MEMORY,
+    **dict.fromkeys(
+        (errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG, errno.ELOOP, errno.EINVAL),
+        ReturnCode.NOT_FOUND,
+    ),
+}
+
+
+@contextmanager
+def device_errors() -> Iterator[None]:
+    """What the operating system refuses inside is refused with the code that says the same."""
+    try:
+        yield
+    except OSError as failure:
+        code = _CODES.get(failure.errno or 0, ReturnCode.DEVICE_ERROR)
+        raise DeviceError(code, failure.strerror or "") from failure

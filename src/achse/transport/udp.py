@@ -1,0 +1,247 @@
+"""AMS discovery over UDP: the endpoint that answers searches and route requests, and who asks.
+
+Source: reference traffic; 002 §7 for the port.
+"""
+
+import asyncio
+import logging
+import socket
+from collections.abc import AsyncIterator, Callable, Sequence
+from typing import Any, cast
+
+from achse.ams import DecodeError, NetId, RequestTimeout
+from achse.ams.discovery import (
+    UDP_PORT,
+    Datagram,
+    DiscoveryService,
+    RouteRequest,
+    SystemInfo,
+    answer_with,
+    info_request,
+    status_of,
+)
+from achse.codes import ReturnCode
+from achse.router.access import Users
+from achse.router.routes import Route, RouteError, RouteTable
+
+__all__ = ["ANYBODY", "DiscoveryEndpoint", "ask", "change_route", "scan"]
+
+log = logging.getLogger("achse.discovery")
+
+ANYBODY = NetId("1.1.1.1.1.1")
+"""What a searcher without a NetId of its own says it is."""
+
+_WAITING = 16
+"""Route requests whose password may wait for its check; further ones are dropped unanswered."""
+
+_LONGEST = 2048
+"""Bytes; no discovery datagram is as long."""
+
+Peer = tuple[Any, ...]
+
+
+class DiscoveryEndpoint(asyncio.DatagramProtocol):
+    """Answers datagrams for a router: info to anybody, changes of routes to `users`.
+
+    `info()` gives what is told now. Without users every change is refused (0x704). Passwords are
+    checked one after the other in a thread, so that guessing does not hold up the station.
+    """
+
+    def __init__(
+        self, info: Callable[[], SystemInfo], routes: RouteTable, users: Users | None = None
+    ) -> None:
+        self._info = info
+        self._routes = routes
+        self._users = users or Users()
+        self._transport: asyncio.DatagramTransport | None = None
+        self._waiting: asyncio.Queue[tuple[Datagram, Peer]] = asyncio.Queue(_WAITING)
+        self._checker: asyncio.Task[None] | None = None
+        self.host = ""
+        self.port = 0
+        self.ignored = 0
+        """Datagrams that were no discovery, or too many."""
+
+    async def open(self, host: str = "127.0.0.1", port: int = UDP_PORT) -> None:
+        """Listen on `host`:`port`; 0 takes a free one, see `self.port`. OSError if it is taken."""
+        loop = asyncio.get_running_loop()
+        await loop.create_datagram_endpoint(lambda: self, (host, port))
+        if self._users:
+            self._checker = loop.create_task(self._check_each())
+
+    async def close(self) -> None:
+        """Stop listening."""
+        if self._checker is not None:
+            self._checker.cancel()
+            await asyncio.gather(self._checker, return_exceptions=True)
+        if self._transport is not None:
+            self._transport.close()
+
+    # asyncio -----------------------------------------------------------------------------------
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self._transport = cast(asyncio.DatagramTransport, transport)
+        self.host, self.port = transport.get_extra_info("sockname")[:2]
+
+    def error_received(self, exc: Exception) -> None:
+        log.debug("a datagram was not delivered: %s", exc)
+
+    def datagram_received(self, data: bytes, addr: Peer) -> None:
+        try:
+            if len(data) > _LONGEST:
+                raise DecodeError(f"a datagram has at most {_LONGEST} bytes, got {len(data)}")
+            request = Datagram.decode(data)
+        except DecodeError as failure:
+            self.ignored += 1
+            log.debug("a datagram from %s is no discovery: %s", addr[0], failure)
+            return
+        if request.answer:
+            self.ignored += 1
+        elif request.service == DiscoveryService.INFO:
+            self._send(self._info().encode(request), addr)
+        elif request.service in (DiscoveryService.ADD_ROUTE, DiscoveryService.DELETE_ROUTE):
+            if not self._users:
+                log.info("%s wants to change routes, but no users are configured", addr[0])
+                self._answer(request, addr, ReturnCode.INVALID_ACCESS)
+            elif self._waiting.full():
+                self.ignored += 1
+            else:
+                self._waiting.put_nowait((request, addr))
+        else:
+            self._answer(request, addr, ReturnCode.SERVICE_NOT_SUPPORTED)
+
+    def _send(self, datagram: Datagram, addr: Peer) -> None:
+        if self._transport is not None:
+            self._transport.sendto(datagram.encode(), addr)
+
+    def _answer(self, request: Datagram, addr: Peer, code: ReturnCode) -> None:
+        self._send(answer_with(request, self._info().net_id, code.number), addr)
+
+    # routes ------------------------------------------------------------------------------------
+
+    async def _check_each(self) -> None:
+        loop = asyncio.get_running_loop()
+        while True:
+            request, addr = await self._waiting.get()
+            wanted = RouteRequest.decode(request)
+            allowed = await loop.run_in_executor(
+                None, self._users.check, wanted.user, wanted.password
+            )
+            code = ReturnCode.INVALID_ACCESS
+            if allowed:
+                code = self._change(DiscoveryService(request.service), wanted, addr[0])
+            log.info(
+                "%s wants to %s %r to %s: %s",
+                *(addr[0], DiscoveryService(request.service).name.lower().replace("_", " ")),
+                *(wanted.name, wanted.net_id, code.name),
+            )
+            self._answer(request, addr, code)
+
+    def _change(self, service: DiscoveryService, wanted: RouteRequest, peer: str) -> ReturnCode:
+        if service is DiscoveryService.DELETE_ROUTE:
+            gone = self._routes.remove(wanted.name)
+            return ReturnCode.NOT_FOUND if gone is None else ReturnCode.NO_ERROR
+        if wanted.net_id is None:
+            return ReturnCode.INVALID_DATA
+        try:
+            self._routes.add(
+                Route(
+                    name=wanted.name,
+                    net_id=wanted.net_id,
+                    host=wanted.host or peer,
+                    temporary=wanted.temporary,
+                )
+            )
+        except RouteError as refusal:
+            log.info("no route: %s", refusal)
+            return ReturnCode.INVALID_DATA
+        return ReturnCode.NO_ERROR
+
+
+class _Asker(asyncio.DatagramProtocol):
+    """Collects the answers to one question."""
+
+    def __init__(self) -> None:
+        self.answers: asyncio.Queue[tuple[Datagram, str]] = asyncio.Queue(4096)
+
+    def datagram_received(self, data: bytes, addr: Peer) -> None:
+        try:
+            datagram = Datagram.decode(data)
+        except DecodeError as failure:
+            log.debug("%s answers no discovery: %s", addr[0], failure)
+            return
+        if datagram.answer and not self.answers.full():
+            self.answers.put_nowait((datagram, addr[0]))
+
+    def error_received(self, exc: Exception) -> None:
+        log.debug("nobody there: %s", exc)
+
+
+async def ask(
+    hosts: Sequence[str], question: Datagram, *, seconds: float, port: int = UDP_PORT
+) -> AsyncIterator[tuple[Datagram, str]]:
+    """Ask hosts or broadcast addresses; yields answers with their sender for so many seconds.
+
+    Raises OSError if a host has no address.
+    """
+    loop = asyncio.get_running_loop()
+    found = [
+        (await loop.getaddrinfo(host, port, type=socket.SOCK_DGRAM, family=socket.AF_INET))[0][4]
+        for host in hosts
+    ]
+    transport, asker = await loop.create_datagram_endpoint(
+        _Asker, ("0.0.0.0", 0), allow_broadcast=True
+    )
+    try:
+        data = question.encode()
+        for address in found:
+            transport.sendto(data, address)
+        deadline = loop.time() + seconds
+        while True:
+            try:
+                async with asyncio.timeout_at(deadline):
+                    answer, sender = await asker.answers.get()
+            except TimeoutError:
+                return
+            if answer.service == question.service and answer.invoke_id == question.invoke_id:
+                yield answer, sender
+    finally:
+        transport.close()
+
+
+async def scan(
+    hosts: Sequence[str], *, seconds: float = 1.0, port: int = UDP_PORT, all_of_them: bool = True
+) -> list[tuple[SystemInfo, str]]:
+    """Routers that answer at `hosts` (names, addresses, broadcast addresses) and their IP.
+
+    Without `all_of_them` it ends with the first answer. Raises OSError for an unknown host.
+    """
+    found: dict[tuple[NetId, str], SystemInfo] = {}
+    answers = ask(hosts, info_request(ANYBODY), seconds=seconds, port=port)
+    async for answer, sender in answers:
+        info = SystemInfo.decode(answer)
+        found[info.net_id, sender] = info
+        if not all_of_them:
+            break
+    await cast(Any, answers).aclose()
+    return [(info, sender) for (_, sender), info in found.items()]
+
+
+async def change_route(
+    host: str,
+    wanted: RouteRequest,
+    *,
+    source: NetId = ANYBODY,
+    service: DiscoveryService = DiscoveryService.ADD_ROUTE,
+    seconds: float = 5.0,
+    port: int = UDP_PORT,
+) -> int:
+    """Ask the router at `host` to add (or delete) a route; the ADS return code of its answer.
+
+    Raises RequestTimeout if none comes, DecodeError for one that says nothing, OSError for an
+    unknown host.
+    """
+    answers = ask([host], wanted.encode(source, service), seconds=seconds, port=port)
+    async for answer, _ in answers:
+        await cast(Any, answers).aclose()
+        return status_of(answer)
+    raise RequestTimeout(f"{host} answers nothing at UDP port {port}")

@@ -1,0 +1,283 @@
+"""Uplinks: connections that we dial, one for each route, to the routers of other computers.
+
+An uplink connects when a request wants to go there, and again after a loss for as long as it is in
+use. What waits for it is limited; what cannot go is refused with the router's own codes.
+"""
+
+import asyncio
+import contextlib
+import ipaddress
+import logging
+from collections import deque
+from collections.abc import Iterator
+
+from achse.ams import AmsAddress, Command, Connection, Frame, NetId
+from achse.ams.connection import DEFAULT_MAX_LENGTH, Event
+from achse.codes import ReturnCode
+from achse.router import Router
+from achse.router.routes import Route
+from achse.transport.tcp import TcpConnection
+
+__all__ = ["Uplink", "Uplinks"]
+
+log = logging.getLogger("achse.uplink")
+
+_FIRST_PAUSE, _LONGEST_PAUSE = 0.1, 5.0
+"""Seconds between attempts to connect, doubled each time."""
+
+_IDLE = 60.0
+"""Seconds after the last request in which a lost connection is dialled again by itself."""
+
+_NO_ANSWER = 0x0003
+"""Flags of frames that are not answered: responses, and requests that want no response."""
+
+
+class Uplink:
+    """The endpoint behind one route; owner of the connection to its host.
+
+    At most `queue_frames` frames and `queue_bytes` bytes wait while it connects (0x502 beyond). A
+    host that cannot be reached answers 0x1B at once until the next attempt is due; a packet longer
+    than the route's `max_fragment` is refused with 0x1C, since nobody says how to split it.
+    """
+
+    routes_required = False
+
+    def __init__(
+        self,
+        router: Router,
+        route: Route,
+        *,
+        local_host: str = "",
+        max_length: int = DEFAULT_MAX_LENGTH,
+        max_backlog: int = 64 * 1024 * 1024,
+        queue_frames: int = 1024,
+        queue_bytes: int = 4 * 1024 * 1024,
+    ) -> None:
+        self.router = router
+        self.route = route
+        self.local_host = local_host
+        self.max_length = max_length
+        self.max_backlog = max_backlog
+        self.queue_frames = queue_frames
+        self.queue_bytes = queue_bytes
+        self.loop = asyncio.get_running_loop()
+        self.refused = 0
+        """Frames that could not go."""
+        self._connection: TcpConnection | None = None
+        self._queue: deque[Frame] = deque()
+        self._queued = 0
+        self._dialling: asyncio.Task[None] | None = None
+        self._retry: asyncio.TimerHandle | None = None
+        self._pause = 0.0
+        self._not_before = 0.0
+        self._last_request = 0.0
+        self._closed = False
+
+    # endpoint ----------------------------------------------------------------------------------
+
+    @property
+    def connected(self) -> bool:
+        return self._connection is not None
+
+    def deliver(self, frame: Frame) -> bool:
+        """Send `frame` to the host, or keep it until there is a connection."""
+        if self._closed:
+            return False
+        connection = self._connection
+        size = 32 + len(frame.data)
+        if self.route.max_fragment and size > self.route.max_fragment:
+            return self._refuse(frame, ReturnCode.INVALID_AMS_FRAGMENT)
+        if connection is not None:
+            if not frame.flags & _NO_ANSWER:
+                self._last_request = self.loop.time()
+                if connection.congested:
+                    return self._refuse(frame, ReturnCode.ROUTER_MAILBOX_FULL)
+            return connection.deliver(frame)
+        if self._dialling is None and self.loop.time() < self._not_before:
+            return self._refuse(frame, ReturnCode.HOST_UNREACHABLE)
+        if len(self._queue) >= self.queue_frames or self._queued + size > self.queue_bytes:
+            return self._refuse(frame, ReturnCode.ROUTER_MAILBOX_FULL)
+        self._queue.append(frame)
+        self._queued += size
+        self._last_request = self.loop.time()
+        self._dial()
+        return True
+
+    def _refuse(self, frame: Frame, code: ReturnCode) -> bool:
+        self.refused += 1
+        if not frame.flags & _NO_ANSWER and frame.command != Command.NOTIFICATION:
+            log.info("%s for %s: %s", code.name, AmsAddress(frame.target), self.route.name)
+            self.router.deliver(frame.reply(error=code.number))
+        return True
+
+    # connecting --------------------------------------------------------------------------------
+
+    def _dial(self) -> None:
+        if self._dialling is None and not self._closed:
+            self._dialling = self.loop.create_task(self._connect())
+
+    async def _connect(self) -> None:
+        if self._retry is not None:
+            self._retry.cancel()
+        host, port = self.route.endpoint()
+        make = TcpConnection if self.route.nat_net_id is None else _NatConnection
+        leave_by = (self.local_host, 0) if self._may_leave_by_it(host) else None
+        try:
+            async with asyncio.timeout(self.route.timeout):
+                await self.loop.create_connection(
+                    lambda: make(self), host, port, local_addr=leave_by
+                )
+        except TimeoutError:
+            log.warning(
+                "route %s: no answer from %s within %g s",
+                *(self.route.name, host, self.route.timeout),
+            )
+            self._failed()
+        except (OSError, UnicodeError) as failure:
+            reason = getattr(failure, "strerror", None) or failure
+            log.warning("route %s: %s cannot be reached: %s", self.route.name, host, reason)
+            self._failed()
+        finally:
+            self._dialling = None
+
+    def _may_leave_by_it(self, host: str) -> bool:
+        """Whether a connection to `host` can come from the address at which we listen.
+
+        The other side knows us by it; but from a loopback address only such ones can be reached.
+        """
+        try:
+            ours, theirs = ipaddress.ip_address(self.local_host), ipaddress.ip_address(host)
+        except ValueError:
+            return False
+        return not ours.is_unspecified and ours.is_loopback == theirs.is_loopback
+
+    def _failed(self) -> None:
+        self._pause = min(self._pause * 2 or _FIRST_PAUSE, _LONGEST_PAUSE)
+        self._not_before = self.loop.time() + self._pause
+        waiting, self._queue, self._queued = self._queue, deque(), 0
+        for frame in waiting:
+            self._refuse(frame, ReturnCode.HOST_UNREACHABLE)
+        self._redial()
+
+    def _redial(self) -> None:
+        """Try again by and by, unless nobody has wanted to go there for a while."""
+        if not self._closed and self.loop.time() - self._last_request < _IDLE:
+            self._retry = self.loop.call_later(self._pause or _FIRST_PAUSE, self._dial)
+
+    # owner of the connection -------------------------------------------------------------------
+
+    def serves_ports(self, host: str) -> bool:
+        """A remote router registers no ports here."""
+        return False
+
+    def opened(self, connection: TcpConnection) -> None:
+        """The connection is up: send what waited for it."""
+        if self._closed:
+            connection.abort()
+            return
+        log.info("route %s: connected to %s", self.route.name, connection.peer)
+        self._connection = connection
+        self._pause = self._not_before = 0.0
+        waiting, self._queue, self._queued = self._queue, deque(), 0
+        for frame in waiting:
+            if not connection.deliver(frame):
+                self._refuse(frame, ReturnCode.TARGET_MACHINE_NOT_FOUND)
+
+    def closed(self, connection: TcpConnection) -> None:
+        """The connection is gone."""
+        if connection is self._connection:
+            self._connection = None
+            if not self._closed:
+                log.warning("route %s: connection to %s lost", self.route.name, connection.peer)
+                self._redial()
+
+    async def close(self) -> None:
+        """End the connection and stop dialling; what waits is refused."""
+        self._closed = True
+        if self._retry is not None:
+            self._retry.cancel()
+        dialling = self._dialling
+        if dialling is not None:
+            dialling.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await dialling
+        waiting, self._queue = self._queue, deque()
+        for frame in waiting:
+            self._refuse(frame, ReturnCode.HOST_UNREACHABLE)
+        if self._connection is not None:
+            self._connection.abort()
+            await asyncio.sleep(0)
+
+
+class Uplinks:
+    """The uplinks of a router, one for each route of its table, from `start` to `close`."""
+
+    def __init__(self, router: Router, *, local_host: str = "", max_length: int) -> None:
+        self.router = router
+        self.local_host = local_host
+        self.max_length = max_length
+        self._uplinks: dict[NetId, Uplink] = {}
+        self._closing: set[asyncio.Task[None]] = set()
+
+    def __iter__(self) -> Iterator[Uplink]:
+        return iter(list(self._uplinks.values()))
+
+    def start(self) -> None:
+        """Follow the router's table of routes."""
+        for route in self.router.routes:
+            self._changed(None, route)
+        self.router.routes.on_change(self._changed)
+
+    async def close(self) -> None:
+        """End all connections."""
+        self.router.routes.ignore(self._changed)
+        for route in self.router.routes:
+            self._changed(route, None)
+        await asyncio.gather(*self._closing)
+
+    def _changed(self, old: Route | None, new: Route | None) -> None:
+        if old is not None and (uplink := self._uplinks.pop(old.net_id, None)) is not None:
+            self.router.remove_route(old.net_id)
+            closing = uplink.loop.create_task(uplink.close())
+            self._closing.add(closing)
+            closing.add_done_callback(self._closing.discard)
+        if new is not None:
+            uplink = Uplink(
+                self.router, new, local_host=self.local_host, max_length=self.max_length
+            )
+            self._uplinks[new.net_id] = uplink
+            self.router.add_route(new.net_id, uplink)
+
+
+class _NatConnection(TcpConnection):
+    """A connection to a router that has another NetId than the one by which we know it."""
+
+    def __init__(self, owner: Uplink) -> None:
+        super().__init__(owner)
+        assert owner.route.nat_net_id is not None
+        self._ours = bytes(owner.route.net_id)
+        self._theirs = bytes(owner.route.nat_net_id)
+        self._stream = _NatStream(owner.max_length, self._ours, self._theirs)
+
+    def _put(self, packet: bytes) -> None:
+        if packet[6:12] == self._ours:
+            packet = packet[:6] + self._theirs + packet[12:]
+        super()._put(packet)
+
+
+class _NatStream(Connection):
+    """Frames with their sender as we know it."""
+
+    __slots__ = ("_ours", "_theirs")
+
+    def __init__(self, max_length: int, ours: bytes, theirs: bytes) -> None:
+        super().__init__(max_length)
+        self._ours = ours
+        self._theirs = theirs
+
+    def receive(self, data: bytes) -> Iterator[Event]:
+        """Yield every event that `data` completes."""
+        for event in super().receive(data):
+            if isinstance(event, Frame) and event.source[:6] == self._theirs:
+                event.source = self._ours + event.source[6:]
+            yield event
