@@ -1,10 +1,11 @@
 """The axis record: every value of one NC axis, declared once.
 
 `AxisFields` is the table, put together from the parts in `achse.motion.fields`. From it come a
-NumPy structured dtype (`record_dtype`), a class with `__slots__` (`SlotsRecord`) and the static type of
-both. All values are 64 bits wide, so that the kernel means the same on either form. A field carries
-the name of the axis service row that shows it wherever such a row exists (002 §6.4.4; encoder,
-controller and drive values with that prefix), so that a device binds rows to fields by name.
+NumPy structured dtype (`record_dtype`), a class with `__slots__` (`SlotsRecord`) and the static
+type of both. All values are 64 bits wide, so that the kernel means the same on either form. A field
+carries the name of the axis service row that shows it wherever such a row exists (002 §6.4.4;
+encoder, controller and drive values with that prefix), so that a device binds rows to fields by
+name.
 
 Positions are in the axis unit (mm, degree), times in seconds, flags 0 or 1.
 """
