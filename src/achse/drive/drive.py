@@ -65,6 +65,9 @@ _LASTING = (
     "motor_velocity",
     "sync_type",
     "sync_cycle",
+    "reset_command",
+    "encoder_clear_command",
+    "commands",
 )
 """What a reset of the drive leaves as it is: the world around it."""
 
@@ -408,7 +411,7 @@ class Drive:
             setattr(record, name, value)
         self.faults.warning(Warn.RESTART_REQUIRED, False)
         record.voltage_bit = self._voltage_bit
-        self._alarms_told = self._resets_told = self._commands_seen = 0
+        self._alarms_told = self._resets_told = 0
         self._clearing_ns = 0
         self._reset_due = self._clear_due = False
         apply(self.machine, record)

@@ -160,7 +160,7 @@ class PdoMapping:
 
     def _activate(self, assignment: int) -> None:
         data = ProcessData(tuple(self._rows(self._assigned[assignment])))
-        if data.size > MAX_BYTES or len(data.rows) > ENTRIES:
+        if data.size > MAX_BYTES:
             raise SdoAbort(AbortCode.PDO_LENGTH)
         self._active[assignment] = 1
         self._set(assignment, data)

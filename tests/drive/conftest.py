@@ -1,0 +1,46 @@
+"""Drives of the tests: in Op, in virtual time, with or without switches along the way."""
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+
+import pytest
+
+from achse.codes import AbortCode, SdoAbort
+from achse.drive import Machine, Switches, VirtualDrive
+
+
+@pytest.fixture
+def drive() -> VirtualDrive:
+    """A rotary drive without switches."""
+    return VirtualDrive()
+
+
+@pytest.fixture
+def machine() -> Callable[..., Machine]:
+    """`machine(position)`: limit switches at ±1,000,000 inc, home switch from -6,000 to 30,000."""
+
+    def build(position: float = 0.0, **changes: object) -> Machine:
+        switches = Switches(
+            negative_stop=-1_200_000,
+            negative_limit=-1_000_000,
+            home=(-6_000, 30_000),
+            positive_limit=1_000_000,
+            positive_stop=1_200_000,
+            probe=(50_000, 60_000),
+        )
+        return Machine(switches=switches, position=position, **changes)
+
+    return build
+
+
+@pytest.fixture
+def aborts() -> Callable[[AbortCode], AbstractContextManager[None]]:
+    """`with aborts(AbortCode.READ_ONLY): ...` demands this abort code."""
+
+    @contextmanager
+    def demand(code: AbortCode) -> Iterator[None]:
+        with pytest.raises(SdoAbort) as refusal:
+            yield
+        assert refusal.value.code is code
+
+    return demand

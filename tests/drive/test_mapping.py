@@ -1,0 +1,229 @@
+"""PDO mapping: the procedure step by step, every wrong step with its abort code."""
+
+import struct
+from collections.abc import Iterable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.codes import AbortCode, AlState, AlStatus, SdoAbort
+from achse.drive import Drive
+from achse.drive.mapping import MAX_BYTES, PdoMapping
+from achse.drive.objects import ROWS
+
+
+@pytest.fixture
+def preop() -> Drive:
+    drive = Drive()
+    drive.enter(AlState.PREOP, 0, AlStatus.NO_ERROR)
+    return drive
+
+
+def _off(drive: Drive) -> None:
+    drive.set(0x1C12, 0)
+    drive.set(0x1C13, 0)
+
+
+def _map(drive: Drive, index: int, entries: Iterable[int]) -> None:
+    drive.set(index, 0)
+    count = 0
+    for count, entry in enumerate(entries, 1):
+        drive.set(index, entry, count)
+    drive.set(index, count)
+
+
+def test_default_sizes(preop: Drive) -> None:
+    sizes = {0x1600: 15, 0x1601: 11, 0x1602: 9, 0x1603: 21}
+    for index, size in sizes.items():
+        _off(preop)
+        preop.set(0x1C12, index, 1)
+        preop.set(0x1C12, 1)
+        assert preop.output_size == size
+    for index, size in {0x1A00: 23, 0x1A01: 19, 0x1A02: 19, 0x1A03: 23}.items():
+        _off(preop)
+        preop.set(0x1C13, index, 1)
+        preop.set(0x1C13, 1)
+        assert preop.input_size == size
+
+
+def test_the_example_of_the_manual(preop: Drive) -> None:
+    """607Fh is added to 1600h."""
+    preop.set(0x1C12, 0)
+    preop.set(0x1600, 0)
+    preop.set(0x1600, 0x607F0020, 7)
+    preop.set(0x1600, 7)
+    preop.set(0x1C12, 0x1600, 1)
+    preop.set(0x1C12, 1)
+    preop.enter(AlState.SAFEOP, 0, AlStatus.NO_ERROR)
+    preop.enter(AlState.OP, 0, AlStatus.NO_ERROR)
+    assert preop.output_size == 19
+    preop.write_outputs(struct.pack("<HbHiHII", 6, 8, 3000, 0, 0, 0, 4711))
+    preop.step(1_000_000)
+    assert preop.get(0x607F) == 4711
+
+
+@pytest.mark.parametrize("state", [AlState.SAFEOP, AlState.OP])
+def test_no_change_in_safeop_or_op(preop: Drive, aborts, state: AlState) -> None:
+    preop.enter(state, 0, AlStatus.NO_ERROR)
+    for index, subindex, value in (
+        (0x1C12, 0, 0),
+        (0x1C13, 1, 0x1A01),
+        (0x1600, 0, 0),
+        (0x1A00, 1, 0x60410010),
+    ):
+        with aborts(AbortCode.READ_ONLY):
+            preop.set(index, value, subindex)
+
+
+def test_the_assignment_comes_off_first(preop: Drive, aborts) -> None:
+    with aborts(AbortCode.UNSUPPORTED_ACCESS):
+        preop.set(0x1600, 0)
+    with aborts(AbortCode.UNSUPPORTED_ACCESS):
+        preop.set(0x1C12, 0x1601, 1)
+
+
+def test_the_count_goes_to_0_before_entries_change(preop: Drive, aborts) -> None:
+    _off(preop)
+    with aborts(AbortCode.UNSUPPORTED_ACCESS):
+        preop.set(0x1600, 0x607F0020, 7)
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        0x50000010,  # not in the dictionary
+        0x607D0020,  # stated as not supported
+        0x605A0010,  # not mappable
+        0x60400020,  # another length
+        0x60410010,  # read-only, in a RxPDO
+        0x60400110,  # no such subindex
+        0x00000008,  # padding
+    ],
+)
+def test_unsupported_objects(preop: Drive, aborts, entry: int) -> None:
+    _off(preop)
+    preop.set(0x1600, 0)
+    with aborts(AbortCode.NO_OBJECT):
+        preop.set(0x1600, entry, 1)
+
+
+def test_an_object_twice(preop: Drive, aborts) -> None:
+    _off(preop)
+    preop.set(0x1600, 0)
+    preop.set(0x1600, 0x60400010, 2)
+    with aborts(AbortCode.UNSUPPORTED_ACCESS):
+        preop.set(0x1600, 2)
+
+
+def test_too_many_bytes_are_found_when_the_assignment_comes_on(preop: Drive, aborts) -> None:
+    _off(preop)
+    general = [0x3201 + n << 16 | 0x20 for n in range(8)]
+    _map(preop, 0x1A00, general)
+    preop.set(0x1C13, 1)
+    assert preop.input_size == MAX_BYTES
+    # eight objects of the dictionary never exceed it, padding entries do
+    long = Drive(strict_mapping=False)
+    long.enter(AlState.PREOP, 0, AlStatus.NO_ERROR)
+    _off(long)
+    _map(long, 0x1A00, (0x60640020, 0x000000F0))
+    with aborts(AbortCode.PDO_LENGTH):
+        long.set(0x1C13, 1)
+    assert (long.get(0x1C13), long.input_size) == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("index", "subindex", "value"),
+    [(0x1600, 0, 9), (0x1C12, 0, 2), (0x1C12, 1, 0x1604), (0x1C13, 1, 0x1600)],
+)
+def test_ranges(preop: Drive, aborts, index: int, subindex: int, value: int) -> None:
+    _off(preop)
+    with aborts(AbortCode.VALUE_RANGE):
+        preop.set(index, value, subindex)
+
+
+def test_nothing_assigned_is_nothing_sent(preop: Drive) -> None:
+    _off(preop)
+    assert (preop.output_size, preop.input_size, preop.read_inputs()) == (0, 0, b"")
+
+
+def test_a_permissive_mapping_takes_what_masters_send() -> None:
+    """Count, entries with padding and count while the assignment is on."""
+    drive = Drive(strict_mapping=False)
+    drive.enter(AlState.PREOP, 0, AlStatus.NO_ERROR)
+    _map(drive, 0x1600, (0x60400010, 0x60600008, 0x00000008, 0x607A0020))
+    drive.set(0x1C12, 0)
+    drive.set(0x1C12, 0x1600, 1)
+    drive.set(0x1C12, 1)
+    assert drive.output_size == 8
+    drive.enter(AlState.SAFEOP, 0, AlStatus.NO_ERROR)
+    drive.enter(AlState.OP, 0, AlStatus.NO_ERROR)
+    drive.write_outputs(struct.pack("<Hbxi", 6, 8, -77))
+    drive.step(1_000_000)
+    assert (drive.get(0x6060), drive.get(0x607A)) == (8, -77)
+
+
+def test_a_stored_mapping_is_back_after_a_power_cycle() -> None:
+    drive = Drive()
+    drive.enter(AlState.PREOP, 0, AlStatus.NO_ERROR)
+    _off(drive)
+    _map(drive, 0x1A01, (0x60410010,))
+    drive.set(0x1C13, 0x1A01, 1)
+    drive.set(0x1C13, 1)
+    drive.set(0x1C12, 1)
+    drive.save()
+    drive.step(1_000_000_000)
+    drive.power_cycle()
+    assert (drive.get(0x1C13, 1), drive.get(0x1A01), drive.input_size) == (0x1A01, 1, 2)
+    assert drive.read_inputs() == drive.record.statusword.to_bytes(2, "little")
+
+
+MAPPABLE = {index: [row for row in ROWS if row.pdo] for index in (0x1A00,)} | {
+    0x1600: [row for row in ROWS if row.receivable]
+}
+
+
+@given(st.sampled_from([0x1600, 0x1A00]), st.data())
+def test_any_legal_mapping_carries_its_values(index: int, data: st.DataObject) -> None:
+    rows = data.draw(st.lists(st.sampled_from(MAPPABLE[index]), max_size=8, unique=True))
+    drive = Drive()
+    drive.enter(AlState.PREOP, 0, AlStatus.NO_ERROR)
+    _off(drive)
+    _map(drive, index, (row.key << 8 | row.type.bits for row in rows))
+    assignment = 0x1C12 if index == 0x1600 else 0x1C13
+    drive.set(assignment, index, 1)
+    drive.set(assignment, 1)
+    size = sum(row.type.bits for row in rows) // 8
+    if index == 0x1A00:
+        assert drive.input_size == size
+        assert drive.read_inputs() == b"".join(
+            drive.read_object(row.index, row.subindex) for row in rows
+        )
+        return
+    assert drive.output_size == size
+    drive.enter(AlState.SAFEOP, 0, AlStatus.NO_ERROR)
+    drive.enter(AlState.OP, 0, AlStatus.NO_ERROR)
+    values = [1 if row.type.least < 1 else row.type.least for row in rows]
+    drive.write_outputs(
+        b"".join(row.type.pack(value) for row, value in zip(rows, values, strict=True))
+    )
+    drive.step(0)
+    assert [getattr(drive.record, row.place) for row in rows] == values
+
+
+def test_an_unmappable_row_is_refused_for_every_row() -> None:
+    for index, mappable in MAPPABLE.items():
+        mapping = PdoMapping()
+        mapping.open = True
+        mapping.write(0x1C12, 0, 0)
+        mapping.write(0x1C13, 0, 0)
+        mapping.write(index, 0, 0)
+        for row in ROWS:
+            entry = row.key << 8 | row.type.bits
+            if row in mappable:
+                mapping.write(index, 1, entry)
+                assert mapping.read(index, 1) == entry
+            else:
+                with pytest.raises(SdoAbort) as refusal:
+                    mapping.write(index, 1, entry)
+                assert refusal.value.code is AbortCode.NO_OBJECT
