@@ -110,6 +110,8 @@ class MailboxServer:
         if message.counter and message.counter == self._last_received:
             return  # the master sent it again because it missed that it had arrived
         self._last_received = message.counter
+        if message.protocol == MailboxProtocol.ERROR:
+            return  # the master complains; an answer could go on forever
         try:
             service = self._services[MailboxProtocol(message.protocol)]
         except (KeyError, ValueError):

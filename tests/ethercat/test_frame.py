@@ -1,0 +1,128 @@
+"""Frames and datagrams, both directions."""
+
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.ethercat.frame import (
+    Addressing,
+    Command,
+    Datagram,
+    Frame,
+    FrameError,
+    datagram_offsets,
+    payload_offset,
+)
+
+COMMANDS = "NOP APRD APWR APRW FPRD FPWR FPRW BRD BWR BRW LRD LWR LRW ARMW FRMW"
+"""001 table 2.3.1.1, by number."""
+
+datagrams = st.builds(
+    Datagram,
+    command=st.integers(0, 255),
+    address=st.integers(0, 0xFFFF_FFFF),
+    data=st.binary(max_size=200),
+    index=st.integers(0, 255),
+    counter=st.integers(0, 0xFFFF),
+    irq=st.integers(0, 0xFFFF),
+    circulating=st.booleans(),
+)
+frames = st.builds(
+    Frame,
+    st.lists(datagrams, min_size=1, max_size=7),
+    source=st.binary(min_size=6, max_size=6),
+    destination=st.binary(min_size=6, max_size=6),
+)
+
+
+def test_the_commands_are_the_manuals() -> None:
+    assert " ".join(command.name for command in Command) == COMMANDS
+    assert [int(command) for command in Command] == list(range(15))
+
+
+@pytest.mark.parametrize("command", Command)
+def test_a_commands_name_says_what_it_does(command: Command) -> None:
+    way = {
+        "A": Addressing.POSITION,
+        "F": Addressing.STATION,
+        "B": Addressing.BROADCAST,
+        "L": Addressing.LOGICAL,
+    }
+    assert command.addressing is way.get(command.name[0], Addressing.NONE)
+    does = command.name[-2:]
+    assert command.reads == (does in ("RD", "RW", "MW"))
+    assert command.writes == (does in ("WR", "RW", "MW"))
+    assert command.multiple == (does == "MW")
+
+
+@given(frames)
+def test_decoding_undoes_encoding(frame: Frame) -> None:
+    assert Frame.decode(frame.encode()) == frame
+    payload = Frame.decode_payload(frame.encode_payload())
+    assert payload.datagrams == frame.datagrams
+
+
+def test_the_wire() -> None:
+    frame = Frame([Datagram.at(Command.BRD, 0, 0x0130, bytes(2), index=7)])
+    assert frame.encode() == bytes.fromhex(
+        "ffffffffffff 020000000000 88a4 0e10 07 07 0000 3001 0200 0000 0000 0000"
+    )
+
+
+def test_padding_of_the_network_card_is_no_datagram() -> None:
+    frame = Frame([Datagram(Command.NOP, 0, b"tag")])
+    padded = frame.encode().ljust(60, b"\0")
+    assert Frame.decode(padded) == frame
+
+
+def test_a_vlan_tag_moves_the_header() -> None:
+    packet = Frame([Datagram(Command.NOP, 0, b"")]).encode()
+    tagged = packet[:12] + b"\x81\x00\x20\x01" + packet[12:]
+    assert payload_offset(packet) == 14
+    assert payload_offset(tagged) == 18
+    assert Frame.decode(tagged).datagrams == Frame.decode(packet).datagrams
+
+
+@pytest.mark.parametrize("packet", [b"", bytes(14), b"\xff" * 12 + b"\x08\x00" + bytes(40)])
+def test_other_protocols_are_not_ethercat(packet: bytes) -> None:
+    assert payload_offset(packet) is None
+    with pytest.raises(FrameError, match="EtherType"):
+        Frame.decode(packet)
+
+
+@pytest.mark.parametrize("kind", [0, 4, 5, 15])
+def test_frames_of_other_types_have_no_datagrams(kind: int) -> None:
+    assert datagram_offsets(struct.pack("<H", kind << 12 | 20) + bytes(20), 0) == []
+
+
+@pytest.mark.parametrize(
+    ("payload", "complaint"),
+    [
+        ("", "2 bytes"),
+        ("0c", "2 bytes"),
+        ("0c10", "announces 12"),
+        ("0010", "at least 12"),
+        ("0b10" + 11 * "00", "at least 12"),
+        ("0c10" + "000000000000" + "0100" + 4 * "00", "ends 1 bytes after"),
+        ("0c10" + "000000000000" + "0080" + 4 * "00", "at least 12"),
+        ("0d10" + "000000000000" + "0000" + 5 * "00", "1 bytes follow"),
+    ],
+)
+def test_broken_structure_is_told(payload: str, complaint: str) -> None:
+    with pytest.raises(FrameError, match=complaint):
+        datagram_offsets(bytes.fromhex(payload), 0)
+
+
+def test_a_frame_has_limits() -> None:
+    with pytest.raises(FrameError, match="at least one"):
+        Frame([]).encode()
+    Frame([Datagram(Command.NOP, 0, bytes(1486))]).encode()
+    with pytest.raises(FrameError, match="1498"):
+        Frame([Datagram(Command.NOP, 0, bytes(1487))]).encode()
+
+
+def test_adp_and_ado() -> None:
+    datagram = Datagram.at(Command.APRD, -3, 0x0130, b"")
+    assert (datagram.adp, datagram.ado) == (0xFFFD, 0x0130)
