@@ -3,6 +3,9 @@
 import json
 import os
 import signal
+import subprocess
+import sys
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -111,20 +114,33 @@ def test_an_axis_that_never_reaches_its_window() -> None:
     assert "not in its window 5 s after the move" in verdict.trouble
 
 
-def test_ctrl_c_stops_the_axis_and_says_where(cli: Cli, live: Any) -> None:
+def test_ctrl_c_stops_the_axis_and_says_where(
+    cli: Cli, live: Any, environment: dict[str, str]
+) -> None:
     axis = live.station.nc.axis(1)
     cli("axis", "enable", "X")
+    fast = threading.Event()
 
-    def interrupt() -> None:
+    def watch() -> None:
         if axis.set_velocity > 50.0:
-            live.hook = None
-            os.kill(os.getpid(), signal.SIGINT)
+            fast.set()
 
-    live.hook = interrupt
-    result = cli("axis", "move", "X", "--to", "1e6", "-v", "500", "--json", exit_code=1)
-    course = json.loads(result.stdout)
-    assert result.stderr.startswith("interrupted: X stopped at ")
-    assert course["trouble"] == result.stderr.rstrip()
+    live.hook = watch
+    move = subprocess.Popen(
+        [sys.executable, "-m", "achse", "axis", "move", "X", "--to", "1e6", "-v", "500", "--json"],
+        env=os.environ | environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert fast.wait(20)
+    live.hook = None
+    move.send_signal(signal.SIGINT)
+    output, errors = move.communicate(timeout=20)
+    assert move.returncode == 1
+    course = json.loads(output)
+    assert errors.startswith("interrupted: X stopped at ")
+    assert course["trouble"] == errors.rstrip()
     assert not course["done"]
     assert 0 < course["end"] < 1e6
     assert course["trace"]["set_velocity"][-1] == 0.0

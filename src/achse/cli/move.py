@@ -68,6 +68,26 @@ async def start(axis: NcAxis, order: Order) -> int:
     return int(number)
 
 
+async def _started(axis: NcAxis, order: Order) -> "Verdict":
+    """Start the move. Cancelled meanwhile, it waits for the answer first: the axis may move."""
+    starting = asyncio.ensure_future(start(axis, order))
+    try:
+        return Verdict(axis, order, await asyncio.shield(starting))
+    except asyncio.CancelledError:
+        verdict = Verdict(axis, order, await starting)
+        await _interrupt(axis, verdict)
+        return verdict
+
+
+async def _interrupt(axis: NcAxis, verdict: "Verdict") -> None:
+    """Take a cancellation as the wish to stop the axis."""
+    task = asyncio.current_task()
+    assert task is not None
+    task.uncancel()
+    verdict.interrupted = True
+    await axis.write(FUNCTIONS, "stop")
+
+
 async def follow(axis: NcAxis, order: Order, sample_time: float) -> Course:
     """Command the move and watch it until it is done, or something else ended it.
 
@@ -79,17 +99,14 @@ async def follow(axis: NcAxis, order: Order, sample_time: float) -> Course:
         with _Progress(axis, order) as progress:
             first = await anext(samples)
             trace.add(first.filetime, axis.sample(first.value))
-            verdict = Verdict(axis, order, await start(axis, order))
+            verdict = await _started(axis, order)
             while not verdict.done and verdict.trouble is None:
                 try:
                     sample = await anext(samples)
                 except asyncio.CancelledError:
-                    task = asyncio.current_task()
-                    if verdict.interrupted or task is None:
+                    if verdict.interrupted:
                         raise
-                    task.uncancel()
-                    verdict.interrupted = True
-                    await axis.write(FUNCTIONS, "stop")
+                    await _interrupt(axis, verdict)
                     continue
                 values = axis.sample(sample.value)
                 seconds = trace.add(sample.filetime, values)
