@@ -1,11 +1,11 @@
 """Projects: a folder of PLC sources, or one file, as what they declare.
 
 Read are `.st` (Structured Text, UTF-8 or cp1252) and the XML files of TwinCAT 3: `.TcPOU`,
-`.TcGVL`, `.TcDUT`, `.TcIO` and, for tasks, `.TcTTO`. In a folder with a `.plcproj` it says which
+`.TcGVL`, `.TcDUT`, `.TcTLEO`, `.TcIO` and, for tasks, `.TcTTO`. In a folder with a `.plcproj` it says which
 files count; without one all below the folder do.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
 from urllib.parse import unquote
@@ -20,7 +20,7 @@ from achse.iec.st.source import Fault, Location, Source, SourceError
 
 __all__ = ["SUFFIXES", "Project", "load_project", "parse_file", "source_files"]
 
-SUFFIXES = (".st", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto")
+SUFFIXES = (".st", ".tcpou", ".tcgvl", ".tcdut", ".tctleo", ".tcio", ".tctto")
 """Endings of the files that are read, in lower case."""
 
 _TASK = ".tctto"
@@ -40,6 +40,7 @@ class Project:
 def load_project(
     path: str | Path,
     *,
+    libraries: Iterable[str | Path] = (),
     types: Mapping[str, Typelike] | None = None,
     constants: Mapping[str, object] | None = None,
     rules: LayoutRules = TC3_X64,
@@ -47,13 +48,25 @@ def load_project(
 ) -> Project:
     """Read and declare the sources of a folder, of a `.plcproj`, or one source file.
 
-    `types` and `constants` are those of libraries that come without sources, by name; `defines`
-    are what `{IF defined (…)}` finds. Raises `SourceError` with every fault of every file.
+    `libraries` are further such paths; of them only what the project names is declared. `types`
+    and `constants` are those of libraries that come without sources, by name. `defines` are what
+    `{IF defined (…)}` finds. Raises `SourceError` with every fault of every file.
     """
-    path = Path(path)
+    faults: list[Fault] = []
+    sources, tasks = _read(Path(path), defines, faults)
+    found = [parsed for item in libraries for parsed in _read(Path(item), defines, faults)[0]]
+    if faults:
+        raise SourceError(faults)
+    declared = declare(sources, libraries=found, types=types, constants=constants, rules=rules)
+    return Project(declared, tuple(tasks), tuple(sources))
+
+
+def _read(
+    path: Path, defines: Defines, faults: list[Fault]
+) -> tuple[list[Parsed], list[TaskDeclaration]]:
+    """The sources and tasks of one project; what is wrong with them goes into `faults`."""
     sources: list[Parsed] = []
     tasks: list[TaskDeclaration] = []
-    faults: list[Fault] = []
     for file, name in source_files(path):
         try:
             if file.suffix.lower() == _TASK:
@@ -65,10 +78,7 @@ def load_project(
             continue
         faults += parsed.faults
         sources.append(parsed)
-    if faults:
-        raise SourceError(faults)
-    declared = declare(sources, types=types, constants=constants, rules=rules)
-    return Project(declared, tuple(tasks), tuple(sources))
+    return sources, tasks
 
 
 def source_files(path: Path) -> list[tuple[Path, str]]:

@@ -156,7 +156,11 @@ class Evaluator:
         low, high, function = _FUNCTIONS.get(name, (0, -1, _nothing))
         if not low <= len(values) <= high:
             raise Unexpected(tree.at, f"{name} takes another number of arguments")
-        return _checked(function, [item.value for item in values], tree.at)
+        try:
+            return _checked(function, [item.value for item in values], tree.at)
+        except ValueError:
+            # No fault of the source: LOG(-1) is how some make a NaN.
+            return Constant(math.nan)
 
 
 def _nothing(*_: Any) -> Value:
@@ -189,11 +193,12 @@ _FUNCTIONS: dict[str, tuple[int, int, Callable[..., Value]]] = {
 
 
 def _checked(function: Callable[..., Any], values: list[Value], at: int) -> Constant:
+    """The result; ValueError is left to the caller."""
     try:
         result = function(*values)
     except ZeroDivisionError:
         raise Unexpected(at, "a division by zero") from None
-    except (ArithmeticError, TypeError, ValueError):
+    except (ArithmeticError, TypeError):
         shown = ", ".join(map(repr, values))
         raise Unexpected(at, f"there is no such value for {shown}") from None
     if isinstance(result, complex) or (isinstance(result, float) and not math.isfinite(result)):

@@ -17,7 +17,7 @@ from achse.iec.layout import TC3_X64, LayoutRules
 from achse.iec.st.constants import NotConstant
 from achse.iec.st.cursor import Unexpected
 from achse.iec.st.parser import Parsed
-from achse.iec.st.resolve import Resolver
+from achse.iec.st.resolve import Resolver, generics_of
 from achse.iec.st.scopes import Entry, Failed, Scope
 from achse.iec.st.source import Source, SourceError
 from achse.iec.st.standard import standard_library
@@ -70,20 +70,23 @@ class Declarations:
 def declare(
     sources: Iterable[Parsed],
     *,
+    libraries: Iterable[Parsed] = (),
     types: Mapping[str, Typelike] | None = None,
     constants: Mapping[str, object] | None = None,
     rules: LayoutRules = TC3_X64,
 ) -> Declarations:
     """Declare what the sources say. Raises `SourceError` with every fault found.
 
-    `types` and `constants` are those of libraries that come without sources, by name.
+    Of `libraries` only what the sources name is declared. `types` and `constants` are those of
+    libraries that come without sources, by name.
     """
-    sources = list(sources)
-    faults = [fault for parsed in sources for fault in parsed.faults]
+    sources, libraries = list(sources), list(libraries)
+    faults = [fault for parsed in (*sources, *libraries) for fault in parsed.faults]
     if faults:
         raise SourceError(faults)
     declarer = _Declarer(types or {}, constants or {}, rules)
     declarer.add(sources)
+    declarer.add(libraries, is_library=True)
     declarer.add([standard_library()], is_library=True)
     found = declarer.declare()
     if declarer.faults:
@@ -127,6 +130,8 @@ class _Declarer(Resolver):
 
     def _declare(self, entry: Entry) -> None:
         tree = entry.tree
+        if generics_of(entry):
+            return  # Only what it is with certain values is a type.
         if isinstance(tree, TypeDeclaration | FunctionBlock | Interface):
             self.entry_type(entry, tree.at)
         elif isinstance(tree, GlobalList | ProgramTree):

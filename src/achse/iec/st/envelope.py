@@ -175,7 +175,7 @@ class _Envelope:
         units: list[Unit] = []
         for element in root.children:
             name = element.attributes.get("Name", "")
-            if element.tag in ("GVL", "DUT"):
+            if element.tag in ("GVL", "DUT", "EnumerationTextList"):
                 units += self._list(element, name)
             elif element.tag == "POU":
                 units += self._unit(element)

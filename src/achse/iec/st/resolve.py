@@ -55,7 +55,7 @@ from achse.iec.types import IecType
 from achse.iec.variables import Address as Place
 from achse.iec.variables import Section, Variable
 
-__all__ = ["LARGEST", "Resolver"]
+__all__ = ["LARGEST", "Resolver", "generics_of"]
 
 LARGEST = 1 << 28
 """The largest type in bytes; a mistyped bound shall not take the memory of the machine."""
@@ -90,6 +90,7 @@ class Resolver(Scopes):
         """Variables with an initial value that shows at run time only, by `unit.variable`."""
         self._types = {name.lower(): iec_type(type) for name, type in types.items()}
         self._pointers: list[tuple[PointerType, Scope, int]] = []
+        self._instances: dict[str, Entry] = {}
         self._inner: dict[int, IecType[Any]] = {}
 
     # specifications ------------------------------------------------------------------------
@@ -150,7 +151,27 @@ class Resolver(Scopes):
             if found is None:
                 raise Unexpected(spec.at, f"no type is named '{spec.name[:80]}'")
             return found
+        if generics_of(entry):
+            entry = self._instance(entry, spec, scope)
+        elif spec.generics:
+            raise Unexpected(spec.at, f"{entry.name} has no VAR_GENERIC")
         return self.entry_type(entry, spec.at)
+
+    def _instance(self, entry: Entry, spec: NamedType, scope: Scope) -> Entry:
+        """The block that a generic one is with these values of its VAR_GENERIC."""
+        names = generics_of(entry)
+        if len(names) != len(spec.generics):
+            raise Unexpected(spec.at, f"{entry.name}<…> takes {len(names)} constants")
+        values = [self.integer(item, scope, "a generic constant") for item in spec.generics]
+        name = f"{entry.name}<{','.join(map(str, values))}>"
+        found = self._instances.get(name.lower())
+        if found is None:
+            found = Entry(name, entry.tree, entry.source, entry.space, entry.is_library)
+            self._instances[name.lower()] = found
+            self.scope(found).constants |= {
+                key: Constant(value) for key, value in zip(names, values, strict=True)
+            }
+        return found
 
     def _subrange(self, spec: Subrange, scope: Scope) -> IecType[Any]:
         base = resolved(self._named(spec.base, scope))
@@ -175,7 +196,7 @@ class Resolver(Scopes):
         match spec:
             case NamedType(name):
                 entry = self.find(name, scope.space)
-                if entry is None:
+                if entry is None or spec.generics:
                     return self._named(spec, scope).name
                 return entry.name
             case ArrayOf(_, element):
@@ -502,3 +523,15 @@ class Resolver(Scopes):
 
 def _is_rpc(tree: MethodTree) -> bool:
     return any(name.lower() == "tcrpcenable" for name, _ in tree.note.attributes)
+
+
+def generics_of(entry: Entry) -> list[str]:
+    """The constants that have to be given where a block is named."""
+    blocks = entry.tree.blocks if isinstance(entry.tree, FunctionBlock) else ()
+    return [
+        item.name.lower()
+        for block in blocks
+        if block.section == "VAR_GENERIC"
+        for declaration in block.variables
+        for item in declaration.names
+    ]

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias, TypeVar
 
+from achse.iec.derived import resolved
 from achse.iec.enums import EnumType
 from achse.iec.errors import IecError
 from achse.iec.st.constants import Constant, Evaluator, NotConstant, Path, fitted, path_of
@@ -18,6 +19,7 @@ from achse.iec.st.tree import (
     Expression,
     FunctionBlock,
     GlobalList,
+    NamedType,
     Namespace,
     Note,
     StructInitial,
@@ -164,8 +166,10 @@ class Scopes:
     # faults --------------------------------------------------------------------------------
 
     def report(self, source: Source, at: int, message: str) -> None:
-        """Keep a fault."""
-        self.faults.append(source.fault(at, message))
+        """Keep a fault; what is asked for twice is told once."""
+        fault = source.fault(at, message)
+        if fault not in self.faults:
+            self.faults.append(fault)
 
     @contextmanager
     def inside(self, source: Source) -> Iterator[None]:
@@ -244,7 +248,7 @@ class Scopes:
         """Whether `State.Idle` means a value, though a variable is called `State` like its type."""
         entry = self.find(name, space)
         tree = None if entry is None else entry.tree
-        return isinstance(tree, TypeDeclaration) and isinstance(tree.type, EnumOf)
+        return isinstance(tree, TypeDeclaration) and isinstance(tree.type, EnumOf | NamedType)
 
     def _own(self, key: str, scope: Scope) -> tuple[Scope, Declared] | None:
         """The variable of that name in a scope or in those it extends."""
@@ -283,7 +287,7 @@ class Scopes:
             entry = self.find(name, space)
             if entry is None:
                 given = self.given_type(name)
-                if isinstance(given, EnumType):
+                if given is not None and isinstance(given := resolved(given), EnumType):
                     return self._member(given, keys[cut], at)
             elif isinstance(entry.tree, TypeDeclaration):
                 return self._enum_value(entry, keys[cut], at)
@@ -295,7 +299,7 @@ class Scopes:
         return None
 
     def _enum_value(self, entry: Entry, key: str, at: int) -> Constant:
-        type = self.entry_type(entry, at)
+        type = resolved(self.entry_type(entry, at))
         if not isinstance(type, EnumType):
             raise Unexpected(at, f"{entry.name} is no enumeration")
         return self._member(type, key, at)
@@ -315,12 +319,14 @@ class Scopes:
     def _of_variable(self, scope: Scope, declared: Declared, keys: list[str], at: int) -> Constant:
         block, declaration = declared
         initial = declaration.initial
+        key = keys[0]
+        if len(keys) == 1 and (known := scope.constants.get(key)) is not None:
+            return known
         # What a constant structure or array holds is left to run time, like a variable.
         if "CONSTANT" not in block.qualifiers or len(keys) > 1:
             raise NotConstant(at)
         if initial is None or isinstance(initial, ArrayInitial | StructInitial):
             raise NotConstant(at)
-        key = keys[0]
         if key not in scope.constants:
             self.check_depth(at)
             scope.constants[key] = None
