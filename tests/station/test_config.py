@@ -70,7 +70,7 @@ def test_a_file_that_is_no_toml_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("plc", "key"),
     [({"also": [0]}, "plc[1].also[1]"), ({"also": [801, 70_000]}, "plc[1].also[2]"),
-     ({"task": []}, "plc[1].task")],
+     ({"sources": "a", "symbols": "b.tmc"}, "plc[1]")],
 )  # fmt: skip
 def test_ports_and_tasks_of_a_plc(plc: dict[str, object], key: str) -> None:
     (line,) = faults({"plc": [plc]})

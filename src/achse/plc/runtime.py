@@ -69,6 +69,7 @@ class PlcRuntime:
         for number, task in enumerate(tasks):
             task.port = task.port or _FIRST_TASK_PORT + number
         self.name = name
+        self.project = project
         self.port = port
         self.tasks = tuple(tasks)
         self.memory = Memory() if memory is None else memory

@@ -4,14 +4,11 @@ Router, system service and loggers stay as long as the station; the rest is made
 restart, and is not there in CONFIG.
 """
 
-import hashlib
-import importlib
-import importlib.util
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from types import ModuleType
-from typing import Any, NamedTuple
+from types import MappingProxyType
+from typing import NamedTuple
 
 from achse.ams import RouterError
 from achse.devices.logger import EventLoggerDevice, LoggerDevice
@@ -19,19 +16,18 @@ from achse.devices.nc import NcDevice
 from achse.devices.plc import PlcDevice
 from achse.devices.router import RouterDevice
 from achse.devices.system import StationControl, SystemDevice
-from achse.iec import GlobalVariables, Program
 from achse.motion import AxisParameters, AxisParametersError, Nc
-from achse.plc import PlcRuntime, Task
+from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.server import Device
 from achse.station.config import (
     AxisConfig,
     ConfigError,
-    PlcConfig,
     StationConfig,
 )
+from achse.station.plcs import PlcSource
 
-__all__ = ["NC_PORTS", "Parts", "Stage", "assemble", "notification_stage", "permanent"]
+__all__ = ["NC_PORTS", "Parts", "Stage", "assemble", "idle", "permanent"]
 
 NC_PORTS = (500, 501)
 """NC and its SAF task; both answer for the same axes."""
@@ -68,6 +64,8 @@ class Parts(NamedTuple):
     stages: Sequence[Stage]
     tick_ns: int
     digests: Sequence[Callable[[], bytes]]
+    sources: Mapping[int, PlcSource] = MappingProxyType({})
+    """Where the declarations of each PLC come from."""
 
 
 def permanent(
@@ -157,11 +155,12 @@ def _assemble(
         digests.append(nc.digest)
         attach(NcDevice(nc, clock=clock), *NC_PORTS)
 
-    modules: dict[str, ModuleType] = {}
     plcs: dict[int, PlcRuntime] = {}
+    sources: dict[int, PlcSource] = {}
     for number, plc_config in enumerate(config.plc, 1):
-        plc = _plc(plc_config, f"plc[{number}]", base, modules)
-        plcs[plc_config.port] = plc
+        source = PlcSource(plc_config, f"plc[{number}]", base)
+        plc = source.make()
+        plcs[plc_config.port], sources[plc_config.port] = plc, source
         cycle_ns = math.gcd(*(task.cycle_ns for task in plc.tasks))
         stages.append(Stage(f"plc {plc_config.port}", cycle_ns, plc.run_due))
         digests.append(plc.digest)
@@ -173,11 +172,24 @@ def _assemble(
         raise ConfigError(
             f"cycles: expected multiples of a tick of {_SHORTEST_TICK_NS} ns or more, got {cycles}"
         )
-    stages.append(notification_stage(devices, tick_ns, clock))
-    return Parts(nc, plcs, devices, stages, tick_ns, digests)
+    stages.append(_notification_stage(devices, tick_ns, clock))
+    return Parts(nc, plcs, devices, stages, tick_ns, digests, sources)
 
 
-def notification_stage(devices: Iterable[Device], tick_ns: int, clock: Callable[[], int]) -> Stage:
+def idle(devices: Sequence[Device], tick_ns: int, clock: Callable[[], int]) -> Parts:
+    """A station of nothing but `devices`: in CONFIG, or shut down."""
+    return Parts(
+        nc=None,
+        plcs={},
+        sources={},
+        devices=devices,
+        stages=[_notification_stage(devices, tick_ns, clock)],
+        tick_ns=tick_ns,
+        digests=(),
+    )
+
+
+def _notification_stage(devices: Iterable[Device], tick_ns: int, clock: Callable[[], int]) -> Stage:
     """The last stage of a cycle: what `devices` have to tell their clients."""
     notifies = [device.notify for device in devices]
 
@@ -211,47 +223,3 @@ def _axis(axis: AxisConfig, number: int) -> AxisParameters:
         return AxisParameters(axis.id, axis.name, axis.unit, values)
     except AxisParametersError as fault:
         raise ConfigError(f"axis[{number}]: {fault}") from None
-
-
-def _plc(config: PlcConfig, key: str, base: Path, modules: dict[str, ModuleType]) -> PlcRuntime:
-    tasks = []
-    for number, task in enumerate(config.task, 1):
-        where = f"{key}.task[{number}].programs"
-        programs = [_declared(name, Program, where, base, modules) for name in task.programs]
-        tasks.append(Task(task.name, task.cycle, programs, priority=task.priority))
-    lists = [
-        _declared(name, GlobalVariables, f"{key}.globals", base, modules) for name in config.globals
-    ]
-    return PlcRuntime(tasks, lists, name=f"Port_{config.port}", port=config.port)
-
-
-def _declared(
-    name: str, kind: type[Any], key: str, base: Path, modules: dict[str, ModuleType]
-) -> type[Any]:
-    """The class that `module:Class` or `file.py:Class` names."""
-    source, colon, attribute = name.rpartition(":")
-    if not colon:
-        raise ConfigError(f"{key}: expected module:Class or file.py:Class, got {name!r}")
-    module = modules.get(source)
-    if module is None:
-        try:
-            module = modules[source] = _module(source, base)
-        except Exception as failure:
-            raise ConfigError(f"{key}: {source} cannot be imported: {failure!r}") from failure
-    declared = getattr(module, attribute, None)
-    if not (isinstance(declared, type) and issubclass(declared, kind)):
-        raise ConfigError(f"{key}: {source} has no {kind.__name__} {attribute!r}")
-    return declared
-
-
-def _module(source: str, base: Path) -> ModuleType:
-    if not source.endswith(".py"):
-        return importlib.import_module(source)
-    path = (base / source).resolve()
-    digest = hashlib.blake2b(str(path).encode(), digest_size=4).hexdigest()
-    spec = importlib.util.spec_from_file_location(f"achse_plc_{path.stem}_{digest}", path)
-    if spec is None or spec.loader is None:
-        raise ImportError(f"{path} is no Python file")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module

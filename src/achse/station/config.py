@@ -157,18 +157,35 @@ class TaskConfig(_Section):
     cycle: DurationNs = 10_000_000
     priority: int = Field(default=20, ge=0, le=255)
     programs: Sequence[str] = ()
-    """Each `module:Class` or `file.py:Class` (relative to the station.toml)."""
+    """Each the name of a declared program, or `module:Class` or `file.py:Class` (relative to the
+    station.toml)."""
 
 
 class PlcConfig(_Section):
-    """[[plc]]: one PLC device."""
+    """[[plc]]: one PLC device. Its variables come from `sources`, from `symbols`, or from Python.
+
+    Without `[[plc.task]]` the tasks are those of the project or symbol file.
+    """
 
     port: int = Field(default=851, ge=1, le=65535)
     also: Sequence[Annotated[int, Field(ge=1, le=65535)]] = ()
     """Further ports that answer for the same device, for example 801."""
+    sources: str | None = None
+    """A folder of Structured Text (`.TcPOU`, `.TcGVL`, `.TcDUT`, `.st` …), or one such file."""
+    symbols: str | None = None
+    """A symbol file, `.tmc` or `.tpy`."""
+    behaviour: Sequence[str] = ()
+    """Python classes for declared programs and function blocks, `module:Class` or
+    `file.py:Class`; each is for the one of its name."""
     globals: Sequence[str] = ()
     """Global variable lists, named like programs."""
-    task: Sequence[TaskConfig] = Field(default=(TaskConfig(),), min_length=1)
+    task: Sequence[TaskConfig] = ()
+
+    @model_validator(mode="after")
+    def _one_origin(self) -> "PlcConfig":
+        if self.sources is not None and self.symbols is not None:
+            raise ValueError("either sources or symbols, not both")
+        return self
 
 
 class NcConfig(_Section):

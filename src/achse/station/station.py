@@ -203,11 +203,25 @@ class Station:
         if self._on_end is not None:
             self._on_end()
 
+    def online_change(self, port: int | None = None) -> None:
+        """Read the declarations of PLC `port` (of all) again, and go on with them.
+
+        Variables that keep name and type keep their values. Clients see another symbol version,
+        their handles are out of date. Raises ConfigError for sources with faults or a port that
+        is no PLC; that PLC then goes on as it was.
+        """
+        if port is not None and port not in self._sources:
+            raise ConfigError(f"port {port} is no PLC of this station")
+        for number, source in self._sources.items():
+            if port in (None, number):
+                source.reload(self.plcs[number])
+
     def _take(self, parts: assembly.Parts) -> None:
         """Consist of `parts`; stages that others added stay."""
         added = [stage for stage in self.stages if stage not in self._own_stages]
         self.nc = parts.nc
         self.plcs = parts.plcs
+        self._sources = parts.sources
         self.devices = parts.devices
         self._digests = parts.digests
         self._own_stages = tuple(parts.stages)

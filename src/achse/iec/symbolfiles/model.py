@@ -123,6 +123,30 @@ class SymbolFile:
             pointer_size,
         )
 
+    def called_tasks(self) -> list[FileTask]:
+        """The tasks with the programs they call.
+
+        A `.tmc` does not tell; there a program belongs to the task of its first variable.
+        """
+        if any(task.programs for task in self.tasks):
+            return list(self.tasks)
+        programs: dict[str, tuple[str, int]] = {}
+        for item in self.variables:
+            name = item.name.partition(".")[0]
+            if not item.is_global and fold(name) != SYSTEM_LIST:
+                programs.setdefault(fold(name), (name, item.task))
+        lists = {fold(item.name.partition(".")[0]) for item in self.variables if item.is_global}
+        return [
+            task._replace(
+                programs=tuple(
+                    name
+                    for key, (name, of_task) in programs.items()
+                    if of_task == number and key not in lists
+                )
+            )
+            for number, task in enumerate(self.tasks)
+        ]
+
     def units(self) -> list[type[Unit]]:
         """Programs and variable lists that hold exactly these variables at these places."""
         return units_of(self.variables)
@@ -149,7 +173,7 @@ def _unit(items: Sequence[FileVariable]) -> type[Unit]:
         copy = item.declared.placed(member, 0, None)
         copy.name = member
         members.setdefault(fold(member), copy)
-    kind = GlobalVariables if all(item.is_global for item in items) else Program
+    kind = GlobalVariables if any(item.is_global for item in items) else Program
     iec: StructType[Any] = StructType(name, list(members.values()), kind=Kind.UNIT)
     namespace = {item.name: item for item in iec.members if item.name.isidentifier()}
     return RecordMeta(name or "Globals", (kind,), namespace, iec=iec)  # type: ignore[return-value]

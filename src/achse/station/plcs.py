@@ -1,0 +1,251 @@
+"""PLCs of a station: from Python classes, from Structured Text sources, or from a symbol file."""
+
+import hashlib
+import importlib
+import importlib.util
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeVar
+
+from achse.iec import DeclarationError, GlobalVariables, IecType, Program
+from achse.iec.project import load_project
+from achse.iec.structs import Unit
+from achse.iec.symbolfiles import FileTask, SymbolFile, SymbolFileError, read_symbol_file
+from achse.plc import DEFAULT_SIZES, Area, Memory, PlcRuntime, Task
+from achse.plc.behaviour import with_behaviour
+from achse.station.config import ConfigError, PlcConfig, TaskConfig
+
+__all__ = ["PlcSource"]
+
+_SOURCES = {".st", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto", ".plcproj"}
+_IMAGES = {"I": Area.INPUT, "Q": Area.OUTPUT, "M": Area.FLAG}
+_HEADROOM = 1024
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class _Declared:
+    """What sources or a symbol file declare."""
+
+    units: Sequence[type[Unit]] = ()
+    types: Sequence[IecType[Any]] = ()
+    tasks: Sequence[FileTask] = ()
+    project: str = "achse"
+    pointer_size: int = 8
+    sizes: Mapping[Area, int] = field(default_factory=dict)
+
+
+class PlcSource:
+    """Where the declarations of one `[[plc]]` come from.
+
+    `key` names it in errors, `base` is where relative names begin. Everything raises
+    `ConfigError` for what cannot be read or declared.
+    """
+
+    def __init__(self, config: PlcConfig, key: str, base: Path) -> None:
+        self.config = config
+        self.key = key
+        self.base = base
+
+    def make(self) -> PlcRuntime:
+        """The PLC as declared, in RUN."""
+        config = self.config
+        declared, tasks, globals, programs = self._read()
+        sizes = {area: max(DEFAULT_SIZES[area], size) for area, size in declared.sizes.items()}
+        return self._checked(
+            "",
+            lambda: PlcRuntime(
+                [
+                    Task(task.name, task.cycle_ns, programs[task.name], priority=task.priority)
+                    for task in tasks
+                ],
+                globals,
+                name=f"Port_{config.port}",
+                project=declared.project,
+                port=config.port,
+                memory=Memory(sizes),
+                pointer_size=declared.pointer_size,
+            ),
+        )
+
+    def reload(self, plc: PlcRuntime) -> None:
+        """Read the declarations again and let the running PLC go on with them."""
+        _, tasks, globals, programs = self._read()
+        if [(task.name, task.cycle_ns) for task in tasks] != [
+            (task.name, task.cycle_ns) for task in plc.tasks
+        ]:
+            raise ConfigError(f"{self.key}: tasks and their cycles take a restart to change")
+        self._checked("", lambda: plc.online_change(globals, programs))
+
+    def stamps(self) -> Mapping[Path, tuple[int, int]]:
+        """The files that the declarations come from, with their time of change and size."""
+        config = self.config
+        files = [self.base / name for name in (config.symbols,) if name is not None]
+        if config.sources is not None:
+            root = self.base / config.sources
+            files += (
+                [file for file in root.rglob("*") if file.suffix.lower() in _SOURCES]
+                if root.is_dir()
+                else [root]
+            )
+        names = [*config.behaviour, *config.globals]
+        names += [name for task in config.task for name in task.programs]
+        modules = {name.rpartition(":")[0] for name in names}
+        files += [self.base / name for name in modules if name.endswith(".py")]
+        found = {}
+        for file in files:
+            try:
+                state = file.stat()
+            except OSError:
+                continue
+            found[file] = (state.st_mtime_ns, state.st_size)
+        return found
+
+    # reading ---------------------------------------------------------------------------------
+
+    def _read(
+        self,
+    ) -> tuple[_Declared, list[FileTask], list[type[Unit]], dict[str, list[type[Program]]]]:
+        """What is declared, the tasks, what no task calls, and the programs of each task."""
+        config = self.config
+        modules: dict[str, ModuleType] = {}
+        declared = self._declared()
+        behaviours = [
+            self._python(name, object, f"{self.key}.behaviour", modules)
+            for name in config.behaviour
+        ]
+        units = self._checked(
+            ".behaviour", lambda: with_behaviour(declared.units, behaviours, declared.types)
+        )
+        named = {unit.__iec__.name.lower(): unit for unit in units}
+        tasks = _tasks(config.task, declared)
+        programs: dict[str, list[type[Program]]] = {}
+        for number, task in enumerate(tasks, 1):
+            where = f"{self.key}.task[{number}].programs" if config.task else self.key
+            programs[task.name] = [
+                self._program(name, where, named, modules) for name in task.programs
+            ]
+        globals: list[type[Unit]] = [
+            self._python(name, GlobalVariables, f"{self.key}.globals", modules)
+            for name in config.globals
+        ]
+        called = {program for of_task in programs.values() for program in of_task}
+        return declared, tasks, [*globals, *(u for u in units if u not in called)], programs
+
+    def _declared(self) -> _Declared:
+        config = self.config
+        if config.sources is not None:
+            root = self.base / config.sources
+            if not root.exists():
+                raise ConfigError(f"{self.key}.sources: {root} does not exist")
+            project = self._checked(".sources", lambda: load_project(root))
+            declarations = project.declarations
+            return _Declared(
+                declarations.units,
+                list(declarations.types.values()),
+                [
+                    FileTask(task.name, task.cycle_ns, task.priority, tuple(task.programs))
+                    for task in project.tasks
+                ],
+                root.resolve().stem,
+            )
+        if config.symbols is not None:
+            path = self.base / config.symbols
+            try:
+                data = path.read_bytes()
+            except OSError as failure:
+                raise ConfigError(
+                    f"{self.key}.symbols: {path} cannot be read: {failure.strerror}"
+                ) from None
+            file = self._checked(".symbols", lambda: read_symbol_file(data, str(path)))
+            return _Declared(
+                self._checked(".symbols", file.units),
+                file.types,
+                file.called_tasks(),
+                file.name,
+                file.pointer_size,
+                _sizes(file),
+            )
+        return _Declared()
+
+    def _program(
+        self,
+        name: str,
+        key: str,
+        named: Mapping[str, type[Unit]],
+        modules: dict[str, ModuleType],
+    ) -> type[Program]:
+        if ":" in name:
+            return self._python(name, Program, key, modules)
+        found = named.get(name.lower())
+        if found is None or not issubclass(found, Program):
+            known = ", ".join(u.__iec__.name for u in named.values() if issubclass(u, Program))
+            expected = f"one of {known}, or " if known else ""
+            raise ConfigError(
+                f"{key}: expected {expected}module:Class or file.py:Class, got {name!r}"
+            )
+        return found
+
+    def _python(
+        self, name: str, kind: type[T], key: str, modules: dict[str, ModuleType]
+    ) -> type[T]:
+        """The class that `module:Class` or `file.py:Class` names."""
+        source, colon, attribute = name.rpartition(":")
+        if not colon:
+            raise ConfigError(f"{key}: expected module:Class or file.py:Class, got {name!r}")
+        module = modules.get(source)
+        if module is None:
+            try:
+                module = modules[source] = _module(source, self.base)
+            except Exception as failure:
+                raise ConfigError(f"{key}: {source} cannot be imported: {failure!r}") from failure
+        declared = getattr(module, attribute, None)
+        if not (isinstance(declared, type) and issubclass(declared, kind)):
+            what = "class" if kind is object else kind.__name__
+            raise ConfigError(f"{key}: {source} has no {what} {attribute!r}")
+        return declared
+
+    def _checked(self, key: str, make: Callable[[], T]) -> T:
+        try:
+            return make()
+        except (DeclarationError, SymbolFileError) as fault:
+            raise ConfigError(f"{self.key}{key}: {fault}") from fault
+
+
+def _tasks(configured: Sequence[TaskConfig], declared: _Declared) -> list[FileTask]:
+    """The tasks of station.toml, else those of the declarations, else one for all programs."""
+    if configured:
+        return [
+            FileTask(task.name, task.cycle, task.priority, tuple(task.programs))
+            for task in configured
+        ]
+    programs = [u.__iec__.name for u in declared.units if issubclass(u, Program)]
+    return list(declared.tasks) or [FileTask("PlcTask", programs=tuple(programs))]
+
+
+def _sizes(file: SymbolFile) -> dict[Area, int]:
+    """How large the process image has to be for the variables of a symbol file."""
+    sizes: dict[Area, int] = {}
+    for item in file.variables:
+        address = item.declared.address
+        if address is not None and address.area in _IMAGES:
+            area = _IMAGES[address.area]
+            end = (address.byte or 0) + item.declared.type.size + _HEADROOM
+            sizes[area] = max(sizes.get(area, 0), end)
+    return sizes
+
+
+def _module(source: str, base: Path) -> ModuleType:
+    if not source.endswith(".py"):
+        return importlib.import_module(source)
+    path = (base / source).resolve()
+    digest = hashlib.blake2b(str(path).encode(), digest_size=4).hexdigest()
+    spec = importlib.util.spec_from_file_location(f"achse_plc_{path.stem}_{digest}", path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{path} is no Python file")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

@@ -1,0 +1,230 @@
+"""PLCs from sources, symbol files and Python, with behaviour; online changes of a station."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from achse.iec.symbolfiles import read_tmc, write_tmc
+from achse.plc import Area, PlcState
+from achse.station import ConfigError, Station
+
+MAIN = """PROGRAM MAIN
+VAR
+    nCounter : UDINT;
+    fbValve : FB_Valve;
+    aParts : ARRAY[1..2] OF ST_Part := [(nId := 5), (nId := 6)];
+END_VAR
+nCounter := nCounter + 1;
+END_PROGRAM
+"""
+TYPES = """TYPE ST_Part :
+STRUCT
+    nId : INT := 1;
+    sName : STRING(10) := 'part';
+    tWait : TIME := T#2s;
+END_STRUCT
+END_TYPE
+FUNCTION_BLOCK FB_Valve
+VAR_OUTPUT
+    bOpen : BOOL;
+END_VAR
+VAR
+    nCalls : INT;
+END_VAR
+{attribute 'TcRpcEnable'}
+METHOD Open : BOOL
+VAR_INPUT
+    fHow : LREAL;
+END_VAR
+END_METHOD
+END_FUNCTION_BLOCK
+"""
+GVL = """VAR_GLOBAL
+    nLimit : INT := 42;
+    bIn AT %IX3.1 : BOOL;
+END_VAR
+"""
+BEHAVIOUR = """
+class MAIN:
+    def __init__(self):
+        self.calls = 0
+
+    def cycle(self):
+        self.calls += 1
+        self.nCounter += 1
+        self.fbValve.cycle()
+
+
+class FB_Valve:
+    def cycle(self):
+        self.nCalls += 1
+
+    def Open(self, how):
+        self.bOpen = how > 0.5
+        return self.bOpen
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    plc = tmp_path / "plc"
+    plc.mkdir()
+    (plc / "MAIN.st").write_text(MAIN)
+    (plc / "types.st").write_text(TYPES)
+    (plc / "GVL.st").write_text(GVL)
+    (tmp_path / "behaviour.py").write_text(BEHAVIOUR)
+    return tmp_path
+
+
+def _station(folder: Path, text: str) -> Station:
+    path = folder / "station.toml"
+    path.write_text(text)
+    return Station.load(path)
+
+
+FROM_SOURCES = """
+[[plc]]
+sources = "plc"
+behaviour = ["behaviour.py:MAIN", "behaviour.py:FB_Valve"]
+[[plc.task]]
+name = "Fast"
+cycle = "1ms"
+programs = ["main"]
+"""
+
+
+def _value(station: Station, name: str, port: int = 851) -> bytes:
+    device = next(d for d in station.devices if d.addresses and d.address.port == port)
+    return device.read_write(0xF004, 0, 1000, name.encode())
+
+
+def test_variables_start_as_declared_and_python_runs_the_programs(folder: Path) -> None:
+    station = _station(folder, FROM_SOURCES)
+    gvl: Any = station.plcs[851].instance("GVL")
+    main: Any = station.plcs[851].instance("MAIN")
+    assert (gvl.nLimit, main.aParts[2].nId, main.aParts[1].sName) == (42, 6, "part")
+    station.advance(0.01)
+    assert (main.nCounter, main.calls, main.fbValve.nCalls) == (10, 10, 10)
+    assert _value(station, "MAIN.nCounter") == b"\x0a\0\0\0"
+
+
+def test_without_any_task_one_runs_all_programs(folder: Path) -> None:
+    station = _station(
+        folder,
+        '[[plc]]\nsources = "plc"\nbehaviour = ["behaviour.py:MAIN", "behaviour.py:FB_Valve"]\n',
+    )
+    station.advance(0.05)
+    assert _value(station, "MAIN.nCounter") == b"\x05\0\0\0"
+
+
+def test_a_declared_method_is_a_python_call_for_clients(folder: Path) -> None:
+    station = _station(folder, FROM_SOURCES)
+    device = next(d for d in station.devices if d.addresses and d.address.port == 851)
+    handle = int.from_bytes(device.read_write(0xF003, 0, 4, b"MAIN.fbValve#Open"), "little")
+    assert device.read_write(0xF005, handle, 1, bytes.fromhex("000000000000f03f")) == b"\1"
+    assert _value(station, "MAIN.fbValve.bOpen") == b"\1"
+
+
+def test_several_plcs_each_with_their_own_memory(folder: Path) -> None:
+    second = FROM_SOURCES.replace("[[plc]]", "[[plc]]\nport = 852").replace("1ms", "5ms")
+    station = _station(folder, FROM_SOURCES + second)
+    station.advance(0.02)
+    assert _value(station, "MAIN.nCounter") == b"\x14\0\0\0"
+    assert _value(station, "MAIN.nCounter", 852) == b"\x04\0\0\0"
+
+
+def test_a_symbol_file_puts_everything_where_it_says(folder: Path) -> None:
+    from achse.plc.symbol_file import symbol_file
+
+    first = _station(folder, FROM_SOURCES)
+    (folder / "plant.tmc").write_bytes(write_tmc(symbol_file(first.plcs[851])))
+    second = _station(
+        folder,
+        '[[plc]]\nsymbols = "plant.tmc"\nbehaviour = ["behaviour.py:MAIN",'
+        ' "behaviour.py:FB_Valve"]\n',
+    )
+    places = [
+        {
+            p.name: (p.area, p.offset, p.bit)
+            for p in s.plcs[851].variables
+            if "TwinCAT" not in p.name
+        }
+        for s in (first, second)
+    ]
+    assert places[0] == places[1]
+    second.advance(0.01)
+    main: Any = second.plcs[851].instance("MAIN")
+    assert (main.nCounter, main.fbValve.nCalls, main.aParts[1].nId) == (10, 10, 5)
+    task = second.plcs[851].tasks[0]
+    assert (task.name, task.cycle_ns) == ("Fast", 1_000_000)
+    assert read_tmc((folder / "plant.tmc").read_bytes(), "plant.tmc").name == "plc"
+
+
+def test_an_image_large_enough_for_the_file(folder: Path) -> None:
+    (folder / "pool.tpy").write_text(
+        "<PlcProjectInfo><Symbols><Symbol><Name>.x</Name><Type>INT</Type><IGroup>61472</IGroup>"
+        "<IOffset>128000</IOffset><BitSize>16</BitSize></Symbol></Symbols></PlcProjectInfo>"
+    )
+    station = _station(folder, '[[plc]]\nsymbols = "pool.tpy"\nport = 801\n')
+    assert len(station.plcs[801].memory[Area.INPUT]) >= 128_002
+    assert _value(station, ".x", 801) == b"\0\0"
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ('sources = "nowhere"', r"plc\[1\]\.sources: .*nowhere does not exist"),
+        ('symbols = "no.tmc"', r"plc\[1\]\.symbols: .*no\.tmc cannot be read"),
+        ('symbols = "behaviour.py"', r"plc\[1\]\.symbols: .*ends in \.tmc or \.tpy"),
+        ('sources = "bad.st"', r"plc\[1\]\.sources: .*bad\.st.*2"),
+        ('sources = "plc"\nbehaviour = ["behaviour.py:Nothing"]', "behaviour.py has no class"),
+        ('sources = "plc"\nbehaviour = ["station:X"]', r"behaviour: station cannot be imported"),
+        ('sources = "plc"\nbehaviour = ["other.py:Lonely"]', "no program.*named 'Lonely'"),
+        (
+            'sources = "plc"\n[[plc.task]]\nprograms = ["MIAN"]',
+            r"task\[1\]\.programs: expected one of MAIN, or module:Class.* got 'MIAN'",
+        ),
+    ],
+)
+def test_faults_name_key_and_expectation(folder: Path, text: str, fault: str) -> None:
+    (folder / "bad.st").write_text("PROGRAM P\nVAR x : ; END_VAR\nEND_PROGRAM\n")
+    (folder / "other.py").write_text("class Lonely: pass\n")
+    with pytest.raises(ConfigError, match=fault):
+        _station(folder, f"[[plc]]\n{text}\n")
+
+
+def test_an_online_change_takes_the_new_sources(folder: Path) -> None:
+    station = _station(folder, FROM_SOURCES)
+    station.advance(0.01)
+    version = station.plcs[851].online_changes
+    main = folder / "plc" / "MAIN.st"
+    main.write_text(MAIN.replace("nCounter : UDINT;", "fNew : LREAL := 1.5; nCounter : UDINT;"))
+    station.online_change(851)
+    station.advance(0.01)
+    running: Any = station.plcs[851].instance("MAIN")
+    assert (running.nCounter, running.calls, running.fNew) == (20, 20, 1.5)
+    assert station.plcs[851].online_changes == version + 1
+
+
+def test_sources_with_faults_leave_the_plc_as_it_was(folder: Path) -> None:
+    station = _station(folder, FROM_SOURCES)
+    (folder / "plc" / "MAIN.st").write_text("PROGRAM MAIN\nVAR x : ; END_VAR\n")
+    with pytest.raises(ConfigError, match=r"MAIN\.st"):
+        station.online_change()
+    station.advance(0.005)
+    assert station.plcs[851].state is PlcState.RUN
+    assert _value(station, "MAIN.nCounter") == b"\5\0\0\0"
+    with pytest.raises(ConfigError, match="port 999 is no PLC"):
+        station.online_change(999)
+
+
+def test_stamps_tell_when_a_source_changed(folder: Path) -> None:
+    from achse.station.config import PlcConfig
+    from achse.station.plcs import PlcSource
+
+    source = PlcSource(PlcConfig(sources="plc", behaviour=["behaviour.py:MAIN"]), "plc", folder)
+    before = source.stamps()
+    assert {path.name for path in before} == {"MAIN.st", "types.st", "GVL.st", "behaviour.py"}
+    (folder / "plc" / "GVL.st").write_text(GVL + "\n(* more *)\n")
+    assert source.stamps() != before
