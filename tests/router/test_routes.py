@@ -96,3 +96,8 @@ def test_a_route_that_cannot_be_is_refused(wrong: dict[str, object], reason: str
     values: dict[str, object] = {"name": "a", "net_id": PRESS.net_id, "host": "h"}
     with pytest.raises(RouteError, match=reason):
         Route(**(values | wrong))  # type: ignore[arg-type]
+
+
+def test_no_route_leads_to_the_router_itself() -> None:
+    with pytest.raises(RouteError, match="is this router"):
+        RouteTable(own=[PRESS.net_id]).add(PRESS)

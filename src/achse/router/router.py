@@ -45,7 +45,7 @@ class Router:
 
     def __init__(self, net_id: NetId) -> None:
         self.net_id = net_id
-        self.routes = RouteTable()
+        self.routes = RouteTable(own=(net_id, LOOPBACK_NET_ID))
         self._ports: set[int] = set()
         self._local: dict[bytes, Endpoint] = {}
         self._routes: dict[bytes, Endpoint] = {}

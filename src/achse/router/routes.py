@@ -106,10 +106,13 @@ class Route:
 
 
 class RouteTable:
-    """The routes of one router, by name and by NetId; each once."""
+    """The routes of one router, by name and by NetId; each once, none to one of its `own`."""
 
-    def __init__(self, routes: Iterable[Route] = (), *, limit: int = 1024) -> None:
+    def __init__(
+        self, routes: Iterable[Route] = (), *, own: Iterable[NetId] = (), limit: int = 1024
+    ) -> None:
         self.limit = limit
+        self._own = frozenset(own)
         self._by_name: dict[str, Route] = {}
         self._by_net_id: dict[bytes, Route] = {}
         self._listeners: list[Callable[[Route | None, Route | None], None]] = []
@@ -141,8 +144,10 @@ class RouteTable:
     def add(self, route: Route) -> None:
         """Add a route; it replaces one of the same name and one to the same NetId.
 
-        Raises RouteError if the table is full.
+        Raises RouteError if the table is full, or it leads to the router itself.
         """
+        if route.net_id in self._own:
+            raise RouteError(f"a route leads elsewhere, {route.net_id} is this router")
         old = self._by_name.get(route.name.casefold())
         same = self._by_net_id.get(route.net_id)
         if old is None and same is None and len(self._by_name) >= self.limit:

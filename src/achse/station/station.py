@@ -172,8 +172,7 @@ class Station:
         for device in self.devices:
             if device not in self._kept:
                 device.detach()
-        stages = [assembly.notification_stage(self._kept, self.tick_ns, self.clock)]
-        self._take(assembly.Parts(None, {}, self._kept, stages, self.tick_ns, ()))
+        self._take(assembly.idle(self._kept, self.tick_ns, self.clock))
         self._kept[0].ads_state = AdsState.STOP
 
     def _enter_config(self) -> None:
@@ -197,7 +196,7 @@ class Station:
     def _end(self) -> None:
         for device in self.devices:
             device.detach()
-        self._take(assembly.Parts(None, {}, (), (), self.tick_ns, ()))
+        self._take(assembly.idle((), self.tick_ns, self.clock))
         self._plans = []
         self.ended = True
         if self._on_end is not None:

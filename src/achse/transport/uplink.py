@@ -72,6 +72,7 @@ class Uplink:
         self._not_before = 0.0
         self._last_request = 0.0
         self._closed = False
+        self._names = (route.name, route.host)
 
     # endpoint ----------------------------------------------------------------------------------
 
@@ -128,15 +129,9 @@ class Uplink:
                     lambda: make(self), host, port, local_addr=leave_by
                 )
         except TimeoutError:
-            log.warning(
-                "route %s: no answer from %s within %g s",
-                *(self.route.name, host, self.route.timeout),
-            )
-            self._failed()
+            self._failed(f"no answer within {self.route.timeout:g} s")
         except (OSError, UnicodeError) as failure:
-            reason = getattr(failure, "strerror", None) or failure
-            log.warning("route %s: %s cannot be reached: %s", self.route.name, host, reason)
-            self._failed()
+            self._failed(getattr(failure, "strerror", None) or str(failure))
         finally:
             self._dialling = None
 
@@ -151,7 +146,9 @@ class Uplink:
             return False
         return not ours.is_unspecified and ours.is_loopback == theirs.is_loopback
 
-    def _failed(self) -> None:
+    def _failed(self, reason: str) -> None:
+        level = logging.DEBUG if self._pause else logging.WARNING  # once is enough
+        log.log(level, "route %s: %s cannot be reached: %s", *self._names, reason)
         self._pause = min(self._pause * 2 or _FIRST_PAUSE, _LONGEST_PAUSE)
         self._not_before = self.loop.time() + self._pause
         waiting, self._queue, self._queued = self._queue, deque(), 0

@@ -95,14 +95,14 @@ class SystemDevice(Device):
         )
 
     def write_control(self, ads_state: int, device_state: int, data: bytes) -> None:
-        """RESET restarts in RUN, RECONFIG goes to CONFIG, SHUTDOWN ends the station.
+        """RESET restarts in RUN, RECONFIG (or CONFIG) goes to CONFIG, SHUTDOWN ends the station.
 
         SHUTDOWN takes a delay in seconds as four bytes; device state 1 restarts instead.
         """
         control = self.control
         if control is not None and ads_state == AdsState.RESET:
             control.restart()
-        elif control is not None and ads_state == AdsState.RECONFIG:
+        elif control is not None and ads_state in (AdsState.RECONFIG, AdsState.CONFIG):
             control.configure()
         elif control is not None and ads_state == AdsState.SHUTDOWN:
             if len(data) not in (0, 4):

@@ -5,13 +5,14 @@ Source: recorded traffic of engineering tools (groups 801 … 803 of port 10000)
 
 import struct
 from collections.abc import Iterable
+from typing import NamedTuple
 
 from achse.ams import DeviceError, NetId
 from achse.codes import ReturnCode
 from achse.router.routes import Route, RouteError, RouteFlags, RouteTable
 from achse.server import IndexGroup, RawGroup
 
-__all__ = ["RouteServices", "decode_route", "encode_route"]
+__all__ = ["RouteEntry", "RouteServices"]
 
 _ENTRY = struct.Struct("<6sHIII12xII4x")
 """NetId, transport, flags, timeout (ms), largest fragment, lengths of host and name with NUL."""
@@ -19,42 +20,65 @@ _ENTRY = struct.Struct("<6sHIII12xII4x")
 _TCP = 1
 
 
-def encode_route(route: Route) -> bytes:
-    """One entry of the list."""
-    host, name = (text.encode("cp1252", "replace") + b"\0" for text in (route.host, route.name))
-    head = _ENTRY.pack(
-        route.net_id,
-        _TCP,
-        route.flags,
-        round(route.timeout * 1000),
-        route.max_fragment,
-        len(host),
-        len(name),
-    )
-    return head + host + name
+class RouteEntry(NamedTuple):
+    """A route as it travels; whatever a foreign router says in it."""
 
+    net_id: NetId
+    host: str
+    name: str
+    flags: int = int(RouteFlags.STATIC)
+    timeout_ms: int = 0
+    max_fragment: int = 0
+    transport: int = _TCP
 
-def decode_route(data: bytes) -> Route:
-    """A route from an entry. Raises DeviceError 0x705 for its size, 0x706 for its contents."""
-    if len(data) < _ENTRY.size:
-        raise DeviceError(ReturnCode.INVALID_SIZE, f"a route has {_ENTRY.size} bytes or more")
-    net_id, _, flags, timeout, fragment, host_size, name_size = _ENTRY.unpack_from(data)
-    texts = data[_ENTRY.size :]
-    if host_size > len(texts) or name_size > len(texts) - host_size:
-        raise DeviceError(ReturnCode.INVALID_SIZE, "host and name of a route are cut short")
-    host, name = texts[:host_size], texts[host_size : host_size + name_size]
-    try:
-        return Route(
-            name=name.partition(b"\0")[0].decode("cp1252", "replace"),
-            net_id=NetId(net_id),
-            host=host.partition(b"\0")[0].decode("cp1252", "replace"),
-            temporary=bool(flags & RouteFlags.TEMPORARY),
-            one_way=bool(flags & RouteFlags.ONE_WAY),
-            timeout=timeout / 1000 or 5.0,
-            max_fragment=fragment,
+    @classmethod
+    def of(cls, route: Route) -> "RouteEntry":
+        """The entry of one of our routes."""
+        timeout_ms = round(route.timeout * 1000)
+        return cls(
+            *(route.net_id, route.host, route.name, int(route.flags)),
+            *(timeout_ms, route.max_fragment),
         )
-    except RouteError as fault:
-        raise DeviceError(ReturnCode.INVALID_DATA, str(fault)) from None
+
+    def encode(self) -> bytes:
+        """The bytes of the entry."""
+        host, name = (text.encode("cp1252", "replace") + b"\0" for text in (self.host, self.name))
+        head = _ENTRY.pack(
+            *(self.net_id, self.transport, self.flags, self.timeout_ms, self.max_fragment),
+            *(len(host), len(name)),
+        )
+        return head + host + name
+
+    @classmethod
+    def decode(cls, data: bytes) -> "RouteEntry":
+        """An entry from its bytes. Raises DeviceError 0x705 for a wrong size."""
+        if len(data) < _ENTRY.size:
+            raise DeviceError(ReturnCode.INVALID_SIZE, f"a route has {_ENTRY.size} bytes or more")
+        net_id, transport, flags, timeout_ms, fragment, *sizes = _ENTRY.unpack_from(data)
+        texts = data[_ENTRY.size :]
+        if sum(sizes) > len(texts):
+            raise DeviceError(ReturnCode.INVALID_SIZE, "host and name of a route are cut short")
+        host, name = texts[: sizes[0]], texts[sizes[0] : sum(sizes)]
+        return cls(NetId(net_id), _text(host), _text(name), flags, timeout_ms, fragment, transport)
+
+    def route(self) -> Route:
+        """One of our routes. Raises DeviceError 0x706 if it cannot be."""
+        try:
+            return Route(
+                name=self.name,
+                net_id=self.net_id,
+                host=self.host,
+                temporary=bool(self.flags & RouteFlags.TEMPORARY),
+                one_way=bool(self.flags & RouteFlags.ONE_WAY),
+                timeout=self.timeout_ms / 1000 or 5.0,
+                max_fragment=self.max_fragment,
+            )
+        except RouteError as fault:
+            raise DeviceError(ReturnCode.INVALID_DATA, str(fault)) from None
+
+
+def _text(data: bytes) -> str:
+    return data.partition(b"\0")[0].decode("cp1252", "replace")
 
 
 class RouteServices:
@@ -80,7 +104,7 @@ class RouteServices:
 
     def _add(self, offset: int, data: bytes, client: bytes) -> None:
         self._check()
-        route = decode_route(data)
+        route = RouteEntry.decode(data).route()
         try:
             self._table.add(route)
         except RouteError as full:
@@ -88,7 +112,7 @@ class RouteServices:
 
     def _remove(self, offset: int, data: bytes, client: bytes) -> None:
         self._check()
-        name = data.partition(b"\0")[0].decode("cp1252", "replace")
+        name = _text(data)
         if self._table.remove(name) is None:
             raise DeviceError(ReturnCode.NOT_FOUND, f"route {name!r:.60}")
 
@@ -101,5 +125,5 @@ class RouteServices:
     def _list(self, offset: int, length: int, client: bytes) -> bytes:
         for number, route in enumerate(self._table):
             if number == offset:
-                return encode_route(route)
+                return RouteEntry.of(route).encode()
         raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"there are {len(self._table)} routes")

@@ -1,0 +1,202 @@
+"""`achse ads route` lists and changes the routes of a router, `achse ads router` tells about it."""
+
+import asyncio
+import socket
+import sys
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from achse.cli.output import print_json, print_table
+from achse.cli.run import fail
+from achse.cli.scan import Udp
+from achse.cli.target import Json, client_command
+
+if TYPE_CHECKING:
+    from achse.client import Client
+    from achse.devices.system.routes import RouteEntry
+
+__all__ = ["hash_password", "register", "route"]
+
+SYSTEM_PORT, ROUTER_PORT = 10_000, 1
+_LIST, _REMOVE = 803, 802
+_LONGEST = 1024
+"""Bytes read for one route; names and hosts have 255 at most."""
+
+_END = (0x716, 0x70C)
+"""How a router says that there are no more routes."""
+
+route = typer.Typer(no_args_is_help=True, help="Routes of a router, ours or a real one.")
+
+Name = Annotated[str, typer.Argument(help="Name of the route.")]
+
+
+def register(app: typer.Typer, ads: typer.Typer) -> None:
+    """Add the commands of this module: to `app`, and to `ads`."""
+    app.command()(hash_password)
+    ads.add_typer(route, name="route")
+    client_command(ads, ROUTER_PORT)(router)
+
+
+@client_command(route, SYSTEM_PORT, "list")
+async def list_routes(client: "Client", in_json: Json = False) -> None:
+    """List the routes: name, NetId, host, what is special about them."""
+    from achse.ams import DeviceError
+    from achse.devices.system.routes import RouteEntry
+
+    entries: list[RouteEntry] = []
+    while True:
+        try:
+            data = await client.read_raw(_LIST, len(entries), _LONGEST)
+        except DeviceError as end:
+            if end.code not in _END:
+                raise
+            break
+        entries.append(RouteEntry.decode(data))
+    if in_json:
+        print_json(
+            [
+                {
+                    "name": entry.name,
+                    "net_id": str(entry.net_id),
+                    "host": entry.host,
+                    "flags": entry.flags,
+                    "timeout": entry.timeout_ms / 1000,
+                    "max_fragment": entry.max_fragment,
+                }
+                for entry in entries
+            ]
+        )
+    elif entries:
+        print_table([(e.name, str(e.net_id), e.host, _special(e)) for e in entries])
+
+
+def _special(entry: "RouteEntry") -> str:
+    from achse.router.routes import RouteFlags
+
+    marks = {
+        RouteFlags.TEMPORARY: "temporary",
+        RouteFlags.ONE_WAY: "one way",
+        RouteFlags.NAT: "NAT",
+    }
+    said = [text for flag, text in marks.items() if entry.flags & flag]
+    if entry.max_fragment:
+        said.append(f"fragments of {entry.max_fragment} bytes")
+    return ", ".join(said)
+
+
+@client_command(route, SYSTEM_PORT)
+async def remove(client: "Client", name: Name) -> None:
+    """Remove a route."""
+    await client.write_raw(_REMOVE, 0, name.encode("cp1252", "replace") + b"\0")
+    print(f"{name} removed")
+
+
+@route.command()
+def add(
+    host: Annotated[
+        str, typer.Argument(envvar="ACHSE_HOST", help="The router that is to have the route.")
+    ] = "127.0.0.1",
+    name: Annotated[
+        str | None, typer.Option(help="Name of the route there.", show_default="this host's name")
+    ] = None,
+    net_id: Annotated[
+        str | None,
+        typer.Option(help="NetId that it leads to.", show_default="our address with .1.1"),
+    ] = None,
+    address: Annotated[
+        str | None,
+        typer.Option(help="Where that NetId is.", show_default="our address as seen from there"),
+    ] = None,
+    user: Annotated[str, typer.Option(help="User at the router.")] = "Administrator",
+    password: Annotated[
+        str | None,
+        typer.Option(envvar="ACHSE_PASSWORD", help="Asked for if not given.", show_default=False),
+    ] = None,
+    temporary: Annotated[
+        bool, typer.Option("--temporary/--static", help="Only until it starts anew.")
+    ] = False,
+    timeout: Annotated[float, typer.Option(min=0.01, help="Wait so long, s.")] = 5.0,
+    udp_port: Udp = 48899,
+) -> None:
+    """Add a route to a router, so that it lets us in. The password travels in clear text."""
+    from achse.ams import AdsError, NetId
+    from achse.ams.discovery import RouteRequest
+    from achse.ams.errors import describe_code
+    from achse.transport.udp import change_route
+
+    if password is None:
+        password = typer.prompt(f"Password of {user} at {host}", hide_input=True)
+    try:
+        ours = address or _our_address(host)
+        # 127.0.0.1.1.1 is every router's alias for itself; we are somebody else.
+        wanted = NetId(net_id or (f"{ours}.1.{2 if ours == '127.0.0.1' else 1}"))
+    except ValueError as fault:
+        raise typer.BadParameter(str(fault), param_hint="--net-id") from None
+    except OSError as failure:
+        fail(f"{host}: {failure.strerror}")
+    request = RouteRequest(name or socket.gethostname(), wanted, ours, user, password, temporary)
+    try:
+        code = asyncio.run(
+            change_route(host, request, source=wanted, seconds=timeout, port=udp_port)
+        )
+    except AdsError as failure:
+        fail(str(failure))
+    except OSError as failure:
+        fail(f"{host}: {failure.strerror}")
+    if code:
+        hint = " (user or password; our station needs [router.users])" if code == 0x704 else ""
+        fail(f"{host} adds no route: {describe_code(code)}{hint}")
+    print(f"{request.name} added at {host}: {wanted} is at {ours}")
+
+
+def _our_address(host: str) -> str:
+    """The address from which this host reaches `host`."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.connect((host, 48899))
+        return str(probe.getsockname()[0])
+
+
+async def router(client: "Client", in_json: Json = False) -> None:
+    """Tell about a router of ours: ports, clients, notifications, memory by the manual's rule."""
+    import struct
+
+    from achse.ams import NetId
+    from achse.devices.router import FIGURES, ROUTER_FIGURES
+
+    facts: dict[str, object] = {}
+    for row in ROUTER_FIGURES:
+        data = await client.read_raw(FIGURES, row.offset, 0x2_0000)
+        if row.name == "net_id":
+            facts[row.name] = str(NetId(data))
+        elif row.name == "ports":
+            facts[row.name] = [port for (port,) in struct.iter_unpack("<H", data)]
+        else:
+            facts[row.name] = int.from_bytes(data, "little")
+    if in_json:
+        print_json(facts)
+        return
+    units = {row.name: row.unit for row in ROUTER_FIGURES}
+    print_table(
+        [
+            (
+                name.replace("_", " "),
+                f"{', '.join(map(str, value)) if isinstance(value, list) else value}"
+                f" {units[name]}".rstrip(),
+            )
+            for name, value in facts.items()
+        ]
+    )
+
+
+def hash_password() -> None:
+    """Hash a password for [router.users]; asks for it, or reads a line from a pipe."""
+    from achse.router.access import hash_password
+
+    if sys.stdin.isatty():
+        password = typer.prompt("Password", hide_input=True, confirmation_prompt=True)
+    else:
+        password = sys.stdin.readline().rstrip("\n")
+    if not password:
+        fail("an empty password is none")
+    print(hash_password(password))

@@ -1,0 +1,76 @@
+"""`achse ads scan` searches for routers over UDP."""
+
+import asyncio
+import os
+from typing import Annotated
+
+import typer
+
+from achse.cli.output import print_json, print_table
+from achse.cli.run import fail
+from achse.cli.target import Json
+
+__all__ = ["Udp", "register"]
+
+EVERYWHERE = ("127.0.0.1", "255.255.255.255")
+
+Udp = Annotated[int, typer.Option("--udp-port", min=1, max=65535, help="Where routers listen.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to `app`."""
+    app.command()(scan)
+
+
+def scan(
+    hosts: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Hosts or broadcast addresses.",
+            show_default="ACHSE_HOST, else this host and its network",
+        ),
+    ] = None,
+    timeout: Annotated[float, typer.Option(min=0.01, help="Wait so long for answers, s.")] = 1.0,
+    udp_port: Udp = 48899,
+    in_json: Json = False,
+) -> None:
+    """Search for routers: NetId, name, address, version, operating system."""
+    from achse.transport.udp import scan
+
+    own = os.environ.get("ACHSE_HOST")
+    wanted = hosts or ([own] if own else EVERYWHERE)
+    try:
+        found = asyncio.run(scan(wanted, seconds=timeout, port=udp_port))
+    except OSError as failure:
+        fail(f"{', '.join(wanted)}: {failure.strerror}")
+    found.sort(key=lambda item: (item[0].host_name, item[0].net_id))
+    if in_json:
+        print_json(
+            [
+                {
+                    "net_id": str(info.net_id),
+                    "name": info.host_name,
+                    "address": address,
+                    "version": ".".join(map(str, info.version)),
+                    "os": info.os_version.text,
+                    "os_version": ".".join(map(str, info.os_version[:3])),
+                    "fingerprint": info.fingerprint,
+                }
+                for info, address in found
+            ]
+        )
+    elif found:
+        print_table(
+            [
+                (
+                    str(info.net_id),
+                    info.host_name,
+                    address,
+                    ".".join(map(str, info.version)),
+                    f"{info.os_version.text} {'.'.join(map(str, info.os_version[:3]))}".strip(),
+                )
+                for info, address in found
+            ]
+        )
+    else:
+        fail(f"nobody answers at {', '.join(wanted)}, UDP port {udp_port}")
