@@ -2,7 +2,7 @@
 
 import typer
 
-from achse.cli import ads, axis, docs, run
+from achse.cli import ads, axis, docs, route, run, scan
 
 __all__ = ["app"]
 
@@ -17,3 +17,5 @@ run.register(app)
 docs.register(app)
 app.add_typer(ads.ads, name="ads")
 app.add_typer(axis.axis, name="axis")
+scan.register(ads.ads)
+route.register(app, ads.ads)
