@@ -50,7 +50,6 @@ def cycle(d: DriveFields, dt: float) -> None:
         latch(d)
     if d.gantry_link:
         yaw(d, dt)
-    d.software_state = d.gantry_state | d.homing_running << 3 | d.position_trigger << 4
     watch(d, dt)
     report(d, dt)
     _show(d)
@@ -127,7 +126,8 @@ def _clamp(value: float, most: float) -> int:
 
 
 def _show(d: DriveFields) -> None:
-    """Error register and statusword."""
+    """Error register, software state and statusword."""
+    d.software_state = d.gantry_state | d.homing_running << 3 | d.position_trigger << 4
     d.error_register = 1 if d.present_alarm else 0
     word = _WORDS[d.power_state]
     if d.communication >= _PREOP:

@@ -117,19 +117,19 @@ _GENERAL = (
 
 MAKER = (
     _pt(
-        *(0x100, "Velocity loop gain", _U16, "velocity_loop_gain", 400, "0.1 Hz"),
+        *(0x100, "Velocity loop gain", _U16, "velocity_loop_gain", 1000, "0.1 Hz"),
         doc="Proportional gain of the velocity loop.",
         minimum=10,
         maximum=20_000,
     ),
     _pt(
-        *(0x101, "Velocity loop integral time", _U16, "velocity_loop_integral", 2000, "0.01 ms"),
+        *(0x101, "Velocity loop integral time", _U16, "velocity_loop_integral", 800, "0.01 ms"),
         doc="Integral time of the velocity loop.",
         minimum=15,
         maximum=51_200,
     ),
     _pt(
-        *(0x102, "Position loop gain", _U16, "position_loop_gain", 400, "0.1/s"),
+        *(0x102, "Position loop gain", _U16, "position_loop_gain", 1000, "0.1/s"),
         doc="Proportional gain of the position loop.",
         minimum=10,
         maximum=20_000,
