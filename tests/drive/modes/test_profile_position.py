@@ -222,6 +222,7 @@ def test_a_following_error_window_of_0_is_always_left(pp: VirtualDrive) -> None:
 
 
 def test_target_reached_needs_window_and_time(pp: VirtualDrive) -> None:
+    pp.set(0x6067, 5)
     pp.set(0x6068, 50)
     _setpoint(pp, 10_000)
     pp.wait(lambda: not pp.record.setpoint_active and pp.record.window_time > 0, 1)
@@ -230,7 +231,7 @@ def test_target_reached_needs_window_and_time(pp: VirtualDrive) -> None:
     pp.run(0.03)
     assert pp.statusword & REACHED
     pp.faults.load(3_500)  # more than the motor can hold
-    pp.wait(lambda: abs(pp.get(0x60F4)) > 100, 1)
+    pp.wait(lambda: abs(pp.get(0x60F4)) > 5, 1)
     assert not pp.statusword & REACHED
 
 
