@@ -1,0 +1,112 @@
+"""The ESI file says what the SII image and the dictionary say."""
+
+from xml.etree import ElementTree
+
+import pytest
+
+from achse.ethercat import Loopback, build_sii, describe
+from achse.ethercat.esi import build_esi
+
+Element = ElementTree.Element
+
+SEQUENCE = (
+    "Type Name Info GroupType Profile Fmmu Fmmu Fmmu Sm Sm Sm Sm RxPdo TxPdo Mailbox Dc Eeprom"
+)
+"""Elements of a device in the order of EtherCATInfo.xsd."""
+
+
+@pytest.fixture
+def device() -> Element:
+    text = build_esi(describe(Loopback(4)), vendor="nobody")
+    found = ElementTree.fromstring(text.encode()).find("Descriptions/Devices/Device")
+    assert found is not None
+    return found
+
+
+def text(parent: Element, path: str) -> str:
+    found = parent.findtext(path)
+    assert found is not None, path
+    return found
+
+
+def hexadecimal(value: str) -> int:
+    assert value.startswith("#x")
+    return int(value[2:], 16)
+
+
+def test_the_elements_come_in_the_schemas_order(device: Element) -> None:
+    assert " ".join(child.tag for child in device) == SEQUENCE
+
+
+def test_identity(device: Element) -> None:
+    kind = device.find("Type")
+    assert kind is not None
+    assert kind.text == "loopback"
+    assert hexadecimal(kind.attrib["ProductCode"]) == 0x100B
+    assert hexadecimal(kind.attrib["RevisionNo"]) == 1
+
+
+def test_sync_managers(device: Element) -> None:
+    rows = [
+        (
+            row.text,
+            hexadecimal(row.attrib["StartAddress"]),
+            int(row.attrib["DefaultSize"]),
+            hexadecimal(row.attrib["ControlByte"]),
+        )
+        for row in device.iter("Sm")
+    ]
+    assert rows == [
+        ("MBoxOut", 0x1000, 256, 0x26),
+        ("MBoxIn", 0x1100, 256, 0x22),
+        ("Outputs", 0x1200, 4, 0x64),
+        ("Inputs", 0x1300, 4, 0x20),
+    ]
+
+
+def test_pdos_fill_the_sync_managers(device: Element) -> None:
+    for tag, sync_manager in (("RxPdo", "2"), ("TxPdo", "3")):
+        pdo = device.find(tag)
+        assert pdo is not None
+        assert pdo.attrib == {"Sm": sync_manager, "Fixed": "1"}
+        assert sum(int(bits.text or 0) for bits in pdo.iter("BitLen")) == 32
+        assert {each.text for each in pdo.iter("DataType")} == {"USINT"}
+
+
+def test_the_dictionary_is_whole(device: Element) -> None:
+    objects = device.findall("Profile/Dictionary/Objects/Object")
+    expected = Loopback(4).objects()
+    assert [hexadecimal(text(each, "Index")) for each in objects] == [
+        each.index for each in expected
+    ]
+    types = {
+        text(each, "Name") for each in device.iter("DataType") if each.find("Name") is not None
+    }
+    assert {text(each, "Type") for each in objects} <= types
+    for each in device.iter("SubItem"):
+        if each.find("Type") is not None:
+            assert text(each, "Type") in types
+
+
+def test_offsets_in_a_record_are_those_of_complete_access(device: Element) -> None:
+    for kind in device.iter("DataType"):
+        items = kind.findall("SubItem")
+        if items:
+            offsets = [int(text(item, "BitOffs")) for item in items]
+            sizes = [int(text(item, "BitSize")) for item in items]
+            assert offsets[:2] == [0, 16]
+            assert all(
+                offset + size == after
+                for offset, size, after in zip(offsets[1:], sizes[1:], offsets[2:], strict=False)
+            )
+            assert offsets[-1] + sizes[-1] == int(text(kind, "BitSize"))
+
+
+def test_clock_modes(device: Element) -> None:
+    words = [hexadecimal(each.text or "") for each in device.iter("AssignActivate")]
+    assert words == [0x0000, 0x0300]
+
+
+def test_the_configuration_data_are_the_images(device: Element) -> None:
+    assert text(device, "Eeprom/ConfigData") == build_sii(describe(Loopback(4)))[:14].hex().upper()
+    assert text(device, "Eeprom/ByteSize") == "4096"
