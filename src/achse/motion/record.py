@@ -16,17 +16,30 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from achse.motion.fields.axis import AxisParameters, AxisState
-from achse.motion.fields.controller import ControllerParameters, ControllerState
+from achse.motion.fields.controller import (
+    ControllerMemory,
+    ControllerParameters,
+    ControllerState,
+)
 from achse.motion.fields.cyclic import CyclicInput
 from achse.motion.fields.declare import Field, Inputs, Memory, Parameters, Role, States
 from achse.motion.fields.drive import (
     DRIVE_DELAY,
+    FILTER_ORDER,
+    DriveInput,
     DriveInternal,
     DriveParameters,
     DriveState,
     SimulationParameters,
 )
-from achse.motion.fields.encoder import EncoderParameters, EncoderState
+from achse.motion.fields.encoder import (
+    POSITION_HISTORY,
+    TOUCH_PROBES,
+    EncoderMemory,
+    EncoderParameters,
+    EncoderState,
+    TouchProbeState,
+)
 from achse.motion.fields.functions import FunctionInput
 from achse.motion.fields.monitoring import MonitoringInternal
 from achse.motion.fields.setpoint import (
@@ -40,8 +53,11 @@ __all__ = [
     "COMMAND_BUFFER",
     "DRIVE_DELAY",
     "FIELDS",
+    "FILTER_ORDER",
+    "POSITION_HISTORY",
     "RECORD_SIZE",
     "SEGMENTS",
+    "TOUCH_PROBES",
     "AxisFields",
     "Field",
     "Role",
@@ -59,13 +75,17 @@ class AxisFields(
     SimulationParameters,
     CyclicInput,
     FunctionInput,
+    DriveInput,
     AxisState,
     SetpointState,
     EncoderState,
     ControllerState,
     DriveState,
+    TouchProbeState,
     MonitoringInternal,
     SetpointInternal,
+    EncoderMemory,
+    ControllerMemory,
     DriveInternal,
 ):
     """All fields of an axis, in the order of the record."""

@@ -1,12 +1,32 @@
 """Fields of the cyclic interface from the PLC."""
 
-from achse.motion.fields.declare import Inputs, whole
+from achse.motion.fields.declare import Inputs, real, whole
 
 __all__ = ["CyclicInput"]
 
 
 class CyclicInput(Inputs):
-    """What the PLC writes each of its cycles (002 §6.4.4.4, 0x4300 + ID)."""
+    """What the PLC writes each of its cycles (002 §6.4.4.4, 0x4300 + ID; 004 §5.1.2)."""
 
     control_dword: int = whole(0, "bits", "bit 0 enable, 1 feed enable plus, 2 minus, 5 homing cam")
     velocity_override: int = whole(0, "1e-6", "velocity override, 1000000 = 100 %")
+    operation_mode: int = whole(0, "1", "operation mode asked for")
+    operation_mode_dword: int = whole(0, "1", "further data of the operation mode")
+    operation_mode_value: float = real(
+        0.0, "1", "further data of the operation mode; gear ratio of slave type 15"
+    )
+    actual_position_correction: float = real(0.0, "mm", "to be added to the actual position")
+    external_set_position: float = real(0.0, "mm", "set position of the external generator")
+    external_set_velocity: float = real(0.0, "mm/s", "set velocity of the external generator")
+    external_set_acceleration: float = real(
+        0.0, "mm/s²", "set acceleration of the external generator"
+    )
+    external_set_direction: int = whole(0, "1", "direction of the external generator", -1, 1)
+    external_set_torque: float = real(0.0, "1000 = 100 %", "set torque of the external generator")
+    external_controller_component: float = real(
+        0.0, "mm/s", "output of an external position controller, added"
+    )
+    gear_ratio_1: float = real(0.0, "1", "gear ratio to master 1")
+    gear_ratio_2: float = real(0.0, "1", "gear ratio to master 2")
+    gear_ratio_3: float = real(0.0, "1", "gear ratio to master 3")
+    gear_ratio_4: float = real(0.0, "1", "gear ratio to master 4")

@@ -1,20 +1,107 @@
 """Fields of a drive: parameters, output, and the motor that stands for the real one."""
 
-from achse.motion.fields.declare import Memory, Parameters, States, flag, real, reals, whole
+from achse.motion.fields.declare import (
+    Inputs,
+    Memory,
+    Parameters,
+    States,
+    flag,
+    real,
+    reals,
+    whole,
+)
 
-__all__ = ["DRIVE_DELAY", "DriveInternal", "DriveParameters", "DriveState", "SimulationParameters"]
+__all__ = [
+    "DRIVE_DELAY",
+    "FILTER_ORDER",
+    "DriveInput",
+    "DriveInternal",
+    "DriveParameters",
+    "DriveState",
+    "SimulationParameters",
+]
 
-DRIVE_DELAY = 16
-"""Longest dead time of the simulated drive, in cycles."""
+DRIVE_DELAY = 64
+"""Longest dead time of the simulated drive, in cycles; also that of the output filter."""
+
+FILTER_ORDER = 10
+"""Highest order of the output filter."""
 
 
 class DriveParameters(Parameters):
     """Parameters of the drive (002 §6.4.7.1, 0x7000 + ID)."""
 
     drive_motor_polarity: int = flag(0, "motor turns the other way round")
-    drive_reference_velocity: float = real(2200.0, "mm/s", "velocity at 100 % output", 1e-3, 1e10)
+    drive_reference_velocity: float = real(
+        2200.0, "mm/s", "velocity at the reference output", 1e-3, 1e20
+    )
+    drive_reference_output: float = real(1.0, "1", "output at the reference velocity", 1e-6, 5.0)
     drive_output_limit_min: float = real(-1.0, "1", "lowest output", -1.0, 1.0)
     drive_output_limit_max: float = real(1.0, "1", "highest output", -1.0, 1.0)
+    drive_type: int = whole(5, "DriveType", "kind of drive", 1, 24)
+    drive_mode: int = whole(1, "1", "mode of the drive, 1 = standard", 1)
+    drive_input_address_offset: int = whole(0, "byte", "place in the I/O input image")
+    drive_output_address_offset: int = whole(0, "byte", "place in the I/O output image")
+    drive_output_mask: int = whole(0x7FFF, "INC", "largest output in increments", 1)
+    drive_control_dword: int = whole(0, "bits", "operation modes of the drive")
+    drive_reset_counter: int = whole(5, "1", "cycles of a reset", 5)
+    drive_dead_time_compensation_mode: int = whole(
+        0, "DeadTimeCompensation", "what extrapolates the position output", 0, 2
+    )
+    drive_dead_time_compensation_control: int = whole(0, "bits", "bit 0: absolute I/O times")
+    drive_dead_time_compensation_shift: int = whole(
+        0, "ns", "dead time of the drive", -1_000_000_000, 1_000_000_000
+    )
+    drive_actual_torque_scaling: float = real(
+        1.0, "%/INC", "actual torque of one increment", -1e30, 1e30
+    )
+    drive_actual_torque_filter_time: float = real(
+        0.0, "s", "PT1 filter of the actual torque", 0.0, 60.0
+    )
+    drive_actual_torque_derivative_filter_time: float = real(
+        0.0, "s", "PT1 filter of the torque derivative", 0.0, 60.0
+    )
+    drive_velocity_offset: float = real(0.0, "mm/s", "added to the output against drift")
+    drive_velocity_scaling: float = real(1.0, "1", "weight of the velocity output", 0.0, 1e8)
+    drive_dsc_kpc: int = whole(0, "0.001/s", "gain of the position control in the drive")
+    drive_dsc_xerr_scaling: float = real(1.0, "1", "weight of the position error output", 0.0)
+    drive_position_scaling: float = real(1.0, "1", "weight of the position output", 0.0, 1e8)
+    drive_acceleration_scaling: float = real(
+        1.0, "1", "weight of the acceleration output", 0.0, 1e8
+    )
+    drive_torque_offset_scaling: float = real(1.0, "1", "weight of the torque offset", 0.0, 1e8)
+    drive_set_torque_scaling: float = real(1.0, "1", "weight of the set torque", 0.0, 1e8)
+    drive_velocity_output_delay: float = real(0.0, "s", "delay of the velocity output", 0.0, 1.0)
+    drive_acceleration_output_delay: float = real(
+        0.0, "s", "delay of the acceleration output", 0.0, 1.0
+    )
+    drive_torque_output_delay: float = real(0.0, "s", "delay of the torque output", 0.0, 1.0)
+    drive_output_filter_type: int = whole(0, "OutputFilter", "filter of the position output", 0, 2)
+    drive_output_filter_time: float = real(0.0, "s", "its time, 64 cycles at most", 0.0, 1.0)
+    drive_output_filter_order: int = whole(1, "1", "its order", 0, FILTER_ORDER)
+    drive_table_id: int = whole(0, "1", "characteristic table, 0 = none")
+    drive_table_interpolation_type: int = whole(0, "1", "0 linear, 2 spline", 0, 2)
+    drive_output_offset: float = real(0.0, "1", "added after the characteristic", -1.0, 1.0)
+    drive_quadrant_compensation_factor: float = real(
+        1.0, "1", "output in quadrant III of that in quadrant I", 0.0, 100.0
+    )
+    drive_velocity_reference_point: float = real(
+        1.0, "1", "velocity at the knee of the characteristic", 0.01, 1.0
+    )
+    drive_output_reference_point: float = real(
+        1.0, "1", "output at the knee of the characteristic", 0.01, 1.0
+    )
+    drive_stepper_mask_cycle1: int = whole(0b0001, "bits", "control byte in cycle 1", 0, 255)
+    drive_stepper_mask_cycle2: int = whole(0b0100, "bits", "control byte in cycle 2", 0, 255)
+    drive_stepper_mask_cycle3: int = whole(0b0010, "bits", "control byte in cycle 3", 0, 255)
+    drive_stepper_mask_cycle4: int = whole(0b1000, "bits", "control byte in cycle 4", 0, 255)
+    drive_stepper_mask_cycle5: int = whole(0, "bits", "control byte in cycle 5", 0, 255)
+    drive_stepper_mask_cycle6: int = whole(0, "bits", "control byte in cycle 6", 0, 255)
+    drive_stepper_mask_cycle7: int = whole(0, "bits", "control byte in cycle 7", 0, 255)
+    drive_stepper_mask_cycle8: int = whole(0, "bits", "control byte in cycle 8", 0, 255)
+    drive_stepper_mask_holding_current: int = whole(
+        0, "bits", "further bits of the control byte at rest", 0, 255
+    )
 
 
 class SimulationParameters(Parameters):
@@ -25,10 +112,28 @@ class SimulationParameters(Parameters):
         0.004, "s", "first-order lag of the drive's velocity", 0.0, 10.0
     )
     simulation_dead_time: float = real(
-        0.0, "s", "delay from output to drive, 16 cycles at most", 0.0, 1.0
+        0.0, "s", "delay from output to drive, 64 cycles at most", 0.0, 1.0
     )
     simulation_blocked: int = flag(0, "the motor is stuck (fault injection)")
     simulation_not_ready: int = flag(0, "the drive reports not ready (fault injection)")
+    simulation_io_invalid: int = flag(0, "I/O data are invalid (fault injection)")
+    simulation_drive_inputs: int = whole(0, "bits", "digital inputs 1..8 of the drive", 0, 255)
+    simulation_fast_stop_signal: int = flag(0, "bit 7 of drive status 4")
+    simulation_drift: float = real(0.0, "mm/s", "velocity of the drive at output 0")
+    simulation_full_torque_acceleration: float = real(
+        20_000.0, "mm/s²", "acceleration at 100 % torque", 1e-3
+    )
+    simulation_load_torque: float = real(0.0, "1000 = 100 %", "load against positive movement")
+    simulation_friction_torque: float = real(0.0, "1000 = 100 %", "friction while moving", 0.0)
+
+
+class DriveInput(Inputs):
+    """What functions ask of the drive."""
+
+    drive_operation_mode: int = whole(0, "DriveOperationMode", "operation mode of the drive", 0)
+    set_torque: float = real(0.0, "1000 = 100 %", "set torque in torque mode")
+    set_torque_derivative: float = real(0.0, "1000 = 100 %/s", "its change")
+    set_torque_offset: float = real(0.0, "1000 = 100 %", "torque added by feed-forward")
 
 
 class DriveState(States):
@@ -39,10 +144,36 @@ class DriveState(States):
     drive_limit_active: int = flag(0, "the output is held at a limit")
     drive_output_peak_negative: float = real(0.0, "mm/s", "smallest total output so far")
     drive_output_peak_positive: float = real(0.0, "mm/s", "largest total output so far")
+    drive_output_percent_nonlinear: float = real(0.0, "%", "total output after the characteristic")
+    drive_actual_torque: float = real(0.0, "1000 = 100 %", "actual torque, filtered")
+    drive_actual_torque_derivative: float = real(0.0, "1000 = 100 %/s", "its change")
+    drive_dead_time_position_correction: float = real(
+        0.0, "mm", "way of the dead-time compensation"
+    )
+    drive_filtered_set_position: float = real(0.0, "mm", "set position after the output filter")
+    drive_filtered_set_velocity: float = real(0.0, "mm/s", "its velocity")
+    drive_filtered_set_acceleration: float = real(0.0, "mm/s²", "its acceleration")
+    drive_control_byte: int = whole(0, "bits", "control byte to a discrete drive", 0, 255)
+    drive_extended_control_byte: int = whole(0, "bits", "extended control byte", 0, 255)
 
 
 class DriveInternal(Memory):
-    """The simulated motor."""
+    """What the drive derives from its parameters, and the simulated motor."""
+
+    drive_special: int = flag(0, "more than a linear velocity drive is in use")
+    drive_full: float = real(2200.0, "mm/s", "velocity at 100 % output")
+    drive_signal_before: int = flag(0, "fast-stop signal of the cycle before")
+    drive_io_time: float = real(0.0, "s", "time without valid I/O data")
+    filter_count: int = whole(0, "1", "entries of the moving average")
+    filter_stage: list[float] = reals(FILTER_ORDER, "mm", "stages of the output filter")
+    filter_ring: list[float] = reals(DRIVE_DELAY, "mm", "set positions of the moving average")
+    filter_index: int = whole(0, "1", "its oldest entry")
+    stepper_step: int = whole(0, "STEP", "steps of the motor")
+    stepper_wait: int = whole(0, "1", "cycles to the next step")
+    stepper_level: int = whole(0, "1", "cycles per step")
+    stepper_level_steps: int = whole(0, "STEP", "steps since the level changed")
+    switch_phase: int = whole(0, "1", "phase of a rapid/creep movement")
+    switch_time: float = real(0.0, "s", "time in that phase")
 
     plant_position: float = real(0.0, "INC", "position of the motor")
     plant_velocity: float = real(0.0, "mm/s", "velocity of the motor")

@@ -1,14 +1,78 @@
-"""Fields of an encoder: parameters and actual values."""
+"""Fields of an encoder: parameters, actual values, touch probes."""
 
-from achse.motion.fields.declare import Parameters, States, flag, real, whole
+from achse.motion.fields.declare import (
+    Memory,
+    Parameters,
+    States,
+    flag,
+    real,
+    reals,
+    whole,
+    wholes,
+)
 
-__all__ = ["EncoderParameters", "EncoderState"]
+__all__ = [
+    "POSITION_HISTORY",
+    "TOUCH_PROBES",
+    "EncoderMemory",
+    "EncoderParameters",
+    "EncoderState",
+    "TouchProbeState",
+]
+
+POSITION_HISTORY = 16
+"""Actual positions with time stamp that are kept; fewer cycles than lead to rest."""
+
+TOUCH_PROBES = 4
 
 
 class EncoderParameters(Parameters):
     """Parameters of the encoder (002 §6.4.5.1, 0x5000 + ID)."""
 
-    encoder_scaling_factor: float = real(1e-4, "mm/INC", "distance of one increment", 1e-12, 1e3)
+    encoder_scaling_factor: float = real(1e-4, "mm/INC", "distance of one increment", 1e-12, 1e30)
+    encoder_scaling_numerator: float = real(1e-4, "mm/INC", "its numerator", 1e-12, 1e30)
+    encoder_scaling_denominator: float = real(1.0, "1", "its denominator", 1e-12, 1e30)
+    encoder_type: int = whole(1, "EncoderType", "kind of encoder", 1, 28)
+    encoder_mode: int = whole(3, "EncoderMode", "what the encoder determines", 1, 3)
+    encoder_input_address_offset: int = whole(0, "byte", "place in the I/O input image")
+    encoder_output_address_offset: int = whole(0, "byte", "place in the I/O output image")
+    encoder_evaluation_direction: int = whole(
+        0, "EncoderEvaluationDirection", "counting directions that are evaluated", 0, 3
+    )
+    encoder_mask: int = whole(0xFFFF_FFFF, "INC", "largest count, then it starts at 0 again", 1)
+    encoder_raw_value_filter_mask: int = whole(0, "bits", "bits of the count that are masked out")
+    encoder_reference_system: int = whole(
+        0, "EncoderReferenceSystem", "how the count becomes a position", 0, 2
+    )
+    encoder_sign_interpretation: int = whole(
+        0, "EncoderSignInterpretation", "sign of the count", 0, 2
+    )
+    encoder_actual_position_correction_enable: int = flag(0, "the position correction is added")
+    encoder_actual_position_correction_filter_time: float = real(
+        0.0, "s", "PT1 filter of the position correction", 0.0, 60.0
+    )
+    encoder_dead_time_compensation_mode: int = whole(
+        0, "DeadTimeCompensation", "what extrapolates the actual position", 0, 2
+    )
+    encoder_dead_time_compensation_control: int = whole(0, "bits", "bit 0: absolute I/O times")
+    encoder_dead_time_compensation_shift: int = whole(
+        0, "ns", "dead time of the encoder", -1_000_000_000, 1_000_000_000
+    )
+    encoder_control_dword: int = whole(0, "bits", "operation modes of the encoder")
+    encoder_homing_cam_search_inverse: int = flag(0, "the cam is searched in positive direction")
+    encoder_sync_pulse_search_inverse: int = flag(0, "the sync pulse is searched the other way")
+    encoder_reference_position: float = real(0.0, "mm", "position of the reference mark", -1e9, 1e9)
+    encoder_external_sync_pulse: int = flag(0, "the sync pulse comes from outside")
+    encoder_reference_mode: int = whole(1, "ReferenceMode", "what ends the homing sequence")
+    encoder_sub_mask: int = whole(
+        0xFFFF, "INC", "range within which the count is absolute, less 1", 0xF
+    )
+    encoder_homing_sensor_source: int = whole(
+        0, "HomingSensorSource", "where the homing cam comes from", 0, 16
+    )
+    encoder_simulation_noise_scaling: float = real(
+        0.0, "INC", "amplitude of the noise on the count", 0.0, 1e6
+    )
     encoder_position_offset: float = real(0.0, "mm", "added to the scaled count", -1e9, 1e9)
     encoder_count_direction: int = flag(0, "counting direction is inverted")
     encoder_is_absolute: int = flag(0, "encoder is absolute: its position cannot be set")
@@ -18,8 +82,8 @@ class EncoderParameters(Parameters):
     )
     encoder_soft_limit_min_enable: int = flag(0, "lower software limit is watched")
     encoder_soft_limit_max_enable: int = flag(0, "upper software limit is watched")
-    encoder_soft_limit_min: float = real(0.0, "mm", "lower software limit", -1e10, 1e10)
-    encoder_soft_limit_max: float = real(0.0, "mm", "upper software limit", -1e10, 1e10)
+    encoder_soft_limit_min: float = real(0.0, "mm", "lower software limit")
+    encoder_soft_limit_max: float = real(0.0, "mm", "upper software limit")
     encoder_position_filter_time: float = real(
         0.0, "s", "PT1 filter of the actual position", 0.0, 60.0
     )
@@ -44,3 +108,50 @@ class EncoderState(States):
     encoder_hardware_increments: int = whole(0, "INC", "count of the encoder, 32 bits signed")
     encoder_software_increments: int = whole(0, "INC", "count without overflow")
     encoder_set_position_offset: float = real(0.0, "mm", "shift made by 'set actual position'")
+    encoder_actual_position_filtered: float = real(
+        0.0, "mm", "position after the PT1 filter, without dead-time compensation"
+    )
+    encoder_position_correction: float = real(0.0, "mm", "correction in the actual position")
+    encoder_actual_velocity_uncorrected: float = real(
+        0.0, "mm/s", "actual velocity without that of the correction"
+    )
+    encoder_dead_time_position_correction: float = real(
+        0.0, "mm", "way of the dead-time compensation"
+    )
+
+
+class TouchProbeState(States):
+    """External latches of the encoder (002 §6.4.5.2, 0x5100 + ID:0x101, 0x200 … 0x213)."""
+
+    encoder_latch_active: int = flag(0, "an external latch is active")
+    encoder_latch_valid: int = flag(0, "an external latch value has become valid")
+    encoder_latch_activation_difference: float = real(
+        0.0, "mm", "way from activating the hardware latch to its value"
+    )
+    encoder_latch_hardware_increments: int = whole(0, "INC", "latched count of the hardware")
+    encoder_latch_software_increments: int = whole(0, "INC", "latched count of the software")
+    encoder_latch_position: float = real(0.0, "mm", "latched position")
+    encoder_latch_hardware_increment_difference: int = whole(0, "INC", "to the latch before")
+    encoder_latch_software_increment_difference: int = whole(0, "INC", "to the latch before")
+    encoder_latch_position_difference: float = real(0.0, "mm", "to the latch before")
+    encoder_probe_rising_active: list[int] = wholes(TOUCH_PROBES, "0/1", "waits for a rising edge")
+    encoder_probe_rising_valid: list[int] = wholes(TOUCH_PROBES, "0/1", "rising edge latched")
+    encoder_probe_rising_position: list[float] = reals(TOUCH_PROBES, "mm", "of the rising edge")
+    encoder_probe_rising_counter: list[int] = wholes(TOUCH_PROBES, "1", "rising edges latched")
+    encoder_probe_falling_active: list[int] = wholes(
+        TOUCH_PROBES, "0/1", "waits for a falling edge"
+    )
+    encoder_probe_falling_valid: list[int] = wholes(TOUCH_PROBES, "0/1", "falling edge latched")
+    encoder_probe_falling_position: list[float] = reals(TOUCH_PROBES, "mm", "of the falling edge")
+    encoder_probe_falling_counter: list[int] = wholes(TOUCH_PROBES, "1", "falling edges latched")
+
+
+class EncoderMemory(Memory):
+    """What the encoder derives from its parameters and keeps from cycle to cycle."""
+
+    encoder_special: int = flag(0, "functions beyond scaling and filters are in use")
+    encoder_scale: float = real(1e-4, "mm/INC", "scaling with the sign of the direction")
+    encoder_raw: int = whole(0, "INC", "count as it was last read")
+    encoder_noise: int = whole(0, "1", "state of the noise")
+    encoder_backlash_side: float = real(0.0, "1", "direction of the last movement")
+    encoder_history: list[float] = reals(POSITION_HISTORY, "mm", "actual positions, a ring")
