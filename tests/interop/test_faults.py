@@ -89,16 +89,14 @@ def test_duplicate(achse_station: LiveStation, plc: Any) -> None:
     assert doubled.hits >= 20
 
 
-def test_reorder(achse_station: LiveStation, witness: Callable[[str], None]) -> None:
+def test_reorder(achse_station: LiveStation, plc: Any, witness: Callable[[str], None]) -> None:
     witness("ads-client")
-    achse_station.fault("reorder", group=0x4020)
     for offset in (0, 4, 8, 12):
-        achse_station.run(
-            achse_station.station.devices[-1].write, 0x4020, offset, bytes([offset] * 4)
-        )
+        plc.write(0x4020, offset, offset, pyads.PLCTYPE_UDINT)
+    achse_station.fault("reorder", command="read", group=0x4020)
     found = asking(achse_station, *((0x4020, offset) for offset in (0, 4, 8, 12)))
     assert found["arrived"] == [4, 0, 12, 8]
-    assert found["outcomes"] == [int.from_bytes(bytes([n] * 4)) for n in (0, 4, 8, 12)]
+    assert found["outcomes"] == [0, 4, 8, 12]
 
 
 def test_ads_client_meets_an_error_and_a_timeout(
@@ -225,3 +223,28 @@ def test_a_restart_of_the_process(achse_station: LiveStation, plc: Any) -> None:
     plc.open()
     plc.set_timeout(2000)
     assert plc.read_by_name(UDINT, pyads.PLCTYPE_UDINT) == 0
+
+
+def test_config_and_run_again(achse_station: LiveStation, plc: Any) -> None:
+    with pyads.Connection(achse_station.net_id, 10_000, achse_station.host) as system:
+        assert (state(plc), system.read_state()[0]) == (0, pyads.ADSSTATE_RUN)
+        achse_station.fault("config")
+        achse_station.advance(1.0)
+        assert (state(plc), system.read_state()[0]) == (6, pyads.ADSSTATE_CONFIG)
+        achse_station.clear_faults()
+        achse_station.advance(1.0)
+        assert (state(plc), system.read_state()[0]) == (0, pyads.ADSSTATE_RUN)
+
+
+@virtual
+def test_a_restart_of_the_station_keeps_the_connection(
+    achse_station: LiveStation, plc: Any
+) -> None:
+    achse_station.advance(1.0)
+    handle = plc.get_handle(INT)
+    achse_station.fault("restart")
+    achse_station.advance(0.2)
+    assert state(plc) == 6
+    achse_station.advance(1.0)
+    assert code_of(lambda: plc.read_by_name("", pyads.PLCTYPE_INT, handle=handle)) in (0x710, 0x711)
+    assert plc.read_by_name(UDINT, pyads.PLCTYPE_UDINT) < 100

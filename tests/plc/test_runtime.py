@@ -54,6 +54,24 @@ def test_a_task_runs_once_per_cycle_however_time_is_cut() -> None:
     assert plc.next_due_ns == 1010 * MS
 
 
+def test_time_may_begin_anywhere() -> None:
+    plc, main = counting()
+    plc.begin(1_234 * MS)
+    plc.run_due(1_234 * MS)
+    assert main.nCounter == 0
+    plc.run_due(1_250 * MS)
+    assert main.nCounter == 2
+
+
+def test_a_stretched_cycle_exceeds_and_loses_those_it_covers() -> None:
+    plc, main = counting()
+    plc.tasks[0].stretch = 3
+    plc.run_due(90 * MS)
+    task = plc.tasks[0]
+    assert (main.nCounter, task.exceed_count, task.last_exec_ns) == (3, 3, 30 * MS)
+    assert task.exceeded
+
+
 def test_due_cycles_run_by_due_time_then_priority_then_order() -> None:
     calls: list[tuple[str, int]] = []
 

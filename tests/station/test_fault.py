@@ -14,7 +14,7 @@ from achse.station.fault import FAULT_KINDS, ActiveFault, Fault, FaultError, cli
         ({"kind": "melt"}, "kind: expected one of drop, delay"),
         ({}, "kind: expected one of"),
         ({"kind": "drop", "colour": 1}, "colour: a fault has kind, at"),
-        ({"kind": "drop", "code": 5}, "code: drop takes client, command"),
+        ({"kind": "drop", "code": 5}, "code: drop takes lasting, count, every, side, client"),
         ({"kind": "delay"}, "by: delay needs it"),
         ({"kind": "error"}, "code: error needs it"),
         ({"kind": "drop", "count": 0}, "count: expected 1 or more, got 0"),
@@ -25,7 +25,7 @@ from achse.station.fault import FAULT_KINDS, ActiveFault, Fault, FaultError, cli
         ({"kind": "drop", "command": "dance"}, "command: expected one of read_device_info"),
         ({"kind": "drop", "offset": 1}, "offset: needs a group"),
         ({"kind": "drop_link", "lasting": 1.0}, "lasting: drop_link takes client"),
-        ({"kind": "restart", "port": 851}, "port: restart takes -"),
+        ({"kind": "restart", "port": 851}, "port: restart takes nothing"),
     ],
 )
 def test_what_cannot_be_is_refused(fields: dict[str, Any], told: str) -> None:
@@ -39,6 +39,24 @@ def test_fields_are_what_was_given() -> None:
     fault = Fault.of(fields)
     assert fault.fields() == fields
     assert str(fault) == "error at=2.0 count=3 symbol=MAIN.x code=0x706 (INVALID_DATA)"
+
+
+@pytest.mark.parametrize(
+    ("texts", "fields"),
+    [
+        (["code=0x706", "symbol=MAIN.x", "at=2"], {"code": 0x706, "symbol": "MAIN.x", "at": 2.0}),
+        (["code=7", "lasting=50ms"], {"code": 7, "lasting": 0.05}),
+        (["code=7", "at=1.5s"], {"code": 7, "at": 1.5}),
+    ],
+)
+def test_texts_of_the_command_line(texts: list[str], fields: dict[str, Any]) -> None:
+    assert Fault.parse("error", texts).fields() == {"kind": "error", **fields}
+
+
+@pytest.mark.parametrize("text", ["code", "colour=1", "code=red", "at=soon", "at=ms"])
+def test_texts_that_say_nothing_are_refused(text: str) -> None:
+    with pytest.raises(FaultError):
+        Fault.parse("error", [text])
 
 
 def test_each_kind_describes_itself() -> None:

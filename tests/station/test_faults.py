@@ -22,6 +22,15 @@ def plc(station: Station, client_of: Any) -> Any:
     return client_of(station.router, 851)
 
 
+def _groups(station: Station) -> dict[int, Any]:
+    """What answers for the index groups of the PLC."""
+    return next(
+        dict(device.services.by_index)
+        for device in station.devices
+        if device.addresses[0].port == 851
+    )
+
+
 def _refused(plc: Any) -> bool:
     try:
         plc.exchange(0xF004, 0, 4, b"MAIN.nCounter\0")

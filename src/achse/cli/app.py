@@ -2,7 +2,7 @@
 
 import typer
 
-from achse.cli import ads, axis, docs, route, run, scan
+from achse.cli import ads, axis, docs, fault, monitor, route, run, scan, stats
 
 __all__ = ["app"]
 
@@ -17,5 +17,8 @@ run.register(app)
 docs.register(app)
 app.add_typer(ads.ads, name="ads")
 app.add_typer(axis.axis, name="axis")
+app.add_typer(fault.fault, name="fault")
+stats.register(ads.ads)
+monitor.register(app)
 scan.register(ads.ads)
 route.register(app, ads.ads)

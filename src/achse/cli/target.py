@@ -12,7 +12,7 @@ import typer
 
 from achse.cli.run import fail
 
-__all__ = ["Json", "client_command"]
+__all__ = ["Json", "client_command", "end_by_signal"]
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
@@ -122,7 +122,7 @@ def _run(
 
     async def ask() -> None:
         if endless:
-            _end_by_signal()
+            end_by_signal()
         async with connect(
             TcpDialer(host, tcp_port),
             net_id=where,
@@ -143,7 +143,7 @@ def _run(
             raise
 
 
-def _end_by_signal() -> None:
+def end_by_signal() -> None:
     """Ctrl-C and SIGTERM cancel the running task, even where a script made SIGINT ignored."""
     task = asyncio.current_task()
     assert task is not None

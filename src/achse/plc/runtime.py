@@ -155,6 +155,12 @@ class PlcRuntime:
                 task.skip(now_ns)
             task = self._next = min(self._by_priority, key=_due)
 
+    def begin(self, now_ns: int) -> None:
+        """Let time begin at `now_ns`: cycles before it are passed over."""
+        for task in self.tasks:
+            task.skip(now_ns)
+        self._next = min(self._by_priority, key=_due)
+
     def _cycle(self, task: Task) -> None:
         task.begin()
         self._info.show_task(self._indices[task], task)

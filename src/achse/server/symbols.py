@@ -322,6 +322,11 @@ class SymbolServices:
             raise self._missing(handle, client)
         return entry.symbol
 
+    @property
+    def count(self) -> int:
+        """Handles that are out, those out of date among them."""
+        return len(self._handles) + len(self._stale)
+
     def held(self, handle: int) -> Symbol | None:
         """The symbol that a valid handle of any client stands for."""
         entry = self._handles.get(handle)

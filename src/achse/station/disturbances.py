@@ -4,7 +4,7 @@ import struct
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from achse.ams import AdsState, Command, DeviceError, Frame
+from achse.ams import Command, DeviceError, Frame
 from achse.ams.commands import ERROR_PADDING, RESULT
 from achse.codes import ReturnCode
 from achse.plc import PlcRuntime
@@ -20,8 +20,6 @@ __all__ = ["Disturbances"]
 
 SPARED_PORT = 26_000
 """The station's own service: faults never cut off the way to clear them."""
-
-SYSTEM_PORT = 10_000
 
 _PLACE = struct.Struct("<II")
 _WITH_PLACE = frozenset((Command.READ, Command.WRITE, Command.READ_WRITE, Command.ADD_NOTIFICATION))
@@ -190,17 +188,12 @@ class Disturbances:
 
         return undo
 
-    def _control(self, state: AdsState) -> None:
-        for device in self._station.devices:
-            if any(address.port == SYSTEM_PORT for address in device.addresses):
-                device.write_control(state, 0, b"")
-
     def _restart(self, fault: Fault) -> None:
-        self._control(AdsState.RESET)
+        self._station.restart()
 
     def _config(self, fault: Fault) -> Undo:
-        self._control(AdsState.RECONFIG)
-        return lambda: self._control(AdsState.RESET)
+        self._station.configure()
+        return self._station.restart
 
 
 class _Touch:

@@ -1,7 +1,7 @@
 """What a fault is: its kind, whom it hits, when it begins and ends."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from achse.ams import AmsAddress, Command, NetId
@@ -31,6 +31,12 @@ class FaultKind(NamedTuple):
     needs: tuple[str, ...] = ()
     lasts: bool = True
     """False for an event, which is over as soon as it has begun."""
+
+    @property
+    def parameters(self) -> list[str]:
+        """Everything it takes beside `kind` and `at`, in the order of the fields."""
+        takes = self.takes | {"lasting"} if self.lasts else self.takes
+        return [field.name for field in dataclasses.fields(Fault) if field.name in takes]
 
 
 _WHOM = frozenset({"client", "port"})
@@ -148,9 +154,10 @@ class Fault:
             for field in dataclasses.fields(self)
             if field.name not in ("kind", "at") and getattr(self, field.name) != field.default
         }
-        takes = kind.takes | {"lasting"} if kind.lasts else kind.takes
-        if surplus := sorted(given - takes):
-            raise FaultError(f"{surplus[0]}: {self.kind} takes {', '.join(sorted(takes)) or '-'}")
+        if surplus := sorted(given.difference(kind.parameters)):
+            raise FaultError(
+                f"{surplus[0]}: {self.kind} takes {', '.join(kind.parameters) or 'nothing'}"
+            )
         if missing := [name for name in kind.needs if name not in given]:
             raise FaultError(f"{missing[0]}: {self.kind} needs it")
         self._check_values()
@@ -202,6 +209,26 @@ class Fault:
             raise FaultError(f"kind: expected one of {', '.join(FAULT_KINDS)}")
         return cls(**fields)
 
+    @classmethod
+    def parse(cls, kind: str, fields: Iterable[str]) -> "Fault":
+        """From texts like `code=0x706`, `by=50ms`, `at=2`; raises FaultError."""
+        kinds = {field.name: str(field.type) for field in dataclasses.fields(cls)}
+        values: dict[str, Any] = {"kind": kind}
+        for text in fields:
+            name, equals, value = text.partition("=")
+            if not equals or name not in kinds:
+                raise FaultError(
+                    f"expected KEY=VALUE with a key of {', '.join(kinds)}; got {text!r}"
+                )
+            try:
+                if "float" in kinds[name]:
+                    values[name] = _seconds(value)
+                else:
+                    values[name] = int(value, 0) if "int" in kinds[name] else value
+            except ValueError:
+                raise FaultError(f"{name}: expected a number, got {value!r}") from None
+        return cls.of(values)
+
     def fields(self) -> dict[str, Any]:
         """What was given, as JSON and TOML have it."""
         return {
@@ -219,6 +246,14 @@ class Fault:
                 if name != "kind"
             ]
         )
+
+
+def _seconds(text: str) -> float:
+    """`2`, `2s`, `50ms`."""
+    for unit, factor in (("ms", 1e-3), ("us", 1e-6), ("s", 1.0)):
+        if text.endswith(unit):
+            return float(text.removesuffix(unit)) * factor
+    return float(text)
 
 
 def _number(name: str, value: Any) -> str:

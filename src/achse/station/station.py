@@ -187,6 +187,8 @@ class Station:
             log.error("the station cannot start and stays in CONFIG: %s", fault)
             self._enter_config()
             return
+        for plc in parts.plcs.values():
+            plc.begin(self.time_ns)
         self._take(parts)
         system = self._kept[0]
         assert isinstance(system, SystemDevice)

@@ -97,6 +97,8 @@ class TcpConnection(asyncio.Protocol):
         self._hold_until = 0.0
         self._flush_due = False
         self._receiving = False
+        self.cut_off = False
+        """True once the peer was closed because it did not read."""
         self._open = False
         self._transport: asyncio.Transport | None = None
         self.registered: list[AmsAddress] = []
@@ -332,6 +334,12 @@ class TcpConnection(asyncio.Protocol):
         transport = self._transport
         return transport is not None and transport.get_write_buffer_size() > _CONGESTED
 
+    @property
+    def backlog(self) -> int:
+        """Bytes that the peer has not taken yet."""
+        transport = self._transport
+        return self._out_size + (0 if transport is None else transport.get_write_buffer_size())
+
     def _send(self, message: TcpMessage) -> None:
         self._out.append(message.encode_tcp())
 
@@ -345,6 +353,7 @@ class TcpConnection(asyncio.Protocol):
         transport.write(b"".join(out) if len(out) > 1 else out[0])
         if transport.get_write_buffer_size() > self.owner.max_backlog:
             log.warning("cutting off %s: it does not read what it asked for", self.peer)
+            self.cut_off = True
             self.abort()
 
     def abort(self) -> None:
@@ -393,6 +402,10 @@ class TcpListener:
         self.max_length = max_length
         self.max_backlog = max_backlog
         self.max_connections = max_connections
+        self.refused = 0
+        """Connections closed at once because `max_connections` were open."""
+        self.cut_off = 0
+        """Connections closed because their peer did not read."""
         self.host = ""
         self.port = 0
         self.connections: set[TcpConnection] = set()
@@ -438,6 +451,7 @@ class TcpListener:
             log.warning(
                 "closing %s: %d connections are open", connection.peer, len(self.connections)
             )
+            self.refused += 1
             connection.abort()
             return
         if self.strict:
@@ -450,6 +464,7 @@ class TcpListener:
     def closed(self, connection: TcpConnection) -> None:
         """A connection went down."""
         self.connections.discard(connection)
+        self.cut_off += connection.cut_off
         if not self.connections:
             self._last_closed.set()
 

@@ -1,0 +1,312 @@
+"""`achse monitor` shows live what passes between clients and devices, with names."""
+
+import asyncio
+import contextlib
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from achse.cli.output import print_json
+from achse.cli.run import fail
+from achse.cli.target import end_by_signal
+
+if TYPE_CHECKING:
+    from achse.client import Client
+    from achse.monitor.decode import Decoder, Exchange
+    from achse.router.tap import Captured
+
+__all__ = ["Via", "register", "watching"]
+
+SERVICE_PORT = 26_000
+PLC_PORT = 851
+FETCH_EVERY = 0.05
+FETCH_BYTES = 1 << 23
+OVERDUE = 5.0
+"""Seconds after which a request counts as unanswered."""
+
+Host = Annotated[
+    str, typer.Option(envvar="ACHSE_HOST", help="Where the station listens, or the tap does.")
+]
+TcpPort = Annotated[
+    int, typer.Option(envvar="ACHSE_TCP_PORT", min=0, max=65535, help="Its TCP port.")
+]
+Via = Annotated[
+    str | None,
+    typer.Option(
+        metavar="HOST[:PORT]",
+        help="Tap in front of this target: clients dial --host instead of it.",
+        show_default=False,
+    ),
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command of this module to `app`."""
+    app.command()(monitor)
+
+
+def monitor(
+    via: Via = None,
+    write: Annotated[
+        Path | None, typer.Option(help="Write a packet capture (pcapng).", show_default=False)
+    ] = None,
+    client: Annotated[
+        str, typer.Option(help="Only clients whose address is like this, as 10.0.0.*.")
+    ] = "*",
+    device: Annotated[
+        list[int] | None, typer.Option(help="Only these AMS ports.", show_default=False)
+    ] = None,
+    name: Annotated[str, typer.Option(help="Only symbols or services like this.")] = "*",
+    errors: Annotated[bool, typer.Option("--errors", help="Only what failed.")] = False,
+    slower: Annotated[
+        float, typer.Option(min=0, metavar="MS", help="Only what took longer, ms.")
+    ] = 0.0,
+    samples: Annotated[
+        bool, typer.Option("--samples/--no-samples", help="Notifications as well.")
+    ] = True,
+    count: Annotated[
+        int | None, typer.Option("--count", "-n", min=1, help="End after so many lines.")
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option("--for", metavar="SECONDS", min=0, help="End after that time.")
+    ] = None,
+    in_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    host: Host = "127.0.0.1",
+    tcp_port: TcpPort = 48898,
+) -> None:
+    """Show requests, answers and notifications as they pass, until Ctrl-C."""
+    wanted = _Filter(client, frozenset(device or ()), name, errors, slower, samples)
+    _run(_monitor(host, tcp_port, via, write, wanted, count, duration, in_json))
+
+
+class _Filter:
+    """Which exchanges are shown."""
+
+    def __init__(
+        self,
+        client: str,
+        devices: frozenset[int],
+        name: str,
+        errors: bool,
+        slower_ms: float,
+        samples: bool,
+    ) -> None:
+        self._client = client
+        self._devices = devices
+        self._name = name.lower().replace("[", "[[]")
+        self._errors = errors
+        self._slower_ns = slower_ms * 1e6
+        self._samples = samples
+
+    def __call__(self, exchange: "Exchange") -> bool:
+        return (
+            (not self._devices or exchange.device.port in self._devices)
+            and (self._samples or exchange.command != "notification")
+            and (not self._errors or bool(exchange.error) or not exchange.answered)
+            and (not self._slower_ns or (exchange.duration_ns or 0) > self._slower_ns)
+            and any(
+                fnmatchcase(text, self._client) for text in (exchange.peer, str(exchange.client))
+            )
+            and (
+                self._name == "*"
+                or any(fnmatchcase(item.name.lower(), self._name) for item in exchange.items)
+            )
+        )
+
+
+async def _monitor(
+    host: str,
+    tcp_port: int,
+    via: str | None,
+    write: Path | None,
+    wanted: _Filter,
+    count: int | None,
+    duration: float | None,
+    in_json: bool,
+) -> None:
+    from achse.monitor.capture import CaptureWriter
+    from achse.monitor.decode import Decoder
+    from achse.monitor.names import Names, rows_of
+    from achse.station import Station
+
+    decoder = Decoder(Names(rows_of(Station.demo().devices)))
+    done = asyncio.Event()
+    left = count
+
+    def shown(exchange: "Exchange") -> None:
+        nonlocal left
+        if done.is_set() or not wanted(exchange):
+            return
+        if in_json:
+            print_json(exchange.as_json())
+        else:
+            print("\n".join(lines_of(exchange)), flush=True)
+        if left is not None:
+            left -= 1
+            if left == 0:
+                done.set()
+
+    with contextlib.ExitStack() as stack:
+        keep = stack.enter_context(CaptureWriter(write)) if write is not None else None
+
+        def see(capture: "Captured") -> None:
+            if keep is not None:
+                keep(capture)
+            for exchange in decoder.see(capture):
+                shown(exchange)
+
+        async with watching(host, tcp_port, via, see, decoder):
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(duration):
+                    while not done.is_set():
+                        with contextlib.suppress(TimeoutError):
+                            await asyncio.wait_for(done.wait(), 1.0)
+                        for exchange in decoder.overdue(time.time_ns() - int(OVERDUE * 1e9)):
+                            shown(exchange)
+
+
+def lines_of(exchange: "Exchange") -> list[str]:
+    """One line per thing asked for; the first has time, client, device and duration."""
+    seconds, rest = divmod(exchange.time_ns, 1_000_000_000)
+    clock = f"{time.strftime('%H:%M:%S', time.localtime(seconds))}.{rest // 1_000_000:03}"
+    way = "←" if exchange.command == "notification" else "→"
+    head = f"{clock}  {exchange.peer} {way} {exchange.device.port}"
+    tail = ""
+    if exchange.duration_ns is not None:
+        tail = f"  ({exchange.duration_ns / 1e6:.2f} ms)"
+    elif not exchange.answered:
+        tail = "  ✗ no answer"
+    first, *others = exchange.items or (None,)
+    text = exchange.command if first is None else first.text
+    if others:
+        text = f"{len(exchange.items)} at once: {text}"
+    return [
+        f"{head}  {text}{tail}",
+        *(f"{' ' * len(head)}  {item.text}" for item in others if item),
+    ]
+
+
+# where captures come from -------------------------------------------------------------------------
+
+
+@contextlib.asynccontextmanager
+async def watching(
+    host: str,
+    tcp_port: int,
+    via: str | None,
+    see: Callable[["Captured"], None],
+    decoder: "Decoder | None" = None,
+) -> AsyncIterator[None]:
+    """Call `see` with all that passes: the station's own tap, or a relay in front of `via`."""
+    if via is None:
+        async with _station_tap(host, tcp_port, see, decoder):
+            yield
+    else:
+        async with _relay(host, tcp_port, via, see):
+            yield
+
+
+@contextlib.asynccontextmanager
+async def _relay(
+    host: str, tcp_port: int, via: str, see: Callable[["Captured"], None]
+) -> AsyncIterator[None]:
+    from achse.monitor.relay import Relay
+
+    name, colon, port = via.rpartition(":")
+    relay = Relay(name if colon else via, int(port) if colon and port.isdigit() else 48898, see)
+    try:
+        await relay.open(host, tcp_port)
+    except OSError as failure:
+        fail(f"cannot listen on {host}:{tcp_port}: {failure.strerror} (another address: --host)")
+    print(f"achse ready tap={relay.host}:{relay.port} via={via}", flush=True)
+    try:
+        yield
+    finally:
+        await relay.close()
+
+
+@contextlib.asynccontextmanager
+async def _station_tap(
+    host: str,
+    tcp_port: int,
+    see: Callable[["Captured"], None],
+    decoder: "Decoder | None",
+) -> AsyncIterator[None]:
+    from achse.ams import AdsError, RouterError
+    from achse.client import connect
+    from achse.client.link import TcpDialer
+    from achse.router.tap import decode_batch
+    from achse.station.service import TAPS
+
+    async with connect(
+        TcpDialer(host, tcp_port), port=SERVICE_PORT, reconnect=False, watch_symbols=False
+    ) as client:
+        if decoder is not None:
+            await _learn_symbols(client, decoder)
+        try:
+            tap = int.from_bytes(await client.read_write_raw(TAPS, 0, 4, b""), "little")
+        except RouterError:
+            fail(f"{host}:{tcp_port} is no achse station: tap in front of it with --via")
+
+        async def fetch() -> None:
+            while True:
+                batch = await client.read_raw(TAPS, tap, FETCH_BYTES)
+                for capture in decode_batch(batch):
+                    see(capture)
+                if not batch:
+                    await asyncio.sleep(FETCH_EVERY)
+
+        watcher = asyncio.current_task()
+        assert watcher is not None
+        fetching = asyncio.create_task(fetch())
+        fetching.add_done_callback(lambda task: task.cancelled() or watcher.cancel())
+        print("achse ready tap=station", flush=True)
+        try:
+            yield
+        except asyncio.CancelledError:
+            if fetching.done():
+                fetching.result()  # what ended it is told
+            raise
+        finally:
+            fetching.cancel()
+            await asyncio.gather(fetching, return_exceptions=True)
+            with contextlib.suppress(AdsError):
+                await client.write_raw(TAPS, tap, b"")
+
+
+async def _learn_symbols(client: "Client", decoder: "Decoder") -> None:
+    """Ask the PLC for its symbols, so that addresses and values have names and types at once."""
+    from achse.ams import AdsError
+    from achse.iec import IecError
+
+    plc = client.at_port(PLC_PORT)
+    known: set[str] = set()
+    with contextlib.suppress(AdsError):
+        for entry in await plc.symbols():
+            decoder.names.learn_symbol(plc.address, entry)
+            if entry.type_name not in known:
+                known.add(entry.type_name)
+                with contextlib.suppress(AdsError, IecError):
+                    decoder.names.learn_type(entry.type_name, await plc.type_of(entry.name))
+
+
+def _run(job: Awaitable[Any]) -> None:
+    """Run until done, Ctrl-C or SIGTERM; an AdsError is one line on stderr."""
+    from achse.ams import AdsError
+
+    async def interruptible() -> None:
+        end_by_signal()
+        await job
+
+    try:
+        asyncio.run(interruptible())
+    except AdsError as refusal:
+        fail(str(refusal))
+    except OSError as failure:
+        fail(str(failure))
+    except (KeyboardInterrupt, asyncio.CancelledError):
+        pass

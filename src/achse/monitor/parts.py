@@ -1,0 +1,93 @@
+"""What a request asks for: one part, or the parts of a sum command with the outcome of each."""
+
+import struct
+from collections.abc import Sequence
+
+from achse.ams import Command, DecodeError, Frame
+from achse.ams.commands import (
+    AddNotificationRequest,
+    DeleteNotificationRequest,
+    ReadRequest,
+    ReadWriteRequest,
+    WriteRequest,
+    decode_request,
+)
+from achse.client.sums import Outcome, Part, outcome, unpack
+
+__all__ = ["outcomes_of", "parts_of"]
+
+_READ = struct.Struct("<III")
+_READ_WRITE = struct.Struct("<IIII")
+_PLACED = (
+    ReadRequest,
+    WriteRequest,
+    ReadWriteRequest,
+    AddNotificationRequest,
+    DeleteNotificationRequest,
+)
+
+
+def parts_of(request: Frame) -> list[Part]:
+    """The parts of a request with a place, those of a sum one by one; raises DecodeError.
+
+    Other commands, such as Read State, have none.
+    """
+    decoded = decode_request(request)
+    if not isinstance(decoded, _PLACED):
+        return []
+    if isinstance(decoded, ReadWriteRequest) and 0xF080 <= decoded.index_group <= 0xF086:
+        try:
+            return _split(decoded)
+        except struct.error as failure:
+            raise DecodeError(f"a sum ends inside a part: {failure}") from None
+    return [decoded]
+
+
+def _split(request: ReadWriteRequest) -> list[Part]:
+    group, count, _, data = request
+    if group in (0xF080, 0xF083, 0xF084):
+        return [ReadRequest(*_READ.unpack_from(data, 12 * i)) for i in range(count)]
+    if group in (0xF081, 0xF082):
+        layout = _READ if group == 0xF081 else _READ_WRITE
+        position = layout.size * count
+        parts: list[Part] = []
+        for i in range(count):
+            group_of_part, offset, *read_length, length = layout.unpack_from(data, layout.size * i)
+            content = data[position : position + length]
+            position += length
+            if read_length:
+                parts.append(ReadWriteRequest(group_of_part, offset, read_length[0], content))
+            else:
+                parts.append(WriteRequest(group_of_part, offset, content))
+        return parts
+    if group == 0xF085:
+        return [AddNotificationRequest.decode(data[40 * i : 40 * i + 40]) for i in range(count)]
+    return [DeleteNotificationRequest.decode(data[4 * i : 4 * i + 4]) for i in range(count)]
+
+
+def outcomes_of(request: Frame, parts: Sequence[Part], response: Frame) -> list[Outcome]:
+    """The outcome of each part; an error of the whole request is that of each."""
+    if response.error:
+        return [Outcome(response.error, b"")] * len(parts)
+    whole = outcome(response)
+    if whole.result:
+        return [Outcome(whole.result, b"")] * len(parts)
+    group = int.from_bytes(request.data[:4], "little")
+    if request.command != Command.READ_WRITE or not 0xF080 <= group <= 0xF086:
+        return [whole] * len(parts)
+    if not parts:
+        return []
+    if group in (0xF083, 0xF084):
+        return _results_with_lengths(len(parts), whole.data)
+    return unpack(parts, whole.data)
+
+
+def _results_with_lengths(count: int, data: bytes) -> list[Outcome]:
+    """Answers of the extended sum reads: all pairs of result and length, then the data."""
+    outcomes, position = [], 8 * count
+    if len(data) < position:
+        raise DecodeError(f"a sum of {count} parts has {position} bytes or more, got {len(data)}")
+    for result, length in struct.iter_unpack("<II", data[:position]):
+        outcomes.append(Outcome(result, data[position : position + length]))
+        position += length
+    return outcomes

@@ -1,0 +1,147 @@
+"""The station's own ADS service, AMS port 26000: faults, taps and statistics for our tools.
+
+No original has it. Texts are UTF-8 without NUL; what has structure is JSON, so that any ADS client
+can use it by ReadWrite.
+"""
+
+import json
+import time
+from typing import TYPE_CHECKING, Any
+
+from achse.ams import DeviceError
+from achse.codes import ReturnCode
+from achse.router.tap import Tap, encode_batch
+from achse.server import Device, RawGroup
+from achse.station.fault import FaultError
+from achse.station.statistics import statistics
+
+if TYPE_CHECKING:
+    from achse.station.station import Station
+
+__all__ = [
+    "FAULTS",
+    "SERVICE_PORT",
+    "STATISTICS",
+    "TAPS",
+    "StationService",
+]
+
+SERVICE_PORT = 26_000
+"""In the range that customers may use for servers of their own (26000 … 26999)."""
+
+FAULTS, TAPS, STATISTICS = 0xFA01, 0xFA02, 0xFA03
+"""Index groups."""
+
+_TAPS_PER_CLIENT = 4
+
+
+class StationService(Device):
+    """Faults, taps and statistics of one station, behind the front door as everything else."""
+
+    def __init__(self, station: "Station") -> None:
+        self._station = station
+        self._taps: dict[int, tuple[bytes, Tap]] = {}
+        self._last_tap = 0
+        super().__init__(
+            "achse station",
+            (0, 1, 0),
+            (
+                RawGroup(
+                    FAULTS,
+                    "faults",
+                    read=self._list_faults,
+                    read_write=self._add_fault,
+                    write=self._clear_fault,
+                    request="JSON of a fault, or UINT32 number to clear (0: all)",
+                    response="JSON: the list; of an addition its number or the error",
+                    description="Read lists, ReadWrite adds, Write clears.",
+                    source="achse",
+                ),
+                RawGroup(
+                    TAPS,
+                    "taps",
+                    read=self._take,
+                    read_write=self._open_tap,
+                    write=self._close_tap,
+                    last_offset=0xFFFF_FFFF,
+                    response="UINT32 tap; captures: UINT64 Unix ns, BYTE inwards, BYTE n, UINT32 m,"
+                    " BYTE[n] peer, BYTE[m] AMS packet",
+                    description="ReadWrite opens a tap; offset = tap: Read fetches what has passed,"
+                    " Write closes it.",
+                    source="achse",
+                ),
+                RawGroup(
+                    STATISTICS,
+                    "statistics",
+                    read=lambda offset, length, client: _json(statistics(self._station)),
+                    response="JSON",
+                    description="Connections, subscriptions, handles, queues, cycle.",
+                    source="achse",
+                ),
+            ),
+            clock=station.clock,
+        )
+
+    # faults ----------------------------------------------------------------------------------
+
+    def _list_faults(self, offset: int, length: int, client: bytes) -> bytes:
+        return _json([active.facts() for active in self._station.faults])
+
+    def _add_fault(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
+        try:
+            fields = json.loads(data.rstrip(b"\0"))
+            if not isinstance(fields, dict):
+                raise FaultError(f"a fault is a JSON object, got {type(fields).__name__}")
+            kind = fields.pop("kind", "")
+            active = self._station.faults.add(str(kind), **fields)
+        except (ValueError, DeviceError) as failure:
+            return _json({"error": str(failure)})
+        return _json({"number": active.number})
+
+    def _clear_fault(self, offset: int, data: bytes, client: bytes) -> None:
+        if len(data) != 4:
+            raise DeviceError(ReturnCode.INVALID_SIZE, f"a number is 4 bytes, got {len(data)}")
+        number = int.from_bytes(data, "little")
+        try:
+            self._station.faults.clear(number or None)
+        except KeyError:
+            raise DeviceError(ReturnCode.NOT_FOUND, f"fault {number}") from None
+
+    # taps ------------------------------------------------------------------------------------
+
+    def _open_tap(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
+        if sum(owner == client for owner, _ in self._taps.values()) >= _TAPS_PER_CLIENT:
+            raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{_TAPS_PER_CLIENT} taps are open")
+        tap = Tap(self._station.router, time.time_ns, spared=self.address.port)
+        tap.open()
+        self._last_tap += 1
+        self._taps[self._last_tap] = (client, tap)
+        return self._last_tap.to_bytes(4, "little")
+
+    def _tap(self, number: int, client: bytes) -> Tap:
+        owner, tap = self._taps.get(number, (None, None))
+        if tap is None or owner != client:
+            raise DeviceError(ReturnCode.NOT_FOUND, f"tap {number}")
+        return tap
+
+    def _take(self, number: int, length: int, client: bytes) -> bytes:
+        return encode_batch(self._tap(number, client).take(length))
+
+    def _close_tap(self, number: int, data: bytes, client: bytes) -> None:
+        self._tap(number, client).close()
+        del self._taps[number]
+
+    def end_client(self, client: bytes) -> None:
+        """Close what a client left open."""
+        for number, (owner, tap) in list(self._taps.items()):
+            if owner == client:
+                tap.close()
+                del self._taps[number]
+        super().end_client(client)
+
+    def _clients(self) -> set[bytes]:
+        return super()._clients() | {owner for owner, _ in self._taps.values()}
+
+
+def _json(document: Any) -> bytes:
+    return json.dumps(document).encode()

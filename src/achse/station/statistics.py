@@ -1,0 +1,44 @@
+"""Figures about a running station: who is connected, what they hold, whether it keeps up."""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from achse.station.station import Station
+
+__all__ = ["statistics"]
+
+
+def statistics(station: "Station") -> dict[str, Any]:
+    """Present figures as numbers and texts; times in seconds of station time."""
+    devices = []
+    for device in station.devices:
+        notifications = device.notifications
+        devices.append(
+            {
+                "name": device.name,
+                "ports": [address.port for address in device.addresses],
+                "state": device.ads_state.name,
+                "clients": len(set(notifications.clients)),
+                "subscriptions": len(notifications),
+                "samples_dropped": notifications.dropped,
+                "handles": 0 if device.symbols is None else device.symbols.count,
+            }
+        )
+    connections = [
+        connection for listener in station.listeners for connection in listener.connections
+    ]
+    pace = station.pace
+    return {
+        "time": station.time_ns / 1e9,
+        "tick": station.tick_ns / 1e9,
+        "late_ticks": 0 if pace is None else pace.late_ticks,
+        "rebases": 0 if pace is None else pace.rebases,
+        "connections": len(connections),
+        "connections_refused": sum(listener.refused for listener in station.listeners),
+        "connections_cut_off": sum(listener.cut_off for listener in station.listeners),
+        "queued_bytes": sum(connection.backlog for connection in connections),
+        "registered_ports": len(station.router.ports),
+        "lost_frames": station.router.lost_frames,
+        "faults": len(station.faults),
+        "devices": devices,
+    }

@@ -1,0 +1,25 @@
+"""`achse ads stats`: how a station of ours is doing."""
+
+from collections.abc import Callable
+from typing import Any
+
+
+def test_figures(lines: Callable[..., list[str]]) -> None:
+    shown = [line.split() for line in lines("ads", "stats")]
+    assert ["connections", "1"] in shown
+    assert any(line[:1] == ["851"] and "RUN" in line for line in shown)
+    assert next(line[:6] for line in shown if line[:1] == ["ports"]) == [
+        "ports",
+        "device",
+        "state",
+        "clients",
+        "subscriptions",
+        "handles",
+    ]
+
+
+def test_json(document: Callable[..., Any]) -> None:
+    figures = document("ads", "stats")
+    assert figures["connections"] == 1
+    ports = [device["ports"] for device in figures["devices"]]
+    assert {(10_000,), (500, 501), (851,), (26_000,)} <= set(map(tuple, ports))

@@ -1,0 +1,91 @@
+"""The station's own service: faults, taps and statistics for any ADS client."""
+
+import json
+import struct
+from typing import Any
+
+import pytest
+
+from achse.router.tap import decode_batch
+from achse.station import Station
+from achse.station.service import FAULTS, SERVICE_PORT, STATISTICS, TAPS
+
+
+@pytest.fixture
+def station() -> Station:
+    return Station.demo()
+
+
+@pytest.fixture
+def own(station: Station, client_of: Any) -> Any:
+    return client_of(station.router, SERVICE_PORT)
+
+
+def add(own: Any, **fields: Any) -> Any:
+    return json.loads(own.exchange(FAULTS, 0, 1000, json.dumps(fields).encode()))
+
+
+def test_faults_are_added_listed_and_cleared(station: Station, own: Any, refused: Any) -> None:
+    assert add(own, kind="drop", at=5.0) == {"number": 1}
+    assert add(own, kind="delay", by=0.1) == {"number": 2}
+    listed = json.loads(own.read(FAULTS, 0, 10_000))
+    assert [each["fault"]["kind"] for each in listed] == ["drop", "delay"]
+    own.put(FAULTS, 0, "<I", 1)
+    assert len(station.faults) == 1
+    with refused(0x70C):
+        own.put(FAULTS, 0, "<I", 1)
+    with refused(0x705):
+        own.write(FAULTS, 0, b"\1")
+    own.put(FAULTS, 0, "<I", 0)
+    assert len(station.faults) == 0
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        (b'{"kind": "melt"}', "kind: expected one of"),
+        (b'{"kind": "error", "code": 1, "symbol": "X.y"}', "symbol: no device"),
+        (b'{"kind": "error"}', "code: error needs it"),
+        (b"[]", "a fault is a JSON object"),
+        (b"\xff", "codec can't decode"),
+    ],
+)
+def test_a_fault_that_cannot_be_is_told(own: Any, data: bytes, told: str) -> None:
+    assert told in json.loads(own.exchange(FAULTS, 0, 1000, data))["error"]
+
+
+def test_a_tap_shows_what_others_do(station: Station, own: Any, client_of: Any) -> None:
+    (tap,) = struct.unpack("<I", own.exchange(TAPS, 0, 4, b""))
+    plc = client_of(station.router, 851)
+    plc.read(0x4020, 0, 4)
+    request, answer = decode_batch(own.read(TAPS, tap, 100_000))
+    assert (request.inwards, answer.inwards) == (True, False)
+    assert request.frame.target == plc.target
+    assert answer.frame.data[8:] == bytes(4)
+    assert own.read(TAPS, tap, 100_000) == b""
+
+
+def test_a_tap_belongs_to_who_opened_it_and_goes_with_him(
+    station: Station, own: Any, client_of: Any, refused: Any
+) -> None:
+    taps = [struct.unpack("<I", own.exchange(TAPS, 0, 4, b""))[0] for _ in range(4)]
+    with refused(0x716):
+        own.exchange(TAPS, 0, 4, b"")
+    other = client_of(station.router, SERVICE_PORT)
+    with refused(0x70C):
+        other.read(TAPS, taps[0], 100)
+    own.write(TAPS, taps[0])
+    with refused(0x70C):
+        own.read(TAPS, taps[0], 100)
+    station.router.unregister(own.address.port)
+    assert station.router._gates == ()
+
+
+def test_statistics(station: Station, own: Any, client_of: Any) -> None:
+    client_of(station.router, 851).subscribe(0x4020, 0, 4)
+    station.advance(0.5)
+    figures = json.loads(own.read(STATISTICS, 0, 100_000))
+    assert (figures["time"], figures["tick"], figures["connections"]) == (0.5, 0.002, 0)
+    by_port = {device["ports"][0]: device for device in figures["devices"]}
+    assert (by_port[851]["subscriptions"], by_port[851]["clients"]) == (1, 1)
+    assert by_port[500]["subscriptions"] == 0
