@@ -54,6 +54,7 @@ def plan(
         start = velocity
     if distance < 0.0:
         distance = 0.0
+    end = min(end, math.sqrt(start * start + 2.0 * acceleration * distance))
     peak = math.sqrt(
         2.0
         * acceleration
@@ -63,10 +64,8 @@ def plan(
     )
     if peak > velocity:
         peak = velocity
-    if peak < start:  # too short to reach the end velocity: slow down as far as it goes
+    if peak < start:
         peak = start
-    if end > peak:
-        end = peak
     way = (peak * peak - start * start) / (2.0 * acceleration)
     way += (peak * peak - end * end) / (2.0 * deceleration)
     if peak > start:
