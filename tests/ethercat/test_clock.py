@@ -193,3 +193,11 @@ def test_continuous_latching_takes_each_edge(master: Any) -> None:
         master.advance(1)
         esc.latch(0, rising=True)
         assert int.from_bytes(esc.memory[0x09B0:0x09B8], "little") == milliseconds * 1_000_000
+
+
+def test_events_faster_than_the_local_cycle_are_missed(master: Any) -> None:
+    arm(master, 7, 1_000_000)
+    master.advance(1)
+    cycles = master.line[0].cycles
+    master.advance(1000)
+    assert master.line[0].cycles - cycles == pytest.approx(4000, abs=2)

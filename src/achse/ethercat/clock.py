@@ -184,14 +184,14 @@ class DistributedClock:
             ahead = -(-ahead * 10**9 // (10**9 + self._drift_ppb))
         self.sync0_due_ns = now_ns + max(ahead, 0)
 
-    def sync0(self) -> int | None:
-        """The SYNC0 event happens: go on to the next, and say when it is due."""
+    def sync0(self, elapsed_ns: int) -> int | None:
+        """SYNC0 events of `elapsed_ns`, a multiple of the cycle, happen: when the next is due."""
         if self._next_sync0 is not None and self.sync0_due_ns is not None:
-            self._next_sync0 += self.cycle_ns
+            self._next_sync0 += elapsed_ns
             if self._drift_ppb:
                 self._schedule()
             else:
-                self.sync0_due_ns += self.cycle_ns
+                self.sync0_due_ns += elapsed_ns
         return self.sync0_due_ns
 
     def refresh_start(self) -> None:

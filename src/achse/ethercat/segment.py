@@ -318,6 +318,8 @@ class Segment:
             else:
                 position = -adp & 0xFFFF
                 addressed = order[position : position + 1]
+        if begin == end:
+            return  # no byte is read or written
         count = 0
         if command.multiple and ado == _SYSTEM_TIME:
             count = self._pass_time(addressed, buffer, begin, end)

@@ -330,8 +330,10 @@ class Slave:
             if due == self._sync0_due:
                 clock = self.esc.clock
                 elapsed = clock.cycle_ns
+                if elapsed < self._local_cycle_ns:  # too short: events are missed
+                    elapsed *= -(-self._local_cycle_ns // elapsed)
                 self._timer_due = _NEVER
-                self.due_ns = self._sync0_due = clock.sync0() or _NEVER
+                self.due_ns = self._sync0_due = clock.sync0(elapsed) or _NEVER
             else:
                 elapsed = self._local_cycle_ns
                 if due + elapsed <= now_ns:  # what nothing interrupts passes at once
