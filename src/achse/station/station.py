@@ -154,7 +154,13 @@ class Station:
     @property
     def state(self) -> AdsState:
         """RUN, CONFIG, or STOP while it changes to one of them."""
-        return self._kept[0].ads_state
+        return self._system.ads_state
+
+    @property
+    def _system(self) -> SystemDevice:
+        system = self._kept[0]
+        assert isinstance(system, SystemDevice)
+        return system
 
     def _change_to(self, state: AdsState) -> None:
         arrival = self.time_ns + self.config.system.restart_time
@@ -173,10 +179,10 @@ class Station:
             if device not in self._kept:
                 device.detach()
         self._take(assembly.idle(self._kept, self.tick_ns, self.clock))
-        self._kept[0].ads_state = AdsState.STOP
+        self._system.ads_state = AdsState.STOP
 
     def _enter_config(self) -> None:
-        self._kept[0].ads_state = AdsState.CONFIG
+        self._system.ads_state = AdsState.CONFIG
 
     def _run(self) -> None:
         try:
@@ -190,10 +196,8 @@ class Station:
         for plc in parts.plcs.values():
             plc.begin(self.time_ns)
         self._take(parts)
-        system = self._kept[0]
-        assert isinstance(system, SystemDevice)
-        system.restart_index += 1
-        system.ads_state = AdsState.RUN
+        self._system.restart_index += 1
+        self._system.ads_state = AdsState.RUN
 
     def _end(self) -> None:
         for device in self.devices:
@@ -270,7 +274,7 @@ class Station:
         Searches are answered at `udp_port`, see `RouterConfig`; routes are dialled when needed.
         Raises OSError if a port is taken.
         """
-        network = Network(self.config, self.router, self._kept[0].version)
+        network = Network(self.config, self.router, self._system.version)
         await network.open(host, tcp_port, udp_port)
         self.listeners = (*self.listeners, network.listener)
         cycle = asyncio.create_task(self._cycle(speed, until))
@@ -281,6 +285,7 @@ class Station:
             cycle.cancel()
             await asyncio.gather(cycle, return_exceptions=True)
             await network.close()
+            self._system.files.close_all()
             self.listeners = tuple(each for each in self.listeners if each is not network.listener)
 
     async def _cycle(self, speed: float, until: float | None) -> None:

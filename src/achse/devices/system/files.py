@@ -145,6 +145,11 @@ class Files:
         for handle in [h for h, entry in self._open.items() if entry.client == client]:
             self._close(handle)
 
+    def close_all(self) -> None:
+        """Close whatever is open."""
+        for handle in list(self._open):
+            self._close(handle)
+
     def sweep(self, now_ns: int) -> None:
         """Close what was not used for ten minutes."""
         if now_ns < self._next_sweep:

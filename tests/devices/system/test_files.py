@@ -1,0 +1,301 @@
+"""File services: both forms, modes, positions, handles of clients, what is refused."""
+
+import os
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from achse.devices.system import SystemDevice
+from achse.devices.system.files import FIND_ENTRY, Mode
+from achse.router import Router
+
+READ, WRITE, APPEND, PLUS = Mode.READ, Mode.WRITE, Mode.APPEND, Mode.PLUS
+BINARY, TEXT, ENSURE = Mode.BINARY, Mode.TEXT, Mode.ENSURE_FOLDER
+GENERIC = 1 << 16
+NO_SEEK = 0xFFFF_FFFF
+
+
+def opened(client: Any, name: bytes, mode: int) -> int:
+    (handle,) = struct.unpack("<I", client.exchange(120, mode, 4, name))
+    return int(handle)
+
+
+def read(client: Any, handle: int, length: int = 0xFFFF) -> bytes:
+    return bytes(client.exchange(122, handle, length, b""))
+
+
+def close(client: Any, handle: int) -> None:
+    client.exchange(121, handle, 0, b"")
+
+
+# today's form
+
+
+def test_a_file_is_read_in_pieces_and_to_its_end(client: Any) -> None:
+    handle = opened(client, b"a.txt\0", READ | BINARY | GENERIC)
+    assert read(client, handle, 5) == b"first"
+    assert client.exchange(130, handle, 4, b"") == b"\0\0\0\0"
+    assert read(client, handle, 0xFFFF_FFFF) == b"\r\nsecond\n"
+    assert client.exchange(130, handle, 4, b"") == b"\1\0\0\0"
+    assert read(client, handle) == b""
+
+
+def test_a_file_is_written_appended_and_updated(client: Any, root: Path) -> None:
+    handle = opened(client, b"new.bin", WRITE)
+    client.exchange(123, handle, 0, b"abc")
+    client.exchange(123, handle, 0, b"def")
+    close(client, handle)
+    handle = opened(client, b"new.bin", APPEND)
+    client.exchange(123, handle, 0, b"ghi")
+    close(client, handle)
+    handle = opened(client, b"new.bin", READ | PLUS)
+    client.exchange(124, handle, 0, struct.pack("<iI", 3, 0))
+    client.exchange(123, handle, 0, b"DEF")
+    assert read(client, handle) == b"ghi"
+    assert (root / "new.bin").read_bytes() == b"abcDEFghi"
+
+
+@pytest.mark.parametrize(
+    ("origin", "position", "expected"), [(0, 2, 2), (1, 2, 7), (2, -3, 11), (2, 10, 24)]
+)
+def test_seek_and_tell(client: Any, origin: int, position: int, expected: int) -> None:
+    handle = opened(client, b"a.txt", READ)
+    read(client, handle, 5)
+    client.exchange(124, handle, 0, struct.pack("<iI", position, origin))
+    assert struct.unpack("<i", client.exchange(125, handle, 4, b"")) == (expected,)
+
+
+@pytest.mark.parametrize(
+    ("data", "code"),
+    [(struct.pack("<iI", -1, 0), 0x70B), (struct.pack("<iI", 0, 3), 0x70B), (bytes(4), 0x705)],
+)
+def test_a_seek_that_cannot_be(client: Any, refused: Any, data: bytes, code: int) -> None:
+    handle = opened(client, b"a.txt", READ)
+    with refused(code):
+        client.exchange(124, handle, 0, data)
+
+
+def test_lines_and_texts(client: Any, root: Path) -> None:
+    handle = opened(client, b"a.txt", READ | TEXT)
+    assert client.exchange(126, handle, 4, b"") == b"fir\0"
+    assert client.exchange(126, handle, 255, b"") == b"st\r\n\0"
+    assert client.exchange(126, handle, 255, b"") == b"second\n\0"
+    assert client.exchange(126, handle, 255, b"") == b""
+    handle = opened(client, b"b.txt", WRITE | TEXT)
+    client.exchange(127, handle, 0, b"line\n\0rest of a buffer")
+    assert (root / "b.txt").read_bytes() == b"line\n"
+
+
+def test_missing_folders_are_made_where_asked_for(client: Any, refused: Any, root: Path) -> None:
+    with refused(0x70C):
+        opened(client, b"x/y/z", WRITE)
+    opened(client, b"x/y/z", WRITE | ENSURE)
+    assert (root / "x" / "y" / "z").is_file()
+
+
+@pytest.mark.parametrize("mode", [0, READ | WRITE, BINARY, READ | BINARY | TEXT, READ | 0x100])
+def test_modes_that_are_none(client: Any, refused: Any, mode: int) -> None:
+    with refused(0x703):
+        opened(client, b"a.txt", mode)
+
+
+def test_what_cannot_be_opened(client: Any, refused: Any, root: Path) -> None:
+    (root / "sub").mkdir()
+    os.mkfifo(root / "pipe")
+    for name in (b"none", b"sub", b"pipe", b"../secret.txt", b"a.txt/x"):
+        with refused(0x70C):
+            opened(client, name, READ)
+    with refused(0x703):
+        opened(client, b"a.txt", READ | 99 << 16)
+
+
+def test_a_file_does_only_what_it_was_opened_for(client: Any, refused: Any) -> None:
+    reading, writing = opened(client, b"a.txt", READ), opened(client, b"b", WRITE)
+    with refused(0x70E):
+        client.exchange(123, reading, 0, b"x")
+    with refused(0x70E):
+        read(client, writing)
+
+
+def test_a_file_does_not_grow_without_end(client: Any, refused: Any) -> None:
+    handle = opened(client, b"b", WRITE)
+    client.exchange(124, handle, 0, struct.pack("<iI", 0x4000_0000, 0))
+    with refused(0x70A):
+        client.exchange(123, handle, 0, b"x")
+
+
+# the older form
+
+
+def test_create_write_seek_read_close_as_the_manual_has_it(client: Any, root: Path) -> None:
+    (handle,) = struct.unpack("<I", client.exchange(100, 1, 4, b"old.dat"))
+    client.write(handle, NO_SEEK, b"0123456789")
+    client.write(handle, 2, b"xy")
+    assert client.read(handle, 0, 4) == b"01xy"
+    assert client.read(handle, NO_SEEK, 2) == b"45"
+    assert client.read(handle, 8, 0) == b""
+    assert client.read(handle, NO_SEEK, 100) == b"89"
+    client.write(handle, NO_SEEK, b"")
+    assert (root / "old.dat").read_bytes() == b"01xy456789"
+
+
+def test_101_and_102_give_minus_one_for_a_missing_file(client: Any, root: Path) -> None:
+    assert client.exchange(101, 1, 4, b"none") == b"\xff\xff\xff\xff"
+    assert client.exchange(102, 1, 4, b"none") == b"\xff\xff\xff\xff"
+    assert client.exchange(101, 1, 4, b"../secret.txt") == b"\xff\xff\xff\xff"
+    assert not (root / "none").exists()
+
+
+def test_102_empties_the_file_101_only_reads(client: Any, refused: Any, root: Path) -> None:
+    (handle,) = struct.unpack("<I", client.exchange(101, 1, 4, b"a.txt"))
+    with refused(0x70E):
+        client.write(handle, NO_SEEK, b"x")
+    (handle,) = struct.unpack("<I", client.exchange(102, 1, 4, b"a.txt"))
+    assert (root / "a.txt").read_bytes() == b""
+    client.write(handle, NO_SEEK, b"x")
+    assert read(client, handle) == b""
+
+
+def test_a_plain_write_cannot_open(client: Any, refused: Any) -> None:
+    with refused(0x704):
+        client.write(100, 1, b"x")
+
+
+# names
+
+
+def test_delete_rename_and_folders(client: Any, refused: Any, root: Path) -> None:
+    client.exchange(138, 1, 0, b"sub\0")
+    with refused(0x70F):
+        client.exchange(138, 1, 0, b"sub\0")
+    client.exchange(132, GENERIC, 0, b"a.txt\0sub/b.txt\0")
+    assert (root / "sub" / "b.txt").exists()
+    with refused(0x70F):
+        client.exchange(139, 1, 0, b"sub")
+    with refused(0x70C):
+        client.exchange(131, GENERIC, 0, b"sub")
+    client.exchange(131, GENERIC, 0, b"sub\\b.txt")
+    client.exchange(131, GENERIC | Mode.ENABLE_FOLDER, 0, b"sub")
+    assert list(root.iterdir()) == []
+    with refused(0x70C):
+        client.exchange(131, GENERIC, 0, b"a.txt")
+    with refused(0x705):
+        client.exchange(132, GENERIC, 0, b"a.txt")
+
+
+def test_rename_replaces_nothing(client: Any, refused: Any, root: Path) -> None:
+    (root / "b").write_text("b")
+    with refused(0x70F):
+        client.exchange(132, GENERIC, 0, b"a.txt\0b\0")
+    with refused(0x70C):
+        client.exchange(132, GENERIC, 0, b"a.txt\0../b\0")
+
+
+def test_a_link_is_deleted_not_what_it_leads_to(client: Any, root: Path) -> None:
+    (root / "out").symlink_to(root.parent / "secret.txt")
+    client.exchange(131, GENERIC, 0, b"out")
+    assert (root.parent / "secret.txt").exists()
+    assert not (root / "out").is_symlink()
+
+
+def test_find_tells_one_entry_per_request(client: Any, refused: Any, root: Path) -> None:
+    (root / "sub").mkdir()
+    os.utime(root / "a.txt", ns=(0, 0))
+    data = client.exchange(133, 1, 324, b"*")
+    assert len(data) == FIND_ENTRY.size == 324
+    handle, attributes, _, _, written, high, low, name = FIND_ENTRY.unpack(data)
+    assert (attributes, high, low, name.rstrip(b"\0")) == (0x20, 0, 14, b"a.txt")
+    assert written == 116_444_736_000_000_000
+    assert data[48:54] == b"a.txt\0"
+    _, attributes, *_, name = FIND_ENTRY.unpack(client.exchange(133, handle, 324, b""))
+    assert (attributes, name.rstrip(b"\0")) == (0x10, b"sub")
+    with refused(0x70C):
+        client.exchange(133, handle, 324, b"")
+    with refused(0x70C):
+        client.exchange(133, handle, 324, b"")
+    with refused(0x70C):
+        client.exchange(133, 1, 324, b"none")
+
+
+def test_a_search_can_be_given_up(client: Any, device: SystemDevice, refused: Any) -> None:
+    (handle,) = struct.unpack_from("<I", client.exchange(133, 1, 324, b"*"))
+    client.write(111, 0, struct.pack("<I", handle))
+    assert len(device.files) == 0
+    with refused(0x70C):
+        client.write(111, 0, struct.pack("<I", handle))
+    with refused(0x705):
+        client.write(111, 0, b"")
+
+
+# handles
+
+
+def test_a_handle_is_its_clients_own_and_ends_with_it(
+    device: SystemDevice, router: Router, client_of: Callable[..., Any], refused: Any
+) -> None:
+    one, other = client_of(router, 10_000), client_of(router, 10_000)
+    handle = opened(one, b"a.txt", READ)
+    with refused(0x70C):
+        read(other, handle)
+    with refused(0x70C):
+        close(other, handle)
+    router.unregister(one.address.port)
+    assert len(device.files) == 0
+
+
+def test_a_closed_handle_is_not_given_out_at_once(client: Any, refused: Any) -> None:
+    first = opened(client, b"a.txt", READ)
+    close(client, first)
+    assert opened(client, b"a.txt", READ) != first
+    with refused(0x70C):
+        read(client, first)
+
+
+def test_handles_of_a_client_are_limited(client: Any, refused: Any, device: SystemDevice) -> None:
+    handles = [opened(client, b"a.txt", READ) for _ in range(64)]
+    with refused(0x716):
+        opened(client, b"a.txt", READ)
+    assert 0 not in handles
+    close(client, handles[0])
+    opened(client, b"a.txt", READ)
+    device.end_client(client.address)
+    assert len(device.files) == 0
+
+
+def test_handles_of_all_clients_are_limited(
+    device: SystemDevice, router: Router, client_of: Callable[..., Any], refused: Any
+) -> None:
+    clients = [client_of(router, 10_000) for _ in range(5)]
+    for client in clients[:4]:
+        for _ in range(64):
+            opened(client, b"a.txt", READ)
+    with refused(0x716):
+        opened(clients[4], b"a.txt", READ)
+    for client in clients:
+        device.end_client(client.address)
+
+
+def test_what_nobody_uses_is_closed_after_ten_minutes(
+    client: Any, device: SystemDevice, clock: Any, refused: Any
+) -> None:
+    used, unused = opened(client, b"a.txt", READ), opened(client, b"a.txt", READ)
+    clock.now += 599_000_000_000
+    read(client, used)
+    clock.now += 2_000_000_000
+    device.notify(clock.now)
+    read(client, used)
+    with refused(0x70C):
+        read(client, unused)
+
+
+def test_without_a_folder_files_are_not_supported(
+    client_of: Callable[..., Any], router: Router, refused: Any
+) -> None:
+    SystemDevice(clock=lambda: 0).attach(router, 10_000)
+    client = client_of(router, 10_000)
+    for group in (100, 101, 102, 120, 131, 133, 138):
+        with refused(0x701):
+            client.exchange(group, 1, 4, b"a.txt")

@@ -1,0 +1,112 @@
+"""Route services: entries byte by byte, changes, refusals."""
+
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.ams import DeviceError, NetId
+from achse.devices.system import SystemDevice
+from achse.devices.system.routes import RouteEntry
+from achse.router import Router
+from achse.router.routes import Route
+
+BY_A_TOOL = (
+    bytes([5, 1, 1, 1, 1, 1])
+    + bytes([1, 0, 32])
+    + bytes(23)
+    + bytes([9])
+    + bytes(3)
+    + bytes([5])
+    + bytes(7)
+    + b"10.0.0.1\0mill\0"
+)
+"""How a C# tool writes a route to group 801."""
+
+
+def test_the_list_has_its_fields_where_real_targets_have_them(client: Any) -> None:
+    entry = client.read(803, 0, 0xFFFF)
+    assert entry[:6] == bytes([5, 9, 9, 9, 1, 1])
+    assert struct.unpack_from("<HIII", entry, 6) == (1, 0x20, 5000, 0)
+    assert struct.unpack_from("<II", entry, 32) == (9, 6)
+    assert entry[44:] == b"10.0.0.9\0press\0"
+
+
+def test_behind_the_last_route_the_list_ends(client: Any, refused: Any) -> None:
+    with refused(0x716):
+        client.read(803, 1, 0xFFFF)
+
+
+def test_a_route_of_a_tool_is_added_and_removed(client: Any, router: Router, refused: Any) -> None:
+    client.write(801, 0, BY_A_TOOL)
+    mill = Route(name="mill", net_id=NetId("5.1.1.1.1.1"), host="10.0.0.1")
+    assert list(router.routes)[1] == mill
+    client.write(802, 0, b"MILL\0")
+    assert router.routes.named("mill") is None
+    with refused(0x70C):
+        client.write(802, 0, b"mill\0")
+
+
+@pytest.mark.parametrize(
+    ("data", "code"),
+    [
+        (BY_A_TOOL[:43], 0x705),
+        (BY_A_TOOL[:-1], 0x705),
+        (BY_A_TOOL[:32] + b"\xff\xff\xff\xff" + BY_A_TOOL[36:], 0x705),
+        (bytes(6) + BY_A_TOOL[6:], 0x706),
+        (BY_A_TOOL[:-5] + bytes(5), 0x706),
+    ],
+)
+def test_what_is_no_route_is_refused(client: Any, refused: Any, data: bytes, code: int) -> None:
+    with refused(code):
+        client.write(801, 0, data)
+
+
+def test_a_full_table_has_no_more_room(client: Any, router: Router, refused: Any) -> None:
+    router.routes.limit = 1
+    with refused(0x716):
+        client.write(801, 0, BY_A_TOOL)
+
+
+def test_without_users_routes_cannot_be_changed(
+    client_of: Callable[..., Any], refused: Any
+) -> None:
+    router = Router(NetId("5.1.2.3.1.1"))
+    SystemDevice(clock=lambda: 0, routes=router.routes).attach(router, 10_000)
+    client = client_of(router, 10_000)
+    for group in (801, 802):
+        with refused(0x723):
+            client.write(group, 0, BY_A_TOOL)
+
+
+texts = st.text(st.characters(codec="cp1252", exclude_characters="\0"), max_size=40)
+numbers = st.integers(0, 0xFFFF_FFFF)
+
+
+@given(
+    st.builds(
+        RouteEntry,
+        st.binary(min_size=6, max_size=6).map(NetId),
+        texts,
+        texts,
+        numbers,
+        numbers,
+        numbers,
+        st.integers(0, 0xFFFF),
+    )
+)
+def test_an_entry_survives_the_wire(entry: RouteEntry) -> None:
+    assert RouteEntry.decode(entry.encode()) == entry
+
+
+@given(st.binary(max_size=120))
+def test_any_bytes_are_an_entry_or_refused(data: bytes) -> None:
+    code = 0x705
+    try:
+        RouteEntry.decode(data).route()
+    except DeviceError as refusal:
+        code = refusal.code
+    assert code in (0x705, 0x706)
