@@ -1,0 +1,168 @@
+"""Discovery over real loopback sockets: searches, route requests, passwords, and who asks."""
+
+import asyncio
+import functools
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager
+from typing import Any
+
+import pytest
+
+from achse.ams import AmsAddress, NetId, RequestTimeout
+from achse.ams.discovery import (
+    Datagram,
+    DiscoveryService,
+    OsVersion,
+    RouteRequest,
+    SystemInfo,
+    info_request,
+    status_of,
+)
+from achse.router.access import PasswordHash, Users
+from achse.router.routes import Route, RouteTable
+from achse.transport.udp import ANYBODY, DiscoveryEndpoint, ask, change_route, scan
+
+OURS = NetId("5.1.2.3.1.1")
+THEIRS = NetId("10.0.0.7.1.1")
+INFO = SystemInfo(OURS, "press", (3, 1, 4024), OsVersion(6, 1, 0, 0, "Linux"))
+HASH = PasswordHash.parse("scrypt:2:1:1:AAAA:vHB3h6wZ/jDHYcTGNXKxOg==")
+WANTED = RouteRequest("me", THEIRS, "10.0.0.7", "Administrator", "1")
+
+
+def in_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
+    @functools.wraps(test)
+    def run(*arguments: Any, **fixtures: Any) -> None:
+        asyncio.run(asyncio.wait_for(test(*arguments, **fixtures), 10))
+
+    return run
+
+
+class Known(Users):
+    """Administrator with 1, checked at once."""
+
+    def __init__(self) -> None:
+        super().__init__({"Administrator": HASH})
+
+    def check(self, user: str, password: str) -> bool:
+        return (user, password) == ("Administrator", "1")
+
+
+@asynccontextmanager
+async def endpoint(
+    users: Users | None = None, routes: RouteTable | None = None
+) -> AsyncIterator[DiscoveryEndpoint]:
+    running = DiscoveryEndpoint(lambda: INFO, RouteTable() if routes is None else routes, users)
+    await running.open(port=0)
+    try:
+        yield running
+    finally:
+        await running.close()
+
+
+@in_loop
+async def test_a_search_finds_the_router_and_keeps_its_invoke_id() -> None:
+    async with endpoint() as router:
+        assert await scan(["127.0.0.1"], seconds=0.5, port=router.port, all_of_them=False) == [
+            (INFO, "127.0.0.1")
+        ]
+        question = info_request(ANYBODY)._replace(invoke_id=77)
+        async for answer, _ in ask(["127.0.0.1"], question, seconds=1, port=router.port):
+            assert answer.invoke_id == 77
+            break
+
+
+@in_loop
+async def test_a_search_waits_for_all_and_tells_each_once() -> None:
+    async with endpoint() as router:
+        found = await scan(["127.0.0.1", "127.0.0.1"], seconds=0.2, port=router.port)
+        assert found == [(INFO, "127.0.0.1")]
+
+
+@in_loop
+async def test_where_nobody_is_nobody_is_found() -> None:
+    async with endpoint() as router:
+        port = router.port
+    assert await scan(["127.0.0.1"], seconds=0.05, port=port) == []
+    with pytest.raises(RequestTimeout, match="answers nothing"):
+        await change_route("127.0.0.1", WANTED, seconds=0.05, port=port)
+
+
+@in_loop
+async def test_an_unknown_host_is_an_error() -> None:
+    with pytest.raises(OSError, match=r"known|resolution|address"):
+        await scan(["no.such.host.invalid"], seconds=0.05)
+
+
+@in_loop
+async def test_the_right_password_adds_and_deletes_a_route() -> None:
+    routes = RouteTable()
+    async with endpoint(Known(), routes) as router:
+        assert await change_route("127.0.0.1", WANTED, port=router.port) == 0
+        assert list(routes) == [Route(name="me", net_id=THEIRS, host="10.0.0.7")]
+        delete = functools.partial(
+            change_route, "127.0.0.1", service=DiscoveryService.DELETE_ROUTE, port=router.port
+        )
+        assert await delete(WANTED) == 0
+        assert await delete(WANTED) == 0x70C
+        assert list(routes) == []
+
+
+@in_loop
+async def test_a_temporary_route_without_host_leads_to_where_the_datagram_came_from() -> None:
+    routes = RouteTable()
+    async with endpoint(Known(), routes) as router:
+        wanted = WANTED._replace(host="", temporary=True)
+        assert await change_route("127.0.0.1", wanted, port=router.port) == 0
+        assert list(routes) == [Route(name="me", net_id=THEIRS, host="127.0.0.1", temporary=True)]
+
+
+@pytest.mark.parametrize(
+    ("users", "wanted", "status"),
+    [
+        (None, WANTED, 0x704),
+        (Known(), WANTED._replace(password="2"), 0x704),
+        (Known(), WANTED._replace(user="nobody"), 0x704),
+        (Known(), WANTED._replace(net_id=None), 0x706),
+        (Known(), WANTED._replace(name=""), 0x706),
+        (Known(), WANTED._replace(host="a:b"), 0x706),
+    ],
+)
+@in_loop
+async def test_what_is_refused(users: Users | None, wanted: RouteRequest, status: int) -> None:
+    routes = RouteTable()
+    async with endpoint(users, routes) as router:
+        assert await change_route("127.0.0.1", wanted, port=router.port) == status
+        assert list(routes) == []
+
+
+@in_loop
+async def test_other_services_are_not_supported_and_answers_not_answered() -> None:
+    async with endpoint() as router:
+        other = Datagram(99, AmsAddress.of(ANYBODY, 10_000))
+        async for answer, _ in ask(["127.0.0.1"], other, seconds=1, port=router.port):
+            assert status_of(answer) == 0x701
+            break
+        sent: list[Any] = []
+        router._send = lambda *what: sent.append(what)  # type: ignore[method-assign]
+        for data in (b"", b"x" * 24, INFO.encode(other).encode(), bytes(5000)):
+            router.datagram_received(data, ("127.0.0.1", 9))
+        assert sent == []
+        assert router.ignored == 4
+
+
+@in_loop
+async def test_requests_that_wait_for_their_password_are_limited() -> None:
+    async with endpoint(Known()) as router:
+        data = WANTED.encode(THEIRS).encode()
+        for _ in range(1000):
+            router.datagram_received(data, ("127.0.0.1", 9))
+        assert router.ignored == 1000 - 16
+
+
+@in_loop
+async def test_a_port_that_is_taken_is_an_error() -> None:
+    async with endpoint() as router:
+        second = DiscoveryEndpoint(lambda: INFO, RouteTable())
+        with pytest.raises(OSError, match="in use"):
+            await second.open(port=router.port)
+        await second.close()
