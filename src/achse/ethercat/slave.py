@@ -111,15 +111,15 @@ class Slave:
             self.esc.set_al_status(self.state, self.error, self.esc.alias)
 
     def _change(self, transition: Transition) -> None:
-        target = transition.target
-        check = _CHECKS.get(transition)
-        code = check(self) if check else AlStatus.NO_ERROR
         if transition is Transition.SO and not self._outputs_valid:
             # complete once outputs come, refused if none come in time
             self._opening = True
             self._fed_ns = self._time.now_ns
             self._plan_steps()
             return
+        target = transition.target
+        check = _CHECKS.get(transition)
+        code = check(self) if check else AlStatus.NO_ERROR
         if code is AlStatus.NO_ERROR:
             code = self.application.enter(target, self.esc.clock.cycle_ns, code)
             if target < self.state:
