@@ -2,7 +2,7 @@
 
 import typer
 
-from achse.cli import ads, axis, docs, fault, monitor, route, run, scan, stats
+from achse.cli import ads, axis, docs, fault, monitor, route, run, scan, stats, symbols
 
 __all__ = ["app"]
 
@@ -22,3 +22,4 @@ stats.register(ads.ads)
 monitor.register(app)
 scan.register(ads.ads)
 route.register(app, ads.ads)
+app.add_typer(symbols.symbols, name="symbols")

@@ -7,7 +7,8 @@ from achse.client.client import Client, Connecting, connect
 from achse.client.raw import DeviceInfo, DeviceState
 from achse.client.session import Backoff
 from achse.client.subscription import Sample, Subscription
-from achse.client.target import Target
+from achse.client.target import MethodResult, Target
+from achse.client.typed import Symbol
 
 __all__ = [
     "Backoff",
@@ -15,8 +16,10 @@ __all__ = [
     "Connecting",
     "DeviceInfo",
     "DeviceState",
+    "MethodResult",
     "Sample",
     "Subscription",
+    "Symbol",
     "Target",
     "connect",
 ]

@@ -22,8 +22,9 @@ from achse.client.raw import DeviceInfo, DeviceState
 from achse.client.session import Backoff
 from achse.client.subscription import Sample
 from achse.client.target import SendWhen
-from achse.iec import IecType, Typelike
+from achse.iec import IecType, Method, Typelike
 from achse.iec.symbols import SymbolEntry
+from achse.iec.typetable import TypeTable
 
 __all__ = ["Client", "Subscription", "Target", "connect"]
 
@@ -138,6 +139,14 @@ class Target:
     def type_of(self, name: str) -> IecType[Any]:
         """The type of symbol `name`."""
         return self._loop.run(self._inner.type_of(name))
+
+    def types(self) -> TypeTable:
+        """The types the device declares."""
+        return self._loop.run(self._inner.types())
+
+    def call(self, name: str, method: str | Method, /, **inputs: object) -> Any:
+        """Call a method of the function block `name`."""
+        return self._loop.run(self._inner.call(name, method, **inputs))
 
     def read_as(self, group: int, offset: int, type: Typelike) -> Any:
         """A value of `type` at a place."""

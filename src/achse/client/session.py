@@ -158,7 +158,7 @@ class Session:
             raise ConnectionLost(
                 f"{self.dialer.peer} did not answer within {self.timeout:g} s"
             ) from None
-        except (OSError, AdsError) as error:
+        except (OSError, UnicodeError, AdsError) as error:
             raise ConnectionLost(f"cannot connect to {self.dialer.peer}: {error}") from error
         self._link = self._ready = link
         self._opened.set()

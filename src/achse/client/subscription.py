@@ -45,6 +45,10 @@ _PASSING = frozenset(
 """A device that answers one of these may answer otherwise in a moment."""
 
 
+LONGEST_TIME = 429.4967295
+"""Seconds that fit into the 32 bits of a notification's times."""
+
+
 class Place(NamedTuple):
     """Where a variable lies, how long it is and which type its bytes are."""
 
@@ -92,11 +96,10 @@ class Timing(NamedTuple):
     @classmethod
     def of(cls, mode: TransmissionMode, max_delay: float, cycle_time: float) -> "Timing":
         """From seconds; ValueError if negative or beyond 429 s, what the field holds."""
-        ticks = [round(seconds * 1e7) for seconds in (max_delay, cycle_time)]
-        for seconds, tick in zip((max_delay, cycle_time), ticks, strict=True):
-            if not 0 <= tick <= 0xFFFF_FFFF:
-                raise ValueError(f"a notification time is 0..429.4967295 s, got {seconds:g}")
-        return cls(mode, *ticks)
+        for seconds in (max_delay, cycle_time):
+            if not 0 <= seconds <= LONGEST_TIME:
+                raise ValueError(f"a notification time is 0..{LONGEST_TIME} s, got {seconds:g}")
+        return cls(mode, round(max_delay * 1e7), round(cycle_time * 1e7))
 
 
 class _Channel:
@@ -149,6 +152,11 @@ class Subscription:
         self._reader: asyncio.Future[None] | None = None
         self._over = False
         self._error: AdsError | None = None
+
+    @property
+    def pending(self) -> int:
+        """Samples that have come and wait to be fetched."""
+        return len(self._queue)
 
     @property
     def target(self) -> AmsAddress:

@@ -28,7 +28,7 @@ from achse.codes import ReturnCode
 from achse.iec import USINT, DeclarationError, IecDecodeError
 from achse.iec.datatypes import DataTypeEntry, decode_types
 from achse.iec.names import ELEMENTARY
-from achse.iec.symbols import SymbolEntry, UploadInfo, decode_symbols, fold
+from achse.iec.symbols import SymbolEntry, UploadFlag, UploadInfo, decode_symbols, fold
 from achse.iec.text import Coding, decode_text, encode_text
 from achse.iec.typetable import TypeTable
 
@@ -69,6 +69,7 @@ class SymbolBook:
         self._kept = False
         self._coding: Coding = "cp1252"
         self._places: dict[str, Place] = {}
+        self._methods: dict[str, int] = {}
         self._types = TypeTable()
         self._asked: set[str] = set()
         self._entries: dict[str, SymbolEntry] | None = None
@@ -130,6 +131,32 @@ class SymbolBook:
             table = await self._device.read_raw(0xF00B, 0, info.symbol_bytes)
         return _decoded(decode_symbols, table, info.coding)
 
+    async def all_types(self) -> TypeTable:
+        """Every type of the device (0xF00E), or of one without that table those of its symbols."""
+        await self._upload_types()
+        if not len(self._types):
+            self._asked.clear()
+            await self._fetch_types(entry.type_name for entry in await self.entries())
+        return self._types
+
+    async def method_handle(self, path: str) -> int:
+        """The handle of a method, like `MAIN.fbMotor#Start`; kept until it is out of date."""
+        key = fold(path)
+        handle = self._methods.get(key)
+        if handle is None:
+            edition = self._edition
+            data = await self._device.read_write_raw(0xF003, 0, 4, self._wire_name(path))
+            if len(data) < 4:
+                raise DecodeError(f"handle of {path}: 4 bytes, got {len(data)}")
+            handle = int.from_bytes(data[:4], "little")
+            if edition == self._edition:
+                self._methods[key] = handle
+        return handle
+
+    def forget_method(self, path: str) -> None:
+        """The handle of that method is out of date."""
+        self._methods.pop(fold(path), None)
+
     # forgetting ------------------------------------------------------------------------------
 
     def forget(self, place: Place) -> None:
@@ -143,6 +170,7 @@ class SymbolBook:
         """Forget everything."""
         self._edition += 1
         self._places.clear()
+        self._methods.clear()
         self._types = TypeTable()
         self._asked.clear()
         self._entries = None
@@ -176,7 +204,8 @@ class SymbolBook:
         self.clear()
 
     def _handles(self) -> list[int]:
-        return [place.offset for place in self._places.values() if place.group == 0xF005]
+        places = [place.offset for place in self._places.values() if place.group == 0xF005]
+        return [*places, *self._methods.values()]
 
     async def _release(self, handles: Iterable[int]) -> None:
         parts = [WriteRequest(0xF006, 0, handle.to_bytes(4, "little")) for handle in handles]
@@ -286,6 +315,9 @@ class SymbolBook:
                     entry = _decoded(DataTypeEntry.decode, outcome.data, self._coding)
                     self._types.add(entry)
                     parts += [entry.type_name, *(member.type_name for member in entry.members)]
+                    for method in entry.methods:
+                        parts += [method.return_type]
+                        parts += [parameter.type_name for parameter in method.parameters]
             missing = self._missing(parts)
 
     def _missing(self, texts: Iterable[str]) -> list[str]:
@@ -305,7 +337,10 @@ class SymbolBook:
             if error.code not in NOT_OFFERED:
                 raise
             return
-        self._types = TypeTable(_decoded(decode_types, table, info.coding))
+        narrow = info.code_page != 0 and not info.flags & UploadFlag.PLATFORM_64_BIT
+        self._types = TypeTable(
+            _decoded(decode_types, table, info.coding), pointer_size=4 if narrow else 8
+        )
 
     async def _upload_info(self) -> UploadInfo:
         try:

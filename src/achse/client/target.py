@@ -2,20 +2,40 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine, Iterable, Mapping, Sequence
-from typing import Any, Literal, TypeVar, overload
+from typing import Any, Literal, NamedTuple, TypeVar, overload
 
-from achse.ams import AdsError, AmsAddress, DeviceError, NetId, RequestTimeout, TransmissionMode
+from achse.ams import (
+    AdsError,
+    AmsAddress,
+    DecodeError,
+    DeviceError,
+    NetId,
+    RequestTimeout,
+    TransmissionMode,
+)
 from achse.ams.commands import ReadRequest, WriteRequest
 from achse.client.raw import STALE, RawTarget
 from achse.client.session import Session
 from achse.client.subscription import Place, Subscription, Timing
 from achse.client.sums import Outcome
 from achse.client.symbols import SymbolBook
-from achse.iec import IecType, IecValueError, Typelike, iec_type
+from achse.codes import ReturnCode
+from achse.iec import (
+    IecDecodeError,
+    IecPathError,
+    IecType,
+    IecValueError,
+    Method,
+    PointerType,
+    StructType,
+    Typelike,
+    iec_type,
+    resolved,
+)
 from achse.iec.symbols import SymbolEntry
-from achse.iec.typetable import OpaqueType
+from achse.iec.typetable import OpaqueType, TypeTable
 
-__all__ = ["SendWhen", "Target"]
+__all__ = ["MethodResult", "SendWhen", "Target"]
 
 V = TypeVar("V")
 
@@ -29,6 +49,15 @@ def _mode(send: SendWhen) -> TransmissionMode:
     if send == "cycle":
         return TransmissionMode.SERVER_CYCLE
     return TransmissionMode(send)
+
+
+class MethodResult(NamedTuple):
+    """What a method with outputs answers."""
+
+    value: Any
+    """The return value, None if it has none."""
+    outputs: Mapping[str, Any]
+    """The outputs by name."""
 
 
 class Target(RawTarget):
@@ -215,6 +244,58 @@ class Target(RawTarget):
     async def type_of(self, name: str) -> IecType[Any]:
         """The type of symbol `name`, as the device declares it."""
         return (await self._soon(self._book.place(name))).type
+
+    async def types(self) -> TypeTable:
+        """The types the device declares; empty if it has no tables."""
+        return await self._book.all_types()
+
+    async def call(self, name: str, method: str | Method, /, **inputs: object) -> Any:
+        """Call a method of the function block `name`: `await plc.call("MAIN.fb", "Add", nA=1)`.
+
+        The answer is the return value (None without one); of a method with outputs a
+        `MethodResult` with both. Inputs and answer have the types the device declares; for a
+        device that declares none, give a `Method`. Raises `IecValueError` for inputs that do not
+        fit, `DeviceError` 0x710 if there is no such method.
+        """
+        declared = method if isinstance(method, Method) else await self._method(name, method)
+        data = declared.encode_inputs(inputs)
+        path = f"{name}#{declared.name}"
+        try:
+            try:
+                answer = await self._call(path, declared, data)
+            except DeviceError as error:
+                if error.code not in STALE:
+                    raise
+                self._book.forget_method(path)
+                answer = await self._call(path, declared, data)
+            results = declared.decode_answer(answer)
+        except DeviceError as error:
+            raise DeviceError(error.code, f"call {path}") from error
+        except IecDecodeError as error:
+            raise DecodeError(f"call {path}: {error}") from error
+        value = None if declared.returns is None else results[0]
+        if not declared.outputs:
+            return value
+        values = results[len(results) - len(declared.outputs) :]
+        names = [output.name for output in declared.outputs]
+        return MethodResult(value, dict(zip(names, values, strict=True)))
+
+    async def _call(self, path: str, method: Method, data: bytes) -> bytes:
+        handle = await self._soon(self._book.method_handle(path))
+        return await self.read_write_raw(0xF005, handle, method.answer_size, data)
+
+    async def _method(self, name: str, method: str) -> Method:
+        type = resolved(await self.type_of(name))
+        while isinstance(type, PointerType):
+            type = resolved(type.target)
+        try:
+            if isinstance(type, StructType):
+                return type.method(method)
+        except IecPathError:
+            pass
+        raise DeviceError(
+            ReturnCode.SYMBOL_NOT_FOUND, f"{name} : {type.name} declares no method {method}"
+        )
 
     # by place ----------------------------------------------------------------------------------
 

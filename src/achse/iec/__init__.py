@@ -22,6 +22,7 @@ from achse.iec.declare import (
 from achse.iec.derived import (
     AliasType,
     InterfaceType,
+    OpaqueType,
     PointerType,
     ReferenceType,
     SubrangeType,
@@ -136,6 +137,7 @@ __all__ = [
     "Kind",
     "Method",
     "Nanoseconds",
+    "OpaqueType",
     "Parameter",
     "Place",
     "PointerType",

@@ -50,6 +50,11 @@ class Method:
         returned = () if self.returns is None else (self.returns,)
         return (*returned, *(item.type for item in self.outputs))
 
+    @cached_property
+    def answer_size(self) -> int:
+        """Bytes of return value and outputs."""
+        return sum(type.size for type in self._answers)
+
     def encode_inputs(self, values: Mapping[str, object]) -> bytes:
         """The data of a call. Raises `IecValueError` if an input is missing or unknown."""
         given = {name.lower(): value for name, value in values.items()}

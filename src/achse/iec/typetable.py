@@ -51,7 +51,7 @@ class TypeTable:
 
     def __init__(self, entries: Iterable[DataTypeEntry] = (), *, pointer_size: int = 8) -> None:
         self._entries = {entry.name.lower(): entry for entry in entries}
-        self._pointer_size = pointer_size
+        self.pointer_size = pointer_size
         self._types: dict[str, IecType[Any]] = {}
         self._building: list[str] = []
 
@@ -78,7 +78,7 @@ class TypeTable:
 
         Raises `DeclarationError` for an unknown name, `IecDecodeError` for a bad entry.
         """
-        return parse_type(name, self._find, pointer_size=self._pointer_size)
+        return parse_type(name, self._find, pointer_size=self.pointer_size)
 
     def symbol_type(self, symbol: SymbolEntry) -> IecType[Any]:
         """The type of a symbol: by name, else by its ADST id, else its bytes."""
@@ -151,8 +151,8 @@ class TypeTable:
                 comment=entry.comment,
                 attributes=dict(entry.attributes),
             )
-        if entry.adst == Adst.BIGTYPE and entry.size == self._pointer_size:
-            return InterfaceType(entry.name, self._pointer_size)
+        if entry.adst == Adst.BIGTYPE and entry.size == self.pointer_size:
+            return InterfaceType(entry.name, self.pointer_size)
         return _by_adst(entry.name, entry.size, entry.adst)
 
     def _find_other(self, entry: DataTypeEntry) -> Any:

@@ -3,13 +3,9 @@
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from achse.iec.arrays import ArrayType
 from achse.iec.datatypes import DataTypeEntry
-from achse.iec.derived import PointerType
 from achse.iec.describe import describe_type
-from achse.iec.names import ELEMENTARY
-from achse.iec.strings import StringType
-from achse.iec.symbolfiles.model import FileVariable, SymbolFile
+from achse.iec.symbolfiles.model import FileVariable, SymbolFile, is_defined
 from achse.iec.types import IecType
 
 __all__ = ["Change", "differences"]
@@ -53,9 +49,7 @@ def _compared(
 
 def _types(file: SymbolFile) -> Iterator[tuple[str, tuple[str, str]]]:
     for type in file.types:
-        if type.name.lower() not in ELEMENTARY and not isinstance(
-            type, ArrayType | StringType | PointerType
-        ):
+        if is_defined(type):
             yield type.name.lower(), (type.name, _definition(type))
 
 

@@ -4,7 +4,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from achse.iec.arrays import ArrayType
 from achse.iec.declare import GlobalVariables, Program
+from achse.iec.derived import InterfaceType, PointerType
+from achse.iec.names import ELEMENTARY
+from achse.iec.strings import StringType
 from achse.iec.structs import Kind, RecordMeta, StructType, Unit
 from achse.iec.symbols import SymbolEntry, SymbolFlag, fold
 from achse.iec.types import IecType
@@ -17,6 +21,7 @@ __all__ = [
     "FileVariable",
     "SymbolFile",
     "address_of",
+    "is_defined",
     "units_of",
 ]
 
@@ -117,7 +122,7 @@ class SymbolFile:
         return cls(
             name,
             variables,
-            list(named),
+            [type for type in named if is_defined(type)],
             [FileTask(f"Task{number + 1}") for number in range(tasks)],
             port,
             pointer_size,
@@ -150,6 +155,13 @@ class SymbolFile:
     def units(self) -> list[type[Unit]]:
         """Programs and variable lists that hold exactly these variables at these places."""
         return units_of(self.variables)
+
+
+def is_defined(type: IecType[Any]) -> bool:
+    """Whether a type has a name of its own, which a symbol file has to define."""
+    if type.name.lower() in ELEMENTARY or isinstance(type, ArrayType | StringType):
+        return False
+    return isinstance(type, InterfaceType) or not isinstance(type, PointerType)
 
 
 def units_of(variables: Iterable[FileVariable]) -> list[type[Unit]]:

@@ -15,11 +15,9 @@ from achse.iec.derived import (
 from achse.iec.describe import types_within
 from achse.iec.enums import EnumType
 from achse.iec.methods import Method
-from achse.iec.names import ELEMENTARY
-from achse.iec.strings import StringType
 from achse.iec.structs import Kind, StructType
 from achse.iec.symbolfiles.initials import initial_parts
-from achse.iec.symbolfiles.model import FileVariable, SymbolFile
+from achse.iec.symbolfiles.model import FileVariable, SymbolFile, is_defined
 from achse.iec.symbolfiles.tmc import AREAS
 from achse.iec.symbolfiles.xml import escape
 from achse.iec.types import IecType, derived_guid
@@ -128,14 +126,7 @@ def _defined(roots: Sequence[IecType[Any]]) -> list[IecType[Any]]:
         new = [type for type in types_within(roots) if type.name.lower() not in found]
         found.update((type.name.lower(), type) for type in new)
         roots = [type.base for type in new if isinstance(type, StructType) and type.base]
-    return [found[key] for key in sorted(found) if _is_defined(found[key])]
-
-
-def _is_defined(type: IecType[Any]) -> bool:
-    """Whether the type needs a `<DataType>`: it has a name of its own."""
-    if type.name.lower() in ELEMENTARY or isinstance(type, ArrayType | StringType):
-        return False
-    return isinstance(type, InterfaceType) or not isinstance(type, PointerType)
+    return [found[key] for key in sorted(found) if is_defined(found[key])]
 
 
 def _named(tag: str, name: str, **attributes: object) -> str:

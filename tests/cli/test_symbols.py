@@ -1,0 +1,105 @@
+"""`achse symbols`: files of running PLCs, sources and files compared, stubs, stations."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from achse.iec.symbolfiles import read_tmc
+from achse.station import Station
+
+Lines = Callable[..., list[str]]
+Cli = Callable[..., Any]
+
+SOURCES = """PROGRAM MAIN
+VAR
+    nCounter : UDINT := 3;
+    aNames : ARRAY[1..2] OF STRING(10);
+END_VAR
+END_PROGRAM
+"""
+
+
+@pytest.fixture
+def sources(tmp_path: Path) -> Path:
+    folder = tmp_path / "plc"
+    folder.mkdir()
+    (folder / "MAIN.st").write_text(SOURCES)
+    return folder
+
+
+def test_a_running_plc_is_exported_and_equals_the_file(
+    lines: Lines, cli: Cli, tmp_path: Path
+) -> None:
+    file = tmp_path / "demo.tmc"
+    (line,) = lines("symbols", "export", str(file))
+    found = read_tmc(file.read_bytes(), "demo.tmc")
+    assert line == f"{file}: {len(found.variables)} variables, {len(found.types)} types"
+    assert "GVL.stPoint" in [item.name for item in found.variables]
+
+
+def test_sources_become_a_station_and_a_tmc(cli: Cli, sources: Path, tmp_path: Path) -> None:
+    toml, tmc = tmp_path / "station.toml", tmp_path / "plc.tmc"
+    told = cli("symbols", "import", str(sources), "--to", str(toml), "--port", "852").stdout
+    assert told.splitlines()[:3] == ["name       plc", "port       852", "tasks      PlcTask"]
+    assert toml.read_text() == '[[plc]]\nport = 852\nsources = "plc"\n'
+    assert Station.load(toml).plcs[852].instance("MAIN")["nCounter"] == 3
+    cli("symbols", "import", str(sources), "--to", str(tmc))
+    toml.unlink()
+    facts = json.loads(cli("symbols", "import", str(tmc), "--to", str(toml), "--json").stdout)
+    assert facts["name"] == "plc"
+    assert Station.load(toml).plcs[851].instance("MAIN")["nCounter"] == 3
+    assert (
+        "add this to it"
+        in cli("symbols", "import", str(tmc), "--to", str(toml), exit_code=1).stderr
+    )
+    cli("symbols", "import", str(tmc), "--to", "x.txt", exit_code=2)
+
+
+def test_differences_are_one_line_each(cli: Cli, sources: Path, tmp_path: Path) -> None:
+    old = tmp_path / "old.tmc"
+    cli("symbols", "import", str(sources), "--to", str(old))
+    assert cli("symbols", "diff", str(old), str(sources)).stdout == ""
+    text = SOURCES.replace("UDINT := 3", "DINT").replace("STRING(10)", "STRING(10); bNew : BOOL")
+    (sources / "MAIN.st").write_text(text)
+    assert cli("symbols", "diff", str(old), str(sources), exit_code=1).stdout.splitlines() == [
+        "+ variable MAIN.bNew: BOOL",
+        "~ variable MAIN.nCounter: UDINT -> DINT",
+    ]
+    changes = json.loads(
+        cli("symbols", "diff", str(old), str(sources), "--json", exit_code=1).stdout
+    )
+    assert changes[0] == {"kind": "variable", "name": "MAIN.bNew", "before": "", "after": "BOOL"}
+
+
+@pytest.mark.parametrize(
+    ("content", "fault"),
+    [("<TcModuleClass>", "no well-formed XML"), (None, "No such file")],
+)
+def test_what_cannot_be_read_is_one_line(
+    cli: Cli, tmp_path: Path, content: str | None, fault: str
+) -> None:
+    file = tmp_path / "bad.tmc"
+    if content is not None:
+        file.write_text(content)
+    (line,) = cli("symbols", "import", str(file), exit_code=1).stderr.splitlines()
+    assert fault in line
+
+
+def test_faults_of_sources_are_told(cli: Cli, sources: Path) -> None:
+    (sources / "MAIN.st").write_text("PROGRAM MAIN\nVAR x : ; END_VAR\nEND_PROGRAM\n")
+    told = cli("symbols", "import", str(sources), exit_code=1).stderr
+    assert "MAIN.st:2" in told
+
+
+def test_stubs_of_a_running_plc(cli: Cli, lines: Lines, tmp_path: Path) -> None:
+    file = tmp_path / "plc.py"
+    (line,) = lines("symbols", "stubs", "GVL", "-o", str(file))
+    assert line.startswith(f"{file}: ")
+    scope: dict[str, Any] = {"__name__": "generated_by_cli"}
+    exec(file.read_text(), scope)
+    assert set(scope["__all__"]) == {"E_Colour", "ST_Point", "Symbols"}
+    printed = cli("symbols", "stubs", "MAIN.*").stdout
+    assert 'self.nCounter: Symbol[int] = Symbol(target, "MAIN.nCounter", int)' in printed

@@ -1,0 +1,157 @@
+"""Python modules generated from the symbols of a station: they import, read, write and call."""
+
+import asyncio
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+import achse
+from achse.ams import DeviceError
+from achse.client import MethodResult
+from achse.client.stubs import stubs
+from achse.codes import ReturnCode
+from achse.iec import INT, LREAL, IecType, IecValueError, Method, Parameter
+from achse.station import Station
+
+SOURCES = """
+TYPE E_Mode : (OFF := 0, ON := 3) UINT; END_TYPE
+TYPE ST_Part : STRUCT
+    nId : INT; eMode : E_Mode; sName : STRING(10); wsName : WSTRING(5);
+    tWait : TIME; aGrid : ARRAY[0..1, 1..2] OF REAL; class : BOOL;
+END_STRUCT END_TYPE
+FUNCTION_BLOCK FB_Sum
+VAR nCalls : INT; END_VAR
+{attribute 'TcRpcEnable'}
+METHOD Add : LREAL
+VAR_INPUT fA : LREAL; fB : LREAL; END_VAR
+VAR_OUTPUT nCalls : INT; END_VAR
+END_METHOD
+{attribute 'TcRpcEnable'}
+METHOD Name : STRING(10)
+VAR_INPUT stPart : ST_Part; END_VAR
+END_METHOD
+{attribute 'TcRpcEnable'}
+METHOD Clear
+END_METHOD
+END_FUNCTION_BLOCK
+PROGRAM MAIN
+VAR
+    aParts : ARRAY[1..2] OF ST_Part := [(nId := 1, sName := 'one'), (nId := 2)];
+    fbSum : FB_Sum;
+    tLong : LTIME := LTIME#5us;
+    pNone : POINTER TO INT;
+END_VAR
+END_PROGRAM
+"""
+BEHAVIOUR = """
+class FB_Sum:
+    def Add(self, a, b):
+        self.nCalls += 1
+        return a + b, self.nCalls
+
+    def Name(self, part):
+        return part.sName.upper()
+
+    def Clear(self):
+        self.nCalls = 0
+"""
+
+
+@pytest.fixture
+def station(tmp_path: Path) -> Station:
+    (tmp_path / "plc.st").write_text(SOURCES)
+    (tmp_path / "behaviour.py").write_text(BEHAVIOUR)
+    path = tmp_path / "station.toml"
+    path.write_text('[[plc]]\nsources = "plc.st"\nbehaviour = ["behaviour.py:FB_Sum"]\n')
+    return Station.load(path)
+
+
+async def _module(plc: achse.client.Client, monkeypatch: pytest.MonkeyPatch) -> Any:
+    types = await plc.types()
+    symbols = {e.name: types.symbol_type(e) for e in await plc.symbols() if "TwinCAT" not in e.name}
+    source = stubs(symbols, 'a "target"\\')
+    module = ModuleType("generated_stubs")
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    exec(compile(source, "generated_stubs", "exec"), vars(module))
+    return module
+
+
+def test_values_are_read_and_written_with_their_types(
+    station: Station, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def main() -> None:
+        async with achse.connect(station.router) as plc:
+            module = await _module(plc, monkeypatch)
+            symbols = module.Symbols(plc)
+            first, second = await symbols.MAIN.aParts.read()
+            assert isinstance(first, module.ST_Part)
+            assert (first.nId, first.sName, second.eMode) == (1, "one", module.E_Mode.OFF)
+            first.eMode, first.wsName, first.class_ = module.E_Mode.ON, "ß", True
+            first.aGrid[1][0] = 2.5
+            await symbols.MAIN.aParts.write([first, second])
+            assert await symbols.MAIN.aParts.read() == [first, second]
+            assert await plc.read("MAIN.aParts[1].aGrid[1,1]") == 2.5
+            assert await symbols.MAIN.tLong.read() == 5000
+            async with symbols.MAIN.aParts.samples() as samples:
+                station.advance(0.1)
+                typed = await anext(samples)
+                assert typed.value == [first, second]
+
+    asyncio.run(main())
+
+
+def test_methods_are_called_with_their_types(
+    station: Station, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def main() -> None:
+        async with achse.connect(station.router) as plc:
+            module = await _module(plc, monkeypatch)
+            symbol = module.Symbols(plc).MAIN.fbSum
+            assert await symbol.Add(fA=1.0, fB=2.0) == MethodResult(3.0, {"nCalls": 1})
+            part = (await module.Symbols(plc).MAIN.aParts.read())[0]
+            assert await symbol.Name(stPart=part) == "ONE"
+            assert await symbol.Clear() is None
+            assert (await symbol.read()).nCalls == 0
+
+    asyncio.run(main())
+
+
+def test_calls_by_name_and_their_refusals(station: Station) -> None:
+    async def main() -> None:
+        async with achse.connect(station.router) as plc:
+            result = await plc.call("main.FBSUM", "add", fa=1, FB=2)
+            assert result == MethodResult(3.0, {"nCalls": 1})
+            with pytest.raises(IecValueError, match="fB"):
+                await plc.call("MAIN.fbSum", "Add", fA=1)
+            with pytest.raises(IecValueError, match="got .fc"):
+                await plc.call("MAIN.fbSum", "Add", fA=1, fB=2, fC=3)
+            for name, method in (("MAIN.fbSum", "Nothing"), ("MAIN.aParts", "Add")):
+                with pytest.raises(DeviceError, match="declares no method") as refusal:
+                    await plc.call(name, method)
+                assert refusal.value.return_code is ReturnCode.SYMBOL_NOT_FOUND
+            # A device that declares no methods can still be called by a declaration of one's own.
+            inputs = (Parameter("fA", LREAL), Parameter("fB", LREAL))
+            add = Method("Add", (*inputs, Parameter("nCalls", INT, is_output=True)), LREAL)
+            assert (await plc.call("MAIN.fbSum", add, fA=2, fB=2)).value == 4.0
+
+    asyncio.run(main())
+
+
+def test_calls_survive_an_online_change(station: Station) -> None:
+    async def main() -> None:
+        async with achse.connect(station.router, watch_symbols=False) as plc:
+            assert (await plc.call("MAIN.fbSum", "Add", fA=1, fB=2)).outputs == {"nCalls": 1}
+            station.online_change()
+            assert (await plc.call("MAIN.fbSum", "Add", fA=1, fB=2)).outputs == {"nCalls": 2}
+
+    asyncio.run(main())
+
+
+def test_no_symbols_give_a_module_all_the_same() -> None:
+    nothing: dict[str, IecType[Any]] = {}
+    scope: dict[str, Any] = {"__name__": "generated_empty"}
+    exec(compile(stubs(nothing, "t"), "empty", "exec"), scope)
+    assert scope["__all__"] == ["Symbols"]
