@@ -32,7 +32,8 @@ _LEAST_MAILBOX = 34
 _OUTPUTS_WITHIN_NS = 100_000_000
 """How long a request for Op waits for the first outputs."""
 
-_NEVER = 1 << 200
+_NEVER = 1 << 62
+_NO_ERROR = AlStatus.NO_ERROR
 
 
 class Slave:
@@ -55,7 +56,7 @@ class Slave:
         self.layout = layout
         self.mailbox_delay_ns = 0
         self.state = AlState.INIT
-        self.error = AlStatus.NO_ERROR
+        self.error = _NO_ERROR
         self._step = application.step
         self._coe = CoeServer(application)
         self._mailbox = MailboxServer({MailboxProtocol.COE: self._coe.answer})
@@ -97,10 +98,10 @@ class Slave:
 
     def al_control(self, request_word: int) -> None:
         """The master asks for a state (`Pdi`)."""
-        if self.error is not AlStatus.NO_ERROR:
+        if self.error is not _NO_ERROR:
             if not request_word & _ACKNOWLEDGE:
                 return
-            self.error = AlStatus.NO_ERROR
+            self.error = _NO_ERROR
         self._opening = False
         meaning = request(self.state, request_word & _STATE)
         if isinstance(meaning, AlStatus):
@@ -119,15 +120,15 @@ class Slave:
             return
         target = transition.target
         check = _CHECKS.get(transition)
-        code = check(self) if check else AlStatus.NO_ERROR
-        if code is AlStatus.NO_ERROR:
+        code = check(self) if check else _NO_ERROR
+        if code is _NO_ERROR:
             code = self.application.enter(target, self.esc.clock.cycle_ns, code)
             if target < self.state:
-                code = AlStatus.NO_ERROR  # the way down is always open
+                code = _NO_ERROR  # the way down is always open
         if code is AlStatus.NOT_IN_COMMUNICATION_MODE:
             self._fall(code)
         else:
-            self._settle(target if code is AlStatus.NO_ERROR else self.state, code)
+            self._settle(target if code is _NO_ERROR else self.state, code)
 
     def fail(self, code: AlStatus) -> None:
         """The slave found an error by itself: fall to the code's result state and show it."""
@@ -192,7 +193,7 @@ class Slave:
                 and _LEAST_MAILBOX <= sync_manager.length <= area.length
             ):
                 return AlStatus.MAILBOX_CONFIGURATION
-        return AlStatus.NO_ERROR
+        return _NO_ERROR
 
     def _check_process_data(self) -> AlStatus:
         application, layout, ram = self.application, self.layout, self.esc.sync_managers
@@ -204,7 +205,7 @@ class Slave:
             length = sync_manager.length if sync_manager.enabled else 0
             if length != size or (size and not self._placed(sync_manager, area)):
                 return code
-        return AlStatus.NO_ERROR
+        return _NO_ERROR
 
     def _placed(self, sync_manager: SyncManager, area: Area) -> bool:
         """Mode and direction are right, three buffers fit into memory, no mailbox is overlaid."""
@@ -299,7 +300,7 @@ class Slave:
                 self.esc.put(_MAILBOX_IN, self._mailbox.last)
         if number in (_OUTPUTS, _INPUTS) and self.state >= AlState.SAFEOP:
             code = self._check_process_data()
-            if code is not AlStatus.NO_ERROR:
+            if code is not _NO_ERROR:
                 self._fall(code)
 
     def timing_changed(self) -> None:
@@ -311,7 +312,7 @@ class Slave:
         if self.state is not AlState.INIT:
             self.application.enter(AlState.INIT, 0, AlStatus.RESTARTED)
         self.state = AlState.INIT
-        self.error = AlStatus.NO_ERROR
+        self.error = _NO_ERROR
         self._opening = False
         self._message = None
         self._mailbox.reset()
@@ -323,26 +324,27 @@ class Slave:
         """Let time pass up to `now_ns`: local cycles, SYNC0, watchdog."""
         while (due := self.due_ns) <= now_ns:
             self._time.now_ns = due
-            if due >= self._fed_ns + self._patience_ns:
+            cycle = self._local_cycle_ns
+            undisturbed = now_ns < self._fed_ns + self._patience_ns
+            if not undisturbed and due >= self._fed_ns + self._patience_ns:
                 self._outputs_missing()
             if self._message is not None:
                 self._serve()
             if due == self._sync0_due:
                 clock = self.esc.clock
                 elapsed = clock.cycle_ns
-                if elapsed < self._local_cycle_ns:  # too short: events are missed
-                    elapsed *= -(-self._local_cycle_ns // elapsed)
+                if elapsed < cycle:  # too short: events are missed
+                    elapsed *= -(-cycle // elapsed)
                 self._timer_due = _NEVER
                 self.due_ns = self._sync0_due = clock.sync0(elapsed) or _NEVER
             else:
-                elapsed = self._local_cycle_ns
-                if due + elapsed <= now_ns:  # what nothing interrupts passes at once
-                    last = min(now_ns, self._sync0_due - 1, self._fed_ns + self._patience_ns)
-                    elapsed += max(last - due, 0) // elapsed * elapsed
+                elapsed = cycle
+                if undisturbed and now_ns < self._sync0_due:
+                    elapsed += (now_ns - due) // cycle * cycle  # all at once
                 timer_due = self._timer_due = due + elapsed
                 self.due_ns = timer_due if timer_due < self._sync0_due else self._sync0_due
             code = self._step(elapsed)
-            if code is not AlStatus.NO_ERROR:
+            if code is not _NO_ERROR:
                 self._fall(code)
 
     def _plan_steps(self) -> None:
