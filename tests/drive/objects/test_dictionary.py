@@ -22,7 +22,9 @@ def _key(row: dict[str, str]) -> int:
 
 def _number(text: str) -> float:
     return (
-        int(text, 0) if "." not in text and "e" not in text.lower() or "x" in text else float(text)
+        int(text, 0)
+        if ("." not in text and "e" not in text.lower()) or "x" in text
+        else float(text)
     )
 
 
@@ -125,7 +127,7 @@ def test_access_and_range_of_each_row(row, aborts) -> None:
         if row.type.least <= value <= row.type.most and row.type is not DataType.F32:
             with aborts(AbortCode.VALUE_RANGE):
                 drive.write_object(row.index, row.subindex, row.type.pack(value))
-    if row.write is None and row.key not in drive.mapping.received.keys:  # noqa: SIM118
+    if row.write is None and row.key not in drive.mapping.received.keys:
         for value in row.values or (row.least, row.most):
             drive.write_object(row.index, row.subindex, row.type.pack(value))
             assert drive.get(row.index, row.subindex) == pytest.approx(value, rel=1e-6)
