@@ -1,8 +1,8 @@
 """Projects: a folder of PLC sources, or one file, as what they declare.
 
 Read are `.st` (Structured Text, UTF-8 or cp1252) and the XML files of TwinCAT 3: `.TcPOU`,
-`.TcGVL`, `.TcDUT`, `.TcTLEO`, `.TcIO` and, for tasks, `.TcTTO`. In a folder with a `.plcproj` it says which
-files count; without one all below the folder do.
+`.TcGVL`, `.TcDUT`, `.TcTLEO`, `.TcIO` and, for tasks, `.TcTTO`. In a folder with a `.plcproj`
+that file says which of them count; without one all below the folder do.
 """
 
 from collections.abc import Iterable, Mapping

@@ -14,6 +14,7 @@ DEEPEST = 100
 """How deep brackets, statements and types may nest in each other."""
 MOST_FAULTS = 100
 """How many faults of one file are reported; after so many the rest is noise."""
+_NOTHING = "the end"
 
 
 class Unexpected(Exception):
@@ -124,7 +125,7 @@ class Cursor:
         if position and self.kinds[position - 1]:
             end = self.starts[position - 1] + len(self.words[position - 1])
             # What is missing at the end of a line is missing there, not in the next line.
-            if kind == END or "\n" in self.source.text[end:at]:
+            if kind == END or (expected != _NOTHING and "\n" in self.source.text[end:at]):
                 at = end
         return Unexpected(at, f"expected {expected}, got {came}")
 

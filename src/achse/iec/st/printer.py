@@ -1,5 +1,6 @@
 """Syntax trees as text: what `parse` reads back as the same tree."""
 
+import re
 from collections.abc import Iterable
 
 from achse.iec.st.expressions import BINDING, UNARY_BINDING
@@ -129,7 +130,8 @@ def _operand(tree: Expression, power: int) -> str:
         case Member(of, name):
             return f"{_path(of)}.{name}"
         case PartOf(of, width, number):
-            bit = width == "X" and number < 100
+            # `a.1.2` would read as a real number.
+            bit = width == "X" and number < 100 and not isinstance(of, PartOf)
             return f"{_path(of)}.{number}" if bit else f"{_path(of)}.%{width}{number}"
         case Index(of, indices):
             return f"{_path(of)}[{', '.join(map(print_expression, indices))}]"
@@ -144,7 +146,8 @@ def _operand(tree: Expression, power: int) -> str:
 
 
 def _path(tree: Expression) -> str:
-    return _expression(tree, _ATOM)
+    text = _expression(tree, _ATOM)
+    return f"({text})" if isinstance(tree, Literal | TypeOperand) else text
 
 
 def _arguments(arguments: Iterable[Argument]) -> str:
@@ -294,9 +297,19 @@ def _note(note: Note) -> list[str]:
     for name, value in note.attributes:
         escaped = value.replace("$", "$$").replace("'", "$'")
         lines.append(f"{{attribute '{name}'" + (f" := '{escaped}'}}" if value else "}"))
-    if note.comment and "(*" not in note.comment and "*)" not in note.comment:
+    if note.comment and _nests(note.comment):
         return [*lines, *f"(*{note.comment}*)".split("\n")]
     return lines + [f"///{line}" for line in note.comment.split("\n") if line]
+
+
+def _nests(comment: str) -> bool:
+    """Whether every comment inside a comment ends inside it."""
+    depth = 0
+    for sign in re.findall(r"\(\*|\*\)", f"{comment} "):
+        depth += 1 if sign == "(*" else -1
+        if depth < 0:
+            return False
+    return depth == 0 and not comment.startswith(")") and not comment.endswith(("(", "*"))
 
 
 def _declaration(tree: Declaration) -> list[str]:
@@ -336,7 +349,7 @@ def _unit(unit: Unit) -> list[str]:
             head = _head("FUNCTION_BLOCK", unit.modifiers, unit.name)
             generic = [block for block in unit.blocks if block.section == "VAR_GENERIC"]
             bases = "" if unit.extends is None else f"EXTENDS {_named(unit.extends)}"
-            bases += _listed(" IMPLEMENTS ", unit.implements)
+            bases = " ".join(filter(None, (bases, _listed("IMPLEMENTS ", unit.implements))))
             frame = [line for block in generic for line in _var_block(block)]
             frame = [head, *frame, bases] if frame else [f"{head} {bases}".rstrip()]
             blocks = unit.blocks[len(generic) :]

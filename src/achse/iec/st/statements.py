@@ -38,6 +38,11 @@ __all__ = ["StatementParser"]
 _ENDS = BLOCK_WORDS | INNER_ENDS | {"END_STRUCT", "END_UNION", END}
 """What no statement starts with, so that a list of statements ends before it."""
 _RESUME = STATEMENT_WORDS | INNER_ENDS
+_HEAD_ENDS = _ENDS | _RESUME | {";", "THEN", "DO", "OF"}
+_NO_LABEL = _ENDS | STATEMENT_WORDS | {";"}
+_LABELS = frozenset((":", ",", "..", ":="))
+_OPENING = frozenset("([")
+_CLOSING = frozenset(")]")
 _CALLABLE = (Call, Name, GlobalName, Member, Dereference, Index)
 _SETTERS = frozenset(("S", "R", "REF"))
 
@@ -110,11 +115,16 @@ class StatementParser(ExpressionParser):
         """Whether the next token begins the label of a CASE rather than a statement."""
         kinds = self.kinds
         position = self.position
-        if kinds[position] != NAME:
-            return kinds[position] in ("integer", "typed", "-", "boolean", "string", "+")
-        while kinds[position] == NAME and kinds[position + 1] == ".":
-            position += 2
-        return kinds[position] == NAME and kinds[position + 1] in (":", ",", "..", "+", "-", "*")
+        inside = 0
+        while (kind := kinds[position]) not in _NO_LABEL:
+            if kind in _OPENING:
+                inside += 1
+            elif kind in _CLOSING:
+                inside -= 1
+            elif inside == 0 and kind in _LABELS:
+                return kind != ":="
+            position += 1
+        return False
 
     # blocks --------------------------------------------------------------------------------
 
@@ -131,6 +141,28 @@ class StatementParser(ExpressionParser):
         else:
             self.report(self.unexpected(word))
 
+    def _condition(self) -> tuple[Expression, ...]:
+        return (self.expression(),)
+
+    def _head(
+        self, word: str, read: Callable[[], tuple[Expression, ...]], count: int = 1
+    ) -> tuple[Expression, ...]:
+        """What stands before THEN, OF or DO. If that is at fault the body is still read, so that
+        its END is no second fault."""
+        depth, start = self.depth, self.position
+        try:
+            found = read()
+            self.expect(word, word)
+        except Unexpected as fault:
+            self.report(fault)
+            self.depth = depth
+            while self.kinds[self.position] not in _HEAD_ENDS:
+                self.position += 1
+            if not self.take(word):
+                self.take(";")
+            return (Name("", self.starts[start]),) * count
+        return found
+
     def _if(self) -> If:
         at = self.at
         branches: list[Branch] = []
@@ -139,8 +171,7 @@ class StatementParser(ExpressionParser):
                 break
             place = self.at
             self.position += 1
-            condition = self.expression()
-            self.expect("THEN", "THEN")
+            (condition,) = self._head("THEN", self._condition)
             branches.append(Branch(condition, self._body(), place))
         otherwise = self._body() if self.take("ELSE") else ()
         self._close("END_IF")
@@ -148,8 +179,7 @@ class StatementParser(ExpressionParser):
 
     def _case(self) -> Case:
         at = self.expect("CASE")
-        selector = self.expression()
-        self.expect("OF", "OF")
+        (selector,) = self._head("OF", self._condition)
         choices = []
         while (kind := self.kinds[self.position]) not in _ENDS:
             place = self.at
@@ -174,21 +204,26 @@ class StatementParser(ExpressionParser):
 
     def _for(self) -> For:
         at = self.expect("FOR")
+        variable, first, last, *step = self._head("DO", self._range, 3)
+        body = self._body()
+        self._close("END_FOR")
+        return For(variable, first, last, step[0] if step else None, body, at)
+
+    def _range(self) -> tuple[Expression, ...]:
         variable = self.reference()
         self.expect(":=")
         first = self.expression()
         self.expect("TO", "TO")
         last = self.expression()
-        step = self.expression() if self.take("BY") else None
-        self.expect("DO", "BY or DO" if step is None else "DO")
-        body = self._body()
-        self._close("END_FOR")
-        return For(variable, first, last, step, body, at)
+        if self.take("BY"):
+            return variable, first, last, self.expression()
+        if self.kinds[self.position] != "DO":
+            raise self.unexpected("BY or DO")
+        return variable, first, last
 
     def _while(self) -> While:
         at = self.expect("WHILE")
-        condition = self.expression()
-        self.expect("DO", "DO")
+        (condition,) = self._head("DO", self._condition)
         body = self._body()
         self._close("END_WHILE")
         return While(condition, body, at)

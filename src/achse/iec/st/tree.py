@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 
 def _place() -> Any:
-    return field(compare=False, repr=False)
+    return field(default=0, compare=False, repr=False)
 
 
 # Expressions --------------------------------------------------------------------------------
@@ -367,7 +367,7 @@ class NamedType:
 
     name: str
     generics: tuple[Expression, ...] = ()
-    at: int = field(default=0, compare=False, repr=False)
+    at: int = _place()
 
 
 @dataclass(frozen=True, slots=True)
