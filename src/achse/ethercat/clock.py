@@ -91,8 +91,6 @@ class DistributedClock:
         self._move()
 
     def _drift(self, now_ns: int) -> int:
-        if not self._drift_ppb:
-            return self._drifted
         return self._drifted + (now_ns - self._drift_since) * self._drift_ppb // 10**9
 
     def local_time(self, now_ns: int) -> int:
@@ -101,7 +99,8 @@ class DistributedClock:
 
     def system_time(self, now_ns: int) -> int:
         """The local copy of the system time at a true time."""
-        return self.local_time(now_ns) + self._offset + self._correction & _U64
+        drift = self._drift(now_ns) if self._drift_ppb else self._drifted
+        return now_ns + self.offset_ns + drift + self._offset + self._correction & _U64
 
     def registers_written(self) -> None:
         """0x0920 or 0x0928 is written: offset and delay of the system time."""
