@@ -4,7 +4,7 @@ from enum import IntEnum, IntFlag
 
 from achse.drive.record import DriveFields
 
-__all__ = ["InputBit", "OutputFunction", "read_inputs", "write_outputs"]
+__all__ = ["InputBit", "OutputFunction", "read_inputs", "rotation_threshold", "write_outputs"]
 
 
 class InputBit(IntFlag):

@@ -7,7 +7,17 @@ from achse.drive.alarms import Alarm, Warn
 from achse.drive.plant import CONTROL_OFF, CONTROL_POSITION
 from achse.drive.record import DriveFields
 
-__all__ = ["SAFETY_MISMATCH_TIME", "internal_limit", "present_cause", "watch", "watch_motor"]
+__all__ = [
+    "OVER_SPEED",
+    "SAFETY_MISMATCH_TIME",
+    "following_error_seen",
+    "internal_limit",
+    "present_cause",
+    "standing_still",
+    "velocity_reached",
+    "watch",
+    "watch_motor",
+]
 
 SAFETY_MISMATCH_TIME = 0.5
 """SF1 and SF2 may differ so long, s; the manual names the alarm, not the time."""
