@@ -1,13 +1,22 @@
 """Axis: access to one axis record from outside the kernel, equal for both forms of the record.
 
 An `Axis` has every record field as an attribute holding a Python float, int or indexable array.
-Changing one wakes a resting axis, so that the next cycle sees the change.
+Changing one wakes a resting axis, so that the next cycle sees the change; changing a parameter lets
+it compute what follows from its parameters.
 """
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from achse.motion.record import FIELDS, RECORD_SIZE, AxisFields, Field, SlotsRecord, pack_record
+from achse.motion.record import (
+    FIELDS,
+    RECORD_SIZE,
+    AxisFields,
+    Field,
+    Role,
+    SlotsRecord,
+    pack_record,
+)
 
 __all__ = ["Axis", "ObjectAxis", "WordsAxis"]
 
@@ -74,8 +83,11 @@ def _object_property(row: Field) -> property:
         record = axis._record
         if getattr(record, name) != value:
             record.resting = 0
+            if adapts:
+                record.adapt = 1
             setattr(record, name, kind(value))
 
+    adapts = row.role is Role.PARAMETER
     kind = float if row.is_real else int
     return property(read, write)
 
@@ -83,7 +95,8 @@ def _object_property(row: Field) -> property:
 def _words_property(row: Field) -> property:
     first = row.offset
     words = "_reals" if row.is_real else "_wholes"
-    resting = FIELDS["resting"].offset
+    resting, adapt = FIELDS["resting"].offset, FIELDS["adapt"].offset
+    adapts = row.role is Role.PARAMETER
     if row.length:
         end = first + row.length
         return property(lambda axis: getattr(axis, words)[first:end])
@@ -92,6 +105,8 @@ def _words_property(row: Field) -> property:
         memory = getattr(axis, words)
         if memory[first] != value:
             axis._wholes[resting] = 0
+            if adapts:
+                axis._wholes[adapt] = 1
             memory[first] = kind(value)
 
     kind = float if row.is_real else int

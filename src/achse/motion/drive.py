@@ -1,48 +1,232 @@
-"""Simulated drive: from the output of the axis to the position of the motor.
+"""Simulated drive: from the output of the axis to the position and torque of the motor.
 
-The drive follows its output with a dead time and a first-order lag.
+A velocity drive follows its output with a dead time and a first-order lag, against load and
+friction. A drive with position interface stands where the set position is, filtered and
+extrapolated as its parameters say. In torque mode the motor obeys its torque alone.
 
 Kernel source: compiled by Numba as it stands, see `compiled`.
 """
 
 from math import floor
 
-from achse.motion.record import DRIVE_DELAY, AxisFields
+from achse.motion.record import DRIVE_DELAY, FILTER_ORDER, AxisFields
+from achse.motion.states import ControllerType, DriveOperationMode, DriveType, OutputFilter
 
-__all__ = ["drive", "place_motor"]
+__all__ = ["adapt_drive", "characteristic", "drive", "place_motor", "position_output"]
 
 _STILL = 1e-9
 """A velocity below this without output is zero."""
 
+_SERCOS = ControllerType.SERCOS_POSITION.value
+_TCOM = ControllerType.TCOM_POSITION.value
 
-def place_motor(ax: AxisFields, position: float) -> None:
+_NONLINEAR = DriveType.MDP_252_NONLINEAR.value
+
+_TORQUE = DriveOperationMode.TORQUE.value
+
+_AVERAGE = OutputFilter.MOVING_AVERAGE.value
+_P_TN = OutputFilter.P_TN.value
+
+_BY_VELOCITY = 1
+_BY_ACCELERATION = 2
+
+
+def adapt_drive(ax: AxisFields, dt: float) -> None:
+    """Derive what follows from the parameters of drive and simulation."""
+    ideal = ax.simulation_ideal
+    if ax.controller_type in (_SERCOS, _TCOM):
+        ideal = 1
+    ax.drive_ideal = ideal
+    delay = floor((ax.simulation_dead_time + ax.drive_velocity_output_delay) / dt + 0.5)
+    ax.drive_delay = delay if delay < DRIVE_DELAY else DRIVE_DELAY
+    special = 0
+    if (
+        ax.drive_type == _NONLINEAR
+        or ax.drive_output_offset != 0.0
+        or ax.simulation_drift != 0.0
+        or ax.simulation_load_torque != 0.0
+        or ax.simulation_friction_torque != 0.0
+        or ax.drive_output_filter_type != 0
+        or ax.drive_dead_time_compensation_mode != 0
+        or ax.drive_actual_torque_scaling != 1.0
+        or ax.drive_actual_torque_filter_time > 0.0
+        or ax.drive_actual_torque_derivative_filter_time > 0.0
+    ):
+        special = 1
+    count = 1 if ax.drive_output_filter_type == _P_TN else 0
+    if ax.drive_output_filter_type == _AVERAGE:
+        count = floor(ax.drive_output_filter_time / dt + 0.5)
+        if count > DRIVE_DELAY:
+            count = DRIVE_DELAY
+    if count != ax.filter_count or special != ax.drive_special:
+        ax.filter_count = count
+        _fill_filter(ax)
+    ax.drive_special = special
+
+
+def _fill_filter(ax: AxisFields) -> None:
+    """Let the output filter stand on the set position."""
+    p = ax.set_position
+    for i in range(ax.filter_count):
+        ax.filter_ring[i] = p
+    for i in range(FILTER_ORDER):
+        ax.filter_stage[i] = p
+    ax.filter_index = 0
+    ax.drive_filtered_set_position = p
+    ax.drive_filtered_set_velocity = 0.0
+    ax.drive_filtered_set_acceleration = 0.0
+
+
+def _torque_lasts(ax: AxisFields) -> bool:
+    """Whether the torque shown must be computed although the velocity stands."""
+    return (
+        ax.drive_actual_torque != 0.0
+        or ax.drive_actual_torque_derivative != 0.0
+        or ax.drive_special != 0
+    )
+
+
+def _show_torque(ax: AxisFields, before: float, velocity: float, dt: float) -> None:
+    """Torque of the motor: what accelerates it, against load and friction."""
+    scale = 1e-3 * ax.simulation_full_torque_acceleration
+    torque = (velocity - before) / dt / scale + ax.simulation_load_torque
+    if velocity > 0.0:
+        torque += ax.simulation_friction_torque
+    elif velocity < 0.0:
+        torque -= ax.simulation_friction_torque
+    before = ax.drive_actual_torque
+    torque *= ax.drive_actual_torque_scaling
+    torque = before + (torque - before) * (dt / (ax.drive_actual_torque_filter_time + dt))
+    if abs(torque - before) < _STILL:
+        torque = before
+    ax.drive_actual_torque = torque
+    rate = (torque - before) / dt
+    before = ax.drive_actual_torque_derivative
+    rate = before + (rate - before) * (dt / (ax.drive_actual_torque_derivative_filter_time + dt))
+    ax.drive_actual_torque_derivative = 0.0 if abs(rate) < _STILL else rate
+
+
+def place_motor(ax: AxisFields, position: float, dt: float) -> None:
     """Put the motor where the encoder will read `position` (the ideal drive)."""
     way = position - ax.encoder_position_offset - ax.encoder_set_position_offset
-    if ax.encoder_count_direction:
-        way = -way
-    ax.plant_position = way / ax.encoder_scaling_factor
+    way -= ax.encoder_position_correction
+    ax.plant_position = way / ax.encoder_scale
+    before = ax.plant_velocity
     ax.plant_velocity = ax.set_velocity
+    if before != ax.set_velocity or _torque_lasts(ax):
+        _show_torque(ax, before, ax.set_velocity, dt)
+
+
+def position_output(ax: AxisFields, dt: float) -> float:
+    """Position that goes to the drive: the set position filtered and extrapolated."""
+    position = ax.set_position
+    if ax.loop_closed == 0:
+        _fill_filter(ax)
+    elif ax.drive_output_filter_type == _AVERAGE and ax.filter_count > 0:
+        i = ax.filter_index
+        ax.filter_ring[i] = position
+        ax.filter_index = (i + 1) % ax.filter_count
+        total = 0.0
+        for i in range(ax.filter_count):
+            total += ax.filter_ring[i] - position  # differences keep far positions exact
+        position += total / ax.filter_count
+    elif ax.drive_output_filter_type == _P_TN and ax.drive_output_filter_order > 0:
+        order = ax.drive_output_filter_order
+        weight = dt / (ax.drive_output_filter_time / order + dt)
+        for i in range(order):
+            stage = ax.filter_stage[i]
+            stage += (position - stage) * weight
+            ax.filter_stage[i] = stage
+            position = stage
+        if abs(position - ax.set_position) < _STILL:
+            position = ax.set_position
+    velocity = (position - ax.drive_filtered_set_position) / dt
+    ax.drive_filtered_set_acceleration = (velocity - ax.drive_filtered_set_velocity) / dt
+    ax.drive_filtered_set_velocity = velocity
+    ax.drive_filtered_set_position = position
+    mode = ax.drive_dead_time_compensation_mode
+    way = 0.0
+    if mode >= _BY_VELOCITY:
+        late = ax.drive_dead_time_compensation_shift * 1e-9
+        way = ax.set_velocity * late
+        if mode == _BY_ACCELERATION:
+            way += 0.5 * ax.set_acceleration * late * late
+    ax.drive_dead_time_position_correction = way
+    return position + way
+
+
+def characteristic(ax: AxisFields, share: float) -> float:
+    """Output, as a share of full output, for a velocity share: the curve of a non-linear drive.
+
+    Two straight lines meet at the reference point; quadrant III has the compensation factor.
+    """
+    x = abs(share)
+    knee = ax.drive_velocity_reference_point
+    height = ax.drive_output_reference_point
+    if x <= knee:
+        y = x * height / knee
+    elif knee < 1.0:
+        y = height + (x - knee) * (1.0 - height) / (1.0 - knee)
+    else:
+        y = x
+    if share < 0.0:
+        return -y * ax.drive_quadrant_compensation_factor
+    return y
+
+
+def _loaded(ax: AxisFields, command: float, velocity: float, dt: float) -> float:
+    """Velocity after this cycle of a drive with load, friction, drift or torque interface."""
+    full = ax.drive_full
+    share = command / full
+    if ax.drive_type == _NONLINEAR:
+        share = characteristic(ax, share)
+    ax.drive_output_percent_nonlinear = 100.0 * (share + ax.drive_output_offset)
+    command += ax.drive_output_offset * full + ax.simulation_drift
+    torque = ax.set_torque_offset - ax.simulation_load_torque
+    friction = ax.simulation_friction_torque
+    lag = ax.simulation_time_constant
+    scale = 1e-3 * ax.simulation_full_torque_acceleration
+    if ax.drive_operation_mode == _TORQUE:
+        if ax.loop_closed:
+            torque += ax.set_torque
+        push = dt * scale
+        pull = 0.0
+    else:
+        push = scale * lag * dt / (lag + dt)
+        pull = (command - velocity) * dt / (lag + dt)
+    moved = velocity + pull + torque * push
+    if friction > 0.0:  # brakes, at most to rest
+        if moved > friction * push:
+            moved -= friction * push
+        elif moved < -friction * push:
+            moved += friction * push
+        else:
+            moved = 0.0
+    return moved
 
 
 def drive(ax: AxisFields, dt: float) -> None:
-    """Move the motor until the next cycle: dead time, first-order lag of the velocity."""
+    """Move the motor until the next cycle."""
     command = ax.drive_output
-    delay = floor(ax.simulation_dead_time / dt + 0.5)
+    delay = ax.drive_delay
     if delay > 0:
-        if delay > DRIVE_DELAY:
-            delay = DRIVE_DELAY
         slot = ax.delay_index % delay
         delayed = ax.delay_output[slot]
         ax.delay_output[slot] = command
         ax.delay_index = (slot + 1) % delay
         command = delayed
-    velocity = ax.plant_velocity
-    velocity += (command - velocity) * (dt / (ax.simulation_time_constant + dt))
+    before = ax.plant_velocity
+    if ax.drive_special or ax.drive_operation_mode == _TORQUE or ax.set_torque_offset != 0.0:
+        velocity = _loaded(ax, command, before, dt)
+    else:
+        velocity = before + (command - before) * (dt / (ax.simulation_time_constant + dt))
     if abs(velocity) < _STILL and command == 0.0:
         velocity = 0.0
     if ax.simulation_blocked:
         velocity = 0.0
     ax.plant_velocity = velocity
+    if velocity != before or _torque_lasts(ax):
+        _show_torque(ax, before, velocity, dt)
     if velocity != 0.0:
         if ax.drive_motor_polarity:
             velocity = -velocity

@@ -1,16 +1,17 @@
 """Encoder: from the motor's position to actual position, velocity and acceleration.
 
-The encoder counts whole increments of the motor's position.
+The encoder counts whole increments of the motor's position. What goes beyond scaling and filters
+(masks, directions, corrections, dead time, noise) is computed only on axes that use it.
 
 Kernel source: compiled by Numba as it stands, see `compiled`.
 """
 
 from math import floor
 
-from achse.motion.record import AxisFields
+from achse.motion.record import POSITION_HISTORY, AxisFields
 from achse.motion.setpoint import fail, modulo_part
 
-__all__ = ["measure"]
+__all__ = ["adapt_encoder", "measure", "read_counter"]
 
 _STILL = 1e-9
 """A filtered velocity or acceleration below this is zero."""
@@ -18,8 +19,109 @@ _STILL = 1e-9
 _FULL_COUNTER = 4.0e18
 """Increments that the software counter holds, either way."""
 
+_FULL_MASK = 0xFFFF_FFFF
+
+_SIGNED = 2
+_POSITIVE_ONLY = 1
+_NEGATIVE_ONLY = 2
+_BLOCKED = 3
+_ABSOLUTE = 1
+
+_POSITION_ONLY = 1
+_WITH_VELOCITY = 2
+
+_BY_VELOCITY = 1
+_BY_ACCELERATION = 2
+
 _COUNTER_UNDERFLOW = 0x4450
 _COUNTER_OVERFLOW = 0x4451
+
+
+def _raw_count(ax: AxisFields, count: int) -> int:
+    """What the hardware shows of `count`: within the mask, without the bits filtered out."""
+    period = ax.encoder_mask + 1
+    raw = count % period & (_FULL_MASK ^ ax.encoder_raw_value_filter_mask)
+    if ax.encoder_sign_interpretation == _SIGNED and 2 * raw >= period:
+        raw -= period
+    return raw
+
+
+def adapt_encoder(ax: AxisFields) -> None:
+    """Derive what follows from the parameters; the actual position does not jump."""
+    scale = ax.encoder_scaling_factor
+    ax.encoder_scale = -scale if ax.encoder_count_direction else scale
+    special = 0
+    if (
+        ax.encoder_mask != _FULL_MASK
+        or ax.encoder_raw_value_filter_mask != 0
+        or ax.encoder_evaluation_direction != 0
+        or ax.encoder_reference_system == _ABSOLUTE
+        or ax.encoder_sign_interpretation == _SIGNED
+        or ax.encoder_mode <= _WITH_VELOCITY
+        or ax.encoder_actual_position_correction_enable != 0
+        or ax.encoder_position_correction != 0.0
+        or (ax.backlash_compensation_enable != 0 and ax.backlash != 0.0)
+        or ax.encoder_dead_time_compensation_mode != 0
+        or ax.encoder_dead_time_position_correction != 0.0
+        or ax.encoder_simulation_noise_scaling > 0.0
+    ):
+        special = 1
+    if special:
+        ax.encoder_raw = _raw_count(ax, floor(ax.plant_position + 0.5))
+        if ax.encoder_noise == 0:
+            ax.encoder_noise = ax.axis_id + 1
+    elif ax.encoder_special:
+        ax.plant_position = float(ax.encoder_software_increments)
+    ax.encoder_special = special
+
+
+def read_counter(ax: AxisFields) -> int:
+    """The software count by way of the hardware's: overflow, masks, directions, noise."""
+    position = ax.plant_position
+    if ax.encoder_simulation_noise_scaling > 0.0:
+        noise = (ax.encoder_noise * 1_103_515_245 + 12_345) % 0x8000_0000
+        ax.encoder_noise = noise
+        position += ax.encoder_simulation_noise_scaling * (noise / 1_073_741_824.0 - 1.0)
+    raw = _raw_count(ax, floor(position + 0.5))
+    moved = raw - ax.encoder_raw
+    ax.encoder_raw = raw
+    if ax.encoder_reference_system == _ABSOLUTE:
+        return raw
+    period = ax.encoder_mask + 1
+    if 2 * moved > period:
+        moved -= period
+    elif 2 * moved < -period:
+        moved += period
+    direction = ax.encoder_evaluation_direction
+    if (
+        direction == _BLOCKED
+        or (direction == _POSITIVE_ONLY and moved < 0)
+        or (direction == _NEGATIVE_ONLY and moved > 0)
+    ):
+        moved = 0
+    return ax.encoder_software_increments + moved
+
+
+def _correct(ax: AxisFields, dt: float) -> float:
+    """The correction of the actual position now: of the measuring system and of backlash."""
+    goal = 0.0
+    if ax.encoder_actual_position_correction_enable:
+        goal = ax.actual_position_correction
+    if ax.backlash_compensation_enable:
+        if ax.set_velocity > 0.0:
+            ax.encoder_backlash_side = 1.0
+        elif ax.set_velocity < 0.0:
+            ax.encoder_backlash_side = -1.0
+        if ax.encoder_backlash_side < 0.0:
+            goal += ax.backlash
+    before = ax.encoder_position_correction
+    if goal != before:
+        filter_time = ax.encoder_actual_position_correction_filter_time
+        goal = before + (goal - before) * (dt / (filter_time + dt)) if filter_time > 0.0 else goal
+        if abs(goal - before) < _STILL:
+            goal = before
+    ax.encoder_position_correction = goal
+    return goal - before
 
 
 def measure(ax: AxisFields, dt: float) -> None:
@@ -27,22 +129,32 @@ def measure(ax: AxisFields, dt: float) -> None:
     if abs(ax.plant_position) > _FULL_COUNTER:
         fail(ax, _COUNTER_OVERFLOW if ax.plant_position > 0.0 else _COUNTER_UNDERFLOW, 1)
         ax.plant_position = _FULL_COUNTER if ax.plant_position > 0.0 else -_FULL_COUNTER
-    count = floor(ax.plant_position + 0.5)
+    special = ax.encoder_special
+    count = read_counter(ax) if special else floor(ax.plant_position + 0.5)
     moved = count - ax.encoder_software_increments
     ax.encoder_software_increments = count
-    ax.encoder_hardware_increments = ((count + 0x8000_0000) & 0xFFFF_FFFF) - 0x8000_0000
-    scale = ax.encoder_scaling_factor
-    if ax.encoder_count_direction:
-        scale = -scale
+    scale = ax.encoder_scale
     position = count * scale + ax.encoder_position_offset + ax.encoder_set_position_offset
+    velocity = moved * scale / dt
+    if special:
+        raw = ax.encoder_raw
+        ax.encoder_hardware_increments = raw - 0x1_0000_0000 if raw > 0x7FFF_FFFF else raw
+        if ax.encoder_mode == _POSITION_ONLY:
+            velocity = 0.0
+        before = ax.encoder_actual_velocity_uncorrected
+        weight = dt / (ax.encoder_velocity_filter_time + dt)
+        ax.encoder_actual_velocity_uncorrected = before + (velocity - before) * weight
+        velocity += _correct(ax, dt) / dt
+        position += ax.encoder_position_correction
+    else:
+        ax.encoder_hardware_increments = ((count + 0x8000_0000) & _FULL_MASK) - 0x8000_0000
     ax.encoder_actual_position_unfiltered = position
     filter_time = ax.encoder_position_filter_time
     if filter_time > 0.0:
-        difference = position - ax.actual_position
-        if abs(difference) > _STILL:
-            position = ax.actual_position + difference * (dt / (filter_time + dt))
-    ax.actual_position = position
-    velocity = moved * scale / dt
+        before = ax.encoder_actual_position_filtered
+        if abs(position - before) > _STILL:
+            position = before + (position - before) * (dt / (filter_time + dt))
+    ax.encoder_actual_position_filtered = position
     ax.actual_velocity_unfiltered = velocity
     before = ax.actual_velocity
     if velocity != before:
@@ -52,12 +164,26 @@ def measure(ax: AxisFields, dt: float) -> None:
         ax.actual_velocity = velocity
     acceleration = (velocity - before) / dt
     before = ax.actual_acceleration
+    if special and ax.encoder_mode <= _WITH_VELOCITY:
+        acceleration = 0.0
     if acceleration != before:
         weight = dt / (ax.encoder_acceleration_filter_time + dt)
         acceleration = before + (acceleration - before) * weight
         if abs(acceleration) < _STILL:
             acceleration = 0.0
         ax.actual_acceleration = acceleration
+    if special:
+        way = 0.0
+        mode = ax.encoder_dead_time_compensation_mode
+        if mode >= _BY_VELOCITY:
+            late = ax.encoder_dead_time_compensation_shift * 1e-9
+            way = velocity * late
+            if mode == _BY_ACCELERATION:
+                way += 0.5 * acceleration * late * late
+        ax.encoder_dead_time_position_correction = way
+        position += way
+    ax.actual_position = position
+    ax.encoder_history[ax.set_cycle_counter % POSITION_HISTORY] = position
     period = ax.encoder_modulo_factor
     ax.actual_position_modulo = modulo_part(position, period)
     ax.actual_modulo_turns = floor((position - ax.actual_position_modulo) / period + 0.5)

@@ -5,9 +5,9 @@ Order within a cycle: encoder, enables, set point, controller, supervision, driv
 
 from collections.abc import Sequence
 
-from achse.motion.controller import control
-from achse.motion.drive import drive, place_motor
-from achse.motion.encoder import measure
+from achse.motion.controller import adapt_controller, control
+from achse.motion.drive import adapt_drive, drive, place_motor, position_output
+from achse.motion.encoder import adapt_encoder, measure
 from achse.motion.monitoring import (
     operation_mode,
     settle,
@@ -16,10 +16,36 @@ from achse.motion.monitoring import (
     supervise_enable,
     supervise_motion,
 )
-from achse.motion.record import AxisFields
+from achse.motion.record import POSITION_HISTORY, AxisFields
 from achse.motion.setpoint import generate
+from achse.motion.states import DriveOperationMode
 
-__all__ = ["cycle", "cycle_all"]
+__all__ = ["adapt", "begin", "cycle", "cycle_all"]
+
+_TORQUE = DriveOperationMode.TORQUE.value
+
+
+def adapt(ax: AxisFields, dt: float) -> None:
+    """Compute what follows from the parameters; done in the first cycle after a change."""
+    adapt_encoder(ax)
+    adapt_controller(ax)
+    adapt_drive(ax, dt)
+    ax.operation_mode_state_dword = operation_mode(ax)
+    ax.adapt = 0
+
+
+def begin(ax: AxisFields, dt: float) -> None:
+    """Show the truth before the first cycle: the axis stands where its encoder reads."""
+    adapt(ax, dt)
+    measure(ax, dt)
+    ax.set_position = ax.actual_position
+    ax.target_position = ax.actual_position
+    ax.motion_position = ax.actual_position
+    for i in range(POSITION_HISTORY):
+        ax.encoder_history[i] = ax.actual_position
+    ax.adapt = 1
+    adapt(ax, dt)
+    show_state(ax)
 
 
 def cycle(ax: AxisFields, dt: float) -> None:
@@ -27,20 +53,23 @@ def cycle(ax: AxisFields, dt: float) -> None:
     ax.set_cycle_counter += 1
     if ax.resting:
         return
-    ideal = ax.simulation_ideal
+    if ax.adapt:
+        adapt(ax, dt)
+    ideal = ax.drive_ideal
+    if ideal and ax.drive_operation_mode == _TORQUE:
+        ideal = 0
     if ideal == 0:
         measure(ax, dt)
-    supervise_enable(ax)
+    supervise_enable(ax, dt)
     generate(ax, dt)
     if ideal:
-        place_motor(ax, ax.set_position)
+        place_motor(ax, position_output(ax, dt) if ax.drive_special else ax.set_position, dt)
         measure(ax, dt)
-    control(ax)
+    control(ax, dt)
     supervise_motion(ax, dt)
     supervise_arrival(ax, dt)
     if ideal == 0:
         drive(ax, dt)
-    ax.operation_mode_state_dword = operation_mode(ax)
     show_state(ax)
     settle(ax)
 

@@ -6,12 +6,13 @@ Kernel source: compiled by Numba as it stands, see `compiled`.
 from math import floor
 
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import arrived, drop_job, fail, modulo_part
+from achse.motion.setpoint import arrived, drop_job, fail, modulo_part, stop_fast
 from achse.motion.states import (
     ControlBit,
     MotionPhase,
     MotionState,
     OperationModeBit,
+    SignalType,
     StateBit,
 )
 
@@ -51,6 +52,12 @@ _STOPPED = StateBit.HAS_BEEN_STOPPED.value
 _HAS_JOB = StateBit.HAS_JOB.value
 _POSITIVE = StateBit.POSITIVE_DIRECTION.value
 _NEGATIVE = StateBit.NEGATIVE_DIRECTION.value
+_HOMING = StateBit.HOMING_BUSY.value
+_COMPENSATING = StateBit.COMPENSATING.value
+_EXTERNAL = StateBit.EXTERNAL_SETPOINT_ENABLED.value
+_PHASING = StateBit.PHASING_ACTIVE.value
+_LATCH_VALID = StateBit.EXTERNAL_LATCH_VALID.value
+_IO_INVALID = StateBit.IO_DATA_INVALID.value
 _CONSTANT_VELOCITY = StateBit.CONSTANT_VELOCITY.value
 _NEW_TARGET = StateBit.NEW_TARGET_POSITION.value
 _CONTINUOUS = StateBit.CONTINUOUS_MOTION.value
@@ -64,6 +71,11 @@ _LIMIT_ACTIVE = StateBit.DRIVE_LIMIT_ACTIVE.value
 _LOCKED = StateBit.MOTION_COMMANDS_LOCKED.value
 _ERROR = StateBit.ERROR.value
 
+_MODE_LOOP = OperationModeBit.LOOP.value
+_MODE_BACKLASH = OperationModeBit.BACKLASH_COMPENSATION.value
+_MODE_CORRECTION = OperationModeBit.POSITION_CORRECTION.value
+_MODE_SLAVE_COMMANDS = OperationModeBit.ALLOW_SLAVE_COMMANDS.value
+_MODE_EXTERNAL_COMMANDS = OperationModeBit.ALLOW_COMMANDS_WITH_EXTERNAL_SETPOINT.value
 _MODE_POSITION = OperationModeBit.POSITION_AREA_MONITORING.value
 _MODE_TARGET = OperationModeBit.TARGET_POSITION_MONITORING.value
 _MODE_MOTION = OperationModeBit.MOTION_MONITORING.value
@@ -76,7 +88,16 @@ _MODE_LAG_VELOCITY = OperationModeBit.VELOCITY_LAG_MONITORING.value
 _MODE_SOFT_MIN = OperationModeBit.SOFT_LIMIT_MIN_MONITORING.value
 _MODE_SOFT_MAX = OperationModeBit.SOFT_LIMIT_MAX_MONITORING.value
 
+_RISING = SignalType.RISING_EDGE.value
+_FALLING = SignalType.FALLING_EDGE.value
+_BOTH = SignalType.BOTH_EDGES.value
+_HIGH = SignalType.HIGH.value
+_LOW = SignalType.LOW.value
+
 _UNITS_MODULO = 4
+
+_IO_CYCLES = 8.5
+"""Cycles without valid I/O data, and a half, that a closed loop bears."""
 
 _ENABLE_WITHDRAWN = 0x4260
 _FEED_MINUS_WITHDRAWN = 0x4357
@@ -88,9 +109,10 @@ _SOFT_LIMIT_MAX_PASSED = 0x4463
 _FOLLOWING_ERROR_POSITION = 0x4550
 _FOLLOWING_ERROR_VELOCITY = 0x4551
 _DRIVE_NOT_READY = 0x4650
+_IO_DATA_INVALID = 0x4655
 
-_QUIET = 2 * 16
-"""Cycles without a change until the axis rests; longer than the dead time of the drive."""
+_QUIET = 32
+"""Cycles without a change, beyond those on their way to the drive, until the axis rests."""
 
 
 def report(ax: AxisFields, code: int, cut: int) -> None:
@@ -104,11 +126,36 @@ def report(ax: AxisFields, code: int, cut: int) -> None:
     fail(ax, code, cut)
 
 
-def supervise_enable(ax: AxisFields) -> None:
+def _watch_signals(ax: AxisFields, dt: float) -> None:
+    """The fast-stop signal of the drive and the validity of the I/O data."""
+    kind = ax.fast_axis_stop_signal_type
+    if kind != 0:
+        signal = ax.simulation_fast_stop_signal
+        rising = signal == 1 and ax.drive_signal_before == 0
+        falling = signal == 0 and ax.drive_signal_before == 1
+        ax.drive_signal_before = signal
+        if (
+            (kind in (_RISING, _BOTH) and rising)
+            or (kind in (_FALLING, _BOTH) and falling)
+            or (kind == _HIGH and signal == 1)
+            or (kind == _LOW and signal == 0)
+        ) and ax.set_motion_phase in (_POSITIONING, _ENDLESS):
+            stop_fast(ax)
+    if ax.simulation_io_invalid:
+        ax.drive_io_time += dt
+        if ax.loop_closed and ax.drive_io_time > _IO_CYCLES * dt:
+            fail(ax, _IO_DATA_INVALID, 1)
+    else:
+        ax.drive_io_time = 0.0
+
+
+def supervise_enable(ax: AxisFields, dt: float) -> None:
     """Close and open the control loop; while it is open the set point follows the axis.
 
     Without its enable a moving axis brakes under control and only then opens the loop.
     """
+    if ax.fast_axis_stop_signal_type != 0 or ax.simulation_io_invalid or ax.drive_io_time > 0.0:
+        _watch_signals(ax, dt)
     if ax.external_error != 0:
         fail(ax, ax.external_error, 0)
         ax.external_error = 0
@@ -235,6 +282,16 @@ def supervise_arrival(ax: AxisFields, dt: float) -> None:
 def operation_mode(ax: AxisFields) -> int:
     """OpModeDWord: the monitoring that is switched on."""
     mode = _MODE_SIMULATION
+    if ax.loop_enable:
+        mode |= _MODE_LOOP
+    if ax.backlash_compensation_enable:
+        mode |= _MODE_BACKLASH
+    if ax.encoder_actual_position_correction_enable:
+        mode |= _MODE_CORRECTION
+    if ax.allow_slave_motion_commands:
+        mode |= _MODE_SLAVE_COMMANDS
+    if ax.allow_motion_commands_with_external_setpoint:
+        mode |= _MODE_EXTERNAL_COMMANDS
     if ax.position_range_monitoring_enable:
         mode |= _MODE_POSITION
     if ax.target_position_monitoring_enable:
@@ -316,6 +373,18 @@ def show_state(ax: AxisFields) -> None:
         state |= _BELOW_MIN
     if ax.encoder_soft_limit_max_enable and ax.actual_position > ax.encoder_soft_limit_max:
         state |= _ABOVE_MAX
+    if ax.homing_state != 0:
+        state |= _HOMING
+    if ax.compensating:
+        state |= _COMPENSATING
+    if ax.external_setpoint_active:
+        state |= _EXTERNAL
+    if ax.phasing_active:
+        state |= _PHASING
+    if ax.encoder_latch_valid:
+        state |= _LATCH_VALID
+    if ax.simulation_io_invalid:
+        state |= _IO_INVALID
     if ax.simulation_not_ready:
         state |= _DRIVE_ERROR
     if ax.drive_limit_active:
@@ -323,6 +392,7 @@ def show_state(ax: AxisFields) -> None:
     if ax.motion_locked:
         state |= _LOCKED
     ax.state_dword = state
+    ax.operation_mode_feedback = ax.operation_mode
     ax.motion_state = motion
     ax.set_direction = direction
     period = ax.encoder_modulo_factor
@@ -345,9 +415,13 @@ def settle(ax: AxisFields) -> None:
         and ax.following_error_time == 0.0
         and ax.following_error_velocity_time == 0.0
         and (ax.in_target_position == 1 or ax.target_window_time == 0.0)
+        and ax.drive_actual_torque_derivative == 0.0
+        and ax.drive_io_time == 0.0
+        and ax.controller_special == 0
+        and (ax.encoder_special == 0 or ax.encoder_simulation_noise_scaling == 0.0)
     ):
         ax.quiet_cycles += 1
-        if ax.quiet_cycles >= _QUIET:
+        if ax.quiet_cycles >= _QUIET + ax.drive_delay + ax.filter_count:
             ax.resting = 1
     else:
         ax.quiet_cycles = 0

@@ -8,7 +8,7 @@ from typing import Any
 
 from achse.motion.axis import Axis, ObjectAxis, WordsAxis
 from achse.motion.compiled import compiled_cycle, numba_installed
-from achse.motion.kernel import cycle_all
+from achse.motion.kernel import begin, cycle_all
 from achse.motion.record import FIELDS, Role, SlotsRecord, record_dtype
 
 __all__ = ["HIGHEST_AXIS_ID", "AxisParameters", "AxisParametersError", "Nc"]
@@ -67,6 +67,12 @@ class AxisParameters:
             setattr(axis, name, value)
         if "drive_reference_velocity" not in self.values:
             axis.drive_reference_velocity = 1.1 * axis.max_velocity
+        if {"encoder_scaling_numerator", "encoder_scaling_denominator"} & self.values.keys():
+            axis.encoder_scaling_factor = (
+                axis.encoder_scaling_numerator / axis.encoder_scaling_denominator
+            )
+        else:
+            axis.encoder_scaling_numerator = axis.encoder_scaling_factor
 
 
 class Nc:
@@ -111,6 +117,7 @@ class Nc:
             if parameters.axis_id in self._axes:
                 raise AxisParametersError(f"axis id {parameters.axis_id} is given twice")
             parameters.apply(axis)
+            begin(axis, self._dt)
             self._axes[parameters.axis_id] = axis
 
     @property

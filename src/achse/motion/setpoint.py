@@ -17,7 +17,7 @@ from achse.motion.profile import (
     segment_acceleration,
     stopping_distance,
 )
-from achse.motion.record import COMMAND_BUFFER, AxisFields
+from achse.motion.record import COMMAND_BUFFER, POSITION_HISTORY, AxisFields
 from achse.motion.states import BufferMode, CommandState, MotionPhase, StartType
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "plan",
     "resolve_target",
     "shift_origin",
+    "stop_fast",
     "take_next",
 ]
 
@@ -63,6 +64,9 @@ _SWITCH_TARGET = 2
 _FULL_OVERRIDE = 1_000_000
 _SLOWEST = 1e-6
 """Velocity that any override above zero leaves, whatever the job."""
+
+_STEEPEST = 1e12
+"""Strongest deceleration and jerk that the planner takes."""
 
 _DYNAMICS_NOT_ALLOWED = 0x4277
 
@@ -193,18 +197,25 @@ def fail(ax: AxisFields, code: int, cut: int) -> None:
     if cut:
         ax.output_cut = 1
         drop_job(ax)
-        return
-    phase = ax.set_motion_phase
-    if phase == _NO_JOB:
+    elif ax.set_motion_phase == _NO_JOB:
         ax.buffer_count = 0
-        return
+    else:
+        stop_fast(ax)
+
+
+def stop_fast(ax: AxisFields) -> None:
+    """Fast axis stop: the data of the running command, or its own where they are stronger."""
     deceleration = ax.job_deceleration
     jerk = ax.job_jerk
     if ax.fast_axis_stop_deceleration > deceleration:
         deceleration = ax.fast_axis_stop_deceleration
     if ax.fast_axis_stop_jerk > jerk:
         jerk = ax.fast_axis_stop_jerk
-    if phase != _STOPPING or deceleration > ax.job_deceleration or jerk > ax.job_jerk:
+    if deceleration > _STEEPEST:
+        deceleration = _STEEPEST
+    if jerk > _STEEPEST:
+        jerk = _STEEPEST
+    if ax.set_motion_phase != _STOPPING or deceleration > ax.job_deceleration or jerk > ax.job_jerk:
         begin_stop(ax, deceleration, jerk)
 
 
@@ -474,7 +485,13 @@ def shift_origin(ax: AxisFields, shift: float) -> None:
     """Rename positions: the axis stays where it is, its position becomes `shift` larger."""
     ax.encoder_set_position_offset += shift
     ax.encoder_actual_position_unfiltered += shift
+    ax.encoder_actual_position_filtered += shift
     ax.actual_position += shift
+    ax.controller_observer_position += shift
+    for i in range(POSITION_HISTORY):
+        ax.encoder_history[i] += shift
+    ax.filter_count = 0  # makes the output filter begin anew
+    ax.adapt = 1
     ax.set_position += shift
     ax.target_position += shift
     ax.segment_position += shift

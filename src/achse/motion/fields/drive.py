@@ -161,6 +161,8 @@ class DriveInternal(Memory):
     """What the drive derives from its parameters, and the simulated motor."""
 
     drive_special: int = flag(0, "more than a linear velocity drive is in use")
+    drive_ideal: int = flag(0, "the drive takes positions and follows them")
+    drive_delay: int = whole(0, "1", "cycles from output to drive")
     drive_full: float = real(2200.0, "mm/s", "velocity at 100 % output")
     drive_signal_before: int = flag(0, "fast-stop signal of the cycle before")
     drive_io_time: float = real(0.0, "s", "time without valid I/O data")
