@@ -292,6 +292,8 @@ class Station:
         end_ns = math.inf if until is None else round(until * 1e9)
         ended = asyncio.Event()
         self._on_end = ended.set
+        if self.ended:
+            return
         if speed == 0:
             await ended.wait()
             return

@@ -1,0 +1,114 @@
+"""Hostile datagrams: nothing escapes, nothing grows, no route is made, answers stay sound.
+
+COUNT keeps this to seconds; `python tests/fuzz/test_datagrams.py 1000000` throws as many as one
+likes and tells time and memory.
+"""
+
+import asyncio
+import importlib.util
+import sys
+import time
+import tracemalloc
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from achse.ams import NetId
+from achse.ams.discovery import Datagram, OsVersion, SystemInfo, status_of
+from achse.router.access import PasswordHash, Users
+from achse.router.routes import RouteTable
+from achse.transport.udp import DiscoveryEndpoint
+
+COUNT = 100_000
+HASH = PasswordHash(2, 1, 1, bytes(3), bytes(16))
+INFO = SystemInfo(NetId("5.1.2.3.1.1"), "press", (3, 1, 4024), OsVersion(6, 1, 0, 0, "Linux"))
+
+
+def _datagrams(seed: int) -> Iterator[bytes]:
+    path = Path(__file__).with_name("datagrams.py")
+    spec = importlib.util.spec_from_file_location("achse_fuzz_datagrams", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    found: Iterator[bytes] = module.datagrams(seed)
+    return found
+
+
+class _Answers(asyncio.DatagramTransport):
+    """Counts answers, and looks at each."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.count = 0
+        self.closed = False
+
+    def get_extra_info(self, name: str, default: Any = None) -> Any:
+        return ("127.0.0.1", 1)
+
+    def sendto(self, data: bytes | bytearray | memoryview, addr: Any = None) -> None:
+        answer = Datagram.decode(bytes(data))
+        assert answer.answer
+        if answer.service == 1:
+            assert SystemInfo.decode(answer) == INFO
+        else:
+            assert len(data) == 32
+            assert status_of(answer) in (0x701, 0x704)
+        self.count += 1
+
+    def close(self) -> None:
+        self.closed = True
+
+
+async def _throw(count: int, seed: int, users: Users) -> tuple[int, int]:
+    routes = RouteTable()
+    endpoint = DiscoveryEndpoint(lambda: INFO, routes, users)
+    answers = _Answers()
+    endpoint.connection_made(answers)
+    if users:
+        endpoint._checker = asyncio.create_task(endpoint._check_each())
+    for number, data in enumerate(islice(_datagrams(seed), count)):
+        endpoint.datagram_received(data, ("192.0.2.1", 9))
+        if number % 50 == 0:
+            await asyncio.sleep(0)
+    await endpoint.close()
+    assert len(routes) == 0
+    return answers.count, endpoint.ignored
+
+
+def test_without_users() -> None:
+    answered, ignored = asyncio.run(_throw(COUNT, 1, Users()))
+    assert answered > COUNT / 5
+    assert ignored > COUNT / 5
+
+
+def test_with_users_whose_password_they_do_not_know() -> None:
+    answered, ignored = asyncio.run(_throw(COUNT // 4, 2, Users({"Administrator": HASH})))
+    assert answered > COUNT / 40
+    assert ignored > COUNT / 40
+
+
+def test_nothing_grows() -> None:
+    async def grown() -> int:
+        await _throw(1000, 3, Users())
+        tracemalloc.start()
+        await _throw(2000, 4, Users())
+        before, _ = tracemalloc.get_traced_memory()
+        await _throw(10_000, 5, Users())
+        after, _ = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        return after - before
+
+    assert asyncio.run(grown()) < 50_000
+
+
+if __name__ == "__main__":
+    import resource
+
+    total = int(sys.argv[1])
+    began = time.perf_counter()
+    done = asyncio.run(_throw(total, 11, Users({"Administrator": HASH})))
+    took = time.perf_counter() - began
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    print(f"{total} datagrams in {took:.1f} s: {done[0]} answered, {done[1]} ignored, {peak} kB")
