@@ -70,6 +70,16 @@ def test_an_entrys_values_come_in_the_order_of_their_bits() -> None:
     assert reply[14:] == b"demimaLimit"
 
 
+def test_a_gap_between_entries_is_described_as_nothing() -> None:
+    """Masters walk the subindices up to the last; an error for each gap would stop them."""
+    entries = (Entry(0, "Count", 5, 8, 7), Entry(2, "Limit", 6, 16, 0x3F))
+    one = SdoInformation({0x10F1: Object(0x10F1, "Settings", 9, 0, entries)})
+    (reply,) = one.answer(struct.pack("<BxHHBB", 5, 0, 0x10F1, 1, 7), 200)
+    assert reply == struct.pack("<BxHHBBHHH", 6, 0, 0x10F1, 1, 0, 0, 0, 0)
+    (reply,) = one.answer(struct.pack("<BxHHBB", 5, 0, 0x10F1, 3, 7), 200)
+    assert reply[0] == 7
+
+
 @pytest.mark.parametrize(
     ("operation", "data", "code"),
     [

@@ -93,6 +93,8 @@ class SdoInformation:
                 )
                 text = _HEADER.pack(_ENTRY, 0) + fixed + values + _name(entry.name)
                 return text[:capacity]
+        if subindex < found.entries[-1].subindex:  # a gap: no type, no bits, no access
+            return _HEADER.pack(_ENTRY, 0) + struct.pack("<HBBHHH", index, subindex, 0, 0, 0, 0)
         return _refuse(AbortCode.NO_SUBINDEX)
 
 
