@@ -40,6 +40,8 @@ ADS_CLIENT = Path(__file__).parent / "interop" / "npm" / "node_modules" / "ads-c
 WITNESSES: dict[str, Callable[[], object]] = {
     "pyads": lambda: sys.platform == "linux" and importlib.util.find_spec("pyads"),
     "ads-client": lambda: ADS_CLIENT.is_dir() and shutil.which("node"),
+    "ads-async": lambda: importlib.util.find_spec("ads_async"),
+    "pytmc": lambda: importlib.util.find_spec("pytmc"),
     "tshark": lambda: shutil.which("tshark"),
     "pysoem": lambda: sys.platform == "linux" and importlib.util.find_spec("pysoem"),
     "kickcat": lambda: sys.platform == "linux" and importlib.util.find_spec("kickcat"),

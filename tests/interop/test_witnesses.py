@@ -5,6 +5,8 @@ from collections.abc import Callable
 import pytest
 
 
-@pytest.mark.parametrize("name", ["pyads", "ads-client", "tshark", "pysoem", "kickcat"])
+@pytest.mark.parametrize(
+    "name", ["pyads", "ads-client", "ads-async", "pytmc", "tshark", "pysoem", "kickcat"]
+)
 def test_the_witness_is_installed(name: str, witness: Callable[[str], None]) -> None:
     witness(name)
