@@ -1,0 +1,53 @@
+"""`achse ads scan`."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from achse.cli.app import app
+
+
+@pytest.fixture(scope="module")
+def found(
+    start_station: Callable[..., Any],
+) -> Iterator[Any]:
+    with start_station() as station:
+        yield station
+
+
+def scan(*arguments: str, host: str = "", exit_code: int = 0) -> Any:
+    environment = {"ACHSE_HOST": host, "COLUMNS": "100"}
+    result = CliRunner().invoke(
+        app, ["ads", "scan", "--timeout", "0.3", *arguments], env=environment
+    )
+    assert result.exit_code == exit_code, (result.output, result.exception)
+    return result
+
+
+def test_a_station_is_found_with_name_address_and_version(found: Any) -> None:
+    [line] = scan(found.host).stdout.splitlines()
+    assert line.split()[:4] == [found.net_id, "demo", found.host, "3.1.4024"]
+
+
+def test_without_a_host_the_environment_says_where(found: Any) -> None:
+    [line] = scan(host=found.host).stdout.splitlines()
+    assert line.startswith(found.net_id)
+
+
+def test_json(found: Any) -> None:
+    import json
+
+    [facts] = json.loads(scan(found.host, "--json").stdout)
+    assert facts["net_id"] == found.net_id
+    assert facts["version"] == "3.1.4024"
+
+
+def test_where_nobody_answers_it_says_so() -> None:
+    told = scan("127.0.0.1", "--udp-port", "1", exit_code=1).stderr
+    assert told == "nobody answers at 127.0.0.1, UDP port 1\n"
+
+
+def test_an_unknown_host_is_named() -> None:
+    assert "no.such.host.invalid: " in scan("no.such.host.invalid", exit_code=1).stderr
