@@ -33,15 +33,36 @@ else:
 
 
 class Axis(_Fields):
-    """One axis of the NC: its names and, by attribute, every field of its record."""
+    """One axis of the NC: its names and, by attribute, every field of its record.
+
+    Further encoders, controllers and drives of an axis are records of their own, of which only the
+    fields of these parts count: `elements[n]` holds element n. The one that controls is the axis
+    itself; at first that is element 0. `owner` leads from any of them to the axis.
+    """
 
     name: str
     unit: str
+    owner: "Axis"
+    elements: list["Axis"]
+    encoder_ids: tuple[int, ...]
+    controller_ids: tuple[int, ...]
+    drive_ids: tuple[int, ...]
 
-    def describe(self, name: str, unit: str) -> None:
-        """Give the axis its name and the name of its position unit."""
+    def describe(self, name: str, unit: str, owner: "Axis | None" = None) -> None:
+        """Give the axis, or an element of `owner`, its name and that of its position unit."""
         self.name = name
         self.unit = unit
+        self.owner = owner or self
+        if owner is None:
+            self.elements = [self]
+            self.encoder_ids = self.controller_ids = self.drive_ids = (self.axis_id,)
+        else:
+            owner.elements.append(self)
+
+    @property
+    def number(self) -> int:
+        """Which element of its axis this is, 0 … 8."""
+        return self.owner.elements.index(self)
 
     def pack(self) -> bytes:
         """All fields as bytes, in record order, equal for both forms of the record."""

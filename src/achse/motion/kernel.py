@@ -20,7 +20,7 @@ from achse.motion.record import POSITION_HISTORY, AxisFields
 from achse.motion.setpoint import generate
 from achse.motion.states import DriveOperationMode
 
-__all__ = ["adapt", "begin", "cycle", "cycle_all"]
+__all__ = ["adapt", "begin", "cycle", "cycle_all", "follow"]
 
 _TORQUE = DriveOperationMode.TORQUE.value
 
@@ -74,7 +74,29 @@ def cycle(ax: AxisFields, dt: float) -> None:
     settle(ax)
 
 
+def follow(ax: AxisFields, owner: AxisFields, dt: float) -> None:
+    """One cycle of a further element of an axis: its encoder sees the same motor."""
+    ax.set_cycle_counter = owner.set_cycle_counter
+    if ax.adapt:
+        adapt(ax, dt)
+    elif owner.resting:
+        return
+    ax.set_velocity = owner.set_velocity
+    ax.actual_position_correction = owner.actual_position_correction
+    measure(ax, dt)
+    velocity = owner.plant_velocity
+    ax.plant_velocity = velocity
+    if velocity != 0.0:
+        if owner.drive_motor_polarity:
+            velocity = -velocity
+        ax.plant_position += velocity * dt / ax.encoder_scaling_factor
+
+
 def cycle_all(axes: Sequence[AxisFields], dt: float) -> None:
-    """One cycle of all axes, in the order of the records."""
+    """One cycle of all axes, in the order of the records; elements come after their axis."""
     for i in range(len(axes)):
-        cycle(axes[i], dt)
+        ax = axes[i]
+        if ax.element_number == 0:
+            cycle(ax, dt)
+        else:
+            follow(ax, axes[i - ax.element_number], dt)

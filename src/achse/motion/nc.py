@@ -2,7 +2,7 @@
 
 import hashlib
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,6 +14,13 @@ from achse.motion.record import FIELDS, Role, SlotsRecord, record_dtype
 __all__ = ["HIGHEST_AXIS_ID", "AxisParameters", "AxisParametersError", "Nc"]
 
 HIGHEST_AXIS_ID = 255
+"""Of encoders, controllers and drives too."""
+
+MOST_ELEMENTS = 9
+"""Encoders, controllers and drives of one axis, each."""
+
+_EVERY_FIELD = ("",)
+_ELEMENT_FIELDS = ("encoder_", "controller_", "drive_", "simulation_")
 
 _PLAIN_AXIS_NS = 5_000
 """What one axis costs per cycle without Numba, about."""
@@ -35,19 +42,62 @@ class AxisParameters:
     `values` sets parameter and input fields of the record by name (`AxisFields`), in axis units and
     seconds; what is not named has its default. `control_dword` and `velocity_override` preset the
     cyclic interface. `drive_reference_velocity` is 1.1 times `max_velocity` unless given.
+
+    `encoder_ids`, `controller_ids` and `drive_ids` name what belongs to the axis, the first of each
+    being the standard one; without them there is one each, with the id of the axis. `elements` are
+    the values of encoder, controller and drive number 1, 2, … of the axis.
     """
 
     axis_id: int
     name: str = ""
     unit: str = "mm"
     values: Mapping[str, float] = field(default_factory=dict)
+    encoder_ids: tuple[int, ...] = ()
+    controller_ids: tuple[int, ...] = ()
+    drive_ids: tuple[int, ...] = ()
+    elements: Sequence[Mapping[str, float]] = ()
 
     def __post_init__(self) -> None:
         if not 1 <= self.axis_id <= HIGHEST_AXIS_ID:
             raise AxisParametersError(f"axis id {self.axis_id}: expected 1..{HIGHEST_AXIS_ID}")
-        for name, value in self.values.items():
+        for kind, ids in self.ids().items():
+            if len(ids) > MOST_ELEMENTS or not all(1 <= id <= HIGHEST_AXIS_ID for id in ids):
+                raise AxisParametersError(
+                    f"axis {self.axis_id}: {kind} ids {ids}, expected at most {MOST_ELEMENTS} "
+                    f"of 1..{HIGHEST_AXIS_ID}"
+                )
+        if len(self.elements) > self.element_count:
+            raise AxisParametersError(
+                f"axis {self.axis_id}: {len(self.elements)} elements described, "
+                f"there are {self.element_count} besides the first"
+            )
+        self._check(self.values, _EVERY_FIELD)
+        for values in self.elements:
+            self._check(values, _ELEMENT_FIELDS)
+
+    def ids(self) -> dict[str, tuple[int, ...]]:
+        """Ids of the encoders, controllers and drives; by default one each, with the axis id."""
+        own = (self.axis_id,)
+        return {
+            "encoder": self.encoder_ids or own,
+            "controller": self.controller_ids or own,
+            "drive": self.drive_ids or own,
+        }
+
+    @property
+    def element_count(self) -> int:
+        """Elements besides the first: the most of encoders, controllers and drives, less one."""
+        return max(map(len, self.ids().values())) - 1
+
+    def _check(self, values: Mapping[str, float], parts: tuple[str, ...]) -> None:
+        for name, value in values.items():
             row = FIELDS.get(name)
-            if row is None or row.role not in _CONFIGURABLE or name == "axis_id":
+            if (
+                row is None
+                or row.role not in _CONFIGURABLE
+                or name == "axis_id"
+                or not name.startswith(parts)
+            ):
                 raise AxisParametersError(f"axis {self.axis_id}: no parameter {name!r}")
             if not row.least <= value <= row.most or not math.isfinite(value):
                 raise AxisParametersError(
@@ -63,16 +113,30 @@ class AxisParameters:
         """Write all values into a fresh axis."""
         axis.axis_id = self.axis_id
         axis.describe(self.name or f"Axis {self.axis_id}", self.unit)
-        for name, value in self.values.items():
-            setattr(axis, name, value)
+        axis.encoder_ids, axis.controller_ids, axis.drive_ids = self.ids().values()
+        _set(axis, self.values)
         if "drive_reference_velocity" not in self.values:
             axis.drive_reference_velocity = 1.1 * axis.max_velocity
-        if {"encoder_scaling_numerator", "encoder_scaling_denominator"} & self.values.keys():
-            axis.encoder_scaling_factor = (
-                axis.encoder_scaling_numerator / axis.encoder_scaling_denominator
-            )
-        else:
-            axis.encoder_scaling_numerator = axis.encoder_scaling_factor
+
+    def apply_element(self, number: int, axis: Axis, owner: Axis) -> None:
+        """Write the values of element `number` > 0 of `owner` into a fresh record."""
+        axis.axis_id = self.axis_id
+        axis.element_number = number
+        axis.describe(f"{owner.name} {number + 1}", self.unit, owner)
+        axis.drive_reference_velocity = owner.drive_reference_velocity
+        if number <= len(self.elements):
+            _set(axis, self.elements[number - 1])
+
+
+def _set(axis: Axis, values: Mapping[str, float]) -> None:
+    for name, value in values.items():
+        setattr(axis, name, value)
+    if {"encoder_scaling_numerator", "encoder_scaling_denominator"} & values.keys():
+        axis.encoder_scaling_factor = (
+            axis.encoder_scaling_numerator / axis.encoder_scaling_denominator
+        )
+    else:
+        axis.encoder_scaling_numerator = axis.encoder_scaling_factor
 
 
 class Nc:
@@ -95,6 +159,7 @@ class Nc:
             load = len(configured) * _PLAIN_AXIS_NS * _PLAIN_SHARE
             compiled = load > cycle_ns and numba_installed()
         self.compiled = compiled
+        count = sum(1 + parameters.element_count for parameters in configured)
         self._records: Any
         self._cycle_all: Callable[[Any, float], None]
         views: list[Axis]
@@ -102,23 +167,41 @@ class Nc:
             import numpy
 
             self._cycle_all = compiled_cycle()
-            self._records = numpy.zeros(len(configured), record_dtype())
+            self._records = numpy.zeros(count, record_dtype())
             self._cycle_all(self._records[:0], self._dt)  # compiles or loads now, not in a cycle
             for name, row in FIELDS.items():
                 self._records[name] = row.default
-            rows = self._records.view("u1").reshape(len(configured), -1)
+            rows = self._records.view("u1").reshape(count, -1)
             views = [WordsAxis(memoryview(row)) for row in rows]
         else:
             self._cycle_all = cycle_all
-            self._records = [SlotsRecord() for _ in configured]
+            self._records = [SlotsRecord() for _ in range(count)]
             views = [ObjectAxis(record) for record in self._records]
         self._axes: dict[int, Axis] = {}
-        for parameters, axis in zip(configured, views, strict=True):
-            if parameters.axis_id in self._axes:
-                raise AxisParametersError(f"axis id {parameters.axis_id} is given twice")
-            parameters.apply(axis)
-            begin(axis, self._dt)
-            self._axes[parameters.axis_id] = axis
+        self._owners: dict[str, dict[int, tuple[Axis, int]]] = {
+            "encoder": {}, "controller": {}, "drive": {},
+        }  # fmt: skip
+        fresh = iter(views)
+        for parameters in configured:
+            self._add(parameters, fresh)
+
+    def _add(self, parameters: AxisParameters, fresh: Iterator[Axis]) -> None:
+        """Set up one axis and its elements in the next records."""
+        axis = next(fresh)
+        if parameters.axis_id in self._axes:
+            raise AxisParametersError(f"axis id {parameters.axis_id} is given twice")
+        parameters.apply(axis)
+        begin(axis, self._dt)
+        self._axes[parameters.axis_id] = axis
+        for number in range(1, 1 + parameters.element_count):
+            element = next(fresh)
+            parameters.apply_element(number, element, axis)
+            begin(element, self._dt)
+        for kind, ids in parameters.ids().items():
+            for number, id in enumerate(ids):
+                if id in self._owners[kind]:
+                    raise AxisParametersError(f"{kind} id {id} is given twice")
+                self._owners[kind][id] = axis, number
 
     @property
     def cycle_seconds(self) -> float:
@@ -134,6 +217,15 @@ class Nc:
         """The axis with this id; KeyError if there is none."""
         return self._axes[axis_id]
 
+    def ids(self, kind: str) -> list[int]:
+        """Ids of all "encoder", "controller" or "drive" objects, in the order of the axes."""
+        return list(self._owners[kind])
+
+    def element(self, kind: str, id: int) -> Axis:
+        """The record of encoder, controller or drive `id`; KeyError if there is none."""
+        axis, number = self._owners[kind][id]
+        return axis.elements[number]
+
     def cycle(self) -> None:
         """One SAF cycle of all axes."""
         self.cycle_count += 1
@@ -143,5 +235,6 @@ class Nc:
         """Hash of the whole state, 16 bytes, equal for both kernels."""
         state = hashlib.blake2b(self.cycle_count.to_bytes(8, "little"), digest_size=16)
         for axis in self._axes.values():
-            state.update(axis.pack())
+            for element in axis.elements:
+                state.update(element.pack())
         return state.digest()
