@@ -76,6 +76,8 @@ def literal_value(text: str) -> LiteralValue:
             raise type.reject(text, "TRUE or FALSE")
         return LiteralValue(type, rest.upper() in ("TRUE", "1"))
     if isinstance(type, TimeType):
+        if rest.isdigit():
+            raise type.reject(text, "a unit after the number, like T#5ms")
         return LiteralValue(type, type.count(parse_value(type, f"{type.name}#{rest}")))
     value = _signed(rest)
     if isinstance(type, RealType):

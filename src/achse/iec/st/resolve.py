@@ -150,16 +150,18 @@ class Resolver(Scopes):
             found = self.given_type(spec.name)
             if found is None:
                 raise Unexpected(spec.at, f"no type is named '{spec.name[:80]}'")
+            if spec.generics:
+                raise Unexpected(spec.at, f"{found.name} has no VAR_GENERIC")
             return found
-        if generics_of(entry):
+        if spec.generics or generics_of(entry):
             entry = self._instance(entry, spec, scope)
-        elif spec.generics:
-            raise Unexpected(spec.at, f"{entry.name} has no VAR_GENERIC")
         return self.entry_type(entry, spec.at)
 
     def _instance(self, entry: Entry, spec: NamedType, scope: Scope) -> Entry:
         """The block that a generic one is with these values of its VAR_GENERIC."""
         names = generics_of(entry)
+        if not names:
+            raise Unexpected(spec.at, f"{entry.name} has no VAR_GENERIC")
         if len(names) != len(spec.generics):
             raise Unexpected(spec.at, f"{entry.name}<…> takes {len(names)} constants")
         values = [self.integer(item, scope, "a generic constant") for item in spec.generics]
@@ -196,9 +198,9 @@ class Resolver(Scopes):
         match spec:
             case NamedType(name):
                 entry = self.find(name, scope.space)
-                if entry is None or spec.generics:
+                if entry is None:
                     return self._named(spec, scope).name
-                return entry.name
+                return self._instance(entry, spec, scope).name if spec.generics else entry.name
             case ArrayOf(_, element):
                 inner = ",".join(map(str, self._bounds(spec, scope)))
                 return f"ARRAY [{inner}] OF {self._text(element, scope, hint)}"

@@ -73,6 +73,8 @@ class Scope:
     """Values of enumerations declared inside."""
     constants: dict[str, Constant | None] = field(default_factory=dict)
     """Those worked out already; None while one is."""
+    failed: set[str] = field(default_factory=set)
+    """Constants at fault, which is told."""
 
 
 def attributes_of(note: Note) -> dict[str, str]:
@@ -327,12 +329,17 @@ class Scopes:
             raise NotConstant(at)
         if initial is None or isinstance(initial, ArrayInitial | StructInitial):
             raise NotConstant(at)
+        if key in scope.failed:
+            raise Failed
         if key not in scope.constants:
             self.check_depth(at)
             scope.constants[key] = None
             try:
                 with self.inside(scope.source):
                     scope.constants[key] = self._worked_out(declaration, initial, scope)
+            except Failed:
+                scope.failed.add(key)
+                raise
             finally:
                 if scope.constants[key] is None:
                     del scope.constants[key]

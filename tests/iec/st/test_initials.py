@@ -1,0 +1,82 @@
+"""Initial values of arrays, structures and what they are made of."""
+
+from typing import Any
+
+import pytest
+
+from achse.iec import ARRAY, INT, LREAL, IecType, Struct, iec_type, var
+from achse.iec.st.constants import Constant, Evaluator, NotConstant, Path
+from achse.iec.st.initials import InitialValues
+from achse.iec.st.parser import Parser
+from achse.iec.st.source import Source
+
+
+class Point(Struct):
+    x = var(LREAL, 1.0)
+    y = var(LREAL)
+
+
+def lookup(path: Path, at: int) -> Constant:
+    if path == ("n",):
+        return Constant(2)
+    raise NotConstant(at)
+
+
+def value_of(text: str, type: IecType[Any]) -> tuple[object, bool]:
+    parser = Parser(Source(text))
+    initial = parser.attempt(parser.initial)
+    assert initial is not None
+    values = InitialValues(Evaluator(lookup, lambda tree: 0))
+    value = values.value(type, initial)
+    if value is not None:
+        type.encode(value)
+    return value, values.is_whole
+
+
+LINE = ARRAY(INT, (1, 4))
+PLANE = ARRAY(INT, (0, 1), (0, 2))
+ROWS = ARRAY(ARRAY(INT, (0, 1)), (0, 1))
+POINTS = ARRAY(Point, (0, 2))
+
+
+@pytest.mark.parametrize(
+    ("text", "type", "value"),
+    [
+        ("[1, 2, 3, 4]", LINE, [1, 2, 3, 4]),
+        ("[1]", LINE, [1, 0, 0, 0]),
+        ("[]", LINE, [0, 0, 0, 0]),
+        ("[2(1), 5]", LINE, [1, 1, 5, 0]),
+        ("[2(1, 2)]", LINE, [1, 2, 1, 2]),
+        ("[n(7)]", LINE, [7, 7, 0, 0]),
+        ("[0(7), 1]", LINE, [1, 0, 0, 0]),
+        ("[2(), 1]", LINE, [0, 0, 1, 0]),
+        ("[1, 2, 3, 4, 5, 6]", PLANE, [[1, 2, 3], [4, 5, 6]]),
+        ("[[1, 2, 3], [4, 5, 6]]", PLANE, [[1, 2, 3], [4, 5, 6]]),
+        ("[6(1)]", PLANE, [[1, 1, 1], [1, 1, 1]]),
+        ("[[1, 2], [3]]", ROWS, [[1, 2], [3, 0]]),
+        ("[2([5, 6])]", ROWS, [[5, 6], [5, 6]]),
+        ("(x := 2)", iec_type(Point), {"x": 2.0}),
+        ("(Y := 3, X := 1)", iec_type(Point), {"x": 1.0, "y": 3.0}),
+        ("[(x := 5), 1((y := 2))]", POINTS, [{"x": 5.0}, {"y": 2.0}, {}]),
+    ],
+)
+def test_values(text: str, type: IecType[Any], value: object) -> None:
+    assert value_of(text, type) == (value, True)
+
+
+@pytest.mark.parametrize(
+    ("text", "type", "value"),
+    [
+        ("v", INT, None),
+        ("[1, v, 3]", LINE, [1, 0, 3, 0]),
+        ("[f(1)]", LINE, [0, 0, 0, 0]),
+        ("(x := v, y := 2)", iec_type(Point), {"y": 2.0}),
+    ],
+)
+def test_what_shows_at_run_time_is_left(text: str, type: IecType[Any], value: object) -> None:
+    assert value_of(text, type) == (value, False)
+
+
+def test_a_million_elements_take_no_time() -> None:
+    value, _ = value_of("[1000000(1)]", ARRAY(INT, (1, 1_000_000)))
+    assert value == [1] * 1_000_000

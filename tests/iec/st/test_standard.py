@@ -1,0 +1,36 @@
+"""The library that every project can name."""
+
+import pytest
+
+from achse.iec import StructType
+from achse.iec.st.declare import declare
+from achse.iec.st.parser import parse
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "members"),
+    [
+        # 8 bytes table pointer, IN at 8, PT at 12, Q at 16, ET at 20, M at 24, StartTime at 28.
+        ("TON", 32, {"IN": 8, "PT": 12, "Q": 16, "ET": 20, "M": 24, "StartTime": 28}),
+        ("TOF", 32, {"M": 24}),
+        ("TP", 32, {"ET": 20, "StartTime": 24}),
+        ("LTON", 56, {"PT": 16, "ET": 32, "StartTime": 48}),
+        ("R_TRIG", 16, {"CLK": 8, "Q": 9, "M": 10}),
+        ("CTUD", 24, {"CU": 8, "LOAD": 11, "PV": 12, "QD": 15, "CV": 16, "MD": 19}),
+        ("GUID", 16, {"Data4": 8}),
+    ],
+)
+def test_layouts(name: str, size: int, members: dict[str, int]) -> None:
+    text = f"PROGRAM P VAR x : {name}; END_VAR END_PROGRAM"
+    (variable,) = declare([parse(text)]).programs["p"].__iec__.members
+    assert isinstance(variable.type, StructType)
+    assert variable.type.size == size
+    for member, offset in members.items():
+        assert variable.type.member(member).offset == offset
+
+
+def test_constants() -> None:
+    text = "PROGRAM P VAR x : LREAL := PI; s : T_MaxString; END_VAR END_PROGRAM"
+    x, s = declare([parse(text)]).programs["p"].__iec__.members
+    assert x.initial == pytest.approx(3.141592653589793)
+    assert s.type.size == 256
