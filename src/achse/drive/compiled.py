@@ -156,6 +156,7 @@ class CompiledRecord(_Fields):
 
         self._kernel = compiled_cycles()
         self.rows = numpy.zeros(1, record_dtype())
+        self._kernel(self.rows[:0], 1e-3, 0)  # compiles or loads now, not in a cycle
         data: memoryview = memoryview(self.rows.view("u1").data)
         self._reals = data.cast("d")
         self.words = data.cast("q")

@@ -21,6 +21,9 @@ __all__ = ["cycle", "cycles"]
 
 _WORDS = tuple(state.word for state in PowerState)
 _PREOP = int(AlState.PREOP)
+_HALF = 0x8000_0000
+_FULL = 0xFFFF_FFFF
+_MOST = 0x7FFF_FFFF
 _ENABLED = 4
 _QUICK_STOP = 5
 _REACTION = 6
@@ -94,35 +97,34 @@ def _power(d: DriveFields) -> None:
 
 
 def _measure(d: DriveFields) -> None:
-    """Actual and demanded values as the objects show them."""
+    """Actual and demanded values as the objects show them; position counters have 32 bits."""
+    inc = d.inc_per_count
+    offset = d.active_home_offset
     count = math.floor(d.motor_position + 0.5) - d.encoder_zero
     if d.control >= CONTROL_VELOCITY:
-        d.demand = count * d.inc_per_count + d.active_home_offset
-    actual = math.floor(count * d.inc_per_count + 0.5) + d.active_home_offset
+        d.demand = count * inc + offset
+    actual = math.floor(count * inc + 0.5) + offset
     demand = math.floor(d.demand + 0.5)
-    inner = math.floor((d.demand - d.active_home_offset) * d.counts_per_inc + 0.5)
-    shown = count
+    inner = math.floor((d.demand - offset) * d.counts_per_inc + 0.5)
     if d.dual_loop:
-        shown = math.floor(count * d.scale_ratio + 0.5)
+        count = math.floor(count * d.scale_ratio + 0.5)
         inner = math.floor(inner * d.scale_ratio + 0.5)
-    d.position_internal = _wrap(shown)
-    d.position_actual = _wrap(actual)
-    d.position_demand = _wrap(demand)
-    d.position_demand_internal = _wrap(inner)
-    d.following_error = _wrap(demand - actual)
-    d.velocity_actual = _clamp(d.motor_velocity * d.inc_per_count, 2147483647.0)
-    d.velocity_demand = _clamp(d.demand_velocity, 2147483647.0)
-    d.torque_demand = _clamp(d.torque_command, 32767.0)
-    d.torque_actual = _clamp(d.motor_torque, 32767.0)
+    d.position_internal = ((count + _HALF) & _FULL) - _HALF
+    d.position_actual = ((actual + _HALF) & _FULL) - _HALF
+    d.position_demand = ((demand + _HALF) & _FULL) - _HALF
+    d.position_demand_internal = ((inner + _HALF) & _FULL) - _HALF
+    d.following_error = ((demand - actual + _HALF) & _FULL) - _HALF
+    d.velocity_actual = _shown(d.motor_velocity * inc)
+    d.velocity_demand = _shown(d.demand_velocity)
+    d.torque_demand = math.floor(d.torque_command + 0.5)
+    d.torque_actual = math.floor(d.motor_torque + 0.5)
 
 
-def _wrap(value: int) -> int:
-    """A position counter has 32 bits."""
-    return (value + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000
-
-
-def _clamp(value: float, most: float) -> int:
-    return math.floor(max(-most, min(most, value)) + 0.5)
+def _shown(velocity: float) -> int:
+    """A velocity as an object of 32 bits holds it."""
+    if -_MOST <= velocity <= _MOST:
+        return math.floor(velocity + 0.5)
+    return _MOST if velocity > 0.0 else -_MOST
 
 
 def _show(d: DriveFields) -> None:

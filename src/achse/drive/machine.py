@@ -27,6 +27,10 @@ __all__ = [
 ]
 
 
+_LARGEST_TORQUE = 32_767.0
+"""What torque objects of 16 bits can show, ‰."""
+
+
 class MachineError(ValueError):
     """A description that no machine can have."""
 
@@ -177,7 +181,7 @@ def apply(machine: Machine, d: DriveFields) -> None:
     d.motor_type = int(motor.kind)
     d.rated_torque = round(motor.rated_torque * 1000.0)
     d.rated_current = round(motor.rated_current * 1000.0)
-    d.peak_torque = motor.peak * 1000.0
+    d.peak_torque = min(motor.peak * 1000.0, _LARGEST_TORQUE)
     d.max_velocity = machine.max_velocity
     d.torque_time = motor.torque_time
     d.thermal_limit = 3e6 * motor.overload_time

@@ -42,8 +42,15 @@ def prepare(d: DriveFields, dt: float) -> None:
 
 def torque_limits(d: DriveFields) -> tuple[float, float]:
     """Largest torque in negative and positive direction, ‰ (6072h, 60E0h, 60E1h, motor)."""
-    most = min(float(d.max_torque), d.peak_torque)
-    return (min(most, float(d.negative_torque_limit)), min(most, float(d.positive_torque_limit)))
+    most = d.peak_torque
+    if d.max_torque < most:
+        most = float(d.max_torque)
+    lowest = highest = most
+    if d.negative_torque_limit < most:
+        lowest = float(d.negative_torque_limit)
+    if d.positive_torque_limit < most:
+        highest = float(d.positive_torque_limit)
+    return (lowest, highest)
 
 
 def move(d: DriveFields, dt: float) -> None:

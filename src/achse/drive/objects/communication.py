@@ -293,7 +293,6 @@ COMMUNICATION = (
         Access.RW,
         "Missed SM2 events count 3, received ones -1; AL status 0x1A at this limit, 0 never.",
         "sync_error_limit",
-        9,
         maximum=15,
         stored=True,
     ),
