@@ -72,11 +72,12 @@ def test_many_clients_and_subscriptions_at_once(inside: bool) -> None:
 
     async def main() -> None:
         station = Station.demo()
+        ports = station.router.ports
         async with station.running(host="127.0.0.1", tcp_port=0) as running:
             host = station.router if inside else f"127.0.0.1:{running.tcp_port}"
             await asyncio.gather(*[use(host) for _ in range(8)])
             if inside:
-                assert station.router.ports == [500, 501, 851, 10000]
+                assert station.router.ports == ports
 
     asyncio.run(main())
 

@@ -275,6 +275,19 @@ async def test_where_routes_are_required_a_stranger_is_told_how_to_get_one(
 
 
 @in_loop
+async def test_our_own_net_id_lets_nobody_in_from_elsewhere(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with hosts(2, routes_required=True) as (here, there):
+        monkeypatch.setattr(there.listener, "serves_ports", lambda host: False)
+        here.leads(NET_IDS[1], there)
+        spoof = Frame(AmsAddress.of(NET_IDS[1], 851), AmsAddress.of(NET_IDS[1], 40000), 2)
+        here.router.deliver(spoof)
+        await until(lambda: "no route here" in caplog.text)
+        assert there.device.frames.empty()
+
+
+@in_loop
 async def test_routes_that_come_and_go_are_followed() -> None:
     async with hosts(2) as (here, there):
         client = Client(here.router)

@@ -122,7 +122,7 @@ class Network:
             await endpoint.open(self.listener.host, UDP_PORT if port is None else port)
         except OSError as taken:
             if port is not None:
-                raise
+                raise OSError(taken.errno, f"UDP port {port}: {taken.strerror}") from taken
             log.info("searches are not answered, UDP port %d: %s", UDP_PORT, taken.strerror)
             return
         self.discovery = endpoint

@@ -174,7 +174,8 @@ class TcpConnection(asyncio.Protocol):
     def _learn(self, source: bytes) -> bool:
         """Note where `source` is; False if it may not come here and the connection ends."""
         router = self._router
-        if source not in self._sources and not router.is_local(source[:6]):
+        ours = router.is_local(source[:6]) and self.owner.serves_ports(self.peer_host)
+        if source not in self._sources and not ours:
             admission = router.routes.admission(source[:6], self.peer_host)
             if admission is Admission.ONE_WAY:
                 self._refused.add(source)
