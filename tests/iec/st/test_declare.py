@@ -2,6 +2,7 @@
 
 # ruff: noqa: N815  (variables carry the prefixes of IEC programs)
 
+from datetime import timedelta
 from typing import Any
 
 import pytest
@@ -76,7 +77,7 @@ class Axis(Base, name="ST_Axis"):
     fPos = var(LREAL, 1.5)
     sName = var(STRING(5), "ab")
     eState = var(State)
-    tRun = var(TIME, 90_000)
+    tRun = var(TIME, timedelta(seconds=90))
     bA = var(BIT)
     bB = var(BIT, True)
     aLimits = var(ARRAY(INT, (0, 2)), [1, 2, 2])
@@ -101,7 +102,7 @@ class MAIN(Program):
     nCount = var(UDINT, 3, retain=True)
     bOut = var(BOOL, at="%QX3.2")
     fbValve = var(Valve, {"bOpen": True}, attributes={"TcLinkTo": "a^b"})
-    aAxes = var(ARRAY(Axis, (1, 2)), [{"fPos": 2.0}, {}])
+    aAxes = var(ARRAY(Axis, (1, 2)), initial=[{"fPos": 2.0}, {}])
 
 
 class GVL(GlobalVariables):

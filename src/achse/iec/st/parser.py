@@ -1,5 +1,6 @@
 """Program organisation units, and the parser as a whole: a source in, units and faults out."""
 
+import gc
 from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 
@@ -90,6 +91,10 @@ class Parser(DeclarationParser):
 
     def attempt(self, read: Callable[[], P]) -> P | None:
         """What `read` finds if the text ends after it, or else nothing; the fault is reported."""
+        # Trees have no cycles: the collector would walk the growing one again and again for
+        # nothing, for more than half of the time a long file takes.
+        collects = gc.isenabled()
+        gc.disable()
         try:
             found = read()
             self.expect(END, "the end")
@@ -100,6 +105,9 @@ class Parser(DeclarationParser):
             # The caller's own stack left too little for what DEEPEST allows.
             self.report(Unexpected(self.at, "this nests too deep"))
             return None
+        finally:
+            if collects:
+                gc.enable()
         return found
 
     def units(self, name: str, end: str = END) -> tuple[Unit, ...]:

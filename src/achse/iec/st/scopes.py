@@ -89,7 +89,7 @@ class Scopes:
     """Everything declared, by name and without case; faults are collected in `faults`."""
 
     def __init__(self, constants: Mapping[str, object]) -> None:
-        self.faults: list[Fault] = []
+        self.faults: dict[Fault, None] = {}
         self.entries: dict[str, Entry] = {}
         self._given = {name.lower(): value for name, value in constants.items()}
         self._globals: dict[str, list[tuple[Scope, Declared]]] = {}
@@ -169,9 +169,7 @@ class Scopes:
 
     def report(self, source: Source, at: int, message: str) -> None:
         """Keep a fault; what is asked for twice is told once."""
-        fault = source.fault(at, message)
-        if fault not in self.faults:
-            self.faults.append(fault)
+        self.faults.setdefault(source.fault(at, message))
 
     @contextmanager
     def inside(self, source: Source) -> Iterator[None]:
