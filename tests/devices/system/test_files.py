@@ -7,7 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
+from achse.ams import DeviceError
 from achse.devices.system import SystemDevice
 from achse.devices.system.files import FIND_ENTRY, Mode
 from achse.router import Router
@@ -299,3 +302,40 @@ def test_without_a_folder_files_are_not_supported(
     for group in (100, 101, 102, 120, 131, 133, 138):
         with refused(0x701):
             client.exchange(group, 1, 4, b"a.txt")
+
+
+places = st.sampled_from([b"a.txt", b"..", b"sub", b"x/y", b"\\", b"/", b"C:", b"\0", b"*", b"out"])
+requests = st.tuples(
+    st.sampled_from([100, 101, 102, 111, *range(120, 140), *range(0xF600, 0xF604)]),
+    st.sampled_from([0, 1, 2, 4, 9, 0x42, 0x82, 0x10002, 0x10082, 0x8000_0001, 0xFFFF_FFFF])
+    | st.integers(0xF600, 0xF604),
+    st.integers(0, 0xFFFF_FFFF),
+    st.lists(places, max_size=4).map(b"/".join) | st.binary(max_size=12),
+    st.sampled_from(["read", "write", "exchange"]),
+)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=300)
+@given(st.lists(requests, max_size=12))
+def test_whatever_is_asked_stays_inside_and_is_answered(
+    device: SystemDevice, client: Any, root: Path, asked: list[Any]
+) -> None:
+    """Nothing but documented codes, and nothing beside the folder is touched."""
+    (root / "a.txt").write_bytes(b"again")
+    if not (root / "out").is_symlink():
+        (root / "out").symlink_to(root.parent)
+    for group, offset, length, data, how in asked:
+        code = 0
+        try:
+            if how == "read":
+                client.read(group, offset, length)
+            elif how == "write":
+                client.write(group, offset, data)
+            else:
+                client.exchange(group, offset, length, data)
+        except DeviceError as refusal:
+            code = refusal.code
+        assert code != 1, "an error of our own"
+    assert sorted(path.name for path in root.parent.iterdir()) == ["root", "secret.txt"]
+    assert (root.parent / "secret.txt").read_text() == "secret"
+    device.files.close_all()
