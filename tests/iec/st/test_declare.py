@@ -501,3 +501,22 @@ def test_syntax_faults_come_first() -> None:
     with pytest.raises(SourceError) as caught:
         declare([parse("TYPE a INT; END_TYPE"), parse("TYPE b : X; END_TYPE")])
     assert len(caught.value.faults) == 1
+
+
+def test_instances_of_generic_blocks_share_no_inner_types() -> None:
+    text = """
+FUNCTION_BLOCK F
+VAR_GENERIC CONSTANT n : INT := 1; END_VAR
+VAR s : STRUCT a : ARRAY [1..n] OF INT; END_STRUCT; END_VAR
+END_FUNCTION_BLOCK
+PROGRAM P VAR x : F<4>; y : F<8>; END_VAR END_PROGRAM"""
+    x, y = declared(text).programs["p"].__iec__.members
+    assert (x.type.size, y.type.size) == (16, 24)
+
+
+@pytest.mark.parametrize("name", ["name", "value", "real", "Values", "_order", "x__y", "self"])
+def test_values_may_be_named_like_things_of_python(name: str) -> None:
+    found = one(f"T : (a, {name});")
+    assert isinstance(found, EnumType)
+    assert found.numbers == {"a": 0, name: 1}
+    assert found.decode(found.encode(name)) == 1

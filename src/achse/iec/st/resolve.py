@@ -91,7 +91,7 @@ class Resolver(Scopes):
         self._types = {name.lower(): iec_type(type) for name, type in types.items()}
         self._pointers: list[tuple[PointerType, Scope, int]] = []
         self._instances: dict[str, Entry] = {}
-        self._inner: dict[int, IecType[Any]] = {}
+        self._inner: dict[tuple[int, str], IecType[Any]] = {}
 
     # specifications ------------------------------------------------------------------------
 
@@ -223,7 +223,8 @@ class Resolver(Scopes):
 
     def _nameless(self, spec: EnumOf | StructOf | UnionOf, scope: Scope, hint: str) -> IecType[Any]:
         """A type declared where a variable is; it bears the name of the variable."""
-        found = self._inner.get(id(spec))
+        key = (id(spec), hint)  # A generic block has one for each of its instances.
+        found = self._inner.get(key)
         if found is None:
             if isinstance(spec, EnumOf):
                 found = self._enum(spec, scope, hint, NO_NOTE, None)
@@ -232,7 +233,7 @@ class Resolver(Scopes):
                 }
             else:
                 found = self._record(spec, scope, hint, NO_NOTE, None)
-            self._inner[id(spec)] = found
+            self._inner[key] = found
         return found
 
     # declared types ------------------------------------------------------------------------
