@@ -17,7 +17,19 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
-from achse.drive import gantry, kernel, motion, plant, power, probe, profile, signals, supervision
+from achse.drive import (
+    exchange,
+    gantry,
+    kernel,
+    motion,
+    plant,
+    power,
+    probe,
+    profile,
+    signals,
+    supervision,
+)
+from achse.drive.mapping import ProcessData
 from achse.drive.modes import (
     cyclic_position,
     cyclic_torque,
@@ -28,9 +40,10 @@ from achse.drive.modes import (
     profile_torque,
     profile_velocity,
 )
+from achse.drive.objects import DataType
 from achse.drive.record import FIELDS, OFFSETS, DriveFields, record_dtype
 
-__all__ = ["KERNEL_MODULES", "CompiledRecord", "compiled_cycles", "numba_installed"]
+__all__ = ["KERNEL_MODULES", "CompiledRecord", "compiled_exchange", "numba_installed"]
 
 KERNEL_MODULES: tuple[ModuleType, ...] = (
     plant,
@@ -50,10 +63,11 @@ KERNEL_MODULES: tuple[ModuleType, ...] = (
     cyclic_torque,
     motion,
     kernel,
+    exchange,
 )
 """The kernel's modules, callees before callers."""
 
-_ENTRY = "cycles"
+_ENTRY = "exchange"
 
 
 def numba_installed() -> bool:
@@ -103,8 +117,8 @@ def _install(directory: Path) -> Path:
 
 
 @cache
-def compiled_cycles() -> Callable[[Any, float, int], None]:
-    """`kernel.cycles` for a record array, in machine code; imports Numba.
+def compiled_exchange() -> Callable[[Any, Any, float, int, int], int]:
+    """`exchange.exchange` for a record array, in machine code; imports Numba.
 
     The first call with a record array compiles (seconds) or loads the cached code (milliseconds).
     """
@@ -131,7 +145,7 @@ def compiled_cycles() -> Callable[[Any, float, int], None]:
                 setattr(copy, symbol, function)
             elif isinstance(value, FunctionType) and value.__module__ in copies:
                 setattr(copy, symbol, translated[value.__module__, symbol])
-    entry: Callable[[Any, float, int], None] = translated[kernel.__name__, _ENTRY]
+    entry: Callable[[Any, Any, float, int, int], int] = translated[exchange.__name__, _ENTRY]
     return entry
 
 
@@ -149,14 +163,15 @@ else:
 class CompiledRecord(_Fields):
     """A record as one row of an array, for the compiled kernel: the fields are attributes."""
 
-    __slots__ = ("_kernel", "_reals", "rows", "words")
+    __slots__ = ("_array", "_inputs", "_kernel", "_outputs", "_reals", "rows", "words")
 
     def __init__(self) -> None:
         import numpy
 
-        self._kernel = compiled_cycles()
+        self._kernel = compiled_exchange()
         self.rows = numpy.zeros(1, record_dtype())
-        self._kernel(self.rows[:0], 1e-3, 0)  # compiles or loads now, not in a cycle
+        self._array = self.rows.view(numpy.int64)
+        self._kernel(self.rows, self._array, 1e-3, 0, 0)  # compiles or loads now, not in a cycle
         data: memoryview = memoryview(self.rows.view("u1").data)
         self._reals = data.cast("d")
         self.words = data.cast("q")
@@ -166,9 +181,40 @@ class CompiledRecord(_Fields):
             else:
                 setattr(self, name, default)
 
+    def map(self, received: ProcessData, sent: ProcessData) -> bool:
+        """Take the mapping over; False if it holds floating-point objects, which go around."""
+        self.received_count = self.sent_count = 0
+        if any(row.type is DataType.F32 for row in (*received.rows, *sent.rows)):
+            return False
+        for n, (row, at) in enumerate(zip(received.rows, received.offsets, strict=True)):
+            size = row.type.bits // 8
+            self.received_word[n] = OFFSETS[row.place]
+            self.received_at[n] = at
+            self.received_size[n] = -size if row.type.least < 0 else size
+        for n, (row, at) in enumerate(zip(sent.rows, sent.offsets, strict=True)):
+            self.sent_word[n] = OFFSETS[row.field]
+            self.sent_at[n] = at
+            self.sent_size[n] = row.type.bits // 8
+        self.received_count, self.sent_count = len(received.rows), len(sent.rows)
+        data = memoryview(self.words).cast("B")
+        first = 8 * OFFSETS["outputs"]
+        self._outputs = data[first : first + received.size]
+        first = 8 * OFFSETS["inputs"]
+        self._inputs = data[first : first + sent.size]
+        return True
+
+    def exchange(self, outputs: bytes | None, dt: float, count: int) -> tuple[int, bytes]:
+        """`count` cycles with process data both ways; whether it asks for attention, inputs."""
+        if outputs is None:
+            attention = self._kernel(self.rows, self._array, dt, count, 0)
+        else:
+            self._outputs[:] = outputs
+            attention = self._kernel(self.rows, self._array, dt, count, 1)
+        return attention, bytes(self._inputs)
+
     def cycles(self, dt: float, count: int) -> None:
         """`count` cycles of `dt` seconds."""
-        self._kernel(self.rows, dt, count)
+        self._kernel(self.rows, self._array, dt, count, 0)
 
 
 def _property(name: str, default: Any) -> property:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, MutableMapping
 from dataclasses import dataclass
 from functools import partial
 from struct import Struct
+from typing import TYPE_CHECKING
 
 from achse.codes import AbortCode, AlState, AlStatus, SdoAbort
 from achse.drive.alarms import Alarm, Warn
@@ -23,6 +24,9 @@ from achse.drive.objects.dictionary import Object
 from achse.drive.objects.row import Number
 from achse.drive.power import PowerState
 from achse.drive.record import FIELDS, DriveFields, SlotsRecord, collector, distributor
+
+if TYPE_CHECKING:
+    from achse.drive.compiled import CompiledRecord
 
 __all__ = ["LONGEST_CYCLE_NS", "Drive", "Identity"]
 
@@ -120,11 +124,13 @@ class Drive:
         self.machine = machine or Machine()
         self.record: DriveFields
         self._cycles: Callable[[float, int], None]
+        self._compiled: CompiledRecord | None = None
+        self._fast: CompiledRecord | None = None
         if compiled:
-            from achse.drive.compiled import CompiledRecord
+            from achse.drive import compiled as machine_code
 
-            fast = CompiledRecord()
-            self.record, self._cycles = fast, fast.cycles
+            self.record = self._compiled = machine_code.CompiledRecord()
+            self._cycles = self._compiled.cycles
         else:
             self.record = SlotsRecord()
             self._cycles = partial(_plain_cycles, self.record)
@@ -147,6 +153,7 @@ class Drive:
         self._alarms_told = 0
         self._resets_told = 0
         self._commands_seen = 0
+        self._busy = False
         self._reset_due = False
         self._clear_due = False
         self._synchronous = False
@@ -207,15 +214,16 @@ class Drive:
     def save(self) -> None:
         """Store all parameters; done half a second later."""
         self._storing_ns = _STORE_NS
+        self._busy = True
 
     def request_reset(self) -> None:
         """Reset the drive with the next step (3215h)."""
-        self._reset_due = True
+        self._reset_due = self._busy = True
         self.record.reset_state = 1
 
     def request_encoder_clear(self) -> None:
         """Clear the turns of a multi-turn encoder (3200h)."""
-        self._clear_due = True
+        self._clear_due = self._busy = True
         self.record.encoder_clear_state = _SENT
 
     @property
@@ -282,21 +290,23 @@ class Drive:
         record = self.record
         status = AlStatus.NO_ERROR
         outputs = self._outputs
-        if outputs is not None:
-            self._outputs = None
-            self._distribute(self._received.layout.unpack(outputs))
-            record.fresh_outputs = 1
+        self._outputs = None
         if self._synchronous:
             status = self._supervise(outputs is not None)
-        if elapsed_ns <= 0:
-            return status
-        count = -(-elapsed_ns // LONGEST_CYCLE_NS)
-        self._cycles(elapsed_ns * 1e-9 / count, count)
-        if record.attention or self._storing_ns or self._clearing_ns:
+        count = max(0, -(-elapsed_ns // LONGEST_CYCLE_NS))
+        dt = elapsed_ns * 1e-9 / count if count else 0.0
+        if self._fast is not None:
+            attention, self._inputs = self._fast.exchange(outputs, dt, count)
+        else:
+            if outputs is not None:
+                self._distribute(self._received.layout.unpack(outputs))
+                record.fresh_outputs = 1
+            self._cycles(dt, count)
+            attention = record.attention
+            self._pack_inputs()
+        if attention or self._busy:
             self._attend(elapsed_ns)
-        if self._reset_due or self._clear_due:
-            self._obey()
-        self._inputs = self._sent.layout.pack(*self._collect())
+            self._pack_inputs()
         return status
 
     def _supervise(self, received: bool) -> AlStatus:
@@ -334,12 +344,6 @@ class Drive:
         if self._clearing_ns:
             self._clearing_ns = max(0, self._clearing_ns - elapsed_ns)
             self._go_on_clearing()
-
-    def _send_emergency(self, code: int, register: int) -> None:
-        if self.emergencies_enabled and self.state >= AlState.PREOP:
-            self._emergencies.append(_EMERGENCY.pack(code, register))
-
-    def _obey(self) -> None:
         if self._reset_due:
             self._reset_due = False
             self._reset()
@@ -347,6 +351,11 @@ class Drive:
             self._clear_due = False
             self._clearing_ns = _CLEAR_NS
             self._go_on_clearing()
+        self._busy = self._storing_ns > 0 or self._clearing_ns > 0
+
+    def _send_emergency(self, code: int, register: int) -> None:
+        if self.emergencies_enabled and self.state >= AlState.PREOP:
+            self._emergencies.append(_EMERGENCY.pack(code, register))
 
     def _go_on_clearing(self) -> None:
         """3200h: refused while the motor is enabled, failed without a multi-turn encoder."""
@@ -438,6 +447,9 @@ class Drive:
         self._sent = self.mapping.sent
         self._distribute = distributor(self.record, self._received.places)
         self._collect = collector(self.record, self._sent.fields)
+        if self._compiled is not None:
+            mapped = self._compiled.map(self._received, self._sent)
+            self._fast = self._compiled if mapped else None
         self._pack_inputs()
 
     def _pack_inputs(self) -> None:

@@ -40,6 +40,15 @@ class ProcessData:
         self.places = tuple(row.place for row in self.rows)
         self.fields = tuple(row.field for row in self.rows)
         self.keys = frozenset(row.key for row in self.rows)
+        self.offsets: tuple[int, ...] = ()
+        """Byte at which each row begins."""
+        at = 0
+        for row in rows:
+            if isinstance(row, int):
+                at += row // 8
+            else:
+                self.offsets += (at,)
+                at += row.type.bits // 8
 
 
 _NOTHING = ProcessData(())

@@ -21,6 +21,7 @@ __all__ = [
     "WORDS",
     "ControlFields",
     "DriveFields",
+    "ExchangeFields",
     "InputFields",
     "MotionFields",
     "ParameterFields",
@@ -311,8 +312,29 @@ class PlantFields:
     torque_response: float = 0.0  # share of a torque step reached within one substep
 
 
+class ExchangeFields:
+    """Process data and their mapping, for the compiled kernel (achse.drive.exchange)."""
+
+    received_count: int = 0
+    received_word: list[int] = [0] * ENTRIES  # where the value goes
+    received_at: list[int] = [0] * ENTRIES  # byte of the PDO
+    received_size: list[int] = [0] * ENTRIES  # bytes, negative if signed
+    sent_count: int = 0
+    sent_word: list[int] = [0] * ENTRIES
+    sent_at: list[int] = [0] * ENTRIES
+    sent_size: list[int] = [0] * ENTRIES
+    outputs: list[int] = [0] * 4  # 32 bytes
+    inputs: list[int] = [0] * 4
+
+
 class DriveFields(
-    ParameterFields, InputFields, StateFields, ControlFields, MotionFields, PlantFields
+    ParameterFields,
+    InputFields,
+    StateFields,
+    ControlFields,
+    MotionFields,
+    PlantFields,
+    ExchangeFields,
 ):
     """All fields of a drive, in the order of the record."""
 
@@ -326,6 +348,7 @@ FIELDS: dict[str, Any] = {
         ControlFields,
         MotionFields,
         PlantFields,
+        ExchangeFields,
     )
     for name in section.__annotations__
 }

@@ -88,7 +88,7 @@ def test_any_geometry(method: int, start: int, near: int, width: int, offset: in
     edge = edges[method]
     first = math.floor((edge - offset) / PITCH) * PITCH + offset
     home = first + PITCH if side > 0 else first
-    latency = 250  # the switch is seen once a cycle
+    latency = 600  # the switch is seen once a cycle, at 500 inc/ms
     if min(abs(home - edge), abs(edge - first), abs(first + PITCH - edge)) <= latency:
         return
     switches = Switches(None, NEGATIVE, (near, far), POSITIVE, None)
