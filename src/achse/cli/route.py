@@ -86,10 +86,13 @@ def _special(entry: "RouteEntry") -> str:
 
 
 @client_command(route, SYSTEM_PORT)
-async def remove(client: "Client", name: Name) -> None:
+async def remove(client: "Client", name: Name, in_json: Json = False) -> None:
     """Remove a route."""
     await client.write_raw(_REMOVE, 0, name.encode("cp1252", "replace") + b"\0")
-    print(f"{name} removed")
+    if in_json:
+        print_json({"removed": name})
+    else:
+        print(f"{name} removed")
 
 
 @route.command()
