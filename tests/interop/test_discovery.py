@@ -179,3 +179,43 @@ def test_ads_client_follows_a_restart(node: Callable[..., Any], press: Any) -> N
     assert told["index"] == told["indexBefore"] + 1
     assert told["after"] == 5
     assert told["value"] == "axis"
+
+
+STRICT_CLIENT = """
+import sys
+import pyads
+from pyads.pyads_ex import adsAddRouteToPLC
+
+host, net_id = sys.argv[1:]
+pyads.open_port()
+pyads.set_local_address("192.0.2.7.1.1")
+pyads.set_timeout(500)
+with pyads.Connection(net_id, 10_000, host) as stranger:
+    try:
+        stranger.read_state()
+    except pyads.ADSError as error:
+        print(hex(error.err_code))
+adsAddRouteToPLC("192.0.2.7.1.1", "127.0.0.1", host, "Administrator", "1", "me")
+with pyads.Connection(net_id, 10_000, host) as known:
+    print(known.read_state())
+"""
+
+
+def test_a_strict_station_lets_pyads_in_once_it_has_a_route(
+    witness: Callable[[str], None],
+    tmp_path: Path,
+    start_station: Callable[..., AbstractContextManager[Any]],
+) -> None:
+    witness("pyads")
+    (tmp_path / "strict.toml").write_text(
+        f'[router]\nstrict = true\n[router.users]\n{USER} = "{hash_password(PASSWORD)}"\n'
+    )
+    with start_station(str(tmp_path / "strict.toml")) as station:
+        done = subprocess.run(
+            [sys.executable, "-c", STRICT_CLIENT, station.host, station.net_id],
+            capture_output=True,
+            text=True,
+            timeout=30,
+        )
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.splitlines() == ["0x745", "(5, 1)"]
