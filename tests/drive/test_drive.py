@@ -57,6 +57,31 @@ def test_sync0_cycles_the_drive_keeps(sync0: int) -> None:
     assert (drive.get(0x1C32, 1), drive.get(0x1C33, 2)) == (2, sync0)
 
 
+@pytest.mark.parametrize(
+    ("sync0", "shown"),
+    [
+        (250_000, (25, -5)),
+        (500_000, (5, -4)),
+        (750_000, (75, -5)),
+        (1_000_000, (1, -3)),
+        (2_000_000, (2, -3)),
+        (3_500_000, (35, -4)),
+        (4_000_000, (4, -3)),
+        (2_750_000, (1, -3)),
+    ],
+)
+def test_60c2h_shows_the_communication_cycle(sync0: int, shown: tuple[int, int]) -> None:
+    drive = _op(sync0)
+    assert (drive.get(0x60C2, 1), drive.get(0x60C2, 2)) == shown
+    assert drive.record.communication_cycle == pytest.approx(sync0 * 1e-9)
+
+
+def test_a_fall_is_never_refused() -> None:
+    drive = _op(1_000_000)
+    drive.enter(AlState.SAFEOP, 333, AlStatus.WATCHDOG)
+    assert drive.state == AlState.SAFEOP
+
+
 @pytest.mark.parametrize("sync0", [1, 125_000, 249_999, 300_000, 4_250_000, 5_000_000])
 @pytest.mark.parametrize("state", [AlState.SAFEOP, AlState.OP])
 def test_sync0_cycles_it_refuses(sync0: int, state: AlState) -> None:

@@ -193,6 +193,18 @@ def test_a_communication_fault_is_reset_once_op_is_back(drive: VirtualDrive) -> 
     assert drive.power_state is S.SWITCH_ON_DISABLED
 
 
+@pytest.mark.parametrize("state", [AlState.PREOP, AlState.SAFEOP, AlState.OP])
+def test_every_state_of_communication_but_init_allows_operation(state: AlState) -> None:
+    """001 table 2.4.3; below Op the controlword comes by SDO."""
+    drive = VirtualDrive()
+    drive.bring_up(state)
+    seen = set()
+    for word in (0x06, 0x07, 0x0F):
+        drive.control(word, 2)
+        seen.add(drive.power_state)
+    assert seen == {S.READY_TO_SWITCH_ON, S.SWITCHED_ON, S.OPERATION_ENABLED}
+
+
 def test_leaving_op_while_not_enabled_is_none(drive: VirtualDrive) -> None:
     drive.control(0x06, 2)
     drive.enter(AlState.SAFEOP, 0, AlStatus.NO_ERROR)

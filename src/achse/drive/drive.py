@@ -40,15 +40,6 @@ _CLEAR_NS = 100_000_000
 
 _EMERGENCY = Struct("<HB5x")
 
-_PERIODS = {
-    250_000: (25, -5),
-    500_000: (5, -4),
-    1_000_000: (1, -3),
-    2_000_000: (2, -3),
-    4_000_000: (4, -3),
-}
-"""60C2h for a communication cycle (001 60C2h); other cycles are not listed there."""
-
 _MISSED, _RECEIVED = 3, 1
 
 _LASTING = (
@@ -63,6 +54,7 @@ _LASTING = (
     "alarm_forced",
     "warnings_forced_1",
     "warnings_forced_2",
+    "jammed",
     "external_load",
     "yaw_alarm",
     "motor_position",
@@ -261,7 +253,8 @@ class Drive:
         Leaving Op while Operation enabled is a fault (001 table 2.4.3 note 2), Init takes the power
         state to Switch on disabled (note 1).
         """
-        if state >= AlState.SAFEOP and sync0_ns and sync0_ns not in _SYNC_CYCLES_NS:
+        wrong = state >= AlState.SAFEOP and sync0_ns and sync0_ns not in _SYNC_CYCLES_NS
+        if wrong and cause is AlStatus.NO_ERROR:
             return AlStatus.SYNC_CYCLE
         record = self.record
         if state == AlState.OP:
@@ -279,11 +272,21 @@ class Drive:
         record.sync_cycle = sync0_ns or _LOCAL_CYCLE_NS
         if sync0_ns:
             record.communication_cycle = sync0_ns * 1e-9
-            record.interpolation_value, record.interpolation_index = _PERIODS.get(
-                sync0_ns, (sync0_ns // 10_000 % 256, -5)
-            )
+            self._show_period(sync0_ns)
         self._pack_inputs()
         return AlStatus.NO_ERROR
+
+    def _show_period(self, cycle_ns: int) -> None:
+        """60C2h of a communication cycle: 250 µs is 25 and -5, 1 ms is 1 and -3.
+
+        A few cycles have no such form, 2.75 ms for one; 60C2h then stays as it is.
+        """
+        for exponent in (-3, -4, -5):
+            value, rest = divmod(cycle_ns, 10 ** (9 + exponent))
+            if not rest and value <= 255:
+                self.record.interpolation_value = value
+                self.record.interpolation_index = exponent
+                return
 
     def step(self, elapsed_ns: int) -> AlStatus:
         """Let time pass; an AL status other than NO_ERROR ends Op."""

@@ -17,7 +17,6 @@ class Faults:
     def __init__(self, record: DriveFields) -> None:
         self._record = record
         self._alarms: dict[Alarm, None] = {}
-        self._stops: tuple[float, float] | None = None
 
     def alarm(self, alarm: Alarm, *, lasting: bool = True) -> None:
         """Raise an alarm. A `lasting` cause has to be cleared before a fault reset succeeds."""
@@ -89,14 +88,7 @@ class Faults:
 
     def jam(self, on: bool = True) -> None:
         """The machine is blocked where it stands, or free again."""
-        record = self._record
-        if on and self._stops is None:
-            self._stops = (record.negative_stop, record.positive_stop)
-            record.negative_stop = record.positive_stop = record.motor_position
-            record.motor_velocity = 0.0
-        elif not on and self._stops is not None:
-            record.negative_stop, record.positive_stop = self._stops
-            self._stops = None
+        self._record.jammed = int(on)
 
     def yaw_alarm(self, on: bool = True) -> None:
         """The other drive of the gantry has an alarm."""

@@ -95,7 +95,7 @@ def move(d: DriveFields, dt: float) -> None:
     acceleration = d.acceleration_gain * h
     low_stop = d.negative_stop
     high_stop = d.positive_stop
-    engaged = d.brake_engaged
+    engaged = d.brake_engaged | d.jammed
     demanded = d.demand_torque + torque_offset
     command = 0.0
     limited = 0
@@ -189,7 +189,7 @@ def move(d: DriveFields, dt: float) -> None:
 def _rests(d: DriveFields) -> bool:
     """Whether a motor without torque stays where it is."""
     load = d.gravity + d.external_load
-    return d.brake_engaged != 0 or -d.coulomb <= load <= d.coulomb
+    return d.brake_engaged | d.jammed != 0 or -d.coulomb <= load <= d.coulomb
 
 
 def take_over(d: DriveFields) -> None:

@@ -122,7 +122,7 @@ class InputFields:
     fresh_outputs: int = 0  # process data has come since the last step
     communication_cycle: float = 0.001  # s
     sync_type: int = 0  # 0 FreeRun, 2 DC with Sync0
-    sync_cycle: int = 1000000  # ns
+    sync_cycle: int = 250000  # ns
     cycle_too_small: int = 0
     main_power: int = 1
     safety_1: int = 1  # SF1, SF2: both 0 is STO
@@ -135,6 +135,7 @@ class InputFields:
     alarm_request: int = 0  # error code to raise once
     warnings_forced_1: int = 0
     warnings_forced_2: int = 0
+    jammed: int = 0  # the machine is blocked
     external_load: float = 0.0  # ‰, against the positive direction
     yaw_alarm: int = 0
 

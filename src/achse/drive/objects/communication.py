@@ -198,7 +198,7 @@ def _synchronisation(index: int, number: int, count: int) -> tuple[ObjectRow, ..
             Access.RO,
             "Local timer in FreeRun, Sync0 cycle with DC.",
             "sync_cycle",
-            1_000_000,
+            250_000,
             "ns",
             minimum=250_000,
             maximum=4_000_000,
