@@ -191,6 +191,28 @@ async def test_an_uplink_connects_again_after_a_loss() -> None:
 
 
 @in_loop
+async def test_a_peer_that_closes_at_once_is_dialled_with_growing_pauses(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    async with hosts(1) as (here,):
+        dialled: list[float] = []
+
+        def accept(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            dialled.append(asyncio.get_running_loop().time())
+            writer.close()
+
+        server = await asyncio.start_server(accept, "127.0.0.1", 0)
+        port = server.sockets[0].getsockname()[1]
+        here.router.routes.add(Route(name="shy", net_id=NET_IDS[1], host=f"127.0.0.1:{port}"))
+        Client(here.router).send(NET_IDS[1])
+        await until(lambda: len(dialled) == 4)
+        first, second, third = (after - before for before, after in pairwise(dialled))
+        assert 0.1 <= first < second < third
+        assert caplog.text.count("lost") == 1
+        server.close()
+
+
+@in_loop
 async def test_what_waits_for_a_connection_is_limited() -> None:
     router = Router(NET_IDS[0])
     route = Route(name="slow", net_id=NET_IDS[1], host="192.0.2.1", timeout=0.05)

@@ -28,6 +28,10 @@ _FIRST_PAUSE, _LONGEST_PAUSE = 0.1, 5.0
 _IDLE = 60.0
 """Seconds after the last request in which a lost connection is dialled again by itself."""
 
+_SETTLED = 5.0
+"""Seconds after which a connection counts as good; a peer that closes at once is no better than one
+that is not there: it does not know us."""
+
 _NO_ANSWER = 0x0003
 """Flags of frames that are not answered: responses, and requests that want no response."""
 
@@ -70,9 +74,9 @@ class Uplink:
         self._retry: asyncio.TimerHandle | None = None
         self._pause = 0.0
         self._not_before = 0.0
+        self._opened_at = 0.0
         self._last_request = 0.0
         self._closed = False
-        self._names = (route.name, route.host)
 
     # endpoint ----------------------------------------------------------------------------------
 
@@ -147,19 +151,20 @@ class Uplink:
         return not ours.is_unspecified and ours.is_loopback == theirs.is_loopback
 
     def _failed(self, reason: str) -> None:
-        level = logging.DEBUG if self._pause else logging.WARNING  # once is enough
-        log.log(level, "route %s: %s cannot be reached: %s", *self._names, reason)
-        self._pause = min(self._pause * 2 or _FIRST_PAUSE, _LONGEST_PAUSE)
-        self._not_before = self.loop.time() + self._pause
+        self._back_off("%s cannot be reached: %s", self.route.host, reason)
         waiting, self._queue, self._queued = self._queue, deque(), 0
         for frame in waiting:
             self._refuse(frame, ReturnCode.HOST_UNREACHABLE)
-        self._redial()
 
-    def _redial(self) -> None:
-        """Try again by and by, unless nobody has wanted to go there for a while."""
-        if not self._closed and self.loop.time() - self._last_request < _IDLE:
-            self._retry = self.loop.call_later(self._pause or _FIRST_PAUSE, self._dial)
+    def _back_off(self, what: str, *details: str) -> None:
+        """Say so once, and try again by and by unless nobody has wanted to go there for a while."""
+        level = logging.DEBUG if self._pause else logging.WARNING
+        log.log(level, f"route %s: {what}", self.route.name, *details)
+        now = self.loop.time()
+        self._pause = min(self._pause * 2 or _FIRST_PAUSE, _LONGEST_PAUSE)
+        self._not_before = now + self._pause
+        if not self._closed and now - self._last_request < _IDLE:
+            self._retry = self.loop.call_at(self._not_before, self._dial)
 
     # owner of the connection -------------------------------------------------------------------
 
@@ -174,7 +179,7 @@ class Uplink:
             return
         log.info("route %s: connected to %s", self.route.name, connection.peer)
         self._connection = connection
-        self._pause = self._not_before = 0.0
+        self._opened_at = self.loop.time()
         waiting, self._queue, self._queued = self._queue, deque(), 0
         for frame in waiting:
             if not connection.deliver(frame):
@@ -184,9 +189,10 @@ class Uplink:
         """The connection is gone."""
         if connection is self._connection:
             self._connection = None
+            if self.loop.time() - self._opened_at > _SETTLED:
+                self._pause = 0.0
             if not self._closed:
-                log.warning("route %s: connection to %s lost", self.route.name, connection.peer)
-                self._redial()
+                self._back_off("connection to %s lost", connection.peer)
 
     async def close(self) -> None:
         """End the connection and stop dialling; what waits is refused."""
