@@ -6,9 +6,29 @@ import pytest
 
 from achse.codes import AlState
 from achse.drive import Machine, Mode, PowerState, VirtualDrive
+from achse.drive.modes import (
+    ModeForm,
+    cyclic_position,
+    cyclic_torque,
+    cyclic_velocity,
+    homing,
+    profile_position,
+    profile_torque,
+    profile_velocity,
+)
 from achse.drive.motion import choose_mode, enter_mode, generate, report, switch_off
 
 MODES = [mode for mode in Mode if mode]
+
+FORMS: dict[Mode, ModeForm] = {
+    Mode.PROFILE_POSITION: profile_position,
+    Mode.PROFILE_VELOCITY: profile_velocity,
+    Mode.PROFILE_TORQUE: profile_torque,
+    Mode.HOMING: homing,
+    Mode.CYCLIC_POSITION: cyclic_position,
+    Mode.CYCLIC_VELOCITY: cyclic_velocity,
+    Mode.CYCLIC_TORQUE: cyclic_torque,
+}
 
 
 def _moving(mode: Mode) -> VirtualDrive:
@@ -34,6 +54,15 @@ def _moving(mode: Mode) -> VirtualDrive:
         drive.run(0.3)
     assert drive.get(0x606C) > 200_000
     return drive
+
+
+def test_every_mode_is_a_module_of_the_same_form() -> None:
+    assert list(FORMS) == MODES
+    for form in FORMS.values():
+        record = VirtualDrive().record
+        form.enter(record)
+        form.command(record, 1e-3)
+        form.report(record, 1e-3)
 
 
 @pytest.mark.parametrize("mode", MODES, ids=lambda mode: mode.name)

@@ -69,13 +69,16 @@ def test_a_target_too_far_away_is_ignored(csp: VirtualDrive) -> None:
     assert csp.get(0x6062) == 1_000
 
 
-def test_lost_frames_give_the_next_target_more_room(csp: VirtualDrive) -> None:
-    csp.step(1_000_000)
-    csp.step(1_000_000)
-    csp.put(0x607A, 20_000)
+@pytest.mark.parametrize(("lost", "follows"), [(0, False), (1, True)])
+def test_a_lost_frame_gives_the_next_target_more_room(
+    csp: VirtualDrive, lost: int, follows: bool
+) -> None:
+    for _ in range(lost):
+        csp.step(1_000_000)
+    csp.put(0x607A, 20_000)  # too much for one cycle, not for two
     csp.cycle()
-    assert csp.get(0x6062) > 0
-    assert csp.statusword & FOLLOWS
+    assert bool(csp.statusword & FOLLOWS) is follows
+    assert (csp.get(0x6062) > 0) is follows
 
 
 def test_targets_wrap_with_the_32_bit_counter() -> None:

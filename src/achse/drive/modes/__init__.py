@@ -6,12 +6,11 @@ the statusword at the end of every cycle.
 """
 
 from enum import IntEnum
+from typing import Protocol
 
 from achse.drive.record import DriveFields
 
 __all__ = ["SUPPORTED_MODES", "Mode", "ModeForm"]
-
-from typing import Protocol
 
 
 class Mode(IntEnum):

@@ -43,7 +43,7 @@ def command(d: DriveFields, dt: float) -> None:
             if goal != d.plan_target:
                 d.plan_target = goal
                 d.interpolation_rest = period
-        d.interpolation_age = 0.0
+        d.interpolation_age = dt
     else:
         d.interpolation_age += dt
     before = d.demand
