@@ -42,6 +42,7 @@ class Axis(_Fields):
 
     name: str
     unit: str
+    cycle_ns: int
     owner: "Axis"
     elements: list["Axis"]
     encoder_ids: tuple[int, ...]
@@ -63,6 +64,29 @@ class Axis(_Fields):
     def number(self) -> int:
         """Which element of its axis this is, 0 … 8."""
         return self.owner.elements.index(self)
+
+    @property
+    def actual_position_uncorrected(self) -> float:
+        """Actual position without the position correction."""
+        return self.actual_position - self.encoder_position_correction
+
+    @property
+    def dc_time_stamp(self) -> int:
+        """Time of the last cycle in ns, the low 32 bits."""
+        return self.set_cycle_counter * self.cycle_ns & 0xFFFF_FFFF
+
+    @property
+    def user_data(self) -> float:
+        """The state that `user_data_state_offset` chooses for the cyclic interface."""
+        match self.user_data_state_offset:
+            case 0x1_0012:
+                return self.encoder_actual_position_unfiltered - self.encoder_position_correction
+            case 0x1_0014:
+                velocity = self.plant_velocity
+                return -velocity if self.drive_motor_polarity else velocity
+            case 0x1_0017:
+                return self.encoder_set_position_offset
+        return 0.0
 
     def pack(self) -> bytes:
         """All fields as bytes, in record order, equal for both forms of the record."""

@@ -75,6 +75,7 @@ _MODE_LOOP = OperationModeBit.LOOP.value
 _MODE_BACKLASH = OperationModeBit.BACKLASH_COMPENSATION.value
 _MODE_CORRECTION = OperationModeBit.POSITION_CORRECTION.value
 _MODE_SLAVE_COMMANDS = OperationModeBit.ALLOW_SLAVE_COMMANDS.value
+_MODE_APPLICATION = OperationModeBit.APPLICATION_REQUEST.value
 _MODE_EXTERNAL_COMMANDS = OperationModeBit.ALLOW_COMMANDS_WITH_EXTERNAL_SETPOINT.value
 _MODE_POSITION = OperationModeBit.POSITION_AREA_MONITORING.value
 _MODE_TARGET = OperationModeBit.TARGET_POSITION_MONITORING.value
@@ -288,6 +289,8 @@ def operation_mode(ax: AxisFields) -> int:
         mode |= _MODE_BACKLASH
     if ax.encoder_actual_position_correction_enable:
         mode |= _MODE_CORRECTION
+    if ax.application_request:
+        mode |= _MODE_APPLICATION
     if ax.allow_slave_motion_commands:
         mode |= _MODE_SLAVE_COMMANDS
     if ax.allow_motion_commands_with_external_setpoint:

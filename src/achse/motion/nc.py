@@ -154,6 +154,10 @@ class Nc:
         configured = sorted(axes, key=lambda parameters: parameters.axis_id)
         self.cycle_ns = cycle_ns
         self.cycle_count = 0
+        self.setpoint_consistency_check = 0
+        self.late_cycles = 0
+        self.late_io_cycles = 0
+        self.computing_time_us = 0
         self._dt = cycle_ns / 1e9
         if compiled is None:
             load = len(configured) * _PLAIN_AXIS_NS * _PLAIN_SHARE
@@ -191,6 +195,7 @@ class Nc:
         if parameters.axis_id in self._axes:
             raise AxisParametersError(f"axis id {parameters.axis_id} is given twice")
         parameters.apply(axis)
+        axis.cycle_ns = self.cycle_ns
         begin(axis, self._dt)
         self._axes[parameters.axis_id] = axis
         for number in range(1, 1 + parameters.element_count):
@@ -230,6 +235,11 @@ class Nc:
         """One SAF cycle of all axes."""
         self.cycle_count += 1
         self._cycle_all(self._records, self._dt)
+
+    def clear_cycle_time_errors(self) -> None:
+        """Begin anew with the counters of late cycles, which whoever paces the cycle counts."""
+        self.late_cycles = 0
+        self.late_io_cycles = 0
 
     def digest(self) -> bytes:
         """Hash of the whole state, 16 bytes, equal for both kernels."""

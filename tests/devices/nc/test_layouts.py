@@ -14,6 +14,7 @@ from achse.devices.nc.layouts import (
     NO_DATA,
     ONLINE_TC2,
     ONLINE_TC3,
+    PLC_TO_NC,
     UINT8,
     UINT16,
     UINT32,
@@ -57,15 +58,21 @@ ONLINE = {
     "state_dword": ("I", 0x8000_0005, 96, 104),
     "control_dword": ("I", 0x0000_0107, 100, 108),
     "coupling_state": ("I", 3, 104, 112),
+    "active_control_loop": ("I", 1, 108, 116),
     "actual_acceleration": ("d", 12.5, None, 120),
     "set_acceleration": ("d", 13.5, None, 128),
     "set_jerk": ("d", 14.5, None, 136),
+    "set_torque": ("d", 15.5, None, 144),
+    "drive_actual_torque": ("d", 16.5, None, 152),
+    "set_torque_derivative": ("d", 17.5, None, 160),
+    "set_torque_offset": ("d", 18.5, None, 168),
 }
 
 NC_TO_PLC = {
     "state_dword": ("I", 0x8000_0005, 0, 0),
     "error_code": ("I", 0x4550, 4, 4),
     "motion_state": ("I", 4, 8, 8),
+    "operation_mode_feedback": ("I", 5, 12, 12),
     "homing_state": ("I", 2, 16, 16),
     "coupling_state": ("I", 3, 20, 20),
     "buffer_count": ("I", 6, 28, 28),
@@ -84,8 +91,22 @@ NC_TO_PLC = {
     "set_modulo_turns": ("i", -11, 120, 120),
     "set_command_number": ("H", 0xFFFE, 124, 124),
     "set_command_state": ("H", 2, 126, 126),
+    "active_control_loop": ("H", 1, 40, 56),
     "set_jerk": ("d", 12.5, None, 128),
+    "set_torque": ("d", 14.5, None, 136),
+    "drive_actual_torque": ("d", 15.5, None, 144),
+    "drive_actual_torque_derivative": ("d", 16.5, None, 192),
+    "set_torque_derivative": ("d", 17.5, None, 200),
+    "set_torque_offset": ("d", 18.5, None, 216),
     "actual_acceleration": ("d", 13.5, None, 232),
+}
+
+LOOP_ASKED_FOR = {42: ("H", 1)}
+UNCORRECTED_TIME_AND_USER_DATA = {
+    58: ("H", 1),
+    224: ("d", 1.5 - 0.25),
+    240: ("I", 3 * 2_000_000),
+    248: ("d", 77.5),
 }
 
 
@@ -94,8 +115,8 @@ NC_TO_PLC = {
     [
         (ONLINE_TC2, ONLINE, 112, 2, {}),
         (ONLINE_TC3, ONLINE, 256, 3, {}),
-        (NC_TO_PLC_TC2, NC_TO_PLC, 128, 2, {}),
-        (NC_TO_PLC_TC3, NC_TO_PLC, 256, 3, {224: ("d", 1.5)}),  # position without correction
+        (NC_TO_PLC_TC2, NC_TO_PLC, 128, 2, LOOP_ASKED_FOR),
+        (NC_TO_PLC_TC3, NC_TO_PLC, 256, 3, UNCORRECTED_TIME_AND_USER_DATA),
     ],
     ids=["online TC2", "online TC3", "NC to PLC TC2", "NC to PLC TC3"],
 )
@@ -109,12 +130,49 @@ def test_fields_stand_at_their_offsets(
 ) -> None:
     for name, (_, value, *_) in fields.items():
         setattr(axis, name, value)
+    axis.encoder_position_correction = 0.25
+    axis.set_cycle_counter = 3
+    axis.user_data_state_offset = 0x1_0017
+    axis.encoder_set_position_offset = 77.5
     offsets = {row[form]: row[:2] for row in fields.values() if row[form] is not None}
     expected = placed(size, {**offsets, **again})  # type: ignore[arg-type]
     assert structure.size == size
     assert structure.encode(axis).hex() == expected.hex()
     shown = structure.decode(expected)
-    assert shown == {name: row[1] for name, row in fields.items() if row[form] is not None}
+    computed = {"actual_position_uncorrected", "dc_time_stamp", "user_data"}
+    assert {name: value for name, value in shown.items() if name not in computed} == {
+        name: row[1] for name, row in fields.items() if row[form] is not None
+    }
+
+
+PLC_TO_NC_FIELDS = {
+    "control_dword": ("I", 0x8000_0127, 0),
+    "velocity_override": ("I", 750_000, 4),
+    "operation_mode": ("I", 3, 8),
+    "operation_mode_dword": ("I", 4, 12),
+    "operation_mode_value": ("d", 1.5, 16),
+    "actual_position_correction": ("d", 2.5, 24),
+    "external_set_position": ("d", 3.5, 32),
+    "external_set_velocity": ("d", 4.5, 40),
+    "external_set_acceleration": ("d", 5.5, 48),
+    "external_set_direction": ("i", -1, 56),
+    "external_controller_component": ("d", 6.5, 64),
+    "gear_ratio_1": ("d", 7.5, 72),
+    "gear_ratio_2": ("d", 8.5, 80),
+    "gear_ratio_3": ("d", 9.5, 88),
+    "gear_ratio_4": ("d", 10.5, 96),
+}
+
+
+def test_the_structure_from_the_plc(axis: Axis) -> None:
+    for name, (_, value, _) in PLC_TO_NC_FIELDS.items():
+        setattr(axis, name, value)
+    expected = placed(128, {row[2]: row[:2] for row in PLC_TO_NC_FIELDS.values()})
+    assert PLC_TO_NC.size == 128
+    assert PLC_TO_NC.encode(axis).hex() == expected.hex()
+    assert PLC_TO_NC.decode(expected) == {
+        name: value for name, (_, value, _) in PLC_TO_NC_FIELDS.items()
+    }
 
 
 def test_a_count_beyond_its_field_wraps(axis: Axis) -> None:

@@ -3,19 +3,27 @@
 Source: 002 §6.4.4.4; bits of the status double word 004 §5.1.1.
 """
 
-from achse.devices.nc.binding import parameter, per_element, shown
+from operator import attrgetter
+from typing import Any
+
+from achse.ams import DeviceError
+from achse.codes import NcError
+from achse.devices.nc.binding import in_sub_range, parameter, per_element, shown
+from achse.devices.nc.io_structures import DRIVE_IO, ENCODER_IO
 from achse.devices.nc.layouts import (
     INT32,
     NC_TO_PLC_TC2,
     NC_TO_PLC_TC3,
+    PLC_TO_NC,
     REAL64,
     UINT8,
     UINT16,
     UINT32,
+    OfAxis,
 )
 from achse.motion import Axis
-from achse.motion.states import ControlBit, StateBit
-from achse.server import READ, WRITE, Service
+from achse.motion.states import AxisType, ControlBit, StateBit
+from achse.server import READ, WRITE, Layout, Service
 
 __all__ = ["AXIS_CYCLIC"]
 
@@ -51,6 +59,61 @@ def _state_byte(offset: int, number: int) -> Service:
     return Service(offset, name, READ, UINT8, f"status double word, byte {number}", read=read)
 
 
+def _take_structure(axis: Axis, values: dict[str, Any]) -> None:
+    """All of it or nothing: the ranges of the single rows hold."""
+    if values["velocity_override"] > FULL_OVERRIDE:
+        raise DeviceError(NcError.OVERRIDE_INVALID.number, f"{values['velocity_override']}")
+    if abs(values["external_set_direction"]) > 1:
+        raise DeviceError(NcError.REQUEST_PARAMETER.number, "direction -1, 0 or 1")
+    for name, value in values.items():
+        setattr(axis, name, value)
+
+
+_FROM_PLC = Service(
+    0x00,
+    "plc_to_nc_structure",
+    READ | WRITE,
+    PLC_TO_NC,
+    "cyclic structure from the PLC, equal in TwinCAT 2 and 3",
+    read=lambda axis: axis,
+    write=_take_structure,
+    code=NcError.REQUEST_PARAMETER.number,
+)
+
+_EXTERNAL = ("external_set_position", "external_set_velocity", "external_set_acceleration")
+_TORQUE, _DIRECTION = "external_set_torque", "external_set_direction"
+
+
+def _take_external(axis: Axis, values: tuple[Any, ...]) -> None:
+    names = (*_EXTERNAL, *(_TORQUE,) * (len(values) - 4), _DIRECTION)
+    if abs(values[-1]) > 1:
+        raise DeviceError(NcError.REQUEST_PARAMETER.number, "direction -1, 0 or 1")
+    for name, value in zip(names, values, strict=True):
+        setattr(axis, name, value)
+
+
+_EXTERNAL_SET_POINT = Service(
+    0x27,
+    "external_setpoint",
+    READ | WRITE,
+    (
+        OfAxis(Layout("<dddi"), attrgetter(*_EXTERNAL, _DIRECTION)),
+        OfAxis(Layout("<ddddi12x"), attrgetter(*_EXTERNAL, _TORQUE, _DIRECTION)),
+    ),
+    "set point of an external generator; the value 002 leaves unnamed is the torque",
+    read=lambda axis: axis,
+    write=_take_external,
+    code=NcError.REQUEST_PARAMETER.number,
+)
+
+
+def _rapid(axis: Axis) -> int:
+    """A two-speed axis at its fast speed."""
+    return int(
+        axis.drive_control_byte & 0b1001 != 0 and axis.axis_type == AxisType.DISCRETE_RAPID_CREEP
+    )
+
+
 _STRUCTURE = Service(
     0x80,
     "nc_to_plc_structure",
@@ -60,8 +123,9 @@ _STRUCTURE = Service(
     read=lambda axis: axis,
 )
 
-AXIS_CYCLIC = tuple(
-    per_element(
+AXIS_CYCLIC = (
+    *per_element(
+        _FROM_PLC,
         parameter(0x01, UINT32, 0x4003, "control_dword", symbol="ControlDWord"),
         _control_bit(0x02, ControlBit.ENABLE, "controller_enable", "controller enable"),
         _control_bit(0x03, ControlBit.FEED_ENABLE_PLUS, "feed_enable_plus", "feed enable plus"),
@@ -70,6 +134,10 @@ AXIS_CYCLIC = tuple(
         parameter(
             0x21, UINT32, 0x42CE, "velocity_override", maximum=FULL_OVERRIDE, symbol="OverrideV"
         ),
+        parameter(0x22, UINT32, 0x4003, "operation_mode"),
+        parameter(0x25, REAL64, 0x4003, "actual_position_correction"),
+        parameter(0x26, REAL64, 0x4003, "external_controller_component"),
+        _EXTERNAL_SET_POINT,
         _state_byte(0x71, 1),
         _state_byte(0x72, 2),
         _state_byte(0x73, 3),
@@ -79,6 +147,9 @@ AXIS_CYCLIC = tuple(
         _state_bit(0x82, StateBit.OPERATIONAL, "ready", "axis is ready for operation"),
         _state_bit(0x83, StateBit.HOMED, "homed", "axis is homed"),
         _state_bit(0x84, StateBit.PROTECTED, "protected_mode", "axis is a slave or on a path"),
+        Service(
+            0x85, "rapid_mode", READ, UINT16, "axis moves in rapid traverse", "1", read=_rapid
+        ),
         _state_bit(0x88, StateBit.IO_DATA_INVALID, "io_data_invalid", "I/O data are invalid"),
         _state_bit(0x89, StateBit.ERROR, "error", "axis is in error"),
         _state_bit(0x8A, StateBit.POSITIVE_DIRECTION, "moving_positive", "to larger positions"),
@@ -88,11 +159,21 @@ AXIS_CYCLIC = tuple(
         _state_bit(0x8E, StateBit.IN_POSITION_AREA, "in_position_range", "in the position window"),
         _state_bit(0x8F, StateBit.IN_TARGET_POSITION, "in_target_position", "arrived"),
         _state_bit(0x90, StateBit.CONSTANT_VELOCITY, "constant_velocity", "velocity is constant"),
+        Service(
+            0x9A, "operation_mode_busy", READ, UINT16, "operation mode is not yet carried out", "1",
+            read=lambda axis: int(axis.operation_mode != axis.operation_mode_feedback),
+        ),
         _state_bit(0x9B, StateBit.HAS_JOB, "has_job", "a command is at work"),
         shown(0xB1, UINT32, "error_code"),
         shown(0xB2, UINT32, "motion_state", symbol="AxisState"),
+        shown(0xB3, UINT32, "operation_mode_feedback"),
         shown(0xB4, UINT32, "homing_state", symbol="HomingState"),
         shown(0xB5, UINT32, "coupling_state", symbol="CoupleState"),
+        Service(
+            0xB6, "svb_entry_count", READ, UINT32,
+            "entries of the preparation task, which has none of a single axis", "1",
+            read=lambda axis: 0,
+        ),
         shown(0xB7, UINT32, "saf_entry_count", "buffer_count"),
         shown(0xB8, UINT32, "axis_id"),
         shown(0xB9, UINT32, "operation_mode_state_dword"),
@@ -104,5 +185,7 @@ AXIS_CYCLIC = tuple(
         shown(0xBF, REAL64, "set_position"),
         shown(0xC0, REAL64, "set_velocity"),
         shown(0xC1, REAL64, "set_acceleration"),
-    )
-)
+    ),
+    *in_sub_range("encoder_", ENCODER_IO),
+    *in_sub_range("drive_", DRIVE_IO),
+)  # fmt: skip

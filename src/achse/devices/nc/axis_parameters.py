@@ -1,40 +1,228 @@
 """Axis parameter services, 0x4000 + ID. Source: 002 §6.4.4.1."""
 
-from achse.devices.nc.binding import in_sub_range, parameter, shown
-from achse.devices.nc.controller import CONTROLLER_PARAMETERS
-from achse.devices.nc.drive import DRIVE_PARAMETERS
-from achse.devices.nc.encoder import ENCODER_PARAMETERS
-from achse.devices.nc.layouts import REAL64, UINT16, UINT32, Text
-from achse.server import READ, Service
+import struct
+from collections.abc import Sequence
+from operator import attrgetter
+from typing import Any
 
-__all__ = ["AXIS_PARAMETERS"]
+from achse.devices.nc.binding import parameter, per_element, shown
+from achse.devices.nc.controller import CONTROLLER_VIEWS
+from achse.devices.nc.drive import DRIVE_VIEWS
+from achse.devices.nc.encoder import ENCODER_VIEWS
+from achse.devices.nc.layouts import REAL64, UINT16, UINT32, OfAxis, Text
+from achse.motion import Axis
+from achse.server import READ, Layout, Service
 
-AXIS_PARAMETERS = (
+__all__ = ["AXIS_PARAMETERS", "ParameterSet"]
+
+MOST_ELEMENTS = 9
+PTP_GROUP = 1
+"""GroupType of a group of one axis that does point-to-point movements."""
+
+USER_DATA_STATES = (0, 0x1_0012, 0x1_0014, 0x1_0017)
+
+
+class ParameterSet:
+    """The parameter structure: id, name, type, then every parameter in the order of the rows.
+
+    Only the first three fields are documented. In the form of TwinCAT 3 each value lies on a
+    multiple of its size, in that of TwinCAT 2 they are packed; what does not fit is left out.
+    """
+
+    def __init__(self, size: int, rows: Sequence[Service], *, aligned: bool) -> None:
+        self.size = size
+        self.name = f"axis parameters ({size} bytes)"
+        self._rows = rows
+        self._aligned = aligned
+
+    def encode(self, axis: Axis) -> bytes:
+        name = axis.name.encode("cp1252", "replace")[:30].ljust(31, b"\0")
+        form = "<I31sxI" if self._aligned else "<I31sI"
+        data = bytearray(struct.pack(form, axis.axis_id, name, axis.axis_type))
+        for row in self._rows:
+            target = axis if row.element is None else row.element(axis, 0)
+            value = row.encoder(0)(row.get(target))
+            if self._aligned:
+                data.extend(bytes(-len(data) % min(len(value), 8)))
+            if len(data) + len(value) > self.size:
+                break
+            data += value
+        return bytes(data.ljust(self.size, b"\0"))
+
+    def decode(self, data: bytes) -> dict[str, Any]:
+        """The documented fields; for clients, as no row takes a structure in."""
+        form = "<I31sxI" if self._aligned else "<I31sI"
+        axis_id, name, axis_type = struct.unpack_from(form, data)
+        text = name.split(b"\0", 1)[0].decode("cp1252", "replace")
+        return {"axis_id": axis_id, "axis_name": text, "axis_type": axis_type}
+
+
+def _ids(axis: Axis) -> tuple[int, ...]:
+    every = axis.encoder_ids, axis.controller_ids, axis.drive_ids
+    return tuple(id for ids in every for id in (*ids, *(0,) * (MOST_ELEMENTS - len(ids))))
+
+
+def _hardware(axis: Axis) -> tuple[Any, ...]:
+    """NetId, port, channel: all zero, as the hardware of the axis is simulated."""
+    return bytes(6), 0, 0
+
+
+def _hardware_extended(axis: Axis) -> tuple[Any, ...]:
+    """The same with ids, indices and types; there are no object ids."""
+    n = axis.active_control_loop
+    encoder = axis.encoder_ids[min(n, len(axis.encoder_ids) - 1)]
+    drive = axis.drive_ids[min(n, len(axis.drive_ids) - 1)]
+    drive_part = drive, n, axis.drive_type
+    encoder_part = encoder, n, axis.encoder_type
+    return bytes(6), 0, 0, *drive_part, *encoder_part, axis.axis_id, axis.axis_type, 0, 0
+
+
+def _text(offset: int, name: str, size: int, attribute: str, description: str) -> Service:
+    return Service(offset, name, READ, Text(size), description, read=attrgetter(attribute))
+
+
+def _fixed(offset: int, name: str, codec: Any, value: Any, description: str) -> Service:
+    """What is the same for every axis that no channel or group owns."""
+    return Service(offset, name, READ, codec, description, "1", read=lambda axis: value)
+
+
+_OWN = (
     shown(0x01, UINT32, "axis_id"),
-    Service(0x02, "axis_name", READ, Text(31), "axis name", read=lambda axis: axis.name),
-    Service(0x05, "physical_unit", READ, Text(11), "position unit", read=lambda axis: axis.unit),
+    _text(0x02, "axis_name", 31, "name", "axis name"),
+    shown(0x03, UINT32, "axis_type"),
+    Service(
+        0x04, "saf_cycle_time", READ, UINT32, "cycle time of the axis", "µs",
+        read=lambda axis: axis.cycle_ns // 1000,
+    ),
+    _text(0x05, "physical_unit", 11, "unit", "position unit"),
+    parameter(0x06, REAL64, 0x4312, "homing_velocity_towards_cam"),
+    parameter(0x07, REAL64, 0x4313, "homing_velocity_off_cam"),
+    parameter(0x08, REAL64, 0x4306, "jog_velocity_slow"),
+    parameter(0x09, REAL64, 0x4307, "jog_velocity_fast"),
+    parameter(0x0A, REAL64, 0x4308, "rapid_traverse_velocity"),
     parameter(0x0F, UINT16, 0x4321, "position_range_monitoring_enable"),
     parameter(0x10, REAL64, 0x4326, "position_range_window"),
     parameter(0x11, UINT16, 0x4320, "motion_monitoring_enable"),
     parameter(0x12, REAL64, 0x4324, "motion_monitoring_time"),
+    parameter(0x13, UINT16, 0x4323, "loop_enable"),
+    parameter(0x14, REAL64, 0x4328, "loop_distance"),
     parameter(0x15, UINT16, 0x4322, "target_position_monitoring_enable"),
     parameter(0x16, REAL64, 0x4325, "target_position_window"),
     parameter(0x17, REAL64, 0x4327, "target_position_monitoring_time"),
+    parameter(0x18, REAL64, 0x4003, "pulse_distance_positive"),
+    parameter(0x19, REAL64, 0x4003, "pulse_distance_negative"),
     parameter(0x1A, UINT32, 0x4003, "error_reaction_mode"),
     parameter(0x1B, REAL64, 0x4003, "error_reaction_delay"),
+    parameter(0x1C, UINT16, 0x4003, "couple_slaves_by_actual_values"),
+    parameter(0x1D, REAL64, 0x4309, "fading_acceleration"),
+    parameter(0x1E, UINT32, 0x4003, "fast_axis_stop_signal_type"),
+    parameter(0x20, UINT16, 0x4003, "allow_slave_motion_commands"),
+    parameter(0x21, UINT16, 0x4003, "allow_motion_commands_with_external_setpoint"),
+    parameter(0x26, UINT32, 0x432E, "unit_interpretation"),
     parameter(0x27, REAL64, 0x432F, "max_velocity"),
     parameter(0x28, REAL64, 0x4330, "motion_monitoring_window"),
     parameter(0x29, UINT16, 0x4331, "peh_monitoring_enable"),
     parameter(0x2A, REAL64, 0x4332, "peh_monitoring_time"),
+    parameter(0x2B, UINT16, 0x4003, "backlash_compensation_enable"),
+    parameter(0x2C, REAL64, 0x4003, "backlash"),
+    shown(0x30, UINT16, "persistent_data_enable"),
+    Service(
+        0x31, "hardware_ams_address", READ,
+        (
+            OfAxis(Layout("<6sHH"), _hardware),
+            OfAxis(Layout("<6sHH2x3I3I2I2I12x"), _hardware_extended),
+        ),
+        "AMS address of the hardware; the long form has ids and types too",
+        read=lambda axis: axis,
+    ),
+    Service(
+        0x33, "application_request", READ, Layout("<HHII1012x"),
+        "request bit, type, command number and version of a request to the application",
+        read=lambda axis: (
+            axis.application_request,
+            axis.application_request_type,
+            axis.application_command_number,
+            1,
+        ),
+    ),
+    _fixed(0x51, "channel_id", UINT32, 0, "id of the owning channel, 0 = none"),
+    _fixed(0x52, "channel_name", Text(31), "", "name of the owning channel"),
+    _fixed(0x53, "channel_type", UINT32, 0, "type of the owning channel, 0 = none"),
+    _fixed(0x54, "group_id", UINT32, 0, "id of the owning group, 0 = none"),
+    _fixed(0x55, "group_name", Text(31), "", "name of the owning group"),
+    _fixed(0x56, "group_type", UINT32, PTP_GROUP, "type of the owning group"),
+    Service(
+        0x57, "encoder_count", READ, UINT32, "number of encoders", "1",
+        read=lambda axis: len(axis.encoder_ids),
+    ),
+    Service(
+        0x58, "controller_count", READ, UINT32, "number of controllers", "1",
+        read=lambda axis: len(axis.controller_ids),
+    ),
+    Service(
+        0x59, "drive_count", READ, UINT32, "number of drives", "1",
+        read=lambda axis: len(axis.drive_ids),
+    ),
+    Service(
+        0x5A, "subelement_ids", READ, Layout("<27I"),
+        "ids of 9 encoders, 9 controllers, 9 drives, 0 = none", "1", read=_ids,
+    ),
     parameter(0xF1, REAL64, 0x4309, "max_acceleration"),
     parameter(0xF2, REAL64, 0x430A, "max_deceleration"),
     parameter(0x101, REAL64, 0x4309, "default_acceleration"),
     parameter(0x102, REAL64, 0x430A, "default_deceleration"),
     parameter(0x103, REAL64, 0x430B, "default_jerk"),
+    parameter(0x104, REAL64, 0x430C, "setpoint_velocity_position_delay"),
     parameter(0x105, UINT32, 0x430D, "override_type"),
+    parameter(0x106, REAL64, 0x4003, "max_velocity_jump"),
+    parameter(0x107, UINT16, 0x4003, "auxiliary_axis_limiting_enable"),
+    parameter(0x108, REAL64, 0x4003, "auxiliary_axis_tolerance_ball"),
+    parameter(0x109, REAL64, 0x4003, "auxiliary_axis_max_position_deviation"),
+    parameter(0x10A, REAL64, 0x4309, "fast_axis_stop_acceleration"),
     parameter(0x10B, REAL64, 0x430A, "fast_axis_stop_deceleration"),
     parameter(0x10C, REAL64, 0x430B, "fast_axis_stop_jerk"),
-    *in_sub_range("encoder_", ENCODER_PARAMETERS),
-    *in_sub_range("controller_", CONTROLLER_PARAMETERS),
-    *in_sub_range("drive_", DRIVE_PARAMETERS),
+    parameter(0x10D, UINT32, 0x4003, "user_data_state_offset", choices=USER_DATA_STATES),
+    parameter(0x201, UINT32, 0x4003, "stepper_operation_mode"),
+    parameter(0x202, REAL64, 0x4003, "stepper_step_scaling"),
+    parameter(0x203, REAL64, 0x4003, "stepper_min_velocity"),
+    parameter(0x204, UINT32, 0x4003, "stepper_steps_per_velocity_level"),
+    parameter(0x301, REAL64, 0x4003, "creep_distance_positive"),
+    parameter(0x302, REAL64, 0x4003, "creep_distance_negative"),
+    parameter(0x303, REAL64, 0x4003, "brake_distance_positive"),
+    parameter(0x304, REAL64, 0x4003, "brake_distance_negative"),
+    parameter(0x305, REAL64, 0x4003, "brake_delay_positive"),
+    parameter(0x306, REAL64, 0x4003, "brake_delay_negative"),
+    parameter(0x307, REAL64, 0x4003, "rapid_to_creep_switch_time"),
+    parameter(0x308, REAL64, 0x4003, "creep_distance_stop"),
+    parameter(0x309, REAL64, 0x4003, "brake_release_delay"),
+    parameter(0x30A, REAL64, 0x4003, "pulse_time_positive"),
+    parameter(0x30B, REAL64, 0x4003, "pulse_time_negative"),
+    *ENCODER_VIEWS["parameters"],
+    *CONTROLLER_VIEWS["parameters"],
+    *DRIVE_VIEWS["parameters"],
+)  # fmt: skip
+
+_IN_THE_STRUCTURE = tuple(
+    row
+    for row in _OWN
+    if not isinstance(row.codec, tuple)
+    and row.name not in ("axis_id", "axis_name", "axis_type")
+    and row.name != "application_request"
+)
+
+AXIS_PARAMETERS = (
+    *per_element(
+        Service(
+            0x00,
+            "axis_parameter_structure",
+            READ,
+            (
+                ParameterSet(512, _IN_THE_STRUCTURE, aligned=False),
+                ParameterSet(1024, _IN_THE_STRUCTURE, aligned=True),
+            ),
+            "all parameters of the axis, TwinCAT 2 or 3 by length",
+            read=lambda axis: axis,
+        )
+    ),
+    *_OWN,
 )

@@ -3,12 +3,16 @@
 Source: 002 §6.4.4.2.
 """
 
-from dataclasses import replace
+from collections import namedtuple
+from collections.abc import Callable
+from operator import attrgetter
 
-from achse.devices.nc.binding import in_sub_range, per_element, shown
-from achse.devices.nc.controller import CONTROLLER_STATES
-from achse.devices.nc.drive import DRIVE_STATES
-from achse.devices.nc.encoder import ENCODER_STATES
+from achse.ams import DeviceError
+from achse.codes import NcError
+from achse.devices.nc.binding import in_sub_range, parameter, per_element, shown
+from achse.devices.nc.controller import CONTROLLER_VIEWS
+from achse.devices.nc.drive import DRIVE_VIEWS
+from achse.devices.nc.encoder import ENCODER_VIEWS
 from achse.devices.nc.layouts import (
     INT32,
     ONLINE_TC2,
@@ -16,10 +20,11 @@ from achse.devices.nc.layouts import (
     REAL64,
     UINT16,
     UINT32,
+    OfAxis,
     request,
 )
 from achse.motion import Axis, commands
-from achse.server import READ, READ_WRITE, Layout, Service
+from achse.server import READ, READ_WRITE, WRITE, Layout, Service
 
 __all__ = ["AXIS_STATES"]
 
@@ -70,6 +75,86 @@ _STOP_INFORMATION = Service(
     port=501,
 )
 
+
+def _set_points(*fields: str) -> OfAxis:
+    return OfAxis(Layout(f"<{len(fields)}d"), attrgetter(*fields))
+
+
+_POSITION = ("set_position",)
+_DYNAMICS = ("set_velocity", "set_acceleration", "set_direction", "set_jerk")
+_TORQUE = ("set_torque", "set_torque_derivative")
+
+
+def _feed(*targets: str) -> Callable[[Axis, tuple[float, ...]], None]:
+    """Set points from outside: taken while the external generator is active."""
+
+    def write(axis: Axis, values: tuple[float, ...]) -> None:
+        if not axis.external_setpoint_active:
+            raise DeviceError(
+                NcError.EXTERNAL_GENERATOR_NOT_ACTIVE.number,
+                "set points are taken while the external generator is active",
+            )
+        for target, value in zip(targets, values, strict=False):
+            setattr(axis, target, int(value) if target == "external_set_direction" else value)
+
+    return write
+
+
+_FED_DYNAMICS = (
+    "external_set_velocity", "external_set_acceleration", "external_set_direction",
+    "external_set_jerk",
+)  # fmt: skip
+_FED_TORQUE = ("external_set_torque", "external_set_torque_derivative")
+
+_SET_POINT_STRUCTURES = (
+    Service(
+        0x60,
+        "setpoint_structure",
+        READ | WRITE,
+        (
+            _set_points(*_POSITION, *_DYNAMICS),
+            _set_points(*_POSITION, *_DYNAMICS, "set_torque"),
+            _set_points(*_POSITION, *_DYNAMICS, *_TORQUE),
+        ),
+        "set position, velocity, acceleration, direction, jerk; longer forms with torque",
+        read=lambda axis: axis,
+        write=_feed("external_set_position", *_FED_DYNAMICS, *_FED_TORQUE),
+    ),
+    Service(
+        0x61,
+        "dynamic_setpoint_structure",
+        READ | WRITE,
+        (
+            _set_points(*_DYNAMICS),
+            _set_points(*_DYNAMICS, "set_torque"),
+            _set_points(*_DYNAMICS, *_TORQUE),
+        ),
+        "set velocity, acceleration, direction, jerk; longer forms with torque",
+        read=lambda axis: axis,
+        write=_feed(*_FED_DYNAMICS, *_FED_TORQUE),
+    ),
+    Service(
+        0x62,
+        "torque_setpoint_structure",
+        READ | WRITE,
+        _set_points(*_TORQUE),
+        "set torque and its derivative",
+        read=lambda axis: axis,
+        write=_feed(*_FED_TORQUE),
+    ),
+)
+
+_OPERATION_MODE = Service(
+    0x63,
+    "drive_operation_mode",
+    READ_WRITE,
+    Layout("<II"),
+    "operation mode of the drive",
+    exchange=lambda axis, _: (axis.drive_operation_mode,),
+    response=Layout("<i4x", namedtuple("OperationMode", "mode")),
+    port=501,
+)
+
 AXIS_STATES = (
     *per_element(
         _ONLINE,
@@ -81,21 +166,39 @@ AXIS_STATES = (
         shown(0x0E, REAL64, "set_velocity", symbol="SetVelo"),
         shown(0x0F, REAL64, "set_acceleration", symbol="SetAcc"),
         shown(0x10, REAL64, "set_jerk", symbol="SetJerk"),
+        shown(0x11, REAL64, "set_torque", symbol="SetTorque"),
+        shown(0x12, REAL64, "set_gear_ratio"),
         shown(0x13, REAL64, "target_position"),
         _REMAINING,
         shown(0x15, UINT32, "set_command_number", symbol="CmdNo"),
         shown(0x16, REAL64, "last_positioning_time"),
         _OVERRIDE,
+        shown(0x1A, REAL64, "uncorrected_set_position", "set_position"),
+        shown(0x1D, REAL64, "uncorrected_set_direction", "set_direction"),
+        shown(0x1E, REAL64, "uncorrected_set_velocity", "set_velocity"),
+        shown(0x1F, REAL64, "uncorrected_set_acceleration", "set_acceleration"),
+        *_SET_POINT_STRUCTURES,
     ),
     shown(0x01, UINT32, "error_code", symbol="ErrState"),
     _STOP_INFORMATION,
     shown(0x20, UINT32, "coupling_state"),
+    shown(0x21, UINT32, "coupling_table_index"),
+    shown(0x24, UINT32, "active_control_loop"),
+    shown(0x25, UINT16, "external_setpoint_active"),
     shown(0x29, UINT32, "delayed_error_code"),
+    shown(0x2A, REAL64, "fading_position_difference"),
+    shown(0x2B, REAL64, "fading_relative_velocity"),
+    shown(0x2C, REAL64, "fading_relative_acceleration"),
+    shown(0x2D, UINT32, "initialize_command_counter"),
     shown(0x2E, UINT32, "reset_command_counter"),
+    shown(0x30, REAL64, "set_torque_derivative"),
+    parameter(0x31, REAL64, 0x4003, "set_torque_offset", symbol="TorqueOffset"),
+    shown(0x40, UINT32, "setpoint_correction_counter"),
     shown(0x50, UINT32, "set_motion_phase"),
     shown(0x51, UINT16, "axis_disabled"),
-    # the homed flag can be written at the encoder only
-    *(replace(row, access=READ) for row in in_sub_range("encoder_", ENCODER_STATES)),
-    *in_sub_range("controller_", CONTROLLER_STATES),
-    *in_sub_range("drive_", DRIVE_STATES),
+    _OPERATION_MODE,
+    *ENCODER_VIEWS["states"],
+    *in_sub_range("encoder_", (shown(0x18, UINT32, "encoder_reinitialization_state"),)),
+    *CONTROLLER_VIEWS["states"],
+    *DRIVE_VIEWS["states"],
 )

@@ -6,19 +6,28 @@ for parameters the NC error of a value out of range, name. A row that names no f
 when the module is imported.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import replace
 from math import isfinite
+from operator import attrgetter
 from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError
+from achse.devices.nc.layouts import INT32
 from achse.motion import Axis, states
 from achse.motion.record import FIELDS, Field
 from achse.motion.states import ControlBit
 from achse.server import READ, WRITE, Codec, Service
 
-__all__ = ["in_sub_range", "not_while_enabled", "parameter", "per_element", "shown"]
+__all__ = [
+    "error_state",
+    "in_sub_range",
+    "not_while_enabled",
+    "parameter",
+    "per_element",
+    "shown",
+]
 
 
 def _field(name: str, prefix: str) -> Field:
@@ -50,19 +59,23 @@ def parameter(
     *,
     prefix: str = "",
     guard: Callable[[Axis], None] | None = None,
+    write: Callable[[Axis, Any], None] | None = None,
     **facts: Any,
 ) -> Service:
     """A row that shows and sets a record field; a value out of range is answered `error`.
 
-    The record's range counts unless `minimum` or `maximum` say otherwise.
+    The record's range counts unless `minimum` or `maximum` say otherwise. `write` sets the value
+    where more than the field depends on it, or refuses it with a DeviceError.
     """
     row = _field(field or name, prefix)
-    limits: dict[str, Any] = {}
+    limits: dict[str, Any] = {
+        "minimum": row.least if isfinite(row.least) else None,
+        "maximum": row.most if isfinite(row.most) else None,
+    }
     if isinstance(choices := getattr(states, row.unit, None), type):
         limits["choices"] = choices
-    else:
-        limits["minimum"] = row.least if isfinite(row.least) else None
-        limits["maximum"] = row.most if isfinite(row.most) else None
+    if write is not None:
+        limits |= {"field": "", "read": attrgetter(row.name), "write": write}
     return replace(
         shown(offset, codec, name, row.name),
         access=READ | WRITE,
@@ -72,29 +85,46 @@ def parameter(
     )
 
 
+def error_state(first: int, description: str) -> Service:
+    """The row of the error of an encoder, controller or drive: the axis error if it is theirs."""
+
+    def read(element: Axis) -> int:
+        code = element.owner.error_code
+        return code if first <= code <= first + 0xFF else 0
+
+    return Service(0x01, "error_state", READ, INT32, description, "1", read=read)
+
+
 def not_while_enabled(axis: Axis) -> None:
     """Guard of parameters that scale position or direction (002: not while enabled).
 
     The manuals do not print the code; 0x4B42 says it.
     """
-    if axis.control_dword & ControlBit.ENABLE or axis.loop_closed:
+    owner = axis.owner
+    if owner.control_dword & ControlBit.ENABLE or owner.loop_closed:
         raise DeviceError(NcError.PLC_AXIS_ENABLED.number, f"axis {axis.axis_id} is enabled")
 
 
-def _only_standard(error: NcError) -> Callable[[Axis, int], Axis]:
+def _only_standard(axis: Axis, n: int) -> Axis:
+    if n:
+        raise DeviceError(NcError.AXIS_ID.number, f"axis {axis.axis_id} has no sub-element {n}")
+    return axis
+
+
+def _element_of(ids: Callable[[Axis], tuple[int, ...]], error: NcError) -> Callable[..., Axis]:
     def element(axis: Axis, n: int) -> Axis:
-        if n:
+        if n >= len(ids(axis)):
             raise DeviceError(error.number, f"axis {axis.axis_id} has no sub-element {n}")
-        return axis
+        return axis.elements[n]
 
     return element
 
 
-_SUB_RANGES = {
-    "": (0, _only_standard(NcError.AXIS_ID)),
-    "encoder_": (0x1_0000, _only_standard(NcError.ENCODER_ID)),
-    "controller_": (0x2_0000, _only_standard(NcError.CONTROLLER_ID)),
-    "drive_": (0x3_0000, _only_standard(NcError.DRIVE_ID)),
+_SUB_RANGES: dict[str, tuple[int, Callable[[Axis, int], Axis]]] = {
+    "": (0, _only_standard),
+    "encoder_": (0x1_0000, _element_of(attrgetter("encoder_ids"), NcError.ENCODER_ID)),
+    "controller_": (0x2_0000, _element_of(attrgetter("controller_ids"), NcError.CONTROLLER_ID)),
+    "drive_": (0x3_0000, _element_of(attrgetter("drive_ids"), NcError.DRIVE_ID)),
 }
 """Prefix of names, first offset, and what answers for sub-element n."""
 
@@ -105,9 +135,24 @@ def per_element(*rows: Service) -> Iterator[Service]:
         yield replace(row, element=_SUB_RANGES[""][1])
 
 
-def in_sub_range(prefix: str, rows: Iterable[Service]) -> Iterator[Service]:
-    """Rows of an encoder, controller or drive as the axis shows them: 0x00nK_0000 + offset."""
+def in_sub_range(
+    prefix: str,
+    rows: Iterable[Service],
+    *,
+    without: Container[int] = (),
+    read_only: Container[int] = (),
+) -> Iterator[Service]:
+    """Rows of an encoder, controller or drive as the axis shows them: 0x00nK_0000 + offset.
+
+    The axis does not show all of them, and some for reading only.
+    """
     base, element = _SUB_RANGES[prefix]
     for row in rows:
+        if row.offset in without:
+            continue
         name = row.name if row.name.startswith(prefix) else prefix + row.name
-        yield replace(row, offset=base + row.offset, name=name, element=element)
+        access = READ if row.offset in read_only else row.access
+        write = None if row.offset in read_only else row.write
+        yield replace(
+            row, offset=base + row.offset, name=name, element=element, access=access, write=write
+        )

@@ -1,6 +1,7 @@
 """The NC's ADS device: its services bound to the axes. Ports 500 (NC) and 501 (SAF task)."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
 
 from achse.ams import DeviceError
 from achse.codes import NcError
@@ -11,7 +12,8 @@ from achse.devices.nc.axis_states import AXIS_STATES
 from achse.devices.nc.controller import CONTROLLER_PARAMETERS, CONTROLLER_STATES
 from achse.devices.nc.drive import DRIVE_PARAMETERS, DRIVE_STATES
 from achse.devices.nc.encoder import ENCODER_PARAMETERS, ENCODER_STATES
-from achse.devices.nc.ring0 import RING0_PARAMETERS, RING0_STATES
+from achse.devices.nc.io_structures import DRIVE_CYCLIC, ENCODER_CYCLIC
+from achse.devices.nc.ring0 import RING0_FUNCTIONS, RING0_PARAMETERS, RING0_STATES
 from achse.motion import Axis, Nc
 from achse.motion.axis import ObjectAxis
 from achse.server import Device, Group, IndexGroup, ObjectGroup, Service
@@ -21,6 +23,7 @@ __all__ = ["AXIS_GROUPS", "RING0_GROUPS", "NcDevice"]
 RING0_GROUPS: tuple[tuple[int, tuple[Service, ...]], ...] = (
     (0x1000, RING0_PARAMETERS),
     (0x1100, RING0_STATES),
+    (0x1200, RING0_FUNCTIONS),
 )
 """Index group, rows."""
 
@@ -31,10 +34,12 @@ AXIS_GROUPS = (
     (0x4300, AXIS_CYCLIC, NcError.AXIS_ID),
     (0x5000, ENCODER_PARAMETERS, NcError.ENCODER_ID),
     (0x5100, ENCODER_STATES, NcError.ENCODER_ID),
+    (0x5300, ENCODER_CYCLIC, NcError.ENCODER_ID),
     (0x6000, CONTROLLER_PARAMETERS, NcError.CONTROLLER_ID),
     (0x6100, CONTROLLER_STATES, NcError.CONTROLLER_ID),
     (0x7000, DRIVE_PARAMETERS, NcError.DRIVE_ID),
     (0x7100, DRIVE_STATES, NcError.DRIVE_ID),
+    (0x7300, DRIVE_CYCLIC, NcError.DRIVE_ID),
 )
 """Index group + id, rows, error for an id that no axis has."""
 
@@ -61,11 +66,22 @@ def _groups(nc: Nc) -> Iterator[IndexGroup]:
         yield ObjectGroup(base, _HIGHEST_ID, _finder(nc, unknown), rows, kind=ObjectAxis)
 
 
+_KINDS = {
+    NcError.ENCODER_ID: "encoder",
+    NcError.CONTROLLER_ID: "controller",
+    NcError.DRIVE_ID: "drive",
+}
+"""What an id is that the error says is unknown; else that of an axis."""
+
+
 def _finder(nc: Nc, unknown: NcError) -> Callable[[int], Axis]:
-    def find(axis_id: int) -> Axis:
+    kind = _KINDS.get(unknown)
+    look_up = nc.axis if kind is None else partial(nc.element, kind)
+
+    def find(id: int) -> Axis:
         try:
-            return nc.axis(axis_id)
+            return look_up(id)
         except KeyError:
-            raise DeviceError(unknown.number, f"id {axis_id}") from None
+            raise DeviceError(unknown.number, f"id {id}") from None
 
     return find

@@ -1,33 +1,216 @@
 """Drive services, 0x7000 and 0x7100 + ID. Source: 002 §6.4.7.
 
-Each axis has one drive, with the id of the axis. The axis shows the same rows at 0x00n3_0000.
+The axis shows most of these rows at 0x00n3_0000, n being the number of the drive.
 """
 
 from functools import partial
+from operator import attrgetter
+from typing import Any
 
+from achse.ams import DeviceError
+from achse.codes import NcError
 from achse.devices.nc import binding
-from achse.devices.nc.binding import not_while_enabled
-from achse.devices.nc.layouts import REAL64, UINT16, UINT32, Text
-from achse.server import READ, Service
+from achse.devices.nc.binding import error_state, in_sub_range, not_while_enabled
+from achse.devices.nc.layouts import INT32, REAL64, UINT8, UINT16, UINT32, Text
+from achse.motion import Axis
+from achse.motion.record import DRIVE_DELAY
+from achse.motion.states import OutputFilter
+from achse.server import READ, READ_WRITE, Service
 
-__all__ = ["DRIVE_PARAMETERS", "DRIVE_STATES"]
+__all__ = ["DRIVE_PARAMETERS", "DRIVE_STATES", "DRIVE_VIEWS"]
 
 parameter = partial(binding.parameter, prefix="drive_")
 shown = partial(binding.shown, prefix="drive_")
 
+FULL_OUTPUT_VOLTS = 10.0
+"""Output of 100 % at an analog drive."""
+
+DIGITAL_INPUTS = 8
+
+
+def _id(drive: Axis) -> int:
+    return drive.owner.drive_ids[drive.number]
+
+
+def _set_time(field: str) -> Any:
+    """Delays and filters reach back 64 cycles; a longer time is refused."""
+
+    def write(drive: Axis, seconds: float) -> None:
+        longest = DRIVE_DELAY * drive.owner.cycle_ns * 1e-9
+        if seconds > longest:
+            raise DeviceError(
+                NcError.REQUEST_PARAMETER.number, f"{seconds:g} s, at most {longest:g} s"
+            )
+        setattr(drive, field, seconds)
+
+    return write
+
+
+def _set_table(drive: Axis, table_id: int) -> None:
+    """There are no characteristic tables: 0 alone can be chosen."""
+    if table_id:
+        raise DeviceError(NcError.TABLE_NOT_FOUND.number, f"no table {table_id}")
+
+
+def _set_interpolation(drive: Axis, kind: int) -> None:
+    if kind == 1:
+        raise DeviceError(NcError.TABLE_INTERPOLATION_TYPE.number, "1, expected 0 or 2")
+    drive.drive_table_interpolation_type = kind
+
+
 DRIVE_PARAMETERS = (
-    shown(0x01, UINT32, "drive_id", "axis_id"),
-    Service(0x02, "drive_name", READ, Text(31), "axis name", read=lambda axis: axis.name),
+    Service(0x01, "drive_id", READ, UINT32, "id of the drive", "1", read=_id),
+    Service(0x02, "drive_name", READ, Text(31), "name", read=attrgetter("name")),
+    shown(0x03, UINT32, "drive_type"),
+    parameter(0x04, UINT32, 0x4642, "input_address_offset"),
+    parameter(0x05, UINT32, 0x4643, "output_address_offset"),
     parameter(0x06, UINT16, 0x4603, "motor_polarity", guard=not_while_enabled),
+    parameter(0x0A, UINT32, 0x4602, "drive_mode"),
     parameter(0x0B, REAL64, 0x460A, "output_limit_min"),
     parameter(0x0C, REAL64, 0x460A, "output_limit_max"),
+    shown(0x0D, UINT32, "output_mask"),
+    parameter(0x10, UINT32, 0x4003, "control_dword", "drive_control_dword"),
+    parameter(0x11, UINT32, 0x4003, "reset_counter"),
+    parameter(0x20, UINT32, 0x42E7, "dead_time_compensation_mode"),
+    parameter(0x21, UINT32, 0x42E7, "dead_time_compensation_control"),
+    parameter(0x22, INT32, 0x42E7, "dead_time_compensation_shift"),
+    parameter(0x31, REAL64, 0x4622, "actual_torque_scaling"),
+    parameter(0x32, REAL64, 0x4003, "actual_torque_filter_time"),
+    parameter(0x33, REAL64, 0x4003, "actual_torque_derivative_filter_time"),
     parameter(0x101, REAL64, 0x4605, "reference_velocity"),
-    shown(0x103, REAL64, "velocity_at_full_output", "drive_reference_velocity"),
-)
+    parameter(0x102, REAL64, 0x4606, "reference_output"),
+    Service(
+        0x103, "velocity_at_full_output", READ, REAL64, "velocity at 100 % output", "mm/s",
+        read=lambda drive: drive.drive_reference_velocity / drive.drive_reference_output,
+    ),
+    parameter(0x104, REAL64, 0x4604, "velocity_offset"),
+    parameter(0x105, REAL64, 0x4610, "velocity_scaling"),
+    parameter(0x106, UINT32, 0x4003, "dsc_kpc"),
+    parameter(0x107, REAL64, 0x4003, "dsc_xerr_scaling"),
+    parameter(0x109, REAL64, 0x4617, "position_scaling"),
+    parameter(0x10A, REAL64, 0x4616, "acceleration_scaling"),
+    parameter(0x10B, REAL64, 0x460F, "torque_offset_scaling"),
+    parameter(0x10C, REAL64, 0x460F, "set_torque_scaling"),
+    parameter(
+        0x10D, REAL64, 0x4003, "velocity_output_delay",
+        write=_set_time("drive_velocity_output_delay"),
+    ),
+    parameter(0x10E, REAL64, 0x4003, "acceleration_output_delay"),
+    parameter(0x10F, REAL64, 0x4003, "torque_output_delay"),
+    parameter(0x110, UINT32, 0x4003, "output_filter_type"),
+    parameter(
+        0x111, REAL64, 0x4003, "output_filter_time", write=_set_time("drive_output_filter_time")
+    ),
+    parameter(0x112, UINT32, 0x4003, "output_filter_order"),
+    parameter(0x120, UINT32, 0x4003, "table_id", write=_set_table),
+    parameter(0x121, UINT32, 0x4A08, "table_interpolation_type", write=_set_interpolation),
+    parameter(0x122, REAL64, 0x4003, "output_offset"),
+    parameter(0x151, REAL64, 0x4607, "quadrant_compensation_factor"),
+    parameter(0x152, REAL64, 0x4608, "velocity_reference_point"),
+    parameter(0x153, REAL64, 0x4609, "output_reference_point"),
+    parameter(0x301, UINT8, 0x4003, "stepper_mask_cycle1"),
+    parameter(0x302, UINT8, 0x4003, "stepper_mask_cycle2"),
+    parameter(0x303, UINT8, 0x4003, "stepper_mask_cycle3"),
+    parameter(0x304, UINT8, 0x4003, "stepper_mask_cycle4"),
+    parameter(0x305, UINT8, 0x4003, "stepper_mask_cycle5"),
+    parameter(0x306, UINT8, 0x4003, "stepper_mask_cycle6"),
+    parameter(0x307, UINT8, 0x4003, "stepper_mask_cycle7"),
+    parameter(0x308, UINT8, 0x4003, "stepper_mask_cycle8"),
+    parameter(0x310, UINT8, 0x4003, "stepper_mask_holding_current"),
+)  # fmt: skip
+
+
+def _nonlinear(drive: Axis) -> float:
+    """Output in % after the characteristic, which linear drives do not have."""
+    return (
+        drive.drive_output_percent_nonlinear if drive.drive_special else drive.drive_output_percent
+    )
+
+
+def _volts(percent: float) -> float:
+    return percent * FULL_OUTPUT_VOLTS / 100.0
+
+
+def _shift(drive: Axis) -> float:
+    mode = drive.drive_dead_time_compensation_mode
+    return drive.drive_dead_time_compensation_shift * 1e-9 if mode else 0.0
+
+
+def _filters(drive: Axis) -> bool:
+    return drive.drive_output_filter_type != OutputFilter.OFF and bool(drive.drive_ideal)
+
+
+def _filtered_position(drive: Axis) -> float:
+    return drive.drive_filtered_set_position if _filters(drive) else drive.owner.set_position
+
+
+def _filtered_velocity(drive: Axis) -> float:
+    return drive.drive_filtered_set_velocity if _filters(drive) else drive.owner.set_velocity
+
+
+def _filtered_acceleration(drive: Axis) -> float:
+    if _filters(drive):
+        return drive.drive_filtered_set_acceleration
+    return drive.owner.set_acceleration
+
+
+def _digital_input(drive: Axis, number: int) -> int:
+    if not 1 <= number <= DIGITAL_INPUTS:
+        raise DeviceError(
+            NcError.REQUEST_PARAMETER.number, f"input {number}, expected 1..{DIGITAL_INPUTS}"
+        )
+    return drive.owner.simulation_drive_inputs >> (number - 1) & 1
+
 
 DRIVE_STATES = (
+    error_state(0x4600, "error code of the drive"),
     shown(0x02, REAL64, "output_absolute", "drive_output", symbol="DriveOutput"),
     shown(0x03, REAL64, "output_percent"),
+    Service(
+        0x04, "output_volt", READ, REAL64, "total output", "V",
+        read=lambda drive: _volts(drive.drive_output_percent),
+    ),
     shown(0x05, REAL64, "output_peak_negative"),
     shown(0x06, REAL64, "output_peak_positive"),
-)
+    shown(0x07, REAL64, "actual_torque", symbol="ActTorque"),
+    shown(0x08, REAL64, "actual_torque_derivative"),
+    shown(0x0C, REAL64, "dead_time_position_correction"),
+    Service(
+        0x0D, "dead_time_total_shift", READ, REAL64, "dead time that is compensated", "s",
+        read=_shift,
+    ),
+    Service(
+        0x13, "output_percent_nonlinear", READ, REAL64, "total output after the characteristic",
+        "%", read=_nonlinear,
+    ),
+    Service(
+        0x14, "output_volt_nonlinear", READ, REAL64, "total output after the characteristic",
+        "V", read=lambda drive: _volts(_nonlinear(drive)),
+    ),
+    Service(
+        0x11A, "filtered_set_position", READ, REAL64, "set position after the output filter",
+        "mm", read=_filtered_position,
+    ),
+    Service(
+        0x11E, "filtered_set_velocity", READ, REAL64, "set velocity after the output filter",
+        "mm/s", read=_filtered_velocity,
+    ),
+    Service(
+        0x11F, "filtered_set_acceleration", READ, REAL64,
+        "set acceleration after the output filter", "mm/s²", read=_filtered_acceleration,
+    ),
+    Service(
+        0x200, "digital_input_state", READ_WRITE, UINT32, "state of digital input 1..8",
+        exchange=_digital_input, response=UINT32, port=501,
+    ),
+)  # fmt: skip
+
+_NOT_AT_THE_AXIS = {
+    0x20, 0x21, 0x22, 0x31, 0x32, 0x33, 0x10D, 0x10E, 0x10F, 0x110, 0x111, 0x112,
+}  # fmt: skip
+
+DRIVE_VIEWS = {
+    "parameters": tuple(in_sub_range("drive_", DRIVE_PARAMETERS, without=_NOT_AT_THE_AXIS)),
+    "states": tuple(in_sub_range("drive_", DRIVE_STATES, without={0x0C, 0x0D, 0x200})),
+}
+"""The rows as the axis shows them."""

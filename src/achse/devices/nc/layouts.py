@@ -6,11 +6,12 @@ served: a request is understood by its length, an answer has the form whose leng
 
 import struct
 from collections import namedtuple
+from collections.abc import Callable
 from operator import attrgetter
 from typing import Any
 
 from achse.motion import Axis
-from achse.server import Layout
+from achse.server import Codec, Layout
 
 __all__ = [
     "INT32",
@@ -20,12 +21,15 @@ __all__ = [
     "NO_DATA",
     "ONLINE_TC2",
     "ONLINE_TC3",
+    "PLC_TO_NC",
     "REAL64",
     "UINT8",
     "UINT16",
     "UINT32",
+    "UINT64",
     "AxisStructure",
     "Integer",
+    "OfAxis",
     "Text",
     "request",
 ]
@@ -53,6 +57,7 @@ INT64 = Integer(8, signed=True)
 UINT8 = Integer(1)
 UINT16 = Integer(2)
 UINT32 = Integer(4)
+UINT64 = Integer(8)
 
 
 class Text:
@@ -67,6 +72,22 @@ class Text:
 
     def decode(self, data: bytes) -> str:
         return data.split(b"\0", 1)[0].decode("cp1252", "replace")
+
+
+class OfAxis:
+    """A layout of a value that `read` takes off the axis: for rows whose layouts show different."""
+
+    def __init__(self, codec: Codec, read: Callable[[Axis], Any]) -> None:
+        self.size = codec.size
+        self.name = getattr(codec, "name", str(codec))
+        self._codec = codec
+        self._read = read
+
+    def encode(self, axis: Axis) -> bytes:
+        return self._codec.encode(self._read(axis))
+
+    def decode(self, data: bytes) -> Any:
+        return self._codec.decode(data)
 
 
 class _NoData:
@@ -166,14 +187,17 @@ _ONLINE = (
     ("I", "state_dword"),
     ("I", "control_dword"),
     ("I", "coupling_state"),
-    ("4x", ""),  # index of the active control loop: there is one
+    ("I", "active_control_loop"),
 )
 
 _ONLINE_SINCE_TC3 = (
     ("d", "actual_acceleration"),
     ("d", "set_acceleration"),
     ("d", "set_jerk"),
-    # from here on torques, which stay zero: the simulated drive is a velocity drive
+    ("d", "set_torque"),
+    ("d", "drive_actual_torque"),
+    ("d", "set_torque_derivative"),
+    ("d", "set_torque_offset"),
 )
 
 _NAME = "NCAXISSTATE_ONLINESTRUCT"
@@ -184,7 +208,7 @@ _STATES = (
     ("I", "state_dword"),
     ("I", "error_code"),
     ("I", "motion_state"),
-    ("4x", ""),  # operation mode confirmation
+    ("I", "operation_mode_feedback"),
     ("I", "homing_state"),
     ("I", "coupling_state"),
     ("4x", ""),  # SVB entries: a single axis has no preparation table
@@ -198,7 +222,10 @@ _POSITION = (
     ("d", "actual_position_modulo"),
 )
 
-_LOOPS = (("4x", ""),)  # active and commanded control loop
+_LOOPS = (
+    ("H", "active_control_loop"),
+    ("H", "active_control_loop"),  # as commanded: a switch is carried out at once
+)
 
 _MOTION = (
     ("i", "actual_modulo_turns"),
@@ -216,9 +243,17 @@ _MOTION = (
 
 _SINCE_TC3 = (
     ("d", "set_jerk"),
-    ("88x", ""),  # torque, touch probe, cam coupling, phasing: not on this axis
-    ("d", "actual_position"),  # without position correction, of which there is none
+    ("d", "set_torque"),
+    ("d", "drive_actual_torque"),
+    ("40x", ""),  # two more status words, touch probe, cam coupling: bits no manual prints
+    ("d", "drive_actual_torque_derivative"),
+    ("d", "set_torque_derivative"),
+    ("8x", ""),  # absolute phasing position
+    ("d", "set_torque_offset"),
+    ("d", "actual_position_uncorrected"),
     ("d", "actual_acceleration"),
+    ("I", "dc_time_stamp"),
+    ("d", "user_data"),
 )
 
 _NAME = "NCTOPLC_AXIS_REF"
@@ -228,3 +263,24 @@ NC_TO_PLC_TC2 = AxisStructure(
 NC_TO_PLC_TC3 = AxisStructure(
     _NAME, _STATES + _POSITION + _LOOPS + _MOTION + _SINCE_TC3, aligned=True, size=256
 )
+
+_FROM_PLC = (
+    ("I", "control_dword"),
+    ("I", "velocity_override"),
+    ("I", "operation_mode"),
+    ("I", "operation_mode_dword"),
+    ("d", "operation_mode_value"),
+    ("d", "actual_position_correction"),
+    ("d", "external_set_position"),
+    ("d", "external_set_velocity"),
+    ("d", "external_set_acceleration"),
+    ("i", "external_set_direction"),
+    ("4x", ""),
+    ("d", "external_controller_component"),
+    ("d", "gear_ratio_1"),
+    ("d", "gear_ratio_2"),
+    ("d", "gear_ratio_3"),
+    ("d", "gear_ratio_4"),
+)
+PLC_TO_NC = AxisStructure("PLCTONC_AXIS_REF", _FROM_PLC, aligned=False, size=128)
+"""Both TwinCAT 2 and 3; the last 24 bytes are reserved."""

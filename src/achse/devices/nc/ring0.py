@@ -1,10 +1,13 @@
 """Ring-0 services, 0x1000 and 0x1100: what the NC consists of. Source: 002 §6.4.1."""
 
-from achse.devices.nc.layouts import UINT32
-from achse.motion import Nc
-from achse.server import READ, Repeated, Service
+from collections.abc import Callable
 
-__all__ = ["RING0_PARAMETERS", "RING0_STATES"]
+from achse.codes import NcError
+from achse.devices.nc.layouts import INT32, NO_DATA, UINT16, UINT32
+from achse.motion import Nc
+from achse.server import READ, WRITE, Repeated, Service
+
+__all__ = ["RING0_FUNCTIONS", "RING0_PARAMETERS", "RING0_STATES"]
 
 
 def _axes(nc: Nc) -> list[int]:
@@ -15,16 +18,15 @@ def _none(nc: Nc) -> list[int]:
     return []
 
 
-_IDS_OF = {
+_IDS_OF: dict[str, Callable[[Nc], list[int]]] = {
     "channel": _none,
     "group": _none,
     "axis": _axes,
-    "encoder": _axes,
-    "controller": _axes,
-    "drive": _axes,
+    "encoder": lambda nc: nc.ids("encoder"),
+    "controller": lambda nc: nc.ids("controller"),
+    "drive": lambda nc: nc.ids("drive"),
     "table": _none,
 }
-"""Encoder, controller and drive carry the id of their axis."""
 
 
 def _plural(kind: str) -> str:
@@ -58,7 +60,10 @@ def _ids(offset: int, kind: str) -> Service:
 
 def _owner(offset: int, kind: str) -> Service:
     def read(nc: Nc, number: int) -> int:
-        return number if number in _axes(nc) else 0
+        try:
+            return nc.element(kind, number).axis_id
+        except KeyError:
+            return 0
 
     return Service(
         offset, f"axis_id_of_{kind}", READ, UINT32, f"axis that owns {kind} nn, 0 = none", "1",
@@ -66,7 +71,24 @@ def _owner(offset: int, kind: str) -> Service:
     )  # fmt: skip
 
 
-RING0_PARAMETERS = (_cycle(0x10, "saf_cycle_time", "cycle time of the set-point task"),)
+def _timing(offset: int, name: str, field: str, description: str, unit: str) -> Service:
+    return Service(offset, name, READ, UINT32, description, unit, field=field)
+
+
+RING0_PARAMETERS = (
+    _cycle(0x10, "saf_cycle_time", "cycle time of the set-point task"),
+    _cycle(0x12, "svb_cycle_time", "cycle time of the preparation task, here that of the other"),
+    Service(
+        0x14, "global_time_compensation_shift", READ, INT32,
+        "time shift of the set-point task: 0, it runs with its inputs", "ns", read=lambda nc: 0,
+    ),
+    Service(
+        0x20, "setpoint_consistency_check_enable", READ | WRITE, UINT16,
+        "set points are checked in each cycle", "1",
+        field="setpoint_consistency_check", minimum=0, maximum=1,
+        code=NcError.REQUEST_PARAMETER.number,
+    ),
+)  # fmt: skip
 
 RING0_STATES = (
     _count(0x01, "channel"),
@@ -76,6 +98,9 @@ RING0_STATES = (
     _count(0x05, "controller"),
     _count(0x06, "drive"),
     _count(0x0A, "table"),
+    _timing(0x10, "saf_cycle_time_error_count", "late_cycles", "cycles that came late", "1"),
+    _timing(0x14, "saf_io_cycle_time_error_count", "late_io_cycles", "late I/O cycles", "1"),
+    _timing(0x20, "saf_computing_time", "computing_time_us", "computing time of a cycle", "µs"),
     _ids(0x31, "channel"),
     _ids(0x32, "group"),
     _ids(0x33, "axis"),
@@ -87,3 +112,10 @@ RING0_STATES = (
     _owner(0x200, "controller"),
     _owner(0x300, "drive"),
 )
+
+RING0_FUNCTIONS = (
+    Service(
+        0x20, "clear_cycle_time_error_counters", WRITE, NO_DATA,
+        "reset the counters of late cycles", write=lambda nc, _: nc.clear_cycle_time_errors(),
+    ),
+)  # fmt: skip

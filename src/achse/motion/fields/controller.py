@@ -126,6 +126,11 @@ class ControllerState(States):
     following_error_peak_negative: float = real(0.0, "mm", "smallest following error so far")
     following_error_peak_positive: float = real(0.0, "mm", "largest following error so far")
     following_error_velocity: float = real(0.0, "mm/s", "set minus actual velocity")
+    following_error_difference: float = real(
+        0.0, "mm", "following error of the master minus that of the slave"
+    )
+    following_error_difference_peak_negative: float = real(0.0, "mm", "smallest of these so far")
+    following_error_difference_peak_positive: float = real(0.0, "mm", "largest of these so far")
     controller_output: float = real(0.0, "mm/s", "output of the position controller")
     controller_output_percent: float = real(0.0, "%", "the same of full output")
     controller_position_p_part: float = real(0.0, "mm/s", "P-part of the position loop")

@@ -23,6 +23,8 @@ class CyclicInput(Inputs):
     )
     external_set_direction: int = whole(0, "1", "direction of the external generator", -1, 1)
     external_set_torque: float = real(0.0, "1000 = 100 %", "set torque of the external generator")
+    external_set_jerk: float = real(0.0, "mm/s³", "set jerk of the external generator")
+    external_set_torque_derivative: float = real(0.0, "1000 = 100 %/s", "change of its set torque")
     external_controller_component: float = real(
         0.0, "mm/s", "output of an external position controller, added"
     )

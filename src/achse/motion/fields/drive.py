@@ -9,6 +9,7 @@ from achse.motion.fields.declare import (
     real,
     reals,
     whole,
+    wholes,
 )
 
 __all__ = [
@@ -145,6 +146,9 @@ class DriveState(States):
     drive_output_peak_negative: float = real(0.0, "mm/s", "smallest total output so far")
     drive_output_peak_positive: float = real(0.0, "mm/s", "largest total output so far")
     drive_output_percent_nonlinear: float = real(0.0, "%", "total output after the characteristic")
+    drive_output_image: list[int] = wholes(
+        10, "bits", "output structure in words of 4 bytes, beneath what the NC writes itself"
+    )
     drive_actual_torque: float = real(0.0, "1000 = 100 %", "actual torque, filtered")
     drive_actual_torque_derivative: float = real(0.0, "1000 = 100 %/s", "its change")
     drive_dead_time_position_correction: float = real(

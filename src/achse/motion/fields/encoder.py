@@ -108,6 +108,8 @@ class EncoderState(States):
     encoder_hardware_increments: int = whole(0, "INC", "count of the encoder, 32 bits signed")
     encoder_software_increments: int = whole(0, "INC", "count without overflow")
     encoder_set_position_offset: float = real(0.0, "mm", "shift made by 'set actual position'")
+    encoder_reinitialization_state: int = whole(0, "1", "state of a re-initialisation, 0 = none")
+    encoder_output_image: list[int] = wholes(20, "bits", "output structure in words of 4 bytes")
     encoder_actual_position_filtered: float = real(
         0.0, "mm", "position after the PT1 filter, without dead-time compensation"
     )

@@ -1,0 +1,140 @@
+"""Touch probe services of an encoder, 0x5100 + ID, 0x101 and 0x200 … 0x213. Source: 002 §6.4.5.2.
+
+A row about one probe is answered for probe 1, or as four values when so many bytes are asked for
+(CANopen drives have up to four).
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from achse.ams import DeviceError
+from achse.codes import NcError
+from achse.devices.nc import binding
+from achse.devices.nc.layouts import REAL64, UINT16, UINT32, UINT64, OfAxis
+from achse.motion import Axis
+from achse.motion.record import TOUCH_PROBES
+from achse.server import READ, READ_WRITE, Layout, Service
+
+__all__ = ["TOUCH_PROBE"]
+
+shown = partial(binding.shown, prefix="encoder_")
+
+
+def _state(encoder: Axis, unit: int) -> tuple[float, ...]:
+    if not 1 <= unit <= TOUCH_PROBES:
+        raise DeviceError(
+            NcError.REQUEST_PARAMETER.number, f"touch probe {unit}, expected 1..{TOUCH_PROBES}"
+        )
+    i = unit - 1
+    return (
+        encoder.encoder_probe_rising_active[i],
+        encoder.encoder_probe_rising_valid[i],
+        encoder.encoder_probe_rising_position[i],
+        encoder.encoder_probe_rising_counter[i],
+        encoder.encoder_probe_falling_active[i],
+        encoder.encoder_probe_falling_valid[i],
+        encoder.encoder_probe_falling_position[i],
+        encoder.encoder_probe_falling_counter[i],
+    )
+
+
+def _active(encoder: Axis) -> list[int]:
+    edges = zip(
+        encoder.encoder_probe_rising_active, encoder.encoder_probe_falling_active, strict=True
+    )
+    return [rising | falling for rising, falling in edges]
+
+
+def _valid(encoder: Axis) -> list[int]:
+    edges = zip(
+        encoder.encoder_probe_rising_valid, encoder.encoder_probe_falling_valid, strict=True
+    )
+    return [rising | falling for rising, falling in edges]
+
+
+def _positions(encoder: Axis) -> list[float]:
+    """Of the falling edge where that alone is valid, else of the rising one."""
+    return [
+        falling if falling_valid and not rising_valid else rising
+        for rising_valid, rising, falling_valid, falling in zip(
+            encoder.encoder_probe_rising_valid,
+            encoder.encoder_probe_rising_position,
+            encoder.encoder_probe_falling_valid,
+            encoder.encoder_probe_falling_position,
+            strict=True,
+        )
+    ]
+
+
+def _input(number: int) -> Callable[[Axis], int]:
+    return lambda encoder: encoder.owner.simulation_drive_inputs >> (number - 1) & 1
+
+
+def _flags(offset: int, name: str, four: str, read: Callable[[Axis], Any], doc: str) -> Service:
+    return Service(
+        offset,
+        name,
+        READ,
+        (OfAxis(UINT16, lambda axis: int(any(read(axis)))), OfAxis(Layout(four), read)),
+        doc,
+        "1",
+        read=lambda encoder: encoder,
+    )
+
+
+TOUCH_PROBE = (
+    shown(0x101, REAL64, "latch_activation_difference"),
+    Service(
+        0x200,
+        "touch_probe_state",
+        READ_WRITE,
+        Layout("<I20x"),
+        "state of touch probe 1..4: both edges",
+        exchange=_state,
+        response=Layout("<IIdI4xIIdI20x"),
+        port=501,
+    ),
+    _flags(0x201, "latch_active", "<4I", _active, "an external latch is active"),
+    _flags(0x202, "latch_valid", "<4I", _valid, "an external latch value has become valid"),
+    shown(0x203, UINT32, "latch_hardware_increments"),
+    shown(0x204, UINT64, "latch_software_increments"),
+    Service(
+        0x205,
+        "latch_position",
+        READ,
+        (
+            OfAxis(REAL64, lambda encoder: encoder.encoder_latch_position),
+            OfAxis(Layout("<4d"), _positions),
+        ),
+        "latched position, or those of four probes",
+        "mm",
+        read=lambda encoder: encoder,
+    ),
+    shown(0x206, UINT32, "latch_hardware_increment_difference"),
+    shown(0x207, UINT64, "latch_software_increment_difference"),
+    shown(0x208, REAL64, "latch_position_difference"),
+    _flags(
+        0x210,
+        "latch_rising_edge_active",
+        "<4H",
+        lambda encoder: encoder.encoder_probe_rising_active,
+        "an external latch waits for a rising edge",
+    ),
+    _flags(
+        0x211,
+        "latch_falling_edge_active",
+        "<4H",
+        lambda encoder: encoder.encoder_probe_falling_active,
+        "an external latch waits for a falling edge",
+    ),
+    Service(
+        0x212, "touch_probe1_input_state", READ, UINT16, "input of touch probe 1", "1",
+        read=_input(1),
+    ),
+    Service(
+        0x213, "touch_probe2_input_state", READ, UINT16, "input of touch probe 2", "1",
+        read=_input(2),
+    ),
+)  # fmt: skip
+"""Digital inputs 1 and 2 of the drive are the inputs of touch probe 1 and 2."""
