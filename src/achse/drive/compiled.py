@@ -210,7 +210,7 @@ class CompiledRecord(_Fields):
         else:
             self._outputs[:] = outputs
             attention = self._kernel(self.rows, self._array, dt, count, 1)
-        return attention, bytes(self._inputs)
+        return attention, self._inputs.tobytes()
 
     def cycles(self, dt: float, count: int) -> None:
         """`count` cycles of `dt` seconds."""

@@ -296,7 +296,7 @@ class Drive:
         self._outputs = None
         if self._synchronous:
             status = self._supervise(outputs is not None)
-        count = max(0, -(-elapsed_ns // LONGEST_CYCLE_NS))
+        count = -(-elapsed_ns // LONGEST_CYCLE_NS)
         dt = elapsed_ns * 1e-9 / count if count else 0.0
         if self._fast is not None:
             attention, self._inputs = self._fast.exchange(outputs, dt, count)
