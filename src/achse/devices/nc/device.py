@@ -14,6 +14,7 @@ from achse.devices.nc.drive import DRIVE_PARAMETERS, DRIVE_STATES
 from achse.devices.nc.encoder import ENCODER_PARAMETERS, ENCODER_STATES
 from achse.devices.nc.io_structures import DRIVE_CYCLIC, ENCODER_CYCLIC
 from achse.devices.nc.ring0 import RING0_FUNCTIONS, RING0_PARAMETERS, RING0_STATES
+from achse.devices.nc.symbols import NcSymbols, interface_groups
 from achse.motion import Axis, Nc
 from achse.motion.axis import ObjectAxis
 from achse.server import Device, Group, IndexGroup, ObjectGroup, Service
@@ -45,6 +46,8 @@ AXIS_GROUPS = (
 
 _HIGHEST_ID = 255
 
+_FROM_PLC = next(row for row in AXIS_CYCLIC if row.name == "plc_to_nc_structure")
+
 
 class NcDevice(Device):
     """Answers for all axes of an NC.
@@ -54,7 +57,12 @@ class NcDevice(Device):
 
     def __init__(self, nc: Nc, *, clock: Callable[[], int]) -> None:
         super().__init__(
-            "TwinCAT NC", (3, 1, 4024), _groups(nc), clock=clock, task_cycle_ns=nc.cycle_ns
+            "TwinCAT NC",
+            (3, 1, 4024),
+            _groups(nc),
+            NcSymbols(nc, ((0x4100, AXIS_STATES), (0x4300, AXIS_CYCLIC)), _FROM_PLC),
+            clock=clock,
+            task_cycle_ns=nc.cycle_ns,
         )
         self.nc = nc
 
@@ -64,6 +72,7 @@ def _groups(nc: Nc) -> Iterator[IndexGroup]:
         yield Group(group, rows, nc)
     for base, rows, unknown in AXIS_GROUPS:
         yield ObjectGroup(base, _HIGHEST_ID, _finder(nc, unknown), rows, kind=ObjectAxis)
+    yield from interface_groups(nc, _FROM_PLC)
 
 
 _KINDS = {

@@ -1,0 +1,251 @@
+"""The symbols of an NC: `Axes.<axis>.SetPos` and others, found by walking the service rows.
+
+A row with a `symbol` makes one symbol per axis; `ToPlc` and `FromPlc` are the cyclic interface as
+structures, whose members are symbols too. Clients know `Axes.Axis 1.ToPlc` of port 501.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from typing import Any
+
+from achse.ams import DeviceError
+from achse.codes import ReturnCode
+from achse.devices.nc.axis_types import NCTOPLC_AXIS_REF, PLCTONC_AXIS_REF
+from achse.devices.nc.layouts import NC_TO_PLC_TC3, PLC_TO_NC
+from achse.iec import DINT, LREAL, UDINT, IecPathError, IecType, iec_type
+from achse.iec.datatypes import encode_types
+from achse.iec.describe import describe_type, types_within
+from achse.iec.names import ELEMENTARY
+from achse.iec.paths import follow, parse_path, split_symbol
+from achse.iec.symbols import SymbolEntry, SymbolFlag, encode_symbols, fold
+from achse.motion import Axis, Nc
+from achse.server import READ, WRITE, AreaGroup, Service, UploadInfo
+
+__all__ = ["NcSymbol", "NcSymbols", "interface_groups"]
+
+CYCLIC = 0x4300
+TO_PLC = 0x80
+FROM_PLC = 0x00
+
+_MEMBERS = 0x0100_4300
+"""Index group + axis id where single members of the cyclic structures have an address: those to the
+PLC from offset 0 on, those from the PLC from 0x1000 on. The manuals give them none."""
+
+_FROM_PLC_MEMBERS = 0x1000
+
+_TYPES: dict[str, IecType[Any]] = {"REAL64": LREAL, "UINT32": UDINT, "INT32": DINT}
+_TASK = 1
+
+
+class NcSymbol:
+    """A value of one axis by name."""
+
+    call: Callable[[bytes], bytes] | None = None
+    context = _TASK
+
+    def __init__(
+        self,
+        name: str,
+        type: IecType[Any],
+        index_group: int,
+        index_offset: int,
+        read: Callable[[], bytes],
+        write: Callable[[bytes], None] | None = None,
+        comment: str = "",
+    ) -> None:
+        self.name = name
+        self.type = type
+        self.index_group = index_group
+        self.index_offset = index_offset
+        self.size = type.size
+        self.read = read
+        self.read_only = write is None
+        self.write = write or _refuse
+        self.comment = comment
+
+    def entry(self) -> bytes:
+        return self.table_entry().encode()
+
+    def table_entry(self) -> SymbolEntry:
+        """The symbol as the tables show it."""
+        return SymbolEntry.of(
+            self.name,
+            self.type,
+            self.index_group,
+            self.index_offset,
+            flags=int(SymbolFlag.READ_ONLY) if self.read_only else 0,
+            context=self.context,
+            comment=self.comment,
+        )
+
+
+def _refuse(data: bytes) -> None:
+    raise DeviceError(ReturnCode.INVALID_ACCESS, "the symbol is read only")
+
+
+def _to_plc(axis: Axis) -> Callable[[], bytes]:
+    return lambda: NC_TO_PLC_TC3.encode(axis)
+
+
+def _from_plc(axis: Axis) -> Callable[[], bytes]:
+    return lambda: PLC_TO_NC.encode(axis)
+
+
+def _write_from_plc(row: Service, axis: Axis, start: int = 0) -> Callable[[bytes], None]:
+    """Set bytes of the structure from the PLC; the row checks the whole of it."""
+
+    def write(data: bytes) -> None:
+        whole = bytearray(PLC_TO_NC.encode(axis))
+        if start + len(data) > len(whole):
+            raise DeviceError(ReturnCode.INVALID_SIZE, f"{len(data)} bytes from {start}")
+        whole[start : start + len(data)] = data
+        row.set(axis, row.decode(bytes(whole)))
+
+    return write
+
+
+def _row_access(
+    row: Service, axis: Axis
+) -> tuple[Callable[[], bytes], Callable[[bytes], None] | None]:
+    encode, get, element = row.encoder(0), row.get, row.element
+
+    def read() -> bytes:
+        return encode(get(axis if element is None else element(axis, 0)))
+
+    def write(data: bytes) -> None:
+        row.set(axis, row.decode(data))
+
+    return read, write if WRITE in row.access else None
+
+
+def interface_groups(nc: Nc, from_plc: Service) -> Iterator[AreaGroup]:
+    """The addresses of the members of the cyclic structures, one group per axis."""
+    for axis in nc:
+        yield _interface_group(axis, from_plc)
+
+
+def _interface_group(axis: Axis, from_plc: Service) -> AreaGroup:
+    def part(offset: int, length: int) -> tuple[bytes, int]:
+        if offset < _FROM_PLC_MEMBERS:
+            return NC_TO_PLC_TC3.encode(axis), offset
+        return PLC_TO_NC.encode(axis), offset - _FROM_PLC_MEMBERS
+
+    def read(offset: int, length: int) -> bytes:
+        whole, start = part(offset, length)
+        if start >= len(whole):
+            raise DeviceError(ReturnCode.INVALID_OFFSET, f"0x{offset:X}")
+        return whole[start : start + length]
+
+    def write(offset: int, data: bytes) -> None:
+        if offset < _FROM_PLC_MEMBERS:
+            raise DeviceError(ReturnCode.INVALID_ACCESS, "what the NC shows cannot be written")
+        _write_from_plc(from_plc, axis, offset - _FROM_PLC_MEMBERS)(data)
+
+    return AreaGroup(
+        _MEMBERS + axis.axis_id,
+        read,
+        write,
+        name=f"cyclic interface of axis {axis.axis_id}",
+        description="bytes of the structures to the PLC, from 0x1000 on those from the PLC",
+    )
+
+
+class NcSymbols:
+    """All symbols of one NC: those of its rows, per axis, and the cyclic structures.
+
+    `groups` are (first index group, rows) of the axis; `from_plc` is the row of the structure from
+    the PLC. The names are made when they are first needed.
+    """
+
+    version = 1
+
+    def __init__(
+        self, nc: Nc, groups: tuple[tuple[int, tuple[Service, ...]], ...], from_plc: Service
+    ) -> None:
+        self._nc = nc
+        self._rows = [(base, row) for base, rows in groups for row in rows if row.symbol]
+        self._from_plc = from_plc
+
+    def resolve(self, name: str) -> NcSymbol | None:
+        """`Axes.X.SetPos`, `Axes.X.ToPlc`, `Axes.X.ToPlc.ActPos`, … in any case."""
+        try:
+            root, rest = split_symbol(name, self._symbols)
+            symbol = self._symbols[root]
+            return self._member(symbol, rest) if rest else symbol
+        except IecPathError:
+            return None
+
+    def _member(self, symbol: NcSymbol, rest: str) -> NcSymbol:
+        location = follow(symbol.type, parse_path(rest))
+        if location.bit is not None:
+            raise IecPathError(f"single bits have no symbol: {rest}")
+        axis = self._nc.axis(symbol.index_group - CYCLIC)
+        first, size = location.offset, location.type.size
+        whole = symbol.read
+        incoming = symbol.index_offset == FROM_PLC
+        return NcSymbol(
+            symbol.name + rest,
+            location.type,
+            _MEMBERS + axis.axis_id,
+            first + (_FROM_PLC_MEMBERS if incoming else 0),
+            lambda: whole()[first : first + size],
+            _write_from_plc(self._from_plc, axis, first) if incoming else None,
+        )
+
+    def upload_info(self) -> UploadInfo:
+        return UploadInfo(symbol_count=len(self._symbols), type_count=len(self._types))
+
+    def symbol_table(self) -> bytes:
+        return self._symbol_table
+
+    def type_table(self) -> bytes:
+        return self._type_table
+
+    def type_entry(self, name: str) -> bytes | None:
+        found = self._types.get(fold(name.strip()))
+        return None if found is None else describe_type(found).encode()
+
+    @cached_property
+    def _symbols(self) -> dict[str, NcSymbol]:
+        return {fold(symbol.name): symbol for axis in self._nc for symbol in self._of(axis)}
+
+    def _of(self, axis: Axis) -> Iterator[NcSymbol]:
+        for base, row in self._rows:
+            if READ not in row.access or isinstance(row.codec, tuple):
+                raise ValueError(f"row {row.name!r} has a symbol, but no single value to read")
+            type = _TYPES[getattr(row.codec, "name", "")]
+            read, write = _row_access(row, axis)
+            group, name = base + axis.axis_id, f"Axes.{axis.name}.{row.symbol}"
+            yield NcSymbol(name, type, group, row.offset, read, write, row.description)
+        group = CYCLIC + axis.axis_id
+        yield NcSymbol(
+            f"Axes.{axis.name}.ToPlc",
+            iec_type(NCTOPLC_AXIS_REF),
+            group,
+            TO_PLC,
+            _to_plc(axis),
+            comment="cyclic interface to the PLC",
+        )
+        yield NcSymbol(
+            f"Axes.{axis.name}.FromPlc",
+            iec_type(PLCTONC_AXIS_REF),
+            group,
+            FROM_PLC,
+            _from_plc(axis),
+            _write_from_plc(self._from_plc, axis),
+            comment="cyclic interface from the PLC",
+        )
+
+    @cached_property
+    def _symbol_table(self) -> bytes:
+        return encode_symbols(symbol.table_entry() for symbol in self._symbols.values())
+
+    @cached_property
+    def _types(self) -> dict[str, IecType[Any]]:
+        structures: list[IecType[Any]] = [iec_type(NCTOPLC_AXIS_REF), iec_type(PLCTONC_AXIS_REF)]
+        used = types_within([*structures, *ELEMENTARY.values()])
+        return {fold(type.name): type for type in used}
+
+    @cached_property
+    def _type_table(self) -> bytes:
+        return encode_types(map(describe_type, self._types.values()))
