@@ -39,6 +39,7 @@ def test_these_commands_are_there() -> None:
         *(("ads", "raw", name) for name in ("read", "write", "readwrite")),
         *(("ads", "route", name) for name in ("add", "list", "remove")),
         *(("axis", name) for name in axis),
+        *(("drive", name) for name in ("serve", "esi", "list", "show")),
     }
 
 

@@ -2,7 +2,7 @@
 
 import typer
 
-from achse.cli import ads, axis, docs, fault, monitor, route, run, scan, stats, symbols
+from achse.cli import ads, axis, docs, drive, fault, monitor, route, run, scan, stats, symbols
 
 __all__ = ["app"]
 
@@ -17,6 +17,7 @@ run.register(app)
 docs.register(app)
 app.add_typer(ads.ads, name="ads")
 app.add_typer(axis.axis, name="axis")
+app.add_typer(drive.drive, name="drive")
 app.add_typer(fault.fault, name="fault")
 stats.register(ads.ads)
 monitor.register(app)
