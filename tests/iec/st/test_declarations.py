@@ -6,7 +6,8 @@ from achse.iec.st import tree
 from achse.iec.st.cursor import DEEPEST
 from achse.iec.st.parser import parse
 from achse.iec.st.printer import print_units
-from achse.iec.st.tree import Declaration, GlobalList, TypeDeclaration, VarBlock
+from achse.iec.st.tree import Declaration, VarBlock
+from achse.iec.st.units import GlobalList, Program, TypeDeclaration
 
 
 def declared(text: str) -> Declaration:
@@ -220,7 +221,7 @@ def test_a_missing_end_var_is_one_fault() -> None:
         "expected the name of a variable or END_VAR, got 'a'"
     ]
     (program,) = parsed.units
-    assert isinstance(program, tree.Program)
+    assert isinstance(program, Program)
     assert program.body is not None
     assert len(program.body) == 3
 
@@ -272,7 +273,7 @@ def test_values_of_enumerations_have_comments() -> None:
 def test_qualifiers_and_sections() -> None:
     text = "PROGRAM MAIN VAR CONSTANT RETAIN a : INT; END_VAR VAR_TEMP b : INT; END_VAR END_PROGRAM"
     (unit,) = parse(text).check().units
-    assert isinstance(unit, tree.Program)
+    assert isinstance(unit, Program)
     assert [(block.section, block.qualifiers) for block in unit.blocks] == [
         ("VAR", ("CONSTANT", "RETAIN")),
         ("VAR_TEMP", ()),

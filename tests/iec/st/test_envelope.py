@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from achse.iec.st import tree
+from achse.iec.st import units
 from achse.iec.st.envelope import TaskDeclaration, parse_envelope, parse_xml, read_task
 from achse.iec.st.parser import Parsed, parse
 from achse.iec.st.source import SourceError
@@ -83,10 +83,10 @@ def test_a_block_is_what_it_would_be_in_plain_text() -> None:
 
 def test_lists_types_and_interfaces() -> None:
     (variables,) = read(wrapped("GVL", "VAR_GLOBAL a : INT; END_VAR", "GVL_X")).check().units
-    assert isinstance(variables, tree.GlobalList)
+    assert isinstance(variables, units.GlobalList)
     assert variables.name == "GVL_X"
     (type,) = read(wrapped("DUT", "TYPE T : INT; END_TYPE")).check().units
-    assert isinstance(type, tree.TypeDeclaration)
+    assert isinstance(type, units.TypeDeclaration)
     method = '<Method Name="m"><Declaration>METHOD m : INT</Declaration></Method>'
     (interface,) = read(wrapped("Itf", "INTERFACE I EXTENDS J", inside=method)).check().units
     assert (
@@ -97,14 +97,14 @@ def test_lists_types_and_interfaces() -> None:
 def test_text_without_cdata_is_text() -> None:
     text = "<a><DUT Name='T'><Declaration>TYPE T : INT (0..5) := 1 &lt; 2; END_TYPE</Declaration>"
     (type,) = read(text + "</DUT></a>").check().units
-    assert isinstance(type, tree.TypeDeclaration)
+    assert isinstance(type, units.TypeDeclaration)
 
 
 @pytest.mark.parametrize("kind", ["PROGRAM", "FUNCTION", "FUNCTION_BLOCK"])
 def test_bodies_in_other_languages_are_none(kind: str) -> None:
     body = "<Implementation><NWL><XmlArchive>x</XmlArchive></NWL></Implementation>"
     (unit,) = read(wrapped("POU", f"{kind} P", inside=body)).check().units
-    assert isinstance(unit, tree.Program | tree.Function | tree.FunctionBlock)
+    assert isinstance(unit, units.Program | units.Function | units.FunctionBlock)
     assert unit.body is None
 
 
@@ -133,7 +133,7 @@ def test_an_open_comment_stays_in_its_part() -> None:
     parsed = read(BLOCK.replace("bOut := bIn;", "(* bOut"))
     assert [fault.message for fault in parsed.faults] == ["this comment has no end"]
     (block,) = parsed.units
-    assert isinstance(block, tree.FunctionBlock)
+    assert isinstance(block, units.FunctionBlock)
     assert len(block.parts) == 3
 
 

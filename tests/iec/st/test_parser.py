@@ -12,6 +12,7 @@ from achse.iec.st.cursor import MOST_FAULTS
 from achse.iec.st.parser import parse, parse_expression, parse_statements
 from achse.iec.st.printer import print_units
 from achse.iec.st.source import SourceError
+from achse.iec.st.units import GlobalList, Program, Unit
 from achse.iec.st.words import KEYWORDS, SIGNS
 
 SAMPLE = """
@@ -140,7 +141,7 @@ def test_no_more_faults_are_told_than_help() -> None:
 def test_variable_lists_of_a_file_are_one_list() -> None:
     text = "{attribute 'qualified_only'}\nVAR_GLOBAL a : INT; END_VAR VAR_GLOBAL b : INT; END_VAR"
     (unit,) = parse(text, name="GVL_X").check().units
-    assert isinstance(unit, tree.GlobalList)
+    assert isinstance(unit, GlobalList)
     assert (unit.name, len(unit.blocks)) == ("GVL_X", 2)
     assert unit.note.attributes == (("qualified_only", ""),)
 
@@ -151,7 +152,7 @@ def test_conditions_leave_out_what_does_not_count() -> None:
 END_PROGRAM"""
     for defines, value in (((), "3"), (("sim",), "1"), ({"N": "2"}, "2"), ({"N": "1"}, "3")):
         (unit,) = parse(text, defines=defines).check().units
-        assert isinstance(unit, tree.Program)
+        assert isinstance(unit, Program)
         assert unit.body == (tree.Assign(":=", tree.Name("a"), tree.Literal("integer", value)),)
 
 
@@ -170,9 +171,9 @@ def test_a_sample_survives_printing() -> None:
     assert parse(print_units(units)).check().units == _by_kind(units)
 
 
-def _by_kind(units: tuple[tree.Unit, ...]) -> tuple[tree.Unit, ...]:
-    lists = [unit for unit in units if isinstance(unit, tree.GlobalList)]
-    return (*(unit for unit in units if not isinstance(unit, tree.GlobalList)), *lists)
+def _by_kind(units: tuple[Unit, ...]) -> tuple[Unit, ...]:
+    lists = [unit for unit in units if isinstance(unit, GlobalList)]
+    return (*(unit for unit in units if not isinstance(unit, GlobalList)), *lists)
 
 
 WORDS = st.sampled_from(

@@ -16,6 +16,7 @@ from achse.iec.st.printer import (
     print_units,
 )
 from achse.iec.st.source import Source
+from achse.iec.st.units import FunctionBlock, Method, Program
 from achse.iec.st.words import KEYWORDS
 
 Draw = st.SearchStrategy[Any]
@@ -209,10 +210,10 @@ def test_statements(nodes: tree.Statements) -> None:
 def test_units(
     variables: tuple[tree.VarBlock, ...], body: tree.Statements, note: tree.Note
 ) -> None:
-    method = tree.Method("m", ("PUBLIC",), tree.NamedType("INT"), variables, body, note)
+    method = Method("m", ("PUBLIC",), tree.NamedType("INT"), variables, body, note)
     units = (
-        tree.Program("P", (), variables, (), body, note),
-        tree.FunctionBlock("F", (), None, (), variables, (method,), body, note),
+        Program("P", (), variables, (), body, note),
+        FunctionBlock("F", (), None, (), variables, (method,), body, note),
     )
     assert parse(print_units(units)).check().units == units
 

@@ -25,11 +25,11 @@ from achse.iec.st.tree import (
     StringOf,
     StructOf,
     Subrange,
-    TypeDeclaration,
     TypeSpec,
     UnionOf,
     VarBlock,
 )
+from achse.iec.st.units import TypeDeclaration
 from achse.iec.st.words import BLOCK_WORDS, MODIFIERS, QUALIFIERS, SECTIONS
 
 __all__ = ["DeclarationParser"]

@@ -21,25 +21,20 @@ from achse.iec.st.resolve import Resolver, generics_of
 from achse.iec.st.scopes import Entry, Failed, Scope
 from achse.iec.st.source import Source, SourceError
 from achse.iec.st.standard import standard_library
-from achse.iec.st.tree import (
+from achse.iec.st.tree import Address, Declaration, Expression, NamedType, TypeSpec, VarBlock
+from achse.iec.st.units import (
     Accessor,
-    Address,
-    Declaration,
-    Expression,
     Function,
     FunctionBlock,
     GlobalList,
     Interface,
     Method,
-    NamedType,
     Part,
     Property,
     TypeDeclaration,
-    TypeSpec,
     Unit,
-    VarBlock,
 )
-from achse.iec.st.tree import Program as ProgramTree
+from achse.iec.st.units import Program as ProgramTree
 from achse.iec.structs import Kind, Record, RecordMeta
 from achse.iec.structs import Unit as UnitRecord
 from achse.iec.types import IecType

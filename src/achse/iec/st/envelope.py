@@ -13,8 +13,8 @@ from xml.parsers import expat
 from achse.iec.st.lexer import Defines
 from achse.iec.st.parser import Parsed, Parser
 from achse.iec.st.source import Fault, Location, Piece, Source, SourceError
-from achse.iec.st.tree import (
-    NO_NOTE,
+from achse.iec.st.tree import NO_NOTE
+from achse.iec.st.units import (
     Accessor,
     Action,
     Body,

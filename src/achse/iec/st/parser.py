@@ -8,25 +8,20 @@ from achse.iec.st.cursor import Unexpected
 from achse.iec.st.declarations import DeclarationParser
 from achse.iec.st.lexer import END, NAME, Defines
 from achse.iec.st.source import Fault, Source, SourceError
-from achse.iec.st.tree import (
-    NO_NOTE,
+from achse.iec.st.tree import NO_NOTE, Expression, NamedType, Statements, TypeSpec, VarBlock
+from achse.iec.st.units import (
     Accessor,
     Action,
-    Expression,
     Function,
     FunctionBlock,
     GlobalList,
     Interface,
     Method,
-    NamedType,
     Namespace,
     Part,
     Program,
     Property,
-    Statements,
-    TypeSpec,
     Unit,
-    VarBlock,
 )
 from achse.iec.st.words import ACCESS
 

@@ -30,12 +30,9 @@ from achse.iec.st.tree import (
     ArrayOf,
     Declaration,
     EnumOf,
-    FunctionBlock,
     Initial,
-    Interface,
     NamedType,
     Note,
-    Part,
     PointerTo,
     Range,
     ReferenceTo,
@@ -43,12 +40,12 @@ from achse.iec.st.tree import (
     StructInitial,
     StructOf,
     Subrange,
-    TypeDeclaration,
     TypeSpec,
     UnionOf,
     VarBlock,
 )
-from achse.iec.st.tree import Method as MethodTree
+from achse.iec.st.units import FunctionBlock, Interface, Part, TypeDeclaration
+from achse.iec.st.units import Method as MethodTree
 from achse.iec.strings import STRING, WSTRING
 from achse.iec.structs import Kind, StructType
 from achse.iec.types import IecType

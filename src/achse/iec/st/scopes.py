@@ -17,18 +17,14 @@ from achse.iec.st.tree import (
     Declaration,
     EnumOf,
     Expression,
-    FunctionBlock,
-    GlobalList,
     NamedType,
-    Namespace,
     Note,
     StructInitial,
-    TypeDeclaration,
     TypeOperand,
     TypeSpec,
-    Unit,
     VarBlock,
 )
+from achse.iec.st.units import FunctionBlock, GlobalList, Namespace, TypeDeclaration, Unit
 from achse.iec.types import IecType
 
 __all__ = ["DEEPEST", "Entry", "Failed", "Scope", "Scopes", "attributes_of"]

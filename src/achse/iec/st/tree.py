@@ -1,5 +1,7 @@
 """The syntax tree of Structured Text: one class per construct, in the order of the grammar.
 
+The units of a source, made of all this, are in `units`.
+
 Every node knows its place: `at` is the offset in its `Source` of the sign that makes it what it
 is (the operator, the name after a dot, the keyword). Places do not count when nodes are compared.
 """
@@ -7,8 +9,66 @@ is (the operator, the name after a dot, the keyword). Places do not count when n
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
+__all__ = [
+    "NO_NOTE",
+    "Address",
+    "Argument",
+    "ArrayInitial",
+    "ArrayOf",
+    "Assign",
+    "Binary",
+    "Branch",
+    "Call",
+    "Case",
+    "Choice",
+    "Continue",
+    "Declaration",
+    "Dereference",
+    "EnumOf",
+    "EnumValue",
+    "Exit",
+    "Expression",
+    "For",
+    "GlobalName",
+    "If",
+    "Index",
+    "Initial",
+    "Jump",
+    "Label",
+    "Literal",
+    "Member",
+    "MemberInitial",
+    "Name",
+    "NamedType",
+    "Note",
+    "PartOf",
+    "PointerTo",
+    "Range",
+    "ReferenceTo",
+    "RepeatUntil",
+    "Repeated",
+    "Return",
+    "Statement",
+    "Statements",
+    "StringOf",
+    "StructInitial",
+    "StructOf",
+    "Subrange",
+    "Super",
+    "This",
+    "Try",
+    "TypeOperand",
+    "TypeSpec",
+    "Unary",
+    "UnionOf",
+    "VarBlock",
+    "While",
+    "place",
+]
 
-def _place() -> Any:
+
+def place() -> Any:
+    """The field `at` of a node."""
     return field(default=0, compare=False, repr=False)
 
 
@@ -22,7 +82,7 @@ class Literal:
     kind: str
     """integer, real, boolean, string (quoted ' or "), or typed (`prefix#value`)."""
     text: str
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +90,7 @@ class Name:
     """`nCounter`."""
 
     name: str
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,21 +98,21 @@ class GlobalName:
     """`.nCounter`: of the global name space, whatever is local."""
 
     name: str
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
 class This:
     """`THIS`."""
 
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
 class Super:
     """`SUPER`."""
 
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +121,7 @@ class Member:
 
     of: "Expression"
     name: str
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +132,7 @@ class PartOf:
     width: str
     """X, B, W, D or L."""
     number: int
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +141,7 @@ class Index:
 
     of: "Expression"
     indices: "tuple[Expression, ...]"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +149,7 @@ class Dereference:
     """`of^`."""
 
     of: "Expression"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +160,7 @@ class Argument:
     """Empty for an argument by position."""
     value: "Expression | None"
     is_output: bool
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +170,7 @@ class Call:
 
     of: "Expression"
     arguments: tuple[Argument, ...]
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +179,7 @@ class Unary:
 
     operator: str
     operand: "Expression"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +189,7 @@ class Binary:
     operator: str
     left: "Expression"
     right: "Expression"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +199,7 @@ class Assign:
     operator: str
     target: "Expression"
     value: "Expression"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +208,7 @@ class TypeOperand:
     with a plain name only its place tells that it is one."""
 
     type: "TypeSpec"
-    at: int = _place()
+    at: int = place()
 
 
 Expression: TypeAlias = (
@@ -177,7 +237,7 @@ class Repeated:
 
     count: Expression
     values: "tuple[Initial, ...]"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +245,7 @@ class ArrayInitial:
     """`[1, 2, 3(0)]`."""
 
     values: "tuple[Initial | Repeated, ...]"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,7 +254,7 @@ class MemberInitial:
 
     name: str
     value: "Initial"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,7 +262,7 @@ class StructInitial:
     """`(a := 1, b := [1, 2])`."""
 
     members: tuple[MemberInitial, ...]
-    at: int = _place()
+    at: int = place()
 
 
 Initial: TypeAlias = Expression | ArrayInitial | StructInitial
@@ -216,7 +276,7 @@ class Branch:
 
     condition: Expression
     body: "Statements"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,7 +285,7 @@ class If:
 
     branches: tuple[Branch, ...]
     otherwise: "Statements"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,7 +294,7 @@ class Range:
 
     low: Expression
     high: Expression
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,7 +303,7 @@ class Choice:
 
     labels: tuple[Expression | Range, ...]
     body: "Statements"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,7 +313,7 @@ class Case:
     selector: Expression
     choices: tuple[Choice, ...]
     otherwise: "Statements"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -265,7 +325,7 @@ class For:
     last: Expression
     step: Expression | None
     body: "Statements"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -274,7 +334,7 @@ class While:
 
     condition: Expression
     body: "Statements"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,7 +343,7 @@ class RepeatUntil:
 
     body: "Statements"
     condition: Expression
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,28 +354,28 @@ class Try:
     exception: Expression | None
     handler: "Statements"
     final: "Statements"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
 class Exit:
     """`EXIT`."""
 
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
 class Continue:
     """`CONTINUE`."""
 
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
 class Return:
     """`RETURN`."""
 
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -323,7 +383,7 @@ class Jump:
     """`JMP label`."""
 
     label: str
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -331,7 +391,7 @@ class Label:
     """`label:`."""
 
     name: str
-    at: int = _place()
+    at: int = place()
 
 
 Statement: TypeAlias = (
@@ -367,7 +427,7 @@ class NamedType:
 
     name: str
     generics: tuple[Expression, ...] = ()
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -377,7 +437,7 @@ class StringOf:
     family: str
     """STRING or WSTRING."""
     length: Expression | None
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -386,7 +446,7 @@ class ArrayOf:
 
     dimensions: tuple[Range | None, ...]
     element: "TypeSpec"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -394,7 +454,7 @@ class PointerTo:
     """`POINTER TO target`."""
 
     target: "TypeSpec"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -402,7 +462,7 @@ class ReferenceTo:
     """`REFERENCE TO target`."""
 
     target: "TypeSpec"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -411,7 +471,7 @@ class Subrange:
 
     base: NamedType
     limits: Range
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -432,7 +492,7 @@ class EnumValue:
     name: str
     value: Expression | None
     note: Note
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -441,7 +501,7 @@ class EnumOf:
 
     values: tuple[EnumValue, ...]
     base: NamedType | None
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -449,7 +509,7 @@ class StructOf:
     """`STRUCT … END_STRUCT`."""
 
     members: "tuple[Declaration, ...]"
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -457,7 +517,7 @@ class UnionOf:
     """`UNION … END_UNION`."""
 
     members: "tuple[Declaration, ...]"
-    at: int = _place()
+    at: int = place()
 
 
 TypeSpec: TypeAlias = (
@@ -480,7 +540,7 @@ class Address:
     """`AT %IX0.3`."""
 
     text: str
-    at: int = _place()
+    at: int = place()
 
 
 @dataclass(frozen=True, slots=True)
@@ -510,152 +570,4 @@ class VarBlock:
     """CONSTANT, RETAIN, NON_RETAIN, PERSISTENT, and access words."""
     variables: tuple[Declaration, ...]
     note: Note
-    at: int = _place()
-
-
-# Units --------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class TypeDeclaration:
-    """`TYPE name EXTENDS base : type := initial; END_TYPE`."""
-
-    name: str
-    modifiers: tuple[str, ...]
-    extends: NamedType | None
-    type: TypeSpec
-    initial: Initial | None
-    note: Note
-    at: int = _place()
-
-
-@dataclass(frozen=True, slots=True)
-class GlobalList:
-    """The VAR_GLOBAL blocks of a file; `name` is that of the file."""
-
-    name: str
-    blocks: tuple[VarBlock, ...]
-    note: Note
-    at: int = _place()
-
-
-Body: TypeAlias = Statements | None
-"""None is a body in another language (FBD, LD, SFC, CFC)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Action:
-    """`ACTION name: body END_ACTION`."""
-
-    name: str
-    body: Body
-    note: Note
-    at: int = _place()
-
-
-@dataclass(frozen=True, slots=True)
-class Method:
-    """`METHOD PUBLIC name : type … END_METHOD`."""
-
-    name: str
-    modifiers: tuple[str, ...]
-    """PUBLIC, PRIVATE, PROTECTED, INTERNAL, ABSTRACT, FINAL, OVERRIDE."""
-    returns: TypeSpec | None
-    blocks: tuple[VarBlock, ...]
-    body: Body
-    note: Note
-    at: int = _place()
-
-
-@dataclass(frozen=True, slots=True)
-class Accessor:
-    """`GET … END_GET` or `SET … END_SET` of a property."""
-
-    modifiers: tuple[str, ...]
-    blocks: tuple[VarBlock, ...]
-    body: Body
-    note: Note
-    at: int = _place()
-
-
-@dataclass(frozen=True, slots=True)
-class Property:
-    """`PROPERTY PUBLIC name : type … END_PROPERTY`."""
-
-    name: str
-    modifiers: tuple[str, ...]
-    type: TypeSpec
-    get: Accessor | None
-    set: Accessor | None
-    note: Note
-    at: int = _place()
-
-
-Part: TypeAlias = Method | Property | Action
-
-
-@dataclass(frozen=True, slots=True)
-class Function:
-    """`FUNCTION name : type … END_FUNCTION`."""
-
-    name: str
-    modifiers: tuple[str, ...]
-    returns: TypeSpec | None
-    blocks: tuple[VarBlock, ...]
-    body: Body
-    note: Note
-    at: int = _place()
-
-
-@dataclass(frozen=True, slots=True)
-class FunctionBlock:
-    """`FUNCTION_BLOCK ABSTRACT name EXTENDS base IMPLEMENTS interfaces … END_FUNCTION_BLOCK`."""
-
-    name: str
-    modifiers: tuple[str, ...]
-    extends: NamedType | None
-    implements: tuple[NamedType, ...]
-    blocks: tuple[VarBlock, ...]
-    parts: tuple[Part, ...]
-    body: Body
-    note: Note
-    at: int = _place()
-
-
-@dataclass(frozen=True, slots=True)
-class Program:
-    """`PROGRAM name … END_PROGRAM`."""
-
-    name: str
-    modifiers: tuple[str, ...]
-    blocks: tuple[VarBlock, ...]
-    parts: tuple[Part, ...]
-    body: Body
-    note: Note
-    at: int = _place()
-
-
-@dataclass(frozen=True, slots=True)
-class Interface:
-    """`INTERFACE name EXTENDS bases … END_INTERFACE`."""
-
-    name: str
-    modifiers: tuple[str, ...]
-    extends: tuple[NamedType, ...]
-    parts: tuple[Part, ...]
-    note: Note
-    at: int = _place()
-
-
-@dataclass(frozen=True, slots=True)
-class Namespace:
-    """`NAMESPACE name … END_NAMESPACE`."""
-
-    name: str
-    units: "tuple[Unit, ...]"
-    at: int = _place()
-
-
-Unit: TypeAlias = (
-    TypeDeclaration | GlobalList | Function | FunctionBlock | Program | Interface | Namespace
-)
+    at: int = place()
