@@ -2,6 +2,7 @@
 
 import math
 
+from achse.drive.power import ENABLED
 from achse.drive.record import DriveFields
 
 __all__ = ["ACTIVATE", "DEACTIVATE", "REGULATE", "yaw"]
@@ -15,7 +16,6 @@ _TIME = 0.05
 
 _IN_POSITION = 1.0
 _NEAR_HOME = 1000.0
-_ENABLED = 4
 
 _LINK = 1 << 5
 _POWERED = 1 << 6
@@ -46,7 +46,7 @@ def yaw(d: DriveFields, dt: float) -> None:
             d.yaw_homed = 1
             d.yaw_regulated = 0
     word = _LINK
-    powered = d.gantry_active != 0 and d.power_state == _ENABLED and not d.yaw_alarm
+    powered = d.gantry_active != 0 and d.power_state == ENABLED and not d.yaw_alarm
     target = float(d.yaw_target)
     if powered:
         if d.gantry_command == REGULATE and not d.yaw_regulated:

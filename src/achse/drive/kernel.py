@@ -11,7 +11,7 @@ from achse.codes import AlState
 from achse.drive.gantry import yaw
 from achse.drive.motion import choose_mode, enter_mode, generate, report, switch_off
 from achse.drive.plant import CONTROL_VELOCITY, move
-from achse.drive.power import PowerState, advance
+from achse.drive.power import ENABLED, QUICK_STOP, PowerState, advance
 from achse.drive.probe import latch
 from achse.drive.record import DriveFields
 from achse.drive.signals import read_inputs, write_outputs
@@ -24,9 +24,6 @@ _PREOP = int(AlState.PREOP)
 _HALF = 0x8000_0000
 _FULL = 0xFFFF_FFFF
 _MOST = 0x7FFF_FFFF
-_ENABLED = 4
-_QUICK_STOP = 5
-_REACTION = 6
 _REMOTE = 0x0200
 _VOLTAGE = 0x0010
 _WARNING = 0x0080
@@ -68,7 +65,7 @@ def _power(d: DriveFields) -> None:
     """Alarms and the power state, with what each transition does."""
     cause = present_cause(d)
     alarm = d.alarm_request
-    if alarm == 0 and cause != 0 and (d.power_state <= _QUICK_STOP or cause != d.error_code):
+    if alarm == 0 and cause != 0 and (d.power_state <= QUICK_STOP or cause != d.error_code):
         alarm = cause
     if alarm:
         d.alarm_request = 0
@@ -86,13 +83,13 @@ def _power(d: DriveFields) -> None:
         d.standing = 0
         d.stop_time = 0.0
         d.stop_deceleration = 0.0
-        if before < _ENABLED:
+        if before < ENABLED:
             switch_off(d)
     elif number == 15:
         d.present_alarm = 0
         d.reset_count += 1
         d.attention = 1
-    elif before >= _ENABLED:
+    elif before >= ENABLED:
         switch_off(d)
 
 

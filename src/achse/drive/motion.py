@@ -1,6 +1,13 @@
 """Motion: the mode in charge makes the set point; stops and limit switches overrule it."""
 
 from achse.drive.modes import (
+    CSP,
+    CST,
+    CSV,
+    HM,
+    PP,
+    PV,
+    TQ,
     cyclic_position,
     cyclic_torque,
     cyclic_velocity,
@@ -11,25 +18,14 @@ from achse.drive.modes import (
 )
 from achse.drive.modes.halt import hold_position, hold_velocity
 from achse.drive.plant import CONTROL_OFF, CONTROL_TORQUE, take_over
-from achse.drive.power import supply_ready
+from achse.drive.power import ENABLED, QUICK_STOP, REACTION, supply_ready
 from achse.drive.profile import rate_of, stop
 from achse.drive.record import DriveFields
+from achse.drive.signals import NEGATIVE_LIMIT, POSITIVE_LIMIT
 from achse.drive.supervision import standing_still
 
 __all__ = ["choose_mode", "enter_mode", "generate", "report", "switch_off"]
 
-_PP = 1
-_PV = 3
-_TQ = 4
-_HM = 6
-_CSP = 8
-_CSV = 9
-_CST = 10
-_ENABLED = 4
-_QUICK_STOP = 5
-_REACTION = 6
-_POSITIVE = 2
-_NEGATIVE = 1
 _START = 0x10
 _STOP_PATIENCE = 0.5
 """A stop counts as finished if the motor does not stand this long after its ramp, s."""
@@ -43,8 +39,8 @@ def choose_mode(d: DriveFields) -> None:
     mode = d.mode_request
     if mode == d.mode_display:
         return
-    position = mode in (_PP, _HM, _CSP)
-    other = mode in (_PV, _TQ, _CSV, _CST)
+    position = mode in (PP, HM, CSP)
+    other = mode in (PV, TQ, CSV, CST)
     if not position and not (other and not d.dual_loop):
         return
     d.mode_display = mode
@@ -53,7 +49,7 @@ def choose_mode(d: DriveFields) -> None:
     d.homing_running = 0
     d.speed_exceeded = 0
     d.stop_deceleration = 0.0
-    if d.power_state == _ENABLED:
+    if d.power_state == ENABLED:
         enter_mode(d)
 
 
@@ -63,19 +59,19 @@ def enter_mode(d: DriveFields) -> None:
     d.stop_deceleration = 0.0
     d.overtravel_stop = 0
     d.idle_at = _NOWHERE
-    if mode == _PP:
+    if mode == PP:
         profile_position.enter(d)
-    elif mode == _PV:
+    elif mode == PV:
         profile_velocity.enter(d)
-    elif mode == _TQ:
+    elif mode == TQ:
         profile_torque.enter(d)
-    elif mode == _HM:
+    elif mode == HM:
         homing.enter(d)
-    elif mode == _CSP:
+    elif mode == CSP:
         cyclic_position.enter(d)
-    elif mode == _CSV:
+    elif mode == CSV:
         cyclic_velocity.enter(d)
-    elif mode == _CST:
+    elif mode == CST:
         cyclic_torque.enter(d)
     else:
         hold_position(d)
@@ -94,18 +90,18 @@ def generate(d: DriveFields, dt: float) -> None:
     """The set point of this cycle."""
     state = d.power_state
     if (
-        d.mode_display == _HM
+        d.mode_display == HM
         and d.controlword & _START
         and not d.previous_controlword & _START
         and d.communication > 1
     ):
         homing.start(d)
-    if state == _ENABLED:
+    if state == ENABLED:
         demand = d.demand
         velocity = d.demand_velocity
         _command(d, dt)
         _overtravel(d, demand, velocity, dt)
-    elif state in (_QUICK_STOP, _REACTION):
+    elif state in (QUICK_STOP, REACTION):
         _ramp_down(d, dt)
     elif d.idle_at != d.motor_position:
         take_over(d)
@@ -114,19 +110,19 @@ def generate(d: DriveFields, dt: float) -> None:
 
 def _command(d: DriveFields, dt: float) -> None:
     mode = d.mode_display
-    if mode == _CSP:
+    if mode == CSP:
         cyclic_position.command(d, dt)
-    elif mode == _PP:
+    elif mode == PP:
         profile_position.command(d, dt)
-    elif mode == _PV:
+    elif mode == PV:
         profile_velocity.command(d, dt)
-    elif mode == _TQ:
+    elif mode == TQ:
         profile_torque.command(d, dt)
-    elif mode == _HM:
+    elif mode == HM:
         homing.command(d, dt)
-    elif mode == _CSV:
+    elif mode == CSV:
         cyclic_velocity.command(d, dt)
-    elif mode == _CST:
+    elif mode == CST:
         cyclic_torque.command(d, dt)
     else:
         stop(d, rate_of(d.quick_stop_deceleration, d.max_deceleration), dt)
@@ -134,15 +130,16 @@ def _command(d: DriveFields, dt: float) -> None:
 
 def _overtravel(d: DriveFields, demand: float, velocity: float, dt: float) -> None:
     """A limit switch ends motion in its direction with 6085h; away from it motion is free."""
-    limits = d.digital_inputs & (_POSITIVE | _NEGATIVE)
-    if limits == 0 or d.mode_display == _HM:
+    limits = d.digital_inputs & (POSITIVE_LIMIT | NEGATIVE_LIMIT)
+    if limits == 0 or d.mode_display == HM:
         d.overtravel_stop = 0
         return
     if d.control == CONTROL_TORQUE:
         wish = d.demand_torque + d.torque_offset
     else:
         wish = d.demand_velocity
-    if not (wish > 0.0 and limits & _POSITIVE) and not (wish < 0.0 and limits & _NEGATIVE):
+    blocked = POSITIVE_LIMIT if wish > 0.0 else NEGATIVE_LIMIT
+    if wish == 0.0 or not limits & blocked:
         d.overtravel_stop = 0
         return
     if d.control == CONTROL_TORQUE:
@@ -151,7 +148,7 @@ def _overtravel(d: DriveFields, demand: float, velocity: float, dt: float) -> No
     else:
         d.demand = demand
         d.demand_velocity = velocity
-    if d.mode_display == _PP:
+    if d.mode_display == PP:
         profile_position.abandon(d)
     d.overtravel_stop = 1
     stop(d, rate_of(d.quick_stop_deceleration, d.max_deceleration), dt)
@@ -159,7 +156,7 @@ def _overtravel(d: DriveFields, demand: float, velocity: float, dt: float) -> No
 
 def _ramp_down(d: DriveFields, dt: float) -> None:
     """Quick stop and fault reaction: down with 6085h as it was when the stop began."""
-    if d.power_state == _REACTION and (
+    if d.power_state == REACTION and (
         d.fault_reaction_option == _COAST or not supply_ready(d) or d.encoder_fault
     ):
         d.control = CONTROL_OFF
@@ -174,8 +171,8 @@ def _ramp_down(d: DriveFields, dt: float) -> None:
     if d.stop_deceleration == 0.0:
         d.stop_deceleration = rate_of(d.quick_stop_deceleration, d.max_deceleration)
     rate = d.stop_deceleration
-    if (limits & _POSITIVE and d.demand_velocity > 0.0) or (
-        limits & _NEGATIVE and d.demand_velocity < 0.0
+    if (limits & POSITIVE_LIMIT and d.demand_velocity > 0.0) or (
+        limits & NEGATIVE_LIMIT and d.demand_velocity < 0.0
     ):
         rate = rate_of(d.quick_stop_deceleration, d.max_deceleration)
         if d.overtravel_stop_mode:
@@ -190,23 +187,23 @@ def _ramp_down(d: DriveFields, dt: float) -> None:
 def report(d: DriveFields, dt: float) -> None:
     """Bits 10, 12 and 13 of the statusword."""
     mode = d.mode_display
-    if mode == _CSP:
+    if mode == CSP:
         cyclic_position.report(d, dt)
-    elif mode == _PP:
+    elif mode == PP:
         profile_position.report(d, dt)
-    elif mode == _PV:
+    elif mode == PV:
         profile_velocity.report(d, dt)
-    elif mode == _TQ:
+    elif mode == TQ:
         profile_torque.report(d, dt)
-    elif mode == _HM:
+    elif mode == HM:
         homing.report(d, dt)
-    elif mode == _CSV:
+    elif mode == CSV:
         cyclic_velocity.report(d, dt)
-    elif mode == _CST:
+    elif mode == CST:
         cyclic_torque.report(d, dt)
     else:
         d.target_reached = 0
         d.bit_12 = 0
         d.bit_13 = 0
-    if d.power_state != _ENABLED and mode != _HM:
+    if d.power_state != ENABLED and mode != HM:
         d.target_reached = 0

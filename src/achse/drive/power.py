@@ -12,6 +12,11 @@ from achse.drive.record import DriveFields
 
 __all__ = [
     "COMMANDS",
+    "ENABLED",
+    "FAULT",
+    "NOT_READY",
+    "QUICK_STOP",
+    "REACTION",
     "TRANSITIONS",
     "CommandPattern",
     "PowerEvent",
@@ -136,7 +141,12 @@ def state_of(statusword: int) -> PowerState:
     raise ValueError(f"statusword {statusword:#06x} shows no state of the power drive system")
 
 
-# The kernel's forms of the tables: plain integers in tuples.
+# The kernel's forms of the tables: plain integers, also in tuples.
+NOT_READY = int(PowerState.NOT_READY_TO_SWITCH_ON)
+ENABLED = int(PowerState.OPERATION_ENABLED)
+QUICK_STOP = int(PowerState.QUICK_STOP_ACTIVE)
+REACTION = int(PowerState.FAULT_REACTION_ACTIVE)
+FAULT = int(PowerState.FAULT)
 _EVENTS = len(PowerEvent)
 
 
@@ -159,16 +169,11 @@ def _transition_table() -> tuple[int, ...]:
 
 _COMMAND_OF = _command_table()
 _NEXT = _transition_table()
-_NONE = 0
-_ENABLE = 3
-_RESET = 6
-_AUTOMATIC = 7
-_ERROR = 8
-_INIT = 9
-_STATE_NOT_READY = 0
-_STATE_ENABLED = 4
-_STATE_QUICK = 5
-_STATE_REACTION = 6
+_NONE = int(PowerEvent.NONE)
+_RESET = int(PowerEvent.FAULT_RESET)
+_AUTOMATIC = int(PowerEvent.AUTOMATIC)
+_ERROR = int(PowerEvent.ERROR)
+_INIT = int(PowerEvent.COMMUNICATION_INIT)
 _PREOP = int(AlState.PREOP)
 
 
@@ -187,9 +192,7 @@ def advance(d: DriveFields, error: int, cause_left: int) -> int:
     event = _NONE
     if error:
         event = _ERROR
-    elif state == _STATE_NOT_READY or (
-        _STATE_QUICK <= state <= _STATE_REACTION and d.standing != 0
-    ):
+    elif state == NOT_READY or (QUICK_STOP <= state <= REACTION and d.standing != 0):
         event = _AUTOMATIC
     elif d.communication < _PREOP:
         event = _INIT

@@ -5,6 +5,7 @@ Source: 001 §3.2.9, 60B8h to 60BBh.
 
 import math
 
+from achse.drive.modes import HM
 from achse.drive.record import DriveFields
 
 __all__ = ["index_crossed", "latch", "to_inc"]
@@ -16,7 +17,6 @@ _INDEX = 0x04
 _RISING = 0x10
 _FALLING = 0x20
 _UPDATED = 0x80
-_HOMING = 6
 _NOTHING = -1e300
 
 
@@ -41,7 +41,7 @@ def latch(d: DriveFields) -> None:
     """One cycle of touch probe 1: levels, edges, status 60B9h and values."""
     function = d.probe_function
     status = d.probe_status
-    if not function & _ENABLE or d.mode_display == _HOMING:
+    if not function & _ENABLE or d.mode_display == HM:
         d.probe_status = 0
         d.probe_level = d.probe_input
         return

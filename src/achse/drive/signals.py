@@ -2,9 +2,18 @@
 
 from enum import IntEnum, IntFlag
 
+from achse.drive.power import ENABLED, REACTION
 from achse.drive.record import DriveFields
 
-__all__ = ["InputBit", "OutputFunction", "read_inputs", "rotation_threshold", "write_outputs"]
+__all__ = [
+    "NEGATIVE_LIMIT",
+    "POSITIVE_LIMIT",
+    "InputBit",
+    "OutputFunction",
+    "read_inputs",
+    "rotation_threshold",
+    "write_outputs",
+]
 
 
 class InputBit(IntFlag):
@@ -42,16 +51,20 @@ class OutputFunction(IntEnum):
     """On while the brake is released."""
 
 
-_NEGATIVE = 1 << 0
-_POSITIVE = 1 << 1
-_HOME = 1 << 2
-_SF1 = 1 << 24
-_SF2 = 1 << 25
+# the kernel's plain integers
+NEGATIVE_LIMIT = int(InputBit.NEGATIVE_LIMIT)
+POSITIVE_LIMIT = int(InputBit.POSITIVE_LIMIT)
+_HOME = int(InputBit.HOME)
+_SF1 = int(InputBit.SF1)
+_SF2 = int(InputBit.SF2)
+_BRAKE = int(OutputFunction.BRAKE)
+_ALARM = int(OutputFunction.ALARM)
+_WARNING = int(OutputFunction.WARNING)
+_IN_POSITION = int(OutputFunction.IN_POSITION)
+_SERVO_READY = int(OutputFunction.SERVO_READY)
+_ROTATION = int(OutputFunction.ROTATION)
 _FIRST_OUTPUT = 16
 _OUTPUTS = 5
-_ENABLED = 4
-_REACTION = 6
-_FAULT = 7
 _LINEAR = 0
 
 
@@ -60,9 +73,9 @@ def read_inputs(d: DriveFields) -> None:
     position = d.motor_position
     inputs = 0
     if d.negative_limit_assigned and position <= d.negative_limit:
-        inputs |= _NEGATIVE
+        inputs |= NEGATIVE_LIMIT
     if d.positive_limit_assigned and position >= d.positive_limit:
-        inputs |= _POSITIVE
+        inputs |= POSITIVE_LIMIT
     if d.home_assigned and d.home_from <= position <= d.home_to:
         inputs |= _HOME
     if d.safety_1:
@@ -79,13 +92,13 @@ def write_outputs(d: DriveFields) -> None:
     to the terminal. The brake follows the drive; with the servo off its terminal releases it too.
     """
     outputs = d.physical_outputs & d.output_mask & 0x1F0000
-    enabled = d.power_state >= _ENABLED and d.power_state <= _REACTION
+    enabled = d.power_state >= ENABLED and d.power_state <= REACTION
     released = enabled
     if d.output_functions:
         for terminal in range(_OUTPUTS):
             function = d.output_functions >> 4 * terminal & 15
             bit = 1 << _FIRST_OUTPUT + terminal
-            if function == 6:
+            if function == _BRAKE:
                 released = released or outputs & bit != 0
                 if enabled:
                     outputs |= bit
@@ -96,15 +109,15 @@ def write_outputs(d: DriveFields) -> None:
 
 
 def _shows(d: DriveFields, function: int) -> bool:
-    if function == 1:
-        return d.power_state >= _REACTION
-    if function == 2:
+    if function == _ALARM:
+        return d.power_state >= REACTION
+    if function == _WARNING:
         return d.warnings_1 != 0 or d.warnings_2 != 0
-    if function == 3:
+    if function == _IN_POSITION:
         return d.target_reached != 0
-    if function == 4:
-        return d.power_state < _ENABLED and d.present_alarm == 0 and d.main_power != 0
-    if function == 5:
+    if function == _SERVO_READY:
+        return d.power_state < ENABLED and d.present_alarm == 0 and d.main_power != 0
+    if function == _ROTATION:
         return abs(d.motor_velocity) > rotation_threshold(d)
     return False
 

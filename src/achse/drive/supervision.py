@@ -4,7 +4,9 @@ Source: 001 603Fh, 3110h, 6041h, 6065h to 6068h, 606Dh, 606Eh.
 """
 
 from achse.drive.alarms import Alarm, Warn
+from achse.drive.modes import HM
 from achse.drive.plant import CONTROL_OFF, CONTROL_POSITION
+from achse.drive.power import ENABLED, REACTION
 from achse.drive.record import DriveFields
 
 __all__ = [
@@ -43,12 +45,6 @@ _WARN_NEGATIVE = Warn.NEGATIVE_LIMIT.mask
 _WARN_TORQUE = Warn.TORQUE_LIMIT.mask
 
 _OVERLOAD_WARNING = 0.8
-_ENABLED = 4
-_REACTION = 6
-_PP = 1
-_PV = 3
-_HM = 6
-_CSP = 8
 
 
 def present_cause(d: DriveFields) -> int:
@@ -63,9 +59,9 @@ def present_cause(d: DriveFields) -> int:
         return _SAFETY_TIMING
     if d.gantry_active and d.yaw_alarm:
         return _GANTRY
-    if d.absolute and d.probe_function & 1 and d.mode_display != _HM:
+    if d.absolute and d.probe_function & 1 and d.mode_display != HM:
         return _SETTING
-    if d.power_state >= _ENABLED and d.power_state <= _REACTION:
+    if d.power_state >= ENABLED and d.power_state <= REACTION:
         if not d.safety_1 and not d.safety_2:
             return _SAFETY
         if not d.main_power:
@@ -150,4 +146,4 @@ def internal_limit(d: DriveFields) -> int:
         return 1
     if d.speed_exceeded:
         return 1
-    return 1 if d.mode_display != _HM and d.digital_inputs & 3 else 0
+    return 1 if d.mode_display != HM and d.digital_inputs & 3 else 0

@@ -10,7 +10,18 @@ from typing import Protocol
 
 from achse.drive.record import DriveFields
 
-__all__ = ["SUPPORTED_MODES", "Mode", "ModeForm"]
+__all__ = [
+    "CSP",
+    "CST",
+    "CSV",
+    "HM",
+    "PP",
+    "PV",
+    "SUPPORTED_MODES",
+    "TQ",
+    "Mode",
+    "ModeForm",
+]
 
 
 class Mode(IntEnum):
@@ -25,6 +36,15 @@ class Mode(IntEnum):
     CYCLIC_VELOCITY = 9
     CYCLIC_TORQUE = 10
 
+
+# the kernel's plain integers
+PP = int(Mode.PROFILE_POSITION)
+PV = int(Mode.PROFILE_VELOCITY)
+TQ = int(Mode.PROFILE_TORQUE)
+HM = int(Mode.HOMING)
+CSP = int(Mode.CYCLIC_POSITION)
+CSV = int(Mode.CYCLIC_VELOCITY)
+CST = int(Mode.CYCLIC_TORQUE)
 
 SUPPORTED_MODES = sum(1 << mode - 1 for mode in Mode if mode)
 """6502h: bit n - 1 is mode n."""

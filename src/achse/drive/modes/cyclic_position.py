@@ -7,12 +7,12 @@ drive's own formula is lost in the source, the largest speed of the motor is tak
 import math
 
 from achse.drive.modes.halt import hold_position
+from achse.drive.power import ENABLED
 from achse.drive.record import DriveFields
 from achse.drive.supervision import following_error_seen
 
 __all__ = ["command", "enter", "report"]
 
-_ENABLED = 4
 _OP = 8
 
 
@@ -58,7 +58,7 @@ def command(d: DriveFields, dt: float) -> None:
 
 def report(d: DriveFields, dt: float) -> None:
     """Bit 10 position window, 12 drive follows, 13 following error."""
-    follows = d.power_state == _ENABLED and not d.speed_exceeded and not d.overtravel_stop
+    follows = d.power_state == ENABLED and not d.speed_exceeded and not d.overtravel_stop
     d.target_reached = d.in_window
     d.bit_12 = 1 if follows else 0
     d.bit_13 = following_error_seen(d)

@@ -2,11 +2,10 @@
 
 from achse.drive.modes.profile_torque import limited_torque, take_over_torque
 from achse.drive.plant import CONTROL_TORQUE
+from achse.drive.power import ENABLED
 from achse.drive.record import DriveFields
 
 __all__ = ["command", "enter", "report"]
-
-_ENABLED = 4
 
 
 def enter(d: DriveFields) -> None:
@@ -33,7 +32,7 @@ def command(d: DriveFields, dt: float) -> None:
 
 def report(d: DriveFields, dt: float) -> None:
     """Bit 10 target torque reached, 12 drive follows; 13 is not used."""
-    follows = d.power_state == _ENABLED and not d.overtravel_stop
+    follows = d.power_state == ENABLED and not d.overtravel_stop
     reached = d.control == CONTROL_TORQUE and d.demand_torque == limited_torque(d)
     d.target_reached = 1 if reached else 0
     d.bit_12 = 1 if follows else 0

@@ -2,12 +2,11 @@
 
 from achse.drive.modes.halt import hold_velocity
 from achse.drive.modes.profile_velocity import limited_target
+from achse.drive.power import ENABLED
 from achse.drive.record import DriveFields
 from achse.drive.supervision import velocity_reached
 
 __all__ = ["command", "enter", "report"]
-
-_ENABLED = 4
 
 
 def enter(d: DriveFields) -> None:
@@ -38,5 +37,5 @@ def command(d: DriveFields, dt: float) -> None:
 def report(d: DriveFields, dt: float) -> None:
     """Bit 10 velocity window, 12 drive follows; 13 is not used."""
     d.target_reached = velocity_reached(d, limited_target(d) + d.velocity_offset, dt)
-    d.bit_12 = 1 if d.power_state == _ENABLED and not d.overtravel_stop else 0
+    d.bit_12 = 1 if d.power_state == ENABLED and not d.overtravel_stop else 0
     d.bit_13 = 0

@@ -3,6 +3,7 @@
 Source: 001 605Dh. Option 1 decelerates with 6084h and exists in pp only; 2 uses 6085h.
 """
 
+from achse.drive.modes import PP
 from achse.drive.plant import CONTROL_POSITION, CONTROL_VELOCITY, take_over
 from achse.drive.profile import rate_of, stop
 from achse.drive.record import DriveFields
@@ -10,7 +11,6 @@ from achse.drive.record import DriveFields
 __all__ = ["halt", "halt_requested", "hold_position", "hold_velocity"]
 
 _HALT = 0x0100
-_PP = 1
 
 
 def halt_requested(d: DriveFields) -> bool:
@@ -38,7 +38,7 @@ def hold_velocity(d: DriveFields) -> None:
 def halt(d: DriveFields, dt: float) -> None:
     """Decelerate as 605Dh says; the loop that is closed stays closed."""
     if d.stop_deceleration == 0.0:
-        first = d.mode_display == _PP and d.halt_option == 1
+        first = d.mode_display == PP and d.halt_option == 1
         rate = d.profile_deceleration if first else d.quick_stop_deceleration
         d.stop_deceleration = rate_of(rate, d.max_deceleration)
     stop(d, d.stop_deceleration, dt)

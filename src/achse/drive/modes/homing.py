@@ -12,6 +12,7 @@ from enum import IntEnum
 
 from achse.drive.modes.halt import halt, halt_requested, hold_position
 from achse.drive.plant import take_over
+from achse.drive.power import ENABLED
 from achse.drive.probe import index_crossed
 from achse.drive.profile import follow, plan, ramp_velocity, rate_of, stop
 from achse.drive.record import DriveFields
@@ -92,7 +93,6 @@ _INDEX = 5
 _RETURN = 6
 
 _START = 0x10
-_ENABLED = 4
 _NOTHING = -1e300
 _SETTLING = 0.5
 """The return ends within the position window if count 0 is not met in this time, s."""
@@ -123,10 +123,10 @@ def start(d: DriveFields) -> None:
         return
     if method == _HERE:
         _set_home(d, d.motor_position)
-        if d.power_state != _ENABLED:
+        if d.power_state != ENABLED:
             take_over(d)
         return
-    if d.power_state != _ENABLED:
+    if d.power_state != ENABLED:
         return
     if not _assigned(d, _SWITCH[row], _FORWARD[row]):
         d.homing_error = 1
@@ -269,7 +269,7 @@ def report(d: DriveFields, dt: float) -> None:
         d.homing_seen += 1
         if d.position_internal == 0 or (d.in_window and d.homing_seen * dt > _SETTLING):
             abandon(d)
-    if d.power_state != _ENABLED and d.homing_running:
+    if d.power_state != ENABLED and d.homing_running:
         abandon(d)
     d.bit_13 = d.homing_error
     d.bit_12 = 1 if d.homing_attained or d.absolute == 2 else 0

@@ -7,6 +7,7 @@ wait; a third is discarded. 6081h is taken with the set point, 6083h and 6084h w
 import math
 
 from achse.drive.modes.halt import halt, halt_requested, hold_position
+from achse.drive.power import ENABLED
 from achse.drive.profile import follow, plan, rate_of, stop
 from achse.drive.record import DriveFields
 from achse.drive.supervision import following_error_seen, standing_still
@@ -20,7 +21,6 @@ _NEW = 0x10
 _IMMEDIATE = 0x20
 _RELATIVE = 0x40
 _PASS = 0x200
-_ENABLED = 4
 
 
 def enter(d: DriveFields) -> None:
@@ -136,7 +136,7 @@ def _plan(d: DriveFields) -> None:
 
 def report(d: DriveFields, dt: float) -> None:
     """Bit 10 target reached, 12 set-point acknowledge, 13 following error."""
-    enabled = d.power_state == _ENABLED
+    enabled = d.power_state == ENABLED
     if enabled and halt_requested(d):
         d.target_reached = 1 if d.demand_velocity == 0.0 and standing_still(d) else 0
     else:

@@ -2,12 +2,11 @@
 
 from achse.drive.modes.halt import halt, halt_requested, hold_velocity
 from achse.drive.plant import CONTROL_TORQUE, torque_limits
+from achse.drive.power import ENABLED
 from achse.drive.record import DriveFields
 from achse.drive.supervision import standing_still
 
 __all__ = ["command", "enter", "limited_torque", "report", "take_over_torque"]
-
-_ENABLED = 4
 
 
 def enter(d: DriveFields) -> None:
@@ -44,7 +43,7 @@ def command(d: DriveFields, dt: float) -> None:
 
 def report(d: DriveFields, dt: float) -> None:
     """Bit 10 target torque reached; bits 12 and 13 are not used."""
-    if d.power_state == _ENABLED and halt_requested(d):
+    if d.power_state == ENABLED and halt_requested(d):
         d.target_reached = 1 if standing_still(d) and d.demand_velocity == 0.0 else 0
     else:
         reached = d.control == CONTROL_TORQUE and d.demand_torque == limited_torque(d)

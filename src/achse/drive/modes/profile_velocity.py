@@ -1,13 +1,12 @@
 """Profile velocity: the velocity runs to 60FFh along 6083h and 6084h. Source: 001 §3.2.5."""
 
 from achse.drive.modes.halt import halt, halt_requested, hold_velocity
+from achse.drive.power import ENABLED
 from achse.drive.profile import ramp_velocity, rate_of
 from achse.drive.record import DriveFields
 from achse.drive.supervision import standing_still, velocity_reached
 
 __all__ = ["command", "enter", "limited_target", "report"]
-
-_ENABLED = 4
 
 
 def enter(d: DriveFields) -> None:
@@ -41,7 +40,7 @@ def report(d: DriveFields, dt: float) -> None:
     """Bit 10 target reached, 12 speed is 0; bit 13 has no meaning stated."""
     standing = standing_still(d)
     reached = velocity_reached(d, limited_target(d) + d.velocity_offset, dt)
-    if d.power_state == _ENABLED and halt_requested(d):
+    if d.power_state == ENABLED and halt_requested(d):
         reached = 1 if standing and d.demand_velocity == 0.0 else 0
     d.target_reached = reached
     d.bit_12 = standing
