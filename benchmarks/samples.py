@@ -1,0 +1,102 @@
+"""100,000 notification samples a second to one client: 1,000 subscriptions at 10 ms, none lost.
+
+Every subscription carries the cycle counter of the PLC; a sample that is missing shows as a gap in
+its numbers. Usage: python benchmarks/samples.py [SUBSCRIPTIONS] [SECONDS]
+"""
+
+import asyncio
+import struct
+import sys
+import time
+
+from processes import station
+
+from achse.ams import AmsAddress, Command, Connection, Frame
+from achse.ams.commands import ADD_NOTIFICATION_BODY
+
+HOST = "127.0.0.82"
+TARGET = AmsAddress(f"{HOST}.1.1:851")
+SOURCE = AmsAddress("127.0.0.83.1.1:40000")
+CYCLE_MS = 10
+
+STREAM = struct.Struct("<II")
+STAMP = struct.Struct("<QI")
+SAMPLE = struct.Struct("<III")
+
+
+class Client(asyncio.Protocol):
+    """Checks the counter in each sample against the one before, per handle."""
+
+    def __init__(self) -> None:
+        self.stream = Connection()
+        self.answers: dict[int, asyncio.Future[bytes]] = {}
+        self.last: dict[int, int] = {}
+        self.samples = self.lost = self.frames = 0
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self.transport = transport
+
+    def data_received(self, data: bytes) -> None:
+        for event in self.stream.receive(data):
+            assert isinstance(event, Frame)
+            if event.command == Command.NOTIFICATION:
+                self.take(event.data)
+            else:
+                self.answers.pop(event.invoke_id).set_result(event.data)
+
+    def take(self, data: bytes) -> None:
+        self.frames += 1
+        last = self.last
+        _, stamps = STREAM.unpack_from(data)
+        position = STREAM.size
+        for _ in range(stamps):
+            _, count = STAMP.unpack_from(data, position)
+            position += STAMP.size
+            end = position + SAMPLE.size * count
+            for handle, _, value in SAMPLE.iter_unpack(data[position:end]):
+                before = last.get(handle)
+                if before is not None:
+                    self.lost += value - before - 1
+                last[handle] = value
+            self.samples += count
+            position = end
+
+    async def ask(self, invoke_id: int, command: Command, data: bytes) -> bytes:
+        answer = asyncio.get_running_loop().create_future()
+        self.answers[invoke_id] = answer
+        frame = Frame(TARGET, SOURCE, command, invoke_id=invoke_id, data=data)
+        self.transport.write(frame.encode_tcp())  # type: ignore[attr-defined]
+        return await answer
+
+
+async def measure(subscriptions: int, seconds: float) -> None:
+    loop = asyncio.get_running_loop()
+    _, client = await loop.create_connection(Client, HOST, 48898)
+    (handle,) = struct.unpack(
+        "<8xI",
+        await client.ask(1, Command.READ_WRITE,
+                         struct.pack("<IIII", 0xF003, 0, 4, 13) + b"MAIN.nCounter"),
+    )  # fmt: skip
+    body = ADD_NOTIFICATION_BODY.pack(0xF005, handle, 4, 3, 0, CYCLE_MS * 10_000)
+    await asyncio.gather(
+        *(client.ask(2 + n, Command.ADD_NOTIFICATION, body) for n in range(subscriptions))
+    )
+    await asyncio.sleep(0.5)
+    client.samples = client.lost = client.frames = 0
+    start = time.perf_counter()
+    await asyncio.sleep(seconds)
+    elapsed = time.perf_counter() - start
+    samples, lost, frames = client.samples, client.lost, client.frames
+    print(f"{subscriptions} subscriptions every {CYCLE_MS} ms for {elapsed:.1f} s")
+    print(
+        f"  {samples} samples in {frames} frames, {samples / elapsed:.0f} per second, {lost} lost"
+    )
+
+
+def main(subscriptions: float = 1000, seconds: float = 10) -> None:
+    with station(HOST):
+        asyncio.run(measure(int(subscriptions), seconds))
+
+
+if __name__ == "__main__":
+    main(*map(float, sys.argv[1:]))
