@@ -62,6 +62,18 @@ def test_home_is_the_index_pulse_beside_the_edge(
     assert drive.get(0x6063) == drive.get(0x60FC) == 0
 
 
+@pytest.mark.parametrize("start", [-900_000, 2_000, 800_000])
+@pytest.mark.parametrize("method", range(7, 15))
+def test_a_switch_shorter_than_the_braking_distance(method: int, start: int) -> None:
+    """At 500,000 inc/s and 10,000,000 inc/s² the axis runs 12,500 inc past the switch."""
+    switches = Switches(None, NEGATIVE, (50_000, 54_000), POSITIVE, None)
+    drive = VirtualDrive(Machine(switches=switches, position=start))
+    drive.enable(Mode.HOMING)
+    drive.home(method)
+    above = method in (8, 10, 11, 13)
+    assert drive.record.encoder_zero == (PITCH if above else 0)
+
+
 @pytest.mark.parametrize("start", [-900_000, -50_000, 2_000, 100_000, 800_000])
 def test_33_and_34_take_the_next_index_pulse(machine: Callable[..., Machine], start: int) -> None:
     for method, home in ((33, _below(start)), (34, _above(start))):

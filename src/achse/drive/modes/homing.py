@@ -136,6 +136,7 @@ def start(d: DriveFields) -> None:
     d.homing_final = _FINAL[row]
     d.homing_level = _LEVEL[row]
     d.homing_running = 1
+    d.homing_seen = 0
     if d.homing_switch == 0:
         d.homing_phase = _INDEX
     elif d.digital_inputs & d.homing_switch:
@@ -225,9 +226,12 @@ def _search(d: DriveFields) -> None:
         elif _limit(d, -d.homing_final):
             _fail(d)
     elif phase == _EDGE:
-        if on == (d.homing_level != 0):
-            d.homing_phase = _INDEX
-        elif _limit(d, d.homing_final):
+        if d.motor_velocity * d.homing_final > 0.0:  # turned round
+            if on != (d.homing_level != 0):
+                d.homing_seen = 1  # before the edge
+            elif d.homing_seen:
+                d.homing_phase = _INDEX
+        if d.homing_phase == _EDGE and _limit(d, d.homing_final):
             _fail(d)
     elif phase == _INDEX:
         index = index_crossed(d)
