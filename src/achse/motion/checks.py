@@ -4,7 +4,7 @@ from math import isfinite
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.states import ControlBit, StartType
+from achse.motion.states import AxisType, ControlBit, StartType
 
 __all__ = [
     "ENDLESS",
@@ -105,6 +105,11 @@ def why_not_target(axis: Axis, target: float) -> int:
         return NcError.SOFT_LIMIT_MIN_AT_START.number
     if axis.encoder_soft_limit_max_enable and target > axis.encoder_soft_limit_max:
         return NcError.SOFT_LIMIT_MAX_AT_START.number
+    if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
+        way = target - axis.actual_position
+        near = axis.brake_distance_positive if way > 0.0 else axis.brake_distance_negative
+        if abs(way) <= near:
+            return NcError.DISTANCE_BELOW_BRAKING_DISTANCE.number
     return OK
 
 

@@ -17,7 +17,16 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
-from achse.motion import controller, drive, encoder, kernel, monitoring, profile, setpoint
+from achse.motion import (
+    controller,
+    discrete,
+    drive,
+    encoder,
+    kernel,
+    monitoring,
+    profile,
+    setpoint,
+)
 from achse.motion.record import FIELDS
 
 __all__ = ["KERNEL_MODULES", "cache_directory", "compiled_cycle", "install", "numba_installed"]
@@ -28,6 +37,7 @@ KERNEL_MODULES: tuple[ModuleType, ...] = (
     encoder,
     controller,
     drive,
+    discrete,
     monitoring,
     kernel,
 )

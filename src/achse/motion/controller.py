@@ -10,7 +10,7 @@ Kernel source: compiled by Numba as it stands, see `compiled`.
 from math import pi
 
 from achse.motion.record import AxisFields
-from achse.motion.states import ControllerType
+from achse.motion.states import ControllerType, DriveType
 
 __all__ = ["adapt_controller", "control", "reset_controller"]
 
@@ -20,6 +20,7 @@ _PID = ControllerType.PID_POSITION.value
 _P_VELOCITY = ControllerType.P_VELOCITY.value
 _PI_VELOCITY = ControllerType.PI_VELOCITY.value
 _SERCOS = ControllerType.SERCOS_POSITION.value
+_STEPPER = DriveType.STEPPER.value
 _TCOM = ControllerType.TCOM_POSITION.value
 
 
@@ -79,10 +80,14 @@ def _limited(value: float, limit: float) -> float:
 
 
 def _dead_band(ax: AxisFields) -> float:
-    """Error that is not acted upon; at rest the encoder shows no less than half an increment."""
+    """Error that is not acted upon; at rest that is at least half an increment or step."""
     band = ax.controller_position_dead_band
-    if ax.set_motion_phase == 0 and band < 0.5001 * ax.encoder_scaling_factor:
-        return 0.5001 * ax.encoder_scaling_factor
+    if ax.set_motion_phase == 0:
+        grid = ax.encoder_scaling_factor
+        if ax.drive_type == _STEPPER and grid < ax.stepper_step_scaling:
+            grid = ax.stepper_step_scaling
+        if band < 0.5001 * grid:
+            return 0.5001 * grid
     return band
 
 

@@ -10,7 +10,13 @@ Kernel source: compiled by Numba as it stands, see `compiled`.
 from math import floor
 
 from achse.motion.record import DRIVE_DELAY, FILTER_ORDER, AxisFields
-from achse.motion.states import ControllerType, DriveOperationMode, DriveType, OutputFilter
+from achse.motion.states import (
+    AxisType,
+    ControllerType,
+    DriveOperationMode,
+    DriveType,
+    OutputFilter,
+)
 
 __all__ = ["adapt_drive", "characteristic", "drive", "place_motor", "position_output"]
 
@@ -20,6 +26,8 @@ _STILL = 1e-9
 _SERCOS = ControllerType.SERCOS_POSITION.value
 _TCOM = ControllerType.TCOM_POSITION.value
 
+_TWO_SPEEDS = AxisType.DISCRETE_RAPID_CREEP.value
+_STEPPER = DriveType.STEPPER.value
 _NONLINEAR = DriveType.MDP_252_NONLINEAR.value
 
 _TORQUE = DriveOperationMode.TORQUE.value
@@ -36,6 +44,8 @@ def adapt_drive(ax: AxisFields, dt: float) -> None:
     ideal = ax.simulation_ideal
     if ax.controller_type in (_SERCOS, _TCOM):
         ideal = 1
+    if ax.drive_type == _STEPPER or ax.axis_type == _TWO_SPEEDS:
+        ideal = 0
     ax.drive_ideal = ideal
     delay = floor((ax.simulation_dead_time + ax.drive_velocity_output_delay) / dt + 0.5)
     ax.drive_delay = delay if delay < DRIVE_DELAY else DRIVE_DELAY

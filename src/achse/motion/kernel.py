@@ -6,6 +6,7 @@ Order within a cycle: encoder, enables, set point, controller, supervision, driv
 from collections.abc import Sequence
 
 from achse.motion.controller import adapt_controller, control
+from achse.motion.discrete import run_stepper, run_two_speeds, show_speed
 from achse.motion.drive import adapt_drive, drive, place_motor, position_output
 from achse.motion.encoder import adapt_encoder, measure
 from achse.motion.monitoring import (
@@ -18,10 +19,12 @@ from achse.motion.monitoring import (
 )
 from achse.motion.record import POSITION_HISTORY, AxisFields
 from achse.motion.setpoint import generate
-from achse.motion.states import DriveOperationMode
+from achse.motion.states import AxisType, DriveOperationMode, DriveType
 
 __all__ = ["adapt", "begin", "cycle", "cycle_all", "follow"]
 
+_TWO_SPEEDS = AxisType.DISCRETE_RAPID_CREEP.value
+_STEPPER = DriveType.STEPPER.value
 _TORQUE = DriveOperationMode.TORQUE.value
 
 
@@ -61,6 +64,14 @@ def cycle(ax: AxisFields, dt: float) -> None:
     if ideal == 0:
         measure(ax, dt)
     supervise_enable(ax, dt)
+    if ax.axis_type == _TWO_SPEEDS:
+        run_two_speeds(ax, dt)
+        supervise_motion(ax, dt)
+        supervise_arrival(ax, dt)
+        show_state(ax)
+        show_speed(ax)
+        settle(ax)
+        return
     generate(ax, dt)
     if ideal:
         place_motor(ax, position_output(ax, dt) if ax.drive_special else ax.set_position, dt)
@@ -68,7 +79,9 @@ def cycle(ax: AxisFields, dt: float) -> None:
     control(ax, dt)
     supervise_motion(ax, dt)
     supervise_arrival(ax, dt)
-    if ideal == 0:
+    if ax.drive_type == _STEPPER:
+        run_stepper(ax, dt)
+    elif ideal == 0:
         drive(ax, dt)
     show_state(ax)
     settle(ax)

@@ -120,6 +120,9 @@ class SimulationParameters(Parameters):
     simulation_io_invalid: int = flag(0, "I/O data are invalid (fault injection)")
     simulation_drive_inputs: int = whole(0, "bits", "digital inputs 1..8 of the drive", 0, 255)
     simulation_fast_stop_signal: int = flag(0, "bit 7 of drive status 4")
+    simulation_creep_velocity: float = real(
+        0.1, "1", "creep velocity of a two-speed drive, of its rapid one", 1e-3, 1.0
+    )
     simulation_drift: float = real(0.0, "mm/s", "velocity of the drive at output 0")
     simulation_full_torque_acceleration: float = real(
         20_000.0, "mm/s²", "acceleration at 100 % torque", 1e-3
@@ -179,6 +182,8 @@ class DriveInternal(Memory):
     stepper_level: int = whole(0, "1", "cycles per step")
     stepper_level_steps: int = whole(0, "STEP", "steps since the level changed")
     switch_phase: int = whole(0, "1", "phase of a rapid/creep movement")
+    switch_direction: float = real(0.0, "1", "its direction")
+    switch_start: float = real(0.0, "mm", "where its stop began")
     switch_time: float = real(0.0, "s", "time in that phase")
 
     plant_position: float = real(0.0, "INC", "position of the motor")

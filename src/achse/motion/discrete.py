@@ -1,0 +1,293 @@
+"""Discrete drives: two-speed (rapid/creep) axes with brake, and stepper motors.
+
+A two-speed axis has no set-point profile. It runs at rapid or creep speed until the actual position
+is near the target, then switches off and brakes; the set position is where the axis is (004 §6.1,
+§6.2). A stepper motor moves by whole steps, whose masks or frequency go out as control bytes.
+
+Kernel source: compiled by Numba as it stands, see `compiled`.
+"""
+
+from math import ceil
+
+from achse.motion.record import AxisFields
+from achse.motion.setpoint import drop_job, take_next
+from achse.motion.states import CommandState, MotionPhase, StepperMode
+
+__all__ = ["run_stepper", "run_two_speeds", "show_speed"]
+
+_NO_JOB = MotionPhase.NONE.value
+_POSITIONING = MotionPhase.POSITIONING.value
+_ENDLESS = MotionPhase.ENDLESS.value
+_STOPPING = MotionPhase.STOPPING.value
+
+_DONE = CommandState.DONE.value
+
+_BRAKED = 0
+_RELEASING = 1
+_RAPID = 2
+_SWITCHING = 3
+_CREEP = 4
+_APPROACH = 5
+_RUNNING_OUT = 6
+"""Phases of a two-speed movement (`switch_phase`)."""
+
+_RAPID_ABOVE = 50.0
+"""Start velocity, and override in percent, above which an axis runs at rapid speed."""
+
+_SLOWEST_OVERRIDE = 100
+"""0.01 %; an override below is standstill."""
+
+_TWO_PHASE = StepperMode.TWO_PHASE.value
+_ONE_TWO_PHASE = StepperMode.ONE_TWO_PHASE.value
+
+_MINUS_HIGH = 1 << 0
+_MINUS_LOW = 1 << 1
+_PLUS_LOW = 1 << 2
+_PLUS_HIGH = 1 << 3
+_BRAKE_OPEN = 1 << 6
+_BRAKE = 1 << 7
+
+_MINUS = 1 << 0
+_PLUS = 1 << 1
+_LOW = 1 << 2
+_HIGH = 1 << 3
+
+_FREQUENCY = 1 << 0
+_FORWARD = 1 << 1
+
+
+def _enter(ax: AxisFields, phase: int) -> None:
+    ax.switch_phase = phase
+    ax.switch_time = 0.0
+
+
+def _direction(ax: AxisFields) -> float:
+    """Where the job leads from here."""
+    if ax.set_motion_phase == _ENDLESS:
+        return ax.job_direction
+    if ax.set_motion_phase == _POSITIONING:
+        return 1.0 if ax.target_position >= ax.actual_position else -1.0
+    return ax.switch_direction
+
+
+def _main_speed(ax: AxisFields) -> int:
+    """Phase of the main travel: rapid, creep, or braked at override zero."""
+    if ax.velocity_override < _SLOWEST_OVERRIDE:
+        return _BRAKED
+    if ax.job_velocity > _RAPID_ABOVE and ax.velocity_override > _RAPID_ABOVE * 1e4:
+        return _RAPID
+    return _CREEP
+
+
+def _finish(ax: AxisFields) -> None:
+    """The brake holds: the job is done, wherever the axis stands."""
+    if ax.set_motion_phase == _POSITIONING:
+        ax.set_command_state = _DONE
+    target = ax.target_position
+    stopped = ax.set_motion_phase == _STOPPING
+    ax.set_position = ax.actual_position
+    timing = ax.job_timing
+    drop_job(ax)
+    ax.job_timing = timing
+    if not stopped:
+        ax.target_position = target
+    _enter(ax, _BRAKED)
+
+
+def _choose(ax: AxisFields, dt: float) -> None:
+    """The phase of this cycle from position, times, override and job."""
+    phase = ax.switch_phase
+    ax.switch_time += dt
+    if ax.set_motion_phase == _STOPPING:
+        if phase in (_BRAKED, _RELEASING):
+            _finish(ax)
+        elif phase != _RUNNING_OUT:
+            if phase != _CREEP:
+                _enter(ax, _CREEP)
+            if abs(ax.actual_position - ax.switch_start) >= ax.creep_distance_stop:
+                _enter(ax, _RUNNING_OUT)
+    elif phase in (_BRAKED, _RELEASING):
+        main = _main_speed(ax)
+        if main == _BRAKED:
+            _enter(ax, _BRAKED)
+        elif phase == _BRAKED:
+            ax.switch_direction = _direction(ax)
+            _enter(ax, _RELEASING)
+        if ax.switch_phase == _RELEASING and ax.switch_time >= ax.brake_release_delay:
+            _enter(ax, main)
+    elif phase != _RUNNING_OUT:
+        plus = ax.switch_direction > 0.0
+        if ax.set_motion_phase == _POSITIONING:
+            way = (ax.target_position - ax.actual_position) * ax.switch_direction
+            near = ax.brake_distance_positive if plus else ax.brake_distance_negative
+            creep = ax.creep_distance_positive if plus else ax.creep_distance_negative
+            if way <= near:
+                _enter(ax, _RUNNING_OUT)
+                return
+            if way <= creep:
+                if phase == _RAPID:
+                    _enter(ax, _SWITCHING)
+                    phase = _SWITCHING
+                if phase == _CREEP or (
+                    phase == _SWITCHING and ax.switch_time >= ax.rapid_to_creep_switch_time
+                ):
+                    _enter(ax, _APPROACH)
+                return
+        main = _main_speed(ax)
+        if main != phase:
+            _enter(ax, main)
+    if ax.switch_phase == _RUNNING_OUT:
+        plus = ax.switch_direction > 0.0
+        delay = ax.brake_delay_positive if plus else ax.brake_delay_negative
+        if ax.switch_time >= delay:
+            _finish(ax)
+
+
+def _put_out(ax: AxisFields) -> float:
+    """Control bytes of the phase; returns the velocity that the motor is switched to."""
+    phase = ax.switch_phase
+    plus = ax.switch_direction > 0.0
+    control = _BRAKE if phase == _BRAKED else _BRAKE_OPEN
+    further = control
+    velocity = 0.0
+    if phase == _RAPID:
+        control |= _PLUS_HIGH if plus else _MINUS_HIGH
+        further |= _HIGH
+        velocity = ax.drive_full
+    elif phase in (_CREEP, _APPROACH):
+        control |= _PLUS_LOW if plus else _MINUS_LOW
+        further |= _LOW
+        velocity = ax.drive_full * ax.simulation_creep_velocity
+    if velocity > 0.0:
+        further |= _PLUS if plus else _MINUS
+    ax.drive_control_byte = control
+    ax.drive_extended_control_byte = further
+    return velocity if plus else -velocity
+
+
+def run_two_speeds(ax: AxisFields, dt: float) -> None:
+    """Set point, output and motor of a two-speed axis."""
+    if ax.loop_closed == 0:
+        _enter(ax, _BRAKED)
+    else:
+        if ax.set_motion_phase == _NO_JOB and ax.buffer_count > 0:
+            take_next(ax)
+        if ax.replan:
+            ax.replan = 0
+            ax.switch_start = ax.actual_position
+            if (
+                ax.set_motion_phase != _STOPPING
+                and ax.switch_phase != _BRAKED
+                and _direction(ax) != ax.switch_direction
+            ):
+                _enter(ax, _BRAKED)
+        if ax.set_motion_phase != _NO_JOB:
+            _choose(ax, dt)
+    ax.planned_override = ax.velocity_override
+    velocity = _put_out(ax)
+    ax.set_position = ax.actual_position
+    ax.set_velocity = velocity
+    ax.following_error = 0.0
+    ax.following_error_velocity = 0.0
+    ax.drive_output = velocity
+    ax.drive_output_percent = 100.0 * velocity / ax.drive_full
+    if ax.set_motion_phase == _POSITIONING:
+        ax.remaining_distance = abs(ax.target_position - ax.actual_position)
+    elif velocity != 0.0:
+        ax.target_position = ax.actual_position
+    moved = ax.plant_velocity
+    moved += (velocity - moved) * (dt / (ax.simulation_time_constant + dt))
+    if ax.switch_phase == _BRAKED or ax.simulation_blocked:
+        moved = 0.0
+    ax.plant_velocity = moved
+    if ax.drive_motor_polarity:
+        moved = -moved
+    ax.plant_position += moved * dt / ax.encoder_scaling_factor
+
+
+def show_speed(ax: AxisFields) -> None:
+    """AxisState of a two-speed axis: 1 moving, 2 switching to creep, 3 creeping near, 4 braking."""
+    phase = ax.switch_phase
+    state = 0
+    if ax.set_motion_phase != _NO_JOB:
+        state = 1
+        if phase == _SWITCHING:
+            state = 2
+        elif phase == _APPROACH:
+            state = 3
+        elif phase == _RUNNING_OUT:
+            state = 4
+    ax.motion_state = state
+
+
+def _mask(ax: AxisFields) -> int:
+    """Control byte of the present step."""
+    count = 4 if ax.stepper_operation_mode == _TWO_PHASE else 6
+    cycle = ax.stepper_step % count
+    if cycle == 0:
+        return ax.drive_stepper_mask_cycle1
+    if cycle == 1:
+        return ax.drive_stepper_mask_cycle2
+    if cycle == 2:
+        return ax.drive_stepper_mask_cycle3
+    if cycle == 3:
+        return ax.drive_stepper_mask_cycle4
+    if cycle == 4:
+        return ax.drive_stepper_mask_cycle5
+    return ax.drive_stepper_mask_cycle6
+
+
+def run_stepper(ax: AxisFields, dt: float) -> None:
+    """Move a stepper motor by at most one step, at the frequency that its output asks for.
+
+    The frequency is that of one step in a whole number of cycles, never faster than the output,
+    never slower than the minimum velocity; it stays for the configured number of steps.
+    """
+    output = ax.drive_output
+    speed = abs(output)
+    slowest = ax.stepper_min_velocity
+    if speed <= 0.5 * slowest or ax.simulation_blocked or speed == 0.0:
+        ax.stepper_wait = 0
+        ax.stepper_level = 0
+        ax.plant_velocity = 0.0
+    else:
+        if speed < slowest:
+            speed = slowest
+        level = ceil(ax.stepper_step_scaling / (speed * dt) - 1e-9)
+        if level < 1:
+            level = 1
+        if ax.stepper_level == 0:
+            ax.stepper_level = level
+            ax.stepper_level_steps = 0
+            ax.stepper_wait = level
+        elif (
+            level != ax.stepper_level
+            and ax.stepper_level_steps >= ax.stepper_steps_per_velocity_level
+        ):
+            ax.stepper_level = level
+            ax.stepper_level_steps = 0
+            if ax.stepper_wait > level:
+                ax.stepper_wait = level
+        ax.stepper_wait -= 1
+        direction = 1 if output > 0.0 else -1
+        if ax.stepper_wait <= 0:
+            ax.stepper_wait = ax.stepper_level
+            ax.stepper_level_steps += 1
+            ax.stepper_step += direction
+            way = direction * ax.stepper_step_scaling
+            if ax.drive_motor_polarity:
+                way = -way
+            ax.plant_position += way / ax.encoder_scaling_factor
+        ax.plant_velocity = direction * ax.stepper_step_scaling / (ax.stepper_level * dt)
+    if ax.stepper_operation_mode in (_TWO_PHASE, _ONE_TWO_PHASE):
+        control = _mask(ax)
+        if ax.stepper_level == 0:
+            control |= ax.drive_stepper_mask_holding_current
+        ax.drive_control_byte = control
+        ax.drive_extended_control_byte = 0
+    else:
+        ax.drive_control_byte = 0
+        further = _FREQUENCY if ax.stepper_step % 2 else 0
+        if output > 0.0:
+            further |= _FORWARD
+        ax.drive_extended_control_byte = further

@@ -1,0 +1,243 @@
+"""Two-speed axes and stepper motors: phases, control bytes, brake, whole steps."""
+
+from itertools import pairwise
+from typing import Any
+
+import pytest
+
+from achse.codes import NcError
+from achse.motion import StateBit, commands
+from achse.motion.states import AxisType, ControllerType, DriveType, StepperMode
+
+MINUS_HIGH, MINUS_LOW, PLUS_LOW, PLUS_HIGH, BRAKE_OPEN, BRAKE = 1, 2, 4, 8, 64, 128
+RAPID, CREEP = 200.0, 20.0
+
+
+@pytest.fixture
+def two_speeds(make_rig: Any) -> Any:
+    """Rapid 200 mm/s, creep 20 mm/s, no lag: the motor moves as it is switched."""
+    return make_rig(
+        axis_type=AxisType.DISCRETE_RAPID_CREEP,
+        drive_type=DriveType.RAPID_CREEP,
+        controller_type=ControllerType.RAPID_CREEP_POSITION,
+        drive_reference_velocity=RAPID,
+        simulation_creep_velocity=CREEP / RAPID,
+        simulation_time_constant=0.0,
+        creep_distance_positive=10.0,
+        creep_distance_negative=10.0,
+        brake_distance_positive=1.0,
+        brake_distance_negative=2.0,
+        brake_delay_positive=0.1,
+        brake_release_delay=0.05,
+        rapid_to_creep_switch_time=0.04,
+        target_position_window=3.0,
+    )
+
+
+def phases(rig: Any, seconds: float) -> list[tuple[int, int, int]]:
+    """Control byte, AxisState and duration in cycles of each phase."""
+    seen: list[list[int]] = []
+    for _ in range(round(seconds / rig.dt)):
+        rig.run(1)
+        now = [rig.axis.drive_control_byte, rig.axis.motion_state]
+        if seen and seen[-1][:2] == now:
+            seen[-1][2] += 1
+        else:
+            seen.append([*now, 1])
+    return [(byte, state, count) for byte, state, count in seen]
+
+
+def test_a_movement_passes_its_phases(two_speeds: Any) -> None:
+    rig = two_speeds
+    assert rig.axis.drive_control_byte == BRAKE
+    assert commands.start(rig.axis, 1, 100.0, 100.0) == 0
+    released, rapid, switching, near, braking, braked = phases(rig, 3.0)
+    assert released[:2] == (BRAKE_OPEN, 1)
+    assert released[2] == pytest.approx(0.05 / rig.dt, abs=1)
+    assert rapid[:2] == (BRAKE_OPEN | PLUS_HIGH, 1)
+    assert rapid[2] == pytest.approx((100.0 - 10.0) / RAPID / rig.dt, abs=2)
+    assert switching[:2] == (BRAKE_OPEN, 2)
+    assert switching[2] == pytest.approx(0.04 / rig.dt, abs=1)
+    assert near[:2] == (BRAKE_OPEN | PLUS_LOW, 3)
+    assert near[2] == pytest.approx((10.0 - 1.0) / CREEP / rig.dt, abs=15)
+    assert braking[:2] == (BRAKE_OPEN, 4)
+    assert braking[2] == pytest.approx(0.1 / rig.dt, abs=1)
+    assert braked[:2] == (BRAKE, 0)
+    assert rig.axis.actual_position == pytest.approx(99.0, abs=CREEP * 2 * rig.dt)
+    assert rig.axis.set_position == rig.axis.actual_position
+    assert rig.has(StateBit.NOT_MOVING)
+    assert rig.has(StateBit.IN_TARGET_POSITION)
+    assert not rig.has(StateBit.HAS_JOB)
+
+
+def test_backwards_and_slowly(two_speeds: Any) -> None:
+    rig = two_speeds
+    assert commands.start(rig.axis, 1, -30.0, 50.0) == 0
+    _, main, near, *_ = phases(rig, 3.0)
+    assert main[:2] == (BRAKE_OPEN | MINUS_LOW, 1)
+    assert main[2] == pytest.approx(20.0 / CREEP / rig.dt, abs=2)
+    assert near[:2] == (BRAKE_OPEN | MINUS_LOW, 3)
+    assert rig.axis.actual_position == pytest.approx(-28.0, abs=CREEP * 2 * rig.dt)
+
+
+def test_the_extended_byte_has_direction_and_speed_apart(two_speeds: Any) -> None:
+    rig = two_speeds
+    commands.start(rig.axis, 4, 0.0, 100.0)
+    rig.seconds(0.5)
+    assert rig.axis.drive_extended_control_byte == BRAKE_OPEN | 1 | 8
+    assert rig.axis.actual_velocity == pytest.approx(-RAPID, rel=1e-6)
+    rig.axis.velocity_override = 500_000
+    rig.run(1)
+    assert rig.axis.drive_extended_control_byte == BRAKE_OPEN | 1 | 4
+
+
+def test_the_override_chooses_the_speed_in_the_main_phase_only(two_speeds: Any) -> None:
+    rig = two_speeds
+    commands.start(rig.axis, 1, 100.0, 100.0)
+    rig.seconds(0.2)
+    for override, byte in (
+        (500_001, BRAKE_OPEN | PLUS_HIGH),
+        (500_000, BRAKE_OPEN | PLUS_LOW),
+        (100, BRAKE_OPEN | PLUS_LOW),
+        (99, BRAKE),
+    ):
+        rig.axis.velocity_override = override
+        rig.seconds(0.1)
+        assert rig.axis.drive_control_byte == byte, override
+    stood = rig.axis.actual_position
+    rig.seconds(1.0)
+    assert rig.axis.actual_position == stood
+    assert rig.has(StateBit.HAS_JOB)
+    rig.axis.velocity_override = 1_000_000
+    rig.until(lambda axis: axis.motion_state == 4)
+    rig.axis.velocity_override = 0
+    rig.until(lambda axis: axis.drive_control_byte == BRAKE, 0.2)
+    assert not rig.has(StateBit.HAS_JOB) or rig.axis.set_motion_phase == 0
+
+
+def test_a_distance_within_the_braking_distance_is_refused(two_speeds: Any) -> None:
+    two_speeds.refuses(NcError.DISTANCE_BELOW_BRAKING_DISTANCE, commands.start, 1, 1.0, 100.0)
+    two_speeds.refuses(NcError.DISTANCE_BELOW_BRAKING_DISTANCE, commands.start, 1, -2.0, 100.0)
+    assert commands.start(two_speeds.axis, 1, 1.1, 100.0) == 0
+
+
+def test_a_stop_creeps_its_distance_and_brakes(make_rig: Any, two_speeds: Any) -> None:
+    rig = two_speeds
+    rig.axis.creep_distance_stop = 5.0
+    commands.start(rig.axis, 3, 0.0, 100.0)
+    rig.seconds(0.5)
+    commands.stop(rig.axis)
+    rig.run(1)
+    begin = rig.axis.actual_position
+    rig.run(1)
+    assert rig.axis.drive_control_byte == BRAKE_OPEN | PLUS_LOW
+    rig.until_rest()
+    assert rig.axis.drive_control_byte == BRAKE
+    assert rig.axis.actual_position - begin == pytest.approx(5.0, abs=4 * RAPID * rig.dt)
+    assert rig.has(StateBit.HAS_BEEN_STOPPED)
+
+
+def test_without_enable_the_brake_holds(two_speeds: Any) -> None:
+    rig = two_speeds
+    commands.start(rig.axis, 3, 0.0, 100.0)
+    rig.seconds(0.3)
+    rig.axis.control_dword = 0
+    rig.seconds(0.1 + 0.1)
+    assert rig.axis.drive_control_byte == BRAKE
+    assert rig.axis.plant_velocity == 0.0
+    assert rig.axis.error_code == 0x4260
+
+
+STEP = 0.05
+
+
+@pytest.fixture
+def stepper(make_rig: Any) -> Any:
+    return lambda **values: make_rig(
+        axis_type=AxisType.CONTINUOUS_STEPPER,
+        drive_type=DriveType.STEPPER,
+        controller_type=ControllerType.STEPPER_POSITION,
+        stepper_step_scaling=STEP,
+        stepper_min_velocity=1.0,
+        max_velocity=STEP / 0.002,
+        default_acceleration=100.0,
+        default_deceleration=100.0,
+        default_jerk=1000.0,
+        controller_following_error_position_monitoring_enable=0,
+        **values,
+    )
+
+
+def test_a_stepper_arrives_by_whole_steps(stepper: Any) -> None:
+    rig = stepper()
+    commands.start(rig.axis, 1, 10.0, 20.0)
+    steps = {rig.axis.stepper_step}
+    while rig.axis.set_motion_phase or rig.axis.set_position == 0.0:
+        rig.run(1)
+        steps.add(rig.axis.stepper_step)
+        assert rig.axis.plant_position * 1e-4 == pytest.approx(rig.axis.stepper_step * STEP)
+    rig.seconds(2.0)
+    assert rig.axis.stepper_step == round(10.0 / STEP)
+    assert steps == set(range(max(steps) + 1))
+    assert rig.axis.actual_position == pytest.approx(10.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("mode", "cycles"), [(1, 4), (2, 6)])
+def test_the_masks_follow_the_steps(stepper: Any, mode: int, cycles: int) -> None:
+    masks = {f"drive_stepper_mask_cycle{n}": n for n in range(1, 9)}
+    rig = stepper(stepper_operation_mode=mode, drive_stepper_mask_holding_current=0x10, **masks)
+    rig.run(2)
+    assert rig.axis.drive_control_byte == 1 | 0x10
+    commands.start(rig.axis, 3, 0.0, 10.0)
+    rig.until(lambda axis: axis.stepper_step > 20)
+    for _ in range(100):
+        rig.run(1)
+        assert rig.axis.drive_control_byte == 1 + rig.axis.stepper_step % cycles
+
+
+def test_a_power_section_gets_frequency_and_direction(stepper: Any) -> None:
+    rig = stepper(stepper_operation_mode=StepperMode.POWER_SECTION)
+    for start, forward in ((3, 2), (4, 0)):
+        commands.universal_start(rig.axis, start, 0.0, 10.0)
+        rig.seconds(2.0)
+        assert rig.axis.drive_control_byte == 0
+        assert rig.axis.drive_extended_control_byte == rig.axis.stepper_step % 2 | forward
+
+
+def test_the_frequency_is_that_of_the_velocity(stepper: Any) -> None:
+    rig = stepper(controller_position_kv=0.0)
+    commands.start(rig.axis, 3, 0.0, 5.0)  # a step in five cycles
+    rig.until(lambda axis: axis.set_velocity == 5.0)
+    rig.run(10)
+    before = rig.axis.stepper_step
+    rig.run(500)
+    assert rig.axis.stepper_step - before == pytest.approx(100, abs=1)
+    assert rig.axis.stepper_level == 5
+
+
+def test_never_below_the_minimum_velocity(stepper: Any) -> None:
+    rig = stepper(controller_position_kv=0.0)
+    commands.start(rig.axis, 3, 0.0, 0.6)
+    rig.seconds(1.0)
+    assert rig.axis.stepper_level == round(STEP / 1.0 / rig.dt)
+    rig = stepper(controller_position_kv=0.0)
+    commands.start(rig.axis, 3, 0.0, 0.4)
+    rig.seconds(1.0)
+    assert rig.axis.stepper_level == 0
+    assert rig.axis.stepper_step == 0
+
+
+def test_a_level_lasts_its_steps(stepper: Any) -> None:
+    rig = stepper(stepper_steps_per_velocity_level=8, controller_position_kv=0.0)
+    commands.start(rig.axis, 3, 0.0, 20.0)
+    levels: list[tuple[int, int]] = []
+    rig.until(lambda axis: axis.stepper_level > 0)
+    for cycle in range(2000):
+        if cycle % 300 == 0:
+            rig.axis.velocity_override = 1_000_000 if cycle % 600 else 400_000
+        if not levels or levels[-1][0] != rig.axis.stepper_level:
+            levels.append((rig.axis.stepper_level, rig.axis.stepper_step))
+        rig.run(1)
+    steps = [after - before for (_, before), (_, after) in pairwise(levels)]
+    assert len(steps) >= 2
+    assert min(steps) >= 8
