@@ -2,13 +2,14 @@
 
 import json
 import struct
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from achse.router.tap import decode_batch
 from achse.station import Station
-from achse.station.service import FAULTS, SERVICE_PORT, STATISTICS, TAPS
+from achse.station.service import FAULTS, ONLINE_CHANGE, SERVICE_PORT, STATISTICS, TAPS
 
 
 @pytest.fixture
@@ -89,3 +90,16 @@ def test_statistics(station: Station, own: Any, client_of: Any) -> None:
     by_port = {device["ports"][0]: device for device in figures["devices"]}
     assert (by_port[851]["subscriptions"], by_port[851]["clients"]) == (1, 1)
     assert by_port[500]["subscriptions"] == 0
+
+
+def test_an_online_change_on_demand(tmp_path: Path, client_of: Any) -> None:
+    (tmp_path / "GVL.st").write_text("VAR_GLOBAL nOld : INT; END_VAR\n")
+    toml = tmp_path / "station.toml"
+    toml.write_text('[[plc]]\nsources = "GVL.st"\n')
+    station = Station.load(toml)
+    own = client_of(station.router, SERVICE_PORT)
+    assert json.loads(own.exchange(ONLINE_CHANGE, 851, 1000, b"")) == {"851": 1}
+    (tmp_path / "GVL.st").write_text("VAR_GLOBAL nOld : ; END_VAR\n")
+    assert "GVL.st:1" in json.loads(own.exchange(ONLINE_CHANGE, 0, 1000, b""))["error"]
+    assert "port 7" in json.loads(own.exchange(ONLINE_CHANGE, 7, 1000, b""))["error"]
+    assert station.plcs[851].online_changes == 1

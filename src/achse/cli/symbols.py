@@ -1,5 +1,6 @@
 """`achse symbols` carries symbols between PLCs, symbol files and Python."""
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["symbols"]
 
 PLC_PORT = 851
+SERVICE_PORT = 26_000
+LONGEST_ANSWER = 1 << 16
 
 symbols = typer.Typer(
     no_args_is_help=True, help="Symbols of a PLC: write and read .tmc files, compare, type."
@@ -137,6 +140,26 @@ async def stubs(
     else:
         _write(output, text.encode())
         print(f"{output}: {len(chosen)} symbols")
+
+
+@client_command(symbols, SERVICE_PORT)
+async def reload(
+    client: "Target",
+    plc: Annotated[
+        int | None,
+        typer.Option(min=1, max=65535, help="AMS port of the PLC.", show_default="all"),
+    ] = None,
+) -> None:
+    """Online change: a running achse station reads its sources or symbol files again."""
+    from achse.station.service import ONLINE_CHANGE
+
+    answer = await client.read_write_raw(ONLINE_CHANGE, plc or 0, LONGEST_ANSWER, b"")
+    told = json.loads(answer)
+    if "error" in told:
+        fail(told["error"])
+    for port, count in told.items():
+        if plc in (None, int(port)):
+            print(f"{port}: {count} online changes")
 
 
 async def _of_target(client: "Target", name: str) -> "SymbolFile":

@@ -1,4 +1,4 @@
-"""The station's own ADS service, AMS port 26000: faults, taps and statistics for our tools.
+"""The station's own ADS service, AMS port 26000: faults, taps, statistics, online changes.
 
 No original has it. Texts are UTF-8 without NUL; what has structure is JSON, so that any ADS client
 can use it by ReadWrite.
@@ -12,6 +12,7 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.router.tap import Tap, encode_batch
 from achse.server import Device, RawGroup
+from achse.station.config import ConfigError
 from achse.station.fault import FaultError
 from achse.station.statistics import statistics
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FAULTS",
+    "ONLINE_CHANGE",
     "SERVICE_PORT",
     "STATISTICS",
     "TAPS",
@@ -29,14 +31,14 @@ __all__ = [
 SERVICE_PORT = 26_000
 """In the range that customers may use for servers of their own (26000 … 26999)."""
 
-FAULTS, TAPS, STATISTICS = 0xFA01, 0xFA02, 0xFA03
+FAULTS, TAPS, STATISTICS, ONLINE_CHANGE = 0xFA01, 0xFA02, 0xFA03, 0xFA04
 """Index groups."""
 
 _TAPS_PER_CLIENT = 4
 
 
 class StationService(Device):
-    """Faults, taps and statistics of one station, behind the front door as everything else."""
+    """Faults, taps, statistics and online changes of one station, by the front door as all else."""
 
     def __init__(self, station: "Station") -> None:
         self._station = station
@@ -78,6 +80,16 @@ class StationService(Device):
                     description="Connections, subscriptions, handles, queues, cycle.",
                     source="achse",
                 ),
+                RawGroup(
+                    ONLINE_CHANGE,
+                    "online change",
+                    read_write=self._online_change,
+                    last_offset=0xFFFF,
+                    response="JSON: online changes of each PLC by its port, or the error",
+                    description="Offset = AMS port of a PLC (0: all): reads its declarations"
+                    " again and goes on with them.",
+                    source="achse",
+                ),
             ),
             clock=station.clock,
         )
@@ -106,6 +118,16 @@ class StationService(Device):
             self._station.faults.clear(number or None)
         except KeyError:
             raise DeviceError(ReturnCode.NOT_FOUND, f"fault {number}") from None
+
+    # declarations ----------------------------------------------------------------------------
+
+    def _online_change(self, port: int, length: int, data: bytes, client: bytes) -> bytes:
+        try:
+            self._station.online_change(port or None)
+        except ConfigError as failure:
+            return _json({"error": str(failure)})
+        plcs = self._station.plcs.items()
+        return _json({str(number): plc.online_changes for number, plc in plcs})
 
     # taps ------------------------------------------------------------------------------------
 
