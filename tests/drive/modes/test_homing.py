@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from achse.drive import (
@@ -92,6 +92,7 @@ def test_33_and_34_take_the_next_index_pulse(machine: Callable[..., Machine], st
     st.integers(5_000, 90_000),
     st.integers(0, PITCH - 1),
 )
+@example(method=7, start=601, near=601, width=17_396, offset=0)
 def test_any_geometry(method: int, start: int, near: int, width: int, offset: int) -> None:
     """The home found lies on the method's side of its edge, at an index pulse, and no other."""
     far = near + width

@@ -157,6 +157,7 @@ def _found(d: DriveFields, direction: int) -> None:
     """The switch is on; `direction` is the one it was met in, 0 if it was on from the start."""
     if not d.homing_level:
         d.homing_phase = _EDGE
+        d.homing_seen = 1 if direction in (0, d.homing_final) else 0
     elif direction == d.homing_final:
         d.homing_phase = _INDEX
     else:
