@@ -13,6 +13,7 @@ from achse.motion import (
     StateBit,
     commands,
 )
+from achse.motion.monitoring import show_state
 
 V = 200.0
 
@@ -347,3 +348,118 @@ def test_operation_mode_shows_the_monitoring(make_rig: Any) -> None:
         rig.run(1)
         assert rig.axis.operation_mode_state_dword == OperationModeBit.SIMULATION | bit
         setattr(rig.axis, field, 0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "signals", "stops"),
+    [
+        (0, (0, 1, 0), False),
+        (1, (0, 1), True),
+        (1, (1, 0), False),
+        (2, (1, 0), True),
+        (2, (0, 1), False),
+        (3, (0, 1), True),
+        (3, (1, 0), True),
+        (4, (0, 0, 1), True),
+        (5, (1, 1, 0), True),
+        (5, (1, 1, 1), False),
+    ],
+)
+def test_the_fast_stop_signal(
+    make_rig: Any, kind: int, signals: tuple[int, ...], stops: bool
+) -> None:
+    rig = make_rig(
+        fast_axis_stop_signal_type=kind,
+        simulation_fast_stop_signal=signals[0],
+        fast_axis_stop_deceleration=20_000.0,
+        fast_axis_stop_jerk=1e7,
+    )
+    commands.start(rig.axis, 3, 0.0, 200.0)
+    rig.seconds(2.0)
+    assert rig.axis.set_velocity == 200.0
+    for signal in signals[1:]:
+        rig.axis.simulation_fast_stop_signal = signal
+        rig.run(2)
+    if stops:
+        assert rig.has(StateBit.HAS_BEEN_STOPPED)
+        time = rig.until_rest() * rig.dt
+        assert time == pytest.approx(200.0 / 20_000.0 + 20_000.0 / 1e7, abs=3 * rig.dt)
+        assert rig.axis.error_code == 0
+    else:
+        rig.seconds(1.0)
+        assert rig.axis.set_velocity == 200.0
+
+
+def test_invalid_io_data_are_an_error_after_some_cycles(rig: Any) -> None:
+    rig.axis.simulation_io_invalid = 1
+    rig.run(4)
+    assert rig.has(StateBit.IO_DATA_INVALID)
+    assert rig.axis.error_code == 0
+    rig.axis.simulation_io_invalid = 0
+    rig.run(4)
+    assert not rig.has(StateBit.IO_DATA_INVALID)
+    rig.axis.simulation_io_invalid = 1
+    assert rig.until(lambda axis: axis.error_code == 0x4655, 1.0) == 9
+    rig.run(1)
+    assert rig.axis.loop_closed == 0
+
+
+@pytest.mark.parametrize(
+    ("parameter", "bit"),
+    [
+        ("position_range_monitoring_enable", 0),
+        ("target_position_monitoring_enable", 1),
+        ("loop_enable", 2),
+        ("motion_monitoring_enable", 3),
+        ("peh_monitoring_enable", 4),
+        ("backlash_compensation_enable", 5),
+        ("error_reaction_mode", 6),
+        ("controller_following_error_position_monitoring_enable", 16),
+        ("controller_following_error_velocity_monitoring_enable", 17),
+        ("encoder_soft_limit_min_enable", 18),
+        ("encoder_soft_limit_max_enable", 19),
+        ("encoder_actual_position_correction_enable", 20),
+        ("allow_slave_motion_commands", 21),
+        ("allow_motion_commands_with_external_setpoint", 22),
+    ],
+)
+def test_each_operation_mode_bit_has_its_switch(make_rig: Any, parameter: str, bit: int) -> None:
+    words = []
+    for value in (0, 1):
+        rig = make_rig(
+            encoder_soft_limit_min=-1e6, encoder_soft_limit_max=1e6, **{parameter: 1 - value}
+        )
+        setattr(rig.axis, parameter, value)
+        rig.run(1)
+        words.append(rig.axis.operation_mode_state_dword)
+    assert words[0] ^ words[1] == 1 << bit
+    assert words[1] >> bit & 1
+
+
+@pytest.mark.parametrize(
+    ("field", "bit"),
+    [
+        ("homing_state", StateBit.HOMING_BUSY),
+        ("compensating", StateBit.COMPENSATING),
+        ("external_setpoint_active", StateBit.EXTERNAL_SETPOINT_ENABLED),
+        ("phasing_active", StateBit.PHASING_ACTIVE),
+        ("encoder_latch_valid", StateBit.EXTERNAL_LATCH_VALID),
+        ("homed", StateBit.HOMED),
+        ("motion_locked", StateBit.MOTION_COMMANDS_LOCKED),
+        ("simulation_not_ready", StateBit.DRIVE_DEVICE_ERROR),
+        ("simulation_io_invalid", StateBit.IO_DATA_INVALID),
+    ],
+)
+def test_status_bits_show_their_cause(make_rig: Any, field: str, bit: StateBit) -> None:
+    rig = make_rig(control_dword=0)
+    assert not rig.has(bit)
+    setattr(rig.axis, field, 1)
+    show_state(rig.axis)
+    assert rig.has(bit)
+
+
+def test_the_operation_mode_is_confirmed_in_the_next_cycle(rig: Any) -> None:
+    rig.axis.operation_mode = 7
+    assert rig.axis.operation_mode_feedback == 0
+    rig.run(1)
+    assert rig.axis.operation_mode_feedback == 7

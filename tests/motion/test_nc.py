@@ -109,3 +109,48 @@ def test_a_missing_numba_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     assert compiled.numba_installed()
     monkeypatch.setitem(sys.modules, "numba", None)
     assert not compiled.numba_installed()
+
+
+def test_ids_are_as_configured() -> None:
+    nc = Nc(
+        2_000_000,
+        [
+            AxisParameters(5, encoder_ids=(7, 3, 200), drive_ids=(9,)),
+            AxisParameters(2, controller_ids=(40, 41)),
+        ],
+        compiled=False,
+    )
+    assert [axis.axis_id for axis in nc] == [2, 5]
+    assert nc.ids("encoder") == [2, 7, 3, 200]
+    assert nc.ids("controller") == [40, 41, 5]
+    assert nc.ids("drive") == [2, 9]
+    assert nc.element("encoder", 7) is nc.axis(5)
+    assert nc.element("encoder", 200) is nc.axis(5).elements[2]
+    assert nc.element("encoder", 200).owner is nc.axis(5)
+    assert nc.element("encoder", 200).number == 2
+    with pytest.raises(KeyError):
+        nc.element("drive", 7)
+
+
+@pytest.mark.parametrize(
+    ("axes", "message"),
+    [
+        ([{"encoder_ids": tuple(range(1, 11))}], "at most 9"),
+        ([{"drive_ids": (0,)}], "of 1..255"),
+        ([{"encoder_ids": (1, 1)}], "encoder id 1 is given twice"),
+        ([{"elements": [{}]}], "1 elements described, there are 0"),
+        ([{"encoder_ids": (1, 2), "elements": [{"max_velocity": 1.0}]}], "no parameter"),
+        ([{"encoder_ids": (1, 2), "elements": [{"encoder_mask": 0}]}], "encoder_mask = 0"),
+        ([{"values": {"encoder_history": 1.0}}], "no parameter"),
+    ],
+)
+def test_elements_that_cannot_be(axes: list[dict[str, Any]], message: str) -> None:
+    with pytest.raises(AxisParametersError, match=message):
+        Nc(2_000_000, [AxisParameters(n, **axis) for n, axis in enumerate(axes, 1)], compiled=False)
+
+
+def test_late_cycles_are_counted_and_cleared() -> None:
+    nc = Nc(2_000_000, [AxisParameters(1)], compiled=False)
+    nc.late_cycles = nc.late_io_cycles = 3
+    nc.clear_cycle_time_errors()
+    assert (nc.late_cycles, nc.late_io_cycles) == (0, 0)
