@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from achse.iec.arrays import ArrayType, Bounds
 from achse.iec.declare import ARRAY, iec_type, method, pointer_to, reference_to, var
 from achse.iec.derived import AliasType, InterfaceType
 from achse.iec.elementary import BIT, BOOL, INT, LREAL, WORD
-from achse.iec.errors import IecPathError
+from achse.iec.errors import IecIndexError, IecPathError
 from achse.iec.paths import (
     Bit,
     Call,
@@ -23,6 +24,7 @@ from achse.iec.paths import (
     split_symbol,
 )
 from achse.iec.structs import FunctionBlock, Struct
+from achse.iec.variables import Section, Variable
 
 
 class Point(Struct, name="ST_Point"):
@@ -204,3 +206,22 @@ def test_no_symbol_is_no_symbol(path: str) -> None:
     with pytest.raises(IecPathError, match="no symbol is named") as caught:
         split_symbol(path, SYMBOLS)
     assert len(str(caught.value)) < 120
+
+
+class Shared(FunctionBlock, name="FB_Shared"):
+    nOwn = var(INT)
+    stAll = Variable[Point, Point](iec_type(Point), section=Section.STATIC)
+
+
+def test_a_static_variable_is_a_start_of_its_own() -> None:
+    shared = iec_type(Shared)
+    location = locate(ArrayType(shared, [Bounds(0, 3)]), "[2].stAll.y")
+    assert location == Location(LREAL, 8, None, (), None, shared.member("stAll"))
+
+
+@pytest.mark.parametrize(
+    "path", ["aGrid[2,1]", "aGrid[0,0]", "aPoints[4].x", "aaRow[5][99999999999999]"]
+)
+def test_an_index_out_of_bounds_is_told_apart(path: str) -> None:
+    with pytest.raises(IecIndexError):
+        locate(BLOCK, path)

@@ -2,6 +2,7 @@
 
 import contextlib
 import struct
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -12,6 +13,7 @@ from achse.iec.elementary import BIT, BOOL, BYTE, INT
 from achse.iec.errors import IecDecodeError, IecValueError
 from achse.iec.strings import STRING
 from achse.iec.symbols import (
+    SymbolEncoder,
     SymbolEntry,
     SymbolFlag,
     UploadFlag,
@@ -20,6 +22,7 @@ from achse.iec.symbols import (
     encode_symbols,
     fold,
 )
+from achse.iec.types import IecType
 
 # Recorded from a target and worked out field by field: 30 bytes of head, the three texts with
 # their NUL (28 + 5 + 1), 16 bytes of GUID: 80, a multiple of 8.
@@ -171,3 +174,24 @@ def test_older_targets_give_less_upload_info() -> None:
     assert UploadInfo.decode(data[:24]).type_bytes == 13304
     with pytest.raises(IecDecodeError, match="at least 8 bytes, got 7"):
         UploadInfo.decode(data[:7])
+
+
+@given(
+    st.text("abcXYZ._0µ", min_size=1, max_size=40),
+    st.sampled_from([INT, BIT, STRING(5), ARRAY(INT, (0, 2)), reference_to(INT)]),
+    st.integers(0, 0xFFFF_FFFF),
+    st.text("ab é", max_size=20),
+    st.dictionaries(st.text("abc", min_size=1), st.text("xyz"), max_size=3),
+)
+def test_the_quick_encoder_gives_the_same_bytes(
+    name: str, type: IecType[Any], offset: int, comment: str, attributes: dict[str, str]
+) -> None:
+    flags = SymbolFlag.READ_ONLY
+    entry = SymbolEntry.of(
+        name, type, 0x4040, offset, flags=flags, context=3, comment=comment, attributes=attributes
+    )
+    quick = SymbolEncoder()
+    for _ in range(2):
+        assert quick(name, type, 0x4040, offset, flags | 0x300, comment, attributes) == (
+            entry.encode()
+        )
