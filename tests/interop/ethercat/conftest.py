@@ -34,17 +34,25 @@ class Bus:
         self.capture = tmp_path / "bus.pcap"
 
     def slaves(self, script: str, *arguments: object) -> None:
-        """Start the slaves' side and wait until it is ready."""
-        command = [sys.executable, str(HERE / script), SLAVE_END, *map(str, arguments)]
+        """Start a script as the slaves' side and wait until it is ready."""
+        assert self.serve(sys.executable, HERE / script, SLAVE_END, *arguments) == "ready\n"
+
+    def drives(self, *options: object) -> str:
+        """Let `achse drive serve` be the slaves' side; its ready line."""
+        command = (sys.executable, "-m", "achse", "drive", "serve", "--interface", SLAVE_END)
+        return self.serve(*command, *options)
+
+    def serve(self, *command: object) -> str:
+        """Start the slaves' side; the line it prints when it is ready."""
         self._holder = subprocess.Popen(
-            [*self._unshare, "sh", "-c", f'{CABLE} && exec "$@"', "sh", *command],
+            [*self._unshare, "sh", "-c", f'{CABLE} && exec "$@"', "sh", *map(str, command)],
             stdout=subprocess.PIPE,
             text=True,
         )
         assert self._holder.stdout is not None
         ready, _, _ = select.select([self._holder.stdout], [], [], READY_WITHIN)
         assert ready, "the slaves did not get ready"
-        assert self._holder.stdout.readline() == "ready\n"
+        return self._holder.stdout.readline()
 
     def master(
         self, script: str, *arguments: object, timeout: float = 60, attempts: int = 1
