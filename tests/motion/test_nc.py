@@ -125,9 +125,9 @@ def test_ids_are_as_configured() -> None:
     assert nc.ids("controller") == [40, 41, 5]
     assert nc.ids("drive") == [2, 9]
     assert nc.element("encoder", 7) is nc.axis(5)
-    assert nc.element("encoder", 200) is nc.axis(5).elements[2]
+    assert nc.element("encoder", 200) is nc.axis(5).encoders[2]
     assert nc.element("encoder", 200).owner is nc.axis(5)
-    assert nc.element("encoder", 200).number == 2
+    assert len(nc.axis(5).records) == 3
     with pytest.raises(KeyError):
         nc.element("drive", 7)
 

@@ -36,15 +36,19 @@ class Axis(_Fields):
     """One axis of the NC: its names and, by attribute, every field of its record.
 
     Further encoders, controllers and drives of an axis are records of their own, of which only the
-    fields of these parts count: `elements[n]` holds element n. The one that controls is the axis
-    itself; at first that is element 0. `owner` leads from any of them to the axis.
+    fields of these parts count. `encoders[n]`, `controllers[n]` and `drives[n]` hold number n; the
+    one that controls is the axis itself. `owner` leads from any of them to the axis.
     """
 
     name: str
     unit: str
     cycle_ns: int
     owner: "Axis"
-    elements: list["Axis"]
+    records: list["Axis"]
+    """The axis and the records of its further elements."""
+    encoders: list["Axis"]
+    controllers: list["Axis"]
+    drives: list["Axis"]
     encoder_ids: tuple[int, ...]
     controller_ids: tuple[int, ...]
     drive_ids: tuple[int, ...]
@@ -54,16 +58,22 @@ class Axis(_Fields):
         self.name = name
         self.unit = unit
         self.owner = owner or self
-        if owner is None:
-            self.elements = [self]
-            self.encoder_ids = self.controller_ids = self.drive_ids = (self.axis_id,)
-        else:
-            owner.elements.append(self)
+        self.records = []
+        self.owner.records.append(self)
 
-    @property
-    def number(self) -> int:
-        """Which element of its axis this is, 0 … 8."""
-        return self.owner.elements.index(self)
+    def take_elements(
+        self,
+        encoder_ids: tuple[int, ...],
+        controller_ids: tuple[int, ...],
+        drive_ids: tuple[int, ...],
+    ) -> None:
+        """Deal the records out to encoders, controllers and drives with these ids."""
+        self.encoder_ids, self.controller_ids, self.drive_ids = (
+            encoder_ids, controller_ids, drive_ids,
+        )  # fmt: skip
+        self.encoders = self.records[: len(encoder_ids)]
+        self.controllers = self.records[: len(controller_ids)]
+        self.drives = self.records[: len(drive_ids)]
 
     @property
     def actual_position_uncorrected(self) -> float:

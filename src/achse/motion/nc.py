@@ -113,7 +113,6 @@ class AxisParameters:
         """Write all values into a fresh axis."""
         axis.axis_id = self.axis_id
         axis.describe(self.name or f"Axis {self.axis_id}", self.unit)
-        axis.encoder_ids, axis.controller_ids, axis.drive_ids = self.ids().values()
         _set(axis, self.values)
         if "drive_reference_velocity" not in self.values:
             axis.drive_reference_velocity = 1.1 * axis.max_velocity
@@ -202,6 +201,7 @@ class Nc:
             element = next(fresh)
             parameters.apply_element(number, element, axis)
             begin(element, self._dt)
+        axis.take_elements(*parameters.ids().values())
         for kind, ids in parameters.ids().items():
             for number, id in enumerate(ids):
                 if id in self._owners[kind]:
@@ -229,7 +229,8 @@ class Nc:
     def element(self, kind: str, id: int) -> Axis:
         """The record of encoder, controller or drive `id`; KeyError if there is none."""
         axis, number = self._owners[kind][id]
-        return axis.elements[number]
+        elements: list[Axis] = getattr(axis, f"{kind}s")
+        return elements[number]
 
     def cycle(self) -> None:
         """One SAF cycle of all axes."""
@@ -245,6 +246,6 @@ class Nc:
         """Hash of the whole state, 16 bytes, equal for both kernels."""
         state = hashlib.blake2b(self.cycle_count.to_bytes(8, "little"), digest_size=16)
         for axis in self._axes.values():
-            for element in axis.elements:
+            for element in axis.records:
                 state.update(element.pack())
         return state.digest()

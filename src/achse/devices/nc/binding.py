@@ -111,20 +111,21 @@ def _only_standard(axis: Axis, n: int) -> Axis:
     return axis
 
 
-def _element_of(ids: Callable[[Axis], tuple[int, ...]], error: NcError) -> Callable[..., Axis]:
+def _element_of(elements: Callable[[Axis], list[Axis]], error: NcError) -> Callable[..., Axis]:
     def element(axis: Axis, n: int) -> Axis:
-        if n >= len(ids(axis)):
+        own = elements(axis)
+        if n >= len(own):
             raise DeviceError(error.number, f"axis {axis.axis_id} has no sub-element {n}")
-        return axis.elements[n]
+        return own[n]
 
     return element
 
 
 _SUB_RANGES: dict[str, tuple[int, Callable[[Axis, int], Axis]]] = {
     "": (0, _only_standard),
-    "encoder_": (0x1_0000, _element_of(attrgetter("encoder_ids"), NcError.ENCODER_ID)),
-    "controller_": (0x2_0000, _element_of(attrgetter("controller_ids"), NcError.CONTROLLER_ID)),
-    "drive_": (0x3_0000, _element_of(attrgetter("drive_ids"), NcError.DRIVE_ID)),
+    "encoder_": (0x1_0000, _element_of(attrgetter("encoders"), NcError.ENCODER_ID)),
+    "controller_": (0x2_0000, _element_of(attrgetter("controllers"), NcError.CONTROLLER_ID)),
+    "drive_": (0x3_0000, _element_of(attrgetter("drives"), NcError.DRIVE_ID)),
 }
 """Prefix of names, first offset, and what answers for sub-element n."""
 

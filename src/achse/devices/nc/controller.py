@@ -24,7 +24,8 @@ FULL_OUTPUT_VOLTS = 10.0
 
 
 def _id(controller: Axis) -> int:
-    return controller.owner.controller_ids[controller.number]
+    owner = controller.owner
+    return owner.controller_ids[owner.controllers.index(controller)]
 
 
 CONTROLLER_PARAMETERS = (

@@ -29,7 +29,8 @@ DIGITAL_INPUTS = 8
 
 
 def _id(drive: Axis) -> int:
-    return drive.owner.drive_ids[drive.number]
+    owner = drive.owner
+    return owner.drive_ids[owner.drives.index(drive)]
 
 
 def _set_time(field: str) -> Any:

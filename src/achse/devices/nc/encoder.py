@@ -25,7 +25,8 @@ scaling = partial(parameter, guard=not_while_enabled)
 
 
 def _id(encoder: Axis) -> int:
-    return encoder.owner.encoder_ids[encoder.number]
+    owner = encoder.owner
+    return owner.encoder_ids[owner.encoders.index(encoder)]
 
 
 def _set_scaling(encoder: Axis, numerator: float, denominator: float) -> None:
