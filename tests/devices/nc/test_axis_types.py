@@ -1,0 +1,51 @@
+"""The IEC structures of the axis interface have the bytes of its layouts."""
+
+from achse.devices.nc.axis_types import NCTOPLC_AXIS_REF, PLCTONC_AXIS_REF
+from achse.devices.nc.layouts import NC_TO_PLC_TC3, PLC_TO_NC
+from achse.iec import iec_type
+from achse.motion import AxisParameters, Nc
+
+
+def test_sizes() -> None:
+    assert iec_type(NCTOPLC_AXIS_REF).size == NC_TO_PLC_TC3.size == 256
+    assert iec_type(PLCTONC_AXIS_REF).size == PLC_TO_NC.size == 128
+
+
+def test_the_structure_to_the_plc_reads_back() -> None:
+    axis = Nc(2_000_000, [AxisParameters(7)], compiled=False).axis(7)
+    fields = {
+        "state_dword": "StateDWord", "error_code": "ErrorCode", "motion_state": "AxisState",
+        "operation_mode_feedback": "AxisModeConfirmation", "homing_state": "HomingState",
+        "coupling_state": "CoupleState", "buffer_count": "SafEntries", "axis_id": "AxisId",
+        "operation_mode_state_dword": "OpModeDWord", "actual_position": "ActPos",
+        "actual_position_modulo": "ModuloActPos", "active_control_loop": "ControlLoopIndex",
+        "actual_modulo_turns": "ModuloActTurns", "actual_velocity": "ActVelo",
+        "following_error": "PosDiff", "set_position": "SetPos", "set_velocity": "SetVelo",
+        "set_acceleration": "SetAcc", "target_position": "TargetPos",
+        "set_position_modulo": "ModuloSetPos", "set_modulo_turns": "ModuloSetTurns",
+        "set_command_number": "CmdNo", "set_command_state": "CmdState", "set_jerk": "SetJerk",
+        "set_torque": "SetTorque", "drive_actual_torque": "ActTorque",
+        "drive_actual_torque_derivative": "ActTorqueDerivative",
+        "set_torque_derivative": "SetTorqueDerivative", "set_torque_offset": "TorqueOffset",
+        "actual_acceleration": "ActAcc",
+    }  # fmt: skip
+    for value, name in enumerate(fields, 1):
+        setattr(axis, name, value)
+    shown = iec_type(NCTOPLC_AXIS_REF).decode(NC_TO_PLC_TC3.encode(axis))
+    assert {name: shown[member] for name, member in fields.items()} == {
+        name: value for value, name in enumerate(fields, 1)
+    }
+
+
+def test_the_structure_from_the_plc_writes() -> None:
+    fields = {
+        "ControlDWord": "control_dword", "Override": "velocity_override",
+        "AxisModeRequest": "operation_mode", "AxisModeDWord": "operation_mode_dword",
+        "AxisModeLReal": "operation_mode_value", "PositionCorrection": "actual_position_correction",
+        "ExtSetPos": "external_set_position", "ExtSetVelo": "external_set_velocity",
+        "ExtSetAcc": "external_set_acceleration", "ExtSetDirection": "external_set_direction",
+        "ExtControllerOutput": "external_controller_component", "GearRatio1": "gear_ratio_1",
+        "GearRatio2": "gear_ratio_2", "GearRatio3": "gear_ratio_3", "GearRatio4": "gear_ratio_4",
+    }  # fmt: skip
+    value = PLCTONC_AXIS_REF({member: n for n, member in enumerate(fields, 1)})
+    assert PLC_TO_NC.decode(bytes(value)) == {name: n for n, name in enumerate(fields.values(), 1)}
