@@ -2,7 +2,20 @@
 
 import typer
 
-from achse.cli import ads, axis, docs, drive, fault, monitor, route, run, scan, stats, symbols
+from achse.cli import (
+    ads,
+    axis,
+    docs,
+    drive,
+    fault,
+    monitor,
+    record,
+    route,
+    run,
+    scan,
+    stats,
+    symbols,
+)
 
 __all__ = ["app"]
 
@@ -24,3 +37,4 @@ monitor.register(app)
 scan.register(ads.ads)
 route.register(app, ads.ads)
 app.add_typer(symbols.symbols, name="symbols")
+record.register(app)

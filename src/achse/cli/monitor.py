@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from achse.monitor.decode import Decoder, Exchange
     from achse.router.tap import Captured
 
-__all__ = ["Via", "register", "watching"]
+__all__ = ["Host", "TcpPort", "Via", "register", "run_until_ended", "watching"]
 
 SERVICE_PORT = 26_000
 PLC_PORT = 851
@@ -80,7 +80,7 @@ def monitor(
 ) -> None:
     """Show requests, answers and notifications as they pass, until Ctrl-C."""
     wanted = _Filter(client, frozenset(device or ()), name, errors, slower, samples)
-    _run(_monitor(host, tcp_port, via, write, wanted, count, duration, in_json))
+    run_until_ended(_monitor(host, tcp_port, via, write, wanted, count, duration, in_json))
 
 
 class _Filter:
@@ -294,7 +294,7 @@ async def _learn_symbols(client: "Client", decoder: "Decoder") -> None:
                     decoder.names.learn_type(entry.type_name, await plc.type_of(entry.name))
 
 
-def _run(job: Awaitable[Any]) -> None:
+def run_until_ended(job: Awaitable[Any]) -> None:
     """Run until done, Ctrl-C or SIGTERM; an AdsError is one line on stderr."""
     from achse.ams import AdsError
 

@@ -1,0 +1,239 @@
+"""Recordings: what a target answered, taken from a capture, by what was asked for.
+
+Symbol handles differ from session to session; here they are replaced by the names they stand for,
+so that recordings can be compared, and replayed to a client that asks in another order.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from achse.ams import AdsError, AmsAddress, Command, NetId
+from achse.ams.commands import (
+    AddNotificationRequest,
+    DeleteNotificationRequest,
+    ReadDeviceInfoResponse,
+    ReadRequest,
+    ReadStateResponse,
+    ReadWriteRequest,
+    WriteRequest,
+    decode_response,
+)
+from achse.ams.notification import NotificationStream
+from achse.client.sums import Outcome, Part
+from achse.monitor.decode import Decoder, Exchange
+from achse.monitor.names import Names
+from achse.monitor.parts import outcomes_of, parts_of
+from achse.router.tap import Captured
+from achse.server import RowFacts
+
+__all__ = ["Key", "RecordedDevice", "Recording", "differences"]
+
+HANDLE_BY_NAME, VALUE_BY_HANDLE, RELEASE_HANDLE, WATCH_BY_HANDLE = 0xF003, 0xF005, 0xF006, 0xF010
+BY_NAME = frozenset((0xF003, 0xF004, 0xF007, 0xF009, 0xF011))
+
+
+class Key(NamedTuple):
+    """What a part asks for: `name` instead of a handle, or the data of a ReadWrite."""
+
+    command: Command
+    group: int
+    offset: int
+    name: bytes
+
+
+class RecordedDevice:
+    """What one AMS port answered."""
+
+    def __init__(self, port: int) -> None:
+        self.port = port
+        self.info: ReadDeviceInfoResponse | None = None
+        self.state: ReadStateResponse | None = None
+        self.answers: dict[Key, list[Outcome]] = {}
+        """The outcomes of each part in the order they came."""
+        self.samples: dict[Key, list[tuple[int, bytes]]] = {}
+        """Of each watched value: ns since the subscription, and the bytes."""
+        self.handles: dict[bytes, int] = {}
+        """By symbol name: the handle first given out for it."""
+        self.names: dict[int, bytes] = {}
+        """By handle: the symbol."""
+
+    def key(self, part: Part) -> Key:
+        """What `part` asks for."""
+        if isinstance(part, DeleteNotificationRequest):
+            return Key(Command.DELETE_NOTIFICATION, 0, 0, b"")
+        group, offset = part.index_group, part.index_offset
+        name = b""
+        if group in (VALUE_BY_HANDLE, WATCH_BY_HANDLE):
+            name, offset = self.names.get(offset, b""), 0
+        match part:
+            case ReadRequest():
+                return Key(Command.READ, group, offset, name)
+            case WriteRequest(data=data):
+                if group == RELEASE_HANDLE:
+                    data = self.names.get(int.from_bytes(data, "little"), b"")
+                    return Key(Command.WRITE, group, 0, data)
+                return Key(Command.WRITE, group, offset, name)
+            case ReadWriteRequest(data=data):
+                asked = symbol_name(data) if group in BY_NAME else name + data
+                return Key(Command.READ_WRITE, group, offset, asked)
+            case AddNotificationRequest():
+                return Key(Command.ADD_NOTIFICATION, group, offset, name)
+
+
+def symbol_name(data: bytes) -> bytes:
+    """A name as it is compared: without NUL and case."""
+    return data.split(b"\0", 1)[0].lower()
+
+
+class Recording:
+    """The answers of one target: `Recording(read_capture(path))`.
+
+    Where a capture holds several targets, it is the one that was asked most.
+    """
+
+    def __init__(self, captures: Iterable[Captured]) -> None:
+        self.captures = list(captures)
+        asked = Counter(
+            frame.target[:6] for frame in self._frames(self.captures) if not frame.is_response
+        )
+        most = asked.most_common(1)
+        self.net_id = NetId(most[0][0]) if most else NetId("0.0.0.0.0.0")
+        self.devices: dict[int, RecordedDevice] = {}
+        self._read()
+
+    @staticmethod
+    def _frames(captures: Iterable[Captured]) -> Iterator[Any]:
+        for capture in captures:
+            frame = capture.frame
+            if frame.command != Command.NOTIFICATION:
+                yield frame
+
+    def device(self, port: int) -> RecordedDevice:
+        """The device at an AMS port, an empty one if it was never asked."""
+        return self.devices.setdefault(port, RecordedDevice(port))
+
+    def _read(self) -> None:
+        pending: dict[tuple[bytes, bytes, int, str], Captured] = {}
+        watched: dict[tuple[bytes, int, int], tuple[Key, int]] = {}
+        for capture in self.captures:
+            frame = capture.frame
+            if frame.command == Command.NOTIFICATION:
+                port = AmsAddress(frame.source).port
+                self._take_samples(capture.time_ns, frame, port, watched)
+            elif not frame.is_response:
+                if frame.target[:6] == self.net_id:
+                    pending[frame.source, frame.target, frame.invoke_id, capture.peer] = capture
+            else:
+                key = (frame.target, frame.source, frame.invoke_id, capture.peer)
+                asked = pending.pop(key, None)
+                if asked is not None:
+                    self._take(asked.frame, frame, capture.time_ns, watched)
+
+    def _take(
+        self,
+        request: Any,
+        response: Any,
+        now: int,
+        watched: dict[tuple[bytes, int, int], tuple[Key, int]],
+    ) -> None:
+        device = self.device(AmsAddress(request.target).port)
+        try:
+            parts = parts_of(request)
+            if not parts:
+                if not response.error:
+                    self._take_plain(device, decode_response(response))
+                return
+            results = outcomes_of(request, parts, response)
+        except AdsError:
+            return
+        for part, result in zip(parts, results, strict=True):
+            key = device.key(part)
+            device.answers.setdefault(key, []).append(result)
+            if result.result:
+                continue
+            if key.group == HANDLE_BY_NAME and len(result.data) >= 4:
+                handle = int.from_bytes(result.data[:4], "little")
+                device.handles.setdefault(key.name, handle)
+                device.names[handle] = key.name
+            elif isinstance(part, AddNotificationRequest):
+                handle = int.from_bytes(result.data, "little")
+                watched[request.source, device.port, handle] = (key, now)
+                device.samples.setdefault(key, [])
+
+    def _take_plain(self, device: RecordedDevice, answer: Any) -> None:
+        if isinstance(answer, ReadDeviceInfoResponse) and not answer.result:
+            device.info = answer
+        elif isinstance(answer, ReadStateResponse) and not answer.result:
+            device.state = answer
+
+    def _take_samples(
+        self,
+        now: int,
+        frame: Any,
+        port: int,
+        watched: dict[tuple[bytes, int, int], tuple[Key, int]],
+    ) -> None:
+        try:
+            stamps = NotificationStream.decode(frame.data).stamps
+        except AdsError:
+            return
+        for stamp in stamps:
+            for sample in stamp.samples:
+                key, since = watched.get((frame.target, port, sample.handle), (None, 0))
+                if key is not None and sample.data:
+                    self.device(port).samples[key].append((now - since, sample.data))
+
+
+def differences(
+    first: Recording, second: Recording, rows: Mapping[int, Sequence[RowFacts]] | None = None
+) -> Iterator[str]:
+    """What the two targets answered differently, a line each.
+
+    Compared are, by device and by what was asked for, the values and errors in their order; how
+    often the last of them was repeated does not count, and neither do times. `rows` name the
+    services, see `Names`.
+    """
+    before, after = (_answers(recording, Names(rows or {})) for recording in (first, second))
+    for what in sorted({*before, *after}):
+        one, two = before.get(what), after.get(what)
+        if one == two:
+            continue
+        place = f"{what[0]} {what[1]}"
+        if one is None or two is None:
+            known = one or two or []
+            yield f"{'+' if one is None else '-'} {place}: {_shown(known)}"
+        else:
+            yield f"! {place}: {_shown(one)} → {_shown(two)}"
+
+
+_MOST_SHOWN = 5
+
+
+def _shown(values: list[str]) -> str:
+    more = f", … {len(values)} values" if len(values) > _MOST_SHOWN else ""
+    return ", ".join(values[:_MOST_SHOWN]) + more
+
+
+def _answers(recording: Recording, names: Names) -> dict[tuple[int, str], list[str]]:
+    """By AMS port and text of what was asked: the distinct values in a row."""
+    found: dict[tuple[int, str], list[str]] = {}
+    decoder = Decoder(names)
+    for capture in recording.captures:
+        for exchange in decoder.see(capture):
+            for what, value in _values(exchange):
+                values = found.setdefault((exchange.device.port, what), [])
+                if not values or values[-1] != value:
+                    values.append(value)
+    return found
+
+
+def _values(exchange: Exchange) -> Iterator[tuple[str, str]]:
+    for item in exchange.items:
+        if item.group == HANDLE_BY_NAME or item.verb in ("watch", "unwatch"):
+            value = "done"
+        else:
+            value = item.value or "done"
+        name = item.name or (f"0x{item.group:X}:0x{item.offset:X}" if item.group else "")
+        error = f"error 0x{item.error:X}"
+        yield f"{item.verb} {name}".strip(), error if item.error else value

@@ -1,0 +1,193 @@
+"""A recording served again as a target: devices that answer as the recorded ones did."""
+
+import asyncio
+import contextlib
+import logging
+import time
+from collections.abc import AsyncIterator, Callable
+
+from achse.ams import AdsState, Command, DeviceError
+from achse.client.sums import Outcome
+from achse.codes import ReturnCode
+from achse.monitor.recording import (
+    HANDLE_BY_NAME,
+    RELEASE_HANDLE,
+    VALUE_BY_HANDLE,
+    WATCH_BY_HANDLE,
+    Key,
+    RecordedDevice,
+    Recording,
+    symbol_name,
+)
+from achse.router import Router
+from achse.server import Device, IndexGroup
+from achse.server.table import Reader
+from achse.transport.tcp import TCP_PORT, TcpListener
+
+__all__ = ["Replay", "ReplayDevice"]
+
+log = logging.getLogger("achse.replay")
+
+_STATE = 0xF100
+_TICK = 0.005
+"""Seconds between looks at what samples are due."""
+
+_GRID_NS = 1_000_000
+
+
+class Replay:
+    """The target of a recording on a router of its own: `async with Replay(recording).serving()`.
+
+    - The same question gets the answers in the order they were recorded, then the last again.
+    - A subscription gets the recorded samples, as long after it as they came then.
+    - What was never asked is answered 0x701 and logged once.
+
+    `clock` gives Unix ns.
+    """
+
+    def __init__(self, recording: Recording, clock: Callable[[], int] = time.time_ns) -> None:
+        self.router = Router(recording.net_id)
+        self._clock = clock
+        self.devices = [ReplayDevice(device, clock) for device in recording.devices.values()]
+        for device in self.devices:
+            device.attach(self.router, device.recorded.port)
+
+    def tick(self) -> None:
+        """Send the samples that are due."""
+        now = self._clock()
+        for device in self.devices:
+            device.notify(now)
+
+    @contextlib.asynccontextmanager
+    async def serving(
+        self, host: str = "127.0.0.1", tcp_port: int = TCP_PORT
+    ) -> AsyncIterator[TcpListener]:
+        """Listen for clients; raises OSError if the port is taken."""
+        listener = TcpListener(self.router)
+        await listener.open(host, tcp_port)
+
+        async def go_on() -> None:
+            while True:
+                await asyncio.sleep(_TICK)
+                self.tick()
+
+        ticking = asyncio.create_task(go_on())
+        try:
+            yield listener
+        finally:
+            ticking.cancel()
+            await asyncio.gather(ticking, return_exceptions=True)
+            await listener.close()
+
+
+class ReplayDevice(Device):
+    """One recorded AMS port. Sums and notifications come from the device framework."""
+
+    def __init__(self, recorded: RecordedDevice, clock: Callable[[], int]) -> None:
+        self.recorded = recorded
+        self.clock = clock
+        self._next: dict[Key, int] = {}
+        self._told: set[Key] = set()
+        info, state = recorded.info, recorded.state
+        groups = {key.group for key in (*recorded.answers, *recorded.samples)}
+        groups -= {_STATE, 0, *range(0xF080, 0xF087)}
+        super().__init__(
+            "Replay" if info is None else info.name,
+            (0, 0, 0) if info is None else (info.major, info.minor, info.build),
+            [_Recorded(self, groups | {VALUE_BY_HANDLE, RELEASE_HANDLE, WATCH_BY_HANDLE})],
+            clock=clock,
+            task_cycle_ns=_GRID_NS,
+            ads_state=AdsState.RUN if state is None else AdsState(state.ads_state),
+            device_state=0 if state is None else state.device_state,
+        )
+
+    def next(self, key: Key) -> bytes:
+        """The next recorded answer; raises DeviceError as the target did."""
+        answers = self.recorded.answers.get(key)
+        if answers is None:
+            if key not in self._told:
+                self._told.add(key)
+                log.warning("not in the recording: %s 0x%X:0x%X %r", key[0].name, *key[1:])
+            raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, "not in the recording")
+        number = self._next.get(key, 0)
+        if number + 1 < len(answers):
+            self._next[key] = number + 1
+        outcome: Outcome = answers[number]
+        if outcome.result:
+            raise DeviceError(outcome.result, "as recorded")
+        return outcome.data
+
+    def write_control(self, ads_state: int, device_state: int, data: bytes) -> None:
+        """Is not replayed: 0x701."""
+        raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, "a recording has one state")
+
+
+class _Recorded(IndexGroup):
+    """All recorded index groups of one device."""
+
+    def __init__(self, device: ReplayDevice, groups: set[int]) -> None:
+        self._device = device
+        self._recorded = device.recorded
+        self._groups = sorted(groups)
+
+    def index_groups(self) -> list[int]:
+        return self._groups
+
+    def describe(self):  # type: ignore[no-untyped-def]
+        return iter(())
+
+    def _key(self, command: Command, group: int, offset: int) -> Key:
+        if group in (VALUE_BY_HANDLE, WATCH_BY_HANDLE):
+            name = self._recorded.names.get(offset)
+            if name is None:
+                raise DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"handle 0x{offset:X}")
+            return Key(command, group, 0, name)
+        return Key(command, group, offset, b"")
+
+    def read(self, group: int, offset: int, length: int, client: bytes) -> bytes:
+        key = self._key(Command.READ, group, offset)
+        if key not in self._recorded.answers:
+            samples = self._recorded.samples.get(key._replace(command=Command.ADD_NOTIFICATION))
+            if samples:
+                return samples[0][1][:length]
+        return self._device.next(key)[:length]
+
+    def reader(self, group: int, offset: int, length: int, client: bytes) -> Reader:
+        return lambda: self.read(group, offset, length, client)
+
+    def watch(self, group: int, offset: int, length: int, client: bytes) -> Reader:
+        key = self._key(Command.ADD_NOTIFICATION, group, offset)
+        self._device.next(key)
+        samples = self._recorded.samples.get(key) or [(0, bytes(length))]
+        began, clock = self._device.clock(), self._device.clock
+        position = 0
+
+        def read() -> bytes:
+            nonlocal position
+            passed = clock() - began
+            while position + 1 < len(samples) and samples[position + 1][0] <= passed:
+                position += 1
+            return samples[position][1][:length]
+
+        return read
+
+    def write(self, group: int, offset: int, data: bytes, client: bytes) -> None:
+        if group == RELEASE_HANDLE:
+            return  # each name has one handle here
+        self._device.next(self._key(Command.WRITE, group, offset))
+
+    def read_write(
+        self, group: int, offset: int, read_length: int, data: bytes, client: bytes
+    ) -> bytes:
+        if group == VALUE_BY_HANDLE:
+            key = self._key(Command.READ_WRITE, group, offset)
+            key = key._replace(name=key.name + data)
+        elif group in (0xF003, 0xF004, 0xF007, 0xF009, 0xF011):
+            key = Key(Command.READ_WRITE, group, offset, symbol_name(data))
+        else:
+            key = Key(Command.READ_WRITE, group, offset, data)
+        answer = self._device.next(key)
+        if group == HANDLE_BY_NAME:
+            first = self._recorded.handles[key.name].to_bytes(4, "little")
+            answer = first + answer[4:]
+        return answer[:read_length]
