@@ -1,15 +1,21 @@
 """The NC device: ids, groups, ports, and its rows against the list of the manual's services."""
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
 
-from achse.ams import AmsAddress, Command, Frame
+from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.ams.commands import EmptyRequest
 from achse.codes import NcError
+from achse.devices.nc import NcDevice
 from achse.devices.nc.device import AXIS_GROUPS
+from achse.devices.nc.layouts import REAL64
+from achse.motion import AxisParameters, Nc
+from achse.router import Router
+from achse.server import READ, READ_WRITE, WRITE, Service
 
 SERVICES = Path(__file__).parents[2] / "data" / "nc_services.tsv"
 
@@ -167,3 +173,157 @@ def test_what_happens_to_an_axis_is_notified(bench: Any) -> None:
     samples = bench.client.samples()
     assert len(samples) == pytest.approx(11, abs=1)
     assert len({data for _, data in samples}) >= 10
+
+
+COVERAGE = Path(__file__).parents[3] / "docs" / "coverage" / "nc.md"
+
+
+def excused() -> set[Listed]:
+    """The services that the coverage page names, each with its reason."""
+    found = set()
+    for line in COVERAGE.read_text(encoding="utf-8").splitlines():
+        if line.startswith("| 0x"):
+            group, offset, access, name, reason = (
+                cell.strip() for cell in line.strip("| ").split(" | ")
+            )
+            assert len(reason) > 20
+            found.add(Listed(int(group, 16), int(offset, 16), access, name.strip("`")))
+    return found
+
+
+def test_every_service_of_the_manual_is_served_or_excused(bench: Any) -> None:
+    served = {
+        Listed(row.index_group, row.index_offset, str(row.access).replace("R W", "RW"), row.name)
+        for row in bench.device.services.describe()
+    }
+    assert [service for service in listed() if service not in served | excused()] == []
+    functions = (0x4200, 0x5200, 0x7200)
+    stale = {s for s in excused() & served if s.group not in functions}
+    assert stale == set()
+
+
+ROWS = [
+    pytest.param(base + 1, row, id=f"0x{base:X}:0x{row.offset:X} {row.name}")
+    for base, rows, _ in AXIS_GROUPS
+    for row in rows
+    if base != 0x4200
+]
+
+
+def codecs(row: Service) -> tuple[Any, ...]:
+    return row.codec if isinstance(row.codec, tuple) else (row.codec,)
+
+
+@pytest.mark.parametrize(("group", "row"), ROWS)
+def test_each_row_has_its_length_access_and_range(
+    idle: Any, refused: Any, group: int, row: Service
+) -> None:
+    bench = idle
+    if READ in row.access:
+        for codec in codecs(row):
+            size = codec.size or 64
+            assert len(bench.read(group, row.offset, size)) == size
+        assert bench.read(group, row.offset, 1) == bench.read(group, row.offset, 4096)[:1]
+    elif READ_WRITE not in row.access:
+        with refused(0x704):
+            bench.read(group, row.offset, 4)
+    if WRITE in row.access:
+        with refused(0x705):
+            bench.write(group, row.offset, bytes(3))
+        if READ in row.access:
+            for codec in codecs(row):
+                before = bench.read(group, row.offset, codec.size)
+                if "setpoint_structure" in row.name:
+                    with refused(0x42E3):
+                        bench.write(group, row.offset, before)
+                else:
+                    bench.write(group, row.offset, before)
+                    assert bench.read(group, row.offset, codec.size) == before
+        for value in beyond(row):
+            with refused(int(row.code)):
+                bench.write(group, row.offset, codecs(row)[0].encode(value))
+    else:
+        with refused(0x704):
+            bench.write(group, row.offset, bytes(8))
+
+
+def beyond(row: Service) -> list[float]:
+    """Values just outside the range that the row's own layout can carry."""
+    codec = codecs(row)[0]
+    real = codec is REAL64
+    signed = real or getattr(codec, "signed", False)
+    values: list[float] = []
+    if row.minimum is not None and (row.minimum > 0 or signed):
+        low = row.minimum - max(1.0, abs(row.minimum))
+        values.append(low if real else int(low))
+    if row.maximum is not None:
+        high = row.maximum + max(1.0, abs(row.maximum))
+        if real or high < 1 << 8 * (codec.size or 0):
+            values.append(high if real else int(high))
+    if real:
+        values.append(math.nan)
+    return values
+
+
+@pytest.fixture
+def idle(make_bench: Any) -> Any:
+    """A bench whose axis 1 is not enabled, so that every parameter can be written."""
+    return make_bench(control_dword=0)
+
+
+def test_parameters_that_scale_are_fixed_while_enabled(bench: Any, refused: Any) -> None:
+    guarded = [
+        (group, row)
+        for base, rows, _ in AXIS_GROUPS
+        for group in (base + 1,)
+        for row in rows
+        if row.guard is not None and WRITE in row.access
+    ]
+    names = {row.name for _, row in guarded}
+    assert {
+        "scaling_factor", "scaling_numerator", "scaling_denominator", "scaling_factor_components",
+        "position_offset", "count_direction", "reference_system", "encoder_mask", "motor_polarity",
+        "encoder_scaling_factor", "drive_motor_polarity",
+    } <= names  # fmt: skip
+    for group, row in guarded:
+        data = bench.read(group, row.offset, codecs(row)[0].size)
+        with refused(0x4B42):
+            bench.write(group, row.offset, data)
+
+
+def test_elements_are_reached_by_id_and_by_number(client_of: Any, refused: Any) -> None:
+    nc = Nc(
+        2_000_000,
+        [
+            AxisParameters(
+                1,
+                "X",
+                encoder_ids=(1, 77),
+                elements=[{"encoder_modulo_factor": 90.0}],
+            ),
+            AxisParameters(2, "Y", encoder_ids=(3,), controller_ids=(5,), drive_ids=(6,)),
+        ],
+        compiled=False,
+    )
+    device = NcDevice(nc, clock=lambda: 0)
+    router = Router(NetId("5.1.2.3.1.1"))
+    device.attach(router, 501)
+    client = client_of(router, 501)
+    assert client.get(0x504D, 0x01, "<I") == 77
+    assert client.get(0x504D, 0x09, "<d") == 90.0
+    assert client.get(0x4001, 0x11_0009, "<d") == 90.0
+    assert client.get(0x4001, 0x01_0009, "<d") == 360.0
+    client.put(0x4001, 0x11_0009, "<d", 45.0)
+    assert client.get(0x504D, 0x09, "<d") == 45.0
+    assert (client.get(0x5003, 0x01, "<I"), client.get(0x6005, 0x01, "<I")) == (3, 5)
+    assert client.get(0x4002, 0x5A, "<27I") == (3, *[0] * 8, 5, *[0] * 8, 6, *[0] * 8)
+    assert client.get(0x4001, 0x57, "<I") == 2
+    assert client.get(0x1100, 0x34, "<3I") == (1, 77, 3)
+    assert client.get(0x1100, 0x14D, "<I") == 1
+    assert client.get(0x1100, 0x105, "<I") == 0
+    with refused(0x4013):
+        client.get(0x4001, 0x21_0009, "<d")
+    with refused(0x4014):
+        client.get(0x4001, 0x12_0102, "<d")
+    with refused(0x4013):
+        client.get(0x5002, 0x09, "<d")
