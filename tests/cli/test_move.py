@@ -97,11 +97,22 @@ def test_another_command_takes_over() -> None:
 
 def test_a_command_that_never_becomes_active() -> None:
     verdict = _verdict()
-    verdict.see(ACTIVE_WITHIN, _values(STANDING, set_command_number=0))
+    verdict.see(0.5, _values(STANDING, set_command_number=0))
+    verdict.see(0.5 + ACTIVE_WITHIN, _values(STANDING, set_command_number=0))
     assert verdict.trouble is None
-    verdict.see(ACTIVE_WITHIN + 0.01, _values(STANDING, set_command_number=0))
+    verdict.see(0.51 + ACTIVE_WITHIN, _values(STANDING, set_command_number=0))
     assert verdict.trouble is not None
     assert "0x4B60 PLC_COMMAND_NOT_ACTIVE" in verdict.trouble
+
+
+def test_the_time_before_the_command_was_accepted_does_not_count() -> None:
+    verdict = _verdict()
+    verdict.see(10 * ACTIVE_WITHIN, _values(STANDING, set_command_number=0), before=True)
+    verdict.see(11 * ACTIVE_WITHIN, _values(STANDING, set_command_number=0))
+    assert verdict.trouble is None
+    verdict.see(12 * ACTIVE_WITHIN, _values(STANDING | StateBit.IN_TARGET_POSITION))
+    assert (verdict.done, verdict.trouble) == (True, None)
+    assert verdict.began == 11 * ACTIVE_WITHIN
 
 
 def test_an_axis_that_never_reaches_its_window() -> None:

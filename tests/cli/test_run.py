@@ -1,9 +1,11 @@
 """`achse run` and `achse check`: ready line, end, repeatability, and complaints."""
 
+import json
 import signal
 import socket
 import subprocess
 import sys
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -46,6 +48,47 @@ def test_a_signal_ends_it_with_0(number: signal.Signals) -> None:
     run.send_signal(number)
     rest, errors = run.communicate(timeout=10)
     assert (run.returncode, rest, errors) == (0, "", "")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_with_0_before_it_is_ready(number: signal.Signals, tmp_path: Path) -> None:
+    (tmp_path / "slow.py").write_text("print('now', flush=True); import time; time.sleep(20)")
+    file = tmp_path / "station.toml"
+    file.write_text('[[plc]]\nglobals = ["slow.py:GVL"]')
+    run = subprocess.Popen([*ACHSE, "run", str(file)], stdout=subprocess.PIPE, text=True)
+    assert run.stdout is not None
+    assert run.stdout.readline() == "now\n"
+    run.send_signal(number)
+    rest, _ = run.communicate(timeout=10)
+    assert (run.returncode, rest) == (0, "")
+
+
+def test_its_samples_show_the_wall_clock(tmp_path: Path) -> None:
+    before = datetime.now(UTC)
+    run = subprocess.Popen([*ACHSE, "run", "--tcp-port", "0"], stdout=subprocess.PIPE, text=True)
+    assert run.stdout is not None
+    port = run.stdout.readline().partition(" tcp=127.0.0.1:")[2].split()[0]
+    watch = ["ads", "watch", "MAIN.nCounter", "-n", "1", "--json", "--tcp-port", port]
+    sample = json.loads(_achse(*watch).stdout)
+    run.terminate()
+    run.communicate(timeout=10)
+    assert before < datetime.fromisoformat(sample["time"]) < datetime.now(UTC)
+
+
+def test_without_end_means_for_ever() -> None:
+    run = subprocess.Popen(
+        [*ACHSE, "run", "--tcp-port", "0", "--for", "inf"], stdout=subprocess.PIPE, text=True
+    )
+    assert run.stdout is not None
+    assert run.stdout.readline().startswith("achse ready ")
+    run.terminate()
+    rest, _ = run.communicate(timeout=10)
+    assert (run.returncode, rest) == (0, "")
+
+
+def test_what_can_be_no_host_name_is_told() -> None:
+    [line] = _achse("run", "--host", "a..b", exit_code=1).stderr.splitlines()
+    assert line.startswith("cannot listen on a..b:48898: ")
 
 
 def test_a_port_that_is_taken() -> None:

@@ -20,6 +20,12 @@ def test_nobody_listens(cli: Callable[..., Any]) -> None:
     assert result.stderr.count("\n") == 1
 
 
+def test_what_can_be_no_host_name_is_told(cli: Callable[..., Any]) -> None:
+    result = cli("ads", "state", "--host", "a..b", exit_code=1)
+    assert result.stderr.startswith("cannot connect to a..b:")
+    assert result.stderr.count("\n") == 1
+
+
 def test_a_port_without_device_is_told_by_code_and_name(cli: Callable[..., Any]) -> None:
     result = cli("ads", "state", "--port", "852", exit_code=1)
     assert "127.0.0.1.1.1:852" in result.stderr

@@ -1,5 +1,6 @@
 """Assembly: devices, stages and their order, and faults that a configuration alone cannot show."""
 
+import math
 import sys
 from pathlib import Path
 from typing import Any
@@ -103,6 +104,10 @@ def test_axis_parameters_reach_the_axis() -> None:
         ({"max_velocity": True}, r"axis\[2\]\.max_velocity: expected a number, got True"),
         ({"max_velocity": float("nan")}, r"axis\[2\]: .*max_velocity = nan"),
         ({"max_velocity": -1.0}, r"axis\[2\]: .*max_velocity = -1.0, expected .*mm/s"),
+        (
+            {"modulo": True, "unit_interpretation": math.inf},
+            r"axis\[2\]: .*unit_interpretation = inf",
+        ),
         ({"override_type": 1.5}, r"axis\[2\]: .*override_type = 1.5, expected a whole number"),
     ],
 )

@@ -28,7 +28,23 @@ def test_durations_carry_their_unit(text: str, nanoseconds: int) -> None:
     assert parse({"nc": {"cycle": text}}, "a.toml").nc.cycle == nanoseconds
 
 
-@pytest.mark.parametrize("text", ["2", 2, "ms", "2 hours", "0.3ns", "-1ms", "0ms", "nanms"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "2",
+        2,
+        "ms",
+        "2 hours",
+        "0.3ns",
+        "-1ms",
+        "0ms",
+        "nanms",
+        "infms",
+        "1e9999999s",
+        "3601s",
+        "-infs",
+    ],
+)
 def test_a_wrong_duration_is_located(text: object) -> None:
     (line,) = faults({"nc": {"cycle": text}})
     assert line.startswith("a.toml: nc.cycle: ")

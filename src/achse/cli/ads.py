@@ -150,7 +150,8 @@ async def watch(
     client: "Client",
     names: Names,
     cycle_time: Annotated[
-        float, typer.Option("--cycle-time", "-c", min=0, help="The device looks so often, s.")
+        float,
+        typer.Option("--cycle-time", "-c", min=0, max=429, help="The device looks so often, s."),
     ] = 0.1,
     cyclic: Annotated[
         bool, typer.Option("--cyclic/--on-change", help="Each time, or when the value changed.")

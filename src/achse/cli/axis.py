@@ -259,7 +259,9 @@ async def move(
         bool | None,
         typer.Option("--plot/--no-plot", help="Draw the move.", show_default="on a terminal"),
     ] = None,
-    sample_time: Annotated[float, typer.Option(min=0.001, help="Between samples, s.")] = 0.01,
+    sample_time: Annotated[
+        float, typer.Option(min=0.001, max=429, help="Between samples, s.")
+    ] = 0.01,
     in_json: Json = False,
 ) -> None:
     """Move an axis and follow it to the end."""
@@ -343,7 +345,8 @@ async def watch(
     client: "Client",
     name: AxisName,
     cycle_time: Annotated[
-        float, typer.Option("--cycle-time", "-c", min=0.001, help="Between samples, s.")
+        float,
+        typer.Option("--cycle-time", "-c", min=0.001, max=429, help="Between samples, s."),
     ] = 0.05,
     count: Annotated[
         int | None, typer.Option("--count", "-n", min=1, help="End after so many samples.")

@@ -100,6 +100,7 @@ async def follow(axis: NcAxis, order: Order, sample_time: float) -> Course:
             first = await anext(samples)
             trace.add(first.filetime, axis.sample(first.value))
             verdict = await _started(axis, order)
+            before = samples.pending  # of a time at which the NC may not have known the command
             while not verdict.done and verdict.trouble is None:
                 try:
                     sample = await anext(samples)
@@ -110,12 +111,13 @@ async def follow(axis: NcAxis, order: Order, sample_time: float) -> Course:
                     continue
                 values = axis.sample(sample.value)
                 seconds = trace.add(sample.filetime, values)
-                verdict.see(seconds, values)
+                verdict.see(seconds, values, before=before > 0)
+                before -= 1
                 progress.show(values)
         while verdict.done and trace.times[-1] < seconds + AFTERWARDS:
             sample = await anext(samples)
             trace.add(sample.filetime, axis.sample(sample.value))
-        return Course(trace, verdict.target, seconds, verdict.trouble)
+        return Course(trace, verdict.target, seconds - verdict.began, verdict.trouble)
 
 
 class Verdict:
@@ -130,16 +132,28 @@ class Verdict:
         self.trouble: str | None = None
         self.interrupted = False
         """The axis was told to stop; coming to rest is the end."""
+        self.began = 0.0
+        """When the command was last seen not yet active."""
         self._was_active = False
+        self._accepted_at = inf
         self._ended_at = inf
 
-    def see(self, seconds: float, values: Mapping[str, Any]) -> None:
-        """Judge a sample, taken so many seconds after the first."""
+    def see(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
+        """Judge a sample, taken so many seconds after the first.
+
+        `before`: perhaps before the command was accepted. At many times the speed of the clock
+        seconds pass between the command and its answer.
+        """
         state = values["state_dword"]
         here = f"{decimal(values['actual_position'])} {self.axis.unit}"
         active = values["set_command_number"] == self.number
         if active:
             self.target = values["target_position"]
+        elif not self._was_active:
+            self.began = seconds
+            if before:
+                return
+            self._accepted_at = min(self._accepted_at, seconds)
         if values["error_code"]:
             self.trouble = f"{self.axis}: {describe_code(values['error_code'])} At {here}."
         elif self.interrupted:
@@ -148,7 +162,7 @@ class Verdict:
         elif not active:
             if self._was_active:
                 self.trouble = f"{self.axis}: another command took over at {here}"
-            elif seconds > ACTIVE_WITHIN:
+            elif seconds > self._accepted_at + ACTIVE_WITHIN:
                 code = describe_code(NcError.PLC_COMMAND_NOT_ACTIVE.number)
                 self.trouble = f"{self.axis}: {code}"
         elif state & StateBit.HAS_JOB:

@@ -2,6 +2,7 @@
 
 import asyncio
 import math
+import os
 import signal
 import sys
 import time
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
     from achse.station import Station
 
 __all__ = ["register"]
+
+_ENDS = (signal.SIGINT, signal.SIGTERM)
+"""Signals that end a station properly."""
 
 ConfigFile = Annotated[Path, typer.Argument(help="A station.toml.", show_default=False)]
 
@@ -56,21 +60,27 @@ def run(
     ] = None,
 ) -> None:
     """Start a station and serve ADS clients until interrupted."""
+    for number in _ENDS:  # until the loop takes them over
+        signal.signal(number, _leave)
     factor = _speed(speed)
+    if duration == math.inf:
+        duration = None
+    loop_factory = _loop_factory()
     # a station at the wall clock's pace shows its time; a faster one starts at a fixed moment
-    station = _station(file, net_id, time.time_ns() if factor == 1 else None)
-    try:
-        with asyncio.Runner(loop_factory=_loop_factory()) as runner:
-            code = runner.run(_serve(station, host, tcp_port, factor, duration))
-    except KeyboardInterrupt:  # before the loop took over the signal
-        code = 0
+    station = _station(file, net_id, wall_clock=factor == 1)
+    with asyncio.Runner(loop_factory=loop_factory) as runner:
+        code = runner.run(_serve(station, host, tcp_port, factor, duration))
     raise typer.Exit(code)
 
 
 def check(file: ConfigFile) -> None:
     """Validate a station.toml without starting it."""
-    station = _station(file, None, None)
+    station = _station(file, None, wall_clock=False)
     print(f"{file}: {len(station.devices)} devices, {len(station.config.axis)} axes: ok")
+
+
+def _leave(*_: object) -> NoReturn:
+    os._exit(0)  # nothing is open yet, and no code of the user's may keep us
 
 
 def _speed(text: str) -> float:
@@ -85,7 +95,7 @@ def _speed(text: str) -> float:
     return factor
 
 
-def _station(file: Path | None, net_id: str | None, epoch_ns: int | None) -> "Station":
+def _station(file: Path | None, net_id: str | None, *, wall_clock: bool) -> "Station":
     from achse.station import ConfigError, Station
     from achse.station.station import DEFAULT_EPOCH_NS, DEMO
 
@@ -93,7 +103,7 @@ def _station(file: Path | None, net_id: str | None, epoch_ns: int | None) -> "St
         return Station.load(
             DEMO if file is None else file,
             net_id=net_id,
-            epoch_ns=DEFAULT_EPOCH_NS if epoch_ns is None else epoch_ns,
+            epoch_ns=time.time_ns() if wall_clock else DEFAULT_EPOCH_NS,
         )
     except ConfigError as faults:
         fail(str(faults))
@@ -125,13 +135,13 @@ async def _serve(
 ) -> int:
     loop = asyncio.get_running_loop()
     stop = asyncio.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in _ENDS:
         loop.add_signal_handler(number, stop.set)
     try:
         async with station.running(host, tcp_port, speed=speed, until=duration) as running:
             print(
                 f"achse ready net_id={station.router.net_id}"
-                f" tcp={running.host}:{running.tcp_port}"
+                f" tcp={_endpoint(running.host, running.tcp_port)}"
                 f" speed={'max' if math.isinf(speed) else format(speed, 'g')}"
                 f" ports={','.join(map(str, station.router.ports))}"
                 f" axes={len(station.config.axis)}",
@@ -150,13 +160,17 @@ async def _serve(
                     )
             else:
                 finished.cancel()
-    except OSError as failure:
+    except (OSError, UnicodeError) as failure:  # the latter for what can be no host name
         config = station.config.router
+        where = _endpoint(host or config.host, config.tcp_port if tcp_port is None else tcp_port)
         print(
-            f"cannot listen on {host or config.host}:"
-            f"{config.tcp_port if tcp_port is None else tcp_port}: {failure.strerror}"
+            f"cannot listen on {where}: {getattr(failure, 'strerror', None) or failure}"
             " (another address: --host, --tcp-port)",
             file=sys.stderr,
         )
         return 1
     return 0
+
+
+def _endpoint(host: str, tcp_port: int) -> str:
+    return f"[{host}]:{tcp_port}" if ":" in host else f"{host}:{tcp_port}"

@@ -217,8 +217,9 @@ def _axis(axis: AxisConfig, number: int) -> AxisParameters:
     for name, value in values.items():
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise ConfigError(f"axis[{number}].{name}: expected a number, got {value!r}")
-    if axis.modulo:
-        values["unit_interpretation"] = int(values.get("unit_interpretation", 0)) | _MODULO_AXIS
+    flags = values.get("unit_interpretation", 0)
+    if axis.modulo and float(flags).is_integer():
+        values["unit_interpretation"] = int(flags) | _MODULO_AXIS
     try:
         return AxisParameters(axis.id, axis.name, axis.unit, values)
     except AxisParametersError as fault:

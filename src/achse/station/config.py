@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -41,6 +41,9 @@ class ConfigError(ValueError):
     """A configuration cannot be used. One line per fault: file, key, expectation, what came."""
 
 
+_LONGEST_NS = 3_600_000_000_000
+"""An hour: no cycle is longer."""
+
 _UNITS_NS = {"ns": 1, "us": 1_000, "µs": 1_000, "ms": 1_000_000, "s": 1_000_000_000}
 
 
@@ -52,12 +55,12 @@ def _duration_ns(value: object) -> object:
             if number != value.strip():
                 try:
                     nanoseconds = Decimal(number.strip()) * _UNITS_NS[unit]
-                except InvalidOperation:
-                    break
-                if nanoseconds == int(nanoseconds):
-                    return int(nanoseconds)
+                    if nanoseconds <= _LONGEST_NS and nanoseconds == int(nanoseconds):
+                        return int(nanoseconds)
+                except (ArithmeticError, ValueError):  # no number, or none that is finite
+                    pass
                 break
-    raise ValueError('a duration such as "2ms", "250us" or "1s", whole nanoseconds')
+    raise ValueError('a duration such as "2ms", "250us" or "1s", whole nanoseconds, up to 3600s')
 
 
 def _net_id(value: object) -> object:
@@ -92,7 +95,7 @@ class RouterConfig(_Section):
     """[router]: the address others see."""
 
     net_id: ConfiguredNetId = NetId("127.0.0.1.1.1")
-    host: str = "127.0.0.1"
+    host: str = Field(default="127.0.0.1", min_length=1)
     tcp_port: int = Field(default=48898, ge=0, le=65535)
     strict: bool = False
     """As the original does it: one TCP connection per remote host, and clients need a route."""

@@ -200,7 +200,7 @@ class PlcSource:
         if module is None:
             try:
                 module = modules[source] = _module(source, self.base)
-            except Exception as failure:
+            except (Exception, SystemExit) as failure:
                 raise ConfigError(f"{key}: {source} cannot be imported: {failure!r}") from failure
         declared = getattr(module, attribute, None)
         if not (isinstance(declared, type) and issubclass(declared, kind)):
