@@ -128,8 +128,10 @@ def layout_text(data: bytes, layout: str = "") -> str:
         if shown:
             return shown
     text, nul, rest = data.partition(b"\0")
-    if nul and len(data) > 8 and text.isascii() and text.decode().isprintable() and not any(rest):
-        return f"'{text.decode()}'"
+    if text and nul and len(data) > 8 and not any(rest):
+        shown = text.decode("ascii", "replace")
+        if shown.isascii() and shown.isprintable():
+            return f"'{shown}'"
     if len(data) > _LONGEST_DUMP:
         return f"{data[:_LONGEST_DUMP].hex(' ')} … {len(data)} bytes"
     return data.hex(" ")

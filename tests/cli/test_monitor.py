@@ -1,0 +1,118 @@
+"""`achse monitor`: what passes, live, from a station of ours or in front of any target."""
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from achse.cli.monitor import lines_of
+from achse.monitor.decode import Decoder
+from achse.monitor.names import Names
+from achse.router.tap import Captured
+from achse.testing import LiveStation, free_host
+
+
+@contextmanager
+def running(*arguments: str, host: str) -> Iterator[Callable[[], list[str]]]:
+    """The command in a process of its own, ready; calling gives its lines once it has ended."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "achse", *arguments, "--host", host],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    ready = process.stdout.readline()
+    assert ready.startswith("achse ready "), ready + process.communicate()[1]
+
+    def ended() -> list[str]:
+        out, errors = process.communicate(timeout=20)
+        assert (process.returncode, errors) == (0, "")
+        return out.splitlines()
+
+    try:
+        yield ended
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def use(host: str) -> None:
+    """What a client of ours does."""
+    import achse
+
+    with achse.blocking.connect(host, watch_symbols=False) as plc:
+        plc.write("GVL.nInt", 9)
+        plc.read("GVL.nInt")
+
+
+def test_a_station_is_watched_with_names(tmp_path: Path) -> None:
+    capture = tmp_path / "some.pcapng"
+    with LiveStation() as station:
+        arguments = ("monitor", "--for", "1.5", "--write", str(capture), "--name", "GVL.nInt")
+        with running(*arguments, host=station.host) as ended:
+            use(station.host)
+            lines = ended()
+        assert [line.split("  ")[2] for line in lines] == [
+            "write GVL.nInt = 9",
+            "read GVL.nInt = 9",
+        ]
+        assert station.run(lambda: station.station.router._gates) == ()
+    assert capture.stat().st_size > 500
+
+
+def test_json_filters_and_a_count() -> None:
+    with LiveStation() as station:
+        arguments = ("monitor", "--json", "-n", "1", "--errors", "--device", "851", "--no-samples")
+        with running(*arguments, host=station.host) as ended:
+            station.fault("error", symbol="GVL.nInt", code=0x706, count=1)
+            with pytest.raises(Exception, match="0x706"):
+                use(station.host)
+            [line] = ended()
+    exchange = json.loads(line)
+    assert (exchange["error"], exchange["command"]) == (0x706, "write")
+    assert exchange["items"][0]["name"] == "GVL.nInt"
+
+
+def test_a_tap_in_front_of_a_target() -> None:
+    host = free_host()
+    with (
+        LiveStation() as station,
+        running("monitor", "-n", "2", "--via", station.host, "--name", "GVL.*", host=host) as ended,
+    ):
+        use(host)
+        assert [line.split("  ")[2] for line in ended()] == [
+            "write GVL.nInt = 9",
+            "read GVL.nInt = 9",
+        ]
+
+
+def test_what_is_no_station_of_ours_is_told(witness: Callable[[str], None]) -> None:
+    from achse.testing import FakeDevice
+
+    with FakeDevice().serving() as live:
+        run = subprocess.run(
+            [sys.executable, "-m", "achse", "monitor", "--host", live.host],
+            capture_output=True,
+            text=True,
+            timeout=20,
+        )
+    assert run.returncode == 1
+    assert "is no achse station: tap in front of it with --via" in run.stderr
+
+
+def test_an_unanswered_request_says_so() -> None:
+    from achse.ams import AmsAddress, Frame
+
+    client, plc = AmsAddress("10.0.0.7.1.1:30000"), AmsAddress("5.0.0.1.1.1:851")
+    decoder = Decoder(Names({}))
+    request = Frame(plc, client, 4, 4, 0, 1, b"")
+    assert list(decoder.see(Captured(10**18, True, "10.0.0.7:5000", request.encode()))) == []
+    [exchange] = decoder.overdue(10**18 + 1)
+    clock = time.strftime("%H:%M:%S", time.localtime(10**9))
+    assert lines_of(exchange) == [f"{clock}.000  10.0.0.7:5000 → 851  read state  ✗ no answer"]
