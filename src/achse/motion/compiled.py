@@ -45,6 +45,10 @@ KERNEL_MODULES: tuple[ModuleType, ...] = (
 
 _ENTRY = "cycle_all"
 
+_OF_ENTRY = {"cache": True}
+_OF_CALLEES = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""Only the entry is called from Python and kept; without their wrappers the others compile faster."""
+
 
 def numba_installed() -> bool:
     """Whether NumPy and Numba can be imported, without importing them."""
@@ -119,7 +123,7 @@ def compiled_cycle() -> Callable[[Any, float], None]:
             if not isinstance(value, FunctionType):
                 continue
             if value.__module__ == name:
-                function = numba.njit(cache=symbol == _ENTRY)(value)
+                function = numba.njit(**(_OF_ENTRY if symbol == _ENTRY else _OF_CALLEES))(value)
                 translated[module.__name__, symbol] = function
                 setattr(copy, symbol, function)
             elif value.__module__ in plain_modules:
