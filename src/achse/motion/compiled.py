@@ -47,7 +47,7 @@ _ENTRY = "cycle_all"
 
 _OF_ENTRY = {"cache": True}
 _OF_CALLEES = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-"""Only the entry is called from Python and kept; without their wrappers the others compile faster."""
+"""Only the entry is called from Python and kept; callees compile faster without wrappers."""
 
 
 def numba_installed() -> bool:
