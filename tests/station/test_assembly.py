@@ -167,3 +167,23 @@ def test_programs_beside_the_file_are_found(folder: Path) -> None:
     path = folder / "station.toml"
     path.write_text('[[plc]]\n[[plc.task]]\nprograms = ["program.py:Count"]\n', encoding="utf-8")
     assert {unit.name for unit in Station.load(path).plcs[851].units} >= {"Count"}
+
+
+def test_limits_hold_for_each_device(client_of: Any, refused: Any) -> None:
+    built = station(
+        plc=[{"task": [{}]}],
+        axis=[{"id": 1, "name": "A"}],
+        limits={"handles": 1, "notifications": 2, "sample_bytes": 8},
+    )
+    plc = client_of(built.router, 851)
+    plc.exchange(0xF003, 0, 4, b"TwinCAT_SystemInfoVarList._AppInfo\0")
+    with refused(0x716):
+        plc.exchange(0xF003, 0, 4, b"TwinCAT_SystemInfoVarList._AppInfo\0")
+    for port in (851, 501, 10_000):
+        client = client_of(built.router, port)
+        client.subscribe(0xF100, 0, 4)
+        client.subscribe(0xF100, 0, 4)
+        with refused(0x716):
+            client.subscribe(0xF100, 0, 4)
+    with refused(0x717):
+        client_of(built.router, 851).subscribe(0x4020, 0, 16)

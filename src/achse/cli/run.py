@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
+from achse.cli.logs import LogFormat, LogLevel, set_up_logs
+
 if TYPE_CHECKING:
     from achse.station import Station
 
@@ -58,8 +60,13 @@ def run(
         float | None,
         typer.Option("--for", metavar="SECONDS", min=0, help="End at this station time."),
     ] = None,
+    log_level: Annotated[LogLevel, typer.Option(help="What is logged.")] = LogLevel.WARNING,
+    log_format: Annotated[
+        LogFormat, typer.Option(help="Log lines, or a JSON document each.")
+    ] = LogFormat.TEXT,
 ) -> None:
     """Start a station and serve ADS clients until interrupted."""
+    set_up_logs(log_format, log_level)
     for number in _ENDS:  # until the loop takes them over
         signal.signal(number, _leave)
     factor = _speed(speed)

@@ -280,6 +280,12 @@ class Device:
         """Hand over `data`, get up to `read_length` bytes; raises DeviceError."""
         return self.services.find(group).read_write(group, offset, read_length, data, client)
 
+    def limit(self, limits: Limits) -> None:
+        """Keep to other limits from now on; what clients hold already stays."""
+        self.limits = self.notifications.limits = limits
+        if self.symbols is not None:
+            self.symbols.handles_per_client = limits.handles
+
     def replace(self, index_group: int, group: IndexGroup | None) -> IndexGroup | None:
         """Let `group` answer for `index_group`, alone and in sums; what answered before.
 

@@ -148,7 +148,7 @@ class SymbolServices:
 
     def __init__(self, source: SymbolSource, handles_per_client: int) -> None:
         self.source = source
-        self._limit = handles_per_client
+        self.handles_per_client = handles_per_client
         self._handles: dict[int, _Handle] = {}
         self._stale: dict[int, bytes] = {}
         self._held: dict[bytes, set[int]] = {}
@@ -285,7 +285,7 @@ class SymbolServices:
             raise DeviceError(ReturnCode.INVALID_SIZE, f"a handle is 4 bytes, asked {read_length}")
         symbol = self._resolve(data)
         held = self._held.get(client, ())
-        if len(held) >= self._limit:
+        if len(held) >= self.handles_per_client:
             raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{len(held)} handles are out")
         handle = self._next
         while handle in self._handles or handle in self._stale:

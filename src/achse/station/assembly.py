@@ -100,7 +100,7 @@ def permanent(
         (EventLoggerDevice(clock=clock), EVENT_LOGGER_PORT),
     ]
     for device, port in kept:
-        _attach(device, router, port)
+        _attach(device, router, port, config)
     return [device for device, _ in kept]
 
 
@@ -121,7 +121,7 @@ def assemble(
     def attach(device: Device, *ports: int) -> None:
         devices.append(device)
         for port in ports:
-            _attach(device, router, port)
+            _attach(device, router, port, config)
 
     try:
         return _assemble(config, base, clock, devices, attach)
@@ -131,7 +131,8 @@ def assemble(
         raise
 
 
-def _attach(device: Device, router: Router, port: int) -> None:
+def _attach(device: Device, router: Router, port: int, config: StationConfig) -> None:
+    device.limit(config.limits.limits())
     try:
         device.attach(router, port)
     except RouterError as taken:

@@ -19,12 +19,14 @@ from pydantic import (
 from achse.ams import NetId
 from achse.router.access import PasswordHash
 from achse.router.routes import Route
+from achse.server import Limits
 from achse.station.fault import Fault
 
 __all__ = [
     "AxisConfig",
     "ConfigError",
     "FaultConfig",
+    "LimitsConfig",
     "NcConfig",
     "PlcConfig",
     "RouteConfig",
@@ -240,6 +242,36 @@ class FaultConfig(BaseModel):
         return Fault.of({"kind": self.kind, **seconds, **(self.model_extra or {})})
 
 
+_LIMITS = Limits()
+
+
+class LimitsConfig(_Section):
+    """[limits]: how much one client may hold of each device, and leave unread."""
+
+    handles: int = Field(default=_LIMITS.handles, ge=1)
+    """Symbol handles (0x716 beyond)."""
+    notifications: int = Field(default=_LIMITS.notifications, ge=1)
+    """Subscriptions (0x716 beyond)."""
+    sample_bytes: int = Field(default=_LIMITS.sample_bytes, ge=8)
+    """Bytes of one sample (0x717 beyond)."""
+    watched_bytes: int = Field(default=_LIMITS.watched_bytes, ge=8)
+    """Bytes of one sample of each subscription together (0x717 beyond)."""
+    queue_bytes: int = Field(default=_LIMITS.queue_bytes, ge=1024)
+    """Bytes of samples kept for a client that does not read; beyond, the oldest are dropped."""
+    unread_bytes: int = Field(default=64 * 1024 * 1024, ge=65_536)
+    """Bytes of answers and samples on a connection that is not read; beyond, it is cut off."""
+
+    def limits(self) -> Limits:
+        """What each device keeps to."""
+        return Limits(
+            handles=self.handles,
+            notifications=self.notifications,
+            sample_bytes=self.sample_bytes,
+            watched_bytes=self.watched_bytes,
+            queue_bytes=self.queue_bytes,
+        )
+
+
 class StationConfig(_Section):
     """A whole station."""
 
@@ -251,6 +283,7 @@ class StationConfig(_Section):
     plc: Sequence[PlcConfig] = ()
     axis: Sequence[AxisConfig] = ()
     fault: Sequence[FaultConfig] = ()
+    limits: LimitsConfig = LimitsConfig()
 
     @model_validator(mode="after")
     def _distinct(self) -> "StationConfig":

@@ -85,6 +85,7 @@ class Network:
             routes_required=config.router.strict,
             max_length=config.router.max_length,
             max_connections=config.router.max_connections,
+            max_backlog=config.limits.unread_bytes,
         )
         self.discovery: DiscoveryEndpoint | None = None
         self.uplinks: Uplinks | None = None
