@@ -45,8 +45,8 @@ KERNEL_MODULES: tuple[ModuleType, ...] = (
 
 _ENTRY = "cycle_all"
 
-_OF_ENTRY = {"cache": True}
-_OF_CALLEES = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_OF_ENTRY: dict[str, Any] = {"cache": True}
+_OF_CALLEES: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """Only the entry is called from Python and kept; callees compile faster without wrappers."""
 
 
