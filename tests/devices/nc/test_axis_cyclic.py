@@ -136,3 +136,56 @@ def test_flags_are_0_or_1(bench: Any, refused: Any) -> None:
 def test_there_is_one_interface(bench: Any, refused: Any) -> None:
     with refused(0x4012):
         bench.get(C, 0x0010_0081, NUMBER)
+
+
+FROM_PLC = "<IIIIdddddi4xddddd24x"
+
+
+def test_the_structure_from_the_plc_is_taken_whole(bench: Any, refused: Any) -> None:
+    values = (3, 500_000, 1, 2, 1.5, 2.5, 3.5, 4.5, 5.5, -1, 6.5, 7.5, 8.5, 9.5, 10.5)
+    bench.put(0x4301, 0x00, FROM_PLC, *values)
+    axis = bench.axis
+    assert (axis.control_dword, axis.velocity_override) == (3, 500_000)
+    assert (axis.actual_position_correction, axis.external_set_direction) == (2.5, -1)
+    assert bench.get(0x4301, 0x00, FROM_PLC) == values
+    for wrong in (
+        (7, 1_000_001, *values[2:]),
+        (7, *values[1:9], 2, *values[10:]),
+        (7, *values[1:4], float("nan"), *values[5:]),
+    ):
+        with refused(0x42CE if wrong[1] > 1_000_000 else 0x4003):
+            bench.put(0x4301, 0x00, FROM_PLC, *wrong)
+        assert axis.control_dword == 3  # all of it or nothing
+
+
+def test_the_external_set_point_in_both_forms(bench: Any, refused: Any) -> None:
+    bench.put(0x4301, 0x27, "<ddddi12x", 1.0, 2.0, 3.0, 40.0, 1)
+    assert bench.get(0x4301, 0x27, "<ddddi12x") == (1.0, 2.0, 3.0, 40.0, 1)
+    bench.put(0x4301, 0x27, "<dddi", 5.0, 6.0, 7.0, -1)
+    assert bench.get(0x4301, 0x27, "<ddddi12x") == (5.0, 6.0, 7.0, 40.0, -1)
+    assert bench.get(0x4301, 0x27, "<dddi") == (5.0, 6.0, 7.0, -1)
+    with refused(0x4003):
+        bench.put(0x4301, 0x27, "<dddi", 5.0, 6.0, 7.0, 2)
+
+
+def test_the_operation_mode_is_busy_until_the_next_cycle(bench: Any) -> None:
+    bench.put(0x4301, 0x22, "<I", 5)
+    assert bench.get(0x4301, 0x9A, "<H") == 1
+    bench.run(0.002)
+    assert bench.get(0x4301, 0x9A, "<H") == 0
+    assert bench.get(0x4301, 0xB3, "<I") == 5
+
+
+def test_corrections_from_the_plc_act(bench: Any) -> None:
+    bench.put(0x5001, 0x16, "<H", 1)
+    bench.put(0x4301, 0x25, "<d", 0.5)
+    bench.run(1.0)
+    assert bench.get(0x5101, 0x0A, "<d") == 0.5
+    assert bench.get(0x5101, 0x0B, "<d") == pytest.approx(-0.5, abs=1e-3)
+    bench.put(0x4301, 0x26, "<d", 4.0)
+    bench.run(2.0)
+    assert bench.get(0x6101, 0x0F, "<d") == pytest.approx(-4.0 / 20.0, abs=1e-3)
+
+
+def test_there_are_no_preparation_entries(bench: Any) -> None:
+    assert bench.get(0x4301, 0xB6, "<I") == 0

@@ -1,5 +1,6 @@
 """Axis parameters: what they show, what they refuse, and that writing one changes the axis."""
 
+import struct
 from math import inf, nan, sqrt
 from typing import Any
 
@@ -222,3 +223,52 @@ def test_unknown_offsets(bench: Any, refused: Any) -> None:
             bench.read(P, offset, 4)
         with refused(0x703):
             bench.write(P, offset, bytes(4))
+
+
+def test_the_parameter_structure_in_both_forms(bench: Any) -> None:
+    for size, form, second in ((512, "<I31sI", 39), (1024, "<I31sxI", 40)):
+        data = bench.read(P, 0x00, size)
+        assert len(data) == size
+        axis_id, name, axis_type = struct.unpack_from(form, data)
+        assert (axis_id, name.rstrip(b"\0"), axis_type) == (1, b"X", 1)
+        assert struct.unpack_from("<I", data, second)[0] == 2000  # cycle time in µs
+    bench.put(P, 0x06, "<d", 12.25)
+    data = bench.read(P, 0x00, 1024)
+    assert struct.pack("<d", 12.25) in data
+    assert data.index(struct.pack("<d", 12.25)) % 8 == 0
+
+
+def test_the_hardware_address(bench: Any) -> None:
+    assert bench.read(P, 0x31, 10) == bytes(10)
+    data = bench.read(P, 0x31, 64)
+    assert struct.unpack("<10x2x3I3I2I2I12x", data) == (1, 0, 5, 1, 0, 1, 1, 1, 0, 0)
+
+
+def test_an_axis_of_its_own_has_no_channel(bench: Any) -> None:
+    assert [bench.get(P, offset, "<I") for offset in (0x51, 0x53, 0x54, 0x56)] == [0, 0, 0, 1]
+    assert bench.read(P, 0x52, 31) == bench.read(P, 0x55, 31) == bytes(31)
+    assert [bench.get(P, offset, "<I") for offset in (0x57, 0x58, 0x59)] == [1, 1, 1]
+
+
+def test_the_application_request(bench: Any) -> None:
+    bench.axis.application_request = 1
+    bench.axis.application_request_type = 1
+    bench.axis.application_command_number = 9
+    assert struct.unpack("<HHII1012x", bench.read(P, 0x33, 1024)) == (1, 1, 9, 1)
+
+
+def test_user_data_show_the_chosen_state(bench: Any, refused: Any) -> None:
+    bench.start(100.0, 200.0)
+    bench.run(0.3)
+    axis = bench.axis
+    axis.encoder_set_position_offset = 0.0
+    for offset, value in (
+        (0x1_0012, axis.encoder_actual_position_unfiltered),
+        (0x1_0014, axis.plant_velocity),
+        (0x1_0017, 0.0),
+        (0, 0.0),
+    ):
+        bench.put(P, 0x10D, "<I", offset)
+        assert struct.unpack_from("<d", bench.read(0x4301, 0x80, 256), 248)[0] == value
+    with refused(0x4003):
+        bench.put(P, 0x10D, "<I", 0x1_0013)

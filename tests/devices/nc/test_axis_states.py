@@ -166,3 +166,61 @@ def test_unknown_offsets(bench: Any, refused: Any) -> None:
     for offset in (0x02, 0xFF, 0x10001, 0x40000):
         with refused(0x703):
             bench.read(S, offset, 4)
+
+
+S = 0x4101
+
+
+def test_set_point_structures_in_all_their_forms(bench: Any) -> None:
+    bench.axis.set_torque, bench.axis.set_torque_derivative = 40.0, 5.0
+    bench.start(100.0, 200.0)
+    bench.run(0.2)
+    axis = bench.axis
+    dynamics = (axis.set_velocity, axis.set_acceleration, axis.set_direction, axis.set_jerk)
+    full = (axis.set_position, *dynamics, 40.0, 5.0)
+    for count in (5, 6, 7):
+        assert bench.get(S, 0x60, f"<{count}d") == full[:count]
+    for count in (4, 5, 6):
+        assert bench.get(S, 0x61, f"<{count}d") == full[1 : 1 + count]
+    assert bench.get(S, 0x62, "<2d") == (40.0, 5.0)
+
+
+def test_set_points_are_taken_while_the_external_generator_is_active(
+    bench: Any, refused: Any
+) -> None:
+    with refused(0x42E3):
+        bench.put(S, 0x60, "<5d", 1.0, 2.0, 3.0, 1.0, 4.0)
+    axis = bench.axis
+    axis.external_setpoint_active = 1
+    bench.put(S, 0x60, "<7d", 1.0, 2.0, 3.0, -1.0, 4.0, 5.0, 6.0)
+    assert (axis.external_set_position, axis.external_set_velocity) == (1.0, 2.0)
+    assert (axis.external_set_acceleration, axis.external_set_direction) == (3.0, -1)
+    assert (axis.external_set_jerk, axis.external_set_torque) == (4.0, 5.0)
+    bench.put(S, 0x61, "<4d", 12.0, 13.0, 1.0, 14.0)
+    assert (axis.external_set_position, axis.external_set_velocity) == (1.0, 12.0)
+    bench.put(S, 0x62, "<2d", 21.0, 22.0)
+    assert axis.external_set_torque_derivative == 22.0
+
+
+def test_the_operation_mode_of_the_drive(bench: Any) -> None:
+    bench.axis.drive_operation_mode = 5
+    assert struct.unpack("<i4x", bench.exchange(S, 0x63, 8, bytes(8))) == (5,)
+
+
+def test_the_torque_offset_can_be_written(bench: Any) -> None:
+    bench.put(S, 0x31, "<d", 125.0)
+    assert bench.axis.set_torque_offset == 125.0
+    assert struct.unpack_from("<d", bench.read(S, 0x00, 256), 168)[0] == 125.0
+
+
+def test_an_axis_of_its_own_is_not_coupled(bench: Any) -> None:
+    for offset, form in ((0x20, "<I"), (0x21, "<I"), (0x12, "<d"), (0x2A, "<d"), (0x24, "<I")):
+        assert bench.get(S, offset, form) == 0
+
+
+def test_uncorrected_set_values_are_the_set_values(bench: Any) -> None:
+    bench.start(100.0, 200.0)
+    bench.run(0.2)
+    for offset, uncorrected in ((0x0A, 0x1A), (0x0D, 0x1D), (0x0E, 0x1E), (0x0F, 0x1F)):
+        assert bench.read(S, offset, 8) == bench.read(S, uncorrected, 8)
+    assert bench.get(S, 0x1A, "<d") > 0.0

@@ -106,3 +106,38 @@ def test_errors_within_the_dead_band_are_left_alone(make_bench: Any) -> None:
     bench.until_rest()
     assert bench.get(S, 0x0F, REAL) == pytest.approx(4.0)
     assert bench.get(S, 0x02, REAL) == 0.0
+
+
+def test_outputs_in_volts_and_the_velocity_part(bench: Any) -> None:
+    bench.put(0x6001, 0x0B, "<d", 0.5)
+    bench.put(0x6001, 0x10, "<H", 0)
+    bench.start(1000.0, 400.0)
+    bench.run(2.0)
+    axis = bench.axis
+    assert axis.set_velocity == 400.0
+    assert bench.get(0x6101, 0x201, "<d") == pytest.approx(200.0)
+    assert bench.get(0x6101, 0x202, "<d") == pytest.approx(100.0 * 200.0 / 2200.0)
+    assert bench.get(0x6101, 0x203, "<d") == pytest.approx(10.0 * 200.0 / 2200.0)
+    assert bench.get(0x6101, 0x04, "<d") == pytest.approx(axis.controller_output / 220.0)
+    assert bench.get(0x7101, 0x04, "<d") == pytest.approx(axis.drive_output / 220.0)
+
+
+def test_a_velocity_controller_shows_its_parts_there(make_bench: Any) -> None:
+    bench = make_bench(
+        controller_type=6, controller_velocity_kp=0.5, controller_velocity_tn=0.05,
+        controller_velocity_i_limit=1.0, controller_output_limit=1.0,
+    )  # fmt: skip
+    bench.start(1000.0, 400.0)
+    bench.run(2.0)
+    axis = bench.axis
+    assert bench.get(0x6101, 0x201, "<d") == axis.controller_velocity_p_part
+    assert bench.get(0x4101, 0x2_0202, "<d") == axis.controller_velocity_i_part > 100.0
+    assert bench.get(0x6101, 0x203, "<d") == axis.controller_velocity_d_part == 0.0
+
+
+def test_the_gain_in_force(make_bench: Any) -> None:
+    assert make_bench(controller_position_kv=12.0).get(0x6101, 0x111, "<d") == 12.0
+    bench = make_bench(controller_type=2, controller_position_kv_fast=40.0)
+    bench.start(1000.0, 400.0)
+    bench.run(2.0)
+    assert bench.get(0x6101, 0x111, "<d") == 40.0

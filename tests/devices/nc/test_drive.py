@@ -79,3 +79,61 @@ def test_velocity_at_full_output_is_shown_only(bench: Any, refused: Any) -> None
     assert bench.get(P, 0x01, NUMBER) == 1
     with refused(0x704):
         bench.put(P, 0x103, REAL, 1.0)
+
+
+def test_times_beyond_the_reach_of_delays_are_refused(bench: Any, refused: Any) -> None:
+    for offset in (0x10D, 0x111):
+        bench.put(0x7001, offset, "<d", 0.128)
+        with refused(0x4003):
+            bench.put(0x7001, offset, "<d", 0.129)
+        assert bench.get(0x7001, offset, "<d") == 0.128
+
+
+def test_there_is_no_characteristic_table(bench: Any, refused: Any) -> None:
+    bench.put(0x7001, 0x120, "<I", 0)
+    with refused(0x4261):
+        bench.put(0x7001, 0x120, "<I", 1)
+    with refused(0x4A08):
+        bench.put(0x7001, 0x121, "<I", 1)
+    bench.put(0x7001, 0x121, "<I", 2)
+
+
+def test_the_output_after_the_characteristic(make_bench: Any) -> None:
+    bench = make_bench()
+    bench.start(1000.0, 220.0)
+    bench.run(2.0)
+    assert bench.get(0x7101, 0x13, "<d") == bench.get(0x7101, 0x03, "<d")
+    bench = make_bench(
+        drive_type=6, drive_velocity_reference_point=0.2, drive_output_reference_point=0.6
+    )
+    bench.start(1000.0, 220.0)
+    bench.run(2.0)
+    assert bench.get(0x7101, 0x13, "<d") == pytest.approx(30.0, rel=1e-3)
+    assert bench.get(0x7101, 0x14, "<d") == pytest.approx(3.0, rel=1e-3)
+
+
+def test_filtered_set_values_of_a_position_drive(make_bench: Any) -> None:
+    bench = make_bench()
+    bench.start(100.0, 200.0)
+    bench.run(0.2)
+    for offset, field in ((0x11A, "set_position"), (0x11E, "set_velocity")):
+        assert bench.get(0x7101, offset, "<d") == getattr(bench.axis, field)
+    assert bench.get(0x7101, 0x11F, "<d") == bench.axis.set_acceleration
+    bench = make_bench(controller_type=9, drive_output_filter_type=1, drive_output_filter_time=0.02)
+    bench.start(100.0, 200.0)
+    bench.run(0.2)
+    assert 0.0 < bench.get(0x7101, 0x11A, "<d") < bench.axis.set_position
+    assert bench.get(0x7101, 0x11F, "<d") == bench.axis.drive_filtered_set_acceleration
+
+
+def test_a_digital_input_that_is_not_there(bench: Any, refused: Any) -> None:
+    for number in (0, 9):
+        with refused(0x4003):
+            bench.exchange(0x7101, 0x200, 4, number.to_bytes(4, "little"))
+
+
+def test_the_reference_output_gives_the_velocity_at_full_output(bench: Any, refused: Any) -> None:
+    bench.put(0x7001, 0x102, "<d", 0.8)
+    assert bench.get(0x7001, 0x103, "<d") == pytest.approx(2200.0 / 0.8)
+    with refused(0x4606):
+        bench.put(0x7001, 0x102, "<d", 0.0)

@@ -1,5 +1,6 @@
 """Encoder parameters and states at 0x5000 and 0x5100 + ID."""
 
+import struct
 from math import inf, nan
 from typing import Any
 
@@ -179,3 +180,94 @@ def test_the_shift_of_set_actual_position_is_shown(bench: Any) -> None:
     bench.run(0.002)
     assert bench.get(S, 0x17, REAL) == pytest.approx(25.0)
     assert bench.get(S, 0x0B, REAL) == bench.get(S, 0x02, REAL) == pytest.approx(25.0)
+
+
+def test_the_scaling_has_two_components(make_bench: Any, refused: Any) -> None:
+    bench = make_bench(control_dword=0)
+    bench.put(0x5001, 0x23, "<d", 10.0)
+    bench.put(0x5001, 0x24, "<d", 4096.0)
+    assert bench.get(0x5001, 0x06, "<d") == 10.0 / 4096.0
+    assert bench.get(0x5001, 0x25, "<dd") == (10.0, 4096.0)
+    bench.put(0x5001, 0x25, "<dd", 1.0, 8.0)
+    assert bench.get(0x4001, 0x1_0006, "<d") == 0.125
+    bench.put(0x5001, 0x06, "<d", 0.5)
+    assert bench.get(0x5001, 0x25, "<dd") == (0.5, 1.0)
+    bench.axis.plant_position = 100.0
+    bench.run(0.002)
+    assert bench.get(0x5101, 0x02, "<d") == 50.0
+    for data in ((0.0, 1.0), (1.0, -1.0), (1e-12, 1e30), (1.0, nan)):
+        with refused(0x4406):
+            bench.put(0x5001, 0x25, "<dd", *data)
+    assert bench.get(0x5001, 0x06, "<d") == 0.5
+
+
+@pytest.mark.parametrize(
+    ("sub_mask", "code"),
+    [(0xF, 0), (0xFFFF, 0), (0xFFFFF, 0), (0xFFFE, 0x4426), (7, 0x4426), (0x1FFFFF, 0x4426)],
+)
+def test_the_sub_mask_fits_into_the_mask(
+    make_bench: Any, refused: Any, sub_mask: int, code: int
+) -> None:
+    bench = make_bench(control_dword=0)
+    bench.put(0x5001, 0x15, "<I", 0xFFFFF)
+    if code:
+        with refused(code):
+            bench.put(0x5001, 0x108, "<I", sub_mask)
+    else:
+        bench.put(0x5001, 0x108, "<I", sub_mask)
+        assert bench.get(0x4001, 0x1_0108, "<I") == sub_mask
+
+
+def test_the_tolerance_window_is_half_a_period_at_most(bench: Any, refused: Any) -> None:
+    bench.put(0x5001, 0x1B, "<d", 180.0)
+    with refused(0x4417):
+        bench.put(0x5001, 0x1B, "<d", 180.1)
+    assert bench.get(0x5001, 0x1B, "<d") == 180.0
+
+
+def test_positions_with_their_times(bench: Any) -> None:
+    bench.start(100.0, 200.0)
+    trace = {}
+    for _ in range(40):
+        bench.run(0.002)
+        trace[bench.axis.set_cycle_counter * 2_000_000] = bench.axis.actual_position
+    data = bench.read(0x5101, 0x16, 1024)
+    entries = list(struct.iter_unpack("<I4xd", data))
+    assert len(entries) == 16
+    assert entries == list(trace.items())[-16:]
+
+
+def test_dead_time_as_the_encoder_shows_it(bench: Any) -> None:
+    bench.put(0x5001, 0x22, "<i", 4_000_000)
+    assert bench.get(0x5101, 0x0D, "<d") == 0.0
+    bench.put(0x5001, 0x20, "<I", 1)
+    bench.start(500.0, 200.0)
+    bench.run(1.0)
+    assert bench.get(0x5101, 0x0D, "<d") == pytest.approx(0.004)
+    way = bench.get(0x5101, 0x0C, "<d")
+    assert way == pytest.approx(0.004 * bench.get(0x5101, 0x05, "<d"))
+    filtered = bench.get(0x5101, 0x13, "<d")
+    assert bench.get(0x5101, 0x02, "<d") == pytest.approx(filtered + way)
+    compensated, plain = bench.get(0x6101, 0x0F, "<d"), bench.get(0x6101, 0x0D, "<d")
+    assert plain - compensated == pytest.approx(way)
+
+
+def test_the_modulo_reduction(bench: Any) -> None:
+    bench.axis.control_dword = 0
+    bench.axis.plant_position = 800e4
+    bench.run(0.002)
+    assert bench.get(0x5101, 0x0E, "<d") == pytest.approx(-720.0)
+
+
+def test_the_drive_knows_its_velocity_without_increments(bench: Any) -> None:
+    bench.start(500.0, 200.0)
+    bench.run(1.0)
+    assert bench.get(0x5101, 0x14, "<d") == pytest.approx(200.0, abs=0.01)
+
+
+def test_an_error_is_shown_by_the_part_it_belongs_to(bench: Any) -> None:
+    for code, group in ((0x4464, 0x5101), (0x4550, 0x6101), (0x4650, 0x7101)):
+        bench.axis.error_code = code
+        assert bench.get(group, 0x01, "<i") == code
+        for other in {0x5101, 0x6101, 0x7101} - {group}:
+            assert bench.get(other, 0x01, "<i") == 0

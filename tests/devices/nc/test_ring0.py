@@ -38,3 +38,19 @@ def test_unknown_and_unwritable(bench: Any, refused: Any) -> None:
     for group, offset in ((0x1000, 0x10), (0x1100, 3), (0x1100, 0x33), (0x1100, 0x101)):
         with refused(0x704):
             bench.put(group, offset, "<I", 1)
+
+
+def test_times_and_counters(bench: Any) -> None:
+    assert bench.get(0x1000, 0x12, "<I") == bench.get(0x1000, 0x10, "<I") == 20_000
+    assert bench.get(0x1000, 0x14, "<i") == 0
+    bench.nc.late_cycles, bench.nc.late_io_cycles, bench.nc.computing_time_us = 3, 4, 50
+    assert [bench.get(0x1100, offset, "<I") for offset in (0x10, 0x14, 0x20)] == [3, 4, 50]
+    bench.write(0x1200, 0x20)
+    assert [bench.get(0x1100, offset, "<I") for offset in (0x10, 0x14)] == [0, 0]
+
+
+def test_the_consistency_check_is_a_switch(bench: Any, refused: Any) -> None:
+    bench.put(0x1000, 0x20, "<H", 1)
+    assert bench.get(0x1000, 0x20, "<H") == bench.nc.setpoint_consistency_check == 1
+    with refused(0x4003):
+        bench.put(0x1000, 0x20, "<H", 2)
