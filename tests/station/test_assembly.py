@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from achse.motion.compiled import compiled_cycle
 from achse.station import ConfigError, Station
 from achse.station.config import parse
 
@@ -151,6 +152,7 @@ def test_cycles_without_a_sensible_common_tick_are_refused() -> None:
 
 
 def test_the_compiled_kernel_needs_numba(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled_cycle.cache_clear()  # an earlier test may have compiled it
     monkeypatch.setitem(sys.modules, "numba", None)
     with pytest.raises(ConfigError, match=r"nc\.kernel: compiled needs Numba.*achse\[fast\]"):
         station(nc={"kernel": "compiled"}, axis=[{"id": 1, "name": "A"}])
