@@ -27,7 +27,7 @@ from achse.monitor.parts import outcomes_of, parts_of
 from achse.router.tap import Captured
 from achse.server import RowFacts
 
-__all__ = ["Key", "RecordedDevice", "Recording", "differences"]
+__all__ = ["Key", "RecordedDevice", "Recording", "differences", "symbol_name"]
 
 HANDLE_BY_NAME, VALUE_BY_HANDLE, RELEASE_HANDLE, WATCH_BY_HANDLE = 0xF003, 0xF005, 0xF006, 0xF010
 BY_NAME = frozenset((0xF003, 0xF004, 0xF007, 0xF009, 0xF011))
