@@ -243,3 +243,15 @@ def test_a_start_without_enable_is_refused(
         axis.start(ABSOLUTE, 10.0, 10.0)
     assert refusal.value.err_code in (0x4223, 0x4260)
     assert axis.online().set_velocity == 0.0
+
+
+def test_axis_values_have_names(station: Any, pyads_connection: Callable[..., Any]) -> None:
+    connection = pyads_connection(station, 501)
+    names = {symbol.name for symbol in connection.get_all_symbols()}
+    axis = next(name.split(".")[1] for name in sorted(names))
+    assert {f"Axes.{axis}.{name}" for name in ("SetPos", "ActPos", "PosDiff", "ToPlc")} <= names
+    position = connection.read_by_name(f"Axes.{axis}.ActPos", pyads.PLCTYPE_LREAL)
+    symbol = connection.get_symbol(f"Axes.{axis}.ActPos")
+    assert symbol.read() == pytest.approx(position, abs=1.0)
+    status = connection.read_by_name(f"Axes.{axis}.ToPlc.StateDWord", pyads.PLCTYPE_DWORD)
+    assert status & NOT_MOVING

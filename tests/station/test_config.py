@@ -91,3 +91,18 @@ def test_a_file_that_is_no_toml_is_named(tmp_path: Path) -> None:
 def test_ports_and_tasks_of_a_plc(plc: dict[str, object], key: str) -> None:
     (line,) = faults({"plc": [plc]})
     assert line.startswith(f"a.toml: {key}: ")
+
+
+def test_an_axis_may_have_further_encoders_controllers_and_drives() -> None:
+    document = {
+        "axis": [
+            {
+                "id": 1, "name": "X", "max_velocity": 100.0, "encoder_ids": [1, 9],
+                "element": [{"encoder_scaling_factor": 0.01}],
+            }
+        ]
+    }  # fmt: skip
+    (axis,) = parse(document, "a.toml").axis
+    assert axis.encoder_ids == (1, 9)
+    assert axis.element == ({"encoder_scaling_factor": 0.01},)
+    assert axis.parameters == {"max_velocity": 100.0}

@@ -215,13 +215,23 @@ def _nc(config: StationConfig) -> Nc:
 
 def _axis(axis: AxisConfig, number: int) -> AxisParameters:
     values = axis.parameters
-    for name, value in values.items():
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise ConfigError(f"axis[{number}].{name}: expected a number, got {value!r}")
+    for part, parameters in (("", values), *((".element", found) for found in axis.element)):
+        for name, value in parameters.items():
+            if isinstance(value, bool) or not isinstance(value, (int, float)):
+                raise ConfigError(f"axis[{number}]{part}.{name}: expected a number, got {value!r}")
     flags = values.get("unit_interpretation", 0)
     if axis.modulo and float(flags).is_integer():
         values["unit_interpretation"] = int(flags) | _MODULO_AXIS
     try:
-        return AxisParameters(axis.id, axis.name, axis.unit, values)
+        return AxisParameters(
+            axis.id,
+            axis.name,
+            axis.unit,
+            values,
+            encoder_ids=axis.encoder_ids,
+            controller_ids=axis.controller_ids,
+            drive_ids=axis.drive_ids,
+            elements=axis.element,
+        )
     except AxisParametersError as fault:
         raise ConfigError(f"axis[{number}]: {fault}") from None

@@ -211,6 +211,12 @@ class AxisConfig(BaseModel):
     unit: str = Field(default="mm", max_length=10)
     modulo: bool = False
     """The position repeats every `encoder_modulo_factor`."""
+    encoder_ids: tuple[int, ...] = ()
+    controller_ids: tuple[int, ...] = ()
+    drive_ids: tuple[int, ...] = ()
+    """Encoders, controllers, drives; the first is the standard one. Default: one, the axis' id."""
+    element: tuple[dict[str, Any], ...] = ()
+    """Parameters of encoder, controller and drive number 1, 2, …"""
 
     @property
     def parameters(self) -> dict[str, Any]:
