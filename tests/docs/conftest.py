@@ -103,6 +103,7 @@ class Reader:
             "COLUMNS": "80",
             "NO_COLOR": "1",
             "PYTHONUNBUFFERED": "1",
+            "NODE_PATH": str(NPM / "node_modules"),
         }
 
     def read(self, text: str) -> None:
