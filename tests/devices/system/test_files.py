@@ -145,6 +145,20 @@ def test_create_write_seek_read_close_as_the_manual_has_it(client: Any, root: Pa
     assert (root / "old.dat").read_bytes() == b"01xy456789"
 
 
+def test_by_read_write_writing_answers_how_many_bytes(
+    client: Any, refused: Any, root: Path
+) -> None:
+    (handle,) = struct.unpack("<I", client.exchange(100, 1, 4, b"old.dat"))
+    assert client.exchange(handle, NO_SEEK, 4, b"0123456789") == b"\x0a\0\0\0"
+    assert client.exchange(handle, 2, 4, b"xy") == b"\2\0\0\0"
+    assert client.exchange(handle, NO_SEEK, 4, b"") == bytes(4)  # closed
+    assert (root / "old.dat").read_bytes() == b"01xy456789"
+    with refused(0x70C):
+        client.exchange(handle, NO_SEEK, 4, b"x")
+    (handle,) = struct.unpack("<I", client.exchange(101, 1, 4, b"a.txt"))
+    assert client.exchange(handle, NO_SEEK, 4, b"x") == b"\xff\xff\xff\xff"
+
+
 def test_101_and_102_give_minus_one_for_a_missing_file(client: Any, root: Path) -> None:
     assert client.exchange(101, 1, 4, b"none") == b"\xff\xff\xff\xff"
     assert client.exchange(102, 1, 4, b"none") == b"\xff\xff\xff\xff"

@@ -3,7 +3,9 @@
 The form of today asks with ReadWrite at groups 120 … 139, the handle in the offset. The older one
 opens at 100 … 102 and uses the handle as index group; a file opened by either serves both.
 
-Source: 000 §5.1 for the older form; groups and modes of today as clients use them.
+Source: 000 §5.1 for the older form. The groups of today's form are those that clients ask, as
+recorded; its mode bits and what its requests contain stand in no manual at hand: they are what the
+file blocks of PLC libraries send.
 """
 
 import io
@@ -17,7 +19,7 @@ from achse.ams import DeviceError
 from achse.ams.filetime import from_unix_ns
 from achse.codes import ReturnCode
 from achse.devices.system.folder import Folder, as_name, device_errors
-from achse.server import READ, WRITE, IndexGroup, RawGroup, RowFacts
+from achse.server import READ, READ_WRITE, WRITE, IndexGroup, RawGroup, RowFacts
 
 __all__ = ["FIND_ENTRY", "Files", "Mode"]
 
@@ -40,6 +42,8 @@ class Mode:
 _C_MODES = {Mode.READ: "r", Mode.WRITE: "w", Mode.APPEND: "a"}
 
 FIRST_HANDLE = 0xF600
+"""Which numbers handles have is the target's own choice; as index groups they meet no other."""
+
 _HANDLES = 256
 """Files and searches open at a time; their numbers are index groups too, so they are few."""
 
@@ -401,11 +405,12 @@ class _HandleGroup(IndexGroup):
             last_index_group=FIRST_HANDLE + _HANDLES - 1,
             index_offset=0,
             last_index_offset=0xFFFF_FFFF,
-            access=READ | WRITE,
+            access=READ | WRITE | READ_WRITE,
             name="open file",
             layout="BYTE[n]",
             description="The offset is the position, -1 goes on; reading nothing only moves there;"
-            " writing nothing at -1 closes.",
+            " writing nothing at -1 closes. ReadWrite writes and answers the number of bytes"
+            " written, -1 if that cannot be.",
             source="000 §5.1",
         )
 
@@ -425,3 +430,14 @@ class _HandleGroup(IndexGroup):
             with device_errors():
                 file.seek(offset)
         self._files.write(file, data)
+
+    def read_write(
+        self, group: int, offset: int, read_length: int, data: bytes, client: bytes
+    ) -> bytes:
+        try:
+            self.write(group, offset, data, client)
+        except DeviceError as refusal:
+            if refusal.code == ReturnCode.NOT_FOUND.number:  # no such handle
+                raise
+            return _FAILED[:read_length]
+        return _HANDLE.pack(len(data))[:read_length]

@@ -28,7 +28,9 @@ _PLACES = {
     **{number: f"User{number - 10}" for number in range(11, 20)},
 }
 """Which path a request means, by its number: any, boot project, boot data, boot folder, target,
-configuration, nine of the user's own. On this station all are below the one folder."""
+configuration, nine of the user's own. On this station all are below the one folder.
+
+000 §5.1 has 1 (any); the others stand in no manual at hand and are what PLC libraries send."""
 
 _RESERVED = re.compile(r"(?:con|prn|aux|nul|com\d|lpt\d|conin\$|conout\$)(?:\.|$)", re.IGNORECASE)
 _NEVER = re.compile(r'[\x00-\x1f<>:"|]')
