@@ -6,12 +6,12 @@ from functools import partial
 from achse.ams import DeviceError
 from achse.codes import NcError
 from achse.devices.nc.axis_cyclic import AXIS_CYCLIC
-from achse.devices.nc.axis_functions import AXIS_FUNCTIONS
 from achse.devices.nc.axis_parameters import AXIS_PARAMETERS
 from achse.devices.nc.axis_states import AXIS_STATES
 from achse.devices.nc.controller import CONTROLLER_PARAMETERS, CONTROLLER_STATES
 from achse.devices.nc.drive import DRIVE_PARAMETERS, DRIVE_STATES
 from achse.devices.nc.encoder import ENCODER_PARAMETERS, ENCODER_STATES
+from achse.devices.nc.functions import AXIS_FUNCTIONS
 from achse.devices.nc.io_structures import DRIVE_CYCLIC, ENCODER_CYCLIC
 from achse.devices.nc.ring0 import RING0_FUNCTIONS, RING0_PARAMETERS, RING0_STATES
 from achse.devices.nc.symbols import NcSymbols, interface_groups

@@ -1,0 +1,42 @@
+"""How a function row calls its command: the request is the arguments, a refusal the result."""
+
+from collections.abc import Callable
+from typing import Any
+
+from achse.ams import DeviceError
+from achse.motion import Axis
+from achse.server import WRITE, Codec, Service
+
+__all__ = ["carry_out", "function"]
+
+
+def carry_out(code: int) -> None:
+    """Raise what a command answered, if it refused."""
+    if code:
+        raise DeviceError(code)
+
+
+def function(
+    offset: int,
+    name: str,
+    call: Callable[..., int],
+    codec: Codec | tuple[Codec, ...],
+    description: str,
+    *,
+    port: int | None = None,
+) -> Service:
+    """A row that is written with the arguments of `call`, an axis command."""
+
+    def write(axis: Axis, data: Any) -> None:
+        carry_out(call(axis, *data) if isinstance(data, tuple) else call(axis, data))
+
+    return Service(
+        offset,
+        name,
+        WRITE,
+        codec,
+        description,
+        write=write,
+        port=port,
+        non_finite=True,  # the command says what is wrong with a number, by an NC code
+    )

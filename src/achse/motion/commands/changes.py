@@ -1,0 +1,140 @@
+"""Changes of the running move: target, velocity, dynamics."""
+
+from math import isfinite
+
+from achse.codes import NcError
+from achse.motion.axis import Axis
+from achse.motion.checks import (
+    ENDLESS,
+    OK,
+    why_no_command,
+    why_not_away,
+    why_not_dynamics,
+    why_not_permitted,
+    why_not_position,
+    why_not_target,
+    why_not_velocity,
+)
+from achse.motion.commands.queue import sign
+from achse.motion.setpoint import resolve_target
+from achse.motion.states import EndPositionType, MotionPhase, NewEndPositionCommand, StartType
+
+__all__ = ["new_dynamics", "new_end_position", "new_end_position_and_velocity"]
+
+_END_POSITION_START = {
+    EndPositionType.ABSOLUTE: StartType.ABSOLUTE,
+    EndPositionType.RELATIVE: StartType.RELATIVE,
+    EndPositionType.ENDLESS_POSITIVE: StartType.ENDLESS_POSITIVE,
+    EndPositionType.ENDLESS_NEGATIVE: StartType.ENDLESS_NEGATIVE,
+    EndPositionType.MODULO: StartType.MODULO,
+}
+
+
+def new_end_position(axis: Axis, position_type: int, position: float) -> int:
+    """Change the target of the running move (0x11); a relative one counts from here."""
+    return new_end_position_and_velocity(
+        axis, NewEndPositionCommand.POSITION, position_type, position, 0.0, 0.0
+    )
+
+
+def new_end_position_and_velocity(
+    axis: Axis,
+    command_type: int,
+    position_type: int,
+    position: float,
+    velocity: float,
+    switch_position: float,
+) -> int:
+    """Change target, velocity or both of the running move, at once or from a position on (0x12)."""
+    if command_type not in NewEndPositionCommand.__members__.values():
+        return NcError.JOB_TYPE.number
+    changes = command_type & 3
+    at_switch = bool(command_type & 8)
+    code = why_no_command(axis)
+    if code:
+        return code
+    if axis.set_motion_phase not in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
+        return NcError.GROUP_BUSY.number
+    if changes & NewEndPositionCommand.VELOCITY:
+        code = why_not_velocity(axis, velocity)
+        if code:
+            return code
+    else:
+        velocity = axis.job_velocity
+    p = axis.set_position
+    target, direction = axis.target_position, 0.0
+    start_type = axis.job_start_type
+    if changes & NewEndPositionCommand.POSITION:
+        if position_type not in _END_POSITION_START:
+            return NcError.JOB_START_TYPE.number
+        start_type = _END_POSITION_START[EndPositionType(position_type)]
+        code = why_not_position(axis, start_type, position)
+        if code:
+            return code
+        if start_type in ENDLESS:
+            direction = ENDLESS[start_type]
+            code = why_not_away(axis, direction)
+        else:
+            target = resolve_target(axis, start_type, position, p)
+            direction = sign(target - p)
+            code = why_not_target(axis, target)
+        code = code or why_not_permitted(axis, direction)
+        if code:
+            return code
+    if at_switch:
+        return _arm_switch(axis, changes, start_type, target, velocity, switch_position)
+    axis.switch_armed = 0
+    axis.job_velocity = velocity
+    axis.job_end_velocity = min(axis.job_end_velocity, velocity)
+    if changes & NewEndPositionCommand.POSITION:
+        axis.got_new_target = 1
+        axis.job_start_type = start_type
+        axis.job_end_velocity = 0.0
+        if start_type in ENDLESS:
+            axis.set_motion_phase = MotionPhase.ENDLESS
+            axis.job_direction = direction
+        else:
+            axis.set_motion_phase = MotionPhase.POSITIONING
+            axis.target_position = target
+    axis.job_peak_velocity = 0.0
+    axis.replan = 1
+    return OK
+
+
+def _arm_switch(
+    axis: Axis, changes: int, start_type: int, target: float, velocity: float, where: float
+) -> int:
+    """Keep a change for the moment the set point passes `where`."""
+    has_target = bool(changes & NewEndPositionCommand.POSITION)
+    if not isfinite(where):
+        return NcError.START_AXIS_DATA.number
+    if has_target and start_type in ENDLESS:
+        return NcError.JOB_START_TYPE.number
+    p = axis.set_position
+    if axis.set_motion_phase == MotionPhase.POSITIONING:
+        on_way = min(p, axis.target_position) <= where <= max(p, axis.target_position)
+    else:
+        on_way = (where - p) * axis.job_direction >= 0.0
+    if not on_way:
+        return NcError.ACTIVATION_POSITION_NOT_ON_WAY.number
+    axis.switch_from_below = int(where >= p)
+    axis.switch_position = where
+    axis.switch_target = target
+    axis.switch_velocity = velocity
+    axis.switch_armed = 2 if has_target else 1
+    return OK
+
+
+def new_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: float) -> int:
+    """Change acceleration, deceleration and jerk of the running move (0x15)."""
+    code = why_no_command(axis) or why_not_dynamics(axis, acceleration, deceleration, jerk)
+    if code:
+        return code
+    if axis.set_motion_phase not in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
+        return NcError.NO_MOTION.number
+    axis.job_acceleration = acceleration
+    axis.job_deceleration = deceleration
+    axis.job_jerk = jerk
+    axis.job_peak_velocity = 0.0
+    axis.replan = 1
+    return OK

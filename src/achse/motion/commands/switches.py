@@ -1,0 +1,55 @@
+"""Switches of an axis: reset, errors from outside, enables."""
+
+from achse.codes import NcError
+from achse.motion.axis import Axis
+from achse.motion.checks import OK
+from achse.motion.commands.queue import busy
+from achse.motion.setpoint import drop_job
+from achse.motion.states import MotionPhase, StateBit
+
+__all__ = ["disable", "enable", "reset", "set_drive_output", "set_external_error"]
+
+
+def reset(axis: Axis) -> int:
+    """Reset errors (0x01). During a move it stops the axis abruptly; a stop runs to its end."""
+    if axis.set_motion_phase in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
+        drop_job(axis)
+    axis.buffer_count = 0
+    axis.error_code = 0
+    axis.delayed_error_code = 0
+    axis.output_cut = 0
+    axis.following_error_time = 0.0
+    axis.following_error_velocity_time = 0.0
+    axis.motion_time = 0.0
+    axis.got_new_target = 0
+    axis.reset_command_counter += 1
+    axis.state_dword &= ~(StateBit.ERROR | StateBit.ERROR_PROPAGATION_DELAYED)
+    return OK
+
+
+def set_external_error(axis: Axis, code: int) -> int:
+    """Put the axis into error `code` (0x19); it brakes as after any run-time error."""
+    if not 0 < code <= 0xFFFF_FFFF:
+        return NcError.REQUEST_PARAMETER.number
+    axis.external_error = code
+    return OK
+
+
+def enable(axis: Axis) -> int:
+    """Enable the complete axis (0x51)."""
+    axis.axis_disabled = 0
+    return OK
+
+
+def disable(axis: Axis) -> int:
+    """Disable the complete axis (0x50), not while it has a job."""
+    if busy(axis):
+        return NcError.GROUP_BUSY.number
+    axis.axis_disabled = 1
+    return OK
+
+
+def set_drive_output(axis: Axis, enabled: bool) -> int:
+    """Enable (0x61) or disable (0x60) the drive output."""
+    axis.drive_output_disabled = 0 if enabled else 1
+    return OK

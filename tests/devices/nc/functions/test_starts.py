@@ -1,0 +1,207 @@
+"""Starts over ADS: forms, effects, refusals."""
+
+import struct
+from collections.abc import Callable
+from math import inf, nan
+from typing import Any
+
+import pytest
+
+F = 0x4201
+
+
+REAL, FLAG, NUMBER = "<d", "<H", "<I"
+
+
+def universal(
+    kind: int,
+    position: float = 0.0,
+    velocity: float = 0.0,
+    *,
+    acceleration: float = 0.0,
+    deceleration: float = 0.0,
+    jerk: float = 0.0,
+    mode: int = 0,
+    form: str = "<IIdddddI4xddd",
+) -> bytes:
+    """The request of the universal axis start, TwinCAT 3 unless another form is given."""
+    return struct.pack(
+        form, kind, 0, position, velocity, acceleration, deceleration, jerk, mode, 0.0, 0.0, 0.0
+    )
+
+
+TC2, TC3 = "TwinCAT 2", "TwinCAT 3"
+
+
+MOVES: dict[str, Callable[[Any, int, float, float], None]] = {
+    "start": lambda bench, kind, position, velocity: bench.put(
+        F, 0x20, "<I4xdd", kind, position, velocity
+    ),
+    "extended start": lambda bench, kind, position, velocity: bench.put(
+        F, 0x21, "<IddIdIdId", kind, position, velocity, 1, 0.0, 1, 0.0, 1, 0.0
+    ),
+    "universal start": lambda bench, kind, position, velocity: bench.exchange(
+        F, 0x16, 4, universal(kind, position, velocity)
+    ),
+}
+
+
+MISTAKES = {
+    "velocity zero": ({}, (1, 100.0, 0.0), 0x4221),
+    "velocity negative": ({}, (1, 100.0, -1.0), 0x4221),
+    "velocity above the maximum": ({}, (1, 100.0, 2000.1), 0x4221),
+    "velocity not a number": ({}, (1, 100.0, nan), 0x4221),
+    "velocity too small": ({}, (1, 100.0, 1e-4), 0x4231),
+    "start type unknown": ({}, (6, 100.0, 100.0), 0x4239),
+    "position not a number": ({}, (1, nan, 100.0), 0x423B),
+    "position infinite": ({}, (2, inf, 100.0), 0x423B),
+    "too far": ({}, (1, 1e12, 100.0), 0x4232),
+    "controller enable missing": ({"control_dword": 6}, (1, 100.0, 100.0), 0x4260),
+    "feed enable plus missing": ({"control_dword": 5}, (1, 100.0, 100.0), 0x4223),
+    "feed enable minus missing": ({"control_dword": 3}, (1, -100.0, 100.0), 0x4223),
+    "endless without feed enable": ({"control_dword": 3}, (4, 0.0, 100.0), 0x4223),
+    "drive not ready": ({"simulation_not_ready": 1}, (1, 100.0, 100.0), 0x4225),
+    "modulo beyond a period": ({}, (261, 360.0, 100.0), 0x4282),
+    "modulo negative": ({}, (517, -0.1, 100.0), 0x4282),
+    "below the soft limit": (
+        {"encoder_soft_limit_min": -5.0, "encoder_soft_limit_min_enable": 1},
+        (1, -5.1, 100.0),
+        0x4460,
+    ),
+    "above the soft limit": (
+        {"encoder_soft_limit_max": 5.0, "encoder_soft_limit_max_enable": 1},
+        (2, 5.1, 100.0),
+        0x4461,
+    ),
+}
+
+
+@pytest.mark.parametrize("form", ["<Idd", "<I4xdd"], ids=[TC2, TC3])
+def test_start(bench: Any, form: str) -> None:
+    bench.put(F, 0x20, form, 1, 100.0, 200.0)
+    assert bench.get(0x4301, 0x9B, FLAG) == 1  # at once, before the next cycle
+    bench.until_rest()
+    bench.run(0.2)
+    assert bench.axis.set_position == 100.0
+    assert bench.axis.actual_position == pytest.approx(100.0, abs=0.01)
+
+
+@pytest.mark.parametrize("form", ["<IddIdIdId", "<I4xddI4xdI4xdI4xd"], ids=[TC2, TC3])
+def test_start_extended_takes_its_own_dynamics_or_the_defaults(bench: Any, form: str) -> None:
+    bench.put(F, 0x21, form, 2, 50.0, 100.0, 0, 1000.0, 1, 0.0, 0, 9000.0)
+    assert (bench.axis.job_acceleration, bench.axis.job_deceleration) == (1000.0, 1500.0)
+    assert bench.axis.job_jerk == 9000.0
+    bench.until_rest()
+    assert bench.axis.set_position == pytest.approx(50.0)
+
+
+@pytest.mark.parametrize("form", ["<IIdddddIddd", "<IIdddddI4xddd"], ids=[TC2, TC3])
+def test_universal_start_answers_number_and_state(bench: Any, form: str) -> None:
+    first = bench.exchange(F, 0x16, 4, universal(1, 100.0, 200.0, form=form))
+    second = bench.exchange(F, 0x16, 4, universal(1, 50.0, 200.0, mode=1, form=form))
+    assert struct.unpack("<H", first[:2]) == (1,)
+    assert struct.unpack("<H", second[:2]) == (2,)
+    assert first[2:] != second[2:]  # active, buffered
+    bench.until_rest()
+    assert bench.axis.set_position == 50.0
+
+
+@pytest.mark.parametrize("form", ["<Id", "<I4xd"], ids=[TC2, TC3])
+@pytest.mark.parametrize(("kind", "position", "end"), [(1, 60.0, 60.0), (2, 0.0, None)])
+def test_new_end_position(
+    bench: Any, form: str, kind: int, position: float, end: float | None
+) -> None:
+    bench.start(200.0, 100.0)
+    bench.run(0.2)
+    here = bench.axis.set_position
+    bench.put(F, 0x11, form, kind, position)
+    bench.until_rest()
+    assert bench.axis.set_position == pytest.approx(here if end is None else end)
+
+
+def test_new_end_position_and_velocity(bench: Any) -> None:
+    bench.start(200.0, 50.0)
+    bench.run(1.0)
+    bench.put(F, 0x12, "<IIddd", 3, 1, 400.0, 150.0, 0.0)
+    bench.until(lambda: bench.axis.set_velocity == 150.0)
+    bench.until_rest()
+    assert bench.axis.set_position == 400.0
+
+
+def test_new_dynamics(bench: Any) -> None:
+    bench.start(500.0, 400.0)
+    bench.run(0.1)
+    bench.put(F, 0x15, "<ddd", 3000.0, 600.0, 9000.0)
+    lowest = 0.0
+    bench.run(0.002)
+    while bench.axis.set_motion_phase:
+        lowest = min(lowest, bench.axis.set_acceleration)
+        bench.run(0.002)
+    assert lowest == pytest.approx(-600.0)
+
+
+@pytest.mark.parametrize("move", MOVES)
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_wrong_start_is_refused(make_bench: Any, refused: Any, mistake: str, move: str) -> None:
+    values, request, error = MISTAKES[mistake]
+    bench = make_bench(**values)
+    before = bench.nc.digest()
+    with refused(error):
+        MOVES[move](bench, *request)
+    assert bench.nc.digest() == before
+
+
+@pytest.mark.parametrize(
+    ("dynamics", "error"),
+    [
+        ((0.0, 1e3, 1e3), 0x422F),
+        ((1e3, 0.0, 1e3), 0x4230),
+        ((1e3, 1e3, 0.0), 0x422E),
+        ((-1.0, 1e3, 1e3), 0x422F),
+        ((nan, 1e3, 1e3), 0x422F),
+        ((1e9, 1e3, 1e3), 0x4285),
+    ],
+)
+def test_dynamics_of_the_extended_start(
+    bench: Any, refused: Any, dynamics: tuple[float, float, float], error: int
+) -> None:
+    a, d, j = dynamics
+    with refused(error):
+        bench.put(F, 0x21, "<IddIdIdId", 1, 10.0, 10.0, 0, a, 0, d, 0, j)
+
+
+def test_a_start_during_a_job_is_refused_but_for_the_universal_one(
+    bench: Any, refused: Any
+) -> None:
+    bench.start(100.0, 100.0)
+    with refused(0x4220):
+        bench.start(50.0, 100.0)
+    with refused(0x4220):
+        bench.put(F, 0x21, "<IddIdIdId", 1, 50.0, 100.0, 1, 0.0, 1, 0.0, 1, 0.0)
+    bench.exchange(F, 0x16, 4, universal(1, 50.0, 100.0))
+    bench.until_rest()
+    assert bench.axis.set_position == 50.0
+
+
+def test_mistakes_of_buffered_starts(bench: Any, refused: Any) -> None:
+    bench.start(1000.0, 100.0)
+    with refused(0x4295):
+        bench.exchange(F, 0x16, 4, universal(1, 1000.0, 100.0, mode=1))
+    with refused(0x4296):
+        bench.exchange(F, 0x16, 4, universal(1, 500.0, 100.0, mode=19))
+    for number in range(8):
+        bench.exchange(F, 0x16, 4, universal(1, 1001.0 + number, 100.0, mode=1))
+    with refused(0x4292):
+        bench.exchange(F, 0x16, 4, universal(1, 2000.0, 100.0, mode=1))
+
+
+def test_new_values_need_a_running_move(bench: Any, refused: Any) -> None:
+    with refused(0x4220):
+        bench.put(F, 0x11, "<I4xd", 1, 10.0)
+    with refused(0x4268):
+        bench.put(F, 0x15, "<ddd", 1.0, 1.0, 1.0)
+    bench.start(100.0, 100.0)
+    with refused(0x4250):
+        bench.put(F, 0x11, "<I4xd", 7, 10.0)
+    with refused(0x4264):
+        bench.put(F, 0x12, "<IIddd", 4, 1, 10.0, 10.0, 0.0)

@@ -1,0 +1,156 @@
+"""Starts: each refusal has its documented code and changes nothing."""
+
+from math import inf, nan
+from typing import Any
+
+import pytest
+
+from achse.codes import NcError
+from achse.motion import BufferMode, StartType, StateBit, commands
+
+V = 200.0
+
+
+def refused(rig: Any, code: int, error: NcError) -> None:
+    assert NcError.of(code) is error, hex(code)
+
+
+@pytest.mark.parametrize(
+    ("control", "target", "error"),
+    [
+        (0b000, 10.0, NcError.CONTROLLER_ENABLE_MISSING),
+        (0b110, 10.0, NcError.CONTROLLER_ENABLE_MISSING),
+        (0b101, 10.0, NcError.ENABLE_MISSING),
+        (0b011, -10.0, NcError.ENABLE_MISSING),
+    ],
+)
+def test_enables_are_needed(make_rig: Any, control: int, target: float, error: NcError) -> None:
+    rig = make_rig(control_dword=control)
+    before = rig.nc.digest()
+    rig.refuses(error, commands.start, StartType.ABSOLUTE, target, V)
+    rig.refuses(error, commands.universal_start, StartType.ABSOLUTE, target, V)
+    assert rig.nc.digest() == before
+
+
+def test_one_feed_enable_is_enough_for_its_direction(make_rig: Any) -> None:
+    assert commands.start(make_rig(control_dword=0b011).axis, 1, 10.0, V) == 0
+    assert commands.start(make_rig(control_dword=0b101).axis, 1, -10.0, V) == 0
+
+
+@pytest.mark.parametrize(
+    ("velocity", "error"),
+    [
+        (0.0, NcError.SET_VELOCITY_NOT_ALLOWED),
+        (-1.0, NcError.SET_VELOCITY_NOT_ALLOWED),
+        (nan, NcError.SET_VELOCITY_NOT_ALLOWED),
+        (inf, NcError.SET_VELOCITY_NOT_ALLOWED),
+        (2000.1, NcError.SET_VELOCITY_NOT_ALLOWED),
+        (1e-4, NcError.SET_VELOCITY_RANGE),
+    ],
+)
+def test_velocities(rig: Any, velocity: float, error: NcError) -> None:
+    for kind in (StartType.ABSOLUTE, StartType.ENDLESS_POSITIVE):
+        rig.refuses(error, commands.start, kind, 10.0, velocity)
+        rig.refuses(error, commands.universal_start, kind, 10.0, velocity)
+
+
+def test_velocity_above_the_reference_velocity(make_rig: Any) -> None:
+    rig = make_rig(drive_reference_velocity=150.0)
+    rig.refuses(NcError.SET_VELOCITY_NOT_ALLOWED, commands.start, 1, 10.0, V)
+
+
+@pytest.mark.parametrize(
+    ("dynamics", "error"),
+    [
+        ((0.0, 1.0, 1.0), NcError.ACCELERATION_NOT_POSITIVE),
+        ((1.0, -1.0, 1.0), NcError.DECELERATION_NOT_POSITIVE),
+        ((1.0, 1.0, 0.0), NcError.JERK_NOT_POSITIVE),
+        ((nan, 1.0, 1.0), NcError.ACCELERATION_NOT_POSITIVE),
+        ((1e9, 1.0, 1.0), NcError.ACCELERATION_NOT_PERMITTED),
+        ((1.0, 1e9, 1.0), NcError.ACCELERATION_NOT_PERMITTED),
+        ((1.0, 1.0, 1e13), NcError.JERK_NOT_PERMITTED),
+    ],
+)
+def test_dynamics(rig: Any, dynamics: tuple[float, float, float], error: NcError) -> None:
+    rig.refuses(error, commands.start, 1, 10.0, V, *dynamics)
+    if 0.0 not in dynamics:
+        rig.refuses(error, commands.universal_start, 1, 10.0, V, *dynamics)
+
+
+def test_zero_dynamics_of_the_universal_start_are_the_defaults(rig: Any) -> None:
+    assert commands.universal_start(rig.axis, 1, 10.0, V) == 0
+    assert rig.axis.job_acceleration == rig.axis.default_acceleration
+    assert rig.axis.job_jerk == rig.axis.default_jerk
+
+
+@pytest.mark.parametrize(
+    ("kind", "position", "error"),
+    [
+        (0, 10.0, NcError.START_TYPE),
+        (6, 10.0, NcError.START_TYPE),
+        (1, nan, NcError.START_AXIS_DATA),
+        (2, inf, NcError.START_AXIS_DATA),
+        (1, 1e11, NcError.PRECISION_LOST),
+        (StartType.MODULO_SHORTEST, 360.0, NcError.MODULO_START_RANGE),
+        (StartType.MODULO_POSITIVE, -1.0, NcError.MODULO_START_RANGE),
+        (StartType.MODULO_NEGATIVE, 720.0, NcError.MODULO_START_RANGE),
+    ],
+)
+def test_targets(rig: Any, kind: int, position: float, error: NcError) -> None:
+    rig.refuses(error, commands.start, kind, position, V)
+    rig.refuses(error, commands.universal_start, kind, position, V)
+
+
+def test_the_old_start_knows_neither_halt_nor_lock(rig: Any) -> None:
+    for kind in (StartType.HALT, StartType.STOP_AND_LOCK):
+        rig.refuses(NcError.START_TYPE, commands.start, kind, 0.0, V)
+
+
+def test_targets_beyond_soft_limits(make_rig: Any) -> None:
+    rig = make_rig(
+        encoder_soft_limit_min_enable=1,
+        encoder_soft_limit_max_enable=1,
+        encoder_soft_limit_min=-10.0,
+        encoder_soft_limit_max=20.0,
+    )
+    rig.refuses(NcError.SOFT_LIMIT_MIN_AT_START, commands.start, 1, -10.1, V)
+    rig.refuses(NcError.SOFT_LIMIT_MAX_AT_START, commands.start, 2, 20.1, V)
+    rig.refuses(NcError.SOFT_LIMIT_MAX_AT_START, commands.start, 517, 90.0, V)
+    assert commands.start(rig.axis, 1, 20.0, V) == 0
+    rig.until_rest()
+    assert rig.axis.error_code == 0
+    rig.refuses(NcError.SOFT_LIMIT_MAX_AT_START, commands.start, 3, 0.0, V)
+    assert commands.start(rig.axis, 1, 0.0, V) == 0
+    rig.refuses(NcError.SOFT_LIMIT_MAX_AT_START, commands.new_end_position, 1, 30.0)
+
+
+def test_the_way_back_from_beyond_a_soft_limit_is_open(make_rig: Any) -> None:
+    rig = make_rig(encoder_soft_limit_max_enable=1, encoder_soft_limit_max=20.0)
+    commands.set_actual_position(rig.axis, 1, 30.0)
+    assert commands.start(rig.axis, 1, 10.0, V) == 0
+    rig.run(2)
+    assert rig.has(StateBit.SOFT_LIMIT_MAX_EXCEEDED)
+    rig.until_rest()
+    assert rig.axis.error_code == 0
+    assert not rig.has(StateBit.SOFT_LIMIT_MAX_EXCEEDED)
+
+
+def test_old_services_are_busy_during_a_job(rig: Any) -> None:
+    assert commands.start(rig.axis, 1, 100.0, V) == 0
+    rig.refuses(NcError.GROUP_BUSY, commands.start, 1, 50.0, V)
+    rig.refuses(NcError.GROUP_BUSY, commands.set_actual_position, 1, 0.0)
+    rig.refuses(NcError.GROUP_BUSY, commands.disable)
+
+
+def test_blending_wants_one_direction_and_a_way(rig: Any) -> None:
+    commands.universal_start(rig.axis, 1, 100.0, V)
+    back = commands.universal_start(rig.axis, 1, 50.0, V, buffer_mode=BufferMode.BLENDING_LOW)
+    refused(rig, back, NcError.COMMAND_OTHER_DIRECTION)
+    same = commands.universal_start(rig.axis, 1, 100.0, V, buffer_mode=BufferMode.BUFFERED)
+    refused(rig, same, NcError.COMMAND_SAME_TARGET)
+
+
+def test_modes_that_do_not_exist(rig: Any) -> None:
+    for extra in ({"buffer_mode": 2}, {"segment_end_velocity": 5.0}, {"blending_position": 1.0}):
+        code = commands.universal_start(rig.axis, 1, 50.0, V, **extra)
+        refused(rig, code, NcError.FUNCTION_NOT_AVAILABLE)

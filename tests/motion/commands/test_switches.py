@@ -1,0 +1,54 @@
+"""Reset, errors from outside, enables."""
+
+from typing import Any
+
+from achse.codes import NcError
+from achse.motion import StartType, StateBit, commands
+
+V = 200.0
+
+
+def test_an_axis_in_error_answers_its_error(rig: Any) -> None:
+    assert commands.set_external_error(rig.axis, NcError.DRIVE_IO_INVALID.number) == 0
+    rig.run(1)
+    assert rig.has(StateBit.ERROR)
+    assert commands.start(rig.axis, 1, 10.0, V) == NcError.DRIVE_IO_INVALID.number
+    assert (
+        commands.universal_start(rig.axis, StartType.HALT, 0.0, 0.0)
+        == NcError.DRIVE_IO_INVALID.number
+    )
+    assert commands.reset(rig.axis) == 0
+    assert not rig.has(StateBit.ERROR)
+    assert commands.start(rig.axis, 1, 10.0, V) == 0
+    assert rig.axis.reset_command_counter == 1
+    rig.refuses(NcError.REQUEST_PARAMETER, commands.set_external_error, 0)
+
+
+def test_reset_during_a_move_stops_abruptly(rig: Any) -> None:
+    commands.start(rig.axis, 3, 0.0, V)
+    rig.seconds(1.0)
+    p = rig.axis.set_position
+    commands.reset(rig.axis)
+    rig.run(1)
+    assert (rig.axis.set_position, rig.axis.set_velocity) == (p, 0.0)
+    assert not rig.has(StateBit.HAS_JOB)
+
+
+def test_a_disabled_axis_takes_no_command(rig: Any) -> None:
+    commands.disable(rig.axis)
+    rig.run(1)
+    assert not rig.has(StateBit.CONTROL_LOOP_CLOSED)
+    rig.refuses(NcError.AXIS_NOT_READY, commands.start, 1, 1.0, V)
+    rig.refuses(NcError.AXIS_NOT_READY, commands.universal_start, 8192, 1.0, V)
+    commands.enable(rig.axis)
+    assert commands.start(rig.axis, 1, 1.0, V) == 0
+
+
+def test_the_drive_output_can_be_switched_off(rig: Any) -> None:
+    commands.set_drive_output(rig.axis, False)
+    rig.run(1)
+    assert not rig.has(StateBit.OPERATIONAL)
+    rig.refuses(NcError.CONTROLLER_ENABLE_MISSING, commands.start, 1, 1.0, V)
+    commands.set_drive_output(rig.axis, True)
+    rig.run(1)
+    assert rig.has(StateBit.OPERATIONAL)
