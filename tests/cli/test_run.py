@@ -135,3 +135,20 @@ def test_a_station_toml_that_is_right(tmp_path: Path) -> None:
     file = tmp_path / "station.toml"
     file.write_text("[[axis]]\nid = 4\nname = 'Z'\n")
     assert _achse("check", str(file)).stdout.rstrip().endswith("1 axes: ok")
+
+
+def test_what_only_a_running_program_could_do_is_a_warning_with_its_place(tmp_path: Path) -> None:
+    (tmp_path / "plc").mkdir()
+    (tmp_path / "plc" / "main.st").write_text(
+        "PROGRAM MAIN\nVAR\n    n : INT := 3;\n    m : INT := n + 1;\n"
+        "    fMass : LREAL := F_Weigh(n);\nEND_VAR\nEND_PROGRAM\n"
+    )
+    file = tmp_path / "station.toml"
+    file.write_text('[[plc]]\nsources = "plc"\n')
+    result = _achse("check", str(file))
+    assert result.stdout.rstrip().endswith(": ok")
+    assert result.stderr.splitlines() == [
+        "warning: plc 851: main.st:5:22: shows only when the program runs: starts as its type says",
+        "        fMass : LREAL := F_Weigh(n);",
+        "                         ^",
+    ]

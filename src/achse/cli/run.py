@@ -1,6 +1,7 @@
 """`achse run` starts a station; `achse check` looks at its configuration only."""
 
 import asyncio
+import logging
 import math
 import os
 import signal
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from achse.station import Station
 
 __all__ = ["register"]
+
+log = logging.getLogger("achse.cli")
 
 _ENDS = (signal.SIGINT, signal.SIGTERM)
 """Signals that end a station properly."""
@@ -75,14 +78,21 @@ def run(
     loop_factory = _loop_factory()
     # a station at the wall clock's pace shows its time; a faster one starts at a fixed moment
     station = _station(file, net_id, wall_clock=factor == 1)
+    for warning in station.warnings:
+        log.warning("%s", warning)
     with asyncio.Runner(loop_factory=loop_factory) as runner:
         code = runner.run(_serve(station, host, tcp_port, factor, duration))
     raise typer.Exit(code)
 
 
 def check(file: ConfigFile) -> None:
-    """Validate a station.toml without starting it."""
+    """Validate a station.toml without starting it.
+
+    Warnings name what the sources of a PLC say and only a running program could do.
+    """
     station = _station(file, None, wall_clock=False)
+    for warning in station.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
     print(f"{file}: {len(station.devices)} devices, {len(station.config.axis)} axes: ok")
 
 

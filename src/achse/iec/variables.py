@@ -2,16 +2,17 @@
 
 import re
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Generic, NamedTuple, Self, TypeVar, overload
+from typing import Any, Generic, NamedTuple, Protocol, Self, TypeVar, overload
 
 from achse.iec.elementary import IntegerType, RealType
 from achse.iec.errors import DeclarationError, IecValueError, UnboundError
 from achse.iec.strings import StringType
 from achse.iec.types import Buffer, IecType, no_attributes
 
-__all__ = ["Address", "Image", "Place", "Section", "Variable"]
+__all__ = ["Address", "Image", "Place", "Section", "Spot", "StartValue", "Surroundings", "Variable"]
 
 G = TypeVar("G")
 S = TypeVar("S")
@@ -76,6 +77,41 @@ class Place(NamedTuple):
     bit: int | None = None
 
 
+class Spot(NamedTuple):
+    """A value in the address space of pointers."""
+
+    type: IecType[Any]
+    address: int
+    bit: int | None = None
+
+
+class Surroundings(Protocol):
+    """What a start value sees: a PLC whose variables all have their place and static values."""
+
+    def variable(self, name: str) -> Spot:
+        """The variable `MAIN.nCount` or, of VAR_STAT, `FB_Motor.nCount`. KeyError without one."""
+        ...
+
+    def read(self, address: int, size: int) -> bytes:
+        """The bytes at an address. LookupError if there are none."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class StartValue:
+    """A value, or a part of one, that shows when memory is laid out: `ADR(x)`, another variable's.
+
+    `value` gives its bytes from the surroundings and the record that the variable is in; it
+    raises `DeclarationError` with file, line and column if that takes a running program.
+    """
+
+    type: IecType[Any]
+    offset: int
+    """From the start of the variable."""
+    bit: int | None
+    value: Callable[[Surroundings, Spot], bytes]
+
+
 class Variable(Generic[G, S]):
     """A variable of a record: a member of a structure, a program or a global variable list.
 
@@ -98,10 +134,13 @@ class Variable(Generic[G, S]):
         attributes: Mapping[str, str] = no_attributes,
         offset: int = 0,
         bit: int | None = None,
+        start_values: Sequence[StartValue] = (),
     ) -> None:
         self.type = type
         self.initial = initial
         """The declared initial value; None for that of the type."""
+        self.start_values = start_values
+        """What is put over it as soon as memory is laid out."""
         self.name = name
         self.section = section
         self.address = Address.parse(at) if isinstance(at, str) and at else at or None
@@ -140,6 +179,7 @@ class Variable(Generic[G, S]):
             attributes=self.attributes,
             offset=offset,
             bit=bit,
+            start_values=self.start_values,
         )
         copy.apart = apart
         return copy

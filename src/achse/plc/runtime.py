@@ -8,11 +8,12 @@ from enum import Enum
 from operator import attrgetter
 from typing import TypeVar
 
-from achse.iec import DeclarationError, Program
+from achse.iec import DeclarationError, PointerType, Program
 from achse.iec.structs import Unit
 from achse.plc.memory import Area, Memory
 from achse.plc.past import Past
 from achse.plc.program import PlacedUnit, PlacedVariable, place, place_statics
+from achse.plc.starts import put_start_values
 from achse.plc.system_info import SystemInfo, system_info_list
 from achse.plc.task import Stopwatch, Task
 
@@ -78,6 +79,8 @@ class PlcRuntime:
         self._state_listeners: list[Callable[[PlcState], None]] = []
         self.failure = ""
         """The traceback that led to EXCEPTION."""
+        self.warnings: tuple[str, ...] = ()
+        """Initial values that only a running program would give, with file, line and column."""
         self.online_changes = 0
         self.restarts = 0
         """Resets so far."""
@@ -98,6 +101,7 @@ class PlcRuntime:
         declared = dict.fromkeys([self._system, *self._globals, *programs])
         self.units = place(declared, self.memory)
         self._statics = place_statics(self.units, self.memory)
+        self.warnings = put_start_values(self.units, self._statics, self.memory)
         self.memory.hold_initial()
         self._by_class: dict[type[Unit], PlacedUnit] = {
             type(unit.instance): unit for unit in self.units
@@ -186,8 +190,9 @@ class PlcRuntime:
         `globals` are the variable lists and programs without task from now on, `programs` those
         of each task by its name; None keeps what there is. Tasks and their cycles stay. What
         keeps its name and type keeps its value, member by member where a structure changed, and
-        Python attributes stay too; everything else starts as declared. The process image and
-        the state of the PLC stay.
+        Python attributes stay too; everything else starts as declared, and so do pointers and
+        references declared with an address, as what they lead to may have moved. The process
+        image and the state of the PLC stay.
 
         Raises `DeclarationError` if the declarations cannot be placed; nothing has changed then.
         """
@@ -225,6 +230,7 @@ class PlcRuntime:
         except Exception:
             self._fail("the start after an online change failed")
         past.restore_values(self.memory, self.variables)
+        put_start_values(self.units, self._statics, self.memory, of=PointerType)
         for task, first in firsts.items():
             task.first_cycle = first
             self._info.show_task(self._indices[task], task)

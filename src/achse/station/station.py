@@ -208,6 +208,11 @@ class Station:
         if self._on_end is not None:
             self._on_end()
 
+    @property
+    def warnings(self) -> list[str]:
+        """What the sources of the PLCs say and only a running program could do, with its place."""
+        return [f"plc {port}: {text}" for port, plc in self.plcs.items() for text in plc.warnings]
+
     def online_change(self, port: int | None = None) -> None:
         """Read the declarations of PLC `port` (of all) again, and go on with them.
 
@@ -220,6 +225,8 @@ class Station:
         for number, source in self._sources.items():
             if port in (None, number):
                 source.reload(self.plcs[number])
+        for warning in self.warnings:
+            log.warning("%s", warning)
 
     def _take(self, parts: assembly.Parts) -> None:
         """Consist of `parts`; stages that others added stay."""

@@ -329,7 +329,7 @@ PROGRAM P VAR x : List<3>; y : List<2 + 1>; z : List<4>; END_VAR END_PROGRAM"""
     assert messages(text.replace("List<4>", "INT<4>")) == ["6:49 INT has no VAR_GENERIC"]
 
 
-def test_what_only_shows_at_run_time_is_left() -> None:
+def test_what_is_no_constant_becomes_a_start_value() -> None:
     text = """
 PROGRAM P VAR
     n : INT := 5;
@@ -343,8 +343,12 @@ PROGRAM P VAR
 END_VAR END_PROGRAM
 FUNCTION_BLOCK FB END_FUNCTION_BLOCK"""
     found = declared(text)
-    assert [name for name, _ in found.left] == ["P.p", "P.m", "P.a", "P.r", "P.f", "P.g", "P.x"]
     members = {member.name: member for member in found.programs["p"].__iec__.members}
+    starts = {name: [s.offset for s in member.start_values] for name, member in members.items()}
+    ton = members["f"].type
+    assert isinstance(ton, StructType)
+    expected = {"n": [], "p": [0], "m": [0], "a": [2], "r": [0], "g": [0], "x": [0]}
+    assert starts == expected | {"f": [ton.member("IN").offset]}
     assert members["m"].initial is None
     assert members["a"].initial == [1, 0, 3]
     assert members["f"].initial == {"PT": 1000}

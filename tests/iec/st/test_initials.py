@@ -22,7 +22,8 @@ def lookup(path: Path, at: int) -> Constant:
     raise NotConstant(at)
 
 
-def value_of(text: str, type: IecType[Any]) -> tuple[object, bool]:
+def value_of(text: str, type: IecType[Any]) -> tuple[object, list[int]]:
+    """The value, and the offsets of what is no constant in it."""
     parser = Parser(Source(text))
     initial = parser.attempt(parser.initial)
     assert initial is not None
@@ -30,7 +31,7 @@ def value_of(text: str, type: IecType[Any]) -> tuple[object, bool]:
     value = values.value(type, initial)
     if value is not None:
         type.encode(value)
-    return value, values.is_whole
+    return value, [part.offset for part in values.left]
 
 
 LINE = ARRAY(INT, (1, 4))
@@ -61,20 +62,27 @@ POINTS = ARRAY(Point, (0, 2))
     ],
 )
 def test_values(text: str, type: IecType[Any], value: object) -> None:
-    assert value_of(text, type) == (value, True)
+    assert value_of(text, type) == (value, [])
 
 
 @pytest.mark.parametrize(
-    ("text", "type", "value"),
+    ("text", "type", "value", "left"),
     [
-        ("v", INT, None),
-        ("[1, v, 3]", LINE, [1, 0, 3, 0]),
-        ("[f(1)]", LINE, [0, 0, 0, 0]),
-        ("(x := v, y := 2)", iec_type(Point), {"y": 2.0}),
+        ("v", INT, None, [0]),
+        ("[1, v, 3]", LINE, [1, 0, 3, 0], [2]),
+        ("[f(1)]", LINE, [0, 0, 0, 0], [0]),
+        ("[1, 2(v)]", LINE, [1, 0, 0, 0], [2, 4]),
+        ("[0(v), 1]", LINE, [1, 0, 0, 0], []),
+        ("[2(1, v)]", LINE, [1, 0, 1, 0], [2, 6]),
+        ("[[1], [2, v]]", ROWS, [[1, 0], [2, 0]], [6]),
+        ("(x := 1, y := v)", iec_type(Point), {"x": 1.0}, [8]),
+        ("[2((y := v))]", POINTS, [{}, {}, {}], [8, 24]),
     ],
 )
-def test_what_shows_at_run_time_is_left(text: str, type: IecType[Any], value: object) -> None:
-    assert value_of(text, type) == (value, False)
+def test_what_is_no_constant_is_left_with_its_place(
+    text: str, type: IecType[Any], value: object, left: list[int]
+) -> None:
+    assert value_of(text, type) == (value, left)
 
 
 def test_a_million_elements_take_no_time() -> None:

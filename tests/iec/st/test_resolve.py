@@ -283,15 +283,18 @@ def test_variables_belong_to_a_unit_by_their_section() -> None:
     )
 
 
-def test_an_initial_value_of_run_time_is_left() -> None:
+def test_an_initial_value_that_is_no_constant_becomes_a_start_value() -> None:
     types = resolver(
         """FUNCTION_BLOCK FB
         VAR n : INT := 3; p : POINTER TO INT := ADR(n); END_VAR
         END_FUNCTION_BLOCK"""
     )
-    types.entry_type(entry(types, "FB"), 0)
+    block = types.entry_type(entry(types, "FB"), 0)
     assert not types.faults
-    assert [name for name, _ in types.left] == ["FB.p"]
+    assert isinstance(block, StructType)
+    (start,) = block.member("p").start_values
+    assert (start.type.name, start.offset, start.bit) == ("POINTER TO INT", 0, None)
+    assert not block.member("n").start_values
 
 
 def test_addresses_are_read_or_a_fault() -> None:

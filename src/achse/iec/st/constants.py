@@ -3,7 +3,8 @@
 import math
 import operator
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from typing import Any, NamedTuple, TypeAlias
 
 from achse.iec.derived import resolved
@@ -70,12 +71,26 @@ def path_of(tree: object) -> Path | None:
     return (tree.name, *reversed(names))
 
 
-class Evaluator:
-    """Finds the value of expressions. `size_of` knows the sizes of types and variables."""
+def _unknown(tree: Expression) -> Constant:
+    raise NotConstant(tree.at)
 
-    def __init__(self, lookup: Lookup, size_of: Callable[[Expression], int]) -> None:
+
+class Evaluator:
+    """Finds the value of expressions.
+
+    `size_of` knows the sizes of types and variables, `otherwise` the values of operands that are
+    no constants, where there are any.
+    """
+
+    def __init__(
+        self,
+        lookup: Lookup,
+        size_of: Callable[[Expression], int],
+        otherwise: Callable[[Expression], Constant] = _unknown,
+    ) -> None:
         self._lookup = lookup
         self._size_of = size_of
+        self._otherwise = otherwise
 
     def value(self, tree: Expression) -> Constant:
         """The value of an expression. Raises `NotConstant` and `Unexpected`."""
@@ -100,6 +115,12 @@ class Evaluator:
         return constant.value
 
     def _operand(self, tree: Expression) -> Constant:
+        try:
+            return self._constant(tree)
+        except NotConstant:
+            return self._otherwise(tree)
+
+    def _constant(self, tree: Expression) -> Constant:
         match tree:
             case Literal():
                 return self._literal(tree)
@@ -149,6 +170,8 @@ class Evaluator:
         cast = _CAST.fullmatch(name)
         target_type = ELEMENTARY.get(cast[1].lower()) if cast else None
         if target_type is None and name not in _FUNCTIONS:
+            if name == "ADR":
+                self._check_names(operands)
             raise NotConstant(tree.at)
         values = [self.value(operand) for operand in operands]
         if target_type is not None and len(values) == 1:
@@ -161,6 +184,14 @@ class Evaluator:
         except ValueError:
             # No fault of the source: LOG(-1) is how some make a NaN.
             return Constant(math.nan)
+
+    def _check_names(self, operands: Iterable[Expression]) -> None:
+        """Raise `Unexpected` for a name of nothing."""
+        for operand in operands:
+            path = path_of(operand)
+            if path is not None:
+                with suppress(NotConstant):
+                    self._lookup(path, operand.at)
 
 
 def _nothing(*_: Any) -> Value:

@@ -4,8 +4,8 @@ All sources of a project are taken together and worked through in the order they
 other. What comes out are the objects of `achse.iec.declare`: record classes, enumeration types,
 `Variable`s with sections, addresses, attributes and initial values.
 
-Initial values that only show at run time (`ADR(x)`, of a variable, of a function) are left as the
-type says, and listed in `Declarations.left`.
+Initial values that are no constants (`ADR(x)`, of a variable, of a function) become start values
+of their variables: the PLC works them out when it lays out its memory.
 """
 
 from collections.abc import Iterable, Mapping
@@ -21,7 +21,7 @@ from achse.iec.st.resolve import Resolver, generics_of
 from achse.iec.st.scopes import Entry, Failed, Scope
 from achse.iec.st.source import Source, SourceError
 from achse.iec.st.standard import standard_library
-from achse.iec.st.tree import Address, Declaration, Expression, NamedType, TypeSpec, VarBlock
+from achse.iec.st.tree import Address, Expression, NamedType, TypeSpec, VarBlock
 from achse.iec.st.units import (
     Accessor,
     Function,
@@ -53,8 +53,6 @@ class Declarations:
     programs: Mapping[str, type[Program]]
     trees: Mapping[str, Unit]
     """The syntax tree of every unit, functions included."""
-    left: tuple[tuple[str, Declaration], ...]
-    """Variables (`MAIN.pData`) whose initial value shows at run time only."""
 
     @property
     def units(self) -> list[type[UnitRecord]]:
@@ -120,7 +118,6 @@ class _Declarer(Resolver):
             {key: unit for key, unit in self._units.items() if issubclass(unit, GlobalVariables)},
             {key: unit for key, unit in self._units.items() if issubclass(unit, Program)},
             {entry.name.lower(): entry.tree for entry in own},
-            tuple(self.left),
         )
 
     def _declare(self, entry: Entry) -> None:
@@ -177,7 +174,6 @@ class _Declarer(Resolver):
     def _check_inside(
         self, blocks: Iterable[VarBlock], returns: TypeSpec | None, scope: Scope
     ) -> None:
-        left = len(self.left)
         try:
             with self.inside(scope.source):
                 if returns is not None:
@@ -185,7 +181,6 @@ class _Declarer(Resolver):
                 self.variables([_without_any(block) for block in blocks], scope)
         except Failed:
             pass
-        del self.left[left:]
 
     # constants and addresses -----------------------------------------------------------------
 

@@ -1,60 +1,68 @@
 """Initial values: what a declaration says, as the Python value its type encodes."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import resolved
 from achse.iec.errors import IecPathError
-from achse.iec.st.constants import Constant, Evaluator, NotConstant, fitted
+from achse.iec.st.constants import Evaluator, NotConstant, fitted
 from achse.iec.st.cursor import Unexpected
-from achse.iec.st.tree import ArrayInitial, Call, Initial, Repeated, StructInitial
+from achse.iec.st.tree import ArrayInitial, Call, Expression, Initial, Repeated, StructInitial
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 
-__all__ = ["InitialValues"]
+__all__ = ["InitialValues", "Left"]
 
 _LEFT = object()
-"""The value of what only shows at run time: left as its type says."""
+"""The value of what no constant is: as its type says, until memory is laid out."""
+
+
+class Left(NamedTuple):
+    """A part of an initial value that is no constant, and where in the variable it belongs."""
+
+    type: IecType[Any]
+    offset: int
+    bit: int | None
+    tree: Expression
 
 
 class InitialValues:
-    """Works out one initial value. `is_whole` tells whether nothing had to be left to run time."""
+    """Works out one initial value. `left` are the parts that are no constants."""
 
     def __init__(self, evaluator: Evaluator) -> None:
         self._evaluator = evaluator
-        self.is_whole = True
+        self.left: list[Left] = []
 
     def value(self, type: IecType[Any], initial: Initial) -> object:
-        """The value, or None if all of it is left to run time. Raises `Unexpected`."""
-        found = self._value(type, initial)
+        """The value, or None if nothing of it is constant. Raises `Unexpected`."""
+        found = self._value(type, initial, 0)
         return None if found is _LEFT else found
 
-    def _value(self, type: IecType[Any], initial: Initial) -> object:
+    def _value(
+        self, type: IecType[Any], initial: Initial, offset: int, bit: int | None = None
+    ) -> object:
         real = resolved(type)
         if isinstance(initial, ArrayInitial):
             if not isinstance(real, ArrayType):
                 raise Unexpected(initial.at, f"{type.name} is no array: it takes {type.expected}")
-            return self._array(real, initial)
+            return self._array(real, initial, offset)
         if isinstance(initial, StructInitial):
             if isinstance(real, ArrayType) or not isinstance(real, StructType):
                 raise Unexpected(
                     initial.at, f"{type.name} has no members: it takes {type.expected}"
                 )
-            return self._struct(real, initial)
-        constant = self._constant(initial)
-        if constant is None:
+            return self._struct(real, initial, offset)
+        try:
+            constant = self._evaluator.value(initial)
+        except NotConstant:
+            self.left.append(Left(type, offset, bit, initial))
             return _LEFT
         return fitted(constant, type, initial.at)
 
-    def _constant(self, initial: Any) -> Constant | None:
-        try:
-            return self._evaluator.value(initial)
-        except NotConstant:
-            self.is_whole = False
-            return None
-
-    def _struct(self, type: StructType[Any], initial: StructInitial) -> dict[str, object]:
+    def _struct(
+        self, type: StructType[Any], initial: StructInitial, offset: int
+    ) -> dict[str, object]:
         values: dict[str, object] = {}
         for item in initial.members:
             try:
@@ -65,14 +73,14 @@ class InitialValues:
                 raise Unexpected(item.at, f"{item.name} has two values")
             if not member.in_memory:
                 raise Unexpected(item.at, f"{item.name} belongs to all {type.name} together")
-            value = self._value(member.type, item.value)
+            value = self._value(member.type, item.value, offset + member.offset, member.bit)
             if value is not _LEFT:
                 values[member.name] = value
         return values
 
-    def _array(self, type: ArrayType[Any], initial: ArrayInitial) -> list[Any]:
+    def _array(self, type: ArrayType[Any], initial: ArrayInitial, offset: int) -> list[Any]:
         flat: list[object] = []
-        self._collect(type, initial, flat, 0)
+        self._collect(type, initial, flat, 0, offset)
         start = _start_of(type.element)
         flat = [start() if item is _LEFT else item for item in flat]
         if len(flat) < type.count:
@@ -84,7 +92,12 @@ class InitialValues:
         return nested
 
     def _collect(
-        self, type: ArrayType[Any], initial: ArrayInitial, flat: list[object], dimension: int
+        self,
+        type: ArrayType[Any],
+        initial: ArrayInitial,
+        flat: list[object],
+        dimension: int,
+        offset: int,
     ) -> None:
         """The elements in order. The dimensions of one array may be bracketed, or not."""
         nested = isinstance(resolved(type.element), ArrayType)
@@ -92,12 +105,22 @@ class InitialValues:
             if isinstance(item, ArrayInitial) and not nested:
                 if dimension + 1 >= len(type.counts):
                     raise Unexpected(item.at, f"{type.name} has {len(type.counts)} dimensions")
-                self._collect(type, item, flat, dimension + 1)
+                self._collect(type, item, flat, dimension + 1, offset)
                 continue
             times, values = self._repeated(item)
             if times * max(1, len(values)) + len(flat) > type.count:
                 raise Unexpected(item.at, f"{type.name} has {type.count} elements, got more")
-            found = [self._value(type.element, value) for value in values] or [_LEFT]
+            known, size = len(self.left), type.element.size
+            found = [
+                self._value(type.element, value, offset + position * size)
+                for position, value in enumerate(values, len(flat))
+            ] or [_LEFT]
+            once = self.left[known:]
+            self.left[known:] = [
+                part._replace(offset=part.offset + number * len(found) * size)
+                for number in range(times)
+                for part in once
+            ]
             flat += found * times
 
     def _repeated(self, item: Initial | Repeated) -> tuple[int, tuple[Initial, ...]]:

@@ -19,10 +19,12 @@ from achse.iec.enums import EnumType
 from achse.iec.layout import LayoutRules
 from achse.iec.methods import Method, Parameter
 from achse.iec.names import ELEMENTARY, with_coding
-from achse.iec.st.constants import Constant
+from achse.iec.st.constants import Constant, NotConstant
 from achse.iec.st.cursor import Unexpected
-from achse.iec.st.initials import InitialValues
+from achse.iec.st.initials import InitialValues, Left
 from achse.iec.st.scopes import Entry, Failed, Scope, Scopes, attributes_of
+from achse.iec.st.source import SourceError
+from achse.iec.st.starts import StartValues
 from achse.iec.st.tree import (
     NO_NOTE,
     Address,
@@ -30,7 +32,9 @@ from achse.iec.st.tree import (
     ArrayOf,
     Declaration,
     EnumOf,
+    Expression,
     Initial,
+    Name,
     NamedType,
     Note,
     PointerTo,
@@ -50,7 +54,7 @@ from achse.iec.strings import STRING, WSTRING
 from achse.iec.structs import Kind, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Address as Place
-from achse.iec.variables import Section, Variable
+from achse.iec.variables import Section, Spot, StartValue, Surroundings, Variable
 
 __all__ = ["LARGEST", "Resolver", "generics_of"]
 
@@ -69,6 +73,8 @@ _SECTIONS = {
 VAR_INST belong to a method."""
 _DECLARED_ELSEWHERE = ("VAR_EXTERNAL", "VAR_CONFIG")
 _RESERVED = ("mro",)
+_LEFT = "shows only when the program runs: starts as its type says"
+_WorkOut = Callable[[StartValues, IecType[Any], Expression], bytes]
 _MORE_NAMES = {"ltime_of_day": "ltod", "ldate_and_time": "ldt"}
 
 
@@ -83,8 +89,6 @@ class Resolver(Scopes):
     ) -> None:
         super().__init__(constants)
         self.rules = rules
-        self.left: list[tuple[str, Declaration]] = []
-        """Variables with an initial value that shows at run time only, by `unit.variable`."""
         self._types = {name.lower(): iec_type(type) for name, type in types.items()}
         self._pointers: list[tuple[PointerType, Scope, int]] = []
         self._instances: dict[str, Entry] = {}
@@ -290,8 +294,8 @@ class Resolver(Scopes):
             else:
                 type = AliasType(entry.name, made, comment=comment, attributes=attributes)
         if tree.initial is not None:
-            value, is_whole = self.initial_value(type, tree.initial, scope)
-            if not is_whole:
+            value, left = self.initial_value(type, tree.initial, scope)
+            if left:
                 raise Unexpected(tree.initial.at, "the initial value of a type is a constant")
             type.default = type.encode(value)
         return type
@@ -437,16 +441,10 @@ class Resolver(Scopes):
         type = self._variable_type(block, tree, scope, hint)
         if attributes.get("TcEncoding", "").upper() == "UTF-8":
             type = with_coding(type, "utf-8")
-        initial: object = None
-        is_whole = not tree.arguments and not tree.is_reference
-        if tree.initial is not None and not tree.is_reference:
-            initial, whole = self.initial_value(type, tree.initial, scope)
-            is_whole = is_whole and whole
+        initial, start_values = self._initial(type, tree, scope)
         found = []
         for item in tree.names:
             name = f"{scope.owner}.{item.name}"
-            if not is_whole and block.section in _SECTIONS:
-                self.left.append((name, tree))
             variable: Variable[Any, Any] = Variable(
                 type,
                 initial,
@@ -458,9 +456,44 @@ class Resolver(Scopes):
                 constant="CONSTANT" in block.qualifiers,
                 comment=tree.note.comment,
                 attributes=attributes,
+                start_values=start_values,
             )
             found.append((variable, item.at))
         return found
+
+    def _initial(
+        self, type: IecType[Any], tree: Declaration, scope: Scope
+    ) -> tuple[object, list[StartValue]]:
+        """The initial value of a variable, and what belongs over it when memory is laid out."""
+        initial: object = None
+        left: list[Left] = []
+        if tree.initial is not None and not tree.is_reference:
+            initial, left = self.initial_value(type, tree.initial, scope)
+        starts = [self._start_value(part, scope, StartValues.encoded) for part in left]
+        if isinstance(tree.initial, Expression) and tree.is_reference:
+            if not isinstance(resolved(type), ReferenceType):
+                raise Unexpected(tree.initial.at, f"REF= binds a reference, not a {type.name}")
+            self.check_names(tree.initial, scope)
+            part = Left(type, 0, None, tree.initial)
+            starts.append(self._start_value(part, scope, StartValues.address))
+        if tree.arguments:
+            part = Left(type, 0, None, Name("FB_init", tree.arguments[0].at))
+            starts.append(self._start_value(part, scope, _refuse_arguments))
+        return initial, starts
+
+    def _start_value(self, part: Left, scope: Scope, work_out: _WorkOut) -> StartValue:
+        type, offset, bit, tree = part
+
+        def value(surroundings: Surroundings, own: Spot) -> bytes:
+            try:
+                return work_out(StartValues(self, scope, surroundings, own), type, tree)
+            except NotConstant as left:
+                fault = scope.source.fault(left.at, _LEFT)
+            except Unexpected as left:
+                fault = scope.source.fault(left.at, f"{left.message}; {_LEFT}")
+            raise SourceError([fault])
+
+        return StartValue(type, offset, bit, value)
 
     def _variable_type(
         self, block: VarBlock, tree: Declaration, scope: Scope, hint: str
@@ -480,13 +513,15 @@ class Resolver(Scopes):
         text = address.text
         return self.made(lambda: Place.parse(text), address.at)
 
-    def initial_value(self, type: IecType[Any], tree: Initial, scope: Scope) -> tuple[object, bool]:
-        """The initial value, and whether all of it is known before run time."""
+    def initial_value(
+        self, type: IecType[Any], tree: Initial, scope: Scope
+    ) -> tuple[object, list[Left]]:
+        """The initial value, and the parts of it that are no constants."""
         values = InitialValues(self.evaluator(scope))
         value = values.value(type, tree)
         if value is not None:
             self.made(lambda: type.encode(value), tree.at)
-        return value, values.is_whole
+        return value, values.left
 
     def methods(self, parts: Iterable[Part], scope: Scope) -> list[Method]:
         """The methods that can be called over ADS."""
@@ -519,6 +554,10 @@ class Resolver(Scopes):
         return Method(
             tree.name, tuple(parameters), returns, tree.note.comment, attributes_of(tree.note)
         )
+
+
+def _refuse_arguments(values: StartValues, type: IecType[Any], tree: Expression) -> bytes:
+    raise Unexpected(tree.at, f"FB_init of {type.name} does not run")
 
 
 def _is_rpc(tree: MethodTree) -> bool:

@@ -1,7 +1,7 @@
 """Names: what is declared where, and the constants that names stand for."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias, TypeVar
 
@@ -24,7 +24,14 @@ from achse.iec.st.tree import (
     TypeSpec,
     VarBlock,
 )
-from achse.iec.st.units import FunctionBlock, GlobalList, Namespace, TypeDeclaration, Unit
+from achse.iec.st.units import (
+    FunctionBlock,
+    GlobalList,
+    Namespace,
+    Program,
+    TypeDeclaration,
+    Unit,
+)
 from achse.iec.types import IecType
 
 __all__ = ["DEEPEST", "Entry", "Failed", "Scope", "Scopes", "attributes_of"]
@@ -208,16 +215,24 @@ class Scopes:
 
     # constants -----------------------------------------------------------------------------
 
-    def evaluator(self, scope: Scope) -> Evaluator:
+    def evaluator(
+        self, scope: Scope, otherwise: Callable[[Expression], Constant] | None = None
+    ) -> Evaluator:
         """Works out expressions as the inside of `scope` sees them."""
-        return Evaluator(
+        names = (
             lambda path, at: self._lookup(path, at, scope),
             lambda operand: self._size(operand, scope),
         )
+        return Evaluator(*names) if otherwise is None else Evaluator(*names, otherwise)
 
     def constant(self, tree: Expression, scope: Scope) -> Constant:
         """The value of an expression. Raises `NotConstant`, `Unexpected`, `Failed`."""
         return self.evaluator(scope).value(tree)
+
+    def check_names(self, tree: Expression, scope: Scope) -> None:
+        """Raise `Unexpected` if a name in an expression means nothing."""
+        with suppress(NotConstant):
+            self.constant(tree, scope)
 
     def integer(self, tree: Expression, scope: Scope, what: str) -> int:
         """The whole number that an expression is. Raises `Unexpected`, `Failed`."""
@@ -239,6 +254,24 @@ class Scopes:
         if keys[-1] in self._given:
             return self._given_constant(keys[-1], at)
         raise Unexpected(at, f"no constant or variable is named '{'.'.join(path)[:80]}'")
+
+    def variable(self, path: Path, scope: Scope) -> tuple[Scope, list[str]] | None:
+        """Where the variable is declared that a path begins with, and the names from it on."""
+        keys = [part.lower() for part in path]
+        if (own := self._own(keys[0], scope)) is not None:
+            return own[0], keys
+        for cut in range(1, len(keys)):
+            entry = self.find(".".join(keys[:cut]), scope.space)
+            if entry is not None and keys[cut] in self.scope(entry).variables:
+                return self.scope(entry), keys[cut:]
+        if found := self._globals.get(keys[0]):
+            return found[0][0], keys
+        return None
+
+    def is_placed(self, scope: Scope) -> bool:
+        """Whether the variables of a scope are those of a list or a program: there once."""
+        entry = self.entries.get(scope.owner.lower())
+        return entry is not None and isinstance(entry.tree, GlobalList | Program)
 
     def _is_enum(self, name: str, space: str) -> bool:
         """Whether `State.Idle` means a value, though a variable is called `State` like its type."""

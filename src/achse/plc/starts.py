@@ -1,0 +1,119 @@
+"""Start values: what shows once every variable has its place is put over the initial values."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from achse.iec import ArrayType, DeclarationError, IecType, StructType, resolved
+from achse.iec.variables import Spot, StartValue, Variable
+from achse.plc.memory import Memory
+from achse.plc.program import PlacedUnit, PlacedVariable
+
+__all__ = ["put_start_values"]
+
+
+def put_start_values(
+    units: Iterable[PlacedUnit],
+    statics: Iterable[PlacedVariable],
+    memory: Memory,
+    *,
+    of: type[IecType[Any]] = IecType,
+) -> tuple[str, ...]:
+    """Work out the start values of all variables, unit by unit in the order of declaration.
+
+    What a value is made of has its own start value only if that comes before. `of` picks those
+    of one kind of type. The result says, each once, what stays as its type says, and why.
+    """
+    units = list(units)
+    return _Start(units, list(statics), memory, of).run(units)
+
+
+class _Start:
+    def __init__(
+        self,
+        units: Iterable[PlacedUnit],
+        statics: list[PlacedVariable],
+        memory: Memory,
+        of: type[IecType[Any]],
+    ) -> None:
+        self._memory = memory
+        self._statics = statics
+        self._of = of
+        self._names = {one.name.lower(): one for unit in units for one in unit.variables}
+        self._concerned: dict[int, bool] = {}
+        self._left: dict[str, None] = {}
+
+    def run(self, units: Iterable[PlacedUnit]) -> tuple[str, ...]:
+        for placed in self._statics:
+            self._begin(placed.variable, self._spot(placed), Spot(placed.variable.type, 0))
+        for unit in units:
+            iec = type(unit.instance).__iec__
+            for variable in iec.members:
+                placed_one = self._names.get(f"{unit.name}.{variable.name}".lower())
+                if placed_one is not None:
+                    self._begin(variable, self._spot(placed_one), Spot(iec, 0))
+        return tuple(self._left)
+
+    # what start values see -------------------------------------------------------------------
+
+    def variable(self, name: str) -> Spot:
+        return self._spot(self._names[name.lower()])
+
+    def read(self, address: int, size: int) -> bytes:
+        found = self._memory.at(address)
+        if found is None:
+            raise LookupError(address)
+        region, offset = found
+        return region.read(offset, size)
+
+    def _spot(self, placed: PlacedVariable) -> Spot:
+        address = self._memory.address(placed.area, placed.offset)
+        return Spot(placed.variable.type, address, placed.bit)
+
+    # one variable ----------------------------------------------------------------------------
+
+    def _begin(self, variable: Variable[Any, Any], spot: Spot, own: Spot) -> None:
+        """First what a variable consists of, then what is said of the variable itself."""
+        if self._is_concerned(spot.type):
+            self._begin_inside(spot)
+        for start in variable.start_values:
+            if isinstance(resolved(start.type), self._of):
+                self._put(start, spot, own)
+
+    def _begin_inside(self, spot: Spot) -> None:
+        real = resolved(spot.type)
+        if isinstance(real, ArrayType):
+            for index in range(real.count):
+                self._begin_inside(Spot(real.element, spot.address + index * real.element.size))
+        elif isinstance(real, StructType):
+            for member in real.fields:
+                place = Spot(member.type, spot.address + member.offset, member.bit)
+                self._begin(member, place, Spot(real, spot.address))
+
+    def _is_concerned(self, type: IecType[Any]) -> bool:
+        """Whether anything inside a type has a start value."""
+        real = resolved(type)
+        found = self._concerned.get(id(real))
+        if found is None:
+            if isinstance(real, ArrayType):
+                found = self._is_concerned(real.element)
+            else:
+                found = isinstance(real, StructType) and any(
+                    member.start_values or self._is_concerned(member.type) for member in real.fields
+                )
+            self._concerned[id(real)] = found
+        return found
+
+    def _put(self, start: StartValue, spot: Spot, own: Spot) -> None:
+        try:
+            data = start.value(self, own)
+        except DeclarationError as left:
+            self._left.setdefault(str(left))
+            return
+        bit = spot.bit if start.bit is None else start.bit
+        found = self._memory.at(spot.address + start.offset)
+        assert found is not None
+        region, offset = found
+        if bit is None:
+            region.write(offset, data)
+        else:
+            region.write_bits(8 * offset + bit, data)

@@ -1,0 +1,162 @@
+"""Initial values that are no constants, in a PLC as its sources declare it."""
+
+import struct
+
+import pytest
+
+from achse.iec import plain
+from achse.iec.st.declare import Declarations, declare
+from achse.iec.st.parser import parse
+from achse.plc import PlcRuntime, Task
+from achse.plc.program import PlacedVariable
+
+SOURCE = """
+TYPE ST_Point : STRUCT x : INT := 1; y : INT := 2; END_STRUCT END_TYPE
+TYPE ST_Link : STRUCT
+    pPoint : POINTER TO ST_Point := ADR(P.aPoints[1]);
+    n : INT;
+END_STRUCT END_TYPE
+INTERFACE I_Motor END_INTERFACE
+FUNCTION_BLOCK FB_Motor IMPLEMENTS I_Motor
+VAR
+    nOwn : INT := 3;
+    pOwn : POINTER TO INT := ADR(nOwn);
+    pThis : POINTER TO FB_Motor := THIS;
+    nTwice : INT := 2 * nOwn;
+END_VAR
+END_FUNCTION_BLOCK
+PROGRAM P
+VAR
+    nA : INT := 5;
+    nB : INT := nA + 1;
+    nC : INT := nB * 2;
+    pA : POINTER TO INT := ADR(nA);
+    pFlag : POINTER TO WORD := ADR(wFlag);
+    rA : REFERENCE TO INT REF= nA;
+    rPoint : REFERENCE TO ST_Point REF= aPoints[2];
+    aPoints : ARRAY [1..3] OF ST_Point := [(x := nA), 2((y := nB))];
+    stCopy : ST_Point := aPoints[2];
+    aLinks : ARRAY [1..2] OF ST_Link;
+    wFlag AT %MW8 : WORD;
+    fbOne : FB_Motor;
+    aMotors : ARRAY [0..1] OF FB_Motor := [(nOwn := 10)];
+    iMotor : I_Motor := fbOne;
+    xLate : BOOL := nA > 4;
+END_VAR
+END_PROGRAM
+"""
+
+
+def declared(text: str) -> Declarations:
+    return declare([parse(text)])
+
+
+def running(text: str = SOURCE) -> PlcRuntime:
+    return PlcRuntime([Task()], declared(text).units)
+
+
+def placed(plc: PlcRuntime, name: str) -> PlacedVariable:
+    return next(item for item in plc.variables if item.name.lower() == name.lower())
+
+
+def address(plc: PlcRuntime, name: str) -> int:
+    one = placed(plc, name)
+    return plc.memory.address(one.area, one.offset)
+
+
+def test_values_and_addresses_stand_at_the_start() -> None:
+    plc = running()
+    program = plc.instance("P")
+    assert plc.warnings == ()
+    assert (program["nB"], program["nC"], program["xLate"]) == (6, 12, True)
+    assert program["pA"] == program["rA"] == address(plc, "P.nA")
+    assert program["pFlag"] == address(plc, "P.wFlag")
+    points = address(plc, "P.aPoints")
+    assert program["rPoint"] == points + 4
+    assert program["iMotor"] == address(plc, "P.fbOne")
+
+
+def test_parts_of_arrays_and_structures_stand_too() -> None:
+    plc = running()
+    program = plc.instance("P")
+    assert plain(program["aPoints"]) == [{"x": 5, "y": 2}, {"x": 1, "y": 6}, {"x": 1, "y": 6}]
+    assert plain(program["stCopy"]) == {"x": 1, "y": 6}
+    assert [link["pPoint"] for link in program["aLinks"]] == [address(plc, "P.aPoints")] * 2
+
+
+def test_each_instance_of_a_block_points_to_itself() -> None:
+    plc = running()
+    program = plc.instance("P")
+    motor = placed(plc, "P.fbOne").variable.type
+    first = address(plc, "P.aMotors")
+    for block, start in [
+        (program["fbOne"], address(plc, "P.fbOne")),
+        (program["aMotors"][0], first),
+        (program["aMotors"][1], first + motor.size),
+    ]:
+        assert block["pThis"] == start
+        assert block["pOwn"] == start + 8  # behind the table pointer
+    # Constants stand before anything else, those that an instance says of itself, too.
+    assert program["aMotors"][0]["nTwice"] == 20
+    assert program["fbOne"]["nTwice"] == 6
+
+
+def test_they_come_again_with_a_reset_and_follow_an_online_change() -> None:
+    plc = running()
+    program = plc.instance("P")
+    program["pA"] = 0
+    program["nB"] = 77
+    plc.reset()
+    assert (program["pA"], program["nB"]) == (address(plc, "P.nA"), 6)
+    program["nB"] = 77
+    before = address(plc, "P.nA")
+    moved = SOURCE.replace("    nA : INT", "    fNew : LREAL;\n    nA : INT")
+    plc.online_change(declared(moved).units)
+    program = plc.instance("P")
+    assert address(plc, "P.nA") != before
+    assert program["pA"] == program["rA"] == address(plc, "P.nA")
+    assert program["nB"] == 77
+
+
+@pytest.mark.parametrize(
+    ("declaration", "warning"),
+    [
+        ("x : LREAL := Calculate(2);", "5:.*shows only when the program runs"),
+        ("f : FB(1);", "5:.*FB_init of FB does not run"),
+        ("p : POINTER TO INT; n : INT := p^;", "5:.*POINTER TO INT leads nowhere yet"),
+        ("n : INT := a[9]; a : ARRAY [0..1] OF INT;", "5:.*index 9 is outside"),
+        ("n : USINT := m; m : INT := 300;", "5:.*USINT takes .* got 300"),
+    ],
+)
+def test_what_takes_a_running_program_is_told_once_with_its_place(
+    declaration: str, warning: str
+) -> None:
+    text = f"""
+FUNCTION_BLOCK FB END_FUNCTION_BLOCK
+FUNCTION_BLOCK Many
+VAR
+    {declaration}
+END_VAR
+END_FUNCTION_BLOCK
+PROGRAM P VAR aMany : ARRAY [1..5] OF Many; END_VAR END_PROGRAM
+"""
+    (told,) = running(text).warnings
+    assert told.startswith("<text>:5:")
+    assert "starts as its type says" in told
+    head = warning.removeprefix("5:.*").split(".*")
+    assert all(part.strip() in told for part in head)
+
+
+def test_a_bit_starts_with_the_value_of_a_variable() -> None:
+    plc = running("PROGRAM P VAR n : BOOL := TRUE; b AT %QX1.3 : BOOL := n; END_VAR END_PROGRAM")
+    assert plc.instance("P")["b"] is True
+
+
+def test_pointers_of_a_32_bit_plc_have_4_bytes() -> None:
+    from achse.iec.layout import TC2_X86
+
+    text = "PROGRAM P VAR n : INT; p : POINTER TO INT := ADR(n); END_VAR END_PROGRAM"
+    plc = PlcRuntime([Task()], declare([parse(text)], rules=TC2_X86).units, pointer_size=4)
+    one = placed(plc, "P.p")
+    data = plc.memory[one.area].read(one.offset, 4)
+    assert data == struct.pack("<I", address(plc, "P.n"))
