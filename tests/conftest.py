@@ -1,6 +1,8 @@
 """What several rooms of the tests need: witnesses, loopback addresses of their own, stations."""
 
+import asyncio
 import importlib.util
+import inspect
 import os
 import shutil
 import signal
@@ -34,6 +36,9 @@ READY_WITHIN = 30.0
 
 ENDS_WITHIN = 2.0
 """Seconds; what `achse run` promises after SIGTERM."""
+
+LOOP_ENDS_WITHIN = 60.0
+"""Seconds for a test that runs in a loop: after that it hangs."""
 
 ADS_CLIENT = Path(__file__).parent / "interop" / "npm" / "node_modules" / "ads-client"
 
@@ -212,6 +217,16 @@ def refused() -> Callable[[int], AbstractContextManager[None]]:
         assert hex(refusal.value.code) == hex(code)
 
     return demand
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
+    """Run a test that is a coroutine in a loop of its own."""
+    if not inspect.iscoroutinefunction(pyfuncitem.obj):
+        return None
+    fixtures = {name: pyfuncitem.funcargs[name] for name in pyfuncitem._fixtureinfo.argnames}
+    asyncio.run(asyncio.wait_for(pyfuncitem.obj(**fixtures), LOOP_ENDS_WITHIN))
+    return True
 
 
 OTHER_PROCESSES = ("interop", "docs", "cli", "monitor", "testing")

@@ -24,7 +24,7 @@ def test_a_json_document_per_record(capsys: pytest.CaptureFixture[str]) -> None:
     set_up_logs(LogFormat.JSON, LogLevel.INFO)
     log = logging.getLogger("achse.somewhere")
     log.debug("too much")
-    log.info("axis %d says „%s“", 3, "no")
+    log.info("axis %d says „%s“", 3, "no", extra={"client": "1.2.3.4.1.1:30000", "peer": ""})
     try:
         1 / 0  # noqa: B018
     except ZeroDivisionError:
@@ -33,6 +33,8 @@ def test_a_json_document_per_record(capsys: pytest.CaptureFixture[str]) -> None:
     assert first["message"] == "axis 3 says „no“"
     assert (first["level"], first["logger"]) == ("info", "achse.somewhere")
     assert first["time"].endswith("Z")
+    assert first["client"] == "1.2.3.4.1.1:30000"
+    assert "peer" not in first
     assert "ZeroDivisionError" in second["traceback"]
 
 
@@ -61,4 +63,4 @@ def test_a_station_logs_what_it_closes(free_host: Callable[[], str]) -> None:
         _, errors = process.communicate(timeout=20)
     record: dict[str, Any] = json.loads(errors.splitlines()[0])
     assert (record["level"], record["logger"]) == ("warning", "achse.tcp")
-    assert record["message"].startswith(f"closing {host.rsplit('.', 3)[0]}")
+    assert record["message"].startswith(f"closing {record['peer']}: ")

@@ -154,8 +154,16 @@ def test_a_fault_in_a_row_is_logged_and_answered(
     bench: Any, caplog: pytest.LogCaptureFixture
 ) -> None:
     assert bench.raw(2, struct.pack("<III", 0x1000, 3, 2)) == struct.pack("<II", 1, 0)
-    assert "Plc30 App: READ failed" in caplog.text
+    assert f"Plc30 App: READ of {bench.me} failed" in caplog.text
     assert "ZeroDivisionError" in caplog.text
+
+
+def test_a_refusal_is_logged_with_who_asked(bench: Any, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.DEBUG, logger="achse.server"):
+        bench.raw(2, struct.pack("<III", 0x9999, 3, 2))
+    [record] = caplog.records
+    assert f"READ of {bench.me} refused: 0x9999: 0x702" in record.getMessage()
+    assert record.client == str(bench.me)  # type: ignore[attr-defined]
 
 
 def test_a_request_without_wish_for_an_answer_gets_none(bench: Any) -> None:

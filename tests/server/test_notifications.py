@@ -351,6 +351,7 @@ def test_a_subscription_survives_the_loss_of_the_connection(bench: Any) -> None:
     handle = bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10, source=remote, origin=old)
     old.open = False
     bench.tick(50)
+    assert bench.router.lost_frames == 1  # nothing is sampled for nobody
     bench.router.learn(remote, new)
     bench.tick(50)
     assert [(time, sample) for time, sample, _ in bench.samples(new)] == [

@@ -1,8 +1,6 @@
 """The station on a network: discovery, routes of the configuration and of StaticRoutes.xml."""
 
-import asyncio
 import functools
-from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any
 
@@ -23,19 +21,10 @@ PRESS = {"name": "press", "net_id": "5.9.9.9.1.1", "host": "10.0.0.9"}
 MILL = Route(name="mill", net_id=NetId("5.8.8.8.1.1"), host="10.0.0.8")
 
 
-def in_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
-    @functools.wraps(test)
-    def run(*arguments: Any, **fixtures: Any) -> None:
-        asyncio.run(asyncio.wait_for(test(*arguments, **fixtures), 20))
-
-    return run
-
-
 def station(base: Path | None = None, **document: Any) -> Station:
     return Station(parse(document, "a.toml"), base=base)
 
 
-@in_loop
 async def test_a_search_tells_net_id_name_and_version() -> None:
     built = station(name="feeder", router={"net_id": "5.6.7.8.1.1"})
     async with built.running("127.0.0.1", 0, udp_port=0) as running:
@@ -46,13 +35,11 @@ async def test_a_search_tells_net_id_name_and_version() -> None:
         assert info.os_version == host_system()
 
 
-@in_loop
 async def test_beside_another_tcp_port_searches_are_answered_only_if_asked_for() -> None:
     async with station().running("127.0.0.1", 0) as running:
         assert running.udp_port is None
 
 
-@in_loop
 async def test_a_taken_udp_port_is_an_error_only_if_asked_for(free_host: Any) -> None:
     host = free_host()
     async with station().running(host, 48898) as first:
@@ -64,7 +51,6 @@ async def test_a_taken_udp_port_is_an_error_only_if_asked_for(free_host: Any) ->
         assert second.udp_port is None
 
 
-@in_loop
 async def test_a_station_asks_another_by_its_route() -> None:
     far = station(router={"net_id": "5.6.7.8.1.1"})
     async with far.running("127.0.0.1", 0) as running:
@@ -77,7 +63,6 @@ async def test_a_station_asks_another_by_its_route() -> None:
             assert (await system.device_info()).name == "TwinCAT System"
 
 
-@in_loop
 async def test_strict_closes_clients_without_a_route(caplog: pytest.LogCaptureFixture) -> None:
     built = station(router={"strict": True})
     async with built.running("127.0.0.1", 0) as running:
@@ -154,7 +139,6 @@ def test_the_root_of_the_files_must_be_a_folder(tmp_path: Path) -> None:
         station(tmp_path, system={"root": "none"})
 
 
-@in_loop
 async def test_only_users_change_routes() -> None:
     wanted = RouteRequest("me", NetId("192.0.2.7.1.1"), "192.0.2.7", "Administrator", "1")
     open_, closed = (

@@ -1,8 +1,7 @@
 """Discovery over real loopback sockets: searches, route requests, passwords, and who asks."""
 
-import asyncio
 import functools
-from collections.abc import AsyncIterator, Callable, Coroutine
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
 
@@ -29,14 +28,6 @@ HASH = PasswordHash.parse("scrypt:2:1:1:AAAA:vHB3h6wZ/jDHYcTGNXKxOg==")
 WANTED = RouteRequest("me", THEIRS, "10.0.0.7", "Administrator", "1")
 
 
-def in_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
-    @functools.wraps(test)
-    def run(*arguments: Any, **fixtures: Any) -> None:
-        asyncio.run(asyncio.wait_for(test(*arguments, **fixtures), 10))
-
-    return run
-
-
 class Known(Users):
     """Administrator with 1, checked at once."""
 
@@ -59,7 +50,6 @@ async def endpoint(
         await running.close()
 
 
-@in_loop
 async def test_a_search_finds_the_router_and_keeps_its_invoke_id() -> None:
     async with endpoint() as router:
         assert await scan(["127.0.0.1"], seconds=0.5, port=router.port, all_of_them=False) == [
@@ -71,14 +61,12 @@ async def test_a_search_finds_the_router_and_keeps_its_invoke_id() -> None:
             break
 
 
-@in_loop
 async def test_a_search_waits_for_all_and_tells_each_once() -> None:
     async with endpoint() as router:
         found = await scan(["127.0.0.1", "127.0.0.1"], seconds=0.2, port=router.port)
         assert found == [(INFO, "127.0.0.1")]
 
 
-@in_loop
 async def test_where_nobody_is_nobody_is_found() -> None:
     async with endpoint() as router:
         port = router.port
@@ -87,13 +75,11 @@ async def test_where_nobody_is_nobody_is_found() -> None:
         await change_route("127.0.0.1", WANTED, seconds=0.05, port=port)
 
 
-@in_loop
 async def test_an_unknown_host_is_an_error() -> None:
     with pytest.raises(OSError, match=r"known|resolution|address"):
         await scan(["no.such.host.invalid"], seconds=0.05)
 
 
-@in_loop
 async def test_the_right_password_adds_and_deletes_a_route() -> None:
     routes = RouteTable()
     async with endpoint(Known(), routes) as router:
@@ -107,7 +93,6 @@ async def test_the_right_password_adds_and_deletes_a_route() -> None:
         assert list(routes) == []
 
 
-@in_loop
 async def test_a_temporary_route_without_host_leads_to_where_the_datagram_came_from() -> None:
     routes = RouteTable()
     async with endpoint(Known(), routes) as router:
@@ -127,7 +112,6 @@ async def test_a_temporary_route_without_host_leads_to_where_the_datagram_came_f
         (Known(), WANTED._replace(host="a:b"), 0x706),
     ],
 )
-@in_loop
 async def test_what_is_refused(users: Users | None, wanted: RouteRequest, status: int) -> None:
     routes = RouteTable()
     async with endpoint(users, routes) as router:
@@ -135,7 +119,6 @@ async def test_what_is_refused(users: Users | None, wanted: RouteRequest, status
         assert list(routes) == []
 
 
-@in_loop
 async def test_other_services_are_not_supported_and_answers_not_answered() -> None:
     async with endpoint() as router:
         other = Datagram(99, AmsAddress.of(ANYBODY, 10_000))
@@ -150,7 +133,6 @@ async def test_other_services_are_not_supported_and_answers_not_answered() -> No
         assert router.ignored == 4
 
 
-@in_loop
 async def test_requests_that_wait_for_their_password_are_limited() -> None:
     async with endpoint(Known()) as router:
         data = WANTED.encode(THEIRS).encode()
@@ -159,7 +141,6 @@ async def test_requests_that_wait_for_their_password_are_limited() -> None:
         assert router.ignored == 1000 - 16
 
 
-@in_loop
 async def test_a_port_that_is_taken_is_an_error() -> None:
     async with endpoint() as router:
         second = DiscoveryEndpoint(lambda: INFO, RouteTable())

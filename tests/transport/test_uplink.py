@@ -1,9 +1,8 @@
 """Uplinks over real loopback sockets: forwarding, limits, losses, NAT, circles, one-way routes."""
 
 import asyncio
-import functools
 import logging
-from collections.abc import AsyncIterator, Callable, Coroutine
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from itertools import pairwise
 from typing import Any
@@ -19,14 +18,6 @@ from achse.transport.uplink import Uplink, Uplinks
 
 NET_IDS = [NetId(f"5.0.0.{number}.1.1") for number in range(1, 5)]
 MAX_LENGTH = 1 << 20
-
-
-def in_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
-    @functools.wraps(test)
-    def run(*arguments: Any, **fixtures: Any) -> None:
-        asyncio.run(asyncio.wait_for(test(*arguments, **fixtures), 10))
-
-    return run
 
 
 async def until(condition: Callable[[], object]) -> None:
@@ -109,7 +100,6 @@ async def hosts(count: int, **settings: Any) -> AsyncIterator[list[Host]]:
             await host.stop()
 
 
-@in_loop
 async def test_a_request_goes_over_several_routers_and_its_answer_comes_back() -> None:
     async with hosts(4) as chain:
         for here, there in pairwise(chain):
@@ -126,7 +116,6 @@ async def test_a_request_goes_over_several_routers_and_its_answer_comes_back() -
         assert (await client.frames.get()).data == b"sample"
 
 
-@in_loop
 async def test_what_no_router_on_the_way_knows_is_answered_0x7() -> None:
     async with hosts(2) as (here, there):
         here.leads(NET_IDS[3], there)
@@ -134,7 +123,6 @@ async def test_what_no_router_on_the_way_knows_is_answered_0x7() -> None:
         assert (answer.error, answer.data) == (0x7, b"")
 
 
-@in_loop
 async def test_requests_that_go_in_circles_end_with_0x7(caplog: pytest.LogCaptureFixture) -> None:
     async with hosts(3) as (one, two, three):
         for here, there in ((one, two), (two, three), (three, one)):
@@ -149,7 +137,6 @@ async def test_requests_that_go_in_circles_end_with_0x7(caplog: pytest.LogCaptur
         assert client.frames.empty()
 
 
-@in_loop
 async def test_two_routers_that_name_each_other_bounce_nothing() -> None:
     async with hosts(2) as (one, two):
         one.leads(NET_IDS[3], two)
@@ -161,7 +148,6 @@ async def test_two_routers_that_name_each_other_bounce_nothing() -> None:
         assert two.router.lost_frames == 1
 
 
-@in_loop
 async def test_a_host_that_is_not_there_is_0x1b_at_once_until_the_next_attempt(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
@@ -174,7 +160,6 @@ async def test_a_host_that_is_not_there_is_0x1b_at_once_until_the_next_attempt(
         assert caplog.text.count("cannot be reached") == 1
 
 
-@in_loop
 async def test_an_uplink_connects_again_after_a_loss() -> None:
     async with hosts(2) as (here, there):
         here.leads(NET_IDS[1], there)
@@ -190,7 +175,6 @@ async def test_an_uplink_connects_again_after_a_loss() -> None:
         assert (await client.ask(NET_IDS[1])).error == 0
 
 
-@in_loop
 async def test_a_peer_that_closes_at_once_is_dialled_with_growing_pauses(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
@@ -212,7 +196,6 @@ async def test_a_peer_that_closes_at_once_is_dialled_with_growing_pauses(
         server.close()
 
 
-@in_loop
 async def test_what_waits_for_a_connection_is_limited() -> None:
     router = Router(NET_IDS[0])
     route = Route(name="slow", net_id=NET_IDS[1], host="192.0.2.1", timeout=0.05)
@@ -232,7 +215,6 @@ async def test_what_waits_for_a_connection_is_limited() -> None:
     await uplink.close()
 
 
-@in_loop
 async def test_a_peer_that_does_not_read_fills_the_mailbox(monkeypatch: Any) -> None:
     async with hosts(2) as (here, there):
         here.leads(NET_IDS[1], there)
@@ -243,7 +225,6 @@ async def test_a_peer_that_does_not_read_fills_the_mailbox(monkeypatch: Any) -> 
         assert (await client.ask(NET_IDS[1])).error == 0x502
 
 
-@in_loop
 async def test_packets_beyond_the_largest_fragment_are_refused() -> None:
     async with hosts(2) as (here, there):
         here.leads(NET_IDS[1], there, max_fragment=100)
@@ -252,7 +233,6 @@ async def test_packets_beyond_the_largest_fragment_are_refused() -> None:
         assert (await client.ask(NET_IDS[1], bytes(69))).error == 0x1C
 
 
-@in_loop
 async def test_behind_nat_a_router_keeps_its_own_net_id() -> None:
     async with hosts(2) as (here, there):
         virtual = NetId("6.6.6.6.1.1")
@@ -270,7 +250,6 @@ async def test_behind_nat_a_router_keeps_its_own_net_id() -> None:
         assert seen.source == AmsAddress.of(virtual, 40000)
 
 
-@in_loop
 async def test_requests_from_the_far_end_of_a_one_way_route_are_refused() -> None:
     async with hosts(2) as (here, there):
         here.leads(NET_IDS[1], there)
@@ -279,7 +258,6 @@ async def test_requests_from_the_far_end_of_a_one_way_route_are_refused() -> Non
         assert (await Client(there.router).ask(NET_IDS[0])).error == 0
 
 
-@in_loop
 async def test_where_routes_are_required_a_stranger_is_told_how_to_get_one(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
@@ -296,7 +274,6 @@ async def test_where_routes_are_required_a_stranger_is_told_how_to_get_one(
         assert (await client.ask(NET_IDS[1])).error == 0
 
 
-@in_loop
 async def test_our_own_net_id_lets_nobody_in_from_elsewhere(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -309,7 +286,6 @@ async def test_our_own_net_id_lets_nobody_in_from_elsewhere(
         assert there.device.frames.empty()
 
 
-@in_loop
 async def test_routes_that_come_and_go_are_followed() -> None:
     async with hosts(2) as (here, there):
         client = Client(here.router)
@@ -321,7 +297,6 @@ async def test_routes_that_come_and_go_are_followed() -> None:
         await until(lambda: not there.listener.connections)
 
 
-@in_loop
 async def test_a_closed_uplink_refuses_what_waited_and_leaves_nothing() -> None:
     tasks = len(asyncio.all_tasks())
     router = Router(NET_IDS[0])
@@ -334,7 +309,6 @@ async def test_a_closed_uplink_refuses_what_waited_and_leaves_nothing() -> None:
     assert len(asyncio.all_tasks()) == tasks
 
 
-@in_loop
 async def test_an_idle_uplink_is_not_dialled_again(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(uplink_module, "_IDLE", 0.0)
     async with hosts(2) as (here, there):

@@ -171,6 +171,14 @@ class Frame:
     def is_response(self) -> bool:
         return bool(self.flags & 1)
 
+    @property
+    def sender(self) -> dict[str, str]:
+        """Who sent it, for the log: `client` is its AMS address, `peer` host and port if known."""
+        return {
+            "client": str(AmsAddress(self.source)),
+            "peer": getattr(self.origin, "peer", ""),
+        }
+
     def reply(self, data: bytes = b"", error: int = 0) -> "Frame":
         """The response to this request: addresses swapped, invoke id and command kept.
 

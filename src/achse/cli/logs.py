@@ -25,6 +25,10 @@ class LogLevel(Enum):
     ERROR = "error"
 
 
+_WHO = ("client", "peer")
+"""What records about a client have beside their message: its AMS address; its host and port."""
+
+
 class _Json(logging.Formatter):
     def format(self, record: logging.LogRecord) -> str:
         seconds, fraction = divmod(record.created, 1)
@@ -35,6 +39,7 @@ class _Json(logging.Formatter):
             "logger": record.name,
             "message": record.getMessage(),
         }
+        document |= {name: text for name in _WHO if (text := getattr(record, name, ""))}
         if record.exc_info:
             document["traceback"] = self.formatException(record.exc_info)
         return json.dumps(document, ensure_ascii=False)

@@ -225,6 +225,8 @@ class Router:
             else ReturnCode.TARGET_MACHINE_NOT_FOUND
         )
         log.info(
-            "%s asked for %s: %s", AmsAddress(frame.source), AmsAddress(frame.target), code.name
+            "%s asked for %s: %s",
+            *(AmsAddress(frame.source), AmsAddress(frame.target), code.name),
+            extra=frame.sender,
         )
         self.deliver(frame.reply(error=code.number))

@@ -188,10 +188,18 @@ class Device:
             payload = command(frame)
         except DeviceError as failure:
             code = int(self._direct_codes.get(failure.code, failure.code))
-            log.debug("%s: %s refused: %s", self.name, Command(frame.command).name, failure)
+            log.debug(
+                "%s: %s of %s refused: %s",
+                *(self.name, Command(frame.command).name, AmsAddress(frame.source), failure),
+                extra=frame.sender,
+            )
             payload = RESULT.pack(code) + ERROR_PADDING[Command(frame.command)]
         except Exception:
-            log.exception("%s: %s failed", self.name, Command(frame.command).name)
+            log.exception(
+                "%s: %s of %s failed",
+                *(self.name, Command(frame.command).name, AmsAddress(frame.source)),
+                extra=frame.sender,
+            )
             code = ReturnCode.INTERNAL_ERROR.number
             payload = RESULT.pack(code) + ERROR_PADDING[Command(frame.command)]
         if not flags & _NO_RESPONSE:

@@ -47,6 +47,8 @@ class Sender(Protocol):
 
     def deliver(self, frame: Frame) -> bool: ...
 
+    def reaches(self, address: bytes) -> bool: ...
+
 
 class Notifications:
     """The subscriptions of one device.
@@ -288,6 +290,8 @@ class Notifications:
             cycle = beat.cycle
             heapreplace(due, (time + ((now - time) // cycle + 1) * cycle, sequence, beat))
             batch = beat.batch
+            if batch.channel.away and not self._is_back(batch.channel):
+                continue
             if batch.parts:
                 beat.sample()
             else:
@@ -323,6 +327,12 @@ class Notifications:
             for channel in ready:
                 self._send_channel(channel)
 
+    def _is_back(self, channel: Channel) -> bool:
+        """Whether a client to whom no way led is there again: its samples go on."""
+        assert self.sender is not None
+        channel.away = not self.sender.reaches(channel.client)
+        return not channel.away
+
     def _send_channel(self, channel: Channel) -> None:
         limits = self.limits
         if self._channels.get(channel.key) is not channel:
@@ -332,18 +342,24 @@ class Notifications:
                 self._waiting[channel] = None
                 if channel.queued > limits.queue_bytes:
                     if not channel.dropped:
-                        log.warning("%s does not read, samples are dropped", _name(channel.client))
+                        log.warning(
+                            "%s does not read, samples are dropped",
+                            _name(channel.client),
+                            extra=channel.reader,
+                        )
                     self.dropped += channel.shorten(limits.queue_bytes)
                 return
             frame = channel.frame(limits.frame_bytes)
             try:
                 if self.sender is not None:
-                    self.sender.deliver(frame)
+                    channel.away = not self.sender.deliver(frame)
             except Exception:  # a fault of one client in this process is no fault of the cycle
                 log.exception("%s failed to take its notifications", _name(channel.client))
         if channel.dropped:
             log.warning(
-                "%s reads again, %d samples were dropped", _name(channel.client), channel.dropped
+                "%s reads again, %d samples were dropped",
+                *(_name(channel.client), channel.dropped),
+                extra=channel.reader,
             )
             channel.dropped = 0
 

@@ -11,7 +11,7 @@ import logging
 import struct
 from collections import deque
 
-from achse.ams import Command, DeviceError, Endpoint, Frame
+from achse.ams import AmsAddress, Command, DeviceError, Endpoint, Frame
 from achse.server.table import Reader
 
 __all__ = ["Batch", "Beat", "Channel", "Subscription", "hint"]
@@ -62,7 +62,8 @@ class Channel:
     """The way to one client as it asked: its address, ours as it wrote it, its connection."""
 
     __slots__ = (
-        "batches", "client", "dropped", "key", "queue", "queued", "server", "subscriptions", "via",
+        "away", "batches", "client", "dropped", "key", "queue", "queued", "server",
+        "subscriptions", "via",
     )  # fmt: skip
 
     def __init__(self, client: bytes, server: bytes, via: Endpoint | None) -> None:
@@ -77,11 +78,19 @@ class Channel:
         self.queued = 0
         self.dropped = 0
         """Samples lost since the client last read."""
+        self.away = False
+        """True while no way leads to the client: nothing is sampled for it."""
 
     @property
     def congested(self) -> bool:
         """True while the client's connection takes no more (its `congested`, if it has one)."""
         return getattr(self.via, "congested", False)
+
+    @property
+    def reader(self) -> dict[str, str]:
+        """Who it is, for the log; see `Frame.sender`."""
+        client = str(AmsAddress(self.client)) if self.client else ""
+        return {"client": client, "peer": getattr(self.via, "peer", "")}
 
     def shorten(self, size: int) -> int:
         """Drop the oldest stamps until at most `size` bytes wait; the number of samples lost."""
@@ -210,10 +219,13 @@ def _fail(subscription: Subscription, failure: Exception) -> None:
     subscription.failing = True
     subscription.last = None
     hint(subscription)
+    whose = subscription.batch.channel.reader
     if isinstance(failure, DeviceError):
-        log.info("notification %d has no value: %s", subscription.handle, failure)
+        log.info("notification %d has no value: %s", subscription.handle, failure, extra=whose)
     else:
-        log.error("notification %d cannot be read", subscription.handle, exc_info=failure)
+        log.error(
+            "notification %d cannot be read", subscription.handle, exc_info=failure, extra=whose
+        )
     read = subscription.read
 
     def retry() -> bytes:

@@ -4,8 +4,10 @@ Source: reference traffic for the port service (0x1000, 0x0001, 0x1002); 000 §3
 """
 
 import asyncio
+import contextlib
 import ipaddress
 import logging
+import socket
 from collections import deque
 from collections.abc import Iterable
 from typing import Any, Protocol, cast
@@ -53,6 +55,10 @@ _FLUSH_SIZE = 256 * 1024
 _HOLD = 0.01
 """Seconds that notifications wait behind the answer to an Add: pyads and others drop a sample that
 comes before they have noted its handle."""
+
+_KEEPALIVE = {"TCP_KEEPIDLE": 30, "TCP_KEEPINTVL": 10, "TCP_KEEPCNT": 3}
+"""Seconds of silence before a peer is asked whether it is still there, and between such questions;
+how many may stay unanswered. A peer that vanished without a word is gone after a minute."""
 
 _LINGER = 5.0
 """Seconds a closed connection has to take the rest of what was sent to it."""
@@ -111,6 +117,7 @@ class TcpConnection(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = cast(asyncio.Transport, transport)
         self._open = True
+        _keep_alive(transport.get_extra_info("socket"))
         name: Any = transport.get_extra_info("peername")
         if name:
             self.peer_host = name[0]
@@ -146,8 +153,7 @@ class TcpConnection(asyncio.Protocol):
                 if not self._open:
                     break
         except DecodeError as failure:
-            log.warning("closing %s: %s", self.peer, failure)
-            self.close()
+            self._turn_out("%s", failure)
         finally:
             self._receiving = False
             self._flush()
@@ -174,6 +180,7 @@ class TcpConnection(asyncio.Protocol):
     def _learn(self, source: bytes) -> bool:
         """Note where `source` is; False if it may not come here and the connection ends."""
         router = self._router
+        self._last_source = source
         ours = router.is_local(source[:6]) and self.owner.serves_ports(self.peer_host)
         if source not in self._sources and not ours:
             admission = router.routes.admission(source[:6], self.peer_host)
@@ -181,15 +188,13 @@ class TcpConnection(asyncio.Protocol):
                 self._refused.add(source)
             elif admission is Admission.UNKNOWN and self.owner.routes_required:
                 client = AmsAddress(source).net_id
-                log.warning(
-                    "closing %s: client %s from %s has no route here; add it with"
+                self._turn_out(
+                    "client %s from %s has no route here; add it with"
                     " `achse ads route add` or a [[route]] in the station's configuration:"
                     ' net_id = "%s", host = "%s"',
-                    *(self.peer, client, self.peer_host, client, self.peer_host),
+                    *(client, self.peer_host, client, self.peer_host),
                 )
-                self.close()
                 return False
-        self._last_source = source
         self._sources[source] = None
         self._router.learn(source, self)
         if len(self._sources) > _LEARNED_PER_CONNECTION:
@@ -208,20 +213,18 @@ class TcpConnection(asyncio.Protocol):
             self.deliver(frame.reply(error=ReturnCode.DEVICE_ACCESS_DENIED.number))
         return True
 
-    def _note_asker(self, request: Frame) -> bool:
+    def _note(self, asker: Endpoint, request: Frame) -> bool:
         """Remember who asks the server behind this connection: askers may share an address.
 
         False if the same request went out so often, unanswered, that it goes in circles.
         """
-        asker = request.origin
-        if asker is None or request.is_response or request.command == Command.NOTIFICATION:
-            return True
         key = (request.source, request.target, request.invoke_id)
         askers = self._asked.setdefault(key, deque(maxlen=_ASKED_PER_CONNECTION))
         if len(askers) >= _CIRCLES and not self._router.is_local(request.target[:6]):
             log.warning(
                 "requests of %s to %s go in circles by way of %s: look at the routes",
                 *(AmsAddress(request.source), AmsAddress(request.target), self.peer),
+                extra=request.sender,
             )
             return False
         askers.append(asker)
@@ -243,8 +246,7 @@ class TcpConnection(asyncio.Protocol):
 
     def _serve(self, message: TcpMessage) -> None:
         if not self.owner.serves_ports(self.peer_host):
-            log.warning("closing %s: it is not on this host, port service refused", self.peer)
-            self.close()
+            self._turn_out("it is not on this host, port service refused")
         elif message.command is TcpCommand.PORT_CONNECT and len(message.data) == 2:
             self._register(int.from_bytes(message.data, "little"))
         elif message.command is TcpCommand.PORT_CLOSE and len(message.data) == 2:
@@ -252,20 +254,16 @@ class TcpConnection(asyncio.Protocol):
         elif message.command is TcpCommand.GET_LOCAL_NET_ID:
             self._send(TcpMessage(TcpCommand.GET_LOCAL_NET_ID, bytes(self._router.net_id)))
         elif message.command is not TcpCommand.ROUTER_NOTE:
-            log.warning(
-                "closing %s: %s with %d bytes of data is no port service",
-                self.peer,
-                message.command.name,
-                len(message.data),
+            self._turn_out(
+                "%s with %d bytes of data is no port service",
+                *(message.command.name, len(message.data)),
             )
-            self.close()
 
     def _register(self, port: int) -> None:
         try:
             address = self._router.register(port, self)
         except RouterError as refusal:
-            log.warning("closing %s: %s", self.peer, refusal)
-            self.close()
+            self._turn_out("%s", refusal)
             return
         self.registered.append(address)
         self._send(TcpMessage(TcpCommand.PORT_CONNECT, bytes(address)))
@@ -282,9 +280,19 @@ class TcpConnection(asyncio.Protocol):
     # out ---------------------------------------------------------------------------------------
 
     def deliver(self, frame: Frame) -> bool:
-        """Send `frame` to the peer; False if the connection is gone."""
-        if not self._open or (frame.origin is not None and not self._note_asker(frame)):
+        """Send `frame` to the peer; False if the connection is gone.
+
+        A request for a peer that leaves too much unread is answered with 0x502 instead.
+        """
+        if not self._open:
             return False
+        asker = frame.origin
+        if asker and not (frame.is_response or frame.command == Command.NOTIFICATION):
+            if self.congested and not frame.flags & Flags.NO_RESPONSE:
+                self._router.deliver(frame.reply(error=ReturnCode.ROUTER_MAILBOX_FULL.number))
+                return True
+            if not self._note(asker, frame):
+                return False
         packet = frame.encode_tcp()
         if frame.command == Command.ADD_NOTIFICATION and frame.is_response:
             self._hold_until = self.owner.loop.time() + _HOLD
@@ -353,9 +361,26 @@ class TcpConnection(asyncio.Protocol):
         self._out_size = 0
         transport.write(b"".join(out) if len(out) > 1 else out[0])
         if transport.get_write_buffer_size() > self.owner.max_backlog:
-            log.warning("cutting off %s: it does not read what it asked for", self.peer)
+            self.warn("it does not read what it asked for")
             self.cut_off = True
             self.abort()
+
+    @property
+    def client(self) -> str:
+        """The AMS address that the peer last sent from, or else registered; "" if neither."""
+        address = self._last_source or next(iter(self.registered), b"")
+        return str(AmsAddress(address)) if address else ""
+
+    def warn(self, reason: str, *details: object) -> None:
+        """Log why the connection ends, and whose it is."""
+        client = self.client
+        whom = f"{self.peer}, client {client}" if client else self.peer
+        facts = {"client": client, "peer": self.peer}
+        log.warning("closing %s: " + reason, whom, *details, extra=facts)
+
+    def _turn_out(self, reason: str, *details: object) -> None:
+        self.warn(reason, *details)
+        self.close()
 
     def abort(self) -> None:
         """Close at once; what waits for the peer is lost."""
@@ -449,16 +474,14 @@ class TcpListener:
             connection.abort()
             return
         if len(self.connections) >= self.max_connections:
-            log.warning(
-                "closing %s: %d connections are open", connection.peer, len(self.connections)
-            )
+            connection.warn("%d connections are open", len(self.connections))
             self.refused += 1
             connection.abort()
             return
         if self.strict:
             for other in list(self.connections):
                 if other.peer_host == connection.peer_host and not other.registered:
-                    log.warning("closing %s: %s replaces it", other.peer, connection.peer)
+                    other.warn("%s replaces it", connection.peer)
                     other.close()
         self.connections.add(connection)
 
@@ -468,6 +491,16 @@ class TcpListener:
         self.cut_off += connection.cut_off
         if not self.connections:
             self._last_closed.set()
+
+
+def _keep_alive(connected: socket.socket | None) -> None:
+    if connected is None:
+        return
+    with contextlib.suppress(OSError):  # the peer may be gone already
+        connected.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        for name, value in _KEEPALIVE.items():
+            if hasattr(socket, name):
+                connected.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
 
 
 def _is_loopback(host: str) -> bool:

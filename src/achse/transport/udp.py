@@ -100,7 +100,11 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
             self._send(self._info().encode(request), addr)
         elif request.service in (DiscoveryService.ADD_ROUTE, DiscoveryService.DELETE_ROUTE):
             if not self._users:
-                log.info("%s wants to change routes, but no users are configured", addr[0])
+                log.info(
+                    "%s wants to change routes, but no users are configured",
+                    addr[0],
+                    extra=_sender(request, addr),
+                )
                 self._answer(request, addr, ReturnCode.INVALID_ACCESS)
             elif self._waiting.full():
                 self.ignored += 1
@@ -133,6 +137,7 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
                 "%s wants to %s %r to %s: %s",
                 *(addr[0], DiscoveryService(request.service).name.lower().replace("_", " ")),
                 *(wanted.name, wanted.net_id, code.name),
+                extra=_sender(request, addr),
             )
             self._answer(request, addr, code)
 
@@ -155,6 +160,11 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
             log.info("no route: %s", refusal)
             return ReturnCode.INVALID_DATA
         return ReturnCode.NO_ERROR
+
+
+def _sender(request: Datagram, addr: Peer) -> dict[str, str]:
+    """Who asked, for the log."""
+    return {"client": str(request.source.net_id), "peer": f"{addr[0]}:{addr[1]}"}
 
 
 class _Asker(asyncio.DatagramProtocol):

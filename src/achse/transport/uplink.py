@@ -111,7 +111,11 @@ class Uplink:
     def _refuse(self, frame: Frame, code: ReturnCode) -> bool:
         self.refused += 1
         if not frame.flags & _NO_ANSWER and frame.command != Command.NOTIFICATION:
-            log.info("%s for %s: %s", code.name, AmsAddress(frame.target), self.route.name)
+            log.info(
+                "%s asked for %s by route %s: %s",
+                *(AmsAddress(frame.source), AmsAddress(frame.target), self.route.name, code.name),
+                extra=frame.sender,
+            )
             self.router.deliver(frame.reply(error=code.number))
         return True
 
