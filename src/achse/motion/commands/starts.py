@@ -15,12 +15,13 @@ from achse.motion.checks import (
     why_not_target,
     why_not_velocity,
 )
+from achse.motion.commands.jog import JOGS, as_plain_start
 from achse.motion.commands.queue import busy, journey, next_number, show_accepted, sign
 from achse.motion.commands.stops import halt
 from achse.motion.profile import stopping_distance
 from achse.motion.record import COMMAND_BUFFER
 from achse.motion.setpoint import begin_job, resolve_target
-from achse.motion.states import BufferMode, MotionPhase, StartType
+from achse.motion.states import AxisType, BufferMode, MotionPhase, StartType
 
 __all__ = ["start", "universal_start"]
 
@@ -86,6 +87,10 @@ def universal_start(
     jerk = jerk or axis.default_jerk
     if start_type in (StartType.HALT, StartType.STOP_AND_LOCK):
         return halt(axis, start_type, deceleration, jerk, buffer_mode)
+    if start_type in JOGS:
+        if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
+            return NcError.AXIS_INCOMPATIBLE.number
+        start_type, position, velocity = as_plain_start(axis, start_type, velocity)
     if start_type not in StartType.__members__.values():
         return NcError.START_TYPE.number
     if buffer_mode not in BufferMode.__members__.values():

@@ -1,0 +1,56 @@
+"""Manual travel: start types whose velocity or distance is a parameter of the axis (004 §3.1.2).
+
+The low digit is the direction, the middle one endless (1) or by a step (2), the high one which.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from achse.motion.axis import Axis
+from achse.motion.states import StartType
+
+__all__ = ["JOGS", "Jog", "as_plain_start"]
+
+
+@dataclass(frozen=True, slots=True)
+class Jog:
+    """One of the types: endless at a velocity of the axis, or a step at the commanded velocity.
+
+    `parameters` name velocity or distance, for positive and negative travel; without them `step`
+    is the distance in axis units.
+    """
+
+    parameters: tuple[str, str] = ("", "")
+    step: float = 0.0
+    endless: bool = False
+
+
+_SLOW, _FAST, _RAPID = "jog_velocity_slow", "jog_velocity_fast", "rapid_traverse_velocity"
+
+_KINDS = {
+    0x110: Jog((_SLOW, _SLOW), endless=True),
+    0x210: Jog((_FAST, _FAST), endless=True),
+    0x310: Jog((_RAPID, _RAPID), endless=True),
+    0x120: Jog(("pulse_distance_positive", "pulse_distance_negative")),
+    0x220: Jog(step=0.001),
+    0x320: Jog(step=0.01),
+    0x420: Jog(step=0.1),
+    0x520: Jog(step=1.0),
+}
+
+JOGS: Mapping[int, Jog] = {
+    kind + negative: jog for kind, jog in _KINDS.items() for negative in (0, 1)
+}
+"""The start types 272 … 1313; odd ones lead to smaller positions."""
+
+
+def as_plain_start(axis: Axis, start_type: int, velocity: float) -> tuple[StartType, float, float]:
+    """Start type, distance and velocity that a jog stands for."""
+    jog = JOGS[start_type]
+    negative = start_type & 1
+    name = jog.parameters[negative]
+    value: float = getattr(axis, name) if name else jog.step
+    if jog.endless:
+        kind = StartType.ENDLESS_NEGATIVE if negative else StartType.ENDLESS_POSITIVE
+        return kind, 0.0, value
+    return StartType.RELATIVE, -value if negative else value, velocity
