@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 
 import achse
+from achse.ams import DeviceError
 from achse.iec import plain
 
 PLANT = Path(__file__).parent / "plant" / "station.toml"
@@ -94,6 +95,12 @@ def test_achse(station: Any) -> None:
             result = await plc.call("MAIN.fbFeeder", "Last")
             assert (result.value, result.outputs["sWhat"]) == (True, "Nägel")
             assert plain(result.outputs["stLast"]) == {"fX": 3.0, "fY": 0.5}
+            assert await plc.read("MAIN.fbFeeder.fMean") == 0.5
+            with pytest.raises(DeviceError, match="0x704"):
+                await plc.write("MAIN.fbFeeder.fMean", 1.0)
+            shift = await plc.read("GVL.nShift")
+            result = await plc.call("MAIN", "Shift", nTo=2)
+            assert (result.value, result.outputs) == (2, {"nFrom": shift})
 
     asyncio.run(main())
 
@@ -136,6 +143,7 @@ def _use_with_pyads(plc: Any, name: str, until: Callable[..., None]) -> None:
     assert plc.read_by_name("GVL.aStations[2].sName", pyads.PLCTYPE_STRING) == name
     assert plc.read_by_name("GVL.aStations[2].aPoints[2].fX", pyads.PLCTYPE_LREAL) == 2.25
     assert plc.read_by_name("GVL.aStations[2].wsTitle", pyads.PLCTYPE_WSTRING) == "Größe"
+    assert plc.read_by_name("MAIN.fbFeeder.fMean", pyads.PLCTYPE_LREAL) == 0
 
     seen: list[tuple[bytes, int]] = []
 
@@ -194,6 +202,7 @@ def test_ads_client(
         "returnValue": True,
         "outputs": {"stLast": {"fX": 4, "fY": 2.5}, "sWhat": "Schrauben"},
     }
+    assert found["shifted"]["returnValue"] == 3
     assert found["samples"] == [["new", 1.5], ["dritte", 1.5]]
 
 

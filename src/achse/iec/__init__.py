@@ -61,7 +61,7 @@ from achse.iec.errors import (
     IecValueError,
     UnboundError,
 )
-from achse.iec.methods import Method, Parameter
+from achse.iec.methods import Method, Parameter, Property
 from achse.iec.strings import STRING, WSTRING
 from achse.iec.structs import FunctionBlock, Kind, Record, Struct, StructType, Union, bind, plain
 from achse.iec.times import (
@@ -142,6 +142,7 @@ __all__ = [
     "Place",
     "PointerType",
     "Program",
+    "Property",
     "Record",
     "ReferenceType",
     "Section",

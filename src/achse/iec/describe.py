@@ -25,7 +25,7 @@ from achse.iec.derived import (
 from achse.iec.entries import fitting, fitting_attributes
 from achse.iec.enums import EnumType
 from achse.iec.methods import Method, Parameter
-from achse.iec.structs import StructType
+from achse.iec.structs import Kind, StructType
 from achse.iec.types import Adst, IecType
 from achse.iec.variables import Variable
 
@@ -61,7 +61,7 @@ def _parts(type: IecType[Any]) -> list[IecType[Any]]:
         for method in type.methods:
             parts += [parameter.type for parameter in method.parameters]
             parts += [] if method.returns is None else [method.returns]
-        return parts
+        return [*parts, *(item.type for item in type.properties)]
     return []
 
 
@@ -95,7 +95,9 @@ def describe_type(type: IecType[Any]) -> DataTypeEntry:
     elif isinstance(type, AliasType):
         type_name = type.base.name
     elif isinstance(type, StructType):
-        members = tuple(_member(item, index) for index, item in enumerate(type.members))
+        # Of a program only what lies in its own memory: the rest are symbols elsewhere.
+        shown = type.fields if type.kind is Kind.UNIT else type.members
+        members = tuple(_member(item, index) for index, item in enumerate(shown))
         if type.methods:
             flags |= TypeFlag.METHODS
             methods = tuple(_method(item, index) for index, item in enumerate(type.methods))

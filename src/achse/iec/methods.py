@@ -1,4 +1,4 @@
-"""Methods of function blocks: their declaration, and their arguments as bytes.
+"""Methods and properties: their declaration, and the arguments of methods as bytes.
 
 A call carries all inputs in order without gaps; the answer carries the return value, then all
 outputs in order without gaps.
@@ -12,7 +12,7 @@ from typing import Any
 from achse.iec.errors import IecDecodeError, IecValueError
 from achse.iec.types import IecType
 
-__all__ = ["Method", "Parameter"]
+__all__ = ["Method", "Parameter", "Property"]
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,20 @@ class Parameter:
     type: IecType[Any]
     is_output: bool = False
     by_reference: bool = False
+    comment: str = ""
+    attributes: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Property:
+    """A property that clients reach by name (attribute `monitoring` = `call`)."""
+
+    name: str
+    type: IecType[Any]
+    readable: bool = True
+    """Whether it has a GET."""
+    writable: bool = True
+    """Whether it has a SET."""
     comment: str = ""
     attributes: Mapping[str, str] = field(default_factory=dict)
 

@@ -13,7 +13,7 @@ from achse.iec.arrays import ArrayType
 from achse.iec.derived import InterfaceType, PointerType, ReferenceType, resolved
 from achse.iec.elementary import BIT, IntegerType
 from achse.iec.errors import IecIndexError, IecPathError
-from achse.iec.methods import Method
+from achse.iec.methods import Method, Property
 from achse.iec.structs import StructType
 from achse.iec.symbols import fold
 from achse.iec.types import IecType
@@ -85,6 +85,7 @@ class Location(NamedTuple):
     method: Method | None = None
     static: Variable[Any, Any] | None = None
     """The VAR_STAT variable on the way, if there is one: `offset` and `hops` count from it."""
+    property: Property | None = None
 
 
 _NAME = re.compile(r"[^\W\d]\w*")
@@ -197,6 +198,8 @@ def follow(type: IecType[Any], steps: Iterable[Step]) -> Location:
     for step in steps:
         if location.method is not None:
             raise IecPathError(f"nothing follows a method: {step}")
+        if location.property is not None:
+            raise IecPathError(f"nothing follows a property: {step}")
         if location.bit is not None:
             raise IecPathError(f"nothing follows a bit: {step}")
         location = _next(location, step)
@@ -215,6 +218,8 @@ def _next(location: Location, step: Step) -> Location:
     if isinstance(step, Member):
         if not isinstance(type, StructType):
             raise IecPathError(f"{location.type.name} has no member {step.name[:80]!r}")
+        if (found := type.property_named(step.name)) is not None:
+            return location._replace(type=found.type, property=found)
         member = type.member(step.name)
         if not member.in_memory:
             return Location(member.type, 0, member.bit, static=member)

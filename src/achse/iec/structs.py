@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Generic, Self, TypeVar
 from achse.iec.arrays import Array
 from achse.iec.errors import DeclarationError, IecDecodeError, IecPathError, IecValueError
 from achse.iec.layout import TC3_X64, Layout, LayoutRules, Spot, overlaid, pack_of, sequential
-from achse.iec.methods import Method
+from achse.iec.methods import Method, Property
 from achse.iec.types import Adst, Buffer, IecType, no_attributes
 from achse.iec.variables import Place, Variable
 
@@ -58,6 +58,7 @@ class StructType(IecType[R], Generic[R]):
         pack: int | None = None,
         layout: Layout | None = None,
         methods: Sequence[Method] = (),
+        properties: Sequence[Property] = (),
         comment: str = "",
         attributes: Mapping[str, str] = no_attributes,
         guid: bytes | None = None,
@@ -102,7 +103,16 @@ class StructType(IecType[R], Generic[R]):
         self._by_name: dict[str, Variable[Any, Any]] = {
             item.name.lower(): item for item in reversed(self.members)
         }
-        self.methods: tuple[Method, ...] = (*(base.methods if base else ()), *methods)
+        self.own_methods = tuple(methods)
+        # A method that overrides another has the place of that in the table.
+        self._methods: dict[str, Method] = {
+            **(base._methods if base else {}),
+            **{method.name.lower(): method for method in methods},
+        }
+        self._properties: dict[str, Property] = {
+            **(base._properties if base else {}),
+            **{item.name.lower(): item for item in properties},
+        }
         self._record = record
         if guid is not None:
             self.guid = guid
@@ -164,12 +174,26 @@ class StructType(IecType[R], Generic[R]):
             raise IecPathError(f"{self.name} has no member {name[:80]!r}")
         return found
 
+    @property
+    def methods(self) -> tuple[Method, ...]:
+        """All methods that can be called, inherited ones first."""
+        return tuple(self._methods.values())
+
     def method(self, name: str) -> Method:
         """The method of that name, without case; the most derived one. Raises `IecPathError`."""
-        for method in reversed(self.methods):
-            if method.name.lower() == name.lower():
-                return method
-        raise IecPathError(f"{self.name} has no method {name[:80]!r}")
+        found = self._methods.get(name.lower())
+        if found is None:
+            raise IecPathError(f"{self.name} has no method {name[:80]!r}")
+        return found
+
+    @property
+    def properties(self) -> tuple[Property, ...]:
+        """All properties that clients reach, inherited ones first."""
+        return tuple(self._properties.values())
+
+    def property_named(self, name: str) -> Property | None:
+        """The property of that name, without case; None if there is none."""
+        return self._properties.get(name.lower())
 
     @cached_property
     def default(self) -> bytes:

@@ -8,7 +8,7 @@ from achse.plc.memory import (
     MemoryRangeError,
     Region,
 )
-from achse.plc.program import PlacedVariable
+from achse.plc.program import PlacedUnit, PlacedVariable
 from achse.plc.runtime import PlcRuntime, PlcState, PlcStateError
 from achse.plc.task import Task
 
@@ -18,6 +18,7 @@ __all__ = [
     "AreaFullError",
     "Memory",
     "MemoryRangeError",
+    "PlacedUnit",
     "PlacedVariable",
     "PlcRuntime",
     "PlcState",

@@ -53,14 +53,15 @@ class PlacedUnit:
     `instance` stays the same object for ever; `start` puts it into the state of a first start.
     """
 
-    __slots__ = ("_base", "_memory", "_places", "instance", "name", "variables")
+    __slots__ = ("_memory", "_places", "base", "instance", "name", "variables")
 
     def __init__(self, declared: type[Unit], memory: Memory) -> None:
         self.instance: Unit = declared.__new__(declared)
         self.name = declared.__iec__.name
         self.variables: list[PlacedVariable] = []
         self._memory = memory
-        self._base = 0
+        self.base = 0
+        """Where in the data area its memory begins."""
         self._places: dict[str, Place] = {}
 
     def place_fixed(self) -> None:
@@ -85,7 +86,7 @@ class PlacedUnit:
         """Find memory for all other variables. Raises DeclarationError if an area is full."""
         iec = self.instance.__iec__
         data = self._memory[Area.DATA]
-        self._base = data.allocate(iec.size, iec.alignment)
+        self.base = data.allocate(iec.size, iec.alignment)
         for variable in iec.members:
             if not variable.in_memory or variable.name in self._places:
                 continue
@@ -100,7 +101,7 @@ class PlacedUnit:
                     raise self._refusal(variable, failure) from None
                 self._set_apart(variable, area, offset, None)
             else:
-                self._note(variable, Area.DATA, self._base + variable.offset, variable.bit)
+                self._note(variable, Area.DATA, self.base + variable.offset, variable.bit)
         self.variables.sort(key=lambda placed: placed.name.lower())
 
     def _set_apart(
@@ -136,7 +137,7 @@ class PlacedUnit:
         """
         unit = self.instance
         unit.__dict__.clear()
-        bind(unit, self._memory[Area.DATA].data, self._base, self._places)
+        bind(unit, self._memory[Area.DATA].data, self.base, self._places)
         for name, wanted in _annotations(type(unit)):
             if wanted in partners:
                 setattr(unit, name, partners[wanted])

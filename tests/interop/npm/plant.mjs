@@ -35,6 +35,7 @@ found.fed = await client.invokeRpcMethod("MAIN.fbFeeder", "Feed", {
 });
 found.last = await client.invokeRpcMethod("MAIN.fbFeeder", "Last");
 found.total = (await client.readValue("MAIN.fbFeeder.nFed")).value;
+found.shifted = await client.invokeRpcMethod("MAIN", "Shift", { nTo: 3 });
 
 const samples = new EventEmitter();
 const seen = [];

@@ -1,8 +1,6 @@
 """The symbols of a PLC for clients: names, addresses, values, type tables."""
 
 import hashlib
-import inspect
-import logging
 import struct
 from collections.abc import Callable, Mapping
 from functools import cached_property, partial
@@ -11,20 +9,21 @@ from typing import Any, NamedTuple
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.devices.plc.areas import AREA_GROUPS
-from achse.iec import IecDecodeError, IecIndexError, IecPathError, IecType, Method, Record
+from achse.devices.plc.calls import PropertyAccess, caller, property_access
+from achse.iec import IecIndexError, IecPathError, IecType, Record, Variable
 from achse.iec.datatypes import encode_types
 from achse.iec.describe import describe_type, types_within
 from achse.iec.names import ELEMENTARY
-from achse.iec.paths import Index, Location, Member, Step, follow, parse_path, split_symbol
+from achse.iec.paths import Location, Member, Step, follow, parse_path, split_symbol
 from achse.iec.symbols import SymbolEncoder, SymbolEntry, SymbolFlag, UploadFlag, fold
-from achse.plc import Area, Memory, PlacedVariable, PlcRuntime, Region
+from achse.plc import Area, Memory, PlacedUnit, PlacedVariable, PlcRuntime, Region
 from achse.server import UploadInfo
 
 __all__ = ["PlcSymbol", "PlcSymbols", "Spot"]
 
-log = logging.getLogger("achse.plc")
-
 _ADDRESS_TYPES = {Area.INPUT: "Input", Area.OUTPUT: "Output"}
+_PROPERTIES = 0xF019
+"""The index group in the entries of properties: they are reached by handle only."""
 
 
 class Spot(NamedTuple):
@@ -36,7 +35,7 @@ class Spot(NamedTuple):
 
 
 class PlcSymbol:
-    """A variable, or a part of one, at a fixed place in memory; or a method of a part."""
+    """A variable, or a part of one, at a fixed place in memory; a method or property of a part."""
 
     __slots__ = (
         "_spot",
@@ -57,7 +56,7 @@ class PlcSymbol:
         self,
         name: str,
         type: IecType[Any],
-        spot: "Spot | Callable[[], Spot]",
+        spot: "Spot | PropertyAccess | Callable[[], Spot]",
         context: int,
         *,
         read_only: bool = False,
@@ -82,12 +81,16 @@ class PlcSymbol:
         if isinstance(spot, Spot):
             self.flags |= 0 if spot.bit is None else SymbolFlag.BIT_VALUE
             self.read, self.write = _access(spot, type.size)
+        elif isinstance(spot, PropertyAccess):
+            self.read, self.write = spot
         else:
             self.read = lambda: _access(spot(), type.size)[0]()
             self.write = lambda content: _access(spot(), type.size)[1](content)
 
     @property
     def _place(self) -> tuple[int, int]:
+        if isinstance(self._spot, PropertyAccess):
+            return _PROPERTIES, 0
         spot = self._spot if isinstance(self._spot, Spot) else self._spot()
         groups = AREA_GROUPS[spot.region.area]
         if spot.bit is None:
@@ -155,12 +158,31 @@ def _one_bit(
     return read, write
 
 
+class _Root(NamedTuple):
+    """What a name begins with: a variable, or a program as a whole."""
+
+    placed: PlacedVariable
+    context: int
+    unit: Record | None
+    steps: tuple[Step, ...]
+    """The way to it in the unit."""
+
+
+def _whole(unit: PlacedUnit) -> PlacedVariable:
+    """A program with its own memory as one variable, which clients may look at."""
+    variable: Variable[Any, Any] = Variable(
+        type(unit.instance).__iec__, name=unit.name, constant=True
+    )
+    return PlacedVariable(unit.name, variable, Area.DATA, unit.base, None)
+
+
 class PlcSymbols:
     """All symbols of one PLC: its declared variables and whatever a path reaches in them."""
 
     def __init__(self, plc: PlcRuntime) -> None:
         self.plc = plc
-        self._roots: dict[str, tuple[PlacedVariable, int, Record | None]] = {}
+        self._roots: dict[str, _Root] = {}
+        self._units: dict[str, _Root] = {}
         self.refresh()
 
     def refresh(self) -> None:
@@ -168,13 +190,20 @@ class PlcSymbols:
         plc = self.plc
         numbers = {task: number for number, task in enumerate(plc.tasks, 1)}
         self._roots = {
-            fold(placed.name): (placed, context, unit.instance)
+            fold(placed.name): _Root(
+                placed, context, unit.instance, (Member(placed.variable.name),)
+            )
             for unit in plc.units
             for context in (numbers[plc.task_of(unit)],)
             for placed in unit.variables
         }
         for placed in plc.statics:
-            self._roots.setdefault(fold(placed.name), (placed, 1, None))
+            self._roots.setdefault(fold(placed.name), _Root(placed, 1, None, ()))
+        self._units = {
+            fold(unit.name): _Root(_whole(unit), numbers[plc.task_of(unit)], unit.instance, ())
+            for unit in plc.units
+            if (iec := type(unit.instance).__iec__).methods or iec.properties
+        }
         for kept in ("_symbol_table", "_types", "_type_table"):
             self.__dict__.pop(kept, None)
 
@@ -187,7 +216,7 @@ class PlcSymbols:
     def _edition(self) -> int:
         """A byte of a hash over names, types and places, when it is first asked for."""
         state = hashlib.blake2b(digest_size=1)
-        for root, (placed, _, _) in self._roots.items():
+        for root, (placed, *_) in self._roots.items():
             state.update(
                 b"%b %b %d %d;"
                 % (root.encode(), placed.variable.type.guid, placed.offset, placed.bit or 0)
@@ -197,22 +226,26 @@ class PlcSymbols:
     def resolve(self, name: str) -> PlcSymbol | None:
         """`MAIN.stAxis.fPos`, `GVL.aValues[3]`, `MAIN.nFlags.3`, `GVL.pPart^`, `MAIN.fb#Start`.
 
+        A program with methods or properties is found as well, and these in it: `MAIN#Start`.
         Raises `DeviceError` 0x721 for an index out of bounds.
         """
-        try:
-            root, rest = split_symbol(name, self._roots)
-            if not rest:
-                return self._variable(root)
-            steps = parse_path(rest)
-            location = follow(self._roots[root][0].variable.type, steps)
-        except IecIndexError as failure:
-            raise DeviceError(ReturnCode.INVALID_ARRAY_INDEX, str(failure)) from None
-        except IecPathError:
-            return None
-        return self._part(root, rest, steps, location)
+        for roots in (self._roots, self._units):
+            try:
+                key, rest = split_symbol(name, roots)
+                root = roots[key]
+                if not rest:
+                    return self._variable(root)
+                steps = parse_path(rest)
+                location = follow(root.placed.variable.type, steps)
+            except IecIndexError as failure:
+                raise DeviceError(ReturnCode.INVALID_ARRAY_INDEX, str(failure)) from None
+            except IecPathError:
+                continue
+            return self._part(root, rest, steps, location)
+        return None
 
-    def _variable(self, root: str) -> PlcSymbol:
-        placed, context, _ = self._roots[root]
+    def _variable(self, root: "_Root") -> PlcSymbol:
+        placed, context, *_ = root
         variable = placed.variable
         return PlcSymbol(
             placed.name,
@@ -225,11 +258,23 @@ class PlcSymbols:
             attributes=_attributes(placed),
         )
 
-    def _part(self, root: str, rest: str, steps: tuple[Step, ...], location: Location) -> PlcSymbol:
-        placed, context, unit = self._roots[root]
+    def _part(
+        self, root: "_Root", rest: str, steps: tuple[Step, ...], location: Location
+    ) -> PlcSymbol:
+        placed, context, unit, first = root
         call = None
         if location.method is not None and unit is not None:
-            call = _caller(unit, (Member(placed.variable.name), *steps[:-1]), location.method)
+            call = caller(unit, (*first, *steps[:-1]), location.method)
+        if location.property is not None and unit is not None:
+            return PlcSymbol(
+                placed.name + rest,
+                location.type,
+                property_access(unit, (*first, *steps[:-1]), location.property),
+                context,
+                read_only=not location.property.writable,
+                comment=location.property.comment,
+                attributes=location.property.attributes,
+            )
         memory = self.plc.memory
         region, offset = memory[placed.area], placed.offset
         if location.static is not None:
@@ -276,7 +321,7 @@ class PlcSymbols:
         encode = SymbolEncoder()
         parts = []
         for root in sorted(self._roots):
-            placed, context, _ = self._roots[root]
+            placed, context, *_ = self._roots[root]
             variable = placed.variable
             groups = AREA_GROUPS[placed.area]
             group, offset = groups.bytes, placed.offset
@@ -297,7 +342,8 @@ class PlcSymbols:
 
     @cached_property
     def _types(self) -> dict[str, IecType[Any]]:
-        used = {id(found): found for found in (p.variable.type for p, _, _ in self._roots.values())}
+        roots = (*self._units.values(), *self._roots.values())
+        used = {id(found): found for found in (root.placed.variable.type for root in roots)}
         return {
             fold(type.name): type for type in types_within([*used.values(), *ELEMENTARY.values()])
         }
@@ -344,45 +390,3 @@ def _pointee(memory: Memory, pointer_size: int, start: Spot, location: Location)
     if end > len(region):
         raise DeviceError(ReturnCode.SYMBOL_NOT_ACTIVE, "a pointer leads to the end of its area")
     return Spot(region, offset + location.offset, location.bit)
-
-
-def _caller(unit: Record, steps: tuple[Step, ...], method: Method) -> Callable[[bytes], bytes]:
-    """A function that calls the Python method behind a declared one, on the living object."""
-
-    def call(data: bytes) -> bytes:
-        try:
-            arguments = method.decode_inputs(data)
-        except IecDecodeError as failure:
-            raise DeviceError(ReturnCode.INVALID_SIZE, str(failure)) from None
-        target: Any = unit
-        for step in steps:
-            if isinstance(step, Member):
-                target = target[step.name]
-            elif isinstance(step, Index):
-                target = target[step.indices if len(step.indices) > 1 else step.indices[0]]
-        body = _python_method(target, method)
-        answers = len(method.outputs) + (method.returns is not None)
-        try:
-            result = body(*arguments)
-            if answers == 0:
-                return b""
-            return method.encode_answer((result,) if answers == 1 else result)
-        except DeviceError:
-            raise
-        except Exception as failure:
-            log.exception("method %s failed", method.name)
-            raise DeviceError(ReturnCode.DEVICE_ERROR, f"{method.name}: {failure}") from None
-
-    return call
-
-
-def _python_method(target: object, method: Method) -> Callable[..., Any]:
-    """The Python method declared as `method`, or of its name: case does not matter."""
-    wanted = method.name.lower()
-    for cls in type(target).__mro__:
-        for name, value in vars(cls).items():
-            declared = getattr(value, "__iec_method__", None)
-            if declared is method or (name.lower() == wanted and inspect.isfunction(value)):
-                bound: Callable[..., Any] = getattr(target, name)
-                return bound
-    raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"{method.name} has no body")

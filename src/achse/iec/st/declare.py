@@ -129,10 +129,8 @@ class _Declarer(Resolver):
         elif isinstance(tree, GlobalList | ProgramTree):
             scope = self.scope(entry)
             parts = () if isinstance(tree, GlobalList) else tree.parts
-            methods = self.methods(parts, scope)
-            iec = self.record(
-                Kind.UNIT, entry.name, tree.blocks, scope, tree.note, tree.at, None, methods
-            )
+            kind = Kind.UNIT
+            iec = self.record(kind, entry.name, tree.blocks, scope, tree.note, tree.at, None, parts)
             base = GlobalVariables if isinstance(tree, GlobalList) else Program
             members = {member.name: member for member in iec.members}
             name = entry.name.rpartition(".")[2]

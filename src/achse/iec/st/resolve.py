@@ -17,14 +17,13 @@ from achse.iec.derived import (
 from achse.iec.elementary import INT, IntegerType
 from achse.iec.enums import EnumType
 from achse.iec.layout import LayoutRules
-from achse.iec.methods import Method, Parameter
+from achse.iec.methods import Method, Parameter, Property
 from achse.iec.names import ELEMENTARY, with_coding
-from achse.iec.st.constants import Constant, NotConstant
+from achse.iec.st.constants import Constant
 from achse.iec.st.cursor import Unexpected
 from achse.iec.st.initials import InitialValues, Left
 from achse.iec.st.scopes import Entry, Failed, Scope, Scopes, attributes_of
-from achse.iec.st.source import SourceError
-from achse.iec.st.starts import StartValues
+from achse.iec.st.starts import StartValues, start_value
 from achse.iec.st.tree import (
     NO_NOTE,
     Address,
@@ -50,11 +49,12 @@ from achse.iec.st.tree import (
 )
 from achse.iec.st.units import FunctionBlock, Interface, Part, TypeDeclaration
 from achse.iec.st.units import Method as MethodTree
+from achse.iec.st.units import Property as PropertyTree
 from achse.iec.strings import STRING, WSTRING
 from achse.iec.structs import Kind, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Address as Place
-from achse.iec.variables import Section, Spot, StartValue, Surroundings, Variable
+from achse.iec.variables import Section, StartValue, Variable
 
 __all__ = ["LARGEST", "Resolver", "generics_of"]
 
@@ -73,8 +73,6 @@ _SECTIONS = {
 VAR_INST belong to a method."""
 _DECLARED_ELSEWHERE = ("VAR_EXTERNAL", "VAR_CONFIG")
 _RESERVED = ("mro",)
-_LEFT = "shows only when the program runs: starts as its type says"
-_WorkOut = Callable[[StartValues, IecType[Any], Expression], bytes]
 _MORE_NAMES = {"ltime_of_day": "ltod", "ldate_and_time": "ldt"}
 
 
@@ -367,8 +365,8 @@ class Resolver(Scopes):
         for interface in tree.implements:
             if not isinstance(self._named(interface, scope), InterfaceType):
                 raise Unexpected(interface.at, f"{interface.name} is no interface")
-        methods = self.methods(tree.parts, scope)
-        return self.record(kind, entry.name, tree.blocks, scope, tree.note, tree.at, base, methods)
+        blocks, note, at = tree.blocks, tree.note, tree.at
+        return self.record(kind, entry.name, blocks, scope, note, at, base, tree.parts)
 
     def record(
         self,
@@ -379,9 +377,11 @@ class Resolver(Scopes):
         note: Note,
         at: int,
         base: StructType[Any] | None = None,
-        methods: Sequence[Method] = (),
+        parts: Sequence[Part] = (),
     ) -> StructType[Any]:
         """The type of a structure, function block, program or list with these variables."""
+        methods = self.methods(parts, scope)
+        properties = self.properties(parts, scope)
         members: list[Variable[Any, Any]] = []
         taken = {member.name.lower() for member in base.members} if base else set()
         for variable, place in self.variables(blocks, scope):
@@ -399,6 +399,7 @@ class Resolver(Scopes):
                 base=base,
                 rules=self.rules,
                 methods=methods,
+                properties=properties,
                 comment=note.comment,
                 attributes=attributes_of(note),
             ),
@@ -469,31 +470,17 @@ class Resolver(Scopes):
         left: list[Left] = []
         if tree.initial is not None and not tree.is_reference:
             initial, left = self.initial_value(type, tree.initial, scope)
-        starts = [self._start_value(part, scope, StartValues.encoded) for part in left]
+        starts = [start_value(self, scope, part) for part in left]
         if isinstance(tree.initial, Expression) and tree.is_reference:
             if not isinstance(resolved(type), ReferenceType):
                 raise Unexpected(tree.initial.at, f"REF= binds a reference, not a {type.name}")
             self.check_names(tree.initial, scope)
             part = Left(type, 0, None, tree.initial)
-            starts.append(self._start_value(part, scope, StartValues.address))
+            starts.append(start_value(self, scope, part, StartValues.address))
         if tree.arguments:
             part = Left(type, 0, None, Name("FB_init", tree.arguments[0].at))
-            starts.append(self._start_value(part, scope, _refuse_arguments))
+            starts.append(start_value(self, scope, part, StartValues.arguments))
         return initial, starts
-
-    def _start_value(self, part: Left, scope: Scope, work_out: _WorkOut) -> StartValue:
-        type, offset, bit, tree = part
-
-        def value(surroundings: Surroundings, own: Spot) -> bytes:
-            try:
-                return work_out(StartValues(self, scope, surroundings, own), type, tree)
-            except NotConstant as left:
-                fault = scope.source.fault(left.at, _LEFT)
-            except Unexpected as left:
-                fault = scope.source.fault(left.at, f"{left.message}; {_LEFT}")
-            raise SourceError([fault])
-
-        return StartValue(type, offset, bit, value)
 
     def _variable_type(
         self, block: VarBlock, tree: Declaration, scope: Scope, hint: str
@@ -531,6 +518,21 @@ class Resolver(Scopes):
             if isinstance(part, MethodTree) and _is_rpc(part)
         ]
 
+    def properties(self, parts: Iterable[Part], scope: Scope) -> list[Property]:
+        """The properties that clients reach by name."""
+        return [
+            Property(
+                part.name,
+                self.type_of(part.type, scope, f"{scope.owner}.{part.name}"),
+                part.get is not None,
+                part.set is not None,
+                part.note.comment,
+                attributes_of(part.note),
+            )
+            for part in parts
+            if isinstance(part, PropertyTree) and _is_called(part)
+        ]
+
     def _method(self, tree: MethodTree, scope: Scope) -> Method:
         inside = Scope(scope.source, f"{scope.owner}.{tree.name}", scope.space, scope)
         parameters = []
@@ -556,12 +558,17 @@ class Resolver(Scopes):
         )
 
 
-def _refuse_arguments(values: StartValues, type: IecType[Any], tree: Expression) -> bytes:
-    raise Unexpected(tree.at, f"FB_init of {type.name} does not run")
-
-
 def _is_rpc(tree: MethodTree) -> bool:
     return any(name.lower() == "tcrpcenable" for name, _ in tree.note.attributes)
+
+
+def _is_called(tree: PropertyTree) -> bool:
+    notes = [tree.note, *(part.note for part in (tree.get, tree.set) if part is not None)]
+    return any(
+        name.lower() == "monitoring" and value.lower() == "call"
+        for note in notes
+        for name, value in note.attributes
+    )
 
 
 def generics_of(entry: Entry) -> list[str]:

@@ -5,6 +5,7 @@ its interface), the value of a variable, and what expressions make of these. Cal
 and methods take a running program.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 from achse.iec.arrays import ArrayType
@@ -16,16 +17,20 @@ from achse.iec.paths import Index, follow
 from achse.iec.paths import Member as MemberStep
 from achse.iec.st.constants import Constant, NotConstant, fitted, path_of
 from achse.iec.st.cursor import Unexpected
+from achse.iec.st.initials import Left
 from achse.iec.st.scopes import Scope, Scopes
+from achse.iec.st.source import SourceError
 from achse.iec.st.tree import Call, Dereference, Expression, Member, This
 from achse.iec.st.tree import Index as IndexTree
 from achse.iec.strings import StringType
 from achse.iec.structs import StructType
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
-from achse.iec.variables import Spot, Surroundings
+from achse.iec.variables import Spot, StartValue, Surroundings
 
-__all__ = ["StartValues"]
+__all__ = ["StartValues", "start_value"]
+
+_LEFT = "shows only when the program runs: starts as its type says"
 
 
 class StartValues:
@@ -58,6 +63,10 @@ class StartValues:
     def address(self, type: IecType[Any], tree: Expression) -> bytes:
         """The address of a variable, as a reference of `type` holds it."""
         return type.encode(self._value(tree).address)
+
+    def arguments(self, type: IecType[Any], tree: Expression) -> bytes:
+        """What FB_init makes of its arguments: nothing, as it is not called."""
+        raise Unexpected(tree.at, f"FB_init of {type.name} is not called")
 
     # values ----------------------------------------------------------------------------------
 
@@ -152,3 +161,24 @@ class StartValues:
             return self._surroundings.read(address, size)
         except LookupError:
             raise Unexpected(at, f"address 0x{address:X} is not in memory") from None
+
+
+def start_value(
+    names: Scopes,
+    scope: Scope,
+    part: Left,
+    work_out: Callable[[StartValues, IecType[Any], Expression], bytes] = StartValues.encoded,
+) -> StartValue:
+    """A part of an initial value that is no constant, to be worked out when there is memory."""
+    type, offset, bit, tree = part
+
+    def value(surroundings: Surroundings, own: Spot) -> bytes:
+        try:
+            return work_out(StartValues(names, scope, surroundings, own), type, tree)
+        except NotConstant as left:
+            fault = scope.source.fault(left.at, _LEFT)
+        except Unexpected as left:
+            fault = scope.source.fault(left.at, f"{left.message}; {_LEFT}")
+        raise SourceError([fault])
+
+    return StartValue(type, offset, bit, value)

@@ -194,14 +194,12 @@ def _data_type(type: IecType[Any]) -> Lines:
     elif isinstance(type, StructType):
         if type.kind is Kind.FUNCTION_BLOCK:
             properties.insert(0, ("PouType", "FunctionBlock"))
-        inherited = 0
         if type.base is not None:
             yield _named("ExtendsType", type.base.name)
-            inherited = len(type.base.methods)
         for member in type.own_members:
             yield from _member(member)
-        for number, method in enumerate(type.methods[inherited:], inherited):
-            yield from _method(method, number)
+        for method in type.own_methods:
+            yield from _method(method, type.methods.index(method))
     yield from _properties(properties)
     yield "</DataType>"
 

@@ -1,0 +1,120 @@
+"""Methods and properties of a PLC, as the Python behind them: calls, getting, setting."""
+
+import inspect
+import logging
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from achse.ams import DeviceError
+from achse.codes import ReturnCode
+from achse.iec import IecDecodeError, IecError, Method, Property, Record
+from achse.iec.paths import Index, Member, Step
+
+__all__ = ["PropertyAccess", "caller", "property_access"]
+
+log = logging.getLogger("achse.plc")
+
+
+def caller(unit: Record, steps: Sequence[Step], method: Method) -> Callable[[bytes], bytes]:
+    """A function that calls the Python method behind a declared one, on the living object."""
+
+    def call(data: bytes) -> bytes:
+        try:
+            arguments = method.decode_inputs(data)
+        except IecDecodeError as failure:
+            raise DeviceError(ReturnCode.INVALID_SIZE, str(failure)) from None
+        body = _python_method(_living(unit, steps), method)
+        answers = len(method.outputs) + (method.returns is not None)
+        try:
+            result = body(*arguments)
+            if answers == 0:
+                return b""
+            return method.encode_answer((result,) if answers == 1 else result)
+        except DeviceError:
+            raise
+        except Exception as failure:
+            raise _failed(f"method {method.name}", failure) from None
+
+    return call
+
+
+class PropertyAccess(NamedTuple):
+    """A property as clients read and write it."""
+
+    read: Callable[[], bytes]
+    write: Callable[[bytes], None]
+
+
+def property_access(unit: Record, steps: Sequence[Step], declared: Property) -> PropertyAccess:
+    """GET and SET of a property by the Python property of its name, on the living object.
+
+    Without a GET (a SET) in the declaration, reading (writing) is refused with 0x704.
+    """
+    type = declared.type
+
+    def read() -> bytes:
+        if not declared.readable:
+            raise DeviceError(ReturnCode.INVALID_ACCESS, f"{declared.name} has no GET")
+        target = _living(unit, steps)
+        getter = _python_property(target, declared).fget
+        try:
+            return type.encode(getter(target))  # type: ignore[misc]
+        except DeviceError:
+            raise
+        except Exception as failure:
+            raise _failed(f"property {declared.name}", failure) from None
+
+    def write(data: bytes) -> None:
+        target = _living(unit, steps)
+        setter = _python_property(target, declared).fset
+        if setter is None or not declared.writable:
+            raise DeviceError(ReturnCode.INVALID_ACCESS, f"{declared.name} has no SET")
+        rest = read()[len(data) :] if declared.readable and len(data) < type.size else b""
+        try:
+            setter(target, type.decode((data + rest).ljust(type.size, b"\0")))
+        except DeviceError:
+            raise
+        except IecError as failure:
+            raise DeviceError(ReturnCode.INVALID_DATA, str(failure)) from None
+        except Exception as failure:
+            raise _failed(f"property {declared.name}", failure) from None
+
+    return PropertyAccess(read, write)
+
+
+def _living(unit: Record, steps: Sequence[Step]) -> Any:
+    """The object that steps lead to from a unit."""
+    target: Any = unit
+    for step in steps:
+        if isinstance(step, Member):
+            target = target[step.name]
+        elif isinstance(step, Index):
+            target = target[step.indices if len(step.indices) > 1 else step.indices[0]]
+    return target
+
+
+def _failed(what: str, failure: Exception) -> DeviceError:
+    log.exception("%s failed", what)
+    return DeviceError(ReturnCode.DEVICE_ERROR, f"{what}: {failure}")
+
+
+def _python_method(target: object, method: Method) -> Callable[..., Any]:
+    """The Python method declared as `method`, or of its name: case does not matter."""
+    wanted = method.name.lower()
+    for cls in type(target).__mro__:
+        for name, value in vars(cls).items():
+            declared = getattr(value, "__iec_method__", None)
+            if declared is method or (name.lower() == wanted and inspect.isfunction(value)):
+                bound: Callable[..., Any] = getattr(target, name)
+                return bound
+    raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"{method.name} has no body")
+
+
+def _python_property(target: object, declared: Property) -> property:
+    """The Python property of the name: case does not matter."""
+    wanted = declared.name.lower()
+    for cls in type(target).__mro__:
+        for name, value in vars(cls).items():
+            if name.lower() == wanted and isinstance(value, property):
+                return value
+    raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"{declared.name} has no body")
