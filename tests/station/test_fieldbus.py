@@ -47,6 +47,51 @@ def test_frames_are_answered_in_time(monkeypatch: pytest.MonkeyPatch, cycle_ns: 
     assert segment.time.now_ns == (0 if cycle_ns else 4_000_000)
 
 
+def test_time_in_which_the_machine_held_everything_up_is_left_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    segment = Segment([Slave(Loopback())])
+    link = Script([None, BRD.encode(), None], monkeypatch)
+    rounds = iter([True, True, True, False])
+
+    def running() -> bool:
+        if len(link.packets) == 2:
+            link.now_ns += 500_000_000
+        return next(rounds)
+
+    fieldbus.serve_segment(segment, link, running)
+    assert segment.time.now_ns == 1_000_000 + 20_000_000 + 1_000_000
+
+
+def test_others_get_their_turn_between_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+    link = Script([BRD.encode()] * 21, monkeypatch)
+    turns: list[int] = []
+    fieldbus.serve_segment(
+        Segment([Slave(Loopback())]), link, link.running, lambda: turns.append(len(link.packets))
+    )
+    assert turns == [20, 15, 10, 5, 0]
+
+
+@pytest.mark.parametrize("allowed", [True, False])
+def test_real_time_is_asked_for_and_may_be_refused(
+    monkeypatch: pytest.MonkeyPatch, allowed: bool
+) -> None:
+    asked: list[int] = []
+
+    def set_scheduler(process: int, policy: int, parameters: object) -> None:
+        asked.append(process)
+        if not allowed:
+            raise PermissionError
+
+    monkeypatch.setattr(fieldbus.os, "sched_setscheduler", set_scheduler, raising=False)
+    monkeypatch.setattr(fieldbus.os, "sched_param", int, raising=False)
+    for number, name in enumerate(("SCHED_FIFO", "SCHED_RESET_ON_FORK")):
+        monkeypatch.setattr(fieldbus.os, name, 1 << number, raising=False)
+    monkeypatch.setattr(fieldbus.gc, "freeze", lambda: None)
+    assert fieldbus.answer_promptly() is allowed
+    assert asked == [0]
+
+
 def test_udp_payloads_are_answered() -> None:
     segment = Segment([Slave(Loopback())])
     link = UdpLink("127.0.0.1", 0)

@@ -64,13 +64,20 @@ def serve(
             show_default="compiled where achse[fast] is installed",
         ),
     ] = None,
+    real_time: Annotated[
+        bool,
+        typer.Option(
+            "--real-time/--ordinary",
+            help="Run before all other programs, where the system allows it.",
+        ),
+    ] = True,
 ) -> None:
     """Put drives on a network interface and answer EtherCAT masters until interrupted.
 
     Raw Ethernet needs the privilege CAP_NET_RAW; other interfaces are not touched.
     """
     from achse.drive.compiled import numba_installed
-    from achse.station.fieldbus import serve_segment
+    from achse.station.fieldbus import answer_promptly, serve_segment
     from achse.transport.ethernet import LinkError
 
     stopped = ready = False
@@ -94,6 +101,8 @@ def serve(
         signal.signal(number, stop)
     try:
         segment = _segment(count, kind, compiled)
+        if real_time:
+            answer_promptly()
         ready = True
         print(f"achse drive ready {where} drives={count} type={kind}", flush=True)
         end = math.inf if duration is None else time.monotonic() + duration

@@ -6,6 +6,7 @@ import select
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,27 +15,37 @@ import pytest
 
 HERE = Path(__file__).parent
 MASTER_END, SLAVE_END = "cable0", "cable1"
-READY_WITHIN = 30.0
+READY_WITHIN = 90.0
+"""Seconds; compiled drives are translated when they are first used."""
+
+BEHIND = 0.5
+"""How long after a frame the recorder has it, s."""
 
 AS_ROOT = ["unshare", "--net"]
 AS_USER = ["unshare", "--map-root-user", "--net"]
 
 CABLE = (
     f"ip link add {MASTER_END} type veth peer name {SLAVE_END}"
-    f" && ip link set {MASTER_END} up && ip link set {SLAVE_END} up"
+    f" && ip link set {MASTER_END} up && ip link set {SLAVE_END} up && ip link set lo up"
 )
 
 
-SOONER = ("nice", "-n", "-15") if os.geteuid() == 0 else ()
-"""Masters have time-outs of milliseconds; other tests run on the same cores."""
+REAL_TIME = ("chrt", "--fifo", "40")
+"""Masters have time-outs of milliseconds, and other tests run on the same cores. The slaves run at
+their own, higher real-time priority."""
 
 
 class Bus:
-    """A namespace with a cable; `slaves` runs at one end, `master` runs at the other."""
+    """A namespace with a cable; `slaves` runs at one end, `master` runs at the other.
 
-    def __init__(self, unshare: list[str], tmp_path: Path) -> None:
+    `prompt` is the command that runs another in real time, empty where that is not allowed.
+    """
+
+    def __init__(self, unshare: list[str], prompt: tuple[str, ...], tmp_path: Path) -> None:
         self._unshare = unshare
+        self._prompt = prompt
         self._holder: subprocess.Popen[str] | None = None
+        self._recorder: subprocess.Popen[str] | None = None
         self.capture = tmp_path / "bus.pcap"
 
     def slaves(self, script: str, *arguments: object) -> None:
@@ -49,12 +60,7 @@ class Bus:
     def serve(self, *command: object) -> str:
         """Start the slaves' side; the line it prints when it is ready."""
         self._holder = subprocess.Popen(
-            [
-                *SOONER,
-                *self._unshare,
-                *("sh", "-c", f'{CABLE} && exec "$@"', "sh"),
-                *map(str, command),
-            ],
+            [*self._unshare, *("sh", "-c", f'{CABLE} && exec "$@"', "sh"), *map(str, command)],
             stdout=subprocess.PIPE,
             text=True,
         )
@@ -63,38 +69,50 @@ class Bus:
         assert ready, "the slaves did not get ready"
         return self._holder.stdout.readline()
 
-    def master(
-        self, script: str, *arguments: object, timeout: float = 60, attempts: int = 1
-    ) -> Any:
-        """Run a script of masters/ and give what it found.
+    def record(self) -> None:
+        """Write what passes the master's end to `capture` from now on."""
+        options = f"-q -B 64 -P -i {MASTER_END} -w {self.capture}".split()
+        self._recorder = subprocess.Popen(
+            [*self._inside(), "dumpcap", *options, "-f", "ether proto 0x88a4"],
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        assert self._recorder.stderr is not None
+        for line in self._recorder.stderr:
+            if line.startswith("File:"):
+                break
 
-        `attempts` is for masters that give up on a busy machine, whatever the slaves do.
-        """
+    def end_record(self) -> None:
+        """The capture is complete."""
+        if self._recorder is not None:
+            time.sleep(BEHIND)
+            self._recorder.terminate()
+            self._recorder.communicate(timeout=30)
+            self._recorder = None
+
+    def master(self, script: str, *arguments: object, timeout: float = 60) -> Any:
+        """Run a script of masters/ and give what it found."""
+        command = (sys.executable, HERE / "masters" / script, MASTER_END, *arguments)
+        return json.loads(self.run(*self._prompt, *command, timeout=timeout).splitlines()[-1])
+
+    def run(self, *command: object, timeout: float = 60) -> str:
+        """Run a command beside the slaves; what it printed."""
+        finished = subprocess.run(
+            [*self._inside(), *map(str, command)], capture_output=True, text=True, timeout=timeout
+        )
+        assert finished.returncode == 0, finished.stderr + finished.stdout
+        return finished.stdout
+
+    def _inside(self) -> list[str]:
         assert self._holder is not None
         enter = ["nsenter", "--net", "--target", str(self._holder.pid)]
         if "--map-root-user" in self._unshare:
             enter += ["--user", "--preserve-credentials"]
-        for _ in range(attempts):
-            finished = subprocess.run(
-                [
-                    *SOONER,
-                    *enter,
-                    sys.executable,
-                    str(HERE / "masters" / script),
-                    MASTER_END,
-                    *map(str, arguments),
-                ],
-                capture_output=True,
-                text=True,
-                timeout=timeout,
-            )
-            if finished.returncode == 0:
-                break
-        assert finished.returncode == 0, finished.stderr + finished.stdout
-        return json.loads(finished.stdout.splitlines()[-1])
+        return enter
 
     def end(self) -> None:
         """Stop the slaves; they must leave in peace."""
+        self.end_record()
         if self._holder is not None:
             with self._holder:  # closes the pipe
                 self._holder.terminate()
@@ -113,12 +131,21 @@ def unshare() -> list[str]:
     return command
 
 
+@pytest.fixture(scope="session")
+def prompt() -> tuple[str, ...]:
+    """The command that runs a master in real time; empty where that is not allowed."""
+    allowed = shutil.which("chrt") and not subprocess.run([*REAL_TIME, "true"]).returncode
+    return REAL_TIME if allowed else ()
+
+
 @pytest.fixture
-def bus(unshare: list[str], tmp_path: Path) -> Iterator[Bus]:
+def bus(unshare: list[str], prompt: tuple[str, ...], tmp_path: Path) -> Iterator[Bus]:
     """A cable in a namespace of its own."""
-    made = Bus(unshare, tmp_path)
-    yield made
-    made.end()
+    made = Bus(unshare, prompt, tmp_path)
+    try:
+        yield made
+    finally:
+        made.end()
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from achse.ethercat import Loopback, Segment, Slave
-from achse.station.fieldbus import serve_segment
+from achse.station.fieldbus import answer_promptly, serve_segment
 from achse.transport.ethernet import EthernetLink
 
 
@@ -43,6 +43,7 @@ def main() -> None:
         running = False
 
     signal.signal(signal.SIGTERM, stop)
+    answer_promptly()
     print("ready", flush=True)
     serve_segment(segment, link, lambda: running)
 

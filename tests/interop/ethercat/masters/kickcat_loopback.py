@@ -8,26 +8,12 @@ from typing import Any
 
 import kickcat
 
-ATTEMPTS = 10
-"""KickCAT gives a frame 2 ms, which a busy machine may miss."""
-
-
-def initialise(bus: kickcat.Bus) -> None:
-    for attempt in range(ATTEMPTS):
-        try:
-            bus.init(timedelta(seconds=1))
-        except RuntimeError:
-            if attempt == ATTEMPTS - 1:
-                raise
-        else:
-            return
-
 
 def main() -> None:
     link = kickcat.create_link(sys.argv[1], "")
     bus = kickcat.Bus(link)
     found: dict[str, Any] = {}
-    initialise(bus)
+    bus.init(timedelta(seconds=1))
     slaves = bus.slaves()
     found["count"] = len(slaves)
     bus.request_state(kickcat.State.PREOP)

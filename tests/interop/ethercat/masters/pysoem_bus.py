@@ -1,0 +1,100 @@
+"""What the pysoem masters of these tests share: cyclic exchange, states, a scenario by name."""
+
+import json
+import struct
+import sys
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import pysoem
+
+Found = dict[str, Any]
+Scenario = Callable[[Any, Found], None]
+
+READY, SWITCHED_ON, ENABLED, DISABLED, FAULT = 0x21, 0x23, 0x27, 0x40, 0x08
+STATE, FAULT_STATE = 0x6F, 0x4F
+
+
+class Bus:
+    """A master whose drives all get the same outputs; `outputs` and `inputs` are their layouts.
+
+    A cycle lasts `cycle` seconds.
+    """
+
+    def __init__(
+        self, master: Any, outputs: struct.Struct, inputs: struct.Struct, cycle: float = 0.004
+    ) -> None:
+        self.master = master
+        self.cycle = cycle
+        self.counters: set[int] = set()
+        self._outputs = outputs
+        self._inputs = inputs
+        self._next = time.monotonic()
+
+    @property
+    def drives(self) -> list[Any]:
+        return self.master.slaves  # type: ignore[no-any-return]
+
+    def put(self, *outputs: int) -> None:
+        data = self._outputs.pack(*outputs)
+        for drive in self.drives:
+            drive.output = data
+
+    def send(self) -> None:
+        """One frame there and back, at once."""
+        self.master.send_processdata()
+        self.counters.add(self.master.receive_processdata(50_000))
+
+    def inputs(self) -> list[tuple[int, ...]]:
+        """Of each drive."""
+        return [self._inputs.unpack(drive.input) for drive in self.drives]
+
+    def exchange(self, *outputs: int) -> list[tuple[int, ...]]:
+        """One cycle: the inputs of every drive."""
+        self.put(*outputs)
+        self.send()
+        now = time.monotonic()
+        self._next = max(self._next + self.cycle, now)
+        time.sleep(self._next - now)
+        return self.inputs()
+
+    def go(self, state: int) -> int:
+        """Ask for a state; the one reached. Outputs must have come before Op."""
+        self.send()
+        self.master.state = state
+        self.master.write_state()
+        for _ in range(100):
+            self.send()
+            reached: int = self.master.state_check(state & 0xF, 5_000)
+            if reached == state & 0xF:
+                break
+        return reached
+
+
+def number(drive: Any, index: int, subindex: int = 0, *, signed: bool = False) -> int:
+    return int.from_bytes(drive.sdo_read(index, subindex), "little", signed=signed)
+
+
+def abort_of(call: Callable[[], object]) -> str:
+    """The abort code a call is refused with."""
+    try:
+        call()
+    except pysoem.SdoError as error:
+        return hex(error.abort_code)
+    return "done"
+
+
+def run(scenarios: Mapping[str, Scenario]) -> None:
+    """`SCRIPT INTERFACE WHAT`: play a scenario, write what it found as JSON to stdout."""
+    interface, what = sys.argv[1:]
+    found: Found = {}
+    master = pysoem.Master()
+    master.open(interface)
+    try:
+        scenarios[what](master, found)
+        master.state = pysoem.INIT_STATE
+        master.write_state()
+    finally:
+        master.close()
+    print(json.dumps(found, default=bytes.decode))
