@@ -10,8 +10,8 @@ import statistics
 import sys
 import time
 
+from achse.kernel.compiled import compiler_installed
 from achse.motion import AxisParameters, Nc, commands
-from achse.motion.compiled import numba_installed
 
 CYCLE_NS = 2_000_000
 CHUNK = 25
@@ -59,7 +59,7 @@ def main() -> None:
     print(f" {'ns/axis':>9} {'real time':>10}")
     for count in (1, 4, 32, 255):
         for compiled in (False, True):
-            if compiled and not numba_installed():
+            if compiled and not compiler_installed():
                 continue
             nc = moving(count, compiled=compiled)
             mean, median, late = cost(nc, seconds)

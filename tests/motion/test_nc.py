@@ -1,11 +1,10 @@
 """The NC: axes by id, their parameters, cycle and state hash."""
 
-import sys
 from typing import Any
 
 import pytest
 
-from achse.motion import AxisParameters, AxisParametersError, Nc, commands, compiled
+from achse.motion import AxisParameters, AxisParametersError, Nc, commands
 
 
 def test_axes_are_found_by_id_in_any_order() -> None:
@@ -101,14 +100,8 @@ def test_few_axes_need_no_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
     few, many = [AxisParameters(1)], [AxisParameters(n) for n in range(1, 101)]
     assert Nc(2_000_000, few).compiled is False
     assert Nc(2_000_000, many).compiled is True
-    monkeypatch.setattr("achse.motion.nc.numba_installed", lambda: False)
+    monkeypatch.setattr("achse.motion.nc.compiler_installed", lambda: False)
     assert Nc(2_000_000, many).compiled is False
-
-
-def test_a_missing_numba_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert compiled.numba_installed()
-    monkeypatch.setitem(sys.modules, "numba", None)
-    assert not compiled.numba_installed()
 
 
 def test_ids_are_as_configured() -> None:

@@ -2,31 +2,30 @@
 
 import random
 
-import numpy
 import pytest
 
+from achse.kernel.compiled import Rows
+from achse.motion.axis import WordsAxis
 from achse.motion.profile import MAX_SEGMENTS
 from achse.motion.record import (
     FIELDS,
+    LAYOUT,
     RECORD_SIZE,
     SEGMENTS,
     AxisFields,
     Role,
     SlotsRecord,
     pack_record,
-    record_dtype,
 )
 
 
-def test_the_dtype_has_the_declared_layout() -> None:
-    dtype = record_dtype()
-    assert dtype.itemsize == RECORD_SIZE
-    assert list(dtype.names) == list(FIELDS)
-    for name, row in FIELDS.items():
-        field, offset = dtype.fields[name][:2]
-        assert offset == 8 * row.offset
-        assert field.shape == ((row.length,) if row.length else ())
-        assert field.base == (numpy.float64 if row.is_real else numpy.int64)
+def test_fields_lie_one_behind_the_other() -> None:
+    end = 0
+    for row in LAYOUT.fields.values():
+        assert row.offset == end
+        end += row.length or 1
+    assert end == LAYOUT.words
+    assert 8 * end == RECORD_SIZE
 
 
 def test_a_fresh_record_has_the_defaults() -> None:
@@ -38,15 +37,20 @@ def test_a_fresh_record_has_the_defaults() -> None:
 
 def test_both_forms_have_the_same_bytes() -> None:
     record, dice = SlotsRecord(), random.Random(1)
-    array = numpy.zeros(1, record_dtype())
+    axis = WordsAxis(Rows(LAYOUT, 1).row(0))
     for name, row in FIELDS.items():
         values = [
             dice.uniform(-1e6, 1e6) if row.is_real else dice.randrange(1 << 40)
             for _ in range(row.words)
         ]
         setattr(record, name, values if row.length else values[0])
-        array[0][name] = values if row.length else values[0]
-    assert pack_record(record) == array.tobytes()
+        if row.length:
+            for n, value in enumerate(values):
+                getattr(axis, name)[n] = value
+        else:
+            setattr(axis, name, values[0])
+    axis.resting, axis.adapt = record.resting, record.adapt
+    assert pack_record(record) == axis.pack()
 
 
 def test_types_follow_the_annotations() -> None:

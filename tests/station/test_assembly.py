@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from achse.motion.compiled import compiled_cycle
+from achse.kernel.compiled import Kernel
+from achse.motion.kernel import cycle_all
 from achse.station import ConfigError, Station
 from achse.station.config import parse
 
@@ -151,10 +152,10 @@ def test_cycles_without_a_sensible_common_tick_are_refused() -> None:
         station(axis=[{"id": 1, "name": "A"}], plc=[{"task": [{"cycle": "3000001ns"}]}])
 
 
-def test_the_compiled_kernel_needs_numba(monkeypatch: pytest.MonkeyPatch) -> None:
-    compiled_cycle.cache_clear()  # an earlier test may have compiled it
-    monkeypatch.setitem(sys.modules, "numba", None)
-    with pytest.raises(ConfigError, match=r"nc\.kernel: compiled needs Numba.*achse\[fast\]"):
+def test_the_compiled_kernel_needs_llvmlite(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("achse.motion.nc.KERNEL", Kernel("fresh", cycle_all, {}))
+    monkeypatch.setitem(sys.modules, "llvmlite", None)
+    with pytest.raises(ConfigError, match=r"nc\.kernel: compiled needs llvmlite.*achse\[fast\]"):
         station(nc={"kernel": "compiled"}, axis=[{"id": 1, "name": "A"}])
 
 

@@ -4,12 +4,13 @@ import hashlib
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from functools import partial
 
+from achse.kernel.compiled import Rows, compiler_installed
 from achse.motion.axis import Axis, ObjectAxis, WordsAxis
-from achse.motion.compiled import compiled_cycle, numba_installed
+from achse.motion.compiled import KERNEL
 from achse.motion.kernel import begin, cycle_all
-from achse.motion.record import FIELDS, Role, SlotsRecord, record_dtype
+from achse.motion.record import FIELDS, LAYOUT, Role, SlotsRecord, pack_record
 
 __all__ = ["HIGHEST_AXIS_ID", "AxisParameters", "AxisParametersError", "Nc"]
 
@@ -23,10 +24,10 @@ _EVERY_FIELD = ("",)
 _ELEMENT_FIELDS = ("encoder_", "controller_", "drive_", "simulation_")
 
 _PLAIN_AXIS_NS = 5_000
-"""What one axis costs per cycle without Numba, about."""
+"""What one axis costs per cycle without machine code, about."""
 
 _PLAIN_SHARE = 20
-"""Numba is worth its start-up time once plain axes take more than this part of the cycle."""
+"""Machine code is worth its start-up time once plain axes take more than this part of the cycle."""
 
 _CONFIGURABLE = (Role.PARAMETER, Role.INPUT)
 
@@ -141,7 +142,7 @@ def _set(axis: Axis, values: Mapping[str, float]) -> None:
 class Nc:
     """Axes by id and their SAF cycle of `cycle_ns` nanoseconds.
 
-    `compiled` chooses the machine-code kernel (True, needs Numba), the plain one (False) or, by
+    `compiled` chooses the machine-code kernel (True, needs llvmlite), the plain one (False) or, by
     default, whichever suits the number of axes. Both give bit-identical states.
     """
 
@@ -160,26 +161,24 @@ class Nc:
         self._dt = cycle_ns / 1e9
         if compiled is None:
             load = len(configured) * _PLAIN_AXIS_NS * _PLAIN_SHARE
-            compiled = load > cycle_ns and numba_installed()
+            compiled = load > cycle_ns and compiler_installed()
         self.compiled = compiled
         count = sum(1 + parameters.element_count for parameters in configured)
-        self._records: Any
-        self._cycle_all: Callable[[Any, float], None]
+        self._cycle_all: Callable[[float], None]
         views: list[Axis]
         if compiled:
-            import numpy
-
-            self._cycle_all = compiled_cycle()
-            self._records = numpy.zeros(count, record_dtype())
-            self._cycle_all(self._records[:0], self._dt)  # compiles or loads now, not in a cycle
-            for name, row in FIELDS.items():
-                self._records[name] = row.default
-            rows = self._records.view("u1").reshape(count, -1)
-            views = [WordsAxis(memoryview(row)) for row in rows]
+            self._rows = Rows(LAYOUT, count)
+            self._cycle_all = partial(KERNEL.function, self._rows.address, count)
+            fresh_record = pack_record(SlotsRecord())
+            views = []
+            for index in range(count):
+                row = self._rows.row(index)
+                row[:] = fresh_record
+                views.append(WordsAxis(row))
         else:
-            self._cycle_all = cycle_all
-            self._records = [SlotsRecord() for _ in range(count)]
-            views = [ObjectAxis(record) for record in self._records]
+            records = [SlotsRecord() for _ in range(count)]
+            self._cycle_all = partial(cycle_all, records)
+            views = [ObjectAxis(record) for record in records]
         self._axes: dict[int, Axis] = {}
         self._owners: dict[str, dict[int, tuple[Axis, int]]] = {
             "encoder": {}, "controller": {}, "drive": {},
@@ -235,7 +234,7 @@ class Nc:
     def cycle(self) -> None:
         """One SAF cycle of all axes."""
         self.cycle_count += 1
-        self._cycle_all(self._records, self._dt)
+        self._cycle_all(self._dt)
 
     def clear_cycle_time_errors(self) -> None:
         """Begin anew with the counters of late cycles, which whoever paces the cycle counts."""

@@ -1,8 +1,8 @@
 """The axis record: every value of one NC axis, declared once.
 
 `AxisFields` is the table, put together from the parts in `achse.motion.fields`. From it come a
-NumPy structured dtype (`record_dtype`), a class with `__slots__` (`SlotsRecord`) and the static
-type of both. All values are 64 bits wide, so that the kernel means the same on either form. A field
+layout in memory (`LAYOUT`), a class with `__slots__` (`SlotsRecord`) and the static type of both.
+All values are 64 bits wide, so that the kernel means the same on either form. A field
 carries the name of the axis service row that shows it wherever such a row exists (002 §6.4.4;
 encoder, controller and drive values with that prefix), so that a device binds rows to fields by
 name.
@@ -12,9 +12,9 @@ Positions are in the axis unit (mm, degree), times in seconds, flags 0 or 1.
 
 import struct
 from collections.abc import Iterable
-from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from achse.kernel.kinds import Layout
 from achse.motion.fields.axis import AxisParameters, AxisState
 from achse.motion.fields.controller import (
     ControllerMemory,
@@ -54,6 +54,7 @@ __all__ = [
     "DRIVE_DELAY",
     "FIELDS",
     "FILTER_ORDER",
+    "LAYOUT",
     "POSITION_HISTORY",
     "RECORD_SIZE",
     "SEGMENTS",
@@ -63,7 +64,6 @@ __all__ = [
     "Role",
     "SlotsRecord",
     "pack_record",
-    "record_dtype",
 ]
 
 
@@ -117,10 +117,13 @@ def _declared() -> dict[str, Field]:
 FIELDS = _declared()
 """Every field by name, in record order."""
 
-RECORD_SIZE = 8 * sum(row.words for row in FIELDS.values())
+LAYOUT = Layout("axis record", FIELDS, sum(row.words for row in FIELDS.values()))
+"""One record in memory."""
+
+RECORD_SIZE = 8 * LAYOUT.words
 """Bytes of one record."""
 
-_LAYOUT = struct.Struct(
+_STRUCT = struct.Struct(
     "=" + "".join(f"{row.words}{'d' if row.is_real else 'q'}" for row in FIELDS.values())
 )
 
@@ -141,25 +144,6 @@ else:
                 setattr(self, name, [row.default] * row.length if row.length else row.default)
 
 
-@cache
-def record_dtype() -> Any:
-    """The record as a NumPy structured dtype; imports NumPy.
-
-    One object for all: Numba finds the type of an array by the identity of its dtype.
-    """
-    import numpy
-
-    kinds = {True: numpy.float64, False: numpy.int64}
-    return numpy.dtype(
-        [
-            (row.name, kinds[row.is_real], (row.length,))
-            if row.length
-            else (row.name, kinds[row.is_real])
-            for row in FIELDS.values()
-        ]
-    )
-
-
 def pack_record(record: AxisFields) -> bytes:
     """The record's bytes, equal for both forms when every value is equal."""
     values: list[float] = []
@@ -168,4 +152,4 @@ def pack_record(record: AxisFields) -> bytes:
         value = getattr(record, name)
         extend = value if row.length else (value,)
         values.extend(extend)
-    return _LAYOUT.pack(*values)
+    return _STRUCT.pack(*values)

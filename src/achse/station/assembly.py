@@ -209,7 +209,7 @@ def _nc(config: StationConfig) -> Nc:
         return Nc(config.nc.cycle, axes, compiled=compiled)
     except ImportError as failure:
         raise ConfigError(
-            f"nc.kernel: compiled needs Numba, install achse[fast] ({failure})"
+            f"nc.kernel: compiled needs llvmlite, install achse[fast] ({failure})"
         ) from None
 
 

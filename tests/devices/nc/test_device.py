@@ -157,7 +157,6 @@ def test_an_error_reply_has_its_full_length(bench: Any) -> None:
 
 
 def test_rows_serve_the_compiled_kernel_alike() -> None:
-    pytest.importorskip("numba")
     from achse.motion.axis import ObjectAxis, WordsAxis
 
     fields = {row.field for _, rows, _ in AXIS_GROUPS for row in rows if row.field}

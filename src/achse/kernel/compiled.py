@@ -1,0 +1,215 @@
+"""A kernel in machine code, made once and kept in the user's cache; needs llvmlite.
+
+Machine code belongs to the kernel's sources, the numbers they refer to, the layout of the records,
+the processor and the version of LLVM: a hash of these names its file. A changed kernel is a new
+file, a stale one is never used. ACHSE_CACHE_DIR moves the cache.
+"""
+
+import ctypes
+import hashlib
+import importlib.util
+import os
+import sys
+import tempfile
+from array import array
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from enum import EnumMeta
+from functools import cache, cached_property
+from pathlib import Path
+from types import FunctionType, ModuleType
+from typing import Any
+
+from achse.kernel import expressions, function, instructions, kinds, translate
+from achse.kernel.kinds import Layout
+
+__all__ = ["Kernel", "Rows", "cache_directory", "compiler_installed"]
+
+_ARGUMENTS = {"ptr": ctypes.c_void_p, "i64": ctypes.c_int64, "double": ctypes.c_double}
+
+
+def compiler_installed() -> bool:
+    """Whether llvmlite can be imported, without importing it."""
+    with suppress(ValueError):  # find_spec of a module that is None in sys.modules
+        return importlib.util.find_spec("llvmlite") is not None
+    return False
+
+
+def cache_directory() -> Path:
+    """Where machine code is kept."""
+    named = os.environ.get("ACHSE_CACHE_DIR")
+    if named is not None:
+        return Path(named)
+    home = os.path.join(os.path.expanduser("~"), ".cache")
+    return Path(os.environ.get("XDG_CACHE_HOME") or home) / "achse"
+
+
+class Rows:
+    """`count` records of one layout, all 0, one behind the other: memory for machine code."""
+
+    def __init__(self, layout: Layout, count: int) -> None:
+        self.words = array("q", bytes(8 * layout.words * count))
+        self.address = self.words.buffer_info()[0]
+        self.count = count
+        self._size = 8 * layout.words
+
+    def row(self, index: int) -> memoryview:
+        """The bytes of one record, to read and to write."""
+        first = self._size * index
+        return memoryview(self.words).cast("B")[first : first + self._size]
+
+
+class Kernel:
+    """A function on records, with all it calls, as machine code.
+
+    `layouts` are those of the record classes in its annotations. The machine code takes the
+    function's parameters one by one; a sequence is two, its address and its length.
+    """
+
+    def __init__(
+        self, name: str, entry: Callable[..., object], layouts: Mapping[type, Layout]
+    ) -> None:
+        assert isinstance(entry, FunctionType)
+        self.name = name
+        self._entry = entry
+        self._layouts = layouts
+
+    @cached_property
+    def path(self) -> Path:
+        """The file of the machine code in the cache, whether it is there or not."""
+        return cache_directory() / f"{self.name}-{self._digest()}.o"
+
+    @property
+    def cached(self) -> bool:
+        """Whether the machine code is there already, or must be compiled: about two seconds."""
+        return self.path.exists()
+
+    @cached_property
+    def function(self) -> Callable[..., Any]:
+        """The machine code, from the cache or compiled now."""
+        try:
+            code = self.path.read_bytes()
+        except OSError:
+            code = self._compile()
+            self._keep(code)
+        parameters, result = translate.machine_signature(self._entry, self._layouts)
+        prototype = ctypes.PYFUNCTYPE(
+            _ARGUMENTS[result] if result else None, *(_ARGUMENTS[each] for each in parameters)
+        )
+        return prototype(_load(code))
+
+    def _compile(self) -> bytes:
+        import llvmlite.binding as llvm
+
+        machine = _machine()
+        module = llvm.parse_assembly(translate.translate(self._entry, self._layouts))
+        module.triple = machine.triple
+        module.data_layout = str(machine.target_data)
+        module.verify()
+        tuning = llvm.create_pipeline_tuning_options(speed_level=2)
+        tuning.loop_unrolling = tuning.loop_vectorization = tuning.slp_vectorization = False
+        builder = llvm.create_pass_builder(machine, tuning)
+        builder.getModulePassManager().run(module, builder)
+        code: bytes = machine.emit_object(module)
+        return code
+
+    def _keep(self, code: bytes) -> None:
+        """Put the machine code into the cache, whole or not at all."""
+        with suppress(OSError):
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            handle, temporary = tempfile.mkstemp(dir=self.path.parent)
+            with os.fdopen(handle, "wb") as file:
+                file.write(code)
+            os.replace(temporary, self.path)
+
+    def _digest(self) -> str:
+        import llvmlite
+        import llvmlite.binding as llvm
+
+        digest = hashlib.sha256()
+        processor = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+        digest.update(f"{llvmlite.__version__} {sys.platform} {processor}".encode())
+        for layout in self._layouts.values():
+            for name, place in layout.fields.items():
+                digest.update(f"{name} {place.offset} {place.length} {place.is_real}".encode())
+        modules = [expressions, function, instructions, kinds, translate]
+        for module in (*modules, *_reached(sys.modules[self._entry.__module__])):
+            assert module.__file__ is not None
+            digest.update(Path(module.__file__).read_bytes())
+            for name, thing in vars(module).items():
+                if _is_number(thing):
+                    digest.update(f"{name} {thing!r}".encode())
+                elif isinstance(thing, EnumMeta):
+                    digest.update(repr(list(thing)).encode())
+        return digest.hexdigest()[:20]
+
+
+def _reached(module: ModuleType) -> Iterator[ModuleType]:
+    """The module and those its functions may call, as far as they are of the same package."""
+    package = module.__name__.partition(".")[0]
+    known = {module.__name__: module}
+    waiting = [module]
+    while waiting:
+        for thing in vars(waiting.pop()).values():
+            if isinstance(thing, FunctionType):
+                thing = sys.modules.get(thing.__module__)
+            if not isinstance(thing, ModuleType) or thing.__name__ in known:
+                continue
+            if thing.__name__.partition(".")[0] == package:
+                known[thing.__name__] = thing
+                waiting.append(thing)
+    return iter(known.values())
+
+
+def _is_number(thing: object) -> bool:
+    if isinstance(thing, tuple):
+        return all(_is_number(part) for part in thing)
+    return isinstance(thing, int | float)
+
+
+@cache
+def _machine() -> Any:
+    """The processor we run on, as LLVM's target."""
+    import llvmlite.binding as llvm
+
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    for symbol, name in translate.externals():
+        llvm.add_symbol(symbol, _address(name))
+    return llvm.Target.from_default_triple().create_target_machine(
+        cpu=llvm.get_host_cpu_name(),
+        features=llvm.get_host_cpu_features().flatten(),
+        opt=2,
+        codemodel="jitdefault",
+        jit=True,
+    )
+
+
+def _load(code: bytes) -> int:
+    """Load machine code for good; the address of its entry."""
+    import llvmlite.binding as llvm
+
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    _LOADED.append(engine)
+    address: int = engine.get_function_address(translate.ENTRY)
+    return address
+
+
+_LOADED: list[Any] = []
+"""What keeps the machine code in memory."""
+
+
+@cache
+def _c_library() -> ctypes.CDLL:
+    if sys.platform == "win32":
+        return ctypes.CDLL("ucrtbase")
+    whole = ctypes.CDLL(None)  # Python's own math functions are in it
+    return whole if hasattr(whole, "fmod") else ctypes.CDLL("libm.so.6")
+
+
+def _address(name: str) -> int:
+    address = ctypes.cast(getattr(_c_library(), name), ctypes.c_void_p).value
+    assert address is not None
+    return address
