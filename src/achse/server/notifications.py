@@ -13,7 +13,7 @@ from achse.ams import AmsAddress, DeviceError, Endpoint, Frame, TransmissionMode
 from achse.ams.filetime import from_unix_ns
 from achse.codes import ReturnCode
 from achse.server.limits import Limits
-from achse.server.subscriptions import Batch, Beat, Channel, Subscription, hint
+from achse.server.subscriptions import Batch, Beat, Channel, Pulse, Subscription, hint
 from achse.server.table import Reader
 
 __all__ = ["IN_CONTEXT", "Notifications", "Sender"]
@@ -77,9 +77,10 @@ class Notifications:
         self._by_client: dict[bytes, dict[int, Subscription]] = {}
         self._bytes: dict[bytes, int] = {}
         self._channels: dict[tuple[bytes, bytes, Endpoint | None], Channel] = {}
-        self._due: list[tuple[int, int, Beat]] = []
+        self._pulses: dict[tuple[int, int], Pulse] = {}
+        self._due: list[tuple[int, int, Pulse]] = []
         self._idle = 0
-        """Beats in `_due` without subscriptions."""
+        """Pulses in `_due` without beats."""
         self._deadlines: list[tuple[int, int, Batch]] = []
         self._open: list[Batch] = []
         """Batches with samples of this moment."""
@@ -174,8 +175,12 @@ class Notifications:
         beat = batch.beats.get(key)
         if beat is None:
             beat = batch.beats[key] = Beat(batch, key)
-            self._sequence += 1
-            heappush(self._due, (last + cycle, self._sequence, beat))
+            pulse = self._pulses.get(key)
+            if pulse is None:
+                pulse = self._pulses[key] = Pulse(cycle)
+                self._sequence += 1
+                heappush(self._due, (last + cycle, self._sequence, pulse))
+            pulse.beats[beat] = None
         return beat
 
     def _on_grid(self, task_cycle: int) -> int:
@@ -218,7 +223,7 @@ class Notifications:
             self._waiting.pop(channel, None)
 
     def _stop(self, subscription: Subscription) -> None:
-        """Take no more samples; a beat without any leaves the schedule."""
+        """Take no more samples; a beat without any leaves its pulse, that without any goes too."""
         beat = subscription.beat
         if beat is None:
             return
@@ -227,9 +232,13 @@ class Notifications:
         beat.on_change.pop(subscription.handle, None)
         if not (beat.cyclic or beat.on_change):
             del beat.batch.beats[beat.key]
-            self._idle += 1
+            pulse = self._pulses[beat.key]
+            del pulse.beats[beat]
+            if not pulse.beats:
+                del self._pulses[beat.key]
+                self._idle += 1
             if self._idle > 64 and self._idle > len(self._due) // 2:
-                self._due = [entry for entry in self._due if entry[2].cyclic or entry[2].on_change]
+                self._due = [entry for entry in self._due if entry[2].beats]
                 heapify(self._due)
                 self._idle = 0
 
@@ -282,22 +291,23 @@ class Notifications:
         """Take the samples due at `now` (unix ns) and send what may not wait longer."""
         due = self._due
         while due and due[0][0] <= now:
-            time, sequence, beat = due[0]
-            if not (beat.cyclic or beat.on_change):
+            time, sequence, pulse = due[0]
+            if not pulse.beats:
                 heappop(due)
                 self._idle -= 1
                 continue
-            cycle = beat.cycle
-            heapreplace(due, (time + ((now - time) // cycle + 1) * cycle, sequence, beat))
-            batch = beat.batch
-            if batch.channel.away and not self._is_back(batch.channel):
-                continue
-            if batch.parts:
-                beat.sample()
-            else:
-                beat.sample()
+            cycle = pulse.cycle
+            heapreplace(due, (time + ((now - time) // cycle + 1) * cycle, sequence, pulse))
+            for beat in pulse.beats:
+                batch = beat.batch
+                if batch.channel.away and not self._is_back(batch.channel):
+                    continue
                 if batch.parts:
-                    self._open.append(batch)
+                    beat.sample()
+                else:
+                    beat.sample()
+                    if batch.parts:
+                        self._open.append(batch)
         if self._open or self._waiting or (self._deadlines and self._deadlines[0][0] <= now):
             self._send(now, now)
 

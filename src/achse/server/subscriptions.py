@@ -1,8 +1,9 @@
-"""What a notification is made of: subscription, beat, batch and channel.
+"""What a notification is made of: subscription, beat, pulse, batch and channel.
 
-A `Beat` is all subscriptions of one client that share cycle, phase and largest delay, so that one
-entry in the schedule stands for thousands of them; its samples go to a `Batch`, which holds them
-up to the largest delay; a `Channel` is the way to one client.
+A `Beat` is all subscriptions of one client that share cycle, phase and largest delay, a `Pulse` the
+beats of all clients that share cycle and phase, so that one entry in the schedule stands for
+thousands of subscriptions; samples go to a `Batch`, which holds them up to the largest delay; a
+`Channel` is the way to one client.
 
 Source: 000 §3.2.3.6 … 8.
 """
@@ -14,7 +15,7 @@ from collections import deque
 from achse.ams import AmsAddress, Command, DeviceError, Endpoint, Frame
 from achse.server.table import Reader
 
-__all__ = ["Batch", "Beat", "Channel", "Subscription", "hint"]
+__all__ = ["Batch", "Beat", "Channel", "Pulse", "Subscription", "hint"]
 
 log = logging.getLogger("achse.server")
 
@@ -172,14 +173,13 @@ class Batch:
 
 
 class Beat:
-    """Subscriptions of one batch that are due together, every `cycle` ns."""
+    """Subscriptions of one batch that are due together; `key` is cycle and phase in ns."""
 
-    __slots__ = ("batch", "cycle", "cyclic", "key", "on_change")
+    __slots__ = ("batch", "cyclic", "key", "on_change")
 
     def __init__(self, batch: Batch, key: tuple[int, int]) -> None:
         self.batch = batch
         self.key = key
-        self.cycle = key[0]
         self.cyclic: dict[int, Subscription] = {}
         self.on_change: dict[int, Subscription] = {}
 
@@ -210,6 +210,16 @@ class Beat:
                 subscription.last = value
                 append(subscription.header)
                 append(value)
+
+
+class Pulse:
+    """Beats that are due together, every `cycle` ns."""
+
+    __slots__ = ("beats", "cycle")
+
+    def __init__(self, cycle: int) -> None:
+        self.cycle = cycle
+        self.beats: dict[Beat, None] = {}
 
 
 def _fail(subscription: Subscription, failure: Exception) -> None:

@@ -264,10 +264,8 @@ class _Selection:
         return self.place(group, offset, length, data[16:])
 
     def sample(self, frame: Frame) -> bool:
-        """The frame is a notification for them."""
-        return (self.command == Command.NOTIFICATION) and self.peer(
-            frame.target, _host(frame.via), _port(frame.source)
-        )
+        """The frame is a notification for them; asked only of a fault of notifications."""
+        return self.peer(frame.target, _host(frame.via), _port(frame.source))
 
 
 def _host(endpoint: object) -> str:
@@ -365,25 +363,28 @@ class _FrameFaults:
         self._later = later
         self._finish = finish
         self._standing = False
-        self._active: list[tuple[ActiveFault, _Selection]] = []
+        self._on_requests: list[tuple[ActiveFault, _Selection]] = []
+        self._on_samples: list[tuple[ActiveFault, _Selection]] = []
         self._marked: dict[tuple[Any, ...], list[ActiveFault]] = {}
         self._held: dict[int, tuple[Frame, Onward]] = {}
         """By fault number: the frame that waits to be overtaken."""
 
     def begin(self, active: ActiveFault, selection: _Selection) -> Undo:
         entry = (active, selection)
-        self._active.append(entry)
+        samples = selection.command == Command.NOTIFICATION
+        faults = self._on_samples if samples else self._on_requests
+        faults.append(entry)
         self._stand()
 
         def undo() -> None:
-            self._active.remove(entry)
+            faults.remove(entry)
             self._stand()
 
         return undo
 
     def _stand(self) -> None:
         """Be in the way of the frames as long as there is something to do."""
-        needed = bool(self._active or self._marked)
+        needed = bool(self._on_requests or self._on_samples or self._marked)
         if needed and not self._standing:
             self._router.add_gate(self._gate)
         elif self._standing and not needed:
@@ -392,7 +393,7 @@ class _FrameFaults:
 
     def _gate(self, frame: Frame, onward: Onward) -> bool:
         if frame.command == Command.NOTIFICATION:
-            hits = self._take(lambda selection: selection.sample(frame))
+            hits = self._take(self._on_samples, lambda selection: selection.sample(frame))
         elif frame.is_response:
             hits = self._marked.pop(_exchange(frame), [])
             if hits:
@@ -400,7 +401,7 @@ class _FrameFaults:
         elif _port(frame.target) == SPARED_PORT:
             return onward(frame)
         else:
-            hits = self._take(lambda selection: selection.request(frame))
+            hits = self._take(self._on_requests, lambda selection: selection.request(frame))
             later = [each for each in hits if _acts_on_answer(each.fault)]
             if later:
                 self._marked[_exchange(frame)] = later
@@ -412,9 +413,13 @@ class _FrameFaults:
             onward = self._disturbed(active, onward)
         return onward(frame)
 
-    def _take(self, selects: Callable[[_Selection], bool]) -> list[ActiveFault]:
-        """The faults that hit this frame."""
-        hits = [active for active, selection in self._active if selects(selection)]
+    def _take(
+        self,
+        faults: list[tuple[ActiveFault, _Selection]],
+        selects: Callable[[_Selection], bool],
+    ) -> list[ActiveFault]:
+        """Those of the faults that hit this frame."""
+        hits = [active for active, selection in faults if selects(selection)]
         hits = [active for active in hits if active.take()]
         for active in hits:
             if active.used_up:
