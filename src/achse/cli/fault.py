@@ -11,6 +11,7 @@ from achse.cli.target import Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
+    from achse.station.fault import FaultFields
 
 __all__ = ["fault"]
 
@@ -92,9 +93,14 @@ async def clear(
 @fault.command()
 def kinds() -> None:
     """List the kinds of faults, and what each takes beside `at`."""
-    from achse.station.fault import FAULT_KINDS
+    from achse.station.fault import Fault
 
-    for kind in FAULT_KINDS.values():
+    print_kinds(Fault)
+
+
+def print_kinds(faults: "type[FaultFields]") -> None:
+    """Each kind of fault, and what it takes beside `at`."""
+    for kind in faults.kinds.values():
         print(f"{kind.name}: {kind.description}")
-        if kind.parameters:
-            print(f"    {' '.join(kind.parameters)}")
+        if parameters := faults.parameters(kind):
+            print(f"    {' '.join(parameters)}")

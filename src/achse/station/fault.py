@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Self
 
 from achse.ams import AmsAddress, Command, NetId
 from achse.codes import NcError, ReturnCode
@@ -13,8 +13,10 @@ __all__ = [
     "ActiveFault",
     "Fault",
     "FaultError",
+    "FaultFields",
     "FaultKind",
     "client_test",
+    "seconds",
 ]
 
 
@@ -32,11 +34,119 @@ class FaultKind(NamedTuple):
     lasts: bool = True
     """False for an event, which is over as soon as it has begun."""
 
-    @property
-    def parameters(self) -> list[str]:
-        """Everything it takes beside `kind` and `at`, in the order of the fields."""
-        takes = self.takes | {"lasting"} if self.lasts else self.takes
-        return [field.name for field in dataclasses.fields(Fault) if field.name in takes]
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class FaultFields:
+    """What faults of all sorts have in common: a kind of a table, fields, times.
+
+    A subclass adds the fields that its kinds take. Raises FaultError for what a kind does not take.
+    """
+
+    kinds: ClassVar[Mapping[str, FaultKind]] = {}
+
+    kind: str
+    at: float | None = None
+    """Station time at which it begins, s; None: now."""
+    lasting: float | None = None
+    """Seconds until it ends; None: until cleared, or `count` is reached."""
+    count: int | None = None
+    """It ends after so many frames."""
+
+    @classmethod
+    def parameters(cls, kind: FaultKind) -> list[str]:
+        """Everything a kind takes beside `kind` and `at`, in the order of the fields."""
+        takes = kind.takes | {"lasting"} if kind.lasts else kind.takes
+        return [field.name for field in dataclasses.fields(cls) if field.name in takes]
+
+    def __post_init__(self) -> None:
+        kind = self.kinds.get(self.kind)
+        if kind is None:
+            raise FaultError(f"kind: expected one of {', '.join(self.kinds)}; got {self.kind!r}")
+        given = {
+            field.name
+            for field in dataclasses.fields(self)
+            if field.name not in ("kind", "at") and getattr(self, field.name) != field.default
+        }
+        takes = self.parameters(kind)
+        if surplus := sorted(given.difference(takes)):
+            raise FaultError(f"{surplus[0]}: {self.kind} takes {', '.join(takes) or 'nothing'}")
+        if missing := [name for name in kind.needs if name not in given]:
+            raise FaultError(f"{missing[0]}: {self.kind} needs it")
+        self.within(("at", 0, None), ("lasting", 0, None), ("count", 1, None))
+        self.check_values()
+
+    def check_values(self) -> None:
+        """Raise FaultError for a value that a field of the subclass cannot have."""
+
+    def within(self, *limits: tuple[str, float, float | None]) -> None:
+        """Raise FaultError unless each field is None or between its limits."""
+        for name, least, most in limits:
+            value = getattr(self, name)
+            if value is not None and not (least <= value and (most is None or value <= most)):
+                expected = f"{least} or more" if most is None else f"{least}..{most}"
+                raise FaultError(f"{name}: expected {expected}, got {value}")
+
+    @classmethod
+    def of(cls, fields: Mapping[str, Any]) -> Self:
+        """From a table of fields, as JSON and TOML have it; raises FaultError."""
+        known = {field.name: field.type for field in dataclasses.fields(cls)}
+        for name, value in fields.items():
+            if name not in known:
+                raise FaultError(f"{name}: a fault has {', '.join(known)}")
+            kind = str(known[name])
+            right = (
+                isinstance(value, str)
+                if "str" in kind
+                else isinstance(value, int | float if "float" in kind else int)
+                and not isinstance(value, bool)
+            )
+            if not right and not (value is None and "None" in kind):
+                raise FaultError(f"{name}: expected {kind.split(' ')[0]}, got {value!r}")
+        if "kind" not in fields:
+            raise FaultError(f"kind: expected one of {', '.join(cls.kinds)}")
+        return cls(**fields)
+
+    @classmethod
+    def parse(cls, kind: str, fields: Iterable[str]) -> Self:
+        """From texts like `code=0x706`, `by=50ms`, `at=2`; raises FaultError."""
+        kinds = {field.name: str(field.type) for field in dataclasses.fields(cls)}
+        values: dict[str, Any] = {"kind": kind}
+        for text in fields:
+            name, equals, value = text.partition("=")
+            if not equals or name not in kinds:
+                raise FaultError(
+                    f"expected KEY=VALUE with a key of {', '.join(kinds)}; got {text!r}"
+                )
+            try:
+                if "float" in kinds[name]:
+                    values[name] = seconds(value)
+                else:
+                    values[name] = int(value, 0) if "int" in kinds[name] else value
+            except ValueError:
+                raise FaultError(f"{name}: expected a number, got {value!r}") from None
+        return cls.of(values)
+
+    def fields(self) -> dict[str, Any]:
+        """What was given, as JSON and TOML have it."""
+        return {
+            field.name: value
+            for field in dataclasses.fields(self)
+            if (value := getattr(self, field.name)) != field.default
+        }
+
+    def __str__(self) -> str:
+        return " ".join(
+            [self.kind]
+            + [
+                f"{name}={self.told(name, value)}"
+                for name, value in self.fields().items()
+                if name != "kind"
+            ]
+        )
+
+    def told(self, name: str, value: Any) -> str:
+        """A field's value in words."""
+        return str(value)
 
 
 _WHOM = frozenset({"client", "port"})
@@ -113,19 +223,11 @@ COMMANDS = {command.name.lower(): command for command in Command}
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
-class Fault:
-    """One fault. Fields that are not given select everything.
+class Fault(FaultFields):
+    """One fault of a station. Fields that are not given select everything."""
 
-    Raises FaultError for what its kind does not take.
-    """
+    kinds: ClassVar[Mapping[str, FaultKind]] = FAULT_KINDS
 
-    kind: str
-    at: float | None = None
-    """Station time at which it begins, s; None: now."""
-    lasting: float | None = None
-    """Seconds until it ends; None: until cleared, or `count` is reached."""
-    count: int | None = None
-    """It ends after so many frames."""
     every: int = 1
     """Only each n-th of the selected frames is hit."""
     side: str = "answer"
@@ -145,28 +247,9 @@ class Fault:
     size: int | None = None
     factor: int | None = None
 
-    def __post_init__(self) -> None:
-        kind = FAULT_KINDS.get(self.kind)
-        if kind is None:
-            raise FaultError(f"kind: expected one of {', '.join(FAULT_KINDS)}; got {self.kind!r}")
-        given = {
-            field.name
-            for field in dataclasses.fields(self)
-            if field.name not in ("kind", "at") and getattr(self, field.name) != field.default
-        }
-        if surplus := sorted(given.difference(kind.parameters)):
-            raise FaultError(
-                f"{surplus[0]}: {self.kind} takes {', '.join(kind.parameters) or 'nothing'}"
-            )
-        if missing := [name for name in kind.needs if name not in given]:
-            raise FaultError(f"{missing[0]}: {self.kind} needs it")
-        self._check_values()
-
-    def _check_values(self) -> None:
-        for name, least, most in (
-            ("at", 0, None),
-            ("lasting", 0, None),
-            ("count", 1, None),
+    def check_values(self) -> None:
+        """Raise FaultError for a value that a field cannot have."""
+        self.within(
             ("every", 1, None),
             ("by", 0, None),
             ("size", 1, None),
@@ -175,11 +258,7 @@ class Fault:
             ("group", 0, 0xFFFF_FFFF),
             ("offset", 0, 0xFFFF_FFFF),
             ("code", 1, 0xFFFF_FFFF),
-        ):
-            value = getattr(self, name)
-            if value is not None and not (least <= value and (most is None or value <= most)):
-                limits = f"{least} or more" if most is None else f"{least}..{most}"
-                raise FaultError(f"{name}: expected {limits}, got {value}")
+        )
         if self.side not in ("request", "answer"):
             raise FaultError(f"side: expected request or answer, got {self.side!r}")
         if self.command and self.command not in COMMANDS:
@@ -189,78 +268,20 @@ class Fault:
         if self.offset is not None and self.group is None:
             raise FaultError("offset: needs a group")
 
-    @classmethod
-    def of(cls, fields: Mapping[str, Any]) -> "Fault":
-        """From a table of fields, as JSON and TOML have it; raises FaultError."""
-        known = {field.name: field.type for field in dataclasses.fields(cls)}
-        for name, value in fields.items():
-            if name not in known:
-                raise FaultError(f"{name}: a fault has {', '.join(known)}")
-            kind = str(known[name])
-            right = (
-                isinstance(value, str)
-                if "str" in kind
-                else isinstance(value, int | float if "float" in kind else int)
-                and not isinstance(value, bool)
-            )
-            if not right and not (value is None and "None" in kind):
-                raise FaultError(f"{name}: expected {kind.split(' ')[0]}, got {value!r}")
-        if "kind" not in fields:
-            raise FaultError(f"kind: expected one of {', '.join(FAULT_KINDS)}")
-        return cls(**fields)
-
-    @classmethod
-    def parse(cls, kind: str, fields: Iterable[str]) -> "Fault":
-        """From texts like `code=0x706`, `by=50ms`, `at=2`; raises FaultError."""
-        kinds = {field.name: str(field.type) for field in dataclasses.fields(cls)}
-        values: dict[str, Any] = {"kind": kind}
-        for text in fields:
-            name, equals, value = text.partition("=")
-            if not equals or name not in kinds:
-                raise FaultError(
-                    f"expected KEY=VALUE with a key of {', '.join(kinds)}; got {text!r}"
-                )
-            try:
-                if "float" in kinds[name]:
-                    values[name] = _seconds(value)
-                else:
-                    values[name] = int(value, 0) if "int" in kinds[name] else value
-            except ValueError:
-                raise FaultError(f"{name}: expected a number, got {value!r}") from None
-        return cls.of(values)
-
-    def fields(self) -> dict[str, Any]:
-        """What was given, as JSON and TOML have it."""
-        return {
-            field.name: value
-            for field in dataclasses.fields(self)
-            if (value := getattr(self, field.name)) != field.default
-        }
-
-    def __str__(self) -> str:
-        return " ".join(
-            [self.kind]
-            + [
-                f"{name}={_number(name, value)}"
-                for name, value in self.fields().items()
-                if name != "kind"
-            ]
-        )
+    def told(self, name: str, value: Any) -> str:
+        """A field's value in words: codes with their names, groups and offsets in hexadecimal."""
+        if name == "code":
+            row = ReturnCode.of(value) or NcError.of(value)
+            return f"0x{value:X}" + (f" ({row.name})" if row else "")
+        return f"0x{value:X}" if name in ("group", "offset") else str(value)
 
 
-def _seconds(text: str) -> float:
-    """`2`, `2s`, `50ms`."""
+def seconds(text: str) -> float:
+    """`2`, `2s`, `50ms`; raises ValueError."""
     for unit, factor in (("ms", 1e-3), ("us", 1e-6), ("s", 1.0)):
         if text.endswith(unit):
             return float(text.removesuffix(unit)) * factor
     return float(text)
-
-
-def _number(name: str, value: Any) -> str:
-    if name == "code":
-        row = ReturnCode.of(value) or NcError.of(value)
-        return f"0x{value:X}" + (f" ({row.name})" if row else "")
-    return f"0x{value:X}" if name in ("group", "offset") else str(value)
 
 
 class ActiveFault:
