@@ -4,7 +4,7 @@ The standard controller adds a proportional part to the velocity feed-forward. P
 controllers, velocity loops, offset calibration and observer are computed only on axes that use
 them.
 
-Kernel source: compiled by Numba as it stands, see `compiled`.
+Kernel source: compiled as it stands, see `compiled`.
 """
 
 from math import pi

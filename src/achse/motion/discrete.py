@@ -4,7 +4,7 @@ A two-speed axis has no set-point profile. It runs at rapid or creep speed until
 is near the target, then switches off and brakes; the set position is where the axis is (004 §6.1,
 §6.2). A stepper motor moves by whole steps, whose masks or frequency go out as control bytes.
 
-Kernel source: compiled by Numba as it stands, see `compiled`.
+Kernel source: compiled as it stands, see `compiled`.
 """
 
 from math import ceil

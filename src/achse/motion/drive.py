@@ -4,7 +4,7 @@ A velocity drive follows its output with a dead time and a first-order lag, agai
 friction. A drive with position interface stands where the set position is, filtered and
 extrapolated as its parameters say. In torque mode the motor obeys its torque alone.
 
-Kernel source: compiled by Numba as it stands, see `compiled`.
+Kernel source: compiled as it stands, see `compiled`.
 """
 
 from math import floor

@@ -3,7 +3,7 @@
 The encoder counts whole increments of the motor's position. What goes beyond scaling and filters
 (masks, directions, corrections, dead time, noise) is computed only on axes that use it.
 
-Kernel source: compiled by Numba as it stands, see `compiled`.
+Kernel source: compiled as it stands, see `compiled`.
 """
 
 from math import floor

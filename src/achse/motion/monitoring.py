@@ -1,6 +1,6 @@
 """Monitoring: enables, limits, windows and times become errors and the status double word.
 
-Kernel source: compiled by Numba as it stands, see `compiled`.
+Kernel source: compiled as it stands, see `compiled`.
 """
 
 from math import floor

@@ -4,7 +4,8 @@ Units are the axis unit (mm, degree) and seconds. `max_acceleration` limits |v| 
 `max_deceleration` limits |v| shrinking, in both directions of travel alike; one `max_jerk` limits
 both. A reversal always passes rest (v = 0 with a = 0). A start state outside the limits is allowed:
 an acceleration beyond its limit is first brought inside with `max_jerk`, a velocity above
-`max_velocity` is first reduced with `max_deceleration`.
+`max_velocity` is first reduced with `max_deceleration`. An end velocity above `max_velocity` is
+reached by one last ramp just before the target.
 
 Every profile without a reversal is time optimal. With the state mirrored so that travel is
 positive, a jerk line through (v, a) crosses a = 0 at v - a²/2j; seen from there each velocity ramp
@@ -13,7 +14,7 @@ meeting at the peak velocity. Distances too short to release a running decelerat
 filled by easing it to some a1 in [a, 0] and braking again. What has no closed form is solved by
 Newton steps on a convex function from above its root: monotone, hence safe, and bounded.
 
-Plain functions in the subset that Numba compiles to bit-identical results: float arithmetic,
+Plain functions in the language of `achse.kernel`, so that machine code gives the same bits: floats,
 `sqrt`, comparisons and loops; callees stand before their callers. Times and jerks are written into
 sequences of at least `MAX_SEGMENTS` floats owned by the caller.
 """
@@ -29,8 +30,10 @@ __all__ = [
     "STATE_INVALID",
     "duration",
     "end_state",
+    "highest_velocity",
     "plan_to_position",
     "plan_to_velocity",
+    "reachable_velocity",
     "segment_acceleration",
     "segment_position",
     "segment_velocity",
@@ -44,7 +47,7 @@ MAX_SEGMENTS = 12  # unavoidable crossing 1, bring-in 1, brake to rest 3, return
 
 LIMITS_INVALID = -1  # a limit outside [1e-9, 1e12]
 STATE_INVALID = -2  # position, velocity, acceleration or target not finite or beyond ±1e15
-END_VELOCITY_UNREACHABLE = -3  # negative, above max_velocity, or the distance is too short for it
+END_VELOCITY_UNREACHABLE = -3  # negative, not finite, or the distance is too short for it
 _OVERSHOOT = -4  # the brakes do not hold before the target
 
 _SMALLEST_LIMIT = 1e-9  # with these bounds no intermediate result overflows
@@ -194,6 +197,51 @@ def _append_velocity_ramp(
         return _append_ramp(seg_time, seg_jerk, n, change, a, acc, jerk, sign * jerk)
     change = v + swing - goal
     return _append_ramp(seg_time, seg_jerk, n, change, -a, dec, jerk, -sign * jerk)
+
+
+def highest_velocity(distance: float, lowest: float, limit: float, jerk: float) -> float:
+    """Highest velocity that a ramp from `lowest` reaches within `distance` >= 0.
+
+    Both ends are without acceleration; as well the highest one to brake from down to `lowest` >= 0.
+    """
+    half = limit / jerk
+    if distance >= (2.0 * lowest + limit * half) * half:
+        # holding the limit: change²/2 + change (lowest + limit half/2) = limit (way - lowest half)
+        linear = lowest + 0.5 * limit * half
+        constant = limit * (distance - lowest * half)
+        return lowest + 2.0 * constant / (linear + sqrt(linear * linear + 2.0 * constant))
+    # Jerk only: with u² = change, u³ + 2 lowest u = distance sqrt(jerk), Newton from above.
+    goal = distance * sqrt(jerk)
+    if goal <= _NEGLIGIBLE:
+        return lowest if lowest > 0.0 else 0.0
+    u = _cube_root(goal) if lowest >= 0.0 else _cube_root(2.0 * goal) + 2.0 * sqrt(-lowest)
+    if lowest > 0.0 and goal < 2.0 * lowest * u:
+        u = goal / (2.0 * lowest)
+    for _ in range(_MAX_ITERATIONS):
+        step = (u * (u * u + 2.0 * lowest) - goal) / (3.0 * u * u + 2.0 * lowest)
+        if step <= 0.0:
+            break
+        u -= step
+        if step <= _CONVERGED * u:
+            break
+    return lowest + u * u
+
+
+def reachable_velocity(distance: float, v: float, a: float, limit: float, jerk: float) -> float:
+    """Highest velocity that can be had, without acceleration, after `distance`; -1 if none.
+
+    Travel frame: v >= 0, and a negative `a` can be released before v = 0.
+    """
+    held = -a / jerk
+    swing = a * a / (2.0 * jerk)
+    start = v - swing
+    distance -= held * (start + jerk * held * held / 6.0)
+    if distance < 0.0:
+        return -1.0
+    highest = highest_velocity(distance, start, limit, jerk)
+    if highest < (v + swing if a > 0.0 else start):
+        return -1.0
+    return highest if highest > 0.0 else 0.0
 
 
 def _travel_sign(v: float, a: float, otherwise: float) -> float:
@@ -480,6 +528,90 @@ def _append_approach(
     return _append_ramp(seg_time, seg_jerk, n, end_gap + rise, 0.0, dec, jerk, -sign * jerk)
 
 
+def _append_rise(
+    seg_time: MutableSequence[float],
+    seg_jerk: MutableSequence[float],
+    n: int,
+    sign: float,
+    distance: float,
+    v: float,
+    a: float,
+    end: float,
+    limits: Limits,
+    slack: float,
+) -> int:
+    """Append one ramp up to `end` that takes just `distance`, as strong as that needs.
+
+    Travel frame as in `_append_approach`; releasing `a` leaves a velocity of at most `end`. Returns
+    the count or END_VELOCITY_UNREACHABLE.
+    """
+    acc, _, jerk = limits
+    held = -a / jerk
+    swing = a * a / (2.0 * jerk)
+    start = v - swing
+    way = distance - held * (start + jerk * held * held / 6.0)
+    change = end - start
+    shortest = _ramp_time(change, acc, jerk)
+    if way < 0.5 * (start + end) * shortest - slack:
+        return END_VELOCITY_UNREACHABLE
+    time = 2.0 * way / (start + end)
+    if time < shortest:
+        time = shortest
+    root = time * time - 4.0 * change / jerk
+    limit = 2.0 * change / (time + (sqrt(root) if root > 0.0 else 0.0))
+    if limit > acc:
+        limit = acc
+    if limit >= a:
+        return _append_ramp(seg_time, seg_jerk, n, change, a, limit, jerk, sign * jerk)
+    # Weaker than `a`: ease to it, hold it for `hold`, release it. The way is that of releasing at
+    # once and hold (settled + end)/2 + change²/(2 jerk hold) for the rest.
+    settled = v + swing
+    change = end - settled
+    lead = a / jerk
+    way = distance - lead * (v + jerk * lead * lead / 3.0)
+    root = way * way - (settled + end) * change * change / jerk
+    hold = (way + (sqrt(root) if root > 0.0 else 0.0)) / (settled + end)
+    limit = change / hold
+    n = _append(seg_time, seg_jerk, n, (a - limit) / jerk, -sign * jerk)
+    n = _append(seg_time, seg_jerk, n, hold, 0.0)
+    return _append(seg_time, seg_jerk, n, limit / jerk, -sign * jerk)
+
+
+def _append_travel(
+    seg_time: MutableSequence[float],
+    seg_jerk: MutableSequence[float],
+    n: int,
+    sign: float,
+    distance: float,
+    v: float,
+    a: float,
+    end: float,
+    top: float,
+    limits: Limits,
+    slack: float,
+) -> int:
+    """Append the way to `end`; one above `top` is reached by a last ramp just before the target.
+
+    Arguments and results of `_append_approach`.
+    """
+    if end > top:
+        acc, _, jerk = limits
+        rest = distance - 0.5 * (top + end) * _ramp_time(end - top, acc, jerk)
+        if rest >= 0.0:
+            count = _append_approach(
+                seg_time, seg_jerk, n, sign, rest, v, a, top, top, limits, slack
+            )
+            if count >= 0:
+                return _append_ramp(
+                    seg_time, seg_jerk, count, end - top, 0.0, acc, jerk, sign * jerk
+                )
+        swing = a * a / (2.0 * jerk)
+        if (v - swing if a < 0.0 else v + swing) <= end * (1.0 + _ROUNDING):
+            return _append_rise(seg_time, seg_jerk, n, sign, distance, v, a, end, limits, slack)
+        top = end
+    return _append_approach(seg_time, seg_jerk, n, sign, distance, v, a, end, top, limits, slack)
+
+
 def plan_to_position(
     seg_time: MutableSequence[float],
     seg_jerk: MutableSequence[float],
@@ -497,7 +629,8 @@ def plan_to_position(
 
     0 means: already there. The profile ends with a = 0 and `end_velocity` >= 0 in the direction
     from `position` to `target` (where these are equal: of present travel); if the target lies
-    behind or the brakes do not hold before it, the axis first comes to rest and starts anew.
+    behind or the brakes do not hold before it, the axis first comes to rest and starts anew. An
+    `end_velocity` above `max_velocity` is reached by a ramp that ends at the target.
     Negative: `LIMITS_INVALID`, `STATE_INVALID`, or `END_VELOCITY_UNREACHABLE`, also when the last
     approach would arrive from the other side; the segments then hold nothing of use.
     """
@@ -515,7 +648,7 @@ def plan_to_position(
         and _state_is_valid(target)
     ):
         return STATE_INVALID
-    if not (end_velocity >= 0.0 and end_velocity <= max_velocity):
+    if not (end_velocity >= 0.0 and end_velocity <= _LARGEST_STATE):
         return END_VELOCITY_UNREACHABLE
     limits = (max_acceleration, max_deceleration, max_jerk)
     slack = _ROUNDING * (abs(position) + abs(target))
@@ -530,7 +663,7 @@ def plan_to_position(
     remaining = target - p
     sign = _travel_sign(v, a, remaining)
     if sign * remaining >= 0.0 and (end_velocity == 0.0 or sign == arrival):
-        count = _append_approach(
+        count = _append_travel(
             seg_time, seg_jerk, n, sign, sign * remaining, sign * v, sign * a,
             end_velocity, max_velocity, limits, slack,
         )  # fmt: skip
@@ -542,7 +675,7 @@ def plan_to_position(
     sign = 1.0 if remaining >= 0.0 else -1.0
     if end_velocity > 0.0 and sign != arrival:
         return END_VELOCITY_UNREACHABLE
-    return _append_approach(
+    return _append_travel(
         seg_time, seg_jerk, n, sign, sign * remaining, 0.0, 0.0,
         end_velocity, max_velocity, limits, slack,
     )  # fmt: skip

@@ -5,7 +5,7 @@ the job sets `replan`; the next cycle computes the table from the present set po
 is smooth in position, velocity and acceleration. At override zero the axis stands and keeps its
 job. Once braking towards the target has begun, the override no longer changes the table.
 
-Kernel source: compiled by Numba as it stands, see `compiled`.
+Kernel source: compiled as it stands, see `compiled`.
 """
 
 from math import floor
