@@ -171,6 +171,23 @@ def test_an_image_large_enough_for_the_file(folder: Path) -> None:
     assert _value(station, ".x", 801) == b"\0\0"
 
 
+def test_an_image_large_enough_for_the_sources(folder: Path) -> None:
+    (folder / "wide.st").write_text("VAR_GLOBAL nFar AT %IW99998 : INT := 7; END_VAR")
+    station = _station(folder, '[[plc]]\nsources = "wide.st"\n')
+    assert len(station.plcs[851].memory[Area.INPUT]) >= 100_000
+    assert _value(station, "wide.nFar") == b"\7\0"
+
+
+def test_an_address_far_beyond_the_rest_takes_no_memory(folder: Path) -> None:
+    symbol = (
+        "<Symbol><Name>.x</Name><Type>INT</Type><IGroup>16448</IGroup>"
+        "<IOffset>200000000</IOffset><BitSize>16</BitSize></Symbol>"
+    )
+    (folder / "far.tpy").write_text(f"<PlcProjectInfo><Symbols>{symbol}</Symbols></PlcProjectInfo>")
+    with pytest.raises(ConfigError, match=r"plc\[1\]: \.x AT %D200000000 ends at byte 200000002"):
+        _station(folder, '[[plc]]\nsymbols = "far.tpy"\nport = 801\n')
+
+
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
@@ -178,6 +195,7 @@ def test_an_image_large_enough_for_the_file(folder: Path) -> None:
         ('symbols = "no.tmc"', r"plc\[1\]\.symbols: .*no\.tmc cannot be read"),
         ('symbols = "behaviour.py"', r"plc\[1\]\.symbols: .*ends in \.tmc or \.tpy"),
         ('sources = "bad.st"', r"plc\[1\]\.sources: .*bad\.st.*2"),
+        ('sources = "far.st"', r"plc\[1\]\.sources: far\.st:3:8: an address is below byte"),
         ('sources = "plc"\nbehaviour = ["behaviour.py:Nothing"]', "behaviour.py has no class"),
         ('sources = "plc"\nbehaviour = ["station:X"]', r"behaviour: station cannot be imported"),
         ('sources = "plc"\nbehaviour = ["other.py:Lonely"]', "no program.*named 'Lonely'"),
@@ -189,6 +207,9 @@ def test_an_image_large_enough_for_the_file(folder: Path) -> None:
 )
 def test_faults_name_key_and_expectation(folder: Path, text: str, fault: str) -> None:
     (folder / "bad.st").write_text("PROGRAM P\nVAR x : ; END_VAR\nEND_PROGRAM\n")
+    (folder / "far.st").write_text(
+        "PROGRAM P\nVAR\n  x AT %MB1000000000 : BYTE;\nEND_VAR\nEND_PROGRAM\n"
+    )
     (folder / "other.py").write_text("class Lonely: pass\n")
     with pytest.raises(ConfigError, match=fault):
         _station(folder, f"[[plc]]\n{text}\n")

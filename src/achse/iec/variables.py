@@ -12,10 +12,24 @@ from achse.iec.errors import DeclarationError, IecValueError, UnboundError
 from achse.iec.strings import StringType
 from achse.iec.types import Buffer, IecType, no_attributes
 
-__all__ = ["Address", "Image", "Place", "Section", "Spot", "StartValue", "Surroundings", "Variable"]
+__all__ = [
+    "LARGEST_IMAGE",
+    "Address",
+    "Image",
+    "Place",
+    "Section",
+    "Spot",
+    "StartValue",
+    "Surroundings",
+    "Variable",
+]
 
 G = TypeVar("G")
 S = TypeVar("S")
+
+LARGEST_IMAGE = 1 << 24
+"""Bytes that inputs, outputs and flags have at most: a mistyped address shall not take the memory
+of the machine."""
 
 _ADDRESS = re.compile(
     r"%([IQM])(?:\*|([XBWDL]?)([0-9]{1,10})(?:\.([0-7]))?)", re.ASCII | re.IGNORECASE
@@ -56,6 +70,8 @@ class Address(NamedTuple):
         width = width.upper()
         if (bit is not None and width not in ("", "X")) or (bit is None and width == "X"):
             raise DeclarationError(f"%{area}X has a bit and no other width has, got {text!r}")
+        if int(byte) >= LARGEST_IMAGE:
+            raise DeclarationError(f"an address is below byte {LARGEST_IMAGE}, got {text!r}")
         return cls(area.upper(), width, int(byte), None if bit is None else int(bit))
 
     def __str__(self) -> str:

@@ -109,6 +109,11 @@ class Region:
     def place(self, offset: int, size: int) -> None:
         """Take the bytes at a fixed offset; they may overlap others, as on a real PLC."""
         end = offset + size
+        if end > 1 << _ADDRESS_BITS:
+            raise AreaFullError(
+                f"{self.area.value} has at most {1 << _ADDRESS_BITS} bytes, bytes"
+                f" {offset}..{end - 1} do not fit"
+            )
         if end + _HEADROOM * self._grows > len(self.data):
             if not self._grows:
                 raise AreaFullError(

@@ -3,8 +3,9 @@
 import hashlib
 import importlib
 import importlib.util
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
@@ -12,7 +13,8 @@ from typing import Any, TypeVar
 from achse.iec import DeclarationError, GlobalVariables, IecType, Program
 from achse.iec.project import load_project
 from achse.iec.structs import Unit
-from achse.iec.symbolfiles import FileTask, SymbolFile, SymbolFileError, read_symbol_file
+from achse.iec.symbolfiles import FileTask, SymbolFileError, read_symbol_file
+from achse.iec.variables import LARGEST_IMAGE
 from achse.plc import DEFAULT_SIZES, Area, Memory, PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
 from achse.station.config import ConfigError, PlcConfig, TaskConfig
@@ -35,7 +37,6 @@ class _Declared:
     tasks: Sequence[FileTask] = ()
     project: str = "achse"
     pointer_size: int = 8
-    sizes: Mapping[Area, int] = field(default_factory=dict)
 
 
 class PlcSource:
@@ -54,7 +55,8 @@ class PlcSource:
         """The PLC as declared, in RUN."""
         config = self.config
         declared, tasks, globals, programs = self._read()
-        sizes = {area: max(DEFAULT_SIZES[area], size) for area, size in declared.sizes.items()}
+        called = [program for of_task in programs.values() for program in of_task]
+        sizes = self._checked("", lambda: _sizes([*globals, *called]))
         return self._checked(
             "",
             lambda: PlcRuntime(
@@ -167,7 +169,6 @@ class PlcSource:
                 file.called_tasks(),
                 file.name,
                 file.pointer_size,
-                _sizes(file),
             )
         return _Declared()
 
@@ -226,15 +227,32 @@ def _tasks(configured: Sequence[TaskConfig], declared: _Declared) -> list[FileTa
     return list(declared.tasks) or [FileTask("PlcTask", programs=tuple(programs))]
 
 
-def _sizes(file: SymbolFile) -> dict[Area, int]:
-    """How large the process image has to be for the variables of a symbol file."""
-    sizes: dict[Area, int] = {}
-    for item in file.variables:
-        address = item.declared.address
-        if address is not None and address.area in _IMAGES:
+def _sizes(units: Iterable[type[Unit]]) -> dict[Area, int]:
+    """How large areas have to be for the variables that say where they lie.
+
+    Raises `DeclarationError` for one that lies far beyond all others together.
+    """
+    placed = [
+        (unit, member, member.address)
+        for unit in units
+        for member in unit.__iec__.members
+        if member.address is not None and member.address.byte is not None
+    ]
+    content = Counter[str]()
+    for _, member, address in placed:
+        content[address.area] += member.type.size
+    sizes = dict(DEFAULT_SIZES)
+    for unit, member, address in placed:
+        end = (address.byte or 0) + member.type.size
+        most = LARGEST_IMAGE + content[address.area] * (address.area in "RD")
+        if end > most:
+            raise DeclarationError(
+                f"{unit.__iec__.name}.{member.name} AT {address} ends at byte {end}: {most} bytes"
+                " are the most for what is declared"
+            )
+        if address.area in _IMAGES:
             area = _IMAGES[address.area]
-            end = (address.byte or 0) + item.declared.type.size + _HEADROOM
-            sizes[area] = max(sizes.get(area, 0), end)
+            sizes[area] = max(sizes[area], end + _HEADROOM)
     return sizes
 
 

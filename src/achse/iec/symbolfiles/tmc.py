@@ -3,8 +3,8 @@
 from achse.iec.errors import shown
 from achse.iec.names import with_coding
 from achse.iec.symbolfiles.initials import initial_image
-from achse.iec.symbolfiles.model import FileTask, FileVariable, SymbolFile, address_of
-from achse.iec.symbolfiles.types import MAX_BYTES, FileTypes, properties_of
+from achse.iec.symbolfiles.model import FileTask, FileVariable, SymbolFile
+from achse.iec.symbolfiles.types import FileTypes, checked_address, properties_of
 from achse.iec.symbolfiles.xml import Element, parse_xml
 from achse.iec.variables import Variable
 
@@ -91,8 +91,6 @@ def _variable(
         type = with_coding(type, "utf-8")
     place = symbol.child("BitOffs")
     is_bit = type.is_bit or place.number % 8 != 0 or symbol.number_of("BitSize") == 1
-    if place.number // 8 + type.size > MAX_BYTES:
-        place.fault(f"{shown(name)} lies beyond byte {MAX_BYTES} of its area")
     default = symbol.find("Default")
     return FileVariable(
         name,
@@ -100,7 +98,7 @@ def _variable(
             type,
             None if default is None else initial_image(type, default),
             name=name,
-            at=address_of(letter, place.number, is_bit),
+            at=checked_address(place, name, letter, place.number, type, is_bit),
             retain=letter == "R",
             persistent="TcPersistent" in properties,
             comment=symbol.text_of("Comment"),

@@ -9,9 +9,8 @@ from achse.iec.symbolfiles.model import (
     FileTask,
     FileVariable,
     SymbolFile,
-    address_of,
 )
-from achse.iec.symbolfiles.types import MAX_BYTES, FileTypes, properties_of
+from achse.iec.symbolfiles.types import FileTypes, checked_address, properties_of
 from achse.iec.symbolfiles.xml import Element, parse_xml
 from achse.iec.variables import Variable
 
@@ -101,8 +100,6 @@ def _variable(symbol: Element, types: FileTypes) -> FileVariable:
     type = types.type_of(symbol, "Type")
     place = symbol.child("IOffset")
     offset = place.number if in_bits else 8 * place.number
-    if offset // 8 + type.size > MAX_BYTES:
-        place.fault(f"{shown(name)} lies beyond byte {MAX_BYTES} of its area")
     default = symbol.find("Default")
     persistent = tag.attributes.get("Persistent") == "1"
     return FileVariable(
@@ -111,7 +108,7 @@ def _variable(symbol: Element, types: FileTypes) -> FileVariable:
             type,
             None if default is None else initial_image(type, default),
             name=name,
-            at=address_of(area, offset, in_bits or type.is_bit),
+            at=checked_address(place, name, area, offset, type, in_bits or type.is_bit),
             retain=area == "R",
             persistent=persistent,
             constant=tag.attributes.get("Constant") == "1",

@@ -20,15 +20,16 @@ from achse.iec.methods import Method, Parameter
 from achse.iec.names import parse_type, with_coding
 from achse.iec.structs import Kind, StructType
 from achse.iec.symbolfiles.initials import initial_image
+from achse.iec.symbolfiles.model import address_of
 from achse.iec.symbolfiles.xml import Element
 from achse.iec.types import Adst, IecType
 from achse.iec.typetable import OpaqueType
-from achse.iec.variables import Section, Variable
+from achse.iec.variables import LARGEST_IMAGE, Address, Section, Variable
 
-__all__ = ["MAX_BYTES", "FileTypes", "properties_of"]
+__all__ = ["MAX_BYTES", "FileTypes", "checked_address", "properties_of"]
 
 MAX_BYTES = 1 << 28
-"""No variable of a file lies or reaches beyond this byte of its area."""
+"""No variable of a file lies or reaches beyond this byte of retain or data."""
 
 _DEEPEST = 64
 _SPOKEN = re.compile(r"(?:ARRAY\s*\[|POINTER\s+TO|REFERENCE\s+TO|W?STRING\b)", re.IGNORECASE)
@@ -54,6 +55,16 @@ _OF_THE_SYSTEM: Mapping[str, IecType[Any]] = {
 """Types that a file names without defining them."""
 _OF_THE_TOOL = {"itemtype", "poutype", "lowerborder", "upperborder", "tcpersistent"}
 """Properties that the declaration itself says."""
+
+
+def checked_address(
+    place: Element, name: str, area: str, bit_offset: int, type: IecType[Any], is_bit: bool
+) -> Address:
+    """The address of a variable, if it is within what an area may have. `place` says it."""
+    limit = MAX_BYTES if area in "RD" else LARGEST_IMAGE
+    if bit_offset // 8 + type.size > limit:
+        place.fault(f"{shown(name)} lies beyond byte {limit} of its area")
+    return address_of(area, bit_offset, is_bit)
 
 
 def properties_of(element: Element) -> dict[str, str]:
