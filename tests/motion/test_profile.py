@@ -18,8 +18,10 @@ from achse.motion.profile import (
     STATE_INVALID,
     duration,
     end_state,
+    highest_velocity,
     plan_to_position,
     plan_to_velocity,
+    reachable_velocity,
     segment_acceleration,
     segment_position,
     segment_velocity,
@@ -40,7 +42,8 @@ def violation(
 
     It walks the segments, looking at both ends and at the velocity extreme inside. Excused is only
     what no jerk-limited motion avoids: an excessive start acceleration while it is reduced, an
-    excessive velocity until it was reduced, one crossing of v = 0 that the start state implies.
+    excessive velocity until it was reduced, one crossing of v = 0 that the start state implies; and
+    the rise to an end velocity above the limit, which goes on to the end.
     """
     p, v, a = position, velocity, acceleration
     farthest = max(1.0, abs(position), abs(target))
@@ -71,6 +74,8 @@ def violation(
     crossing = v * a < 0.0 and abs(v) - a * a / (2.0 * jerk) < -1e-13 * abs(v)
     implied = max(abs(v), abs(v + a * abs(a) / (2.0 * jerk)))
     slowed = False
+    rising = False
+    highest = max(top, end_velocity)
     inside = False
     side = 0.0
     leaving = 0.0
@@ -89,7 +94,11 @@ def violation(
         settled = abs(v + a * abs(a) / (2.0 * jerk))
         if abs(v) <= top * (1.0 + 1e-9) and settled <= top * (1.0 + 1e-9):
             slowed = True
-        if max(high, -low) > (top if slowed else max(top, implied)) * (1.0 + 1e-9):
+        if max(high, -low) > (highest if slowed else max(highest, implied)) * (1.0 + 1e-9):
+            return TOO_FAST
+        if slowed and max(high, -low) > top * (1.0 + 1e-9):
+            rising = True
+        if rising and abs(w) < abs(v) * (1.0 - 1e-9):
             return TOO_FAST
         travel = 1.0 if high > -low else -1.0
         growth = travel * a
@@ -238,8 +247,27 @@ def test_generated_end_velocities_are_met_or_refused(fast):
     assert len(broken) == 0, (len(broken), verdicts[broken[0]], cases[broken[0]].tolist())
 
 
+def test_an_end_velocity_above_the_limit_is_reached_by_a_last_rise(fast):
+    cases = generate(fast, 8, CASES, False)
+    dice = np.random.default_rng(9)
+    cases[:, 4] = cases[:, 5] * 10.0 ** dice.uniform(0.0, 2.0, CASES)
+    # Many distances about that of the rise itself, where the last ramp has to be fitted in.
+    rise = cases[:, 4] - cases[:, 5]
+    time = rise / cases[:, 6] + np.sqrt(rise / cases[:, 8]) + cases[:, 6] / cases[:, 8]
+    share = np.where(dice.random(CASES) < 0.5, 10.0 ** dice.uniform(-2.0, 2.0, CASES), 0.0)
+    way = np.sign(cases[:, 1] + 1e-99) * share * time * cases[:, 4]
+    cases[:, 3] = np.where(share > 0.0, cases[:, 0] + way, cases[:, 3])
+    _, _, counts, verdicts = planned(fast, cases)
+    assert set(counts[counts < 0]) == {END_VELOCITY_UNREACHABLE}
+    assert (counts > 0).sum() > 0.3 * CASES
+    broken = np.flatnonzero(verdicts)
+    assert len(broken) == 0, (len(broken), verdicts[broken[0]], cases[broken[0]].tolist())
+
+
 def test_compiled_and_interpreted_results_are_bit_identical(fast):
     cases = generate(fast, 4, 4000, True)
+    cases[::3, 4] = 0.5 * cases[::3, 5]
+    cases[::5, 4] = 3.0 * cases[::5, 5]
     times, jerks, counts, _ = planned(fast, cases)
     for i, case in enumerate(cases.tolist()):
         t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
@@ -451,6 +479,64 @@ def test_a_velocity_ramp_through_zero_rests_between():
     assert end_state(t, j, n, 0.0, 100.0, 0.0)[1:] == (pytest.approx(-100.0), 0.0)
 
 
+def test_an_end_velocity_above_the_limit_is_reached_just_before_the_target():
+    """1000 mm at 100 mm/s, out at 300 mm/s: 500 mm/s² and 2500 mm/s³ give 0.4 and 0.6 s ramps."""
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    n = plan_to_position(t, j, 0.0, 0.0, 0.0, 1000.0, 300.0, 100.0, 500.0, 500.0, 2500.0)
+    cruise = (1000.0 - 50.0 * 0.4 - 200.0 * 0.6) / 100.0
+    assert t[:n] == pytest.approx([0.2, 0.2, cruise, 0.2, 0.2, 0.2])
+    assert end_state(t, j, 3, 0.0, 0.0, 0.0)[1:] == (pytest.approx(100.0), 0.0)
+    assert end_state(t, j, n, 0.0, 0.0, 0.0) == pytest.approx((1000.0, 300.0, 0.0))
+
+
+def test_where_both_ramps_do_not_fit_one_weaker_ramp_takes_the_way():
+    """75 mm to 300 mm/s at a mean of 150 mm/s take 0.5 s; a strength of 750 mm/s² fits that."""
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    n = plan_to_position(t, j, 0.0, 0.0, 0.0, 75.0, 300.0, 100.0, 800.0, 800.0, 7500.0)
+    assert duration(t, n) == pytest.approx(0.5)
+    assert max(end_state(t, j, i, 0.0, 0.0, 0.0)[2] for i in range(n)) == pytest.approx(750.0)
+    assert end_state(t, j, n, 0.0, 0.0, 0.0) == pytest.approx((75.0, 300.0, 0.0), abs=1e-9)
+
+
+@given(situations())
+@settings(max_examples=300, deadline=None)
+def test_the_highest_velocity_is_that_of_a_ramp_over_the_distance(case):
+    _, v, _, _, _, top, acc, _, jerk = case
+    lowest, change = abs(v), top
+    time = 2.0 * math.sqrt(change / jerk)
+    if change * jerk > acc * acc:
+        time = change / acc + acc / jerk
+    distance = (lowest + 0.5 * change) * time
+    found = highest_velocity(distance, lowest, acc, jerk)
+    assert found == pytest.approx(lowest + change, rel=1e-9)
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    state = 0.0, lowest, 0.0, distance
+    limits = found, acc, acc, jerk
+    assert plan_to_position(t, j, *state, found * (1.0 - 1e-9), *limits) > 0
+    assert plan_to_position(t, j, *state, found * (1.0 + 1e-9), *limits) < 0
+
+
+@given(situations())
+@settings(max_examples=300, deadline=None)
+def test_the_reachable_velocity_is_reached_and_no_higher_one(case):
+    _, v, a, _, _, top, acc, dec, jerk = case
+    v = abs(v)
+    a = min(max(a, -dec, -math.sqrt(2.0 * jerk * v)), acc)
+    assume(v > 1e-6 * top)
+    distance = top * math.sqrt(top / jerk)
+    found = reachable_velocity(distance, v, a, acc, jerk)
+    assume(found > 1e-6 * top)
+    t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    fits = found * (1.0 - 1e-9)
+    n = plan_to_position(t, j, 0.0, v, a, distance, fits, found, acc, dec, jerk)
+    assert n > 0
+    p, w, b = end_state(t, j, n, 0.0, v, a)
+    assert (p, w) == pytest.approx((distance, fits), rel=1e-6)
+    assert b == pytest.approx(0.0, abs=1e-6 * acc)
+    more = found * (1.0 + 1e-6)
+    assert plan_to_position(t, j, 0.0, v, a, distance, more, more, acc, dec, jerk) < 0
+
+
 def test_bad_numbers_are_refused_by_name():
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     good = [0.0, 0.0, 0.0, 10.0, 0.0, 100.0, 1e3, 1e3, 1e4]
@@ -466,7 +552,7 @@ def test_bad_numbers_are_refused_by_name():
             assert plan_to_position(t, j, *case) == STATE_INVALID
     assert plan_to_velocity(t, j, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0) == LIMITS_INVALID
     assert plan_to_velocity(t, j, math.nan, 0.0, 1.0, 1.0, 1.0, 1.0) == STATE_INVALID
-    for end in (-1.0, 101.0, math.nan):
+    for end in (-1.0, math.inf, math.nan):
         case = list(good)
         case[4] = end
         assert plan_to_position(t, j, *case) == END_VELOCITY_UNREACHABLE

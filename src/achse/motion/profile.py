@@ -546,32 +546,39 @@ def _append_rise(
     the count or END_VELOCITY_UNREACHABLE.
     """
     acc, _, jerk = limits
-    held = -a / jerk
-    swing = a * a / (2.0 * jerk)
-    start = v - swing
-    way = distance - held * (start + jerk * held * held / 6.0)
+    if a < 0.0:
+        held = -a / jerk
+        distance -= segment_position(held, jerk, 0.0, v, a)
+        n = _append(seg_time, seg_jerk, n, held, sign * jerk)
+        v -= a * a / (2.0 * jerk)
+        a = 0.0
+    lead = a / jerk
+    start = v - 0.5 * lead * a
+    settled = v + 0.5 * lead * a
+    # Counted from where the jerk line through (v, a) has no acceleration, it is one whole ramp.
+    way = distance + lead * (start + jerk * lead * lead / 6.0)
+    mean = 0.5 * (start + end)
     change = end - start
-    shortest = _ramp_time(change, acc, jerk)
-    if way < 0.5 * (start + end) * shortest - slack:
+    shortest = _ramp_time(change, acc, jerk) if change > 0.0 else 0.0
+    if way < mean * shortest - slack or mean <= 0.0:
         return END_VELOCITY_UNREACHABLE
-    time = 2.0 * way / (start + end)
+    time = way / mean
     if time < shortest:
         time = shortest
     root = time * time - 4.0 * change / jerk
-    limit = 2.0 * change / (time + (sqrt(root) if root > 0.0 else 0.0))
+    limit = 2.0 * change / (time + (sqrt(root) if root > 0.0 else 0.0)) if change > 0.0 else 0.0
     if limit > acc:
         limit = acc
-    if limit >= a:
+    if limit > a:
         return _append_ramp(seg_time, seg_jerk, n, change, a, limit, jerk, sign * jerk)
-    # Weaker than `a`: ease to it, hold it for `hold`, release it. The way is that of releasing at
-    # once and hold (settled + end)/2 + change²/(2 jerk hold) for the rest.
-    settled = v + swing
-    change = end - settled
-    lead = a / jerk
+    # Weaker than `a`, which is eased to `limit` for the time `hold`: a ramp by the change that is
+    # left, upon the way of releasing `a` at once.
+    change = end - settled if end > settled else 0.0
+    mean = 0.5 * (settled + end)
     way = distance - lead * (v + jerk * lead * lead / 3.0)
-    root = way * way - (settled + end) * change * change / jerk
-    hold = (way + (sqrt(root) if root > 0.0 else 0.0)) / (settled + end)
-    limit = change / hold
+    root = way * way - 2.0 * mean * change * change / jerk
+    hold = 0.5 * (way + (sqrt(root) if root > 0.0 else 0.0)) / mean
+    limit = change / hold if hold > 0.0 else 0.0
     n = _append(seg_time, seg_jerk, n, (a - limit) / jerk, -sign * jerk)
     n = _append(seg_time, seg_jerk, n, hold, 0.0)
     return _append(seg_time, seg_jerk, n, limit / jerk, -sign * jerk)
