@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from achse.kernel.compiled import Kernel
-from achse.kernel.kinds import Layout
+from achse.kernel.declare import Layout
 
 NUMBER = itertools.count()
 
@@ -48,7 +48,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., ModuleTyp
 def compiled() -> Callable[..., Callable[..., Any]]:
     """Makes machine code of a function."""
 
-    def make(function: FunctionType, layouts: Mapping[type, Layout] | None = None) -> Any:
+    def make(function: FunctionType, layouts: Mapping[type, Layout[Any]] | None = None) -> Any:
         return Kernel("test", function, layouts or {}).function
 
     return make

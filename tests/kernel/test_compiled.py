@@ -3,31 +3,25 @@
 import os
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
 
-from achse.kernel.compiled import Kernel, Rows, cache_directory, compiler_installed
-from achse.kernel.kinds import Layout
+from achse.kernel.compiled import Kernel, cache_directory, compiler_installed
+from achse.kernel.declare import Slot, lay_out, plain_record
+from achse.kernel.memory import Rows
 
 
 class Wheel:
-    angle: float
-    turns: int
-    marks: list[float]
+    angle: float = 0.0
+    turns: int = 0
+    marks: list[float] = [0.0] * 3
 
 
-@dataclass
-class At:
-    offset: int
-    is_real: bool
-    length: int = 0
-
-
-WHEEL = Layout("wheel", {"angle": At(0, True), "turns": At(1, False), "marks": At(2, True, 3)}, 5)
+WHEEL = lay_out("wheel", [Wheel], Slot)
+Plain = plain_record(WHEEL)
 
 SOURCE = """
 from collections.abc import Sequence
@@ -48,11 +42,6 @@ def one(w: Wheel, by: float, marks: Sequence[float]) -> None:
 """
 
 
-class Plain:
-    def __init__(self) -> None:
-        self.angle, self.turns, self.marks = 0.0, 0, [0.0] * 3
-
-
 def _kernel(written: Callable[..., ModuleType], text: str = SOURCE, step: float = 1.0) -> Kernel:
     return Kernel("wheels", written(text, Wheel=Wheel, STEP=step).turn, {Wheel: WHEEL})
 
@@ -62,7 +51,7 @@ def test_records_are_worked_on_in_place(written: Any) -> None:
     plain: Sequence[Any] = [Plain(), Plain(), Plain()]
     rows = Rows(WHEEL, 3)
     for by in (0.75, 0.5, 3.25):
-        assert kernel._entry(plain, by) == kernel.function(rows.address, rows.count, by) == 3
+        assert kernel.plain(plain, by) == kernel.function(rows.address, rows.count, by) == 3
     for index, wheel in enumerate(plain):
         memory = rows.row(index)
         assert memory.cast("d")[0] == wheel.angle
@@ -70,14 +59,16 @@ def test_records_are_worked_on_in_place(written: Any) -> None:
         assert memory.cast("d")[2:].tolist() == wheel.marks
 
 
-def test_the_cache_is_used_again(written: Any, cache: Path) -> None:
+def test_the_cache_is_used_again(
+    written: Any, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     module = written(SOURCE, Wheel=Wheel, STEP=9.0)
     first, second = (Kernel("wheels", module.turn, {Wheel: WHEEL}) for _ in range(2))
     assert not first.cached
     assert first.function(Rows(WHEEL, 1).address, 1, 0.0) == 1
     assert second.cached
+    monkeypatch.setattr("achse.kernel.translate.translate", None)
     assert second.path.parent == cache
-    second._compile = None  # type: ignore[method-assign, assignment]
     assert second.function(Rows(WHEEL, 2).address, 2, 0.0) == 2
 
 

@@ -5,8 +5,9 @@ from typing import Any, cast
 
 import pytest
 
+from achse.kernel.declare import Layout
 from achse.kernel.instructions import Instructions, TranslationError, Unit, real_constant
-from achse.kernel.kinds import BOOL, INT, REAL, Layout, Record, Several, Value
+from achse.kernel.kinds import BOOL, INT, REAL, Record, Several, Value
 
 
 def nothing() -> None:

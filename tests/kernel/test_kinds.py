@@ -1,10 +1,10 @@
 """Kinds of values."""
 
+from achse.kernel.declare import Layout
 from achse.kernel.kinds import (
     BOOL,
     INT,
     REAL,
-    Layout,
     Record,
     Row,
     Several,

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from achse.kernel.kinds import Layout
+from achse.kernel.declare import Layout
 from achse.kernel.translate import TranslationError, externals, machine_signature, translate
 
 

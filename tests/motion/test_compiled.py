@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-from achse.kernel.compiled import Rows
+from achse.kernel.memory import Rows
 from achse.motion.compiled import KERNEL
 from achse.motion.record import LAYOUT
 

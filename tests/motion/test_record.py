@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from achse.kernel.compiled import Rows
+from achse.kernel.memory import Rows
 from achse.motion.axis import WordsAxis
 from achse.motion.profile import MAX_SEGMENTS
 from achse.motion.record import (

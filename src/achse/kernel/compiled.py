@@ -11,7 +11,6 @@ import importlib.util
 import os
 import sys
 import tempfile
-from array import array
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from enum import EnumMeta
@@ -21,9 +20,9 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 from achse.kernel import expressions, function, instructions, kinds, translate
-from achse.kernel.kinds import Layout
+from achse.kernel.declare import Layout
 
-__all__ = ["Kernel", "Rows", "cache_directory", "compiler_installed"]
+__all__ = ["Kernel", "cache_directory", "compiler_installed"]
 
 _ARGUMENTS = {"ptr": ctypes.c_void_p, "i64": ctypes.c_int64, "double": ctypes.c_double}
 
@@ -44,34 +43,19 @@ def cache_directory() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or home) / "achse"
 
 
-class Rows:
-    """`count` records of one layout, all 0, one behind the other: memory for machine code."""
-
-    def __init__(self, layout: Layout, count: int) -> None:
-        self.words = array("q", bytes(8 * layout.words * count))
-        self.address = self.words.buffer_info()[0]
-        self.count = count
-        self._size = 8 * layout.words
-
-    def row(self, index: int) -> memoryview:
-        """The bytes of one record, to read and to write."""
-        first = self._size * index
-        return memoryview(self.words).cast("B")[first : first + self._size]
-
-
 class Kernel:
-    """A function on records, with all it calls, as machine code.
+    """A function on records, with all it calls: `plain` as it is, `function` as machine code.
 
     `layouts` are those of the record classes in its annotations. The machine code takes the
     function's parameters one by one; a sequence is two, its address and its length.
     """
 
     def __init__(
-        self, name: str, entry: Callable[..., object], layouts: Mapping[type, Layout]
+        self, name: str, entry: Callable[..., object], layouts: Mapping[type, Layout[Any]]
     ) -> None:
         assert isinstance(entry, FunctionType)
         self.name = name
-        self._entry = entry
+        self.plain = entry
         self._layouts = layouts
 
     @cached_property
@@ -92,7 +76,7 @@ class Kernel:
         except OSError:
             code = self._compile()
             self._keep(code)
-        parameters, result = translate.machine_signature(self._entry, self._layouts)
+        parameters, result = translate.machine_signature(self.plain, self._layouts)
         prototype = ctypes.PYFUNCTYPE(
             _ARGUMENTS[result] if result else None, *(_ARGUMENTS[each] for each in parameters)
         )
@@ -102,7 +86,7 @@ class Kernel:
         import llvmlite.binding as llvm
 
         machine = _machine()
-        module = llvm.parse_assembly(translate.translate(self._entry, self._layouts))
+        module = llvm.parse_assembly(translate.translate(self.plain, self._layouts))
         module.triple = machine.triple
         module.data_layout = str(machine.target_data)
         module.verify()
@@ -130,10 +114,10 @@ class Kernel:
         processor = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
         digest.update(f"{llvmlite.__version__} {sys.platform} {processor}".encode())
         for layout in self._layouts.values():
-            for name, place in layout.fields.items():
-                digest.update(f"{name} {place.offset} {place.length} {place.is_real}".encode())
+            for name, slot in layout.fields.items():
+                digest.update(f"{name} {slot.offset} {slot.length} {slot.is_real}".encode())
         modules = [expressions, function, instructions, kinds, translate]
-        for module in (*modules, *_reached(sys.modules[self._entry.__module__])):
+        for module in (*modules, *_reached(sys.modules[self.plain.__module__])):
             assert module.__file__ is not None
             digest.update(Path(module.__file__).read_bytes())
             for name, thing in vars(module).items():

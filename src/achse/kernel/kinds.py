@@ -1,22 +1,24 @@
 """What a value is in a translated kernel: a number, a record, a row of them, or a tuple."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import Any, TypeAlias
 
-__all__ = ["BOOL", "INT", "NOTHING", "REAL", "Kind", "Layout", "Place", "Record", "Row", "Scalar"]
-__all__ += ["Several", "Value", "joined", "machine_types"]
+from achse.kernel.declare import Layout
 
-
-class Place(Protocol):
-    """Where a field lies in its record: `offset` in words of 8 bytes, `length` 0 for a scalar."""
-
-    @property
-    def offset(self) -> int: ...
-    @property
-    def length(self) -> int: ...
-    @property
-    def is_real(self) -> bool: ...
+__all__ = [
+    "BOOL",
+    "INT",
+    "NOTHING",
+    "REAL",
+    "Kind",
+    "Record",
+    "Row",
+    "Scalar",
+    "Several",
+    "Value",
+    "joined",
+    "machine_types",
+]
 
 
 @dataclass(frozen=True)
@@ -27,20 +29,11 @@ class Scalar:
     order: int
 
 
-@dataclass(frozen=True, eq=False)
-class Layout:
-    """A record of fields, each some words of 8 bytes; `words` in all."""
-
-    name: str
-    fields: Mapping[str, Place]
-    words: int
-
-
 @dataclass(frozen=True)
 class Record:
     """A reference to one record."""
 
-    layout: Layout
+    layout: Layout[Any]
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, get_args, get_origin
 
+from achse.kernel.declare import Layout
 from achse.kernel.expressions import LIBRARY
 from achse.kernel.function import Body
 from achse.kernel.instructions import TranslationError
@@ -30,7 +31,6 @@ from achse.kernel.kinds import (
     NOTHING,
     REAL,
     Kind,
-    Layout,
     Record,
     Row,
     Scalar,
@@ -47,7 +47,7 @@ _OURS = "achse_"
 """C functions get names of their own, so that LLVM does not know better what they give."""
 
 
-def translate(entry: FunctionType, layouts: Mapping[type, Layout]) -> str:
+def translate(entry: FunctionType, layouts: Mapping[type, Layout[Any]]) -> str:
     """LLVM assembly of `entry` and all it calls; `layouts` are those of the record classes.
 
     The machine's parameters of `entry` are its own, one by one, where a sequence is an address and
@@ -56,7 +56,9 @@ def translate(entry: FunctionType, layouts: Mapping[type, Layout]) -> str:
     return _Translation(layouts).run(entry)
 
 
-def machine_signature(entry: FunctionType, layouts: Mapping[type, Layout]) -> tuple[list[str], str]:
+def machine_signature(
+    entry: FunctionType, layouts: Mapping[type, Layout[Any]]
+) -> tuple[list[str], str]:
     """The machine's types of the parameters of `entry` and of its result, "" if there is none."""
     _, kinds, result = _annotated(entry, layouts)
     machines = [machine for kind in kinds for machine in machine_types(kind)]
@@ -84,7 +86,7 @@ class _Function:
 
 
 class _Translation:
-    def __init__(self, layouts: Mapping[type, Layout]) -> None:
+    def __init__(self, layouts: Mapping[type, Layout[Any]]) -> None:
         self._layouts = layouts
         self._known: dict[FunctionType, _Function] = {}
         self._waiting: list[FunctionType] = []
@@ -163,7 +165,7 @@ class _Translation:
 
 
 def _annotated(
-    function: FunctionType, layouts: Mapping[type, Layout]
+    function: FunctionType, layouts: Mapping[type, Layout[Any]]
 ) -> tuple[list[str], list[Kind], Kind]:
     """Names and kinds of the parameters, and the kind of the result."""
     annotations = inspect.get_annotations(function, eval_str=True)
@@ -179,7 +181,7 @@ def _annotated(
     return names, kinds, _kind(annotations["return"], function, layouts)
 
 
-def _kind(annotation: Any, function: FunctionType, layouts: Mapping[type, Layout]) -> Kind:
+def _kind(annotation: Any, function: FunctionType, layouts: Mapping[type, Layout[Any]]) -> Kind:
     for plain, kind in ((float, REAL), (int, INT), (bool, BOOL), (None, NOTHING)):
         if annotation is plain:
             return kind

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
-from achse.kernel.compiled import Rows, compiler_installed
+from achse.kernel.compiled import compiler_installed
+from achse.kernel.memory import Rows
 from achse.motion.axis import Axis, ObjectAxis, WordsAxis
 from achse.motion.compiled import KERNEL
 from achse.motion.kernel import begin, cycle_all

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from achse.kernel.declare import Slot
+
 __all__ = [
     "Field",
     "Inputs",
@@ -46,50 +48,34 @@ class Memory:
 
 
 @dataclass(slots=True)
-class Field:
-    """One declared value: `length` 0 is a scalar, otherwise a fixed array.
+class Field(Slot):
+    """One declared value of an axis; `least` and `most` bound what may be written to it."""
 
-    `least` and `most` bound what may be written to a parameter or input.
-    """
-
-    default: float | int
-    unit: str
-    doc: str
-    length: int = 0
+    unit: str = ""
+    doc: str = ""
     least: float = -math.inf
     most: float = math.inf
-    name: str = ""
     role: Role = Role.INTERNAL
-    offset: int = 0
-    """Position in the record, in words of 8 bytes."""
-
-    @property
-    def is_real(self) -> bool:
-        return isinstance(self.default, float)
-
-    @property
-    def words(self) -> int:
-        return self.length or 1
 
 
 # Any: declarations are annotated with the type of the value, not of its description
 def real(
     default: float, unit: str, doc: str, least: float = -math.inf, most: float = math.inf
 ) -> Any:
-    return Field(default, unit, doc, least=least, most=most)
+    return Field(default, unit=unit, doc=doc, least=least, most=most)
 
 
 def whole(default: int, unit: str, doc: str, least: float = 0, most: float = 0xFFFF_FFFF) -> Any:
-    return Field(default, unit, doc, least=least, most=most)
+    return Field(default, unit=unit, doc=doc, least=least, most=most)
 
 
 def flag(default: int, doc: str) -> Any:
-    return Field(default, "0/1", doc, least=0, most=1)
+    return Field(default, unit="0/1", doc=doc, least=0, most=1)
 
 
 def reals(length: int, unit: str, doc: str) -> Any:
-    return Field(0.0, unit, doc, length)
+    return Field(0.0, length, unit=unit, doc=doc)
 
 
 def wholes(length: int, unit: str, doc: str) -> Any:
-    return Field(0, unit, doc, length)
+    return Field(0, length, unit=unit, doc=doc)

@@ -1,0 +1,90 @@
+"""Records: fields declared once in classes, from which follow both forms a record can have.
+
+A class of fields has an annotation for each field (`float`, `int` or a list of these) and as value
+its default: a number, a list of numbers, or a `Slot` that says more. All values are 64 bits wide,
+so that a kernel means the same on a plain object and on memory.
+"""
+
+import struct
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+__all__ = ["Layout", "Slot", "SlotT", "lay_out", "pack", "plain_record"]
+
+
+@dataclass(slots=True)
+class Slot:
+    """One declared value: `length` 0 is a scalar, otherwise a fixed array."""
+
+    default: float | int
+    length: int = 0
+    name: str = ""
+    offset: int = 0
+    """Position in the record, in words of 8 bytes."""
+
+    @property
+    def is_real(self) -> bool:
+        return isinstance(self.default, float)
+
+    @property
+    def words(self) -> int:
+        return self.length or 1
+
+    @property
+    def fresh(self) -> Any:
+        """The value in a fresh record."""
+        return [self.default] * self.length if self.length else self.default
+
+
+SlotT = TypeVar("SlotT", bound=Slot)
+
+
+@dataclass(frozen=True, eq=False)
+class Layout(Generic[SlotT]):
+    """A record in memory: its fields one behind the other, `words` in all."""
+
+    name: str
+    fields: dict[str, SlotT]
+    words: int
+
+
+def lay_out(name: str, sections: Iterable[type], kind: type[SlotT]) -> Layout[SlotT]:
+    """The layout of a record with the fields of all sections; `kind` describes plain defaults."""
+    fields: dict[str, SlotT] = {}
+    offset = 0
+    for section in sections:
+        for field in section.__annotations__:
+            if field in fields:
+                raise TypeError(f"field {field!r} is declared twice")
+            declared = vars(section)[field]
+            if isinstance(declared, list):
+                row = kind(declared[0], len(declared))
+            else:
+                row = declared if isinstance(declared, kind) else kind(declared)
+            row.name, row.offset = field, offset
+            fields[field] = row
+            offset += row.words
+    return Layout(name, fields, offset)
+
+
+def plain_record(layout: Layout[Any]) -> type:
+    """A class of plain objects with these fields, for a kernel that runs as it is."""
+    fields = layout.fields
+
+    def begin(record: object) -> None:
+        for name, row in fields.items():
+            setattr(record, name, row.fresh)
+
+    return type("PlainRecord", (), {"__slots__": tuple(fields), "__init__": begin})
+
+
+def pack(layout: Layout[Any], record: object) -> bytes:
+    """The record's bytes, equal for both forms when every value is equal."""
+    values: list[float] = []
+    form = ""
+    for name, row in layout.fields.items():
+        value = getattr(record, name)
+        values.extend(value if row.length else (value,))
+        form += f"{row.words}{'d' if row.is_real else 'q'}"
+    return struct.pack("=" + form, *values)
