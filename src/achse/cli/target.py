@@ -26,12 +26,14 @@ def client_command(
     *,
     endless: bool = False,
     signed: bool = False,
+    listens: tuple[str, int] = ("ACHSE_TCP_PORT", 48898),
 ) -> Callable[[Ask], Ask]:
     """Make the coroutine `command(client, …)` a command of `app` that talks to AMS port `port`.
 
     It gets the options of the target beside its own, and a connected `achse.client.Client`. An
     `AdsError` becomes one line on stderr and exit code 1. An `endless` command reconnects after a
-    loss, and Ctrl-C is its proper end. `signed` ones take arguments like `-5`.
+    loss, and Ctrl-C is its proper end. `signed` ones take arguments like `-5`. `listens` is the
+    environment variable and the default of the TCP port.
     """
 
     def register(command: Ask) -> Ask:
@@ -42,7 +44,7 @@ def client_command(
             _run(command, host, tcp_port, net_id, port, timeout, endless, own)
 
         _, *parameters = inspect.signature(command).parameters.values()
-        parameters += _target_options(port)
+        parameters += _target_options(port, *listens)
         run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         run.__annotations__ = {item.name: item.annotation for item in parameters}
         app.command(name, context_settings={"ignore_unknown_options": signed})(run)
@@ -51,14 +53,21 @@ def client_command(
     return register
 
 
-def _target_options(port: int) -> list[inspect.Parameter]:
+def _target_options(port: int, variable: str, tcp_port: int) -> list[inspect.Parameter]:
     """The options of `_target` with their annotations and defaults."""
     hints = get_type_hints(_target, include_extras=True)
+    hints["tcp_port"] = Annotated[
+        int,
+        typer.Option(
+            envvar=variable, min=1, max=65535, help="Its TCP port.", rich_help_panel="Target"
+        ),
+    ]
+    defaults = {"port": port, "tcp_port": tcp_port}
     return [
         item.replace(
             kind=inspect.Parameter.KEYWORD_ONLY,
             annotation=hints[item.name],
-            default=port if item.name == "port" else item.default,
+            default=defaults.get(item.name, item.default),
         )
         for item in inspect.signature(_target).parameters.values()
     ]
@@ -71,16 +80,7 @@ def _target(
             envvar="ACHSE_HOST", help="Where the router listens.", rich_help_panel="Target"
         ),
     ] = "127.0.0.1",
-    tcp_port: Annotated[
-        int,
-        typer.Option(
-            envvar="ACHSE_TCP_PORT",
-            min=1,
-            max=65535,
-            help="Its TCP port.",
-            rich_help_panel="Target",
-        ),
-    ] = 48898,
+    tcp_port: int = 0,
     net_id: Annotated[
         str | None,
         typer.Option(

@@ -6,7 +6,8 @@ can use it by ReadWrite.
 
 import json
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, Protocol
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
@@ -25,7 +26,10 @@ __all__ = [
     "SERVICE_PORT",
     "STATISTICS",
     "TAPS",
+    "ActiveOne",
+    "FaultList",
     "StationService",
+    "faults_group",
 ]
 
 SERVICE_PORT = 26_000
@@ -35,6 +39,22 @@ FAULTS, TAPS, STATISTICS, ONLINE_CHANGE = 0xFA01, 0xFA02, 0xFA03, 0xFA04
 """Index groups."""
 
 _TAPS_PER_CLIENT = 4
+
+
+class ActiveOne(Protocol):
+    """A fault of a list."""
+
+    @property
+    def number(self) -> int: ...
+    def facts(self) -> dict[str, Any]: ...
+
+
+class FaultList(Protocol):
+    """Faults on demand, of a station or of drives."""
+
+    def __iter__(self) -> Iterator[ActiveOne]: ...
+    def add(self, fault: str, /, **fields: Any) -> ActiveOne: ...
+    def clear(self, number: int | None = None) -> None: ...
 
 
 class StationService(Device):
@@ -48,17 +68,7 @@ class StationService(Device):
             "achse station",
             (0, 1, 0),
             (
-                RawGroup(
-                    FAULTS,
-                    "faults",
-                    read=self._list_faults,
-                    read_write=self._add_fault,
-                    write=self._clear_fault,
-                    request="JSON of a fault, or UINT32 number to clear (0: all)",
-                    response="JSON: the list; of an addition its number or the error",
-                    description="Read lists, ReadWrite adds, Write clears.",
-                    source="achse",
-                ),
+                faults_group(lambda: station.faults),
                 RawGroup(
                     TAPS,
                     "taps",
@@ -93,31 +103,6 @@ class StationService(Device):
             ),
             clock=station.clock,
         )
-
-    # faults ----------------------------------------------------------------------------------
-
-    def _list_faults(self, offset: int, length: int, client: bytes) -> bytes:
-        return _json([active.facts() for active in self._station.faults])
-
-    def _add_fault(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
-        try:
-            fields = json.loads(data.rstrip(b"\0"))
-            if not isinstance(fields, dict):
-                raise FaultError(f"a fault is a JSON object, got {type(fields).__name__}")
-            kind = fields.pop("kind", "")
-            active = self._station.faults.add(str(kind), **fields)
-        except (ValueError, DeviceError) as failure:
-            return _json({"error": str(failure)})
-        return _json({"number": active.number})
-
-    def _clear_fault(self, offset: int, data: bytes, client: bytes) -> None:
-        if len(data) != 4:
-            raise DeviceError(ReturnCode.INVALID_SIZE, f"a number is 4 bytes, got {len(data)}")
-        number = int.from_bytes(data, "little")
-        try:
-            self._station.faults.clear(number or None)
-        except KeyError:
-            raise DeviceError(ReturnCode.NOT_FOUND, f"fault {number}") from None
 
     # declarations ----------------------------------------------------------------------------
 
@@ -163,6 +148,45 @@ class StationService(Device):
 
     def _clients(self) -> set[bytes]:
         return super()._clients() | {owner for owner, _ in self._taps.values()}
+
+
+def faults_group(faults: Callable[[], FaultList]) -> RawGroup:
+    """The service by which faults are listed (Read), added (ReadWrite) and cleared (Write)."""
+
+    def listed(offset: int, length: int, client: bytes) -> bytes:
+        return _json([active.facts() for active in faults()])
+
+    def add(offset: int, length: int, data: bytes, client: bytes) -> bytes:
+        try:
+            fields = json.loads(data.rstrip(b"\0"))
+            if not isinstance(fields, dict):
+                raise FaultError(f"a fault is a JSON object, got {type(fields).__name__}")
+            kind = fields.pop("kind", "")
+            active = faults().add(str(kind), **fields)
+        except (ValueError, DeviceError) as failure:
+            return _json({"error": str(failure)})
+        return _json({"number": active.number})
+
+    def clear(offset: int, data: bytes, client: bytes) -> None:
+        if len(data) != 4:
+            raise DeviceError(ReturnCode.INVALID_SIZE, f"a number is 4 bytes, got {len(data)}")
+        number = int.from_bytes(data, "little")
+        try:
+            faults().clear(number or None)
+        except KeyError:
+            raise DeviceError(ReturnCode.NOT_FOUND, f"fault {number}") from None
+
+    return RawGroup(
+        FAULTS,
+        "faults",
+        read=listed,
+        read_write=add,
+        write=clear,
+        request="JSON of a fault, or UINT32 number to clear (0: all)",
+        response="JSON: the list; of an addition its number or the error",
+        description="Read lists, ReadWrite adds, Write clears.",
+        source="achse",
+    )
 
 
 def _json(document: Any) -> bytes:

@@ -1,0 +1,164 @@
+"""The ADS service of drives on a bus, AMS port 26000: their state, objects and faults.
+
+It is for people and scripts beside the EtherCAT master, which knows nothing of it. Texts are JSON,
+so that any ADS client can use it by Read and ReadWrite.
+"""
+
+import asyncio
+import json
+from typing import Any
+
+from achse.ams import NetId
+from achse.codes import SdoAbort
+from achse.drive import Alarm, Drive, Mode
+from achse.drive.objects import find
+from achse.ethercat import Segment
+from achse.router import Router
+from achse.server import Device, RawGroup
+from achse.station.drive_faults import DriveFaults
+from achse.station.service import SERVICE_PORT, faults_group
+from achse.transport.tcp import TcpListener
+
+__all__ = ["CONTROL_PORT", "DRIVES", "OBJECTS", "DriveControl", "DriveService"]
+
+DRIVES, OBJECTS = 0xFA05, 0xFA06
+"""Index groups."""
+
+CONTROL_PORT = 34_981
+"""TCP port of the service: one above EtherCAT's."""
+
+_NET_ID = NetId("127.0.0.1.1.1")
+_KNOWN_FIELDS = {"drive", "index", "subindex", "value"}
+
+
+class DriveService(Device):
+    """State, objects and faults of the drives of a segment.
+
+    An object is read and written as an SDO would, whatever the state of communication; what the
+    master maps into its outputs is the master's.
+    """
+
+    def __init__(self, segment: Segment) -> None:
+        self.segment = segment
+        self.faults = DriveFaults(segment)
+        super().__init__(
+            "achse drives",
+            (0, 1, 0),
+            (
+                faults_group(lambda: self.faults),
+                RawGroup(
+                    DRIVES,
+                    "drives",
+                    read=lambda offset, length, client: _json(self.states()),
+                    response="JSON: a table for each drive",
+                    description="States, position, velocity, torque, alarm and warnings.",
+                    source="achse",
+                ),
+                RawGroup(
+                    OBJECTS,
+                    "objects",
+                    read_write=lambda offset, length, data, client: self._access(data),
+                    request="JSON: drive (1 …), index, subindex (0), value to write it",
+                    response="JSON: the value it has now, or the error",
+                    description="Reads or writes an entry of a drive's dictionary.",
+                    source="achse",
+                ),
+            ),
+            clock=lambda: segment.time.now_ns,
+        )
+
+    @property
+    def drives(self) -> list[Drive]:
+        """The drives along the cable."""
+        slaves = (slave.application for slave in self.segment.slaves)
+        return [each for each in slaves if isinstance(each, Drive)]
+
+    def states(self) -> list[dict[str, Any]]:
+        """What each drive does at this moment."""
+        found = []
+        for number, slave in enumerate(self.segment.slaves, 1):
+            drive = slave.application
+            if not isinstance(drive, Drive):
+                continue
+            record = drive.record
+            alarm = Alarm.of(record.error_code)
+            found.append(
+                {
+                    "drive": number,
+                    "reachable": slave in self.segment.reachable,
+                    "state": slave.state.name,
+                    "al_status": slave.error.number,
+                    "power": drive.power_state.name,
+                    "mode": _mode(record.mode_display),
+                    "controlword": record.controlword,
+                    "statusword": record.statusword,
+                    "position": record.position_actual,
+                    "velocity": record.velocity_actual,
+                    "torque": record.torque_actual,
+                    "following_error": record.following_error,
+                    "error_code": record.error_code,
+                    "alarm": alarm.panel if alarm else "",
+                    "warnings": record.warnings_1 | record.warnings_2 << 32,
+                }
+            )
+        return found
+
+    def _access(self, data: bytes) -> bytes:
+        try:
+            request = json.loads(data.rstrip(b"\0"))
+            if not isinstance(request, dict) or request.keys() - _KNOWN_FIELDS:
+                raise ValueError(f"expected {', '.join(sorted(_KNOWN_FIELDS))}; got {request!r}")
+            drives = self.drives
+            number = int(request.get("drive", 1))
+            if not 1 <= number <= len(drives):
+                raise ValueError(f"there are {len(drives)} drives, got {number}")
+            drive = drives[number - 1]
+            index, subindex = int(request["index"]), int(request.get("subindex", 0))
+            if "value" in request:
+                row = find(index, subindex)
+                value = request["value"]
+                drive.set(index, float(value) if row.type.form == "<f" else int(value), subindex)
+            return _json({"value": drive.get(index, subindex)})
+        except SdoAbort as refusal:
+            return _json({"error": f"0x{refusal.code.number:08X} {refusal.code.text}"})
+        except (KeyError, TypeError, ValueError) as fault:
+            return _json({"error": str(fault)})
+
+
+class DriveControl:
+    """The service at a TCP port, given its turns between the frames of the bus.
+
+    It runs in the thread of the frames, which need neither lock nor wait.
+    """
+
+    def __init__(self, segment: Segment) -> None:
+        self.service = DriveService(segment)
+        self._router = Router(_NET_ID)
+        self.service.attach(self._router, SERVICE_PORT)
+        self._loop = asyncio.new_event_loop()
+        self._listener = TcpListener(self._router)
+
+    def open(self, host: str, port: int) -> tuple[str, int]:
+        """Listen at `host`:`port`, 0 for a free one; where it is. OSError if it is taken."""
+        self._loop.run_until_complete(self._listener.open(host, port))
+        return self._listener.host, self._listener.port
+
+    def turn(self) -> None:
+        """Begin and end faults that are due; answer what has come."""
+        self.service.faults.tick()
+        self._loop.call_soon(self._loop.stop)
+        self._loop.run_forever()
+
+    def close(self) -> None:
+        """End all connections."""
+        if self._listener.host:
+            self._loop.run_until_complete(self._listener.close())
+        self._loop.close()
+
+
+def _mode(number: int) -> str:
+    return Mode(number).name if number in list(Mode) else str(number)
+
+
+def _json(document: Any) -> bytes:
+    return json.dumps(document).encode()
