@@ -70,6 +70,14 @@ def test_the_first_sample_is_held_by_the_largest_delay(bench: Any) -> None:
     assert bench.samples() == []
 
 
+def test_a_delay_below_a_millisecond_means_at_once(bench: Any, counter: Any) -> None:
+    """pyads asks for 100 ns unless it is told otherwise."""
+    bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10, delay_ms=0.0001)
+    assert times(bench.samples()) == [0]
+    bench.tick(10)
+    assert times(bench.samples()) == [10]
+
+
 def test_the_first_samples_of_a_sum_come_in_one_frame_behind_its_answer(bench: Any) -> None:
     body = struct.pack("<IIIIII16x", 0x4020, 0, 1, 4, 0, 0)
     bench.exchange(0xF085, 500, 4000, body * 500)

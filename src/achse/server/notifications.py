@@ -133,7 +133,8 @@ class Notifications:
         if length > self.limits.sample_bytes or size > self.limits.watched_bytes:
             raise DeviceError(ReturnCode.INVALID_WATCH_SIZE, f"{length} bytes")
         first = read()
-        batch = self._batch(client, server, via, max_delay * 100)
+        delay = max_delay * 100 if max_delay >= _MILLISECOND else 0  # too small means at once
+        batch = self._batch(client, server, via, delay)
         handle = self._new_handle()
         subscription = Subscription(handle, client, batch, read, first, length, symbolic)
         batch.subscriptions += 1
