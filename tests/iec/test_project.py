@@ -115,7 +115,7 @@ def test_faults_name_file_line_and_column(folder: Path) -> None:
         ({"a.plcproj": "<a>"}, "", "no well-formed XML"),
         ({"a.plcproj": "<a/>", "b.plcproj": "<a/>"}, "", "several projects: name one of a.plcproj"),
         ({"a.plcproj": '<a><Compile Include="x.st"/></a>'}, "", "cannot be read: No such file"),
-        ({"a.tctto": "<a/>"}, "", "expected a <Task> in <a>"),
+        ({"a.tctto": "<a/>"}, "", "expected <Task> in <a>"),
     ],
 )
 def test_what_is_no_project(tmp_path: Path, files: dict[str, str], path: str, message: str) -> None:

@@ -198,13 +198,14 @@ def _of_origin(origin: Path) -> "SymbolFile":
     from achse.station.plcs import PlcSource
 
     if origin.suffix.lower() in (".tmc", ".tpy"):
-        from achse.iec.symbolfiles import SymbolFileError, read_symbol_file
+        from achse.iec import DeclarationError
+        from achse.iec.symbolfiles import read_symbol_file
 
         try:
             return read_symbol_file(origin.read_bytes(), str(origin))
         except OSError as failure:
             fail(f"{origin}: {failure.strerror}")
-        except SymbolFileError as fault:
+        except DeclarationError as fault:
             fail(str(fault))
     from achse.plc.symbol_file import symbol_file
 

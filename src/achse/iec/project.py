@@ -13,10 +13,11 @@ from urllib.parse import unquote
 from achse.iec.declare import Typelike
 from achse.iec.layout import TC3_X64, LayoutRules
 from achse.iec.st.declare import Declarations, declare
-from achse.iec.st.envelope import TaskDeclaration, parse_envelope, parse_xml, read_task
+from achse.iec.st.envelope import TaskDeclaration, parse_envelope, read_task
 from achse.iec.st.lexer import Defines
 from achse.iec.st.parser import Parsed, parse
 from achse.iec.st.source import Fault, Location, Source, SourceError
+from achse.iec.xml import parse_xml
 
 __all__ = ["SUFFIXES", "Project", "load_project", "parse_file", "source_files"]
 
@@ -70,7 +71,7 @@ def _read(
     for file, name in source_files(path):
         try:
             if file.suffix.lower() == _TASK:
-                tasks.append(read_task(parse_xml(_content(file, name), name), name))
+                tasks.append(read_task(parse_xml(_content(file, name), name)))
                 continue
             parsed = parse_file(file, name, defines=defines)
         except SourceError as error:
@@ -120,7 +121,10 @@ def _listed(project: Path) -> list[tuple[Path, str]]:
     root = parse_xml(_content(project, project.name), project.name)
     files = []
     for element in root.walk():
-        if element.tag != "Compile" or element.text_of("ExcludeFromBuild").lower() == "true":
+        if (
+            element.tag != "Compile"
+            or element.text_of("ExcludeFromBuild").strip().lower() == "true"
+        ):
             continue
         name = PureWindowsPath(unquote(element.attributes.get("Include", ""))).as_posix()
         if name.lower().endswith(SUFFIXES):

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 from achse.iec import DeclarationError, GlobalVariables, IecType, Program
 from achse.iec.project import load_project
 from achse.iec.structs import Unit
-from achse.iec.symbolfiles import FileTask, SymbolFileError, read_symbol_file
+from achse.iec.symbolfiles import FileTask, read_symbol_file
 from achse.iec.variables import LARGEST_IMAGE
 from achse.plc import DEFAULT_SIZES, Area, Memory, PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
@@ -212,7 +212,7 @@ class PlcSource:
     def _checked(self, key: str, make: Callable[[], T]) -> T:
         try:
             return make()
-        except (DeclarationError, SymbolFileError) as fault:
+        except DeclarationError as fault:
             raise ConfigError(f"{self.key}{key}: {fault}") from fault
 
 

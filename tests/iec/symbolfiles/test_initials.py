@@ -5,7 +5,7 @@ import pytest
 
 from achse.iec import ARRAY, BOOL, INT, STRING, TIME, IecType, Struct, iec_type, var
 from achse.iec.symbolfiles.initials import initial_image, initial_parts
-from achse.iec.symbolfiles.xml import parse_xml
+from achse.iec.xml import parse_xml
 
 
 class ST_Part(Struct):

@@ -7,8 +7,9 @@ from datetime import timedelta
 import pytest
 
 from achse.iec import ArrayType, EnumType, InterfaceType, StructType, SubrangeType, plain
+from achse.iec.st.source import SourceError
 from achse.iec.structs import Kind
-from achse.iec.symbolfiles import SymbolFile, SymbolFileError, read_tmc
+from achse.iec.symbolfiles import SymbolFile, read_tmc
 from achse.iec.typetable import OpaqueType
 from achse.iec.variables import Address, Section
 
@@ -129,11 +130,11 @@ def test_function_blocks_with_sections_statics_and_rpc_methods(file: SymbolFile)
 def test_a_fault_is_named_with_file_and_line(tmc: bytes, old: str, new: str, fault: str) -> None:
     text = tmc.decode()
     assert old in text
-    with pytest.raises(SymbolFileError) as error:
+    with pytest.raises(SourceError) as error:
         read_tmc(text.replace(old, new).encode(), "plant.tmc")
     assert str(error.value).startswith("plant.tmc:")
     assert fault in str(error.value)
-    assert error.value.line > 0
+    assert error.value.faults[0].location.line > 0
 
 
 def test_an_array_nobody_believes_is_its_bytes(tmc: bytes) -> None:
@@ -159,5 +160,5 @@ def test_mutilated_files_give_located_errors_only(tmc: bytes) -> None:
                 data[start:start] = data[start:end]
             else:
                 data[start:start] = chance.choice([b"9999999", b"-1", b"<", b"STRING(", b"ARRAY ["])
-        with contextlib.suppress(SymbolFileError):
+        with contextlib.suppress(SourceError):
             read_tmc(bytes(data), "f.tmc").units()

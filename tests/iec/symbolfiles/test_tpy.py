@@ -6,8 +6,9 @@ import random
 import pytest
 
 from achse.iec import Address, StructType
+from achse.iec.st.source import SourceError
 from achse.iec.structs import Kind
-from achse.iec.symbolfiles import FileTask, SymbolFileError, read_tpy
+from achse.iec.symbolfiles import FileTask, read_tpy
 from achse.iec.variables import Section
 
 
@@ -54,7 +55,7 @@ def test_function_blocks_keep_the_layout_of_the_file(tpy: bytes) -> None:
     ],
 )
 def test_a_fault_is_named_with_file_and_line(tpy: bytes, old: str, new: str, fault: str) -> None:
-    with pytest.raises(SymbolFileError, match=r"^pool\.tpy:\d+: .*" + fault):
+    with pytest.raises(SourceError, match=r"^pool\.tpy:\d+:\d+: .*" + fault):
         read_tpy(tpy.decode().replace(old, new).encode(), "pool.tpy")
 
 
@@ -64,5 +65,5 @@ def test_mutilated_files_give_located_errors_only(tpy: bytes) -> None:
         data = bytearray(tpy)
         start = chance.randrange(len(data))
         data[start : start + chance.randrange(30)] = chance.randbytes(chance.randrange(4))
-        with contextlib.suppress(SymbolFileError):
+        with contextlib.suppress(SourceError):
             read_tpy(bytes(data), "f.tpy").units()

@@ -4,7 +4,7 @@ import pytest
 
 from achse.iec import IecType
 from achse.iec.symbolfiles.types import FileTypes
-from achse.iec.symbolfiles.xml import parse_xml
+from achse.iec.xml import parse_xml
 
 
 def _symbol(types: FileTypes, base: str, bits: int, around: str = "") -> IecType[object]:

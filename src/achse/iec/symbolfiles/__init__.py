@@ -1,18 +1,17 @@
 """Symbol files: `.tmc` read and written, `.tpy` read, and what differs between two of them."""
 
+from achse.iec.st.source import Fault, Location, SourceError
 from achse.iec.symbolfiles.difference import Change, differences
 from achse.iec.symbolfiles.model import FileTask, FileVariable, SymbolFile, units_of
 from achse.iec.symbolfiles.tmc import read_tmc
 from achse.iec.symbolfiles.tmcwriter import write_tmc
 from achse.iec.symbolfiles.tpy import read_tpy
-from achse.iec.symbolfiles.xml import SymbolFileError
 
 __all__ = [
     "Change",
     "FileTask",
     "FileVariable",
     "SymbolFile",
-    "SymbolFileError",
     "differences",
     "read_symbol_file",
     "read_tmc",
@@ -25,8 +24,9 @@ _READERS = {".tmc": read_tmc, ".tpy": read_tpy}
 
 
 def read_symbol_file(data: bytes, source: str) -> SymbolFile:
-    """The content of a `.tmc` or `.tpy`; the name `source` says which. Raises `SymbolFileError`."""
+    """The content of a `.tmc` or `.tpy`; the name `source` says which. Raises `SourceError`."""
     for suffix, read in _READERS.items():
         if source.lower().endswith(suffix):
             return read(data, source)
-    raise SymbolFileError(source, 0, "expected a file name that ends in .tmc or .tpy")
+    expected = "expected a file name that ends in .tmc or .tpy"
+    raise SourceError([Fault(Location(source, 1, 1), expected)])

@@ -12,10 +12,10 @@ from achse.iec.literals import format_value, parse_value
 from achse.iec.paths import locate
 from achse.iec.strings import StringType
 from achse.iec.structs import StructType
-from achse.iec.symbolfiles.xml import Element
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
 from achse.iec.variables import Image
+from achse.iec.xml import Element
 
 __all__ = ["initial_image", "initial_parts"]
 

@@ -5,8 +5,8 @@ from achse.iec.names import with_coding
 from achse.iec.symbolfiles.initials import initial_image
 from achse.iec.symbolfiles.model import FileTask, FileVariable, SymbolFile
 from achse.iec.symbolfiles.types import FileTypes, checked_address, properties_of
-from achse.iec.symbolfiles.xml import Element, parse_xml
 from achse.iec.variables import Variable
+from achse.iec.xml import Element, parse_xml
 
 __all__ = ["AREAS", "read_tmc"]
 
@@ -17,7 +17,7 @@ _TOOL_NOTES = {"TcVarGlobal", "TcAddressType", "TcPersistent"}
 
 
 def read_tmc(data: bytes, source: str = "tmc") -> SymbolFile:
-    """The content of a `.tmc`. Raises `SymbolFileError` with the line of the fault."""
+    """The content of a `.tmc`. Raises `SourceError` with the line of the fault."""
     root = parse_xml(data, source)
     if root.tag != "TcModuleClass":
         root.fault(f"expected <TcModuleClass>, the root of a .tmc, got <{shown(root.tag)[1:-1]}>")

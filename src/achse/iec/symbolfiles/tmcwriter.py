@@ -19,9 +19,9 @@ from achse.iec.structs import Kind, StructType
 from achse.iec.symbolfiles.initials import initial_parts
 from achse.iec.symbolfiles.model import FileVariable, SymbolFile, is_defined
 from achse.iec.symbolfiles.tmc import AREAS
-from achse.iec.symbolfiles.xml import escape
 from achse.iec.types import IecType, derived_guid
 from achse.iec.variables import Section, Variable
+from achse.iec.xml import escape
 
 __all__ = ["write_tmc"]
 

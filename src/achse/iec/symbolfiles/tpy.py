@@ -11,8 +11,8 @@ from achse.iec.symbolfiles.model import (
     SymbolFile,
 )
 from achse.iec.symbolfiles.types import FileTypes, checked_address, properties_of
-from achse.iec.symbolfiles.xml import Element, parse_xml
 from achse.iec.variables import Variable
+from achse.iec.xml import Element, parse_xml
 
 __all__ = ["read_tpy"]
 
@@ -20,7 +20,7 @@ _POINTER = re.compile(r"(POINTER|REFERENCE) TO ", re.IGNORECASE)
 
 
 def read_tpy(data: bytes, source: str = "tpy") -> SymbolFile:
-    """The content of a `.tpy`. Raises `SymbolFileError` with the line of the fault."""
+    """The content of a `.tpy`. Raises `SourceError` with the line of the fault."""
     root = parse_xml(data, source)
     if root.tag != "PlcProjectInfo":
         root.fault(f"expected <PlcProjectInfo>, the root of a .tpy, got <{shown(root.tag)[1:-1]}>")

@@ -18,13 +18,14 @@ from achse.iec.errors import DeclarationError, IecValueError, shown
 from achse.iec.layout import Layout, Spot
 from achse.iec.methods import Method, Parameter
 from achse.iec.names import parse_type, with_coding
+from achse.iec.st.source import SourceError
 from achse.iec.structs import Kind, StructType
 from achse.iec.symbolfiles.initials import initial_image
 from achse.iec.symbolfiles.model import address_of
-from achse.iec.symbolfiles.xml import Element
 from achse.iec.types import Adst, IecType
 from achse.iec.typetable import OpaqueType
 from achse.iec.variables import LARGEST_IMAGE, Address, Section, Variable
+from achse.iec.xml import Element
 
 __all__ = ["MAX_BYTES", "FileTypes", "checked_address", "properties_of"]
 
@@ -81,7 +82,7 @@ def _attributes(properties: Mapping[str, str]) -> dict[str, str]:
 class FileTypes:
     """The types of one file by name, without case.
 
-    `elements` are its `<DataType>`s; `pointer_size` 4 or 8. Faults are `SymbolFileError`s with
+    `elements` are its `<DataType>`s; `pointer_size` 4 or 8. Faults are `SourceError`s with
     their line.
     """
 
@@ -115,6 +116,8 @@ class FileTypes:
         text = self._text(element.child(tag), element)
         try:
             found = parse_type(text, self._find, pointer_size=self.pointer_size)
+        except SourceError:
+            raise
         except DeclarationError:
             found = None
         if found is None or found.size != size:
@@ -160,6 +163,8 @@ class FileTypes:
         self._building.append(key)
         try:
             found = self._build(element, _qualified(element.child("Name")))
+        except SourceError:
+            raise
         except (DeclarationError, IecValueError) as fault:
             element.fault(f"type {shown(name)}: {fault}")
         finally:
@@ -333,6 +338,8 @@ class FileTypes:
         try:
             pointer = parse_type(text, self._find, pointer_size=self.pointer_size)
             target: IecType[Any] = pointer.target  # type: ignore[attr-defined]
+        except SourceError:
+            raise
         except (DeclarationError, AttributeError):
             return _opaque(text, self.bytes_of(item))
         return target

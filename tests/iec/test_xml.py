@@ -1,17 +1,33 @@
-"""XML of symbol files: lines of faults, nothing that grows."""
+"""XML of sources and symbol files: places of faults, nothing that grows."""
 
 import pytest
 
-from achse.iec.symbolfiles.xml import Element, SymbolFileError, escape, parse_xml
+from achse.iec.st.source import SourceError
+from achse.iec.xml import Element, escape, parse_xml
 
 
 def test_a_tree_with_text_attributes_and_lines() -> None:
     root = parse_xml(b'<a x="1">\n <b>one</b>\n <b>two &amp; <![CDATA[<3]]></b>\n</a>', "f.tmc")
-    assert (root.tag, root.attributes, root.line) == ("a", {"x": "1"}, 1)
-    assert [(item.text, item.line) for item in root.all("b")] == [("one", 2), ("two & <3", 3)]
+    assert (root.tag, root.attributes, root.location) == ("a", {"x": "1"}, ("f.tmc", 1, 1))
+    assert [(item.text, item.location[1:]) for item in root.all("b")] == [
+        ("one", (2, 2)),
+        ("two & <3", (3, 2)),
+    ]
     assert root.text_of("b") == "one"
     assert root.text_of("c", "none") == "none"
     assert root.find("c") is None
+
+
+def test_blanks_around_a_cdata_part_are_told_apart_and_kept() -> None:
+    (item,) = parse_xml(b"<a><b>\n   <![CDATA[ x\ny]]>\n</b></a>", "f").children
+    assert item.text == "\n    x\ny\n"
+    assert item.text[item.begin :] == " x\ny\n"
+    assert item.begin_at == ("f", 2, 13)
+
+
+def test_a_tree_is_walked_in_order_of_the_file() -> None:
+    root = parse_xml(b"<a><b><c/></b><d/></a>", "f")
+    assert [element.tag for element in root.walk()] == ["a", "b", "c", "d"]
 
 
 @pytest.mark.parametrize(
@@ -23,7 +39,7 @@ def test_a_tree_with_text_attributes_and_lines() -> None:
     ],
 )
 def test_a_doctype_is_refused(bomb: bytes) -> None:
-    with pytest.raises(SymbolFileError, match="DOCTYPE is not accepted"):
+    with pytest.raises(SourceError, match="DOCTYPE is not accepted"):
         parse_xml(bomb, "f.tmc")
 
 
@@ -42,26 +58,26 @@ def test_a_doctype_is_refused(bomb: bytes) -> None:
     ],
 )
 def test_what_is_no_xml_is_a_located_error(data: bytes) -> None:
-    with pytest.raises(SymbolFileError, match=r"^f\.tmc:\d+: no well-formed XML"):
+    with pytest.raises(SourceError, match=r"^f\.tmc:\d+:\d+: no well-formed XML"):
         parse_xml(data, "f.tmc")
 
 
 def test_depth_is_limited() -> None:
-    with pytest.raises(SymbolFileError, match="nest deeper than 64"):
+    with pytest.raises(SourceError, match="nest deeper than 64"):
         parse_xml(b"<a>" * 65 + b"</a>" * 65, "f.tmc")
 
 
 @pytest.mark.parametrize("text", ["", "x", "-1", "1.5", "9" * 20, "٣", str(1 << 63)])
 def test_a_number_that_is_none_says_where(text: str) -> None:
     root = parse_xml(f"<a>\n<n>{text}</n></a>".encode(), "f.tmc")
-    with pytest.raises(SymbolFileError, match=r"^f\.tmc:2: <n>: expected a whole number"):
+    with pytest.raises(SourceError, match=r"^f\.tmc:2:1: <n>: expected a whole number"):
         root.number_of("n")
 
 
 def test_numbers_with_and_without_default() -> None:
     root = parse_xml(b"<a><n> 12 </n></a>", "f.tmc")
     assert (root.number_of("n"), root.number_of("n", 3), root.number_of("m", 3)) == (12, 12, 3)
-    with pytest.raises(SymbolFileError, match="expected <m> in <a>"):
+    with pytest.raises(SourceError, match="expected <m> in <a>"):
         root.number_of("m")
 
 

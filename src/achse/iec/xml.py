@@ -1,4 +1,4 @@
-"""XML as far as symbol files need it: a tree of elements with their lines, and no entities.
+"""XML as far as sources and symbol files need it: elements with their places, and no entities.
 
 A document with a DOCTYPE is refused, so nothing in it can grow or fetch anything.
 """
@@ -8,33 +8,28 @@ from collections.abc import Iterator
 from typing import NoReturn
 from xml.parsers import expat
 
-from achse.iec.errors import IecError, shown
+from achse.iec.errors import shown
+from achse.iec.st.source import Fault, Location, SourceError
 
-__all__ = ["Element", "SymbolFileError", "escape", "parse_xml"]
+__all__ = ["Element", "escape", "parse_xml"]
 
 _DEEPEST = 64
-
-
-class SymbolFileError(IecError, ValueError):
-    """A symbol file that cannot be used: where, what was expected, what came."""
-
-    def __init__(self, source: str, line: int, fault: str) -> None:
-        super().__init__(f"{source}:{line}: {fault}" if line else f"{source}: {fault}")
-        self.source = source
-        self.line = line
 
 
 class Element:
     """An element: its tag, attributes, text and children, and where it begins."""
 
-    __slots__ = ("attributes", "children", "line", "source", "tag", "text")
+    __slots__ = ("attributes", "begin", "begin_at", "children", "location", "tag", "text")
 
-    def __init__(self, tag: str, attributes: dict[str, str], source: str, line: int) -> None:
+    def __init__(self, tag: str, attributes: dict[str, str], location: Location) -> None:
         self.tag = tag
         self.attributes = attributes
-        self.source = source
-        self.line = line
+        self.location = location
         self.text = ""
+        self.begin = 0
+        """Where in `text` the first piece is that is not blank: a CDATA part, for example."""
+        self.begin_at = location
+        """Where that is in the file."""
         self.children: list[Element] = []
 
     def __iter__(self) -> Iterator["Element"]:
@@ -51,8 +46,16 @@ class Element:
         """The children of that tag."""
         return [child for child in self.children if child.tag == tag]
 
+    def walk(self) -> Iterator["Element"]:
+        """The element and all in it, in order of the file."""
+        waiting = [self]
+        while waiting:
+            element = waiting.pop()
+            yield element
+            waiting.extend(reversed(element.children))
+
     def child(self, tag: str) -> "Element":
-        """The first child of that tag. Raises `SymbolFileError` if there is none."""
+        """The first child of that tag. Raises `SourceError` if there is none."""
         found = self.find(tag)
         if found is None:
             self.fault(f"expected <{tag}> in <{self.tag}>")
@@ -65,7 +68,7 @@ class Element:
 
     @property
     def number(self) -> int:
-        """The text as a whole number 0 … 2**63 - 1. Raises `SymbolFileError`."""
+        """The text as a whole number 0 … 2**63 - 1. Raises `SourceError`."""
         text = self.text.strip()
         if not (text.isascii() and text.isdigit()) or len(text) > 19 or int(text) >> 63:
             self.fault(f"<{self.tag}>: expected a whole number, got {shown(text)}")
@@ -78,32 +81,40 @@ class Element:
 
     def fault(self, message: str) -> NoReturn:
         """Raise the error that names this place."""
-        raise SymbolFileError(self.source, self.line, message)
+        raise SourceError([Fault(self.location, message)])
 
 
-def parse_xml(data: bytes, source: str) -> Element:
-    """The root element of a document. Raises `SymbolFileError`."""
+def parse_xml(data: bytes, path: str) -> Element:
+    """The root element of a document. Raises `SourceError`."""
     parser = expat.ParserCreate()
-    parser.buffer_text = True
-    stack: list[Element] = []
-    root: list[Element] = []
+    stack: list[tuple[Element, list[str]]] = []
+    roots: list[Element] = []
+
+    def location() -> Location:
+        return Location(path, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        element = Element(tag.rpartition(":")[2], attributes, source, parser.CurrentLineNumber)
+        element = Element(tag.rpartition(":")[2], attributes, location())
         if len(stack) >= _DEEPEST:
             element.fault(f"elements nest deeper than {_DEEPEST}")
-        (stack[-1].children if stack else root).append(element)
-        stack.append(element)
+        (stack[-1][0].children if stack else roots).append(element)
+        stack.append((element, []))
 
     def end(_: str) -> None:
-        stack.pop()
+        element, pieces = stack.pop()
+        element.text = "".join(pieces)
 
-    def text(content: str) -> None:
-        if stack:
-            stack[-1].text += content
+    def text(piece: str) -> None:
+        if not stack:
+            return
+        element, pieces = stack[-1]
+        if element.begin_at is element.location and not piece.isspace():
+            element.begin = sum(map(len, pieces))
+            element.begin_at = location()
+        pieces.append(piece)
 
     def doctype(*_: object) -> None:
-        raise SymbolFileError(source, parser.CurrentLineNumber, "a DOCTYPE is not accepted")
+        raise SourceError([Fault(location(), "a DOCTYPE is not accepted")])
 
     parser.StartElementHandler = start
     parser.EndElementHandler = end
@@ -112,13 +123,13 @@ def parse_xml(data: bytes, source: str) -> Element:
     try:
         parser.Parse(data, True)
     except expat.ExpatError as failure:
-        reason = expat.ErrorString(failure.code)
-        raise SymbolFileError(source, failure.lineno, f"no well-formed XML: {reason}") from None
+        place = Location(path, failure.lineno, failure.offset + 1)
+        reason = f"no well-formed XML: {expat.ErrorString(failure.code)}"
+        raise SourceError([Fault(place, reason)]) from None
     except (LookupError, ValueError) as failure:
-        if isinstance(failure, SymbolFileError):
-            raise
-        raise SymbolFileError(source, 1, f"no well-formed XML: {failure}") from None
-    return root[0]
+        reason = f"no well-formed XML: {failure}"
+        raise SourceError([Fault(Location(path, 1, 1), reason)]) from None
+    return roots[0]
 
 
 _UNFIT = re.compile("[\\x00-\\x08\\x0b\\x0c\\x0e-\\x1f\\ud800-\\udfff\\ufffe\\uffff]")
