@@ -11,7 +11,7 @@ from achse.iec.declare import ARRAY, pointer_to, reference_to
 from achse.iec.derived import AliasType, PointerType, SubrangeType
 from achse.iec.elementary import INT, LREAL, UDINT, UXINT
 from achse.iec.errors import DeclarationError
-from achse.iec.names import ELEMENTARY, parse_type, with_coding
+from achse.iec.names import ELEMENTARY, name_within, parse_type, with_coding
 from achse.iec.strings import STRING, WSTRING, StringType
 from achse.iec.times import DATE_AND_TIME, TIME
 
@@ -119,3 +119,22 @@ def test_the_coding_reaches_into_arrays_and_aliases() -> None:
     assert isinstance(with_coding(STRING(4), "utf-8"), StringType)
     assert with_coding(TIME, "utf-8") is TIME
     assert with_coding(ARRAY(INT, (0, 1)), "utf-8").name == "ARRAY [0..1] OF INT"
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("ST_X", "ST_X"),
+        ("ARRAY [0..1] OF array[1..2] of PLC.ST_X", "PLC.ST_X"),
+        ("FB_Ring<3>", "FB_Ring<3>"),
+        ("T_Level (1..3)", "T_Level"),
+        ("INT (1..3)", None),
+        ("LREAL", None),
+        ("ARRAY [0..3] OF STRING(8)", None),
+        ("POINTER TO ST_X", None),
+        ("ARRAY [0..3] OF REFERENCE TO ST_X", None),
+        ("", None),
+    ],
+)
+def test_the_name_that_a_type_text_leaves_open(text: str, name: str | None) -> None:
+    assert name_within(text) == name

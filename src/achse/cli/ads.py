@@ -9,6 +9,7 @@ import typer
 from achse.cli import raw
 from achse.cli.output import as_json, as_text, print_json, print_table
 from achse.cli.run import fail
+from achse.cli.selection import selected
 from achse.cli.target import Json, client_command
 
 if TYPE_CHECKING:
@@ -207,12 +208,7 @@ async def symbols(
     in_json: Json = False,
 ) -> None:
     """List the symbols of the device, with type, size and place."""
-    chosen = [
-        entry
-        for entry in await client.symbols()
-        if (_like(entry.name, pattern) or _like(entry.name, f"{pattern}.*"))
-        and _like(entry.type_name, type_pattern)
-    ]
+    chosen = list(selected(await client.symbols(), pattern, type_pattern))
     if in_json:
         print_json(
             [
@@ -241,10 +237,3 @@ async def symbols(
             ],
             right=frozenset({3}),
         )
-
-
-def _like(text: str, pattern: str) -> bool:
-    from fnmatch import fnmatchcase
-
-    # A bracket is part of an IEC name (ARRAY [0..9] OF INT, aPoints[1]), never a set of signs.
-    return fnmatchcase(text.lower(), pattern.lower().replace("[", "[[]"))

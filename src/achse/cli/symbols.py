@@ -125,14 +125,12 @@ async def stubs(
     ] = None,
 ) -> None:
     """Write a Python module with types for a PLC's symbols and methods."""
-    from achse.cli.ads import _like
+    from achse.cli.selection import selected
     from achse.client.stubs import stubs
 
     types = await client.types()
     chosen = {
-        entry.name: types.symbol_type(entry)
-        for entry in await client.symbols()
-        if _like(entry.name, pattern) or _like(entry.name, f"{pattern}.*")
+        entry.name: types.symbol_type(entry) for entry in selected(await client.symbols(), pattern)
     }
     text = stubs(chosen, str(client.address))
     if output is None:

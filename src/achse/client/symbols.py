@@ -7,7 +7,6 @@ when the link is lost or the device says that its symbols changed (0xF008).
 
 import asyncio
 import contextlib
-import re
 import struct
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, ParamSpec, TypeVar
@@ -27,7 +26,7 @@ from achse.client.sums import Outcome
 from achse.codes import ReturnCode
 from achse.iec import USINT, DeclarationError, IecDecodeError
 from achse.iec.datatypes import DataTypeEntry, decode_types
-from achse.iec.names import ELEMENTARY
+from achse.iec.names import name_within
 from achse.iec.symbols import SymbolEntry, UploadFlag, UploadInfo, decode_symbols, fold
 from achse.iec.text import Coding, decode_text, encode_text
 from achse.iec.typetable import TypeTable
@@ -37,10 +36,6 @@ __all__ = ["SymbolBook"]
 _ENTRY_LENGTH = 0xFFFF
 _TYPE_LENGTH = 0xF_FFFF
 _HEAD = struct.Struct("<IIIIIHHHHH")
-_TYPE_NAME = re.compile(r"[A-Za-z_][\w.]*")
-_POINTER = re.compile(r"\b(?:POINTER|REFERENCE)\s+TO\b.*", re.IGNORECASE | re.DOTALL)
-"""What is behind a pointer is not needed to read the pointer."""
-_KNOWN = ELEMENTARY.keys() | {"array", "of", "string", "wstring"}
 _VERSION = Timing.of(TransmissionMode.SERVER_ON_CHANGE, 0.0, 0.0)
 
 
@@ -322,12 +317,8 @@ class SymbolBook:
 
     def _missing(self, texts: Iterable[str]) -> list[str]:
         """The names in type texts that the device has not been asked about."""
-        words = {word for text in texts for word in _TYPE_NAME.findall(_POINTER.sub("", text))}
-        return sorted(
-            word
-            for word in words
-            if word.lower() not in _KNOWN and word not in self._asked and word not in self._types
-        )
+        names = {name for name in map(name_within, texts) if name is not None}
+        return sorted(name for name in names if name not in self._asked and name not in self._types)
 
     async def _upload_types(self) -> None:
         try:

@@ -20,7 +20,7 @@ from achse.iec.text import Coding
 from achse.iec.times import TIMES
 from achse.iec.types import Adst, IecType
 
-__all__ = ["ELEMENTARY", "parse_type", "with_coding"]
+__all__ = ["ELEMENTARY", "name_within", "parse_type", "with_coding"]
 
 ELEMENTARY: dict[str, IecType[Any]] = {
     **{type.name.lower(): type for type in (*NUMERIC, *TIMES)},
@@ -50,6 +50,20 @@ def parse_type(text: str, find: Find = lambda name: None, *, pointer_size: int =
     Raises `DeclarationError` if the text names no type.
     """
     return _parse(text.strip(), find, pointer_size, 0)
+
+
+def name_within(text: str) -> str | None:
+    """The name in a type text that has to be explained elsewhere: the ST_X of ARRAY [0..1] OF ST_X.
+
+    None if the text says it all, as `STRING(8)` does; what a pointer points at is not asked for.
+    """
+    text = text.strip()
+    while match := _ARRAY.match(text):
+        text = text[match.end() :]
+    if not text or text.lower() in ELEMENTARY or _STRING.fullmatch(text) or _POINTER.match(text):
+        return None
+    match = _SUBRANGE.fullmatch(text)
+    return name_within(match[1]) if match else text
 
 
 def _parse(text: str, find: Find, pointer_size: int, depth: int) -> IecType[Any]:
