@@ -1,0 +1,197 @@
+"""Section compensation: let a moving axis gain or lose a distance over a given way."""
+
+from math import isfinite, sqrt
+from typing import NamedTuple
+
+from achse.codes import NcError
+from achse.motion.axis import Axis
+from achse.motion.checks import OK, why_no_command, why_not_dynamics, why_not_target
+from achse.motion.commands.queue import sign
+from achse.motion.states import AxisType, CompensationType, MotionPhase
+from achse.motion.superposition import superposed_speed, superposed_way
+
+__all__ = ["Compensation", "start_superposition", "stop_superposition"]
+
+_ROUNDING = 1e-12
+"""What a way may be too short for by rounding, relative."""
+
+_OWN_WAY = {
+    CompensationType.VELOCITY_REDUCTION_LIMITED,
+    CompensationType.LENGTH_REDUCTION_LIMITED,
+}
+"""Types whose length is the way of the compensated axis itself."""
+
+_SHORTEST = {
+    CompensationType.LENGTH_REDUCTION_ADDITIVE,
+    CompensationType.LENGTH_REDUCTION_LIMITED,
+}
+"""Types that use the full velocity difference and as little of the way as that takes."""
+
+
+class Compensation(NamedTuple):
+    """A section compensation as asked for, or as carried out (axis units and seconds).
+
+    Over `length` an axis that runs at `process_velocity` gains `distance` (loses it, if negative),
+    at most `velocity_increase` faster. `warning` is 0, or 0x4243 when only a part is possible.
+    """
+
+    type: int
+    acceleration_increase: float
+    deceleration_increase: float
+    velocity_increase: float
+    process_velocity: float
+    distance: float
+    length: float
+    warning: int = 0
+
+
+def start_superposition(axis: Axis, asked: Compensation) -> tuple[int, Compensation]:
+    """Start a section compensation (0x30): the refusing error or 0, and what is carried out.
+
+    The axis must be travelling to a position or endlessly. Accelerations of 0 are the axis
+    defaults. No set velocity exceeds the axis maximum, and an axis that falls back does not turn.
+    """
+    code = _why_not(axis, asked)
+    if code:
+        return code, asked
+    asked = asked._replace(
+        acceleration_increase=asked.acceleration_increase or axis.default_acceleration,
+        deceleration_increase=asked.deceleration_increase or axis.default_deceleration,
+    )
+    code = why_not_dynamics(
+        axis, asked.acceleration_increase, asked.deceleration_increase, axis.default_jerk
+    )
+    limit = _fastest(axis, asked)
+    if not code and limit <= 0.0:
+        code = NcError.SET_VELOCITY_NOT_ALLOWED.number
+    if code:
+        return code, asked
+    done = _as_possible(asked, limit)
+    direction = _direction(axis)
+    if axis.set_motion_phase == MotionPhase.POSITIONING:
+        code = why_not_target(axis, axis.target_position + direction * done.distance)
+        if code:
+            return code, asked
+    rise = done.velocity_increase / done.acceleration_increase
+    fall = done.velocity_increase / done.deceleration_increase
+    distance = abs(done.distance)
+    axis.superposition_direction = direction
+    axis.superposition_sign = direction * sign(done.distance)
+    axis.superposition_process_velocity = done.process_velocity
+    axis.superposition_acceleration = done.acceleration_increase
+    axis.superposition_deceleration = done.deceleration_increase
+    axis.superposition_velocity = done.velocity_increase
+    axis.superposition_distance = distance
+    axis.superposition_rise_end = rise
+    axis.superposition_end = distance / done.velocity_increase + 0.5 * (rise + fall)
+    axis.superposition_fall_begin = axis.superposition_end - fall
+    axis.superposition_stopping = 0
+    axis.superposed_way = 0.0
+    axis.superposed_position = 0.0
+    axis.superposed_velocity = 0.0
+    axis.superposed_acceleration = 0.0
+    axis.compensating = 1
+    return OK, done
+
+
+def stop_superposition(axis: Axis) -> int:
+    """End a section compensation with its own deceleration (0x31); the main motion goes on."""
+    if not axis.compensating:
+        return NcError.COMPENSATION_NOT_ACTIVE.number
+    if axis.superposition_stopping:
+        return NcError.COMPENSATION_STOPPING.number
+    now = axis.superposed_way / axis.superposition_process_velocity
+    speed = superposed_speed(axis, now)
+    fall = speed / axis.superposition_deceleration
+    axis.superposition_distance = superposed_way(axis, now) + 0.5 * speed * fall
+    axis.superposition_velocity = speed
+    axis.superposition_rise_end = min(axis.superposition_rise_end, now)
+    axis.superposition_fall_begin = now
+    axis.superposition_end = now + fall
+    axis.superposition_stopping = 1
+    return OK
+
+
+def _why_not(axis: Axis, asked: Compensation) -> int:
+    if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
+        return NcError.AXIS_INCOMPATIBLE.number
+    if asked.type not in CompensationType.__members__.values():
+        return NcError.COMPENSATION_TYPE.number
+    if not (
+        asked.acceleration_increase >= 0.0
+        and asked.deceleration_increase >= 0.0
+        and asked.process_velocity > 0.0
+        and isfinite(asked.process_velocity)
+    ):
+        return NcError.COMPENSATION_DYNAMICS.number
+    if not asked.velocity_increase > 0.0:
+        return NcError.COMPENSATION_CAMBER.number
+    if not isfinite(asked.distance) or asked.distance == 0.0:
+        return NcError.SUPERIMPOSED_MOVE_DATA.number
+    if not asked.length > 0.0 or not isfinite(asked.length) or _base_way(asked) <= 0.0:
+        return NcError.COMPENSATION_DISTANCE.number
+    code = why_no_command(axis)
+    if code:
+        return code
+    moving = axis.set_motion_phase in (MotionPhase.POSITIONING, MotionPhase.ENDLESS)
+    if axis.compensating or not moving:
+        return NcError.COMPENSATION_ACTIVE.number
+    return OK
+
+
+def _base_way(asked: Compensation) -> float:
+    """Way of the main motion over which the compensation may act."""
+    return asked.length - asked.distance if asked.type in _OWN_WAY else asked.length
+
+
+def _direction(axis: Axis) -> float:
+    """Of the main motion; the planned one where it stands (override zero, first cycle)."""
+    if axis.set_velocity != 0.0:
+        return sign(axis.set_velocity)
+    if axis.set_motion_phase == MotionPhase.ENDLESS:
+        return axis.job_direction
+    return sign(axis.target_position - axis.set_position) or 1.0
+
+
+def _fastest(axis: Axis, asked: Compensation) -> float:
+    """The additional velocity that is asked for, as far as the limits of the axis go.
+
+    The additional velocity scales with that of the main motion, so the ratio is what counts.
+    """
+    if asked.distance < 0.0:
+        return min(asked.velocity_increase, asked.process_velocity)
+    most = min(axis.max_velocity, axis.drive_reference_velocity)
+    ratio = most / axis.job_velocity - 1.0
+    return min(asked.velocity_increase, asked.process_velocity * ratio)
+
+
+def _as_possible(asked: Compensation, limit: float) -> Compensation:
+    """The trapezoid that covers the distance, or as much of it as way and limits allow.
+
+    A trapezoid with top v over a time T covers v T - v² c / 2, c = 1 / a + 1 / d.
+    """
+    c = 1.0 / asked.acceleration_increase + 1.0 / asked.deceleration_increase
+    distance = abs(asked.distance)
+    time = _base_way(asked) / asked.process_velocity
+    warning = 0
+    if asked.type in _SHORTEST:
+        top = min(limit, sqrt(2.0 * distance / c))
+        needed = distance / top + 0.5 * top * c
+    else:
+        room = time * time - 2.0 * c * distance
+        # the smaller root, in the form that loses no digits
+        top = 2.0 * distance / (time + sqrt(room)) if room >= 0.0 else limit
+        needed = time if top <= limit * (1.0 + _ROUNDING) and room >= 0.0 else 2.0 * time
+    if needed > time * (1.0 + _ROUNDING):
+        warning = NcError.COMPENSATION_IN_PART.number
+        top = min(limit, time / c)
+        distance = top * time - 0.5 * c * top * top
+        needed = time
+    done = distance if asked.distance > 0.0 else -distance
+    length = asked.process_velocity * needed
+    return asked._replace(
+        velocity_increase=top,
+        distance=done,
+        length=length + done if asked.type in _OWN_WAY else length,
+        warning=warning,
+    )

@@ -1,0 +1,46 @@
+"""Fields of the motions beside the main one: section compensation and phasing."""
+
+from achse.motion.fields.declare import Memory, States, flag, real, reals, whole
+from achse.motion.fields.setpoint import SEGMENTS
+
+__all__ = ["PhasingMemory", "PhasingState", "SuperpositionMemory"]
+
+
+class PhasingState(States):
+    """Phase shift (002 §6.4.4.3, 0x4200 + ID:0x34)."""
+
+    phasing_position: float = real(0.0, "mm", "shift by which this axis sees its master")
+
+
+class PhasingMemory(Memory):
+    """The profile towards the commanded shift."""
+
+    phasing_velocity: float = real(0.0, "mm/s", "change of the shift")
+    phasing_acceleration: float = real(0.0, "mm/s²", "change of that")
+    phasing_begin: float = real(0.0, "mm", "shift when the running command began")
+    phasing_target: float = real(0.0, "mm", "shift where it will end")
+    phasing_count: int = whole(0, "1", "rows of the table")
+    phasing_index: int = whole(0, "1", "active row")
+    phasing_elapsed: float = real(0.0, "s", "time since its start")
+    phasing_time: list[float] = reals(SEGMENTS, "s", "duration of each row")
+    phasing_jerk: list[float] = reals(SEGMENTS, "mm/s³", "jerk of each row")
+
+
+class SuperpositionMemory(Memory):
+    """The trapezoid on top of the main motion; its clock is the main motion's way."""
+
+    superposition_sign: float = real(0.0, "1", "direction of the additional motion")
+    superposition_direction: float = real(0.0, "1", "direction of the main motion")
+    superposition_process_velocity: float = real(0.0, "mm/s", "main velocity it was planned for")
+    superposition_acceleration: float = real(0.0, "mm/s²", "additional acceleration")
+    superposition_deceleration: float = real(0.0, "mm/s²", "additional deceleration")
+    superposition_velocity: float = real(0.0, "mm/s", "largest additional velocity")
+    superposition_distance: float = real(0.0, "mm", "additional way in all, without sign")
+    superposition_rise_end: float = real(0.0, "s", "process time where acceleration ends")
+    superposition_fall_begin: float = real(0.0, "s", "process time where deceleration begins")
+    superposition_end: float = real(0.0, "s", "process time where all is covered")
+    superposition_stopping: int = flag(0, "it was stopped before its end")
+    superposed_way: float = real(0.0, "mm", "way of the main motion since the start")
+    superposed_position: float = real(0.0, "mm", "additional way covered, without sign")
+    superposed_velocity: float = real(0.0, "mm/s", "what of it the set velocity holds")
+    superposed_acceleration: float = real(0.0, "mm/s²", "what of it the set acceleration holds")

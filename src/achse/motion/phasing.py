@@ -1,0 +1,41 @@
+"""Phasing: the shift by which a slave sees its master runs along a jerk-limited profile.
+
+The shift stays until the next phasing changes it. It moves an axis only through a coupling.
+
+Kernel source, in the language of `achse.kernel`.
+"""
+
+from achse.motion.profile import segment_acceleration, segment_position, segment_velocity
+from achse.motion.record import AxisFields
+
+__all__ = ["shift_phase"]
+
+
+def shift_phase(ax: AxisFields, dt: float) -> None:
+    """One cycle of the running profile; at its end the shift is exactly the target."""
+    p = ax.phasing_position
+    v = ax.phasing_velocity
+    a = ax.phasing_acceleration
+    left = dt
+    while left > 0.0 and ax.phasing_index < ax.phasing_count:
+        i = ax.phasing_index
+        j = ax.phasing_jerk[i]
+        t = ax.phasing_time[i] - ax.phasing_elapsed
+        if t > left:
+            t = left
+            ax.phasing_elapsed += left
+        else:
+            ax.phasing_index = i + 1
+            ax.phasing_elapsed = 0.0
+        p = segment_position(t, j, p, v, a)
+        v = segment_velocity(t, j, v, a)
+        a = segment_acceleration(t, j, a)
+        left -= t
+    if left > 0.0:
+        p = ax.phasing_target
+        v = 0.0
+        a = 0.0
+        ax.phasing_active = 0
+    ax.phasing_position = p
+    ax.phasing_velocity = v
+    ax.phasing_acceleration = a

@@ -1,0 +1,90 @@
+"""Superposition: a trapezoid of additional velocity on top of the main motion (section
+compensation).
+
+Its clock is the way of the main motion, divided by the process velocity it was planned for: a
+slower main motion slows the compensation too, and at override zero both wait. It ends when the main
+motion comes to rest or turns. The additional way moves the target of the main motion along, so that
+the main motion itself is not disturbed.
+
+Kernel source, in the language of `achse.kernel`.
+"""
+
+from achse.motion.record import AxisFields
+from achse.motion.setpoint import generate
+from achse.motion.states import MotionPhase
+
+__all__ = ["generate_superposed", "superposed_speed", "superposed_way"]
+
+_NO_JOB = MotionPhase.NONE.value
+
+
+def superposed_way(ax: AxisFields, t: float) -> float:
+    """Additional way, without sign, at process time `t`."""
+    if t < ax.superposition_rise_end:
+        return 0.5 * ax.superposition_acceleration * t * t
+    left = ax.superposition_end - t
+    if left <= 0.0:
+        return ax.superposition_distance
+    fall = ax.superposition_end - ax.superposition_fall_begin
+    if left > fall:
+        return ax.superposition_distance - ax.superposition_velocity * (left - 0.5 * fall)
+    return ax.superposition_distance - 0.5 * ax.superposition_deceleration * left * left
+
+
+def superposed_speed(ax: AxisFields, t: float) -> float:
+    """Additional velocity, without sign, at process time `t`."""
+    if t < ax.superposition_rise_end:
+        return ax.superposition_acceleration * t
+    left = ax.superposition_end - t
+    if left <= 0.0:
+        return 0.0
+    if t < ax.superposition_fall_begin:
+        return ax.superposition_velocity
+    return ax.superposition_deceleration * left
+
+
+def _bend(ax: AxisFields, t: float) -> float:
+    """Additional acceleration in the direction of the compensation at process time `t`."""
+    if t < ax.superposition_rise_end:
+        return ax.superposition_acceleration
+    if t < ax.superposition_fall_begin or t >= ax.superposition_end:
+        return 0.0
+    return -ax.superposition_deceleration
+
+
+def generate_superposed(ax: AxisFields, dt: float) -> None:
+    """One cycle of the set-point generator with the compensation on top."""
+    ax.set_velocity -= ax.superposed_velocity
+    ax.set_acceleration -= ax.superposed_acceleration
+    begin = ax.set_position
+    generate(ax, dt)
+    if ax.compensating == 0:  # dropped with the job
+        return
+    way = (ax.set_position - begin) * ax.superposition_direction
+    if way > 0.0:
+        ax.superposed_way += way
+    share = ax.set_velocity * ax.superposition_direction / ax.superposition_process_velocity
+    t = ax.superposed_way / ax.superposition_process_velocity
+    covered = superposed_way(ax, t)
+    shift = ax.superposition_sign * (covered - ax.superposed_position)
+    ax.superposed_position = covered
+    ax.set_position += shift
+    ax.segment_position += shift
+    ax.target_position += shift
+    ax.border_position += shift
+    standing = share <= 0.0 and ax.planned_override != 0
+    if t >= ax.superposition_end or standing or ax.set_motion_phase == _NO_JOB:
+        ax.compensating = 0
+        ax.superposed_velocity = 0.0
+        ax.superposed_acceleration = 0.0
+        return
+    if share < 0.0:
+        share = 0.0
+    speed = superposed_speed(ax, t)
+    rise = ax.set_acceleration * ax.superposition_direction / ax.superposition_process_velocity
+    ax.superposed_velocity = ax.superposition_sign * speed * share
+    ax.superposed_acceleration = ax.superposition_sign * (
+        _bend(ax, t) * share * share + speed * rise
+    )
+    ax.set_velocity += ax.superposed_velocity
+    ax.set_acceleration += ax.superposed_acceleration

@@ -1,0 +1,99 @@
+"""Section compensation: what it refuses, and with which code."""
+
+from math import inf, nan
+from typing import Any
+
+import pytest
+
+from achse.codes import NcError
+from achse.motion import commands
+from achse.motion.commands import Compensation
+
+GOOD = Compensation(1, 0.0, 0.0, 20.0, 100.0, 5.0, 100.0)
+
+
+def refused(rig: Any, error: NcError, **wrong: Any) -> None:
+    before = rig.nc.digest()
+    code, _ = commands.start_superposition(rig.axis, GOOD._replace(**wrong))
+    assert NcError.of(code) is error, hex(code)
+    assert rig.nc.digest() == before
+
+
+@pytest.fixture
+def moving(rig: Any) -> Any:
+    commands.universal_start(rig.axis, 3, 0.0, 100.0)
+    rig.seconds(1.0)
+    return rig
+
+
+@pytest.mark.parametrize(
+    ("wrong", "error"),
+    [
+        ({"type": 0}, NcError.COMPENSATION_TYPE),
+        ({"type": 5}, NcError.COMPENSATION_TYPE),
+        ({"acceleration_increase": -1.0}, NcError.COMPENSATION_DYNAMICS),
+        ({"deceleration_increase": nan}, NcError.COMPENSATION_DYNAMICS),
+        ({"process_velocity": 0.0}, NcError.COMPENSATION_DYNAMICS),
+        ({"process_velocity": inf}, NcError.COMPENSATION_DYNAMICS),
+        ({"velocity_increase": 0.0}, NcError.COMPENSATION_CAMBER),
+        ({"velocity_increase": -1.0}, NcError.COMPENSATION_CAMBER),
+        ({"distance": 0.0}, NcError.SUPERIMPOSED_MOVE_DATA),
+        ({"distance": nan}, NcError.SUPERIMPOSED_MOVE_DATA),
+        ({"length": 0.0}, NcError.COMPENSATION_DISTANCE),
+        ({"length": inf}, NcError.COMPENSATION_DISTANCE),
+        ({"type": 2, "distance": 100.0}, NcError.COMPENSATION_DISTANCE),
+        ({"acceleration_increase": 1e9}, NcError.ACCELERATION_NOT_PERMITTED),
+    ],
+)
+def test_data(moving: Any, wrong: dict[str, float], error: NcError) -> None:
+    refused(moving, error, **wrong)
+
+
+def test_the_axis_must_travel(rig: Any) -> None:
+    refused(rig, NcError.COMPENSATION_ACTIVE)
+    commands.universal_start(rig.axis, 3, 0.0, 100.0)
+    rig.seconds(1.0)
+    commands.stop(rig.axis)
+    rig.run(1)
+    refused(rig, NcError.COMPENSATION_ACTIVE)
+
+
+def test_one_at_a_time(moving: Any) -> None:
+    assert commands.start_superposition(moving.axis, GOOD)[0] == 0
+    refused(moving, NcError.COMPENSATION_ACTIVE)
+
+
+def test_states_that_refuse_any_command(moving: Any, make_rig: Any) -> None:
+    commands.set_external_error(moving.axis, 0x4466)
+    moving.run(1)
+    refused(moving, NcError.ENCODER_IO_INVALID)
+    refused(make_rig(axis_type=2), NcError.AXIS_INCOMPATIBLE)
+
+
+def test_an_axis_at_its_limit_cannot_gain_but_lose(make_rig: Any) -> None:
+    rig = make_rig(max_velocity=100.0)
+    commands.universal_start(rig.axis, 3, 0.0, 100.0)
+    rig.seconds(1.0)
+    refused(rig, NcError.SET_VELOCITY_NOT_ALLOWED)
+    code, done = commands.start_superposition(rig.axis, GOOD._replace(distance=-5.0))
+    assert (code, done.warning, done.distance) == (0, 0, -5.0)
+
+
+def test_velocity_stays_below_the_limit_and_above_rest(make_rig: Any) -> None:
+    rig = make_rig(max_velocity=110.0)
+    commands.universal_start(rig.axis, 3, 0.0, 100.0)
+    rig.seconds(1.0)
+    wish = GOOD._replace(type=3, velocity_increase=500.0)
+    code, done = commands.start_superposition(rig.axis, wish)
+    assert (code, done.velocity_increase) == (0, pytest.approx(10.0))
+    rig.until(lambda axis: not axis.compensating)
+    code, done = commands.start_superposition(rig.axis, wish._replace(distance=-80.0, length=300.0))
+    assert (code, done.velocity_increase) == (0, 100.0)
+    assert min(v for _, v, _ in rig.trace(1000)) >= -1e-9
+
+
+def test_accelerations_of_zero_are_the_defaults(moving: Any) -> None:
+    _, done = commands.start_superposition(moving.axis, GOOD)
+    axis = moving.axis
+    assert done.acceleration_increase == axis.default_acceleration
+    assert done.deceleration_increase == axis.default_deceleration

@@ -1,0 +1,311 @@
+"""Section compensation: traces against the trapezoid's equations, beside every kind of motion."""
+
+from math import sqrt
+from typing import Any
+
+import pytest
+
+from achse.motion import StateBit, commands
+from achse.motion.commands import Compensation
+
+V = 100.0
+"""Main velocity and process velocity."""
+
+A, D = 400.0, 200.0
+"""Additional acceleration and deceleration."""
+
+C = 1.0 / A + 1.0 / D
+
+
+def cruising(make_rig: Any, **values: float) -> Any:
+    """A rig whose axis travels endlessly at V."""
+    rig = make_rig(**values)
+    assert commands.universal_start(rig.axis, 3, 0.0, V) == 0
+    rig.until(lambda axis: axis.set_velocity == V)
+    return rig
+
+
+def start(rig: Any, kind: int, increase: float, distance: float, length: float) -> Compensation:
+    code, done = commands.start_superposition(
+        rig.axis, Compensation(kind, A, D, increase, V, distance, length)
+    )
+    assert code == 0
+    assert rig.axis.compensating == 1
+    return done
+
+
+def watch(rig: Any) -> tuple[int, list[float]]:
+    """Cycles until the compensation has ended, and the set velocities until then."""
+    velocities = []
+    cycles = 0
+    while rig.axis.compensating:
+        rig.run(1)
+        cycles += 1
+        if rig.axis.compensating:
+            assert rig.has(StateBit.COMPENSATING)
+            assert rig.has(StateBit.HAS_JOB)
+        velocities.append(rig.axis.set_velocity)
+    assert not rig.has(StateBit.COMPENSATING)
+    return cycles, velocities
+
+
+def top_over(time: float, distance: float) -> float:
+    """Top of the trapezoid that covers `distance` in `time`: v T - v² C / 2 = s."""
+    return (time - sqrt(time * time - 2.0 * C * distance)) / C
+
+
+@pytest.mark.parametrize("distance", [20.0, -20.0])
+@pytest.mark.parametrize(("kind", "own"), [(1, 0.0), (2, 1.0)])
+def test_velocity_reduction_uses_the_whole_way(
+    make_rig: Any, kind: int, own: float, distance: float
+) -> None:
+    rig = cruising(make_rig)
+    begin = rig.axis.set_position
+    length = 200.0
+    time = (length - own * distance) / V
+    done = start(rig, kind, 80.0, distance, length)
+    top = top_over(time, abs(distance))
+    assert done.warning == 0
+    assert done.velocity_increase == pytest.approx(top)
+    assert (done.distance, done.length) == (distance, pytest.approx(length))
+    cycles, velocities = watch(rig)
+    assert cycles * rig.dt == pytest.approx(time, abs=1.01 * rig.dt)
+    assert rig.axis.set_position - begin == pytest.approx(V * cycles * rig.dt + distance)
+    peak = max(velocities) if distance > 0.0 else min(velocities)
+    assert peak == pytest.approx(V + top if distance > 0.0 else V - top)
+    assert rig.axis.set_velocity == V
+
+
+@pytest.mark.parametrize(("kind", "own"), [(3, 0.0), (4, 1.0)])
+@pytest.mark.parametrize(("increase", "distance"), [(30.0, 20.0), (80.0, 5.0), (30.0, -20.0)])
+def test_length_reduction_uses_the_velocity(
+    make_rig: Any, kind: int, own: float, increase: float, distance: float
+) -> None:
+    """Trapezoid with the full increase, or the triangle where it is not reached."""
+    rig = cruising(make_rig)
+    begin = rig.axis.set_position
+    top = min(increase, sqrt(2.0 * abs(distance) / C))
+    time = abs(distance) / top + 0.5 * top * C
+    done = start(rig, kind, increase, distance, 400.0)
+    assert done.warning == 0
+    assert done.velocity_increase == pytest.approx(top)
+    assert done.length == pytest.approx(V * time + own * distance)
+    cycles, _ = watch(rig)
+    assert cycles * rig.dt == pytest.approx(time, abs=1.01 * rig.dt)
+    assert rig.axis.set_position - begin == pytest.approx(V * cycles * rig.dt + distance)
+
+
+def test_the_trapezoid_has_its_ramps(make_rig: Any) -> None:
+    rig = cruising(make_rig)
+    start(rig, 3, 30.0, 20.0, 400.0)
+    trace = rig.trace(700)
+    assert max(a for _, _, a in trace) == pytest.approx(A)
+    assert min(a for _, _, a in trace) == pytest.approx(-D)
+    for (p, v, _), (q, w, _) in zip(trace, trace[1:], strict=False):
+        assert abs(q - p - 0.5 * (v + w) * rig.dt) <= 0.5 * A * rig.dt**2
+        assert -D * rig.dt - 1e-9 <= w - v <= A * rig.dt + 1e-9
+
+
+@pytest.mark.parametrize("kind", [1, 2, 3, 4])
+def test_a_way_too_short_is_covered_in_part(make_rig: Any, kind: int) -> None:
+    rig = cruising(make_rig)
+    begin = rig.axis.set_position
+    time = 0.5
+    distance = 30.0
+    length = V * time + (distance if kind in (2, 4) else 0.0)
+    done = start(rig, kind, 40.0, distance, length)
+    part = 40.0 * time - 0.5 * C * 40.0**2
+    assert done.warning == 0x4243
+    assert done.velocity_increase == 40.0
+    assert done.distance == pytest.approx(part)
+    cycles, _ = watch(rig)
+    assert cycles * rig.dt == pytest.approx(time, abs=1.01 * rig.dt)
+    assert rig.axis.set_position - begin == pytest.approx(V * cycles * rig.dt + part)
+
+
+def test_a_triangle_is_the_most_that_fits(make_rig: Any) -> None:
+    rig = cruising(make_rig)
+    done = start(rig, 1, 500.0, 90.0, 20.0)
+    top = 0.2 / C
+    assert done.warning == 0x4243
+    assert done.velocity_increase == pytest.approx(top)
+    assert done.distance == pytest.approx(0.5 * top * 0.2)
+
+
+def test_the_target_moves_along(rig: Any) -> None:
+    assert commands.start(rig.axis, 1, 500.0, V) == 0
+    rig.seconds(1.0)
+    start(rig, 3, 50.0, 7.0, 300.0)
+    moved = rig.until_rest()
+    assert rig.axis.set_position == pytest.approx(507.0, abs=1e-9)
+    assert rig.axis.target_position == pytest.approx(507.0, abs=1e-9)
+    rig.seconds(1.0)
+    assert rig.has(StateBit.IN_TARGET_POSITION)
+    # the main motion took its own time: s / v + v / a + a / j
+    a, j = rig.axis.default_acceleration, rig.axis.default_jerk
+    time = 500.0 / V + (2.0 * sqrt(V / j) if V * j < a * a else V / a + a / j)
+    assert (moved + 500) * rig.dt == pytest.approx(time, abs=2 * rig.dt)
+
+
+def test_backwards_a_gain_leads_further_back(make_rig: Any) -> None:
+    rig = make_rig()
+    assert commands.start(rig.axis, 1, -500.0, V) == 0
+    rig.seconds(1.0)
+    start(rig, 1, 50.0, 7.0, 300.0)
+    rig.until_rest()
+    assert rig.axis.set_position == pytest.approx(-507.0, abs=1e-9)
+
+
+def test_the_override_slows_the_compensation_too(make_rig: Any) -> None:
+    rig = cruising(make_rig)
+    rig.axis.velocity_override = 500_000
+    rig.until(lambda axis: axis.set_velocity == 0.5 * V)
+    begin = rig.axis.set_position
+    start(rig, 3, 30.0, 20.0, 400.0)
+    cycles, velocities = watch(rig)
+    time = 20.0 / 30.0 + 0.5 * 30.0 * C
+    assert cycles * rig.dt == pytest.approx(2.0 * time, abs=1.01 * rig.dt)
+    assert max(velocities) == pytest.approx(0.5 * (V + 30.0))
+    assert rig.axis.set_position - begin == pytest.approx(0.5 * V * cycles * rig.dt + 20.0)
+
+
+def test_at_override_zero_it_waits(make_rig: Any) -> None:
+    rig = cruising(make_rig)
+    start(rig, 3, 30.0, 20.0, 400.0)
+    rig.seconds(0.3)
+    rig.axis.velocity_override = 0
+    rig.until(lambda axis: axis.set_velocity == 0.0)
+    stands = rig.axis.set_position
+    rig.seconds(1.0)
+    assert rig.has(StateBit.COMPENSATING)
+    assert (rig.axis.set_position, rig.axis.set_velocity) == (stands, 0.0)
+    rig.axis.velocity_override = 1_000_000
+    watch(rig)
+    assert rig.axis.superposed_position == pytest.approx(20.0)
+
+
+def test_it_ends_where_the_main_motion_does(rig: Any) -> None:
+    assert commands.start(rig.axis, 1, 200.0, V) == 0
+    rig.seconds(0.5)
+    before = rig.axis.set_position
+    start(rig, 1, 50.0, 40.0, 1000.0)
+    rig.until_rest()
+    assert not rig.has(StateBit.COMPENSATING)
+    # a share of the trapezoid: its ramp A t² / 2 up to `top`, then straight on
+    top, time = top_over(10.0, 40.0), (200.0 - before) / V
+    assert rig.axis.set_position == pytest.approx(200.0 + top * (time - 0.5 * top / A))
+
+
+def test_it_does_not_survive_a_reversal(make_rig: Any) -> None:
+    rig = cruising(make_rig)
+    start(rig, 1, 50.0, 40.0, 1000.0)
+    rig.seconds(0.5)
+    assert commands.new_end_position(rig.axis, 1, rig.axis.set_position - 100.0) == 0
+    trace = rig.trace(1500)
+    assert rig.axis.compensating == 0
+    jumps = [abs(b[1] - a[1]) for a, b in zip(trace, trace[1:], strict=False)]
+    assert max(jumps) <= (rig.axis.default_deceleration * 1.1 + A) * rig.dt
+
+
+@pytest.mark.parametrize("moment", [0.05, 0.4, 0.75])
+def test_a_stop_of_the_compensation_brakes_with_its_own_deceleration(
+    make_rig: Any, moment: float
+) -> None:
+    rig = cruising(make_rig)
+    start(rig, 3, 30.0, 20.0, 400.0)
+    rig.seconds(moment)
+    speed = rig.axis.set_velocity - V
+    begin, covered = rig.axis.set_position, rig.axis.superposed_position
+    assert commands.stop_superposition(rig.axis) == 0
+    assert commands.stop_superposition(rig.axis) == 0x4258
+    cycles, velocities = watch(rig)
+    assert cycles * rig.dt == pytest.approx(speed / D, abs=1.01 * rig.dt)
+    assert max(velocities) <= V + speed
+    way = 0.5 * speed * speed / D
+    assert rig.axis.set_position - begin == pytest.approx(V * cycles * rig.dt + way)
+    assert rig.axis.superposed_position == pytest.approx(covered + way)
+    assert rig.axis.set_velocity == V
+    assert commands.stop_superposition(rig.axis) == 0x4246
+
+
+def test_a_stop_of_the_axis_takes_the_whole_velocity_along(make_rig: Any) -> None:
+    rig = cruising(make_rig)
+    start(rig, 3, 30.0, 20.0, 400.0)
+    rig.seconds(0.4)
+    assert rig.axis.set_velocity == pytest.approx(V + 30.0)
+    way, time = commands.stop_information(rig.axis, 0.0, 0.0)
+    begin = rig.axis.set_position
+    assert commands.stop(rig.axis) == 0
+    assert rig.until_rest() * rig.dt == pytest.approx(time, abs=1.01 * rig.dt)
+    assert rig.axis.set_position == pytest.approx(begin + way)
+    assert not rig.has(StateBit.COMPENSATING)
+
+
+def test_a_new_start_takes_over_both_motions(make_rig: Any) -> None:
+    rig = cruising(make_rig)
+    start(rig, 3, 30.0, 20.0, 400.0)
+    rig.seconds(0.4)
+    velocity = rig.axis.set_velocity
+    assert commands.universal_start(rig.axis, 1, 1000.0, V) == 0
+    rig.run(1)
+    assert rig.axis.compensating == 0
+    assert rig.axis.set_velocity == pytest.approx(velocity, abs=1.0)
+    rig.until_rest()
+    assert rig.axis.set_position == 1000.0
+
+
+def test_a_lost_enable_brakes_both(make_rig: Any) -> None:
+    rig = cruising(make_rig)
+    start(rig, 3, 30.0, 20.0, 400.0)
+    rig.seconds(0.4)
+    rig.axis.control_dword = 0
+    _, time = commands.stop_information(rig.axis, 0.0, 0.0)
+    assert rig.until_rest() * rig.dt == pytest.approx(time, abs=1.01 * rig.dt)
+    assert rig.axis.error_code == 0x4260
+    assert not rig.has(StateBit.COMPENSATING)
+
+
+def test_a_following_error_drops_it(make_rig: Any) -> None:
+    rig = cruising(make_rig)
+    start(rig, 3, 30.0, 20.0, 400.0)
+    rig.axis.simulation_blocked = 1
+    rig.until(lambda axis: axis.error_code == 0x4550)
+    rig.run(1)
+    assert (rig.axis.set_velocity, rig.axis.compensating) == (0.0, 0)
+
+
+def test_soft_limits_hold_for_the_sum(make_rig: Any) -> None:
+    rig = make_rig(encoder_soft_limit_max_enable=1, encoder_soft_limit_max=505.0)
+    assert commands.start(rig.axis, 1, 500.0, V) == 0
+    rig.seconds(1.0)
+    asked = Compensation(3, A, D, 30.0, V, 7.0, 300.0)
+    assert commands.start_superposition(rig.axis, asked)[0] == 0x4461
+    endless = cruising(make_rig, encoder_soft_limit_max_enable=1, encoder_soft_limit_max=100.0)
+    start(endless, 3, 30.0, 60.0, 400.0)
+    endless.until(lambda axis: axis.error_code == 0x4463)
+    assert endless.axis.set_position <= 100.0 + (V + 30.0) * endless.dt
+    endless.until_rest()
+
+
+def test_buffered_moves_go_on_below_it(rig: Any) -> None:
+    assert commands.universal_start(rig.axis, 2, 200.0, V) == 0
+    assert commands.universal_start(rig.axis, 2, 200.0, V, buffer_mode=19) == 0
+    rig.seconds(1.0)
+    start(rig, 1, 30.0, 20.0, 250.0)
+    rig.until(lambda axis: axis.set_motion_phase == 0 and axis.buffer_count == 0)
+    assert rig.axis.set_position == pytest.approx(420.0, abs=1e-9)
+
+
+def test_both_kernels_agree(make_rig: Any) -> None:
+    digests = []
+    for compiled in (False, True):
+        rig = cruising(make_rig, compiled=compiled)
+        start(rig, 1, 30.0, 20.0, 400.0)
+        commands.start_phasing(rig.axis, 1, 0, 0, 30.0, 50.0)
+        rig.seconds(0.5)
+        rig.axis.velocity_override = 300_000
+        rig.seconds(1.0)
+        commands.stop_superposition(rig.axis)
+        rig.seconds(1.0)
+        digests.append(rig.nc.digest())
+    assert digests[0] == digests[1]
