@@ -10,7 +10,7 @@ import time
 
 from achse.codes import AlState, AlStatus
 from achse.drive import Drive
-from achse.drive.compiled import numba_installed
+from achse.kernel.compiled import compiler_installed
 
 OUTPUTS = struct.Struct("<HbHiHI")  # 1600h: controlword, mode, max torque, target, probe, outputs
 CSP = 8
@@ -46,7 +46,7 @@ def cost(drive: Drive, cycle_ns: int, word: int, speed: int, cycles: int) -> flo
 def main() -> None:
     cycles = int(sys.argv[1]) if len(sys.argv) > 1 else 5_000
     for compiled in (False, True):
-        if compiled and not numba_installed():
+        if compiled and not compiler_installed():
             continue
         for cycle_ns in (250_000, 1_000_000):
             drive = started(compiled)

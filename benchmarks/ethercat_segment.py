@@ -1,7 +1,8 @@
 """Cost of a cyclic frame in `Segment.process`: one LRW for all slaves, and one with DC besides.
 
-The slaves are loopbacks of 16 bytes each way, in Op, with the frames as the clock; each frame
-therefore lets one local cycle pass. Usage: python benchmarks/ethercat_segment.py [SECONDS_PER_ROW]
+The slaves are loopbacks of 16 bytes each way or drives with their default mapping, in Op, with the
+frames as the clock; each frame therefore lets one local cycle pass, and every drive does a step.
+Usage: python benchmarks/ethercat_segment.py [SECONDS_PER_ROW]
 """
 
 import statistics
@@ -10,11 +11,32 @@ import sys
 import time
 
 from achse.codes import AlState
+from achse.drive import Drive
+from achse.drive.compiled import Bank
 from achse.ethercat import Application, Command, Datagram, Frame, Loopback, Segment, Slave
 
 CYCLE_NS = 1_000_000
 BATCH = 50
 REFERENCE = 0x1001
+
+
+def plain_drives(count: int) -> list[Application]:
+    """Drives in Python."""
+    return [Drive() for _ in range(count)]
+
+
+def compiled_drives(count: int) -> list[Application]:
+    """Drives in machine code."""
+    bank = Bank(count)
+    return [Drive(compiled=bank) for _ in range(count)]
+
+
+def loopbacks(count: int) -> list[Application]:
+    """Slaves that give back what they get."""
+    return [Loopback(16) for _ in range(count)]
+
+
+KINDS = {"loopbacks": loopbacks, "drives": plain_drives, "compiled": compiled_drives}
 
 
 def in_op(applications: list[Application], *, dc: bool) -> Segment:
@@ -104,13 +126,15 @@ def cost(segment: Segment, frames: list[bytes], seconds: float) -> tuple[float, 
 
 def main() -> None:
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 1.0
-    print(f"{'slaves':>6} {'frame':>8} {'median µs':>10} {'99 %':>8} {'µs/slave':>9}")
-    for dc in (False, True):
-        for count in (1, 8, 32):
-            segment = in_op([Loopback(16) for _ in range(count)], dc=dc)
-            median, late = cost(segment, cyclic_frames(segment, dc=dc), seconds)
-            name = "LRW+FRMW" if dc else "LRW"
-            print(f"{count:>6} {name:>8} {median:>10.2f} {late:>8.2f} {median / count:>9.2f}")
+    print(f"{'slaves':>15} {'frame':>8} {'median µs':>10} {'99 %':>8} {'µs/slave':>9}")
+    for kind, applications in KINDS.items():
+        for dc in (False, True):
+            for count in (1, 8, 32):
+                segment = in_op(applications(count), dc=dc)
+                median, late = cost(segment, cyclic_frames(segment, dc=dc), seconds)
+                name = "LRW+FRMW" if dc else "LRW"
+                print(f"{count:>3} {kind:>11} {name:>8} {median:>10.2f} {late:>8.2f}", end="")
+                print(f" {median / count:>9.2f}")
 
 
 if __name__ == "__main__":

@@ -6,11 +6,9 @@ import struct
 import pytest
 
 from achse.codes import AlState
-from achse.drive import Machine, Mode, Switches, VirtualDrive
-from achse.drive.compiled import KERNEL_MODULES, numba_installed
+from achse.drive import Alarm, Machine, Mode, Switches, VirtualDrive
+from achse.drive.compiled import Bank
 from achse.drive.record import FIELDS, ExchangeFields
-
-pytestmark = pytest.mark.skipif(not numba_installed(), reason="Numba is not installed")
 
 MACHINE = Machine(
     switches=Switches(-1_200_000, -1_000_000, (-6_000, 30_000), 1_000_000, 1_200_000, (500, 900)),
@@ -25,14 +23,10 @@ COMMON = [name for name in FIELDS if name not in ExchangeFields.__annotations__]
 def _state(drive: VirtualDrive) -> dict[str, bytes]:
     """Every field as its 64 bits."""
     packed = {}
-    for name, default in FIELDS.items():
+    for name, slot in FIELDS.items():
         values = getattr(drive.record, name)
-        first = default[0] if isinstance(default, list) else default
-        form = "d" if isinstance(first, float) else "q"
-        packed[name] = b"".join(
-            struct.pack(form, value)
-            for value in (values if isinstance(default, list) else [values])
-        )
+        form = f"{slot.words}{'d' if slot.is_real else 'q'}"
+        packed[name] = struct.pack(form, *(values if slot.length else [values]))
     return packed
 
 
@@ -85,6 +79,36 @@ def test_process_data_and_resets_work_on_the_array() -> None:
     assert drive.get(0x6085) == 50_000_000
 
 
-def test_each_kernel_module_is_translated_once() -> None:
-    names = [module.__name__.rpartition(".")[2] for module in KERNEL_MODULES]
-    assert len(set(names)) == len(names)
+def test_drives_of_a_bank_live_side_by_side() -> None:
+    """Each lives its own life, whoever is looked at first, however often."""
+    bank = Bank(3)
+    together = [VirtualDrive(MACHINE, compiled=bank) for _ in range(3)]
+    alone = [VirtualDrive(MACHINE) for _ in range(3)]
+    choice = random.Random(7)
+    for drives in zip(together, alone, strict=True):
+        for drive in drives:
+            drive.enable(Mode.CYCLIC_POSITION)
+    for _ in range(200):
+        for drives in zip(together, alone, strict=True):
+            target = choice.randint(-1_000, 1_000)
+            event = choice.random()
+            for drive in drives:
+                drive.write_outputs(struct.pack("<HbHiHI", 0x0F, 8, 3_000, target, 0, 0))
+                drive.step(250_000 if event < 0.5 else 1_000_000)
+                if event < 0.02:
+                    drive.faults.alarm(Alarm.CONTINUOUS_OVERLOAD, lasting=False)
+                elif event > 0.98:
+                    drive.save()
+        for n in choice.sample(range(3), choice.randint(0, 3)):
+            assert together[n].read_inputs() == alone[n].read_inputs()
+            assert together[n].take_emergency() == alone[n].take_emergency()
+    for one, other in zip(together, alone, strict=True):
+        fields, fields_2 = _state(one), _state(other)
+        assert [name for name in COMMON if fields[name] != fields_2[name]] == []
+
+
+def test_a_bank_holds_so_many() -> None:
+    bank = Bank(1)
+    VirtualDrive(compiled=bank)
+    with pytest.raises(ValueError, match="holds 1 drives"):
+        VirtualDrive(compiled=bank)

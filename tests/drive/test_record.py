@@ -3,27 +3,27 @@
 from achse.drive.objects import ROWS
 from achse.drive.record import (
     FIELDS,
-    OFFSETS,
-    WORDS,
+    DriveFields,
     SlotsRecord,
     collector,
     distributor,
-    record_dtype,
 )
 
 
-def test_both_forms_have_the_same_fields_at_the_same_places() -> None:
-    dtype = record_dtype()
-    assert list(dtype.names) == list(FIELDS)
-    assert {name: dtype.fields[name][1] // 8 for name in FIELDS} == OFFSETS
-    assert dtype.itemsize == 8 * WORDS
-    assert record_dtype() is dtype
+def test_defaults_are_of_the_declared_kind() -> None:
+    for section in DriveFields.__bases__:
+        for name, kind in section.__annotations__.items():
+            slot = FIELDS[name]
+            assert (slot.is_real, slot.length > 0) == {
+                float: (True, False), int: (False, False),
+                list[float]: (True, True), list[int]: (False, True),
+            }[kind]  # fmt: skip
 
 
 def test_records_share_no_arrays() -> None:
     first, second = SlotsRecord(), SlotsRecord()
     first.plan_time[0] = 1.0
-    assert second.plan_time[0] == FIELDS["plan_time"][0] == 0.0
+    assert second.plan_time[0] == FIELDS["plan_time"].default == 0.0
 
 
 def test_every_row_lives_in_a_field_or_elsewhere() -> None:
@@ -32,7 +32,7 @@ def test_every_row_lives_in_a_field_or_elsewhere() -> None:
         assert (row.field in FIELDS) != elsewhere, row.name
         assert not row.command or row.command in FIELDS
         if row.field:
-            assert isinstance(FIELDS[row.field], float) == (row.type.form == "<f"), row.name
+            assert FIELDS[row.field].is_real == (row.type.form == "<f"), row.name
 
 
 def test_collecting_and_distributing() -> None:

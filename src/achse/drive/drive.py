@@ -9,7 +9,6 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, MutableMapping
 from dataclasses import dataclass
-from functools import partial
 from struct import Struct
 from typing import TYPE_CHECKING
 
@@ -26,7 +25,7 @@ from achse.drive.power import PowerState
 from achse.drive.record import FIELDS, DriveFields, SlotsRecord, collector, distributor
 
 if TYPE_CHECKING:
-    from achse.drive.compiled import CompiledRecord
+    from achse.drive.compiled import Bank, CompiledRecord
 
 __all__ = ["LONGEST_CYCLE_NS", "Drive", "Identity"]
 
@@ -82,19 +81,16 @@ class Identity:
     serial_number: int = 1
 
 
-def _plain_cycles(record: DriveFields, dt: float, count: int) -> None:
-    for _ in range(count):
-        cycle(record, dt)
-
-
 class Drive:
     """A virtual servo drive.
 
     `machine` is what it moves. `parameters` presets writable objects, by index or (index,
-    subindex). `store` keeps what 1010h saves, by index << 8 | subindex, over power cycles.
+    subindex). `store` keeps what 1010h saves, by index << 8 | subindex, over power cycles; one that
+    raises OSError is an alarm (AL.860).
     `strict_mapping` False accepts what some masters do beyond the manual (achse.drive.mapping).
     `voltage_bit` is the value of statusword bit 4 while main power is normal: 0 in the manual, 1 in
-    CiA 402. `compiled` runs the kernel as machine code; it needs Numba and seconds the first time.
+    CiA 402. `compiled` runs the kernel as machine code; it needs llvmlite and seconds the first
+    time. The drives of one segment share a `Bank` of memory, which does their steps in one call.
     """
 
     local_cycle_ns = _LOCAL_CYCLE_NS
@@ -109,24 +105,22 @@ class Drive:
         store: MutableMapping[int, Number] | None = None,
         strict_mapping: bool = True,
         voltage_bit: int = 0,
-        compiled: bool = False,
+        compiled: "bool | Bank" = False,
     ) -> None:
         self.name = name
         self.identity = identity or Identity()
         self.machine = machine or Machine()
-        self.record: DriveFields
-        self._cycles: Callable[[float, int], None]
+        self._record: DriveFields
         self._compiled: CompiledRecord | None = None
-        self._fast: CompiledRecord | None = None
+        self._turn = -1
         if compiled:
             from achse.drive import compiled as machine_code
 
-            self.record = self._compiled = machine_code.CompiledRecord()
-            self._cycles = self._compiled.cycles
+            bank = machine_code.Bank(1) if compiled is True else compiled
+            self._record = self._compiled = machine_code.CompiledRecord(bank, self._attend)
         else:
-            self.record = SlotsRecord()
-            self._cycles = partial(_plain_cycles, self.record)
-        self.faults = Faults(self.record)
+            self._record = SlotsRecord()
+        self.faults = Faults(self)
         self.emergencies_enabled = True
         """10F3h switches emergencies; the manual has no table of that object."""
         self.state = AlState.INIT
@@ -138,7 +132,9 @@ class Drive:
         self._store: MutableMapping[int, Number] = {} if store is None else store
         self._emergencies: deque[bytes] = deque()
         self._outputs: bytes | None = None
-        self._inputs = b""
+        self._inputs: bytes | None = None
+        self._elapsed_ns = 0
+        self._dt, self._count = 0.0, 0
         self._storing_ns = 0
         self._clearing_ns = 0
         self._cleared_turns = 0
@@ -157,6 +153,16 @@ class Drive:
         self.record.motor_position = self.machine.position * self.record.counts_per_inc
         self._take_encoder()
         self._take_mapping()
+
+    @property
+    def record(self) -> DriveFields:
+        """The state of the drive, no step being owed."""
+        self._settle()
+        return self._record
+
+    def _settle(self) -> None:
+        if self._compiled is not None and self._turn == self._compiled.bank.turn:
+            self._compiled.bank.settle()
 
     # -- objects -----------------------------------------------------------------------------
 
@@ -241,10 +247,17 @@ class Drive:
 
     def read_inputs(self) -> bytes:
         """Inputs for the master, `input_size` bytes, as the last step left them."""
-        return self._inputs
+        if self._inputs is None and self._compiled is not None:
+            bank = self._compiled.bank
+            if self._turn == bank.turn:
+                bank.settle()
+            if self._inputs is None:
+                return self._compiled.newest_inputs()
+        return self._inputs or b""
 
     def take_emergency(self) -> bytes | None:
         """The oldest emergency message, 8 bytes (001 §2.7); None if there is none."""
+        self._settle()
         return self._emergencies.popleft() if self._emergencies else None
 
     def enter(self, state: AlState, sync0_ns: int, cause: AlStatus) -> AlStatus:
@@ -290,32 +303,42 @@ class Drive:
 
     def step(self, elapsed_ns: int) -> AlStatus:
         """Let time pass; an AL status other than NO_ERROR ends Op."""
-        record = self.record
+        compiled = self._compiled
+        if compiled is not None and self._turn == compiled.bank.turn:
+            compiled.bank.settle()
         status = AlStatus.NO_ERROR
         outputs = self._outputs
         self._outputs = None
         if self._synchronous:
             status = self._supervise(outputs is not None)
-        count = -(-elapsed_ns // LONGEST_CYCLE_NS)
-        dt = elapsed_ns * 1e-9 / count if count else 0.0
-        if self._fast is not None:
-            attention, self._inputs = self._fast.exchange(outputs, dt, count)
+        if elapsed_ns != self._elapsed_ns:
+            self._elapsed_ns = elapsed_ns
+            self._count = -(-elapsed_ns // LONGEST_CYCLE_NS)
+            self._dt = elapsed_ns * 1e-9 / self._count if self._count else 0.0
+        if compiled is not None and compiled.mapped:
+            compiled.owe(outputs, self._dt, self._count, self._busy)
+            self._turn = compiled.bank.turn
+            self._inputs = None
+            return status
+        if outputs is not None:
+            self._distribute(self._received.layout.unpack(outputs))
+            self._record.fresh_outputs = 1
+        if compiled is not None:
+            compiled.owe(None, self._dt, self._count, True)
+            compiled.bank.settle()
+            return status
+        for _ in range(self._count):
+            cycle(self._record, self._dt)
+        if self._busy or self._record.attention:
+            self._attend()
         else:
-            if outputs is not None:
-                self._distribute(self._received.layout.unpack(outputs))
-                record.fresh_outputs = 1
-            self._cycles(dt, count)
-            attention = record.attention
-            self._pack_inputs()
-        if attention or self._busy:
-            self._attend(elapsed_ns)
             self._pack_inputs()
         return status
 
     def _supervise(self, received: bool) -> AlStatus:
         """The sync error counter of 10F1h: missed SM2 events count 3, received ones -1."""
         counter = self.sync_error_counter
-        limit = self.record.sync_error_limit
+        limit = self._record.sync_error_limit
         if received:
             self.sync_error_counter = max(0, counter - _RECEIVED) if counter < limit else counter
         elif limit:
@@ -324,9 +347,9 @@ class Drive:
             return AlStatus.SYNCHRONIZATION
         return AlStatus.NO_ERROR
 
-    def _attend(self, elapsed_ns: int) -> None:
-        """What the kernel reports and what takes its time."""
-        record = self.record
+    def _attend(self) -> None:
+        """After a step: what the kernel reports and what takes its time."""
+        record, elapsed_ns = self._record, self._elapsed_ns
         record.attention = 0
         if record.alarm_count != self._alarms_told:
             self._alarms_told = record.alarm_count
@@ -343,7 +366,7 @@ class Drive:
         if self._storing_ns:
             self._storing_ns = max(0, self._storing_ns - elapsed_ns)
             if not self._storing_ns:
-                self._store.update({row.key: row.get(self) for row in ROWS if row.stored})
+                self._keep()
         if self._clearing_ns:
             self._clearing_ns = max(0, self._clearing_ns - elapsed_ns)
             self._go_on_clearing()
@@ -355,6 +378,13 @@ class Drive:
             self._clearing_ns = _CLEAR_NS
             self._go_on_clearing()
         self._busy = self._storing_ns > 0 or self._clearing_ns > 0
+        self._pack_inputs()
+
+    def _keep(self) -> None:
+        try:
+            self._store.update({row.key: row.get(self) for row in ROWS if row.stored})
+        except OSError:
+            self.faults.alarm(Alarm.WRITE_DATA_FAIL_ERROR, lasting=False)
 
     def _send_emergency(self, code: int, register: int) -> None:
         if self.emergencies_enabled and self.state >= AlState.PREOP:
@@ -402,11 +432,12 @@ class Drive:
     def _start(self) -> None:
         record = self.record
         lasting = {name: getattr(record, name) for name in _LASTING}
-        for name, default in FIELDS.items():
-            if isinstance(default, list):
-                getattr(record, name)[:] = default
+        for name, slot in FIELDS.items():
+            if slot.length:
+                for n in range(slot.length):
+                    getattr(record, name)[n] = slot.default
             else:
-                setattr(record, name, default)
+                setattr(record, name, slot.default)
         for row in ROWS:
             if row.field and row.writable:
                 setattr(record, row.field, row.default)
@@ -448,11 +479,11 @@ class Drive:
     def _take_mapping(self) -> None:
         self._received = self.mapping.received
         self._sent = self.mapping.sent
-        self._distribute = distributor(self.record, self._received.places)
-        self._collect = collector(self.record, self._sent.fields)
+        self._settle()
+        self._distribute = distributor(self._record, self._received.places)
+        self._collect = collector(self._record, self._sent.fields)
         if self._compiled is not None:
-            mapped = self._compiled.map(self._received, self._sent)
-            self._fast = self._compiled if mapped else None
+            self._compiled.map(self._received, self._sent)
         self._pack_inputs()
 
     def _pack_inputs(self) -> None:

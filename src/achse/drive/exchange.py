@@ -1,42 +1,47 @@
 """Process data inside the kernel: outputs into the record, cycles, inputs out of it, in one call.
 
-For the compiled kernel only, where a call from Python costs more than the work. The bytes of both
-directions lie in the record; `words` are the same memory as the record, as 64-bit words.
+For the compiled kernel only, where a call from Python costs more than the work: one call does the
+steps of all drives that owe one. The bytes of both directions lie in the records; `words` are the
+same memory as the records, as 64-bit words.
 """
 
 from collections.abc import MutableSequence, Sequence
 
 from achse.drive.kernel import cycle
-from achse.drive.record import OFFSETS, DriveFields
+from achse.drive.record import FIELDS, LAYOUT, DriveFields
 
 __all__ = ["exchange", "pack_inputs", "unpack_outputs"]
 
-_OUTPUTS = OFFSETS["outputs"]
-_INPUTS = OFFSETS["inputs"]
+_WORDS = LAYOUT.words
+_OUTPUTS = FIELDS["outputs"].offset
+_INPUTS = FIELDS["inputs"].offset
 
 
-def exchange(
-    drives: Sequence[DriveFields],
-    words: MutableSequence[int],
-    dt: float,
-    count: int,
-    fresh: int,
-) -> int:
-    """`count` cycles of `dt` seconds of the first drive; whether it asks for attention.
+def exchange(drives: Sequence[DriveFields], words: MutableSequence[int]) -> int:
+    """The steps that drives owe; how many of these drives ask for attention."""
+    attention = 0
+    for i in range(len(drives)):
+        d = drives[i]
+        if d.owed:
+            d.owed = 0
+            first = i * _WORDS
+            if d.outputs_came:
+                unpack_outputs(d, words, first)
+            for _ in range(d.owed_cycles):
+                cycle(d, d.owed_time)
+            pack_inputs(d, words, first)
+            if d.attention:
+                attention += 1
+    return attention
 
-    `fresh` tells that new outputs lie in the record.
+
+def unpack_outputs(d: DriveFields, words: MutableSequence[int], first: int) -> None:
+    """Put each mapped value into its field; a size below 0 is that of a signed value.
+
+    `first` is where the record begins in `words`.
     """
-    d = drives[0]
-    if fresh:
-        unpack_outputs(d, words)
-    for _ in range(count):
-        cycle(d, dt)
-    pack_inputs(d, words)
-    return d.attention
-
-
-def unpack_outputs(d: DriveFields, words: MutableSequence[int]) -> None:
-    """Put each mapped value into its field; a size below 0 is that of a signed value."""
+    d.outputs_came = 0
+    d.fresh_outputs = 1
     for entry in range(d.received_count):
         at = d.received_at[entry]
         size = d.received_size[entry]
@@ -44,23 +49,22 @@ def unpack_outputs(d: DriveFields, words: MutableSequence[int]) -> None:
         value = 0
         for n in range(length):
             byte = at + n
-            value |= ((words[_OUTPUTS + (byte >> 3)] >> 8 * (byte & 7)) & 0xFF) << 8 * n
+            value |= ((words[first + _OUTPUTS + (byte >> 3)] >> 8 * (byte & 7)) & 0xFF) << 8 * n
         if size < 0 and value >> (8 * length - 1):
             value -= 1 << 8 * length
-        words[d.received_word[entry]] = value
-    d.fresh_outputs = 1
+        words[first + d.received_word[entry]] = value
 
 
-def pack_inputs(d: DriveFields, words: MutableSequence[int]) -> None:
+def pack_inputs(d: DriveFields, words: MutableSequence[int], first: int) -> None:
     """Gather each mapped value from its field."""
     for n in range(4):
-        words[_INPUTS + n] = 0
+        words[first + _INPUTS + n] = 0
     for entry in range(d.sent_count):
         at = d.sent_at[entry]
-        value = words[d.sent_word[entry]]
+        value = words[first + d.sent_word[entry]]
         for n in range(d.sent_size[entry]):
             byte = at + n
             part = (value >> 8 * n) & 0xFF
             if byte & 7 == 7 and part > 127:
                 part -= 256  # the highest byte of a word carries its sign
-            words[_INPUTS + (byte >> 3)] |= part << 8 * (byte & 7)
+            words[first + _INPUTS + (byte >> 3)] |= part << 8 * (byte & 7)

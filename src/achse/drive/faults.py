@@ -4,6 +4,8 @@ A fault that is switched on stays until it is switched off; the drive's own rese
 alarm it caused, and not before.
 """
 
+from typing import Protocol
+
 from achse.drive.alarms import Alarm, Warn
 from achse.drive.record import DriveFields
 from achse.drive.signals import InputBit
@@ -11,12 +13,21 @@ from achse.drive.signals import InputBit
 __all__ = ["Faults"]
 
 
+class _HasRecord(Protocol):
+    @property
+    def record(self) -> DriveFields: ...
+
+
 class Faults:
     """The switches behind one drive."""
 
-    def __init__(self, record: DriveFields) -> None:
-        self._record = record
+    def __init__(self, drive: _HasRecord) -> None:
+        self._drive = drive
         self._alarms: dict[Alarm, None] = {}
+
+    @property
+    def _record(self) -> DriveFields:
+        return self._drive.record
 
     def alarm(self, alarm: Alarm, *, lasting: bool = True) -> None:
         """Raise an alarm. A `lasting` cause has to be cleared before a fault reset succeeds."""

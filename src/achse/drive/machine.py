@@ -6,6 +6,7 @@ machine has its zero. `apply` turns the description into the numbers of the plan
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 
@@ -13,6 +14,7 @@ from achse.drive.record import DriveFields
 from achse.drive.signals import OutputFunction
 
 __all__ = [
+    "MACHINES",
     "Encoder",
     "EncoderKind",
     "Load",
@@ -171,6 +173,22 @@ class Machine:
     def inertia_ratio(self) -> int:
         """Load to motor inertia in percent: what Pt103 should be."""
         return round(100.0 * self.load.inertia / self.motor.inertia)
+
+
+MACHINES: Mapping[str, Machine] = {
+    "linear": Machine(
+        Motor(MotorKind.LINEAR, 100.0, 2.5, inertia=1.0, max_speed=3.0),
+        Load(inertia=4.0, coulomb=2.0, viscous=5.0),
+        Encoder(resolution=1_000_000, index_pitch=20_000),
+    ),
+    "direct": Machine(
+        Motor(MotorKind.DIRECT_DRIVE, 10.0, 3.0, inertia=5e-3, max_speed=300.0),
+        Load(inertia=2e-2, coulomb=0.1, viscous=1e-3),
+        Encoder(resolution=1 << 20),
+    ),
+    "ac": Machine(),
+}
+"""A usual machine of each motor kind of 3000h."""
 
 
 def apply(machine: Machine, d: DriveFields) -> None:

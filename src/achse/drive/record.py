@@ -1,8 +1,8 @@
 """The drive record: every value of one drive, declared once, all of them 64 bits wide.
 
-`DriveFields` is the table; from it come a class with `__slots__` (`SlotsRecord`), a NumPy
-structured dtype (`record_dtype`) and the static type of both, so that the kernel means the same on
-either form. A list in a declaration is an array, copied for every record.
+`DriveFields` is the table; from it come a class with `__slots__` (`SlotsRecord`), a layout in
+memory (`LAYOUT`) and the static type of both, so that the kernel means the same on either form. A
+list in a declaration is an array, copied for every record.
 
 Positions of objects are in inc (user increments), those of motor and machine in counts of the inner
 encoder, torques in thousandths of rated torque ("‰"), times in seconds, flags 0 or 1. An object
@@ -10,15 +10,17 @@ whose value lives here names its field in its row (achse.drive.objects), with ra
 """
 
 from collections.abc import Callable, Sequence
-from functools import cache, partial
+from functools import partial
 from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Any
+
+from achse.kernel.declare import Slot, lay_out, plain_record
+from achse.kernel.memory import RowView
 
 __all__ = [
     "ENTRIES",
     "FIELDS",
-    "OFFSETS",
-    "WORDS",
+    "LAYOUT",
     "ControlFields",
     "DriveFields",
     "ExchangeFields",
@@ -30,7 +32,6 @@ __all__ = [
     "StateFields",
     "collector",
     "distributor",
-    "record_dtype",
 ]
 
 ENTRIES = 8
@@ -316,6 +317,10 @@ class PlantFields:
 class ExchangeFields:
     """Process data and their mapping, for the compiled kernel (achse.drive.exchange)."""
 
+    owed: int = 0  # a step is to be done
+    owed_cycles: int = 0
+    owed_time: float = 0.0  # s, of each cycle
+    outputs_came: int = 0
     received_count: int = 0
     received_word: list[int] = [0] * ENTRIES  # where the value goes
     received_at: list[int] = [0] * ENTRIES  # byte of the PDO
@@ -340,28 +345,11 @@ class DriveFields(
     """All fields of a drive, in the order of the record."""
 
 
-FIELDS: dict[str, Any] = {
-    name: getattr(section, name)
-    for section in (
-        ParameterFields,
-        InputFields,
-        StateFields,
-        ControlFields,
-        MotionFields,
-        PlantFields,
-        ExchangeFields,
-    )
-    for name in section.__annotations__
-}
-"""Every field with the value a fresh record has, in record order; a list is an array."""
+LAYOUT = lay_out("drive record", DriveFields.__bases__, Slot)
+"""One record in memory."""
 
-OFFSETS: dict[str, int] = {}
-"""Position of every field in the record, in words of 8 bytes."""
-
-WORDS = 0
-for _name, _default in FIELDS.items():
-    OFFSETS[_name] = WORDS
-    WORDS += len(_default) if isinstance(_default, list) else 1
+FIELDS = LAYOUT.fields
+"""Every field by name, in record order."""
 
 if TYPE_CHECKING:
 
@@ -369,15 +357,7 @@ if TYPE_CHECKING:
         pass
 
 else:
-
-    class SlotsRecord:
-        """One drive as a plain object: the record's form without NumPy."""
-
-        __slots__ = tuple(FIELDS)
-
-        def __init__(self) -> None:
-            for name, default in FIELDS.items():
-                setattr(self, name, list(default) if isinstance(default, list) else default)
+    SlotsRecord = plain_record(LAYOUT)
 
 
 def collector(record: Any, fields: Sequence[str]) -> Callable[[], tuple[Any, ...]]:
@@ -387,13 +367,13 @@ def collector(record: Any, fields: Sequence[str]) -> Callable[[], tuple[Any, ...
         return lambda: tuple(getattr(record, name) for name in fields)
     if words is None:
         return partial(attrgetter(*fields), record)
-    return partial(itemgetter(*(OFFSETS[name] for name in fields)), words)
+    return partial(itemgetter(*(FIELDS[name].offset for name in fields)), words)
 
 
 def distributor(record: Any, fields: Sequence[str]) -> Callable[[tuple[Any, ...]], None]:
     """A function that writes these fields, in this order."""
     words = _words(record, fields)
-    offsets = tuple(OFFSETS[name] for name in fields)
+    offsets = tuple(FIELDS[name].offset for name in fields)
 
     def set_words(values: tuple[Any, ...]) -> None:
         for offset, value in zip(offsets, values, strict=True):
@@ -407,19 +387,6 @@ def distributor(record: Any, fields: Sequence[str]) -> Callable[[tuple[Any, ...]
 
 
 def _words(record: Any, fields: Sequence[str]) -> Any:
-    """The record as 64-bit words, if it is a compiled one and the fields are whole numbers."""
-    whole = all(isinstance(FIELDS[name], int) for name in fields)
-    return getattr(record, "words", None) if whole else None
-
-
-@cache
-def record_dtype() -> Any:
-    """The record as a NumPy structured dtype; imports NumPy. One object for all."""
-    import numpy
-
-    def column(name: str, default: Any) -> tuple[Any, ...]:
-        first = default[0] if isinstance(default, list) else default
-        kind = numpy.float64 if isinstance(first, float) else numpy.int64
-        return (name, kind, (len(default),)) if isinstance(default, list) else (name, kind)
-
-    return numpy.dtype([column(name, default) for name, default in FIELDS.items()])
+    """The record as 64-bit words, if it lies in memory and the fields are whole numbers."""
+    whole = not any(FIELDS[name].is_real for name in fields)
+    return record.wholes if whole and isinstance(record, RowView) else None
