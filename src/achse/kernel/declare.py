@@ -8,6 +8,7 @@ so that a kernel means the same on a plain object and on memory.
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Generic, TypeVar
 
 __all__ = ["Layout", "Slot", "SlotT", "lay_out", "pack", "plain_record"]
@@ -48,6 +49,12 @@ class Layout(Generic[SlotT]):
     fields: dict[str, SlotT]
     words: int
 
+    @cached_property
+    def form(self) -> struct.Struct:
+        """All values one behind the other."""
+        kinds = (f"{row.words}{'d' if row.is_real else 'q'}" for row in self.fields.values())
+        return struct.Struct("=" + "".join(kinds))
+
 
 def lay_out(name: str, sections: Iterable[type], kind: type[SlotT]) -> Layout[SlotT]:
     """The layout of a record with the fields of all sections; `kind` describes plain defaults."""
@@ -82,9 +89,7 @@ def plain_record(layout: Layout[Any]) -> type:
 def pack(layout: Layout[Any], record: object) -> bytes:
     """The record's bytes, equal for both forms when every value is equal."""
     values: list[float] = []
-    form = ""
     for name, row in layout.fields.items():
         value = getattr(record, name)
         values.extend(value if row.length else (value,))
-        form += f"{row.words}{'d' if row.is_real else 'q'}"
-    return struct.pack("=" + form, *values)
+    return layout.form.pack(*values)

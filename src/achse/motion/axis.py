@@ -8,9 +8,9 @@ it compute what follows from its parameters.
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from achse.kernel.memory import RowView, reader
 from achse.motion.record import (
     FIELDS,
-    RECORD_SIZE,
     AxisFields,
     Field,
     Role,
@@ -116,16 +116,11 @@ class ObjectAxis(Axis):
         return pack_record(self._record)
 
 
-class WordsAxis(Axis):
-    """An axis whose record is one row of a record array, seen as 64-bit words."""
-
-    def __init__(self, row: memoryview) -> None:
-        self._bytes = row.cast("B") if row.format != "B" else row
-        self._reals = self._bytes.cast("d")
-        self._wholes = self._bytes.cast("q")
+class WordsAxis(RowView, Axis):
+    """An axis whose record lies in memory."""
 
     def pack(self) -> bytes:
-        return self._bytes.tobytes()
+        return self.row.tobytes()
 
 
 def _object_property(row: Field) -> property:
@@ -149,28 +144,24 @@ def _object_property(row: Field) -> property:
 
 def _words_property(row: Field) -> property:
     first = row.offset
-    words = "_reals" if row.is_real else "_wholes"
+    words = "reals" if row.is_real else "wholes"
     resting, adapt = FIELDS["resting"].offset, FIELDS["adapt"].offset
     adapts = row.role is Role.PARAMETER
     if row.length:
-        end = first + row.length
-        return property(lambda axis: getattr(axis, words)[first:end])
+        return property(reader(row))
 
     def write(axis: Any, value: float) -> None:
         memory = getattr(axis, words)
         if memory[first] != value:
-            axis._wholes[resting] = 0
+            axis.wholes[resting] = 0
             if adapts:
-                axis._wholes[adapt] = 1
+                axis.wholes[adapt] = 1
             memory[first] = kind(value)
 
     kind = float if row.is_real else int
-    read: Callable[[Any], Any] = eval(f"lambda axis: axis.{words}[{first}]")
-    return property(read, write)
+    return property(reader(row), write)
 
 
 for _row in FIELDS.values():
     setattr(ObjectAxis, _row.name, _object_property(_row))
     setattr(WordsAxis, _row.name, _words_property(_row))
-
-assert RECORD_SIZE % 8 == 0
