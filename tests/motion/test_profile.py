@@ -551,6 +551,9 @@ def test_bad_numbers_are_refused_by_name():
             case[index] = bad
             assert plan_to_position(t, j, *case) == STATE_INVALID
     assert plan_to_velocity(t, j, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0) == LIMITS_INVALID
+    wide = [0.0, 0.0, 0.0, 10.0, 0.0, 1e20, 1e20, 1e20, 1e30]
+    assert plan_to_position(t, j, *wide) > 0
+    assert end_state(t, j, plan_to_position(t, j, *wide), 0.0, 0.0, 0.0)[0] == pytest.approx(10.0)
     assert plan_to_velocity(t, j, math.nan, 0.0, 1.0, 1.0, 1.0, 1.0) == STATE_INVALID
     for end in (-1.0, math.inf, math.nan):
         case = list(good)

@@ -1,6 +1,7 @@
 """Set-point generation against the equations of jerk-limited motion."""
 
 import random
+from collections.abc import Callable
 from itertools import pairwise
 from math import ceil, isfinite, sqrt
 from typing import Any
@@ -9,7 +10,7 @@ import pytest
 
 from achse.codes import NcError
 from achse.motion import BufferMode, MotionState, OverrideType, StartType, StateBit, commands
-from achse.motion.setpoint import modulo_part
+from achse.motion.profile import highest_velocity
 
 V, A, J = 200.0, 1500.0, 2250.0
 DT = 0.002
@@ -31,6 +32,19 @@ def assert_smooth(samples: list[tuple[float, float, float]], v: float, a: float,
         assert abs(a1 - a0) <= j * DT * tolerance
         assert abs(v1 - v0 - 0.5 * (a0 + a1) * DT) <= j * DT * DT / 4.0 * tolerance + 1e-9
         assert abs(p1 - p0 - 0.5 * (v0 + v1) * DT) <= a * DT * DT / 4.0 * tolerance + 1e-9
+
+
+def crossing_velocity(samples: list[tuple[float, float, float]], border: float) -> float:
+    """Velocity where the set point passes `border`, from the samples around it.
+
+    There the acceleration is zero; from the sample before, constant jerk leads to it.
+    """
+    after = next(i for i, (p, _, _) in enumerate(samples) if p > border)
+    p, v, a = samples[after - 1]
+    t = (border - p) / v
+    for _ in range(5):  # v falls or rises by a t / 2 while a runs out
+        t = (border - p) / (v + a * t / 3.0)
+    return v + 0.5 * a * t
 
 
 def test_a_move_takes_the_time_of_two_ramps_and_ends_on_its_target(rig: Any) -> None:
@@ -208,12 +222,6 @@ def test_the_tolerance_window_saves_a_turn(make_rig: Any) -> None:
     assert rig.axis.set_position == pytest.approx(100.0)
 
 
-def test_modulo_part_stays_below_the_period() -> None:
-    assert modulo_part(-1e-17, 360.0) == 0.0
-    assert modulo_part(360.0, 360.0) == 0.0
-    assert modulo_part(-90.0, 360.0) == 270.0
-
-
 def test_a_new_target_ahead_is_reached_without_stopping(rig: Any) -> None:
     commands.start(rig.axis, StartType.ABSOLUTE, 200.0, V)
     rig.seconds(0.8)
@@ -274,8 +282,11 @@ def test_a_buffered_command_starts_after_arrival(rig: Any) -> None:
         (BufferMode.BLENDING_LOW, 200.0, 80.0, 80.0),
         (BufferMode.BLENDING_LOW, 80.0, 200.0, 80.0),
         (BufferMode.BLENDING_PREVIOUS, 200.0, 80.0, 200.0),
+        (BufferMode.BLENDING_PREVIOUS, 80.0, 200.0, 80.0),
         (BufferMode.BLENDING_NEXT, 200.0, 80.0, 80.0),
+        (BufferMode.BLENDING_NEXT, 80.0, 200.0, 200.0),
         (BufferMode.BLENDING_HIGH, 200.0, 80.0, 200.0),
+        (BufferMode.BLENDING_HIGH, 80.0, 200.0, 200.0),
     ],
 )
 def test_blending_passes_the_border_at_its_velocity(
@@ -287,9 +298,7 @@ def test_blending_passes_the_border_at_its_velocity(
     samples = rig.trace(10_000)
     assert samples[-1] == (600.0, 0.0, 0.0)
     assert_smooth(samples, V, A, J)
-    after = next(i for i, (p, _, _) in enumerate(samples) if p > 300.0)
-    assert samples[after - 1][1] == pytest.approx(border, rel=2e-2)
-    assert samples[after][1] == pytest.approx(border, rel=2e-2)
+    assert crossing_velocity(samples, 300.0) == pytest.approx(border, rel=1e-4)
 
 
 def test_a_border_too_near_to_brake_from_is_passed_slowly(rig: Any) -> None:
@@ -299,6 +308,135 @@ def test_a_border_too_near_to_brake_from_is_passed_slowly(rig: Any) -> None:
     assert samples[-1] == (300.5, 0.0, 0.0)
     assert max(p for p, _, _ in samples) == 300.5
     assert min(v for _, v, _ in samples) >= 0.0
+
+
+SEGMENT, SEGMENTS = 40.0, 50
+
+
+@pytest.mark.parametrize(
+    ("mode", "border"),
+    [
+        (BufferMode.BLENDING_LOW, min),
+        (BufferMode.BLENDING_PREVIOUS, lambda before, after: before),
+        (BufferMode.BLENDING_NEXT, lambda before, after: after),
+        (BufferMode.BLENDING_HIGH, max),
+    ],
+)
+def test_a_path_of_fifty_segments_passes_each_target_at_its_velocity(
+    rig: Any, mode: BufferMode, border: Callable[[float, float], float]
+) -> None:
+    """Fed as the buffer drains: each mode, velocities up and down, all limits kept."""
+    axis = rig.axis
+    a, j = 1200.0, 30_000.0
+    velocities = [(60.0, 100.0, 80.0, 140.0, 120.0)[n % 5] for n in range(SEGMENTS)]
+    assert commands.universal_start(axis, 2, SEGMENT, velocities[0], a, a, j) == 0
+    fed = 1
+    samples = [(0.0, 0.0, 0.0)]
+    while axis.set_motion_phase:
+        while fed < SEGMENTS and axis.buffer_count < 3:
+            code = commands.universal_start(axis, 2, SEGMENT, velocities[fed], a, a, j, mode)
+            assert code == 0, hex(code)
+            fed += 1
+        samples += rig.trace(1)[1:]
+    assert samples[-1] == (pytest.approx(SEGMENT * SEGMENTS), 0.0, 0.0)
+    assert_smooth(samples, max(velocities), a, j)
+    for n in range(1, SEGMENTS):
+        expected = border(velocities[n - 1], velocities[n])
+        assert crossing_velocity(samples, n * SEGMENT) == pytest.approx(expected, rel=1e-4), n
+    inside = [v for p, v, _ in samples if SEGMENT < p < (SEGMENTS - 1) * SEGMENT]
+    assert min(inside) >= min(velocities) * (1.0 - 1e-9)
+
+
+def test_short_segments_are_passed_as_fast_as_their_end_allows(rig: Any) -> None:
+    """Segments too short to brake in: the eight that wait are what the axis brakes for."""
+    axis = rig.axis
+    a, j, way, count = 1000.0, 20_000.0, 0.5, 200
+    commands.universal_start(axis, 2, way, V, a, a, j)
+    fed, samples = 1, [(0.0, 0.0, 0.0)]
+    while axis.set_motion_phase:
+        while fed < count:
+            code = commands.universal_start(axis, 2, way, V, a, a, j, BufferMode.BLENDING_LOW)
+            if code:
+                assert NcError.of(code) is NcError.COMMAND_BUFFER_FULL
+                break
+            fed += 1
+        samples += rig.trace(1)[1:]
+    assert samples[-1] == (pytest.approx(way * count), 0.0, 0.0)
+    assert_smooth(samples, V, a, j)
+    assert all(v > 0.0 for _, v, _ in samples[1:-1])
+    # Each border is passed without acceleration: in the last eight segments the velocity falls by
+    # a ramp each, and before them it is what these allow.
+    allowed = [0.0]
+    for _ in range(8):
+        allowed.append(highest_velocity(way, allowed[-1], a, j))
+    for n in range(30, count):
+        expected = allowed[min(8, count - n)]
+        assert crossing_velocity(samples, n * way) == pytest.approx(expected, rel=1e-3), n
+
+
+def test_a_late_blend_passes_its_border_as_fast_as_it_still_can(rig: Any) -> None:
+    commands.universal_start(rig.axis, 1, 100.0, V)
+    rig.until(lambda axis: axis.set_acceleration < -150.0)
+    mode = BufferMode.BLENDING_HIGH
+    assert commands.universal_start(rig.axis, 1, 300.0, V, buffer_mode=mode) == 0
+    samples = rig.trace(2500)
+    assert samples[-1] == (300.0, 0.0, 0.0)
+    assert_smooth(samples, V, A, J)
+    slowest = min(v for p, v, _ in samples if p < 100.0)
+    assert slowest < crossing_velocity(samples, 100.0) < V
+
+
+def test_a_segment_end_velocity_leads_on_beyond_the_target(rig: Any) -> None:
+    commands.universal_start(rig.axis, 1, 200.0, 150.0, segment_end_velocity=50.0)
+    samples = rig.trace(1500)
+    assert crossing_velocity(samples, 200.0) == pytest.approx(50.0, rel=1e-4)
+    assert samples[-1][1] == 50.0
+    assert rig.has(StateBit.CONTINUOUS_MOTION)
+    assert commands.universal_start(rig.axis, 1, 600.0, V, buffer_mode=BufferMode.BUFFERED) == 0
+    samples += rig.trace(2500)[1:]
+    assert samples[-1] == (600.0, 0.0, 0.0)
+    assert_smooth(samples, V, A, J)
+    assert min(v for p, v, _ in samples if 200.0 < p < 550.0) >= 50.0 * (1.0 - 1e-9)
+
+
+def test_the_next_command_begins_at_the_blending_position(rig: Any) -> None:
+    axis = rig.axis
+    commands.universal_start(axis, 1, 300.0, 100.0)
+    number = axis.command_counter
+    code = commands.universal_start(
+        axis, 2, 100.0, V, buffer_mode=BufferMode.BLENDING_NEXT, blending_position=200.0
+    )
+    assert code == 0
+    samples = rig.trace(0)
+    while axis.set_command_number == number:
+        samples += rig.trace(1)[1:]
+    assert 0.0 <= axis.set_position - 200.0 <= V * DT
+    samples += rig.trace(2000)[1:]
+    assert samples[-1] == (400.0, 0.0, 0.0)  # counted from the target, not from the border
+    assert crossing_velocity(samples, 200.0) == pytest.approx(V, rel=1e-4)
+    assert_smooth(samples, V, A, J)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5])
+def test_a_lower_override_brakes_across_borders(rig: Any, share: float) -> None:
+    axis = rig.axis
+    a, j = 1000.0, 20_000.0
+    commands.universal_start(axis, 2, 20.0, V, a, a, j)
+    for _ in range(8):
+        commands.universal_start(axis, 2, 5.0, V, a, a, j, BufferMode.BLENDING_LOW)
+    samples = rig.trace(0)
+    while axis.set_position < 22.0:
+        samples += rig.trace(1)[1:]
+    axis.velocity_override = round(share * 1e6)
+    samples += rig.trace(400)[1:]
+    slow = [v for _, v, _ in samples[-200:]]
+    assert max(slow) <= share * V * (1.0 + 1e-9) + 1e-9
+    axis.velocity_override = 1_000_000
+    while axis.set_motion_phase:
+        samples += rig.trace(1)[1:]
+    assert_smooth(samples, V, a, j)
+    assert samples[-1] == (pytest.approx(60.0), 0.0, 0.0)
+    assert max(p for p, _, _ in samples) <= 60.0 + 1e-9
 
 
 def test_random_commands_never_jump(make_rig: Any) -> None:

@@ -26,8 +26,8 @@ SLOWEST = 1e-3
 FASTEST = 1e10
 """Velocities that a start may name (0x4231)."""
 
-STEEPEST_JERK = 1e12
-"""Largest jerk that the planner takes."""
+STEEPEST_JERK = 1e30
+"""Largest jerk that a command may name."""
 
 FARTHEST = 1e10
 """Positions beyond cannot be told apart finely enough (0x4232)."""
@@ -46,6 +46,8 @@ def why_no_command(axis: Axis) -> int:
         return axis.error_code
     if axis.motion_locked:
         return NcError.AXIS_LOCKED_BY_STOP.number
+    if axis.external_setpoint_active and not axis.allow_motion_commands_with_external_setpoint:
+        return NcError.EXTERNAL_GENERATOR_ACTIVE.number
     return OK
 
 

@@ -9,7 +9,8 @@ Kernel source: compiled as it stands, see `compiled`.
 from math import floor
 
 from achse.motion.record import POSITION_HISTORY, AxisFields
-from achse.motion.setpoint import fail, modulo_part
+from achse.motion.setpoint import fail
+from achse.motion.targets import modulo_part
 
 __all__ = ["adapt_encoder", "measure", "read_counter"]
 
@@ -46,10 +47,29 @@ def _raw_count(ax: AxisFields, count: int) -> int:
     return raw
 
 
+def _begin_anew(ax: AxisFields) -> None:
+    """Take the position from the hardware as at the start: what was set or counted is lost."""
+    count = floor(ax.plant_position + 0.5)
+    raw = _raw_count(ax, count)
+    if raw > 0x7FFF_FFFF and ax.encoder_reference_system != _ABSOLUTE:
+        raw -= 0x1_0000_0000
+    ax.plant_position += raw - count
+    ax.encoder_signal_position += raw - count
+    ax.encoder_machine_zero += raw - count
+    ax.encoder_software_increments = raw
+    ax.encoder_set_position_offset = 0.0
+    ax.encoder_actual_position_filtered = raw * ax.encoder_scale + ax.encoder_position_offset
+    if ax.encoder_is_absolute == 0:
+        ax.homed = 0
+    ax.encoder_reinitialization_state = 0
+
+
 def adapt_encoder(ax: AxisFields) -> None:
     """Derive what follows from the parameters; the actual position does not jump."""
     scale = ax.encoder_scaling_factor
     ax.encoder_scale = -scale if ax.encoder_count_direction else scale
+    if ax.encoder_reinitialization_state:
+        _begin_anew(ax)
     special = 0
     if (
         ax.encoder_mask != _FULL_MASK

@@ -6,15 +6,17 @@ Kernel source: compiled as it stands, see `compiled`.
 from math import floor
 
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import arrived, drop_job, fail, modulo_part, stop_fast
+from achse.motion.setpoint import arrived, drop_job, fail, stop_fast
 from achse.motion.states import (
     ControlBit,
+    HomingState,
     MotionPhase,
     MotionState,
     OperationModeBit,
     SignalType,
     StateBit,
 )
+from achse.motion.targets import modulo_part
 
 __all__ = [
     "operation_mode",
@@ -34,6 +36,11 @@ _NO_JOB = MotionPhase.NONE.value
 _POSITIONING = MotionPhase.POSITIONING.value
 _ENDLESS = MotionPhase.ENDLESS.value
 _STOPPING = MotionPhase.STOPPING.value
+_HOMING = MotionPhase.HOMING.value
+_EXTERNAL = MotionPhase.EXTERNAL.value
+_REVERSING = MotionPhase.REVERSING.value
+_DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
+_TORQUE = MotionPhase.TORQUE.value
 
 _INACTIVE = MotionState.INACTIVE.value
 _RUNNING = MotionState.RUNNING.value
@@ -41,6 +48,8 @@ _OVERRIDE_ZERO = MotionState.OVERRIDE_ZERO.value
 _CONSTANT = MotionState.CONSTANT_VELOCITY.value
 _ACCELERATING = MotionState.ACCELERATING.value
 _DECELERATING = MotionState.DECELERATING.value
+_LED_EXTERNALLY = MotionState.EXTERNAL.value
+_LED_BY_BOTH = MotionState.INTERNAL_AND_EXTERNAL.value
 
 _OPERATIONAL = StateBit.OPERATIONAL.value
 _HOMED = StateBit.HOMED.value
@@ -52,9 +61,9 @@ _STOPPED = StateBit.HAS_BEEN_STOPPED.value
 _HAS_JOB = StateBit.HAS_JOB.value
 _POSITIVE = StateBit.POSITIVE_DIRECTION.value
 _NEGATIVE = StateBit.NEGATIVE_DIRECTION.value
-_HOMING = StateBit.HOMING_BUSY.value
+_HOMING_BUSY = StateBit.HOMING_BUSY.value
 _COMPENSATING = StateBit.COMPENSATING.value
-_EXTERNAL = StateBit.EXTERNAL_SETPOINT_ENABLED.value
+_EXTERNAL_ENABLED = StateBit.EXTERNAL_SETPOINT_ENABLED.value
 _PHASING = StateBit.PHASING_ACTIVE.value
 _LATCH_VALID = StateBit.EXTERNAL_LATCH_VALID.value
 _IO_INVALID = StateBit.IO_DATA_INVALID.value
@@ -95,12 +104,18 @@ _BOTH = SignalType.BOTH_EDGES.value
 _HIGH = SignalType.HIGH.value
 _LOW = SignalType.LOW.value
 
+_AWAIT_CAM = HomingState.AWAIT_CAM.value
+_AWAIT_CAM_OFF = HomingState.AWAIT_CAM_OFF.value
+
 _UNITS_MODULO = 4
 
 _IO_CYCLES = 8.5
 """Cycles without valid I/O data, and a half, that a closed loop bears."""
 
 _ENABLE_WITHDRAWN = 0x4260
+_CAM_NOT_FOUND = 0x429C
+_CAM_STAYS = 0x429D
+_SYNC_PULSE_NOT_FOUND = 0x429E
 _FEED_MINUS_WITHDRAWN = 0x4357
 _FEED_PLUS_WITHDRAWN = 0x4358
 _PEH_TIME_OVER = 0x435C
@@ -140,7 +155,7 @@ def _watch_signals(ax: AxisFields, dt: float) -> None:
             or (kind in (_FALLING, _BOTH) and falling)
             or (kind == _HIGH and signal == 1)
             or (kind == _LOW and signal == 0)
-        ) and ax.set_motion_phase in (_POSITIONING, _ENDLESS):
+        ) and ax.set_motion_phase not in (_NO_JOB, _STOPPING):
             stop_fast(ax)
     if ax.simulation_io_invalid:
         ax.drive_io_time += dt
@@ -148,6 +163,15 @@ def _watch_signals(ax: AxisFields, dt: float) -> None:
             fail(ax, _IO_DATA_INVALID, 1)
     else:
         ax.drive_io_time = 0.0
+
+
+def _heading(ax: AxisFields) -> float:
+    """Where the axis is to move, by its sign."""
+    if ax.set_motion_phase == _TORQUE:
+        return ax.set_torque
+    if ax.set_motion_phase == _DRIVE_OUTPUT:
+        return ax.direct_output
+    return ax.set_velocity
 
 
 def supervise_enable(ax: AxisFields, dt: float) -> None:
@@ -167,10 +191,11 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
     if enables & _ENABLE and ready and ax.axis_disabled == 0 and ax.drive_output_disabled == 0:
         if ax.error_code == 0:
             closed = 1
-            if phase in (_POSITIONING, _ENDLESS):
-                if ax.set_velocity > 0.0 and enables & _FEED_ENABLE_PLUS == 0:
+            if phase not in (_NO_JOB, _STOPPING):
+                heading = _heading(ax)
+                if heading > 0.0 and enables & _FEED_ENABLE_PLUS == 0:
                     fail(ax, _FEED_PLUS_WITHDRAWN, 0)
-                elif ax.set_velocity < 0.0 and enables & _FEED_ENABLE_MINUS == 0:
+                elif heading < 0.0 and enables & _FEED_ENABLE_MINUS == 0:
                     fail(ax, _FEED_MINUS_WITHDRAWN, 0)
     else:
         if phase != _NO_JOB and ax.error_code == 0:
@@ -217,6 +242,15 @@ def _supervise_following_error(ax: AxisFields, dt: float) -> None:
             ax.following_error_velocity_time = 0.0
 
 
+def _not_found(ax: AxisFields, code: int) -> int:
+    """What homing has not found when it comes to a soft limit, else `code`."""
+    if ax.set_motion_phase != _HOMING:
+        return code
+    if ax.homing_state == _AWAIT_CAM:
+        return _CAM_NOT_FOUND
+    return _CAM_STAYS if ax.homing_state == _AWAIT_CAM_OFF else _SYNC_PULSE_NOT_FOUND
+
+
 def supervise_motion(ax: AxisFields, dt: float) -> None:
     """What can go wrong in a closed loop: following error, soft limits, no movement."""
     if ax.delayed_error_code != 0:
@@ -232,13 +266,13 @@ def supervise_motion(ax: AxisFields, dt: float) -> None:
         ax.motion_position = ax.actual_position
         return
     phase = ax.set_motion_phase
-    if phase in (_POSITIONING, _ENDLESS):
+    if phase not in (_NO_JOB, _STOPPING, _HOMING) or (phase == _HOMING and ax.job_direction != 0.0):
         p = ax.set_position
         if v > 0.0:
             if ax.encoder_soft_limit_max_enable and p > ax.encoder_soft_limit_max:
-                report(ax, _SOFT_LIMIT_MAX_PASSED, 0)
+                report(ax, _not_found(ax, _SOFT_LIMIT_MAX_PASSED), 0)
         elif ax.encoder_soft_limit_min_enable and p < ax.encoder_soft_limit_min:
-            report(ax, _SOFT_LIMIT_MIN_PASSED, 0)
+            report(ax, _not_found(ax, _SOFT_LIMIT_MIN_PASSED), 0)
     if ax.motion_monitoring_enable:
         if abs(ax.actual_position - ax.motion_position) > ax.motion_monitoring_window:
             ax.motion_position = ax.actual_position
@@ -253,7 +287,11 @@ def supervise_arrival(ax: AxisFields, dt: float) -> None:
     """Position and target window, positioning time, PEH time."""
     phase = ax.set_motion_phase
     way = abs(ax.target_position - ax.actual_position)
-    travelling = phase in (_ENDLESS, _STOPPING)
+    travelling = (
+        phase in (_ENDLESS, _STOPPING)
+        or phase > _REVERSING
+        or (phase == _HOMING and ax.set_velocity != 0.0)
+    )
     ax.in_position_range = 0
     if ax.position_range_monitoring_enable and way <= ax.position_range_window and not travelling:
         ax.in_position_range = 1
@@ -346,7 +384,7 @@ def show_state(ax: AxisFields) -> None:
         if phase != _STOPPING:
             if ax.planned_override == 0 and v == 0.0:
                 motion = _OVERRIDE_ZERO
-            if phase == _ENDLESS:
+            if phase in (_ENDLESS, _EXTERNAL) or phase > _REVERSING:
                 state |= _CONTINUOUS
         if v != 0.0:
             if ax.set_jerk == 0.0 and abs(a) <= 1e-9 * ax.job_acceleration:
@@ -356,6 +394,8 @@ def show_state(ax: AxisFields) -> None:
                 motion = _ACCELERATING
             else:
                 motion = _DECELERATING
+        if ax.external_setpoint_active:
+            motion = _LED_EXTERNALLY if phase == _EXTERNAL else _LED_BY_BOTH
     if ax.error_code == 0 and (phase != _NO_JOB or ax.buffer_count > 0):
         state |= _HAS_JOB
     if ax.buffer_count > 0:
@@ -377,11 +417,11 @@ def show_state(ax: AxisFields) -> None:
     if ax.encoder_soft_limit_max_enable and ax.actual_position > ax.encoder_soft_limit_max:
         state |= _ABOVE_MAX
     if ax.homing_state != 0:
-        state |= _HOMING
+        state |= _HOMING_BUSY
     if ax.compensating:
         state |= _COMPENSATING
     if ax.external_setpoint_active:
-        state |= _EXTERNAL
+        state |= _EXTERNAL_ENABLED
     if ax.phasing_active:
         state |= _PHASING
     if ax.encoder_latch_valid:
@@ -413,6 +453,7 @@ def settle(ax: AxisFields) -> None:
         and ax.actual_velocity == 0.0
         and ax.actual_position == ax.encoder_actual_position_unfiltered
         and ax.buffer_count == 0
+        and ax.phasing_active == 0
         and ax.job_timing == 0
         and ax.delayed_error_code == 0
         and ax.following_error_time == 0.0

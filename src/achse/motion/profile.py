@@ -5,7 +5,8 @@ Units are the axis unit (mm, degree) and seconds. `max_acceleration` limits |v| 
 both. A reversal always passes rest (v = 0 with a = 0). A start state outside the limits is allowed:
 an acceleration beyond its limit is first brought inside with `max_jerk`, a velocity above
 `max_velocity` is first reduced with `max_deceleration`. An end velocity above `max_velocity` is
-reached by one last ramp just before the target.
+reached by one last ramp just before the target. Limits that no axis has (below 1e-9, above 1e12)
+count as these bounds.
 
 Every profile without a reversal is time optimal. With the state mirrored so that travel is
 positive, a jerk line through (v, a) crosses a = 0 at v - a²/2j; seen from there each velocity ramp
@@ -45,14 +46,15 @@ Limits: TypeAlias = tuple[float, float, float]  # max_acceleration, max_decelera
 
 MAX_SEGMENTS = 12  # unavoidable crossing 1, bring-in 1, brake to rest 3, return 7
 
-LIMITS_INVALID = -1  # a limit outside [1e-9, 1e12]
+LIMITS_INVALID = -1  # a limit not positive or not finite
 STATE_INVALID = -2  # position, velocity, acceleration or target not finite or beyond ±1e15
 END_VELOCITY_UNREACHABLE = -3  # negative, not finite, or the distance is too short for it
 _OVERSHOOT = -4  # the brakes do not hold before the target
 
-_SMALLEST_LIMIT = 1e-9  # with these bounds no intermediate result overflows
-_LARGEST_LIMIT = 1e12
+_SMALLEST_LIMIT = 1e-9  # with these bounds no intermediate result overflows;
+_LARGEST_LIMIT = 1e12  # limits beyond count as the bound
 _LARGEST_STATE = 1e15
+_INFINITE = 1e300
 _ROUNDING = 1e-13  # what accumulated rounding of a replanned state may amount to, relative
 _NEGLIGIBLE = 1e-60  # distances below would underflow in the powers below; no axis knows them
 _CONVERGED = 4e-16
@@ -111,7 +113,14 @@ def end_state(
 
 
 def _limit_is_valid(limit: float) -> bool:
-    return limit >= _SMALLEST_LIMIT and limit <= _LARGEST_LIMIT
+    return limit > 0.0 and limit < _INFINITE
+
+
+def _bounded(limit: float) -> float:
+    """The limit, or the nearest one that can be computed with."""
+    if limit < _SMALLEST_LIMIT:
+        return _SMALLEST_LIMIT
+    return limit if limit < _LARGEST_LIMIT else _LARGEST_LIMIT
 
 
 def _state_is_valid(value: float) -> bool:
@@ -204,6 +213,8 @@ def highest_velocity(distance: float, lowest: float, limit: float, jerk: float) 
 
     Both ends are without acceleration; as well the highest one to brake from down to `lowest` >= 0.
     """
+    limit = _bounded(limit)
+    jerk = _bounded(jerk)
     half = limit / jerk
     if distance >= (2.0 * lowest + limit * half) * half:
         # holding the limit: change²/2 + change (lowest + limit half/2) = limit (way - lowest half)
@@ -232,6 +243,7 @@ def reachable_velocity(distance: float, v: float, a: float, limit: float, jerk: 
 
     Travel frame: v >= 0, and a negative `a` can be released before v = 0.
     """
+    jerk = _bounded(jerk)
     held = -a / jerk
     swing = a * a / (2.0 * jerk)
     start = v - swing
@@ -657,7 +669,8 @@ def plan_to_position(
         return STATE_INVALID
     if not (end_velocity >= 0.0 and end_velocity <= _LARGEST_STATE):
         return END_VELOCITY_UNREACHABLE
-    limits = (max_acceleration, max_deceleration, max_jerk)
+    top = _bounded(max_velocity)
+    limits = (_bounded(max_acceleration), _bounded(max_deceleration), _bounded(max_jerk))
     slack = _ROUNDING * (abs(position) + abs(target))
     arrival = _travel_sign(target - position, velocity, acceleration)
     p = position
@@ -672,7 +685,7 @@ def plan_to_position(
     if sign * remaining >= 0.0 and (end_velocity == 0.0 or sign == arrival):
         count = _append_travel(
             seg_time, seg_jerk, n, sign, sign * remaining, sign * v, sign * a,
-            end_velocity, max_velocity, limits, slack,
+            end_velocity, top, limits, slack,
         )  # fmt: skip
         if count != _OVERSHOOT:
             return count
@@ -684,7 +697,7 @@ def plan_to_position(
         return END_VELOCITY_UNREACHABLE
     return _append_travel(
         seg_time, seg_jerk, n, sign, sign * remaining, 0.0, 0.0,
-        end_velocity, max_velocity, limits, slack,
+        end_velocity, top, limits, slack,
     )  # fmt: skip
 
 
@@ -715,7 +728,7 @@ def plan_to_velocity(
         and _state_is_valid(target_velocity)
     ):
         return STATE_INVALID
-    limits = (max_acceleration, max_deceleration, max_jerk)
+    limits = (_bounded(max_acceleration), _bounded(max_deceleration), _bounded(max_jerk))
     v = velocity
     a = acceleration
     n = 0
@@ -734,6 +747,8 @@ def _stop(
     velocity: float, acceleration: float, max_deceleration: float, max_jerk: float
 ) -> tuple[float, float]:
     """Signed distance and time of the fastest way from the state to rest."""
+    max_deceleration = _bounded(max_deceleration)
+    max_jerk = _bounded(max_jerk)
     sign = _travel_sign(velocity, acceleration, 1.0)
     v = sign * velocity
     a = sign * acceleration

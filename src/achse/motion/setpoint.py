@@ -5,55 +5,57 @@ the job sets `replan`; the next cycle computes the table from the present set po
 is smooth in position, velocity and acceleration. At override zero the axis stands and keeps its
 job. Once braking towards the target has begun, the override no longer changes the table.
 
+A job whose border is passed at speed hands over to the next command, or goes on at its segment end
+velocity. Where it is too late for the border's velocity, the axis brakes or accelerates on and
+passes the border as it comes.
+
 Kernel source: compiled as it stands, see `compiled`.
 """
 
-from math import floor
-
 from achse.motion.profile import (
+    END_VELOCITY_UNREACHABLE,
     duration,
     plan_to_position,
     plan_to_velocity,
+    reachable_velocity,
     segment_acceleration,
     stopping_distance,
 )
-from achse.motion.record import COMMAND_BUFFER, POSITION_HISTORY, AxisFields
-from achse.motion.states import BufferMode, CommandState, MotionPhase, StartType
+from achse.motion.record import COMMAND_BUFFER, FILTER_ORDER, POSITION_HISTORY, AxisFields
+from achse.motion.states import CommandState, MotionPhase, StartType
+from achse.motion.targets import look_ahead, resolve_target
 
 __all__ = [
+    "absorb",
     "advance",
     "arrived",
     "begin_job",
     "begin_stop",
     "drop_job",
+    "end_homing",
     "fail",
     "follow_override",
     "generate",
-    "modulo_part",
     "plan",
-    "resolve_target",
+    "shift_encoder",
     "shift_origin",
+    "shift_setpoint",
     "stop_fast",
     "take_next",
 ]
 
-_RELATIVE = StartType.RELATIVE.value
 _ENDLESS_POSITIVE = StartType.ENDLESS_POSITIVE.value
 _ENDLESS_NEGATIVE = StartType.ENDLESS_NEGATIVE.value
-_MODULO = StartType.MODULO.value
-_MODULO_SHORTEST = StartType.MODULO_SHORTEST.value
-_MODULO_POSITIVE = StartType.MODULO_POSITIVE.value
-_MODULO_NEGATIVE = StartType.MODULO_NEGATIVE.value
 
 _NO_JOB = MotionPhase.NONE.value
 _POSITIONING = MotionPhase.POSITIONING.value
 _ENDLESS = MotionPhase.ENDLESS.value
 _STOPPING = MotionPhase.STOPPING.value
+_HOMING = MotionPhase.HOMING.value
 
 _ACTIVE = CommandState.ACTIVE.value
 _DONE = CommandState.DONE.value
 _ABORTED = CommandState.ABORTED.value
-_BUFFERED_MODE = BufferMode.BUFFERED.value
 
 _TO_REST = 0
 _TO_TARGET = 1
@@ -62,6 +64,9 @@ _TO_CONSTANT_VELOCITY = 2
 _SWITCH_TARGET = 2
 
 _FULL_OVERRIDE = 1_000_000
+_NEARLY = 1.0 - 1e-9
+"""Of a velocity that can just be reached, so that rounding does not put it out of reach."""
+
 _SLOWEST = 1e-6
 """Velocity that any override above zero leaves, whatever the job."""
 
@@ -71,44 +76,11 @@ _STEEPEST = 1e12
 _DYNAMICS_NOT_ALLOWED = 0x4277
 
 
-def modulo_part(position: float, period: float) -> float:
-    """The position within its period: 0 <= part < period."""
-    part = position - floor(position / period) * period
-    if part < 0.0 or part >= period:
-        return 0.0
-    return part
-
-
-def resolve_target(ax: AxisFields, start_type: int, position: float, start: float) -> float:
-    """The absolute target of a start from `start`.
-
-    Type 5 (old form): the sign gives the direction, whole periods in the value are extra turns.
-    Types 517 and 773 go straight back when the target lies behind within the tolerance window.
-    """
-    if start_type == _RELATIVE:
-        return start + position
-    period = ax.encoder_modulo_factor
-    if start_type == _MODULO:
-        turns = floor(abs(position) / period) * period
-        if position < 0.0:
-            return start - modulo_part(start + position, period) - turns
-        return start + modulo_part(position - start, period) + turns
-    if start_type == _MODULO_SHORTEST:
-        way = modulo_part(position - start, period)
-        if way > 0.5 * period:
-            way -= period
-        return start + way
-    if start_type == _MODULO_POSITIVE:
-        way = modulo_part(position - start, period)
-        if period - way <= ax.encoder_modulo_tolerance_window:
-            way -= period
-        return start + way
-    if start_type == _MODULO_NEGATIVE:
-        way = modulo_part(start - position, period)
-        if period - way <= ax.encoder_modulo_tolerance_window:
-            way -= period
-        return start - way
-    return position
+def end_homing(ax: AxisFields) -> None:
+    """Homing is over, whatever came of it."""
+    if ax.set_motion_phase == _HOMING:
+        ax.homing_state = 0
+        ax.homing_latch = 0
 
 
 def begin_job(
@@ -125,6 +97,7 @@ def begin_job(
     """Make this command the active one; what the axis does now goes over into it."""
     if ax.set_motion_phase != _NO_JOB:
         ax.set_command_state = _ABORTED
+    end_homing(ax)
     if start_type in (_ENDLESS_POSITIVE, _ENDLESS_NEGATIVE):
         ax.set_motion_phase = _ENDLESS
         ax.job_direction = 1.0 if start_type == _ENDLESS_POSITIVE else -1.0
@@ -151,6 +124,13 @@ def begin_job(
     ax.set_command_state = _ACTIVE
 
 
+def absorb(ax: AxisFields) -> None:
+    """What moved on top of the main motion is part of the set point from now on."""
+    ax.compensating = 0
+    ax.superposed_velocity = 0.0
+    ax.superposed_acceleration = 0.0
+
+
 def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
     """Drop the job and everything that waits; brake to rest."""
     ax.buffer_count = 0
@@ -161,6 +141,8 @@ def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
         return
     if ax.set_command_state == _ACTIVE:
         ax.set_command_state = _ABORTED
+    absorb(ax)
+    end_homing(ax)
     ax.set_motion_phase = _STOPPING
     ax.job_deceleration = deceleration
     ax.job_jerk = jerk
@@ -169,8 +151,10 @@ def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
 
 def drop_job(ax: AxisFields) -> None:
     """Stand here and now: no job, no velocity, nothing waiting."""
+    absorb(ax)
     if ax.set_command_state == _ACTIVE:
         ax.set_command_state = _ABORTED
+    end_homing(ax)
     ax.set_motion_phase = _NO_JOB
     ax.buffer_count = 0
     ax.switch_armed = 0
@@ -181,6 +165,8 @@ def drop_job(ax: AxisFields) -> None:
     ax.set_velocity = 0.0
     ax.set_acceleration = 0.0
     ax.set_jerk = 0.0
+    ax.set_torque = 0.0
+    ax.set_torque_derivative = 0.0
     ax.remaining_time = 0.0
     ax.remaining_distance = 0.0
     ax.target_position = ax.set_position
@@ -229,7 +215,8 @@ def arrived(ax: AxisFields) -> int:
 
 
 def take_next(ax: AxisFields) -> None:
-    """Make the oldest waiting command the active one."""
+    """Make the oldest waiting command the active one; it counts from the target before it."""
+    start = ax.target_position if ax.set_motion_phase == _POSITIONING else ax.set_position
     i = ax.buffer_first
     ax.buffer_first = (i + 1) % COMMAND_BUFFER
     ax.buffer_count -= 1
@@ -244,10 +231,12 @@ def take_next(ax: AxisFields) -> None:
         ax.buffer_jerk[i],
         ax.buffer_end_velocity[i],
     )
+    if ax.set_motion_phase == _POSITIONING:
+        ax.target_position = resolve_target(ax, ax.job_start_type, ax.buffer_position[i], start)
 
 
 def _peak_velocity(ax: AxisFields, count: int) -> float:
-    """Largest speed in the table, at the ends of its rows; the job's own if nothing moves."""
+    """Largest speed in the table, at the ends of its rows, up to the job's own."""
     v = ax.set_velocity
     a = ax.set_acceleration
     peak = 0.0
@@ -258,18 +247,18 @@ def _peak_velocity(ax: AxisFields, count: int) -> float:
         a += t * j
         if abs(v) > peak:
             peak = abs(v)
-    return peak if peak > 0.0 else ax.job_velocity
+    return peak if 0.0 < peak < ax.job_velocity else ax.job_velocity
 
 
 def _plan_to_target(ax: AxisFields, limit: float, end_velocity: float) -> int:
-    """Rows of the table towards the target, negative if there is no such table."""
+    """Rows of the table to the border, negative if there is no such table."""
     count = plan_to_position(
         ax.segment_time,
         ax.segment_jerk,
         ax.set_position,
         ax.set_velocity,
         ax.set_acceleration,
-        ax.target_position,
+        ax.border_position,
         end_velocity,
         limit,
         ax.job_acceleration,
@@ -277,6 +266,27 @@ def _plan_to_target(ax: AxisFields, limit: float, end_velocity: float) -> int:
         ax.job_jerk,
     )
     ax.table_velocity = end_velocity
+    return count
+
+
+def _plan_to_border(ax: AxisFields, limit: float, end_velocity: float) -> int:
+    """Rows to the border at `end_velocity`, or as near to it as the way allows."""
+    count = _plan_to_target(ax, limit, end_velocity)
+    if count != END_VELOCITY_UNREACHABLE:
+        return count
+    way = ax.border_position - ax.set_position
+    sign = 1.0 if way > 0.0 else -1.0
+    if sign * ax.set_velocity < 0.0:
+        return count
+    reachable = _NEARLY * reachable_velocity(
+        sign * way,
+        sign * ax.set_velocity,
+        sign * ax.set_acceleration,
+        ax.job_acceleration,
+        ax.job_jerk,
+    )
+    if 0.0 < reachable < end_velocity:
+        return _plan_to_target(ax, limit, reachable)
     return count
 
 
@@ -292,22 +302,24 @@ def plan(ax: AxisFields) -> None:
     share = override / 1e6
     phase = ax.set_motion_phase
     limit = ax.job_velocity * share
-    if phase == _POSITIONING and ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
-        if ax.job_peak_velocity == 0.0:
-            count = _plan_to_target(ax, ax.job_velocity, ax.job_end_velocity)
-            ax.job_peak_velocity = _peak_velocity(ax, count)
-        limit = ax.job_peak_velocity * share
+    if phase == _POSITIONING:
+        look_ahead(ax)
+        ax.job_direction = 1.0 if ax.border_position >= ax.set_position else -1.0
+        if ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
+            if ax.job_peak_velocity == 0.0:
+                count = _plan_to_border(ax, ax.job_velocity, ax.border_velocity)
+                ax.job_peak_velocity = _peak_velocity(ax, count)
+            limit = ax.job_peak_velocity * share
     if limit < _SLOWEST:
         limit = _SLOWEST
-    if phase == _STOPPING or override == 0:
+    if phase == _STOPPING or (override == 0 and not _braking(ax)):
         limit = 0.0
+    count = END_VELOCITY_UNREACHABLE
     if phase == _POSITIONING and limit > 0.0:
-        count = _plan_to_target(ax, limit, ax.job_end_velocity * share)
-        if count < 0 and ax.job_end_velocity > 0.0:  # too late to pass the target at speed
-            count = _plan_to_target(ax, limit, 0.0)
+        count = _plan_to_border(ax, limit, ax.border_velocity * share)
         ax.table_end = _TO_TARGET
-    else:
-        velocity = ax.job_direction * limit if phase == _ENDLESS else 0.0
+    if count == END_VELOCITY_UNREACHABLE:
+        velocity = 0.0 if phase == _STOPPING else ax.job_direction * limit
         count = plan_to_velocity(
             ax.segment_time,
             ax.segment_jerk,
@@ -335,25 +347,23 @@ def plan(ax: AxisFields) -> None:
 
 
 def _braking(ax: AxisFields) -> int:
-    """Whether the table is in its last ramp before the target, or too near to stop there."""
-    way = ax.target_position - ax.set_position
-    if ax.table_end != _TO_TARGET or way * ax.set_velocity <= 0.0:
+    """Whether a positioning that ends at rest is in its last ramp."""
+    if ax.set_motion_phase != _POSITIONING or ax.border_velocity > 0.0:
+        return 0
+    way = ax.border_position - ax.set_position
+    if way * ax.set_velocity <= 0.0:
         return 0
     way = abs(way)
     brake = abs(
         stopping_distance(ax.set_velocity, ax.set_acceleration, ax.job_deceleration, ax.job_jerk)
     )
-    if brake < way * (1.0 - 1e-9):
-        return 0
-    if ax.job_end_velocity > 0.0 or brake <= way * (1.0 + 1e-9) + 1e-9:
-        return 1
-    return 0
+    return 1 if way * (1.0 - 1e-9) <= brake <= way * (1.0 + 1e-9) + 1e-9 else 0
 
 
 def follow_override(ax: AxisFields) -> None:
     """Ask for a new table after a change of the override, unless braking has begun."""
     phase = ax.set_motion_phase
-    if phase == _ENDLESS or (phase == _POSITIONING and not _braking(ax)):
+    if phase in (_ENDLESS, _HOMING) or (phase == _POSITIONING and not _braking(ax)):
         ax.replan = 1
     else:
         ax.planned_override = ax.velocity_override
@@ -376,6 +386,16 @@ def _pass_switch_position(ax: AxisFields) -> None:
         ax.job_end_velocity = ax.job_velocity
     ax.job_peak_velocity = 0.0
     ax.got_new_target = 1
+    ax.replan = 1
+
+
+def _pass_border(ax: AxisFields) -> None:
+    """Go over to the next command, or on at the segment end velocity."""
+    if ax.buffer_count > 0:
+        take_next(ax)
+        return
+    ax.set_motion_phase = _ENDLESS
+    ax.job_velocity = ax.job_end_velocity
     ax.replan = 1
 
 
@@ -424,12 +444,12 @@ def advance(ax: AxisFields, dt: float) -> float:
         ax.set_position = p + t * v
         return 0.0
     if ax.table_end == _TO_TARGET:
-        ax.set_position = ax.target_position
-        ax.set_command_state = _DONE
-        if v != 0.0 and ax.buffer_count > 0:
+        ax.set_position = ax.border_position
+        if v != 0.0:
             ax.set_velocity = v if arrival > 0.0 else -v
-            take_next(ax)
+            _pass_border(ax)
             return t
+        ax.set_command_state = _DONE
         ax.set_motion_phase = _NO_JOB
         ax.remaining_time = 0.0
     else:
@@ -469,6 +489,14 @@ def generate(ax: AxisFields, dt: float) -> None:
     if ax.switch_armed:
         _pass_switch_position(ax)
     v = ax.set_velocity
+    if (
+        ax.set_motion_phase == _POSITIONING
+        and ax.table_end != _TO_TARGET
+        and ax.border_velocity > 0.0
+        and v * ax.job_direction > 0.0
+        and (ax.set_position - ax.border_position) * ax.job_direction >= 0.0
+    ):
+        _pass_border(ax)
     if ax.set_motion_phase == _POSITIONING:
         ax.remaining_distance = abs(ax.target_position - ax.set_position)
         ax.remaining_time -= dt
@@ -481,20 +509,34 @@ def generate(ax: AxisFields, dt: float) -> None:
             ax.target_position = ax.set_position
 
 
-def shift_origin(ax: AxisFields, shift: float) -> None:
-    """Rename positions: the axis stays where it is, its position becomes `shift` larger."""
+def shift_encoder(ax: AxisFields, shift: float) -> None:
+    """Rename the actual positions alone: they become `shift` larger."""
     ax.encoder_set_position_offset += shift
     ax.encoder_actual_position_unfiltered += shift
     ax.encoder_actual_position_filtered += shift
     ax.actual_position += shift
     ax.controller_observer_position += shift
+    ax.motion_position += shift
     for i in range(POSITION_HISTORY):
         ax.encoder_history[i] += shift
-    ax.filter_count = 0  # makes the output filter begin anew
-    ax.adapt = 1
+
+
+def shift_setpoint(ax: AxisFields, shift: float) -> None:
+    """Rename the set positions alone: what is planned goes on as it is, `shift` further."""
     ax.set_position += shift
     ax.target_position += shift
     ax.segment_position += shift
-    ax.motion_position += shift
     ax.switch_position += shift
     ax.switch_target += shift
+    ax.border_position += shift
+    ax.drive_filtered_set_position += shift
+    for i in range(ax.filter_count):
+        ax.filter_ring[i] += shift
+    for i in range(FILTER_ORDER):
+        ax.filter_stage[i] += shift
+
+
+def shift_origin(ax: AxisFields, shift: float) -> None:
+    """Rename positions: the axis stays where it is, its position becomes `shift` larger."""
+    shift_encoder(ax, shift)
+    shift_setpoint(ax, shift)

@@ -10,10 +10,13 @@ __all__ = [
     "AxisType",
     "BufferMode",
     "CommandState",
+    "CompensationType",
     "ControlBit",
+    "ControlLoopSwitch",
     "ControllerType",
     "DeadTimeCompensation",
     "DriveOperationMode",
+    "DriveOutputType",
     "DriveType",
     "EncoderEvaluationDirection",
     "EncoderMode",
@@ -22,6 +25,7 @@ __all__ = [
     "EncoderType",
     "EndPositionType",
     "HomingSensorSource",
+    "HomingState",
     "MotionPhase",
     "MotionState",
     "NewEndPositionCommand",
@@ -29,11 +33,15 @@ __all__ = [
     "OperationModeBit",
     "OutputFilter",
     "OverrideType",
+    "PhasingType",
+    "ProbeMode",
     "ReferenceMode",
+    "SignalSource",
     "SignalType",
     "StartType",
     "StateBit",
     "StepperMode",
+    "TorqueStartType",
 ]
 
 
@@ -92,6 +100,24 @@ class ActualPositionType(IntEnum):
     MODULO = 5
 
 
+class CompensationType(IntEnum):
+    """What a section compensation reduces, and whose way its length is: that of an axis without
+    compensation (additive) or of the compensated one (limited)."""
+
+    VELOCITY_REDUCTION_ADDITIVE = 1
+    VELOCITY_REDUCTION_LIMITED = 2
+    LENGTH_REDUCTION_ADDITIVE = 3
+    LENGTH_REDUCTION_LIMITED = 4
+
+
+class PhasingType(IntEnum):
+    """How a phase shift is meant."""
+
+    ABSOLUTE = 1
+    RELATIVE = 2
+    STOP = 4096
+
+
 class OverrideType(IntEnum):
     """What 100 % override relates to: the velocity the move would reach, or the commanded one."""
 
@@ -108,6 +134,13 @@ class MotionPhase(IntEnum):
     POSITIONING = 1
     ENDLESS = 2
     STOPPING = 3
+    HOMING = 4
+    EXTERNAL = 5
+    REVERSING = 6
+    VELOCITY_STEPS = 7
+    SINE = 8
+    DRIVE_OUTPUT = 9
+    TORQUE = 10
 
 
 class MotionState(IntEnum):
@@ -119,6 +152,8 @@ class MotionState(IntEnum):
     CONSTANT_VELOCITY = 3
     ACCELERATING = 4
     DECELERATING = 5
+    EXTERNAL = 41
+    INTERNAL_AND_EXTERNAL = 42
 
 
 class CommandState(IntEnum):
@@ -345,6 +380,45 @@ class HomingSensorSource(IntEnum):
     DIGITAL_INPUT_8_LOW = 16
 
 
+class SignalSource(IntEnum):
+    """What a touch probe latches on (TRIGGER_REF of the PLC library)."""
+
+    DEFAULT = 0
+    INPUT_1 = 1
+    INPUT_2 = 2
+    INPUT_3 = 3
+    INPUT_4 = 4
+    ZERO_PULSE = 128
+    DRIVE_DEFINED = 129
+
+
+class ProbeMode(IntEnum):
+    """Whether a touch probe ends with the first edge."""
+
+    SINGLE = 1
+    CONTINUOUS = 2
+
+
+class HomingState(IntEnum):
+    """Step of the homing sequence (004 §5.1.1)."""
+
+    READY = 0
+    TOWARDS_CAM = 1
+    AWAIT_CAM = 2
+    LEAVE_CAM = 3
+    AWAIT_CAM_OFF = 4
+    AWAIT_LATCH = 5
+    SET_POSITION = 6
+
+
+class ControlLoopSwitch(IntEnum):
+    """How another control loop takes over."""
+
+    STANDARD = 1
+    SYNC_INTERNAL = 2
+    SYNC_PARAMETER = 3
+
+
 class DriveType(IntEnum):
     """Kind of a drive."""
 
@@ -371,6 +445,20 @@ class DriveType(IntEnum):
     TCOM = 22
     MDP_733 = 23
     MDP_703 = 24
+
+
+class DriveOutputType(IntEnum):
+    """How a direct drive output is meant."""
+
+    PERCENT = 1
+    VELOCITY = 2
+
+
+class TorqueStartType(IntEnum):
+    """How a commanded torque is meant."""
+
+    ABSOLUTE = 0x3001
+    RELATIVE = 0x3002
 
 
 class DriveOperationMode(IntEnum):

@@ -68,7 +68,8 @@ def test_velocity_above_the_reference_velocity(make_rig: Any) -> None:
         ((nan, 1.0, 1.0), NcError.ACCELERATION_NOT_POSITIVE),
         ((1e9, 1.0, 1.0), NcError.ACCELERATION_NOT_PERMITTED),
         ((1.0, 1e9, 1.0), NcError.ACCELERATION_NOT_PERMITTED),
-        ((1.0, 1.0, 1e13), NcError.JERK_NOT_PERMITTED),
+        ((1.0, 1.0, 1e31), NcError.JERK_NOT_PERMITTED),
+        ((1.0, 1.0, inf), NcError.JERK_NOT_PERMITTED),
     ],
 )
 def test_dynamics(rig: Any, dynamics: tuple[float, float, float], error: NcError) -> None:
@@ -151,6 +152,41 @@ def test_blending_wants_one_direction_and_a_way(rig: Any) -> None:
 
 
 def test_modes_that_do_not_exist(rig: Any) -> None:
-    for extra in ({"buffer_mode": 2}, {"segment_end_velocity": 5.0}, {"blending_position": 1.0}):
-        code = commands.universal_start(rig.axis, 1, 50.0, V, **extra)
-        refused(rig, code, NcError.FUNCTION_NOT_AVAILABLE)
+    code = commands.universal_start(rig.axis, 1, 50.0, V, buffer_mode=2)
+    refused(rig, code, NcError.FUNCTION_NOT_AVAILABLE)
+
+
+@pytest.mark.parametrize("name", ["segment_start_velocity", "segment_end_velocity"])
+def test_segment_velocities_lie_between_0_and_the_velocity(rig: Any, name: str) -> None:
+    for velocity in (-1.0, V * 1.001, nan):
+        code = commands.universal_start(rig.axis, 1, 50.0, V, **{name: velocity})
+        refused(rig, code, NcError.VELOCITY_NOT_PERMITTED)
+
+
+def test_a_blending_position_lies_on_the_way_of_the_command_before(rig: Any) -> None:
+    rest = commands.universal_start(rig.axis, 1, 50.0, V, blending_position=nan)
+    refused(rig, rest, NcError.START_AXIS_DATA)
+    commands.universal_start(rig.axis, 1, 100.0, V)
+    for position in (-10.0, 100.1):
+        code = commands.universal_start(
+            rig.axis, 1, 200.0, V, buffer_mode=BufferMode.BLENDING_LOW, blending_position=position
+        )
+        refused(rig, code, NcError.ACTIVATION_POSITION_NOT_ON_WAY)
+
+
+def test_defaults_wider_than_anything_are_used_as_far_as_they_go(make_rig: Any) -> None:
+    names = (
+        "max_velocity", "drive_reference_velocity", "max_acceleration", "max_deceleration",
+        "default_acceleration", "default_deceleration",
+    )  # fmt: skip
+    wide = dict.fromkeys(names, 1e20)
+    rig = make_rig(**wide, default_jerk=1e30)
+    assert commands.start(rig.axis, 1, 100.0, V) == 0
+    rig.run(1)
+    assert rig.axis.set_velocity == pytest.approx(V)
+    assert rig.until_rest() == pytest.approx(100.0 / V / rig.dt, abs=1.0)
+    assert rig.axis.set_position == 100.0
+    rig = make_rig(default_acceleration=1e9, default_deceleration=1e9)
+    assert commands.universal_start(rig.axis, 1, 100.0, V) == 0
+    assert rig.axis.job_acceleration == rig.axis.max_acceleration
+    assert rig.axis.job_deceleration == rig.axis.max_deceleration

@@ -16,10 +16,10 @@ from achse.motion.checks import (
     why_not_velocity,
 )
 from achse.motion.commands.queue import sign
-from achse.motion.setpoint import resolve_target
 from achse.motion.states import EndPositionType, MotionPhase, NewEndPositionCommand, StartType
+from achse.motion.targets import resolve_target
 
-__all__ = ["new_dynamics", "new_end_position", "new_end_position_and_velocity"]
+__all__ = ["freeze_override", "new_dynamics", "new_end_position", "new_end_position_and_velocity"]
 
 _END_POSITION_START = {
     EndPositionType.ABSOLUTE: StartType.ABSOLUTE,
@@ -137,4 +137,14 @@ def new_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: flo
     axis.job_jerk = jerk
     axis.job_peak_velocity = 0.0
     axis.replan = 1
+    return OK
+
+
+def freeze_override(axis: Axis) -> int:
+    """Take over the present override at once, until it next changes (0x29).
+
+    A braking positioning, which no longer follows the override, is planned anew with it as well.
+    """
+    if axis.set_motion_phase in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
+        axis.replan = 1
     return OK

@@ -3,10 +3,10 @@
 from achse.motion.axis import Axis
 from achse.motion.checks import ENDLESS
 from achse.motion.record import COMMAND_BUFFER
-from achse.motion.setpoint import resolve_target
 from achse.motion.states import MotionPhase, StartType, StateBit
+from achse.motion.targets import resolve_target
 
-__all__ = ["busy", "journey", "next_number", "show_accepted", "sign"]
+__all__ = ["busy", "dynamics", "heading", "journey", "next_number", "show_accepted", "sign"]
 
 
 def busy(axis: Axis) -> bool:
@@ -17,25 +17,46 @@ def sign(value: float) -> float:
     return 1.0 if value > 0.0 else -1.0 if value < 0.0 else 0.0
 
 
-def journey(axis: Axis) -> tuple[float, float]:
-    """Where all accepted commands will end, and the direction of the last of them."""
+def heading(axis: Axis) -> float:
+    """Direction of travel; where the set point stands (override zero), of the job."""
+    if axis.set_velocity != 0.0:
+        return sign(axis.set_velocity)
+    if axis.set_motion_phase == MotionPhase.ENDLESS:
+        return axis.job_direction
+    return sign(axis.target_position - axis.set_position) or 1.0
+
+
+def dynamics(
+    axis: Axis, acceleration: float, deceleration: float, jerk: float
+) -> tuple[float, float, float]:
+    """What a command's dynamics mean: 0 is the default, as far as the axis permits its own."""
+    return (
+        acceleration or min(axis.default_acceleration, axis.max_acceleration),
+        deceleration or min(axis.default_deceleration, axis.max_deceleration),
+        jerk or axis.default_jerk,
+    )
+
+
+def journey(axis: Axis) -> tuple[float, float, float]:
+    """Where the last accepted command begins and ends, and its direction."""
+    begin = axis.set_position
     if axis.set_motion_phase == MotionPhase.POSITIONING:
         end = axis.target_position
-        direction = sign(end - axis.set_position)
+        direction = sign(end - begin)
     else:
-        end, direction = axis.set_position, 0.0
+        end, direction = begin, 0.0
         if axis.set_motion_phase == MotionPhase.ENDLESS:
             direction = axis.job_direction
     for n in range(axis.buffer_count):
         slot = (axis.buffer_first + n) % COMMAND_BUFFER
         start_type = axis.buffer_start_type[slot]
+        begin = end
         if start_type in ENDLESS:
             direction = ENDLESS[StartType(start_type)]
         else:
-            begin = end
             end = resolve_target(axis, start_type, axis.buffer_position[slot], begin)
             direction = sign(end - begin)
-    return end, direction
+    return begin, end, direction
 
 
 def show_accepted(axis: Axis) -> None:

@@ -1,6 +1,6 @@
 """Starts: moves that begin now, or that wait for those accepted before."""
 
-from math import inf
+from math import isfinite
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
@@ -16,12 +16,12 @@ from achse.motion.checks import (
     why_not_velocity,
 )
 from achse.motion.commands.jog import JOGS, as_plain_start
-from achse.motion.commands.queue import busy, journey, next_number, show_accepted, sign
+from achse.motion.commands.queue import busy, dynamics, journey, next_number, show_accepted, sign
 from achse.motion.commands.stops import halt
-from achse.motion.profile import stopping_distance
 from achse.motion.record import COMMAND_BUFFER
-from achse.motion.setpoint import begin_job, resolve_target
+from achse.motion.setpoint import absorb, begin_job
 from achse.motion.states import AxisType, BufferMode, MotionPhase, StartType
+from achse.motion.targets import look_ahead, resolve_target
 
 __all__ = ["start", "universal_start"]
 
@@ -31,8 +31,6 @@ _BLENDING = {
     BufferMode.BLENDING_NEXT,
     BufferMode.BLENDING_HIGH,
 }
-_BISECTIONS = 40
-"""Halvings of a velocity range; more do not change what an axis can show."""
 
 
 def start(
@@ -48,14 +46,15 @@ def start(
 
     None takes the axis default; an explicit value must be positive.
     """
-    if acceleration is None:
-        acceleration = axis.default_acceleration
-    if deceleration is None:
-        deceleration = axis.default_deceleration
-    if jerk is None:
-        jerk = axis.default_jerk
-    dynamics = why_not_dynamics(axis, acceleration, deceleration, jerk)
-    code = why_no_command(axis) or (busy(axis) and NcError.GROUP_BUSY.number) or dynamics
+    own = dynamics(axis, 0.0, 0.0, 0.0)
+    acceleration = own[0] if acceleration is None else acceleration
+    deceleration = own[1] if deceleration is None else deceleration
+    jerk = own[2] if jerk is None else jerk
+    code = (
+        why_no_command(axis)
+        or (busy(axis) and NcError.GROUP_BUSY.number)
+        or why_not_dynamics(axis, acceleration, deceleration, jerk)
+    )
     if code:
         return code
     if start_type in (StartType.HALT, StartType.STOP_AND_LOCK):
@@ -79,12 +78,16 @@ def universal_start(
     """Universal axis start (0x16): moves, halt, stop and lock, with buffer mode.
 
     After acceptance `axis.command_counter` is the command's number; it is the active one when
-    `axis.set_command_number` equals it. A blended border is passed at the velocity that the buffer
-    mode names, but never faster than the first command's own.
+    `axis.set_command_number` equals it.
+
+    A blended border, the target of the command before, is passed at the velocity that the buffer
+    mode names; the command before reaches it by then, and if it comes too late or the way is too
+    short, as nearly as can be. `blending_position` puts the border before that target (0: at it),
+    `segment_start_velocity` names its velocity. With a `segment_end_velocity` the axis does not
+    stop at its own target but goes on at that velocity, until a further command takes over there.
+    Both velocities are 0 … `velocity` (0x4286), 0 being not given.
     """
-    acceleration = acceleration or axis.default_acceleration
-    deceleration = deceleration or axis.default_deceleration
-    jerk = jerk or axis.default_jerk
+    acceleration, deceleration, jerk = dynamics(axis, acceleration, deceleration, jerk)
     if start_type in (StartType.HALT, StartType.STOP_AND_LOCK):
         return halt(axis, start_type, deceleration, jerk, buffer_mode)
     if start_type in JOGS:
@@ -95,18 +98,23 @@ def universal_start(
         return NcError.START_TYPE.number
     if buffer_mode not in BufferMode.__members__.values():
         return NcError.FUNCTION_NOT_AVAILABLE.number
-    if blending_position or segment_start_velocity or segment_end_velocity:
-        return NcError.FUNCTION_NOT_AVAILABLE.number
     code = (
         why_no_command(axis)
         or why_not_velocity(axis, velocity)
         or why_not_dynamics(axis, acceleration, deceleration, jerk)
         or why_not_position(axis, start_type, position)
+        or _why_not_segment(
+            velocity, blending_position, segment_start_velocity, segment_end_velocity
+        )
     )
     if code:
         return code
     queued = buffer_mode != BufferMode.ABORTING and busy(axis)
-    begin, direction_before = journey(axis) if queued else (axis.set_position, 0.0)
+    if queued and axis.set_motion_phase == MotionPhase.HOMING:
+        return NcError.GROUP_BUSY.number  # where it ends, and at which position, is not known yet
+    before, begin, direction_before = journey(axis)
+    if not queued:
+        begin = axis.set_position
     if start_type in ENDLESS:
         target = begin
         direction = ENDLESS[StartType(start_type)]
@@ -120,6 +128,7 @@ def universal_start(
         return code
     if not queued:
         axis.buffer_count = 0
+        absorb(axis)
         begin_job(
             axis,
             next_number(axis),
@@ -129,7 +138,7 @@ def universal_start(
             acceleration,
             deceleration,
             jerk,
-            0.0,
+            segment_end_velocity,
         )
         show_accepted(axis)
         return OK
@@ -140,54 +149,50 @@ def universal_start(
     if buffer_mode in _BLENDING:
         if direction != direction_before:
             return NcError.COMMAND_OTHER_DIRECTION.number
-        way = inf if start_type in ENDLESS else abs(target - begin)
-        border = _border_velocity(axis, buffer_mode, velocity, way, deceleration, jerk)
-        _blend(axis, border)
-    slot = (axis.buffer_first + axis.buffer_count) % COMMAND_BUFFER
-    axis.buffer_number[slot] = next_number(axis)
-    axis.buffer_start_type[slot] = start_type
-    axis.buffer_mode[slot] = buffer_mode
-    axis.buffer_position[slot] = float(position)
-    axis.buffer_velocity[slot] = float(velocity)
-    axis.buffer_acceleration[slot] = float(acceleration)
-    axis.buffer_deceleration[slot] = float(deceleration)
-    axis.buffer_jerk[slot] = float(jerk)
-    axis.buffer_end_velocity[slot] = 0.0
-    axis.buffer_count += 1
+        way = abs(begin - before)
+        if blending_position and not 0.0 <= (begin - blending_position) * direction <= way:
+            return NcError.ACTIVATION_POSITION_NOT_ON_WAY.number
+    else:
+        blending_position = 0.0
+    _wait(
+        axis,
+        start_type,
+        buffer_mode,
+        position=position,
+        velocity=velocity,
+        acceleration=acceleration,
+        deceleration=deceleration,
+        jerk=jerk,
+        blending_position=blending_position,
+        start_velocity=segment_start_velocity,
+        end_velocity=segment_end_velocity,
+    )
     show_accepted(axis)
     return OK
 
 
-def _blend(axis: Axis, border: float) -> None:
-    """Let the last accepted command end at the border velocity instead of at rest."""
-    if axis.buffer_count > 0:
-        slot = (axis.buffer_first + axis.buffer_count - 1) % COMMAND_BUFFER
-        axis.buffer_end_velocity[slot] = border
-    elif axis.set_motion_phase == MotionPhase.POSITIONING:
-        axis.job_end_velocity = border
-        axis.job_peak_velocity = 0.0
-        axis.replan = 1
+def _why_not_segment(
+    velocity: float, blending_position: float, start_velocity: float, end_velocity: float
+) -> int:
+    if not isfinite(blending_position):
+        return NcError.START_AXIS_DATA.number
+    if not (0.0 <= start_velocity <= velocity and 0.0 <= end_velocity <= velocity):
+        return NcError.VELOCITY_NOT_PERMITTED.number
+    return OK
 
 
-def _border_velocity(
-    axis: Axis, buffer_mode: int, velocity: float, way: float, deceleration: float, jerk: float
-) -> float:
-    """Velocity at the target of the last accepted command when another one over `way` follows.
-
-    The first command's own velocity bounds it, and so does what the second can brake from.
-    """
-    slot = (axis.buffer_first + axis.buffer_count - 1) % COMMAND_BUFFER
-    before = axis.buffer_velocity[slot] if axis.buffer_count > 0 else axis.job_velocity
-    border = before
-    if buffer_mode in (BufferMode.BLENDING_LOW, BufferMode.BLENDING_NEXT):
-        border = min(before, velocity)
-    if stopping_distance(border, 0.0, deceleration, jerk) <= way:
-        return border
-    slow = 0.0
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (slow + border)
-        if stopping_distance(middle, 0.0, deceleration, jerk) <= way:
-            slow = middle
-        else:
-            border = middle
-    return slow
+def _wait(axis: Axis, start_type: int, buffer_mode: int, **values: float) -> None:
+    """Put a command behind those that wait; `values` fill the `buffer_` fields of these names."""
+    slot = (axis.buffer_first + axis.buffer_count) % COMMAND_BUFFER
+    axis.buffer_number[slot] = next_number(axis)
+    axis.buffer_start_type[slot] = start_type
+    axis.buffer_mode[slot] = buffer_mode
+    for name, value in values.items():
+        getattr(axis, f"buffer_{name}")[slot] = float(value)
+    axis.buffer_count += 1
+    if axis.set_motion_phase == MotionPhase.POSITIONING:
+        border = axis.border_position, axis.border_velocity
+        look_ahead(axis)
+        if border != (axis.border_position, axis.border_velocity):
+            axis.job_peak_velocity = 0.0
+            axis.replan = 1

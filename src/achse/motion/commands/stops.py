@@ -1,16 +1,21 @@
 """Stops: halts, ramps and the lock; what a stop would take."""
 
+from math import isfinite
+
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import OK, STEEPEST_JERK, why_not_dynamics
-from achse.motion.commands.queue import next_number
+from achse.motion.checks import OK, STEEPEST_JERK, why_not_dynamics, why_not_target
+from achse.motion.commands.queue import heading, next_number, sign
 from achse.motion.profile import stopping_distance, stopping_time
-from achse.motion.setpoint import begin_stop
+from achse.motion.setpoint import absorb, begin_stop
 from achse.motion.states import BufferMode, CommandState, MotionPhase, StartType, StateBit
+from achse.motion.targets import modulo_part
 
 __all__ = [
+    "clear",
     "emergency_stop",
     "halt",
+    "oriented_stop",
     "parameterized_stop",
     "release_lock",
     "stop",
@@ -34,7 +39,7 @@ def halt(axis: Axis, start_type: int, deceleration: float, jerk: float, buffer_m
         return axis.error_code
     if axis.motion_locked and start_type == StartType.HALT:
         return NcError.AXIS_LOCKED_BY_STOP.number
-    code = why_not_dynamics(axis, axis.default_acceleration, deceleration, jerk)
+    code = why_not_dynamics(axis, axis.max_acceleration, deceleration, jerk)
     if code:
         return code
     if buffer_mode != BufferMode.ABORTING:
@@ -58,7 +63,7 @@ def stop(axis: Axis) -> int:
 
 def parameterized_stop(axis: Axis, deceleration: float, jerk: float) -> int:
     """Stop with the given deceleration and jerk (0x05)."""
-    code = why_not_dynamics(axis, axis.default_acceleration, deceleration, jerk)
+    code = why_not_dynamics(axis, axis.max_acceleration, deceleration, jerk)
     if code:
         return code
     _brake(axis, deceleration, jerk)
@@ -74,6 +79,53 @@ def emergency_stop(axis: Axis, deceleration: float, jerk: float) -> int:
     ):
         return NcError.EMERGENCY_STOP_DATA.number
     _brake(axis, deceleration, jerk)
+    return OK
+
+
+def oriented_stop(axis: Axis, modulo_position: float, deceleration: float, jerk: float) -> int:
+    """Stop at a position within the period (0x09), the first one ahead where the brakes hold.
+
+    The ramp is that of the running command; the given one is checked but without effect (002).
+    """
+    code = why_not_dynamics(axis, axis.max_acceleration, deceleration, jerk)
+    if code:
+        return code
+    if not (modulo_position >= 0.0 and isfinite(modulo_position)):
+        return NcError.MODULO_START_RANGE.number
+    if axis.set_motion_phase not in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
+        return NcError.NO_MOTION.number
+    ramp = stopping_distance(
+        axis.set_velocity, axis.set_acceleration, axis.job_deceleration, axis.job_jerk
+    )
+    rest = axis.set_position + ramp
+    direction = sign(ramp) or heading(axis)
+    way = modulo_part((modulo_position - rest) * direction, axis.encoder_modulo_factor)
+    target = rest + direction * way
+    code = why_not_target(axis, target)
+    if code:
+        return code
+    absorb(axis)
+    axis.buffer_count = 0
+    axis.switch_armed = 0
+    axis.set_motion_phase = MotionPhase.POSITIONING
+    axis.target_position = target
+    axis.job_end_velocity = 0.0
+    axis.job_peak_velocity = 0.0
+    axis.replan = 1
+    axis.has_been_stopped = 1
+    axis.state_dword |= StateBit.HAS_BEEN_STOPPED
+    return OK
+
+
+def clear(axis: Axis) -> int:
+    """Take the job and all waiting commands away (0x03); a moving axis brakes with its own ramp.
+
+    Other than after a stop, bit 7 of the status does not say that the axis was stopped.
+    """
+    stopped = axis.has_been_stopped
+    begin_stop(axis, axis.job_deceleration, axis.job_jerk)
+    axis.has_been_stopped = stopped
+    axis.got_new_target = 0
     return OK
 
 

@@ -45,8 +45,8 @@ class SetpointInternal(Memory):
     job_acceleration: float = real(0.0, "mm/s²", "commanded acceleration")
     job_deceleration: float = real(0.0, "mm/s²", "commanded deceleration")
     job_jerk: float = real(0.0, "mm/s³", "commanded jerk")
-    job_end_velocity: float = real(0.0, "mm/s", "velocity at the target")
-    job_direction: float = real(0.0, "1", "direction of an endless command")
+    job_end_velocity: float = real(0.0, "mm/s", "velocity beyond the target")
+    job_direction: float = real(0.0, "1", "direction of the active command")
     job_timing: int = flag(0, "positioning time is being measured")
     job_time: float = real(0.0, "s", "positioning time so far")
     job_peak_velocity: float = real(0.0, "mm/s", "velocity the job reaches at 100 % override")
@@ -55,6 +55,8 @@ class SetpointInternal(Memory):
     switch_position: float = real(0.0, "mm", "where the change happens")
     switch_target: float = real(0.0, "mm", "target from there on")
     switch_velocity: float = real(0.0, "mm/s", "velocity from there on")
+    border_position: float = real(0.0, "mm", "where the next command takes over, or the target")
+    border_velocity: float = real(0.0, "mm/s", "velocity there at 100 % override")
     planned_override: int = whole(0, "1e-6", "override the table was computed for")
     table_end: int = whole(0, "1", "what follows the table: 0 rest, 1 target, 2 constant velocity")
     table_velocity: float = real(0.0, "mm/s", "velocity at its end")
@@ -76,4 +78,14 @@ class SetpointInternal(Memory):
     buffer_acceleration: list[float] = reals(COMMAND_BUFFER, "mm/s²", "acceleration")
     buffer_deceleration: list[float] = reals(COMMAND_BUFFER, "mm/s²", "deceleration")
     buffer_jerk: list[float] = reals(COMMAND_BUFFER, "mm/s³", "jerk")
-    buffer_end_velocity: list[float] = reals(COMMAND_BUFFER, "mm/s", "velocity at the target")
+    buffer_blending_position: list[float] = reals(
+        COMMAND_BUFFER, "mm", "where it takes over; 0 = at the target before it"
+    )
+    buffer_start_velocity: list[float] = reals(
+        COMMAND_BUFFER, "mm/s", "segment start velocity; 0 = that of the mode"
+    )
+    buffer_end_velocity: list[float] = reals(COMMAND_BUFFER, "mm/s", "velocity beyond the target")
+    buffer_way: list[float] = reals(COMMAND_BUFFER, "mm", "from border to border")
+    buffer_border_velocity: list[float] = reals(
+        COMMAND_BUFFER, "mm/s", "wanted velocity at the border where it begins"
+    )

@@ -1,0 +1,155 @@
+"""Targets: where a start leads, and how fast the axis may pass the border to the next command.
+
+The border between two commands is the target of the first, or the blending position of the second
+before it. The second says how fast it is passed: at rest if it is just buffered, at the velocity of
+the one or the other command if it is blended, or at the segment velocity given for that very place.
+No border is passed faster than the commands behind it can brake.
+
+Kernel source, in the language of `achse.kernel`.
+"""
+
+from math import floor
+
+from achse.motion.profile import highest_velocity
+from achse.motion.record import COMMAND_BUFFER, AxisFields
+from achse.motion.states import BufferMode, StartType
+
+__all__ = ["look_ahead", "modulo_part", "resolve_target"]
+
+_RELATIVE = StartType.RELATIVE.value
+_ENDLESS_POSITIVE = StartType.ENDLESS_POSITIVE.value
+_ENDLESS_NEGATIVE = StartType.ENDLESS_NEGATIVE.value
+_MODULO = StartType.MODULO.value
+_MODULO_SHORTEST = StartType.MODULO_SHORTEST.value
+_MODULO_POSITIVE = StartType.MODULO_POSITIVE.value
+_MODULO_NEGATIVE = StartType.MODULO_NEGATIVE.value
+
+_BLENDING_LOW = BufferMode.BLENDING_LOW.value
+_BLENDING_PREVIOUS = BufferMode.BLENDING_PREVIOUS.value
+_BLENDING_NEXT = BufferMode.BLENDING_NEXT.value
+_BLENDING_HIGH = BufferMode.BLENDING_HIGH.value
+
+_FAR = 1e15
+"""Way of an endless command: farther than any axis goes."""
+
+
+def modulo_part(position: float, period: float) -> float:
+    """The position within its period: 0 <= part < period."""
+    part = position - floor(position / period) * period
+    if part < 0.0 or part >= period:
+        return 0.0
+    return part
+
+
+def resolve_target(ax: AxisFields, start_type: int, position: float, start: float) -> float:
+    """The absolute target of a start from `start`.
+
+    Type 5 (old form): the sign gives the direction, whole periods in the value are extra turns.
+    Types 517 and 773 go straight back when the target lies behind within the tolerance window.
+    """
+    if start_type == _RELATIVE:
+        return start + position
+    period = ax.encoder_modulo_factor
+    if start_type == _MODULO:
+        turns = floor(abs(position) / period) * period
+        if position < 0.0:
+            return start - modulo_part(start + position, period) - turns
+        return start + modulo_part(position - start, period) + turns
+    if start_type == _MODULO_SHORTEST:
+        way = modulo_part(position - start, period)
+        if way > 0.5 * period:
+            way -= period
+        return start + way
+    if start_type == _MODULO_POSITIVE:
+        way = modulo_part(position - start, period)
+        if period - way <= ax.encoder_modulo_tolerance_window:
+            way -= period
+        return start + way
+    if start_type == _MODULO_NEGATIVE:
+        way = modulo_part(start - position, period)
+        if period - way <= ax.encoder_modulo_tolerance_window:
+            way -= period
+        return start - way
+    return position
+
+
+def _wanted_velocity(ax: AxisFields, i: int, before: float, end: float) -> float:
+    """How fast the waiting command `i` wants the border to it passed.
+
+    The command before it has the velocity `before` and the segment end velocity `end`.
+    """
+    if ax.buffer_start_velocity[i] > 0.0:
+        return ax.buffer_start_velocity[i]
+    if end > 0.0:
+        return end
+    own = ax.buffer_velocity[i]
+    mode = ax.buffer_mode[i]
+    if mode == _BLENDING_PREVIOUS:
+        return before
+    if mode == _BLENDING_NEXT:
+        return own
+    if mode == _BLENDING_LOW:
+        return own if own < before else before
+    if mode == _BLENDING_HIGH:
+        return own if own > before else before
+    return 0.0
+
+
+def look_ahead(ax: AxisFields) -> None:
+    """Compute where the active job, a positioning, ends and how fast it may be there at most.
+
+    `border_position` is its target unless the next command blends earlier, `border_velocity` its
+    segment end velocity unless a next command follows. Forwards through the waiting commands for
+    their ways and velocities at their starts; then backwards for what can be braked.
+    """
+    here = ax.set_position
+    target = ax.target_position
+    direction = 1.0 if target >= here else -1.0
+    before = ax.job_velocity
+    end_velocity = ax.job_end_velocity
+    ax.border_position = target
+    border = target
+    count = ax.buffer_count
+    for n in range(count):
+        i = (ax.buffer_first + n) % COMMAND_BUFFER
+        blending = ax.buffer_blending_position[i]
+        if (
+            blending != 0.0
+            and (blending - here) * direction > 0.0
+            and (border - blending) * direction > 0.0
+        ):
+            border = blending
+        if n == 0:
+            ax.border_position = border
+        else:
+            j = (ax.buffer_first + n - 1) % COMMAND_BUFFER
+            ax.buffer_way[j] = abs(border - here)
+        here = border
+        ax.buffer_border_velocity[i] = _wanted_velocity(ax, i, before, end_velocity)
+        before = ax.buffer_velocity[i]
+        end_velocity = ax.buffer_end_velocity[i]
+        start_type = ax.buffer_start_type[i]
+        if start_type in (_ENDLESS_POSITIVE, _ENDLESS_NEGATIVE):
+            forth = start_type == _ENDLESS_POSITIVE
+            border = here + _FAR if forth else here - _FAR
+            end_velocity = before
+        else:
+            target = resolve_target(ax, start_type, ax.buffer_position[i], target)
+            border = target
+            forth = border > here
+        ax.buffer_way[i] = abs(border - here)
+        if forth != (direction > 0.0):
+            ax.buffer_border_velocity[i] = 0.0
+            direction = -direction
+    velocity = end_velocity
+    for back in range(count):
+        i = (ax.buffer_first + count - 1 - back) % COMMAND_BUFFER
+        highest = highest_velocity(
+            ax.buffer_way[i], velocity, ax.buffer_deceleration[i], ax.buffer_jerk[i]
+        )
+        velocity = ax.buffer_border_velocity[i]
+        if velocity > highest:
+            velocity = highest
+    ax.border_velocity = velocity
+    if velocity == 0.0:
+        ax.border_position = ax.target_position
