@@ -6,7 +6,7 @@ from typing import NamedTuple
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, why_no_command, why_not_dynamics, why_not_target
-from achse.motion.commands.queue import sign
+from achse.motion.commands.queue import heading, sign
 from achse.motion.states import AxisType, CompensationType, MotionPhase
 from achse.motion.superposition import superposed_speed, superposed_way
 
@@ -67,7 +67,7 @@ def start_superposition(axis: Axis, asked: Compensation) -> tuple[int, Compensat
     if code:
         return code, asked
     done = _as_possible(asked, limit)
-    direction = _direction(axis)
+    direction = heading(axis)
     if axis.set_motion_phase == MotionPhase.POSITIONING:
         code = why_not_target(axis, axis.target_position + direction * done.distance)
         if code:
@@ -142,15 +142,6 @@ def _why_not(axis: Axis, asked: Compensation) -> int:
 def _base_way(asked: Compensation) -> float:
     """Way of the main motion over which the compensation may act."""
     return asked.length - asked.distance if asked.type in _OWN_WAY else asked.length
-
-
-def _direction(axis: Axis) -> float:
-    """Of the main motion; the planned one where it stands (override zero, first cycle)."""
-    if axis.set_velocity != 0.0:
-        return sign(axis.set_velocity)
-    if axis.set_motion_phase == MotionPhase.ENDLESS:
-        return axis.job_direction
-    return sign(axis.target_position - axis.set_position) or 1.0
 
 
 def _fastest(axis: Axis, asked: Compensation) -> float:
