@@ -13,6 +13,7 @@ from achse.motion.fields.encoder import (
     EncoderMemory,
     EncoderParameters,
     EncoderState,
+    TouchProbeMemory,
     TouchProbeState,
 )
 from achse.motion.record import FIELDS
@@ -36,8 +37,15 @@ _PARTS = (
     (
         "encoders",
         (
-            *_fields(EncoderParameters, EncoderState, TouchProbeState, EncoderMemory),
+            *_fields(
+                EncoderParameters,
+                EncoderState,
+                TouchProbeState,
+                EncoderMemory,
+                TouchProbeMemory,
+            ),
             "plant_position",
+            "homed",
         ),
     ),
     ("controllers", _fields(ControllerParameters, ControllerState, ControllerMemory)),

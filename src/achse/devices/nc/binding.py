@@ -26,6 +26,7 @@ __all__ = [
     "not_while_enabled",
     "parameter",
     "per_element",
+    "per_encoder",
     "shown",
 ]
 
@@ -134,6 +135,12 @@ def per_element(*rows: Service) -> Iterator[Service]:
     """`rows` at 0x00n0_0000 + offset; the standard element n = 0 is the axis itself."""
     for row in rows:
         yield replace(row, element=_SUB_RANGES[""][1])
+
+
+def per_encoder(*rows: Service) -> Iterator[Service]:
+    """`rows` at 0x00n0_0000 + offset, about encoder n of the axis."""
+    for row in rows:
+        yield replace(row, element=_SUB_RANGES["encoder_"][1])
 
 
 def in_sub_range(

@@ -11,7 +11,7 @@ from achse.devices.nc.axis_states import AXIS_STATES
 from achse.devices.nc.controller import CONTROLLER_PARAMETERS, CONTROLLER_STATES
 from achse.devices.nc.drive import DRIVE_PARAMETERS, DRIVE_STATES
 from achse.devices.nc.encoder import ENCODER_PARAMETERS, ENCODER_STATES
-from achse.devices.nc.functions import AXIS_FUNCTIONS
+from achse.devices.nc.functions import AXIS_FUNCTIONS, ENCODER_FUNCTIONS
 from achse.devices.nc.io_structures import DRIVE_CYCLIC, ENCODER_CYCLIC
 from achse.devices.nc.ring0 import RING0_FUNCTIONS, RING0_PARAMETERS, RING0_STATES
 from achse.devices.nc.symbols import NcSymbols, interface_groups
@@ -35,6 +35,7 @@ AXIS_GROUPS = (
     (0x4300, AXIS_CYCLIC, NcError.AXIS_ID),
     (0x5000, ENCODER_PARAMETERS, NcError.ENCODER_ID),
     (0x5100, ENCODER_STATES, NcError.ENCODER_ID),
+    (0x5200, ENCODER_FUNCTIONS, NcError.ENCODER_ID),
     (0x5300, ENCODER_CYCLIC, NcError.ENCODER_ID),
     (0x6000, CONTROLLER_PARAMETERS, NcError.CONTROLLER_ID),
     (0x6100, CONTROLLER_STATES, NcError.CONTROLLER_ID),

@@ -14,6 +14,7 @@ from achse.devices.nc.binding import error_state, in_sub_range, not_while_enable
 from achse.devices.nc.layouts import INT32, REAL64, UINT8, UINT16, UINT32, Text
 from achse.motion import Axis
 from achse.motion.record import DRIVE_DELAY
+from achse.motion.signals import drive_inputs
 from achse.motion.states import OutputFilter
 from achse.server import READ, READ_WRITE, Service
 
@@ -160,7 +161,7 @@ def _digital_input(drive: Axis, number: int) -> int:
         raise DeviceError(
             NcError.REQUEST_PARAMETER.number, f"input {number}, expected 1..{DIGITAL_INPUTS}"
         )
-    return drive.owner.simulation_drive_inputs >> (number - 1) & 1
+    return drive_inputs(drive.owner, drive.owner) >> (number - 1) & 1
 
 
 DRIVE_STATES = (

@@ -178,8 +178,7 @@ ENCODER_STATES = (
     shown(0x08, INT64, "software_increments"),
     Service(
         0x09, "homed_flag", READ | WRITE, UINT16, "the axis is homed", "1",
-        read=lambda encoder: encoder.owner.homed,
-        write=lambda encoder, homed: setattr(encoder.owner, "homed", homed),
+        field="homed",
         minimum=0, maximum=1, code=0x4404,
     ),
     shown(0x0A, REAL64, "position_correction"),

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.motion import Axis
+from achse.motion.signals import drive_inputs
 from achse.motion.states import AxisType, DriveType
 from achse.server import READ, WRITE, Layout, Service
 
@@ -104,7 +105,7 @@ class _DriveInput:
             axis.encoder_hardware_increments, _int32(torque),
             status, 0, 0, axis.owner.simulation_fast_stop_signal << 7,
             0, 0, 0, 0,
-            0, 0, 0, axis.owner.simulation_drive_inputs, 0, 0,
+            0, 0, 0, drive_inputs(axis, axis.owner), 0, 0,
         )  # fmt: skip
 
     def decode(self, data: bytes) -> tuple[int, ...]:

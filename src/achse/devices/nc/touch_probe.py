@@ -4,7 +4,7 @@ A row about one probe is answered for probe 1, or as four values when so many by
 (CANopen drives have up to four).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -14,6 +14,7 @@ from achse.devices.nc import binding
 from achse.devices.nc.layouts import REAL64, UINT16, UINT32, UINT64, OfAxis
 from achse.motion import Axis
 from achse.motion.record import TOUCH_PROBES
+from achse.motion.signals import drive_inputs
 from achse.server import READ, READ_WRITE, Layout, Service
 
 __all__ = ["TOUCH_PROBE"]
@@ -26,49 +27,33 @@ def _state(encoder: Axis, unit: int) -> tuple[float, ...]:
         raise DeviceError(
             NcError.REQUEST_PARAMETER.number, f"touch probe {unit}, expected 1..{TOUCH_PROBES}"
         )
-    i = unit - 1
-    return (
-        encoder.encoder_probe_rising_active[i],
-        encoder.encoder_probe_rising_valid[i],
-        encoder.encoder_probe_rising_position[i],
-        encoder.encoder_probe_rising_counter[i],
-        encoder.encoder_probe_falling_active[i],
-        encoder.encoder_probe_falling_valid[i],
-        encoder.encoder_probe_falling_position[i],
-        encoder.encoder_probe_falling_counter[i],
+    return tuple(
+        values[edge]
+        for edge in (unit - 1, unit - 1 + TOUCH_PROBES)
+        for values in (
+            encoder.encoder_probe_active,
+            encoder.encoder_probe_valid,
+            encoder.encoder_probe_position,
+            encoder.encoder_probe_counter,
+        )
     )
 
 
-def _active(encoder: Axis) -> list[int]:
-    edges = zip(
-        encoder.encoder_probe_rising_active, encoder.encoder_probe_falling_active, strict=True
-    )
-    return [rising | falling for rising, falling in edges]
-
-
-def _valid(encoder: Axis) -> list[int]:
-    edges = zip(
-        encoder.encoder_probe_rising_valid, encoder.encoder_probe_falling_valid, strict=True
-    )
-    return [rising | falling for rising, falling in edges]
+def _either(flags: Sequence[int]) -> list[int]:
+    return [flags[unit] | flags[unit + TOUCH_PROBES] for unit in range(TOUCH_PROBES)]
 
 
 def _positions(encoder: Axis) -> list[float]:
     """Of the falling edge where that alone is valid, else of the rising one."""
+    valid, position = encoder.encoder_probe_valid, encoder.encoder_probe_position
     return [
-        falling if falling_valid and not rising_valid else rising
-        for rising_valid, rising, falling_valid, falling in zip(
-            encoder.encoder_probe_rising_valid,
-            encoder.encoder_probe_rising_position,
-            encoder.encoder_probe_falling_valid,
-            encoder.encoder_probe_falling_position,
-            strict=True,
-        )
+        position[unit + TOUCH_PROBES if valid[unit + TOUCH_PROBES] and not valid[unit] else unit]
+        for unit in range(TOUCH_PROBES)
     ]
 
 
 def _input(number: int) -> Callable[[Axis], int]:
-    return lambda encoder: encoder.owner.simulation_drive_inputs >> (number - 1) & 1
+    return lambda encoder: drive_inputs(encoder, encoder.owner) >> (number - 1) & 1
 
 
 def _flags(offset: int, name: str, four: str, read: Callable[[Axis], Any], doc: str) -> Service:
@@ -95,8 +80,20 @@ TOUCH_PROBE = (
         response=Layout("<IIdI4xIIdI20x"),
         port=501,
     ),
-    _flags(0x201, "latch_active", "<4I", _active, "an external latch is active"),
-    _flags(0x202, "latch_valid", "<4I", _valid, "an external latch value has become valid"),
+    _flags(
+        0x201,
+        "latch_active",
+        "<4I",
+        lambda encoder: _either(encoder.encoder_probe_active),
+        "an external latch is active",
+    ),
+    _flags(
+        0x202,
+        "latch_valid",
+        "<4I",
+        lambda encoder: _either(encoder.encoder_probe_valid),
+        "an external latch value has become valid",
+    ),
     shown(0x203, UINT32, "latch_hardware_increments"),
     shown(0x204, UINT64, "latch_software_increments"),
     Service(
@@ -118,14 +115,14 @@ TOUCH_PROBE = (
         0x210,
         "latch_rising_edge_active",
         "<4H",
-        lambda encoder: encoder.encoder_probe_rising_active,
+        lambda encoder: encoder.encoder_probe_active[:TOUCH_PROBES],
         "an external latch waits for a rising edge",
     ),
     _flags(
         0x211,
         "latch_falling_edge_active",
         "<4H",
-        lambda encoder: encoder.encoder_probe_falling_active,
+        lambda encoder: encoder.encoder_probe_active[TOUCH_PROBES:],
         "an external latch waits for a falling edge",
     ),
     Service(

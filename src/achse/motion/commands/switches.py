@@ -3,6 +3,7 @@
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
+from achse.motion.commands.homing import end_application_request
 from achse.motion.commands.queue import busy
 from achse.motion.setpoint import drop_job
 from achse.motion.states import MotionPhase, StateBit
@@ -12,7 +13,7 @@ __all__ = ["disable", "enable", "reset", "set_drive_output", "set_external_error
 
 def reset(axis: Axis) -> int:
     """Reset errors (0x01). During a move it stops the axis abruptly; a stop runs to its end."""
-    if axis.set_motion_phase in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
+    if axis.set_motion_phase not in (MotionPhase.NONE, MotionPhase.STOPPING):
         drop_job(axis)
     axis.buffer_count = 0
     axis.error_code = 0
@@ -22,7 +23,9 @@ def reset(axis: Axis) -> int:
     axis.following_error_velocity_time = 0.0
     axis.motion_time = 0.0
     axis.got_new_target = 0
+    axis.brake_released = 0
     axis.reset_command_counter += 1
+    end_application_request(axis)
     axis.state_dword &= ~(StateBit.ERROR | StateBit.ERROR_PROPAGATION_DELAYED)
     return OK
 

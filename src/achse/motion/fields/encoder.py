@@ -13,10 +13,12 @@ from achse.motion.fields.declare import (
 
 __all__ = [
     "POSITION_HISTORY",
+    "PROBE_EDGES",
     "TOUCH_PROBES",
     "EncoderMemory",
     "EncoderParameters",
     "EncoderState",
+    "TouchProbeMemory",
     "TouchProbeState",
 ]
 
@@ -24,6 +26,9 @@ POSITION_HISTORY = 16
 """Actual positions with time stamp that are kept; fewer cycles than lead to rest."""
 
 TOUCH_PROBES = 4
+
+PROBE_EDGES = 2 * TOUCH_PROBES
+"""Rising edges of all touch probes, then their falling ones."""
 
 
 class EncoderParameters(Parameters):
@@ -59,11 +64,13 @@ class EncoderParameters(Parameters):
         0, "ns", "dead time of the encoder", -1_000_000_000, 1_000_000_000
     )
     encoder_control_dword: int = whole(0, "bits", "operation modes of the encoder")
-    encoder_homing_cam_search_inverse: int = flag(0, "the cam is searched in positive direction")
-    encoder_sync_pulse_search_inverse: int = flag(0, "the sync pulse is searched the other way")
+    encoder_homing_cam_search_inverse: int = flag(1, "the cam is searched in negative direction")
+    encoder_sync_pulse_search_inverse: int = flag(
+        0, "the sync pulse is searched in negative direction"
+    )
     encoder_reference_position: float = real(0.0, "mm", "position of the reference mark", -1e9, 1e9)
-    encoder_external_sync_pulse: int = flag(0, "the sync pulse comes from outside")
-    encoder_reference_mode: int = whole(1, "ReferenceMode", "what ends the homing sequence")
+    encoder_external_sync_pulse: int = flag(0, "the sync pulse is input 1 instead of the index")
+    encoder_reference_mode: int = whole(1, "ReferenceMode", "what ends the homing sequence", 1)
     encoder_sub_mask: int = whole(
         0xFFFF, "INC", "range within which the count is absolute, less 1", 0xF
     )
@@ -136,16 +143,20 @@ class TouchProbeState(States):
     encoder_latch_hardware_increment_difference: int = whole(0, "INC", "to the latch before")
     encoder_latch_software_increment_difference: int = whole(0, "INC", "to the latch before")
     encoder_latch_position_difference: float = real(0.0, "mm", "to the latch before")
-    encoder_probe_rising_active: list[int] = wholes(TOUCH_PROBES, "0/1", "waits for a rising edge")
-    encoder_probe_rising_valid: list[int] = wholes(TOUCH_PROBES, "0/1", "rising edge latched")
-    encoder_probe_rising_position: list[float] = reals(TOUCH_PROBES, "mm", "of the rising edge")
-    encoder_probe_rising_counter: list[int] = wholes(TOUCH_PROBES, "1", "rising edges latched")
-    encoder_probe_falling_active: list[int] = wholes(
-        TOUCH_PROBES, "0/1", "waits for a falling edge"
-    )
-    encoder_probe_falling_valid: list[int] = wholes(TOUCH_PROBES, "0/1", "falling edge latched")
-    encoder_probe_falling_position: list[float] = reals(TOUCH_PROBES, "mm", "of the falling edge")
-    encoder_probe_falling_counter: list[int] = wholes(TOUCH_PROBES, "1", "falling edges latched")
+    encoder_probe_active: list[int] = wholes(PROBE_EDGES, "0/1", "waits for its edge")
+    encoder_probe_valid: list[int] = wholes(PROBE_EDGES, "0/1", "its edge was latched")
+    encoder_probe_position: list[float] = reals(PROBE_EDGES, "mm", "where its edge was")
+    encoder_probe_counter: list[int] = wholes(PROBE_EDGES, "1", "edges latched since activated")
+
+
+class TouchProbeMemory(Memory):
+    """What an active latch waits for, and the signals of the cycle before."""
+
+    encoder_probe_continuous: list[int] = wholes(PROBE_EDGES, "0/1", "goes on after an edge")
+    encoder_probe_source: list[int] = wholes(PROBE_EDGES, "SignalSource", "its signal")
+    encoder_signal_position: float = real(0.0, "INC", "position of the motor a cycle before")
+    encoder_signal_inputs: int = whole(0, "bits", "digital inputs of the drive a cycle before")
+    encoder_machine_zero: float = real(0.0, "INC", "count at the zero of the machine")
 
 
 class EncoderMemory(Memory):

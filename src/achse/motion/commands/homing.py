@@ -1,0 +1,110 @@
+"""Homing of an axis, by the NC or by the application."""
+
+from achse.codes import NcError
+from achse.motion.axis import Axis
+from achse.motion.checks import OK, why_no_command, why_not_permitted, why_not_velocity
+from achse.motion.commands.queue import busy, next_number, show_accepted
+from achse.motion.homing import cam_direction, pulse_direction
+from achse.motion.record import TOUCH_PROBES
+from achse.motion.states import (
+    AxisType,
+    CommandState,
+    HomingState,
+    MotionPhase,
+    ReferenceMode,
+    StateBit,
+)
+
+__all__ = ["end_application_request", "home", "set_homing_state"]
+
+_REQUEST_HOMING = 1
+
+_WITH_LATCH_1 = {
+    ReferenceMode.HARDWARE_LATCH_1_RISING,
+    ReferenceMode.HARDWARE_LATCH_1_FALLING,
+    ReferenceMode.HARDWARE_LATCH_1_RISING_DRIVE,
+    ReferenceMode.HARDWARE_LATCH_1_FALLING_DRIVE,
+}
+
+
+def _request_application(axis: Axis, request_type: int) -> None:
+    axis.application_request = int(request_type != 0)
+    axis.application_request_type = request_type
+    axis.adapt = 1
+
+
+def end_application_request(axis: Axis) -> None:
+    """The application has done what it was asked for, or need not do it any more."""
+    if axis.application_request:
+        _request_application(axis, 0)
+
+
+def home(axis: Axis) -> int:
+    """Home the axis (0x10) as its reference mode says; the axis is not homed meanwhile.
+
+    In mode 20 the application is asked to do it.
+    """
+    code = why_no_command(axis)
+    if code:
+        return code
+    if busy(axis):
+        return NcError.GROUP_BUSY.number
+    if axis.encoder_is_absolute:
+        return NcError.FUNCTION_NOT_ALLOWED.number
+    mode = axis.encoder_reference_mode
+    if mode == ReferenceMode.APPLICATION:
+        axis.homed = 0
+        axis.application_command_number += 1
+        _request_application(axis, _REQUEST_HOMING)
+        return OK
+    code = _why_not_home(axis, mode)
+    if code:
+        return code
+    axis.homed = 0
+    axis.homing_state = HomingState.TOWARDS_CAM
+    axis.homing_latch = 0
+    axis.set_motion_phase = MotionPhase.HOMING
+    axis.job_acceleration = axis.default_acceleration
+    axis.job_deceleration = axis.default_deceleration
+    axis.job_jerk = axis.default_jerk
+    axis.job_velocity = axis.homing_velocity_towards_cam
+    axis.job_direction = 0.0
+    axis.job_timing = 0
+    axis.replan = 1
+    axis.switch_armed = 0
+    axis.has_been_stopped = 0
+    axis.got_new_target = 0
+    axis.set_command_number = next_number(axis)
+    axis.set_command_state = CommandState.ACTIVE
+    show_accepted(axis)
+    axis.state_dword = axis.state_dword & ~StateBit.HOMED | StateBit.HOMING_BUSY
+    return OK
+
+
+def _why_not_home(axis: Axis, mode: int) -> int:
+    """What forbids a homing sequence of the NC."""
+    if mode not in ReferenceMode.__members__.values() or mode == ReferenceMode.NOT_DEFINED:
+        return NcError.ENCODER_REFERENCE_MODE.number
+    if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
+        return NcError.FUNCTION_NOT_AVAILABLE.number
+    if mode in _WITH_LATCH_1 and (
+        axis.encoder_probe_active[0] or axis.encoder_probe_active[TOUCH_PROBES]
+    ):
+        return NcError.ENCODER_HARDWARE_LATCH.number
+    if why_not_velocity(axis, axis.homing_velocity_towards_cam):
+        return NcError.AXIS_HOMING_VELOCITY_TOWARDS_CAM.number
+    if why_not_velocity(axis, axis.homing_velocity_off_cam):
+        return NcError.AXIS_HOMING_VELOCITY_OFF_CAM.number
+    return why_not_permitted(axis, cam_direction(axis)) or why_not_permitted(
+        axis, pulse_direction(axis)
+    )
+
+
+def set_homing_state(axis: Axis, state: int) -> int:
+    """Show a step of a homing that the application does (0x2C); 0 ends its request."""
+    if axis.set_motion_phase == MotionPhase.HOMING:
+        return NcError.GROUP_BUSY.number
+    axis.homing_state = state
+    if state == HomingState.READY:
+        end_application_request(axis)
+    return OK

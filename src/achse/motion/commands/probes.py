@@ -1,0 +1,140 @@
+"""Touch probes of an encoder: its external latches are made to wait, and let go."""
+
+from math import isfinite
+
+from achse.codes import NcError
+from achse.motion.axis import Axis
+from achse.motion.checks import OK
+from achse.motion.record import PROBE_EDGES, TOUCH_PROBES
+from achse.motion.signals import begin_watch, latch_probe
+from achse.motion.states import EncoderType, ProbeMode, ReferenceMode, SignalSource
+
+__all__ = [
+    "activate_latch",
+    "activate_touch_probe",
+    "deactivate_latch",
+    "deactivate_touch_probe",
+    "set_latch_event",
+]
+
+_HOMING_BY_INDEX = {ReferenceMode.HARDWARE_SYNC, ReferenceMode.SOFTWARE_SYNC}
+
+
+def _edge(probe_unit: int, signal_edge: int) -> int | None:
+    """Where the latch of this edge lies, None if there is none."""
+    if 1 <= probe_unit <= TOUCH_PROBES and signal_edge in (0, 1):
+        return probe_unit - 1 + TOUCH_PROBES * signal_edge
+    return None
+
+
+def _count(encoder: Axis) -> None:
+    """Show whether any latch waits, and whether any has latched."""
+    encoder.encoder_latch_active = int(any(encoder.encoder_probe_active))
+    encoder.encoder_latch_valid = int(any(encoder.encoder_probe_valid))
+    encoder.resting = encoder.owner.resting = 0
+
+
+def _homing_holds_latch(encoder: Axis, edge: int) -> bool:
+    """Unit 1 is the latch of a homing sequence, unless that goes by the index pulse."""
+    return (
+        edge % TOUCH_PROBES == 0
+        and encoder.homing_latch != 0
+        and encoder.encoder_reference_mode not in _HOMING_BY_INDEX
+    )
+
+
+def _activate(encoder: Axis, edge: int, continuous: bool, source: int) -> None:
+    if not encoder.encoder_latch_active and not encoder.homing_latch:
+        begin_watch(encoder, encoder.owner)
+    encoder.encoder_probe_active[edge] = 1
+    encoder.encoder_probe_valid[edge] = 0
+    encoder.encoder_probe_counter[edge] = 0
+    encoder.encoder_probe_continuous[edge] = int(continuous)
+    encoder.encoder_probe_source[edge] = source
+
+
+def _why_not_activate(encoder: Axis, edge: int) -> int:
+    if encoder.encoder_probe_active[edge]:
+        return NcError.ENCODER_FUNCTION_ACTIVE.number
+    if _homing_holds_latch(encoder, edge):
+        return NcError.ENCODER_EXTERNAL_LATCH.number
+    return OK
+
+
+def activate_touch_probe(
+    encoder: Axis, probe_unit: int, signal_edge: int, probe_mode: int, signal_source: int
+) -> int:
+    """Have touch probe 1..4 wait for an edge, once or on and on (0x200).
+
+    Source 1..4 is an input, 128 the index pulse, 129 what the drive is set to; 0 is the input of
+    the probe's own number.
+    """
+    edge = _edge(probe_unit, signal_edge)
+    if (
+        edge is None
+        or probe_mode not in ProbeMode.__members__.values()
+        or signal_source not in SignalSource.__members__.values()
+    ):
+        return NcError.REQUEST_PARAMETER.number
+    code = _why_not_activate(encoder, edge)
+    if code:
+        return code
+    source = signal_source or probe_unit
+    _activate(encoder, edge, probe_mode == ProbeMode.CONTINUOUS, source)
+    _count(encoder)
+    return OK
+
+
+def deactivate_touch_probe(encoder: Axis, probe_unit: int, signal_edge: int) -> int:
+    """Have touch probe 1..4 wait no longer, and forget that it latched (0x205)."""
+    edge = _edge(probe_unit, signal_edge)
+    if edge is None:
+        return NcError.REQUEST_PARAMETER.number
+    encoder.encoder_probe_active[edge] = 0
+    encoder.encoder_probe_valid[edge] = 0
+    _count(encoder)
+    return OK
+
+
+def activate_latch(encoder: Axis, *chosen: int, falling: bool) -> int:
+    """Have the latches that are `chosen` wait for one edge of their inputs (0x201, 0x202).
+
+    There is a flag for each of four latches, or nothing for the first.
+    """
+    edges = [unit + TOUCH_PROBES * falling for unit, flag in enumerate(chosen or (1,)) if flag]
+    for edge in edges:
+        code = _why_not_activate(encoder, edge)
+        if code:
+            return code
+    for edge in edges:
+        _activate(encoder, edge, False, edge % TOUCH_PROBES + 1)
+    _count(encoder)
+    return OK
+
+
+def deactivate_latch(encoder: Axis, *chosen: int) -> int:
+    """Have the latches that are `chosen` wait no longer (0x205); nothing means the first."""
+    for unit, flag in enumerate(chosen or (1,)):
+        if flag:
+            for edge in range(unit, PROBE_EDGES, TOUCH_PROBES):
+                encoder.encoder_probe_active[edge] = 0
+                encoder.encoder_probe_valid[edge] = 0
+    _count(encoder)
+    return OK
+
+
+def set_latch_event(encoder: Axis, position: float) -> int:
+    """Let the first latch, which waits, latch this position (0x210); simulated encoders only."""
+    if encoder.encoder_type != EncoderType.SIMULATION:
+        return NcError.ENCODER_FUNCTION_NOT_SUPPORTED.number
+    if not isfinite(position):
+        return NcError.REQUEST_PARAMETER.number
+    edges = [e for e in range(0, PROBE_EDGES, TOUCH_PROBES) if encoder.encoder_probe_active[e]]
+    if not edges:
+        return NcError.ENCODER_EXTERNAL_LATCH.number
+    offset = encoder.encoder_position_offset + encoder.encoder_set_position_offset
+    offset += encoder.encoder_position_correction
+    for edge in edges:
+        latch_probe(encoder, edge, round((position - offset) / encoder.encoder_scale), position)
+    _count(encoder)
+    return OK

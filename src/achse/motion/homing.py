@@ -1,0 +1,109 @@
+"""Homing: the axis looks for its reference cam, leaves it, and takes its position from a mark.
+
+The sequence is that of 004 §5.1.1: towards the cam, stop on it, off the cam, latch the sync pulse,
+stop, and only then set the position, so that the mark has the reference position and the axis
+stands its braking distance beyond.
+
+Kernel source: compiled as it stands, see `compiled`.
+"""
+
+from achse.motion.record import AxisFields
+from achse.motion.setpoint import arrived, end_homing, fail, shift_origin
+from achse.motion.signals import LATCHED, WAITS, begin_watch, homing_cam
+from achse.motion.states import CommandState, HomingState, MotionPhase, ReferenceMode
+
+__all__ = ["cam_direction", "home", "pulse_direction"]
+
+_TOWARDS_CAM = HomingState.TOWARDS_CAM.value
+_AWAIT_CAM = HomingState.AWAIT_CAM.value
+_LEAVE_CAM = HomingState.LEAVE_CAM.value
+_AWAIT_CAM_OFF = HomingState.AWAIT_CAM_OFF.value
+_AWAIT_LATCH = HomingState.AWAIT_LATCH.value
+_SET_POSITION = HomingState.SET_POSITION.value
+
+_CAM_ONLY = ReferenceMode.HOMING_SENSOR_ONLY.value
+_DONE = CommandState.DONE.value
+_NO_JOB = MotionPhase.NONE.value
+
+_CAM_LEFT_EARLY = 0x4253
+
+
+def cam_direction(ax: AxisFields) -> float:
+    """Where the cam is searched."""
+    return -1.0 if ax.encoder_homing_cam_search_inverse else 1.0
+
+
+def pulse_direction(ax: AxisFields) -> float:
+    """Where the axis leaves the cam and searches the sync pulse."""
+    return -1.0 if ax.encoder_sync_pulse_search_inverse else 1.0
+
+
+def _run(ax: AxisFields, velocity: float, direction: float) -> None:
+    """Go on endlessly, or come to rest with direction 0."""
+    ax.job_velocity = velocity
+    ax.job_direction = direction
+    ax.replan = 1
+
+
+def _stop(ax: AxisFields) -> None:
+    _run(ax, ax.job_velocity, 0.0)
+
+
+def _stands(ax: AxisFields) -> bool:
+    return (
+        ax.replan == 0
+        and ax.set_velocity == 0.0
+        and ax.set_acceleration == 0.0
+        and arrived(ax) == 1
+    )
+
+
+def _arm(ax: AxisFields) -> None:
+    """Off the cam: latch here, or with the sync pulse still to come."""
+    position = ax.encoder_actual_position_unfiltered
+    if ax.encoder_reference_mode == _CAM_ONLY:
+        ax.homing_latch_position = position
+        ax.homing_state = _SET_POSITION
+        _stop(ax)
+    else:
+        ax.homing_latch_begin = position
+        ax.homing_latch = WAITS
+        begin_watch(ax, ax)
+        ax.homing_state = _AWAIT_LATCH
+
+
+def home(ax: AxisFields) -> None:
+    """The step of a homing sequence that this cycle takes; the set-point generator moves."""
+    state = ax.homing_state
+    cam = homing_cam(ax)
+    if state == _TOWARDS_CAM:
+        if cam:
+            ax.homing_state = _LEAVE_CAM
+        else:
+            ax.homing_state = _AWAIT_CAM
+            _run(ax, ax.homing_velocity_towards_cam, cam_direction(ax))
+    elif state == _AWAIT_CAM:
+        if cam:
+            ax.homing_state = _LEAVE_CAM
+            _stop(ax)
+    elif state == _LEAVE_CAM:
+        if _stands(ax):
+            if cam:
+                ax.homing_state = _AWAIT_CAM_OFF
+                _run(ax, ax.homing_velocity_off_cam, pulse_direction(ax))
+            else:
+                fail(ax, _CAM_LEFT_EARLY, 0)
+    elif state == _AWAIT_CAM_OFF:
+        if cam == 0:
+            _arm(ax)
+    elif state == _AWAIT_LATCH:
+        if ax.homing_latch == LATCHED:
+            ax.homing_state = _SET_POSITION
+            _stop(ax)
+    elif state == _SET_POSITION and _stands(ax):
+        ax.target_position = ax.set_position
+        shift_origin(ax, ax.encoder_reference_position - ax.homing_latch_position)
+        end_homing(ax)
+        ax.homed = 1
+        ax.set_motion_phase = _NO_JOB
+        ax.set_command_state = _DONE

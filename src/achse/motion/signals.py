@@ -1,0 +1,208 @@
+"""Signals of the machine: its cam, mark, index pulses and inputs, and the latches of their edges.
+
+An edge happens at a place on the way of the motor within a cycle, so what is latched does not
+depend on the cycle. An input switched by hand changes when the cycle sees it.
+
+Kernel source: compiled as it stands, see `compiled`.
+"""
+
+from math import ceil, floor, inf
+
+from achse.motion.record import PROBE_EDGES, TOUCH_PROBES, AxisFields
+from achse.motion.states import ControlBit, HomingSensorSource, ReferenceMode, SignalSource
+
+__all__ = ["begin_watch", "drive_inputs", "homing_cam", "latch_probe", "watch"]
+
+NOWHERE = inf
+"""The place of an edge that did not happen."""
+
+WAITS = 1
+LATCHED = 2
+"""States of the latch of a homing sequence."""
+
+_PLC_CAM = ControlBit.HOMING_SENSOR.value
+_FIRST_LOW = HomingSensorSource.DIGITAL_INPUT_1_LOW.value
+
+_INDEX = SignalSource.ZERO_PULSE.value
+_DRIVE_DEFINED = SignalSource.DRIVE_DEFINED.value
+
+_HARDWARE_SYNC = ReferenceMode.HARDWARE_SYNC.value
+_LATCH_RISING = ReferenceMode.HARDWARE_LATCH_1_RISING.value
+_LATCH_FALLING = ReferenceMode.HARDWARE_LATCH_1_FALLING.value
+_SOFTWARE_SYNC = ReferenceMode.SOFTWARE_SYNC.value
+_DRIVE_FALLING = ReferenceMode.HARDWARE_LATCH_1_FALLING_DRIVE.value
+
+
+def _place(ax: AxisFields, count: float) -> float:
+    """Where the machine stands when the motor of encoder `ax` is at `count`."""
+    return (count - ax.encoder_machine_zero) * ax.encoder_scale
+
+
+def drive_inputs(ax: AxisFields, machine: AxisFields) -> int:
+    """Digital inputs 1..8 of the drive: those switched by hand, cam and mark where wired."""
+    inputs = machine.simulation_drive_inputs
+    place = _place(ax, ax.plant_position)
+    wire = machine.simulation_cam_input
+    if wire > 0 and machine.simulation_cam_begin <= place <= machine.simulation_cam_end:
+        inputs |= 1 << (wire - 1)
+    wire = machine.simulation_mark_input
+    if wire > 0 and machine.simulation_mark_begin <= place <= machine.simulation_mark_end:
+        inputs |= 1 << (wire - 1)
+    return inputs
+
+
+def homing_cam(ax: AxisFields) -> int:
+    """Whether the reference cam is closed, as the configured source says."""
+    source = ax.encoder_homing_sensor_source
+    if source == 0:
+        if ax.control_dword & _PLC_CAM:
+            return 1
+        place = _place(ax, ax.plant_position)
+        if ax.simulation_cam_input == 0:
+            return 1 if ax.simulation_cam_begin <= place <= ax.simulation_cam_end else 0
+        return 0
+    inputs = drive_inputs(ax, ax)
+    if source < _FIRST_LOW:
+        return inputs >> (source - 1) & 1
+    return 1 - (inputs >> (source - _FIRST_LOW) & 1)
+
+
+def _pulse(before: float, now: float, period: float, first: float) -> float:
+    """The first count of those every `period` that the motor passes on its way."""
+    if now > before:
+        count = (floor((before - first) / period) + 1) * period + first
+        return count if count <= now else NOWHERE
+    count = (ceil((before - first) / period) - 1) * period + first
+    return count if count >= now else NOWHERE
+
+
+def _boundary(begin: float, end: float, falling: int, before: float, now: float) -> float:
+    """Where a stretch of the machine is entered, or left if `falling`."""
+    if now > before:
+        if falling:
+            return end if before <= end < now else NOWHERE
+        return begin if before < begin <= now else NOWHERE
+    if falling:
+        return begin if now < begin <= before else NOWHERE
+    return end if now <= end < before else NOWHERE
+
+
+def _nearer(place: float, other: float, before: float) -> float:
+    return place if abs(place - before) <= abs(other - before) else other
+
+
+def _input_edge(ax: AxisFields, machine: AxisFields, number: int, falling: int) -> float:
+    """Count at which digital input `number` rises or falls on the way of this cycle."""
+    bit = 1 << (number - 1)
+    was = ax.encoder_signal_inputs & bit
+    level = drive_inputs(ax, machine) & bit
+    if machine.simulation_drive_inputs & bit == 0:
+        before = _place(ax, ax.encoder_signal_position)
+        now = _place(ax, ax.plant_position)
+        cam = NOWHERE
+        mark = NOWHERE
+        if machine.simulation_cam_input == number:
+            cam = _boundary(
+                machine.simulation_cam_begin, machine.simulation_cam_end, falling, before, now
+            )
+        if machine.simulation_mark_input == number:
+            mark = _boundary(
+                machine.simulation_mark_begin, machine.simulation_mark_end, falling, before, now
+            )
+            if machine.simulation_cam_input == number:  # one may hold what the other lets go
+                if machine.simulation_mark_begin <= cam <= machine.simulation_mark_end:
+                    cam = NOWHERE
+                if machine.simulation_cam_begin <= mark <= machine.simulation_cam_end:
+                    mark = NOWHERE
+        place = _nearer(cam, mark, before)
+        if place != NOWHERE:
+            return place / ax.encoder_scale + ax.encoder_machine_zero
+    if falling:
+        return ax.plant_position if was and level == 0 else NOWHERE
+    return ax.plant_position if was == 0 and level else NOWHERE
+
+
+def _edge(ax: AxisFields, machine: AxisFields, source: int, falling: int) -> float:
+    """Count at which the signal has this edge on the way of this cycle, else NOWHERE."""
+    if source == _DRIVE_DEFINED:
+        source = machine.simulation_latch_source
+    if source == _INDEX:
+        return _pulse(
+            ax.encoder_signal_position,
+            ax.plant_position,
+            machine.simulation_turn,
+            machine.simulation_index_position + ax.encoder_machine_zero,
+        )
+    return _input_edge(ax, machine, source, falling)
+
+
+def _steps(ax: AxisFields, count: float) -> int:
+    """Software increments when the motor was at `count`."""
+    way = floor(count + 0.5) - floor(ax.plant_position + 0.5)
+    return ax.encoder_software_increments + way
+
+
+def _position(ax: AxisFields, increments: int) -> float:
+    offset = ax.encoder_position_offset + ax.encoder_set_position_offset
+    return increments * ax.encoder_scale + offset + ax.encoder_position_correction
+
+
+def latch_probe(ax: AxisFields, edge: int, increments: int, position: float) -> None:
+    """Latch a touch probe: `edge` is its unit, 0 based, or TOUCH_PROBES more for a falling one."""
+    ax.encoder_probe_valid[edge] = 1
+    ax.encoder_probe_position[edge] = position
+    ax.encoder_probe_counter[edge] += 1
+    ax.encoder_probe_active[edge] = ax.encoder_probe_continuous[edge]
+    ax.encoder_latch_valid = 1
+    hardware = ((increments + 0x8000_0000) & 0xFFFF_FFFF) - 0x8000_0000
+    ax.encoder_latch_hardware_increment_difference = hardware - ax.encoder_latch_hardware_increments
+    ax.encoder_latch_software_increment_difference = (
+        increments - ax.encoder_latch_software_increments
+    )
+    ax.encoder_latch_position_difference = position - ax.encoder_latch_position
+    ax.encoder_latch_hardware_increments = hardware
+    ax.encoder_latch_software_increments = increments
+    ax.encoder_latch_position = position
+
+
+def _sync_pulse(ax: AxisFields) -> float:
+    """Count at which the sync pulse of homing comes on the way of this cycle, else NOWHERE."""
+    mode = ax.encoder_reference_mode
+    if mode == _SOFTWARE_SYNC:
+        turn = ax.encoder_sub_mask + 1.0
+        return _pulse(ax.encoder_signal_position, ax.plant_position, turn, 0.0)
+    if mode == _HARDWARE_SYNC:
+        return _edge(ax, ax, 1 if ax.encoder_external_sync_pulse else _INDEX, 0)
+    if mode in (_LATCH_RISING, _LATCH_FALLING):
+        return _edge(ax, ax, 1, 1 if mode == _LATCH_FALLING else 0)
+    return _edge(ax, ax, _DRIVE_DEFINED, 1 if mode == _DRIVE_FALLING else 0)
+
+
+def begin_watch(ax: AxisFields, machine: AxisFields) -> None:
+    """From here on edges count."""
+    ax.encoder_signal_position = ax.plant_position
+    ax.encoder_signal_inputs = drive_inputs(ax, machine)
+
+
+def watch(ax: AxisFields, machine: AxisFields) -> None:
+    """Latch what happened on the way of encoder `ax` since the cycle before."""
+    if ax.encoder_latch_active:
+        active = 0
+        for edge in range(PROBE_EDGES):
+            if ax.encoder_probe_active[edge]:
+                falling = 1 if edge >= TOUCH_PROBES else 0
+                count = _edge(ax, machine, ax.encoder_probe_source[edge], falling)
+                if count != NOWHERE:
+                    increments = _steps(ax, count)
+                    latch_probe(ax, edge, increments, _position(ax, increments))
+                active |= ax.encoder_probe_active[edge]
+        ax.encoder_latch_active = active
+    if ax.homing_latch == WAITS:
+        count = _sync_pulse(ax)
+        if count != NOWHERE:
+            ax.homing_latch = LATCHED
+            ax.homing_latch_position = _position(ax, _steps(ax, count))
+            ax.encoder_latch_activation_difference = (
+                ax.homing_latch_position - ax.homing_latch_begin
+            )
+    begin_watch(ax, machine)
