@@ -240,16 +240,13 @@ async def measure(process_id: int, seconds: float, clients: int) -> None:
         round((after - before) / step) - 1
         for before, after in pairwise(stamps[1:])  # the first one comes with the subscription
     )
-    settled = figures[len(figures) // 3 :] or figures
     print(f"{churn.came} clients came in {seconds:g} s, {fired} faults fired; {churn.endings}")
     print(
         f"steady client: {len(stamps)} samples in {time.monotonic() - begin:.0f} s, {missed} missed"
     )
     print(f"station: {ran:.0f} s on a processor, {waited:.0f} s waiting for one")
-    print(
-        f"memory: {figures[0]:.0f} MB at first, then {min(settled):.0f} … {max(settled):.0f} MB,"
-        f" at last {figures[-1]:.0f} MB"
-    )
+    tenths = [figures[len(figures) * n // 10] for n in range(10)]
+    print("memory: " + " ".join(f"{each:.0f}" for each in (*tenths, figures[-1])) + " MB")
     print("station: " + json.dumps({k: v for k, v in statistics.items() if k != "devices"}))
     for device in statistics["devices"]:
         if device["subscriptions"]:

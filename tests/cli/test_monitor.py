@@ -31,7 +31,7 @@ def running(*arguments: str, host: str) -> Iterator[Callable[[], list[str]]]:
     assert ready.startswith("achse ready "), ready + process.communicate()[1]
 
     def ended() -> list[str]:
-        out, errors = process.communicate(timeout=20)
+        out, errors = process.communicate(timeout=60)
         assert (process.returncode, errors) == (0, "")
         return out.splitlines()
 
@@ -54,7 +54,7 @@ def use(host: str) -> None:
 def test_a_station_is_watched_with_names(tmp_path: Path) -> None:
     capture = tmp_path / "some.pcapng"
     with LiveStation() as station:
-        arguments = ("monitor", "--for", "1.5", "--write", str(capture), "--name", "GVL.nInt")
+        arguments = ("monitor", "-n", "2", "--write", str(capture), "--name", "GVL.nInt")
         with running(*arguments, host=station.host) as ended:
             use(station.host)
             lines = ended()
@@ -100,7 +100,7 @@ def test_what_is_no_station_of_ours_is_told(witness: Callable[[str], None]) -> N
             [sys.executable, "-m", "achse", "monitor", "--host", live.host],
             capture_output=True,
             text=True,
-            timeout=20,
+            timeout=60,
         )
     assert run.returncode == 1
     assert "is no achse station: tap in front of it with --via" in run.stderr

@@ -46,20 +46,20 @@ def test_a_signal_ends_it_with_0(number: signal.Signals) -> None:
     assert {"500", "501", "851", "10000"} <= set(pairs["ports"].split(","))
     assert (pairs["speed"], pairs["axes"]) == ("1", "3")
     run.send_signal(number)
-    rest, errors = run.communicate(timeout=10)
+    rest, errors = run.communicate(timeout=60)
     assert (run.returncode, rest, errors) == (0, "", "")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_it_with_0_before_it_is_ready(number: signal.Signals, tmp_path: Path) -> None:
-    (tmp_path / "slow.py").write_text("print('now', flush=True); import time; time.sleep(20)")
+    (tmp_path / "slow.py").write_text("print('now', flush=True); import time; time.sleep(60)")
     file = tmp_path / "station.toml"
     file.write_text('[[plc]]\nglobals = ["slow.py:GVL"]')
     run = subprocess.Popen([*ACHSE, "run", str(file)], stdout=subprocess.PIPE, text=True)
     assert run.stdout is not None
     assert run.stdout.readline() == "now\n"
     run.send_signal(number)
-    rest, _ = run.communicate(timeout=10)
+    rest, _ = run.communicate(timeout=60)
     assert (run.returncode, rest) == (0, "")
 
 
@@ -71,7 +71,7 @@ def test_its_samples_show_the_wall_clock(tmp_path: Path) -> None:
     watch = ["ads", "watch", "MAIN.nCounter", "-n", "1", "--json", "--tcp-port", port]
     sample = json.loads(_achse(*watch).stdout)
     run.terminate()
-    run.communicate(timeout=10)
+    run.communicate(timeout=60)
     assert before < datetime.fromisoformat(sample["time"]) < datetime.now(UTC)
 
 
@@ -82,7 +82,7 @@ def test_without_end_means_for_ever() -> None:
     assert run.stdout is not None
     assert run.stdout.readline().startswith("achse ready ")
     run.terminate()
-    rest, _ = run.communicate(timeout=10)
+    rest, _ = run.communicate(timeout=60)
     assert (run.returncode, rest) == (0, "")
 
 

@@ -56,5 +56,5 @@ def test_a_watch_ends_cleanly_by_signal(
     assert watch.stdout is not None
     assert watch.stdout.readline()
     watch.send_signal(number)
-    _, errors = watch.communicate(timeout=10)
+    _, errors = watch.communicate(timeout=60)
     assert (watch.returncode, errors) == (0, "")

@@ -2,8 +2,9 @@
 
 - ```` ```console ```` lines that begin with `$ ` are given to bash; what follows up to the next one
   is the expected output, errors included. A command that ends in ` &` goes on in the background
-  until the page ends, when it must leave with exit code 0 at SIGTERM. `console fails` expects every
-  command of the block to fail.
+  until the page ends, when it must leave with exit code 0 at SIGTERM; `fg` waits for the last one,
+  `kill %%` ends it, and both expect the rest of its output. `console fails` expects every command
+  of the block to fail.
 - ```` ```python ```` is executed; one namespace serves the page. ```` ```js ```` is run by Node.js.
   A ```` ```text ```` block right after either is what it prints.
 - A block with `title="name"` is written to that file.
@@ -125,13 +126,21 @@ class Reader:
                             source = f"the {block.language} block before"
                             self.check(after, source, after.body.splitlines(), printed)
             finally:
-                codes = [self.end(process) for process in self.background]
+                for process in self.background:
+                    self.end(process)
+        codes = [process.returncode for process in self.background]
         assert not any(codes), f"{self.page}: a background command ended with exit code {codes}"
 
     def console(self, block: Block) -> None:
         for command, expected in block.commands():
             if command.endswith(" &"):
                 self.check(block, command, expected, self.start(command, len(expected)))
+                continue
+            if command in ("fg", "kill %%"):
+                process = self.background.pop()
+                rest = self.end(process, wait=command == "fg")
+                self.check(block, command, expected, rest)
+                assert process.returncode == 0, f"{self.page}:{block.line}: {rest}"
                 continue
             run = subprocess.run(
                 ["bash", "-c", command],
@@ -167,14 +176,15 @@ class Reader:
         overdue.cancel()
         return printed
 
-    def end(self, process: subprocess.Popen[str]) -> int:
-        process.send_signal(signal.SIGTERM)
+    def end(self, process: subprocess.Popen[str], *, wait: bool = False) -> str:
+        """The rest of the output of a background command that ends now, or by itself."""
+        if not wait:
+            process.send_signal(signal.SIGTERM)
         try:
-            process.communicate(timeout=10)
+            return process.communicate(timeout=PATIENCE)[0]
         except subprocess.TimeoutExpired:
             process.kill()
-            process.communicate()
-        return process.returncode
+            return process.communicate()[0]
 
     def python(self, block: Block) -> str:
         code = compile("\n" * block.line + block.body, self.page, "exec")

@@ -66,6 +66,14 @@ def test_a_background_command_runs_until_the_page_ends(read_page: Read) -> None:
         read_page("page", page(f"'''console\n$ {serving} &\nServing HTTP on 127.0.0.1 …\n'''\n"))
 
 
+def test_a_background_command_is_waited_for_or_ended(read_page: Read) -> None:
+    job = "python3 -c 'import signal, sys, time; {}; print(1, flush=True); {}; print(2)'"
+    waited = job.format("pass", "sys.stdin.read()")
+    read_page("page", page(f"'''console\n$ {waited} &\n1\n$ fg\n2\n'''\n"))
+    ended = job.format("signal.signal(15, lambda *_: sys.exit(print(2)))", "time.sleep(60)")
+    read_page("page", page(f"'''console\n$ {ended} &\n1\n$ kill %%\n2\n'''\n"))
+
+
 def test_a_page_has_a_loopback_address_of_its_own(read_page: Read) -> None:
     read_page("page", page("'''python\nassert '127.0.0.1' != '127.0.0' + '.1'\n'''\n"))
     read_page("page", page("'''python\nassert '127.0.0.1.1.1' == '127.0.0' + '.1.1.1'\n'''\n"))

@@ -57,9 +57,9 @@ def plc(station: Any, pyads_connection: Callable[..., "pyads.Connection"]) -> "p
 
 @pytest.fixture(scope="session")
 def until() -> Callable[..., None]:
-    """`until(lambda: …)` returns once the condition holds and fails the test after 10 s."""
+    """`until(lambda: …)` returns once the condition holds and fails the test after a minute."""
 
-    def wait(condition: Callable[[], object], seconds: float = 10.0) -> None:
+    def wait(condition: Callable[[], object], seconds: float = 60.0) -> None:
         deadline = time.monotonic() + seconds
         while not condition():
             assert time.monotonic() < deadline, f"not within {seconds} s"
@@ -83,6 +83,7 @@ def node(witness: Callable[[str], None]) -> Callable[..., Any]:
             "routerTcpPort": station.port,
             "targetAmsNetId": station.net_id,
             "targetAdsPort": 851,
+            "timeoutDelay": 20_000,
         }
         if mode == "direct":
             settings |= {"localAmsNetId": "192.0.2.7.1.1", "localAdsPort": 32750}

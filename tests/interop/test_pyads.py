@@ -183,7 +183,7 @@ def test_a_notification_reaches_another_process(station: Any, plc: Any) -> None:
                 if value == 42:
                     seen.set()
             handles = plc.add_device_notification("GVL.nLint", pyads.NotificationAttrib(8), note)
-            arrived = seen.wait(10)
+            arrived = seen.wait(60)
             plc.del_device_notification(*handles)
         raise SystemExit(not arrived)
         """)
@@ -202,7 +202,7 @@ def test_a_notification_reaches_another_process(station: Any, plc: Any) -> None:
         assert other.stdout.readline() == "1\n"
         plc.write_by_name("GVL.nLint", 42, pyads.PLCTYPE_LINT)
         assert other.stdout.read() == "42\n"
-        assert other.wait(10) == 0
+        assert other.wait(60) == 0
     plc.del_device_notification(*handles)
     assert own == [1, 42]
 

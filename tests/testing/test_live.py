@@ -28,9 +28,12 @@ def test_virtual_time_stands_until_it_is_advanced(station: LiveStation) -> None:
 
 def test_it_is_ready_at_once() -> None:
     LiveStation(time="virtual").start().stop()  # what is imported is not what is measured
-    begin = time.perf_counter()
-    with LiveStation(time="virtual"):
-        assert time.perf_counter() - begin < 0.3
+    took = []
+    for _ in range(5):  # the best of some: other programs share the processor
+        begin = time.perf_counter()
+        with LiveStation(time="virtual"):
+            took.append(time.perf_counter() - begin)
+    assert min(took) < 0.3
 
 
 def test_real_time_goes_on_by_itself_and_advance_waits_for_it() -> None:
@@ -56,10 +59,10 @@ def test_a_restart_brings_initial_values_at_the_same_address(station: LiveStatio
 
 
 def test_faults_are_added_and_cleared_from_the_test(station: LiveStation) -> None:
-    with station, station.connect(timeout=0.1) as plc:
+    with station, station.connect() as plc, station.connect(timeout=0.1) as impatient:
         lost = station.fault("drop", command="read_state")
         with pytest.raises(AdsError, match="0x745"):
-            plc.state()
+            impatient.state()
         station.clear_faults()
         plc.state()
         assert lost.hits == 1

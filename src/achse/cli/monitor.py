@@ -252,18 +252,23 @@ async def _station_tap(
         except RouterError:
             fail(f"{host}:{tcp_port} is no achse station: tap in front of it with --via")
 
+        ending = asyncio.Event()
+
         async def fetch() -> None:
-            while True:
+            last = False
+            while not last:
+                last = ending.is_set()  # what has passed until then is still fetched
                 batch = await client.read_raw(TAPS, tap, FETCH_BYTES)
                 for capture in decode_batch(batch):
                     see(capture)
                 if not batch:
-                    await asyncio.sleep(FETCH_EVERY)
+                    with contextlib.suppress(TimeoutError):
+                        await asyncio.wait_for(ending.wait(), FETCH_EVERY)
 
         watcher = asyncio.current_task()
         assert watcher is not None
         fetching = asyncio.create_task(fetch())
-        fetching.add_done_callback(lambda task: task.cancelled() or watcher.cancel())
+        fetching.add_done_callback(lambda _: ending.is_set() or watcher.cancel())
         print("achse ready tap=station", flush=True)
         try:
             yield
@@ -272,7 +277,7 @@ async def _station_tap(
                 fetching.result()  # what ended it is told
             raise
         finally:
-            fetching.cancel()
+            ending.set()
             await asyncio.gather(fetching, return_exceptions=True)
             with contextlib.suppress(AdsError):
                 await client.write_raw(TAPS, tap, b"")

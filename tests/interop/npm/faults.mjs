@@ -1,9 +1,10 @@
 // Ask several things at once while the station misbehaves; print what came of each as JSON.
 import { Client } from "ads-client";
 
-const { requests, ...settings } = JSON.parse(process.argv[2]);
-const client = new Client({ hideConsoleWarnings: true, timeoutDelay: 300, ...settings });
+const { requests, timeLimit, ...settings } = JSON.parse(process.argv[2]);
+const client = new Client({ hideConsoleWarnings: true, timeoutDelay: 20000, ...settings });
 await client.connect();
+client.settings.timeoutDelay = timeLimit;
 const arrived = [];
 const outcomes = await Promise.all(
   requests.map(async ([group, offset]) => {

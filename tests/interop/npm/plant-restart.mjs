@@ -4,9 +4,9 @@ import { Client } from "ads-client";
 const client = new Client({
   hideConsoleWarnings: true,
   connectionCheckInterval: 200,
-  connectionDownDelay: 500,
+  connectionDownDelay: 5000,
   reconnectInterval: 200,
-  timeoutDelay: 500,
+  timeoutDelay: 5000,
   ...JSON.parse(process.argv[2]),
 });
 await client.connect();

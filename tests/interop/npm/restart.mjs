@@ -16,7 +16,7 @@ const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 found.before = await state();
 found.indexBefore = await index();
 await client.restartTcSystem(false);
-for (let tries = 0; tries < 100; tries++) {
+for (let tries = 0; tries < 1000; tries++) {
   await pause(50);
   if ((await index()) > found.indexBefore) break;
 }
