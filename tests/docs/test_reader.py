@@ -66,12 +66,19 @@ def test_a_background_command_runs_until_the_page_ends(read_page: Read) -> None:
         read_page("page", page(f"'''console\n$ {serving} &\nServing HTTP on 127.0.0.1 …\n'''\n"))
 
 
-def test_a_background_command_is_waited_for_or_ended(read_page: Read) -> None:
-    job = "python3 -c 'import signal, sys, time; {}; print(1, flush=True); {}; print(2)'"
-    waited = job.format("pass", "sys.stdin.read()")
-    read_page("page", page(f"'''console\n$ {waited} &\n1\n$ fg\n2\n'''\n"))
-    ended = job.format("signal.signal(15, lambda *_: sys.exit(print(2)))", "time.sleep(60)")
-    read_page("page", page(f"'''console\n$ {ended} &\n1\n$ kill %%\n2\n'''\n"))
+@pytest.mark.parametrize(("end", "seconds"), [("fg", 0), ("kill %%", 60)])
+def test_a_background_command_is_waited_for_or_ended(
+    read_page: Read, end: str, seconds: float
+) -> None:
+    lines = (
+        "import atexit, signal, sys, time",
+        "atexit.register(print, 2)",
+        "signal.signal(15, lambda *_: sys.exit())",
+        "print(1, flush=True)",
+        f"time.sleep({seconds})",
+    )
+    command = f"python3 -c '{'; '.join(lines)}'"
+    read_page("page", page(f"'''console\n$ {command} &\n1\n$ {end}\n2\n'''\n"))
 
 
 def test_a_page_has_a_loopback_address_of_its_own(read_page: Read) -> None:
