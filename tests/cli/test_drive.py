@@ -1,12 +1,12 @@
 """`achse drive`: served over UDP until told to end; ESI and object dictionary; complaints."""
 
-import json
 import signal
 import socket
 import struct
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
@@ -14,9 +14,9 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from achse.cli.app import app
-from achse.drive.objects import ROWS
 
-SERVE = [sys.executable, "-m", "achse", "drive", "serve", "--interpreted"]
+SERVE = [sys.executable, "-m", "achse", "drive", "serve", "--interpreted", "--ordinary"]
+SERVE += ["--control", "127.0.0.1:0"]
 
 
 def _achse(*arguments: str, exit_code: int = 0) -> Result:
@@ -79,7 +79,10 @@ def test_it_ends_by_itself_after_the_time_given(serving: Callable[..., Any]) -> 
         (("--udp", "127.0.0.1:x"), "HOST:PORT"),
         (("--udp", "127.0.0.1:70000"), "HOST:PORT"),
         (("--udp", "127.0.0.1:0", "--count", "0"), "--count"),
-        (("--udp", "127.0.0.1:0", "--type", "steam"), "--type"),
+        (("--udp", "127.0.0.1:0", "--type", "steam"), "'steam'"),
+        (("--udp", "127.0.0.1:0", "--type", "ac,linear", "--count", "3"), "--type"),
+        (("--udp", "127.0.0.1:0", "--alias", "65535", "--count", "2"), "0..65535"),
+        (("--udp", "127.0.0.1:0", "--control", "127.0.0.1:x"), "--control"),
     ],
 )
 def test_options_that_make_no_sense(options: tuple[str, ...], complaint: str) -> None:
@@ -104,49 +107,54 @@ def test_a_port_that_is_taken_is_told() -> None:
     assert where in line
 
 
+@pytest.mark.parametrize(
+    ("option", "text", "complaint"),
+    [
+        ("--faults", "fault = 1", "[[fault]]"),
+        ("--faults", "[[fault]]\nkind = 'melt'", "kind: expected one of"),
+        ("--faults", "[[fault]]\nkind = 'sto'\ndrive = 2", "there are 1, got 2"),
+        ("--faults", "[[fault", "fault.file"),
+        ("--store", "[]", "expected a table"),
+        ("--store", '{"1": {"6085:00": -1}}', "6085:00: -1"),
+    ],
+)
+def test_files_that_cannot_be_used(tmp_path: Path, option: str, text: str, complaint: str) -> None:
+    file = tmp_path / "fault.file"
+    file.write_text(text)
+    refusal = _achse("serve", "--udp", "127.0.0.1:0", option, str(file), exit_code=1)
+    assert complaint in refusal.stderr
+
+
+def test_a_control_port_that_is_taken_is_told_and_the_drives_are_served(
+    serving: Callable[..., Any],
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        where = f"127.0.0.1:{taken.getsockname()[1]}"
+        run, told = serving("--udp", "127.0.0.1:0", "--control", where)
+    assert told["control"] == "none"
+    run.terminate()
+    _, errors = run.communicate(timeout=10)
+    assert where in errors
+
+
+def test_each_drive_has_its_type_and_alias(serving: Callable[..., Any]) -> None:
+    _, told = serving("--udp", "127.0.0.1:0", "--type", "linear,ac", "--alias", "16")
+    assert (told["drives"], told["type"]) == ("2", "linear,ac")
+
+
+def test_the_sii_image_is_what_the_slave_holds(tmp_path: Path) -> None:
+    image = tmp_path / "drive.bin"
+    _achse("sii", str(image), "--type", "linear", "--alias", "7")
+    data = image.read_bytes()
+    assert len(data) == 4096
+    assert struct.unpack_from("<H", data, 8) == (7,)
+    assert struct.unpack_from("<II", data, 16) == (0xAAAA, 5)
+    assert "no_such" in _achse("sii", str(tmp_path / "no_such" / "x"), exit_code=1).stderr
+
+
 @pytest.mark.parametrize("kind", ["linear", "direct", "ac"])
 def test_the_esi_file_names_maker_and_product(kind: str) -> None:
     root = ElementTree.fromstring(_achse("esi", "--type", kind).stdout)
     device = root.find("Descriptions/Devices/Device/Type")
     assert device is not None
     assert (root.findtext("Vendor/Id"), device.get("ProductCode")) == ("#x0000AAAA", "#x00000005")
-
-
-def test_the_list_has_a_line_for_every_entry() -> None:
-    heading, *lines = _achse("list").stdout.splitlines()
-    assert heading.split() == ["index", "type", "access", "pdo", "default", "unit", "name"]
-    assert [line.split()[0] for line in lines] == [
-        f"{row.index:04X}:{row.subindex:02X}" for row in ROWS
-    ]
-
-
-def test_the_list_can_be_narrowed_and_printed_as_json() -> None:
-    facts = json.loads(_achse("list", "0x607", "--json").stdout)
-    assert {fact["index"][:5] for fact in facts} == {"0x607"}
-    [target] = [fact for fact in facts if fact["index"] == "0x607A"]
-    assert (target["name"], target["type"], target["pdo"]) == (
-        "Target position",
-        "I32",
-        ["Rx", "Tx"],
-    )
-
-
-def test_one_entry_is_shown_with_all_that_is_known() -> None:
-    shown = dict(line.split(None, 1) for line in _achse("show", "1C32:02").stdout.splitlines())
-    assert (shown["index"], shown["subindex"], shown["unit"]) == ("0x1C32", "2", "ns")
-    assert "minimum" in shown
-
-
-def test_an_object_is_shown_with_its_entries() -> None:
-    facts = json.loads(_achse("show", "1018h", "--json").stdout)
-    assert [fact["default"] for fact in facts[:3]] == [4, 0xAAAA, 5]
-
-
-@pytest.mark.parametrize("arguments", [("show", "5FFF"), ("show", "6041:7"), ("list", "F")])
-def test_what_the_drive_does_not_have(arguments: tuple[str, ...]) -> None:
-    assert "achse drive list" in _achse(*arguments, exit_code=1).stderr
-
-
-@pytest.mark.parametrize("entry", ["speed", "", "12345", "6041:", "6041:100"])
-def test_an_entry_that_is_no_number(entry: str) -> None:
-    assert "hexadecimal" in _achse("show", entry, exit_code=2).stderr

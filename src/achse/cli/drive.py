@@ -1,23 +1,23 @@
-"""`achse drive` serves virtual drives to EtherCAT masters and shows their object dictionary."""
+"""`achse drive` serves virtual drives to EtherCAT masters, and writes what configurators read."""
 
 import math
 import signal
 import sys
 import time
-from collections.abc import Callable
-from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from achse.cli.output import print_json, print_table
+from achse.cli import drive_control, objects
 from achse.cli.run import fail
-from achse.cli.target import Json
 
 if TYPE_CHECKING:
-    from achse.drive import Machine
-    from achse.drive.objects import ObjectRow
+    from achse.drive import Drive
+    from achse.drive.compiled import Bank
     from achse.ethercat import Segment
+    from achse.station.drive_service import DriveControl
     from achse.transport.ethernet import Link
 
 __all__ = ["drive"]
@@ -27,18 +27,13 @@ _MOST = 1000
 
 _PORT = 34980
 
+_HIGHEST_ALIAS = 0xFFFF
+
 drive = typer.Typer(no_args_is_help=True, help="Virtual CiA 402 servo drives on EtherCAT.")
 
+_TYPES = "linear, direct (direct drive) or ac (rotary AC servo)"
 
-class Kind(StrEnum):
-    """What a drive moves; the motor kinds of object 3000h."""
-
-    LINEAR = "linear"
-    DIRECT = "direct"
-    AC = "ac"
-
-
-KindOption = Annotated[Kind, typer.Option("--type", help="Motor: linear, direct drive, rotary AC.")]
+KindOption = Annotated[str, typer.Option("--type", help=f"What it moves: {_TYPES}.")]
 
 
 @drive.command()
@@ -51,11 +46,58 @@ def serve(
         str | None,
         typer.Option(metavar="HOST:PORT", help="EtherCAT over UDP instead.", show_default=False),
     ] = None,
-    count: Annotated[int, typer.Option(min=1, max=_MOST, help="How many drives.")] = 1,
-    kind: KindOption = Kind.AC,
+    count: Annotated[
+        int | None,
+        typer.Option(
+            min=1, max=_MOST, help="How many drives.", show_default="1, or one for each type"
+        ),
+    ] = None,
+    kinds: Annotated[
+        str,
+        typer.Option(
+            "--type",
+            metavar="TYPE[,TYPE…]",
+            help=f"What they move: {_TYPES}. One for all, or one for each.",
+        ),
+    ] = "ac",
     duration: Annotated[
         float | None, typer.Option("--for", metavar="SECONDS", min=0, help="End after this time.")
     ] = None,
+    alias: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            max=_HIGHEST_ALIAS,
+            help="Alias of the first drive, the others count up; 0: none.",
+        ),
+    ] = 0,
+    lenient: Annotated[
+        bool,
+        typer.Option(
+            "--lenient-mapping",
+            help="Accept mapping steps in any order, and padding, as some masters send them.",
+        ),
+    ] = False,
+    store: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Keep here what masters store by 1010h.", show_default=False
+        ),
+    ] = None,
+    faults: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="TOML with [[fault]] tables: what goes wrong, and when.",
+            show_default=False,
+        ),
+    ] = None,
+    control: Annotated[
+        str,
+        typer.Option(
+            metavar="HOST:PORT", help="Where get, set, watch and fault come in; none: nowhere."
+        ),
+    ] = f"127.0.0.1:{drive_control.CONTROL[1]}",
     compiled: Annotated[
         bool | None,
         typer.Option(
@@ -76,7 +118,8 @@ def serve(
 
     Raw Ethernet needs the privilege CAP_NET_RAW; other interfaces are not touched.
     """
-    from achse.drive.compiled import numba_installed
+    from achse.ethercat import Segment, Slave
+    from achse.kernel.compiled import compiler_installed
     from achse.station.fieldbus import answer_promptly, serve_segment
     from achse.transport.ethernet import LinkError
 
@@ -89,9 +132,13 @@ def serve(
             sys.exit(0)
 
     open_link = _link(interface, udp)
+    listen = _control(control)
+    types = _types(kinds, count)
+    if alias + len(types) - 1 > _HIGHEST_ALIAS:
+        raise typer.BadParameter(f"0..65535 for each drive, got {alias} for the first")
     if compiled is None:
-        compiled = numba_installed()
-    elif compiled and not numba_installed():
+        compiled = compiler_installed()
+    elif compiled and not compiler_installed():
         fail("--compiled needs Numba: pip install 'achse[fast]'")
     try:
         link, where = open_link()
@@ -99,85 +146,63 @@ def serve(
         fail(str(missing))
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, stop)
+    service: DriveControl | None = None
     try:
-        segment = _segment(count, kind, compiled)
+        drives = _drives(types, store, compiled, strict=not lenient)
+        segment = Segment(
+            Slave(each, alias=alias + number if alias else 0) for number, each in enumerate(drives)
+        )
+        service, at = listen(segment, faults)
         if real_time:
             answer_promptly()
         ready = True
-        print(f"achse drive ready {where} drives={count} type={kind}", flush=True)
+        print(
+            f"achse drive ready {where} drives={len(types)} type={kinds} control={at}", flush=True
+        )
         end = math.inf if duration is None else time.monotonic() + duration
-        serve_segment(segment, link, lambda: not stopped and time.monotonic() < end)
+        serve_segment(
+            segment,
+            link,
+            lambda: not stopped and time.monotonic() < end,
+            service.turn if service else None,
+        )
     except OSError as failure:
         fail(f"{where}: {failure.strerror}")
     finally:
+        if service:
+            service.close()
         link.close()
 
 
 @drive.command()
-def esi(kind: KindOption = Kind.AC) -> None:
+def esi(kind: KindOption = "ac") -> None:
     """Write the ESI file of the drive, which configurators read, to stdout."""
-    from achse.drive import Drive
     from achse.ethercat import describe
     from achse.ethercat.esi import build_esi
 
-    print(build_esi(describe(Drive(machine=_machine(kind))), vendor="achse"))
-
-
-@drive.command("list")
-def list_rows(
-    index: Annotated[
-        str | None,
-        typer.Argument(help="Only objects whose index begins so: 60, 1C1.", show_default=False),
-    ] = None,
-    in_json: Json = False,
-) -> None:
-    """List the object dictionary, one line per entry."""
-    from achse.drive.objects import ROWS
-
-    prefix = _digits(index or "")
-    rows = [row for row in ROWS if f"{row.index:04X}".startswith(prefix)]
-    if not rows:
-        fail(f"no object's index begins with {prefix}; see `achse drive list`")
-    if in_json:
-        print_json([_facts(row) for row in rows])
-        return
-    lines = [("index", "type", "access", "pdo", "default", "unit", "name")]
-    lines += [
-        (
-            f"{row.index:04X}:{row.subindex:02X}",
-            row.type.name,
-            _access(row),
-            _pdo(row),
-            format(row.default, "g") if isinstance(row.default, float) else str(row.default),
-            row.unit,
-            row.name,
-        )
-        for row in rows
-    ]
-    print_table(lines, right=frozenset({4}))
+    print(build_esi(describe(_drive(kind)), vendor="achse"))
 
 
 @drive.command()
-def show(
-    entry: Annotated[str, typer.Argument(metavar="INDEX[:SUB]", help="6041, 0x1C32:02.")],
-    in_json: Json = False,
+def sii(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Where the image goes.")],
+    kind: KindOption = "ac",
+    alias: Annotated[
+        int, typer.Option(min=0, max=_HIGHEST_ALIAS, help="The alias in the image.")
+    ] = 0,
 ) -> None:
-    """Show all that is known of one object, or of one entry of it."""
-    from achse.drive.objects import ROWS
+    """Write the SII image of the drive, the content of its EEPROM."""
+    from achse.ethercat import build_sii, describe
 
-    index, colon, subindex = entry.partition(":")
-    wanted = _number(index, 0xFFFF, entry), _number(subindex, 0xFF, entry) if colon else None
-    rows = [row for row in ROWS if row.index == wanted[0] and wanted[1] in (None, row.subindex)]
-    if not rows:
-        fail(f"the drive has no {entry}; see `achse drive list`")
-    facts = [_facts(row) for row in rows]
-    if in_json:
-        print_json(facts)
-        return
-    for number, fact in enumerate(facts):
-        if number:
-            print()
-        print_table([(name, _cell(value)) for name, value in fact.items() if value not in ("", [])])
+    try:
+        size = file.write_bytes(build_sii(describe(_drive(kind)), alias))
+    except OSError as failure:
+        fail(f"{file}: {failure.strerror}")
+    print(f"{file}: {size} bytes")
+
+
+objects.register(drive)
+drive_control.register(drive)
 
 
 def _link(interface: str | None, udp: str | None) -> Callable[[], tuple["Link", str]]:
@@ -192,93 +217,129 @@ def _link(interface: str | None, udp: str | None) -> Callable[[], tuple["Link", 
     if interface is not None:
         return lambda: (EthernetLink(interface), f"interface={interface}")
     assert udp is not None
-    host, _, digits = udp.rpartition(":") if ":" in udp else (udp, "", str(_PORT))
-    if not digits.isdecimal() or int(digits) > 0xFFFF:
-        raise typer.BadParameter(
-            f"HOST:PORT with a port up to 65535, got {udp!r}", param_hint="--udp"
-        )
+    host, port = _address(udp, "--udp", _PORT)
 
     def open_udp() -> tuple["Link", str]:
-        link = UdpLink(host or "0.0.0.0", int(digits))
+        link = UdpLink(host or "0.0.0.0", port)
         return link, "udp={}:{}".format(*link.address)
 
     return open_udp
 
 
-def _segment(count: int, kind: Kind, compiled: bool) -> "Segment":
+def _address(text: str, option: str, default: int) -> tuple[str, int]:
+    host, _, digits = text.rpartition(":") if ":" in text else (text, "", str(default))
+    if not digits.isdecimal() or int(digits) > 0xFFFF:
+        raise typer.BadParameter(
+            f"HOST:PORT with a port up to 65535, got {text!r}", param_hint=option
+        )
+    return host, int(digits)
+
+
+def _control(
+    text: str,
+) -> Callable[["Segment", Path | None], tuple["DriveControl | None", str]]:
+    """What begins the faults of a file and opens the control service, and says where it is."""
+    host, port = ("", 0) if text == "none" else _address(text, "--control", 0)
+
+    def listen(segment: "Segment", script: Path | None) -> tuple["DriveControl | None", str]:
+        from achse.station.drive_service import DriveControl
+
+        if text == "none" and script is None:
+            return None, "none"
+        service = DriveControl(segment)
+        if script is not None:
+            try:
+                _begin(service, script)
+            except typer.Exit:
+                service.close()
+                raise
+        if text == "none":
+            return service, "none"
+        try:
+            at = service.open(host or "127.0.0.1", port)
+        except OSError as taken:
+            print(
+                f"achse: no control: {text}: {taken.strerror}; --control chooses another",
+                file=sys.stderr,
+            )
+            return service, "none"
+        return service, "{}:{}".format(*at)
+
+    return listen
+
+
+def _begin(service: "DriveControl", script: Path) -> None:
+    """Add the faults of a file."""
+    import tomllib
+
+    from achse.station.drive_faults import DriveFault
+    from achse.station.fault import FaultError
+
+    try:
+        document = tomllib.loads(script.read_text(encoding="utf-8"))
+        tables = document.get("fault", [])
+        if document.keys() - {"fault"} or not isinstance(tables, list):
+            fail(f"{script}: expected [[fault]] tables")
+        for table in tables:
+            service.service.faults.add(DriveFault.of(table))
+    except (FaultError, tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
+        fail(f"{script}: {fault}")
+    except OSError as failure:
+        fail(f"{script}: {failure.strerror}")
+
+
+def _types(text: str, count: int | None) -> list[str]:
+    """The type of each drive."""
+    types = [_type(kind) for kind in text.split(",")]
+    if count is None:
+        return types
+    if len(types) == 1:
+        return types * count
+    if len(types) != count:
+        raise typer.BadParameter(
+            f"one type, or one for each of {count} drives; got {len(types)}", param_hint="--type"
+        )
+    return types
+
+
+def _type(text: str) -> str:
+    from achse.drive.machine import MACHINES
+
+    if text not in MACHINES:
+        raise typer.BadParameter(f"{_TYPES}; got {text!r}", param_hint="--type")
+    return text
+
+
+def _drive(kind: str) -> "Drive":
+    from achse.drive import Drive
+    from achse.drive.machine import MACHINES
+
+    return Drive(machine=MACHINES[_type(kind)])
+
+
+def _drives(
+    types: Sequence[str], store: Path | None, compiled: bool, *, strict: bool
+) -> list["Drive"]:
     from achse.drive import Drive, Identity
-    from achse.ethercat import Segment, Slave
+    from achse.drive.machine import MACHINES
+    from achse.station.parameter_file import ParameterFile, ParameterFileError
 
-    machine = _machine(kind)
-    return Segment(
-        Slave(Drive(machine=machine, identity=Identity(serial_number=number), compiled=compiled))
-        for number in range(1, count + 1)
-    )
+    bank: Bank | bool = False
+    if compiled:
+        from achse.drive import compiled as machine_code
 
-
-def _machine(kind: Kind) -> "Machine":
-    """A usual machine of the kind; torques are Nm or N, see achse.drive.machine."""
-    from achse.drive import Encoder, Load, Machine, Motor, MotorKind
-
-    if kind is Kind.LINEAR:
-        return Machine(
-            Motor(MotorKind.LINEAR, 100.0, 2.5, inertia=1.0, max_speed=3.0),
-            Load(inertia=4.0, coulomb=2.0, viscous=5.0),
-            Encoder(resolution=1_000_000, index_pitch=20_000),
+        bank = machine_code.Bank(len(types))
+    try:
+        kept = ParameterFile(store)
+    except ParameterFileError as fault:
+        fail(str(fault))
+    return [
+        Drive(
+            machine=MACHINES[kind],
+            identity=Identity(serial_number=number),
+            store=kept.of(number),
+            strict_mapping=strict,
+            compiled=bank,
         )
-    if kind is Kind.DIRECT:
-        return Machine(
-            Motor(MotorKind.DIRECT_DRIVE, 10.0, 3.0, inertia=5e-3, max_speed=300.0),
-            Load(inertia=2e-2, coulomb=0.1, viscous=1e-3),
-            Encoder(resolution=1 << 20),
-        )
-    return Machine()
-
-
-def _digits(text: str) -> str:
-    """Hexadecimal digits, with 0x before or h behind allowed."""
-    digits = text.upper().removeprefix("0X").removesuffix("H")
-    if text and (not digits or set(digits) - set("0123456789ABCDEF")):
-        raise typer.BadParameter(f"hexadecimal digits expected, got {text!r}")
-    return digits
-
-
-def _number(text: str, most: int, entry: str) -> int:
-    digits = _digits(text)
-    if not digits or int(digits, 16) > most:
-        raise typer.BadParameter(f"INDEX or INDEX:SUB in hexadecimal expected, got {entry!r}")
-    return int(digits, 16)
-
-
-def _access(row: "ObjectRow") -> str:
-    return row.access.name.lower().replace("_preop", " in PreOp")
-
-
-def _pdo(row: "ObjectRow") -> str:
-    return "Rx Tx" if row.receivable else "Tx" if row.pdo else ""
-
-
-def _facts(row: "ObjectRow") -> dict[str, Any]:
-    return {
-        "index": f"0x{row.index:04X}",
-        "subindex": row.subindex,
-        "name": row.name,
-        "type": row.type.name,
-        "access": _access(row),
-        "pdo": _pdo(row).split(),
-        "default": row.default,
-        "minimum": row.least,
-        "maximum": row.most,
-        "values": list(row.values),
-        "unit": row.unit,
-        "modes": row.modes,
-        "stored": row.stored,
-        "after_restart": row.restart,
-        "meaning": row.doc,
-    }
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return " ".join(map(str, value)) if isinstance(value, list) else str(value)
+        for number, kind in enumerate(types, 1)
+    ]

@@ -36,11 +36,47 @@ async def add(
     in_json: Json = False,
 ) -> None:
     """Let something go wrong, now or at=TIME of the station."""
-    from achse.station.fault import Fault, FaultError
+    from achse.station.fault import Fault
+
+    await add_fault(client, Fault, kind, fields or [], in_json)
+
+
+@client_command(fault, SERVICE_PORT, "list")
+async def list_faults(client: "Client", in_json: Json = False) -> None:
+    """Show the faults that wait for their time or are at work."""
+    from achse.station.fault import Fault
+
+    await list_of_faults(client, Fault, in_json)
+
+
+@client_command(fault, SERVICE_PORT)
+async def clear(
+    client: "Client",
+    number: Annotated[
+        int, typer.Argument(min=0, help="Which one.", show_default="all of them")
+    ] = 0,
+) -> None:
+    """End a fault, or all."""
+    await clear_fault(client, number)
+
+
+@fault.command()
+def kinds() -> None:
+    """List the kinds of faults, and what each takes beside `at`."""
+    from achse.station.fault import Fault
+
+    print_kinds(Fault)
+
+
+async def add_fault(
+    client: "Client", kinds: "type[FaultFields]", kind: str, fields: list[str], in_json: bool
+) -> None:
+    """Add a fault where `client` is connected to, and tell its number."""
+    from achse.station.fault import FaultError
     from achse.station.service import FAULTS
 
     try:
-        wanted = Fault.parse(kind, fields or [])
+        wanted = kinds.parse(kind, fields)
     except FaultError as failure:
         raise typer.BadParameter(str(failure)) from None
     request = json.dumps(wanted.fields()).encode()
@@ -53,10 +89,8 @@ async def add(
         print(f"{answer['number']}  {wanted}")
 
 
-@client_command(fault, SERVICE_PORT, "list")
-async def list_faults(client: "Client", in_json: Json = False) -> None:
-    """Show the faults that wait for their time or are at work."""
-    from achse.station.fault import Fault
+async def list_of_faults(client: "Client", kinds: "type[FaultFields]", in_json: bool) -> None:
+    """Show the faults that wait or are at work."""
     from achse.station.service import FAULTS
 
     faults: list[dict[str, Any]] = json.loads(await client.read_raw(FAULTS, 0, LONGEST_LIST))
@@ -69,7 +103,7 @@ async def list_faults(client: "Client", in_json: Json = False) -> None:
                     str(each["number"]),
                     each["state"],
                     f"{each['hits']} hits",
-                    str(Fault.of(each["fault"])),
+                    str(kinds.of(each["fault"])),
                 )
                 for each in faults
             ],
@@ -77,25 +111,11 @@ async def list_faults(client: "Client", in_json: Json = False) -> None:
         )
 
 
-@client_command(fault, SERVICE_PORT)
-async def clear(
-    client: "Client",
-    number: Annotated[
-        int, typer.Argument(min=0, help="Which one.", show_default="all of them")
-    ] = 0,
-) -> None:
-    """End a fault, or all."""
+async def clear_fault(client: "Client", number: int) -> None:
+    """End a fault, or with 0 all."""
     from achse.station.service import FAULTS
 
     await client.write_raw(FAULTS, 0, number.to_bytes(4, "little"))
-
-
-@fault.command()
-def kinds() -> None:
-    """List the kinds of faults, and what each takes beside `at`."""
-    from achse.station.fault import Fault
-
-    print_kinds(Fault)
 
 
 def print_kinds(faults: "type[FaultFields]") -> None:

@@ -142,7 +142,10 @@ class DriveFault(FaultFields):
                     return alarm
         found = table.get(self.code.upper())
         if found is None:
-            raise FaultError(f"code: expected one of {', '.join(sorted(table))}; got {self.code!r}")
+            expected = (
+                ", ".join(table) if self.kind == "input" else "a name or AL. and three digits"
+            )
+            raise FaultError(f"code: expected {expected}; got {self.code!r}")
         return found
 
 

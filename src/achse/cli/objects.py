@@ -1,0 +1,129 @@
+"""`achse drive list|show`: the object dictionary of the drive, without a drive."""
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from achse.cli.output import print_json, print_table
+from achse.cli.run import fail
+from achse.cli.target import Json
+
+if TYPE_CHECKING:
+    from achse.drive.objects import ObjectRow
+
+__all__ = ["entry_of", "register"]
+
+
+def register(drive: typer.Typer) -> None:
+    """Put the commands beside those of `achse drive`."""
+    drive.command("list")(list_rows)
+    drive.command()(show)
+
+
+def list_rows(
+    index: Annotated[
+        str | None,
+        typer.Argument(help="Only objects whose index begins so: 60, 1C1.", show_default=False),
+    ] = None,
+    in_json: Json = False,
+) -> None:
+    """List the object dictionary, one line per entry."""
+    from achse.drive.objects import ROWS
+
+    prefix = _digits(index or "")
+    rows = [row for row in ROWS if f"{row.index:04X}".startswith(prefix)]
+    if not rows:
+        fail(f"no object's index begins with {prefix}; see `achse drive list`")
+    if in_json:
+        print_json([_facts(row) for row in rows])
+        return
+    lines = [("index", "type", "access", "pdo", "default", "unit", "name")]
+    lines += [
+        (
+            f"{row.index:04X}:{row.subindex:02X}",
+            row.type.name,
+            _access(row),
+            _pdo(row),
+            format(row.default, "g") if isinstance(row.default, float) else str(row.default),
+            row.unit,
+            row.name,
+        )
+        for row in rows
+    ]
+    print_table(lines, right=frozenset({4}))
+
+
+def show(
+    entry: Annotated[str, typer.Argument(metavar="INDEX[:SUB]", help="6041, 0x1C32:02.")],
+    in_json: Json = False,
+) -> None:
+    """Show all that is known of one object, or of one entry of it."""
+    from achse.drive.objects import ROWS
+
+    wanted = entry_of(entry)
+    rows = [row for row in ROWS if row.index == wanted[0] and wanted[1] in (None, row.subindex)]
+    if not rows:
+        fail(f"the drive has no {entry}; see `achse drive list`")
+    facts = [_facts(row) for row in rows]
+    if in_json:
+        print_json(facts)
+        return
+    for number, fact in enumerate(facts):
+        if number:
+            print()
+        print_table([(name, _cell(value)) for name, value in fact.items() if value not in ("", [])])
+
+
+def entry_of(text: str) -> tuple[int, int | None]:
+    """Index and subindex of INDEX or INDEX:SUB; typer's complaint if it is neither."""
+    index, colon, subindex = text.partition(":")
+    return _number(index, 0xFFFF, text), _number(subindex, 0xFF, text) if colon else None
+
+
+def _digits(text: str) -> str:
+    """Hexadecimal digits, with 0x before or h behind allowed."""
+    digits = text.upper().removeprefix("0X").removesuffix("H")
+    if text and (not digits or set(digits) - set("0123456789ABCDEF")):
+        raise typer.BadParameter(f"hexadecimal digits expected, got {text!r}")
+    return digits
+
+
+def _number(text: str, most: int, entry: str) -> int:
+    digits = _digits(text)
+    if not digits or int(digits, 16) > most:
+        raise typer.BadParameter(f"INDEX or INDEX:SUB in hexadecimal expected, got {entry!r}")
+    return int(digits, 16)
+
+
+def _access(row: "ObjectRow") -> str:
+    return row.access.name.lower().replace("_preop", " in PreOp")
+
+
+def _pdo(row: "ObjectRow") -> str:
+    return "Rx Tx" if row.receivable else "Tx" if row.pdo else ""
+
+
+def _facts(row: "ObjectRow") -> dict[str, Any]:
+    return {
+        "index": f"0x{row.index:04X}",
+        "subindex": row.subindex,
+        "name": row.name,
+        "type": row.type.name,
+        "access": _access(row),
+        "pdo": _pdo(row).split(),
+        "default": row.default,
+        "minimum": row.least,
+        "maximum": row.most,
+        "values": list(row.values),
+        "unit": row.unit,
+        "modes": row.modes,
+        "stored": row.stored,
+        "after_restart": row.restart,
+        "meaning": row.doc,
+    }
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return " ".join(map(str, value)) if isinstance(value, list) else str(value)

@@ -1,0 +1,102 @@
+"""`achse drive get|set|watch|fault`: beside the master of drives that are served."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from achse.cli.app import app
+
+SERVE = [
+    *(sys.executable, "-m", "achse", "drive", "serve", "--interpreted", "--ordinary"),
+    *("--udp", "127.0.0.1:0", "--control", "127.0.0.1:0", "--type", "ac,linear"),
+]
+FAULTS = """
+[[fault]]
+kind = "warning"
+code = "AL.910"
+drive = 2
+"""
+
+Achse = Callable[..., Result]
+
+
+@pytest.fixture(scope="module")
+def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Where the drives listen."""
+    script: Path = tmp_path_factory.mktemp("drives") / "faults.toml"
+    script.write_text(FAULTS)
+    with subprocess.Popen(
+        [*SERVE, "--faults", str(script)], stdout=subprocess.PIPE, text=True
+    ) as run:
+        assert run.stdout is not None
+        told = dict(word.split("=") for word in run.stdout.readline().split()[3:])
+        yield told["control"].rpartition(":")[2]
+        run.terminate()
+        assert run.wait(timeout=10) == 0
+
+
+@pytest.fixture
+def achse(port: str) -> Achse:
+    def call(*arguments: str, exit_code: int = 0) -> Result:
+        environment = {"ACHSE_DRIVE_PORT": port, "COLUMNS": "100"}
+        result = CliRunner().invoke(app, ["drive", *arguments], env=environment)
+        assert result.exit_code == exit_code, (result.output, result.exception)
+        return result
+
+    return call
+
+
+def test_an_object_is_read_and_written(achse: Achse) -> None:
+    assert achse("set", "6085", "123456", "--drive", "2").stdout == "6085:00 = 123456\n"
+    assert achse("get", "6085:0", "-d", "2").stdout == "6085:00 = 123456\n"
+    told = json.loads(achse("get", "6085", "-d", "2", "--json").stdout)
+    assert told == {"index": "0x6085", "subindex": 0, "value": 123456}
+    assert json.loads(achse("get", "6085", "--json").stdout)["value"] != 123456
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "told"),
+    [
+        (("get", "5000"), 1, "0x06020000"),
+        (("get", "6041", "-d", "3"), 1, "there are 2 drives, got 3"),
+        (("set", "6041", "1"), 1, "0x06010002"),
+        (("set", "6085", "-1"), 1, "0x06090030"),
+        (("set", "6085", "fast"), 2, "a number expected"),
+        (("fault", "add", "melt"), 2, "kind: expected one of"),
+        (("fault", "add", "sto", "drive=9"), 1, "there are 2, got 9"),
+    ],
+)
+def test_what_cannot_be_is_refused(
+    achse: Achse, arguments: tuple[str, ...], code: int, told: str
+) -> None:
+    refusal = achse(*arguments, exit_code=code)
+    assert told in " ".join(refusal.stderr.replace("│", " ").split())
+
+
+def test_a_fault_begins_is_watched_and_ends(achse: Achse) -> None:
+    [added] = achse("fault", "add", "alarm", "code=AL.720", "drive=1").stdout.splitlines()
+    number = added.split()[0]
+    assert added == f"{number}  alarm drive=1 code=AL.720"
+    listed = achse("fault", "list").stdout.splitlines()
+    assert listed[-1] == f"{number}  active  1 hits  alarm drive=1 code=AL.720"
+    drives = json.loads(achse("watch", "--for", "0", "--json").stdout)
+    assert [each["drive"] for each in drives] == [1, 2]
+    assert (drives[0]["power"], drives[0]["alarm"]) == ("FAULT", "AL.720")
+    heading, first, second = achse("watch", "--for", "0").stdout.splitlines()
+    assert heading.split()[:4] == ["drive", "bus", "power", "mode"]
+    assert first.split()[:3] == ["1", "INIT", "fault"]
+    assert second.split()[:3] == ["2", "INIT", "switch"]
+    achse("fault", "clear", number)
+    listed = json.loads(achse("fault", "list", "--json").stdout)
+    assert [each["fault"]["kind"] for each in listed] == ["warning"]  # the script's
+
+
+def test_kinds_are_listed(achse: Achse) -> None:
+    listed = achse("fault", "kinds").stdout
+    for kind in ("alarm: ", "lost_frames: ", "clock_drift: "):
+        assert kind in listed

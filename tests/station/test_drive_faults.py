@@ -1,0 +1,184 @@
+"""Every kind of fault of a bus of drives: what it does, and that it ends."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+
+from achse.codes import AlState, AlStatus
+from achse.drive import Alarm, Drive, PowerState
+from achse.ethercat import Command, Datagram, Frame, Segment, Slave
+from achse.station.drive_faults import DRIVE_FAULT_KINDS, DriveFault, DriveFaults
+from achse.station.fault import FaultError
+
+MS = 1_000_000
+
+
+class Bus:
+    """Two drives, communication in PreOp at the application's side, time as it is let."""
+
+    def __init__(self) -> None:
+        self.segment = Segment([Slave(Drive()), Slave(Drive())])
+        self.faults = DriveFaults(self.segment)
+        for drive in self.drives:
+            drive.enter(AlState.PREOP, 0, AlStatus.NO_ERROR)
+        self.run(5)
+
+    @property
+    def drives(self) -> list[Drive]:
+        return [slave.application for slave in self.segment.slaves]  # type: ignore[misc]
+
+    def run(self, milliseconds: float) -> None:
+        self.segment.advance(self.segment.time.now_ns + round(milliseconds * MS))
+        self.faults.tick()
+
+    def counter(self, command: Command = Command.BRD, address: int = 0) -> int | None:
+        reply = self.segment.process(Frame([Datagram.at(command, address, 0, bytes(1))]).encode())
+        return None if reply is None else Frame.decode(reply).datagrams[0].counter
+
+
+@pytest.fixture
+def bus() -> Bus:
+    return Bus()
+
+
+def _power(bus: Bus) -> list[PowerState]:
+    return [drive.power_state for drive in bus.drives]
+
+
+def test_an_alarm_lasts_and_is_reset_after_it(bus: Bus) -> None:
+    for code in ("AL.720", "0xFF19", "65305", "continuous_overload"):
+        active = bus.faults.add("alarm", code=code, drive=2)
+        bus.run(5)
+        assert _power(bus) == [PowerState.SWITCH_ON_DISABLED, PowerState.FAULT]
+        assert bus.drives[1].get(0x603F) == Alarm.CONTINUOUS_OVERLOAD.code
+        bus.faults.clear(active.number)
+        for word in (0, 0x80, 0):
+            bus.drives[1].set(0x6040, word)
+            bus.run(5)
+        assert _power(bus)[1] is PowerState.SWITCH_ON_DISABLED
+
+
+SIGNALS: dict[str, tuple[dict[str, Any], Callable[[Drive], object]]] = {
+    "warning": ({"code": "AL.910"}, lambda drive: drive.get(0x3110) & 1 << 2),
+    "encoder_loss": ({"code": "AL.840"}, lambda drive: drive.get(0x603F) == 0xFF25),
+    "sto": ({}, lambda drive: drive.record.safety_1 == drive.record.safety_2 == 0),
+    "safety": ({}, lambda drive: drive.record.safety_1 != drive.record.safety_2),
+    "overtravel": ({"side": "negative"}, lambda drive: int(drive.get(0x60FD)) & 1),
+    "input": ({"code": "I3"}, lambda drive: int(drive.get(0x60FD)) & 1 << 18),
+    "main_power": ({}, lambda drive: not drive.record.main_power),
+    "load": ({"by": 250.0}, lambda drive: drive.record.external_load == 250.0),
+    "jam": ({}, lambda drive: drive.record.jammed),
+    "yaw_alarm": ({}, lambda drive: drive.record.yaw_alarm),
+}
+
+
+@pytest.mark.parametrize("kind", SIGNALS)
+def test_a_fault_of_the_drive_hits_one_or_all_and_ends(bus: Bus, kind: str) -> None:
+    fields, shows = SIGNALS[kind]
+    bus.faults.add(kind, **fields, drive=1, lasting=0.02)
+    bus.run(5)
+    assert [bool(shows(drive)) for drive in bus.drives] == [True, False]
+    bus.run(30)
+    assert len(bus.faults) == 0
+    bus.run(5)
+    if kind != "encoder_loss":  # its alarm is reset by the master
+        assert not shows(bus.drives[0])
+    bus.faults.add(kind, **fields)
+    bus.run(5)
+    assert all(shows(drive) for drive in bus.drives)
+
+
+def test_frames_are_lost(bus: Bus) -> None:
+    active = bus.faults.add("lost_frames", count=2)
+    assert [bus.counter() for _ in range(4)] == [None, None, 2, 2]
+    assert active.facts()["hits"] == 2
+    bus.faults.tick()
+    assert (active.state, bus.segment.disturbance) == ("over", None)
+    bus.faults.add("lost_frames")
+    assert [bus.counter() for _ in range(3)] == [None] * 3
+    bus.faults.clear()
+    assert bus.counter() == 2
+
+
+def test_working_counters_are_wrong(bus: Bus) -> None:
+    bus.faults.add("wrong_counter", by=-1, count=1)
+    assert [bus.counter() for _ in range(2)] == [1, 2]
+    bus.faults.add("wrong_counter", by=5)
+    bus.faults.add("lost_frames", count=1)
+    assert [bus.counter() for _ in range(2)] == [None, 7]
+    bus.faults.clear()
+    assert bus.counter() == 2
+
+
+def test_a_link_breaks_and_is_mended(bus: Bus) -> None:
+    bus.faults.add("link_break", drive=2, lasting=1.0)
+    assert bus.counter() == 1
+    bus.run(1001)
+    assert bus.counter() == 2
+
+
+def test_a_damaged_eeprom_shows_after_the_next_reset(bus: Bus) -> None:
+    slave = bus.segment.slaves[0]
+    active = bus.faults.add("eeprom", drive=1)
+    slave.reset()
+    assert not slave.esc.operational
+    bus.faults.clear(active.number)
+    slave.reset()
+    assert slave.esc.operational
+
+
+def test_clocks_drift_and_jitter(bus: Bus) -> None:
+    clocks = [slave.esc.clock for slave in bus.segment.slaves]
+    bus.faults.add("clock_drift", by=200, drive=2)
+    bus.faults.add("clock_jitter", by=1e-6)
+    bus.run(1000)
+    now = bus.segment.time.now_ns
+    assert [clock.local_time(now) - now for clock in clocks] == [0, 200_000]
+    assert [clock.jitter_ns for clock in clocks] == [1000, 1000]
+    bus.faults.clear()
+    assert [(clock.drift_ppb, clock.jitter_ns) for clock in clocks] == [(0, 0)] * 2
+
+
+def test_mailbox_answers_come_late(bus: Bus) -> None:
+    bus.faults.add("mailbox_delay", by=0.05, drive=1)
+    assert [slave.mailbox_delay_ns for slave in bus.segment.slaves] == [50 * MS, 0]
+    bus.faults.clear()
+    assert bus.segment.slaves[0].mailbox_delay_ns == 0
+
+
+def test_a_fault_begins_at_its_time(bus: Bus) -> None:
+    active = bus.faults.add("jam", at=0.1, lasting=0.1)
+    assert (active.state, active.facts()["hits"]) == ("waiting", 0)
+    bus.run(90)
+    assert not bus.drives[0].record.jammed
+    bus.run(10)
+    assert (active.state, bool(bus.drives[0].record.jammed)) == ("active", True)
+    bus.run(100)
+    assert (active.state, bool(bus.drives[0].record.jammed)) == ("over", False)
+
+
+def _wrong() -> Iterator[tuple[dict[str, Any], str]]:
+    yield {"kind": "melt"}, "kind: expected one of"
+    yield {"kind": "alarm"}, "code: alarm needs it"
+    yield {"kind": "alarm", "code": "AL.999"}, "code: expected a name"
+    yield {"kind": "alarm", "code": "0x1234"}, "code: expected a name"
+    yield {"kind": "input", "code": "I9"}, "code: expected NEGATIVE_LIMIT, "
+    yield {"kind": "overtravel", "side": "up"}, "side: expected positive or negative"
+    yield {"kind": "sto", "drive": 0}, "drive: expected 1"
+    yield {"kind": "sto", "drive": 3}, "drive: there are 2, got 3"
+    yield {"kind": "mailbox_delay", "by": -1.0}, "by: expected 0"
+    yield {"kind": "jam", "by": 1.0}, "by: jam takes"
+
+
+@pytest.mark.parametrize(("fields", "told"), list(_wrong()))
+def test_a_fault_that_cannot_be_is_told(bus: Bus, fields: dict[str, Any], told: str) -> None:
+    with pytest.raises(FaultError) as refusal:
+        bus.faults.add(DriveFault.of(fields))
+    assert str(refusal.value).startswith(told)
+    assert len(bus.faults) == 0
+
+
+def test_each_kind_is_tried_here() -> None:
+    others = {"alarm", "lost_frames", "wrong_counter", "link_break", "eeprom", "mailbox_delay"}
+    assert DRIVE_FAULT_KINDS.keys() == SIGNALS.keys() | others | {"clock_drift", "clock_jitter"}

@@ -1,0 +1,96 @@
+"""The service beside the master: states, objects, faults; its turns between the frames."""
+
+import asyncio
+import json
+import threading
+from typing import Any
+
+import pytest
+
+from achse.ams import NetId
+from achse.codes import AlState
+from achse.drive import Drive
+from achse.ethercat import Loopback, Segment, Slave
+from achse.router import Router
+from achse.station.drive_service import DRIVES, OBJECTS, DriveControl, DriveService
+from achse.station.service import FAULTS, SERVICE_PORT
+
+
+@pytest.fixture
+def segment() -> Segment:
+    return Segment([Slave(Drive()), Slave(Loopback()), Slave(Drive())])
+
+
+@pytest.fixture
+def own(segment: Segment, client_of: Any) -> Any:
+    router = Router(NetId("127.0.0.1.1.1"))
+    DriveService(segment).attach(router, SERVICE_PORT)
+    return client_of(router, SERVICE_PORT)
+
+
+def ask(own: Any, **request: Any) -> Any:
+    return json.loads(own.exchange(OBJECTS, 0, 1000, json.dumps(request).encode()))
+
+
+def test_states_are_those_of_the_drives(segment: Segment, own: Any) -> None:
+    segment.break_link(segment.slaves[2])
+    first, third = json.loads(own.read(DRIVES, 0, 10_000))
+    assert (first["drive"], first["state"], first["reachable"]) == (1, AlState.INIT.name, True)
+    assert (third["drive"], third["reachable"]) == (3, False)
+    assert {"power", "mode", "position", "velocity", "torque", "alarm"} <= first.keys()
+
+
+def test_objects_are_read_and_written(own: Any) -> None:
+    assert ask(own, index=0x6085, value=77, drive=2) == {"value": 77}
+    assert ask(own, index=0x6085, drive=2) == {"value": 77}
+    assert ask(own, index=0x1018, subindex=1) == {"value": 0xAAAA}
+    assert ask(own, index=0x6041, value=1)["error"].startswith("0x06010002")
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        {},
+        {"index": 0x6041, "drive": 3},
+        {"index": 0x6041, "colour": 1},
+        {"index": "x"},
+        {"index": 0x6085, "value": None},
+    ],
+)
+def test_what_is_no_request_is_told(own: Any, request_: dict[str, Any]) -> None:
+    assert "error" in ask(own, **request_)
+
+
+def test_no_json_is_told(own: Any) -> None:
+    assert "error" in json.loads(own.exchange(OBJECTS, 0, 1000, b"\xff"))
+    assert "error" in json.loads(own.exchange(OBJECTS, 0, 1000, b"[]"))
+
+
+def test_faults_come_the_same_way_as_those_of_a_station(own: Any) -> None:
+    request = json.dumps({"kind": "jam", "drive": 1}).encode()
+    assert json.loads(own.exchange(FAULTS, 0, 1000, request)) == {"number": 1}
+    [listed] = json.loads(own.read(FAULTS, 0, 10_000))
+    assert listed["fault"] == {"kind": "jam", "drive": 1}
+    own.put(FAULTS, 0, "<I", 0)
+    assert json.loads(own.read(FAULTS, 0, 10_000)) == []
+
+
+def test_clients_are_answered_in_turns(segment: Segment) -> None:
+    from achse.client import connect
+    from achse.client.link import TcpDialer
+
+    control = DriveControl(segment)
+    host, port = control.open("127.0.0.1", 0)
+    found: list[Any] = []
+
+    async def look() -> None:
+        async with connect(TcpDialer(host, port), port=SERVICE_PORT, reconnect=False) as client:
+            found.append(json.loads(await client.read_raw(DRIVES, 0, 10_000)))
+
+    client = threading.Thread(target=lambda: asyncio.run(look()))
+    client.start()
+    while client.is_alive():
+        control.turn()
+        client.join(0.001)
+    control.close()
+    assert [each["drive"] for each in found[0]] == [1, 3]

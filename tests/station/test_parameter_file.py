@@ -1,0 +1,65 @@
+"""What drives store outlives the program, in a file people can read."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from achse.drive import PowerState, VirtualDrive
+from achse.drive.objects.communication import SAVE
+from achse.station.parameter_file import ParameterFile, ParameterFileError
+
+
+def test_what_a_drive_stores_another_program_finds(tmp_path: Path) -> None:
+    path = tmp_path / "kept.json"
+    drive = VirtualDrive(store=ParameterFile(path).of(2))
+    drive.set(0x6085, 4711)
+    drive.set(0x1010, SAVE, 1)
+    drive.run(1.0)
+    assert json.loads(path.read_text())["2"]["6085:00"] == 4711
+    again = ParameterFile(path)
+    assert VirtualDrive(store=again.of(2)).get(0x6085) == 4711
+    assert VirtualDrive(store=again.of(1)).get(0x6085) != 4711
+
+
+def test_without_a_path_it_lasts_as_long_as_the_program() -> None:
+    store = ParameterFile(None).of(1)
+    store[0x608500] = 1
+    assert dict(store) == {0x608500: 1}
+    del store[0x608500]
+    assert len(store) == 0
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{",
+        "[]",
+        '{"1": 5}',
+        '{"x": {}}',
+        '{"1": {"6085": 1}}',
+        '{"1": {"5000:00": 1}}',
+        '{"1": {"6085:00": "1"}}',
+        '{"1": {"6085:00": -1}}',
+        '{"1": {"6085:00": true}}',
+    ],
+)
+def test_a_file_that_is_none_is_told(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "kept.json"
+    path.write_text(text)
+    with pytest.raises(ParameterFileError, match=r"kept\.json: expected a table"):
+        ParameterFile(path)
+
+
+def test_a_file_that_cannot_be_read_is_told(tmp_path: Path) -> None:
+    with pytest.raises(ParameterFileError):
+        ParameterFile(tmp_path)
+
+
+def test_a_file_that_cannot_be_written_is_an_alarm_of_the_drive(tmp_path: Path) -> None:
+    drive = VirtualDrive(store=ParameterFile(tmp_path / "missing" / "kept.json").of(1))
+    drive.set(0x1010, SAVE, 1)
+    drive.run(1.0)
+    assert drive.power_state is PowerState.FAULT
+    assert drive.get(0x603F) == 0xFF27
+    drive.reset_fault()
