@@ -10,7 +10,7 @@ Kernel source: compiled as it stands, see `compiled`.
 from math import pi
 
 from achse.motion.record import AxisFields
-from achse.motion.states import ControllerType, DriveType
+from achse.motion.states import ControllerType, DriveType, MotionPhase
 
 __all__ = ["adapt_controller", "control", "reset_controller"]
 
@@ -22,6 +22,8 @@ _PI_VELOCITY = ControllerType.PI_VELOCITY.value
 _SERCOS = ControllerType.SERCOS_POSITION.value
 _STEPPER = DriveType.STEPPER.value
 _TCOM = ControllerType.TCOM_POSITION.value
+
+_DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
 
 
 def adapt_controller(ax: AxisFields) -> None:
@@ -287,6 +289,23 @@ def _silence(ax: AxisFields) -> None:
         reset_controller(ax)
 
 
+def _put_out(ax: AxisFields, output: float) -> None:
+    """Give the drive this output, within its limits."""
+    full = ax.drive_full
+    if output > ax.drive_output_limit_max * full:
+        output = ax.drive_output_limit_max * full
+        ax.drive_limit_active = 1
+    elif output < ax.drive_output_limit_min * full:
+        output = ax.drive_output_limit_min * full
+        ax.drive_limit_active = 1
+    ax.drive_output = output
+    ax.drive_output_percent = 100.0 * output / full
+    if output < ax.drive_output_peak_negative:
+        ax.drive_output_peak_negative = output
+    if output > ax.drive_output_peak_positive:
+        ax.drive_output_peak_positive = output
+
+
 def control(ax: AxisFields, dt: float) -> None:
     """Controller: following error to drive output."""
     error = ax.set_position - ax.actual_position
@@ -302,6 +321,10 @@ def control(ax: AxisFields, dt: float) -> None:
         ax.following_error_peak_positive = error
     if ax.loop_closed == 0:
         _silence(ax)
+        return
+    if ax.set_motion_phase == _DRIVE_OUTPUT:
+        _silence(ax)
+        _put_out(ax, ax.direct_output)
         return
     full = ax.drive_full
     feedforward = ax.controller_velocity_feedforward_weight * ax.set_velocity
@@ -322,16 +345,4 @@ def control(ax: AxisFields, dt: float) -> None:
         part = -limit
     ax.controller_output = part
     ax.controller_output_percent = 100.0 * part / full
-    output = part + feedforward + ax.external_controller_component + ax.drive_velocity_offset
-    if output > ax.drive_output_limit_max * full:
-        output = ax.drive_output_limit_max * full
-        ax.drive_limit_active = 1
-    elif output < ax.drive_output_limit_min * full:
-        output = ax.drive_output_limit_min * full
-        ax.drive_limit_active = 1
-    ax.drive_output = output
-    ax.drive_output_percent = 100.0 * output / full
-    if output < ax.drive_output_peak_negative:
-        ax.drive_output_peak_negative = output
-    if output > ax.drive_output_peak_positive:
-        ax.drive_output_peak_positive = output
+    _put_out(ax, part + feedforward + ax.external_controller_component + ax.drive_velocity_offset)

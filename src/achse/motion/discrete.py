@@ -147,7 +147,7 @@ def _put_out(ax: AxisFields) -> float:
     """Control bytes of the phase; returns the velocity that the motor is switched to."""
     phase = ax.switch_phase
     plus = ax.switch_direction > 0.0
-    control = _BRAKE if phase == _BRAKED else _BRAKE_OPEN
+    control = _BRAKE if phase == _BRAKED and ax.brake_released == 0 else _BRAKE_OPEN
     further = control
     velocity = 0.0
     if phase == _RAPID:
@@ -197,7 +197,7 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
         ax.target_position = ax.actual_position
     moved = ax.plant_velocity
     moved += (velocity - moved) * (dt / (ax.simulation_time_constant + dt))
-    if ax.switch_phase == _BRAKED or ax.simulation_blocked:
+    if (ax.switch_phase == _BRAKED and ax.brake_released == 0) or ax.simulation_blocked:
         moved = 0.0
     ax.plant_velocity = moved
     if ax.drive_motor_polarity:

@@ -15,6 +15,7 @@ from achse.motion.states import (
     ControllerType,
     DriveOperationMode,
     DriveType,
+    MotionPhase,
     OutputFilter,
 )
 
@@ -31,6 +32,16 @@ _STEPPER = DriveType.STEPPER.value
 _NONLINEAR = DriveType.MDP_252_NONLINEAR.value
 
 _TORQUE = DriveOperationMode.TORQUE.value
+_TORQUE_JOB = MotionPhase.TORQUE.value
+
+_VELOCITY_MODES = (
+    DriveOperationMode.VELOCITY_FEEDBACK1.value,
+    DriveOperationMode.VELOCITY_FEEDBACK2.value,
+)
+_POSITION_MODES = (
+    DriveOperationMode.POSITION_FEEDBACK1.value,
+    DriveOperationMode.POSITION_FEEDBACK2.value,
+)
 
 _AVERAGE = OutputFilter.MOVING_AVERAGE.value
 _P_TN = OutputFilter.P_TN.value
@@ -43,6 +54,10 @@ def adapt_drive(ax: AxisFields, dt: float) -> None:
     """Derive what follows from the parameters of drive and simulation."""
     ideal = ax.simulation_ideal
     if ax.controller_type in (_SERCOS, _TCOM):
+        ideal = 1
+    if ax.drive_operation_mode in _VELOCITY_MODES:
+        ideal = 0
+    elif ax.drive_operation_mode in _POSITION_MODES:
         ideal = 1
     if ax.drive_type == _STEPPER or ax.axis_type == _TWO_SPEEDS:
         ideal = 0
@@ -184,6 +199,25 @@ def characteristic(ax: AxisFields, share: float) -> float:
     return y
 
 
+def _within_limits(ax: AxisFields, velocity: float, moved: float, dt: float) -> float:
+    """What the limits of the torque command leave of a change of velocity.
+
+    Beyond a velocity limit the drive brakes with the deceleration of the command, or of the axis.
+    """
+    change = moved - velocity
+    most = ax.torque_acceleration if change * velocity >= 0.0 else ax.torque_deceleration
+    if most > 0.0 and abs(change) > most * dt:
+        moved = velocity + (most * dt if change > 0.0 else -most * dt)
+    brake = ax.torque_deceleration
+    if brake == 0.0:
+        brake = ax.default_deceleration
+    if moved > ax.torque_velocity_high:
+        moved = max(ax.torque_velocity_high, min(moved, velocity - brake * dt))
+    elif moved < ax.torque_velocity_low:
+        moved = min(ax.torque_velocity_low, max(moved, velocity + brake * dt))
+    return moved
+
+
 def _loaded(ax: AxisFields, command: float, velocity: float, dt: float) -> float:
     """Velocity after this cycle of a drive with load, friction, drift or torque interface."""
     full = ax.drive_full
@@ -212,6 +246,8 @@ def _loaded(ax: AxisFields, command: float, velocity: float, dt: float) -> float
             moved += friction * push
         else:
             moved = 0.0
+    if ax.set_motion_phase == _TORQUE_JOB:
+        moved = _within_limits(ax, velocity, moved, dt)
     return moved
 
 

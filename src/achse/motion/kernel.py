@@ -9,6 +9,8 @@ from achse.motion.controller import adapt_controller, control
 from achse.motion.discrete import run_stepper, run_two_speeds, show_speed
 from achse.motion.drive import adapt_drive, drive, place_motor, position_output
 from achse.motion.encoder import adapt_encoder, measure
+from achse.motion.external import follow_external
+from achse.motion.homing import home
 from achse.motion.monitoring import (
     operation_mode,
     settle,
@@ -17,15 +19,23 @@ from achse.motion.monitoring import (
     supervise_enable,
     supervise_motion,
 )
+from achse.motion.open_loop import choose_loop, follow_axis, run_torque
+from achse.motion.oscillation import oscillate, position_in_turn
+from achse.motion.phasing import shift_phase
 from achse.motion.record import POSITION_HISTORY, AxisFields
 from achse.motion.setpoint import generate
-from achse.motion.states import AxisType, DriveOperationMode, DriveType
+from achse.motion.signals import watch
+from achse.motion.states import AxisType, DriveOperationMode, DriveType, MotionPhase
+from achse.motion.superposition import generate_superposed
 
 __all__ = ["adapt", "begin", "cycle", "cycle_all", "follow"]
 
 _TWO_SPEEDS = AxisType.DISCRETE_RAPID_CREEP.value
 _STEPPER = DriveType.STEPPER.value
 _TORQUE = DriveOperationMode.TORQUE.value
+_HOMING = MotionPhase.HOMING.value
+_EXTERNAL = MotionPhase.EXTERNAL.value
+_DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
 
 
 def adapt(ax: AxisFields, dt: float) -> None:
@@ -51,6 +61,37 @@ def begin(ax: AxisFields, dt: float) -> None:
     show_state(ax)
 
 
+def _sense(ax: AxisFields, machine: AxisFields, dt: float) -> None:
+    """Read the encoder, and whatever its latches wait for along the machine."""
+    measure(ax, dt)
+    if ax.encoder_latch_active or ax.homing_latch:
+        watch(ax, machine)
+
+
+def _lead(ax: AxisFields, dt: float) -> None:
+    """Set point of this cycle, by whatever makes it."""
+    phase = ax.set_motion_phase
+    if ax.drive_operation_mode == _TORQUE:
+        run_torque(ax, dt)
+    elif ax.external_setpoint_active:
+        follow_external(ax, dt)
+    elif phase < _EXTERNAL:
+        if phase == _HOMING:
+            home(ax)
+        if ax.phasing_active:
+            shift_phase(ax, dt)
+        if ax.compensating:
+            generate_superposed(ax, dt)
+        else:
+            generate(ax, dt)
+        if ax.reversing_number:
+            position_in_turn(ax)
+    elif phase == _DRIVE_OUTPUT:
+        follow_axis(ax)
+    else:
+        oscillate(ax, dt)
+
+
 def cycle(ax: AxisFields, dt: float) -> None:
     """One cycle of one axis."""
     ax.set_cycle_counter += 1
@@ -58,11 +99,13 @@ def cycle(ax: AxisFields, dt: float) -> None:
         return
     if ax.adapt:
         adapt(ax, dt)
+    if ax.drive_operation_mode == _TORQUE:
+        choose_loop(ax)
     ideal = ax.drive_ideal
-    if ideal and ax.drive_operation_mode == _TORQUE:
+    if ax.drive_operation_mode == _TORQUE or ax.set_motion_phase == _DRIVE_OUTPUT:
         ideal = 0
     if ideal == 0:
-        measure(ax, dt)
+        _sense(ax, ax, dt)
     supervise_enable(ax, dt)
     if ax.axis_type == _TWO_SPEEDS:
         run_two_speeds(ax, dt)
@@ -72,10 +115,10 @@ def cycle(ax: AxisFields, dt: float) -> None:
         show_speed(ax)
         settle(ax)
         return
-    generate(ax, dt)
+    _lead(ax, dt)
     if ideal:
         place_motor(ax, position_output(ax, dt) if ax.drive_special else ax.set_position, dt)
-        measure(ax, dt)
+        _sense(ax, ax, dt)
     control(ax, dt)
     supervise_motion(ax, dt)
     supervise_arrival(ax, dt)
@@ -96,7 +139,7 @@ def follow(ax: AxisFields, owner: AxisFields, dt: float) -> None:
         return
     ax.set_velocity = owner.set_velocity
     ax.actual_position_correction = owner.actual_position_correction
-    measure(ax, dt)
+    _sense(ax, owner, dt)
     velocity = owner.plant_velocity
     ax.plant_velocity = velocity
     if velocity != 0.0:

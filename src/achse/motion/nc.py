@@ -155,7 +155,6 @@ class Nc:
         configured = sorted(axes, key=lambda parameters: parameters.axis_id)
         self.cycle_ns = cycle_ns
         self.cycle_count = 0
-        self.setpoint_consistency_check = 0
         self.late_cycles = 0
         self.late_io_cycles = 0
         self.computing_time_us = 0
@@ -207,6 +206,16 @@ class Nc:
                 if id in self._owners[kind]:
                     raise AxisParametersError(f"{kind} id {id} is given twice")
                 self._owners[kind][id] = axis, number
+
+    @property
+    def setpoint_consistency_check(self) -> int:
+        """Whether external set points are checked and corrected in each cycle, all axes alike."""
+        return int(any(axis.setpoint_consistency_check for axis in self))
+
+    @setpoint_consistency_check.setter
+    def setpoint_consistency_check(self, enabled: int) -> None:
+        for axis in self:
+            axis.setpoint_consistency_check = enabled
 
     @property
     def cycle_seconds(self) -> float:

@@ -10,11 +10,9 @@ name.
 Positions are in the axis unit (mm, degree), times in seconds, flags 0 or 1.
 """
 
-import struct
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from achse.kernel.kinds import Layout
+from achse.kernel.declare import lay_out, pack, plain_record
 from achse.motion.fields.axis import AxisParameters, AxisState
 from achse.motion.fields.controller import (
     ControllerMemory,
@@ -34,19 +32,29 @@ from achse.motion.fields.drive import (
 )
 from achse.motion.fields.encoder import (
     POSITION_HISTORY,
+    PROBE_EDGES,
     TOUCH_PROBES,
     EncoderMemory,
     EncoderParameters,
     EncoderState,
+    TouchProbeMemory,
     TouchProbeState,
 )
 from achse.motion.fields.functions import FunctionInput
+from achse.motion.fields.generators import GeneratorMemory, GeneratorSwitch
+from achse.motion.fields.homing import HomingMemory
+from achse.motion.fields.machine import MachineParameters
 from achse.motion.fields.monitoring import MonitoringInternal
 from achse.motion.fields.setpoint import (
     COMMAND_BUFFER,
     SEGMENTS,
     SetpointInternal,
     SetpointState,
+)
+from achse.motion.fields.superposition import (
+    PhasingMemory,
+    PhasingState,
+    SuperpositionMemory,
 )
 
 __all__ = [
@@ -56,7 +64,7 @@ __all__ = [
     "FILTER_ORDER",
     "LAYOUT",
     "POSITION_HISTORY",
-    "RECORD_SIZE",
+    "PROBE_EDGES",
     "SEGMENTS",
     "TOUCH_PROBES",
     "AxisFields",
@@ -73,18 +81,26 @@ class AxisFields(
     ControllerParameters,
     DriveParameters,
     SimulationParameters,
+    MachineParameters,
     CyclicInput,
     FunctionInput,
     DriveInput,
+    GeneratorSwitch,
     AxisState,
     SetpointState,
     EncoderState,
     ControllerState,
     DriveState,
     TouchProbeState,
+    PhasingState,
     MonitoringInternal,
     SetpointInternal,
+    GeneratorMemory,
+    SuperpositionMemory,
+    PhasingMemory,
     EncoderMemory,
+    TouchProbeMemory,
+    HomingMemory,
     ControllerMemory,
     DriveInternal,
 ):
@@ -99,33 +115,15 @@ _ROLES: dict[type, Role] = {
 }
 
 
-def _declared() -> dict[str, Field]:
-    fields: dict[str, Field] = {}
-    offset = 0
-    for section in AxisFields.__bases__:
-        (kind,) = section.__bases__
-        for name in section.__annotations__:
-            if name in fields:
-                raise TypeError(f"field {name!r} is declared twice")
-            row: Field = getattr(section, name)
-            row.name, row.role, row.offset = name, _ROLES[kind], offset
-            fields[name] = row
-            offset += row.words
-    return fields
-
-
-FIELDS = _declared()
-"""Every field by name, in record order."""
-
-LAYOUT = Layout("axis record", FIELDS, sum(row.words for row in FIELDS.values()))
+LAYOUT = lay_out("axis record", AxisFields.__bases__, Field)
 """One record in memory."""
 
-RECORD_SIZE = 8 * LAYOUT.words
-"""Bytes of one record."""
+FIELDS = LAYOUT.fields
+"""Every field by name, in record order."""
 
-_STRUCT = struct.Struct(
-    "=" + "".join(f"{row.words}{'d' if row.is_real else 'q'}" for row in FIELDS.values())
-)
+for _section in AxisFields.__bases__:
+    for _name in _section.__annotations__:
+        FIELDS[_name].role = _ROLES[_section.__bases__[0]]
 
 if TYPE_CHECKING:
 
@@ -133,23 +131,9 @@ if TYPE_CHECKING:
         pass
 
 else:
-
-    class SlotsRecord:
-        """One axis as a plain object: the record's form without NumPy."""
-
-        __slots__ = tuple(FIELDS)
-
-        def __init__(self) -> None:
-            for name, row in FIELDS.items():
-                setattr(self, name, [row.default] * row.length if row.length else row.default)
+    SlotsRecord = plain_record(LAYOUT)
 
 
 def pack_record(record: AxisFields) -> bytes:
     """The record's bytes, equal for both forms when every value is equal."""
-    values: list[float] = []
-    extend: Iterable[float]
-    for name, row in FIELDS.items():
-        value = getattr(record, name)
-        extend = value if row.length else (value,)
-        values.extend(extend)
-    return _STRUCT.pack(*values)
+    return pack(LAYOUT, record)

@@ -248,7 +248,7 @@ _SINCE_TC3 = (
     ("40x", ""),  # two more status words, touch probe, cam coupling: bits no manual prints
     ("d", "drive_actual_torque_derivative"),
     ("d", "set_torque_derivative"),
-    ("8x", ""),  # absolute phasing position
+    ("d", "phasing_position"),
     ("d", "set_torque_offset"),
     ("d", "actual_position_uncorrected"),
     ("d", "actual_acceleration"),

@@ -7,18 +7,65 @@ of 0 mean the axis default.
 """
 
 from achse.motion.commands.changes import (
+    freeze_override,
     new_dynamics,
     new_end_position,
     new_end_position_and_velocity,
 )
-from achse.motion.commands.positions import set_actual_position, set_homed_flag
+from achse.motion.commands.external import (
+    start_external_setpoint,
+    stop_external_setpoint,
+    stop_external_setpoint_endless,
+)
+from achse.motion.commands.groups import decouple_and_start, return_to_ptp_group
+from achse.motion.commands.homing import home, set_homing_state
+from achse.motion.commands.loops import switch_control_loop
+from achse.motion.commands.open_loop import (
+    change_drive_output,
+    release_brake,
+    set_drive_operation_mode,
+    start_drive_output,
+    start_torque_control,
+    stop_drive_output,
+)
+from achse.motion.commands.oscillation import (
+    start_reversing,
+    start_sine_oscillation,
+    start_velocity_steps,
+)
+from achse.motion.commands.phasing import start_phasing
+from achse.motion.commands.positions import (
+    reinitialize_actual_position,
+    reinitialize_encoder,
+    set_actual_position,
+    set_actual_position_in_drive,
+    set_actual_position_on_the_fly,
+    set_actual_position_only,
+    set_encoder_scaling_factor,
+    set_homed_flag,
+)
+from achse.motion.commands.probes import (
+    activate_latch,
+    activate_touch_probe,
+    deactivate_latch,
+    deactivate_touch_probe,
+    set_latch_event,
+)
+from achse.motion.commands.special import start_special
 from achse.motion.commands.starts import start, universal_start
 from achse.motion.commands.stops import (
+    clear,
     emergency_stop,
+    oriented_stop,
     parameterized_stop,
     release_lock,
     stop,
     stop_information,
+)
+from achse.motion.commands.superposition import (
+    Compensation,
+    start_superposition,
+    stop_superposition,
 )
 from achse.motion.commands.switches import (
     disable,
@@ -29,21 +76,57 @@ from achse.motion.commands.switches import (
 )
 
 __all__ = [
+    "Compensation",
+    "activate_latch",
+    "activate_touch_probe",
+    "change_drive_output",
+    "clear",
+    "deactivate_latch",
+    "deactivate_touch_probe",
+    "decouple_and_start",
     "disable",
     "emergency_stop",
     "enable",
+    "freeze_override",
+    "home",
     "new_dynamics",
     "new_end_position",
     "new_end_position_and_velocity",
+    "oriented_stop",
     "parameterized_stop",
+    "reinitialize_actual_position",
+    "reinitialize_encoder",
+    "release_brake",
     "release_lock",
     "reset",
+    "return_to_ptp_group",
     "set_actual_position",
+    "set_actual_position_in_drive",
+    "set_actual_position_on_the_fly",
+    "set_actual_position_only",
+    "set_drive_operation_mode",
     "set_drive_output",
+    "set_encoder_scaling_factor",
     "set_external_error",
     "set_homed_flag",
+    "set_homing_state",
+    "set_latch_event",
     "start",
+    "start_drive_output",
+    "start_external_setpoint",
+    "start_phasing",
+    "start_reversing",
+    "start_sine_oscillation",
+    "start_special",
+    "start_superposition",
+    "start_torque_control",
+    "start_velocity_steps",
     "stop",
+    "stop_drive_output",
+    "stop_external_setpoint",
+    "stop_external_setpoint_endless",
     "stop_information",
+    "stop_superposition",
+    "switch_control_loop",
     "universal_start",
 ]

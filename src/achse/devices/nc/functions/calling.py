@@ -4,16 +4,24 @@ from collections.abc import Callable
 from typing import Any
 
 from achse.ams import DeviceError
-from achse.motion import Axis
+from achse.motion import Axis, CommandState
 from achse.server import WRITE, Codec, Service
 
-__all__ = ["carry_out", "function"]
+__all__ = ["carry_out", "function", "numbered"]
 
 
 def carry_out(code: int) -> None:
     """Raise what a command answered, if it refused."""
     if code:
         raise DeviceError(code)
+
+
+def numbered(axis: Axis, code: int) -> tuple[int, int]:
+    """Number and state of the command that just answered `code`; raises if it refused."""
+    carry_out(code)
+    number = axis.command_counter
+    active = axis.set_command_number == number
+    return number, axis.set_command_state if active else CommandState.BUFFERED
 
 
 def function(

@@ -1,43 +1,32 @@
 """Starts and changes of the running move, 0x4200 + ID (002 §6.4.4.3)."""
 
-from achse.devices.nc.functions.calling import carry_out, function
-from achse.devices.nc.layouts import request
-from achse.motion import Axis, CommandState, commands
+from collections.abc import Callable
+from typing import Any
+
+from achse.devices.nc.functions.calling import function, numbered
+from achse.devices.nc.layouts import NO_DATA, request
+from achse.motion import Axis, commands
 from achse.server import READ_WRITE, Layout, Service
 
-__all__ = ["STARTS"]
+__all__ = ["STARTS", "UNIVERSAL_START"]
 
 
-def _start_extended(
-    axis: Axis,
-    start_type: int,
-    end_position: float,
-    velocity: float,
-    default_acceleration: int,
-    acceleration: float,
-    default_deceleration: int,
-    deceleration: float,
-    default_jerk: int,
-    jerk: float,
-) -> int:
-    return commands.start(
-        axis,
-        start_type,
-        end_position,
-        velocity,
-        None if default_acceleration else acceleration,
-        None if default_deceleration else deceleration,
-        None if default_jerk else jerk,
-    )
+def _with_defaults(call: Callable[..., int]) -> Callable[..., int]:
+    """`call` with dynamics that each come as "take the default?" and a value."""
+
+    def start(axis: Axis, *arguments: Any) -> int:
+        where, dynamics = arguments[:-6], arguments[-6:]
+        pairs = zip(dynamics[::2], dynamics[1::2], strict=True)
+        return call(axis, *where, *(None if default else value for default, value in pairs))
+
+    return start
 
 
 def _universal_start(axis: Axis, arguments: tuple[float, ...]) -> tuple[int, int]:
     """The command's number and state; the control mask, whose bits no manual prints, is unused."""
     start_type, _, *others = arguments
-    carry_out(commands.universal_start(axis, int(start_type), *others))  # type: ignore[arg-type]
-    number = axis.command_counter
-    active = axis.set_command_number == number
-    return number, axis.set_command_state if active else CommandState.BUFFERED
+    code = commands.universal_start(axis, int(start_type), *others)  # type: ignore[arg-type]
+    return numbered(axis, code)
 
 
 _POSITION = request(position_type="I", position="d")
@@ -48,14 +37,20 @@ _NEW_END_POSITION = request(
     command_type="I", position_type="I", position="d", velocity="d", switch_position="d"
 )
 
-_START_EXTENDED = request(
-    start_type="I", end_position="d", velocity="d",
-    use_default_acceleration="I", acceleration="d",
-    use_default_deceleration="I", deceleration="d",
-    use_default_jerk="I", jerk="d",
+_OWN_DYNAMICS = {
+    "use_default_acceleration": "I", "acceleration": "d",
+    "use_default_deceleration": "I", "deceleration": "d",
+    "use_default_jerk": "I", "jerk": "d",
+}  # fmt: skip
+
+_START_EXTENDED = request(start_type="I", end_position="d", velocity="d", **_OWN_DYNAMICS)
+
+_START_SPECIAL = request(
+    start_type="I", end_position="d", start_velocity="d",
+    velocity_change_position="d", end_velocity="d", **_OWN_DYNAMICS,
 )  # fmt: skip
 
-_UNIVERSAL_START = request(
+UNIVERSAL_START = request(
     start_type="I", control_mask="I", end_position="d", velocity="d",
     acceleration="d", deceleration="d", jerk="d",
     buffer_mode="I", blending_position="d",
@@ -76,13 +71,27 @@ STARTS = (
         0x16,
         "universal_axis_start",
         READ_WRITE,
-        _UNIVERSAL_START,
+        UNIVERSAL_START,
         "start, stop or halt with buffer mode; answers command number and state",
         exchange=_universal_start,
         response=Layout("<HH"),
         port=501,
         non_finite=True,
     ),
+    function(0x29, "freeze_override", commands.freeze_override, NO_DATA, "take the override now"),
     function(0x20, "start", commands.start, _START, "start with the axis defaults"),
-    function(0x21, "start_extended", _start_extended, _START_EXTENDED, "start with own dynamics"),
+    function(
+        0x21,
+        "start_extended",
+        _with_defaults(commands.start),
+        _START_EXTENDED,
+        "start with own dynamics",
+    ),
+    function(
+        0x22,
+        "start_special",
+        _with_defaults(commands.start_special),
+        _START_SPECIAL,
+        "start with a second velocity from a position on",
+    ),
 )

@@ -1,0 +1,40 @@
+"""What starting a special generator takes: whether it may, and the job it becomes."""
+
+from achse.codes import NcError
+from achse.motion.axis import Axis
+from achse.motion.checks import why_no_command, why_not_permitted
+from achse.motion.commands.queue import busy, next_number, show_accepted
+from achse.motion.states import AxisType, CommandState, MotionPhase
+
+__all__ = ["begin_generator", "why_no_generator"]
+
+
+def why_no_generator(axis: Axis, *directions: float) -> int:
+    """What forbids a generator that will move in these directions (their signs count)."""
+    if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
+        return NcError.GENERATOR_FUNCTION_MISSING.number
+    if axis.external_setpoint_active:
+        return NcError.EXTERNAL_GENERATOR_ACTIVE.number
+    code = why_no_command(axis)
+    if not code and busy(axis):
+        code = NcError.GROUP_BUSY.number
+    for direction in directions or (0.0,):
+        code = code or why_not_permitted(axis, direction)
+    return code
+
+
+def begin_generator(axis: Axis, phase: MotionPhase) -> None:
+    """Make `phase` the active job; a stop of it brakes with the dynamics of the axis."""
+    axis.set_motion_phase = phase
+    axis.job_acceleration = axis.default_acceleration
+    axis.job_deceleration = axis.default_deceleration
+    axis.job_jerk = axis.default_jerk
+    axis.job_timing = 0
+    axis.generator_time = 0.0
+    axis.generator_stage = 0
+    axis.generator_round = 0
+    axis.has_been_stopped = 0
+    axis.got_new_target = 0
+    axis.set_command_number = next_number(axis)
+    axis.set_command_state = CommandState.ACTIVE
+    show_accepted(axis)

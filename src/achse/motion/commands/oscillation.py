@@ -1,0 +1,164 @@
+"""Oscillations: reversing operation, velocity steps, sine and frequency sequence."""
+
+from math import isfinite, pi
+
+from achse.codes import NcError
+from achse.motion.axis import Axis
+from achse.motion.checks import OK, why_not_target, why_not_velocity
+from achse.motion.commands.generators import begin_generator, why_no_generator
+from achse.motion.commands.queue import next_number, show_accepted
+from achse.motion.setpoint import begin_job
+from achse.motion.states import MotionPhase, StartType
+
+__all__ = ["start_reversing", "start_sine_oscillation", "start_velocity_steps"]
+
+FASTEST_BASE = 10.0
+"""Highest base frequency of a sine, Hz."""
+
+SLOWEST_START = 1.0
+"""Lowest first frequency of a frequency sequence, Hz."""
+
+MOST_MEASUREMENTS = 200
+
+
+def start_reversing(
+    axis: Axis,
+    start_type: int,
+    end_position_1: float,
+    end_position_2: float,
+    velocity: float,
+    idle_time: float,
+) -> int:
+    """Move to and fro between two targets with a pause of `idle_time` at each (0x25).
+
+    The move has the dynamics of the axis and lasts until another command or a stop.
+    """
+    code = why_no_generator(axis, 1.0, -1.0) or why_not_velocity(axis, velocity)
+    if code:
+        return code
+    if start_type != StartType.ABSOLUTE:
+        return NcError.START_TYPE.number
+    if not (isfinite(end_position_1) and isfinite(end_position_2) and 0.0 <= idle_time < 1e10):
+        return NcError.START_AXIS_DATA.number
+    if end_position_1 == end_position_2:
+        return NcError.COMMAND_SAME_TARGET.number
+    code = why_not_target(axis, end_position_1) or why_not_target(axis, end_position_2)
+    if code:
+        return code
+    begin_job(
+        axis,
+        next_number(axis),
+        StartType.ABSOLUTE,
+        end_position_1,
+        velocity,
+        axis.default_acceleration,
+        axis.default_deceleration,
+        axis.default_jerk,
+        0.0,
+    )
+    axis.reversing_number = axis.command_counter
+    axis.reversing_target = end_position_2
+    axis.generator_pause = idle_time
+    show_accepted(axis)
+    return OK
+
+
+def start_velocity_steps(
+    axis: Axis,
+    start_type: int,
+    velocity_1: float,
+    velocity_2: float,
+    move_time: float,
+    idle_time: float,
+    repeat_count: int,
+) -> int:
+    """Jump between two signed velocities, each for `move_time`, with pauses at rest (0x32).
+
+    `repeat_count` pairs of steps, 0 without end. There are no ramps: the answer of the axis to a
+    velocity step is what this is for. The override scales the velocities.
+    """
+    velocities = (velocity_1, velocity_2)
+    code = why_no_generator(axis, *velocities)
+    for velocity in velocities:
+        if velocity != 0.0 or velocity_1 == velocity_2:
+            code = code or why_not_velocity(axis, abs(velocity))
+    if code:
+        return code
+    if start_type != StartType.ABSOLUTE:
+        return NcError.START_TYPE.number
+    if not (0.0 < move_time < 1e10 and 0.0 <= idle_time < 1e10):
+        return NcError.START_AXIS_DATA.number
+    first = axis.set_position + velocity_1 * move_time
+    code = why_not_target(axis, first) or why_not_target(axis, first + velocity_2 * move_time)
+    if code:
+        return code
+    begin_generator(axis, MotionPhase.VELOCITY_STEPS)
+    axis.step_velocity_1, axis.step_velocity_2 = velocities
+    axis.generator_duration = max(move_time, axis.owner.cycle_ns * 1e-9)
+    axis.generator_pause = idle_time
+    axis.generator_rounds = repeat_count
+    return OK
+
+
+def start_sine_oscillation(
+    axis: Axis,
+    start_type: int,
+    base_amplitude: float,
+    base_frequency: float,
+    start_amplitude: float,
+    feed_constant: float,
+    start_frequency: float,
+    stop_frequency: float,
+    step_duration: float,
+    measurement_count: int,
+    parallel_measurement_count: int,
+) -> int:
+    """Oscillate by a sine of the velocity, or by a sequence of frequencies (0x33).
+
+    The base oscillation runs all the time. On top of it an oscillation of the start amplitude goes
+    through `measurement_count` frequencies in equal ratios, `step_duration` seconds each; with
+    start amplitude 0 there is the base alone.
+    """
+    code = why_no_generator(axis, 1.0, -1.0)
+    if code:
+        return code
+    if start_type != StartType.ABSOLUTE:
+        return NcError.START_TYPE.number
+    cycle = axis.owner.cycle_ns * 1e-9
+    highest = 0.5 / cycle * (1.0 + 1e-9)
+    if not (
+        base_amplitude > 0.0
+        and 0.0 <= base_frequency <= FASTEST_BASE
+        and start_amplitude >= 0.0
+        and feed_constant > 0.0
+        and SLOWEST_START <= start_frequency <= highest
+        and SLOWEST_START <= stop_frequency <= highest
+        and cycle <= step_duration < 1e10
+        and 1 <= measurement_count <= MOST_MEASUREMENTS
+    ):
+        return NcError.START_AXIS_DATA.number
+    base, fast = 2.0 * pi * base_frequency, 2.0 * pi * max(start_frequency, stop_frequency)
+    acceleration = base_amplitude * base + start_amplitude * fast
+    if acceleration > axis.max_acceleration:
+        return NcError.ACCELERATION_NOT_PERMITTED.number
+    slow = 2.0 * pi * min(start_frequency, stop_frequency)
+    way = (2.0 * base_amplitude / base if base else 0.0) + 2.0 * start_amplitude / slow
+    code = why_not_velocity(axis, base_amplitude + start_amplitude)
+    code = code or why_not_target(axis, axis.set_position + way)
+    if code:
+        return code
+    begin_generator(axis, MotionPhase.SINE)
+    axis.job_deceleration = max(axis.default_deceleration, acceleration)
+    axis.job_jerk = max(axis.default_jerk, base_amplitude * base**2 + start_amplitude * fast**2)
+    axis.sine_base_velocity = base_amplitude
+    axis.sine_base_frequency = base_frequency
+    axis.sine_base_angle = 0.0
+    axis.sine_velocity = start_amplitude
+    axis.sine_frequency = start_frequency
+    steps = measurement_count - 1
+    axis.sine_frequency_ratio = (stop_frequency / start_frequency) ** (1.0 / steps) if steps else 1
+    axis.sine_angle = 0.0
+    axis.sine_share = min(axis.velocity_override, 1_000_000) / 1e6
+    axis.generator_duration = step_duration
+    axis.generator_rounds = measurement_count
+    return OK

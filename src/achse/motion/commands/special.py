@@ -1,0 +1,60 @@
+"""Special start: a move with a second velocity from a position on."""
+
+from math import isfinite
+
+from achse.codes import NcError
+from achse.motion.axis import Axis
+from achse.motion.checks import ENDLESS, why_no_command, why_not_velocity
+from achse.motion.commands.changes import new_end_position_and_velocity
+from achse.motion.commands.queue import busy
+from achse.motion.commands.starts import start
+from achse.motion.states import NewEndPositionCommand, StartType
+from achse.motion.targets import resolve_target
+
+__all__ = ["start_special"]
+
+
+def _on_way(axis: Axis, start_type: int, position: float, where: float) -> bool:
+    """Whether a move that starts here comes past `where`."""
+    here = axis.set_position
+    if start_type in ENDLESS:
+        return (where - here) * ENDLESS[StartType(start_type)] >= 0.0
+    target = resolve_target(axis, start_type, position, here)
+    return min(here, target) <= where <= max(here, target)
+
+
+def start_special(
+    axis: Axis,
+    start_type: int,
+    position: float,
+    start_velocity: float,
+    velocity_change_position: float,
+    end_velocity: float,
+    acceleration: float | None = None,
+    deceleration: float | None = None,
+    jerk: float | None = None,
+) -> int:
+    """Start with one velocity and go on with another from a position on (0x22).
+
+    Refused while a job runs; None takes the axis default.
+    """
+    code = why_no_command(axis) or (busy(axis) and NcError.GROUP_BUSY.number)
+    code = code or why_not_velocity(axis, end_velocity)
+    if code:
+        return code
+    if not (isfinite(position) and isfinite(velocity_change_position)):
+        return NcError.START_AXIS_DATA.number
+    if start_type in StartType.__members__.values() and not _on_way(
+        axis, start_type, position, velocity_change_position
+    ):
+        return NcError.ACTIVATION_POSITION_NOT_ON_WAY.number
+    return start(
+        axis, start_type, position, start_velocity, acceleration, deceleration, jerk
+    ) or new_end_position_and_velocity(
+        axis,
+        NewEndPositionCommand.VELOCITY_AT_SWITCH_POSITION,
+        0,
+        0.0,
+        end_velocity,
+        velocity_change_position,
+    )

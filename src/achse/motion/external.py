@@ -1,0 +1,101 @@
+"""External set points: the cyclic interface leads the axis, alone or on top of its own generator.
+
+Alone, the set position is the external one. Where motion commands are allowed meanwhile, their
+motion and the external one add up; afterwards the axis keeps the distance it went by itself.
+
+Kernel source: compiled by Numba as it stands, see `compiled`.
+"""
+
+from achse.motion.record import AxisFields
+from achse.motion.setpoint import fail, generate
+from achse.motion.states import MotionPhase
+
+__all__ = ["follow_external", "leave_external"]
+
+_NO_JOB = MotionPhase.NONE.value
+_STOPPING = MotionPhase.STOPPING.value
+_EXTERNAL = MotionPhase.EXTERNAL.value
+
+_VELOCITY_TOO_HIGH = 0x4359
+
+_INCONSISTENT = 1e-3
+"""Velocities that differ by a smaller part of themselves are equal."""
+
+
+def leave_external(ax: AxisFields) -> None:
+    """Take no further external set points; what the axis does now is its own motion."""
+    ax.external_setpoint_active = 0
+    ax.external_velocity = 0.0
+    ax.external_acceleration = 0.0
+    ax.external_jerk = 0.0
+
+
+def _is_over(ax: AxisFields) -> bool:
+    """Whether a stop or an error has ended it."""
+    phase = ax.set_motion_phase
+    return phase == _STOPPING or (phase == _NO_JOB and ax.buffer_count == 0)
+
+
+def _is_jump(ax: AxisFields, way: float, dt: float) -> bool:
+    """Whether the external position changes faster than the axis can follow, or is no number."""
+    limit = ax.max_velocity
+    if ax.drive_reference_velocity < limit:
+        limit = ax.drive_reference_velocity
+    return not abs(way) <= limit * dt * (1.0 + 1e-6) + ax.encoder_scaling_factor
+
+
+def _take(ax: AxisFields, way: float, dt: float) -> None:
+    """Take the external values; where the velocity belongs to another way, that way counts.
+
+    The mean velocity of a cycle lies between those at its ends, give or take one increment.
+    """
+    before = ax.external_velocity
+    velocity = ax.external_set_velocity
+    acceleration = ax.external_set_acceleration
+    if ax.setpoint_consistency_check:
+        mean = way / dt
+        lowest = velocity if velocity < before else before
+        highest = velocity if velocity > before else before
+        tolerance = _INCONSISTENT * abs(mean) + ax.encoder_scaling_factor / dt
+        if not lowest - tolerance <= mean <= highest + tolerance:
+            velocity = mean
+            acceleration = (velocity - before) / dt
+            ax.setpoint_correction_counter += 1
+    ax.external_position = ax.external_set_position
+    ax.external_velocity = velocity
+    ax.external_acceleration = acceleration
+    ax.external_jerk = ax.external_set_jerk
+
+
+def follow_external(ax: AxisFields, dt: float) -> None:
+    """One cycle while the external generator is active."""
+    way = ax.external_set_position - ax.external_position
+    if not _is_over(ax) and _is_jump(ax, way, dt):
+        fail(ax, _VELOCITY_TOO_HIGH, 0)
+    if _is_over(ax):
+        leave_external(ax)
+        generate(ax, dt)
+        return
+    if ax.set_motion_phase == _EXTERNAL:
+        _take(ax, way, dt)
+        ax.set_position = ax.external_origin + ax.external_position
+        ax.set_velocity = ax.external_velocity
+        ax.set_acceleration = ax.external_acceleration
+        ax.set_jerk = ax.external_jerk
+        return
+    ax.set_velocity -= ax.external_velocity
+    ax.set_acceleration -= ax.external_acceleration
+    generate(ax, dt)
+    if ax.output_cut:  # such a profile cannot be
+        return
+    _take(ax, way, dt)
+    ax.set_position += way
+    ax.segment_position += way
+    ax.target_position += way
+    ax.switch_position += way
+    ax.switch_target += way
+    ax.set_velocity += ax.external_velocity
+    ax.set_acceleration += ax.external_acceleration
+    if ax.set_motion_phase == _NO_JOB and ax.buffer_count == 0:
+        ax.set_motion_phase = _EXTERNAL
+        ax.external_origin = ax.set_position - ax.external_position

@@ -1,0 +1,60 @@
+"""Motion in open loop: direct drive output and torque mode; the set point follows the axis.
+
+So the position loop takes over smoothly whenever it comes back: by a stop, by a motion command or
+because an error brakes the axis. After an error that opens the loop a drive stays in torque mode,
+until a motion command or function 0x63 leads it back (002 §6.4.4.3, 0x2D).
+
+Kernel source: compiled by Numba as it stands, see `compiled`.
+"""
+
+from achse.motion.record import AxisFields
+from achse.motion.states import MotionPhase
+
+__all__ = ["choose_loop", "follow_axis", "run_torque"]
+
+_NO_JOB = MotionPhase.NONE.value
+_EXTERNAL = MotionPhase.EXTERNAL.value
+_TORQUE_JOB = MotionPhase.TORQUE.value
+
+
+def follow_axis(ax: AxisFields) -> None:
+    """The set point is where the axis is and as fast as it is."""
+    ax.set_position = ax.actual_position
+    ax.set_velocity = ax.actual_velocity
+    ax.set_acceleration = 0.0
+    ax.set_jerk = 0.0
+    ax.target_position = ax.set_position
+    ax.planned_override = ax.velocity_override
+
+
+def choose_loop(ax: AxisFields) -> None:
+    """A motion of the position loop leads the drive out of torque mode."""
+    if ax.set_motion_phase not in (_NO_JOB, _EXTERNAL, _TORQUE_JOB):
+        ax.drive_operation_mode = ax.torque_mode_before
+        ax.torque_mode_before = 0
+        ax.set_torque = 0.0
+        ax.set_torque_derivative = 0.0
+        ax.adapt = 1
+
+
+def run_torque(ax: AxisFields, dt: float) -> None:
+    """One cycle in torque mode: the set torque runs along its ramp, or comes from outside."""
+    before = ax.set_torque
+    if ax.set_motion_phase == _TORQUE_JOB:
+        torque = ax.torque_target
+        most = ax.torque_ramp * dt
+        if most > 0.0:
+            if torque > before + most:
+                torque = before + most
+            elif torque < before - most:
+                torque = before - most
+        ax.set_torque = torque
+        ax.set_torque_derivative = (torque - before) / dt
+    elif ax.set_motion_phase == _EXTERNAL:
+        ax.set_torque = ax.external_set_torque
+        ax.set_torque_derivative = ax.external_set_torque_derivative
+        ax.external_position = ax.external_set_position
+        ax.external_origin = ax.actual_position - ax.external_position
+    else:
+        ax.external_setpoint_active = 0
+    follow_axis(ax)

@@ -1,0 +1,192 @@
+"""Oscillations: reversing between two targets, velocity steps, sine and frequency sequence.
+
+Reversing is positioning in turn; while it pauses at a target its phase is REVERSING. Velocity steps
+are abrupt, as the answer of the axis to them is what they are made for. The sine is one of the
+velocity: a slow base oscillation that keeps the axis moving, and one to measure with, which goes
+from frequency to frequency without a jump.
+
+Kernel source: compiled by Numba as it stands, see `compiled`.
+"""
+
+from math import cos, pi, sin
+
+from achse.motion.record import AxisFields
+from achse.motion.setpoint import begin_job, generate
+from achse.motion.states import CommandState, MotionPhase, StartType
+
+__all__ = ["oscillate", "position_in_turn"]
+
+_NO_JOB = MotionPhase.NONE.value
+_STOPPING = MotionPhase.STOPPING.value
+_REVERSING = MotionPhase.REVERSING.value
+_VELOCITY_STEPS = MotionPhase.VELOCITY_STEPS.value
+
+_ACTIVE = CommandState.ACTIVE.value
+_DONE = CommandState.DONE.value
+_ABSOLUTE = StartType.ABSOLUTE.value
+
+_STILL = 1e-6
+"""A sequence whose velocity is below ends without a ramp."""
+
+_STEP_STAGES = 4
+"""First velocity, pause, second velocity, pause."""
+
+
+def position_in_turn(ax: AxisFields) -> None:
+    """After each cycle of a reversing command: at a target the pause begins."""
+    if ax.set_command_number != ax.reversing_number or ax.set_command_state not in (_ACTIVE, _DONE):
+        ax.reversing_number = 0
+    elif ax.set_motion_phase == _NO_JOB and ax.buffer_count == 0:
+        ax.set_motion_phase = _REVERSING
+        ax.set_command_state = _ACTIVE
+        ax.generator_time = 0.0
+        ax.job_timing = 0
+
+
+def _pause(ax: AxisFields, dt: float) -> None:
+    """Wait at a target, then go to the other one; a command that waits is let in."""
+    ax.generator_time += dt
+    if ax.buffer_count > 0:
+        ax.set_motion_phase = _NO_JOB
+        ax.set_command_state = _DONE
+        return
+    if ax.generator_time < ax.generator_pause + 0.5 * dt:
+        return
+    here = ax.set_position
+    target = ax.reversing_target
+    ax.reversing_target = here
+    begin_job(
+        ax,
+        ax.reversing_number,
+        _ABSOLUTE,
+        target,
+        ax.job_velocity,
+        ax.job_acceleration,
+        ax.job_deceleration,
+        ax.job_jerk,
+        0.0,
+    )
+    generate(ax, dt)
+    position_in_turn(ax)
+
+
+def _override(ax: AxisFields) -> float:
+    ax.planned_override = ax.velocity_override
+    share = ax.velocity_override / 1e6
+    return share if share < 1.0 else 1.0
+
+
+def _finish(ax: AxisFields) -> None:
+    """The sequence is complete: brake where the axis still moves."""
+    ax.set_command_state = _DONE
+    if abs(ax.set_velocity) < _STILL:
+        ax.set_velocity = 0.0
+        ax.set_acceleration = 0.0
+        ax.set_jerk = 0.0
+        ax.set_motion_phase = _NO_JOB
+    else:
+        ax.set_motion_phase = _STOPPING
+        ax.replan = 1
+
+
+def _step(ax: AxisFields, dt: float) -> None:
+    """Velocity steps: constant velocities and pauses by turns, without ramps."""
+    stage = ax.generator_stage
+    pausing = stage % 2 == 1
+    velocity = 0.0
+    if not pausing:
+        velocity = ax.step_velocity_1 if stage == 0 else ax.step_velocity_2
+        velocity *= _override(ax)
+    if stage == _STEP_STAGES:
+        ax.set_velocity = 0.0
+        _finish(ax)
+        return
+    ax.set_velocity = velocity
+    ax.set_position += velocity * dt
+    ax.target_position = ax.set_position
+    ax.generator_time += dt
+    duration = ax.generator_pause if pausing else ax.generator_duration
+    while ax.generator_time >= duration - 0.5 * dt:
+        ax.generator_time = 0.0
+        stage += 1
+        if stage == _STEP_STAGES:
+            ax.generator_round += 1
+            if ax.generator_round == ax.generator_rounds:
+                break
+            stage = 0
+        duration = ax.generator_pause if stage % 2 == 1 else ax.generator_duration
+    ax.generator_stage = stage
+
+
+def _turn(angle: float, frequency: float, dt: float) -> float:
+    """Phase angle a cycle later, within one turn."""
+    angle += 2.0 * pi * frequency * dt
+    while angle >= 2.0 * pi:
+        angle -= 2.0 * pi
+    return angle
+
+
+def _ease(ax: AxisFields, dt: float) -> None:
+    """Let the amplitudes follow the override with the acceleration of the axis at most."""
+    wanted = _override(ax)
+    most = ax.default_acceleration * dt / (ax.sine_base_velocity + ax.sine_velocity)
+    change = wanted - ax.sine_share
+    if change > most:
+        change = most
+    elif change < -most:
+        change = -most
+    ax.sine_share += change
+
+
+def _swing(ax: AxisFields, dt: float) -> None:
+    """Sine oscillation: base and measuring oscillation, each integrated over the cycle."""
+    if ax.generator_time >= ax.generator_duration - 0.5 * dt:
+        ax.generator_time = 0.0
+        ax.generator_round += 1
+        ax.sine_frequency *= ax.sine_frequency_ratio
+    if ax.generator_round == ax.generator_rounds:
+        _finish(ax)
+        if ax.set_motion_phase == _STOPPING:
+            generate(ax, dt)
+        return
+    ax.generator_time += dt
+    _ease(ax, dt)
+    velocity = 0.0
+    acceleration = 0.0
+    jerk = 0.0
+    way = 0.0
+    if ax.sine_base_frequency > 0.0:
+        omega = 2.0 * pi * ax.sine_base_frequency
+        before = ax.sine_base_angle
+        angle = _turn(before, ax.sine_base_frequency, dt)
+        amplitude = ax.sine_share * ax.sine_base_velocity
+        way += amplitude / omega * (cos(before) - cos(angle))
+        velocity += amplitude * sin(angle)
+        acceleration += amplitude * omega * cos(angle)
+        jerk -= amplitude * omega * omega * sin(angle)
+        ax.sine_base_angle = angle
+    if ax.sine_velocity > 0.0:
+        omega = 2.0 * pi * ax.sine_frequency
+        before = ax.sine_angle
+        angle = _turn(before, ax.sine_frequency, dt)
+        amplitude = ax.sine_share * ax.sine_velocity
+        way += amplitude / omega * (cos(before) - cos(angle))
+        velocity += amplitude * sin(angle)
+        acceleration += amplitude * omega * cos(angle)
+        jerk -= amplitude * omega * omega * sin(angle)
+        ax.sine_angle = angle
+    ax.set_position += way
+    ax.set_velocity = velocity
+    ax.set_acceleration = acceleration
+    ax.set_jerk = jerk
+    ax.target_position = ax.set_position
+
+
+def oscillate(ax: AxisFields, dt: float) -> None:
+    """One cycle of a pause in reversing, of velocity steps or of the sine."""
+    if ax.set_motion_phase == _REVERSING:
+        _pause(ax, dt)
+    elif ax.set_motion_phase == _VELOCITY_STEPS:
+        _step(ax, dt)
+    else:
+        _swing(ax, dt)
