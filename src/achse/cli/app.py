@@ -15,6 +15,7 @@ from achse.cli import (
     scan,
     stats,
     symbols,
+    warmup,
 )
 
 __all__ = ["app"]
@@ -38,3 +39,4 @@ scan.register(ads.ads)
 route.register(app, ads.ads)
 app.add_typer(symbols.symbols, name="symbols")
 record.register(app)
+warmup.register(app)

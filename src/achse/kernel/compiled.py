@@ -56,7 +56,7 @@ class Kernel:
         assert isinstance(entry, FunctionType)
         self.name = name
         self.plain = entry
-        self._layouts = layouts
+        self.layouts = layouts
 
     @cached_property
     def path(self) -> Path:
@@ -76,7 +76,7 @@ class Kernel:
         except OSError:
             code = self._compile()
             self._keep(code)
-        parameters, result = translate.machine_signature(self.plain, self._layouts)
+        parameters, result = translate.machine_signature(self.plain, self.layouts)
         prototype = ctypes.PYFUNCTYPE(
             _ARGUMENTS[result] if result else None, *(_ARGUMENTS[each] for each in parameters)
         )
@@ -86,7 +86,7 @@ class Kernel:
         import llvmlite.binding as llvm
 
         machine = _machine()
-        module = llvm.parse_assembly(translate.translate(self.plain, self._layouts))
+        module = llvm.parse_assembly(translate.translate(self.plain, self.layouts))
         module.triple = machine.triple
         module.data_layout = str(machine.target_data)
         module.verify()
@@ -113,7 +113,7 @@ class Kernel:
         digest = hashlib.sha256()
         processor = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
         digest.update(f"{llvmlite.__version__} {sys.platform} {processor}".encode())
-        for layout in self._layouts.values():
+        for layout in self.layouts.values():
             for name, slot in layout.fields.items():
                 digest.update(f"{name} {slot.offset} {slot.length} {slot.is_real}".encode())
         modules = [expressions, function, instructions, kinds, translate]

@@ -1,0 +1,41 @@
+"""`achse warmup` compiles the kernels ahead, so that the first station and drive start at once."""
+
+import time
+
+import typer
+
+from achse.cli.output import print_json
+from achse.cli.target import Json
+
+__all__ = ["register"]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command of this module to `app`."""
+    app.command()(warmup)
+
+
+def warmup(json: Json = False) -> None:
+    """Compile the kernels of axes and drives for this machine, where achse[fast] is installed.
+
+    Their machine code is kept in the user's cache, or where ACHSE_CACHE_DIR says. Without this
+    command the first start that needs it compiles.
+    """
+    from achse.drive.compiled import KERNEL as DRIVE
+    from achse.kernel.compiled import compiler_installed
+    from achse.motion.compiled import KERNEL as MOTION
+
+    if not compiler_installed():
+        print("nothing to compile without llvmlite: pip install 'achse[fast]'")
+        raise typer.Exit(1)
+    for kernel in (MOTION, DRIVE):
+        begin = time.perf_counter()
+        cached = kernel.cached
+        _ = kernel.function
+        seconds = round(time.perf_counter() - begin, 3)
+        if json:
+            facts = {"kernel": kernel.name, "compiled": not cached, "seconds": seconds}
+            print_json(facts | {"path": str(kernel.path)})
+        else:
+            done = "loaded, it was compiled already" if cached else "compiled"
+            print(f"{kernel.name} kernel: {done}, {seconds:.3f} s")
