@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from achse.drive import VirtualDrive as VirtualDrive
     from achse.testing.addresses import free_host as free_host
     from achse.testing.clock import ManualClock as ManualClock
     from achse.testing.clock import VirtualTimeLoop as VirtualTimeLoop
@@ -28,6 +29,7 @@ __all__ = [
     "Live",
     "LiveStation",
     "ManualClock",
+    "VirtualDrive",
     "VirtualTimeLoop",
     "check_device",
     "check_transport",
@@ -35,22 +37,23 @@ __all__ = [
 ]
 
 _HOMES = {
-    "ConformanceError": "conformance",
-    "FakeDevice": "device",
-    "LinkEnd": "pair",
-    "LinkedPair": "pair",
-    "Live": "live",
-    "LiveStation": "live",
-    "ManualClock": "clock",
-    "VirtualTimeLoop": "clock",
-    "check_device": "conformance",
-    "check_transport": "conformance",
-    "free_host": "addresses",
+    "ConformanceError": "achse.testing.conformance",
+    "FakeDevice": "achse.testing.device",
+    "LinkEnd": "achse.testing.pair",
+    "LinkedPair": "achse.testing.pair",
+    "Live": "achse.testing.live",
+    "LiveStation": "achse.testing.live",
+    "ManualClock": "achse.testing.clock",
+    "VirtualDrive": "achse.drive",
+    "VirtualTimeLoop": "achse.testing.clock",
+    "check_device": "achse.testing.conformance",
+    "check_transport": "achse.testing.conformance",
+    "free_host": "achse.testing.addresses",
 }
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = globals()[name] = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    value = globals()[name] = getattr(import_module(_HOMES[name]), name)
     return value
