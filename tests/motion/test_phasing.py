@@ -1,5 +1,6 @@
 """Phasing: the shift follows a jerk-limited profile and stays."""
 
+import itertools
 from math import sqrt
 from typing import Any
 
@@ -33,9 +34,9 @@ def test_an_absolute_shift(rig: Any, shift: float) -> None:
     way = abs(shift)
     time = way / V + V / A + A / J if way > 10.0 else 4.0 * (way / (2.0 * J)) ** (1.0 / 3.0)
     assert (len(shifts) - 1) * rig.dt == pytest.approx(time, abs=1.01 * rig.dt)
-    speeds = [abs(b - a) / rig.dt for a, b in zip(shifts, shifts[1:], strict=False)]
+    speeds = [abs(b - a) / rig.dt for a, b in itertools.pairwise(shifts)]
     assert max(speeds) == pytest.approx(V, rel=1e-6) if way > 10.0 else max(speeds) < V
-    rises = [abs(b - a) / rig.dt for a, b in zip(speeds, speeds[1:], strict=False)]
+    rises = [abs(b - a) / rig.dt for a, b in itertools.pairwise(speeds)]
     assert max(rises) <= A * (1.0 + 1e-6)
 
 

@@ -1,5 +1,6 @@
 """Section compensation: traces against the trapezoid's equations, beside every kind of motion."""
 
+import itertools
 from math import sqrt
 from typing import Any
 
@@ -101,7 +102,7 @@ def test_the_trapezoid_has_its_ramps(make_rig: Any) -> None:
     trace = rig.trace(700)
     assert max(a for _, _, a in trace) == pytest.approx(A)
     assert min(a for _, _, a in trace) == pytest.approx(-D)
-    for (p, v, _), (q, w, _) in zip(trace, trace[1:], strict=False):
+    for (p, v, _), (q, w, _) in itertools.pairwise(trace):
         assert abs(q - p - 0.5 * (v + w) * rig.dt) <= 0.5 * A * rig.dt**2
         assert -D * rig.dt - 1e-9 <= w - v <= A * rig.dt + 1e-9
 
@@ -203,7 +204,7 @@ def test_it_does_not_survive_a_reversal(make_rig: Any) -> None:
     assert commands.new_end_position(rig.axis, 1, rig.axis.set_position - 100.0) == 0
     trace = rig.trace(1500)
     assert rig.axis.compensating == 0
-    jumps = [abs(b[1] - a[1]) for a, b in zip(trace, trace[1:], strict=False)]
+    jumps = [abs(b[1] - a[1]) for a, b in itertools.pairwise(trace)]
     assert max(jumps) <= (rig.axis.default_deceleration * 1.1 + A) * rig.dt
 
 

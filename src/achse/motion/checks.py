@@ -103,9 +103,13 @@ def why_not_position(axis: Axis, start_type: int, position: float) -> int:
 def why_not_target(axis: Axis, target: float) -> int:
     if abs(target) > FARTHEST:
         return NcError.PRECISION_LOST.number
-    if axis.encoder_soft_limit_min_enable and target < axis.encoder_soft_limit_min:
+    lowest = highest = target
+    if axis.loop_enable and (target - axis.set_position) * axis.loop_distance > 0.0:
+        lowest = min(target, target + axis.loop_distance)
+        highest = max(target, target + axis.loop_distance)
+    if axis.encoder_soft_limit_min_enable and lowest < axis.encoder_soft_limit_min:
         return NcError.SOFT_LIMIT_MIN_AT_START.number
-    if axis.encoder_soft_limit_max_enable and target > axis.encoder_soft_limit_max:
+    if axis.encoder_soft_limit_max_enable and highest > axis.encoder_soft_limit_max:
         return NcError.SOFT_LIMIT_MAX_AT_START.number
     if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
         way = target - axis.actual_position

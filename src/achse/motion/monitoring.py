@@ -291,6 +291,7 @@ def supervise_arrival(ax: AxisFields, dt: float) -> None:
         phase in (_ENDLESS, _STOPPING)
         or phase > _REVERSING
         or (phase == _HOMING and ax.set_velocity != 0.0)
+        or ax.loop_outward == 1
     )
     ax.in_position_range = 0
     if ax.position_range_monitoring_enable and way <= ax.position_range_window and not travelling:

@@ -23,7 +23,7 @@ from achse.motion.profile import (
 )
 from achse.motion.record import COMMAND_BUFFER, FILTER_ORDER, POSITION_HISTORY, AxisFields
 from achse.motion.states import CommandState, MotionPhase, StartType
-from achse.motion.targets import look_ahead, resolve_target
+from achse.motion.targets import look_ahead, overrun, resolve_target
 
 __all__ = [
     "absorb",
@@ -104,6 +104,8 @@ def begin_job(
     else:
         ax.set_motion_phase = _POSITIONING
         ax.target_position = resolve_target(ax, start_type, position, ax.set_position)
+    ax.loop_undecided = 1
+    ax.loop_outward = 0
     ax.job_start_type = start_type
     ax.job_velocity = velocity
     ax.job_acceleration = acceleration
@@ -290,6 +292,24 @@ def _plan_to_border(ax: AxisFields, limit: float, end_velocity: float) -> int:
     return count
 
 
+def _way_back(ax: AxisFields, limit: float) -> float:
+    """Time of a loop's second part, from beyond the target to it."""
+    count = plan_to_position(
+        ax.segment_time,
+        ax.segment_jerk,
+        ax.border_position,
+        0.0,
+        0.0,
+        ax.target_position,
+        0.0,
+        limit,
+        ax.job_acceleration,
+        ax.job_deceleration,
+        ax.job_jerk,
+    )
+    return duration(ax.segment_time, count)
+
+
 def plan(ax: AxisFields) -> None:
     """Compute the set-point table of the active job from the present set point."""
     ax.replan = 0
@@ -304,6 +324,8 @@ def plan(ax: AxisFields) -> None:
     limit = ax.job_velocity * share
     if phase == _POSITIONING:
         look_ahead(ax)
+        if ax.loop_enable:
+            overrun(ax)
         ax.job_direction = 1.0 if ax.border_position >= ax.set_position else -1.0
         if ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
             if ax.job_peak_velocity == 0.0:
@@ -315,7 +337,10 @@ def plan(ax: AxisFields) -> None:
     if phase == _STOPPING or (override == 0 and not _braking(ax)):
         limit = 0.0
     count = END_VELOCITY_UNREACHABLE
+    back = 0.0
     if phase == _POSITIONING and limit > 0.0:
+        if ax.loop_outward:
+            back = _way_back(ax, limit)
         count = _plan_to_border(ax, limit, ax.border_velocity * share)
         ax.table_end = _TO_TARGET
     if count == END_VELOCITY_UNREACHABLE:
@@ -343,7 +368,9 @@ def plan(ax: AxisFields) -> None:
     ax.segment_position = ax.set_position
     ax.segment_velocity = ax.set_velocity
     ax.segment_acceleration = ax.set_acceleration
-    ax.remaining_time = duration(ax.segment_time, count) if phase == _POSITIONING else 0.0
+    ax.remaining_time = 0.0
+    if phase == _POSITIONING:
+        ax.remaining_time = duration(ax.segment_time, count) + back
 
 
 def _braking(ax: AxisFields) -> int:
@@ -449,6 +476,11 @@ def advance(ax: AxisFields, dt: float) -> float:
             ax.set_velocity = v if arrival > 0.0 else -v
             _pass_border(ax)
             return t
+        if ax.loop_outward:
+            ax.loop_outward = 0
+            ax.set_velocity = 0.0
+            ax.replan = 1
+            return t
         ax.set_command_state = _DONE
         ax.set_motion_phase = _NO_JOB
         ax.remaining_time = 0.0
@@ -499,6 +531,9 @@ def generate(ax: AxisFields, dt: float) -> None:
         _pass_border(ax)
     if ax.set_motion_phase == _POSITIONING:
         ax.remaining_distance = abs(ax.target_position - ax.set_position)
+        if ax.loop_outward:
+            ax.remaining_distance = abs(ax.border_position - ax.set_position)
+            ax.remaining_distance += abs(ax.loop_distance)
         ax.remaining_time -= dt
         if ax.remaining_time < 0.0:
             ax.remaining_time = 0.0

@@ -14,7 +14,7 @@ from achse.motion.profile import highest_velocity
 from achse.motion.record import COMMAND_BUFFER, AxisFields
 from achse.motion.states import BufferMode, StartType
 
-__all__ = ["look_ahead", "modulo_part", "resolve_target"]
+__all__ = ["look_ahead", "modulo_part", "overrun", "resolve_target"]
 
 _RELATIVE = StartType.RELATIVE.value
 _ENDLESS_POSITIVE = StartType.ENDLESS_POSITIVE.value
@@ -153,3 +153,18 @@ def look_ahead(ax: AxisFields) -> None:
     ax.border_velocity = velocity
     if velocity == 0.0:
         ax.border_position = ax.target_position
+
+
+def overrun(ax: AxisFields) -> None:
+    """Loop movement: a target ahead in the direction of the loop distance is passed by it first.
+
+    So targets are always reached from the same side. A new target is decided anew.
+    """
+    if ax.loop_undecided or ax.target_position != ax.loop_target:
+        ax.loop_undecided = 0
+        ax.loop_target = ax.target_position
+        way = ax.target_position - ax.set_position
+        ax.loop_outward = 1 if way * ax.loop_distance > 0.0 else 0
+    if ax.loop_outward:
+        ax.border_position = ax.target_position + ax.loop_distance
+        ax.border_velocity = 0.0

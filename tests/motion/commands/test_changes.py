@@ -47,3 +47,28 @@ def test_new_dynamics_act_on_the_running_move(rig: Any) -> None:
     distance, time = commands.stop_information(rig.axis, 0.0, 0.0)
     assert time == pytest.approx(V / 100.0 + 100.0 / 1000.0)
     assert distance == pytest.approx(V * time / 2.0)
+
+
+def test_a_frozen_override_is_that_of_now(rig: Any) -> None:
+    commands.start(rig.axis, 1, 400.0, V)
+    rig.seconds(1.0)
+    rig.axis.velocity_override = 400_000
+    assert commands.freeze_override(rig.axis) == 0
+    rig.until(lambda axis: axis.set_velocity == pytest.approx(0.4 * V))
+    rig.seconds(0.5)
+    assert rig.axis.set_velocity == pytest.approx(0.4 * V)
+    rig.axis.velocity_override = 1_000_000
+    rig.until(lambda axis: axis.set_velocity == pytest.approx(V))
+    rig.until_rest()
+    assert rig.axis.set_position == 400.0
+
+
+def test_a_frozen_override_does_not_disturb_braking(rig: Any) -> None:
+    commands.start(rig.axis, 1, 400.0, V)
+    rig.until(lambda axis: axis.set_acceleration < 0.0)
+    rig.run(20)
+    rig.axis.velocity_override = 100_000
+    commands.freeze_override(rig.axis)
+    rig.until_rest()
+    assert rig.axis.set_position == pytest.approx(400.0, abs=1e-9)
+    assert commands.freeze_override(rig.axis) == 0

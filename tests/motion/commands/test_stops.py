@@ -1,6 +1,6 @@
 """Stops, halts and the lock."""
 
-from math import nan
+from math import inf, nan, sqrt
 from typing import Any
 
 import pytest
@@ -88,3 +88,98 @@ def test_a_running_stop_is_not_weakened(rig: Any) -> None:
     commands.parameterized_stop(rig.axis, 10.0, 10.0)
     rig.until_rest()
     assert rig.axis.set_position - begin == pytest.approx(V * 0.1 / 2.0)
+
+
+def stopping_way(v: float, d: float, j: float) -> float:
+    """v * T / 2 with T = v / d + d / j, or 2 sqrt(v / j) where d is not reached."""
+    return 0.5 * v * (v / d + d / j if v * j >= d * d else 2.0 * sqrt(v / j))
+
+
+@pytest.mark.parametrize("kind", [3, 4])
+@pytest.mark.parametrize("wanted", [0.0, 90.0, 359.0, 400.0])
+def test_an_oriented_stop_ends_at_the_next_such_position_in_reach(
+    rig: Any, kind: int, wanted: float
+) -> None:
+    sign = 1.0 if kind == 3 else -1.0
+    v = 200.0
+    commands.universal_start(rig.axis, kind, 0.0, v)
+    rig.seconds(1.3)
+    assert rig.axis.set_velocity == sign * v
+    begin = rig.axis.set_position
+    least = stopping_way(v, rig.axis.job_deceleration, rig.axis.job_jerk)
+    assert commands.oriented_stop(rig.axis, wanted, 100.0, 1000.0) == 0
+    rig.run(1)
+    assert rig.has(StateBit.HAS_BEEN_STOPPED)
+    assert rig.has(StateBit.HAS_JOB)
+    trace = rig.trace(5000)
+    end, last, _ = trace[-1]
+    assert last == 0.0
+    assert (end - wanted) % 360.0 == pytest.approx(0.0, abs=1e-9) or (
+        end - wanted
+    ) % 360.0 == pytest.approx(360.0, abs=1e-9)
+    assert least - 1e-9 <= sign * (end - begin) < least + 360.0
+    assert max(sign * speed for _, speed, _ in trace) <= v * (1.0 + 1e-9)
+    assert not rig.has(StateBit.HAS_JOB)
+
+
+def test_an_oriented_stop_takes_the_running_ramp_whatever_is_asked(rig: Any) -> None:
+    for ramp in ((100.0, 1000.0), (9000.0, 90_000.0)):
+        commands.universal_start(rig.axis, 3, 0.0, 200.0)
+        rig.seconds(2.0)
+        commands.oriented_stop(rig.axis, 10.0, *ramp)
+        lowest = min(a for _, _, a in rig.trace(4000))
+        # the running jerk allows sqrt(v j) where the deceleration is not reached
+        d, j = rig.axis.default_deceleration, rig.axis.default_jerk
+        assert -lowest == pytest.approx(min(d, sqrt(200.0 * j)), rel=0.01)
+
+
+def test_an_oriented_stop_at_override_zero_waits(rig: Any) -> None:
+    commands.universal_start(rig.axis, 4, 0.0, 200.0)
+    rig.seconds(1.0)
+    rig.axis.velocity_override = 0
+    rig.until(lambda axis: axis.set_velocity == 0.0)
+    stands = rig.axis.set_position
+    assert commands.oriented_stop(rig.axis, 0.0, 100.0, 1000.0) == 0
+    rig.seconds(1.0)
+    assert rig.axis.set_position == stands
+    rig.axis.velocity_override = 1_000_000
+    rig.until_rest()
+    assert rig.axis.set_position % 360.0 == pytest.approx(0.0, abs=1e-9)
+    assert stands - 360.0 < rig.axis.set_position <= stands
+
+
+def test_what_an_oriented_stop_refuses(make_rig: Any) -> None:
+    rig = make_rig(encoder_soft_limit_max_enable=1, encoder_soft_limit_max=300.0)
+    rig.refuses(NcError.NO_MOTION, commands.oriented_stop, 10.0, 100.0, 1000.0)
+    commands.universal_start(rig.axis, 3, 0.0, 100.0)
+    rig.seconds(1.0)
+    rig.refuses(NcError.MODULO_START_RANGE, commands.oriented_stop, -1.0, 100.0, 1000.0)
+    rig.refuses(NcError.MODULO_START_RANGE, commands.oriented_stop, inf, 100.0, 1000.0)
+    rig.refuses(NcError.DECELERATION_NOT_POSITIVE, commands.oriented_stop, 1.0, 0.0, 1000.0)
+    rig.refuses(NcError.JERK_NOT_POSITIVE, commands.oriented_stop, 1.0, 100.0, 0.0)
+    rig.refuses(NcError.SOFT_LIMIT_MAX_AT_START, commands.oriented_stop, 359.0, 100.0, 1000.0)
+
+
+def test_clear_takes_job_and_waiting_commands_away(rig: Any) -> None:
+    commands.universal_start(rig.axis, 1, 1000.0, 200.0)
+    commands.universal_start(rig.axis, 1, 2000.0, 200.0, buffer_mode=1)
+    rig.seconds(1.0)
+    begin, v = rig.axis.set_position, rig.axis.set_velocity
+    assert commands.clear(rig.axis) == 0
+    rig.run(1)
+    assert not rig.has(StateBit.COMMAND_BUFFERED)
+    assert not rig.has(StateBit.HAS_BEEN_STOPPED)
+    rig.until_rest()
+    way = stopping_way(v, rig.axis.job_deceleration, rig.axis.job_jerk)
+    assert rig.axis.set_position == pytest.approx(begin + way)
+    assert rig.axis.set_command_state == CommandState.ABORTED
+    rig.run(1)
+    assert not rig.has(StateBit.HAS_JOB)
+
+
+def test_clear_keeps_an_error(rig: Any) -> None:
+    commands.set_external_error(rig.axis, 0x4466)
+    rig.run(1)
+    assert commands.clear(rig.axis) == 0
+    rig.run(1)
+    assert rig.axis.error_code == 0x4466

@@ -72,3 +72,24 @@ def test_an_emergency_stop_is_not_weaker_than_the_motion(
     bench.run(0.5)
     with refused(0x4226):
         bench.put(F, 0x04, "<dd", *values)
+
+
+def test_clear(bench: Any) -> None:
+    bench.start(1000.0, 200.0)
+    bench.exchange(F, 0x16, 4, universal(1, 2000.0, 200.0, mode=1))
+    bench.run(1.0)
+    bench.write(F, 0x03)
+    bench.until_rest()
+    assert bench.axis.set_position < 1000.0
+
+
+def test_oriented_stop(bench: Any, refused: Any) -> None:
+    with refused(0x4268):
+        bench.put(F, 0x09, "<3d", 90.0, 1000.0, 10_000.0)
+    bench.start(0.0, 200.0, start_type=3)
+    bench.run(2.0)
+    bench.put(F, 0x09, "<3d", 90.0, 1000.0, 10_000.0)
+    bench.until_rest()
+    assert bench.axis.set_position % 360.0 == pytest.approx(90.0, abs=1e-9)
+    with refused(0x705):
+        bench.put(F, 0x09, "<2d", 90.0, 1000.0)
