@@ -75,7 +75,8 @@ class StructType(IecType[R], Generic[R]):
             mode = attributes.get("pack_mode")
             pack = rules.pack if mode is None else min(pack_of(mode), rules.pack)
         own = list(members.items())
-        inside = [item for item in own if item[1].in_memory and not self._apart(item[1])]
+        apart = {id(member) for _, member in own if self._apart(member)}
+        inside = [item for item in own if id(item[1]) not in apart]
         if layout is None:
             layout = self._lay_out([item[1].type for item in inside], pack)
         super().__init__(
@@ -87,8 +88,9 @@ class StructType(IecType[R], Generic[R]):
             attributes=attributes,
         )
         spots = {id(item[1]): spot for item, spot in zip(inside, layout.spots, strict=True)}
+        nowhere = Spot(0)
         self.own_members = tuple(
-            member.placed(attribute, *spots.get(id(member), Spot(0)), apart=self._apart(member))
+            member.placed(attribute, *spots.get(id(member), nowhere), apart=id(member) in apart)
             for attribute, member in own
         )
         self.attribute_names = dict(zip(members, self.own_members, strict=True))

@@ -182,22 +182,11 @@ class Variable(Generic[G, S]):
 
     def placed(self, name: str, offset: int, bit: int | None, *, apart: bool = False) -> Self:
         """The same declaration under a name at a spot."""
-        copy = type(self)(
-            self.type,
-            self.initial,
-            name=self.name or name,
-            section=self.section,
-            at=self.address or "",
-            retain=self.retain,
-            persistent=self.persistent,
-            constant=self.constant,
-            comment=self.comment,
-            attributes=self.attributes,
-            offset=offset,
-            bit=bit,
-            start_values=self.start_values,
-        )
-        copy.apart = apart
+        copy = object.__new__(type(self))
+        copy.__dict__.update(self.__dict__)
+        copy.name = self.name or name
+        copy.offset, copy.bit, copy.apart = offset, bit, apart
+        copy._shared = None
         return copy
 
     @property

@@ -2,8 +2,7 @@
 
 import inspect
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from achse.iec import (
     ArrayType,
@@ -32,8 +31,7 @@ _AREAS = {
 """Areas by the letter of an `Address`."""
 
 
-@dataclass(frozen=True, slots=True)
-class PlacedVariable:
+class PlacedVariable(NamedTuple):
     """A declared variable and its memory: a symbol of the PLC.
 
     `bit` is set for `AT %IX1.2` and the like, and for BIT members of the unit.
@@ -121,7 +119,7 @@ class PlacedUnit:
             region.write_bits(offset * 8 + bit, initial)
         if variable.retain or variable.persistent:
             region.keep(offset, variable.type.size)
-        else:
+        elif variable.type.is_view:
             for start, size in _remanent_parts(variable.type, offset):
                 region.keep(start, size)
 

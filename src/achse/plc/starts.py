@@ -1,6 +1,7 @@
 """Start values: what shows once every variable has its place is put over the initial values."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from functools import cached_property
 from typing import Any
 
 from achse.iec import ArrayType, DeclarationError, IecType, StructType, resolved
@@ -24,13 +25,13 @@ def put_start_values(
     of one kind of type. The result says, each once, what stays as its type says, and why.
     """
     units = list(units)
-    return _Start(units, list(statics), memory, of).run(units)
+    return _Start(units, list(statics), memory, of).run()
 
 
 class _Start:
     def __init__(
         self,
-        units: Iterable[PlacedUnit],
+        units: Sequence[PlacedUnit],
         statics: list[PlacedVariable],
         memory: Memory,
         of: type[IecType[Any]],
@@ -38,22 +39,28 @@ class _Start:
         self._memory = memory
         self._statics = statics
         self._of = of
-        self._names = {one.name.lower(): one for unit in units for one in unit.variables}
+        self._units = units
         self._concerned: dict[int, bool] = {}
         self._left: dict[str, None] = {}
 
-    def run(self, units: Iterable[PlacedUnit]) -> tuple[str, ...]:
+    def run(self) -> tuple[str, ...]:
         for placed in self._statics:
             self._begin(placed.variable, self._spot(placed), Spot(placed.variable.type, 0))
-        for unit in units:
+        for unit in self._units:
             iec = type(unit.instance).__iec__
             for variable in iec.members:
-                placed_one = self._names.get(f"{unit.name}.{variable.name}".lower())
-                if placed_one is not None:
-                    self._begin(variable, self._spot(placed_one), Spot(iec, 0))
+                if variable.in_memory and (
+                    variable.start_values or self._is_concerned(variable.type)
+                ):
+                    spot = self.variable(f"{unit.name}.{variable.name}")
+                    self._begin(variable, spot, Spot(iec, 0))
         return tuple(self._left)
 
     # what start values see -------------------------------------------------------------------
+
+    @cached_property
+    def _names(self) -> dict[str, PlacedVariable]:
+        return {one.name.lower(): one for unit in self._units for one in unit.variables}
 
     def variable(self, name: str) -> Spot:
         return self._spot(self._names[name.lower()])

@@ -25,7 +25,7 @@ from achse.station.config import (
     ConfigError,
     StationConfig,
 )
-from achse.station.plcs import PlcSource
+from achse.station.plcs import PlcSource, collection_paused
 
 __all__ = ["NC_PORTS", "Parts", "Stage", "assemble", "idle", "permanent"]
 
@@ -139,6 +139,7 @@ def _attach(device: Device, router: Router, port: int, config: StationConfig) ->
         raise ConfigError(f"port {port} for {device.name}: {taken}") from taken
 
 
+@collection_paused()
 def _assemble(
     config: StationConfig,
     base: Path,

@@ -90,6 +90,7 @@ class Resolver(Scopes):
         self._types = {name.lower(): iec_type(type) for name, type in types.items()}
         self._pointers: list[tuple[PointerType, Scope, int]] = []
         self._instances: dict[str, Entry] = {}
+        self._arrays: dict[tuple[object, ...], IecType[Any]] = {}
         self._inner: dict[tuple[int, str], IecType[Any]] = {}
 
     # specifications ------------------------------------------------------------------------
@@ -113,7 +114,11 @@ class Resolver(Scopes):
             case ArrayOf():
                 bounds = self._bounds(spec, scope)
                 element = self.type_of(spec.element, scope, hint)
-                return self._sized(lambda: ArrayType(element, bounds), spec.at)
+                key = (id(element), *bounds)
+                if key not in self._arrays:
+                    made = self._sized(lambda: ArrayType(element, bounds), spec.at)
+                    self._arrays[key] = made
+                return self._arrays[key]
             case PointerTo(target):
                 return self._pointer(PointerType, target, scope, hint, spec.at)
             case ReferenceTo(target):
@@ -422,14 +427,19 @@ class Resolver(Scopes):
             if block.section in _DECLARED_ELSEWHERE:
                 continue
             for declaration in block.variables:
+                self._depth += 1
                 try:
-                    with self.inside(scope.source):
-                        made = self._declaration(block, declaration, scope)
+                    made = self._declaration(block, declaration, scope)
+                except Unexpected as fault:
+                    self.report(scope.source, fault.at, fault.message)
+                    failed = True
                 except Failed:
                     failed = True
-                    continue
-                if block.section in _SECTIONS:
-                    found += made
+                else:
+                    if block.section in _SECTIONS:
+                        found += made
+                finally:
+                    self._depth -= 1
         if failed:
             raise Failed
         return found

@@ -82,6 +82,8 @@ class Scope:
 
 def attributes_of(note: Note) -> dict[str, str]:
     """Attributes by name; the one that decides a layout in its usual spelling."""
+    if not note.attributes:
+        return {}
     return {
         name.lower() if name.lower() == "pack_mode" else name: value
         for name, value in note.attributes
