@@ -9,7 +9,7 @@ from achse.devices.nc.axis_cyclic import AXIS_CYCLIC
 from achse.devices.nc.axis_parameters import AXIS_PARAMETERS
 from achse.devices.nc.axis_states import AXIS_STATES
 from achse.devices.nc.controller import CONTROLLER_PARAMETERS, CONTROLLER_STATES
-from achse.devices.nc.drive import DRIVE_PARAMETERS, DRIVE_STATES
+from achse.devices.nc.drive import DRIVE_FUNCTIONS, DRIVE_PARAMETERS, DRIVE_STATES
 from achse.devices.nc.encoder import ENCODER_PARAMETERS, ENCODER_STATES
 from achse.devices.nc.functions import AXIS_FUNCTIONS, ENCODER_FUNCTIONS
 from achse.devices.nc.io_structures import DRIVE_CYCLIC, ENCODER_CYCLIC
@@ -41,6 +41,7 @@ AXIS_GROUPS = (
     (0x6100, CONTROLLER_STATES, NcError.CONTROLLER_ID),
     (0x7000, DRIVE_PARAMETERS, NcError.DRIVE_ID),
     (0x7100, DRIVE_STATES, NcError.DRIVE_ID),
+    (0x7200, DRIVE_FUNCTIONS, NcError.DRIVE_ID),
     (0x7300, DRIVE_CYCLIC, NcError.DRIVE_ID),
 )
 """Index group + id, rows, error for an id that no axis has."""

@@ -1,4 +1,4 @@
-"""Drive services, 0x7000 and 0x7100 + ID. Source: 002 §6.4.7.
+"""Drive services, 0x7000, 0x7100 and 0x7200 + ID. Source: 002 §6.4.7.
 
 The axis shows most of these rows at 0x00n3_0000, n being the number of the drive.
 """
@@ -16,9 +16,9 @@ from achse.motion import Axis
 from achse.motion.record import DRIVE_DELAY
 from achse.motion.signals import drive_inputs
 from achse.motion.states import OutputFilter
-from achse.server import READ, READ_WRITE, Service
+from achse.server import READ, READ_WRITE, WRITE, Service
 
-__all__ = ["DRIVE_PARAMETERS", "DRIVE_STATES", "DRIVE_VIEWS"]
+__all__ = ["DRIVE_FUNCTIONS", "DRIVE_PARAMETERS", "DRIVE_STATES", "DRIVE_VIEWS"]
 
 parameter = partial(binding.parameter, prefix="drive_")
 shown = partial(binding.shown, prefix="drive_")
@@ -52,6 +52,12 @@ def _set_table(drive: Axis, table_id: int) -> None:
     """There are no characteristic tables: 0 alone can be chosen."""
     if table_id:
         raise DeviceError(NcError.TABLE_NOT_FOUND.number, f"no table {table_id}")
+
+
+def _remove_table(drive: Axis, table_id: int) -> None:
+    if not table_id:
+        raise DeviceError(NcError.TABLE_ID_RANGE.number, "table 0, expected 1..255")
+    _set_table(drive, table_id)
 
 
 def _set_interpolation(drive: Axis, kind: int) -> None:
@@ -204,6 +210,14 @@ DRIVE_STATES = (
     Service(
         0x200, "digital_input_state", READ_WRITE, UINT32, "state of digital input 1..8",
         exchange=_digital_input, response=UINT32, port=501,
+    ),
+)  # fmt: skip
+
+DRIVE_FUNCTIONS = (
+    Service(
+        0x102, "remove_characteristic_table", WRITE, UINT32,
+        "take a characteristic table out of the drive; 0x4261, as there are none",
+        write=_remove_table, port=501,
     ),
 )  # fmt: skip
 

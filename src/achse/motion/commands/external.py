@@ -55,7 +55,7 @@ def stop_external_setpoint(axis: Axis) -> int:
         axis.set_motion_phase = MotionPhase.NONE
         axis.set_command_state = CommandState.DONE
     else:
-        begin_stop(axis, axis.default_deceleration, axis.default_jerk)
+        begin_stop(axis, axis.job_deceleration, axis.job_jerk)
     return OK
 
 

@@ -3,7 +3,7 @@
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import why_no_command, why_not_permitted
-from achse.motion.commands.queue import busy, next_number, show_accepted
+from achse.motion.commands.queue import busy, dynamics, next_number, show_accepted
 from achse.motion.states import AxisType, CommandState, MotionPhase
 
 __all__ = ["begin_generator", "why_no_generator"]
@@ -26,9 +26,7 @@ def why_no_generator(axis: Axis, *directions: float) -> int:
 def begin_generator(axis: Axis, phase: MotionPhase) -> None:
     """Make `phase` the active job; a stop of it brakes with the dynamics of the axis."""
     axis.set_motion_phase = phase
-    axis.job_acceleration = axis.default_acceleration
-    axis.job_deceleration = axis.default_deceleration
-    axis.job_jerk = axis.default_jerk
+    axis.job_acceleration, axis.job_deceleration, axis.job_jerk = dynamics(axis, 0.0, 0.0, 0.0)
     axis.job_timing = 0
     axis.generator_time = 0.0
     axis.generator_stage = 0

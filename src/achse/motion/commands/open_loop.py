@@ -93,7 +93,7 @@ def stop_drive_output(axis: Axis) -> int:
     """End the direct output (0x27): the position controller takes over and brakes the axis."""
     if axis.set_motion_phase != MotionPhase.DRIVE_OUTPUT:
         return NcError.GENERATOR_INACTIVE.number
-    begin_stop(axis, axis.default_deceleration, axis.default_jerk)
+    begin_stop(axis, axis.job_deceleration, axis.job_jerk)
     return OK
 
 

@@ -6,7 +6,7 @@ from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, why_not_target, why_not_velocity
 from achse.motion.commands.generators import begin_generator, why_no_generator
-from achse.motion.commands.queue import next_number, show_accepted
+from achse.motion.commands.queue import dynamics, next_number, show_accepted
 from achse.motion.setpoint import begin_job
 from achse.motion.states import MotionPhase, StartType
 
@@ -51,9 +51,7 @@ def start_reversing(
         StartType.ABSOLUTE,
         end_position_1,
         velocity,
-        axis.default_acceleration,
-        axis.default_deceleration,
-        axis.default_jerk,
+        *dynamics(axis, 0.0, 0.0, 0.0),
         0.0,
     )
     axis.reversing_number = axis.command_counter
@@ -148,8 +146,8 @@ def start_sine_oscillation(
     if code:
         return code
     begin_generator(axis, MotionPhase.SINE)
-    axis.job_deceleration = max(axis.default_deceleration, acceleration)
-    axis.job_jerk = max(axis.default_jerk, base_amplitude * base**2 + start_amplitude * fast**2)
+    axis.job_deceleration = max(axis.job_deceleration, acceleration)
+    axis.job_jerk = max(axis.job_jerk, base_amplitude * base**2 + start_amplitude * fast**2)
     axis.sine_base_velocity = base_amplitude
     axis.sine_base_frequency = base_frequency
     axis.sine_base_angle = 0.0

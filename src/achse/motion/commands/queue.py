@@ -6,11 +6,25 @@ from achse.motion.record import COMMAND_BUFFER
 from achse.motion.states import MotionPhase, StartType, StateBit
 from achse.motion.targets import resolve_target
 
-__all__ = ["busy", "dynamics", "heading", "journey", "next_number", "show_accepted", "sign"]
+__all__ = [
+    "busy",
+    "dynamics",
+    "heading",
+    "journey",
+    "next_number",
+    "occupied",
+    "show_accepted",
+    "sign",
+]
 
 
 def busy(axis: Axis) -> bool:
     return axis.set_motion_phase != MotionPhase.NONE or axis.buffer_count > 0
+
+
+def occupied(axis: Axis) -> bool:
+    """Whether a motion command works or waits; external set points alone are none."""
+    return busy(axis) and (axis.set_motion_phase != MotionPhase.EXTERNAL or axis.buffer_count > 0)
 
 
 def sign(value: float) -> float:

@@ -16,7 +16,14 @@ from achse.motion.checks import (
     why_not_velocity,
 )
 from achse.motion.commands.jog import JOGS, as_plain_start
-from achse.motion.commands.queue import busy, dynamics, journey, next_number, show_accepted, sign
+from achse.motion.commands.queue import (
+    dynamics,
+    journey,
+    next_number,
+    occupied,
+    show_accepted,
+    sign,
+)
 from achse.motion.commands.stops import halt
 from achse.motion.record import COMMAND_BUFFER
 from achse.motion.setpoint import absorb, begin_job
@@ -52,7 +59,7 @@ def start(
     jerk = own[2] if jerk is None else jerk
     code = (
         why_no_command(axis)
-        or (busy(axis) and NcError.GROUP_BUSY.number)
+        or (occupied(axis) and NcError.GROUP_BUSY.number)
         or why_not_dynamics(axis, acceleration, deceleration, jerk)
     )
     if code:
@@ -109,7 +116,7 @@ def universal_start(
     )
     if code:
         return code
-    queued = buffer_mode != BufferMode.ABORTING and busy(axis)
+    queued = buffer_mode != BufferMode.ABORTING and occupied(axis)
     if queued and axis.set_motion_phase == MotionPhase.HOMING:
         return NcError.GROUP_BUSY.number  # where it ends, and at which position, is not known yet
     before, begin, direction_before = journey(axis)
