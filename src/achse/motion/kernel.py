@@ -51,6 +51,8 @@ def begin(ax: AxisFields, dt: float) -> None:
     """Show the truth before the first cycle: the axis stands where its encoder reads."""
     adapt(ax, dt)
     measure(ax, dt)
+    ax.encoder_actual_position_filtered = ax.encoder_actual_position_unfiltered
+    measure(ax, dt)  # with a filter that has found its position
     ax.set_position = ax.actual_position
     ax.target_position = ax.actual_position
     ax.motion_position = ax.actual_position
@@ -71,6 +73,8 @@ def _sense(ax: AxisFields, machine: AxisFields, dt: float) -> None:
 def _lead(ax: AxisFields, dt: float) -> None:
     """Set point of this cycle, by whatever makes it."""
     phase = ax.set_motion_phase
+    if ax.phasing_active:
+        shift_phase(ax, dt)
     if ax.drive_operation_mode == _TORQUE:
         run_torque(ax, dt)
     elif ax.external_setpoint_active:
@@ -78,8 +82,6 @@ def _lead(ax: AxisFields, dt: float) -> None:
     elif phase < _EXTERNAL:
         if phase == _HOMING:
             home(ax)
-        if ax.phasing_active:
-            shift_phase(ax, dt)
         if ax.compensating:
             generate_superposed(ax, dt)
         else:

@@ -1,0 +1,200 @@
+"""Signals along the machine: edges are latched where they are, whatever the cycle."""
+
+from typing import Any
+
+import pytest
+
+from achse.motion import AxisParameters, Nc, StateBit, commands
+from achse.motion.signals import drive_inputs, homing_cam
+
+RISING, FALLING = 0, 1
+SINGLE, CONTINUOUS = 1, 2
+INDEX, DRIVE_DEFINED = 128, 129
+MARK = {"simulation_mark_begin": 10.0, "simulation_mark_end": 12.5, "simulation_mark_input": 2}
+
+
+@pytest.fixture(params=[False, True], ids=["plain", "compiled"])
+def make(request: pytest.FixtureRequest, make_rig: Any) -> Any:
+    return lambda **values: make_rig(compiled=request.param, **values)
+
+
+def move(rig: Any, target: float, velocity: float = 200.0) -> None:
+    assert commands.start(rig.axis, 1, target, velocity) == 0
+    rig.until_rest()
+    rig.seconds(0.5)
+
+
+def latched(rig: Any, probe: int, edge: int) -> tuple[int, int, float, int]:
+    axis, i = rig.axis, probe - 1 + 4 * edge
+    return (
+        axis.encoder_probe_active[i], axis.encoder_probe_valid[i],
+        axis.encoder_probe_position[i], axis.encoder_probe_counter[i],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("velocity", [3.0, 200.0, 1900.0])
+@pytest.mark.parametrize(
+    ("edge", "target", "place"),
+    [(RISING, 30.0, 10.0), (FALLING, 30.0, 12.5), (RISING, 11.0, 10.0)],
+)
+def test_a_mark_is_latched_where_it_is(
+    make: Any, velocity: float, edge: int, target: float, place: float
+) -> None:
+    rig = make(**MARK)
+    commands.activate_touch_probe(rig.axis, 2, edge, SINGLE, 2)
+    move(rig, target, velocity)
+    assert latched(rig, 2, edge) == (0, 1, pytest.approx(place, abs=1e-9), 1)
+
+
+@pytest.mark.parametrize(("edge", "place"), [(RISING, 12.5), (FALLING, 10.0)])
+def test_on_the_way_back_the_edges_are_the_other_ones(make: Any, edge: int, place: float) -> None:
+    rig = make(**MARK)
+    move(rig, 30.0)
+    commands.activate_touch_probe(rig.axis, 2, edge, SINGLE, 2)
+    move(rig, 0.0)
+    assert latched(rig, 2, edge) == (0, 1, pytest.approx(place, abs=1e-9), 1)
+
+
+def test_the_status_word_says_that_something_was_latched(make: Any) -> None:
+    rig = make(**MARK)
+    commands.activate_touch_probe(rig.axis, 2, RISING, SINGLE, 2)
+    rig.run(1)
+    assert not rig.has(StateBit.EXTERNAL_LATCH_VALID)
+    commands.start(rig.axis, 1, 30.0, 100.0)
+    rig.until(lambda axis: axis.actual_position >= 10.0)
+    assert rig.has(StateBit.EXTERNAL_LATCH_VALID)
+    rig.until_rest()
+    commands.activate_touch_probe(rig.axis, 2, RISING, SINGLE, 2)
+    rig.run(1)
+    assert not rig.has(StateBit.EXTERNAL_LATCH_VALID)
+
+
+def test_both_edges_of_a_mark_within_one_cycle(make: Any) -> None:
+    """1900 mm/s are 3.8 mm per cycle; the mark is 2.5 mm long."""
+    rig = make(simulation_mark_begin=900.0, simulation_mark_end=902.5, simulation_mark_input=1)
+    commands.activate_touch_probe(rig.axis, 1, RISING, SINGLE, 1)
+    commands.activate_touch_probe(rig.axis, 1, FALLING, SINGLE, 1)
+    move(rig, 2500.0, 1900.0)
+    assert latched(rig, 1, RISING)[2] == pytest.approx(900.0, abs=1e-9)
+    assert latched(rig, 1, FALLING)[2] == pytest.approx(902.5, abs=1e-9)
+
+
+def test_index_pulses_come_once_per_turn(make: Any) -> None:
+    rig = make(simulation_turn=10_000.0, simulation_index_position=2_500.0)
+    commands.activate_touch_probe(rig.axis, 3, RISING, CONTINUOUS, INDEX)
+    move(rig, 20.0, 50.0)
+    assert latched(rig, 3, RISING) == (1, 1, pytest.approx(19.25, abs=1e-9), 20)
+    move(rig, 10.0, 50.0)
+    assert latched(rig, 3, RISING) == (1, 1, pytest.approx(10.25, abs=1e-9), 30)
+    commands.deactivate_touch_probe(rig.axis, 3, RISING)
+    assert latched(rig, 3, RISING)[:2] == (0, 0)
+
+
+def test_the_drive_chooses_the_signal(make: Any) -> None:
+    rig = make(**MARK, simulation_latch_source=2)
+    commands.activate_touch_probe(rig.axis, 1, FALLING, SINGLE, DRIVE_DEFINED)
+    move(rig, 30.0)
+    assert latched(rig, 1, FALLING)[2] == pytest.approx(12.5, abs=1e-9)
+
+
+def test_an_input_switched_by_hand_is_seen_by_the_next_cycle(make: Any) -> None:
+    rig = make()
+    commands.activate_touch_probe(rig.axis, 1, RISING, CONTINUOUS, 1)
+    commands.activate_touch_probe(rig.axis, 1, FALLING, SINGLE, 1)
+    rig.seconds(1.0)
+    assert rig.axis.resting == 1
+    commands.start(rig.axis, 3, 0.0, 100.0)
+    rig.seconds(1.0)
+    rig.axis.simulation_drive_inputs = 1
+    rig.run(1)
+    here = rig.axis.actual_position
+    assert latched(rig, 1, RISING) == (1, 1, pytest.approx(here, abs=1e-4), 1)
+    rig.seconds(0.1)
+    assert latched(rig, 1, RISING)[3] == 1
+    rig.axis.simulation_drive_inputs = 0
+    rig.run(1)
+    there = rig.axis.actual_position
+    assert latched(rig, 1, FALLING) == (0, 1, pytest.approx(there, abs=1e-4), 1)
+    assert there == pytest.approx(here + 51 * 0.2, abs=1e-3)
+
+
+def test_what_is_closed_already_is_no_edge(make: Any) -> None:
+    rig = make(**MARK, simulation_drive_inputs=0b10)
+    commands.activate_touch_probe(rig.axis, 2, RISING, SINGLE, 2)
+    commands.activate_touch_probe(rig.axis, 2, FALLING, SINGLE, 2)
+    move(rig, 30.0)
+    assert latched(rig, 2, RISING)[:2] == latched(rig, 2, FALLING)[:2] == (1, 0)
+
+
+def test_cam_and_mark_at_one_input_overlap(make: Any) -> None:
+    """Closed from 5 to 12.5: the cam ends at 11, the mark begins at 10."""
+    rig = make(
+        **MARK, simulation_cam_begin=5.0, simulation_cam_end=11.0, simulation_cam_input=2
+    )
+    commands.activate_touch_probe(rig.axis, 2, RISING, CONTINUOUS, 2)
+    commands.activate_touch_probe(rig.axis, 2, FALLING, CONTINUOUS, 2)
+    move(rig, 30.0)
+    assert latched(rig, 2, RISING)[2:] == (pytest.approx(5.0, abs=1e-9), 1)
+    assert latched(rig, 2, FALLING)[2:] == (pytest.approx(12.5, abs=1e-9), 1)
+
+
+def test_what_the_latch_before_was(make: Any) -> None:
+    rig = make(simulation_turn=10_000.0)
+    commands.activate_touch_probe(rig.axis, 1, RISING, CONTINUOUS, INDEX)
+    commands.start(rig.axis, 1, 100.0, 20.0)
+    rig.until(lambda axis: axis.encoder_probe_counter[0] == 7)
+    axis = rig.axis
+    assert axis.encoder_latch_hardware_increments == 70_000
+    assert axis.encoder_latch_software_increments == 70_000
+    assert axis.encoder_latch_position == pytest.approx(7.0)
+    assert axis.encoder_latch_hardware_increment_difference == 10_000
+    assert axis.encoder_latch_software_increment_difference == 10_000
+    assert axis.encoder_latch_position_difference == pytest.approx(1.0)
+
+
+def test_latches_read_positions_not_filters(make: Any) -> None:
+    rig = make(
+        **MARK, encoder_position_filter_time=0.05, encoder_position_offset=3.0,
+        encoder_count_direction=1, drive_motor_polarity=1,
+        encoder_dead_time_compensation_mode=1, encoder_dead_time_compensation_shift=5_000_000,
+    )  # fmt: skip
+    commands.set_actual_position(rig.axis, 1, 1000.0)
+    commands.activate_touch_probe(rig.axis, 2, RISING, SINGLE, 2)
+    move(rig, 1030.0, 50.0)
+    assert latched(rig, 2, RISING)[2] == pytest.approx(1010.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_further_encoder_has_probes_of_its_own(compiled: bool) -> None:
+    values = {"control_dword": 7, "velocity_override": 1_000_000, **MARK}
+    nc = Nc(
+        2_000_000,
+        [
+            AxisParameters(
+                1, values=values, encoder_ids=(1, 2),
+                elements=[{"encoder_scaling_factor": 0.01, "encoder_position_offset": 500.0}],
+            )
+        ],
+        compiled=compiled,
+    )  # fmt: skip
+    second = nc.element("encoder", 2)
+    commands.activate_touch_probe(second, 2, RISING, SINGLE, 2)
+    for _ in range(3):
+        nc.cycle()
+    commands.start(nc.axis(1), 1, 30.0, 100.0)
+    for _ in range(1500):
+        nc.cycle()
+    assert second.encoder_probe_valid[1] == 1
+    assert second.encoder_probe_position[1] == pytest.approx(510.0, abs=0.0101)
+    assert nc.axis(1).encoder_probe_valid[1] == 0
+
+
+def test_inputs_are_those_of_hand_cam_and_mark(rig: Any) -> None:
+    axis = rig.axis
+    axis.simulation_cam_begin, axis.simulation_cam_end = -1.0, 1.0
+    for cam, mark, hand, inputs in ((0, 0, 0, 0), (3, 0, 1, 0b101), (8, 1, 0, 0x81)):
+        axis.simulation_cam_input, axis.simulation_mark_input = cam, mark
+        axis.simulation_drive_inputs = hand
+        axis.simulation_mark_begin, axis.simulation_mark_end = -1.0, 1.0
+        assert drive_inputs(axis, axis) == inputs
+        assert homing_cam(axis) == (cam == 0)
