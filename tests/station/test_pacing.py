@@ -2,7 +2,8 @@ import asyncio
 
 import pytest
 
-from achse.station.pacing import REBASE_NS, Pace, Pacer, run_unpaced
+from achse.motion import AxisParameters, Nc
+from achse.station.pacing import REBASE_NS, NcTask, Pace, Pacer, run_unpaced
 
 MS = 1_000_000
 
@@ -49,6 +50,34 @@ def test_a_pace_too_far_behind_starts_anew() -> None:
 def test_a_speed_must_be_positive() -> None:
     with pytest.raises(ValueError, match="above 0, got 0"):
         Pace(MS, 0, now=0)
+
+
+@pytest.mark.parametrize("speed", [1.0, 4.0])
+def test_late_cycles_of_the_nc_are_counted(speed: float) -> None:
+    """Ticks of 1 ms, cycles of 2 ms: late is what begins more than 2 ms of station time late."""
+    nc = Nc(2 * MS, [AxisParameters(1)])
+    pace = Pace(MS, speed, now=0)
+    task = NcTask(nc, lambda: pace)
+    for due, began in ((2, 2.0), (4, 5.9), (6, 8.1), (8, 10.1), (10, 11.0)):
+        while pace.due < round(due * MS / speed):
+            pace.take(pace.due)
+        assert pace.take(round(began * MS / speed))
+        task.run(due * MS)
+    assert (nc.cycle_count, nc.late_cycles, nc.late_io_cycles) == (5, 2, 2)
+
+
+def test_the_computing_time_of_the_nc_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    nc = Nc(2 * MS, [AxisParameters(1)])
+    times = iter((1_000_000, 1_123_456))
+    monkeypatch.setattr("achse.station.pacing.time.perf_counter_ns", lambda: next(times))
+    NcTask(nc, lambda: Pace(MS, 1.0, now=0)).run(0)
+    assert nc.computing_time_us == 123
+
+
+def test_in_virtual_time_nothing_is_late_or_takes_time() -> None:
+    nc = Nc(2 * MS, [AxisParameters(1)])
+    NcTask(nc, lambda: None).run(2 * MS)
+    assert (nc.cycle_count, nc.late_cycles, nc.late_io_cycles, nc.computing_time_us) == (1, 0, 0, 0)
 
 
 async def first_of(pacer: Pacer, done: asyncio.Event) -> None:

@@ -25,6 +25,7 @@ from achse.station.config import (
     ConfigError,
     StationConfig,
 )
+from achse.station.pacing import NcTask, Pace
 from achse.station.plcs import PlcSource, collection_paused
 
 __all__ = ["NC_PORTS", "Parts", "Stage", "assemble", "idle", "permanent"]
@@ -110,11 +111,12 @@ def assemble(
     base: Path,
     clock: Callable[[], int],
     kept: Sequence[Device] = (),
+    pace: Callable[[], Pace | None] = lambda: None,
 ) -> Parts:
     """Make everything else that `config` names and register it at `router`.
 
-    `kept` are the permanent devices, whose notifications the cycle sends too. Raises ConfigError;
-    then nothing is registered.
+    `kept` are the permanent devices, whose notifications the cycle sends too; `pace()` is how the
+    station follows the wall clock. Raises ConfigError; then nothing is registered.
     """
     devices = list(kept)
 
@@ -124,7 +126,7 @@ def assemble(
             _attach(device, router, port, config)
 
     try:
-        return _assemble(config, base, clock, devices, attach)
+        return _assemble(config, base, clock, devices, attach, pace)
     except ConfigError:
         for device in devices[len(kept) :]:
             device.detach()
@@ -146,6 +148,7 @@ def _assemble(
     clock: Callable[[], int],
     devices: Sequence[Device],
     attach: Callable[..., None],
+    pace: Callable[[], Pace | None],
 ) -> Parts:
     stages: list[Stage] = []
     digests: list[Callable[[], bytes]] = []
@@ -153,7 +156,7 @@ def _assemble(
     nc = None
     if config.axis:
         nc = _nc(config)
-        stages.append(Stage("nc", nc.cycle_ns, lambda _, cycle=nc.cycle: cycle()))  # type: ignore[misc]
+        stages.append(Stage("nc", nc.cycle_ns, NcTask(nc, pace).run))
         digests.append(nc.digest)
         attach(NcDevice(nc, clock=clock), *NC_PORTS)
 

@@ -11,7 +11,9 @@ import threading
 import time
 from collections.abc import Callable
 
-__all__ = ["Pace", "Pacer", "run_unpaced"]
+from achse.motion import Nc
+
+__all__ = ["NcTask", "Pace", "Pacer", "run_unpaced"]
 
 log = logging.getLogger("achse.pacing")
 
@@ -30,13 +32,16 @@ class Pace:
 
     Late ticks stay due, none is skipped, until the pace is more than `REBASE_NS` behind: then it
     starts anew from the present. `late_ticks` counts ticks begun more than one tick late,
-    `rebases` how often time was given up.
+    `rebases` how often time was given up, `behind_ns` is how late the present tick began, in
+    station time.
     """
 
     def __init__(self, tick_ns: int, speed: float, now: int) -> None:
         if not speed > 0:
             raise ValueError(f"a speed is above 0, got {speed}")
+        self._speed = speed
         self._wall_per_tick = tick_ns / speed
+        self.behind_ns = 0.0
         self.late_ticks = 0
         self.rebases = 0
         self._start(now)
@@ -57,6 +62,7 @@ class Pace:
             return False
         if behind > self._wall_per_tick:
             self.late_ticks += 1
+        self.behind_ns = behind * self._speed
         self._ticks += 1
         self.due = self._origin + int((self._ticks + 1) * self._wall_per_tick)
         return True
@@ -122,6 +128,31 @@ class Pacer:
         if self.pace.rebases > rebases:
             log.warning("the station fell more than a second behind: the lost time is given up")
         self._served.set()
+
+
+class NcTask:
+    """The NC's task: its cycle, timed while the station follows the wall clock.
+
+    A cycle that begins more than one cycle late is counted, as cycle and as I/O cycle: one task
+    does both. Without a pace nothing is late and computing takes no time.
+    """
+
+    def __init__(self, nc: Nc, pace: Callable[[], Pace | None]) -> None:
+        self._nc = nc
+        self._pace = pace
+
+    def run(self, now_ns: int) -> None:
+        """One cycle, at station time `now_ns`."""
+        nc, pace = self._nc, self._pace()
+        if pace is None:
+            nc.cycle()
+            return
+        if pace.behind_ns > nc.cycle_ns:
+            nc.late_cycles += 1
+            nc.late_io_cycles += 1
+        began = time.perf_counter_ns()
+        nc.cycle()
+        nc.computing_time_us = round((time.perf_counter_ns() - began) / 1000.0)
 
 
 async def run_unpaced(step: Callable[[], None], until: Callable[[], bool]) -> None:

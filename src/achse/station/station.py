@@ -71,7 +71,9 @@ class Station:
             self.service,
         )
         """What stays through restarts, the system service first."""
-        parts = assembly.assemble(self.config, self.router, self._base, self.clock, kept=self._kept)
+        self.pace: Pace | None = None
+        """How the running station keeps up with the wall clock; None in virtual time."""
+        parts = self._assemble()
         self.nc: Nc | None
         self.plcs: Mapping[int, PlcRuntime]
         self.stages: Sequence[assembly.Stage] = ()
@@ -89,8 +91,6 @@ class Station:
         """What `advance` was asked for beyond whole ticks."""
         self.listeners: Sequence[TcpListener] = ()
         """Where the station listens while it is running."""
-        self.pace: Pace | None = None
-        """How the running station keeps up with the wall clock; None in virtual time."""
         self.faults = Faults(self)
         """What is to go wrong, now and later."""
         for number, planned in enumerate(self.config.fault, 1):
@@ -118,6 +118,11 @@ class Station:
     def demo(cls, *, net_id: str | None = None, epoch_ns: int = DEFAULT_EPOCH_NS) -> Self:
         """The station that `achse run` starts without a file: PLC 851, axes X, Y and C."""
         return cls.load(DEMO, net_id=net_id, epoch_ns=epoch_ns)
+
+    def _assemble(self) -> assembly.Parts:
+        return assembly.assemble(
+            *(self.config, self.router, self._base, self.clock, self._kept, lambda: self.pace)
+        )
 
     def clock(self) -> int:
         """Station time as Unix time, ns."""
@@ -186,9 +191,7 @@ class Station:
 
     def _run(self) -> None:
         try:
-            parts = assembly.assemble(
-                self.config, self.router, self._base, self.clock, kept=self._kept
-            )
+            parts = self._assemble()
         except ConfigError as fault:
             log.error("the station cannot start and stays in CONFIG: %s", fault)
             self._enter_config()
@@ -322,6 +325,7 @@ class Station:
                 for end in done:
                     await end
             finally:
+                self.pace = None
                 for end in ends:
                     end.cancel()
 
