@@ -67,6 +67,9 @@ def test_states_that_refuse_any_command(moving: Any, make_rig: Any) -> None:
     commands.set_external_error(moving.axis, 0x4466)
     moving.run(1)
     refused(moving, NcError.ENCODER_IO_INVALID)
+    rig = make_rig()
+    assert commands.start_external_setpoint(rig.axis, 1, 0.0) == 0
+    refused(rig, NcError.EXTERNAL_GENERATOR_ACTIVE)
     refused(make_rig(axis_type=2), NcError.AXIS_INCOMPATIBLE)
 
 

@@ -133,6 +133,8 @@ def _why_not(axis: Axis, asked: Compensation) -> int:
     code = why_no_command(axis)
     if code:
         return code
+    if axis.external_setpoint_active:
+        return NcError.EXTERNAL_GENERATOR_ACTIVE.number
     moving = axis.set_motion_phase in (MotionPhase.POSITIONING, MotionPhase.ENDLESS)
     if axis.compensating or not moving:
         return NcError.COMPENSATION_ACTIVE.number
