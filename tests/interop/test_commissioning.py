@@ -216,7 +216,7 @@ def provoke_a_following_error(nc: Session) -> None:
     window = nc.get(CONTROLLER, 0x12)
     nc.put(CONTROLLER, 0x0B, 0.0)
     nc.put(CONTROLLER, 0x102, 2.0)
-    assert 100.0 / 2.0 > window
+    assert window < 100.0 / 2.0
     nc.call(0x20, "<I4xdd", 1, 0.0, 100.0)
     nc.wait(lambda: nc.status() & ERROR)
     assert nc.error() == FOLLOWING_ERROR

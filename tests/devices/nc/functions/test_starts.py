@@ -205,3 +205,26 @@ def test_new_values_need_a_running_move(bench: Any, refused: Any) -> None:
         bench.put(F, 0x11, "<I4xd", 7, 10.0)
     with refused(0x4264):
         bench.put(F, 0x12, "<IIddd", 4, 1, 10.0, 10.0, 0.0)
+
+
+def test_the_override_is_taken_at_once(bench: Any) -> None:
+    bench.start(0.0, 200.0, start_type=3)
+    bench.run(2.0)
+    bench.put(0x4301, 0x21, "<I", 250_000)
+    bench.write(F, 0x29)
+    bench.until(lambda: bench.axis.set_velocity == pytest.approx(50.0))
+
+
+@pytest.mark.parametrize(("kind", "name"), [(272, "jog_velocity_slow"), (529, "jog_velocity_fast")])
+def test_jogging(bench: Any, kind: int, name: str) -> None:
+    bench.start(0.0, 0.0, start_type=kind)
+    speed = getattr(bench.axis, name)
+    bench.until(lambda: abs(bench.axis.set_velocity) == speed)
+    assert bench.axis.set_direction == (-1.0 if kind & 1 else 1.0)
+
+
+def test_a_pulse(bench: Any) -> None:
+    bench.put(0x4001, 0x19, "<d", 7.5)
+    bench.exchange(F, 0x16, 4, universal(289, 0.0, 100.0))
+    bench.until_rest()
+    assert bench.axis.set_position == pytest.approx(-7.5)
