@@ -7,7 +7,7 @@ Kernel source: compiled by Numba as it stands, see `compiled`.
 """
 
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import fail, generate
+from achse.motion.setpoint import displace, fail, generate
 from achse.motion.states import MotionPhase
 
 __all__ = ["follow_external", "leave_external"]
@@ -89,11 +89,7 @@ def follow_external(ax: AxisFields, dt: float) -> None:
     if ax.output_cut:  # such a profile cannot be
         return
     _take(ax, way, dt)
-    ax.set_position += way
-    ax.segment_position += way
-    ax.target_position += way
-    ax.switch_position += way
-    ax.switch_target += way
+    displace(ax, way)
     ax.set_velocity += ax.external_velocity
     ax.set_acceleration += ax.external_acceleration
     if ax.set_motion_phase == _NO_JOB and ax.buffer_count == 0:

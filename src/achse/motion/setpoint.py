@@ -31,6 +31,7 @@ __all__ = [
     "arrived",
     "begin_job",
     "begin_stop",
+    "displace",
     "drop_job",
     "end_homing",
     "fail",
@@ -556,14 +557,22 @@ def shift_encoder(ax: AxisFields, shift: float) -> None:
         ax.encoder_history[i] += shift
 
 
+def displace(ax: AxisFields, way: float) -> None:
+    """Let what is planned go on as it is, `way` farther on."""
+    ax.set_position += way
+    ax.target_position += way
+    ax.segment_position += way
+    ax.switch_position += way
+    ax.switch_target += way
+    ax.border_position += way
+    ax.loop_target += way
+
+
 def shift_setpoint(ax: AxisFields, shift: float) -> None:
     """Rename the set positions alone: what is planned goes on as it is, `shift` further."""
-    ax.set_position += shift
-    ax.target_position += shift
-    ax.segment_position += shift
-    ax.switch_position += shift
-    ax.switch_target += shift
-    ax.border_position += shift
+    displace(ax, shift)
+    ax.external_origin += shift
+    ax.reversing_target += shift
     ax.drive_filtered_set_position += shift
     for i in range(ax.filter_count):
         ax.filter_ring[i] += shift

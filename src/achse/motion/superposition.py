@@ -10,7 +10,7 @@ Kernel source, in the language of `achse.kernel`.
 """
 
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import generate
+from achse.motion.setpoint import displace, generate
 from achse.motion.states import MotionPhase
 
 __all__ = ["generate_superposed", "superposed_speed", "superposed_way"]
@@ -68,10 +68,7 @@ def generate_superposed(ax: AxisFields, dt: float) -> None:
     covered = superposed_way(ax, t)
     shift = ax.superposition_sign * (covered - ax.superposed_position)
     ax.superposed_position = covered
-    ax.set_position += shift
-    ax.segment_position += shift
-    ax.target_position += shift
-    ax.border_position += shift
+    displace(ax, shift)
     standing = share <= 0.0 and ax.planned_override != 0
     if t >= ax.superposition_end or standing or ax.set_motion_phase == _NO_JOB:
         ax.compensating = 0
