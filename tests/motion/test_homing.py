@@ -1,5 +1,6 @@
 """Homing: the documented sequence, in every mode, by the equations of motion."""
 
+from itertools import pairwise
 from math import sqrt
 from typing import Any
 
@@ -99,7 +100,7 @@ def test_no_limit_is_broken_and_the_status_word_tells_the_truth(make: Any) -> No
     assert all(abs(v) <= V + 1e-9 for _, _, v, _, _ in moving)
     assert max(v for _, _, v, _, _ in moving) == pytest.approx(V)
     assert min(v for _, _, v, _, _ in moving) == pytest.approx(-V)
-    for (_, p, v, a, _), (_, q, w, b, _) in zip(moving, moving[1:], strict=False):
+    for (_, p, v, a, _), (_, q, w, b, _) in pairwise(moving):
         assert abs(b - a) <= JERK * CYCLE + 1e-6
         assert q - p == pytest.approx(0.5 * (v + w) * CYCLE, abs=JERK * CYCLE**3)
     for _, _, v, _, status in moving:

@@ -205,7 +205,7 @@ ROWS = [
     pytest.param(base + 1, row, id=f"0x{base:X}:0x{row.offset:X} {row.name}")
     for base, rows, _ in AXIS_GROUPS
     for row in rows
-    if base != 0x4200
+    if base & 0xF00 != 0x200  # functions are met where they are defined
 ]
 
 

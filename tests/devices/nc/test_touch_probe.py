@@ -23,13 +23,13 @@ def test_nothing_is_latched_at_first(bench: Any) -> None:
 
 def test_each_probe_shows_its_edges(bench: Any) -> None:
     axis = bench.axis
-    axis.encoder_probe_rising_active[0] = 1
-    axis.encoder_probe_rising_valid[1] = 1
-    axis.encoder_probe_rising_position[1] = 12.5
-    axis.encoder_probe_rising_counter[1] = 3
-    axis.encoder_probe_falling_valid[2] = 1
-    axis.encoder_probe_falling_position[2] = -7.5
-    axis.encoder_probe_falling_active[3] = 1
+    axis.encoder_probe_active[0] = 1
+    axis.encoder_probe_valid[1] = 1
+    axis.encoder_probe_position[1] = 12.5
+    axis.encoder_probe_counter[1] = 3
+    axis.encoder_probe_valid[4 + 2] = 1
+    axis.encoder_probe_position[4 + 2] = -7.5
+    axis.encoder_probe_active[4 + 3] = 1
     assert state(bench, 1) == (1, 0, 0, 0, 0, 0, 0, 0)
     assert state(bench, 2) == (0, 1, 12.5, 3, 0, 0, 0, 0)
     assert state(bench, 3) == (0, 0, 0, 0, 0, 1, -7.5, 0)

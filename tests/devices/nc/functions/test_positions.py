@@ -5,6 +5,11 @@ from typing import Any
 
 import pytest
 
+from achse.ams import NetId
+from achse.devices.nc import NcDevice
+from achse.motion import AxisParameters, Nc
+from achse.router import Router
+
 F = 0x4201
 
 
@@ -47,7 +52,72 @@ def test_mistakes_of_set_actual_position(make_bench: Any, refused: Any) -> None:
         make_bench(encoder_is_absolute=1).put(F, 0x1A, "<I4xd", 1, 0.0)
 
 
-def test_only_the_standard_encoder_can_be_set(bench: Any, refused: Any) -> None:
-    for offset in (0x0010_001A, 0x0080_001B):
-        with refused(0x4012):
-            bench.put(F, offset, "<I", 1) if offset & 1 else bench.put(F, offset, "<Id", 1, 0.0)
+ONLY, IN_DRIVE, SCALING, ON_THE_FLY, ANEW = 0x1C, 0x1D, 0x1E, 0x1F, 0x3B
+
+
+@pytest.mark.parametrize("form", ["<Id", "<I4xd"], ids=["TwinCAT 2", "TwinCAT 3"])
+def test_only_the_actual_position(bench: Any, form: str) -> None:
+    bench.put(F, ONLY, form, 2, 0.25)
+    assert bench.get(0x4301, 0xBA, "<d") == pytest.approx(0.25)
+    assert bench.get(0x4301, 0xBF, "<d") == 0.0
+
+
+def test_the_position_while_the_axis_moves(bench: Any) -> None:
+    bench.start(100.0, 100.0)
+    bench.run(0.5)
+    bench.put(F, ON_THE_FLY, "<IIddII", 2, 0, 0.0, 1000.0, 0, 0)
+    bench.until_rest()
+    assert bench.get(0x4301, 0xBF, "<d") == pytest.approx(1100.0)
+
+
+def test_the_position_in_the_drive(make_bench: Any, refused: Any) -> None:
+    bench = make_bench(drive_type=16, controller_type=14)
+    bench.put(F, IN_DRIVE, "<Id", 1, 30.0)
+    bench.run(0.01)
+    assert bench.get(0x5101, 0x07, "<i") == 300_000
+    with refused(0x4251):
+        make_bench().put(F, IN_DRIVE, "<Id", 1, 30.0)
+
+
+@pytest.mark.parametrize("form", ["<Id", "<HH4xd"], ids=["TwinCAT 2", "TwinCAT 3"])
+def test_the_scaling_on_the_fly(bench: Any, refused: Any, form: str) -> None:
+    control = (0,) * (form.count("H") // 2)
+    bench.put(F, SCALING, form, 2, *control, 2e-4)
+    assert bench.get(0x5001, 0x06, "<d") == 2e-4
+    assert bench.get(0x5001, 0x25, "<dd") == (2e-4, 1.0)
+    with refused(0x4406):
+        bench.put(F, SCALING, form, 2, *control, 101.0)
+
+
+def test_the_encoder_from_the_hardware_anew(bench: Any, refused: Any) -> None:
+    bench.put(F, 0x1A, "<Id", 1, 5.0)
+    with refused(0x4B42):
+        bench.write(F, ANEW, b"")
+    bench.put(0x4301, 0x02, "<H", 0)
+    bench.run(0.004)
+    bench.write(F, ANEW, b"")
+    assert bench.get(0x4101, 0x1_0018, "<I") == 1
+    bench.run(0.004)
+    assert bench.get(0x4101, 0x1_0018, "<I") == 0
+    assert bench.get(0x4301, 0xBA, "<d") == 0.0
+
+
+def test_an_encoder_that_is_not_there(bench: Any, refused: Any) -> None:
+    for offset in (0x1A, 0x1C, 0x1D):
+        with refused(0x4013):
+            bench.put(F, 0x0080_0000 + offset, "<Id", 1, 0.0)
+    with refused(0x4013):
+        bench.put(F, 0x0010_001B, NUMBER, 1)
+
+
+def test_the_second_encoder_of_an_axis(client_of: Any) -> None:
+    nc = Nc(2_000_000, [AxisParameters(1, encoder_ids=(1, 2))], compiled=False)
+    router = Router(NetId("5.1.2.3.1.1"))
+    NcDevice(nc, clock=lambda: 0).attach(router, 501)
+    client = client_of(router, 501)
+    client.put(F, 0x0010_001A, "<Id", 1, 33.0)
+    client.put(F, 0x0010_001B, NUMBER, 1)
+    nc.cycle()
+    assert client.get(0x4101, 0x11_0002, "<d") == 33.0
+    assert client.get(0x4101, 0x01_0002, "<d") == 0.0
+    assert (client.get(0x5102, 0x09, "<H"), client.get(0x5101, 0x09, "<H")) == (1, 0)
