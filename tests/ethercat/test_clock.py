@@ -201,3 +201,33 @@ def test_events_faster_than_the_local_cycle_are_missed(master: Any) -> None:
     cycles = master.line[0].cycles
     master.advance(1000)
     assert master.line[0].cycles - cycles == pytest.approx(4000, abs=2)
+
+
+@pytest.mark.parametrize(
+    ("delay_us", "expected_us"),
+    [
+        (0, [1000, 2000, 3000, 4000]),  # together with SYNC0
+        (400, [1400, 2400, 3400, 4400]),  # behind each SYNC0
+        (1000, [2000, 4000, 6000]),  # every second SYNC0
+        (2500, [3500, 6500]),
+    ],
+)
+def test_sync1_follows_sync0(master: Any, delay_us: int, expected_us: list[int]) -> None:
+    master.write(0x0990, (1_000_000).to_bytes(8, "little"))
+    master.write(0x09A0, (1_000_000).to_bytes(4, "little"))
+    master.write(0x09A4, (1000 * delay_us).to_bytes(4, "little"))
+    master.write(0x0981, b"\x07")
+    seen = [master.number(0x0998, 8) // 1000]
+    for _ in range(60):
+        master.advance(0.1)
+        if (event := master.number(0x0998, 8) // 1000) != seen[-1]:
+            seen.append(event)
+    assert seen[: len(expected_us)] == expected_us
+
+
+def test_without_its_bit_there_is_no_sync1(master: Any) -> None:
+    master.write(0x0990, (1_000_000).to_bytes(8, "little"))
+    master.write(0x09A0, (1_000_000).to_bytes(4, "little"))
+    master.write(0x0981, b"\x03")
+    master.advance(5)
+    assert master.number(0x0998, 8) == 0

@@ -175,7 +175,7 @@ def status(slave: Slave) -> int:
 
 def test_dl_status_shows_the_line(three: Any) -> None:
     """Middle slaves have ports 0 and 1 open with communication, the last only port 0."""
-    assert [status(slave) for slave in three.segment.slaves] == [0x5A31, 0x5A31, 0x5611]
+    assert [status(slave) for slave in three.segment.slaves] == [0x5A33, 0x5A33, 0x5613]
 
 
 def test_an_empty_segment_returns_nothing() -> None:
@@ -195,7 +195,7 @@ def test_branches_are_passed_in_the_order_of_their_ports() -> None:
     names = {id(slave): name for name, slave in slaves.items()}
     order = [names[id(slave)] for slave in segment.reachable]
     assert order == ["root", "three", "behind three", "one", "two"]
-    assert status(slaves["root"]) == 0xAAF1
+    assert status(slaves["root"]) == 0xAAF3
     times = [slave.esc.clock.port_delays for slave in segment.reachable]
     root, third, _, first, second = times
     assert root[0] < third[0] < third[1] < root[3] < first[0] < root[1] < second[0] < root[2]
@@ -222,7 +222,7 @@ def test_a_broken_link_hides_what_is_behind_until_it_is_mended(three: Any) -> No
     segment.break_link(second)
     assert segment.reachable == (first,)
     assert three.one(C.BRD, 0, 0, b"\0").counter == 1
-    assert status(first) == 0x5611
+    assert status(first) == 0x5613
     assert three.number(0x0310, 2) == 0x0100  # lost link at port 1, once
     assert three.number(0x0210, 2) & 0x04
     segment.repair_link(second)

@@ -147,6 +147,17 @@ def test_mailbox_answers_come_late(bus: Bus) -> None:
     assert bus.segment.slaves[0].mailbox_delay_ns == 0
 
 
+def test_a_drive_hangs_and_goes_on(bus: Bus) -> None:
+    bus.faults.add("hang", drive=2, lasting=0.5)
+    bus.run(200)
+    assert [slave.esc.memory[0x0443] for slave in bus.segment.slaves] == [0, 1]
+    bus.drives[1].set(0x6040, 6)
+    bus.run(250)
+    assert _power(bus)[1] is PowerState.SWITCH_ON_DISABLED
+    bus.run(100)
+    assert _power(bus)[1] is PowerState.READY_TO_SWITCH_ON
+
+
 def test_a_fault_begins_at_its_time(bus: Bus) -> None:
     active = bus.faults.add("jam", at=0.1, lasting=0.1)
     assert (active.state, active.facts()["hits"]) == ("waiting", 0)
@@ -180,5 +191,6 @@ def test_a_fault_that_cannot_be_is_told(bus: Bus, fields: dict[str, Any], told: 
 
 
 def test_each_kind_is_tried_here() -> None:
-    others = {"alarm", "lost_frames", "wrong_counter", "link_break", "eeprom", "mailbox_delay"}
-    assert DRIVE_FAULT_KINDS.keys() == SIGNALS.keys() | others | {"clock_drift", "clock_jitter"}
+    wire = {"lost_frames", "wrong_counter", "link_break", "eeprom", "mailbox_delay", "hang"}
+    others = wire | {"alarm", "clock_drift", "clock_jitter"}
+    assert DRIVE_FAULT_KINDS.keys() == SIGNALS.keys() | others

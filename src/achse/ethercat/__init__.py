@@ -14,14 +14,16 @@ from achse.ethercat.application import (
     ObjectEntry,
 )
 from achse.ethercat.description import SlaveDescription, describe
-from achse.ethercat.esc import Esc, Pdi
+from achse.ethercat.esc import Esc
 from achse.ethercat.frame import Command, Datagram, Frame, FrameError
 from achse.ethercat.loopback import Loopback
+from achse.ethercat.pdi import AlEvent, Pdi, PdiAccess
 from achse.ethercat.segment import Disturbance, Segment
 from achse.ethercat.sii import build_sii
 from achse.ethercat.slave import Slave
 
 __all__ = [
+    "AlEvent",
     "Application",
     "Command",
     "DataType",
@@ -37,6 +39,7 @@ __all__ = [
     "ObjectDescription",
     "ObjectEntry",
     "Pdi",
+    "PdiAccess",
     "Segment",
     "Slave",
     "SlaveDescription",

@@ -1,4 +1,4 @@
-"""Distributed clock of one slave: local time, system time, SYNC0 and latches, 0x0900 to 0x09CF.
+"""Distributed clock of one slave: local time, system time, SYNC0/1 and latches, 0x0900 to 0x09CF.
 
 Times are integer nanoseconds. All slaves of a segment see one true time; each has its own local
 time, which may start elsewhere, drift and jitter.
@@ -17,13 +17,16 @@ _DELAY = 0x0928
 _DIFFERENCE = 0x092C
 _ACTIVATION = 0x0981
 _START = 0x0990
+_NEXT_SYNC1 = 0x0998
 _SYNC0_CYCLE = 0x09A0
+_SYNC1_CYCLE = 0x09A4
 _LATCH_CONTROL = 0x09A8
 _LATCH_STATUS = 0x09AE
 _LATCH_TIMES = 0x09B0
 
 _CYCLIC = 0x01
 _SYNC0 = 0x02
+_SYNC1 = 0x04
 
 _MAX_CORRECTION = 1000
 """The time loop moves the system time by at most this much per comparison."""
@@ -69,6 +72,9 @@ class DistributedClock:
         self._offset = self._delay = 0
         self._correction = self._rate = self._difference = 0
         self._next_sync0: int | None = None
+        self._next_sync1: int | None = None
+        """The first SYNC1 event that the device has not seen."""
+        self._sync1_period = 0
 
     def reset(self) -> None:
         """Registers are at their defaults: take them over."""
@@ -159,13 +165,21 @@ class DistributedClock:
         """0x0981 is written: arm SYNC0 for its start time, which must lie in the future."""
         memory = self._memory
         self.cycle_ns = 0
-        self._next_sync0 = None
+        self._next_sync0 = self._next_sync1 = None
         if memory[_ACTIVATION] & (_CYCLIC | _SYNC0) == _CYCLIC | _SYNC0:
             self.cycle_ns = int.from_bytes(memory[_SYNC0_CYCLE : _SYNC0_CYCLE + 4], "little")
             start = int.from_bytes(memory[_START : _START + 8], "little")
             if self.cycle_ns and start >= self.system_time(self.time.now_ns):
                 self._next_sync0 = start
+                if memory[_ACTIVATION] & _SYNC1:
+                    self._activate_sync1(start)
         self._move()
+
+    def _activate_sync1(self, start: int) -> None:
+        """SYNC1 follows a SYNC0 event by its cycle time; the next SYNC0 behind it starts anew."""
+        delay = int.from_bytes(self._memory[_SYNC1_CYCLE : _SYNC1_CYCLE + 4], "little")
+        self._sync1_period = (delay // self.cycle_ns + 1) * self.cycle_ns
+        self._next_sync1 = start + delay
 
     def _move(self) -> None:
         """The next event is at another time than it was."""
@@ -194,10 +208,42 @@ class DistributedClock:
         return self.sync0_due_ns
 
     def refresh_start(self) -> None:
-        """While SYNC0 runs, 0x0990 is the time of its next event."""
+        """While they run, 0x0990 and 0x0998 are the times of the next SYNC0 and SYNC1 event."""
         if self._next_sync0 is not None:
             value = self._next_sync0 & _U64
             self._memory[_START : _START + 8] = value.to_bytes(8, "little")
+        if self._next_sync1 is not None:
+            value = self._after(self._next_sync1, self._sync1_period) & _U64
+            self._memory[_NEXT_SYNC1 : _NEXT_SYNC1 + 8] = value.to_bytes(8, "little")
+
+    def _after(self, event: int, period: int) -> int:
+        """The next event from now on of those that come every `period`."""
+        behind = self.system_time(self.time.now_ns) - event
+        return event if behind < 0 else event + (behind // period + 1) * period
+
+    @property
+    def sync0_pending(self) -> bool:
+        """A SYNC0 event came that the device has not seen."""
+        return self._pending(self._next_sync0)
+
+    @property
+    def sync1_pending(self) -> bool:
+        """A SYNC1 event came that the device has not seen."""
+        return self._pending(self._next_sync1)
+
+    def _pending(self, event: int | None) -> bool:
+        return event is not None and event <= self.system_time(self.time.now_ns)
+
+    def sync0_seen(self) -> None:
+        """The device has seen SYNC0 events up to now."""
+        if self._next_sync0 is not None and self.cycle_ns:
+            self._next_sync0 = self._after(self._next_sync0, self.cycle_ns)
+            self._move()
+
+    def sync1_seen(self) -> None:
+        """The device has seen SYNC1 events up to now."""
+        if self._next_sync1 is not None:
+            self._next_sync1 = self._after(self._next_sync1, self._sync1_period)
 
     # latches
 

@@ -2,21 +2,21 @@
 
 The master reads and writes by `read` and `write`; both say whether the access counts. The device
 side is a `Pdi`: it is called when something happened, and answers by the attributes and methods
-below "the application's side".
+below "the application's side"; or it looks by itself, through `pdi_access`.
 """
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
 from achse.codes import AlState, AlStatus
 from achse.ethercat.clock import DistributedClock, Instant
 from achse.ethercat.eeprom import Eeprom
 from achse.ethercat.fmmu import Fmmu
+from achse.ethercat.pdi import AlEvent, Pdi, PdiAccess
 from achse.ethercat.registers import FMMU_BASE, RAM_BASE, REGISTERS, SM_BASE
 from achse.ethercat.syncmanager import SyncManager
 
-__all__ = ["Esc", "Pdi"]
+__all__ = ["Esc"]
 
 _MEMORY_SIZE = 0x1_0000
 
@@ -24,40 +24,13 @@ _EVENT_LATCH = 0x0001
 _EVENT_DL_STATUS = 0x0004
 _EVENT_AL_STATUS = 0x0008
 
+_PDI = 0x03
+"""DL status: the PDI is operational, its watchdog has not expired."""
+
+_PDI_WATCHDOG = 0x02
+
 _ERROR = 0x0010
 _ID_LOADED = 0x0020
-
-
-class Pdi(Protocol):
-    """The device behind a slave controller, told of what the master does."""
-
-    def al_control(self, request: int) -> None:
-        """AL control was written; bits 0..3 state, 4 acknowledge, 5 identification."""
-        ...
-
-    def sync_manager_changed(self, number: int) -> None:
-        """The registers of a SyncManager were written."""
-        ...
-
-    def written(self, number: int, data: bytes) -> None:
-        """The master completed a buffer or message."""
-        ...
-
-    def taken(self, number: int) -> None:
-        """The master read a message."""
-        ...
-
-    def looked_at(self, number: int) -> None:
-        """The master is about to read the status of a SyncManager."""
-        ...
-
-    def timing_changed(self) -> None:
-        """SYNC0 or the watchdog was set, or the next SYNC0 event has moved."""
-        ...
-
-    def reset(self) -> None:
-        """The master reset the slave controller."""
-        ...
 
 
 class Esc:
@@ -88,6 +61,9 @@ class Esc:
         self.fmmus = [Fmmu.decode(bytes(16))] * fmmus
         self.watchdog_ns = 0
         """Process data watchdog time, 0 = off."""
+        self.pdi_watchdog_ns = 0
+        """How long the device may do nothing, 0 = for ever."""
+        self.pdi_access = PdiAccess(self)
         self._alias = alias
         self.ram_end = RAM_BASE + 1024 * ram_kib
         self._reset_progress = 0
@@ -129,6 +105,7 @@ class Esc:
         self._guarded = []
         self.events = 0
         self.irq = 0
+        self.al_events = AlEvent(0)
         self._loop_control = 0
         self._reload()
         self.clock.reset()
@@ -141,14 +118,14 @@ class Esc:
         self.eeprom.command(0, 0)
         words = self.eeprom.image
         alias = self._alias.to_bytes(2, "little") if self._alias else words[8:10]
-        memory[0x0110] &= ~1
+        memory[0x0110] &= ~_PDI
         if self.eeprom.valid:
             memory[0x0140:0x0142] = words[0:2]
             memory[0x0150:0x0152] = words[2:4]
             memory[0x0152:0x0154] = words[6:8]
             memory[0x0982:0x0984] = words[4:6]
             memory[0x0012:0x0014] = alias
-            memory[0x0110] |= 1
+            memory[0x0110] |= _PDI
 
     # the master's side
 
@@ -160,14 +137,18 @@ class Esc:
         if end > RAM_BASE:
             registers, ram = self.read(address, RAM_BASE - address), self._read_ram(RAM_BASE, end)
             return None if registers is None or ram is None else registers + ram
-        refreshers = self._refreshers
-        for block in range(address >> 4, end + 15 >> 4):
-            if block in refreshers:
-                refreshers[block](address, end)
-        data = bytes(self.memory[address:end])
+        data = self.look(address, length)
         if self.events:
             self._events_read(address, end)
         return data
+
+    def look(self, address: int, length: int) -> bytes:
+        """Registers as they are now; nothing is read by that."""
+        end = address + length
+        for block in range(address >> 4, end + 15 >> 4):
+            if block in self._refreshers:
+                self._refreshers[block](address, end)
+        return bytes(self.memory[address:end])
 
     def write(self, address: int, data: bytes | bytearray) -> bool:
         """Write `data` at `address`; False if nothing was written."""
@@ -276,6 +257,7 @@ class Esc:
             0x030C: lambda _, __: self._clear(0x030C, 0x030E),
             0x0310: lambda _, __: self._clear(0x0310, 0x0314),
             0x0400: self._watchdog_written,
+            0x0410: self._watchdog_written,
             0x0420: self._watchdog_written,
             0x0442: lambda _, __: self._clear(0x0442, 0x0444),
             0x0502: self._eeprom_written,
@@ -320,6 +302,7 @@ class Esc:
 
     def _al_control_written(self, first: int, end: int) -> None:
         if self.operational:
+            self.al_events |= AlEvent.AL_CONTROL
             self.pdi.al_control(self.memory[0x0120] | self.memory[0x0121] << 8)
 
     def _mask_written(self, first: int, end: int) -> None:
@@ -327,7 +310,9 @@ class Esc:
 
     def _watchdog_written(self, first: int, end: int) -> None:
         divider = self.memory[0x0400] | self.memory[0x0401] << 8
-        self.watchdog_ns = 40 * (divider + 2) * (self.memory[0x0420] | self.memory[0x0421] << 8)
+        tick = 40 * (divider + 2)
+        self.pdi_watchdog_ns = tick * (self.memory[0x0410] | self.memory[0x0411] << 8)
+        self.watchdog_ns = tick * (self.memory[0x0420] | self.memory[0x0421] << 8)
         self.pdi.timing_changed()
 
     def _eeprom_written(self, first: int, end: int) -> None:
@@ -353,6 +338,7 @@ class Esc:
             sync_manager.configure(registers)
             self._guarded = [each for each in self.sync_managers if each.guards]
             self.remapped()
+            self.al_events |= AlEvent.SYNC_MANAGERS
         self.pdi.sync_manager_changed(number)
 
     # registers that are made when read
@@ -361,6 +347,7 @@ class Esc:
         """Blocks of 16 bytes whose content is brought up to date before it is read."""
         blocks: dict[int, Callable[[int, int], None]] = {
             0x021: self._refresh_events,
+            0x022: self._refresh_events,
             0x091: lambda _, __: self.clock.refresh_times(),
             0x092: lambda _, __: self.clock.refresh_times(),
             0x099: lambda _, __: self.clock.refresh_start(),
@@ -371,6 +358,7 @@ class Esc:
 
     def _refresh_events(self, first: int, end: int) -> None:
         self.memory[0x0210:0x0212] = self.event_request.to_bytes(2, "little")
+        self.memory[0x0220:0x0224] = self.al_event_request.to_bytes(4, "little")
 
     def _refresh_sync_managers(self, first: int, end: int) -> None:
         for sync_manager in self.sync_managers:
@@ -390,6 +378,25 @@ class Esc:
             if sync_manager.full and not sync_manager.to_application:
                 request |= 0x10 << sync_manager.number
         return request
+
+    @property
+    def al_event_request(self) -> int:
+        """Register 0x0220, the events to the device; see `AlEvent`."""
+        request = int(self.al_events)
+        if self.events & _EVENT_LATCH:
+            request |= AlEvent.LATCH
+        if self.clock.sync0_pending:
+            request |= AlEvent.SYNC0
+        if self.clock.sync1_pending:
+            request |= AlEvent.SYNC1
+        for sync_manager in self.sync_managers:
+            if sync_manager.concerns_application:
+                request |= AlEvent.SYNC_MANAGER_0 << sync_manager.number
+        return request
+
+    def acknowledge(self, event: AlEvent) -> None:
+        """The device has seen an event."""
+        self.al_events &= ~event
 
     def _raise_event(self, event: int) -> None:
         self.events |= event
@@ -433,7 +440,7 @@ class Esc:
         Loop control (DL control bits 8..15, two for each port): 0 and 1 open with the link,
         2 always open, 3 closed.
         """
-        status = self.memory[0x0110] & 0x01
+        status = self.memory[0x0110] & _PDI
         control = self.memory[0x0101]
         opened = []
         for port, link in enumerate(linked):
@@ -497,7 +504,18 @@ class Esc:
         """Show the state of the process data watchdog; expiries are counted."""
         if expired and self.memory[0x0440] & 1:
             self.count(0x0442)
+            self.al_events |= AlEvent.WATCHDOG
         self.memory[0x0440] = not expired
+
+    def pdi_alive(self, alive: bool = True) -> None:
+        """The device did something, or nothing for longer than its watchdog allows."""
+        if not alive and self.memory[0x0110] & _PDI_WATCHDOG:
+            self.count(0x0443)
+            self.memory[0x0110] &= ~_PDI_WATCHDOG
+            self._raise_event(_EVENT_DL_STATUS)
+        elif alive and self.operational and not self.memory[0x0110] & _PDI_WATCHDOG:
+            self.memory[0x0110] |= _PDI_WATCHDOG
+            self._raise_event(_EVENT_DL_STATUS)
 
 
 def _nothing() -> None:

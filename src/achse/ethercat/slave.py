@@ -12,6 +12,7 @@ from achse.ethercat.coe import CoeServer
 from achse.ethercat.description import LAYOUT, Area, Layout, describe
 from achse.ethercat.esc import Esc
 from achse.ethercat.mailbox import MailboxProtocol, MailboxServer
+from achse.ethercat.pdi import AlEvent
 from achse.ethercat.registers import RAM_BASE
 from achse.ethercat.sii import build_sii
 from achse.ethercat.statemachine import Light, Transition, request
@@ -58,6 +59,9 @@ class Slave:
         self.state = AlState.INIT
         self.error = _NO_ERROR
         self._step = application.step
+        self._hung = False
+        self._idle_since = 0
+        self._asked: int | None = None
         self._coe = CoeServer(application)
         self._mailbox = MailboxServer({MailboxProtocol.COE: self._coe.answer})
         self._message: bytes | None = None
@@ -98,6 +102,10 @@ class Slave:
 
     def al_control(self, request_word: int) -> None:
         """The master asks for a state (`Pdi`)."""
+        if self._hung:
+            self._asked = request_word
+            return
+        self.esc.acknowledge(AlEvent.AL_CONTROL)
         if self.error is not _NO_ERROR:
             if not request_word & _ACKNOWLEDGE:
                 return
@@ -272,7 +280,7 @@ class Slave:
 
     def _serve(self) -> None:
         """Answer the message that waits, once all before it has been read; fill the mailbox."""
-        if self.state is AlState.INIT:
+        if self.state is AlState.INIT or self._hung:
             return
         esc, mailbox = self.esc, self._mailbox
         outgoing = esc.sync_managers[_MAILBOX_IN]
@@ -291,6 +299,9 @@ class Slave:
 
     def sync_manager_changed(self, number: int) -> None:
         """The registers of a SyncManager were written (`Pdi`)."""
+        if self._hung:
+            return
+        self.esc.acknowledge(AlEvent.SYNC_MANAGERS)
         sync_manager = self.esc.sync_managers[number]
         if number == _OUTPUTS:
             self._plan_steps()
@@ -315,8 +326,37 @@ class Slave:
         self.error = _NO_ERROR
         self._opening = False
         self._message = None
+        self._asked = None
         self._mailbox.reset()
         self.esc.power_up()
+
+    def hang(self, on: bool = True) -> None:
+        """The device's program hangs, or goes on.
+
+        The controller answers as before: frames pass and count, registers are read, the last
+        inputs are sent. Requests, messages and outputs wait, and the PDI watchdog expires.
+        """
+        if on == self._hung:
+            return
+        self._hung = on
+        self._step = self._do_nothing if on else self.application.step
+        self._idle_since = self._time.now_ns
+        if on:
+            return
+        self.esc.pdi_alive()
+        for number in range(len(self.esc.sync_managers)):
+            self.sync_manager_changed(number)
+        asked, self._asked = self._asked, None
+        if asked is not None:
+            self.al_control(asked)
+        self._serve()
+
+    def _do_nothing(self, elapsed_ns: int) -> AlStatus:
+        """A local cycle of a device that hangs."""
+        allowed = self.esc.pdi_watchdog_ns
+        if allowed and self._time.now_ns + elapsed_ns - self._idle_since >= allowed:
+            self.esc.pdi_alive(False)
+        return _NO_ERROR
 
     # time
 
@@ -367,7 +407,9 @@ class Slave:
         """No outputs came in time: in Op the watchdog expires, on the way to Op it is refused."""
         if self.state is AlState.OP:
             self.esc.set_watchdog(expired=True)
-            self._fall(AlStatus.WATCHDOG)
+            if not self._hung:
+                self.esc.acknowledge(AlEvent.WATCHDOG)
+                self._fall(AlStatus.WATCHDOG)
         else:
             self._opening = False
             self._settle(self.state, AlStatus.WATCHDOG)

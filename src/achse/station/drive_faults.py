@@ -66,6 +66,12 @@ DRIVE_FAULT_KINDS: Mapping[str, FaultKind] = {
             "mailbox_delay", _DRIVE | {"by"}, "Mailbox answers come `by` seconds late.", ("by",)
         ),
         FaultKind(
+            "hang",
+            _DRIVE,
+            "The drive's program hangs: frames pass and count, but nothing is done or answered, and"
+            " the PDI watchdog expires.",
+        ),
+        FaultKind(
             "lost_frames",
             frozenset({"count"}),
             "Frames do not come back: the next `count`, or all.",
@@ -286,6 +292,9 @@ class DriveFaults:
             case "mailbox_delay":
                 slave.mailbox_delay_ns = round(by * 1e9)
                 return lambda: setattr(slave, "mailbox_delay_ns", 0)
+            case "hang":
+                slave.hang()
+                return lambda: slave.hang(False)
             case "link_break":
                 self._segment.break_link(slave)
                 return lambda: self._segment.repair_link(slave)

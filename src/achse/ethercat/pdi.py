@@ -1,0 +1,146 @@
+"""The device's side of a slave controller: what a device is told, AL events, accesses by PDI.
+
+A device of this package is called when something happened (`Pdi`). One that looks by itself, as
+firmware does, reads the AL event request and the registers through `PdiAccess`.
+"""
+
+from enum import IntFlag
+from typing import TYPE_CHECKING, Protocol
+
+from achse.codes import AlState, AlStatus
+from achse.ethercat.registers import RAM_BASE, SM_BASE
+
+if TYPE_CHECKING:
+    from achse.ethercat.esc import Esc
+
+__all__ = ["AlEvent", "Pdi", "PdiAccess"]
+
+
+class AlEvent(IntFlag):
+    """Bits of AL event request and mask, 0x0220 and 0x0204; from bit 8 on SyncManagers."""
+
+    AL_CONTROL = 0x01
+    LATCH = 0x02
+    SYNC0 = 0x04
+    SYNC1 = 0x08
+    SYNC_MANAGERS = 0x10
+    """A SyncManager was switched on, off or set up."""
+    WATCHDOG = 0x40
+    """The process data watchdog has expired."""
+    SYNC_MANAGER_0 = 0x100
+    """Shifted by the number: a message or buffer was written, or a message taken."""
+
+
+class Pdi(Protocol):
+    """The device behind a slave controller, told of what the master does."""
+
+    def al_control(self, request: int) -> None:
+        """AL control was written; bits 0..3 state, 4 acknowledge, 5 identification."""
+        ...
+
+    def sync_manager_changed(self, number: int) -> None:
+        """The registers of a SyncManager were written."""
+        ...
+
+    def written(self, number: int, data: bytes) -> None:
+        """The master completed a buffer or message."""
+        ...
+
+    def taken(self, number: int) -> None:
+        """The master read a message."""
+        ...
+
+    def looked_at(self, number: int) -> None:
+        """The master is about to read the status of a SyncManager."""
+        ...
+
+    def timing_changed(self) -> None:
+        """SYNC0 or the watchdog was set, or the next SYNC0 event has moved."""
+        ...
+
+    def reset(self) -> None:
+        """The master reset the slave controller."""
+        ...
+
+
+_ERROR = 0x10
+_STATES = {int(state): state for state in AlState}
+_OWN = ((0x0012, 2), (0x0204, 4))
+"""Registers that only the device writes: alias, AL event mask."""
+
+
+class PdiAccess:
+    """Reads and writes of the device at the controller's memory; both end events as they should."""
+
+    def __init__(self, esc: "Esc") -> None:
+        self._esc = esc
+
+    @property
+    def request(self) -> AlEvent:
+        """What has happened, through the mask 0x0204: what the interrupt line shows."""
+        mask = int.from_bytes(self._esc.memory[0x0204:0x0208], "little")
+        return AlEvent(self._esc.al_event_request & mask)
+
+    def read(self, address: int, length: int) -> bytes:
+        """`length` bytes from `address`; reading what has changed ends its event."""
+        esc = self._esc
+        esc.pdi_alive()
+        end = address + length
+        if address >= RAM_BASE:
+            for sync_manager in esc.sync_managers:
+                if sync_manager.start <= address and end <= sync_manager.end:
+                    if not sync_manager.to_application:
+                        break
+                    low = address - sync_manager.start
+                    data = sync_manager.newest[low : low + length]
+                    if end == sync_manager.end:
+                        sync_manager.release()
+                    return data
+            return bytes(esc.memory[address:end])
+        data = esc.look(address, length)
+        if address <= 0x0120 < end:
+            esc.acknowledge(AlEvent.AL_CONTROL)
+        if address <= 0x0440 < end:
+            esc.acknowledge(AlEvent.WATCHDOG)
+        if address < SM_BASE + 8 * len(esc.sync_managers) and end > SM_BASE:
+            esc.acknowledge(AlEvent.SYNC_MANAGERS)
+        if address <= 0x098E < end:
+            esc.clock.sync0_seen()
+        if address <= 0x098F < end:
+            esc.clock.sync1_seen()
+        return data
+
+    def write(self, address: int, data: bytes) -> bool:
+        """Write AL status with its code, alias, event mask, a message or memory; False if not so.
+
+        A message is complete when its last byte is written.
+        """
+        esc = self._esc
+        esc.pdi_alive()
+        end = address + len(data)
+        if address >= RAM_BASE:
+            for sync_manager in esc.sync_managers:
+                if sync_manager.start <= address and end <= sync_manager.end:
+                    if sync_manager.to_application or sync_manager.full:
+                        return False
+                    break
+            else:
+                sync_manager = None
+            esc.memory[address:end] = data
+            if sync_manager is not None and end == sync_manager.end:
+                esc.put(
+                    sync_manager.number, bytes(esc.memory[sync_manager.start : sync_manager.end])
+                )
+            return True
+        if address == 0x0130 and len(data) >= 2:
+            state = _STATES.get(data[0] & 0x0F)
+            code = AlStatus.of(int.from_bytes(data[4:6], "little"))
+            if state is None or code is None:
+                return False
+            esc.set_al_status(state, code if data[0] & _ERROR else AlStatus.NO_ERROR)
+            return True
+        for register, size in _OWN:
+            if register <= address and end <= register + size:
+                esc.memory[address:end] = data
+                return True
+        return False
