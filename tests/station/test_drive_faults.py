@@ -154,7 +154,8 @@ def test_a_drive_hangs_and_goes_on(bus: Bus) -> None:
     bus.drives[1].set(0x6040, 6)
     bus.run(250)
     assert _power(bus)[1] is PowerState.SWITCH_ON_DISABLED
-    bus.run(100)
+    bus.run(50)
+    bus.run(50)
     assert _power(bus)[1] is PowerState.READY_TO_SWITCH_ON
 
 
