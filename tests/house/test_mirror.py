@@ -16,6 +16,7 @@ NEED_NO_TEST_FILE: dict[str, str] = {
 
 WITHOUT_MODULE: dict[str, str] = {
     "tests/motion/test_profile_oracle.py": "planner and ruckig, case by case",
+    "tests/motion/test_random_commands.py": "all commands and the kernel, at random",
 }
 """Test files about several modules together, and why they stand apart."""
 

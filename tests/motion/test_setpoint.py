@@ -1,9 +1,8 @@
 """Set-point generation against the equations of jerk-limited motion."""
 
-import random
 from collections.abc import Callable
 from itertools import pairwise
-from math import ceil, isfinite, sqrt
+from math import ceil, sqrt
 from typing import Any
 
 import pytest
@@ -437,113 +436,3 @@ def test_a_lower_override_brakes_across_borders(rig: Any, share: float) -> None:
     assert_smooth(samples, V, a, j)
     assert samples[-1] == (pytest.approx(60.0), 0.0, 0.0)
     assert max(p for p, _, _ in samples) <= 60.0 + 1e-9
-
-
-def test_random_commands_never_jump(make_rig: Any) -> None:
-    """100,000 cycles of moves, stops, overrides, new targets: smooth and inside all limits."""
-    rig = make_rig(compiled=True)
-    axis, dice = rig.axis, random.Random(2)
-    limits = (2000.0, 3000.0, 9000.0)
-    kinds = [1, 1, 1, 2, 2, 3, 4, 5, 261, 517, 773]
-    refused = 0
-    accepted = 0
-    for _ in range(1500):
-        what = dice.random()
-        if what < 0.6:
-            kind = dice.choice(kinds)
-            position = dice.uniform(0, 359) if kind > 5 else dice.uniform(-900, 900)
-            velocity = 10 ** dice.uniform(-1, 3.3)
-            mode = dice.choice([0, 0, 0, 1, 18, 19, 20, 21])
-            code = commands.universal_start(axis, kind, position, velocity, buffer_mode=mode)
-            accepted += code == 0
-            refused += code != 0
-        elif what < 0.7:
-            commands.new_end_position(axis, dice.choice([1, 2]), dice.uniform(-900, 900))
-        elif what < 0.75:
-            commands.stop(axis)
-        elif what < 0.8:
-            commands.emergency_stop(axis, limits[1], limits[2])
-        else:
-            axis.velocity_override = dice.choice([0, 1, 1000, 250_000, 500_000, 1_000_000])
-        assert_smooth(rig.trace(dice.randrange(1, 133)), *limits)
-        assert axis.error_code in (0, NcError.FOLLOWING_ERROR_POSITION.number)
-        if axis.error_code:
-            pytest.fail(f"{axis!r} lost its drive")
-    assert isfinite(axis.set_position)
-    assert isfinite(axis.actual_position)
-    assert accepted > 400
-    assert refused > 50
-
-
-def rest_to_rest(way: float, v: float, a: float, j: float) -> float:
-    """Time of a symmetric move that reaches its velocity: s / v + ramp."""
-    return way / v + (v / a + a / j if v * j >= a * a else 2.0 * sqrt(v / j))
-
-
-@pytest.mark.parametrize(("loop", "target"), [(20.0, 100.0), (-20.0, -100.0)])
-def test_a_loop_passes_its_target_and_comes_back(make_rig: Any, loop: float, target: float) -> None:
-    rig = make_rig(loop_enable=1, loop_distance=loop)
-    axis = rig.axis
-    v, a, j = 50.0, 1000.0, 50_000.0
-    assert commands.start(axis, 1, target, v, a, a, j) == 0
-    rig.run(1)
-    both = rest_to_rest(120.0, v, a, j), rest_to_rest(20.0, v, a, j)
-    assert axis.remaining_time == pytest.approx(sum(both), abs=rig.dt)
-    assert axis.remaining_distance == pytest.approx(140.0, abs=0.1)
-    assert axis.target_position == target
-    first = rig.until(lambda ax: ax.loop_outward == 0)
-    assert first * rig.dt == pytest.approx(both[0], abs=2 * rig.dt)
-    assert abs(axis.set_position - target) == pytest.approx(20.0, abs=0.01)
-    assert not rig.has(StateBit.IN_TARGET_POSITION)
-    assert (first + rig.until_rest()) * rig.dt == pytest.approx(sum(both), abs=2 * rig.dt)
-    assert axis.set_position == target
-    # from the other side the axis goes straight there
-    assert commands.start(axis, 2, -target, v, a, a, j) == 0
-    extremes = [p for p, _, _ in rig.trace(2000)]
-    assert axis.set_position == 0.0
-    assert min(extremes) >= min(0.0, target)
-    assert max(extremes) <= max(0.0, target)
-
-
-def test_every_start_of_a_loop_is_decided_anew(make_rig: Any) -> None:
-    rig = make_rig(loop_enable=1, loop_distance=5.0)
-    for start_type, position in ((1, 50.0), (4, 0.0), (1, 50.0)):
-        assert commands.universal_start(rig.axis, start_type, position, 100.0) == 0
-        farthest = max(p for p, _, _ in rig.trace(300 if start_type == 4 else 1500))
-        commands.stop(rig.axis)
-        rig.until_rest()
-        assert farthest == pytest.approx(55.0 if start_type == 1 else 50.0, abs=0.01)
-
-
-def test_a_new_target_of_a_loop_is_decided_anew(make_rig: Any) -> None:
-    rig = make_rig(loop_enable=1, loop_distance=5.0)
-    commands.start(rig.axis, 1, 500.0, 100.0)
-    rig.seconds(1.0)
-    assert commands.new_end_position(rig.axis, 1, 0.0) == 0
-    lowest = min(p for p, _, _ in rig.trace(3000))
-    assert rig.axis.set_position == 0.0
-    assert lowest >= 0.0
-    assert commands.new_dynamics(rig.axis, 1.0, 1.0, 1.0) != 0
-    commands.start(rig.axis, 1, 50.0, 100.0)
-    rig.until(lambda axis: axis.set_position > 51.0)
-    rig.axis.velocity_override = 100_000  # planned anew beyond the target: goes on outward
-    highest = max(p for p, _, _ in rig.trace(3000))
-    assert highest == pytest.approx(55.0, abs=0.01)
-    assert rig.axis.set_position == 50.0
-
-
-def test_a_loop_keeps_the_soft_limits(make_rig: Any) -> None:
-    rig = make_rig(
-        loop_enable=1, loop_distance=5.0, encoder_soft_limit_max_enable=1,
-        encoder_soft_limit_max=100.0,
-    )  # fmt: skip
-    rig.refuses(NcError.SOFT_LIMIT_MAX_AT_START, commands.start, 1, 95.1, 100.0)
-    assert commands.start(rig.axis, 1, 95.0, 100.0) == 0
-    rig.until_rest()
-    assert (rig.axis.set_position, rig.axis.error_code) == (95.0, 0)
-
-
-def test_without_the_switch_there_is_no_loop(make_rig: Any) -> None:
-    rig = make_rig(loop_distance=5.0)
-    commands.start(rig.axis, 1, 50.0, 100.0)
-    assert max(p for p, _, _ in rig.trace(1500)) == 50.0

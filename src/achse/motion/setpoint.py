@@ -524,6 +524,7 @@ def generate(ax: AxisFields, dt: float) -> None:
     v = ax.set_velocity
     if (
         ax.set_motion_phase == _POSITIONING
+        and ax.replan == 0
         and ax.table_end != _TO_TARGET
         and ax.border_velocity > 0.0
         and v * ax.job_direction > 0.0

@@ -1,0 +1,360 @@
+"""Random commands for a million cycles: the set point stays smooth and inside all limits.
+
+Many axes with dynamics over decades, each given commands at random times, whatever it is doing. An
+observer sees nothing but the set values of each cycle. Excused are the cycles in which the manual
+itself is abrupt: a reset in motion, the loop opening and closing, a position that gets another
+name.
+"""
+
+import random
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from achse.motion import Axis, AxisParameters, BufferMode, Nc, OverrideType, StartType, commands
+from achse.motion.record import FIELDS, LAYOUT
+from achse.motion.states import MotionPhase
+
+DT = 0.002
+AXES = 64
+ENABLED = 7
+FULL = 1_000_000
+
+GENTLE = 0.2
+"""Part of its jerk that a command to some of the axes may have."""
+
+POSITIONS = [*3 * [StartType.ABSOLUTE], *3 * [StartType.RELATIVE], *list(StartType)[4:8]]
+ENDLESS = [StartType.ENDLESS_POSITIVE, StartType.ENDLESS_NEGATIVE]
+JOGS = [kind + way for kind in (0x110, 0x120, 0x210, 0x310, 0x420, 0x520) for way in (0, 1)]
+STOPS = [StartType.HALT, StartType.HALT, StartType.STOP_AND_LOCK]
+
+
+def axis_values(dice: random.Random) -> dict[str, float]:
+    """Parameters of one axis: velocity, dynamics and jerk over decades."""
+    top = 10.0 ** dice.uniform(0.0, 3.3)
+    acceleration = top * 10.0 ** dice.uniform(0.0, 2.0)
+    deceleration = acceleration * 10.0 ** dice.choice([0.0, dice.uniform(-0.5, 0.5)])
+    jerk = max(acceleration, deceleration) * 10.0 ** dice.uniform(0.0, 3.0)
+    return {
+        "max_velocity": top,
+        "jog_velocity_slow": 0.2 * top,
+        "jog_velocity_fast": top,
+        "rapid_traverse_velocity": top,
+        "max_acceleration": acceleration,
+        "max_deceleration": deceleration,
+        "default_acceleration": acceleration,
+        "default_deceleration": deceleration,
+        "default_jerk": jerk,
+        "override_type": dice.choice(list(OverrideType)),
+        "encoder_modulo_factor": top,
+        "encoder_modulo_tolerance_window": dice.choice([0.0, 0.02 * top]),
+        "target_position_monitoring_enable": dice.randrange(2),
+        "controller_following_error_position_monitoring_enable": 0,
+        "velocity_override": FULL,
+        "control_dword": ENABLED,
+    }
+
+
+class Player:
+    """Gives one axis commands; keeps what was given, to be told when a fault is found."""
+
+    def __init__(self, axis: Axis, dice: random.Random) -> None:
+        self.axis = axis
+        self.dice = dice
+        self.gentlest = dice.choice([1.0, 1.0, GENTLE])
+        self.reach = axis.max_velocity * 10.0 ** dice.uniform(-2.0, 0.3)
+        self.accepted = 0
+        self.history: list[str] = []
+        self.abrupt = False
+        self._moves: list[tuple[float, Callable[[], Any]]] = [
+            (40.0, self.start),
+            (15.0, self.feed),
+            (3.0, self.jog),
+            (6.0, self.new_target),
+            (4.0, self.new_target_and_velocity),
+            (3.0, self.new_dynamics),
+            (5.0, self.halt),
+            (2.0, self.stop),
+            (2.0, self.parameterized_stop),
+            (2.0, self.emergency_stop),
+            (15.0, self.override),
+            (1.0, self.reset),
+            (1.0, self.enables),
+            (1.0, self.external_error),
+            (1.0, self.set_position),
+        ]
+        self._weights = [weight for weight, _ in self._moves]
+
+    def act(self) -> None:
+        """One random command; what held the axis before is first cleared away, mostly."""
+        axis, dice = self.axis, self.dice
+        if (axis.error_code or axis.motion_locked) and dice.random() < 0.9:
+            self.tell("release", commands.release_lock(axis))
+            if axis.error_code:
+                self.reset()
+        if axis.control_dword != ENABLED and dice.random() < 0.7:
+            axis.control_dword = ENABLED
+        ((_, move),) = dice.choices(self._moves, self._weights)
+        move()
+
+    def tell(self, what: str, code: int) -> None:
+        self.accepted += code == 0
+        self.history.append(f"{self.axis.set_cycle_counter}: {what} -> {code:#x}")
+
+    def call(self, command: Callable[..., int], *arguments: Any) -> int:
+        code = command(self.axis, *arguments)
+        self.tell(f"{command.__name__}{arguments}", code)
+        return code
+
+    def velocity(self) -> float:
+        return self.axis.max_velocity * self.dice.choice([1.0, self.dice.uniform(0.1, 1.0)])
+
+    def position(self, kind: int) -> float:
+        if kind > StartType.MODULO:
+            return self.dice.uniform(0.0, 0.999) * self.axis.encoder_modulo_factor
+        return self.reach * self.dice.uniform(-1.0, 1.0) ** 3
+
+    def dynamics(self) -> tuple[float, float, float]:
+        axis, dice = self.axis, self.dice
+        if dice.random() < 0.7:
+            return 0.0, 0.0, 0.0
+        return (
+            axis.max_acceleration * dice.uniform(0.2, 1.0),
+            axis.max_deceleration * dice.uniform(0.2, 1.0),
+            axis.default_jerk * dice.uniform(self.gentlest, 1.0),
+        )
+
+    def start(self) -> None:
+        dice = self.dice
+        kind = dice.choice(POSITIONS + ENDLESS)
+        self.call(
+            commands.universal_start, int(kind), self.position(kind), self.velocity(),
+            *self.dynamics(), int(dice.choice([0, 0, *BufferMode])),
+        )  # fmt: skip
+
+    def feed(self) -> None:
+        """A chain of blended moves onwards, with all that a row of it can hold."""
+        axis, dice = self.axis, self.dice
+        way = self.reach * 10.0 ** dice.uniform(-3.0, 0.0)
+        for _ in range(dice.randrange(1, 9)):
+            target = axis.target_position
+            velocity = self.velocity()
+            forth = 1.0 if target >= axis.set_position else -1.0
+            self.call(
+                commands.universal_start, StartType.RELATIVE,
+                forth * way * dice.uniform(0.1, 1.0), velocity, *self.dynamics(),
+                dice.randrange(18, 22),
+                dice.choice([0.0, 0.0, target - forth * way * dice.random()]),
+                dice.choice([0.0, 0.0, velocity * dice.random()]),
+                dice.choice([0.0, 0.0, 0.0, velocity * dice.random()]),
+            )  # fmt: skip
+
+    def jog(self) -> None:
+        self.call(commands.universal_start, self.dice.choice(JOGS), 0.0, self.velocity())
+
+    def new_target(self) -> None:
+        kind = self.dice.choice([1, 1, 1, 2, 3, 4, 5])
+        self.call(commands.new_end_position, kind, self.position(kind))
+
+    def new_target_and_velocity(self) -> None:
+        dice, axis = self.dice, self.axis
+        switch = axis.set_position + dice.random() * (axis.target_position - axis.set_position)
+        self.call(
+            commands.new_end_position_and_velocity, dice.choice([1, 2, 3, 9, 10, 11]),
+            dice.choice([1, 2]), self.position(1), self.velocity(), switch,
+        )  # fmt: skip
+
+    def new_dynamics(self) -> None:
+        axis = self.axis
+        own = axis.default_acceleration, axis.default_deceleration, axis.default_jerk
+        given = self.dynamics()
+        self.call(commands.new_dynamics, *(a or b for a, b in zip(given, own, strict=True)))
+
+    def halt(self) -> None:
+        kind = self.dice.choice(STOPS)
+        self.call(commands.universal_start, kind, 0.0, 0.0, *self.dynamics())
+
+    def stop(self) -> None:
+        self.call(commands.stop)
+
+    def parameterized_stop(self) -> None:
+        axis = self.axis
+        self.call(commands.parameterized_stop, axis.default_deceleration, axis.default_jerk)
+
+    def emergency_stop(self) -> None:
+        axis = self.axis
+        self.call(commands.emergency_stop, axis.max_deceleration, axis.default_jerk)
+
+    def override(self) -> None:
+        share = self.dice.choice([0, 1, 1000, 250_000, 500_000, 990_000, *4 * [FULL]])
+        self.axis.velocity_override = share
+        self.tell(f"override {share}", 0)
+
+    def reset(self) -> None:
+        self.abrupt = True
+        self.call(commands.reset)
+
+    def enables(self) -> None:
+        self.axis.control_dword = self.dice.choice([0, 1, 3, 5, 6, 7])
+        self.tell(f"control {self.axis.control_dword}", 0)
+
+    def external_error(self) -> None:
+        self.call(commands.set_external_error, 0x4FFF)
+
+    def set_position(self) -> None:
+        if self.call(commands.set_actual_position, 1, self.position(1)) == 0:
+            self.abrupt = True
+
+    def calm_down(self) -> float:
+        """Clear all that holds the axis and give a last target; where it is."""
+        self.axis.velocity_override = FULL
+        self.axis.control_dword = ENABLED
+        self.call(commands.release_lock)
+        if self.axis.error_code:
+            self.reset()
+        target = self.position(1)
+        mode = self.dice.choice([BufferMode.ABORTING, BufferMode.BUFFERED])
+        queued = self.axis.buffer_count
+        code = self.call(
+            commands.universal_start, 1, target, self.axis.max_velocity, 0.0, 0.0, 0.0, mode
+        )
+        if code:
+            assert queued == 8 or target == self.axis.target_position, hex(code)
+            code = self.call(commands.universal_start, 1, target, self.axis.max_velocity)
+            assert code == 0, hex(code)
+        return target
+
+
+SEEN = ("set_position", "set_velocity", "set_acceleration", "actual_position", "target_position")
+
+
+def view(nc: Nc) -> Callable[[], tuple[Any, Any]]:
+    """A function that reads what is `SEEN` of all axes, and whether their loops are closed."""
+    if not nc.compiled:
+        return lambda: (
+            np.array([[getattr(axis, name) for name in SEEN] for axis in nc]),
+            np.array([axis.loop_closed for axis in nc]),
+        )
+    first: Any = nc.axis(1)
+    memory = np.frombuffer(first.row.obj).reshape(len(nc), LAYOUT.words)
+    columns = [FIELDS[name].offset for name in SEEN]
+    loop = memory.view(np.int64)[:, FIELDS["loop_closed"].offset]
+    return lambda: (memory[:, columns].copy(), loop.copy())
+
+
+class Observer:
+    """The set values of all axes, cycle by cycle, and what may be said of them."""
+
+    def __init__(self, nc: Nc, players: list[Player]) -> None:
+        self.nc = nc
+        self.players = players
+        self.look = view(nc)
+        self.before, self.loop_before = self.look()
+        axes = [player.axis for player in players]
+        self.acceleration = np.array(
+            [max(axis.max_acceleration, axis.max_deceleration) for axis in axes]
+        )
+        self.jerk = np.array([axis.default_jerk for axis in axes])
+        # A command with less jerk releases the acceleration it finds later than was planned.
+        less = 1.0 / np.array([player.gentlest for player in players]) - 1.0
+        self.top = np.array([axis.max_velocity for axis in axes])
+        self.top += less * self.acceleration**2 / (2.0 * self.jerk)
+        self.cycles = 0
+
+    def cycle(self) -> None:
+        """One cycle, and the judgement on it."""
+        self.nc.cycle()
+        self.cycles += len(self.players)
+        now, loop = self.look()
+        smooth = (loop == 1) & (self.loop_before == 1)
+        for i, player in enumerate(self.players):
+            if player.abrupt:
+                smooth[i] = False
+                player.abrupt = False
+        p0, v0, a0, _, _ = self.before.T
+        p1, v1, a1, _, _ = now.T
+        more = 1.0 + 1e-6
+        jerk = self.jerk * DT
+        wrong = {
+            "not finite": ~np.isfinite(now).all(axis=1),
+            "velocity": np.abs(v1) > self.top * more,
+            "acceleration": np.abs(a1) > self.acceleration * more,
+            "jerk": smooth & (np.abs(a1 - a0) > jerk * more + 1e-9),
+            "velocity step": smooth
+            & (np.abs(v1 - v0 - 0.5 * (a0 + a1) * DT) > jerk * DT / 4.0 * more + 1e-9),
+            "position step": smooth
+            & (
+                np.abs(p1 - p0 - 0.5 * (v0 + v1) * DT)
+                > jerk * DT * DT / 12.0 * more + 1e-12 * np.abs(p1) + 1e-10
+            ),
+        }
+        for what, where in wrong.items():
+            if where.any():
+                i = int(np.argmax(where))
+                player = self.players[i]
+                pytest.fail(
+                    f"{what} at axis {i + 1}, cycle {player.axis.set_cycle_counter}:"
+                    f" {self.before[i].tolist()} -> {now[i].tolist()}\n"
+                    f"error {player.axis.error_code:#x}, loop {player.axis.loop_closed},"
+                    f" phase {player.axis.set_motion_phase}\n"
+                    f"limits {self.top[i]}, {player.axis.max_acceleration},"
+                    f" {player.axis.max_deceleration}, {self.jerk[i]}\n"
+                    + "\n".join(player.history[-12:])
+                )
+        self.before, self.loop_before = now, loop
+
+
+def play(seed: int, rounds: int, *, compiled: bool, axes: int = AXES) -> tuple[Nc, Observer]:
+    """Command `axes` axes at random for `rounds` cycles, then let them come to a last target."""
+    dice = random.Random(seed)
+    nc = Nc(
+        round(DT * 1e9),
+        [AxisParameters(i + 1, values=axis_values(dice)) for i in range(axes)],
+        compiled=compiled,
+    )
+    for _ in range(2):
+        nc.cycle()
+    players = [Player(axis, random.Random(dice.random())) for axis in nc]
+    observer = Observer(nc, players)
+    pace = [10.0 ** dice.uniform(-3.0, -1.0) for _ in players]
+    for _ in range(rounds):
+        for player, often in zip(players, pace, strict=True):
+            if dice.random() < often:
+                player.act()
+        observer.cycle()
+    for _ in range(2):
+        for player in players:
+            player.axis.control_dword = ENABLED
+            if player.axis.error_code:
+                player.reset()
+        observer.cycle()
+    targets = [player.calm_down() for player in players]
+    for _ in range(40_000):
+        observer.cycle()
+        if all(
+            player.axis.set_motion_phase == MotionPhase.NONE and player.axis.buffer_count == 0
+            for player in players
+        ):
+            break
+    for player, target in zip(players, targets, strict=True):
+        axis = player.axis
+        arrived = axis.set_motion_phase == MotionPhase.NONE and axis.set_position == target
+        assert arrived, f"{axis!r} is not at {target}:\n" + "\n".join(player.history[-12:])
+        assert axis.set_velocity == 0.0
+        assert axis.set_acceleration == 0.0
+    return nc, observer
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_commands_never_jump_and_end_at_the_last_target(seed: int) -> None:
+    _, observer = play(seed, 4000, compiled=True)
+    assert observer.cycles > 250_000
+    assert sum(player.accepted for player in observer.players) > 4000
+
+
+def test_the_plain_kernel_does_the_same() -> None:
+    plain, _ = play(99, 1000, compiled=False, axes=3)
+    fast, _ = play(99, 1000, compiled=True, axes=3)
+    assert plain.digest() == fast.digest()
