@@ -102,6 +102,7 @@ def test_faults_name_file_line_and_column(folder: Path) -> None:
         load_project(folder)
     assert str(caught.value) == (
         "GVLs/GVL.TcGVL:2:9: no type is named 'ST_Y'\n        x : ST_Y;\n            ^"
+        f"\n{caught.value.hint}"
     )
 
 

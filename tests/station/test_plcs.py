@@ -249,3 +249,27 @@ def test_stamps_tell_when_a_source_changed(folder: Path) -> None:
     assert {path.name for path in before} == {"MAIN.st", "types.st", "GVL.st", "behaviour.py"}
     (folder / "plc" / "GVL.st").write_text(GVL + "\n(* more *)\n")
     assert source.stamps() != before
+
+
+def test_types_of_libraries_come_from_their_sources(folder: Path) -> None:
+    (folder / "axis.st").write_text("PROGRAM P VAR a : Tc2_MC2.AXIS_REF; END_VAR END_PROGRAM")
+    (folder / "library.st").write_text(
+        "TYPE AXIS_REF : STRUCT n : DINT := 5; END_STRUCT END_TYPE\n"
+        "VAR_GLOBAL nOfTheLibrary : INT; END_VAR\n"
+    )
+    with pytest.raises(ConfigError, match=r"named 'Tc2_MC2\.AXIS_REF'") as refusal:
+        _station(folder, '[[plc]]\nsources = "axis.st"\n')
+    assert str(refusal.value).endswith("declarations that stand in for them")
+    station = _station(folder, '[[plc]]\nsources = "axis.st"\nlibraries = ["library.st"]\n')
+    assert _value(station, "P.a.n") == b"\5\0\0\0"
+    with pytest.raises(ConfigError, match="libraries go with sources"):
+        _station(folder, '[[plc]]\nlibraries = ["library.st"]\n')
+
+
+def test_a_type_that_is_nearly_named_right(folder: Path) -> None:
+    (folder / "near.st").write_text(
+        "TYPE ST_Feeder : STRUCT n : INT; END_STRUCT END_TYPE\n"
+        "PROGRAM P VAR a : ST_Feder; END_VAR END_PROGRAM\n"
+    )
+    with pytest.raises(ConfigError, match="named 'ST_Feder'; near: ST_Feeder"):
+        _station(folder, '[[plc]]\nsources = "near.st"\n')

@@ -177,6 +177,8 @@ class PlcConfig(_Section):
     """Further ports that answer for the same device, for example 801."""
     sources: str | None = None
     """A folder of Structured Text (`.TcPOU`, `.TcGVL`, `.TcDUT`, `.st` …), or one such file."""
+    libraries: Sequence[str] = ()
+    """Sources of libraries, folders or files like `sources`; of them only what is named counts."""
     symbols: str | None = None
     """A symbol file, `.tmc` or `.tpy`."""
     behaviour: Sequence[str] = ()
@@ -190,6 +192,8 @@ class PlcConfig(_Section):
     def _one_origin(self) -> "PlcConfig":
         if self.sources is not None and self.symbols is not None:
             raise ValueError("either sources or symbols, not both")
+        if self.libraries and self.sources is None:
+            raise ValueError("libraries go with sources")
         return self
 
 

@@ -102,8 +102,10 @@ class PlcSource:
         """The files that the declarations come from, with their time of change and size."""
         config = self.config
         files = [self.base / name for name in (config.symbols,) if name is not None]
-        if config.sources is not None:
-            root = self.base / config.sources
+        for name in (config.sources, *config.libraries):
+            if name is None:
+                continue
+            root = self.base / name
             files += (
                 [file for file in root.rglob("*") if file.suffix.lower() in _SOURCES]
                 if root.is_dir()
@@ -159,7 +161,8 @@ class PlcSource:
             root = self.base / config.sources
             if not root.exists():
                 raise ConfigError(f"{self.key}.sources: {root} does not exist")
-            project = self._checked(".sources", lambda: load_project(root))
+            libraries = [self.base / name for name in config.libraries]
+            project = self._checked(".sources", lambda: load_project(root, libraries=libraries))
             declarations = project.declarations
             return _Declared(
                 declarations.units,

@@ -486,7 +486,9 @@ def test_a_fault_is_told_once_and_in_its_file() -> None:
         declare([*users, bad])
     assert str(caught.value) == (
         "bad.st:2:6: no type is named 'X'\n     x : X; END_STRUCT END_TYPE\n         ^"
+        f"\n{caught.value.hint}"
     )
+    assert caught.value.hint.startswith("types of libraries come from `libraries`")
 
 
 def test_deep_dependencies_are_a_fault_or_flat() -> None:

@@ -306,27 +306,3 @@ def test_addresses_are_read_or_a_fault() -> None:
     with pytest.raises(Unexpected) as caught:
         types.address_of("MAIN.a", Address("%MB4.1.2", 9))
     assert caught.value.at == 9
-
-
-def test_methods_that_are_called_over_ads_say_so() -> None:
-    types = resolver(
-        """FUNCTION_BLOCK FB
-        {attribute 'TcRpcEnable'}
-        METHOD Add : DINT
-        VAR_INPUT a, b : INT; END_VAR
-        VAR_OUTPUT carry : BOOL; END_VAR
-        VAR scratch : INT; END_VAR
-        END_METHOD
-        METHOD Inner : INT END_METHOD
-        END_FUNCTION_BLOCK"""
-    )
-    unit = entry(types, "FB")
-    assert isinstance(unit.tree, FunctionBlock)
-    (method,) = types.methods(unit.tree.parts, types.scope(unit))
-    assert method.name == "Add"
-    assert method.returns is DINT
-    assert [(item.name, item.type, item.is_output) for item in method.parameters] == [
-        ("a", INT, False),
-        ("b", INT, False),
-        ("carry", BOOL, True),
-    ]

@@ -42,6 +42,11 @@ from achse.iec.variables import Address as Place
 
 __all__ = ["Declarations", "declare"]
 
+_HINT = (
+    "types of libraries come from `libraries`:"
+    " their sources, or declarations that stand in for them"
+)
+
 
 @dataclass(frozen=True, slots=True)
 class Declarations:
@@ -83,7 +88,7 @@ def declare(
     declarer.add([standard_library()], is_library=True)
     found = declarer.declare()
     if declarer.faults:
-        raise SourceError(declarer.faults)
+        raise SourceError(declarer.faults, _HINT if declarer.unknown_types else "")
     return found
 
 

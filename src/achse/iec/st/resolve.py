@@ -1,6 +1,7 @@
 """Declared types: from the syntax tree to the type objects that Python declarations give."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from difflib import get_close_matches
 from enum import IntEnum
 from typing import Any
 
@@ -17,8 +18,8 @@ from achse.iec.derived import (
 from achse.iec.elementary import INT, IntegerType
 from achse.iec.enums import EnumType
 from achse.iec.layout import LayoutRules
-from achse.iec.methods import Method, Parameter, Property
 from achse.iec.names import ELEMENTARY, with_coding
+from achse.iec.st.callables import methods_of, properties_of
 from achse.iec.st.constants import Constant
 from achse.iec.st.cursor import Unexpected
 from achse.iec.st.initials import InitialValues, Left
@@ -48,8 +49,6 @@ from achse.iec.st.tree import (
     VarBlock,
 )
 from achse.iec.st.units import FunctionBlock, Interface, Part, TypeDeclaration
-from achse.iec.st.units import Method as MethodTree
-from achse.iec.st.units import Property as PropertyTree
 from achse.iec.strings import STRING, WSTRING
 from achse.iec.structs import Kind, StructType
 from achse.iec.types import IecType
@@ -90,6 +89,7 @@ class Resolver(Scopes):
         self._types = {name.lower(): iec_type(type) for name, type in types.items()}
         self._pointers: list[tuple[PointerType, Scope, int]] = []
         self._instances: dict[str, Entry] = {}
+        self.unknown_types: set[str] = set()
         self._arrays: dict[tuple[object, ...], IecType[Any]] = {}
         self._inner: dict[tuple[int, str], IecType[Any]] = {}
 
@@ -153,13 +153,19 @@ class Resolver(Scopes):
         if entry is None or (entry.is_library and spec.name.lower() in self._types):
             found = self.given_type(spec.name)
             if found is None:
-                raise Unexpected(spec.at, f"no type is named '{spec.name[:80]}'")
+                raise self._unknown(spec)
             if spec.generics:
                 raise Unexpected(spec.at, f"{found.name} has no VAR_GENERIC")
             return found
         if spec.generics or generics_of(entry):
             entry = self._instance(entry, spec, scope)
         return self.entry_type(entry, spec.at)
+
+    def _unknown(self, spec: NamedType) -> Unexpected:
+        self.unknown_types.add(spec.name)
+        near = get_close_matches(spec.name, [item.name for item in self.entries.values()], 1, 0.8)
+        meant = "".join(f"; near: {name}" for name in near)
+        return Unexpected(spec.at, f"no type is named '{spec.name[:80]}'{meant}")
 
     def _instance(self, entry: Entry, spec: NamedType, scope: Scope) -> Entry:
         """The block that a generic one is with these values of its VAR_GENERIC."""
@@ -385,8 +391,7 @@ class Resolver(Scopes):
         parts: Sequence[Part] = (),
     ) -> StructType[Any]:
         """The type of a structure, function block, program or list with these variables."""
-        methods = self.methods(parts, scope)
-        properties = self.properties(parts, scope)
+        methods, properties = methods_of(self, parts, scope), properties_of(self, parts, scope)
         members: list[Variable[Any, Any]] = []
         taken = {member.name.lower() for member in base.members} if base else set()
         for variable, place in self.variables(blocks, scope):
@@ -519,66 +524,6 @@ class Resolver(Scopes):
         if value is not None:
             self.made(lambda: type.encode(value), tree.at)
         return value, values.left
-
-    def methods(self, parts: Iterable[Part], scope: Scope) -> list[Method]:
-        """The methods that can be called over ADS."""
-        return [
-            self._method(part, scope)
-            for part in parts
-            if isinstance(part, MethodTree) and _is_rpc(part)
-        ]
-
-    def properties(self, parts: Iterable[Part], scope: Scope) -> list[Property]:
-        """The properties that clients reach by name."""
-        return [
-            Property(
-                part.name,
-                self.type_of(part.type, scope, f"{scope.owner}.{part.name}"),
-                part.get is not None,
-                part.set is not None,
-                part.note.comment,
-                attributes_of(part.note),
-            )
-            for part in parts
-            if isinstance(part, PropertyTree) and _is_called(part)
-        ]
-
-    def _method(self, tree: MethodTree, scope: Scope) -> Method:
-        inside = Scope(scope.source, f"{scope.owner}.{tree.name}", scope.space, scope)
-        parameters = []
-        for block in tree.blocks:
-            if block.section not in ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT"):
-                continue
-            for declaration in block.variables:
-                type = self.type_of(declaration.type, inside, inside.owner)
-                parameters += [
-                    Parameter(
-                        item.name,
-                        type,
-                        is_output=block.section == "VAR_OUTPUT",
-                        by_reference=block.section == "VAR_IN_OUT",
-                        comment=declaration.note.comment,
-                        attributes=attributes_of(declaration.note),
-                    )
-                    for item in declaration.names
-                ]
-        returns = None if tree.returns is None else self.type_of(tree.returns, inside, inside.owner)
-        return Method(
-            tree.name, tuple(parameters), returns, tree.note.comment, attributes_of(tree.note)
-        )
-
-
-def _is_rpc(tree: MethodTree) -> bool:
-    return any(name.lower() == "tcrpcenable" for name, _ in tree.note.attributes)
-
-
-def _is_called(tree: PropertyTree) -> bool:
-    notes = [tree.note, *(part.note for part in (tree.get, tree.set) if part is not None)]
-    return any(
-        name.lower() == "monitoring" and value.lower() == "call"
-        for note in notes
-        for name, value in note.attributes
-    )
 
 
 def generics_of(entry: Entry) -> list[str]:

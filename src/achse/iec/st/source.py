@@ -44,14 +44,15 @@ class Fault:
 
 
 class SourceError(DeclarationError):
-    """Sources have faults: `faults` lists all of them, by file and place."""
+    """Sources have faults: `faults` lists all of them, by file and place; `hint` helps on."""
 
-    def __init__(self, faults: Iterable[Fault]) -> None:
+    def __init__(self, faults: Iterable[Fault], hint: str = "") -> None:
         self.faults = tuple(sorted(faults, key=lambda fault: fault.location))
         shown = [str(fault) for fault in self.faults[:_SHOWN_FAULTS]]
         if len(self.faults) > _SHOWN_FAULTS:
             shown.append(f"… and {len(self.faults) - _SHOWN_FAULTS} more")
-        super().__init__("\n".join(shown))
+        self.hint = hint
+        super().__init__("\n".join([*shown, hint] if hint else shown))
 
 
 class Piece(NamedTuple):
