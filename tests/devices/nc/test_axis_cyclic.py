@@ -5,8 +5,9 @@ from typing import Any
 
 import pytest
 
-C = 0x4301
+C, F = 0x4301, 0x4201
 REAL, FLAG, NUMBER = "<d", "<H", "<I"
+PHASING = "<I12xdd72x"
 
 
 def test_control_bits_make_up_the_control_word(bench: Any) -> None:
@@ -189,3 +190,234 @@ def test_corrections_from_the_plc_act(bench: Any) -> None:
 
 def test_there_are_no_preparation_entries(bench: Any) -> None:
     assert bench.get(0x4301, 0xB6, "<I") == 0
+
+
+def universal(kind: int, position: float, velocity: float, mode: int = 0) -> bytes:
+    values = (kind, 0, position, velocity, 0, 0, 0, mode, 0, 0, 0)
+    return struct.pack("<II5dI4x3d", *values)
+
+
+def enable(bench: Any, control: int) -> None:
+    bench.put(C, 0x01, NUMBER, control)
+    bench.run(0.01)
+
+
+def move(bench: Any, kind: int, position: float = 0.0, velocity: float = 100.0) -> None:
+    bench.start(position, velocity, start_type=kind)
+    bench.run(0.5)
+
+
+def stop(bench: Any) -> None:
+    bench.write(F, 0x02)
+    bench.until_rest()
+    bench.run(0.1)
+
+
+def fail(bench: Any) -> None:
+    bench.put(F, 0x19, NUMBER, 0x4466)
+    bench.run(0.01)
+
+
+def reset(bench: Any) -> None:
+    bench.write(F, 0x01)
+    bench.run(0.01)
+
+
+def leave_target(bench: Any) -> None:
+    bench.start(100.0, 200.0, start_type=2)
+    bench.run(0.6)
+
+
+def arrive(bench: Any) -> None:
+    bench.until_rest()
+    bench.run(0.5)
+
+
+def block(bench: Any) -> None:
+    move(bench, 3)
+    bench.axis.simulation_blocked = 1
+    bench.until(lambda: bench.axis.delayed_error_code)
+
+
+def expire(bench: Any) -> None:
+    bench.until(lambda: bench.axis.error_code)
+    bench.axis.simulation_blocked = 0
+    bench.run(0.01)
+    assert bench.get(C, 0x81, NUMBER) >> 6 & 1 == 0
+    reset(bench)
+
+
+def compensate(bench: Any) -> None:
+    bench.run(0.5)
+    move(bench, 3)
+    bench.put(F, 0x30, "<I4x6d", 1, 0.0, 0.0, 50.0, 100.0, 10.0, 300.0)
+    bench.run(0.1)
+
+
+def end_compensation(bench: Any) -> None:
+    bench.write(F, 0x31)
+    bench.until(lambda: not bench.axis.compensating)
+    stop(bench)
+
+
+def latch(bench: Any) -> None:
+    bench.put(0x5201, 0x200, "<4I8x", 1, 0, 1, 128)  # the index pulse, once
+    bench.start(20.0, 100.0, start_type=2)
+    bench.until_rest()
+
+
+def travel_past(bench: Any, limit: int, position: float) -> None:
+    bench.put(0x5001, 0x0D + limit, REAL, position)
+    bench.put(0x5001, 0x0B + limit, FLAG, 1)
+    bench.run(0.01)
+
+
+def accelerate_beyond_the_limit(bench: Any) -> None:
+    bench.put(0x7001, 0x0C, REAL, 0.01)
+    bench.start(0.0, 100.0, start_type=3)
+    bench.until(lambda: bench.axis.set_velocity > 30.0)
+
+
+STATUS_BITS: dict[int, tuple[str, dict[str, float], Any, Any]] = {
+    0: ("enabled, without error", {}, lambda b: enable(b, 7), lambda b: enable(b, 0)),
+    1: (
+        "homed flag",
+        {},
+        lambda b: b.put(F, 0x1B, NUMBER, 1),
+        lambda b: b.put(F, 0x1B, NUMBER, 0),
+    ),
+    2: ("set point at rest", {}, stop, lambda b: move(b, 3)),
+    3: ("inside the position window", {}, arrive, leave_target),
+    4: ("inside the target window for its time", {}, arrive, leave_target),
+    6: ("an error whose reaction waits", {
+            "error_reaction_mode": 1, "error_reaction_delay": 0.5,
+        }, block, expire),
+    7: ("a stop since the last start", {}, stop, lambda b: move(b, 3)),
+    8: ("a command at work", {}, lambda b: move(b, 3), stop),
+    9: ("set point grows", {}, lambda b: move(b, 3), stop),
+    10: ("set point falls", {}, lambda b: move(b, 4), stop),
+    11: ("homing", {}, lambda b: b.write(F, 0x10), stop),
+    12: ("set velocity constant", {}, lambda b: move(b, 3), stop),
+    13: ("section compensation", {}, compensate, end_compensation),
+    14: (
+        "external set points",
+        {},
+        lambda b: b.put(F, 0x23, "<I4xd8x", 1, 0.0),
+        lambda b: b.write(F, 0x24),
+    ),
+    15: ("phasing", {}, lambda b: b.put(F, 0x34, PHASING, 1, 500.0, 10.0),
+         lambda b: b.put(F, 0x34, PHASING, 4096, 0.0, 0.0)),
+    16: ("a latched position", {}, latch,
+         lambda b: b.put(0x5201, 0x205, "<2I16x", 1, 0)),
+    17: (
+        "a new target in motion",
+        {},
+        lambda b: (stop(b), move(b, 2, 500.0), b.put(F, 0x11, "<I4xd", 2, 600.0)),
+        lambda b: (stop(b), move(b, 3)),
+    ),
+    18: ("output at its limit", {}, accelerate_beyond_the_limit, lambda b: (stop(b), reset(b))),
+    19: ("endless motion", {}, lambda b: move(b, 3), stop),
+    20: ("control loop closed", {}, lambda b: enable(b, 7), lambda b: enable(b, 0)),
+    24: (
+        "a waiting command",
+        {},
+        lambda b: (move(b, 1, 100.0), b.exchange(F, 0x16, 4, universal(1, 200.0, 100.0, 1))),
+        arrive,
+    ),
+    26: (
+        "below the lower software limit",
+        {},
+        lambda b: travel_past(b, 0, 10.0),
+        lambda b: travel_past(b, 0, -10.0),
+    ),
+    27: (
+        "above the upper software limit",
+        {},
+        lambda b: travel_past(b, 1, -10.0),
+        lambda b: travel_past(b, 1, 10.0),
+    ),
+    28: (
+        "the drive reports an error",
+        {},
+        lambda b: setattr(b.axis, "simulation_not_ready", 1),
+        lambda b: setattr(b.axis, "simulation_not_ready", 0),
+    ),
+    29: (
+        "a stop that locks",
+        {},
+        lambda b: b.exchange(F, 0x16, 4, universal(4096, 0.0, 0.0)),
+        lambda b: b.write(F, 0x18),
+    ),
+    30: (
+        "I/O data invalid",
+        {},
+        lambda b: setattr(b.axis, "simulation_io_invalid", 1),
+        lambda b: setattr(b.axis, "simulation_io_invalid", 0),
+    ),
+    31: ("an axis error", {}, fail, reset),
+}  # fmt: skip
+"""Each bit of StateDWord: its cause, parameters for it, what sets it and what clears it."""
+
+ALWAYS = {25: "a single axis is in its own PTP group"}
+OF_COUPLINGS = {5: "slave or path axis", 21: "cam table", 22: "cam data", 23: "cam scaling"}
+
+
+def test_every_status_bit_has_its_cause_or_its_issue() -> None:
+    assert sorted([*STATUS_BITS, *ALWAYS, *OF_COUPLINGS]) == list(range(32))
+
+
+@pytest.mark.parametrize("bit", STATUS_BITS, ids=[f"{b} {r[0]}" for b, r in STATUS_BITS.items()])
+def test_status_bit(make_bench: Any, bit: int) -> None:
+    _, parameters, cause, end = STATUS_BITS[bit]
+    bench = make_bench(**parameters)
+
+    def shown() -> int:
+        return int(bench.get(C, 0x81, NUMBER)) >> bit & 1
+
+    for _ in range(2):
+        cause(bench)
+        bench.run(0.004)
+        assert shown() == 1
+        end(bench)
+        bench.until(lambda: not shown(), 5.0)
+
+
+def test_bits_without_a_coupling(bench: Any) -> None:
+    word = bench.get(C, 0x81, NUMBER)
+    assert [bit for bit in OF_COUPLINGS if word >> bit & 1] == []
+    assert [bit for bit in ALWAYS if not word >> bit & 1] == []
+
+
+MODE_BITS = {
+    0: (0x4001, 0x0F, FLAG), 1: (0x4001, 0x15, FLAG), 2: (0x4001, 0x13, FLAG),
+    3: (0x4001, 0x11, FLAG), 4: (0x4001, 0x29, FLAG), 5: (0x4001, 0x2B, FLAG),
+    6: (0x4001, 0x1A, NUMBER), 16: (0x6001, 0x10, FLAG), 17: (0x6001, 0x11, FLAG),
+    18: (0x5001, 0x0B, FLAG), 19: (0x5001, 0x0C, FLAG), 20: (0x5001, 0x16, FLAG),
+    21: (0x4001, 0x20, FLAG), 22: (0x4001, 0x21, FLAG),
+}  # fmt: skip
+"""Each bit of OpModeDWord that is a parameter, and where that parameter is."""
+
+
+@pytest.mark.parametrize("bit", MODE_BITS)
+def test_operation_mode_bit(make_bench: Any, bit: int) -> None:
+    bench = make_bench(control_dword=0, encoder_soft_limit_min=-10.0, encoder_soft_limit_max=10.0)
+    group, offset, form = MODE_BITS[bit]
+    for value in (1, 0, 1):
+        bench.put(group, offset, form, value)
+        bench.run(0.002)
+        assert bench.get(C, 0xB9, NUMBER) >> bit & 1 == value
+
+
+def test_operation_mode_bits_that_are_no_switch(bench: Any) -> None:
+    """7 follows the units, 8 is the simulated drive, 23 an application asked to home."""
+    bench.put(0x5001, 0x107, NUMBER, 20)
+    for units in (4, 0):
+        bench.put(0x4001, 0x26, NUMBER, units)
+        bench.run(0.002)
+        assert bench.get(C, 0xB9, NUMBER) >> 7 & 0b11 == 0b10 | units >> 2
+    bench.write(F, 0x10)
+    bench.run(0.002)
+    assert bench.get(C, 0xB9, NUMBER) >> 23 & 1
+    bench.put(F, 0x2C, NUMBER, 0)
+    bench.run(0.002)
+    assert bench.get(C, 0xB9, NUMBER) & ~(1 << 8) == 1 << 0 | 1 << 1 | 1 << 16
