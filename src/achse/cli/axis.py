@@ -287,6 +287,46 @@ async def move(
         fail(course.trouble)
 
 
+@client_command(axis, NC_PORT)
+async def home(
+    client: "Client",
+    name: AxisName,
+    wait: Annotated[
+        bool, typer.Option("--wait/--no-wait", help="Follow it; Ctrl-C stops the axis.")
+    ] = True,
+    plot: Annotated[
+        bool | None,
+        typer.Option("--plot/--no-plot", help="Draw it.", show_default="on a terminal"),
+    ] = None,
+    sample_time: Annotated[
+        float, typer.Option(min=0.001, max=429, help="Between samples, s.")
+    ] = 0.01,
+    in_json: Json = False,
+) -> None:
+    """Home an axis as its reference mode says, and follow it to the end."""
+    from achse.cli.home import Homing
+    from achse.cli.move import follow
+    from achse.cli.nc import chosen
+
+    [item] = await chosen(client, [name])
+    if not wait:
+        await Homing().begin(item)
+        await _report([item], in_json)
+        return
+    course = await follow(item, Homing(), sample_time)
+    if in_json:
+        print_json(_homing_json(item, course))
+    else:
+        _draw(course, on_terminal() if plot is None else plot)
+        for moment, step in course.steps:
+            print(f"{item}: {moment:8.3f} s  {step.lower().replace('_', ' ')}")
+        if course.trouble is None:
+            here = f"{decimal(course.target)} {item.unit}"
+            print(f"{item}: homed in {course.seconds:.3f} s, stands at {here}")
+    if course.trouble is not None:
+        fail(course.trouble)
+
+
 def _start_type(
     to: float | None, by: float | None, endless: Direction | None, modulo: Way | None
 ) -> tuple[Any, float]:
@@ -305,20 +345,40 @@ def _start_type(
     return StartType.ABSOLUTE if modulo is None else StartType[f"MODULO_{modulo.name}"], to
 
 
+def _draw(course: "Course", wanted: bool) -> None:
+    """The picture of it."""
+    if wanted:
+        from rich.console import Console
+
+        console = Console(highlight=False)
+        console.print(course.trace.text(min(console.width, 100)))
+
+
 def _tell(item: "NcAxis", course: "Course", draw: bool) -> None:
     """The move in a sentence, and in a picture."""
-    from rich.console import Console
-
     trace, unit = course.trace, item.unit
     begin, end = (decimal(trace["actual_position"][place], 3) for place in (0, -1))
-    if draw:
-        console = Console(highlight=False)
-        console.print(trace.text(min(console.width, 100)))
+    _draw(course, draw)
     print(
         f"{item}: {begin} → {end} {unit} in {course.seconds:.3f} s,"
         f" peak velocity {decimal(trace.peak('actual_velocity'), 2)} {unit}/s,"
         f" peak following error {decimal(trace.peak('following_error'))} {unit}"
     )
+
+
+def _homing_json(item: "NcAxis", course: "Course") -> dict[str, Any]:
+    trace = course.trace
+    return {
+        "id": item.axis_id,
+        "name": item.name,
+        "unit": item.unit,
+        "done": course.trouble is None,
+        "trouble": course.trouble,
+        "position": trace["actual_position"][-1],
+        "seconds": course.seconds,
+        "steps": [{"step": step, "time": moment} for moment, step in course.steps],
+        "trace": {"time": trace.times, **trace.columns},
+    }
 
 
 def _course_json(item: "NcAxis", order: "Order", course: "Course") -> dict[str, Any]:

@@ -2,9 +2,9 @@
 
 import asyncio
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import inf
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from achse.ams.errors import describe_code
 from achse.cli.nc import FUNCTIONS, NcAxis
@@ -19,7 +19,7 @@ from achse.motion.states import (
     StateBit,
 )
 
-__all__ = ["Course", "Order", "Verdict", "follow", "start"]
+__all__ = ["Course", "Errand", "Judge", "Order", "Verdict", "follow", "start"]
 
 ENDLESS = (StartType.ENDLESS_POSITIVE, StartType.ENDLESS_NEGATIVE)
 
@@ -34,8 +34,19 @@ AFTERWARDS = 0.1
 """Seconds that the trace goes on when the move is done, to show how the axis comes to rest."""
 
 
+class Errand(Protocol):
+    """What an axis can be asked to do, and be followed at."""
+
+    @property
+    def endless(self) -> bool:
+        """Whether there is no target that the way to it could be measured by."""
+
+    async def begin(self, axis: NcAxis) -> "Judge":
+        """Command it. Raises AdsError."""
+
+
 class Order(NamedTuple):
-    """What an axis shall do. Zeros in the dynamics mean its defaults."""
+    """A move. Zeros in the dynamics mean those of the axis."""
 
     start_type: StartType
     position: float
@@ -44,14 +55,23 @@ class Order(NamedTuple):
     deceleration: float = 0.0
     jerk: float = 0.0
 
+    @property
+    def endless(self) -> bool:
+        return self.start_type in ENDLESS
+
+    async def begin(self, axis: NcAxis) -> "Verdict":
+        return Verdict(axis, self, await start(axis, self))
+
 
 class Course(NamedTuple):
-    """How a move went: it took `seconds`; `trouble` says why it was not done, None if it was."""
+    """How it went: it took `seconds`; `trouble` says why it was not done, None if it was."""
 
     trace: Trace
     target: float
     seconds: float
     trouble: str | None
+    steps: Sequence[tuple[float, str]] = ()
+    """Moments that have a name, in seconds since the first sample."""
 
 
 async def start(axis: NcAxis, order: Order) -> int:
@@ -68,18 +88,18 @@ async def start(axis: NcAxis, order: Order) -> int:
     return int(number)
 
 
-async def _started(axis: NcAxis, order: Order) -> "Verdict":
-    """Start the move. Cancelled meanwhile, it waits for the answer first: the axis may move."""
-    starting = asyncio.ensure_future(start(axis, order))
+async def _started(axis: NcAxis, errand: Errand) -> "Judge":
+    """Command it. Cancelled meanwhile, it waits for the answer first: the axis may move."""
+    starting = asyncio.ensure_future(errand.begin(axis))
     try:
-        return Verdict(axis, order, await asyncio.shield(starting))
+        return await asyncio.shield(starting)
     except asyncio.CancelledError:
-        verdict = Verdict(axis, order, await starting)
+        verdict = await starting
         await _interrupt(axis, verdict)
         return verdict
 
 
-async def _interrupt(axis: NcAxis, verdict: "Verdict") -> None:
+async def _interrupt(axis: NcAxis, verdict: "Judge") -> None:
     """Take a cancellation as the wish to stop the axis."""
     task = asyncio.current_task()
     assert task is not None
@@ -88,18 +108,18 @@ async def _interrupt(axis: NcAxis, verdict: "Verdict") -> None:
     await axis.write(FUNCTIONS, "stop")
 
 
-async def follow(axis: NcAxis, order: Order, sample_time: float) -> Course:
-    """Command the move and watch it until it is done, or something else ended it.
+async def follow(axis: NcAxis, errand: Errand, sample_time: float) -> Course:
+    """Command something and watch it until it is done, or something else ended it.
 
     A move to a target is done when the axis stands in its window, an endless one when it has its
     velocity. Cancelling stops the axis: the course then ends at rest and says so.
     """
     trace = Trace(axis.unit)
     async with axis.samples(sample_time) as samples:
-        with _Progress(axis, order) as progress:
+        with _Progress(axis, errand) as progress:
             first = await anext(samples)
             trace.add(first.filetime, axis.sample(first.value))
-            verdict = await _started(axis, order)
+            verdict = await _started(axis, errand)
             before = samples.pending  # of a time at which the NC may not have known the command
             while not verdict.done and verdict.trouble is None:
                 try:
@@ -117,26 +137,23 @@ async def follow(axis: NcAxis, order: Order, sample_time: float) -> Course:
         while verdict.done and trace.times[-1] < seconds + AFTERWARDS:
             sample = await anext(samples)
             trace.add(sample.filetime, axis.sample(sample.value))
-        return Course(trace, verdict.target, seconds - verdict.began, verdict.trouble)
+        took = seconds - verdict.began
+        return Course(trace, verdict.target, took, verdict.trouble, verdict.steps)
 
 
-class Verdict:
-    """What the samples of a commanded move say: it goes on, is done, or is in trouble."""
+class Judge:
+    """What the samples of something commanded say: it goes on, is done, or is in trouble."""
 
-    def __init__(self, axis: NcAxis, order: Order, number: int) -> None:
+    def __init__(self, axis: NcAxis, target: float = 0.0) -> None:
         self.axis = axis
-        self.order = order
-        self.number = number
-        self.target = order.position
+        self.target = target
         self.done = False
         self.trouble: str | None = None
         self.interrupted = False
         """The axis was told to stop; coming to rest is the end."""
         self.began = 0.0
         """When the command was last seen not yet active."""
-        self._was_active = False
-        self._accepted_at = inf
-        self._ended_at = inf
+        self.steps: list[tuple[float, str]] = []
 
     def see(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
         """Judge a sample, taken so many seconds after the first.
@@ -144,6 +161,30 @@ class Verdict:
         `before`: perhaps before the command was accepted. At many times the speed of the clock
         seconds pass between the command and its answer.
         """
+        raise NotImplementedError
+
+    def failure(self, values: Mapping[str, Any]) -> str | None:
+        """What ended it whatever it was: an error, or the stop after an interruption."""
+        here = f"{decimal(values['actual_position'])} {self.axis.unit}"
+        if values["error_code"]:
+            return f"{self.axis}: {describe_code(values['error_code'])} At {here}."
+        if self.interrupted and values["state_dword"] & StateBit.NOT_MOVING:
+            return f"interrupted: {self.axis} stopped at {here}"
+        return None
+
+
+class Verdict(Judge):
+    """The judge of a move."""
+
+    def __init__(self, axis: NcAxis, order: Order, number: int) -> None:
+        super().__init__(axis, order.position)
+        self.order = order
+        self.number = number
+        self._was_active = False
+        self._accepted_at = inf
+        self._ended_at = inf
+
+    def see(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
         state = values["state_dword"]
         here = f"{decimal(values['actual_position'])} {self.axis.unit}"
         active = values["set_command_number"] == self.number
@@ -154,11 +195,9 @@ class Verdict:
             if before:
                 return
             self._accepted_at = min(self._accepted_at, seconds)
-        if values["error_code"]:
-            self.trouble = f"{self.axis}: {describe_code(values['error_code'])} At {here}."
-        elif self.interrupted:
-            if state & StateBit.NOT_MOVING:
-                self.trouble = f"interrupted: {self.axis} stopped at {here}"
+        self.trouble = self.failure(values)
+        if self.trouble is not None or self.interrupted:
+            pass
         elif not active:
             if self._was_active:
                 self.trouble = f"{self.axis}: another command took over at {here}"
@@ -167,7 +206,7 @@ class Verdict:
                 self.trouble = f"{self.axis}: {code}"
         elif state & StateBit.HAS_JOB:
             cruising = values["motion_state"] == MotionState.CONSTANT_VELOCITY
-            self.done = self.order.start_type in ENDLESS and cruising
+            self.done = self.order.endless and cruising
         elif state & StateBit.HAS_BEEN_STOPPED:
             self.trouble = f"{self.axis}: stopped at {here}, before it was done"
         elif _in_window(values):
@@ -194,12 +233,12 @@ def _in_window(values: Mapping[str, Any]) -> bool:
 class _Progress:
     """A bar on stderr while the axis moves, if somebody looks."""
 
-    def __init__(self, axis: NcAxis, order: Order) -> None:
+    def __init__(self, axis: NcAxis, errand: Errand) -> None:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
         self._axis = axis
-        self._endless = order.start_type in ENDLESS
+        self._endless = errand.endless
         self._begin: float | None = None
         self._bar = Progress(
             TextColumn("{task.description}"),
