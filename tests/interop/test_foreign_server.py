@@ -1,4 +1,4 @@
-"""Our client on a server by others: the test server of pyads, which serves less than a PLC.
+"""Our client and our monitor on a server by others: that of pyads, which serves less than a PLC.
 
 It has symbol entries without NUL, no sums by handle, no port service, and reads one request per
 TCP segment.
@@ -6,7 +6,10 @@ TCP segment.
 
 import asyncio
 import struct
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -71,3 +74,33 @@ def test_a_question_it_dies_of_is_a_time_out(foreign: Any) -> None:
                 await plc.read("MAIN.none")
 
     asyncio.run(main())
+
+
+def test_the_monitor_between_a_client_and_a_target_of_others(
+    foreign: Any, free_host: Callable[[], str], witness: Callable[[str], None], tmp_path: Path
+) -> None:
+    witness("tshark")
+    import pyads
+
+    host, capture = free_host(), tmp_path / "session.pcapng"
+    command = [
+        *(sys.executable, "-m", "achse", "monitor", "--via", f"127.0.0.1:{foreign.port}"),
+        *("--host", host, "--write", str(capture)),
+    ]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as monitor:
+        assert monitor.stdout is not None
+        assert monitor.stdout.readline().startswith(f"achse ready tap={host}:48898")
+        with pyads.Connection("127.0.0.1.1.1", 851, host) as plc:
+            plc.write_by_name("MAIN.nCounter", 7, pyads.PLCTYPE_UDINT)
+            assert plc.read_by_name("MAIN.nCounter", pyads.PLCTYPE_UDINT) == 7
+        monitor.terminate()
+        shown = monitor.communicate(timeout=60)[0].splitlines()
+    assert [line.split("  ")[2] for line in shown if "symbol handle" not in line] == [
+        "write MAIN.nCounter = 07 00 00 00",
+        "read MAIN.nCounter = 07 00 00 00",
+    ]
+    fields = ("-T", "fields", "-e", "ams.cmdid", "-e", "_ws.malformed")
+    read = ["tshark", "-r", str(capture), "-Y", "ams", *fields]
+    seen = subprocess.run(read, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert len(seen) == 2 * len(shown)
+    assert not any("malformed" in line.lower() for line in seen)
