@@ -125,6 +125,20 @@ def test_a_reader_follows_the_value(group: Group, axis: Axis) -> None:
     assert read() == struct.pack("<d", 7.0)
 
 
+def test_a_row_may_know_a_quicker_way_to_take_samples(axis: Axis) -> None:
+    asked = []
+
+    def sample(target: Axis, length: int) -> Callable[[], bytes] | None:
+        asked.append((target, length))
+        return None if length == 4 else lambda: b"quick"
+
+    row = Service(0xA, "set_position", READ, Layout("<d"), field="set_position", sample=sample)
+    group = Group(0x4100, [row], axis)
+    assert group.reader(0x4100, 0xA, 8, ME)() == b"quick"
+    assert group.reader(0x4100, 0xA, 4, ME)() == struct.pack("<d", 1.25)[:4]
+    assert asked == [(axis, 8), (axis, 4)]
+
+
 def test_rows_share_an_offset_if_their_access_differs() -> None:
     rows = (
         Service(1, "mode", READ, Layout("<B"), read=lambda target: 1),

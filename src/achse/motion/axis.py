@@ -5,6 +5,7 @@ Changing one wakes a resting axis, so that the next cycle sees the change; chang
 it compute what follows from its parameters.
 """
 
+import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -98,6 +99,10 @@ class Axis(_Fields):
                 return self.encoder_set_position_offset
         return 0.0
 
+    def memory(self, field: Field) -> memoryview | None:
+        """The 8 bytes of a scalar field, the lowest first; None if it does not lie in memory."""
+        return None
+
     def pack(self) -> bytes:
         """All fields as bytes, in record order, equal for both forms of the record."""
         raise NotImplementedError
@@ -118,6 +123,11 @@ class ObjectAxis(Axis):
 
 class WordsAxis(RowView, Axis):
     """An axis whose record lies in memory."""
+
+    def memory(self, field: Field) -> memoryview | None:
+        if sys.byteorder != "little":
+            return None
+        return self.row[8 * field.offset : 8 * field.offset + 8]
 
     def pack(self) -> bytes:
         return self.row.tobytes()

@@ -218,6 +218,8 @@ class Service:
     - `element(target, n)`: the row is served per sub-element n, at 0x00n0_0000 + `offset`
       (000, 002: "0x00nK_oooo"); field and functions then see that sub-element.
     - `guard(target)`: raises DeviceError when a write or exchange is not possible now.
+    - `sample(target, length)`: a quicker way to read the same again and again, for notifications;
+      None if this target has none.
     - `symbol`: last part of the name for access by name; `port`: the AMS port the manual demands,
       for readers only.
     """
@@ -242,6 +244,7 @@ class Service:
     count: int = 1
     element: Callable[[Any, int], Any] | None = None
     guard: Callable[[Any], None] | None = None
+    sample: Callable[[Any, int], Callable[[], bytes] | None] | None = None
     symbol: str = ""
     port: int | None = None
     source: str = ""

@@ -133,7 +133,9 @@ class _RowGroup(IndexGroup):
 
     def reader(self, group: int, offset: int, length: int, client: bytes) -> Reader:
         row, number = self._find(group, offset, READ)
-        self._arguments(row, group, number)
+        arguments = self._arguments(row, group, number)
+        if row.sample is not None and (sample := row.sample(arguments[0], length)) is not None:
+            return sample
         encode, get, target, element = row.encoder(length), row.get, self.target, row.element
         # the target is looked up for each sample: objects come and go
         if element is not None:

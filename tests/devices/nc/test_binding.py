@@ -1,3 +1,4 @@
+import random
 from typing import Any
 
 import pytest
@@ -10,9 +11,11 @@ from achse.devices.nc.binding import (
     per_element,
     shown,
 )
-from achse.devices.nc.layouts import REAL64, UINT32
+from achse.devices.nc.layouts import INT32, REAL64, UINT16, UINT32
+from achse.motion import AxisParameters, Nc
+from achse.motion.record import FIELDS
 from achse.motion.states import OverrideType
-from achse.server import READ, WRITE
+from achse.server import READ, WRITE, Layout
 
 
 def test_a_row_takes_unit_and_meaning_from_the_field_of_its_name() -> None:
@@ -95,3 +98,35 @@ def test_the_axis_itself_is_the_only_element_of_its_rows(bench: Any) -> None:
     with pytest.raises(DeviceError) as refusal:
         row.element(bench.axis, 1)
     assert refusal.value.code == 0x4012
+
+
+def test_samples_of_memory_are_what_a_read_gives() -> None:
+    """Every row that shows a field, in both kernels, whatever bits the field has."""
+    dice = random.Random(3)
+    axis = Nc(2_000_000, [AxisParameters(1)], compiled=True).axis(1)
+    direct = 0
+    for name, field in FIELDS.items():
+        if field.length or name == "element_number":
+            continue
+        if field.is_real:
+            setattr(axis, name, dice.uniform(-1e9, 1e9))
+        else:
+            setattr(axis, name, dice.randint(-(1 << 63), (1 << 63) - 1))
+        for codec in (REAL64,) if field.is_real else (UINT16, INT32, UINT32):
+            row = shown(0x01, codec, name)
+            assert row.sample is not None
+            for length in (2, codec.size, 12):
+                read = row.sample(axis, length)
+                assert read is not None
+                assert read() == row.encoder(length)(row.get(axis))[:length]
+                direct += 1
+    assert direct > 1_000
+
+
+def test_where_there_is_no_memory_or_another_form_samples_are_read() -> None:
+    plain = Nc(2_000_000, [AxisParameters(1)], compiled=False).axis(1)
+    row = shown(0x0A, REAL64, "set_position")
+    assert row.sample is not None
+    assert row.sample(plain, 8) is None
+    assert shown(0x01, Layout("<f"), "set_position").sample is None
+    assert shown(0x01, UINT32, "set_position").sample is None

@@ -14,7 +14,7 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError
-from achse.devices.nc.layouts import INT32
+from achse.devices.nc.layouts import INT32, REAL64, Integer
 from achse.motion import Axis, states
 from achse.motion.record import FIELDS, Field
 from achse.motion.states import ControlBit
@@ -48,7 +48,24 @@ def shown(
 ) -> Service:
     """A row that shows a record field."""
     row = _field(field or name, prefix)
-    return Service(offset, name, READ, codec, row.doc, _unit(row), field=row.name, symbol=symbol)
+    return Service(
+        *(offset, name, READ, codec, row.doc, _unit(row)),
+        field=row.name,
+        symbol=symbol,
+        sample=_sample(row, codec),
+    )
+
+
+def _sample(row: Field, codec: Codec) -> Callable[[Axis, int], Callable[[], bytes] | None] | None:
+    """Takes the bytes straight from the record, where it lies in memory as it is shown."""
+    if row.length or not (codec is REAL64 if row.is_real else isinstance(codec, Integer)):
+        return None
+
+    def sample(axis: Axis, length: int) -> Callable[[], bytes] | None:
+        memory = axis.memory(row)
+        return None if memory is None else memory[: min(length, codec.size or 0)].tobytes
+
+    return sample
 
 
 def parameter(
