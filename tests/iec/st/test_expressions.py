@@ -264,3 +264,12 @@ def test_every_node_knows_its_place() -> None:
     assert found.left.of.at == text.index("b")
     assert isinstance(found.right, tree.Call)
     assert found.right.arguments[0].at == text.index("x")
+
+
+def test_an_assignment_in_brackets_may_begin_an_initial_value() -> None:
+    parser = Parser(Source("(a := 0) OR b"))
+    found = parser.attempt(parser.initial)
+    assert isinstance(found, tree.Binary)
+    assert isinstance(found.left, tree.Assign)
+    parser = Parser(Source("(a := 0)"))
+    assert isinstance(parser.attempt(parser.initial), tree.StructInitial)

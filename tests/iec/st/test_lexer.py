@@ -112,3 +112,8 @@ def test_words_stand_where_they_say(text: str) -> None:
     if "(*" not in text and "/*" not in text:
         for word, start in zip(tokens.words, tokens.starts, strict=True):
             assert text.startswith(word, start)
+
+
+def test_a_superscript_is_no_number() -> None:
+    tokens = scan("A.¹ ²")
+    assert [kind for kind in tokens.kinds if kind == "integer"] == []

@@ -177,7 +177,7 @@ class ExpressionParser(Cursor):
         self.position = position + 1
         if kind == NAME:
             return Member(left, word, at)
-        if kind == "integer" and word.isdigit() and len(word) <= 2:
+        if kind == "integer" and word.isdecimal() and len(word) <= 2:
             return PartOf(left, "X", int(word), at)
         if kind == "partial":
             return PartOf(left, word[1].upper(), int(word[2:]), at)
@@ -222,7 +222,10 @@ class ExpressionParser(Cursor):
             (kinds[position + 1] == NAME and kinds[position + 2] == ":=")
             or kinds[position + 1] == ")"
         ):
-            return self._struct_initial()
+            found = self._struct_initial()
+            if kinds[self.position] not in BINDING:
+                return found
+            self.position = position  # `(a := 0) OR b` only begins like a structure
         return self.expression()
 
     def _array_initial(self) -> ArrayInitial:

@@ -90,8 +90,8 @@ class _Kinds(dict[str, str]):
             return _KNOWN.get(word.upper(), NAME)
         if first.isspace():
             return _BLANK
-        if first.isdigit():
-            return self._literal(INTEGER if word.isdigit() or "#" in word else REAL, word)
+        if first.isdecimal():
+            return self._literal(INTEGER if word.isdecimal() or "#" in word else REAL, word)
         if first in "'\"":
             return self._literal(STRING, word)
         if first == "{" and len(word) > 1:

@@ -59,7 +59,7 @@ def literal_value(text: str) -> LiteralValue:
     """The value of a literal as written in Structured Text. Raises `IecValueError`."""
     if text[0] in "'\"":
         return _string(text)
-    if text[0].isdigit():
+    if text[0].isdecimal():
         return LiteralValue(None, _number(text))
     prefix, sign, rest = text.partition("#")
     if not sign:
