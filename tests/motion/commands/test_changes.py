@@ -1,5 +1,6 @@
 """Changes of the running move: what they need and what they do."""
 
+from math import sqrt
 from typing import Any
 
 import pytest
@@ -72,3 +73,72 @@ def test_a_frozen_override_does_not_disturb_braking(rig: Any) -> None:
     rig.until_rest()
     assert rig.axis.set_position == pytest.approx(400.0, abs=1e-9)
     assert commands.freeze_override(rig.axis) == 0
+
+
+A, J = 1000.0, 5000.0
+FULL_RAMP = V / A + A / J
+
+
+def ramp(change: float) -> float:
+    return 2.0 * sqrt(change / J) if change * J <= A * A else change / A + A / J
+
+
+@pytest.mark.parametrize(
+    ("kind", "position", "target"),
+    [(1, 700.0, 700.0), (2, 300.0, None), (5, 10.0, 370.0), (5, 800.0, 1160.0)],
+)
+def test_a_new_end_position_ahead_is_reached_in_one_go(
+    rig: Any, kind: int, position: float, target: float | None
+) -> None:
+    commands.universal_start(rig.axis, 1, 320.0, V, A, A, J)
+    rig.seconds(1.0)
+    here = rig.axis.set_position
+    assert here == pytest.approx(V * (1.0 - 0.5 * FULL_RAMP))
+    goal = here + position if target is None else target
+    assert commands.new_end_position(rig.axis, kind, position) == 0
+    rig.run(1)
+    assert rig.has(StateBit.NEW_TARGET_POSITION)
+    assert rig.axis.target_position == goal
+    time = (goal - here) / V + 0.5 * FULL_RAMP
+    assert abs(rig.until_rest() + 1 - time / rig.dt) < 1.001
+    assert rig.axis.set_position == goal
+
+
+@pytest.mark.parametrize(
+    ("kind", "goal", "after"), [(9, 900.0, V), (10, 600.0, 80.0), (11, 900.0, 80.0)]
+)
+def test_changes_at_the_switch_position(rig: Any, kind: int, goal: float, after: float) -> None:
+    """From 300 mm on the velocity falls to 80 mm/s, the target becomes 900 mm, or both."""
+    commands.universal_start(rig.axis, 1, 600.0, V, A, A, J)
+    rig.seconds(1.0)
+    here = rig.axis.set_position
+    code = commands.new_end_position_and_velocity(rig.axis, kind, 1, 900.0, 80.0, 300.0)
+    assert code == 0
+    rig.run(5)
+    assert rig.axis.target_position == 600.0
+    assert not rig.has(StateBit.NEW_TARGET_POSITION)
+    slowing = ramp(V - after) if after < V else 0.0
+    cruise = goal - 300.0 - 0.5 * (V + after) * slowing - 0.5 * after * ramp(after)
+    time = (300.0 - here) / V + slowing + cruise / after + ramp(after)
+    # The change waits for the end of the cycle that passes the position.
+    assert abs(rig.until_rest() + 5 - time / rig.dt) <= 1.0 + V / after
+    assert rig.has(StateBit.NEW_TARGET_POSITION)
+    assert rig.axis.set_position == goal
+
+
+def test_new_dynamics_shape_the_rest_of_the_move(rig: Any) -> None:
+    commands.universal_start(rig.axis, 1, 600.0, V, A, A, J)
+    rig.seconds(1.0)
+    here = rig.axis.set_position
+    assert commands.new_dynamics(rig.axis, 2000.0, 250.0, 50_000.0) == 0
+    braking = V / 250.0 + 250.0 / 50_000.0
+    time = (600.0 - here) / V + 0.5 * braking
+    strongest = 0.0
+    cycles = 0
+    while rig.axis.set_motion_phase:
+        rig.run(1)
+        cycles += 1
+        strongest = min(strongest, rig.axis.set_acceleration)
+    assert strongest == pytest.approx(-250.0)
+    assert abs(cycles - time / rig.dt) < 1.001
+    assert rig.axis.set_position == 600.0

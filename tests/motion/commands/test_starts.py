@@ -1,6 +1,6 @@
 """Starts: each refusal has its documented code and changes nothing."""
 
-from math import inf, nan
+from math import inf, nan, sqrt
 from typing import Any
 
 import pytest
@@ -9,6 +9,13 @@ from achse.codes import NcError
 from achse.motion import BufferMode, StartType, StateBit, commands
 
 V = 200.0
+
+
+def ramp(change: float, acceleration: float, jerk: float) -> float:
+    """Time of a change of velocity between two states without acceleration."""
+    if change * jerk <= acceleration * acceleration:
+        return 2.0 * sqrt(change / jerk)
+    return change / acceleration + acceleration / jerk
 
 
 def refused(rig: Any, code: int, error: NcError) -> None:
@@ -190,3 +197,68 @@ def test_defaults_wider_than_anything_are_used_as_far_as_they_go(make_rig: Any) 
     assert commands.universal_start(rig.axis, 1, 100.0, V) == 0
     assert rig.axis.job_acceleration == rig.axis.max_acceleration
     assert rig.axis.job_deceleration == rig.axis.max_deceleration
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize(
+    ("kind", "position", "way"),
+    [
+        (StartType.ABSOLUTE, 800.0, 710.0),
+        (StartType.ABSOLUTE, -500.0, -590.0),
+        (StartType.RELATIVE, -400.0, -400.0),
+        (StartType.MODULO, 1000.0, 910.0),
+        (StartType.MODULO, -600.0, -570.0),
+        (StartType.MODULO_SHORTEST, 300.0, -150.0),
+        (StartType.MODULO_SHORTEST, 200.0, 110.0),
+        (StartType.MODULO_POSITIVE, 80.0, 350.0),
+        (StartType.MODULO_POSITIVE, 89.0, -1.0),
+        (StartType.MODULO_NEGATIVE, 100.0, -350.0),
+        (StartType.MODULO_NEGATIVE, 91.0, 1.0),
+    ],
+)
+def test_a_start_from_90_degrees_takes_its_way_in_its_time(
+    make_rig: Any, kind: StartType, position: float, way: float, compiled: bool
+) -> None:
+    """Types 517 and 773 go straight back where the target lies behind by less than 2 degrees."""
+    v, a, d, j = 100.0, 400.0, 800.0, 8000.0
+    rig = make_rig(compiled=compiled, encoder_modulo_tolerance_window=2.0)
+    commands.set_actual_position(rig.axis, 1, 90.0)
+    rig.run(1)
+    before = rig.axis.command_counter
+    assert commands.universal_start(rig.axis, kind, position, v, a, d, j) == 0
+    assert rig.axis.command_counter == before + 1
+    ramps = 0.5 * v * (ramp(v, a, j) + ramp(v, d, j))
+    time = (abs(way) - ramps) / v + ramp(v, a, j) + ramp(v, d, j)
+    if abs(way) < ramps:  # no acceleration limit is reached: four phases of t with 2 j t³ = way
+        time = 4.0 * (abs(way) / (2.0 * j)) ** (1.0 / 3.0)
+    rig.run(1)
+    assert rig.has(StateBit.POSITIVE_DIRECTION) == (way > 0.0)
+    assert rig.has(StateBit.NEGATIVE_DIRECTION) == (way < 0.0)
+    assert rig.has(StateBit.HAS_JOB)
+    assert not rig.has(StateBit.NOT_MOVING)
+    assert not rig.has(StateBit.IN_TARGET_POSITION)
+    samples = rig.trace(round(0.5 * time / rig.dt))
+    assert rig.has(StateBit.CONSTANT_VELOCITY) == (abs(way) > ramps)
+    left = rig.until_rest()
+    assert abs(len(samples) + left - time / rig.dt) < 1.001
+    assert rig.axis.set_position == pytest.approx(90.0 + way, abs=1e-12)
+    assert rig.axis.set_velocity == rig.axis.set_acceleration == 0.0
+    rig.run(30)
+    assert rig.has(StateBit.NOT_MOVING)
+    assert rig.has(StateBit.IN_TARGET_POSITION)
+    assert not rig.has(StateBit.HAS_JOB)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_endless_start_is_in_velocity_after_its_ramp(rig: Any, sign: float) -> None:
+    kind = StartType.ENDLESS_POSITIVE if sign > 0.0 else StartType.ENDLESS_NEGATIVE
+    assert commands.universal_start(rig.axis, kind, 0.0, V, 500.0, 900.0, 5000.0) == 0
+    time = ramp(V, 500.0, 5000.0)
+    cycles = rig.until(lambda axis: axis.set_velocity == sign * V)
+    assert abs(cycles - time / rig.dt) < 1.001
+    assert rig.axis.set_position == pytest.approx(
+        sign * V * (0.5 * time + cycles * rig.dt - time), rel=1e-9
+    )
+    rig.run(1)
+    for bit in (StateBit.CONSTANT_VELOCITY, StateBit.CONTINUOUS_MOTION, StateBit.HAS_JOB):
+        assert rig.has(bit)

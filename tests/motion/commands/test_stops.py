@@ -183,3 +183,19 @@ def test_clear_keeps_an_error(rig: Any) -> None:
     assert commands.clear(rig.axis) == 0
     rig.run(1)
     assert rig.axis.error_code == 0x4466
+
+
+def test_stop_and_lock_brakes_with_its_own_ramp_to_the_cycle(rig: Any) -> None:
+    commands.universal_start(rig.axis, 4, 0.0, V)
+    rig.seconds(0.7)
+    assert rig.axis.set_velocity == -V
+    begin = rig.axis.set_position
+    kind = StartType.STOP_AND_LOCK
+    assert commands.universal_start(rig.axis, kind, 0.0, 0.0, 0.0, 500.0, 4000.0) == 0
+    time = V / 500.0 + 500.0 / 4000.0
+    cycles = rig.until_rest()
+    assert abs(cycles - time / rig.dt) < 1.001
+    assert rig.axis.set_position == pytest.approx(begin - 0.5 * V * time)
+    for bit in (StateBit.HAS_BEEN_STOPPED, StateBit.NOT_MOVING, StateBit.MOTION_COMMANDS_LOCKED):
+        assert rig.has(bit)
+    assert not rig.has(StateBit.HAS_JOB)

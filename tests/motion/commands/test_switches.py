@@ -1,6 +1,9 @@
 """Reset, errors from outside, enables."""
 
+from math import sqrt
 from typing import Any
+
+import pytest
 
 from achse.codes import NcError
 from achse.motion import StartType, StateBit, commands
@@ -52,3 +55,25 @@ def test_the_drive_output_can_be_switched_off(rig: Any) -> None:
     commands.set_drive_output(rig.axis, True)
     rig.run(1)
     assert rig.has(StateBit.OPERATIONAL)
+
+
+def test_an_error_from_outside_brakes_the_axis_with_the_ramp_of_its_command(rig: Any) -> None:
+    commands.universal_start(rig.axis, 1, 1000.0, V, 900.0, 900.0, 1000.0)
+    commands.universal_start(rig.axis, 1, 2000.0, V, buffer_mode=1)
+    rig.seconds(1.5)
+    assert rig.axis.set_velocity == V
+    begin = rig.axis.set_position
+    assert commands.set_external_error(rig.axis, 0x4A00) == 0
+    rig.run(1)
+    assert rig.has(StateBit.ERROR)
+    assert not rig.has(StateBit.HAS_JOB)
+    assert not rig.has(StateBit.COMMAND_BUFFERED)
+    assert rig.has(StateBit.CONTROL_LOOP_CLOSED)
+    time = 2.0 * sqrt(V / 1000.0)  # 900 mm/s² is not reached
+    assert abs(rig.until_rest() + 1 - time / rig.dt) < 1.001
+    assert rig.axis.set_position == pytest.approx(begin + 0.5 * V * time)
+    assert commands.start(rig.axis, 1, 0.0, V) == 0x4A00
+    commands.reset(rig.axis)
+    assert commands.start(rig.axis, 1, 0.0, V) == 0
+    rig.until_rest()
+    assert rig.axis.set_position == 0.0
