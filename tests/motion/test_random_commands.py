@@ -109,7 +109,8 @@ class Player:
         return code
 
     def velocity(self) -> float:
-        return self.axis.max_velocity * self.dice.choice([1.0, self.dice.uniform(0.1, 1.0)])
+        share: float = self.dice.choice([1.0, self.dice.uniform(0.1, 1.0)])
+        return share * self.axis.max_velocity
 
     def position(self, kind: int) -> float:
         if kind > StartType.MODULO:
