@@ -1,0 +1,118 @@
+"""Commands of motion in open loop, of the drive and of the brake: mistakes, each with its code."""
+
+from math import inf, nan
+from typing import Any
+
+import pytest
+
+from achse.codes import NcError
+from achse.motion import commands
+
+TORQUE = {
+    "kind": 0x3001, "mask": 0, "mode": 0, "buffer_mode": 0, "torque": 100.0, "ramp": 0.0,
+    "high": 100.0, "low": -100.0, "acceleration": 0.0, "deceleration": 0.0, "manual": 0.0,
+}  # fmt: skip
+
+DATA = NcError.START_AXIS_DATA
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "error"),
+    [
+        (0, 1.0, NcError.START_TYPE),
+        (3, 1.0, NcError.START_TYPE),
+        (1, nan, DATA),
+        (2, inf, DATA),
+    ],
+)
+def test_outputs(rig: Any, kind: int, value: float, error: NcError) -> None:
+    rig.refuses(error, commands.start_drive_output, kind, value)
+    commands.start_drive_output(rig.axis, 1, 1.0)
+    rig.refuses(error, commands.change_drive_output, kind, value)
+
+
+def test_changes_need_an_output(rig: Any) -> None:
+    rig.refuses(NcError.GENERATOR_INACTIVE, commands.change_drive_output, 1, 1.0)
+    rig.refuses(NcError.GENERATOR_INACTIVE, commands.stop_drive_output)
+
+
+def test_a_changed_output_needs_its_feed_enable(make_rig: Any) -> None:
+    rig = make_rig(control_dword=3)
+    commands.start_drive_output(rig.axis, 1, 1.0)
+    rig.refuses(NcError.ENABLE_MISSING, commands.change_drive_output, 1, -1.0)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "error"),
+    [
+        ({"kind": 1}, NcError.START_TYPE),
+        ({"buffer_mode": 1}, NcError.FUNCTION_NOT_AVAILABLE),
+        ({"mode": 2}, DATA),
+        ({"torque": nan}, DATA),
+        ({"torque": 1e11}, DATA),
+        ({"ramp": -1.0}, DATA),
+        ({"high": -101.0}, DATA),
+        ({"low": inf}, DATA),
+        ({"acceleration": -1.0}, DATA),
+        ({"deceleration": nan}, DATA),
+        ({"manual": inf}, DATA),
+        ({"mask": 1 << 31}, NcError.GENERATOR_INACTIVE),
+    ],
+)
+def test_torques(rig: Any, wrong: dict[str, float], error: NcError) -> None:
+    rig.refuses(error, commands.start_torque_control, *(TORQUE | wrong).values())
+
+
+def test_limits_may_both_be_negative(rig: Any) -> None:
+    arguments = TORQUE | {"high": -10.0, "low": -20.0, "torque": -50.0}
+    assert commands.start_torque_control(rig.axis, *arguments.values()) == 0  # type: ignore[arg-type]
+
+
+def test_an_update_needs_a_continuous_command(rig: Any) -> None:
+    assert commands.start_torque_control(rig.axis, *TORQUE.values()) == 0  # type: ignore[arg-type]
+    update = TORQUE | {"mask": 1 << 31}
+    rig.refuses(NcError.GENERATOR_INACTIVE, commands.start_torque_control, *update.values())
+
+
+def test_a_relative_torque_may_need_the_other_feed_enable(make_rig: Any) -> None:
+    rig = make_rig(control_dword=3)
+    commands.start_torque_control(rig.axis, *TORQUE.values())
+    rig.run(1)
+    less = TORQUE | {"kind": 0x3002, "torque": -50.0}
+    assert commands.start_torque_control(rig.axis, *less.values()) == 0  # type: ignore[arg-type]
+    rig.run(1)
+    below = TORQUE | {"kind": 0x3002, "torque": -51.0}
+    rig.refuses(NcError.ENABLE_MISSING, commands.start_torque_control, *below.values())
+
+
+def test_a_stepper_has_no_torque_mode(make_rig: Any) -> None:
+    rig = make_rig(axis_type=3, drive_type=8)
+    error = NcError.GENERATOR_FUNCTION_MISSING
+    rig.refuses(error, commands.start_torque_control, *TORQUE.values())
+    rig.refuses(NcError.AXIS_INCOMPATIBLE, commands.set_drive_operation_mode, 1)
+
+
+@pytest.mark.parametrize("mode", [6, 17, 38, 100, -1])
+def test_operation_modes_that_the_drive_has_not(rig: Any, mode: int) -> None:
+    rig.refuses(NcError.DRIVE_MODE, commands.set_drive_operation_mode, mode)
+
+
+def test_the_operation_mode_stays_during_a_job(rig: Any) -> None:
+    commands.start(rig.axis, 1, 100.0, 100.0)
+    rig.refuses(NcError.GROUP_BUSY, commands.set_drive_operation_mode, 1)
+
+
+def test_the_brake_of_a_two_speed_axis(make_rig: Any) -> None:
+    rig = make_rig(axis_type=2, drive_type=7)
+    assert rig.axis.drive_control_byte == 0x80
+    assert commands.release_brake(rig.axis, 1) == 0
+    rig.run(1)
+    assert rig.axis.drive_control_byte == 0x40
+    commands.reset(rig.axis)
+    rig.run(1)
+    assert rig.axis.drive_control_byte == 0x80
+    rig.refuses(NcError.REQUEST_PARAMETER, commands.release_brake, 2)
+
+
+def test_other_axes_have_no_brake(rig: Any) -> None:
+    rig.refuses(NcError.AXIS_INCOMPATIBLE, commands.release_brake, 1)
