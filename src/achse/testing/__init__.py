@@ -16,37 +16,52 @@ if TYPE_CHECKING:
     from achse.testing.conformance import check_device as check_device
     from achse.testing.conformance import check_transport as check_transport
     from achse.testing.device import FakeDevice as FakeDevice
+    from achse.testing.drive_conformance import check_drive as check_drive
     from achse.testing.live import Live as Live
     from achse.testing.live import LiveStation as LiveStation
     from achse.testing.pair import LinkedPair as LinkedPair
     from achse.testing.pair import LinkEnd as LinkEnd
+    from achse.testing.reach import DriveReach as DriveReach
+    from achse.testing.reach import PysoemReach as PysoemReach
+    from achse.testing.reach import ReachError as ReachError
+    from achse.testing.reach import SegmentReach as SegmentReach
 
 __all__ = [
     "ConformanceError",
+    "DriveReach",
     "FakeDevice",
     "LinkEnd",
     "LinkedPair",
     "Live",
     "LiveStation",
     "ManualClock",
+    "PysoemReach",
+    "ReachError",
+    "SegmentReach",
     "VirtualDrive",
     "VirtualTimeLoop",
     "check_device",
+    "check_drive",
     "check_transport",
     "free_host",
 ]
 
 _HOMES = {
     "ConformanceError": "achse.testing.conformance",
+    "DriveReach": "achse.testing.reach",
     "FakeDevice": "achse.testing.device",
     "LinkEnd": "achse.testing.pair",
     "LinkedPair": "achse.testing.pair",
     "Live": "achse.testing.live",
     "LiveStation": "achse.testing.live",
     "ManualClock": "achse.testing.clock",
+    "PysoemReach": "achse.testing.reach",
+    "ReachError": "achse.testing.reach",
+    "SegmentReach": "achse.testing.reach",
     "VirtualDrive": "achse.drive",
     "VirtualTimeLoop": "achse.testing.clock",
     "check_device": "achse.testing.conformance",
+    "check_drive": "achse.testing.drive_conformance",
     "check_transport": "achse.testing.conformance",
     "free_host": "achse.testing.addresses",
 }

@@ -182,3 +182,15 @@ def test_kickcat_brings_a_drive_to_op(bus: Any, judge: Judge, witness: Witness) 
         "states": [0x21, 0x23, 0x27],
     }
     assert judge(bus.capture) > 400
+
+
+def test_a_drive_on_the_wire_passes_the_conformance_check(
+    bus: Any, judge: Judge, witness: Witness
+) -> None:
+    witness("pysoem")
+    bus.drives("--interpreted")
+    bus.record()
+    found = bus.master("pysoem_check.py", "check", timeout=120)
+    bus.end_record()
+    assert found == {"count": 1, "faults": []}
+    assert judge(bus.capture) > 2000
