@@ -241,3 +241,42 @@ def test_a_level_lasts_its_steps(stepper: Any) -> None:
     steps = [after - before for (_, before), (_, after) in pairwise(levels)]
     assert len(steps) >= 2
     assert min(steps) >= 8
+
+
+def test_a_loop_of_two_speeds_comes_back_to_its_target(two_speeds: Any) -> None:
+    rig = two_speeds
+    rig.axis.loop_enable = 1
+    rig.axis.loop_distance = 20.0
+    assert commands.start(rig.axis, 1, 100.0, 100.0) == 0
+    farthest = 0.0
+    while rig.axis.set_motion_phase or rig.axis.set_cycle_counter < 10:
+        rig.run(1)
+        farthest = max(farthest, rig.axis.actual_position)
+    # it brakes at once where braking begins: 1 mm before in positive, 2 mm in negative direction
+    assert farthest == pytest.approx(119.0, abs=CREEP * rig.dt * 1.01)
+    assert rig.axis.actual_position == pytest.approx(102.0, abs=CREEP * rig.dt * 1.01)
+    assert rig.axis.target_position == 100.0
+    assert commands.start(rig.axis, 1, 50.0, 100.0) == 0
+    rig.until_rest()
+    assert rig.axis.actual_position == pytest.approx(52.0, abs=CREEP * rig.dt * 1.01)
+
+
+def test_the_loop_of_two_speeds_is_longer_than_its_braking(two_speeds: Any) -> None:
+    rig = two_speeds
+    rig.axis.loop_enable = 1
+    rig.axis.loop_distance = 2.0
+    rig.refuses(NcError.LOOP_BELOW_BRAKING_DISTANCE, commands.start, 1, 100.0, 100.0)
+    assert commands.start(rig.axis, 1, -100.0, 100.0) == 0
+
+
+def test_a_stop_ends_the_loop_of_two_speeds(two_speeds: Any) -> None:
+    rig = two_speeds
+    rig.axis.loop_enable = 1
+    rig.axis.loop_distance = 20.0
+    commands.start(rig.axis, 1, 100.0, 100.0)
+    rig.seconds(0.3)
+    commands.stop(rig.axis)
+    rig.until_rest()
+    assert rig.axis.actual_position < 100.0
+    rig.seconds(1.0)
+    assert rig.axis.drive_control_byte == BRAKE

@@ -116,6 +116,9 @@ def why_not_target(axis: Axis, target: float) -> int:
         near = axis.brake_distance_positive if way > 0.0 else axis.brake_distance_negative
         if abs(way) <= near:
             return NcError.DISTANCE_BELOW_BRAKING_DISTANCE.number
+        back = axis.brake_distance_negative if way > 0.0 else axis.brake_distance_positive
+        if lowest != highest and abs(axis.loop_distance) <= back:
+            return NcError.LOOP_BELOW_BRAKING_DISTANCE.number
     return OK
 
 

@@ -12,6 +12,7 @@ from math import ceil
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import drop_job, take_next
 from achse.motion.states import CommandState, MotionPhase, StepperMode
+from achse.motion.targets import overrun
 
 __all__ = ["run_stepper", "run_two_speeds", "show_speed"]
 
@@ -66,7 +67,7 @@ def _direction(ax: AxisFields) -> float:
     if ax.set_motion_phase == _ENDLESS:
         return ax.job_direction
     if ax.set_motion_phase == _POSITIONING:
-        return 1.0 if ax.target_position >= ax.actual_position else -1.0
+        return 1.0 if ax.border_position >= ax.actual_position else -1.0
     return ax.switch_direction
 
 
@@ -80,7 +81,12 @@ def _main_speed(ax: AxisFields) -> int:
 
 
 def _finish(ax: AxisFields) -> None:
-    """The brake holds: the job is done, wherever the axis stands."""
+    """The brake holds: the job is done, wherever the axis stands, or half of its loop."""
+    if ax.loop_outward:
+        ax.loop_outward = 0
+        ax.replan = 1
+        _enter(ax, _BRAKED)
+        return
     if ax.set_motion_phase == _POSITIONING:
         ax.set_command_state = _DONE
     target = ax.target_position
@@ -118,7 +124,7 @@ def _choose(ax: AxisFields, dt: float) -> None:
     elif phase != _RUNNING_OUT:
         plus = ax.switch_direction > 0.0
         if ax.set_motion_phase == _POSITIONING:
-            way = (ax.target_position - ax.actual_position) * ax.switch_direction
+            way = (ax.border_position - ax.actual_position) * ax.switch_direction
             near = ax.brake_distance_positive if plus else ax.brake_distance_negative
             creep = ax.creep_distance_positive if plus else ax.creep_distance_negative
             if way <= near:
@@ -175,6 +181,9 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
         if ax.replan:
             ax.replan = 0
             ax.switch_start = ax.actual_position
+            ax.border_position = ax.target_position
+            if ax.loop_enable and ax.set_motion_phase == _POSITIONING:
+                overrun(ax)
             if (
                 ax.set_motion_phase != _STOPPING
                 and ax.switch_phase != _BRAKED
@@ -192,7 +201,9 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
     ax.drive_output = velocity
     ax.drive_output_percent = 100.0 * velocity / ax.drive_full
     if ax.set_motion_phase == _POSITIONING:
-        ax.remaining_distance = abs(ax.target_position - ax.actual_position)
+        ax.remaining_distance = abs(ax.border_position - ax.actual_position)
+        if ax.loop_outward:
+            ax.remaining_distance += abs(ax.loop_distance)
     elif velocity != 0.0:
         ax.target_position = ax.actual_position
     moved = ax.plant_velocity

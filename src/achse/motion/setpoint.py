@@ -138,6 +138,7 @@ def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
     """Drop the job and everything that waits; brake to rest."""
     ax.buffer_count = 0
     ax.switch_armed = 0
+    ax.loop_outward = 0
     ax.has_been_stopped = 1
     ax.job_timing = 0
     if ax.set_motion_phase == _NO_JOB:
@@ -161,6 +162,7 @@ def drop_job(ax: AxisFields) -> None:
     ax.set_motion_phase = _NO_JOB
     ax.buffer_count = 0
     ax.switch_armed = 0
+    ax.loop_outward = 0
     ax.replan = 0
     ax.job_timing = 0
     ax.segment_count = 0
