@@ -116,13 +116,43 @@ def _kinds(dice: random.Random) -> list[AxisParameters]:
     ]
 
 
+def _generate(axis: Axis, dice: random.Random) -> int:
+    """One random start or stop of a special generator; its answer."""
+    first, second = dice.uniform(-90.0, 90.0), dice.uniform(-90.0, 90.0)
+    match dice.randrange(9):
+        case 0:
+            axis.external_set_position = axis.set_position
+            return commands.start_external_setpoint(axis, dice.choice([1, 2]), first)
+        case 1:
+            return commands.stop_external_setpoint(axis)
+        case 2:
+            return commands.start_reversing(axis, 1, first, second, 5.0, dice.choice([0.0, 0.02]))
+        case 3:
+            return commands.start_velocity_steps(axis, 1, 0.1 * first, 0.1 * second, 0.03, 0.01, 3)
+        case 4:
+            return commands.start_sine_oscillation(
+                axis, 1, 2.0, 1.7, dice.choice([0.0, 0.01]), 1.0, 1.0, 30.0, 0.1, 4, 1
+            )
+        case 5:
+            return commands.start_drive_output(axis, 1, 0.1 * first)
+        case 6:
+            return commands.stop_drive_output(axis)
+        case 7:
+            return commands.set_drive_operation_mode(axis, dice.choice([0, 1, 2, 4]))
+        case _:
+            return commands.start_torque_control(
+                axis, dice.choice([0x3001, 0x3002]), 0, 0, 0, first, dice.choice([0.0, 500.0]),
+                abs(second), -abs(second), dice.choice([0.0, 300.0]), 0.0, 0.0,
+            )  # fmt: skip
+
+
 def _act(axis: Axis, dice: random.Random) -> int:
     """One random command or change; its answer."""
     position = dice.uniform(-900.0, 900.0)
     velocity = 10 ** dice.uniform(-1, 4)
     dynamics = [dice.choice([0.0, 10 ** dice.uniform(2, 5)]) for _ in range(3)]
     kind = dice.choice([1, 2, 3, 4, 5, 261, 517, 773, 4096, 8192])
-    match dice.randrange(12):
+    match dice.randrange(14):
         case 0 | 1 | 2 | 3:
             mode = dice.choice([0, 0, 1, 18, 19, 20, 21])
             if kind > 5:
@@ -158,6 +188,13 @@ def _act(axis: Axis, dice: random.Random) -> int:
             axis.simulation_blocked = dice.random() < 0.1
         case 10:
             return commands.set_actual_position(axis, dice.choice([1, 2, 5]), position)
+        case 11:
+            return _generate(axis, dice)
+        case 12:
+            axis.external_set_position = axis.set_position + dice.uniform(-0.05, 0.05)
+            axis.external_set_velocity = dice.uniform(-50.0, 50.0)
+            axis.setpoint_consistency_check = dice.randrange(2)
+            axis.allow_motion_commands_with_external_setpoint = dice.randrange(2)
         case _:
             axis.control_dword = 7
             axis.simulation_blocked = 0
