@@ -436,14 +436,3 @@ def test_a_lower_override_brakes_across_borders(rig: Any, share: float) -> None:
     assert_smooth(samples, V, a, j)
     assert samples[-1] == (pytest.approx(60.0), 0.0, 0.0)
     assert max(p for p, _, _ in samples) <= 60.0 + 1e-9
-
-
-def test_a_stop_ends_a_loop(make_rig: Any) -> None:
-    rig = make_rig(loop_enable=1, loop_distance=50.0)
-    commands.start(rig.axis, 1, 100.0, 100.0)
-    rig.until(lambda axis: axis.set_position > 110.0)
-    commands.stop(rig.axis)
-    rig.until_rest()
-    assert 110.0 < rig.axis.set_position <= 150.0
-    rig.seconds(0.5)
-    assert rig.has(StateBit.IN_TARGET_POSITION)  # where the stop ended
