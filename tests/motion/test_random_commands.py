@@ -149,7 +149,7 @@ class Player:
                 dice.randrange(18, 22),
                 dice.choice([0.0, 0.0, target - forth * way * dice.random()]),
                 dice.choice([0.0, 0.0, velocity * dice.random()]),
-                dice.choice([0.0, 0.0, 0.0, velocity * dice.random()]),
+                dice.choice([0.0, 0.0, 0.0, velocity * dice.uniform(0.2, 1.0)]),
             )  # fmt: skip
 
     def jog(self) -> None:
