@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.motion import Axis, AxisParameters, BufferMode, Nc, commands
+from achse.codes import NcError
+from achse.motion import Axis, AxisParameters, BufferMode, Nc, StateBit, commands
 from achse.motion.targets import look_ahead, modulo_part
 
 V, A, J = 200.0, 1500.0, 2250.0
