@@ -137,3 +137,12 @@ def test_the_reference_output_gives_the_velocity_at_full_output(bench: Any, refu
     assert bench.get(0x7001, 0x103, "<d") == pytest.approx(2200.0 / 0.8)
     with refused(0x4606):
         bench.put(0x7001, 0x102, "<d", 0.0)
+
+
+def test_there_is_no_characteristic_table_to_remove(bench: Any, refused: Any) -> None:
+    with refused(0x4261):
+        bench.put(0x7201, 0x102, "<I", 7)
+    with refused(0x4A00):
+        bench.put(0x7201, 0x102, "<I", 0)
+    with refused(0x4015):
+        bench.put(0x7202, 0x102, "<I", 7)

@@ -95,6 +95,17 @@ def test_start_extended_takes_its_own_dynamics_or_the_defaults(bench: Any, form:
     assert bench.axis.set_position == pytest.approx(50.0)
 
 
+@pytest.mark.parametrize("form", ["<IddddIdIdId", "<I4xddddI4xdI4xdI4xd"], ids=[TC2, TC3])
+def test_start_special_has_two_velocities(bench: Any, form: str) -> None:
+    bench.put(F, 0x22, form, 1, 300.0, 50.0, 100.0, 150.0, 0, 1000.0, 1, 0.0, 0, 9000.0)
+    assert (bench.axis.job_acceleration, bench.axis.job_deceleration) == (1000.0, 1500.0)
+    bench.until(lambda: bench.axis.set_position >= 99.0)
+    assert bench.axis.set_velocity == pytest.approx(50.0)
+    bench.until(lambda: bench.axis.set_velocity >= 149.999)
+    bench.until_rest()
+    assert bench.axis.set_position == 300.0
+
+
 @pytest.mark.parametrize("form", ["<IIdddddIddd", "<IIdddddI4xddd"], ids=[TC2, TC3])
 def test_universal_start_answers_number_and_state(bench: Any, form: str) -> None:
     first = bench.exchange(F, 0x16, 4, universal(1, 100.0, 200.0, form=form))
