@@ -178,16 +178,6 @@ def test_an_image_large_enough_for_the_sources(folder: Path) -> None:
     assert _value(station, "wide.nFar") == b"\7\0"
 
 
-def test_an_address_far_beyond_the_rest_takes_no_memory(folder: Path) -> None:
-    symbol = (
-        "<Symbol><Name>.x</Name><Type>INT</Type><IGroup>16448</IGroup>"
-        "<IOffset>200000000</IOffset><BitSize>16</BitSize></Symbol>"
-    )
-    (folder / "far.tpy").write_text(f"<PlcProjectInfo><Symbols>{symbol}</Symbols></PlcProjectInfo>")
-    with pytest.raises(ConfigError, match=r"plc\[1\]: \.x AT %D200000000 ends at byte 200000002"):
-        _station(folder, '[[plc]]\nsymbols = "far.tpy"\nport = 801\n')
-
-
 @pytest.mark.parametrize(
     ("text", "fault"),
     [

@@ -4,7 +4,6 @@ import gc
 import hashlib
 import importlib
 import importlib.util
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,7 +15,6 @@ from achse.iec import DeclarationError, GlobalVariables, IecType, Program
 from achse.iec.project import load_project
 from achse.iec.structs import Unit
 from achse.iec.symbolfiles import FileTask, read_symbol_file
-from achse.iec.variables import LARGEST_IMAGE
 from achse.plc import DEFAULT_SIZES, Area, Memory, PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
 from achse.station.config import ConfigError, PlcConfig, TaskConfig
@@ -71,7 +69,7 @@ class PlcSource:
         config = self.config
         declared, tasks, globals, programs = self._read()
         called = [program for of_task in programs.values() for program in of_task]
-        sizes = self._checked("", lambda: _sizes([*globals, *called]))
+        sizes = _sizes([*globals, *called])
         return self._checked(
             "",
             lambda: PlcRuntime(
@@ -247,31 +245,14 @@ def _tasks(configured: Sequence[TaskConfig], declared: _Declared) -> list[FileTa
 
 
 def _sizes(units: Iterable[type[Unit]]) -> dict[Area, int]:
-    """How large areas have to be for the variables that say where they lie.
-
-    Raises `DeclarationError` for one that lies far beyond all others together.
-    """
-    placed = [
-        (unit, member, member.address)
-        for unit in units
-        for member in unit.__iec__.members
-        if member.address is not None and member.address.byte is not None
-    ]
-    content = Counter[str]()
-    for _, member, address in placed:
-        content[address.area] += member.type.size
+    """How large the process image has to be for the variables that say where they lie."""
     sizes = dict(DEFAULT_SIZES)
-    for unit, member, address in placed:
-        end = (address.byte or 0) + member.type.size
-        most = LARGEST_IMAGE + content[address.area] * (address.area in "RD")
-        if end > most:
-            raise DeclarationError(
-                f"{unit.__iec__.name}.{member.name} AT {address} ends at byte {end}: {most} bytes"
-                " are the most for what is declared"
-            )
-        if address.area in _IMAGES:
-            area = _IMAGES[address.area]
-            sizes[area] = max(sizes[area], end + _HEADROOM)
+    for unit in units:
+        for member in unit.__iec__.members:
+            address = member.address
+            if address is not None and address.byte is not None and address.area in _IMAGES:
+                area = _IMAGES[address.area]
+                sizes[area] = max(sizes[area], address.byte + member.type.size + _HEADROOM)
     return sizes
 
 

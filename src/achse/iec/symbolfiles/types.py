@@ -24,13 +24,13 @@ from achse.iec.symbolfiles.initials import initial_image
 from achse.iec.symbolfiles.model import address_of
 from achse.iec.types import Adst, IecType
 from achse.iec.typetable import OpaqueType
-from achse.iec.variables import LARGEST_IMAGE, Address, Section, Variable
+from achse.iec.variables import Address, Section, Variable
 from achse.iec.xml import Element
 
 __all__ = ["MAX_BYTES", "FileTypes", "checked_address", "properties_of"]
 
 MAX_BYTES = 1 << 28
-"""No variable of a file lies or reaches beyond this byte of retain or data."""
+"""No variable of a file lies or reaches beyond this byte of its area."""
 
 _DEEPEST = 64
 _SPOKEN = re.compile(r"(?:ARRAY\s*\[|POINTER\s+TO|REFERENCE\s+TO|W?STRING\b)", re.IGNORECASE)
@@ -62,9 +62,8 @@ def checked_address(
     place: Element, name: str, area: str, bit_offset: int, type: IecType[Any], is_bit: bool
 ) -> Address:
     """The address of a variable, if it is within what an area may have. `place` says it."""
-    limit = MAX_BYTES if area in "RD" else LARGEST_IMAGE
-    if bit_offset // 8 + type.size > limit:
-        place.fault(f"{shown(name)} lies beyond byte {limit} of its area")
+    if bit_offset // 8 + type.size > MAX_BYTES:
+        place.fault(f"{shown(name)} lies beyond byte {MAX_BYTES} of its area")
     return address_of(area, bit_offset, is_bit)
 
 
