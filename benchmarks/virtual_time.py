@@ -86,7 +86,7 @@ async def watched(seconds: float, moving: bool, compiled: bool) -> float:
         while station.time_ns < end:
             turn = time.perf_counter() + 0.02
             while station.time_ns < end and time.perf_counter() < turn:
-                station.step()
+                station.advance(0.1)
             await asyncio.sleep(0)
         elapsed = time.perf_counter() - start
     client.join()

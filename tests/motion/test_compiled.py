@@ -9,7 +9,7 @@ from achse.motion.record import LAYOUT
 
 
 def test_no_axes_are_no_work() -> None:
-    KERNEL.function(Rows(LAYOUT, 0).address, 0, 0.002)
+    KERNEL.function(Rows(LAYOUT, 0).address, 0, 0.002, 3)
 
 
 def test_motion_needs_no_compiler() -> None:

@@ -96,6 +96,18 @@ def test_two_runs_end_in_the_same_state(make_rig: Any) -> None:
     assert digests[0] == digests[1]
 
 
+@pytest.mark.parametrize("compiled", [False, True])
+def test_several_cycles_at_once_are_as_many_one_by_one(make_rig: Any, compiled: bool) -> None:
+    digests = []
+    for at_once in (1, 7):
+        rig = make_rig(count=2, compiled=compiled)
+        commands.start(rig.nc.axis(2), 1, 50.0, 100.0)
+        for _ in range(21 // at_once):
+            rig.nc.cycle(at_once)
+        digests.append((rig.nc.cycle_count, rig.nc.digest()))
+    assert digests[0] == digests[1]
+
+
 def test_few_axes_need_no_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
     few, many = [AxisParameters(1)], [AxisParameters(n) for n in range(1, 101)]
     assert Nc(2_000_000, few).compiled is False

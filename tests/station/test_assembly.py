@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from achse.kernel.compiled import Kernel
-from achse.motion.kernel import cycle_all
+from achse.motion.kernel import cycles
 from achse.station import ConfigError, Station
 from achse.station.config import parse
 
@@ -153,7 +153,7 @@ def test_cycles_without_a_sensible_common_tick_are_refused() -> None:
 
 
 def test_the_compiled_kernel_needs_llvmlite(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("achse.motion.nc.KERNEL", Kernel("fresh", cycle_all, {}))
+    monkeypatch.setattr("achse.motion.nc.KERNEL", Kernel("fresh", cycles, {}))
     monkeypatch.setitem(sys.modules, "llvmlite", None)
     with pytest.raises(ConfigError, match=r"nc\.kernel: compiled needs llvmlite.*achse\[fast\]"):
         station(nc={"kernel": "compiled"}, axis=[{"id": 1, "name": "A"}])

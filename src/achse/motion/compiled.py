@@ -1,10 +1,10 @@
-"""The kernel in machine code: `cycle_all` of `achse.motion.kernel` and whatever it calls."""
+"""The kernel in machine code: `cycles` of `achse.motion.kernel` and whatever it calls."""
 
 from achse.kernel.compiled import Kernel
-from achse.motion.kernel import cycle_all
+from achse.motion.kernel import cycles
 from achse.motion.record import LAYOUT, AxisFields
 
 __all__ = ["KERNEL"]
 
-KERNEL = Kernel("motion", cycle_all, {AxisFields: LAYOUT})
-"""Called with address and number of the records and the cycle time in seconds."""
+KERNEL = Kernel("motion", cycles, {AxisFields: LAYOUT})
+"""Called with address and number of the records, the cycle time in seconds, how many cycles."""

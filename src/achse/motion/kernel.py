@@ -28,7 +28,7 @@ from achse.motion.signals import watch
 from achse.motion.states import AxisType, DriveOperationMode, DriveType, MotionPhase
 from achse.motion.superposition import generate_superposed
 
-__all__ = ["adapt", "begin", "cycle", "cycle_all", "follow"]
+__all__ = ["adapt", "begin", "cycle", "cycle_all", "cycles", "follow"]
 
 _TWO_SPEEDS = AxisType.DISCRETE_RAPID_CREEP.value
 _STEPPER = DriveType.STEPPER.value
@@ -158,3 +158,9 @@ def cycle_all(axes: Sequence[AxisFields], dt: float) -> None:
             cycle(ax, dt)
         else:
             follow(ax, axes[i - ax.element_number], dt)
+
+
+def cycles(axes: Sequence[AxisFields], dt: float, count: int) -> None:
+    """`count` cycles of all axes."""
+    for _ in range(count):
+        cycle_all(axes, dt)

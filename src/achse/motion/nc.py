@@ -10,7 +10,7 @@ from achse.kernel.compiled import compiler_installed
 from achse.kernel.memory import Rows
 from achse.motion.axis import Axis, ObjectAxis, WordsAxis
 from achse.motion.compiled import KERNEL
-from achse.motion.kernel import begin, cycle_all
+from achse.motion.kernel import begin, cycles
 from achse.motion.record import FIELDS, LAYOUT, Role, SlotsRecord, pack_record
 
 __all__ = ["HIGHEST_AXIS_ID", "AxisParameters", "AxisParametersError", "Nc"]
@@ -164,11 +164,11 @@ class Nc:
             compiled = load > cycle_ns and compiler_installed()
         self.compiled = compiled
         count = sum(1 + parameters.element_count for parameters in configured)
-        self._cycle_all: Callable[[float], None]
+        self._cycles: Callable[[float, int], None]
         views: list[Axis]
         if compiled:
             self._rows = Rows(LAYOUT, count)
-            self._cycle_all = partial(KERNEL.function, self._rows.address, count)
+            self._cycles = partial(KERNEL.function, self._rows.address, count)
             fresh_record = pack_record(SlotsRecord())
             views = []
             for index in range(count):
@@ -177,7 +177,7 @@ class Nc:
                 views.append(WordsAxis(row))
         else:
             records = [SlotsRecord() for _ in range(count)]
-            self._cycle_all = partial(cycle_all, records)
+            self._cycles = partial(cycles, records)
             views = [ObjectAxis(record) for record in records]
         self._axes: dict[int, Axis] = {}
         self._owners: dict[str, dict[int, tuple[Axis, int]]] = {
@@ -241,10 +241,10 @@ class Nc:
         elements: list[Axis] = getattr(axis, f"{kind}s")
         return elements[number]
 
-    def cycle(self) -> None:
-        """One SAF cycle of all axes."""
-        self.cycle_count += 1
-        self._cycle_all(self._dt)
+    def cycle(self, count: int = 1) -> None:
+        """One SAF cycle of all axes, or several."""
+        self.cycle_count += count
+        self._cycles(self._dt, count)
 
     def clear_cycle_time_errors(self) -> None:
         """Begin anew with the counters of late cycles, which whoever paces the cycle counts."""

@@ -353,6 +353,11 @@ class Device:
         """Cycle in ns of the task `context`; devices with several tasks know better."""
         return self.task_cycle_ns
 
+    @property
+    def due_ns(self) -> float:
+        """When `notify` has something to do next, unix ns."""
+        return min(self.notifications.due_ns, self._next_sweep)
+
     def notify(self, now_ns: int) -> None:
         """Send what is due at the end of the cycle at `now_ns` (unix ns); once per base tick."""
         self.notifications.tick(now_ns)

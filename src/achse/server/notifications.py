@@ -5,6 +5,7 @@ the manuals print ms; first sample and life time as recorded from real targets.
 """
 
 import logging
+import math
 from collections.abc import Callable, Iterable
 from heapq import heapify, heappop, heappush, heapreplace
 from typing import Protocol
@@ -102,6 +103,14 @@ class Notifications:
     def sample_sizes(self) -> Iterable[int]:
         """Bytes of a sample of each subscription."""
         return (subscription.length for subscription in self._subscriptions.values())
+
+    @property
+    def due_ns(self) -> float:
+        """When `tick` has something to do next, unix ns."""
+        if self._open or self._waiting:
+            return 0
+        due = self._due[0][0] if self._due else math.inf
+        return min(due, self._deadlines[0][0]) if self._deadlines else due
 
     # adding and deleting ---------------------------------------------------------------------
 

@@ -49,11 +49,17 @@ _MODULO_AXIS = 1 << 2
 
 
 class Stage(NamedTuple):
-    """One step of the station cycle: `run(time_ns)` every `cycle_ns`."""
+    """One step of the station cycle: `run(time_ns)` every `cycle_ns`.
+
+    `rest()`, where there is one, tells for how long from now, ns, all runs would do nothing.
+    `several(n)` does n cycles at once, while no other stage is due.
+    """
 
     name: str
     cycle_ns: int
     run: Callable[[int], None]
+    rest: Callable[[], float] | None = None
+    several: Callable[[int], None] | None = None
 
 
 class Parts(NamedTuple):
@@ -156,7 +162,7 @@ def _assemble(
     nc = None
     if config.axis:
         nc = _nc(config)
-        stages.append(Stage("nc", nc.cycle_ns, NcTask(nc, pace).run))
+        stages.append(Stage("nc", nc.cycle_ns, NcTask(nc, pace).run, several=nc.cycle))
         digests.append(nc.digest)
         attach(NcDevice(nc, clock=clock), *NC_PORTS)
 
@@ -196,14 +202,18 @@ def idle(devices: Sequence[Device], tick_ns: int, clock: Callable[[], int]) -> P
 
 def _notification_stage(devices: Iterable[Device], tick_ns: int, clock: Callable[[], int]) -> Stage:
     """The last stage of a cycle: what `devices` have to tell their clients."""
-    notifies = [device.notify for device in devices]
+    listed = list(devices)
+    notifies = [device.notify for device in listed]
 
     def run(_: int) -> None:
         now = clock()
         for notify in notifies:
             notify(now)
 
-    return Stage("notifications", tick_ns, run)
+    def rest() -> float:
+        return min((device.due_ns for device in listed), default=math.inf) - clock()
+
+    return Stage("notifications", tick_ns, run, rest)
 
 
 def _nc(config: StationConfig) -> Nc:

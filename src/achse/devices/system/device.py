@@ -114,6 +114,11 @@ class SystemDevice(Device):
         else:
             super().write_control(ads_state, device_state, data)
 
+    @property
+    def due_ns(self) -> float:
+        """When `notify` has something to do next, unix ns."""
+        return min(super().due_ns, self.files.due_ns)
+
     def notify(self, now_ns: int) -> None:
         """Send what is due, and close files that nobody uses any more."""
         super().notify(now_ns)

@@ -85,7 +85,8 @@ class Files:
         self._clock = clock
         self._open: dict[int, _Open] = {}
         self._last = FIRST_HANDLE - 1
-        self._next_sweep = 0
+        self.due_ns = 0
+        """When `sweep` has something to do next, unix ns."""
 
     # services ----------------------------------------------------------------------------------
 
@@ -156,9 +157,9 @@ class Files:
 
     def sweep(self, now_ns: int) -> None:
         """Close what was not used for ten minutes."""
-        if now_ns < self._next_sweep:
+        if now_ns < self.due_ns:
             return
-        self._next_sweep = now_ns + 1_000_000_000
+        self.due_ns = now_ns + 1_000_000_000
         for handle in [h for h, e in self._open.items() if now_ns - e.used > _IDLE_NS]:
             self._close(handle)
 
