@@ -146,13 +146,51 @@ def _generate(axis: Axis, dice: random.Random) -> int:
             )  # fmt: skip
 
 
+def _look(axis: Axis, dice: random.Random) -> int:
+    """A random command to the encoder and its latches."""
+    unit, edge = dice.randrange(1, 5), dice.randrange(2)
+    match dice.randrange(10):
+        case 0 | 1 | 2:
+            axis.encoder_reference_mode = dice.randrange(1, 8)
+            axis.encoder_homing_cam_search_inverse = dice.randrange(2)
+            axis.simulation_cam_end = dice.uniform(-50.0, 50.0)
+            axis.simulation_cam_begin = axis.simulation_cam_end - dice.choice([1.0, 1e6])
+            return commands.home(axis)
+        case 3 | 4:
+            axis.simulation_cam_input, axis.simulation_mark_input = 1, dice.randrange(3)
+            source = dice.choice([0, 1, 2, 128, 129])
+            return commands.activate_touch_probe(axis, unit, edge, dice.randrange(1, 3), source)
+        case 5:
+            return commands.deactivate_touch_probe(axis, unit, edge)
+        case 6:
+            axis.simulation_drive_inputs = dice.randrange(16)
+        case 7:
+            way = dice.uniform(-30.0, 30.0)
+            return dice.choice(
+                [
+                    commands.set_actual_position_on_the_fly(axis, 2, edge, way),
+                    commands.set_actual_position_only(axis, 2, 0.01 * way),
+                    commands.set_actual_position_in_drive(axis, 2, way),
+                ]
+            )
+        case 8:
+            factor = axis.encoder_scaling_factor * dice.choice([0.999, 1.001])
+            return commands.set_encoder_scaling_factor(axis, 2, 0, factor)
+        case _:
+            loop = dice.randrange(len(axis.records))
+            return commands.reinitialize_encoder(axis) + commands.switch_control_loop(
+                axis, loop, dice.randrange(1, 4), dice.uniform(-5.0, 5.0)
+            )
+    return 0
+
+
 def _act(axis: Axis, dice: random.Random) -> int:
     """One random command or change; its answer."""
     position = dice.uniform(-900.0, 900.0)
     velocity = 10 ** dice.uniform(-1, 4)
     dynamics = [dice.choice([0.0, 10 ** dice.uniform(2, 5)]) for _ in range(3)]
     kind = dice.choice([1, 2, 3, 4, 5, 261, 517, 773, 4096, 8192])
-    match dice.randrange(14):
+    match dice.randrange(16):
         case 0 | 1 | 2 | 3:
             mode = dice.choice([0, 0, 1, 18, 19, 20, 21])
             if kind > 5:
@@ -190,6 +228,8 @@ def _act(axis: Axis, dice: random.Random) -> int:
             return commands.set_actual_position(axis, dice.choice([1, 2, 5]), position)
         case 11:
             return _generate(axis, dice)
+        case 13 | 14:
+            return _look(axis, dice)
         case 12:
             axis.external_set_position = axis.set_position + dice.uniform(-0.05, 0.05)
             axis.external_set_velocity = dice.uniform(-50.0, 50.0)
