@@ -1,5 +1,6 @@
 """Homing: the documented sequence, in every mode, by the equations of motion."""
 
+import random
 from itertools import pairwise
 from math import sqrt
 from typing import Any
@@ -359,3 +360,45 @@ def test_a_start_takes_over_and_the_buffer_is_closed(make: Any) -> None:
     rig.until_rest()
     assert rig.axis.set_position == 5.0
     assert rig.axis.homed == 0
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_whatever_happens_the_set_point_keeps_its_limits(make_rig: Any, seed: int) -> None:
+    """Overrides, cams that come and go, enables, stops, resets: never a step."""
+    dice = random.Random(seed)
+    rig = make_rig(compiled=True, encoder_reference_mode=dice.randrange(1, 8), **MARK)
+    axis = rig.axis
+    for _ in range(400):
+        match dice.randrange(8):
+            case 0:
+                axis.velocity_override = dice.choice([0, 1_000, 300_000, 1_000_000])
+            case 1:
+                axis.control_dword = dice.choice([7, 7, 7, 7 | CAM_BIT, 3, 0])
+            case 2:
+                commands.stop(axis)
+            case 3:
+                axis.simulation_cam_end = dice.uniform(-60.0, 20.0)
+            case _:
+                axis.control_dword |= 7
+                if axis.error_code and axis.set_motion_phase == MotionPhase.NONE:
+                    commands.reset(axis)
+                commands.home(axis)
+        for _ in range(dice.randrange(1, 200)):
+            p, v, a = axis.set_position, axis.set_velocity, axis.set_acceleration
+            origin, closed = axis.encoder_set_position_offset, axis.loop_closed
+            rig.run(1)
+            assert abs(axis.set_velocity) <= V + 1e-6
+            if closed and axis.loop_closed:
+                renamed = axis.encoder_set_position_offset - origin
+                way = axis.set_position - p - renamed
+                assert way == pytest.approx(0.5 * (v + axis.set_velocity) * CYCLE, abs=1e-4)
+                assert abs(axis.set_acceleration - a) <= JERK * CYCLE + 1e-6
+    axis.control_dword, axis.velocity_override = 7, 1_000_000
+    axis.simulation_cam_end = -50.0
+    commands.stop(axis)
+    rig.until_rest()
+    commands.reset(axis)
+    rig.run(2)
+    assert commands.home(axis) == 0
+    rig.until(lambda axis: axis.homing_state == 0, 600.0)
+    assert axis.homed == 1

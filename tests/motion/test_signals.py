@@ -128,9 +128,7 @@ def test_what_is_closed_already_is_no_edge(make: Any) -> None:
 
 def test_cam_and_mark_at_one_input_overlap(make: Any) -> None:
     """Closed from 5 to 12.5: the cam ends at 11, the mark begins at 10."""
-    rig = make(
-        **MARK, simulation_cam_begin=5.0, simulation_cam_end=11.0, simulation_cam_input=2
-    )
+    rig = make(**MARK, simulation_cam_begin=5.0, simulation_cam_end=11.0, simulation_cam_input=2)
     commands.activate_touch_probe(rig.axis, 2, RISING, CONTINUOUS, 2)
     commands.activate_touch_probe(rig.axis, 2, FALLING, CONTINUOUS, 2)
     move(rig, 30.0)

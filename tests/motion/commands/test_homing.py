@@ -86,9 +86,7 @@ def test_the_application_is_asked_to_home(make_rig: Any) -> None:
     assert axis.actual_position == 12.0
 
 
-@pytest.mark.parametrize(
-    "end", [lambda axis: commands.set_homing_state(axis, 0), commands.reset]
-)
+@pytest.mark.parametrize("end", [lambda axis: commands.set_homing_state(axis, 0), commands.reset])
 def test_what_else_ends_the_request(make_rig: Any, end: Any) -> None:
     rig = make_rig(encoder_reference_mode=20)
     commands.home(rig.axis)
