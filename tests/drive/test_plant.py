@@ -11,8 +11,10 @@ from achse.drive.record import SlotsRecord
 FREE = Load(coulomb=0.0, viscous=0.0)
 
 
-def _speed_step(load: Load, **parameters: int) -> tuple[list[float], VirtualDrive]:
-    presets = {0x6083: 2**32 - 1, 0x6084: 2**32 - 1}
+def _speed_step(
+    load: Load, parameters: dict[int, int] | None = None
+) -> tuple[list[float], VirtualDrive]:
+    presets = {0x6083: 2**32 - 1, 0x6084: 2**32 - 1, **(parameters or {})}
     drive = VirtualDrive(Machine(load=load), cycle=125e-6, parameters=presets)
     drive.enable(Mode.PROFILE_VELOCITY)
     drive.put(0x60FF, 200_000)
@@ -29,6 +31,30 @@ def test_a_velocity_step_rises_fast_and_overshoots_little() -> None:
     assert rise < 5e-3, "100 Hz of bandwidth"
     assert max(trace) < 1.35 * 200_000
     assert trace[-1] == pytest.approx(200_000, rel=1e-3)
+
+
+def test_a_higher_velocity_loop_gain_is_faster() -> None:
+    """Pt100, 0.1 Hz: half the gain, about twice the rise time."""
+
+    def rise(gain: int) -> int:
+        trace, _ = _speed_step(FREE, {0x2100: gain, 0x2101: 51_200})
+        return next(n for n, value in enumerate(trace) if value > 126_000)  # 63 %
+
+    assert 1.5 < rise(200) / rise(400) < 2.5
+
+
+def test_the_velocity_loop_integral_time_takes_a_load_away() -> None:
+    """Pt101, 0.01 ms: the error a sudden load makes dies out with it."""
+
+    def error(integral_time: int) -> float:
+        drive = VirtualDrive(Machine(load=FREE), parameters={0x2100: 400, 0x2101: integral_time})
+        drive.enable(Mode.CYCLIC_VELOCITY)
+        drive.cycle(200)
+        drive.faults.load(500)
+        drive.cycle(20)
+        return abs(drive.record.motor_velocity)
+
+    assert error(51_200) > 4 * error(1_000) > 0
 
 
 def test_a_position_step_of_the_profile_does_not_overshoot_much() -> None:

@@ -205,6 +205,51 @@ def test_every_state_of_communication_but_init_allows_operation(state: AlState) 
     assert seen == {S.READY_TO_SWITCH_ON, S.SWITCHED_ON, S.OPERATION_ENABLED}
 
 
+HOLDS = {
+    S.SWITCH_ON_DISABLED: 0x0000,
+    S.READY_TO_SWITCH_ON: 0x0006,
+    S.SWITCHED_ON: 0x0007,
+    S.OPERATION_ENABLED: 0x000F,
+    S.QUICK_STOP_ACTIVE: 0x0002,
+    S.FAULT_REACTION_ACTIVE: 0x000F,
+    S.FAULT: 0x000F,
+}
+"""A controlword that keeps a state."""
+
+NOT_IN_INIT = {
+    S.READY_TO_SWITCH_ON,
+    S.SWITCHED_ON,
+    S.OPERATION_ENABLED,
+    S.QUICK_STOP_ACTIVE,
+}
+"""001 table 2.4.3: what Init does not allow. All else is allowed everywhere."""
+
+
+@pytest.mark.parametrize(
+    ("state", "communication"),
+    list(itertools.product(HOLDS, (AlState.INIT, AlState.PREOP, AlState.SAFEOP, AlState.OP))),
+    ids=str,
+)
+def test_each_power_state_in_each_state_of_communication(
+    state: PowerState, communication: AlState
+) -> None:
+    record = _at(state)
+    record.communication = communication
+    record.controlword = HOLDS[state]
+    advance(record, 0, 0)
+    leaves = communication is AlState.INIT and state in NOT_IN_INIT
+    assert record.power_state == (S.SWITCH_ON_DISABLED if leaves else state)
+
+
+@pytest.mark.parametrize("communication", [AlState.INIT, AlState.PREOP, AlState.SAFEOP, AlState.OP])
+def test_not_ready_to_switch_on_is_left_in_each_state_of_communication(
+    communication: AlState,
+) -> None:
+    record = _at(S.NOT_READY_TO_SWITCH_ON)
+    record.communication = communication
+    assert advance(record, 0, 0) == 1
+
+
 def test_leaving_op_while_not_enabled_is_none(drive: VirtualDrive) -> None:
     drive.control(0x06, 2)
     drive.enter(AlState.SAFEOP, 0, AlStatus.NO_ERROR)

@@ -101,3 +101,14 @@ def test_the_brake_follows_the_drive_and_60feh_while_off() -> None:
     assert drive.record.digital_outputs == 0x0001_0000, "the drive holds it released"
     drive.control(0, 2)
     assert drive.record.brake_engaged
+
+
+def test_the_rotation_output_follows_its_level() -> None:
+    """Pt502, 1/min."""
+    machine = Machine(outputs=(OutputFunction.ROTATION,))
+    for level, shown in ((50, True), (150, False)):
+        drive = VirtualDrive(machine, parameters={0x2502: level})
+        drive.enable(Mode.CYCLIC_VELOCITY)
+        drive.put(0x60FF, 100 * 131_072 // 60)
+        drive.cycle(200)
+        assert bool(drive.record.digital_outputs & 1 << 16) is shown
