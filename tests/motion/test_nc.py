@@ -159,3 +159,36 @@ def test_late_cycles_are_counted_and_cleared() -> None:
     nc.late_cycles = nc.late_io_cycles = 3
     nc.clear_cycle_time_errors()
     assert (nc.late_cycles, nc.late_io_cycles) == (0, 0)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_persistent_data_survive_a_restart(compiled: bool) -> None:
+    def nc(persistent: int) -> Nc:
+        values = {
+            "control_dword": 7,
+            "velocity_override": 1_000_000,
+            "persistent_data_enable": persistent,
+        }
+        return Nc(2_000_000, [AxisParameters(1, values=values)], compiled=compiled)
+
+    before = nc(1)
+    axis = before.axis(1)
+    commands.set_homed_flag(axis, 1)
+    commands.start(axis, 1, 70.0, 200.0)
+    for _ in range(1500):
+        before.cycle()
+    for persistent in (0, 1):
+        after = nc(persistent)
+        after.succeed(before)
+        axis = after.axis(1)
+        for _ in range(10):
+            after.cycle()
+        assert axis.actual_position == pytest.approx(70.0 * persistent, abs=1e-3)
+        assert axis.set_position == pytest.approx(axis.actual_position, abs=1e-3)
+        assert axis.homed == persistent
+        # the machine stands where it stood: its cam, 50 mm below the first zero, lies 120 mm away
+        assert axis.encoder_machine_zero * axis.encoder_scaling_factor == pytest.approx(-70.0)
+        assert commands.start(axis, 2, 5.0, 200.0) == 0
+        for _ in range(500):
+            after.cycle()
+        assert axis.actual_position == pytest.approx(70.0 * persistent + 5.0, abs=1e-2)

@@ -13,6 +13,7 @@ import pytest
 
 from achse.ams import AdsState, Command, DeviceError, Frame
 from achse.ams.commands import WriteControlRequest
+from achse.motion import commands
 from achse.station import Station
 from achse.station.assembly import Stage
 from achse.station.config import parse
@@ -562,3 +563,28 @@ def test_time_in_one_go_is_time_tick_by_tick(client_of: Any, kernel: str) -> Non
         history.append((station.time_ns, station.digest(), nc.samples(), system.samples(), calls))
         histories.append(history)
     assert histories[0] == histories[1]
+
+
+@pytest.mark.parametrize("through_config", [False, True])
+def test_an_axis_with_persistent_data_knows_its_position_after_a_restart(
+    through_config: bool,
+) -> None:
+    axes = [{"id": i, "name": f"{i}", "persistent_data_enable": 2 - i} for i in (1, 2)]
+    station = Station(parse({"axis": axes}, ""))
+    assert station.nc is not None
+    for axis in station.nc:
+        axis.control_dword = 7
+        axis.velocity_override = 1_000_000
+        commands.set_homed_flag(axis, 1)
+        commands.start(axis, 1, 30.0, 200.0)
+    station.advance(3.0)
+    if through_config:
+        station.configure()
+        station.advance(1.0)
+        assert station.nc is None
+    station.restart()
+    station.advance(1.0)
+    assert station.nc is not None
+    remembered, forgotten = station.nc
+    assert remembered.actual_position == pytest.approx(30.0, abs=1e-3)
+    assert (remembered.homed, forgotten.homed, forgotten.actual_position) == (1, 0, 0.0)

@@ -12,6 +12,7 @@ from achse.motion.axis import Axis, ObjectAxis, WordsAxis
 from achse.motion.compiled import KERNEL
 from achse.motion.kernel import begin, cycles
 from achse.motion.record import FIELDS, LAYOUT, Role, SlotsRecord, pack_record
+from achse.motion.setpoint import shift_origin
 
 __all__ = ["HIGHEST_AXIS_ID", "AxisParameters", "AxisParametersError", "Nc"]
 
@@ -245,6 +246,22 @@ class Nc:
         """One SAF cycle of all axes, or several."""
         self.cycle_count += count
         self._cycles(self._dt, count)
+
+    def succeed(self, previous: "Nc") -> None:
+        """Begin after a restart: the machines stand where `previous` left them.
+
+        An axis with persistent data keeps its position and the homed flag; another has forgotten
+        both and counts from 0 here.
+        """
+        for axis in self:
+            before = previous._axes.get(axis.axis_id)
+            if before is None:
+                continue
+            for element, last in zip(axis.encoders, before.encoders, strict=False):
+                element.encoder_machine_zero = last.encoder_machine_zero - last.plant_position
+            if axis.persistent_data_enable:
+                axis.homed = before.homed
+                shift_origin(axis, before.actual_position - axis.actual_position)
 
     def clear_cycle_time_errors(self) -> None:
         """Begin anew with the counters of late cycles, which whoever paces the cycle counts."""

@@ -79,6 +79,7 @@ class Station:
         """How the running station keeps up with the wall clock; None in virtual time."""
         parts = self._assemble()
         self.nc: Nc | None
+        self._nc_before: Nc | None = None
         self.plcs: Mapping[int, PlcRuntime]
         self.stages: Sequence[assembly.Stage] = ()
         """What one cycle runs, in order: (cycle in ns, callable with the station time)."""
@@ -208,6 +209,7 @@ class Station:
             act()
 
     def _leave(self) -> None:
+        self._nc_before = self.nc or self._nc_before
         for device in self.devices:
             if device not in self._kept:
                 device.detach()
@@ -224,6 +226,9 @@ class Station:
             log.error("the station cannot start and stays in CONFIG: %s", fault)
             self._enter_config()
             return
+        if parts.nc is not None and self._nc_before is not None:
+            parts.nc.succeed(self._nc_before)
+            self._nc_before = None
         for plc in parts.plcs.values():
             plc.begin(self.time_ns)
         self._take(parts)
