@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.plc.memory import Area, AreaFullError, Memory, MemoryRangeError, Region
+from achse.plc.memory import SPARSE, Area, AreaFullError, Memory, MemoryRangeError, Region
 
 
 @given(st.lists(st.tuples(st.integers(1, 40), st.sampled_from([1, 2, 4, 8])), max_size=30))
@@ -126,3 +126,41 @@ def test_an_area_ends_where_the_addresses_of_pointers_end() -> None:
     with pytest.raises(AreaFullError, match="data has at most 268435456 bytes"):
         region.place((1 << 28) - 1, 2)
     assert len(region) == 0x1_0000
+
+
+@pytest.mark.parametrize("size", [3 * 0x1_0000 + 5, SPARSE + 5])
+def test_an_area_of_any_size_is_held_reset_copied_and_hashed(size: int) -> None:
+    memory = Memory({Area.DATA: size})
+    region = memory[Area.DATA]
+    empty = memory.digest()
+    region.write(size - 3, b"end")
+    region.write(0x1_0000 - 1, b"ab")
+    region.keep(7, 2)
+    region.hold_initial()
+    held, copy = memory.digest(), region.snapshot()
+    assert held != empty
+    region.write(size - 3, b"xyz")
+    region.write(7, b"kk")
+    region.write(0x2_0000, b"new")
+    assert memory.digest() != held
+    region.reset()
+    assert region.read(size - 3, 3) == b"end"
+    assert region.read(7, 2) == b"kk"
+    assert region.read(0x2_0000, 3) == bytes(3)
+    region.reset(origin=True)
+    assert memory.digest() == held
+    region.clear()
+    assert memory.digest() == empty
+    region.restore(copy)
+    assert memory.digest() == held
+    region.begin_anew()
+    region.reset()
+    assert memory.digest() == empty
+    with pytest.raises(MemoryRangeError):
+        region.read(size - 1, 2)
+
+
+def test_a_large_area_does_not_grow() -> None:
+    region = Memory({Area.DATA: SPARSE})[Area.DATA]
+    with pytest.raises(AreaFullError, match="data has 4194304 bytes"):
+        region.place(SPARSE, 1)

@@ -1,5 +1,6 @@
 """PLCs from sources, symbol files and Python, with behaviour; online changes of a station."""
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -176,6 +177,34 @@ def test_an_image_large_enough_for_the_sources(folder: Path) -> None:
     station = _station(folder, '[[plc]]\nsources = "wide.st"\n')
     assert len(station.plcs[851].memory[Area.INPUT]) >= 100_000
     assert _value(station, "wide.nFar") == b"\7\0"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux tells in KiB what a process takes")
+def test_areas_that_share_a_large_range_take_memory_where_something_is(folder: Path) -> None:
+    import resource
+
+    groups = {".i": 61472, ".q": 61488, ".m": 16416, ".d": 16448, ".r": 16432}
+    symbols = "".join(
+        f"<Symbol><Name>{name}</Name><Type>INT</Type><IGroup>{group}</IGroup>"
+        f"<IOffset>{200_000_000 + group}</IOffset><BitSize>16</BitSize></Symbol>"
+        for name, group in groups.items()
+    )
+    (folder / "far.tpy").write_text(
+        f"<PlcProjectInfo><Symbols>{symbols}</Symbols></PlcProjectInfo>"
+    )
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    station = _station(folder, '[[plc]]\nsymbols = "far.tpy"\nport = 801\n')
+    plc = station.plcs[801]
+    units: Any = plc.instance("")
+    for number, name in enumerate(groups, 1):
+        units[name[1:]] = number
+        assert _value(station, name, 801) == bytes([number, 0])
+    plc.online_change()
+    station.advance(0.02)
+    plc.reset(origin=True)
+    assert _value(station, ".d", 801) == b"\0\0"
+    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    assert grown < 100_000, "KiB; the five areas have 200,000,000 bytes each"
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,12 @@
 """PLC memory: the process image and the flag, retain and data areas, each one run of bytes."""
 
 import hashlib
+import mmap
+from collections.abc import Iterator, Mapping
 from enum import Enum
-from typing import Any
+from typing import Any, cast
 
-from achse.iec import Place, Variable
+from achse.iec import Buffer, Place, Variable
 
 __all__ = [
     "DEFAULT_SIZES",
@@ -46,6 +48,13 @@ _HEADROOM = 1024
 _ADDRESS_BITS = 28
 """Each area has a range of 256 MiB in the address space of pointers, the first one above NULL."""
 
+SPARSE = 1 << 22
+"""An area made this large takes memory only where something is in it: the symbol files of real
+targets put all areas into one range of addresses."""
+
+_CHUNK = 1 << 16
+_ZEROS = bytes(_CHUNK)
+
 _GROWING = (Area.RETAIN, Area.DATA)
 
 
@@ -75,6 +84,38 @@ class Bytes(bytearray):
     statics: dict[Variable[Any, Any], Place]
 
 
+class _SparseBytes(mmap.mmap):
+    """The same for an area whose pages come from the system when they are first written to."""
+
+    statics: dict[Variable[Any, Any], Place]
+
+
+def _zeros(size: int) -> Bytes:
+    if size < SPARSE:
+        return Bytes(size)
+    # Private pages: those only read are one page of zeros. Elsewhere mmap knows no such flag.
+    private = getattr(mmap, "MAP_PRIVATE", 0) | getattr(mmap, "MAP_ANONYMOUS", 0)
+    made = _SparseBytes(-1, size, private) if private else _SparseBytes(-1, size)
+    return cast("Bytes", made)
+
+
+def _pieces(data: Buffer) -> Iterator[tuple[int, bytes]]:
+    """What is not zero, in chunks with their offsets."""
+    for start in range(0, len(data), _CHUNK):
+        piece = bytes(data[start : start + _CHUNK])
+        if piece != _ZEROS[: len(piece)]:
+            yield start, piece
+
+
+def _fill(data: Buffer, content: Mapping[int, bytes]) -> None:
+    """Make `content` all there is; pages that are right already are not touched."""
+    for start in range(0, len(data), _CHUNK):
+        now = bytes(data[start : start + _CHUNK])
+        wanted = content.get(start, b"").ljust(len(now), b"\0")
+        if now != wanted:
+            data[start : start + len(now)] = wanted
+
+
 class Region:
     """One area: its bytes, how far they are allocated, and what they are after a reset.
 
@@ -86,9 +127,9 @@ class Region:
 
     def __init__(self, area: Area, size: int) -> None:
         self.area = area
-        self.data = Bytes(size)
-        self._grows = area in _GROWING
-        self._initial = bytes(self.data)
+        self.data = _zeros(size)
+        self._grows = area in _GROWING and size < SPARSE
+        self._initial: Mapping[int, bytes] = {}
         self._kept: list[slice] = []
         self._used = 0
 
@@ -130,19 +171,19 @@ class Region:
 
     def hold_initial(self) -> None:
         """Take the present content as what `reset` restores."""
-        self._initial = bytes(self.data)
+        self._initial = dict(_pieces(self.data))
 
     def reset(self, *, origin: bool = False) -> None:
         """Restore the initial values: all (`origin`), or all that is not kept (cold)."""
         kept = [] if origin else [(part, self.data[part]) for part in self._kept]
-        self.data[:] = self._initial.ljust(len(self.data), b"\0")
+        _fill(self.data, self._initial)
         for part, content in kept:
             self.data[part] = content
 
     def begin_anew(self) -> None:
         """Forget all variables: zeros, nothing allocated, nothing kept. The size stays."""
-        self.data[:] = bytes(len(self.data))
-        self._initial = b""
+        self.clear()
+        self._initial = {}
         self._kept.clear()
         self._used = 0
 
@@ -176,7 +217,28 @@ class Region:
 
     def clear(self) -> None:
         """Set all bytes to zero."""
-        self.data[:] = bytes(len(self.data))
+        _fill(self.data, {})
+
+    def snapshot(self) -> Buffer:
+        """A copy of the content."""
+        copy = _zeros(len(self.data))
+        _fill(copy, dict(_pieces(self.data)))
+        return copy
+
+    def restore(self, content: Buffer) -> None:
+        """Put the content of an earlier `snapshot` over this; what has grown since stays."""
+        for start in range(0, len(content), _CHUNK):
+            then = content[start : start + _CHUNK]
+            if self.data[start : start + len(then)] != then:
+                self.data[start : start + len(then)] = then
+
+    def digest(self) -> bytes:
+        """A hash of the content, 16 bytes."""
+        state = hashlib.blake2b(len(self.data).to_bytes(8, "little"), digest_size=16)
+        for start, piece in _pieces(self.data):
+            state.update(start.to_bytes(8, "little"))
+            state.update(piece)
+        return state.digest()
 
     def _check(self, offset: int, length: int) -> None:
         if offset < 0 or offset + length > len(self.data):
@@ -239,6 +301,5 @@ class Memory:
         """A hash of the whole content, 16 bytes: equal memories have equal digests."""
         state = hashlib.blake2b(digest_size=16)
         for region in self.regions.values():
-            state.update(len(region).to_bytes(8, "little"))
-            state.update(region.data)
+            state.update(region.digest())
         return state.digest()

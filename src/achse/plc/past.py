@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from achse.iec import Array, IecError, IecType, Record, StructType, resolved
+from achse.iec import Array, Buffer, IecError, IecType, Record, StructType, resolved
 from achse.iec.structs import Kind
 from achse.plc.memory import Area, Memory
 from achse.plc.program import PlacedUnit, PlacedVariable, partner_names
@@ -21,7 +21,7 @@ Path = tuple[object, ...]
 class Past:
     """A PLC as it was: memory, places of variables, Python attributes by unit and path."""
 
-    memory: Mapping[Area, bytes]
+    memory: Mapping[Area, Buffer]
     variables: Mapping[str, PlacedVariable]
     attributes: Mapping[str, Sequence[tuple[Path, dict[str, Any]]]]
 
@@ -30,7 +30,7 @@ class Past:
         cls, memory: Memory, units: Iterable[PlacedUnit], variables: Iterable[PlacedVariable]
     ) -> "Past":
         return cls(
-            {area: bytes(region.data) for area, region in memory.regions.items()},
+            {area: region.snapshot() for area, region in memory.regions.items()},
             {placed.name.lower(): placed for placed in variables},
             {unit.name.lower(): list(_attributes(unit.instance, ())) for unit in units},
         )
@@ -51,8 +51,7 @@ class Past:
     def restore_values(self, memory: Memory, variables: Iterable[PlacedVariable]) -> None:
         """Put the values of what kept its name and type into the new memory."""
         for area in _IMAGES:
-            old = self.memory[area]
-            memory[area].data[: len(old)] = old
+            memory[area].restore(self.memory[area])
         for placed in variables:
             before = self.variables.get(placed.name.lower())
             if before is not None:
@@ -87,7 +86,7 @@ def _same(old: IecType[Any], new: IecType[Any]) -> bool:
 
 
 def _pour(
-    content: bytes,
+    content: Buffer,
     source: int,
     old: IecType[Any],
     data: bytearray,

@@ -17,13 +17,23 @@ from achse.iec.structs import Unit
 from achse.iec.symbolfiles import FileTask, read_symbol_file
 from achse.plc import DEFAULT_SIZES, Area, Memory, PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
+from achse.plc.memory import SPARSE
 from achse.station.config import ConfigError, PlcConfig, TaskConfig
 
 __all__ = ["PlcSource", "collection_paused"]
 
 _SOURCES = {".st", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto", ".plcproj"}
-_IMAGES = {"I": Area.INPUT, "Q": Area.OUTPUT, "M": Area.FLAG}
+_AREAS = {
+    "I": Area.INPUT,
+    "Q": Area.OUTPUT,
+    "M": Area.FLAG,
+    "R": Area.RETAIN,
+    "D": Area.DATA,
+}
 _HEADROOM = 1024
+_REST = 1 << 20
+"""Bytes behind the last variable at an address, for those without; an area that far does not
+grow."""
 
 T = TypeVar("T")
 
@@ -245,14 +255,15 @@ def _tasks(configured: Sequence[TaskConfig], declared: _Declared) -> list[FileTa
 
 
 def _sizes(units: Iterable[type[Unit]]) -> dict[Area, int]:
-    """How large the process image has to be for the variables that say where they lie."""
+    """How large areas have to be for the variables that say where they lie."""
     sizes = dict(DEFAULT_SIZES)
     for unit in units:
         for member in unit.__iec__.members:
             address = member.address
-            if address is not None and address.byte is not None and address.area in _IMAGES:
-                area = _IMAGES[address.area]
-                sizes[area] = max(sizes[area], address.byte + member.type.size + _HEADROOM)
+            if address is not None and address.byte is not None:
+                area = _AREAS[address.area]
+                end = address.byte + member.type.size
+                sizes[area] = max(sizes[area], end + (_REST if end > SPARSE else _HEADROOM))
     return sizes
 
 
