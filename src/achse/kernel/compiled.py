@@ -116,33 +116,43 @@ class Kernel:
         for layout in self.layouts.values():
             for name, slot in layout.fields.items():
                 digest.update(f"{name} {slot.offset} {slot.length} {slot.is_real}".encode())
-        modules = [expressions, function, instructions, kinds, translate]
-        for module in (*modules, *_reached(sys.modules[self.plain.__module__])):
-            assert module.__file__ is not None
-            digest.update(Path(module.__file__).read_bytes())
-            for name, thing in vars(module).items():
-                if _is_number(thing):
-                    digest.update(f"{name} {thing!r}".encode())
-                elif isinstance(thing, EnumMeta):
-                    digest.update(repr(list(thing)).encode())
+        files = {str(module.__file__) for module in _TRANSLATOR}
+        for name, thing in _reached(self.plain):
+            if isinstance(thing, FunctionType):
+                files.add(thing.__code__.co_filename)
+            elif isinstance(thing, EnumMeta):
+                digest.update(repr(list(thing)).encode())
+            elif _is_number(thing):
+                digest.update(f"{name} {thing!r}".encode())
+        for file in sorted(files):
+            digest.update(Path(file).read_bytes())
         return digest.hexdigest()[:20]
 
 
-def _reached(module: ModuleType) -> Iterator[ModuleType]:
-    """The module and those its functions may call, as far as they are of the same package."""
-    package = module.__name__.partition(".")[0]
-    known = {module.__name__: module}
-    waiting = [module]
+_TRANSLATOR = expressions, function, instructions, kinds, translate
+
+
+def _reached(entry: FunctionType) -> Iterator[tuple[str, object]]:
+    """The function and all that it and what it calls may refer to by name."""
+    known = {entry}
+    waiting = [entry]
     while waiting:
-        for thing in vars(waiting.pop()).values():
-            if isinstance(thing, FunctionType):
-                thing = sys.modules.get(thing.__module__)
-            if not isinstance(thing, ModuleType) or thing.__name__ in known:
-                continue
-            if thing.__name__.partition(".")[0] == package:
-                known[thing.__name__] = thing
-                waiting.append(thing)
-    return iter(known.values())
+        caller = waiting.pop()
+        yield caller.__name__, caller
+        names = caller.__code__.co_names
+        spaces = [caller.__globals__]
+        spaces += (vars(spaces[0][name]) for name in names if _is_module(spaces[0].get(name)))
+        for name in names:
+            for thing in (space[name] for space in spaces if name in space):
+                if not isinstance(thing, FunctionType):
+                    yield name, thing
+                elif thing not in known:
+                    known.add(thing)
+                    waiting.append(thing)
+
+
+def _is_module(thing: object) -> bool:
+    return isinstance(thing, ModuleType)
 
 
 def _is_number(thing: object) -> bool:
