@@ -96,6 +96,8 @@ def _zeros(size: int) -> Bytes:
     # Private pages: those only read are one page of zeros. Elsewhere mmap knows no such flag.
     private = getattr(mmap, "MAP_PRIVATE", 0) | getattr(mmap, "MAP_ANONYMOUS", 0)
     made = _SparseBytes(-1, size, private) if private else _SparseBytes(-1, size)
+    if hasattr(mmap, "MADV_NOHUGEPAGE"):
+        made.madvise(mmap.MADV_NOHUGEPAGE)  # else each byte written takes 2 MiB
     return cast("Bytes", made)
 
 
