@@ -362,6 +362,36 @@ def test_a_start_takes_over_and_the_buffer_is_closed(make: Any) -> None:
     assert rig.axis.homed == 0
 
 
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"axis_type": 2, "drive_type": 7, "brake_delay_negative": 0.2, "brake_delay_positive": 0.2},
+        {"drive_type": 8, "stepper_step_scaling": 0.1},
+    ],
+    ids=["two speeds", "stepper"],
+)
+@pytest.mark.parametrize("mode", [1, 2])
+def test_discrete_drives_home_too(make: Any, values: Any, mode: int) -> None:
+    """At creep speed, 220 mm/s, a cycle is 0.44 mm; the step of the motor is 0.1 mm."""
+    rig = make(**values, encoder_reference_mode=mode)
+    axis = rig.axis
+    assert commands.home(axis) == 0
+    states = [row[0] for row in walk(rig, 60.0)]
+    assert [s for s in (WAIT, LEAVE, OFF, SET) if s in states] == [WAIT, LEAVE, OFF, SET]
+    assert axis.homed == 1
+    assert axis.error_code == 0
+    place = (100.0 - axis.encoder_set_position_offset) - axis.encoder_position_offset
+    if mode == 1:
+        assert place == pytest.approx(-50.0, abs=1.0)
+    else:
+        assert place % 6.5536 == pytest.approx(0.0, abs=1e-6) or place % 6.5536 > 6.5535
+    rig.seconds(1.0)
+    stood = axis.actual_position
+    assert commands.start(axis, 2, 50.0, 30.0) == 0
+    rig.until_rest()
+    assert axis.actual_position == pytest.approx(stood + 50.0, abs=5.0)
+
+
 @pytest.mark.parametrize("seed", range(10))
 def test_whatever_happens_the_set_point_keeps_its_limits(make_rig: Any, seed: int) -> None:
     """Overrides, cams that come and go, enables, stops, resets: never a step."""

@@ -20,6 +20,7 @@ _NO_JOB = MotionPhase.NONE.value
 _POSITIONING = MotionPhase.POSITIONING.value
 _ENDLESS = MotionPhase.ENDLESS.value
 _STOPPING = MotionPhase.STOPPING.value
+_HOMING = MotionPhase.HOMING.value
 _DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
 
 _DONE = CommandState.DONE.value
@@ -65,11 +66,17 @@ def _enter(ax: AxisFields, phase: int) -> None:
 
 def _direction(ax: AxisFields) -> float:
     """Where the job leads from here."""
-    if ax.set_motion_phase == _ENDLESS:
+    if ax.set_motion_phase in (_ENDLESS, _HOMING) and ax.job_direction != 0.0:
         return ax.job_direction
     if ax.set_motion_phase == _POSITIONING:
         return 1.0 if ax.border_position >= ax.actual_position else -1.0
     return ax.switch_direction
+
+
+def _stopping(ax: AxisFields) -> bool:
+    """Whether the axis is to come to rest, for good or as a step of homing."""
+    phase = ax.set_motion_phase
+    return phase == _STOPPING or (phase == _HOMING and ax.job_direction == 0.0)
 
 
 def _main_speed(ax: AxisFields) -> int:
@@ -82,11 +89,14 @@ def _main_speed(ax: AxisFields) -> int:
 
 
 def _finish(ax: AxisFields) -> None:
-    """The brake holds: the job is done, wherever the axis stands, or half of its loop."""
+    """The brake holds: the job is done, wherever the axis stands, or a part of it is."""
+    _enter(ax, _BRAKED)
     if ax.loop_outward:
         ax.loop_outward = 0
         ax.replan = 1
-        _enter(ax, _BRAKED)
+        return
+    if ax.set_motion_phase == _HOMING:
+        ax.target_position = ax.actual_position
         return
     if ax.set_motion_phase == _POSITIONING:
         ax.set_command_state = _DONE
@@ -98,14 +108,13 @@ def _finish(ax: AxisFields) -> None:
     ax.job_timing = timing
     if not stopped:
         ax.target_position = target
-    _enter(ax, _BRAKED)
 
 
 def _choose(ax: AxisFields, dt: float) -> None:
     """The phase of this cycle from position, times, override and job."""
     phase = ax.switch_phase
     ax.switch_time += dt
-    if ax.set_motion_phase == _STOPPING:
+    if _stopping(ax):
         if phase in (_BRAKED, _RELEASING):
             _finish(ax)
         elif phase != _RUNNING_OUT:
@@ -197,7 +206,7 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
             if ax.loop_enable and ax.set_motion_phase == _POSITIONING:
                 overrun(ax)
             if (
-                ax.set_motion_phase != _STOPPING
+                not _stopping(ax)
                 and ax.switch_phase != _BRAKED
                 and _direction(ax) != ax.switch_direction
             ):

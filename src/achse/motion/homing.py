@@ -52,6 +52,7 @@ def _stop(ax: AxisFields) -> None:
 def _stands(ax: AxisFields) -> bool:
     return (
         ax.replan == 0
+        and ax.switch_phase == 0  # a two-speed axis is held by its brake
         and ax.set_velocity == 0.0
         and ax.set_acceleration == 0.0
         and arrived(ax) == 1

@@ -110,6 +110,8 @@ def cycle(ax: AxisFields, dt: float) -> None:
         _sense(ax, ax, dt)
     supervise_enable(ax, dt)
     if ax.axis_type == _TWO_SPEEDS:
+        if ax.set_motion_phase == _HOMING:
+            home(ax)
         run_two_speeds(ax, dt)
         supervise_motion(ax, dt)
         supervise_arrival(ax, dt)

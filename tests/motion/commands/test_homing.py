@@ -13,7 +13,6 @@ from achse.motion import OperationModeBit, StateBit, commands
     [
         ({"encoder_is_absolute": 1}, NcError.FUNCTION_NOT_ALLOWED),
         ({"encoder_reference_mode": 8}, NcError.ENCODER_REFERENCE_MODE),
-        ({"axis_type": 2, "drive_type": 7}, NcError.FUNCTION_NOT_AVAILABLE),
         (
             {"homing_velocity_towards_cam": 3000.0},
             NcError.AXIS_HOMING_VELOCITY_TOWARDS_CAM,

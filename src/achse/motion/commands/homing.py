@@ -7,7 +7,6 @@ from achse.motion.commands.queue import busy, next_number, show_accepted
 from achse.motion.homing import cam_direction, pulse_direction
 from achse.motion.record import TOUCH_PROBES
 from achse.motion.states import (
-    AxisType,
     CommandState,
     HomingState,
     MotionPhase,
@@ -85,8 +84,6 @@ def _why_not_home(axis: Axis, mode: int) -> int:
     """What forbids a homing sequence of the NC."""
     if mode not in ReferenceMode.__members__.values() or mode == ReferenceMode.NOT_DEFINED:
         return NcError.ENCODER_REFERENCE_MODE.number
-    if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
-        return NcError.FUNCTION_NOT_AVAILABLE.number
     if mode in _WITH_LATCH_1 and (
         axis.encoder_probe_active[0] or axis.encoder_probe_active[TOUCH_PROBES]
     ):
