@@ -1,6 +1,8 @@
 """`achse run` and `achse check`: ready line, end, repeatability, and complaints."""
 
+import contextlib
 import json
+import shlex
 import signal
 import socket
 import subprocess
@@ -73,6 +75,21 @@ def test_its_samples_show_the_wall_clock(tmp_path: Path) -> None:
     run.terminate()
     run.communicate(timeout=60)
     assert before < datetime.fromisoformat(sample["time"]) < datetime.now(UTC)
+
+
+def test_the_usual_limit_of_open_files_does_not_limit_connections() -> None:
+    command = f"ulimit -Sn 64; exec {shlex.join(ACHSE)} run --tcp-port 0"
+    run = subprocess.Popen(["bash", "-c", command], stdout=subprocess.PIPE, text=True)
+    assert run.stdout is not None
+    port = run.stdout.readline().partition(" tcp=127.0.0.1:")[2].split()[0]
+    with contextlib.ExitStack() as stack:
+        for _ in range(100):
+            client = stack.enter_context(socket.create_connection(("127.0.0.1", int(port)), 60))
+            client.sendall(bytes.fromhex("0210 00000000"))  # what is your NetId?
+            assert client.recv(12) == bytes.fromhex("0210 06000000 7f0000010101")
+    run.terminate()
+    run.communicate(timeout=60)
+    assert run.returncode == 0
 
 
 def test_without_end_means_for_ever() -> None:

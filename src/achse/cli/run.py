@@ -1,6 +1,7 @@
 """`achse run` starts a station; `achse check` looks at its configuration only."""
 
 import asyncio
+import contextlib
 import logging
 import math
 import os
@@ -76,6 +77,7 @@ def run(
     if duration == math.inf:
         duration = None
     loop_factory = _loop_factory()
+    _raise_file_limit()
     # a station at the wall clock's pace shows its time; a faster one starts at a fixed moment
     station = _station(file, net_id, wall_clock=factor == 1)
     for warning in station.warnings:
@@ -132,6 +134,17 @@ def fail(message: str) -> NoReturn:
     """One message on stderr, exit code 1."""
     print(message, file=sys.stderr)
     raise typer.Exit(1)
+
+
+def _raise_file_limit() -> None:
+    """Open as many files as the system lets us: each connection is one, and usual are 1024."""
+    if sys.platform == "win32":
+        return
+    import resource
+
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    with contextlib.suppress(OSError, ValueError):
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
 
 
 def _loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
