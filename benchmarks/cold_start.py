@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable
 
 PYTHON = sys.executable
-WITHOUT_NUMBA = "import sys; sys.modules['numba'] = None; import achse.cli; achse.cli.main()"
+WITHOUT_LLVMLITE = "import sys; sys.modules['llvmlite'] = None; import achse.cli; achse.cli.main()"
 """`achse` as if the extra `fast` were not installed."""
 
 
@@ -43,7 +43,7 @@ CASES: dict[str, tuple[Callable[[], float], float | None]] = {
     "bare interpreter": (lambda: until_exit("-c", "pass"), None),
     "import achse": (lambda: until_exit("-c", "import achse"), 80),
     "achse --help": (lambda: until_exit("-m", "achse", "--help"), 250),
-    "station ready, without numba": (lambda: until_ready("-c", WITHOUT_NUMBA), 500),
+    "station ready, without llvmlite": (lambda: until_ready("-c", WITHOUT_LLVMLITE), 500),
     "station ready, as installed": (lambda: until_ready("-m", "achse"), 800),
 }
 """What is measured and its budget in ms."""

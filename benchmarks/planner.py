@@ -8,29 +8,44 @@ binding, once with the inputs set for each case and once with `calculate` alone.
 
 import argparse
 import contextlib
-import importlib.util
 import time
-import types
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
-import numba
 import numpy as np
 from ruckig import InputParameter, Ruckig, RuckigError, Trajectory
 
+from achse.kernel.compiled import Kernel
+from achse.kernel.declare import Slot, lay_out
 from achse.motion import profile
 
 
-def compiled() -> types.ModuleType:
-    """The planner's source loaded again with every function compiled."""
-    spec = importlib.util.spec_from_file_location("profile_compiled", profile.__file__)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    for name, function in list(vars(module).items()):
-        if isinstance(function, types.FunctionType) and function.__module__ == module.__name__:
-            setattr(module, name, numba.njit(function))
-    return module
+class Case:
+    """One situation, and the segments planned for it."""
+
+    position: float = 0.0
+    velocity: float = 0.0
+    acceleration: float = 0.0
+    target: float = 0.0
+    end_velocity: float = 0.0
+    top: float = 0.0
+    acc: float = 0.0
+    dec: float = 0.0
+    jerk: float = 0.0
+    times: list[float] = [0.0] * profile.MAX_SEGMENTS
+    jerks: list[float] = [0.0] * profile.MAX_SEGMENTS
+
+
+CASE = lay_out("case", [Case], Slot)
+
+
+def plan_all(cases: Sequence[Case]) -> None:
+    """Plan each case."""
+    for i in range(len(cases)):
+        c = cases[i]
+        p, v, a, target, end = c.position, c.velocity, c.acceleration, c.target, c.end_velocity
+        profile.plan_to_position(
+            c.times, c.jerks, p, v, a, target, end, c.top, c.acc, c.dec, c.jerk
+        )
 
 
 def situations(kind: str, count: int) -> np.ndarray:
@@ -62,13 +77,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=20_000)
     count = parser.parse_args().cases
-    plan = compiled().plan_to_position
-
-    @numba.njit
-    def plan_all(cases, times, jerks):
-        for i in range(len(cases)):
-            p, v, a, target, end, top, acc, dec, jerk = cases[i]
-            plan(times, jerks, p, v, a, target, end, top, acc, dec, jerk)
+    fast = Kernel("planner", plan_all, {Case: CASE}).function
 
     otg, given, trajectory = Ruckig(1), InputParameter(1), Trajectory(1)
     given.target_velocity = [0.0]
@@ -78,9 +87,9 @@ def main() -> None:
     for kind in ("rest to rest", "any state", "any state, dec != acc"):
         cases = situations(kind, count)
         rows = cases.tolist()
-        times, jerks = np.zeros(profile.MAX_SEGMENTS), np.zeros(profile.MAX_SEGMENTS)
+        memory = np.zeros((count, CASE.words))
+        memory[:, : cases.shape[1]] = cases
         t, j = [0.0] * profile.MAX_SEGMENTS, [0.0] * profile.MAX_SEGMENTS
-        plan_all(cases[:1], times, jerks)
 
         def interpreted(rows=rows, t=t, j=j):
             for row in rows:
@@ -100,11 +109,11 @@ def main() -> None:
                     with contextlib.suppress(RuckigError):  # it gives up on some
                         otg.calculate(given, trajectory)
 
-        fast = per_call(lambda c=cases, x=times, y=jerks: plan_all(c, x, y), count)
+        compiled = per_call(lambda at=memory.ctypes.data: fast(at, count), count)
         plain = per_call(interpreted, count)
         whole = per_call(lambda run=oracle: run(True), count)
         inputs = per_call(lambda run=oracle: run(False), count)
-        print(f"{kind:<24}{fast:>10.3f}{plain:>10.2f}{whole - inputs:>10.2f}{whole:>10.2f}")
+        print(f"{kind:<24}{compiled:>10.3f}{plain:>10.2f}{whole - inputs:>10.2f}{whole:>10.2f}")
     print(f"{count} cases; ruckig needs acceleration limits by sign, ours by direction of travel")
 
 

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-HEAVY = {"numpy", "numba", "scipy", "uvloop"}
+HEAVY = {"numpy", "llvmlite", "scipy", "uvloop"}
 FOR_APPLICATIONS = {"typer", "click", "rich", "pydantic"}
 THE_HOUSE = {
     f"achse.{room}" for room in ("cli", "station", "devices", "tcnc", "motion", "plc", "ethercat")

@@ -12,7 +12,7 @@ DRAWERS = {"utils", "util", "helpers", "helper", "common", "manager", "managers"
 MAX_LINES = 600
 
 LONGER: dict[str, str] = {
-    "src/achse/motion/profile.py": "one planner; its signatures, which Numba wants flat, are long",
+    "src/achse/motion/profile.py": "one planner; its signatures, flat for machine code, are long",
 }
 """Files above the limit, and why they are one thing."""
 

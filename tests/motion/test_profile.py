@@ -1,16 +1,15 @@
 """Profiles reach their target inside every limit, from any state, compiled or not."""
 
-import importlib.util
 import math
-import types
+from collections.abc import Sequence
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from achse.motion import profile
+from achse.kernel.compiled import Kernel
+from achse.kernel.declare import Slot, lay_out
 from achse.motion.profile import (
     END_VELOCITY_UNREACHABLE,
     LIMITS_INVALID,
@@ -36,8 +35,19 @@ BAD_TIME, BAD_JERK, TOO_FAST, TOO_STRONG, REVERSED_MOVING, WRONG_END = range(1, 
 
 
 def violation(
-    times, jerks, count, position, velocity, acceleration, target, end_velocity, top, acc, dec, jerk
-):
+    times: Sequence[float],
+    jerks: Sequence[float],
+    count: int,
+    position: float,
+    velocity: float,
+    acceleration: float,
+    target: float,
+    end_velocity: float,
+    top: float,
+    acc: float,
+    dec: float,
+    jerk: float,
+) -> int:
     """First broken promise of a profile, or OK: an observer that shares no formula with it.
 
     It walks the segments, looking at both ends and at the velocity extreme inside. Excused is only
@@ -125,48 +135,106 @@ def violation(
     return OK
 
 
+class Case:
+    """One situation, what was planned for it, and what the observer says to that."""
+
+    position: float = 0.0
+    velocity: float = 0.0
+    acceleration: float = 0.0
+    target: float = 0.0
+    end_velocity: float = 0.0
+    top: float = 0.0
+    acc: float = 0.0
+    dec: float = 0.0
+    jerk: float = 0.0
+    factor: float = 0.0
+    times: list[float] = [0.0] * MAX_SEGMENTS
+    jerks: list[float] = [0.0] * MAX_SEGMENTS
+    results: list[float] = [0.0] * 5
+    count: int = 0
+    verdict: int = 0
+
+
+CASE = lay_out("case", [Case], Slot)
+GIVEN = 9
+
+
+def plan_all(cases: Sequence[Case]) -> None:
+    """Plan each case and let the observer look at it."""
+    for i in range(len(cases)):
+        c = cases[i]
+        p, v, a, target, end = c.position, c.velocity, c.acceleration, c.target, c.end_velocity
+        n = plan_to_position(c.times, c.jerks, p, v, a, target, end, c.top, c.acc, c.dec, c.jerk)
+        c.count = n
+        if n >= 0:
+            c.verdict = violation(
+                c.times, c.jerks, n, p, v, a, target, end, c.top, c.acc, c.dec, c.jerk
+            )
+
+
+def ramp_all(cases: Sequence[Case]) -> None:
+    """Plan the way to the largest velocity instead, and compute all that has a single result."""
+    for i in range(len(cases)):
+        c = cases[i]
+        v = c.velocity
+        a = c.acceleration
+        c.count = plan_to_velocity(c.times, c.jerks, v, a, c.top, c.acc, c.dec, c.jerk)
+        p, w, b = end_state(c.times, c.jerks, c.count, c.position, v, a)
+        c.results[0] = p
+        c.results[1] = w
+        c.results[2] = b
+        c.results[3] = stopping_distance(v, a, c.dec, c.jerk)
+        c.results[4] = stopping_time(v, a, c.dec, c.jerk)
+
+
+def aim_all(cases: Sequence[Case]) -> None:
+    """Put targets near where the axis would come to rest, where `factor` is not 0."""
+    for i in range(len(cases)):
+        c = cases[i]
+        if c.factor != 0.0:
+            way = stopping_distance(c.velocity, c.acceleration, c.dec, c.jerk)
+            c.target = c.position + c.factor * way
+
+
+class Fast:
+    """The same source in machine code, with the observer and loops over many cases."""
+
+    def __init__(self) -> None:
+        self._kernels = {
+            function: Kernel(function.__name__, function, {Case: CASE}).function
+            for function in (plan_all, ramp_all, aim_all)
+        }
+
+    def run(self, function, cases, factors=0.0):
+        """The records after `function` worked on them, as floats and as whole numbers."""
+        memory = np.zeros((len(cases), CASE.words))
+        memory[:, :GIVEN] = cases
+        memory[:, GIVEN] = factors
+        self._kernels[function](memory.ctypes.data, len(cases))
+        return memory, memory.view(np.int64)
+
+    def plan_all(self, cases):
+        return _results(*self.run(plan_all, cases))
+
+    def aim_near_stop(self, cases, factors):
+        cases[:] = self.run(aim_all, cases, factors)[0][:, :GIVEN]
+
+
+def _column(name):
+    slot = CASE.fields[name]
+    return slice(slot.offset, slot.offset + slot.length) if slot.length else slot.offset
+
+
+def _results(reals, wholes):
+    return (
+        *(reals[:, _column(name)] for name in ("times", "jerks")),
+        *(wholes[:, _column(name)] for name in ("count", "verdict")),
+    )
+
+
 @pytest.fixture(scope="module")
 def fast():
-    """The same source, every function compiled; with the observer and loops over many cases."""
-    spec = importlib.util.spec_from_file_location("profile_compiled", profile.__file__)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    for name, function in list(vars(module).items()):
-        if isinstance(function, types.FunctionType) and function.__module__ == module.__name__:
-            setattr(module, name, numba.njit(function))
-    plan, stop = module.plan_to_position, module.stopping_distance
-    observer = types.FunctionType(
-        violation.__code__,
-        {
-            **{name: value for name, value in globals().items() if isinstance(value, int)},
-            "segment_position": module.segment_position,
-            "segment_velocity": module.segment_velocity,
-            "segment_acceleration": module.segment_acceleration,
-        },
-    )
-    observe = numba.njit(observer)
-
-    @numba.njit
-    def plan_all(cases, times, jerks, counts, verdicts):
-        for i in range(len(cases)):
-            p, v, a, target, end, top, acc, dec, jerk = cases[i]
-            n = plan(times[i], jerks[i], p, v, a, target, end, top, acc, dec, jerk)
-            counts[i] = n
-            if n >= 0:
-                verdicts[i] = observe(
-                    times[i], jerks[i], n, p, v, a, target, end, top, acc, dec, jerk
-                )
-
-    @numba.njit
-    def aim_near_stop(cases, factors):
-        for i in range(len(cases)):
-            if factors[i] != 0.0:
-                c = cases[i]
-                c[3] = c[0] + factors[i] * stop(c[1], c[2], c[7], c[8])
-
-    module.plan_all = plan_all
-    module.aim_near_stop = aim_near_stop
-    return module
+    return Fast()
 
 
 def generate(fast, seed, count, wild):
@@ -202,19 +270,10 @@ def generate(fast, seed, count, wild):
     return cases
 
 
-def planned(fast, cases):
-    times = np.zeros((len(cases), MAX_SEGMENTS))
-    jerks = np.zeros((len(cases), MAX_SEGMENTS))
-    counts = np.zeros(len(cases), np.int64)
-    verdicts = np.zeros(len(cases), np.int64)
-    fast.plan_all(cases, times, jerks, counts, verdicts)
-    return times, jerks, counts, verdicts
-
-
 @pytest.mark.parametrize("wild", [False, True])
 def test_generated_cases_arrive_without_breaking_a_limit(fast, wild):
     cases = generate(fast, 1, CASES, wild)
-    _, _, counts, verdicts = planned(fast, cases)
+    _, _, counts, verdicts = fast.plan_all(cases)
     assert counts.min() >= 0, cases[counts.argmin()].tolist()
     broken = np.flatnonzero(verdicts)
     assert len(broken) == 0, (len(broken), verdicts[broken[0]], cases[broken[0]].tolist())
@@ -231,7 +290,7 @@ def test_a_target_short_of_the_last_jerk_phase_is_reached_by_returning(fast):
     sign = rng.choice([-1.0, 1.0], CASES)
     cases[:, 1], cases[:, 2] = sign * speed, sign * growth
     fast.aim_near_stop(cases, 1.0 - np.abs(rng.normal(size=CASES)) * 10.0 ** rng.uniform(-9, 0.0))
-    _, _, counts, verdicts = planned(fast, cases)
+    _, _, counts, verdicts = fast.plan_all(cases)
     assert counts.min() >= 0, cases[counts.argmin()].tolist()
     broken = np.flatnonzero(verdicts)
     assert len(broken) == 0, (len(broken), verdicts[broken[0]], cases[broken[0]].tolist())
@@ -240,7 +299,7 @@ def test_a_target_short_of_the_last_jerk_phase_is_reached_by_returning(fast):
 def test_generated_end_velocities_are_met_or_refused(fast):
     cases = generate(fast, 2, CASES, False)
     cases[:, 4] = cases[:, 5] * np.random.default_rng(3).uniform(0.0, 1.0, CASES)
-    _, _, counts, verdicts = planned(fast, cases)
+    _, _, counts, verdicts = fast.plan_all(cases)
     assert set(counts[counts < 0]) == {END_VELOCITY_UNREACHABLE}
     assert (counts > 0).sum() > 0.3 * CASES
     broken = np.flatnonzero(verdicts)
@@ -257,7 +316,7 @@ def test_an_end_velocity_above_the_limit_is_reached_by_a_last_rise(fast):
     share = np.where(dice.random(CASES) < 0.5, 10.0 ** dice.uniform(-2.0, 2.0, CASES), 0.0)
     way = np.sign(cases[:, 1] + 1e-99) * share * time * cases[:, 4]
     cases[:, 3] = np.where(share > 0.0, cases[:, 0] + way, cases[:, 3])
-    _, _, counts, verdicts = planned(fast, cases)
+    _, _, counts, verdicts = fast.plan_all(cases)
     assert set(counts[counts < 0]) == {END_VELOCITY_UNREACHABLE}
     assert (counts > 0).sum() > 0.3 * CASES
     broken = np.flatnonzero(verdicts)
@@ -268,19 +327,21 @@ def test_compiled_and_interpreted_results_are_bit_identical(fast):
     cases = generate(fast, 4, 4000, True)
     cases[::3, 4] = 0.5 * cases[::3, 5]
     cases[::5, 4] = 3.0 * cases[::5, 5]
-    times, jerks, counts, _ = planned(fast, cases)
+    times, jerks, counts, _ = fast.plan_all(cases)
+    ramps, ramp_counts = fast.run(ramp_all, cases)
     for i, case in enumerate(cases.tolist()):
         t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
         assert plan_to_position(t, j, *case) == counts[i], case
         assert t == times[i].tolist(), case
         assert j == jerks[i].tolist(), case
         p, v, a, _, _, top, acc, dec, jerk = case
+        t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
         n = plan_to_velocity(t, j, v, a, top, acc, dec, jerk)
-        assert fast.plan_to_velocity(times[i], jerks[i], v, a, top, acc, dec, jerk) == n
-        assert t == times[i].tolist(), case
-        assert end_state(t, j, n, p, v, a) == fast.end_state(times[i], jerks[i], n, p, v, a)
-        assert stopping_distance(v, a, dec, jerk) == fast.stopping_distance(v, a, dec, jerk)
-        assert stopping_time(v, a, dec, jerk) == fast.stopping_time(v, a, dec, jerk)
+        assert n == ramp_counts[i, _column("count")]
+        assert t == ramps[i, _column("times")].tolist(), case
+        stop = stopping_distance(v, a, dec, jerk), stopping_time(v, a, dec, jerk)
+        expected = (*end_state(t, j, n, p, v, a), *stop)
+        assert ramps[i, _column("results")].tolist() == list(expected)
 
 
 def test_replanning_on_the_way_keeps_the_arrival_time(fast):
