@@ -1,7 +1,8 @@
 """Section compensation: traces against the trapezoid's equations, beside every kind of motion."""
 
-import itertools
-from math import sqrt
+import random
+from itertools import pairwise
+from math import isfinite, sqrt
 from typing import Any
 
 import pytest
@@ -102,7 +103,7 @@ def test_the_trapezoid_has_its_ramps(make_rig: Any) -> None:
     trace = rig.trace(700)
     assert max(a for _, _, a in trace) == pytest.approx(A)
     assert min(a for _, _, a in trace) == pytest.approx(-D)
-    for (p, v, _), (q, w, _) in itertools.pairwise(trace):
+    for (p, v, _), (q, w, _) in pairwise(trace):
         assert abs(q - p - 0.5 * (v + w) * rig.dt) <= 0.5 * A * rig.dt**2
         assert -D * rig.dt - 1e-9 <= w - v <= A * rig.dt + 1e-9
 
@@ -204,7 +205,7 @@ def test_it_does_not_survive_a_reversal(make_rig: Any) -> None:
     assert commands.new_end_position(rig.axis, 1, rig.axis.set_position - 100.0) == 0
     trace = rig.trace(1500)
     assert rig.axis.compensating == 0
-    jumps = [abs(b[1] - a[1]) for a, b in itertools.pairwise(trace)]
+    jumps = [abs(b[1] - a[1]) for a, b in pairwise(trace)]
     assert max(jumps) <= (rig.axis.default_deceleration * 1.1 + A) * rig.dt
 
 
@@ -310,3 +311,61 @@ def test_both_kernels_agree(make_rig: Any) -> None:
         rig.seconds(1.0)
         digests.append(rig.nc.digest())
     assert digests[0] == digests[1]
+
+
+def test_a_faster_main_motion_leaves_less_room(make_rig: Any) -> None:
+    """The velocity never exceeds the axis maximum; the distance is covered all the same."""
+    rig = cruising(make_rig, max_velocity=200.0)
+    begin = rig.axis.set_position
+    assert commands.new_end_position_and_velocity(rig.axis, 2, 0, 0.0, 50.0, 0.0) == 0
+    rig.seconds(1.0)
+    start(rig, 1, 50.0, 40.0, 400.0)
+    assert commands.new_end_position_and_velocity(rig.axis, 2, 0, 0.0, 190.0, 0.0) == 0
+    trace = rig.trace(3000)
+    assert rig.axis.compensating == 0
+    assert rig.axis.superposed_position == pytest.approx(40.0)
+    assert max(v for _, v, _ in trace) == pytest.approx(200.0)
+    for (p, v, _), (q, w, _) in pairwise(trace):
+        assert max(v, w) <= 200.0 + 1e-9
+        assert abs(q - p - 0.5 * (v + w) * rig.dt) <= 0.01
+    assert begin < rig.axis.set_position
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_compensations(make_rig: Any, seed: int) -> None:
+    """Beside overrides, new targets, stops: no step, no velocity above the maximum, an end."""
+    dice = random.Random(seed)
+    rig = make_rig(compiled=True, max_velocity=300.0)
+    axis = rig.axis
+    steepest = 2 * axis.default_deceleration + 4 * 2000.0
+    for _ in range(120):
+        act = dice.randrange(8)
+        if act == 0:
+            axis.velocity_override = dice.choice([0, 100_000, 600_000, 1_000_000])
+        elif act == 1:
+            commands.stop(axis)
+        elif act == 2:
+            commands.stop_superposition(axis)
+        elif act == 3:
+            commands.new_end_position(axis, 1, dice.uniform(-1000.0, 1000.0))
+        elif act == 4:
+            mode = dice.choice([0, 0, 1, 19])
+            target, v = dice.uniform(-1000.0, 1000.0), dice.uniform(10.0, 300.0)
+            commands.universal_start(axis, 1, target, v, buffer_mode=mode)
+        else:
+            asked = Compensation(
+                dice.randint(1, 4), 0.0, dice.choice([0.0, 2000.0]), dice.uniform(1.0, 200.0),
+                dice.uniform(20.0, 300.0), dice.uniform(-100.0, 100.0), dice.uniform(1.0, 600.0),
+            )  # fmt: skip
+            commands.start_superposition(axis, asked)
+        trace = rig.trace(dice.randrange(400))
+        for (p, v, _), (q, w, a) in pairwise(trace):
+            assert isfinite(q)
+            assert isfinite(a)
+            assert abs(w) <= 300.0 * (1.0 + 1e-9)
+            assert abs(w - v) <= steepest * rig.dt * 16.0
+            assert abs(q - p) <= 300.0 * rig.dt * (1.0 + 1e-3)
+    axis.velocity_override = 1_000_000
+    rig.until(lambda ax: ax.set_motion_phase == 0 and ax.buffer_count == 0, 120.0)
+    assert axis.compensating == 0
+    assert (axis.set_velocity, axis.set_acceleration, axis.error_code) == (0.0, 0.0, 0)

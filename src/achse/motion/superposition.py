@@ -9,8 +9,10 @@ the main motion itself is not disturbed.
 Kernel source, in the language of `achse.kernel`.
 """
 
+from math import inf
+
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import displace, generate
+from achse.motion.setpoint import absorb, displace, generate
 from achse.motion.states import MotionPhase
 
 __all__ = ["generate_superposed", "superposed_speed", "superposed_way"]
@@ -52,6 +54,34 @@ def _bend(ax: AxisFields, t: float) -> float:
     return -ax.superposition_deceleration
 
 
+def _room(ax: AxisFields) -> float:
+    """How much faster than the main motion the axis may still be, in its direction."""
+    if ax.superposition_sign != ax.superposition_direction:
+        return inf
+    limit = ax.max_velocity
+    if ax.drive_reference_velocity < limit:
+        limit = ax.drive_reference_velocity
+    return limit - ax.set_velocity * ax.superposition_direction
+
+
+def _cover(ax: AxisFields, way: float, room: float, dt: float) -> float:
+    """Let the main motion's `way` pass and shift the axis by what that adds; process time then.
+
+    Where there is no room for the whole additional velocity, less of the way counts.
+    """
+    process = ax.superposition_process_velocity
+    speed = superposed_speed(ax, ax.superposed_way / process)
+    if speed * way > room * process * dt:
+        way = room * process * dt / speed
+    if way > 0.0:
+        ax.superposed_way += way
+    t = ax.superposed_way / process
+    covered = superposed_way(ax, t)
+    displace(ax, ax.superposition_sign * (covered - ax.superposed_position))
+    ax.superposed_position = covered
+    return t
+
+
 def generate_superposed(ax: AxisFields, dt: float) -> None:
     """One cycle of the set-point generator with the compensation on top."""
     ax.set_velocity -= ax.superposed_velocity
@@ -60,28 +90,24 @@ def generate_superposed(ax: AxisFields, dt: float) -> None:
     generate(ax, dt)
     if ax.compensating == 0:  # dropped with the job
         return
-    way = (ax.set_position - begin) * ax.superposition_direction
-    if way > 0.0:
-        ax.superposed_way += way
+    room = _room(ax)
+    t = _cover(ax, (ax.set_position - begin) * ax.superposition_direction, room, dt)
     share = ax.set_velocity * ax.superposition_direction / ax.superposition_process_velocity
-    t = ax.superposed_way / ax.superposition_process_velocity
-    covered = superposed_way(ax, t)
-    shift = ax.superposition_sign * (covered - ax.superposed_position)
-    ax.superposed_position = covered
-    displace(ax, shift)
     standing = share <= 0.0 and ax.planned_override != 0
     if t >= ax.superposition_end or standing or ax.set_motion_phase == _NO_JOB:
-        ax.compensating = 0
-        ax.superposed_velocity = 0.0
-        ax.superposed_acceleration = 0.0
+        absorb(ax)
         return
     if share < 0.0:
         share = 0.0
     speed = superposed_speed(ax, t)
-    rise = ax.set_acceleration * ax.superposition_direction / ax.superposition_process_velocity
-    ax.superposed_velocity = ax.superposition_sign * speed * share
-    ax.superposed_acceleration = ax.superposition_sign * (
-        _bend(ax, t) * share * share + speed * rise
-    )
+    if speed * share > room:
+        ax.superposed_velocity = ax.superposition_sign * room
+        ax.superposed_acceleration = -ax.set_acceleration
+    else:
+        rise = ax.set_acceleration * ax.superposition_direction / ax.superposition_process_velocity
+        ax.superposed_velocity = ax.superposition_sign * speed * share
+        ax.superposed_acceleration = ax.superposition_sign * (
+            _bend(ax, t) * share * share + speed * rise
+        )
     ax.set_velocity += ax.superposed_velocity
     ax.set_acceleration += ax.superposed_acceleration
