@@ -18,6 +18,7 @@ from achse.motion import OperationModeBit, StateBit, commands
             NcError.AXIS_HOMING_VELOCITY_TOWARDS_CAM,
         ),
         ({"homing_velocity_off_cam": 3000.0}, NcError.AXIS_HOMING_VELOCITY_OFF_CAM),
+        ({"drive_operation_mode": 1}, NcError.FUNCTION_NOT_AVAILABLE),
         ({"control_dword": 0}, NcError.CONTROLLER_ENABLE_MISSING),
         ({"control_dword": 3}, NcError.ENABLE_MISSING),
         ({"control_dword": 5}, NcError.ENABLE_MISSING),
@@ -97,3 +98,9 @@ def test_the_steps_of_the_nc_are_its_own(rig: Any) -> None:
     commands.home(rig.axis)
     rig.seconds(0.1)
     rig.refuses(NcError.GROUP_BUSY, commands.set_homing_state, 0)
+
+
+def test_an_axis_that_is_led_from_outside_does_not_home(rig: Any) -> None:
+    assert commands.start_external_setpoint(rig.axis, 1, 0.0) == 0
+    rig.axis.allow_motion_commands_with_external_setpoint = 1
+    rig.refuses(NcError.EXTERNAL_GENERATOR_ACTIVE, commands.home)

@@ -2,12 +2,13 @@
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import OK, why_no_command, why_not_permitted, why_not_velocity
-from achse.motion.commands.queue import busy, next_number, show_accepted
+from achse.motion.checks import OK, why_no_command, why_not_velocity
+from achse.motion.commands.generators import begin_generator, why_no_generator
+from achse.motion.commands.queue import busy
 from achse.motion.homing import cam_direction, pulse_direction
 from achse.motion.record import TOUCH_PROBES
 from achse.motion.states import (
-    CommandState,
+    DriveOperationMode,
     HomingState,
     MotionPhase,
     ReferenceMode,
@@ -43,6 +44,25 @@ def home(axis: Axis) -> int:
 
     In mode 20 the application is asked to do it.
     """
+    if axis.encoder_reference_mode == ReferenceMode.APPLICATION:
+        return _ask_application(axis)
+    directions = cam_direction(axis), pulse_direction(axis)
+    code = why_no_generator(axis, *directions, at_any_axis=True) or _why_not_home(axis)
+    if code:
+        return code
+    begin_generator(axis, MotionPhase.HOMING)
+    axis.homed = 0
+    axis.homing_state = HomingState.TOWARDS_CAM
+    axis.homing_latch = 0
+    axis.job_velocity = axis.homing_velocity_towards_cam
+    axis.job_direction = 0.0
+    axis.replan = 1
+    axis.switch_armed = 0
+    axis.state_dword = axis.state_dword & ~StateBit.HOMED | StateBit.HOMING_BUSY
+    return OK
+
+
+def _ask_application(axis: Axis) -> int:
     code = why_no_command(axis)
     if code:
         return code
@@ -50,40 +70,21 @@ def home(axis: Axis) -> int:
         return NcError.GROUP_BUSY.number
     if axis.encoder_is_absolute:
         return NcError.FUNCTION_NOT_ALLOWED.number
-    mode = axis.encoder_reference_mode
-    if mode == ReferenceMode.APPLICATION:
-        axis.homed = 0
-        axis.application_command_number += 1
-        _request_application(axis, _REQUEST_HOMING)
-        return OK
-    code = _why_not_home(axis, mode)
-    if code:
-        return code
     axis.homed = 0
-    axis.homing_state = HomingState.TOWARDS_CAM
-    axis.homing_latch = 0
-    axis.set_motion_phase = MotionPhase.HOMING
-    axis.job_acceleration = axis.default_acceleration
-    axis.job_deceleration = axis.default_deceleration
-    axis.job_jerk = axis.default_jerk
-    axis.job_velocity = axis.homing_velocity_towards_cam
-    axis.job_direction = 0.0
-    axis.job_timing = 0
-    axis.replan = 1
-    axis.switch_armed = 0
-    axis.has_been_stopped = 0
-    axis.got_new_target = 0
-    axis.set_command_number = next_number(axis)
-    axis.set_command_state = CommandState.ACTIVE
-    show_accepted(axis)
-    axis.state_dword = axis.state_dword & ~StateBit.HOMED | StateBit.HOMING_BUSY
+    axis.application_command_number += 1
+    _request_application(axis, _REQUEST_HOMING)
     return OK
 
 
-def _why_not_home(axis: Axis, mode: int) -> int:
-    """What forbids a homing sequence of the NC."""
+def _why_not_home(axis: Axis) -> int:
+    """What of encoder, latch and parameters forbids a homing sequence of the NC."""
+    mode = axis.encoder_reference_mode
+    if axis.encoder_is_absolute:
+        return NcError.FUNCTION_NOT_ALLOWED.number
     if mode not in ReferenceMode.__members__.values() or mode == ReferenceMode.NOT_DEFINED:
         return NcError.ENCODER_REFERENCE_MODE.number
+    if axis.drive_operation_mode == DriveOperationMode.TORQUE:
+        return NcError.FUNCTION_NOT_AVAILABLE.number
     if mode in _WITH_LATCH_1 and (
         axis.encoder_probe_active[0] or axis.encoder_probe_active[TOUCH_PROBES]
     ):
@@ -92,9 +93,7 @@ def _why_not_home(axis: Axis, mode: int) -> int:
         return NcError.AXIS_HOMING_VELOCITY_TOWARDS_CAM.number
     if why_not_velocity(axis, axis.homing_velocity_off_cam):
         return NcError.AXIS_HOMING_VELOCITY_OFF_CAM.number
-    return why_not_permitted(axis, cam_direction(axis)) or why_not_permitted(
-        axis, pulse_direction(axis)
-    )
+    return OK
 
 
 def set_homing_state(axis: Axis, state: int) -> int:
