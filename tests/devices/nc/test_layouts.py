@@ -98,6 +98,7 @@ NC_TO_PLC = {
     "drive_actual_torque_derivative": ("d", 16.5, None, 192),
     "set_torque_derivative": ("d", 17.5, None, 200),
     "set_torque_offset": ("d", 18.5, None, 216),
+    "phasing_position": ("d", 19.5, None, 208),
     "actual_acceleration": ("d", 13.5, None, 232),
 }
 
