@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from achse.ams import AmsAddress
 from achse.kernel.compiled import Kernel
 from achse.motion.kernel import cycles
 from achse.station import ConfigError, Station
@@ -190,3 +191,17 @@ def test_limits_hold_for_each_device(client_of: Any, refused: Any) -> None:
             client.subscribe(0xF100, 0, 4)
     with refused(0x717):
         client_of(built.router, 851).subscribe(0x4020, 0, 16)
+
+
+def test_what_a_vanished_client_held_is_kept_for_a_while(client_of: Any) -> None:
+    built = station(plc=[{"task": [{}]}], limits={"unreachable_time": "5s"})
+    plc = client_of(built.router, 851)
+    plc.address = AmsAddress("10.0.0.7.1.1:30000")
+    plc.router.learn(plc.address, plc)
+    plc.subscribe(0xF100, 0, 4)
+    plc.router.forget(plc.address, plc)
+    device = built.devices[-1]
+    built.advance(4.0)
+    assert len(device.notifications) == 1
+    built.advance(3.0)
+    assert len(device.notifications) == 0

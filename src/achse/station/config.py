@@ -270,6 +270,8 @@ class LimitsConfig(_Section):
     """Bytes of samples kept for a client that does not read; beyond, the oldest are dropped."""
     unread_bytes: int = Field(default=64 * 1024 * 1024, ge=65_536)
     """Bytes of answers and samples on a connection that is not read; beyond, it is cut off."""
+    unreachable_time: DurationNs = _LIMITS.unreachable_ns
+    """How long handles and subscriptions of a client to whom no way leads are kept."""
 
     def limits(self) -> Limits:
         """What each device keeps to."""
@@ -279,6 +281,7 @@ class LimitsConfig(_Section):
             sample_bytes=self.sample_bytes,
             watched_bytes=self.watched_bytes,
             queue_bytes=self.queue_bytes,
+            unreachable_ns=self.unreachable_time,
         )
 
 
