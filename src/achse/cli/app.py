@@ -7,6 +7,7 @@ from achse.cli import (
     axis,
     docs,
     drive,
+    excite,
     fault,
     monitor,
     record,
@@ -33,6 +34,7 @@ app.add_typer(ads.ads, name="ads")
 app.add_typer(axis.axis, name="axis")
 app.add_typer(drive.drive, name="drive")
 app.add_typer(fault.fault, name="fault")
+excite.register(axis.axis)
 stats.register(ads.ads)
 monitor.register(app)
 scan.register(ads.ads)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from achse.cli.nc import NcAxis
     from achse.client import Client
 
-__all__ = ["axis"]
+__all__ = ["NC_PORT", "AxisName", "axis", "draw"]
 
 NC_PORT = 501
 
@@ -317,7 +317,7 @@ async def home(
     if in_json:
         print_json(_homing_json(item, course))
     else:
-        _draw(course, on_terminal() if plot is None else plot)
+        draw(course, on_terminal() if plot is None else plot)
         for moment, step in course.steps:
             print(f"{item}: {moment:8.3f} s  {step.lower().replace('_', ' ')}")
         if course.trouble is None:
@@ -345,7 +345,7 @@ def _start_type(
     return StartType.ABSOLUTE if modulo is None else StartType[f"MODULO_{modulo.name}"], to
 
 
-def _draw(course: "Course", wanted: bool) -> None:
+def draw(course: "Course", wanted: bool) -> None:
     """The picture of it."""
     if wanted:
         from rich.console import Console
@@ -354,11 +354,11 @@ def _draw(course: "Course", wanted: bool) -> None:
         console.print(course.trace.text(min(console.width, 100)))
 
 
-def _tell(item: "NcAxis", course: "Course", draw: bool) -> None:
+def _tell(item: "NcAxis", course: "Course", drawn: bool) -> None:
     """The move in a sentence, and in a picture."""
     trace, unit = course.trace, item.unit
     begin, end = (decimal(trace["actual_position"][place], 3) for place in (0, -1))
-    _draw(course, draw)
+    draw(course, drawn)
     print(
         f"{item}: {begin} → {end} {unit} in {course.seconds:.3f} s,"
         f" peak velocity {decimal(trace.peak('actual_velocity'), 2)} {unit}/s,"

@@ -1,0 +1,61 @@
+"""`achse axis reverse`, `sine` and `torque` on the demo station's axes."""
+
+from collections.abc import Callable
+from math import pi
+from typing import Any
+
+import pytest
+
+
+def test_reverse(cli: Callable[..., Any], document: Callable[..., Any]) -> None:
+    cli("axis", "enable", "X")
+    told = document(
+        "axis", "reverse", "X", "--between", "-20", "30", "--velocity", "100",
+        "--pause", "0.2", "--for", "6", "--sample-time", "0.02",
+    )  # fmt: skip
+    assert told["done"]
+    assert told["function"] == "start_reversing_positioning"
+    assert told["lowest"] == pytest.approx(-20.0, abs=0.5)
+    assert told["highest"] == pytest.approx(30.0, abs=0.5)
+    assert told["seconds"] == pytest.approx(6.0, abs=0.2)
+    [status] = document("axis", "stop", "X")
+    assert status["state"] == "Standstill"
+
+
+def test_sine_ends_by_itself(lines: Callable[..., list[str]]) -> None:
+    lines("axis", "enable", "Y")
+    begin = 0.0
+    [told] = lines("axis", "sine", "Y", "--amplitude", "50", "--frequency", "1", "--for", "3")
+    words = told.split()
+    assert words[0] == "Y:"
+    assert float(words[1]) == pytest.approx(begin, abs=0.5)
+    assert float(words[3]) == pytest.approx(begin + 50.0 / pi, abs=0.5)
+    assert float(words[10]) == pytest.approx(50.0, rel=0.05)
+
+
+def test_a_sweep(document: Callable[..., Any], cli: Callable[..., Any]) -> None:
+    cli("axis", "enable", "Y")
+    told = document(
+        "axis", "sine", "Y", "--amplitude", "20", "--frequency", "1", "--signal", "2",
+        "--sweep", "5", "50", "--for", "2",
+    )  # fmt: skip
+    assert told["done"]
+    assert told["peak_velocity"] > 20.0
+
+
+def test_torque_keeps_its_velocity_limit(
+    cli: Callable[..., Any], document: Callable[..., Any]
+) -> None:
+    cli("axis", "enable", "C")
+    told = document("axis", "torque", "C", "-5", "--limit", "90", "--for", "3")
+    assert told["done"]
+    assert told["peak_velocity"] == pytest.approx(90.0, rel=0.02)
+    assert told["lowest"] < told["highest"] - 90.0
+    [status] = document("axis", "stop", "C")
+    assert status["state"] == "Standstill"
+
+
+def test_a_refusal_is_told_by_name(cli: Callable[..., Any]) -> None:
+    cli("axis", "disable", "C")
+    result = cli("axis", "torque", "C", "5", "--limit", "90", exit_code=1)
+    assert "C, start torque control: 0x4260 CONTROLLER_ENABLE_MISSING" in result.stderr
