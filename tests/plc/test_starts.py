@@ -1,10 +1,11 @@
 """Initial values that are no constants, in a PLC as its sources declare it."""
 
+import random
 import struct
 
 import pytest
 
-from achse.iec import plain
+from achse.iec import DeclarationError, plain
 from achse.iec.st.declare import Declarations, declare
 from achse.iec.st.parser import parse
 from achse.plc import PlcRuntime, Task
@@ -160,3 +161,51 @@ def test_pointers_of_a_32_bit_plc_have_4_bytes() -> None:
     one = placed(plc, "P.p")
     data = plc.memory[one.area].read(one.offset, 4)
     assert data == struct.pack("<I", address(plc, "P.n"))
+
+
+# fmt: off
+ATOMS = (
+    "n", "p", "p^", "pNone^", "st", "st.x", "a", "a[1]", "a[n]", "a[9]", "r", "r.x", "ADR(n)",
+    "ADR(st.y)", "THIS", "THIS^", "THIS^.n", "F(1)", "1", "TRUE", "'x'", "T#1s", "e", "E.B", "i",
+    "fb", "fb.v", "fb.q^", "s", "c", "n.3", "-n", "NOT_ME", "ADR(ADR(n))", "SIZEOF(st)", "P.n", "P",
+)
+TYPES = (
+    "INT", "LREAL", "POINTER TO INT", "ST", "ARRAY [0..2] OF INT", "STRING(5)", "TIME", "I_X", "E",
+    "BOOL", "REFERENCE TO ST",
+)
+# fmt: on
+
+
+def test_any_initial_values_give_a_plc_with_warnings_or_faults() -> None:
+    chance = random.Random(1131)
+
+    def expression() -> str:
+        operators = chance.choices(["+", "/", "AND", "=", "MOD"], k=chance.choice([0, 0, 1, 2]))
+        rest = "".join(f" {sign} {chance.choice(ATOMS)}" for sign in operators)
+        return chance.choice(ATOMS) + rest
+
+    outcomes = set()
+    for _ in range(250):
+        late = [f"z{k} : {chance.choice(TYPES)} := {expression()};" for k in range(2)]
+        text = f"""
+TYPE ST : STRUCT x : INT := 4; y : DINT; END_STRUCT END_TYPE
+TYPE E : (A, B) INT; END_TYPE
+INTERFACE I_X END_INTERFACE
+FUNCTION_BLOCK FB IMPLEMENTS I_X
+VAR v : INT := 2; q : POINTER TO INT := ADR(v); END_VAR END_FUNCTION_BLOCK
+PROGRAM P VAR
+    n : INT := 1; p : POINTER TO INT := ADR(n); pNone : POINTER TO INT; st : ST; e : E;
+    a : ARRAY [0..2] OF INT := [1, n]; r : REFERENCE TO ST REF= st; fb : FB; i : I_X := fb;
+    c : BOOL; s : STRING := 'hi'; {late[0]} {late[1]}
+    z2 : ARRAY [0..1] OF {chance.choice(TYPES)} := [2({expression()})];
+END_VAR END_PROGRAM"""
+        try:
+            plc = running(text)
+        except DeclarationError:
+            outcomes.add("refused")
+            continue
+        plc.reset()
+        plc.online_change(declared(text).units)
+        assert plc.instance("P")["p"] == address(plc, "P.n")
+        outcomes.add("warned" if plc.warnings else "whole")
+    assert outcomes == {"refused", "warned", "whole"}

@@ -30,7 +30,7 @@ from achse.iec.variables import Spot, StartValue, Surroundings
 
 __all__ = ["StartValues", "start_value"]
 
-_LEFT = "shows only when the program runs: starts as its type says"
+_LEFT = "starts as its type says"
 
 
 class StartValues:
@@ -176,9 +176,9 @@ def start_value(
         try:
             return work_out(StartValues(names, scope, surroundings, own), type, tree)
         except NotConstant as left:
-            fault = scope.source.fault(left.at, _LEFT)
+            fault = scope.source.fault(left.at, f"shows only when the program runs: {_LEFT}")
         except Unexpected as left:
-            fault = scope.source.fault(left.at, f"{left.message}; {_LEFT}")
+            fault = scope.source.fault(left.at, f"{left.message}: {_LEFT}")
         raise SourceError([fault])
 
     return StartValue(type, offset, bit, value)
