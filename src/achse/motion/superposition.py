@@ -61,7 +61,8 @@ def _room(ax: AxisFields) -> float:
     limit = ax.max_velocity
     if ax.drive_reference_velocity < limit:
         limit = ax.drive_reference_velocity
-    return limit - ax.set_velocity * ax.superposition_direction
+    room = limit - ax.set_velocity * ax.superposition_direction
+    return room if room > 0.0 else 0.0
 
 
 def _cover(ax: AxisFields, way: float, room: float, dt: float) -> float:
