@@ -436,3 +436,28 @@ def test_a_lower_override_brakes_across_borders(rig: Any, share: float) -> None:
     assert_smooth(samples, V, a, j)
     assert samples[-1] == (pytest.approx(60.0), 0.0, 0.0)
     assert max(p for p, _, _ in samples) <= 60.0 + 1e-9
+
+
+@pytest.mark.parametrize("override_type", list(OverrideType))
+@pytest.mark.parametrize("moment", [0.004, 0.2, 0.45, 0.9, 1.6, 2.05, 2.3, 2.55])
+def test_override_zero_in_any_phase_of_a_move(
+    make_rig: Any, override_type: int, moment: float
+) -> None:
+    """It takes 2.6 s; only the last ramp is not interrupted."""
+    rig = make_rig(override_type=override_type)
+    axis = rig.axis
+    assert commands.start(axis, 1, 400.0, V) == 0
+    rig.seconds(moment)
+    braking = moment >= 400.0 / V
+    axis.velocity_override = 0
+    trace = rig.trace(1000)
+    assert axis.set_velocity == 0.0
+    assert (axis.set_position == 400.0) == braking
+    if not braking:
+        assert axis.motion_state == MotionState.OVERRIDE_ZERO
+        assert rig.has(StateBit.HAS_JOB)
+        assert not rig.has(StateBit.NOT_MOVING)
+    axis.velocity_override = 1_000_000
+    trace += rig.trace(2000)
+    assert_smooth(trace, V, A, J)
+    assert (axis.set_position, axis.set_motion_phase) == (400.0, 0)
