@@ -103,7 +103,7 @@ def generate_superposed(ax: AxisFields, dt: float) -> None:
     speed = superposed_speed(ax, t)
     if speed * share > room:
         ax.superposed_velocity = ax.superposition_sign * room
-        ax.superposed_acceleration = -ax.set_acceleration
+        ax.superposed_acceleration = -ax.set_acceleration if room > 0.0 else 0.0
     else:
         rise = ax.set_acceleration * ax.superposition_direction / ax.superposition_process_velocity
         ax.superposed_velocity = ax.superposition_sign * speed * share
