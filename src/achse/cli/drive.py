@@ -139,7 +139,7 @@ def serve(
     if compiled is None:
         compiled = compiler_installed()
     elif compiled and not compiler_installed():
-        fail("--compiled needs Numba: pip install 'achse[fast]'")
+        fail("--compiled needs llvmlite: pip install 'achse[fast]'")
     try:
         link, where = open_link()
     except LinkError as missing:

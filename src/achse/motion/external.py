@@ -3,7 +3,7 @@
 Alone, the set position is the external one. Where motion commands are allowed meanwhile, their
 motion and the external one add up; afterwards the axis keeps the distance it went by itself.
 
-Kernel source: compiled by Numba as it stands, see `compiled`.
+Kernel source: compiled as it stands, see `compiled`.
 """
 
 from achse.motion.record import AxisFields

@@ -4,7 +4,7 @@ So the position loop takes over smoothly whenever it comes back: by a stop, by a
 because an error brakes the axis. After an error that opens the loop a drive stays in torque mode,
 until a motion command or function 0x63 leads it back (002 §6.4.4.3, 0x2D).
 
-Kernel source: compiled by Numba as it stands, see `compiled`.
+Kernel source: compiled as it stands, see `compiled`.
 """
 
 from achse.motion.record import AxisFields

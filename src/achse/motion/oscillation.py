@@ -5,7 +5,7 @@ are abrupt, as the answer of the axis to them is what they are made for. The sin
 velocity: a slow base oscillation that keeps the axis moving, and one to measure with, which goes
 from frequency to frequency without a jump.
 
-Kernel source: compiled by Numba as it stands, see `compiled`.
+Kernel source: compiled as it stands, see `compiled`.
 """
 
 from math import cos, pi, sin

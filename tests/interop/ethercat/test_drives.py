@@ -37,7 +37,7 @@ def test_pysoem_moves_drives(
 ) -> None:
     witness("pysoem")
     if how == "compiled":
-        pytest.importorskip("numba")
+        pytest.importorskip("llvmlite")
     ready = bus.drives("--count", count, f"--{how}")
     assert ready.startswith(f"achse drive ready interface=cable1 drives={count} type=ac")
     bus.record()
