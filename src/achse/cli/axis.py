@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from achse.cli.nc import NcAxis
     from achse.client import Client
 
-__all__ = ["NC_PORT", "AxisName", "axis", "draw"]
+__all__ = ["NC_PORT", "AxisName", "axis", "draw", "until"]
 
 NC_PORT = 501
 
@@ -147,7 +147,7 @@ async def enable(
         await item.write(CYCLIC, "velocity_override", round(override * FULL_OVERRIDE))
         control = await item.read(CYCLIC, "control_dword")
         await item.write(CYCLIC, "control_dword", control | ALL_ENABLES)
-    await _until(client, axes, lambda state: state & StateBit.OPERATIONAL, "ready for operation")
+    await until(client, axes, lambda state: state & StateBit.OPERATIONAL, "ready for operation")
     await _report(axes, in_json)
 
 
@@ -161,7 +161,7 @@ async def disable(client: "Client", names: AxisNames, in_json: Json = False) -> 
     for item in axes:
         control = await item.read(CYCLIC, "control_dword")
         await item.write(CYCLIC, "control_dword", control & ~ALL_ENABLES)
-    await _until(client, axes, lambda state: not state & StateBit.OPERATIONAL, "disabled")
+    await until(client, axes, lambda state: not state & StateBit.OPERATIONAL, "disabled")
     await _report(axes, in_json)
 
 
@@ -187,7 +187,7 @@ async def stop(
             await item.write(FUNCTIONS, "stop")
         else:
             await item.write(FUNCTIONS, "parameterized_stop", deceleration, jerk)
-    await _until(client, axes, lambda state: state & StateBit.NOT_MOVING, "standing", patient=True)
+    await until(client, axes, lambda state: state & StateBit.NOT_MOVING, "standing", patient=True)
     await _report(axes, in_json)
 
 
@@ -200,11 +200,11 @@ async def reset(client: "Client", names: AxisNames, in_json: Json = False) -> No
     axes = await chosen(client, names)
     for item in axes:
         await item.write(FUNCTIONS, "reset")
-    await _until(client, axes, lambda state: not state & StateBit.ERROR, "free of errors")
+    await until(client, axes, lambda state: not state & StateBit.ERROR, "free of errors")
     await _report(axes, in_json)
 
 
-async def _until(
+async def until(
     client: "Client",
     axes: Sequence["NcAxis"],
     reached: Callable[[int], object],

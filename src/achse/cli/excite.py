@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from achse.cli.axis import NC_PORT, AxisName, draw
+from achse.cli.axis import NC_PORT, AxisName, draw, until
 from achse.cli.output import decimal, on_terminal, print_json
 from achse.cli.run import fail
 from achse.cli.target import Json, client_command
@@ -123,11 +123,13 @@ async def _carry_out(
     """Excite the axis, stop it when the time is over, and tell."""
     from achse.cli.move import follow
     from achse.cli.nc import CYCLIC, FUNCTIONS, chosen
+    from achse.motion.states import StateBit
 
     [item] = await chosen(client, [name])
     course = await follow(item, excitation, sample_time)
     if course.trouble is None and await item.read(CYCLIC, "has_job"):
         await item.write(FUNCTIONS, "stop")
+        await until(client, [item], StateBit.NOT_MOVING.__and__, "standing", patient=True)
     if in_json:
         print_json(_as_json(item, excitation, course))
     else:
