@@ -328,6 +328,8 @@ def _drives(
     if compiled:
         from achse.drive import compiled as machine_code
 
+        if not machine_code.KERNEL.cached:
+            print("achse drive: compiling for this machine, once", file=sys.stderr, flush=True)
         bank = machine_code.Bank(len(types))
     try:
         kept = ParameterFile(store)
