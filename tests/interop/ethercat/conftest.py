@@ -1,5 +1,6 @@
 """Two ends of a cable in a network namespace: slaves on one, a foreign master on the other."""
 
+import contextlib
 import json
 import os
 import select
@@ -94,6 +95,25 @@ class Bus:
         """Run a script of masters/ and give what it found."""
         command = (sys.executable, HERE / "masters" / script, MASTER_END, *arguments)
         return json.loads(self.run(*self._prompt, *command, timeout=timeout).splitlines()[-1])
+
+    @contextlib.contextmanager
+    def beside(self, script: str, *arguments: object, ready: str) -> Iterator[dict[str, Any]]:
+        """While a script of masters/ runs, from when it says `ready` on stderr; what it found."""
+        command = (sys.executable, HERE / "masters" / script, MASTER_END, *arguments)
+        found: dict[str, Any] = {}
+        with subprocess.Popen(
+            [*self._inside(), *self._prompt, *map(str, command)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        ) as master:
+            assert master.stderr is not None
+            assert master.stderr.readline() == f"{ready}\n"
+            yield found
+            out, errors = master.communicate(timeout=60)
+        assert master.returncode == 0, errors + out
+        found.update(json.loads(out.splitlines()[-1]))
 
     def run(self, *command: object, timeout: float = 60) -> str:
         """Run a command beside the slaves; what it printed."""

@@ -1,5 +1,7 @@
 """Masters by others take the drives of `achse drive serve` for real: find, map, enable, move."""
 
+import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -182,6 +184,26 @@ def test_kickcat_brings_a_drive_to_op(bus: Any, judge: Judge, witness: Witness) 
         "states": [0x21, 0x23, 0x27],
     }
     assert judge(bus.capture) > 400
+
+
+def test_faults_come_from_the_command_line_while_a_master_exchanges(
+    bus: Any, judge: Judge, witness: Witness
+) -> None:
+    witness("pysoem")
+    bus.drives("--count", 2, "--interpreted")
+    achse = (sys.executable, "-m", "achse", "drive")
+    bus.record()
+    with bus.beside("pysoem_faults.py", "watch", ready="in Op") as found:
+        bus.run(*achse, "fault", "add", "alarm", "code=AL.720", "drive=1", "lasting=0.1")
+        bus.run(*achse, "fault", "add", "link_break", "drive=2", "lasting=0.05")
+        watched = bus.run(*achse, "watch", "--for", "0", "--json")
+    bus.end_record()
+    assert [each["alarm"] for each in json.loads(watched)] == ["AL.720", ""]
+    assert found["op"] == OP
+    assert found["counters"] == [6, 3]  # the second drive was out of reach for a while
+    assert found["alarms"] == [0, 0xFF19]
+    assert found["state"] == [OP, OP]
+    assert judge(bus.capture) > 1000
 
 
 def test_a_drive_on_the_wire_passes_the_conformance_check(
