@@ -1,7 +1,7 @@
 """Cost of a cyclic frame in `Segment.process`: one LRW for all slaves, and one with DC besides.
 
-The slaves are loopbacks of 16 bytes each way or drives with their default mapping, in Op, with the
-frames as the clock; each frame therefore lets one local cycle pass, and every drive does a step.
+The slaves are loopbacks of 16 bytes each way or drives with their default mapping that move in csp,
+all in Op, with the frames as the clock; each cycle therefore lets 1 ms pass for every slave.
 Usage: python benchmarks/ethercat_segment.py [SECONDS_PER_ROW]
 """
 
@@ -17,6 +17,8 @@ from achse.ethercat import Application, Command, Datagram, Frame, Loopback, Segm
 
 CYCLE_NS = 1_000_000
 BATCH = 50
+OUTPUTS = struct.Struct("<HbHiHI")  # 1600h: controlword, mode, max torque, target, probe, outputs
+CSP = 8
 REFERENCE = 0x1001
 
 
@@ -95,28 +97,38 @@ def in_op(applications: list[Application], *, dc: bool) -> Segment:
     return segment
 
 
-def cyclic_frames(segment: Segment, *, dc: bool) -> list[bytes]:
+def cyclic_frames(segment: Segment, outputs: bytes, *, dc: bool) -> list[bytes]:
     """The frames of one cycle: as many LRW as needed, the first with the reference time."""
-    size = sum(
-        each.application.output_size + each.application.input_size for each in segment.slaves
-    )
+    data = b"".join(outputs[: each.application.output_size] for each in segment.slaves)
+    data += bytes(sum(each.application.input_size for each in segment.slaves))
     parts = [
-        [Datagram(Command.LRW, first, bytes(min(size - first, 1400)))]
-        for first in range(0, size, 1400)
+        [Datagram(Command.LRW, first, data[first : first + 1400])]
+        for first in range(0, len(data), 1400)
     ]
     if dc:
         parts[0].append(Datagram.at(Command.FRMW, REFERENCE, 0x0910, bytes(8)))
     return [Frame(part).encode() for part in parts]
 
 
-def cost(segment: Segment, frames: list[bytes], seconds: float) -> tuple[float, float]:
+def moving(segment: Segment, *, dc: bool) -> list[list[bytes]]:
+    """Enable the drives; the frames of cycles in which they move to and fro in csp."""
+    for word in (0x06, 0x07, 0x0F, 0x0F):
+        for frame in cyclic_frames(segment, OUTPUTS.pack(word, CSP, 3000, 0, 0, 0), dc=dc):
+            segment.process(frame)
+    return [
+        cyclic_frames(segment, OUTPUTS.pack(0x0F, CSP, 3000, target, 0, 0), dc=dc)
+        for target in (*range(0, 5_000, 200), *range(5_000, 0, -200))
+    ]
+
+
+def cost(segment: Segment, cycles: list[list[bytes]], seconds: float) -> tuple[float, float]:
     """Median and 99 % quantile of one cycle in microseconds; batches are the samples."""
     samples = []
     process = segment.process
     end = time.perf_counter() + seconds
     while time.perf_counter() < end:
         begin = time.perf_counter_ns()
-        for _ in range(BATCH):
+        for frames in cycles:
             for frame in frames:
                 process(frame)
         samples.append((time.perf_counter_ns() - begin) / BATCH / 1000.0)
@@ -131,7 +143,12 @@ def main() -> None:
         for dc in (False, True):
             for count in (1, 8, 32):
                 segment = in_op(applications(count), dc=dc)
-                median, late = cost(segment, cyclic_frames(segment, dc=dc), seconds)
+                if kind == "loopbacks":
+                    cycles = [cyclic_frames(segment, bytes(16), dc=dc)] * BATCH
+                else:
+                    cycles = moving(segment, dc=dc)
+                median, late = cost(segment, cycles, seconds)
+                assert all(slave.state is AlState.OP for slave in segment.slaves)
                 name = "LRW+FRMW" if dc else "LRW"
                 print(f"{count:>3} {kind:>11} {name:>8} {median:>10.2f} {late:>8.2f}", end="")
                 print(f" {median / count:>9.2f}")
