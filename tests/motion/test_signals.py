@@ -196,3 +196,27 @@ def test_inputs_are_those_of_hand_cam_and_mark(rig: Any) -> None:
         axis.simulation_mark_begin, axis.simulation_mark_end = -1.0, 1.0
         assert drive_inputs(axis, axis) == inputs
         assert homing_cam(axis) == (cam == 0)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_rotary_table_meets_its_mark_each_turn(make_rig: Any, compiled: bool) -> None:
+    rig = make_rig(
+        compiled=compiled, simulation_period=360.0, simulation_mark_begin=350.0,
+        simulation_mark_end=355.0, simulation_mark_input=1,
+    )  # fmt: skip
+    commands.activate_touch_probe(rig.axis, 1, RISING, CONTINUOUS, 1)
+    commands.activate_touch_probe(rig.axis, 1, FALLING, CONTINUOUS, 1)
+    move(rig, 1000.0, 1000.0)
+    assert latched(rig, 1, RISING) == (1, 1, pytest.approx(710.0, abs=1e-9), 2)
+    assert latched(rig, 1, FALLING) == (1, 1, pytest.approx(715.0, abs=1e-9), 2)
+    move(rig, -6.0, 1000.0)
+    assert latched(rig, 1, RISING) == (1, 1, pytest.approx(-5.0, abs=1e-9), 5)
+    assert latched(rig, 1, FALLING) == (1, 1, pytest.approx(350.0, abs=1e-9), 4)
+    assert drive_inputs(rig.axis, rig.axis) == 1
+
+
+def test_a_source_that_is_no_input_says_nothing(make: Any) -> None:
+    rig = make(simulation_latch_source=100, simulation_drive_inputs=255)
+    commands.activate_touch_probe(rig.axis, 1, RISING, SINGLE, DRIVE_DEFINED)
+    move(rig, 10.0)
+    assert latched(rig, 1, RISING)[:2] == (1, 0)

@@ -100,6 +100,23 @@ def test_axis_parameters_reach_the_axis() -> None:
 
 
 @pytest.mark.parametrize(
+    ("values", "period", "begin"),
+    [
+        ({}, 360.0, -68.0),
+        ({"encoder_modulo_factor": 100.0, "simulation_cam_end": 5.0}, 100.0, 0.0),
+        ({"simulation_period": 0.0, "simulation_cam_begin": -60.0}, 0.0, -60.0),
+    ],
+)
+def test_the_machine_of_a_modulo_axis_is_a_rotary_table(
+    values: dict[str, float], period: float, begin: float
+) -> None:
+    built = station(axis=[{"id": 1, "name": "C", "unit": "degree", "modulo": True, **values}])
+    assert built.nc is not None
+    made = built.nc.axis(1)
+    assert (made.simulation_period, made.simulation_cam_begin) == (period, begin)
+
+
+@pytest.mark.parametrize(
     ("values", "message"),
     [
         ({"max_velocty": 1.0}, r"axis\[2\]: .*no parameter 'max_velocty'"),

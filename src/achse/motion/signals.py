@@ -16,6 +16,9 @@ __all__ = ["begin_watch", "drive_inputs", "homing_cam", "latch_probe", "watch"]
 NOWHERE = inf
 """The place of an edge that did not happen."""
 
+INPUTS = 8
+"""Digital inputs of a drive."""
+
 WAITS = 1
 LATCHED = 2
 """States of the latch of a homing sequence."""
@@ -38,15 +41,35 @@ def _place(ax: AxisFields, count: float) -> float:
     return (count - ax.encoder_machine_zero) * ax.encoder_scale
 
 
+def _inside(place: float, begin: float, end: float, period: float) -> bool:
+    """Whether a place lies on a stretch of the machine."""
+    if period > 0.0:
+        place -= floor((place - begin) / period) * period
+    return begin <= place <= end
+
+
+def cam_closed(ax: AxisFields, machine: AxisFields) -> bool:
+    """Whether the motor stands on the reference cam."""
+    place = _place(ax, ax.plant_position)
+    begin, end = machine.simulation_cam_begin, machine.simulation_cam_end
+    return _inside(place, begin, end, machine.simulation_period)
+
+
+def mark_seen(ax: AxisFields, machine: AxisFields) -> bool:
+    """Whether the motor stands on the probe mark."""
+    place = _place(ax, ax.plant_position)
+    begin, end = machine.simulation_mark_begin, machine.simulation_mark_end
+    return _inside(place, begin, end, machine.simulation_period)
+
+
 def drive_inputs(ax: AxisFields, machine: AxisFields) -> int:
     """Digital inputs 1..8 of the drive: those switched by hand, cam and mark where wired."""
     inputs = machine.simulation_drive_inputs
-    place = _place(ax, ax.plant_position)
     wire = machine.simulation_cam_input
-    if wire > 0 and machine.simulation_cam_begin <= place <= machine.simulation_cam_end:
+    if wire > 0 and cam_closed(ax, machine):
         inputs |= 1 << (wire - 1)
     wire = machine.simulation_mark_input
-    if wire > 0 and machine.simulation_mark_begin <= place <= machine.simulation_mark_end:
+    if wire > 0 and mark_seen(ax, machine):
         inputs |= 1 << (wire - 1)
     return inputs
 
@@ -55,12 +78,10 @@ def homing_cam(ax: AxisFields) -> int:
     """Whether the reference cam is closed, as the configured source says."""
     source = ax.encoder_homing_sensor_source
     if source == 0:
-        if ax.control_dword & _PLC_CAM:
-            return 1
-        place = _place(ax, ax.plant_position)
-        if ax.simulation_cam_input == 0:
-            return 1 if ax.simulation_cam_begin <= place <= ax.simulation_cam_end else 0
-        return 0
+        closed = ax.control_dword & _PLC_CAM != 0
+        if ax.simulation_cam_input == 0 and cam_closed(ax, ax):
+            closed = True
+        return 1 if closed else 0
     inputs = drive_inputs(ax, ax)
     if source < _FIRST_LOW:
         return inputs >> (source - 1) & 1
@@ -76,15 +97,19 @@ def _pulse(before: float, now: float, period: float, first: float) -> float:
     return count if count >= now else NOWHERE
 
 
-def _boundary(begin: float, end: float, falling: int, before: float, now: float) -> float:
-    """Where a stretch of the machine is entered, or left if `falling`."""
-    if now > before:
-        if falling:
-            return end if before <= end < now else NOWHERE
-        return begin if before < begin <= now else NOWHERE
-    if falling:
-        return begin if now < begin <= before else NOWHERE
-    return end if now <= end < before else NOWHERE
+def _boundary(
+    begin: float, end: float, period: float, falling: int, before: float, now: float
+) -> float:
+    """Where a stretch of the machine is entered, or left if `falling`, on the way to `now`."""
+    forward = now > before
+    edge = begin if forward != (falling == 1) else end
+    if period > 0.0:
+        return _pulse(before, now, period, edge)
+    if forward:
+        passed = before <= edge < now if falling else before < edge <= now
+    else:
+        passed = now < edge <= before if falling else now <= edge < before
+    return edge if passed else NOWHERE
 
 
 def _nearer(place: float, other: float, before: float) -> float:
@@ -93,26 +118,27 @@ def _nearer(place: float, other: float, before: float) -> float:
 
 def _input_edge(ax: AxisFields, machine: AxisFields, number: int, falling: int) -> float:
     """Count at which digital input `number` rises or falls on the way of this cycle."""
+    if number < 1 or number > INPUTS:
+        return NOWHERE
     bit = 1 << (number - 1)
     was = ax.encoder_signal_inputs & bit
     level = drive_inputs(ax, machine) & bit
     if machine.simulation_drive_inputs & bit == 0:
         before = _place(ax, ax.encoder_signal_position)
         now = _place(ax, ax.plant_position)
+        period = machine.simulation_period
+        begin, end = machine.simulation_cam_begin, machine.simulation_cam_end
+        mark_begin, mark_end = machine.simulation_mark_begin, machine.simulation_mark_end
         cam = NOWHERE
         mark = NOWHERE
         if machine.simulation_cam_input == number:
-            cam = _boundary(
-                machine.simulation_cam_begin, machine.simulation_cam_end, falling, before, now
-            )
+            cam = _boundary(begin, end, period, falling, before, now)
         if machine.simulation_mark_input == number:
-            mark = _boundary(
-                machine.simulation_mark_begin, machine.simulation_mark_end, falling, before, now
-            )
+            mark = _boundary(mark_begin, mark_end, period, falling, before, now)
             if machine.simulation_cam_input == number:  # one may hold what the other lets go
-                if machine.simulation_mark_begin <= cam <= machine.simulation_mark_end:
+                if cam != NOWHERE and _inside(cam, mark_begin, mark_end, period):
                     cam = NOWHERE
-                if machine.simulation_cam_begin <= mark <= machine.simulation_cam_end:
+                if mark != NOWHERE and _inside(mark, begin, end, period):
                     mark = NOWHERE
         place = _nearer(cam, mark, before)
         if place != NOWHERE:

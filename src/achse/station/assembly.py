@@ -17,6 +17,7 @@ from achse.devices.plc import PlcDevice
 from achse.devices.router import RouterDevice
 from achse.devices.system import StationControl, SystemDevice
 from achse.motion import AxisParameters, AxisParametersError, Nc
+from achse.motion.record import FIELDS
 from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.server import Device
@@ -227,6 +228,14 @@ def _nc(config: StationConfig) -> Nc:
         ) from None
 
 
+def _rotary(values: Mapping[str, float]) -> dict[str, float]:
+    """The machine of a modulo axis, unless it is described: a turn, and a cam that is no longer."""
+    turn = values.get("encoder_modulo_factor", FIELDS["encoder_modulo_factor"].default)
+    end = values.get("simulation_cam_end", FIELDS["simulation_cam_end"].default)
+    cam = {"simulation_period": turn, "simulation_cam_begin": end - 0.05 * turn}
+    return cam | dict(values)
+
+
 def _axis(axis: AxisConfig, number: int) -> AxisParameters:
     values = axis.parameters
     for part, parameters in (("", values), *((".element", found) for found in axis.element)):
@@ -235,7 +244,7 @@ def _axis(axis: AxisConfig, number: int) -> AxisParameters:
                 raise ConfigError(f"axis[{number}]{part}.{name}: expected a number, got {value!r}")
     flags = values.get("unit_interpretation", 0)
     if axis.modulo and float(flags).is_integer():
-        values["unit_interpretation"] = int(flags) | _MODULO_AXIS
+        values = _rotary(values) | {"unit_interpretation": int(flags) | _MODULO_AXIS}
     try:
         return AxisParameters(
             axis.id,

@@ -11,6 +11,12 @@ __all__ = ["MachineParameters"]
 class MachineParameters(Parameters):
     """Reference cam, probe mark and index pulse; configuration only, no service."""
 
+    simulation_period: float = real(
+        0.0,
+        "mm",
+        "way after which the machine repeats itself, as a rotary table does; 0 = never",
+        0.0,
+    )
     simulation_cam_begin: float = real(
         -1e6, "mm", "where the reference cam begins; none if that is after its end"
     )
