@@ -209,7 +209,6 @@ def test_the_facts_say_what_the_row_says() -> None:
         field="x",
         choices=Mode,
         symbol="Mode",
-        port=501,
         source="002 §1",
     )
     facts = row.facts(0x4100, 0x41FF)
@@ -217,7 +216,7 @@ def test_the_facts_say_what_the_row_says() -> None:
     assert (facts.index_offset, facts.last_index_offset) == (0x10, 0x10)
     assert str(facts.access) == "R W"
     assert facts.range == "3=VELOCITY, 4=TORQUE"
-    assert (facts.unit, facts.symbol, facts.port) == ("1", "Mode", 501)
+    assert (facts.unit, facts.symbol) == ("1", "Mode")
 
 
 def test_the_range_in_words() -> None:

@@ -77,8 +77,6 @@ def _service(row: "RowFacts") -> Iterable[str]:
     meaning = row.description
     if row.symbol:
         meaning += f" Symbol `{row.symbol}`."
-    if row.port:
-        meaning += f" Port {row.port}."
     if row.source:
         meaning += f" ({row.source})"
     return (

@@ -196,7 +196,6 @@ class RowFacts:
     range: str = ""
     description: str = ""
     symbol: str = ""
-    port: int | None = None
     source: str = ""
 
 
@@ -220,8 +219,7 @@ class Service:
     - `guard(target)`: raises DeviceError when a write or exchange is not possible now.
     - `sample(target, length)`: a quicker way to read the same again and again, for notifications;
       None if this target has none.
-    - `symbol`: last part of the name for access by name; `port`: the AMS port the manual demands,
-      for readers only.
+    - `symbol`: last part of the name for access by name.
     """
 
     offset: int
@@ -246,7 +244,6 @@ class Service:
     guard: Callable[[Any], None] | None = None
     sample: Callable[[Any, int], Callable[[], bytes] | None] | None = None
     symbol: str = ""
-    port: int | None = None
     source: str = ""
     # compiled from the above, once
     get: Callable[..., Any] = dataclasses.field(init=False, repr=False, compare=False)
@@ -332,7 +329,6 @@ class Service:
             range=self.range_text if WRITE in self.access or self.exchange else "",
             description=self.description,
             symbol=self.symbol,
-            port=self.port,
             source=self.source,
         )
 

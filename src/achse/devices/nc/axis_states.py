@@ -50,7 +50,6 @@ _REMAINING = Service(
     "until the set point arrives: time, distance",
     "s, mm",
     read=_remaining,
-    port=501,
 )
 
 _OVERRIDE = Service(
@@ -72,7 +71,6 @@ _STOP_INFORMATION = Service(
     "mm, s",
     exchange=lambda axis, ramp: commands.stop_information(axis, *ramp),
     response=Layout("<dd"),
-    port=501,
 )
 
 
@@ -152,7 +150,6 @@ _OPERATION_MODE = Service(
     "operation mode of the drive",
     exchange=lambda axis, _: (axis.drive_operation_mode,),
     response=Layout("<i4x", namedtuple("OperationMode", "mode")),
-    port=501,
 )
 
 AXIS_STATES = (

@@ -209,7 +209,7 @@ DRIVE_STATES = (
     ),
     Service(
         0x200, "digital_input_state", READ_WRITE, UINT32, "state of digital input 1..8",
-        exchange=_digital_input, response=UINT32, port=501,
+        exchange=_digital_input, response=UINT32,
     ),
 )  # fmt: skip
 
@@ -217,7 +217,7 @@ DRIVE_FUNCTIONS = (
     Service(
         0x102, "remove_characteristic_table", WRITE, UINT32,
         "take a characteristic table out of the drive; 0x4261, as there are none",
-        write=_remove_table, port=501,
+        write=_remove_table,
     ),
 )  # fmt: skip
 

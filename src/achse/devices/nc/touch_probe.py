@@ -78,7 +78,6 @@ TOUCH_PROBE = (
         "state of touch probe 1..4: both edges",
         exchange=_state,
         response=Layout("<IIdI4xIIdI20x"),
-        port=501,
     ),
     _flags(
         0x201,

@@ -30,8 +30,6 @@ def function(
     call: Callable[..., int],
     codec: Codec | tuple[Codec, ...],
     description: str,
-    *,
-    port: int | None = None,
 ) -> Service:
     """A row that is written with the arguments of `call`, an axis command."""
 
@@ -45,6 +43,5 @@ def function(
         codec,
         description,
         write=write,
-        port=port,
         non_finite=True,  # the command says what is wrong with a number, by an NC code
     )

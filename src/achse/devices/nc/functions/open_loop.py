@@ -55,6 +55,5 @@ OPEN_LOOP = (
         commands.set_drive_operation_mode,
         Layout("<i12x"),
         "operation mode of the drive: DriveOperationMode",
-        port=501,
     ),
 )

@@ -18,7 +18,6 @@ POSITIONS = (
             commands.set_actual_position,
             POSITION_REQUEST,
             "give the present position another value",
-            port=501,
         ),
         function(
             0x1B,
@@ -47,7 +46,6 @@ POSITIONS = (
             commands.set_encoder_scaling_factor,
             request(scaling_type="H", control_word="H", factor="d"),
             "change the scaling: 1 positions too, 2 from the present position on",
-            port=501,
         ),
         function(
             0x1F,
@@ -55,7 +53,6 @@ POSITIONS = (
             commands.set_actual_position_on_the_fly,
             Layout("<II8xd8x"),
             "give the present position another value while the axis moves",
-            port=501,
         ),
         function(
             0x3B,
@@ -63,7 +60,6 @@ POSITIONS = (
             commands.reinitialize_encoder,
             NO_DATA,
             "take the position from the hardware anew",
-            port=501,
         ),
     ),
 )

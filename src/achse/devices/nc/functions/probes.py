@@ -46,7 +46,6 @@ ENCODER_FUNCTIONS = (
         commands.activate_touch_probe,
         Layout("<4I8x"),
         "have a touch probe wait for an edge: unit, edge, mode, source",
-        port=501,
     ),
     function(
         0x201,
@@ -68,7 +67,6 @@ ENCODER_FUNCTIONS = (
         _deactivate,
         (NO_DATA, _FOUR_FLAGS, Layout("<2I16x")),
         "have a touch probe, or latches, wait no longer",
-        port=501,
     ),
     function(
         0x210,

@@ -75,7 +75,6 @@ STARTS = (
         "start, stop or halt with buffer mode; answers command number and state",
         exchange=_universal_start,
         response=Layout("<HH"),
-        port=501,
         non_finite=True,
     ),
     function(0x29, "freeze_override", commands.freeze_override, NO_DATA, "take the override now"),
