@@ -1,10 +1,27 @@
-"""`achse axis reverse`, `sine` and `torque` on the demo station's axes."""
+"""`achse axis jog`, `reverse`, `sine` and `torque` on the demo station's axes."""
 
 from collections.abc import Callable
 from math import pi
 from typing import Any
 
 import pytest
+
+
+@pytest.mark.parametrize(
+    ("options", "velocity"),
+    [((), 100.0), (("--negative",), -100.0), (("--speed", "fast"), 600.0)],
+)
+def test_jog(
+    cli: Callable[..., Any], document: Callable[..., Any], options: tuple[str, ...], velocity: float
+) -> None:
+    cli("axis", "enable", "X")
+    told = document("axis", "jog", "X", *options, "--for", "2")
+    assert told["done"]
+    assert told["peak_velocity"] == pytest.approx(abs(velocity), rel=0.02)
+    trace = told["trace"]["actual_velocity"]
+    assert max(trace, key=abs) * velocity > 0.0
+    [status] = document("axis", "stop", "X")
+    assert status["state"] == "Standstill"
 
 
 def test_reverse(cli: Callable[..., Any], document: Callable[..., Any]) -> None:

@@ -1,5 +1,6 @@
-"""`achse axis reverse`, `sine` and `torque` excite an axis for a time, and follow it."""
+"""`achse axis jog`, `reverse`, `sine` and `torque` excite an axis for a time, and follow it."""
 
+from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -20,6 +21,9 @@ __all__ = ["register"]
 FREQUENCIES = 20
 """Of a sweep."""
 
+SLOW, FASTER, NEGATIVE = 0x110, 0x100, 1
+"""Start type of a slow jog, what each faster one adds, and what the other direction adds."""
+
 PER_PERCENT = 10.0
 """Torque of 1 %, as the NC counts it."""
 
@@ -31,11 +35,40 @@ Plot = Annotated[
 SampleTime = Annotated[float, typer.Option(min=0.001, max=429, help="Between samples, s.")]
 
 
+class Speed(StrEnum):
+    """The manual velocities of an axis."""
+
+    SLOW = "slow"
+    FAST = "fast"
+    RAPID = "rapid"
+
+
 def register(app: typer.Typer) -> None:
     """Add the commands of this module to `app`."""
+    client_command(app, NC_PORT)(jog)
     client_command(app, NC_PORT)(reverse)
     client_command(app, NC_PORT)(sine)
     client_command(app, NC_PORT, signed=True)(torque)
+
+
+async def jog(
+    client: "Client",
+    name: AxisName,
+    speed: Annotated[Speed, typer.Option(help="Which manual velocity of the axis.")] = Speed.SLOW,
+    negative: Annotated[
+        bool, typer.Option("--negative", "-n", help="To smaller positions.")
+    ] = False,
+    duration: Duration = 1.0,
+    plot: Plot = None,
+    sample_time: SampleTime = 0.01,
+    in_json: Json = False,
+) -> None:
+    """Travel at a manual velocity, as long as a key would be held; Ctrl-C lets it go earlier."""
+    from achse.cli.excitation import Excitation
+
+    start_type = SLOW + FASTER * list(Speed).index(speed) + NEGATIVE * negative
+    excitation = Excitation("start", (start_type, 0.0, 0.0), duration)
+    await _carry_out(client, name, excitation, sample_time, plot, in_json)
 
 
 async def reverse(
