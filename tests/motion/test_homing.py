@@ -184,6 +184,16 @@ def test_a_cam_that_is_passed_can_be_left_on_the_other_side(make: Any) -> None:
     assert rig.axis.homing_latch_position == pytest.approx(-70.0, abs=2 * STEP)
 
 
+def test_a_rotary_table_finds_the_nearest_turn_of_its_cam(make: Any) -> None:
+    rig = make(simulation_period=360.0, simulation_cam_begin=-70.0)
+    commands.start(rig.axis, 1, 330.0, 500.0)
+    rig.until_rest()
+    rig.seconds(0.1)
+    commands.home(rig.axis)
+    walk(rig)
+    assert rig.axis.homing_latch_position == pytest.approx(310.0, abs=2 * STEP)
+
+
 def test_from_the_cam_the_sequence_begins_with_step_3(make: Any) -> None:
     rig = make(simulation_cam_end=5.0)
     commands.home(rig.axis)
