@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-P = 0x4001
+P, F = 0x4001, 0x4201
 REAL, FLAG, NUMBER = "<d", "<H", "<I"
 
 PARAMETERS = [
@@ -71,13 +71,25 @@ def test_above_the_maximum_velocity_no_start(bench: Any, refused: Any) -> None:
     bench.start(100.0, 150.0)
 
 
-@pytest.mark.parametrize(("offset", "error"), [(0xF1, 0x4285), (0xF2, 0x4285)])
+@pytest.mark.parametrize(
+    ("offset", "dynamics", "strongest"),
+    [(0xF1, (1000.1, 500.0), max), (0xF2, (500.0, 1000.1), min)],
+)
 def test_above_the_maximum_acceleration_no_start(
-    bench: Any, refused: Any, offset: int, error: int
+    bench: Any, refused: Any, offset: int, dynamics: tuple[float, float], strongest: Any
 ) -> None:
-    bench.put(P, offset, REAL, 1000.0)  # below the default of 1500
-    with refused(error):
-        bench.start(100.0, 150.0)
+    """A command must not name more; the default of 1500 counts as far as the maximum goes."""
+    bench.put(P, offset, REAL, 1000.0)
+    start = struct.pack("<IIdddddI4xddd", 1, 0, 1000.0, 500.0, *dynamics, 1e4, 0, 0.0, 0.0, 0.0)
+    with refused(0x4285):
+        bench.exchange(F, 0x16, 4, start)
+    bench.put(P, 0x103, REAL, 1e5)
+    bench.start(1000.0, 500.0)
+    seen = []
+    while bench.axis.set_motion_phase:
+        bench.nc.cycle()
+        seen.append(bench.axis.set_acceleration)
+    assert abs(strongest(seen)) == pytest.approx(1000.0)
 
 
 def test_a_move_takes_the_default_dynamics(bench: Any) -> None:
