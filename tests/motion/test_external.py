@@ -247,3 +247,30 @@ def test_in_torque_mode_the_torque_comes_from_outside(make_rig: Any) -> None:
     assert commands.stop_external_setpoint(axis) == 0
     rig.until_rest()
     assert (axis.set_torque, axis.drive_operation_mode, axis.error_code) == (0.0, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("direction", "error"), [(1, 0), (-1, 0x4357)], ids=["permitted", "not permitted"]
+)
+def test_the_fed_direction_counts_where_no_velocity_is_fed(
+    make_rig: Any, direction: int, error: int
+) -> None:
+    rig = make_rig(
+        control_dword=3,
+        encoder_soft_limit_max_enable=1,
+        encoder_soft_limit_max=5.0,
+        controller_following_error_position_monitoring_enable=0,
+    )
+    started(rig)
+    axis = rig.axis
+    axis.external_set_direction = direction
+    axis.external_set_position = direction * 0.1
+    rig.run(2)
+    assert axis.error_code == error
+    if not error:
+        assert rig.has(StateBit.POSITIVE_DIRECTION)
+        assert axis.set_direction == 1.0
+        for _ in range(60):
+            axis.external_set_position += 0.1
+            rig.run(1)
+        assert axis.error_code == 0x4463

@@ -165,13 +165,20 @@ def _watch_signals(ax: AxisFields, dt: float) -> None:
         ax.drive_io_time = 0.0
 
 
+def _direction(ax: AxisFields) -> float:
+    """Where the set point moves, by its sign; an external one may say so without a velocity."""
+    if ax.set_velocity == 0.0 and ax.external_setpoint_active:
+        return float(ax.external_set_direction)
+    return ax.set_velocity
+
+
 def _heading(ax: AxisFields) -> float:
     """Where the axis is to move, by its sign."""
     if ax.set_motion_phase == _TORQUE:
         return ax.set_torque
     if ax.set_motion_phase == _DRIVE_OUTPUT:
         return ax.direct_output
-    return ax.set_velocity
+    return _direction(ax)
 
 
 def supervise_enable(ax: AxisFields, dt: float) -> None:
@@ -260,20 +267,19 @@ def supervise_motion(ax: AxisFields, dt: float) -> None:
     if ax.loop_closed == 0:
         return
     _supervise_following_error(ax, dt)
-    v = ax.set_velocity
-    if v == 0.0:
-        ax.motion_time = 0.0
-        ax.motion_position = ax.actual_position
-        return
+    direction = _direction(ax)
     phase = ax.set_motion_phase
     if phase not in (_NO_JOB, _STOPPING, _HOMING) or (phase == _HOMING and ax.job_direction != 0.0):
         p = ax.set_position
-        if v > 0.0:
+        if direction > 0.0:
             if ax.encoder_soft_limit_max_enable and p > ax.encoder_soft_limit_max:
                 report(ax, _not_found(ax, _SOFT_LIMIT_MAX_PASSED), 0)
-        elif ax.encoder_soft_limit_min_enable and p < ax.encoder_soft_limit_min:
+        elif direction < 0.0 and ax.encoder_soft_limit_min_enable and p < ax.encoder_soft_limit_min:
             report(ax, _not_found(ax, _SOFT_LIMIT_MIN_PASSED), 0)
-    if ax.motion_monitoring_enable:
+    if ax.set_velocity == 0.0:
+        ax.motion_time = 0.0
+        ax.motion_position = ax.actual_position
+    elif ax.motion_monitoring_enable:
         if abs(ax.actual_position - ax.motion_position) > ax.motion_monitoring_window:
             ax.motion_position = ax.actual_position
             ax.motion_time = 0.0
@@ -375,10 +381,11 @@ def show_state(ax: AxisFields) -> None:
     else:
         motion = _RUNNING
         a = ax.set_acceleration
-        if v > 0.0:
+        heading = _direction(ax)
+        if heading > 0.0:
             state |= _POSITIVE
             direction = 1.0
-        elif v < 0.0:
+        elif heading < 0.0:
             state |= _NEGATIVE
             direction = -1.0
             a = -a
