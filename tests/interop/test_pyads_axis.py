@@ -4,6 +4,7 @@ The axis is built for 2000 mm/s, 1500 mm/s² and 2250 mm/s³.
 """
 
 import struct
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -23,6 +24,7 @@ STATE, FUNCTION, CYCLIC = 0x4100, 0x4200, 0x4300
 ABSOLUTE, ENDLESS_POSITIVE = 1, 3
 
 ENABLED, NOT_MOVING, IN_TARGET, HAS_JOB = 1 << 0, 1 << 2, 1 << 4, 1 << 8
+HOMED, HOMING, LATCHED = 1 << 1, 1 << 11, 1 << 16
 
 
 class Online(NamedTuple):
@@ -106,8 +108,14 @@ class Axis:
         )
         place = (STATE + self.number, 0)
         handles = self._nc.add_device_notification(place, attributes, note)
-        yield samples
-        self._nc.del_device_notification(*handles)
+        try:
+            yield samples
+            seen = threading.Event()  # pyads hands on in order, but late if it hardly gets to it
+            last = self._nc.add_device_notification(place, attributes, lambda *_: seen.set())
+            assert seen.wait(60)
+            self._nc.del_device_notification(*last)
+        finally:
+            self._nc.del_device_notification(*handles)
         assert {b - a for a, b in pairwise(times[1:])} == {round(CYCLE * 1e7)}
 
     def watch(self, done: Callable[[Online], object], seconds: float = 60.0) -> list[Online]:
@@ -206,6 +214,37 @@ def test_a_stop_comes_to_rest_with_the_configured_deceleration(axis: Axis) -> No
     )
     assert trace[-1].set_velocity == 0.0
     assert trace[-1].error == 0
+
+
+def test_an_axis_homes_and_latches_its_index_pulses(axis: Axis) -> None:
+    """One index pulse per 65536 increments of 0.0001 mm: every 6.5536 mm from the reference."""
+    nc = axis._nc
+    for offset in (0x06, 0x07):
+        nc.write(0x4000 + axis.number, offset, 200.0, pyads.PLCTYPE_LREAL)
+    nc.write(0x5000 + axis.number, 0x103, 30.0, pyads.PLCTYPE_LREAL)
+    nc.write(0x5000 + axis.number, 0x107, 2, pyads.PLCTYPE_UDINT)
+    axis.call(0x10)
+    watched = axis.watch(lambda sample: not sample.status & HOMING)
+    assert watched[0].status & HOMING
+    assert watched[-1].error == 0
+    assert watched[-1].status & HOMED
+    brake = 200.0 * (200.0 / JERK) ** 0.5
+    assert watched[-1].actual_position == pytest.approx(30.0 + brake, abs=2.0)
+    assert max(abs(sample.set_velocity) for sample in watched) == pytest.approx(200.0)
+
+    probe = struct.pack("<6I", 1, 0, 1, 128, 0, 0)
+    nc.write(0x5200 + axis.number, 0x200, list(probe), pyads.PLCTYPE_BYTE * 24)
+    axis.start(ABSOLUTE, watched[-1].set_position + 20.0, 50.0)
+    seen = axis.watch(lambda sample: sample.status & IN_TARGET and axis.at_rest(sample))
+    assert seen[-1].status & LATCHED
+    state = nc.read_write(
+        0x5100 + axis.number, 0x200, pyads.PLCTYPE_BYTE * 64, list(probe), pyads.PLCTYPE_BYTE * 24
+    )
+    active, valid, position, counter = struct.unpack_from("<IIdI", bytes(state))
+    assert (active, valid, counter) == (0, 1, 1)
+    turns = (position - 30.0) / 6.5536
+    assert turns == pytest.approx(round(turns), abs=1e-6)
+    assert watched[-1].actual_position < position < watched[-1].actual_position + 6.6
 
 
 def test_both_forms_of_the_online_structure_agree(axis: Axis) -> None:
