@@ -4,6 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from achse.codes import NcError
 from achse.motion import CommandState, MotionPhase, StateBit, commands
@@ -151,3 +153,42 @@ def test_a_generator_takes_the_dynamics_of_the_axis(make_rig: Any) -> None:
     assert rig.axis.job_acceleration == rig.axis.default_acceleration
     assert rig.axis.job_deceleration == 3000.0
     assert rig.axis.job_jerk == rig.axis.default_jerk
+
+
+@given(
+    name=st.sampled_from(sorted(set(STARTS) - {"external"})),
+    cycles=st.integers(0, 600),
+    how=st.sampled_from(["stop", "halt", "move"]),
+)
+@settings(
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+def test_whenever_it_ends_the_set_point_goes_on_smoothly(
+    make_rig: Any, name: str, cycles: int, how: str
+) -> None:
+    rig = make_rig(controller_following_error_position_monitoring_enable=0, max_acceleration=1e6)
+    start, arguments = STARTS[name]
+    assert start(rig.axis, *arguments) == 0
+    rig.run(cycles)
+    ends: dict[str, Callable[[], int]] = {
+        "stop": lambda: commands.stop(rig.axis),
+        "halt": lambda: commands.universal_start(rig.axis, 8192, 0.0, 0.0),
+        "move": lambda: commands.universal_start(rig.axis, 1, 30.0, 50.0),
+    }
+    before = rig.axis.set_velocity
+    if name in ("output", "torque"):
+        rig.run(1)
+        before = rig.axis.set_velocity
+    assert ends[how]() == 0
+    for _ in range(6000):
+        rig.run(1)
+        axis = rig.axis
+        most = max(axis.job_acceleration, axis.job_deceleration) + axis.job_jerk * rig.dt
+        assert abs(axis.set_velocity - before) <= most * rig.dt + 1e-6
+        before = axis.set_velocity
+        if axis.set_motion_phase == MotionPhase.NONE:
+            break
+    assert axis.set_motion_phase == MotionPhase.NONE
+    assert axis.error_code == 0
+    if how == "move":
+        assert axis.set_position == 30.0
