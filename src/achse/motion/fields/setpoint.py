@@ -23,7 +23,7 @@ class SetpointState(States):
     set_direction: float = real(0.0, "1", "-1, 0, 1: sign of the set velocity")
     set_position_modulo: float = real(0.0, "mm", "set position within its period")
     set_modulo_turns: int = whole(0, "1", "period of the set position")
-    set_motion_phase: int = whole(0, "1", "0 no job, 1 to a position, 2 endless, 3 stopping")
+    set_motion_phase: int = whole(0, "MotionPhase", "what makes the set point, 0 = nothing")
     target_position: float = real(0.0, "mm", "position where the axis will stand")
     remaining_time: float = real(0.0, "s", "until the set point arrives")
     remaining_distance: float = real(0.0, "mm", "until the set point arrives")
