@@ -72,14 +72,25 @@ def test_the_cache_is_used_again(
     assert second.function(Rows(WHEEL, 2).address, 2, 0.0) == 2
 
 
+def test_a_broken_file_in_the_cache_is_made_anew(written: Any) -> None:
+    module = written(SOURCE, Wheel=Wheel, STEP=7.0)
+    first, second = (Kernel("wheels", module.turn, {Wheel: WHEEL}) for _ in range(2))
+    assert first.function(Rows(WHEEL, 1).address, 1, 0.0) == 1
+    whole = first.path.read_bytes()
+    first.path.write_bytes(whole[: len(whole) // 2])
+    assert second.function(Rows(WHEEL, 1).address, 1, 0.0) == 1
+    assert first.path.read_bytes() == whole
+
+
 def test_what_changes_the_code_changes_the_file(written: Any) -> None:
     paths = {
         _kernel(written).path,
         _kernel(written, step=2.0).path,
         _kernel(written, SOURCE + "\n").path,
         Kernel("wheels", written(SOURCE, Wheel=Wheel, STEP=1.0).turn, {}).path,
+        Kernel("wheels", written(SOURCE, Wheel=Wheel, STEP=1.0).one, {Wheel: WHEEL}).path,
     }
-    assert len(paths) == 4
+    assert len(paths) == 5
     assert _kernel(written).path in paths
 
 

@@ -27,6 +27,9 @@ __all__ = ["Kernel", "cache_directory", "compiler_installed"]
 _ARGUMENTS = {"ptr": ctypes.c_void_p, "i64": ctypes.c_int64, "double": ctypes.c_double}
 
 
+_CHECK = hashlib.sha256().digest_size
+
+
 def compiler_installed() -> bool:
     """Whether llvmlite can be imported, without importing it."""
     with suppress(ValueError):  # find_spec of a module that is None in sys.modules
@@ -37,7 +40,7 @@ def compiler_installed() -> bool:
 def cache_directory() -> Path:
     """Where machine code is kept."""
     named = os.environ.get("ACHSE_CACHE_DIR")
-    if named is not None:
+    if named:
         return Path(named)
     home = os.path.join(os.path.expanduser("~"), ".cache")
     return Path(os.environ.get("XDG_CACHE_HOME") or home) / "achse"
@@ -71,9 +74,8 @@ class Kernel:
     @cached_property
     def function(self) -> Callable[..., Any]:
         """The machine code, from the cache or compiled now."""
-        try:
-            code = self.path.read_bytes()
-        except OSError:
+        code = self._kept()
+        if code is None:
             code = self._compile()
             self._keep(code)
         parameters, result = translate.machine_signature(self.plain, self.layouts)
@@ -97,14 +99,26 @@ class Kernel:
         code: bytes = machine.emit_object(module)
         return code
 
+    def _kept(self) -> bytes | None:
+        """The machine code from the cache; None if it is not there, or not as it was put there."""
+        try:
+            content = self.path.read_bytes()
+        except OSError:
+            return None
+        check, code = content[:_CHECK], content[_CHECK:]
+        return code if check == hashlib.sha256(code).digest() else None
+
     def _keep(self, code: bytes) -> None:
-        """Put the machine code into the cache, whole or not at all."""
+        """Put the machine code into the cache, after its hash."""
         with suppress(OSError):
             self.path.parent.mkdir(parents=True, exist_ok=True)
             handle, temporary = tempfile.mkstemp(dir=self.path.parent)
-            with os.fdopen(handle, "wb") as file:
-                file.write(code)
-            os.replace(temporary, self.path)
+            try:
+                with os.fdopen(handle, "wb") as file:
+                    file.write(hashlib.sha256(code).digest() + code)
+                os.replace(temporary, self.path)
+            except OSError:
+                os.unlink(temporary)
 
     def _digest(self) -> str:
         import llvmlite
@@ -116,7 +130,8 @@ class Kernel:
         for layout in self.layouts.values():
             for name, slot in layout.fields.items():
                 digest.update(f"{name} {slot.offset} {slot.length} {slot.is_real}".encode())
-        files = {str(module.__file__) for module in _TRANSLATOR}
+        digest.update(self.plain.__qualname__.encode())
+        files = {__file__, *(str(module.__file__) for module in _TRANSLATOR)}
         for name, thing in _reached(self.plain):
             if isinstance(thing, FunctionType):
                 files.add(thing.__code__.co_filename)

@@ -213,7 +213,9 @@ class Body(Expressions):
         self.begin(end)
 
     def give_back(self, node: ast.Return) -> None:
-        value = self.value(node.value) if node.value is not None else Value(NOTHING, ())
+        given = node.value
+        nothing = given is None or (isinstance(given, ast.Constant) and given.value is None)
+        value = Value(NOTHING, ()) if given is None or nothing else self.value(given)
         value = self.convert(value, self._signature.result, node)
         machines = machine_types(value.kind)
         whole = _returned(machines)
