@@ -93,13 +93,13 @@ class Bus:
 
     def master(self, script: str, *arguments: object, timeout: float = 60) -> Any:
         """Run a script of masters/ and give what it found."""
-        command = (sys.executable, HERE / "masters" / script, MASTER_END, *arguments)
+        command = self._command(script, *arguments)
         return json.loads(self.run(*self._prompt, *command, timeout=timeout).splitlines()[-1])
 
     @contextlib.contextmanager
     def beside(self, script: str, *arguments: object, ready: str) -> Iterator[dict[str, Any]]:
         """While a script of masters/ runs, from when it says `ready` on stderr; what it found."""
-        command = (sys.executable, HERE / "masters" / script, MASTER_END, *arguments)
+        command = self._command(script, *arguments)
         found: dict[str, Any] = {}
         with subprocess.Popen(
             [*self._inside(), *self._prompt, *map(str, command)],
@@ -122,6 +122,11 @@ class Bus:
         )
         assert finished.returncode == 0, finished.stderr + finished.stdout
         return finished.stdout
+
+    def _command(self, script: str, *arguments: object) -> tuple[object, ...]:
+        """A script of masters/, which is told its interface and its reply timeout in ms."""
+        timeout = 2 if self._prompt else 20
+        return (sys.executable, HERE / "masters" / script, MASTER_END, timeout, *arguments)
 
     def _inside(self) -> list[str]:
         assert self._holder is not None

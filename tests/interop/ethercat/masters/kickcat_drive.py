@@ -14,9 +14,12 @@ SECOND = timedelta(seconds=1)
 
 
 def main() -> None:
-    bus = kickcat.Bus(kickcat.create_link(sys.argv[1], ""))
+    interface, timeout = sys.argv[1:]
+    link = kickcat.create_link(interface, "")
+    link.set_timeout(timedelta(milliseconds=int(timeout)))
+    bus = kickcat.Bus(link)
     found: dict[str, Any] = {}
-    bus.init(SECOND)
+    bus.init(10 * SECOND)
     [drive] = bus.slaves()
     bus.request_state(kickcat.State.PREOP)
     bus.wait_for_state(kickcat.State.PREOP, 3 * SECOND)

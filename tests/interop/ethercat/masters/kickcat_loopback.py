@@ -10,10 +10,12 @@ import kickcat
 
 
 def main() -> None:
-    link = kickcat.create_link(sys.argv[1], "")
+    interface, timeout = sys.argv[1:]
+    link = kickcat.create_link(interface, "")
+    link.set_timeout(timedelta(milliseconds=int(timeout)))
     bus = kickcat.Bus(link)
     found: dict[str, Any] = {}
-    bus.init(timedelta(seconds=1))
+    bus.init(timedelta(seconds=10))
     slaves = bus.slaves()
     found["count"] = len(slaves)
     bus.request_state(kickcat.State.PREOP)

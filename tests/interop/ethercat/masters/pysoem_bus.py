@@ -86,8 +86,12 @@ def abort_of(call: Callable[[], object]) -> str:
 
 
 def run(scenarios: Mapping[str, Scenario]) -> None:
-    """`SCRIPT INTERFACE WHAT`: play a scenario, write what it found as JSON to stdout."""
-    interface, what = sys.argv[1:]
+    """`SCRIPT INTERFACE MS WHAT`: play a scenario, write what it found as JSON to stdout.
+
+    MS is how long a reply may take.
+    """
+    interface, timeout, what = sys.argv[1:]
+    pysoem.settings.timeouts.ret = 1000 * int(timeout)
     found: Found = {}
     master = pysoem.Master()
     master.open(interface)

@@ -1,4 +1,4 @@
-"""The conformance check of drives, through pysoem; JSON on stdout. `… INTERFACE check`."""
+"""The conformance check of drives, through pysoem; JSON on stdout. `… INTERFACE MS check`."""
 
 from typing import Any
 

@@ -1,6 +1,6 @@
 """pysoem finds CiA 402 drives, enables and moves them, is silent, recovers; JSON on stdout.
 
-`pysoem_drives.py INTERFACE WHAT`; WHAT is `move` or `remap`.
+`pysoem_drives.py INTERFACE MS WHAT`; WHAT is `move` or `remap`.
 """
 
 import struct

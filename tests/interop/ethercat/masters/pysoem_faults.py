@@ -1,6 +1,6 @@
 """pysoem keeps drives in Op while `achse drive fault` lets things go wrong; JSON on stdout.
 
-`pysoem_faults.py INTERFACE watch`: exchanges until stdin ends, and notes what changes.
+`pysoem_faults.py INTERFACE MS watch`: exchanges until stdin ends, and notes what changes.
 """
 
 import sys

@@ -9,7 +9,8 @@ import pysoem
 
 
 def main() -> None:
-    interface = sys.argv[1]
+    interface, timeout = sys.argv[1:]
+    pysoem.settings.timeouts.ret = 1000 * int(timeout)
     found: dict[str, Any] = {}
     master = pysoem.Master()
     master.open(interface)

@@ -1,4 +1,4 @@
-"""pysoem homes a drive and moves it in pp, pv and tq; JSON on stdout. `… INTERFACE modes`."""
+"""pysoem homes a drive and moves it in pp, pv and tq; JSON on stdout. `… INTERFACE MS modes`."""
 
 import struct
 from typing import Any

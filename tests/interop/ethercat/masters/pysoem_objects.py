@@ -1,6 +1,6 @@
 """pysoem reads a drive's whole dictionary in every way, and takes wrong steps; JSON on stdout.
 
-`pysoem_objects.py INTERFACE WHAT`; WHAT is `dictionary` or `steps`.
+`pysoem_objects.py INTERFACE MS WHAT`; WHAT is `dictionary` or `steps`.
 """
 
 import struct
