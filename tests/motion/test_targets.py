@@ -261,3 +261,21 @@ def test_a_stop_ends_a_loop(make_rig: Any) -> None:
     assert 110.0 < rig.axis.set_position <= 150.0
     rig.seconds(0.5)
     assert rig.has(StateBit.IN_TARGET_POSITION)  # where the stop ended
+
+
+def test_both_kernels_agree_on_loops_jogs_and_oriented_stops(make_rig: Any) -> None:
+    digests = []
+    for compiled in (False, True):
+        rig = make_rig(compiled=compiled, loop_enable=1, loop_distance=5.0, jog_velocity_slow=80.0)
+        commands.start(rig.axis, 1, 50.0, 100.0)
+        rig.seconds(0.5)
+        rig.axis.velocity_override = 300_000
+        rig.seconds(4.0)
+        rig.axis.velocity_override = 1_000_000
+        commands.start(rig.axis, 273, 0.0, 0.0)
+        rig.seconds(1.0)
+        assert commands.oriented_stop(rig.axis, 45.0, 100.0, 1000.0) == 0
+        rig.seconds(6.0)
+        assert rig.axis.set_position % 360.0 == pytest.approx(45.0, abs=1e-9)
+        digests.append(rig.nc.digest())
+    assert digests[0] == digests[1]
