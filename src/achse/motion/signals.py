@@ -11,7 +11,15 @@ from math import ceil, floor, inf
 from achse.motion.record import PROBE_EDGES, TOUCH_PROBES, AxisFields
 from achse.motion.states import ControlBit, HomingSensorSource, ReferenceMode, SignalSource
 
-__all__ = ["begin_watch", "drive_inputs", "homing_cam", "latch_probe", "watch"]
+__all__ = [
+    "LATCHED",
+    "WAITS",
+    "begin_watch",
+    "drive_inputs",
+    "homing_cam",
+    "latch_probe",
+    "watch",
+]
 
 NOWHERE = inf
 """The place of an edge that did not happen."""
@@ -48,14 +56,14 @@ def _inside(place: float, begin: float, end: float, period: float) -> bool:
     return begin <= place <= end
 
 
-def cam_closed(ax: AxisFields, machine: AxisFields) -> bool:
+def _cam_closed(ax: AxisFields, machine: AxisFields) -> bool:
     """Whether the motor stands on the reference cam."""
     place = _place(ax, ax.plant_position)
     begin, end = machine.simulation_cam_begin, machine.simulation_cam_end
     return _inside(place, begin, end, machine.simulation_period)
 
 
-def mark_seen(ax: AxisFields, machine: AxisFields) -> bool:
+def _mark_seen(ax: AxisFields, machine: AxisFields) -> bool:
     """Whether the motor stands on the probe mark."""
     place = _place(ax, ax.plant_position)
     begin, end = machine.simulation_mark_begin, machine.simulation_mark_end
@@ -66,10 +74,10 @@ def drive_inputs(ax: AxisFields, machine: AxisFields) -> int:
     """Digital inputs 1..8 of the drive: those switched by hand, cam and mark where wired."""
     inputs = machine.simulation_drive_inputs
     wire = machine.simulation_cam_input
-    if wire > 0 and cam_closed(ax, machine):
+    if wire > 0 and _cam_closed(ax, machine):
         inputs |= 1 << (wire - 1)
     wire = machine.simulation_mark_input
-    if wire > 0 and mark_seen(ax, machine):
+    if wire > 0 and _mark_seen(ax, machine):
         inputs |= 1 << (wire - 1)
     return inputs
 
@@ -79,7 +87,7 @@ def homing_cam(ax: AxisFields) -> int:
     source = ax.encoder_homing_sensor_source
     if source == 0:
         closed = ax.control_dword & _PLC_CAM != 0
-        if ax.simulation_cam_input == 0 and cam_closed(ax, ax):
+        if ax.simulation_cam_input == 0 and _cam_closed(ax, ax):
             closed = True
         return 1 if closed else 0
     inputs = drive_inputs(ax, ax)
