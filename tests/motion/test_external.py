@@ -114,6 +114,41 @@ def test_a_position_may_go_as_far_in_a_cycle_as_the_axis_can(rig: Any) -> None:
     assert axis.error_code == 0x4359
 
 
+@pytest.mark.parametrize(
+    ("value", "number", "error"),
+    [
+        ("external_set_velocity", 2000.1, 0x4359),
+        ("external_set_velocity", nan, 0x4359),
+        ("external_set_acceleration", -100_001.0, 0x435B),
+        ("external_set_acceleration", nan, 0x435B),
+        ("external_set_jerk", nan, 0x422C),
+    ],
+)
+def test_values_beyond_the_limits_of_the_axis(
+    rig: Any, value: str, number: float, error: int
+) -> None:
+    started(rig)
+    run(rig, 0, 200)
+    setattr(rig.axis, value, number)
+    before = rig.axis.set_velocity
+    rig.run(1)
+    assert rig.axis.error_code == error
+    assert rig.axis.set_velocity == pytest.approx(before, rel=0.02)
+    rig.until_rest()
+
+
+@pytest.mark.parametrize("value", ["external_set_torque", "external_set_torque_derivative"])
+def test_a_torque_that_is_no_number(rig: Any, value: str) -> None:
+    commands.set_drive_operation_mode(rig.axis, 1)
+    started(rig)
+    rig.run(5)
+    setattr(rig.axis, value, nan)
+    rig.run(2)
+    assert rig.axis.error_code == 0x422C
+    assert rig.axis.set_torque == 0.0
+    rig.until_rest()
+
+
 def test_checked_velocities_are_those_of_the_positions(make_rig: Any) -> None:
     rig = make_rig(setpoint_consistency_check=1)
     started(rig)

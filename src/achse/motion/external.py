@@ -16,7 +16,15 @@ _NO_JOB = MotionPhase.NONE.value
 _STOPPING = MotionPhase.STOPPING.value
 _EXTERNAL = MotionPhase.EXTERNAL.value
 
+_DATA_INVALID = 0x422C
 _VELOCITY_TOO_HIGH = 0x4359
+_ACCELERATION_TOO_HIGH = 0x435B
+
+_LARGEST = 1e30
+"""Jerks beyond are none."""
+
+_ROUNDED = 1.0 + 1e-6
+"""What a limit may be passed by, for the rounding of whoever feeds."""
 
 _INCONSISTENT = 1e-3
 """Velocities that differ by a smaller part of themselves are equal."""
@@ -36,12 +44,20 @@ def _is_over(ax: AxisFields) -> bool:
     return phase == _STOPPING or (phase == _NO_JOB and ax.buffer_count == 0)
 
 
-def _is_jump(ax: AxisFields, way: float, dt: float) -> bool:
-    """Whether the external position changes faster than the axis can follow, or is no number."""
+def _fault(ax: AxisFields, way: float, dt: float) -> int:
+    """What is wrong with the external values, 0 = nothing; a jump of the position is too fast."""
     limit = ax.max_velocity
     if ax.drive_reference_velocity < limit:
         limit = ax.drive_reference_velocity
-    return not abs(way) <= limit * dt * (1.0 + 1e-6) + ax.encoder_scaling_factor
+    limit *= _ROUNDED
+    if not (
+        abs(way) <= limit * dt + ax.encoder_scaling_factor
+        and abs(ax.external_set_velocity) <= limit
+    ):
+        return _VELOCITY_TOO_HIGH
+    if not abs(ax.external_set_acceleration) <= ax.max_acceleration * _ROUNDED:
+        return _ACCELERATION_TOO_HIGH
+    return 0 if abs(ax.external_set_jerk) <= _LARGEST else _DATA_INVALID
 
 
 def _take(ax: AxisFields, way: float, dt: float) -> None:
@@ -70,8 +86,10 @@ def _take(ax: AxisFields, way: float, dt: float) -> None:
 def follow_external(ax: AxisFields, dt: float) -> None:
     """One cycle while the external generator is active."""
     way = ax.external_set_position - ax.external_position
-    if not _is_over(ax) and _is_jump(ax, way, dt):
-        fail(ax, _VELOCITY_TOO_HIGH, 0)
+    if not _is_over(ax):
+        fault = _fault(ax, way, dt)
+        if fault:
+            fail(ax, fault, 0)
     if _is_over(ax):
         leave_external(ax)
         generate(ax, dt)

@@ -8,6 +8,7 @@ Kernel source: compiled as it stands, see `compiled`.
 """
 
 from achse.motion.record import AxisFields
+from achse.motion.setpoint import fail
 from achse.motion.states import MotionPhase
 
 __all__ = ["choose_loop", "follow_axis", "run_torque"]
@@ -15,6 +16,11 @@ __all__ = ["choose_loop", "follow_axis", "run_torque"]
 _NO_JOB = MotionPhase.NONE.value
 _EXTERNAL = MotionPhase.EXTERNAL.value
 _TORQUE_JOB = MotionPhase.TORQUE.value
+
+_DATA_INVALID = 0x422C
+
+_LARGEST = 1e10
+"""Torques beyond are none."""
 
 
 def follow_axis(ax: AxisFields) -> None:
@@ -51,6 +57,12 @@ def run_torque(ax: AxisFields, dt: float) -> None:
         ax.set_torque = torque
         ax.set_torque_derivative = (torque - before) / dt
     elif ax.set_motion_phase == _EXTERNAL:
+        if not (
+            abs(ax.external_set_torque) <= _LARGEST
+            and abs(ax.external_set_torque_derivative) <= _LARGEST
+        ):
+            fail(ax, _DATA_INVALID, 0)
+            return
         ax.set_torque = ax.external_set_torque
         ax.set_torque_derivative = ax.external_set_torque_derivative
         ax.external_position = ax.external_set_position
