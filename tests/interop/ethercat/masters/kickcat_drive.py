@@ -19,7 +19,7 @@ def main() -> None:
     link.set_timeout(timedelta(milliseconds=int(timeout)))
     bus = kickcat.Bus(link)
     found: dict[str, Any] = {}
-    bus.init(10 * SECOND)
+    bus.init(SECOND)
     [drive] = bus.slaves()
     bus.request_state(kickcat.State.PREOP)
     bus.wait_for_state(kickcat.State.PREOP, 3 * SECOND)

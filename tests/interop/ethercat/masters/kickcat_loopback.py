@@ -15,7 +15,7 @@ def main() -> None:
     link.set_timeout(timedelta(milliseconds=int(timeout)))
     bus = kickcat.Bus(link)
     found: dict[str, Any] = {}
-    bus.init(timedelta(seconds=10))
+    bus.init(timedelta(seconds=1))
     slaves = bus.slaves()
     found["count"] = len(slaves)
     bus.request_state(kickcat.State.PREOP)
