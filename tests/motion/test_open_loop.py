@@ -324,3 +324,18 @@ def test_velocity_and_position_mode_choose_the_interface(make_rig: Any) -> None:
     commands.universal_start(rig.axis, 1, 0.0, 200.0)
     rig.run(100)
     assert abs(rig.axis.following_error) > 0.01
+
+
+def test_a_drive_that_takes_positions_takes_a_torque_too(make_rig: Any) -> None:
+    rig = make_rig(**MOTOR, controller_type=9, drive_type=9)
+    torque(rig, 100.0)
+    rig.run(100)
+    assert rig.axis.plant_velocity == pytest.approx(0.1 * FULL * 100 * rig.dt)
+    commands.universal_start(rig.axis, 1, 100.0, 50.0)
+    before = rig.axis.actual_position
+    for _ in range(3000):
+        rig.run(1)
+        assert abs(rig.axis.actual_position - before) <= 60.0 * rig.dt
+        before = rig.axis.actual_position
+    assert rig.axis.actual_position == pytest.approx(100.0, abs=1e-3)
+    assert rig.axis.drive_operation_mode == 0
