@@ -378,14 +378,14 @@ class Observer:
         self.beyond = np.zeros(len(players), bool)
         """Axes that something rough may have made faster than any limit, until they rest."""
         axes = [player.axis for player in players]
-        self.acceleration = np.array(
-            [max(axis.max_acceleration, axis.max_deceleration) for axis in axes]
-        )
+        self.rise = np.array([axis.max_acceleration for axis in axes])
+        self.fall = np.array([axis.max_deceleration for axis in axes])
+        self.acceleration = np.maximum(self.rise, self.fall)
         self.jerk = np.array([axis.default_jerk for axis in axes])
         # A command with less jerk releases the acceleration it finds later than was planned.
+        self.commanded = np.array([axis.max_velocity for axis in axes])
         less = 1.0 / np.array([player.gentlest for player in players]) - 1.0
-        self.top = np.array([axis.max_velocity for axis in axes])
-        self.top += less * self.acceleration**2 / (2.0 * self.jerk)
+        self.top = self.commanded + less * self.acceleration**2 / (2.0 * self.jerk)
         self.cycles = 0
 
     def cycle(self) -> None:
@@ -410,23 +410,26 @@ class Observer:
         self.beyond &= (states[:, 0] != MotionPhase.NONE) | (v1 != 0.0)
         smooth = closed & ~rough
         ramped = smooth & ~bent
+        bent &= smooth & (np.abs(v0) <= self.commanded) & (np.abs(v1) <= self.commanded)
+        inside = smooth & ~self.beyond
         more = 1.0 + 1e-6
+        growth = np.where(np.abs(v1) > 1e-6 * self.commanded, a1 * np.sign(v1), 0.0)
         jerk = self.jerk * DT
         bend = np.abs(v1 - v0 - 0.5 * (a0 + a1) * DT)
         step = np.abs(p1 - p0 - (shift1 - shift0) - 0.5 * (v0 + v1) * DT)
         rounding = 1e-12 * (np.abs(p1) + np.abs(shift1)) + 1e-10
         wrong = {
             "not finite": ~np.isfinite(now).all(axis=1),
-            "velocity": smooth & ~self.beyond & (np.abs(v1) > self.top * more),
-            "acceleration": smooth & ~self.beyond & (np.abs(a1) > self.acceleration * more),
+            "velocity": inside & (np.abs(v1) > self.top * more),
+            # Left over from before a change of direction it may be more, while it is brought down.
+            "acceleration": inside & (growth > self.rise * more) & (np.abs(a1) >= np.abs(a0)),
+            "deceleration": inside & (-growth > self.fall * more) & (np.abs(a1) >= np.abs(a0)),
             "jerk": ramped & (np.abs(a1 - a0) > jerk * more + 1e-9),
             "velocity step": ramped & (bend > jerk * DT / 4.0 * more + 1e-9),
             "position step": ramped & (step > jerk * DT * DT / 12.0 * more + rounding),
-            "velocity step of a compensation": smooth
-            & bent
+            "velocity step of a compensation": bent
             & (np.abs(v1 - v0) > 2.0 * self.acceleration * DT * more + 1e-9),
-            "position step of a compensation": smooth
-            & bent
+            "position step of a compensation": bent
             & (step > self.acceleration * DT * DT + rounding),
         }
         for what, where in wrong.items():
