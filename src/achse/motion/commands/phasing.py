@@ -5,6 +5,7 @@ from math import isfinite
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, why_not_dynamics, why_not_velocity
+from achse.motion.commands.queue import dynamics
 from achse.motion.profile import plan_to_position, plan_to_velocity, stopping_distance
 from achse.motion.states import BufferMode, PhasingType
 
@@ -41,9 +42,7 @@ def start_phasing(
         return NcError.FUNCTION_NOT_AVAILABLE.number
     if master_axis_id > _LAST_AXIS:
         return NcError.AXIS_ID.number
-    acceleration = acceleration or axis.default_acceleration
-    deceleration = deceleration or axis.default_deceleration
-    jerk = jerk or axis.default_jerk
+    acceleration, deceleration, jerk = dynamics(axis, acceleration, deceleration, jerk)
     code = why_not_dynamics(axis, acceleration, deceleration, jerk)
     p, v, a = axis.phasing_position, axis.phasing_velocity, axis.phasing_acceleration
     if phasing_type == PhasingType.STOP:

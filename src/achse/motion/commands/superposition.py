@@ -6,7 +6,7 @@ from typing import NamedTuple
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, why_no_command, why_not_dynamics, why_not_target
-from achse.motion.commands.queue import heading, sign
+from achse.motion.commands.queue import dynamics, heading, sign
 from achse.motion.states import AxisType, CompensationType, MotionPhase
 from achse.motion.superposition import superposed_speed, superposed_way
 
@@ -54,13 +54,11 @@ def start_superposition(axis: Axis, asked: Compensation) -> tuple[int, Compensat
     code = _why_not(axis, asked)
     if code:
         return code, asked
-    asked = asked._replace(
-        acceleration_increase=asked.acceleration_increase or axis.default_acceleration,
-        deceleration_increase=asked.deceleration_increase or axis.default_deceleration,
+    acceleration, deceleration, jerk = dynamics(
+        axis, asked.acceleration_increase, asked.deceleration_increase, 0.0
     )
-    code = why_not_dynamics(
-        axis, asked.acceleration_increase, asked.deceleration_increase, axis.default_jerk
-    )
+    asked = asked._replace(acceleration_increase=acceleration, deceleration_increase=deceleration)
+    code = why_not_dynamics(axis, acceleration, deceleration, jerk)
     limit = _fastest(axis, asked)
     if not code and limit <= 0.0:
         code = NcError.SET_VELOCITY_NOT_ALLOWED.number
@@ -72,6 +70,12 @@ def start_superposition(axis: Axis, asked: Compensation) -> tuple[int, Compensat
         code = why_not_target(axis, axis.target_position + direction * done.distance)
         if code:
             return code, asked
+    _begin(axis, direction, done)
+    return OK, done
+
+
+def _begin(axis: Axis, direction: float, done: Compensation) -> None:
+    """Put the trapezoid beside the main motion, which travels in `direction`."""
     rise = done.velocity_increase / done.acceleration_increase
     fall = done.velocity_increase / done.deceleration_increase
     distance = abs(done.distance)
@@ -91,7 +95,6 @@ def start_superposition(axis: Axis, asked: Compensation) -> tuple[int, Compensat
     axis.superposed_velocity = 0.0
     axis.superposed_acceleration = 0.0
     axis.compensating = 1
-    return OK, done
 
 
 def stop_superposition(axis: Axis) -> int:
