@@ -4,10 +4,13 @@ from math import inf, nan
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from achse.codes import NcError
-from achse.motion import commands
+from achse.motion import AxisParameters, Nc, commands
 from achse.motion.commands import Compensation
+from achse.motion.superposition import superposed_way
 
 GOOD = Compensation(1, 0.0, 0.0, 20.0, 100.0, 5.0, 100.0)
 
@@ -100,3 +103,48 @@ def test_accelerations_of_zero_are_the_defaults(moving: Any) -> None:
     axis = moving.axis
     assert done.acceleration_increase == axis.default_acceleration
     assert done.deceleration_increase == axis.default_deceleration
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    kind=st.integers(1, 4),
+    acceleration=st.floats(1.0, 1e5),
+    deceleration=st.floats(1.0, 1e5),
+    increase=st.floats(1e-3, 1900.0),
+    process=st.floats(1.0, 2000.0),
+    distance=st.floats(-500.0, 500.0).filter(lambda s: abs(s) > 1e-6),
+    length=st.floats(1e-3, 5000.0),
+)
+def test_what_is_carried_out_is_possible(
+    kind: int,
+    acceleration: float,
+    deceleration: float,
+    increase: float,
+    process: float,
+    distance: float,
+    length: float,
+) -> None:
+    """The trapezoid covers what is answered, within way, time and velocity that were given."""
+    presets = {"control_dword": 7, "velocity_override": 1_000_000}
+    axis = Nc(2_000_000, [AxisParameters(1, values=presets)], compiled=False).axis(1)
+    commands.universal_start(axis, 3, 0.0, 100.0)
+    asked = Compensation(kind, acceleration, deceleration, increase, process, distance, length)
+    base = length - distance if kind in (2, 4) else length
+    code, done = commands.start_superposition(axis, asked)
+    if base <= 0.0:
+        assert NcError.of(code) is NcError.COMPENSATION_DISTANCE
+        return
+    assert code == 0
+    top, c = done.velocity_increase, 1.0 / acceleration + 1.0 / deceleration
+    assert 0.0 < top <= increase * (1.0 + 1e-9)
+    end = axis.superposition_end
+    assert top * end - 0.5 * c * top * top == pytest.approx(abs(done.distance), rel=1e-6, abs=1e-9)
+    assert end <= base / process * (1.0 + 1e-9)
+    assert 0.0 <= axis.superposition_rise_end <= axis.superposition_fall_begin * (1.0 + 1e-9)
+    used = done.length - done.distance if kind in (2, 4) else done.length
+    assert used == pytest.approx(process * end, rel=1e-6)
+    assert (done.warning == 0) == (done.distance == distance)
+    assert abs(done.distance) <= abs(distance)
+    samples = [superposed_way(axis, end * n / 64) for n in range(65)]
+    assert samples == sorted(samples)
+    assert samples[-1] == pytest.approx(abs(done.distance), rel=1e-9)
