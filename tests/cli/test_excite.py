@@ -26,6 +26,7 @@ def test_jog(
 
 def test_reverse(cli: Callable[..., Any], document: Callable[..., Any]) -> None:
     cli("axis", "enable", "X")
+    cli("axis", "move", "X", "--to", "0", "--velocity", "1000")
     told = document(
         "axis", "reverse", "X", "--between", "-20", "30", "--velocity", "100",
         "--pause", "0.2", "--for", "6", "--sample-time", "0.02",
