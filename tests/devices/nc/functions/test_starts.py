@@ -22,11 +22,12 @@ def universal(
     deceleration: float = 0.0,
     jerk: float = 0.0,
     mode: int = 0,
+    extras: tuple[float, float, float] = (0.0, 0.0, 0.0),
     form: str = "<IIdddddI4xddd",
 ) -> bytes:
     """The request of the universal axis start, TwinCAT 3 unless another form is given."""
     return struct.pack(
-        form, kind, 0, position, velocity, acceleration, deceleration, jerk, mode, 0.0, 0.0, 0.0
+        form, kind, 0, position, velocity, acceleration, deceleration, jerk, mode, *extras
     )
 
 
@@ -104,6 +105,41 @@ def test_start_special_has_two_velocities(bench: Any, form: str) -> None:
     bench.until(lambda: bench.axis.set_velocity >= 149.999)
     bench.until_rest()
     assert bench.axis.set_position == 300.0
+
+
+@pytest.mark.parametrize("form", ["<IIdddddIddd", "<IIdddddI4xddd"], ids=[TC2, TC3])
+def test_blending_position_and_segment_velocities(bench: Any, form: str) -> None:
+    """The second begins 60 mm before the first would end, at 80 mm/s, and goes on at 30 mm/s."""
+    bench.exchange(F, 0x16, 4, universal(1, 300.0, 150.0, form=form))
+    further = universal(1, 500.0, 100.0, mode=21, extras=(240.0, 80.0, 30.0), form=form)
+    number, state = struct.unpack("<HH", bench.exchange(F, 0x16, 4, further))
+    assert (number, state) == (2, 2)
+    bench.until(lambda: bench.axis.set_command_number == number)
+    assert bench.axis.set_position == pytest.approx(240.0, abs=80.0 * 0.002)
+    assert bench.axis.set_velocity == pytest.approx(80.0, rel=1e-3)
+    bench.until(lambda: bench.axis.set_position > 500.0)
+    bench.run(1.0)
+    assert bench.axis.set_velocity == 30.0
+
+
+@pytest.mark.parametrize(
+    ("extras", "error"),
+    [
+        ((100.1, 0.0, 0.0), 0x422B),
+        ((-1.0, 0.0, 0.0), 0x422B),
+        ((nan, 0.0, 0.0), 0x423B),
+        ((0.0, 100.1, 0.0), 0x4286),
+        ((0.0, 0.0, 100.1), 0x4286),
+        ((0.0, -1.0, 0.0), 0x4286),
+        ((0.0, 0.0, nan), 0x4286),
+    ],
+)
+def test_mistakes_of_blending(
+    bench: Any, refused: Any, extras: tuple[float, float, float], error: int
+) -> None:
+    bench.start(100.0, 100.0)
+    with refused(error):
+        bench.exchange(F, 0x16, 4, universal(1, 200.0, 100.0, mode=20, extras=extras))
 
 
 @pytest.mark.parametrize("form", ["<IIdddddIddd", "<IIdddddI4xddd"], ids=[TC2, TC3])
