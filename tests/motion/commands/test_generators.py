@@ -158,7 +158,7 @@ def test_a_generator_takes_the_dynamics_of_the_axis(make_rig: Any) -> None:
 @given(
     name=st.sampled_from(sorted(set(STARTS) - {"external"})),
     cycles=st.integers(0, 600),
-    how=st.sampled_from(["stop", "halt", "move"]),
+    how=st.sampled_from(["stop", "halt", "clear", "move"]),
 )
 @settings(
     max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
@@ -173,6 +173,7 @@ def test_whenever_it_ends_the_set_point_goes_on_smoothly(
     ends: dict[str, Callable[[], int]] = {
         "stop": lambda: commands.stop(rig.axis),
         "halt": lambda: commands.universal_start(rig.axis, 8192, 0.0, 0.0),
+        "clear": lambda: commands.clear(rig.axis),
         "move": lambda: commands.universal_start(rig.axis, 1, 30.0, 50.0),
     }
     before = rig.axis.set_velocity
