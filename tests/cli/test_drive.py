@@ -5,6 +5,7 @@ import socket
 import struct
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -123,6 +124,25 @@ def test_files_that_cannot_be_used(tmp_path: Path, option: str, text: str, compl
     file.write_text(text)
     refusal = _achse("serve", "--udp", "127.0.0.1:0", option, str(file), exit_code=1)
     assert complaint in refusal.stderr
+
+
+def test_frames_may_be_the_clock(serving: Callable[..., Any], tmp_path: Path) -> None:
+    script = tmp_path / "faults.toml"
+    script.write_text("[[fault]]\nkind = 'lost_frames'\nat = 0.05\ncount = 1\n")
+    _, told = serving("--udp", "127.0.0.1:0", "--frame-clock", "10", "--faults", str(script))
+    host, _, port = told["udp"].rpartition(":")
+    lrw = struct.pack("<BBIHH", 12, 0, 0, 8, 0) + bytes(10)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as master:
+        master.settimeout(1)
+        lost = []
+        for number in range(10):
+            time.sleep(0.02)  # the fault is begun between frames, within 5 ms
+            master.sendto(struct.pack("<H", 0x1000 | len(lrw)) + lrw, (host, int(port)))
+            try:
+                master.recv(2048)
+            except TimeoutError:
+                lost.append(number)
+    assert lost == [5]
 
 
 def test_a_control_port_that_is_taken_is_told_and_the_drives_are_served(

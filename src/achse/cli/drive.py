@@ -92,6 +92,16 @@ def serve(
             show_default=False,
         ),
     ] = None,
+    frame_clock: Annotated[
+        float,
+        typer.Option(
+            metavar="MS",
+            min=0.0,
+            max=1000.0,
+            help="Time passes with frames only: each with process data is so many milliseconds.",
+            show_default="the wall clock",
+        ),
+    ] = 0.0,
     control: Annotated[
         str,
         typer.Option(
@@ -150,7 +160,11 @@ def serve(
     try:
         drives = _drives(types, store, compiled, strict=not lenient)
         segment = Segment(
-            Slave(each, alias=alias + number if alias else 0) for number, each in enumerate(drives)
+            (
+                Slave(each, alias=alias + number if alias else 0)
+                for number, each in enumerate(drives)
+            ),
+            cycle_ns=round(frame_clock * 1e6),
         )
         service, at = listen(segment, faults)
         if real_time:
