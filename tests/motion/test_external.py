@@ -309,3 +309,15 @@ def test_the_fed_direction_counts_where_no_velocity_is_fed(
             axis.external_set_position += 0.1
             rig.run(1)
         assert axis.error_code == 0x4463
+
+
+def test_positions_can_be_renamed_meanwhile(rig: Any) -> None:
+    started(rig)
+    run(rig, 0, 100)
+    p = rig.axis.set_position
+    assert commands.set_actual_position_on_the_fly(rig.axis, 2, 0, 100.0) == 0
+    assert rig.axis.set_position == pytest.approx(p + 100.0)
+    run(rig, 100, 200)
+    expected = 100.0 + RADIUS * (1.0 - cos(OMEGA * 200 * rig.dt))
+    assert rig.axis.set_position == pytest.approx(expected)
+    assert rig.axis.error_code == 0
