@@ -1,10 +1,14 @@
 """The NC: axes by id, their parameters, cycle and state hash."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from achse.kernel.compiled import Kernel
 from achse.motion import AxisParameters, AxisParametersError, Nc, commands
+from achse.motion.kernel import cycles
+from achse.motion.record import LAYOUT, AxisFields
 
 
 def test_axes_are_found_by_id_in_any_order() -> None:
@@ -108,10 +112,15 @@ def test_several_cycles_at_once_are_as_many_one_by_one(make_rig: Any, compiled: 
     assert digests[0] == digests[1]
 
 
-def test_few_axes_need_no_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_few_axes_take_machine_code_only_if_it_is_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ACHSE_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr("achse.motion.nc.KERNEL", Kernel("nc", cycles, {AxisFields: LAYOUT}))
     few, many = [AxisParameters(1)], [AxisParameters(n) for n in range(1, 101)]
     assert Nc(2_000_000, few).compiled is False
     assert Nc(2_000_000, many).compiled is True
+    assert Nc(2_000_000, few).compiled is True
     monkeypatch.setattr("achse.motion.nc.compiler_installed", lambda: False)
     assert Nc(2_000_000, many).compiled is False
 

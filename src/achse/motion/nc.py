@@ -145,7 +145,8 @@ class Nc:
     """Axes by id and their SAF cycle of `cycle_ns` nanoseconds.
 
     `compiled` chooses the machine-code kernel (True, needs llvmlite), the plain one (False) or, by
-    default, whichever suits the number of axes. Both give bit-identical states.
+    default, machine code if it is compiled already or pays with so many axes. Both give
+    bit-identical states.
     """
 
     def __init__(
@@ -162,7 +163,7 @@ class Nc:
         self._dt = cycle_ns / 1e9
         if compiled is None:
             load = len(configured) * _PLAIN_AXIS_NS * _PLAIN_SHARE
-            compiled = load > cycle_ns and compiler_installed()
+            compiled = compiler_installed() and (load > cycle_ns or KERNEL.cached)
         self.compiled = compiled
         count = sum(1 + parameters.element_count for parameters in configured)
         self._cycles: Callable[[float, int], None]

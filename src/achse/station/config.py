@@ -202,7 +202,7 @@ class NcConfig(_Section):
 
     cycle: DurationNs = 2_000_000
     kernel: Literal["auto", "compiled", "interpreted"] = "auto"
-    """`compiled` needs llvmlite (achse[fast]); `auto` takes it where it pays."""
+    """`compiled` needs llvmlite (achse[fast]); `auto` takes it where it is there or pays."""
 
 
 class AxisConfig(BaseModel):
