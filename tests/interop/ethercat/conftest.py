@@ -7,7 +7,6 @@ import select
 import shutil
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -18,9 +17,6 @@ HERE = Path(__file__).parent
 MASTER_END, SLAVE_END = "cable0", "cable1"
 READY_WITHIN = 90.0
 """Seconds; compiled drives are translated when they are first used."""
-
-BEHIND = 0.5
-"""How long after a frame the recorder has it, s."""
 
 AS_ROOT = ["unshare", "--net"]
 AS_USER = ["unshare", "--map-root-user", "--net"]
@@ -72,21 +68,20 @@ class Bus:
 
     def record(self) -> None:
         """Write what passes the master's end to `capture` from now on."""
-        options = f"-q -B 64 -P -i {MASTER_END} -w {self.capture}".split()
         self._recorder = subprocess.Popen(
-            [*self._inside(), "dumpcap", *options, "-f", "ether proto 0x88a4"],
-            stderr=subprocess.PIPE,
+            [
+                *self._inside(),
+                *(sys.executable, str(HERE / "recorder.py"), MASTER_END, str(self.capture)),
+            ],
+            stdout=subprocess.PIPE,
             text=True,
         )
-        assert self._recorder.stderr is not None
-        for line in self._recorder.stderr:
-            if line.startswith("File:"):
-                break
+        assert self._recorder.stdout is not None
+        assert self._recorder.stdout.readline() == "ready\n"
 
     def end_record(self) -> None:
         """The capture is complete."""
         if self._recorder is not None:
-            time.sleep(BEHIND)
             self._recorder.terminate()
             self._recorder.communicate(timeout=30)
             self._recorder = None

@@ -15,8 +15,10 @@ def test_pysoem(
     bus: Any, judge: Callable[[Path], int], witness: Callable[[str], None], count: int
 ) -> None:
     witness("pysoem")
-    bus.slaves("loopbacks.py", count, bus.capture)
+    bus.slaves("loopbacks.py", count)
+    bus.record()
     found = bus.master("pysoem_loopback.py")
+    bus.end_record()
     assert found["count"] == count
     assert found["names"] == ["loopback"] * count
     assert found["serial"] == list(range(count))
@@ -43,8 +45,10 @@ def test_pysoem(
 
 def test_kickcat(bus: Any, judge: Callable[[Path], int], witness: Callable[[str], None]) -> None:
     witness("kickcat")
-    bus.slaves("loopbacks.py", 2, bus.capture)
+    bus.slaves("loopbacks.py", 2)
+    bus.record()
     found = bus.master("kickcat_loopback.py")
+    bus.end_record()
     assert found["count"] == 2
     assert found["serial"] == [0, 1]
     assert found["op"] == ["State.OPERATIONAL"] * 2
