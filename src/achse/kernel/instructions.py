@@ -25,7 +25,10 @@ from achse.kernel.kinds import (
     machine_types,
 )
 
-__all__ = ["Instructions", "Signature", "TranslationError", "Unit", "real_constant"]
+__all__ = ["OURS", "Instructions", "Signature", "TranslationError", "Unit", "real_constant"]
+
+OURS = "achse_"
+"""C functions get names of their own, so that LLVM does not know better what they give."""
 
 _ARITHMETIC: dict[type[ast.operator], tuple[str, str]] = {
     ast.Add: ("add", "fadd"),
@@ -70,7 +73,7 @@ class Unit(Protocol):
 
     def signature(self, function: FunctionType) -> Signature: ...
     def table(self, numbers: tuple[Any, ...], kind: Scalar) -> str: ...
-    def external(self, name: str, operation: str, count: int) -> str: ...
+    def external(self, symbol: str, count: int) -> None: ...
 
 
 class Instructions:
@@ -98,7 +101,7 @@ class Instructions:
         self.lines.append(f"  {register} = {instruction}")
         return register
 
-    def block(self, *hint: str) -> str:
+    def block(self) -> str:
         """A fresh label."""
         self._count += 1
         return f"b{self._count}"
@@ -253,13 +256,14 @@ class Instructions:
 
     def library(self, name: str, *operands: str) -> str:
         """A function of the C library."""
-        return self._outside(self.unit.external(name, "library", len(operands)), *operands)
+        return self._outside(f"@{OURS}{name}", *operands)
 
     def intrinsic(self, name: str, *operands: str) -> str:
         """A function of the machine."""
-        return self._outside(self.unit.external(name, "intrinsic", len(operands)), *operands)
+        return self._outside(f"@llvm.{name}.f64", *operands)
 
     def _outside(self, symbol: str, *operands: str) -> str:
+        self.unit.external(symbol, len(operands))
         arguments = ", ".join(f"double {operand}" for operand in operands)
         return self.emit(f"call double {symbol}({arguments})")
 

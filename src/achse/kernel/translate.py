@@ -8,7 +8,9 @@ The language: assignments, also to several names; `if`, `while`, `for … in ran
 `continue`, `return`; numbers, comparisons, `and`, `or`, `not`, `in` a tuple; fields and elements;
 `abs`, `min`, `max`, `len`, `int`, `float`, `bool`, `round` and most of `math`. Anything else is a
 `TranslationError`. Float arithmetic is that of IEEE 754 and of the C library, operation by
-operation as Python does it, so that results are bit-identical; whole numbers have 64 bits.
+operation as Python does it, so that results are bit-identical; whole numbers have 64 bits. What
+raises in Python (a division by 0, an index beyond the end, the root of a negative number) is a
+fault of the kernel, which machine code does not look for.
 """
 
 import ast
@@ -24,7 +26,7 @@ from typing import Any, get_args, get_origin
 from achse.kernel.declare import Layout
 from achse.kernel.expressions import LIBRARY
 from achse.kernel.function import Body
-from achse.kernel.instructions import TranslationError
+from achse.kernel.instructions import OURS, TranslationError
 from achse.kernel.kinds import (
     BOOL,
     INT,
@@ -42,9 +44,6 @@ __all__ = ["ENTRY", "TranslationError", "externals", "machine_signature", "trans
 
 ENTRY = "entry"
 """Name of the function of the machine code that is called from outside."""
-
-_OURS = "achse_"
-"""C functions get names of their own, so that LLVM does not know better what they give."""
 
 
 def translate(entry: FunctionType, layouts: Mapping[type, Layout[Any]]) -> str:
@@ -70,7 +69,7 @@ def machine_signature(
 
 def externals() -> Iterator[tuple[str, str]]:
     """The symbols that machine code expects outside, and the C functions they are."""
-    return ((_OURS + name, name) for name in LIBRARY.values())
+    return ((OURS + name, name) for name in LIBRARY.values())
 
 
 @dataclass
@@ -130,11 +129,9 @@ class _Translation:
         words = tuple(f"i64 {int.from_bytes(each, 'little')}" for each in packed)
         return self._tables.setdefault(words, f"@table{len(self._tables)}")
 
-    def external(self, name: str, operation: str, count: int) -> str:
-        """Name of a function of the C library or the machine, from `count` floats to a float."""
-        symbol = f"@{_OURS}{name}" if operation == "library" else f"@llvm.{name}.f64"
+    def external(self, symbol: str, count: int) -> None:
+        """There is a function outside that makes a float of `count` floats."""
         self._externals[symbol] = count
-        return symbol
 
     def _declare(self, function: FunctionType) -> _Function:
         names, kinds, result = _annotated(function, self._layouts)
