@@ -207,7 +207,8 @@ class Player:
 
     def halt(self) -> None:
         kind = self.dice.choice(STOPS)
-        self.call(commands.universal_start, kind, 0.0, 0.0, *self.dynamics())
+        mode = int(kind == StartType.HALT and self.dice.random() < 0.3)
+        self.call(commands.universal_start, kind, 0.0, 0.0, *self.dynamics(), mode)
 
     def stop(self) -> None:
         self.call(commands.stop)

@@ -48,6 +48,8 @@ __all__ = [
 _ENDLESS_POSITIVE = StartType.ENDLESS_POSITIVE.value
 _ENDLESS_NEGATIVE = StartType.ENDLESS_NEGATIVE.value
 
+_HALT = StartType.HALT.value
+
 _NO_JOB = MotionPhase.NONE.value
 _POSITIONING = MotionPhase.POSITIONING.value
 _ENDLESS = MotionPhase.ENDLESS.value
@@ -102,6 +104,8 @@ def begin_job(
     if start_type in (_ENDLESS_POSITIVE, _ENDLESS_NEGATIVE):
         ax.set_motion_phase = _ENDLESS
         ax.job_direction = 1.0 if start_type == _ENDLESS_POSITIVE else -1.0
+    elif start_type == _HALT:
+        ax.set_motion_phase = _STOPPING
     else:
         ax.set_motion_phase = _POSITIONING
         ax.target_position = resolve_target(ax, start_type, position, ax.set_position)
@@ -114,11 +118,11 @@ def begin_job(
     ax.job_jerk = jerk
     ax.job_end_velocity = end_velocity
     ax.job_peak_velocity = 0.0
-    ax.job_timing = 1
+    ax.job_timing = 0 if start_type == _HALT else 1
     ax.job_time = 0.0
     ax.replan = 1
     ax.switch_armed = 0
-    ax.has_been_stopped = 0
+    ax.has_been_stopped = 1 if start_type == _HALT else 0
     ax.got_new_target = 0
     ax.in_target_position = 0
     ax.target_window_time = 0.0

@@ -19,6 +19,7 @@ __all__ = ["look_ahead", "modulo_part", "overrun", "resolve_target"]
 _RELATIVE = StartType.RELATIVE.value
 _ENDLESS_POSITIVE = StartType.ENDLESS_POSITIVE.value
 _ENDLESS_NEGATIVE = StartType.ENDLESS_NEGATIVE.value
+_HALT = StartType.HALT.value
 _MODULO = StartType.MODULO.value
 _MODULO_SHORTEST = StartType.MODULO_SHORTEST.value
 _MODULO_POSITIVE = StartType.MODULO_POSITIVE.value
@@ -133,6 +134,9 @@ def look_ahead(ax: AxisFields) -> None:
             forth = start_type == _ENDLESS_POSITIVE
             border = here + _FAR if forth else here - _FAR
             end_velocity = before
+        elif start_type == _HALT:
+            border = here + _FAR * direction
+            forth = direction > 0.0
         else:
             target = resolve_target(ax, start_type, ax.buffer_position[i], target)
             border = target

@@ -199,3 +199,29 @@ def test_stop_and_lock_brakes_with_its_own_ramp_to_the_cycle(rig: Any) -> None:
     for bit in (StateBit.HAS_BEEN_STOPPED, StateBit.NOT_MOVING, StateBit.MOTION_COMMANDS_LOCKED):
         assert rig.has(bit)
     assert not rig.has(StateBit.HAS_JOB)
+
+
+def test_a_buffered_halt_waits_for_the_commands_before(rig: Any) -> None:
+    commands.universal_start(rig.axis, 3, 0.0, V)
+    halt = StartType.HALT
+    assert commands.universal_start(rig.axis, halt, 0.0, 0.0, 0.0, 500.0, 4000.0, 1) == 0
+    assert commands.universal_start(rig.axis, 1, 10.0, V, buffer_mode=1) == 0
+    rig.until(lambda axis: axis.set_command_number == 2)
+    assert rig.axis.set_velocity == pytest.approx(V, rel=1e-2)
+    assert rig.axis.set_command_state == CommandState.ACTIVE
+    begin = rig.axis.set_position
+    rig.until(lambda axis: axis.set_command_number == 3)
+    assert rig.axis.set_position == pytest.approx(begin + stopping_way(V, 500.0, 4000.0), abs=0.5)
+    rig.until(lambda axis: axis.set_motion_phase == 0)
+    assert rig.axis.set_position == 10.0
+
+
+def test_a_buffered_halt_behind_a_move_changes_nothing(rig: Any) -> None:
+    commands.universal_start(rig.axis, 1, 100.0, V)
+    assert commands.universal_start(rig.axis, StartType.HALT, 0.0, 0.0, buffer_mode=1) == 0
+    assert commands.universal_start(rig.axis, 2, 50.0, V, buffer_mode=1) == 0
+    rig.until(lambda axis: not axis.set_motion_phase and not axis.buffer_count)
+    assert rig.axis.set_position == 150.0
+    for mode in (18, 21):
+        code = commands.universal_start(rig.axis, StartType.HALT, 0.0, 0.0, buffer_mode=mode)
+        refused(rig, code, NcError.FUNCTION_NOT_AVAILABLE)

@@ -64,6 +64,8 @@ def journey(axis: Axis) -> tuple[float, float, float]:
     for n in range(axis.buffer_count):
         slot = (axis.buffer_first + n) % COMMAND_BUFFER
         start_type = axis.buffer_start_type[slot]
+        if start_type == StartType.HALT:
+            continue
         begin = end
         if start_type in ENDLESS:
             direction = ENDLESS[StartType(start_type)]

@@ -96,6 +96,9 @@ def universal_start(
     """
     acceleration, deceleration, jerk = dynamics(axis, acceleration, deceleration, jerk)
     if start_type in (StartType.HALT, StartType.STOP_AND_LOCK):
+        later = start_type == StartType.HALT and buffer_mode == BufferMode.BUFFERED
+        if later and occupied(axis):
+            return _halt_later(axis, acceleration, deceleration, jerk)
         return halt(axis, start_type, deceleration, jerk, buffer_mode)
     if start_type in JOGS:
         if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
@@ -185,6 +188,31 @@ def _why_not_segment(
         return NcError.START_AXIS_DATA.number
     if not (0.0 <= start_velocity <= velocity and 0.0 <= end_velocity <= velocity):
         return NcError.VELOCITY_NOT_PERMITTED.number
+    return OK
+
+
+def _halt_later(axis: Axis, acceleration: float, deceleration: float, jerk: float) -> int:
+    """Halt when the commands before are done; endless ones are once they are in velocity."""
+    code = why_no_command(axis) or why_not_dynamics(axis, acceleration, deceleration, jerk)
+    if code:
+        return code
+    if axis.set_motion_phase == MotionPhase.HOMING:
+        return NcError.GROUP_BUSY.number
+    if axis.buffer_count == COMMAND_BUFFER:
+        return NcError.COMMAND_BUFFER_FULL.number
+    nothing = dict.fromkeys(
+        ("position", "velocity", "blending_position", "start_velocity", "end_velocity"), 0.0
+    )
+    _wait(
+        axis,
+        StartType.HALT,
+        BufferMode.BUFFERED,
+        acceleration=acceleration,
+        deceleration=deceleration,
+        jerk=jerk,
+        **nothing,
+    )
+    show_accepted(axis)
     return OK
 
 

@@ -42,7 +42,9 @@ def halt(axis: Axis, start_type: int, deceleration: float, jerk: float, buffer_m
     code = why_not_dynamics(axis, axis.max_acceleration, deceleration, jerk)
     if code:
         return code
-    if buffer_mode != BufferMode.ABORTING:
+    if buffer_mode != BufferMode.ABORTING and not (
+        buffer_mode == BufferMode.BUFFERED and start_type == StartType.HALT
+    ):
         return NcError.FUNCTION_NOT_AVAILABLE.number
     next_number(axis)
     _brake(axis, deceleration, jerk)
