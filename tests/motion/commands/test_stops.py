@@ -205,7 +205,7 @@ def test_a_buffered_halt_waits_for_the_commands_before(rig: Any) -> None:
     commands.universal_start(rig.axis, 3, 0.0, V)
     halt = StartType.HALT
     assert commands.universal_start(rig.axis, halt, 0.0, 0.0, 0.0, 500.0, 4000.0, 1) == 0
-    assert commands.universal_start(rig.axis, 1, 10.0, V, buffer_mode=1) == 0
+    assert commands.universal_start(rig.axis, 1, 0.0, V, buffer_mode=1) == 0
     rig.until(lambda axis: axis.set_command_number == 2)
     assert rig.axis.set_velocity == pytest.approx(V, rel=1e-2)
     assert rig.axis.set_command_state == CommandState.ACTIVE
@@ -213,7 +213,7 @@ def test_a_buffered_halt_waits_for_the_commands_before(rig: Any) -> None:
     rig.until(lambda axis: axis.set_command_number == 3)
     assert rig.axis.set_position == pytest.approx(begin + stopping_way(V, 500.0, 4000.0), abs=0.5)
     rig.until(lambda axis: axis.set_motion_phase == 0)
-    assert rig.axis.set_position == 10.0
+    assert rig.axis.set_position == 0.0
 
 
 def test_a_buffered_halt_behind_a_move_changes_nothing(rig: Any) -> None:

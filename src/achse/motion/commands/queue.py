@@ -52,7 +52,10 @@ def dynamics(
 
 
 def journey(axis: Axis) -> tuple[float, float, float]:
-    """Where the last accepted command begins and ends, and its direction."""
+    """Where the last accepted command begins and ends, and its direction.
+
+    Where it has no end, both are where it begins, as far as that is known.
+    """
     begin = axis.set_position
     if axis.set_motion_phase == MotionPhase.POSITIONING:
         end = axis.target_position

@@ -154,7 +154,7 @@ def universal_start(
         return OK
     if axis.buffer_count == COMMAND_BUFFER:
         return NcError.COMMAND_BUFFER_FULL.number
-    if direction == 0.0:
+    if direction == 0.0 and begin != before:
         return NcError.COMMAND_SAME_TARGET.number
     if buffer_mode in _BLENDING:
         if direction != direction_before:
