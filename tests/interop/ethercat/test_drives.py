@@ -186,6 +186,17 @@ def test_kickcat_brings_a_drive_to_op(bus: Any, judge: Judge, witness: Witness) 
     assert judge(bus.capture) > 400
 
 
+def test_pysoem_writes_an_alias_into_the_eeprom(bus: Any, judge: Judge, witness: Witness) -> None:
+    witness("pysoem")
+    bus.drives("--interpreted")
+    bus.record()
+    found = bus.master("pysoem_eeprom.py", "alias")
+    bus.end_record()
+    assert (found["valid"], found["vendor"], found["written"]) == (True, VENDOR, True)
+    assert (found["before"], found["count"], found["after"]) == (0, 1, 0x1234)
+    assert judge(bus.capture) > 100
+
+
 def test_faults_come_from_the_command_line_while_a_master_exchanges(
     bus: Any, judge: Judge, witness: Witness
 ) -> None:
