@@ -142,7 +142,7 @@ def serve(
             sys.exit(0)
 
     open_link = _link(interface, udp)
-    listen = _control(control)
+    where_controlled = _control(control)
     types = _types(kinds, count)
     if alias + len(types) - 1 > _HIGHEST_ALIAS:
         raise typer.BadParameter(f"0..65535 for each drive, got {alias} for the first")
@@ -166,7 +166,7 @@ def serve(
             ),
             cycle_ns=round(frame_clock * 1e6),
         )
-        service, at = listen(segment, faults)
+        service, at = _service(where_controlled, segment, faults)
         if real_time:
             answer_promptly()
         ready = True
@@ -249,37 +249,39 @@ def _address(text: str, option: str, default: int) -> tuple[str, int]:
     return host, int(digits)
 
 
-def _control(
-    text: str,
-) -> Callable[["Segment", Path | None], tuple["DriveControl | None", str]]:
-    """What begins the faults of a file and opens the control service, and says where it is."""
-    host, port = ("", 0) if text == "none" else _address(text, "--control", 0)
+def _control(text: str) -> tuple[str, int] | None:
+    """Where the control service listens, None for nowhere."""
+    if text == "none":
+        return None
+    host, port = _address(text, "--control", 0)
+    return host or "127.0.0.1", port
 
-    def listen(segment: "Segment", script: Path | None) -> tuple["DriveControl | None", str]:
-        from achse.station.drive_service import DriveControl
 
-        if text == "none" and script is None:
-            return None, "none"
-        service = DriveControl(segment)
+def _service(
+    where: tuple[str, int] | None, segment: "Segment", script: Path | None
+) -> tuple["DriveControl | None", str]:
+    """The service that begins the faults of a file and takes commands, and where it listens."""
+    if where is None and script is None:
+        return None, "none"
+    from achse.station.drive_service import DriveControl
+
+    service = DriveControl(segment)
+    try:
         if script is not None:
-            try:
-                _begin(service, script)
-            except typer.Exit:
-                service.close()
-                raise
-        if text == "none":
-            return service, "none"
-        try:
-            at = service.open(host or "127.0.0.1", port)
-        except OSError as taken:
-            print(
-                f"achse: no control: {text}: {taken.strerror}; --control chooses another",
-                file=sys.stderr,
-            )
-            return service, "none"
-        return service, "{}:{}".format(*at)
-
-    return listen
+            _begin(service, script)
+    except typer.Exit:
+        service.close()
+        raise
+    if where is None:
+        return service, "none"
+    try:
+        return service, "{}:{}".format(*service.open(*where))
+    except OSError as taken:
+        print(
+            "no control at {}:{}: {}; --control chooses another".format(*where, taken.strerror),
+            file=sys.stderr,
+        )
+        return service, "none"
 
 
 def _begin(service: "DriveControl", script: Path) -> None:

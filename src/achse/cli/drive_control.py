@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 __all__ = ["CONTROL", "fault", "register"]
 
 CONTROL = ("ACHSE_DRIVE_PORT", 34_981)
-"""Environment variable and default of the TCP port where `achse drive serve` listens."""
+"""Environment variable and default of the TCP port where `achse drive serve` listens: one above
+EtherCAT's."""
 
 _SERVICE_PORT = 26_000
 _LONGEST = 1 << 20

@@ -19,13 +19,10 @@ from achse.station.drive_faults import DriveFaults
 from achse.station.service import SERVICE_PORT, faults_group
 from achse.transport.tcp import TcpListener
 
-__all__ = ["CONTROL_PORT", "DRIVES", "OBJECTS", "DriveControl", "DriveService"]
+__all__ = ["DRIVES", "OBJECTS", "DriveControl", "DriveService"]
 
 DRIVES, OBJECTS = 0xFA05, 0xFA06
 """Index groups."""
-
-CONTROL_PORT = 34_981
-"""TCP port of the service: one above EtherCAT's."""
 
 _NET_ID = NetId("127.0.0.1.1.1")
 _KNOWN_FIELDS = {"drive", "index", "subindex", "value"}
