@@ -8,10 +8,13 @@ from random import Random
 import pytest
 
 from achse.codes import AlState
+from achse.drive import Drive
 from achse.ethercat import Command, Datagram, Frame, FrameError, Loopback, Segment, Slave
 from achse.ethercat.frame import datagram_offsets
+from achse.testing import SegmentReach
 
 FRAMES = 1_000_000
+DRIVE_FRAMES = 40_000
 SLAVES = 2
 LOOK_EVERY = 50
 HEAD = b"\xff" * 6 + b"\x02\0\0\0\0\0" + b"\x88\xa4"
@@ -23,6 +26,11 @@ PLACES = (
     0x0500, 0x0502, 0x0600, 0x0610, 0x0800, 0x0808, 0x0810, 0x0818, 0x080D, 0x0900, 0x0910, 0x0920,
     0x0980, 0x0990, 0x09A0, 0x09B0, 0x0F80, 0x0FFF, 0x1000, 0x10FF, 0x1100, 0x11FF, 0x1200, 0x1300,
     0x2000, 0x2FFF, 0xFFFF,
+)  # fmt: skip
+SDO_COMMANDS = (0x00, 0x10, 0x21, 0x23, 0x2B, 0x2F, 0x31, 0x40, 0x50, 0x51, 0x60, 0x70, 0x80)
+OBJECTS = (
+    0x1000, 0x1010, 0x1018, 0x1600, 0x1A00, 0x1C12, 0x1C13, 0x1C32, 0x3200, 0x3215, 0x6040, 0x6060,
+    0x607A, 0x6098, 0x60FE,
 )  # fmt: skip
 STATIONS = (0x1001, 0x1002, 0, 0xFFFF, 1)
 
@@ -122,6 +130,49 @@ def test_nothing_escapes_and_a_good_master_always_gets_its_slaves_back() -> None
     master.bring_to_op()
     assert segment.counters.malformed > FRAMES // 10
     assert segment.counters.foreign > 1000
+
+
+def messages(seed: int) -> Iterator[bytes]:
+    """Mailbox messages with wild content; most look like SDO requests for known objects."""
+    dice = Random(seed)
+    pick, number, noise = dice.choice, dice.randrange, dice.randbytes
+    while True:
+        body = noise(pick((0, 1, 2, 4, 8, 10, 12, 16, 40, 200)))
+        if number(5) and len(body) >= 6:
+            command = pick((*SDO_COMMANDS, number(256)))
+            index = pick((*OBJECTS, number(1 << 16)))
+            head = struct.pack("<HBHB", pick((1, 2, 3, 5, 8)) << 12, command, index, number(9))
+            body = head + body[6:]
+        length = pick((len(body), len(body), number(1 << 16)))
+        kind = pick((3, 3, 3, number(16))) | number(8) << 4
+        yield (struct.pack("<HHBB", length, 0, 0, kind) + body).ljust(256, b"\0")[:256]
+
+
+def test_drives_bear_hostile_frames_and_messages() -> None:
+    """What firmware sees of a hostile master: nothing of it escapes, and Op can be had again."""
+    segment = Segment(Slave(Drive()) for _ in range(SLAVES))
+    for slave in segment.slaves:
+        slave.esc.eeprom.image = _ReadOnly(bytes(slave.esc.eeprom.image))
+    for count, (packet, message) in enumerate(
+        islice(zip(hostile(3), messages(4), strict=True), DRIVE_FRAMES)
+    ):
+        segment.process(packet)
+        for station in (0x1001, 0x1002):
+            for command, address, data in (
+                (Command.FPWR, 0x1000, message),
+                (Command.FPRD, 0x1100, bytes(256)),
+            ):
+                segment.process(Frame([Datagram.at(command, station, address, data)]).encode())
+        segment.advance(segment.time.now_ns + 100_000)
+        if count % 500 == 0:
+            for slave in segment.slaves:
+                slave.reset()
+            for position in range(SLAVES):
+                master = SegmentReach(segment, position)
+                for state in (AlState.PREOP, AlState.SAFEOP):
+                    assert master.request(state | 0x10) == (state, 0)
+                master.exchange(b"")
+                assert master.request(AlState.OP | 0x10) == (AlState.OP, 0)
 
 
 def test_broken_frames_do_not_disturb_a_good_master() -> None:
