@@ -1,29 +1,17 @@
 """Set-point generation: jobs become tables of constant-jerk segments, cycles walk along them.
 
 A job is one command at work (`job_*`), further ones wait in the ring `buffer_*`. Whoever changes
-the job sets `replan`; the next cycle computes the table from the present set point, so every change
-is smooth in position, velocity and acceleration. At override zero the axis stands and keeps its
-job. Once braking towards the target has begun, the override no longer changes the table.
-
-A job whose border is passed at speed hands over to the next command, or goes on at its segment end
-velocity. Where it is too late for the border's velocity, the axis brakes or accelerates on and
-passes the border as it comes.
+the job sets `replan`; the next cycle plans the table anew. A job whose border is passed at speed
+hands over to the next command, or goes on at its segment end velocity.
 
 Kernel source: compiled as it stands, see `compiled`.
 """
 
-from achse.motion.profile import (
-    END_VELOCITY_UNREACHABLE,
-    duration,
-    plan_to_position,
-    plan_to_velocity,
-    reachable_velocity,
-    segment_acceleration,
-    stopping_distance,
-)
+from achse.motion.planning import TO_CONSTANT_VELOCITY, TO_TARGET, follow_override, plan
+from achse.motion.profile import segment_acceleration
 from achse.motion.record import COMMAND_BUFFER, FILTER_ORDER, POSITION_HISTORY, AxisFields
 from achse.motion.states import CommandState, MotionPhase, StartType
-from achse.motion.targets import look_ahead, overrun, resolve_target
+from achse.motion.targets import resolve_target
 
 __all__ = [
     "absorb",
@@ -35,9 +23,7 @@ __all__ = [
     "drop_job",
     "end_homing",
     "fail",
-    "follow_override",
     "generate",
-    "plan",
     "shift_encoder",
     "shift_origin",
     "shift_setpoint",
@@ -60,18 +46,7 @@ _ACTIVE = CommandState.ACTIVE.value
 _DONE = CommandState.DONE.value
 _ABORTED = CommandState.ABORTED.value
 
-_TO_REST = 0
-_TO_TARGET = 1
-_TO_CONSTANT_VELOCITY = 2
-
 _SWITCH_TARGET = 2
-
-_FULL_OVERRIDE = 1_000_000
-_NEARLY = 1.0 - 1e-9
-"""Of a velocity that can just be reached, so that rounding does not put it out of reach."""
-
-_SLOWEST = 1e-6
-"""Velocity that any override above zero leaves, whatever the job."""
 
 _STEEPEST = 1e12
 """Strongest deceleration and jerk that the planner takes."""
@@ -244,165 +219,6 @@ def take_next(ax: AxisFields) -> None:
         ax.target_position = resolve_target(ax, ax.job_start_type, ax.buffer_position[i], start)
 
 
-def _peak_velocity(ax: AxisFields, count: int) -> float:
-    """Largest speed in the table, at the ends of its rows, up to the job's own."""
-    v = ax.set_velocity
-    a = ax.set_acceleration
-    peak = 0.0
-    for i in range(count):
-        t = ax.segment_time[i]
-        j = ax.segment_jerk[i]
-        v += t * (a + t * (0.5 * j))
-        a += t * j
-        if abs(v) > peak:
-            peak = abs(v)
-    return peak if 0.0 < peak < ax.job_velocity else ax.job_velocity
-
-
-def _plan_to_target(ax: AxisFields, limit: float, end_velocity: float) -> int:
-    """Rows of the table to the border, negative if there is no such table."""
-    count = plan_to_position(
-        ax.segment_time,
-        ax.segment_jerk,
-        ax.set_position,
-        ax.set_velocity,
-        ax.set_acceleration,
-        ax.border_position,
-        end_velocity,
-        limit,
-        ax.job_acceleration,
-        ax.job_deceleration,
-        ax.job_jerk,
-    )
-    ax.table_velocity = end_velocity
-    return count
-
-
-def _plan_to_border(ax: AxisFields, limit: float, end_velocity: float) -> int:
-    """Rows to the border at `end_velocity`, or as near to it as the way allows."""
-    count = _plan_to_target(ax, limit, end_velocity)
-    if count != END_VELOCITY_UNREACHABLE:
-        return count
-    way = ax.border_position - ax.set_position
-    sign = 1.0 if way > 0.0 else -1.0
-    if sign * ax.set_velocity < 0.0:
-        return count
-    reachable = _NEARLY * reachable_velocity(
-        sign * way,
-        sign * ax.set_velocity,
-        sign * ax.set_acceleration,
-        ax.job_acceleration,
-        ax.job_jerk,
-    )
-    if 0.0 < reachable < end_velocity:
-        return _plan_to_target(ax, limit, reachable)
-    return count
-
-
-def _way_back(ax: AxisFields, limit: float) -> float:
-    """Time of a loop's second part, from beyond the target to it."""
-    count = plan_to_position(
-        ax.segment_time,
-        ax.segment_jerk,
-        ax.border_position,
-        0.0,
-        0.0,
-        ax.target_position,
-        0.0,
-        limit,
-        ax.job_acceleration,
-        ax.job_deceleration,
-        ax.job_jerk,
-    )
-    return duration(ax.segment_time, count)
-
-
-def plan(ax: AxisFields) -> None:
-    """Compute the set-point table of the active job from the present set point."""
-    ax.replan = 0
-    override = ax.velocity_override
-    ax.planned_override = override
-    if override > _FULL_OVERRIDE:
-        override = _FULL_OVERRIDE
-    if override < 0:
-        override = 0
-    share = override / 1e6
-    phase = ax.set_motion_phase
-    limit = ax.job_velocity * share
-    if phase == _POSITIONING:
-        look_ahead(ax)
-        if ax.loop_enable:
-            overrun(ax)
-        ax.job_direction = 1.0 if ax.border_position >= ax.set_position else -1.0
-        if ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
-            if ax.job_peak_velocity == 0.0:
-                count = _plan_to_border(ax, ax.job_velocity, ax.border_velocity)
-                ax.job_peak_velocity = _peak_velocity(ax, count)
-            limit = ax.job_peak_velocity * share
-    if limit < _SLOWEST:
-        limit = _SLOWEST
-    if phase == _STOPPING or (override == 0 and not _braking(ax)):
-        limit = 0.0
-    count = END_VELOCITY_UNREACHABLE
-    back = 0.0
-    if phase == _POSITIONING and limit > 0.0:
-        if ax.loop_outward:
-            back = _way_back(ax, limit)
-        count = _plan_to_border(ax, limit, ax.border_velocity * share)
-        ax.table_end = _TO_TARGET
-    if count == END_VELOCITY_UNREACHABLE:
-        velocity = 0.0 if phase == _STOPPING else ax.job_direction * limit
-        count = plan_to_velocity(
-            ax.segment_time,
-            ax.segment_jerk,
-            ax.set_velocity,
-            ax.set_acceleration,
-            velocity,
-            ax.job_acceleration,
-            ax.job_deceleration,
-            ax.job_jerk,
-        )
-        ax.table_velocity = velocity
-        ax.table_end = _TO_CONSTANT_VELOCITY if velocity != 0.0 else _TO_REST
-    if count < 0:
-        fail(ax, _DYNAMICS_NOT_ALLOWED, 1)
-        return
-    if phase == _POSITIONING and ax.job_peak_velocity == 0.0:
-        ax.job_peak_velocity = _peak_velocity(ax, count)
-    ax.segment_count = count
-    ax.segment_index = 0
-    ax.segment_elapsed = 0.0
-    ax.segment_position = ax.set_position
-    ax.segment_velocity = ax.set_velocity
-    ax.segment_acceleration = ax.set_acceleration
-    ax.remaining_time = 0.0
-    if phase == _POSITIONING:
-        ax.remaining_time = duration(ax.segment_time, count) + back
-
-
-def _braking(ax: AxisFields) -> int:
-    """Whether a positioning that ends at rest is in its last ramp."""
-    if ax.set_motion_phase != _POSITIONING or ax.border_velocity > 0.0:
-        return 0
-    way = ax.border_position - ax.set_position
-    if way * ax.set_velocity <= 0.0:
-        return 0
-    way = abs(way)
-    brake = abs(
-        stopping_distance(ax.set_velocity, ax.set_acceleration, ax.job_deceleration, ax.job_jerk)
-    )
-    return 1 if way * (1.0 - 1e-9) <= brake <= way * (1.0 + 1e-9) + 1e-9 else 0
-
-
-def follow_override(ax: AxisFields) -> None:
-    """Ask for a new table after a change of the override, unless braking has begun."""
-    phase = ax.set_motion_phase
-    if phase in (_ENDLESS, _HOMING) or (phase == _POSITIONING and not _braking(ax)):
-        ax.replan = 1
-    else:
-        ax.planned_override = ax.velocity_override
-
-
 def _pass_switch_position(ax: AxisFields) -> None:
     """Carry out the change that waits for the switch position, once the set point is past it."""
     if ax.switch_from_below:
@@ -471,13 +287,17 @@ def advance(ax: AxisFields, dt: float) -> float:
     ax.set_jerk = 0.0
     arrival = v
     v = ax.table_velocity
-    if ax.table_end == _TO_CONSTANT_VELOCITY:
+    if ax.replan:  # to be planned anew from here
+        ax.set_position = p
+        ax.set_velocity = -v if v * arrival < 0.0 else v
+        return t
+    if ax.table_end == TO_CONSTANT_VELOCITY:
         ax.segment_velocity = v
         ax.segment_acceleration = 0.0
         ax.set_velocity = v
         ax.set_position = p + t * v
         return 0.0
-    if ax.table_end == _TO_TARGET:
+    if ax.table_end == TO_TARGET:
         ax.set_position = ax.border_position
         if v != 0.0:
             ax.set_velocity = v if arrival > 0.0 else -v
@@ -512,7 +332,7 @@ def generate(ax: AxisFields, dt: float) -> None:
         ax.set_motion_phase == _ENDLESS
         and ax.buffer_count > 0
         and ax.replan == 0
-        and ax.table_end == _TO_CONSTANT_VELOCITY
+        and ax.table_end == TO_CONSTANT_VELOCITY
         and ax.segment_index == ax.segment_count
     ):
         take_next(ax)  # in velocity, which is all that an endless command wants
@@ -520,10 +340,9 @@ def generate(ax: AxisFields, dt: float) -> None:
         follow_override(ax)
     left = dt
     while left > 0.0:
-        if ax.replan:
-            plan(ax)
-            if ax.set_motion_phase == _NO_JOB:
-                return
+        if ax.replan and plan(ax) < 0:
+            fail(ax, _DYNAMICS_NOT_ALLOWED, 1)
+            return
         left = advance(ax, left)
     if ax.switch_armed:
         _pass_switch_position(ax)
@@ -531,7 +350,7 @@ def generate(ax: AxisFields, dt: float) -> None:
     if (
         ax.set_motion_phase == _POSITIONING
         and ax.replan == 0
-        and ax.table_end != _TO_TARGET
+        and ax.table_end != TO_TARGET
         and ax.border_velocity > 0.0
         and v * ax.job_direction > 0.0
         and (ax.set_position - ax.border_position) * ax.job_direction >= 0.0

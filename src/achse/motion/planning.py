@@ -1,0 +1,224 @@
+"""Planning: the table of constant-jerk segments that leads the active job on from here.
+
+It is planned from the present set point, so every change of job, target or override is smooth in
+position, velocity and acceleration. Once braking towards a target has begun, the override no longer
+changes the table. Where it is too late for the velocity of a border, the axis brakes on and passes
+the border as it comes.
+
+Kernel source, in the language of `achse.kernel`.
+"""
+
+from achse.motion.profile import (
+    END_VELOCITY_UNREACHABLE,
+    duration,
+    plan_to_position,
+    plan_to_velocity,
+    reachable_velocity,
+    stopping_distance,
+)
+from achse.motion.record import AxisFields
+from achse.motion.states import MotionPhase
+from achse.motion.targets import look_ahead, overrun
+
+__all__ = ["TO_CONSTANT_VELOCITY", "TO_REST", "TO_TARGET", "follow_override", "plan"]
+
+TO_REST = 0
+TO_TARGET = 1
+TO_CONSTANT_VELOCITY = 2
+"""What follows the table, `table_end`."""
+
+_POSITIONING = MotionPhase.POSITIONING.value
+_ENDLESS = MotionPhase.ENDLESS.value
+_STOPPING = MotionPhase.STOPPING.value
+_HOMING = MotionPhase.HOMING.value
+
+_FULL_OVERRIDE = 1_000_000
+
+_MORE = 1.0 + 1e-9
+_NEARLY = 1.0 - 1e-9
+"""Of a velocity that can just be reached, so that rounding does not put it out of reach."""
+
+_SLOWEST = 1e-6
+"""Velocity that any override above zero leaves, whatever the job."""
+
+
+def _peak_velocity(ax: AxisFields, count: int) -> float:
+    """Largest speed in the table, at the ends of its rows, up to the job's own."""
+    v = ax.set_velocity
+    a = ax.set_acceleration
+    peak = 0.0
+    for i in range(count):
+        t = ax.segment_time[i]
+        j = ax.segment_jerk[i]
+        v += t * (a + t * (0.5 * j))
+        a += t * j
+        if abs(v) > peak:
+            peak = abs(v)
+    return peak if 0.0 < peak < ax.job_velocity else ax.job_velocity
+
+
+def _plan_to_target(ax: AxisFields, limit: float, end_velocity: float) -> int:
+    """Rows of the table to the border, negative if there is no such table."""
+    count = plan_to_position(
+        ax.segment_time,
+        ax.segment_jerk,
+        ax.set_position,
+        ax.set_velocity,
+        ax.set_acceleration,
+        ax.border_position,
+        end_velocity,
+        limit,
+        ax.job_acceleration,
+        ax.job_deceleration,
+        ax.job_jerk,
+    )
+    ax.table_velocity = end_velocity
+    return count
+
+
+def _plan_to_border(ax: AxisFields, limit: float, end_velocity: float) -> int:
+    """Rows to the border at `end_velocity`, or as near to it as the way allows."""
+    count = _plan_to_target(ax, limit, end_velocity)
+    if count != END_VELOCITY_UNREACHABLE:
+        return count
+    way = ax.border_position - ax.set_position
+    sign = 1.0 if way > 0.0 else -1.0
+    if sign * ax.set_velocity < 0.0:
+        return count
+    reachable = _NEARLY * reachable_velocity(
+        sign * way,
+        sign * ax.set_velocity,
+        sign * ax.set_acceleration,
+        ax.job_acceleration,
+        ax.job_jerk,
+    )
+    if 0.0 < reachable < end_velocity:
+        return _plan_to_target(ax, limit, reachable)
+    return count
+
+
+def _way_back(ax: AxisFields, limit: float) -> float:
+    """Time of a loop's second part, from beyond the target to it."""
+    count = plan_to_position(
+        ax.segment_time,
+        ax.segment_jerk,
+        ax.border_position,
+        0.0,
+        0.0,
+        ax.target_position,
+        0.0,
+        limit,
+        ax.job_acceleration,
+        ax.job_deceleration,
+        ax.job_jerk,
+    )
+    return duration(ax.segment_time, count)
+
+
+def _too_strong(ax: AxisFields) -> int:
+    """Whether the axis, on its table, brakes too strongly for the job's jerk to release it in time.
+
+    With a weaker jerk than the table was made for it would come to rest braking, and turn.
+    """
+    v = ax.set_velocity
+    a = ax.set_acceleration
+    i = ax.segment_index
+    if v * a >= 0.0 or i >= ax.segment_count or a * a <= _MORE * 2.0 * ax.job_jerk * abs(v):
+        return 0
+    t = ax.segment_elapsed
+    j = ax.segment_jerk[i]
+    off = abs(v - ax.segment_velocity - t * (ax.segment_acceleration + 0.5 * t * j))
+    return 1 if off <= (_MORE - 1.0) * abs(v) else 0
+
+
+def plan(ax: AxisFields) -> int:
+    """Compute the table of the active job from the present set point; negative if there is none.
+
+    Put off while the axis brakes too strongly.
+    """
+    if _too_strong(ax):
+        return 0
+    ax.replan = 0
+    override = ax.velocity_override
+    ax.planned_override = override
+    if override > _FULL_OVERRIDE:
+        override = _FULL_OVERRIDE
+    if override < 0:
+        override = 0
+    share = override / 1e6
+    phase = ax.set_motion_phase
+    limit = ax.job_velocity * share
+    if phase == _POSITIONING:
+        look_ahead(ax)
+        if ax.loop_enable:
+            overrun(ax)
+        ax.job_direction = 1.0 if ax.border_position >= ax.set_position else -1.0
+        if ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
+            if ax.job_peak_velocity == 0.0:
+                count = _plan_to_border(ax, ax.job_velocity, ax.border_velocity)
+                ax.job_peak_velocity = _peak_velocity(ax, count)
+            limit = ax.job_peak_velocity * share
+    if limit < _SLOWEST:
+        limit = _SLOWEST
+    if phase == _STOPPING or (override == 0 and not _braking(ax)):
+        limit = 0.0
+    count = END_VELOCITY_UNREACHABLE
+    back = 0.0
+    if phase == _POSITIONING and limit > 0.0:
+        if ax.loop_outward:
+            back = _way_back(ax, limit)
+        count = _plan_to_border(ax, limit, ax.border_velocity * share)
+        ax.table_end = TO_TARGET
+    if count == END_VELOCITY_UNREACHABLE:
+        if phase == _POSITIONING and limit > 0.0:  # near the border, and too fast for it
+            limit = ax.border_velocity * share
+        velocity = 0.0 if phase == _STOPPING else ax.job_direction * limit
+        count = plan_to_velocity(
+            ax.segment_time,
+            ax.segment_jerk,
+            ax.set_velocity,
+            ax.set_acceleration,
+            velocity,
+            ax.job_acceleration,
+            ax.job_deceleration,
+            ax.job_jerk,
+        )
+        ax.table_velocity = velocity
+        ax.table_end = TO_CONSTANT_VELOCITY if velocity != 0.0 else TO_REST
+    if count < 0:
+        return count
+    if phase == _POSITIONING and ax.job_peak_velocity == 0.0:
+        ax.job_peak_velocity = _peak_velocity(ax, count)
+    ax.segment_count = count
+    ax.segment_index = 0
+    ax.segment_elapsed = 0.0
+    ax.segment_position = ax.set_position
+    ax.segment_velocity = ax.set_velocity
+    ax.segment_acceleration = ax.set_acceleration
+    ax.remaining_time = 0.0
+    if phase == _POSITIONING:
+        ax.remaining_time = duration(ax.segment_time, count) + back
+    return count
+
+
+def _braking(ax: AxisFields) -> int:
+    """Whether a positioning that ends at rest is in its last ramp."""
+    if ax.set_motion_phase != _POSITIONING or ax.border_velocity > 0.0:
+        return 0
+    way = ax.border_position - ax.set_position
+    if way * ax.set_velocity <= 0.0:
+        return 0
+    way = abs(way)
+    brake = abs(
+        stopping_distance(ax.set_velocity, ax.set_acceleration, ax.job_deceleration, ax.job_jerk)
+    )
+    return 1 if way * (1.0 - 1e-9) <= brake <= way * (1.0 + 1e-9) + 1e-9 else 0
+
+
+def follow_override(ax: AxisFields) -> None:
+    """Ask for a new table after a change of the override, unless braking has begun."""
+    phase = ax.set_motion_phase
+    if phase in (_ENDLESS, _HOMING) or (phase == _POSITIONING and not _braking(ax)):
+        ax.replan = 1
+    else:
+        ax.planned_override = ax.velocity_override
