@@ -10,6 +10,7 @@ from achse.ams import AmsAddress, DeviceError
 from achse.cli.nc import (
     CYCLIC,
     FUNCTIONS,
+    PARAMETERS,
     NcAxis,
     UnknownAxis,
     axes_of,
@@ -22,6 +23,7 @@ from achse.codes import NcError, ReturnCode
 from achse.devices.nc.layouts import ONLINE_TC2, ONLINE_TC3
 from achse.motion.states import StartType, StateBit
 from achse.station import Station
+from achse.station.config import parse
 
 
 @pytest.fixture
@@ -89,6 +91,28 @@ def test_services_are_written_and_read_by_name(ask: Callable[..., Any]) -> None:
         return await axis.read(CYCLIC, "velocity_override")
 
     assert ask(question) == 500_000
+
+
+def test_further_elements_have_values_of_their_own() -> None:
+    axes = [
+        {
+            "id": 7,
+            "name": "Z",
+            "encoder_ids": [7, 40],
+            "element": [{"encoder_scaling_factor": 0.005}],
+        }
+    ]
+    station = Station(parse({"axis": axes}, ""))
+    name = "encoder_scaling_factor"
+
+    async def question() -> list[Any]:
+        async with connect(station.router, port=501, keep_alive=None) as client:
+            axis = NcAxis(client, 7)
+            before = await axis.read(PARAMETERS, name, element=1)
+            await axis.write(PARAMETERS, name, 0.25, element=1)
+            return [before] + [await axis.read(PARAMETERS, name, element=n) for n in (0, 1)]
+
+    assert asyncio.run(question()) == [0.005, 0.0001, 0.25]
 
 
 def test_a_refusal_names_axis_and_service(ask: Callable[..., Any]) -> None:

@@ -10,6 +10,7 @@ from achse.cli import (
     excite,
     fault,
     monitor,
+    parameters,
     record,
     route,
     run,
@@ -35,6 +36,7 @@ app.add_typer(axis.axis, name="axis")
 app.add_typer(drive.drive, name="drive")
 app.add_typer(fault.fault, name="fault")
 excite.register(axis.axis)
+parameters.register(axis.axis)
 stats.register(ads.ads)
 monitor.register(app)
 scan.register(ads.ads)

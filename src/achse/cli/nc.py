@@ -85,17 +85,19 @@ class NcAxis:
         self.name = name
         self.unit = unit
 
-    async def read(self, area: Area, service: str) -> Any:
-        """The value of a service; structures as dictionaries by field."""
+    async def read(self, area: Area, service: str, *, element: int = 0) -> Any:
+        """The value of a service, of sub-element `element`; structures as dictionaries by field."""
         row = area.rows[service]
         with self._refusing(row):
-            return await _read(self.nc, area.base + self.axis_id, row)
+            return await _read(self.nc, area.base + self.axis_id, row, element)
 
-    async def write(self, area: Area, service: str, *values: Any) -> None:
-        """Write a value, or call a function."""
+    async def write(self, area: Area, service: str, *values: Any, element: int = 0) -> None:
+        """Write a value, of sub-element `element`, or call a function."""
         row = area.rows[service]
         with self._refusing(row):
-            await self.nc.write_raw(area.base + self.axis_id, row.offset, _encoded(row, values))
+            await self.nc.write_raw(
+                area.base + self.axis_id, _offset(row, element), _encoded(row, values)
+            )
 
     async def exchange(self, area: Area, service: str, *values: Any) -> Any:
         """Call a function that answers."""
@@ -176,14 +178,19 @@ async def _axis(nc: Target, axis_id: int) -> NcAxis:
     return axis
 
 
-async def _read(nc: Target, group: int, row: Service) -> Any:
-    layouts = _layouts(row.codec)
+def _offset(row: Service, element: int) -> int:
+    """Sub-element n is at 0x00n0_0000 + offset; a row without them is that of the axis."""
+    return row.offset + (element << 20 if row.element is not None else 0)
+
+
+async def _read(nc: Target, group: int, row: Service, element: int = 0) -> Any:
+    layouts, offset = _layouts(row.codec), _offset(row, element)
     try:
-        data = await nc.read_raw(group, row.offset, layouts[-1].size or 0)
+        data = await nc.read_raw(group, offset, layouts[-1].size or 0)
     except DeviceError as refusal:  # an older NC knows the shorter structure only
         if refusal.code != ReturnCode.INVALID_SIZE.number or len(layouts) == 1:
             raise
-        data = await nc.read_raw(group, row.offset, layouts[0].size or 0)
+        data = await nc.read_raw(group, offset, layouts[0].size or 0)
     codec = next((item for item in layouts if item.size == len(data)), layouts[-1])
     return _decoded(codec, data, row.name)
 

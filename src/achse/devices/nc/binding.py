@@ -48,9 +48,11 @@ def shown(
 ) -> Service:
     """A row that shows a record field."""
     row = _field(field or name, prefix)
+    choices = getattr(states, row.unit, None)
     return Service(
         *(offset, name, READ, codec, row.doc, _unit(row)),
         field=row.name,
+        choices=choices if isinstance(choices, type) else None,
         symbol=symbol,
         sample=_sample(row, codec),
     )
@@ -90,8 +92,6 @@ def parameter(
         "minimum": row.least if isfinite(row.least) else None,
         "maximum": row.most if isfinite(row.most) else None,
     }
-    if isinstance(choices := getattr(states, row.unit, None), type):
-        limits["choices"] = choices
     if write is not None:
         limits |= {"field": "", "read": attrgetter(row.name), "write": write}
     return replace(
