@@ -181,6 +181,8 @@ def _wrong() -> Iterator[tuple[dict[str, Any], str]]:
     yield {"kind": "sto", "drive": 3}, "drive: there are 2, got 3"
     yield {"kind": "mailbox_delay", "by": -1.0}, "by: expected 0"
     yield {"kind": "jam", "by": 1.0}, "by: jam takes"
+    yield {"kind": "jam", "at": float("inf")}, "at: expected 0 or more, got inf"
+    yield {"kind": "jam", "lasting": float("nan")}, "lasting: expected 0 or more, got nan"
 
 
 @pytest.mark.parametrize(("fields", "told"), list(_wrong()))
@@ -189,6 +191,14 @@ def test_a_fault_that_cannot_be_is_told(bus: Bus, fields: dict[str, Any], told: 
         bus.faults.add(DriveFault.of(fields))
     assert str(refusal.value).startswith(told)
     assert len(bus.faults) == 0
+
+
+def test_tables_of_files_may_have_times_as_texts() -> None:
+    table = {"kind": "mailbox_delay", "at": "1s", "lasting": "500ms", "by": "20ms"}
+    fault = DriveFault.of_table(table)
+    assert (fault.at, fault.lasting, fault.by) == (1.0, 0.5, pytest.approx(0.02))
+    with pytest.raises(FaultError, match="at: expected a number, got 'soon'"):
+        DriveFault.of_table(table | {"at": "soon"})
 
 
 def test_each_kind_is_tried_here() -> None:

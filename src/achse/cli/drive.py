@@ -297,7 +297,7 @@ def _begin(service: "DriveControl", script: Path) -> None:
         if document.keys() - {"fault"} or not isinstance(tables, list):
             fail(f"{script}: expected [[fault]] tables")
         for table in tables:
-            service.service.faults.add(DriveFault.of(table))
+            service.service.faults.add(DriveFault.of_table(table))
     except (FaultError, tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
         fail(f"{script}: {fault}")
     except OSError as failure:

@@ -6,11 +6,11 @@ at times of the segment, so that a test in virtual time sees it at the same cycl
 
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from achse.drive import Alarm, Drive, InputBit, Warn
 from achse.ethercat import Disturbance, Segment, Slave
-from achse.station.fault import FaultError, FaultFields, FaultKind
+from achse.station.fault import FaultError, FaultFields, FaultKind, seconds
 
 __all__ = ["DRIVE_FAULT_KINDS", "ActiveDriveFault", "DriveFault", "DriveFaults"]
 
@@ -120,6 +120,18 @@ class DriveFault(FaultFields):
     code: str = ""
     side: str = ""
     by: float | None = None
+
+    @classmethod
+    def of_table(cls, table: Mapping[str, Any]) -> Self:
+        """From a table of a file, where times may be texts like "50ms"; raises FaultError."""
+        fields = dict(table)
+        for name in ("at", "lasting", "by"):
+            if isinstance(text := fields.get(name), str):
+                try:
+                    fields[name] = seconds(text)
+                except ValueError:
+                    raise FaultError(f"{name}: expected a number, got {text!r}") from None
+        return cls.of(fields)
 
     def check_values(self) -> None:
         """Raise FaultError for a value that a field cannot have."""

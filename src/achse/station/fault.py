@@ -1,6 +1,7 @@
 """What a fault is: its kind, whom it hits, when it begins and ends."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ClassVar, NamedTuple, Self
 
@@ -82,7 +83,9 @@ class FaultFields:
         """Raise FaultError unless each field is None or between its limits."""
         for name, least, most in limits:
             value = getattr(self, name)
-            if value is not None and not (least <= value and (most is None or value <= most)):
+            if value is not None and not (
+                least <= value < math.inf and (most is None or value <= most)
+            ):
                 expected = f"{least} or more" if most is None else f"{least}..{most}"
                 raise FaultError(f"{name}: expected {expected}, got {value}")
 
