@@ -96,6 +96,33 @@ def test_a_fault_begins_is_watched_and_ends(achse: Achse) -> None:
     assert [each["fault"]["kind"] for each in listed] == ["warning"]  # the script's
 
 
+def test_what_is_stored_outlives_the_program(tmp_path: Path) -> None:
+    kept = tmp_path / "kept.json"
+    for expected in ("", "4711"):
+        with subprocess.Popen(
+            [*SERVE, "--store", str(kept)], stdout=subprocess.PIPE, text=True
+        ) as run:
+            assert run.stdout is not None
+            told = dict(word.split("=") for word in run.stdout.readline().split()[3:])
+
+            def achse(*arguments: str, port: str = told["control"].rpartition(":")[2]) -> str:
+                result = CliRunner().invoke(
+                    app, ["drive", *arguments, "-d", "2"], env={"ACHSE_DRIVE_PORT": port}
+                )
+                assert result.exit_code == 0, result.output
+                return result.stdout.rpartition(" = ")[2].strip()
+
+            if expected:
+                assert achse("get", "6085") == expected
+            else:
+                achse("set", "6085", "4711")
+                assert achse("set", "1010:01", "0x65766173") == "0"
+                while achse("get", "1010:01") == "0":
+                    pass
+            run.terminate()
+    assert json.loads(kept.read_text())["2"]["6085:00"] == 4711
+
+
 def test_kinds_are_listed(achse: Achse) -> None:
     listed = achse("fault", "kinds").stdout
     for kind in ("alarm: ", "lost_frames: ", "clock_drift: "):
