@@ -1,11 +1,12 @@
 """Planning from any state: changes at awkward moments neither jump nor turn the axis."""
 
+import random
 from itertools import pairwise
 from typing import Any
 
 import pytest
 
-from achse.motion import StartType, commands
+from achse.motion import AxisParameters, Nc, StartType, commands
 
 V = 200.0
 
@@ -33,3 +34,40 @@ def test_a_command_with_less_jerk_does_not_turn_a_braking_axis(rig: Any, kind: i
         assert here <= end <= 300.0 + 1e-9
     else:
         assert samples[-1][1] == V
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_no_override_turns_a_chain_of_blended_moves_or_leads_it_too_far(seed: int) -> None:
+    """Ways, velocities and dynamics over decades; the override changes at any moment, also to 0."""
+    dice = random.Random(seed)
+    presets = {
+        "control_dword": 7,
+        "velocity_override": 1_000_000,
+        "override_type": dice.randrange(1, 5),
+        "controller_following_error_position_monitoring_enable": 0,
+    }
+    nc = Nc(2_000_000, [AxisParameters(1, values=presets)], compiled=True)
+    axis = nc.axis(1)
+    nc.cycle()
+    ways = [10.0 ** dice.uniform(-1.0, 2.0) for _ in range(dice.randrange(2, 10))]
+    for n, way in enumerate(ways):
+        velocity = 10.0 ** dice.uniform(0.0, 3.0)
+        strength = [10.0 ** dice.uniform(1.5, 4.0) for _ in range(2)]
+        mode = dice.randrange(18, 22) if n else 0
+        jerk = 10.0 ** dice.uniform(3.0, 5.5)
+        code = commands.universal_start(axis, 2, way, velocity, *strength, jerk, mode)
+        assert code == 0, hex(code)
+    often = dice.choice([0.001, 0.01, 0.05])
+    cycles = 0
+    before = 0.0
+    while axis.set_motion_phase or axis.buffer_count:
+        cycles += 1
+        assert cycles < 200_000
+        if cycles > 3000:
+            axis.velocity_override = 1_000_000
+        elif dice.random() < often:
+            axis.velocity_override = dice.choice([0, 1000, 100_000, 500_000, 1_000_000])
+        nc.cycle()
+        assert axis.set_position >= before
+        before = axis.set_position
+    assert before == pytest.approx(sum(ways), rel=1e-12)

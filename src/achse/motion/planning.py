@@ -14,6 +14,9 @@ from achse.motion.profile import (
     plan_to_position,
     plan_to_velocity,
     reachable_velocity,
+    segment_acceleration,
+    segment_position,
+    segment_velocity,
     stopping_distance,
 )
 from achse.motion.record import AxisFields
@@ -37,6 +40,9 @@ _FULL_OVERRIDE = 1_000_000
 _MORE = 1.0 + 1e-9
 _NEARLY = 1.0 - 1e-9
 """Of a velocity that can just be reached, so that rounding does not put it out of reach."""
+
+_HALVINGS = 60
+"""Of a row's duration, until the time within it is exact."""
 
 _SLOWEST = 1e-6
 """Velocity that any override above zero leaves, whatever the job."""
@@ -131,13 +137,56 @@ def _too_strong(ax: AxisFields) -> int:
     return 1 if off <= (_MORE - 1.0) * abs(v) else 0
 
 
+def _time_to_border(ax: AxisFields, count: int) -> float:
+    """When the table, or what goes on behind it, passes the border; -1 if it stops before."""
+    p = ax.set_position
+    v = ax.set_velocity
+    a = ax.set_acceleration
+    direction = ax.job_direction
+    begin = 0.0
+    for i in range(count):
+        step = ax.segment_time[i]
+        j = ax.segment_jerk[i]
+        after = segment_position(step, j, p, v, a)
+        if (after - ax.border_position) * direction >= 0.0:
+            low = 0.0
+            high = step
+            for _ in range(_HALVINGS):
+                t = 0.5 * (low + high)
+                if (segment_position(t, j, p, v, a) - ax.border_position) * direction < 0.0:
+                    low = t
+                else:
+                    high = t
+            return begin + high
+        p = after
+        v = segment_velocity(step, j, v, a)
+        a = segment_acceleration(step, j, a)
+        begin += step
+    if ax.table_velocity * direction > 0.0:
+        return begin + (ax.border_position - p) / ax.table_velocity
+    return -1.0
+
+
+def _is_past_border(ax: AxisFields) -> int:
+    """Whether the axis is past the border to the next command before this one could be planned."""
+    if ax.border_velocity == 0.0 or ax.set_velocity * ax.job_direction <= 0.0:
+        return 0
+    return 1 if (ax.set_position - ax.border_position) * ax.job_direction > 0.0 else 0
+
+
 def plan(ax: AxisFields) -> int:
     """Compute the table of the active job from the present set point; negative if there is none.
 
-    Put off while the axis brakes too strongly.
+    Put off while the axis brakes too strongly, and for the next command if this one is done.
     """
+    if ax.set_motion_phase == _POSITIONING:
+        look_ahead(ax)
+        if _is_past_border(ax):
+            ax.border_time = 0.0
+            return 0
     if _too_strong(ax):
         return 0
+    ax.border_time = -1.0
     ax.replan = 0
     override = ax.velocity_override
     ax.planned_override = override
@@ -149,7 +198,6 @@ def plan(ax: AxisFields) -> int:
     phase = ax.set_motion_phase
     limit = ax.job_velocity * share
     if phase == _POSITIONING:
-        look_ahead(ax)
         if ax.loop_enable:
             overrun(ax)
         ax.job_direction = 1.0 if ax.border_position >= ax.set_position else -1.0
@@ -172,6 +220,10 @@ def plan(ax: AxisFields) -> int:
     if count == END_VELOCITY_UNREACHABLE:
         if phase == _POSITIONING and limit > 0.0:  # near the border, and too fast for it
             limit = ax.border_velocity * share
+            if limit > abs(ax.set_velocity):
+                limit = abs(ax.set_velocity)
+            if limit < _SLOWEST:
+                limit = _SLOWEST
         velocity = 0.0 if phase == _STOPPING else ax.job_direction * limit
         count = plan_to_velocity(
             ax.segment_time,
@@ -185,6 +237,8 @@ def plan(ax: AxisFields) -> int:
         )
         ax.table_velocity = velocity
         ax.table_end = TO_CONSTANT_VELOCITY if velocity != 0.0 else TO_REST
+        if phase == _POSITIONING and ax.border_velocity > 0.0 and count >= 0:
+            ax.border_time = _time_to_border(ax, count)
     if count < 0:
         return count
     if phase == _POSITIONING and ax.job_peak_velocity == 0.0:

@@ -84,6 +84,8 @@ def begin_job(
     else:
         ax.set_motion_phase = _POSITIONING
         ax.target_position = resolve_target(ax, start_type, position, ax.set_position)
+        ax.job_direction = 1.0 if ax.target_position >= ax.set_position else -1.0
+    ax.border_time = -1.0
     ax.loop_undecided = 1
     ax.loop_outward = 0
     ax.job_start_type = start_type
@@ -118,6 +120,7 @@ def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
     ax.buffer_count = 0
     ax.switch_armed = 0
     ax.loop_outward = 0
+    ax.border_time = -1.0
     ax.has_been_stopped = 1
     ax.job_timing = 0
     if ax.set_motion_phase == _NO_JOB:
@@ -143,6 +146,7 @@ def drop_job(ax: AxisFields) -> None:
     ax.switch_armed = 0
     ax.loop_outward = 0
     ax.replan = 0
+    ax.border_time = -1.0
     ax.job_timing = 0
     ax.segment_count = 0
     ax.segment_index = 0
@@ -217,6 +221,7 @@ def take_next(ax: AxisFields) -> None:
     )
     if ax.set_motion_phase == _POSITIONING:
         ax.target_position = resolve_target(ax, ax.job_start_type, ax.buffer_position[i], start)
+        ax.job_direction = 1.0 if ax.target_position >= start else -1.0
 
 
 def _pass_switch_position(ax: AxisFields) -> None:
@@ -229,6 +234,7 @@ def _pass_switch_position(ax: AxisFields) -> None:
     if ax.switch_armed == _SWITCH_TARGET:
         ax.set_motion_phase = _POSITIONING
         ax.target_position = ax.switch_target
+        ax.job_direction = 1.0 if ax.target_position >= ax.set_position else -1.0
         ax.job_end_velocity = 0.0
     ax.switch_armed = 0
     ax.job_velocity = ax.switch_velocity
@@ -343,19 +349,19 @@ def generate(ax: AxisFields, dt: float) -> None:
         if ax.replan and plan(ax) < 0:
             fail(ax, _DYNAMICS_NOT_ALLOWED, 1)
             return
-        left = advance(ax, left)
+        t = ax.border_time
+        if 0.0 <= t <= left:
+            ax.border_time = -1.0
+            left -= t
+            advance(ax, t)
+            _pass_border(ax)
+        else:
+            if t > 0.0:
+                ax.border_time -= left
+            left = advance(ax, left)
     if ax.switch_armed:
         _pass_switch_position(ax)
     v = ax.set_velocity
-    if (
-        ax.set_motion_phase == _POSITIONING
-        and ax.replan == 0
-        and ax.table_end != TO_TARGET
-        and ax.border_velocity > 0.0
-        and v * ax.job_direction > 0.0
-        and (ax.set_position - ax.border_position) * ax.job_direction >= 0.0
-    ):
-        _pass_border(ax)
     if ax.set_motion_phase == _POSITIONING:
         ax.remaining_distance = abs(ax.target_position - ax.set_position)
         if ax.loop_outward:
@@ -378,6 +384,8 @@ def shift_encoder(ax: AxisFields, shift: float) -> None:
     ax.encoder_actual_position_filtered += shift
     ax.actual_position += shift
     ax.controller_observer_position += shift
+    ax.homing_latch_begin += shift
+    ax.homing_latch_position += shift
     ax.motion_position += shift
     for i in range(POSITION_HISTORY):
         ax.encoder_history[i] += shift

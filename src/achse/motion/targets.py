@@ -105,7 +105,7 @@ def look_ahead(ax: AxisFields) -> None:
     """
     here = ax.set_position
     target = ax.target_position
-    direction = 1.0 if target >= here else -1.0
+    direction = ax.job_direction
     before = ax.job_velocity
     end_velocity = ax.job_end_velocity
     ax.border_position = target

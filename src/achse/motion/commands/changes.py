@@ -90,9 +90,9 @@ def new_end_position_and_velocity(
         axis.got_new_target = 1
         axis.job_start_type = start_type
         axis.job_end_velocity = 0.0
+        axis.job_direction = direction or axis.job_direction
         if start_type in ENDLESS:
             axis.set_motion_phase = MotionPhase.ENDLESS
-            axis.job_direction = direction
         else:
             axis.set_motion_phase = MotionPhase.POSITIONING
             axis.target_position = target

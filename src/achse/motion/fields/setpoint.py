@@ -57,6 +57,7 @@ class SetpointInternal(Memory):
     switch_velocity: float = real(0.0, "mm/s", "velocity from there on")
     border_position: float = real(0.0, "mm", "where the next command takes over, or the target")
     border_velocity: float = real(0.0, "mm/s", "velocity there at 100 % override")
+    border_time: float = real(-1.0, "s", "until a table that goes on passes it; -1 = it does not")
     planned_override: int = whole(0, "1e-6", "override the table was computed for")
     table_end: int = whole(0, "1", "what follows the table: 0 rest, 1 target, 2 constant velocity")
     table_velocity: float = real(0.0, "mm/s", "velocity at its end")
