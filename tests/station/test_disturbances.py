@@ -7,6 +7,7 @@ import pytest
 
 from achse.ams import Command, DeviceError, Frame
 from achse.ams.commands import ReadRequest
+from achse.client import connect
 from achse.station import Station
 
 NAME = b"MAIN.nCounter\0"
@@ -214,6 +215,72 @@ def test_a_slow_cycle_loses_cycles_and_counts_them(station: Station, client_of: 
     station.advance(0.4)
     assert task.exceed_count <= 11
     assert struct.unpack("<I", plc.exchange(0xF004, 0, 4, NAME))[0] in range(46, 51)
+
+
+def test_slow_cycles_one_upon_the_other_end_in_the_configured_one(station: Station) -> None:
+    station.faults.add("slow_cycle", factor=2, lasting=1.0)
+    station.advance(0.5)
+    station.faults.add("slow_cycle", factor=4, lasting=1.0)
+    seen = []
+    for _ in range(3):
+        seen.append(station.plcs[851].tasks[0].stretch)
+        station.advance(0.6)
+    assert seen == [4, 4, 1]
+
+
+def test_what_stands_goes_on_after_a_restart(
+    station: Station, client_of: Any, refused: Any
+) -> None:
+    station.faults.add("slow_cycle", factor=4)
+    station.faults.add("error", symbol="MAIN.nCounter", code=0x706)
+    station.faults.add("error", port=851, group=0x1234, code=0x70A)
+    station.faults.add("truncate", symbol="GVL.nInt", size=2)
+    station.restart()
+    station.advance(1)
+    plc = client_of(station.router, 851)
+    with refused(0x706):
+        plc.exchange(0xF004, 0, 4, NAME)
+    with refused(0x70A):
+        plc.read(0x1234, 0, 4)
+    assert station.plcs[851].tasks[0].stretch == 4
+    client = Client(station)
+    place = plc.exchange(0xF007, 0, 12, b"GVL.nInt\0")[:8]
+    client.read(1, *struct.unpack("<II", place))
+    assert len(client.frames[0].data) == 10
+    station.faults.clear()
+    assert len(plc.exchange(0xF004, 0, 4, NAME)) == 4
+    with refused(0x701):
+        plc.read(0x1234, 0, 4)
+    assert station.plcs[851].tasks[0].stretch == 1
+
+
+async def test_an_error_on_a_symbol_selects_clients_by_the_host_they_are_at() -> None:
+    station = Station.demo()
+    station.faults.add("error", symbol="GVL.nInt", client="127.0.0.1", code=0x706, count=1)
+    station.faults.add("error", symbol="GVL.nInt", client="127.0.0.9", code=0x707)
+    async with (
+        station.running("127.0.0.1", 0, speed=0) as running,
+        connect(f"127.0.0.1:{running.tcp_port}", watch_symbols=False) as plc,
+    ):
+        with pytest.raises(DeviceError, match="0x706"):
+            await plc.read("GVL.nInt")
+        assert await plc.read("GVL.nInt") == -16
+
+
+async def test_links_refused_from_the_start_and_twice_are_taken_again_in_the_end() -> None:
+    station = Station.demo()
+    station.faults.add("refuse_links", lasting=1.0)
+    station.faults.add("one_connection")
+    async with station.running("127.0.0.1", 0, speed=0) as running:
+        limits = []
+        for _ in range(3):
+            limits.append((running.listener.max_connections, running.listener.strict))
+            station.advance(0.6)
+            station.faults.add("refuse_links", lasting=0.3)
+        assert limits == [(0, True)] * 3
+        station.advance(0.4)
+        station.faults.clear()
+        assert (running.listener.max_connections, running.listener.strict) == (4096, False)
 
 
 def test_the_way_to_clear_faults_is_spared(station: Station) -> None:

@@ -93,3 +93,10 @@ def test_a_client_is_named_by_net_id_address_or_host(client: str, fits: bool) ->
 def test_a_client_that_is_no_address_is_refused() -> None:
     with pytest.raises(FaultError, match="client: expected a NetId"):
         client_test("my laptop")
+
+
+@pytest.mark.parametrize("value", [float("inf"), float("nan"), 1e300, -1.0])
+@pytest.mark.parametrize("field", ["at", "lasting", "by"])
+def test_times_are_finite(field: str, value: float) -> None:
+    with pytest.raises(FaultError, match=f"{field}: expected 0..1000000000"):
+        Fault.of({"kind": "delay", "by": 1.0, field: value})

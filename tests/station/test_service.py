@@ -49,6 +49,8 @@ def test_faults_are_added_listed_and_cleared(station: Station, own: Any, refused
         (b'{"kind": "error"}', "code: error needs it"),
         (b"[]", "a fault is a JSON object"),
         (b"\xff", "codec can't decode"),
+        (b"[" * 100_000, "recursion"),
+        (b'{"kind": "drop", "at": Infinity}', "at: expected 0.."),
     ],
 )
 def test_a_fault_that_cannot_be_is_told(own: Any, data: bytes, told: str) -> None:

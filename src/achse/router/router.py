@@ -135,6 +135,11 @@ class Router:
         if not ways:
             self._learned.pop(source, None)
 
+    def way_to(self, client: bytes) -> Endpoint | None:
+        """Where the client of this address is, or was seen last; None if it is unknown."""
+        ways = self._learned.get(client)
+        return next(reversed(ways)) if ways else self._local.get(client)
+
     @property
     def clients(self) -> int:
         """How many addresses of clients elsewhere are known."""
@@ -199,8 +204,8 @@ class Router:
     def _beyond(self, frame: Frame) -> Endpoint | None:
         """Where a frame goes that is for no local port."""
         backwards = frame.is_response or frame.command == Command.NOTIFICATION
-        if backwards and (ways := self._learned.get(frame.target)):
-            return next(reversed(ways))
+        if backwards and (way := self.way_to(frame.target)):
+            return way
         net_id = frame.target[:6]
         endpoint = self._routes.get(net_id)
         if endpoint is None or self.is_local(net_id):

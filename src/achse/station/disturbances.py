@@ -1,8 +1,8 @@
 """What each kind of fault does: to frames at the router, to services of a device, to a station."""
 
 import struct
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from achse.ams import Command, DeviceError, Frame
 from achse.ams.commands import ERROR_PADDING, RESULT
@@ -49,6 +49,7 @@ class Disturbances:
         self._frames = _FrameFaults(station, later, finish)
         self._finish = finish
         self._groups: dict[tuple[Device, int], _RefusingGroup] = {}
+        self._standing: list[_Standing] = []
 
     def check(self, fault: Fault) -> None:
         """Raise FaultError for what this station cannot do."""
@@ -105,10 +106,13 @@ class Disturbances:
         else:
             assert fault.group is not None
             places = [(device, fault.group) for device in self._devices(fault)]
-        refusal = _Refusal(active, _Selection(fault, touch), self._finish)
+        refusal = _Refusal(active, _Selection(fault, touch), self._host, self._finish)
         for place in places:
             self._group(*place).refusals.append(refusal)
         return lambda: self._allow(refusal, places)
+
+    def _host(self, client: bytes) -> str:
+        return _host(self._station.router.way_to(client))
 
     def _group(self, device: Device, index_group: int) -> "_RefusingGroup":
         group = self._groups.get((device, index_group))
@@ -125,6 +129,31 @@ class Disturbances:
                 device.replace(index_group, group.behind)
                 del self._groups[device, index_group]
 
+    # what stands ---------------------------------------------------------------------------
+
+    def _stand(self, standing: "_Standing") -> Undo:
+        self._standing.append(standing)
+        self._settle()
+
+        def undo() -> None:
+            self._standing.remove(standing)
+            self._settle()
+
+        return undo
+
+    def _settle(self) -> None:
+        """Make listeners and tasks as the configuration and all that stands want them."""
+        station = self._station
+        router = station.config.router
+        kinds = {each.fault.kind for each in self._standing}
+        for listener in station.listeners:
+            listener.strict = router.strict or "one_connection" in kinds
+            listener.max_connections = 0 if "refuse_links" in kinds else router.max_connections
+        for port, plc in station.plcs.items():
+            factors = [each.fault.factor or 2 for each in self._standing if port in each.plcs]
+            for task in plc.tasks:
+                task.stretch = max(factors, default=1)
+
     # links -----------------------------------------------------------------------------------
 
     def _drop_link(self, fault: Fault) -> None:
@@ -136,21 +165,10 @@ class Disturbances:
                     connection.abort()
 
     def _refuse_links(self, fault: Fault) -> Undo:
-        return self._for_listeners("max_connections", 0)
+        return self._stand(_Standing(fault))
 
     def _one_connection(self, fault: Fault) -> Undo:
-        return self._for_listeners("strict", True)
-
-    def _for_listeners(self, attribute: str, value: Any) -> Undo:
-        before = [(each, getattr(each, attribute)) for each in self._station.listeners]
-        for listener, _ in before:
-            setattr(listener, attribute, value)
-
-        def undo() -> None:
-            for listener, old in before:
-                setattr(listener, attribute, old)
-
-        return undo
+        return self._stand(_Standing(fault))
 
     # PLC and station -------------------------------------------------------------------------
 
@@ -178,15 +196,7 @@ class Disturbances:
             plc.run()
 
     def _slow_cycle(self, fault: Fault) -> Undo:
-        tasks = [task for plc, _ in self._plcs(fault) for task in plc.tasks]
-        for task in tasks:
-            task.stretch = fault.factor or 2
-
-        def undo() -> None:
-            for task in tasks:
-                task.stretch = 1
-
-        return undo
+        return self._stand(_Standing(fault, [plc.port for plc, _ in self._plcs(fault)]))
 
     def _restart(self, fault: Fault) -> None:
         self._station.restart()
@@ -194,6 +204,14 @@ class Disturbances:
     def _config(self, fault: Fault) -> Undo:
         self._station.configure()
         return self._station.restart
+
+
+class _Standing(NamedTuple):
+    """A fault that is a setting as long as it lasts."""
+
+    fault: Fault
+    plcs: Sequence[int] = ()
+    """Ports of the PLCs that it slows down."""
 
 
 class _Touch:
@@ -283,10 +301,12 @@ class _Refusal:
         self,
         active: ActiveFault,
         selection: _Selection,
+        host: Callable[[bytes], str],
         finish: Callable[[ActiveFault], None],
     ) -> None:
         self._active = active
         self._selection = selection
+        self._host = host
         self._finish = finish
 
     def check(
@@ -295,7 +315,7 @@ class _Refusal:
         selection, active = self._selection, self._active
         if (
             selection.command in (None, command)
-            and selection.is_client(client, "")
+            and selection.is_client(client, self._host(client))
             and selection.place(group, offset, length, data)
             and active.take()
         ):

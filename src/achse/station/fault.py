@@ -21,6 +21,10 @@ __all__ = [
 ]
 
 
+_LONGEST_S = 1_000_000_000
+"""Seconds; no test waits for thirty years."""
+
+
 class FaultError(ValueError):
     """A fault cannot be: says what was expected and what came."""
 
@@ -73,7 +77,7 @@ class FaultFields:
             raise FaultError(f"{surplus[0]}: {self.kind} takes {', '.join(takes) or 'nothing'}")
         if missing := [name for name in kind.needs if name not in given]:
             raise FaultError(f"{missing[0]}: {self.kind} needs it")
-        self.within(("at", 0, None), ("lasting", 0, None), ("count", 1, None))
+        self.within(("at", 0, _LONGEST_S), ("lasting", 0, _LONGEST_S), ("count", 1, None))
         self.check_values()
 
     def check_values(self) -> None:
@@ -254,7 +258,7 @@ class Fault(FaultFields):
         """Raise FaultError for a value that a field cannot have."""
         self.within(
             ("every", 1, None),
-            ("by", 0, None),
+            ("by", 0, _LONGEST_S),
             ("size", 1, None),
             ("factor", 2, 1000),
             ("port", 0, 0xFFFF),

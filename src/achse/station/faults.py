@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from achse.station.disturbances import Disturbances
-from achse.station.fault import FAULT_KINDS, ActiveFault, Fault
+from achse.station.fault import FAULT_KINDS, ActiveFault, Fault, FaultError
 
 if TYPE_CHECKING:
     from achse.station.station import Station
@@ -64,6 +64,18 @@ class Faults:
         ending = list(self._faults.values()) if number is None else [self._faults[number]]
         for active in ending:
             self._finish(active)
+
+    def renew(self) -> None:
+        """Hit what the station consists of now: devices after a restart, one more listener."""
+        for active in self:
+            if active.undo is not None and active.fault.kind != "config":
+                active.undo()
+                active.undo = None
+                try:
+                    active.undo = self._disturbances.begin(active)
+                except FaultError as failure:
+                    log.warning("fault %d hits nothing any more: %s", active.number, failure)
+                    self._finish(active)
 
     def _begin(self, active: ActiveFault) -> None:
         if active.state != "waiting":

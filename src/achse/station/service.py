@@ -163,7 +163,7 @@ def faults_group(faults: Callable[[], FaultList]) -> RawGroup:
                 raise FaultError(f"a fault is a JSON object, got {type(fields).__name__}")
             kind = fields.pop("kind", "")
             active = faults().add(str(kind), **fields)
-        except (ValueError, DeviceError) as failure:
+        except (ValueError, RecursionError, DeviceError) as failure:
             return _json({"error": str(failure)})
         return _json({"number": active.number})
 

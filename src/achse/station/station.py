@@ -232,6 +232,7 @@ class Station:
         for plc in parts.plcs.values():
             plc.begin(self.time_ns)
         self._take(parts)
+        self.faults.renew()
         self._system.restart_index += 1
         self._system.ads_state = AdsState.RUN
 
@@ -261,6 +262,7 @@ class Station:
         for number, source in self._sources.items():
             if port in (None, number):
                 source.reload(self.plcs[number])
+        self.faults.renew()
         for warning in self.warnings:
             log.warning("%s", warning)
 
@@ -319,6 +321,7 @@ class Station:
         network = Network(self.config, self.router, self._system.version)
         await network.open(host, tcp_port, udp_port)
         self.listeners = (*self.listeners, network.listener)
+        self.faults.renew()
         cycle = asyncio.create_task(self._cycle(speed, until))
         cycle.add_done_callback(_tell_failure)
         try:
