@@ -1,8 +1,11 @@
 """Types of symbol files: names with namespaces, pointers, arrays, what cannot be known."""
 
+from typing import Any
+
 import pytest
 
-from achse.iec import IecType
+from achse.iec import IecType, StructType
+from achse.iec.st.source import SourceError
 from achse.iec.symbolfiles.types import FileTypes
 from achse.iec.xml import parse_xml
 
@@ -69,3 +72,23 @@ def test_a_type_is_found_by_its_guid_when_the_name_lacks_the_namespace() -> None
     )
     assert found.name == "L.T"
     assert [type.name for type in types.all()] == ["L.T"]
+
+
+def test_inherited_members_may_be_listed_again_at_their_place() -> None:
+    def derived(first: str) -> list[IecType[Any]]:
+        member = "<SubItem><Name>{}</Name><Type>INT</Type><BitSize>16</BitSize>{}</SubItem>".format
+        base = member("nFirst", "<BitOffs>64</BitOffs>")
+        own = first + member("nSecond", "<BitOffs>80</BitOffs>")
+        texts = (
+            f"<DataType><Name>FB_Base</Name><BitSize>128</BitSize>{base}<FbInfo/></DataType>",
+            "<DataType><Name>FB_More</Name><BitSize>128</BitSize>"
+            f"<ExtendsType>FB_Base</ExtendsType>{own}<FbInfo/></DataType>",
+        )
+        return FileTypes([parse_xml(text.encode(), "f.tpy") for text in texts]).all()
+
+    again = "<SubItem><Name>nFirst</Name><Type>INT</Type><BitSize>16</BitSize>"
+    more = derived(again + "<BitOffs>64</BitOffs></SubItem>")[1]
+    assert isinstance(more, StructType)
+    assert [(m.name, m.offset) for m in more.members] == [("nFirst", 8), ("nSecond", 10)]
+    with pytest.raises(SourceError, match="two members are named .nFirst"):
+        derived(again + "<BitOffs>96</BitOffs></SubItem>")

@@ -249,7 +249,7 @@ class FileTypes:
     ) -> IecType[Any]:
         inherited: Sequence[Variable[Any, Any]] = () if base is None else base.members
         methods: Sequence[Method] = () if base is None else base.methods
-        members = [*inherited, *self._members(element, size, {m.name.lower() for m in inherited})]
+        members = [*inherited, *self._members(element, size, inherited)]
         inside = [item for item in members if item.in_memory]
         alignment = max((item.type.alignment for item in inside), default=1)
         while size % alignment:
@@ -269,12 +269,18 @@ class FileTypes:
         )
 
     def _members(
-        self, element: Element, size: int, taken: set[str]
+        self, element: Element, size: int, inherited: Sequence[Variable[Any, Any]]
     ) -> Iterator[Variable[Any, Any]]:
+        """The members that a type adds; a `.tpy` lists the inherited ones again, at their place."""
+        before = {member.name.lower(): member.offset for member in inherited}
+        taken: set[str] = set()
         for item in element.all("SubItem"):
             tag = item.child("Name")
             name = tag.text.strip()
-            if name.lower() in taken:
+            place = item.number_of("BitOffs", -1) // 8
+            if before.get(name.lower()) == place:
+                continue
+            if name.lower() in taken or name.lower() in before:
                 item.fault(f"two members are named {shown(name)}")
             taken.add(name.lower())
             properties = properties_of(item)
