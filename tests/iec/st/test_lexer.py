@@ -30,7 +30,7 @@ def words(text: str) -> list[tuple[str, str]]:
         ("T#5s-T#3s", [("typed", "T#5s"), ("-", "-"), ("typed", "T#3s")]),
         ("LTIME#1d2h3m4.5s", [("typed", "LTIME#1d2h3m4.5s")]),
         ("D#2024-02-29-x", [("typed", "D#2024-02-29"), ("-", "-"), ("name", "x")]),
-        ("DT#2024-02-29-12:00:00.5", None),
+        ("DT#2024-02-29-12:00:00.5", [("typed", "DT#2024-02-29-12:00:00.5")]),
         ("DATE_AND_TIME#2024-2-9-1:2", [("typed", "DATE_AND_TIME#2024-2-9-1:2")]),
         ("TOD#12:34:56.789", [("typed", "TOD#12:34:56.789")]),
         ("STRING#'a$'b'", [("typed", "STRING#'a$'b'")]),

@@ -213,20 +213,23 @@ class ExpressionParser(Cursor):
 
     def initial(self) -> Initial:
         """What follows `:=` in a declaration. Raises `Unexpected`."""
-        kinds = self.kinds
         position = self.position
-        kind = kinds[position]
-        if kind == "[":
+        if self.kinds[position] == "[":
             return self._array_initial()
-        if kind == "(" and (
-            (kinds[position + 1] == NAME and kinds[position + 2] == ":=")
-            or kinds[position + 1] == ")"
-        ):
+        if self._is_structure(position):
             found = self._struct_initial()
-            if kinds[self.position] not in BINDING:
+            if self.kinds[self.position] not in BINDING:
                 return found
             self.position = position  # `(a := 0) OR b` only begins like a structure
         return self.expression()
+
+    def _is_structure(self, position: int) -> bool:
+        """Whether `(a :=` or `()` stands there."""
+        kinds = self.kinds
+        if kinds[position] != "(":
+            return False
+        first = kinds[position + 1]
+        return first == ")" or (first == NAME and kinds[position + 2] == ":=")
 
     def _array_initial(self) -> ArrayInitial:
         at = self.expect("[")
@@ -241,10 +244,10 @@ class ExpressionParser(Cursor):
         return ArrayInitial(tuple(values), at)
 
     def _element(self) -> Initial | Repeated:
-        value = self.initial()
+        value = self._count() or self.initial()
         at = self.at
         # A name before the bracket reads as a call; which it is shows in what the name means.
-        if not (isinstance(value, Literal) and self.take("(")):
+        if not (isinstance(value, Literal | Name | Member) and self.take("(")):
             return value
         values: list[Initial] = []
         self.deeper()
@@ -255,6 +258,22 @@ class ExpressionParser(Cursor):
         self.expect(")", "',' or ')'")
         self.depth -= 1
         return Repeated(value, tuple(values), at)
+
+    def _count(self) -> Expression | None:
+        """The name before `((a := 1))` or `([1])`, which no call takes: it counts."""
+        kinds = self.kinds
+        last = self.position
+        while kinds[last] == NAME and kinds[last + 1] == ".":
+            last += 2
+        if kinds[last] != NAME or kinds[last + 1] != "(":
+            return None
+        if kinds[last + 2] != "[" and not self._is_structure(last + 2):
+            return None
+        count: Expression = Name(self.words[self.position], self.at)
+        self.position += 1
+        while self.position <= last:
+            count = self._member(count)
+        return count
 
     def _struct_initial(self) -> StructInitial:
         at = self.expect("(")

@@ -8,7 +8,7 @@ from achse.iec.errors import IecValueError
 from achse.iec.literals import parse_value
 from achse.iec.names import ELEMENTARY
 from achse.iec.strings import STRING, WSTRING, StringType
-from achse.iec.times import TimeType
+from achse.iec.times import DATE_AND_TIME, DT, TimeType
 from achse.iec.types import IecType
 
 __all__ = ["LiteralValue", "literal_value", "malformed"]
@@ -22,13 +22,15 @@ _TYPES: dict[str, IecType[Any]] = {
     "ltime_of_day": ELEMENTARY["ltod"],
     "ldate_and_time": ELEMENTARY["ldt"],
 }
+_OF_WHOLE_SECONDS = (DT, DATE_AND_TIME)
+"""Their literals may have a fraction of a second, which is dropped."""
 _DIGITS = {
-    2: re.compile(r"[01]+(?:_[01]+)*"),
-    8: re.compile(r"[0-7]+(?:_[0-7]+)*"),
-    10: re.compile(r"[0-9]+(?:_[0-9]+)*"),
-    16: re.compile(r"[0-9A-Fa-f]+(?:_[0-9A-Fa-f]+)*"),
+    2: re.compile(r"[01]+(?:_+[01]+)*"),
+    8: re.compile(r"[0-7]+(?:_+[0-7]+)*"),
+    10: re.compile(r"[0-9]+(?:_+[0-9]+)*"),
+    16: re.compile(r"[0-9A-Fa-f]+(?:_+[0-9A-Fa-f]+)*"),
 }
-_REAL = re.compile(r"[0-9]+(?:_[0-9]+)*(?:\.[0-9]+(?:_[0-9]+)*)?(?:[eE][+-]?[0-9]+)?")
+_REAL = re.compile(r"[0-9]+(?:_+[0-9]+)*(?:\.[0-9]+(?:_+[0-9]+)*)?(?:[eE][+-]?[0-9]+)?")
 _NAME = re.compile(r"[^\W\d]\w*")
 _QUOTED = re.compile(r"'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\"", re.DOTALL)
 _LONGEST_NUMBER = 100
@@ -78,6 +80,8 @@ def literal_value(text: str) -> LiteralValue:
     if isinstance(type, TimeType):
         if rest.isdigit():
             raise type.reject(text, "a unit after the number, like T#5ms")
+        if type in _OF_WHOLE_SECONDS:
+            rest = rest.partition(".")[0]
         return LiteralValue(type, type.count(parse_value(type, f"{type.name}#{rest}")))
     value = _signed(rest)
     if isinstance(type, RealType):
@@ -108,13 +112,13 @@ def _number(text: str) -> int | float:
     base, sign, digits = text.partition("#")
     if not sign:
         if _DIGITS[10].fullmatch(text):
-            return int(text)
+            return int(text.replace("_", ""))
         if _REAL.fullmatch(text):
-            return float(text)
+            return float(text.replace("_", ""))
         raise IecValueError("a number", "digits, like 10, 16#FF or 1.5E3", text)
     pattern = _DIGITS.get(int(base)) if base in ("2", "8", "10", "16") else None
     if pattern is None:
         raise IecValueError("a number", "the base 2, 8, 10 or 16 before #", text)
     if not pattern.fullmatch(digits):
         raise IecValueError("a number", f"digits of base {base} after #", text)
-    return int(digits, int(base))
+    return int(digits.replace("_", ""), int(base))
