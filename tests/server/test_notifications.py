@@ -573,3 +573,17 @@ def test_coming_and_going_leaves_nothing_behind(bench: Any) -> None:
     assert len(notifications._due) < 200
     (channel,) = notifications._channels.values()
     assert len(channel.batches) == 1
+
+
+def test_batches_of_subscriptions_that_come_and_go_do_not_wait_for_their_largest_delay(
+    bench: Any,
+) -> None:
+    notifications = bench.device.notifications
+    kept = bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10, delay_ms=400)
+    for _ in range(1000):
+        body = struct.pack("<IIIIII16x", 0x4020, 0, 4, 3, 4_000_000_000, 0)
+        bench.raw(7, bench.raw(6, body)[4:])
+    assert len(notifications._deadlines) < 200
+    assert sum(len(batch.stamps) for _, _, batch in notifications._deadlines) <= 2
+    bench.tick(400)
+    assert {handle for _, handle, _ in bench.samples()} == {kept}

@@ -83,6 +83,8 @@ class Notifications:
         self._idle = 0
         """Pulses in `_due` without beats."""
         self._deadlines: list[tuple[int, int, Batch]] = []
+        self._dropped = 0
+        """Batches dropped since `_deadlines` was last rid of such."""
         self._open: list[Batch] = []
         """Batches with samples of this moment."""
         self._waiting: dict[Channel, None] = {}
@@ -227,6 +229,7 @@ class Notifications:
         batch.subscriptions -= 1
         if not batch.subscriptions:
             del channel.batches[batch.max_delay]
+            self._drop(batch)
         channel.subscriptions -= 1
         if not channel.subscriptions:
             del self._channels[channel.key]
@@ -251,6 +254,18 @@ class Notifications:
                 self._due = [entry for entry in self._due if entry[2].beats]
                 heapify(self._due)
                 self._idle = 0
+
+    def _drop(self, batch: Batch) -> None:
+        """Send nothing more of a batch; those dropped do not stay until their largest delay."""
+        if batch.deadline is None:
+            return
+        batch.deadline = None
+        batch.stamps.clear()
+        self._dropped += 1
+        if self._dropped > 64 and self._dropped > len(self._deadlines) // 2:
+            self._deadlines = [entry for entry in self._deadlines if entry[0] == entry[2].deadline]
+            heapify(self._deadlines)
+            self._dropped = 0
 
     def _forget(self, client: bytes) -> None:
         del self._by_client[client]
