@@ -148,6 +148,21 @@ def test_a_latch_takes_the_mark_exactly(make: Any, mode: int, values: Any, mark:
     assert axis.homed == 1
 
 
+def test_positions_renamed_on_the_way_do_not_matter(make: Any) -> None:
+    ends = []
+    for step in (None, LATCH, SET):
+        rig = make(encoder_reference_mode=2)
+        commands.home(rig.axis)
+        if step is not None:
+            rig.until(lambda axis, step=step: axis.homing_state == step)
+            commands.set_actual_position_on_the_fly(rig.axis, 2, 0, 1000.0)
+        rig.until_rest()
+        assert rig.axis.homed == 1
+        ends.append((rig.axis.actual_position, rig.axis.encoder_latch_activation_difference))
+    assert ends[1] == pytest.approx(ends[0])
+    assert ends[2] == pytest.approx(ends[0])
+
+
 def test_a_real_drive_homes_as_exactly(make_rig: Any) -> None:
     rig = make_rig(encoder_reference_mode=2)
     commands.home(rig.axis)

@@ -103,8 +103,8 @@ def home(ax: AxisFields) -> None:
             _stop(ax)
     elif state == _SET_POSITION and _stands(ax):
         ax.target_position = ax.set_position
-        shift_origin(ax, ax.encoder_reference_position - ax.homing_latch_position)
         end_homing(ax)
+        shift_origin(ax, ax.encoder_reference_position - ax.homing_latch_position)
         ax.homed = 1
         ax.set_motion_phase = _NO_JOB
         ax.set_command_state = _DONE

@@ -384,9 +384,10 @@ def shift_encoder(ax: AxisFields, shift: float) -> None:
     ax.encoder_actual_position_filtered += shift
     ax.actual_position += shift
     ax.controller_observer_position += shift
-    ax.homing_latch_begin += shift
-    ax.homing_latch_position += shift
     ax.motion_position += shift
+    if ax.homing_state != 0:
+        ax.homing_latch_begin += shift
+        ax.homing_latch_position += shift
     for i in range(POSITION_HISTORY):
         ax.encoder_history[i] += shift
 
