@@ -133,6 +133,17 @@ def test_an_oriented_stop_takes_the_running_ramp_whatever_is_asked(rig: Any) -> 
         assert -lowest == pytest.approx(min(d, sqrt(200.0 * j)), rel=0.01)
 
 
+def test_an_oriented_stop_ends_reversing(rig: Any) -> None:
+    commands.start_reversing(rig.axis, 1, 100.0, 0.0, 100.0, 0.05)
+    rig.seconds(0.5)
+    assert commands.oriented_stop(rig.axis, 90.0, 1500.0, 2250.0) == 0
+    rig.until_rest()
+    assert rig.axis.set_position == pytest.approx(90.0)
+    rig.seconds(1.0)
+    assert rig.axis.set_position == pytest.approx(90.0)
+    assert rig.axis.set_motion_phase == 0
+
+
 def test_an_oriented_stop_at_override_zero_waits(rig: Any) -> None:
     commands.universal_start(rig.axis, 4, 0.0, 200.0)
     rig.seconds(1.0)
