@@ -21,7 +21,7 @@ _VELOCITY_TOO_HIGH = 0x4359
 _ACCELERATION_TOO_HIGH = 0x435B
 
 _LARGEST = 1e30
-"""Jerks beyond are none."""
+"""Numbers beyond are none."""
 
 _ROUNDED = 1.0 + 1e-6
 """What a limit may be passed by, for the rounding of whoever feeds."""
@@ -46,18 +46,22 @@ def _is_over(ax: AxisFields) -> bool:
 
 def _fault(ax: AxisFields, way: float, dt: float) -> int:
     """What is wrong with the external values, 0 = nothing; a jump of the position is too fast."""
+    if not (
+        abs(way) <= _LARGEST
+        and abs(ax.external_set_velocity) <= _LARGEST
+        and abs(ax.external_set_acceleration) <= _LARGEST
+        and abs(ax.external_set_jerk) <= _LARGEST
+    ):
+        return _DATA_INVALID
     limit = ax.max_velocity
     if ax.drive_reference_velocity < limit:
         limit = ax.drive_reference_velocity
     limit *= _ROUNDED
-    if not (
-        abs(way) <= limit * dt + ax.encoder_scaling_factor
-        and abs(ax.external_set_velocity) <= limit
-    ):
+    if abs(way) > limit * dt + ax.encoder_scaling_factor or abs(ax.external_set_velocity) > limit:
         return _VELOCITY_TOO_HIGH
-    if not abs(ax.external_set_acceleration) <= ax.max_acceleration * _ROUNDED:
+    if abs(ax.external_set_acceleration) > ax.max_acceleration * _ROUNDED:
         return _ACCELERATION_TOO_HIGH
-    return 0 if abs(ax.external_set_jerk) <= _LARGEST else _DATA_INVALID
+    return 0
 
 
 def _take(ax: AxisFields, way: float, dt: float) -> None:
