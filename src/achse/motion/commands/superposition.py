@@ -1,6 +1,6 @@
 """Section compensation: let a moving axis gain or lose a distance over a given way."""
 
-from math import isfinite, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 from achse.codes import NcError
@@ -14,6 +14,9 @@ __all__ = ["Compensation", "start_superposition", "stop_superposition"]
 
 _ROUNDING = 1e-12
 """What a way may be too short for by rounding, relative."""
+
+_LEAST, _MOST = 1e-9, 1e10
+"""Between these lie the numbers of a compensation, whatever their unit."""
 
 _OWN_WAY = {
     CompensationType.VELOCITY_REDUCTION_LIMITED,
@@ -120,18 +123,17 @@ def _why_not(axis: Axis, asked: Compensation) -> int:
         return NcError.AXIS_INCOMPATIBLE.number
     if asked.type not in CompensationType.__members__.values():
         return NcError.COMPENSATION_TYPE.number
+    accelerations = (asked.acceleration_increase, asked.deceleration_increase)
     if not (
-        asked.acceleration_increase >= 0.0
-        and asked.deceleration_increase >= 0.0
-        and asked.process_velocity > 0.0
-        and isfinite(asked.process_velocity)
+        all(value == 0.0 or value >= _LEAST for value in accelerations)
+        and _LEAST <= asked.process_velocity <= _MOST
     ):
         return NcError.COMPENSATION_DYNAMICS.number
-    if not asked.velocity_increase > 0.0:
+    if not asked.velocity_increase >= _LEAST:
         return NcError.COMPENSATION_CAMBER.number
-    if not isfinite(asked.distance) or asked.distance == 0.0:
+    if not _LEAST <= abs(asked.distance) <= _MOST:
         return NcError.SUPERIMPOSED_MOVE_DATA.number
-    if not asked.length > 0.0 or not isfinite(asked.length) or _base_way(asked) <= 0.0:
+    if not _LEAST <= asked.length <= _MOST or _base_way(asked) <= 0.0:
         return NcError.COMPENSATION_DISTANCE.number
     code = why_no_command(axis)
     if code:
