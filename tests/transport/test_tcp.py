@@ -486,6 +486,24 @@ async def test_answers_to_one_burst_do_not_gather_beyond_the_backlog() -> None:
     await station.close()
 
 
+async def test_of_unfinished_packets_that_are_too_much_together_the_largest_goes(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    mb = 1 << 20
+    async with running(max_held=8 * mb) as station, peers(station, 3) as (large, small, last):
+        half = request(1, bytes(32 * mb)).encode_tcp()
+        large.send(half[: 4 * mb])
+        small.send(half[: 3 * mb])
+        while sum(each.held for each in station.connections) < 7 * mb:
+            await asyncio.sleep(0)
+        last.send(half[: 2 * mb])
+        gone = await station.went.get()
+        assert gone.peer.endswith(f":{large.writer.get_extra_info('sockname')[1]}")
+        [record] = caplog.records
+        assert "hold too much" in record.getMessage()
+        assert (station.cut_off, len(station.connections), gone.held) == (1, 2, 0)
+
+
 class _Deaf(asyncio.Transport):
     """A transport whose peer reads nothing."""
 

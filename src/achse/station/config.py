@@ -21,6 +21,7 @@ from achse.router.access import PasswordHash
 from achse.router.routes import Route
 from achse.server import Limits
 from achse.station.fault import Fault
+from achse.transport.tcp import DEFAULT_MAX_HELD
 
 __all__ = [
     "AxisConfig",
@@ -270,6 +271,9 @@ class LimitsConfig(_Section):
     """Bytes of samples kept for a client that does not read; beyond, the oldest are dropped."""
     unread_bytes: int = Field(default=64 * 1024 * 1024, ge=65_536)
     """Bytes of answers and samples on a connection that is not read; beyond, it is cut off."""
+    held_bytes: int = Field(default=DEFAULT_MAX_HELD, ge=1024 * 1024)
+    """Bytes that all connections together leave unread, or send of packets without their end;
+    beyond, the connection with the most of them is cut off."""
     unreachable_time: DurationNs = _LIMITS.unreachable_ns
     """How long handles and subscriptions of a client to whom no way leads are kept."""
 

@@ -86,6 +86,7 @@ class Network:
             max_length=config.router.max_length,
             max_connections=config.router.max_connections,
             max_backlog=config.limits.unread_bytes,
+            max_held=config.limits.held_bytes,
         )
         self.discovery: DiscoveryEndpoint | None = None
         self.uplinks: Uplinks | None = None

@@ -29,7 +29,7 @@ from achse.codes import ReturnCode
 from achse.router import Router
 from achse.router.routes import Admission
 
-__all__ = ["TCP_PORT", "ConnectionOwner", "TcpConnection", "TcpListener"]
+__all__ = ["DEFAULT_MAX_HELD", "TCP_PORT", "ConnectionOwner", "TcpConnection", "TcpListener"]
 
 log = logging.getLogger("achse.tcp")
 
@@ -48,6 +48,9 @@ no hop count; clients that share an address may well send equal requests at a ti
 
 _CONGESTED = 1024 * 1024
 """Bytes waiting for a peer at which devices keep notifications back."""
+
+DEFAULT_MAX_HELD = 256 * 1024 * 1024
+"""Bytes; four times the longest packet."""
 
 _FLUSH_SIZE = 256 * 1024
 """Answers are written once per turn of the loop, or when this many bytes have gathered."""
@@ -81,6 +84,10 @@ class ConnectionOwner(Protocol):
 
     def closed(self, connection: "TcpConnection") -> None: ...
 
+    def grown(self) -> None:
+        """A connection holds a lot of bytes: time to look at all of them."""
+        ...
+
 
 class TcpConnection(asyncio.Protocol):
     """One connection: bytes to frames to the router, and back.
@@ -104,7 +111,7 @@ class TcpConnection(asyncio.Protocol):
         self._flush_due = False
         self._receiving = False
         self.cut_off = False
-        """True once the peer was closed because it did not read."""
+        """True once the peer was closed because it took too much room."""
         self._open = False
         self._transport: asyncio.Transport | None = None
         self.registered: list[AmsAddress] = []
@@ -157,6 +164,8 @@ class TcpConnection(asyncio.Protocol):
         finally:
             self._receiving = False
             self._flush()
+        if self._stream.pending > _CONGESTED:
+            self.owner.grown()
 
     def _leave(self) -> None:
         """From here on the peer is unreachable and holds nothing."""
@@ -349,6 +358,17 @@ class TcpConnection(asyncio.Protocol):
         transport = self._transport
         return self._out_size + (0 if transport is None else transport.get_write_buffer_size())
 
+    @property
+    def held(self) -> int:
+        """Bytes kept for the peer: those it has not taken, and packets that lack their end."""
+        return self.backlog + self._stream.pending if self._open else 0
+
+    def cut(self, reason: str, *details: object) -> None:
+        """Close at once because the peer takes too much room."""
+        self.warn(reason, *details)
+        self.cut_off = True
+        self.abort()
+
     def _send(self, message: TcpMessage) -> None:
         self._out.append(message.encode_tcp())
 
@@ -360,10 +380,11 @@ class TcpConnection(asyncio.Protocol):
         self._out = []
         self._out_size = 0
         transport.write(b"".join(out) if len(out) > 1 else out[0])
-        if transport.get_write_buffer_size() > self.owner.max_backlog:
-            self.warn("it does not read what it asked for")
-            self.cut_off = True
-            self.abort()
+        unread = transport.get_write_buffer_size()
+        if unread > self.owner.max_backlog:
+            self.cut("it does not read what it asked for")
+        elif unread > _CONGESTED:
+            self.owner.grown()
 
     @property
     def client(self) -> str:
@@ -407,6 +428,8 @@ class TcpListener:
     - `external_registration`: serve the local port service to other hosts as well.
     - `max_length`: longest packet taken, bytes.
     - `max_backlog`: bytes that may wait for a peer that does not read.
+    - `max_held`: bytes that may wait on all connections together, packets that lack their end
+      included; beyond, the connection with the most of them is closed.
     - `max_connections`: further ones are closed at once.
     """
 
@@ -419,6 +442,7 @@ class TcpListener:
         external_registration: bool = False,
         max_length: int = DEFAULT_MAX_LENGTH,
         max_backlog: int = 64 * 1024 * 1024,
+        max_held: int = DEFAULT_MAX_HELD,
         max_connections: int = 4096,
     ) -> None:
         self.router = router
@@ -427,11 +451,12 @@ class TcpListener:
         self.external_registration = external_registration
         self.max_length = max_length
         self.max_backlog = max_backlog
+        self.max_held = max_held
         self.max_connections = max_connections
         self.refused = 0
         """Connections closed at once because `max_connections` were open."""
         self.cut_off = 0
-        """Connections closed because their peer did not read."""
+        """Connections closed because their peer did not read, or left packets unfinished."""
         self.host = ""
         self.port = 0
         self.connections: set[TcpConnection] = set()
@@ -491,6 +516,15 @@ class TcpListener:
         self.cut_off += connection.cut_off
         if not self.connections:
             self._last_closed.set()
+
+    def grown(self) -> None:
+        """Cut off connections, the largest first, until the rest hold no more than `max_held`."""
+        held = {connection: connection.held for connection in self.connections}
+        total = sum(held.values())
+        while total > self.max_held:
+            largest = max(held, key=held.__getitem__)
+            total -= held.pop(largest)
+            largest.cut("all connections together hold too much, and it the most")
 
 
 def _keep_alive(connected: socket.socket | None) -> None:

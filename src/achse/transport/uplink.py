@@ -198,6 +198,9 @@ class Uplink:
             if not self._closed:
                 self._back_off("connection to %s lost", connection.peer)
 
+    def grown(self) -> None:
+        """There is but one connection, and it has limits of its own."""
+
     async def close(self) -> None:
         """End the connection and stop dialling; what waits is refused."""
         self._closed = True
