@@ -49,12 +49,14 @@ def load_project(
 ) -> Project:
     """Read and declare the sources of a folder, of a `.plcproj`, or one source file.
 
-    `libraries` are further such paths; of them only what the project names is declared. `types`
+    `libraries` are further such paths; only what the project names of them is declared, and
+    checked. `types`
     and `constants` are those of libraries that come without sources, by name. `defines` are what
     `{IF defined (…)}` finds. Raises `SourceError` with every fault of every file.
     """
     faults: list[Fault] = []
     sources, tasks = _read(Path(path), defines, faults)
+    faults += [fault for parsed in sources for fault in parsed.faults]
     found = [parsed for item in libraries for parsed in _read(Path(item), defines, faults)[0]]
     if faults:
         raise SourceError(faults)
@@ -65,20 +67,17 @@ def load_project(
 def _read(
     path: Path, defines: Defines, faults: list[Fault]
 ) -> tuple[list[Parsed], list[TaskDeclaration]]:
-    """The sources and tasks of one project; what is wrong with them goes into `faults`."""
+    """The sources and tasks of one project; which of them cannot be read goes into `faults`."""
     sources: list[Parsed] = []
     tasks: list[TaskDeclaration] = []
     for file, name in source_files(path):
         try:
             if file.suffix.lower() == _TASK:
                 tasks.append(read_task(parse_xml(_content(file, name), name)))
-                continue
-            parsed = parse_file(file, name, defines=defines)
+            else:
+                sources.append(parse_file(file, name, defines=defines))
         except SourceError as error:
             faults += error.faults
-            continue
-        faults += parsed.faults
-        sources.append(parsed)
     return sources, tasks
 
 

@@ -304,6 +304,16 @@ PROGRAM P VAR a : N.T := N.N.c; b : T; c : N.S; d : Other.T; END_VAR END_PROGRAM
     assert sizes == [2, 8, 2, 8]
 
 
+def test_faults_in_a_library_count_where_it_is_named() -> None:
+    prototype = parse("FUNCTION_BLOCK FB_Old n := ; END_FUNCTION_BLOCK")
+    used = parse("TYPE ST_L : STRUCT a : INT; END_STRUCT END_TYPE")
+    texts = "VAR_GLOBAL x : ST_L; END_VAR", "VAR_GLOBAL x : FB_Old; END_VAR"
+    declare([parse(texts[0])], libraries=[prototype, used])
+    with pytest.raises(SourceError, match="expected an expression") as caught:
+        declare([parse(texts[1])], libraries=[prototype, used])
+    assert len(caught.value.faults) == 1
+
+
 def test_libraries_and_given_types() -> None:
     library = parse("TYPE ST_L : STRUCT a : INT; END_STRUCT END_TYPE TYPE T_Bad : X; END_TYPE")
     text = "PROGRAM P VAR a : Lib.ST_L; b : Tc2_MC2.AXIS_REF; t : TON; END_VAR END_PROGRAM"

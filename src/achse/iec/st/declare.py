@@ -75,11 +75,11 @@ def declare(
 ) -> Declarations:
     """Declare what the sources say. Raises `SourceError` with every fault found.
 
-    Of `libraries` only what the sources name is declared. `types` and `constants` are those of
-    libraries that come without sources, by name.
+    Of `libraries` only what the sources name is declared, so that a fault elsewhere in them does
+    no harm. `types` and `constants` are those of libraries that come without sources, by name.
     """
     sources, libraries = list(sources), list(libraries)
-    faults = [fault for parsed in (*sources, *libraries) for fault in parsed.faults]
+    faults = [fault for parsed in sources for fault in parsed.faults]
     if faults:
         raise SourceError(faults)
     declarer = _Declarer(types or {}, constants or {}, rules)
@@ -87,8 +87,16 @@ def declare(
     declarer.add(libraries, is_library=True)
     declarer.add([standard_library()], is_library=True)
     found = declarer.declare()
-    if declarer.faults:
-        raise SourceError(declarer.faults, _HINT if declarer.unknown_types else "")
+    faults = list(declarer.faults)
+    named = {id(entry.source) for entry in declarer.entries.values() if entry.type is not None}
+    faults += [
+        fault
+        for parsed in libraries
+        if faults or id(parsed.source) in named
+        for fault in parsed.faults
+    ]
+    if faults:
+        raise SourceError(faults, _HINT if declarer.unknown_types else "")
     return found
 
 
