@@ -353,7 +353,8 @@ def generate(ax: AxisFields, dt: float) -> None:
         if 0.0 <= t <= left:
             ax.border_time = -1.0
             left -= t
-            advance(ax, t)
+            if t > 0.0:
+                advance(ax, t)
             _pass_border(ax)
         else:
             if t > 0.0:
