@@ -116,12 +116,29 @@ def test_the_machine_of_a_modulo_axis_is_a_rotary_table(
     assert (made.simulation_period, made.simulation_cam_begin) == (period, begin)
 
 
+def test_words_of_enumerations_and_flags() -> None:
+    values = {"override_type": "original", "encoder_ids": [1, 7]}
+    element = {"encoder_count_direction": True, "controller_type": "PID_POSITION"}
+    built = station(axis=[{"id": 1, "name": "A", **values, "element": [element]}])
+    assert built.nc is not None
+    made = built.nc.axis(1)
+    other = made.encoders[1]
+    assert made.override_type == 2
+    assert (other.encoder_count_direction, other.controller_type) == (1, 3)
+    assert type(other.encoder_count_direction) is int
+
+
 @pytest.mark.parametrize(
     ("values", "message"),
     [
         ({"max_velocty": 1.0}, r"axis\[2\]: .*no parameter 'max_velocty'"),
         ({"max_velocity": "fast"}, r"axis\[2\]\.max_velocity: expected a number, got 'fast'"),
         ({"max_velocity": True}, r"axis\[2\]\.max_velocity: expected a number, got True"),
+        (
+            {"override_type": "fast"},
+            r"axis\[2\]\.override_type: expected a number or REDUCED or .*, got 'fast'",
+        ),
+        ({"encoder_ids": [2, 1]}, r"axis: encoder id 1 is given twice"),
         ({"max_velocity": float("nan")}, r"axis\[2\]: .*max_velocity = nan"),
         ({"max_velocity": -1.0}, r"axis\[2\]: .*max_velocity = -1.0, expected .*mm/s"),
         (

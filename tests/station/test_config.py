@@ -72,6 +72,8 @@ def test_every_fault_is_reported_with_file_key_and_expectation() -> None:
 def test_ids_names_and_ports_are_given_once() -> None:
     (line,) = faults({"plc": [{"port": 851}, {"port": 852, "also": [851]}]})
     assert line == "a.toml: plc.port: each once, got 851 more than once"
+    axes = [{"id": 1, "name": "Feed"}, {"id": 2, "name": "FEED"}]  # one name for a symbol
+    assert faults({"axis": axes}) == ["a.toml: axis.name: each once, got feed more than once"]
     (line,) = faults({"axis": [{"id": 1, "name": "X"}, {"id": 1, "name": "Y"}]})
     assert "axis.id" in line
 

@@ -42,7 +42,14 @@ __all__ = [
     "StateBit",
     "StepperMode",
     "TorqueStartType",
+    "choices_of",
 ]
+
+
+def choices_of(unit: str) -> type[IntEnum] | None:
+    """The enumeration that a field of the axis record has as its unit, if it has one."""
+    found = globals().get(unit)
+    return found if isinstance(found, type) else None
 
 
 class StartType(IntEnum):

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from achse.ams import RouterError
 from achse.devices.logger import EventLoggerDevice, LoggerDevice
@@ -18,6 +18,7 @@ from achse.devices.router import RouterDevice
 from achse.devices.system import StationControl, SystemDevice
 from achse.motion import AxisParameters, AxisParametersError, Nc
 from achse.motion.record import FIELDS
+from achse.motion.states import choices_of
 from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.server import Device
@@ -222,6 +223,8 @@ def _nc(config: StationConfig) -> Nc:
     axes = [_axis(axis, number) for number, axis in enumerate(config.axis, 1)]
     try:
         return Nc(config.nc.cycle, axes, compiled=compiled)
+    except AxisParametersError as fault:
+        raise ConfigError(f"axis: {fault}") from None
     except ImportError as failure:
         raise ConfigError(
             f"nc.kernel: compiled needs llvmlite, install achse[fast] ({failure})"
@@ -236,12 +239,26 @@ def _rotary(values: Mapping[str, float]) -> dict[str, float]:
     return cam | dict(values)
 
 
+def _numbers(parameters: Mapping[str, Any], key: str) -> dict[str, float]:
+    """Parameters as numbers; an enumeration may be given by its word, a flag as true or false."""
+    numbers: dict[str, float] = {}
+    for name, value in parameters.items():
+        unit = FIELDS[name].unit if name in FIELDS else ""
+        choices = choices_of(unit)
+        words = choices.__members__ if choices is not None else {}
+        if isinstance(value, str) and value.upper() in words:
+            numbers[name] = words[value.upper()].value
+        elif isinstance(value, (int, float)) and (unit == "0/1" or not isinstance(value, bool)):
+            numbers[name] = +value
+        else:
+            expected = " or ".join(("a number", *words))
+            raise ConfigError(f"{key}.{name}: expected {expected}, got {value!r}")
+    return numbers
+
+
 def _axis(axis: AxisConfig, number: int) -> AxisParameters:
-    values = axis.parameters
-    for part, parameters in (("", values), *((".element", found) for found in axis.element)):
-        for name, value in parameters.items():
-            if isinstance(value, bool) or not isinstance(value, (int, float)):
-                raise ConfigError(f"axis[{number}]{part}.{name}: expected a number, got {value!r}")
+    values = _numbers(axis.parameters, f"axis[{number}]")
+    elements = [_numbers(found, f"axis[{number}].element") for found in axis.element]
     flags = values.get("unit_interpretation", 0)
     if axis.modulo and float(flags).is_integer():
         values = _rotary(values) | {"unit_interpretation": int(flags) | _MODULO_AXIS}
@@ -254,7 +271,7 @@ def _axis(axis: AxisConfig, number: int) -> AxisParameters:
             encoder_ids=axis.encoder_ids,
             controller_ids=axis.controller_ids,
             drive_ids=axis.drive_ids,
-            elements=axis.element,
+            elements=elements,
         )
     except AxisParametersError as fault:
         raise ConfigError(f"axis[{number}]: {fault}") from None

@@ -307,7 +307,7 @@ class StationConfig(_Section):
         once: dict[str, list[Any]] = {
             "plc.port": [port for plc in self.plc for port in (plc.port, *plc.also)],
             "axis.id": [axis.id for axis in self.axis],
-            "axis.name": [axis.name for axis in self.axis],
+            "axis.name": [axis.name.casefold() for axis in self.axis],
             "route.name": [route.name.casefold() for route in self.route],
             "route.net_id": [str(route.net_id) for route in self.route],
         }
