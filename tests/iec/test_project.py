@@ -70,7 +70,9 @@ def test_structured_text_files(tmp_path: Path) -> None:
         b"VAR_GLOBAL s : STRING := '\xe4'; END_VAR\r\nPROGRAM P END_PROGRAM"
     )
     (tmp_path / "types.ST").write_text("TYPE T : STRING := 'ä'; END_TYPE", "utf-8-sig")
+    (tmp_path / "wide.st").write_text("TYPE W : STRING := 'ä'; END_TYPE", "utf-16")
     found = load_project(tmp_path).declarations
+    assert "w" in found.types
     assert found.globals["globals"].__iec__.members[0].initial == "ä"
     assert found.types["t"].default[:2] == b"\xe4\0"
     alone = load_project(tmp_path / "Globals.st").declarations

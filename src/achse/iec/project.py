@@ -1,10 +1,11 @@
 """Projects: a folder of PLC sources, or one file, as what they declare.
 
-Read are `.st` (Structured Text, UTF-8 or cp1252) and the XML files of TwinCAT 3: `.TcPOU`,
-`.TcGVL`, `.TcDUT`, `.TcTLEO`, `.TcIO` and, for tasks, `.TcTTO`. In a folder with a `.plcproj`
-that file says which of them count; without one all below the folder do.
+Read are `.st` (Structured Text in UTF-8, UTF-16 or cp1252) and the XML files of TwinCAT 3:
+`.TcPOU`, `.TcGVL`, `.TcDUT`, `.TcTLEO`, `.TcIO` and, for tasks, `.TcTTO`. In a folder with a
+`.plcproj` that file says which of them count; without one all below the folder do.
 """
 
+import codecs
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PureWindowsPath
@@ -27,6 +28,7 @@ SUFFIXES = (".st", ".tcpou", ".tcgvl", ".tcdut", ".tctleo", ".tcio", ".tctto")
 _TASK = ".tctto"
 _PROJECT = ".plcproj"
 _LARGEST_FILE = 1 << 26
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +161,7 @@ def _content(file: Path, name: str) -> bytes:
 
 def _text(data: bytes) -> str:
     try:
-        text = data.decode("utf-8-sig")
+        text = data.decode("utf-16" if data.startswith(_UTF_16) else "utf-8-sig")
     except UnicodeDecodeError:
         text = data.decode("cp1252", "replace")
     return text.replace("\r\n", "\n").replace("\r", "\n")

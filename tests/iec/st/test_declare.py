@@ -350,18 +350,23 @@ PROGRAM P VAR
     f : TON := (PT := T#1s, IN := n > 3);
     g : FB(1);
     x : LREAL := Calculate(2);
+    h : ARRAY [0..1] OF FB[(k := 1), (k := 2)];
+    i : FB := (Rate := 1.5);
 END_VAR END_PROGRAM
-FUNCTION_BLOCK FB END_FUNCTION_BLOCK"""
+FUNCTION_BLOCK FB EXTENDS Base END_FUNCTION_BLOCK
+FUNCTION_BLOCK Base PROPERTY Rate : REAL SET END_SET END_PROPERTY END_FUNCTION_BLOCK"""
     found = declared(text)
     members = {member.name: member for member in found.programs["p"].__iec__.members}
     starts = {name: [s.offset for s in member.start_values] for name, member in members.items()}
     ton = members["f"].type
     assert isinstance(ton, StructType)
     expected = {"n": [], "p": [0], "m": [0], "a": [2], "r": [0], "g": [0], "x": [0]}
+    expected |= {"h": [0], "i": [0]}
     assert starts == expected | {"f": [ton.member("IN").offset]}
     assert members["m"].initial is None
     assert members["a"].initial == [1, 0, 3]
     assert members["f"].initial == {"PT": 1000}
+    assert messages(text.replace("Rate :=", "Rat :=")) == ["12:16 FB has no member 'Rat'"]
 
 
 def test_addresses_from_var_config() -> None:

@@ -27,7 +27,7 @@ def value_of(text: str, type: IecType[Any]) -> tuple[object, list[int]]:
     parser = Parser(Source(text))
     initial = parser.attempt(parser.initial)
     assert initial is not None
-    values = InitialValues(Evaluator(lookup, lambda tree: 0))
+    values = InitialValues(Evaluator(lookup, lambda tree: 0), lambda block, name: name == "Rate")
     value = values.value(type, initial)
     if value is not None:
         type.encode(value)

@@ -10,6 +10,7 @@ from achse.iec.st.tree import (
     NO_NOTE,
     Address,
     Argument,
+    ArrayInitial,
     ArrayOf,
     Declaration,
     EnumOf,
@@ -293,7 +294,7 @@ class DeclarationParser(StatementParser):
             address = Address(self.words[self.position - 1], at)
         self.expect(":", "':'" if address else "',', AT or ':'")
         spec = self.type_spec()
-        arguments: tuple[Argument, ...] = ()
+        arguments: tuple[Argument, ...] | ArrayInitial = ()
         initial: Initial | None = None
         is_reference = False
         kind = kinds[self.position]
@@ -301,8 +302,7 @@ class DeclarationParser(StatementParser):
             arguments = self.arguments()
             kind = kinds[self.position]
         elif kind == "[":
-            # One set of arguments per instance: ARRAY [0..1] OF FB[(n := 1), (n := 2)].
-            initial = self.initial()
+            arguments = self.array_initial()
             kind = kinds[self.position]
         if kind == ":=":
             self.position += 1

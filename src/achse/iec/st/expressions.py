@@ -215,7 +215,7 @@ class ExpressionParser(Cursor):
         """What follows `:=` in a declaration. Raises `Unexpected`."""
         position = self.position
         if self.kinds[position] == "[":
-            return self._array_initial()
+            return self.array_initial()
         if self._is_structure(position):
             found = self._struct_initial()
             if self.kinds[self.position] not in BINDING:
@@ -231,7 +231,8 @@ class ExpressionParser(Cursor):
         first = kinds[position + 1]
         return first == ")" or (first == NAME and kinds[position + 2] == ":=")
 
-    def _array_initial(self) -> ArrayInitial:
+    def array_initial(self) -> ArrayInitial:
+        """`[1, 2(0), (a := 1)]`. Raises `Unexpected`."""
         at = self.expect("[")
         self.deeper()
         values: list[Initial | Repeated] = []

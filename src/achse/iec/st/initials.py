@@ -8,7 +8,15 @@ from achse.iec.derived import resolved
 from achse.iec.errors import IecPathError
 from achse.iec.st.constants import Evaluator, NotConstant, fitted
 from achse.iec.st.cursor import Unexpected
-from achse.iec.st.tree import ArrayInitial, Call, Expression, Initial, Repeated, StructInitial
+from achse.iec.st.tree import (
+    ArrayInitial,
+    Call,
+    Expression,
+    Initial,
+    Name,
+    Repeated,
+    StructInitial,
+)
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 
@@ -28,10 +36,14 @@ class Left(NamedTuple):
 
 
 class InitialValues:
-    """Works out one initial value. `left` are the parts that are no constants."""
+    """Works out one initial value. `left` are the parts that are no constants.
 
-    def __init__(self, evaluator: Evaluator) -> None:
+    `has_property` tells whether a function block has a property of that name.
+    """
+
+    def __init__(self, evaluator: Evaluator, has_property: Callable[[str, str], bool]) -> None:
         self._evaluator = evaluator
+        self._has_property = has_property
         self.left: list[Left] = []
 
     def value(self, type: IecType[Any], initial: Initial) -> object:
@@ -68,7 +80,11 @@ class InitialValues:
             try:
                 member = type.member(item.name)
             except IecPathError as error:
-                raise Unexpected(item.at, str(error)) from None
+                if not self._has_property(type.name, item.name):
+                    raise Unexpected(item.at, str(error)) from None
+                # SET would have to run.
+                self.left.append(Left(type, offset, None, Call(Name(item.name, item.at), (), 0)))
+                continue
             if member.name in values:
                 raise Unexpected(item.at, f"{item.name} has two values")
             if not member.in_memory:

@@ -317,7 +317,11 @@ def _nests(comment: str) -> bool:
 def _declaration(tree: Declaration) -> list[str]:
     names = ", ".join(name.name for name in tree.names)
     address = "" if tree.address is None else f" AT {tree.address.text}"
-    arguments = _arguments(tree.arguments) if tree.arguments else ""
+    arguments = ""
+    if isinstance(tree.arguments, ArrayInitial):
+        arguments = print_initial(tree.arguments)
+    elif tree.arguments:
+        arguments = _arguments(tree.arguments)
     sign = "REF=" if tree.is_reference else ":="
     initial = "" if tree.initial is None else f" {sign} {print_initial(tree.initial)}"
     text = f"{names}{address} : {print_type(tree.type)}{arguments}{initial};"

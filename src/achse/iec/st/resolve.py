@@ -493,7 +493,9 @@ class Resolver(Scopes):
             part = Left(type, 0, None, tree.initial)
             starts.append(start_value(self, scope, part, StartValues.address))
         if tree.arguments:
-            part = Left(type, 0, None, Name("FB_init", tree.arguments[0].at))
+            first = tree.arguments
+            at = first.at if isinstance(first, ArrayInitial) else first[0].at
+            part = Left(type, 0, None, Name("FB_init", at))
             starts.append(start_value(self, scope, part, StartValues.arguments))
         return initial, starts
 
@@ -519,7 +521,7 @@ class Resolver(Scopes):
         self, type: IecType[Any], tree: Initial, scope: Scope
     ) -> tuple[object, list[Left]]:
         """The initial value, and the parts of it that are no constants."""
-        values = InitialValues(self.evaluator(scope))
+        values = InitialValues(self.evaluator(scope), self.has_property)
         value = values.value(type, tree)
         if value is not None:
             self.made(lambda: type.encode(value), tree.at)

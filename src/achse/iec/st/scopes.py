@@ -29,6 +29,7 @@ from achse.iec.st.units import (
     GlobalList,
     Namespace,
     Program,
+    Property,
     TypeDeclaration,
     Unit,
 )
@@ -214,6 +215,16 @@ class Scopes:
     def given_type(self, name: str) -> IecType[Any] | None:
         """An elementary type, or one handed in."""
         raise NotImplementedError
+
+    def has_property(self, block: str, name: str) -> bool:
+        """Whether a function block of that name, or its base, has that PROPERTY."""
+        entry = self.find(block)
+        while entry is not None and isinstance(tree := entry.tree, FunctionBlock):
+            if any(isinstance(p, Property) and p.name.lower() == name.lower() for p in tree.parts):
+                return True
+            base = tree.extends
+            entry = None if base is None else self.find(base.name, entry.space)
+        return False
 
     # constants -----------------------------------------------------------------------------
 

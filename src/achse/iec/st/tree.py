@@ -551,8 +551,9 @@ class Declaration:
     """In VAR_CONFIG a name is a path: `MAIN.fbValve.bOpen`."""
     address: Address | None
     type: TypeSpec
-    arguments: tuple[Argument, ...]
-    """Of FB_init: `fbValve : FB_Valve(nPort := 3)`."""
+    arguments: tuple[Argument, ...] | ArrayInitial
+    """Of FB_init: `fbValve : FB_Valve(nPort := 3)`, or for each element of an array
+    `ARRAY [0..1] OF FB_Valve[(nPort := 3), (nPort := 4)]`."""
     initial: Initial | None
     note: Note
     is_reference: bool = False
