@@ -7,7 +7,7 @@ import pytest
 
 from achse.codes import NcError
 from achse.motion import MotionPhase, StateBit, commands
-from achse.motion.states import AxisType, ControllerType, DriveType, StepperMode
+from achse.motion.states import AxisType, CommandState, ControllerType, DriveType, StepperMode
 
 MINUS_HIGH, MINUS_LOW, PLUS_LOW, PLUS_HIGH, BRAKE_OPEN, BRAKE = 1, 2, 4, 8, 64, 128
 RAPID, CREEP = 200.0, 20.0
@@ -312,3 +312,83 @@ def test_a_released_brake_lets_the_motor_run_out(make_rig: Any) -> None:
     before = rig.axis.plant_velocity
     rig.run(1)
     assert rig.axis.plant_velocity == pytest.approx(before * (1.0 - rig.dt / (0.1 + rig.dt)))
+
+
+def test_commands_wait_for_those_before(two_speeds: Any) -> None:
+    rig, axis = two_speeds, two_speeds.axis
+    for target in (100.0, 50.0, 150.0):
+        assert commands.universal_start(axis, 1, target, 100.0, buffer_mode=1) == 0
+    for number, stands in ((1, 99.0), (2, 52.0), (3, 149.0)):
+        assert axis.set_command_number == number
+        rig.until(lambda axis: axis.set_motion_phase == MotionPhase.NONE)
+        assert axis.set_command_state == CommandState.DONE
+        assert axis.actual_position == pytest.approx(stands, abs=CREEP * 2 * rig.dt)
+        rig.run(1)
+
+
+def test_a_command_that_waits_takes_over_from_an_endless_one(two_speeds: Any) -> None:
+    rig, axis = two_speeds, two_speeds.axis
+    commands.universal_start(axis, 3, 0.0, 100.0)
+    commands.universal_start(axis, 1, -50.0, 100.0, buffer_mode=1)
+    rig.until_rest()
+    assert axis.actual_position == pytest.approx(-48.0, abs=CREEP * 2 * rig.dt)
+    assert axis.set_command_number == 2
+
+
+@pytest.mark.parametrize(("start_type", "target"), [(1, 200.0), (3, 0.0), (1, 50.0)])
+def test_a_start_while_the_axis_runs_out_is_carried_out(
+    two_speeds: Any, start_type: int, target: float
+) -> None:
+    rig, axis = two_speeds, two_speeds.axis
+    commands.start(axis, 1, 100.0, 100.0)
+    rig.until(lambda axis: axis.motion_state == 4)
+    assert commands.universal_start(axis, start_type, target, 100.0) == 0
+    if start_type == 3:
+        rig.seconds(2.0)
+        assert axis.actual_velocity == pytest.approx(RAPID)
+        return
+    rig.until_rest()
+    assert axis.actual_position == pytest.approx(target, abs=2.0 + CREEP * 2 * rig.dt)
+    assert axis.set_command_state == CommandState.DONE
+
+
+def test_a_halt_is_done_and_a_stop_aborts(two_speeds: Any) -> None:
+    rig, axis = two_speeds, two_speeds.axis
+    for state in (CommandState.DONE, CommandState.ABORTED):
+        commands.start(axis, 3, 0.0, 100.0)
+        rig.seconds(0.5)
+        if state == CommandState.DONE:
+            commands.universal_start(axis, 8192, 0.0, 0.0)
+        else:
+            commands.stop(axis)
+        rig.until_rest()
+        assert axis.set_command_state == state
+
+
+def test_the_speed_changes_at_the_switch_position(two_speeds: Any) -> None:
+    rig, axis = two_speeds, two_speeds.axis
+    assert commands.start_special(axis, 1, 100.0, 100.0, 60.0, 50.0) == 0
+    rig.until(lambda axis: axis.set_velocity == CREEP)
+    assert 60.0 <= axis.actual_position < 60.0 + 3 * RAPID * rig.dt
+    rig.until_rest()
+    assert axis.actual_position == pytest.approx(99.0, abs=CREEP * 2 * rig.dt)
+
+
+def test_renaming_positions_does_not_shorten_a_stop(two_speeds: Any) -> None:
+    rig, axis = two_speeds, two_speeds.axis
+    axis.creep_distance_stop = 5.0
+    commands.start(axis, 3, 0.0, 100.0)
+    rig.seconds(0.5)
+    begin = axis.actual_position
+    commands.stop(axis)
+    rig.run(5)
+    commands.set_actual_position_on_the_fly(axis, 2, 0, 1000.0)
+    rig.until(lambda axis: axis.motion_state == 4)
+    assert axis.actual_position - begin - 1000.0 >= 5.0
+
+
+def test_phasing_at_two_speeds(two_speeds: Any) -> None:
+    rig, axis = two_speeds, two_speeds.axis
+    assert commands.start_phasing(axis, 1, 0, 0, 10.0, 50.0) == 0
+    rig.until(lambda axis: axis.phasing_active == 0)
+    assert axis.phasing_position == 10.0

@@ -10,7 +10,7 @@ Kernel source: compiled as it stands, see `compiled`.
 from math import ceil
 
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import drop_job, take_next
+from achse.motion.setpoint import pass_switch_position, take_next
 from achse.motion.states import CommandState, MotionPhase, StepperMode
 from achse.motion.targets import overrun
 
@@ -23,6 +23,7 @@ _STOPPING = MotionPhase.STOPPING.value
 _HOMING = MotionPhase.HOMING.value
 _DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
 
+_ACTIVE = CommandState.ACTIVE.value
 _DONE = CommandState.DONE.value
 
 _BRAKED = 0
@@ -88,26 +89,37 @@ def _main_speed(ax: AxisFields) -> int:
     return _CREEP
 
 
+def _way(ax: AxisFields) -> float:
+    """Way to the target, or past it if negative."""
+    return (ax.border_position - ax.actual_position) * ax.switch_direction
+
+
+def _braking_way(ax: AxisFields) -> float:
+    return ax.brake_distance_positive if ax.switch_direction > 0.0 else ax.brake_distance_negative
+
+
 def _finish(ax: AxisFields) -> None:
-    """The brake holds: the job is done, wherever the axis stands, or a part of it is."""
+    """The brake holds: the job is done, wherever the axis stands, or a part of it is.
+
+    A job that began while the axis ran out from the one before is still to come.
+    """
     _enter(ax, _BRAKED)
+    phase = ax.set_motion_phase
+    if phase == _ENDLESS or (phase == _POSITIONING and _way(ax) > _braking_way(ax)):
+        return
     if ax.loop_outward:
         ax.loop_outward = 0
         ax.replan = 1
         return
-    if ax.set_motion_phase == _HOMING:
+    if phase != _POSITIONING:
         ax.target_position = ax.actual_position
+    if phase == _HOMING:
         return
-    if ax.set_motion_phase == _POSITIONING:
+    if ax.set_command_state == _ACTIVE:
         ax.set_command_state = _DONE
-    target = ax.target_position
-    stopped = ax.set_motion_phase == _STOPPING
-    ax.set_position = ax.actual_position
-    timing = ax.job_timing
-    drop_job(ax)
-    ax.job_timing = timing
-    if not stopped:
-        ax.target_position = target
+    ax.set_motion_phase = _NO_JOB
+    ax.switch_armed = 0
+    ax.remaining_distance = 0.0
 
 
 def _choose(ax: AxisFields, dt: float) -> None:
@@ -132,12 +144,11 @@ def _choose(ax: AxisFields, dt: float) -> None:
         if ax.switch_phase == _RELEASING and ax.switch_time >= ax.brake_release_delay:
             _enter(ax, main)
     elif phase != _RUNNING_OUT:
-        plus = ax.switch_direction > 0.0
         if ax.set_motion_phase == _POSITIONING:
-            way = (ax.border_position - ax.actual_position) * ax.switch_direction
-            near = ax.brake_distance_positive if plus else ax.brake_distance_negative
+            way = _way(ax)
+            plus = ax.switch_direction > 0.0
             creep = ax.creep_distance_positive if plus else ax.creep_distance_negative
-            if way <= near:
+            if way <= _braking_way(ax):
                 _enter(ax, _RUNNING_OUT)
                 return
             if way <= creep:
@@ -197,7 +208,10 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
     if ax.loop_closed == 0:
         _enter(ax, _BRAKED)
     else:
-        if ax.set_motion_phase == _NO_JOB and ax.buffer_count > 0:
+        if ax.buffer_count > 0 and (
+            ax.set_motion_phase == _NO_JOB
+            or (ax.set_motion_phase == _ENDLESS and ax.switch_phase in (_RAPID, _CREEP))
+        ):
             take_next(ax)
         if ax.replan:
             ax.replan = 0
@@ -215,6 +229,8 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
             _obey(ax)
         elif ax.set_motion_phase != _NO_JOB:
             _choose(ax, dt)
+        if ax.switch_armed:
+            pass_switch_position(ax)
     ax.planned_override = ax.velocity_override
     velocity = _put_out(ax)
     ax.set_position = ax.actual_position

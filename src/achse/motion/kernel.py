@@ -73,8 +73,6 @@ def _sense(ax: AxisFields, machine: AxisFields, dt: float) -> None:
 def _lead(ax: AxisFields, dt: float) -> None:
     """Set point of this cycle, by whatever makes it."""
     phase = ax.set_motion_phase
-    if ax.phasing_active:
-        shift_phase(ax, dt)
     if ax.drive_operation_mode == _TORQUE:
         run_torque(ax, dt)
     elif ax.external_setpoint_active:
@@ -109,6 +107,8 @@ def cycle(ax: AxisFields, dt: float) -> None:
     if ideal == 0:
         _sense(ax, ax, dt)
     supervise_enable(ax, dt)
+    if ax.phasing_active:
+        shift_phase(ax, dt)
     if ax.axis_type == _TWO_SPEEDS:
         if ax.set_motion_phase == _HOMING:
             home(ax)

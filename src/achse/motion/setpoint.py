@@ -24,6 +24,7 @@ __all__ = [
     "end_homing",
     "fail",
     "generate",
+    "pass_switch_position",
     "shift_encoder",
     "shift_origin",
     "shift_setpoint",
@@ -224,7 +225,7 @@ def take_next(ax: AxisFields) -> None:
         ax.job_direction = 1.0 if ax.target_position >= start else -1.0
 
 
-def _pass_switch_position(ax: AxisFields) -> None:
+def pass_switch_position(ax: AxisFields) -> None:
     """Carry out the change that waits for the switch position, once the set point is past it."""
     if ax.switch_from_below:
         if ax.set_position < ax.switch_position:
@@ -361,7 +362,7 @@ def generate(ax: AxisFields, dt: float) -> None:
                 ax.border_time -= left
             left = advance(ax, left)
     if ax.switch_armed:
-        _pass_switch_position(ax)
+        pass_switch_position(ax)
     v = ax.set_velocity
     if ax.set_motion_phase == _POSITIONING:
         ax.remaining_distance = abs(ax.target_position - ax.set_position)
@@ -409,6 +410,7 @@ def shift_setpoint(ax: AxisFields, shift: float) -> None:
     displace(ax, shift)
     ax.external_origin += shift
     ax.reversing_target += shift
+    ax.switch_start += shift
     ax.drive_filtered_set_position += shift
     for i in range(ax.filter_count):
         ax.filter_ring[i] += shift
