@@ -3,7 +3,9 @@
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from achse.cli.app import app
 from achse.cli.docs import reference_pages
 from achse.codes import NcError, ReturnCode
 from achse.station import Station
@@ -47,3 +49,24 @@ def test_no_cell_breaks_the_table(pages: dict[str, str]) -> None:
         table = [line for line in text.splitlines() if line.startswith("|")]
         widths = {line.replace("\\|", "").count("|") for line in table}
         assert len(widths) <= 1, name
+
+
+@pytest.mark.parametrize(
+    ("words", "files"),
+    [
+        (("nc",), ["nc-errors.md", "services-500.md"]),
+        (("PLC", "10000"), ["services-10000.md", "services-851.md"]),
+        ((), [path.name for path in COMMITTED.glob("*.md")]),
+    ],
+)
+def test_words_choose_pages(tmp_path: Path, words: tuple[str, ...], files: list[str]) -> None:
+    result = CliRunner().invoke(app, ["docs", *words, "--out", str(tmp_path)])
+    assert result.exit_code == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(files)
+
+
+def test_a_word_of_no_page_is_told(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["docs", "cam", "--out", str(tmp_path / "new")])
+    assert result.exit_code == 1
+    assert "no page about cam; there are: Services of TwinCAT Router: port 1;" in result.stderr
+    assert not (tmp_path / "new").exists()

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from achse.cli.run import fail
+
 if TYPE_CHECKING:
     from achse.server import Device, RowFacts
 
@@ -18,15 +20,36 @@ def register(app: typer.Typer) -> None:
 
 
 def docs(
+    words: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[WORD]...", help="Only pages with such a word in their title: nc, plc, 10000."
+        ),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("docs/reference"),
 ) -> None:
     """Write the reference pages of the demo station's devices and of all codes."""
     from achse.station import Station
 
+    pages = list(reference_pages(Station.demo().devices))
+    wanted = [page for page in pages if not words or _is_about(page[1], words)]
+    if not wanted:
+        titles = "; ".join(_title(text) for _, text in pages)
+        fail(f"no page about {' or '.join(words or ())}; there are: {titles}")
     out.mkdir(parents=True, exist_ok=True)
-    for name, text in reference_pages(Station.demo().devices):
+    for name, text in wanted:
         (out / name).write_text(text, encoding="utf-8")
         print(out / name)
+
+
+def _title(page: str) -> str:
+    return page.partition("\n")[0].removeprefix("# ")
+
+
+def _is_about(page: str, words: list[str]) -> bool:
+    """Whether a word of the title begins so."""
+    title = _title(page).lower().split()
+    return any(part.startswith(word.lower()) for part in title for word in words)
 
 
 def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
