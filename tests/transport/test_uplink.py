@@ -137,6 +137,37 @@ async def test_requests_that_go_in_circles_end_with_0x7(caplog: pytest.LogCaptur
         assert client.frames.empty()
 
 
+async def test_answers_and_samples_that_nobody_asked_for_do_not_circle_either() -> None:
+    """The way to the address was learned from the refusals of a request that went round."""
+    async with hosts(3) as ring:
+        for here, there in pairwise((*ring, ring[0])):
+            here.leads(NET_IDS[3], there)
+        assert (await Client(ring[0].router).ask(NET_IDS[3])).error == 0x7
+        assert ring[0].router.reaches(AmsAddress.of(NET_IDS[3], 851))
+        _, writer = await asyncio.open_connection("127.0.0.1", ring[0].listener.port)
+        stranger = AmsAddress("9.9.9.9.1.1:7")
+        for command, flags in ((2, 5), (8, 4), (8, 5), (77, 5)):
+            stray = Frame(AmsAddress.of(NET_IDS[3], 851), stranger, command, flags)
+            writer.write(stray.encode_tcp())
+        await until(lambda: ring[0].router.lost_frames == 4)
+        assert [host.router.lost_frames for host in ring] == [4, 0, 0]
+        writer.close()
+        await writer.wait_closed()
+
+
+async def test_samples_pass_two_routers_to_whoever_was_answered() -> None:
+    async with hosts(3) as (one, two, three):
+        one.leads(NET_IDS[2], two)
+        two.leads(NET_IDS[2], three)
+        client = Client(one.router)
+        await client.ask(NET_IDS[2])
+        server = AmsAddress.of(NET_IDS[2], 851)
+        three.router.deliver(Frame(client.address, server, 8, 4, data=b"sample"))
+        assert (await client.frames.get()).data == b"sample"
+        three.router.deliver(Frame(client.address, server, 2, 5, invoke_id=99, data=b"late"))
+        assert (await client.frames.get()).data == b"late"
+
+
 async def test_two_routers_that_name_each_other_bounce_nothing() -> None:
     async with hosts(2) as (one, two):
         one.leads(NET_IDS[3], two)

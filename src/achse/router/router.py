@@ -204,13 +204,15 @@ class Router:
     def _beyond(self, frame: Frame) -> Endpoint | None:
         """Where a frame goes that is for no local port."""
         backwards = frame.is_response or frame.command == Command.NOTIFICATION
-        if backwards and (way := self.way_to(frame.target)):
+        origin = frame.origin
+        # What nobody here has asked for and comes from elsewhere could go in circles for ever.
+        wanted = origin is None or frame.via is not None or self.is_local(frame.source[:6])
+        if backwards and wanted and (way := self.way_to(frame.target)):
             return way
         net_id = frame.target[:6]
         endpoint = self._routes.get(net_id)
         if endpoint is None or self.is_local(net_id):
             return None
-        origin = frame.origin
         if origin is None:
             return endpoint
         # Of frames on their way through only requests go on, and only those that get an answer:

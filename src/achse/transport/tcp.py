@@ -104,6 +104,8 @@ class TcpConnection(asyncio.Protocol):
         self._last_source = b""
         self._refused: set[bytes] = set()
         self._asked: dict[tuple[bytes, bytes, int], deque[Endpoint]] = {}
+        self._answered: dict[tuple[bytes, bytes], Endpoint] = {}
+        """Who asked a server behind this connection and got an answer: client, server."""
         self._out: list[bytes] = []
         self._out_size = 0
         self._held: deque[tuple[float, bytes]] = deque()
@@ -152,8 +154,10 @@ class TcpConnection(asyncio.Protocol):
                         break
                     if self._refused and self._refuse(event):
                         continue
-                    if self._asked and event.is_response:
+                    if event.is_response:
                         event.via = self._asker(event)
+                    elif event.command == Command.NOTIFICATION:
+                        event.via = self._answered.get((event.target, event.source))
                     router.deliver(event)
                 else:
                     self._serve(event)
@@ -173,6 +177,7 @@ class TcpConnection(asyncio.Protocol):
         self._out.clear()
         self._out_size = 0
         self._asked.clear()
+        self._answered.clear()
         for source in self._sources:
             self._router.forget(source, self)
         self._sources.clear()
@@ -242,13 +247,19 @@ class TcpConnection(asyncio.Protocol):
         return True
 
     def _asker(self, response: Frame) -> Endpoint | None:
-        key = (response.target, response.source, response.invoke_id)
+        """Who wants this response, or else who was ever answered by that server."""
+        exchange = (response.target, response.source)
+        key = (*exchange, response.invoke_id)
         askers = self._asked.get(key)
         if askers is None:
-            return None
+            return self._answered.get(exchange)
         asker = askers.popleft()
         if not askers:
             del self._asked[key]
+        if not response.error:
+            self._answered[exchange] = asker
+            if len(self._answered) > _ASKED_PER_CONNECTION:
+                del self._answered[next(iter(self._answered))]
         return asker
 
     # the port service of a local router --------------------------------------------------------
