@@ -392,3 +392,19 @@ def test_phasing_at_two_speeds(two_speeds: Any) -> None:
     assert commands.start_phasing(axis, 1, 0, 0, 10.0, 50.0) == 0
     rig.until(lambda axis: axis.phasing_active == 0)
     assert axis.phasing_position == 10.0
+
+
+@pytest.mark.parametrize(
+    "dropped", [commands.reset, lambda axis: commands.switch_control_loop(axis, 0, 1, 0.0)]
+)
+def test_without_its_job_the_axis_is_braked_at_once(two_speeds: Any, dropped: Any) -> None:
+    rig, axis = two_speeds, two_speeds.axis
+    commands.start(axis, 3, 0.0, 100.0)
+    rig.seconds(0.5)
+    assert dropped(axis) == 0
+    rig.run(1)
+    stands = axis.actual_position
+    rig.seconds(1.0)
+    assert axis.actual_position == pytest.approx(stands, abs=RAPID * rig.dt)
+    assert axis.drive_control_byte == BRAKE
+    assert commands.start(axis, 4, 0.0, 100.0) == 0

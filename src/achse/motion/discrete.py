@@ -229,6 +229,8 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
             _obey(ax)
         elif ax.set_motion_phase != _NO_JOB:
             _choose(ax, dt)
+        else:  # a reset may have taken the job away
+            _enter(ax, _BRAKED)
         if ax.switch_armed:
             pass_switch_position(ax)
     ax.planned_override = ax.velocity_override
