@@ -36,6 +36,15 @@ def test_set_actual_position(
     assert rig.axis.set_position == 0.0
 
 
+def test_positions_set_within_one_cycle_count_from_each_other(rig: Any) -> None:
+    commands.start(rig.axis, 1, 730.0, V)
+    rig.until_rest()
+    rig.seconds(1.0)
+    for modulo in (20.0, 350.0, 60.0):
+        assert commands.set_actual_position(rig.axis, 5, modulo) == 0
+        assert rig.axis.actual_position == pytest.approx(720.0 + modulo)
+
+
 def test_actual_positions_that_cannot_be_set(make_rig: Any) -> None:
     rig = make_rig()
     out_of_range = NcError.ENCODER_SET_POSITION_RANGE

@@ -19,6 +19,7 @@ from achse.motion.states import (
     DriveType,
     EncoderReferenceSystem,
 )
+from achse.motion.targets import modulo_part
 
 __all__ = [
     "reinitialize_actual_position",
@@ -56,7 +57,7 @@ def _shift(encoder: Axis, position_type: int, position: float) -> tuple[int, flo
     elif position_type == ActualPositionType.RELATIVE:
         shift = position
     elif position_type == ActualPositionType.MODULO:
-        shift = position - encoder.actual_position_modulo
+        shift = position - modulo_part(encoder.actual_position, encoder.encoder_modulo_factor)
     else:
         return NcError.JOB_START_TYPE.number, 0.0
     if abs(encoder.actual_position + shift) > FARTHEST:
