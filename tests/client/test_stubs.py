@@ -21,7 +21,9 @@ TYPE E_Mode : (OFF := 0, ON := 3) UINT; END_TYPE
 TYPE ST_Part : STRUCT
     nId : INT; eMode : E_Mode; sName : STRING(10); wsName : WSTRING(5);
     tWait : TIME; aGrid : ARRAY[0..1, 1..2] OF REAL; class : BOOL;
+    stWhere : ST_Where;
 END_STRUCT END_TYPE
+TYPE ST_Where : STRUCT nRow : INT; END_STRUCT END_TYPE
 FUNCTION_BLOCK FB_Sum
 VAR nCalls : INT; END_VAR
 {attribute 'TcRpcEnable'}

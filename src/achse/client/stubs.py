@@ -37,6 +37,8 @@ _HEADER = '''"""Symbols of {title}, written by `achse symbols stubs`."""
 # ruff: noqa
 # fmt: off
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from datetime import date, datetime, time, timedelta
 from enum import IntEnum
