@@ -32,7 +32,10 @@ configuration, nine of the user's own. On this station all are below the one fol
 
 000 §5.1 has 1 (any); the others stand in no manual at hand and are what PLC libraries send."""
 
-_RESERVED = re.compile(r"(?:con|prn|aux|nul|com\d|lpt\d|conin\$|conout\$)(?:\.|$)", re.IGNORECASE)
+_RESERVED = re.compile(
+    r"(?:con|prn|aux|nul|com[\d¹²³]|lpt[\d¹²³]|conin\$|conout\$|clock\$) *(?:\.|$)", re.IGNORECASE
+)
+"""Names of devices where the station runs on Windows, whatever stands behind a dot."""
 _NEVER = re.compile(r'[\x00-\x1f<>:"|]')
 _WILD = re.compile(r"[*?]")
 
