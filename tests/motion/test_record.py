@@ -35,7 +35,7 @@ def test_a_fresh_record_has_the_defaults() -> None:
 
 def test_both_forms_have_the_same_bytes() -> None:
     record, dice = SlotsRecord(), random.Random(1)
-    axis = WordsAxis(Rows(LAYOUT, 1).row(0))
+    axis = WordsAxis(Rows(LAYOUT, 1), 0)
     for name, row in FIELDS.items():
         values = [
             dice.uniform(-1e6, 1e6) if row.is_real else dice.randrange(1 << 40)

@@ -1,12 +1,17 @@
 """Beat, batch and channel: what they gather, and the bytes they send."""
 
 import struct
+from functools import partial
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from achse.ams import DeviceError
 from achse.ams.notification import NotificationStream
-from achse.server.subscriptions import Batch, Beat, Channel, Subscription, hint
+from achse.kernel.memory import Place
+from achse.server.subscriptions import Batch, Beat, Channel, Series, Subscription, hint
 
 CLIENT = bytes(8)
 
@@ -40,8 +45,8 @@ def test_a_value_is_fitted_to_the_asked_length(batch: Batch, value: bytes) -> No
 def test_a_beat_samples_all_cyclic_and_the_changed(batch: Batch) -> None:
     values = [b"ab"]
     beat = Beat(batch, (10, 0))
-    beat.cyclic[7] = subscription(batch, values)
-    beat.on_change[7] = subscription(batch, values)
+    beat.cyclic.add(subscription(batch, values))
+    beat.on_change.add(subscription(batch, values))
     beat.sample()
     assert len(batch.parts) == 2
     values.append(b"cd")
@@ -52,10 +57,72 @@ def test_a_beat_samples_all_cyclic_and_the_changed(batch: Batch) -> None:
 def test_a_change_beyond_the_asked_length_is_none(batch: Batch) -> None:
     values = [b"abX"]
     beat = Beat(batch, (10, 0))
-    beat.on_change[7] = subscription(batch, values)
+    beat.on_change.add(subscription(batch, values))
     values.append(b"abY")
     beat.sample()
     assert batch.parts == []
+
+
+MEMORY = memoryview(bytearray(24))
+
+
+class Failing:
+    """Reads a byte of the memory; a value of 0 is none."""
+
+    def __init__(self, at: int) -> None:
+        self.at = at
+
+    def __call__(self) -> bytes:
+        if not MEMORY[self.at]:
+            raise DeviceError(0x703)
+        return bytes(MEMORY[self.at : self.at + 2])
+
+
+READERS = st.builds(Failing, st.integers(0, 20)) | st.builds(
+    partial(Place, MEMORY), st.integers(0, 20), st.integers(0, 4)
+)
+
+
+def one_by_one(members: dict[int, Subscription], last: dict[int, Any], always: bool) -> list[bytes]:
+    """What a series has to send, from the definition of the modes."""
+    parts = []
+    for handle, member in members.items():
+        before = last[handle]
+        try:
+            value = member.read()[: member.length].ljust(member.length, b"\0")
+        except DeviceError:
+            last[handle] = None
+            if before is not None:
+                parts += [struct.pack("<II", handle, 0), b""]
+            continue
+        last[handle] = value
+        if always or value != before:
+            parts += [struct.pack("<II", handle, len(value)), value]
+    return parts
+
+
+@given(st.booleans(), st.data())
+def test_values_taken_together_are_sent_as_if_taken_one_by_one(
+    on_change: bool, data: st.DataObject
+) -> None:
+    MEMORY[:] = bytes(range(24))
+    batch = Batch(Channel(CLIENT, b"\1" * 8, None), 0)
+    series, members, last = Series(on_change), {}, {}
+    for handle in range(1, data.draw(st.integers(1, 30))):
+        match data.draw(st.sampled_from(["add", "discard", "write", "sample", "sample"])):
+            case "add":
+                read, length = data.draw(READERS), data.draw(st.integers(0, 4))
+                member = Subscription(handle, CLIENT, batch, read, b"first", length, False)
+                series.add(member)
+                members[handle], last[handle] = member, member.last
+            case "discard" if members:
+                series.discard(members.pop(data.draw(st.sampled_from(list(members)))))
+            case "write":
+                MEMORY[data.draw(st.integers(0, 23))] = data.draw(st.integers(0, 2))
+            case "sample" if members:
+                batch.parts.clear()
+                series.sample(batch.parts)
+                assert batch.parts == one_by_one(members, last, always=not on_change)
 
 
 def test_a_batch_stamps_and_releases(batch: Batch, channel: Channel) -> None:

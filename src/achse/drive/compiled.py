@@ -37,20 +37,20 @@ class Bank:
     def __init__(self, size: int) -> None:
         self.turn = 0
         """How often steps were done; what is owed since then is owed in this turn."""
-        self._rows = Rows(LAYOUT, size)
+        self.rows = Rows(LAYOUT, size)
         self._taken = 0
         self._owing: list[CompiledRecord] = []
-        address = self._rows.address
+        address = self.rows.address
         self._exchange: Callable[[], int] = partial(
             KERNEL.function, address, size, address, size * LAYOUT.words
         )
 
-    def take(self) -> memoryview:
-        """A record that is not used yet; ValueError if there is none."""
-        if self._taken == self._rows.count:
+    def take(self) -> int:
+        """The index of a record that is not used yet; ValueError if there is none."""
+        if self._taken == self.rows.count:
             raise ValueError(f"the bank holds {self._taken} drives, no more")
         self._taken += 1
-        return self._rows.row(self._taken - 1)
+        return self._taken - 1
 
     def owe(self, record: "CompiledRecord") -> None:
         """The step that is noted in this record waits to be done."""
@@ -83,7 +83,7 @@ class CompiledRecord(RowView, _Fields):
     __slots__ = ("_inputs", "_outputs", "attend", "bank", "mapped")
 
     def __init__(self, bank: Bank, attend: Callable[[], None]) -> None:
-        super().__init__(bank.take())
+        super().__init__(bank.rows, bank.take())
         self.bank = bank
         self.attend = attend
         self.mapped = False

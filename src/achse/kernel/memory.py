@@ -1,12 +1,17 @@
-"""Records in memory: rows of one layout, and a record there as an object with attributes."""
+"""Records in memory: rows of one layout, a record there as an object, the places of values."""
 
+import struct
+import sys
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from functools import partial
+from itertools import chain
+from operator import itemgetter
 from typing import Any
 
 from achse.kernel.declare import Layout, Slot
 
-__all__ = ["RowView", "Rows", "field_property", "reader"]
+__all__ = ["Place", "RowView", "Rows", "field_property", "gather", "reader"]
 
 
 class Rows:
@@ -14,25 +19,89 @@ class Rows:
 
     def __init__(self, layout: Layout[Any], count: int) -> None:
         self.count = count
-        self._size = 8 * layout.words
-        self._words = array("q", bytes(self._size * count))
-        self.address = self._words.buffer_info()[0]
+        self.size = 8 * layout.words
+        """Bytes of one record."""
+        words = array("q", bytes(self.size * count))
+        self.address = words.buffer_info()[0]
+        self.memory = memoryview(words).cast("B")
+        """All records, to read and to write."""
 
     def row(self, index: int) -> memoryview:
         """The bytes of one record, to read and to write."""
-        first = self._size * index
-        return memoryview(self._words).cast("B")[first : first + self._size]
+        first = self.size * index
+        return self.memory[first : first + self.size]
 
 
 class RowView:
     """One record in memory: `reals` and `wholes` are its words, as floats and as integers."""
 
-    __slots__ = ("reals", "row", "wholes")
+    __slots__ = ("_first", "_memory", "reals", "row", "wholes")
 
-    def __init__(self, row: memoryview) -> None:
-        self.row = row
-        self.reals = row.cast("d")
-        self.wholes = row.cast("q")
+    def __init__(self, rows: Rows, index: int) -> None:
+        self._memory = rows.memory
+        self._first = rows.size * index
+        self.row = rows.row(index)
+        self.reals = self.row.cast("d")
+        self.wholes = self.row.cast("q")
+
+    def place(self, slot: Slot, size: int) -> "Place | None":
+        """Where the first `size` bytes of a field lie, the lowest first; None on other machines."""
+        if sys.byteorder != "little":
+            return None
+        return Place(self._memory, self._first + 8 * slot.offset, size)
+
+
+class Place:
+    """Where a value lies: `size` bytes at `offset` of `memory`; called, it reads them."""
+
+    __slots__ = ("memory", "offset", "size")
+
+    def __init__(self, memory: memoryview, offset: int, size: int) -> None:
+        self.memory = memory
+        self.offset = offset
+        self.size = size
+
+    def __call__(self) -> bytes:
+        return self.memory[self.offset : self.offset + self.size].tobytes()
+
+
+def gather(readers: Iterable[Callable[[], Any]]) -> Callable[[], tuple[Any, ...]]:
+    """A function that gives what all `readers` give, in their order; places are read at once.
+
+    A place that overlaps others is read for itself, unless it is the same.
+    """
+    readers = list(readers)
+    memories = {id(read.memory): read.memory for read in readers if isinstance(read, Place)}
+    spots = {_spot(read) for read in readers if isinstance(read, Place)}
+    takes: list[Callable[[], tuple[Any, ...]]] = []
+    found: dict[tuple[int, int, int], int] = {}
+    for key, memory in memories.items():
+        form, end = "=", 0
+        for spot in sorted(spot for spot in spots if spot[0] == key):
+            _, offset, size = spot
+            if offset >= end:
+                form += f"{offset - end}x{size}s"
+                end = offset + size
+                found[spot] = len(found)
+        takes.append(partial(struct.Struct(form).unpack_from, memory))
+    calls: list[Callable[[], Any]] = []
+    order = []
+    for read in readers:
+        place = found.get(_spot(read)) if isinstance(read, Place) else None
+        order.append(len(found) + len(calls) if place is None else place)
+        if place is None:
+            calls.append(read)
+    if calls:
+        takes.append(lambda: tuple([read() for read in calls]))
+    take = takes[0] if len(takes) == 1 else lambda: tuple(chain(*[take() for take in takes]))
+    if order == list(range(len(order))):
+        return take
+    pick = itemgetter(*order)
+    return lambda: pick(take())
+
+
+def _spot(place: Place) -> tuple[int, int, int]:
+    return id(place.memory), place.offset, place.size
 
 
 def reader(slot: Slot) -> Callable[[Any], Any]:

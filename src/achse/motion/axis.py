@@ -5,11 +5,10 @@ Changing one wakes a resting axis, so that the next cycle sees the change; chang
 it compute what follows from its parameters.
 """
 
-import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from achse.kernel.memory import RowView, reader
+from achse.kernel.memory import Place, RowView, reader
 from achse.motion.record import (
     FIELDS,
     AxisFields,
@@ -99,8 +98,8 @@ class Axis(_Fields):
                 return self.encoder_set_position_offset
         return 0.0
 
-    def memory(self, field: Field) -> memoryview | None:
-        """The 8 bytes of a scalar field, the lowest first; None if it does not lie in memory."""
+    def place(self, field: Field, size: int) -> Place | None:
+        """Where the first `size` bytes of a field lie; None if the record is no memory."""
         return None
 
     def pack(self) -> bytes:
@@ -123,11 +122,6 @@ class ObjectAxis(Axis):
 
 class WordsAxis(RowView, Axis):
     """An axis whose record lies in memory."""
-
-    def memory(self, field: Field) -> memoryview | None:
-        if sys.byteorder != "little":
-            return None
-        return self.row[8 * field.offset : 8 * field.offset + 8]
 
     def pack(self) -> bytes:
         return self.row.tobytes()

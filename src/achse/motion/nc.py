@@ -174,9 +174,9 @@ class Nc:
             fresh_record = pack_record(SlotsRecord())
             views = []
             for index in range(count):
-                row = self._rows.row(index)
-                row[:] = fresh_record
-                views.append(WordsAxis(row))
+                axis = WordsAxis(self._rows, index)
+                axis.row[:] = fresh_record
+                views.append(axis)
         else:
             records = [SlotsRecord() for _ in range(count)]
             self._cycles = partial(cycles, records)

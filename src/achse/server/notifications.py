@@ -156,7 +156,7 @@ class Notifications:
         if mode != TransmissionMode.CLIENT_ONCE:
             beat = self._beat(batch, self._task_cycle(context), cycle_time * 100)
             subscription.beat = beat
-            (beat.on_change if mode in _ON_CHANGE else beat.cyclic)[handle] = subscription
+            (beat.on_change if mode in _ON_CHANGE else beat.cyclic).add(subscription)
         self.fresh.append(subscription)
         if _SHORTEST < cycle_time < _MILLISECOND or _SHORTEST < max_delay < _MILLISECOND:
             self._diagnose(client, cycle_time, max_delay)
@@ -241,9 +241,7 @@ class Notifications:
         if beat is None:
             return
         subscription.beat = None
-        beat.cyclic.pop(subscription.handle, None)
-        beat.on_change.pop(subscription.handle, None)
-        if not (beat.cyclic or beat.on_change):
+        if not beat.discard(subscription):
             del beat.batch.beats[beat.key]
             pulse = self._pulses[beat.key]
             del pulse.beats[beat]

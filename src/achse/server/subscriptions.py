@@ -1,9 +1,10 @@
 """What a notification is made of: subscription, beat, pulse, batch and channel.
 
-A `Beat` is all subscriptions of one client that share cycle, phase and largest delay, a `Pulse` the
-beats of all clients that share cycle and phase, so that one entry in the schedule stands for
-thousands of subscriptions; samples go to a `Batch`, which holds them up to the largest delay; a
-`Channel` is the way to one client.
+A `Beat` is all subscriptions of one client that share cycle, phase and largest delay, in two
+`Series`: those sent always and those sent on change. A `Pulse` is the beats of all clients that
+share cycle and phase, so that one entry in the schedule stands for thousands of subscriptions;
+samples go to a `Batch`, which holds them up to the largest delay; a `Channel` is the way to one
+client.
 
 Source: 000 §3.2.3.6 … 8.
 """
@@ -11,11 +12,13 @@ Source: 000 §3.2.3.6 … 8.
 import logging
 import struct
 from collections import deque
+from collections.abc import Callable
 
 from achse.ams import AmsAddress, Command, DeviceError, Endpoint, Frame
+from achse.kernel.memory import Place, gather
 from achse.server.table import Reader
 
-__all__ = ["Batch", "Beat", "Channel", "Pulse", "Subscription", "hint"]
+__all__ = ["Batch", "Beat", "Channel", "Pulse", "Series", "Subscription", "hint"]
 
 log = logging.getLogger("achse.server")
 
@@ -53,6 +56,31 @@ class Subscription:
         self.failing = False
         self.beat: Beat | None = None
         """When it is sampled; None if nothing more will come."""
+
+    @property
+    def reader(self) -> Callable[[], bytes | None]:
+        """Takes a sample: a place of the asked length itself, else `take`."""
+        read = self.read
+        return read if isinstance(read, Place) and read.size == self.length else self.take
+
+    def take(self) -> bytes | None:
+        """The value as it is now; None if it cannot be read, of which the log tells once."""
+        try:
+            value = self.read()
+        except Exception as failure:
+            if not self.failing:
+                self.failing = True
+                self._tell(failure)
+            return None
+        self.failing = False
+        return value if len(value) == self.length else self.fit(value)
+
+    def _tell(self, failure: Exception) -> None:
+        whose = self.batch.channel.reader
+        if isinstance(failure, DeviceError):
+            log.info("notification %d has no value: %s", self.handle, failure, extra=whose)
+        else:
+            log.error("notification %d cannot be read", self.handle, exc_info=failure, extra=whose)
 
     def fit(self, value: bytes) -> bytes:
         """A sample has the asked length, whatever the value has: clients drop others."""
@@ -172,6 +200,55 @@ class Batch:
         self.deadline = None
 
 
+class Series:
+    """Subscriptions that are sampled in one go, in the order in which they came.
+
+    All values that lie in memory are taken at once, see `gather`.
+    """
+
+    __slots__ = ("_last", "_members", "_on_change", "_take", "subscriptions")
+
+    def __init__(self, on_change: bool) -> None:
+        self.subscriptions: dict[int, Subscription] = {}
+        self._on_change = on_change
+        self._members: tuple[Subscription, ...] = ()
+        """Whose values `_take` gives and `_last` holds."""
+        self._take: Callable[[], tuple[bytes | None, ...]] | None = None
+        """None: others belong to the series now."""
+        self._last: tuple[bytes | None, ...] = ()
+
+    def add(self, subscription: Subscription) -> None:
+        self.subscriptions[subscription.handle] = subscription
+        self._take = None
+
+    def discard(self, subscription: Subscription) -> None:
+        if self.subscriptions.pop(subscription.handle, None) is not None:
+            self._take = None
+
+    def _gather(self) -> Callable[[], tuple[bytes | None, ...]]:
+        for subscription, value in zip(self._members, self._last, strict=True):
+            subscription.last = value
+        self._members = tuple(self.subscriptions.values())
+        self._last = tuple(subscription.last for subscription in self._members)
+        self._take = gather(subscription.reader for subscription in self._members)
+        return self._take
+
+    def sample(self, parts: list[bytes]) -> None:
+        """Add to `parts` the samples that are to be sent, headers and data in turn."""
+        values = (self._take or self._gather())()
+        last, self._last = self._last, values
+        if self._on_change and values == last:
+            return
+        always = not self._on_change
+        for subscription, value, before in zip(self._members, values, last, strict=True):
+            if value != before or always:
+                if value is not None:
+                    parts.append(subscription.header)
+                    parts.append(value)
+                elif before is not None:
+                    hint(subscription)
+
+
 class Beat:
     """Subscriptions of one batch that are due together; `key` is cycle and phase in ns."""
 
@@ -180,36 +257,20 @@ class Beat:
     def __init__(self, batch: Batch, key: tuple[int, int]) -> None:
         self.batch = batch
         self.key = key
-        self.cyclic: dict[int, Subscription] = {}
-        self.on_change: dict[int, Subscription] = {}
+        self.cyclic = Series(on_change=False)
+        self.on_change = Series(on_change=True)
+
+    def discard(self, subscription: Subscription) -> bool:
+        """Sample it no more; whether others are left."""
+        self.cyclic.discard(subscription)
+        self.on_change.discard(subscription)
+        return bool(self.cyclic.subscriptions or self.on_change.subscriptions)
 
     def sample(self) -> None:
         """Take all samples that are to be sent."""
-        append = self.batch.parts.append
-        for subscription in self.cyclic.values():
-            try:
-                value = subscription.read()
-            except Exception as failure:
-                _fail(subscription, failure)
-                continue
-            if len(value) != subscription.length:
-                value = subscription.fit(value)
-            append(subscription.header)
-            append(value)
-        for subscription in self.on_change.values():
-            try:
-                value = subscription.read()
-            except Exception as failure:
-                _fail(subscription, failure)
-                continue
-            if value != subscription.last:
-                if len(value) != subscription.length:
-                    value = subscription.fit(value)
-                    if value == subscription.last:
-                        continue
-                subscription.last = value
-                append(subscription.header)
-                append(value)
+        for series in (self.cyclic, self.on_change):
+            if series.subscriptions:
+                series.sample(self.batch.parts)
 
 
 class Pulse:
@@ -220,31 +281,6 @@ class Pulse:
     def __init__(self, cycle: int) -> None:
         self.cycle = cycle
         self.beats: dict[Beat, None] = {}
-
-
-def _fail(subscription: Subscription, failure: Exception) -> None:
-    """The value cannot be read: hint at it once by a sample without data, go on trying."""
-    if subscription.failing:
-        return
-    subscription.failing = True
-    subscription.last = None
-    hint(subscription)
-    whose = subscription.batch.channel.reader
-    if isinstance(failure, DeviceError):
-        log.info("notification %d has no value: %s", subscription.handle, failure, extra=whose)
-    else:
-        log.error(
-            "notification %d cannot be read", subscription.handle, exc_info=failure, extra=whose
-        )
-    read = subscription.read
-
-    def retry() -> bytes:
-        value = read()
-        subscription.read = read
-        subscription.failing = False
-        return value
-
-    subscription.read = retry
 
 
 def hint(subscription: Subscription) -> None:

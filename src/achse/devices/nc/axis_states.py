@@ -9,7 +9,13 @@ from operator import attrgetter
 
 from achse.ams import DeviceError
 from achse.codes import NcError
-from achse.devices.nc.binding import in_sub_range, parameter, per_element, shown
+from achse.devices.nc.binding import (
+    in_sub_range,
+    parameter,
+    per_element,
+    sample_of_reals,
+    shown,
+)
 from achse.devices.nc.controller import CONTROLLER_VIEWS
 from achse.devices.nc.drive import DRIVE_VIEWS
 from achse.devices.nc.encoder import ENCODER_VIEWS
@@ -38,10 +44,6 @@ _ONLINE = Service(
 )
 
 
-def _remaining(axis: Axis) -> tuple[float, float]:
-    return axis.remaining_time, axis.remaining_distance
-
-
 _REMAINING = Service(
     0x14,
     "remaining_time_and_distance",
@@ -49,8 +51,14 @@ _REMAINING = Service(
     Layout("<dd"),
     "until the set point arrives: time, distance",
     "s, mm",
-    read=_remaining,
+    read=attrgetter("remaining_time", "remaining_distance"),
+    sample=sample_of_reals("remaining_time", "remaining_distance"),
 )
+
+
+def _override(axis: Axis) -> float:
+    return axis.velocity_override / 1e6
+
 
 _OVERRIDE = Service(
     0x17,
@@ -59,7 +67,8 @@ _OVERRIDE = Service(
     REAL64,
     "override in force, 1.0 = 100 %",
     "1",
-    read=lambda axis: axis.velocity_override / 1e6,
+    read=_override,
+    sample=lambda axis, length: lambda: REAL64.encode(_override(axis))[:length],
 )
 
 _STOP_INFORMATION = Service(

@@ -15,9 +15,10 @@ from typing import Any
 from achse.ams import DeviceError
 from achse.codes import NcError
 from achse.devices.nc.layouts import INT32, REAL64, Integer
-from achse.motion import Axis, states
+from achse.kernel.memory import Place
+from achse.motion import Axis
 from achse.motion.record import FIELDS, Field
-from achse.motion.states import ControlBit
+from achse.motion.states import ControlBit, choices_of
 from achse.server import READ, WRITE, Codec, Service
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "parameter",
     "per_element",
     "per_encoder",
+    "sample_of_reals",
     "shown",
 ]
 
@@ -40,7 +42,7 @@ def _field(name: str, prefix: str) -> Field:
 
 def _unit(row: Field) -> str:
     """The physical unit; flags, bits and enumerations have none."""
-    return "1" if row.unit in ("0/1", "bits", "NcError") or hasattr(states, row.unit) else row.unit
+    return "1" if row.unit in ("0/1", "bits", "NcError") or choices_of(row.unit) else row.unit
 
 
 def shown(
@@ -48,26 +50,29 @@ def shown(
 ) -> Service:
     """A row that shows a record field."""
     row = _field(field or name, prefix)
-    choices = getattr(states, row.unit, None)
     return Service(
         *(offset, name, READ, codec, row.doc, _unit(row)),
         field=row.name,
-        choices=choices if isinstance(choices, type) else None,
+        choices=choices_of(row.unit),
         symbol=symbol,
         sample=_sample(row, codec),
     )
 
 
-def _sample(row: Field, codec: Codec) -> Callable[[Axis, int], Callable[[], bytes] | None] | None:
-    """Takes the bytes straight from the record, where it lies in memory as it is shown."""
+def _sample(row: Field, codec: Codec) -> Callable[[Axis, int], Place | None] | None:
+    """Finds the place of a field in the record, if it lies there as it is shown."""
     if row.length or not (codec is REAL64 if row.is_real else isinstance(codec, Integer)):
         return None
+    return lambda axis, length: axis.place(row, min(length, codec.size or 0))
 
-    def sample(axis: Axis, length: int) -> Callable[[], bytes] | None:
-        memory = axis.memory(row)
-        return None if memory is None else memory[: min(length, codec.size or 0)].tobytes
 
-    return sample
+def sample_of_reals(*names: str) -> Callable[[Axis, int], Place | None] | None:
+    """The same of fields that are shown one behind the other as REAL64."""
+    rows = [FIELDS[name] for name in names]
+    first = rows[0].offset
+    if any(not row.is_real or row.offset != first + n for n, row in enumerate(rows)):
+        return None
+    return lambda axis, length: axis.place(rows[0], min(length, 8 * len(rows)))
 
 
 def parameter(
