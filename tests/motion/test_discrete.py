@@ -182,6 +182,19 @@ def test_a_stepper_arrives_by_whole_steps(stepper: Any) -> None:
     assert rig.axis.actual_position == pytest.approx(10.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("gain", [2.0, 20.0])
+@pytest.mark.parametrize("target", [10.0, -9.95, 0.05])
+def test_no_step_is_missing_at_the_target(stepper: Any, gain: float, target: float) -> None:
+    """The controller asks for less than the minimum velocity for the last steps."""
+    rig = stepper(controller_position_kv=gain)
+    commands.start(rig.axis, 1, target, 20.0)
+    rig.seconds(4.0)
+    step = rig.axis.stepper_step
+    assert step == round(target / STEP)
+    rig.seconds(1.0)
+    assert rig.axis.stepper_step == step
+
+
 @pytest.mark.parametrize(("mode", "cycles"), [(1, 4), (2, 6)])
 def test_the_masks_follow_the_steps(stepper: Any, mode: int, cycles: int) -> None:
     masks = {f"drive_stepper_mask_cycle{n}": n for n in range(1, 9)}

@@ -293,12 +293,16 @@ def run_stepper(ax: AxisFields, dt: float) -> None:
     """Move a stepper motor by at most one step, at the frequency that its output asks for.
 
     The frequency is that of one step in a whole number of cycles, never faster than the output,
-    never slower than the minimum velocity; it stays for the configured number of steps.
+    never slower than the minimum velocity; it stays for the configured number of steps. Less than
+    half of that is standstill, unless the position controller misses a step.
     """
     output = ax.drive_output
     speed = abs(output)
     slowest = ax.stepper_min_velocity
-    if speed <= 0.5 * slowest or ax.simulation_blocked or speed == 0.0:
+    missing = ax.controller_output != 0.0 and (
+        abs(ax.following_error) > 0.5 * ax.stepper_step_scaling
+    )
+    if (speed <= 0.5 * slowest and not missing) or ax.simulation_blocked or speed == 0.0:
         ax.stepper_wait = 0
         ax.stepper_level = 0
         ax.plant_velocity = 0.0
