@@ -166,6 +166,28 @@ def test_a_limit_switch_stops_and_lets_go_the_other_way(
     assert not drive.statusword & 0x0800
 
 
+@pytest.mark.parametrize("mode", [Mode.PROFILE_TORQUE, Mode.CYCLIC_TORQUE])
+@pytest.mark.parametrize("torque", [300, 0])
+def test_in_torque_modes_too_a_limit_switch_stops_with_6085h(
+    machine: Callable[..., Machine], mode: Mode, torque: int
+) -> None:
+    """However hard the torque pushes, and also an axis that only runs on."""
+    rate = 100_000_000
+    drive = VirtualDrive(machine(900_000), parameters={0x6085: rate, 0x6087: 10**6})
+    drive.enable(mode)
+    drive.put(0x6071, 300)
+    drive.wait(lambda: drive.get(0x60FD) & 2, 1, "limit switch")
+    speed = drive.get(0x606C)
+    drive.put(0x6071, torque)
+    drive.run(speed / rate + 0.05)
+    assert abs(drive.get(0x606C)) < 2_000
+    way = speed**2 / (2 * rate)
+    assert drive.position == pytest.approx(100_000 + way, abs=0.1 * way)
+    drive.put(0x6071, -300)
+    drive.run(0.2)
+    assert drive.position < 100_000, "away from the switch motion is free"
+
+
 def test_overtravel_and_the_quick_stop_that_runs() -> None:
     """3062h: the running quick stop takes the 6085h of the moment over, or not."""
     for takes_over in (0, 1):

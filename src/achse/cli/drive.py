@@ -88,7 +88,7 @@ def serve(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="TOML with [[fault]] tables: what goes wrong, and when.",
+            help="TOML of fault tables: what goes wrong, and when.",
             show_default=False,
         ),
     ] = None,

@@ -17,6 +17,7 @@ from achse.drive.modes import (
     profile_velocity,
 )
 from achse.drive.modes.halt import hold_position, hold_velocity
+from achse.drive.modes.profile_torque import limited_torque
 from achse.drive.plant import CONTROL_OFF, CONTROL_TORQUE, take_over
 from achse.drive.power import ENABLED, QUICK_STOP, REACTION, supply_ready
 from achse.drive.profile import rate_of, stop
@@ -97,15 +98,48 @@ def generate(d: DriveFields, dt: float) -> None:
     ):
         homing.start(d)
     if state == ENABLED:
-        demand = d.demand
-        velocity = d.demand_velocity
-        _command(d, dt)
-        _overtravel(d, demand, velocity, dt)
+        _enabled(d, dt)
     elif state in (QUICK_STOP, REACTION):
         _ramp_down(d, dt)
     elif d.idle_at != d.motor_position:
         take_over(d)
         d.idle_at = d.motor_position
+
+
+def _enabled(d: DriveFields, dt: float) -> None:
+    """The mode's set point, unless it leads into a limit switch: that ends motion with 6085h."""
+    limits = d.digital_inputs & (POSITIVE_LIMIT | NEGATIVE_LIMIT)
+    mode = d.mode_display
+    if limits == 0 or mode == HM:
+        d.overtravel_stop = 0
+        _command(d, dt)
+        return
+    if mode in (TQ, CST):
+        torque = limited_torque(d) + d.torque_offset
+        d.overtravel_stop = _blocked(limits, torque if torque != 0.0 else d.motor_velocity)
+        if not d.overtravel_stop:
+            _command(d, dt)
+            return
+        hold_velocity(d)
+        d.demand_torque = 0.0
+    else:
+        demand = d.demand
+        velocity = d.demand_velocity
+        _command(d, dt)
+        d.overtravel_stop = _blocked(limits, d.demand_velocity)
+        if not d.overtravel_stop:
+            return
+        d.demand = demand
+        d.demand_velocity = velocity
+    stop(d, rate_of(d.quick_stop_deceleration, d.max_deceleration), dt)
+    if mode == PP:
+        profile_position.abandon(d)
+
+
+def _blocked(limits: int, wish: float) -> int:
+    """Whether a switch that is on lies in this direction."""
+    blocked = POSITIVE_LIMIT if wish > 0.0 else NEGATIVE_LIMIT
+    return 1 if wish != 0.0 and limits & blocked else 0
 
 
 def _command(d: DriveFields, dt: float) -> None:
@@ -126,32 +160,6 @@ def _command(d: DriveFields, dt: float) -> None:
         cyclic_torque.command(d, dt)
     else:
         stop(d, rate_of(d.quick_stop_deceleration, d.max_deceleration), dt)
-
-
-def _overtravel(d: DriveFields, demand: float, velocity: float, dt: float) -> None:
-    """A limit switch ends motion in its direction with 6085h; away from it motion is free."""
-    limits = d.digital_inputs & (POSITIVE_LIMIT | NEGATIVE_LIMIT)
-    if limits == 0 or d.mode_display == HM:
-        d.overtravel_stop = 0
-        return
-    if d.control == CONTROL_TORQUE:
-        wish = d.demand_torque + d.torque_offset
-    else:
-        wish = d.demand_velocity
-    blocked = POSITIVE_LIMIT if wish > 0.0 else NEGATIVE_LIMIT
-    if wish == 0.0 or not limits & blocked:
-        d.overtravel_stop = 0
-        return
-    if d.control == CONTROL_TORQUE:
-        hold_velocity(d)
-        d.demand_torque = 0.0
-    else:
-        d.demand = demand
-        d.demand_velocity = velocity
-    if d.mode_display == PP:
-        profile_position.abandon(d)
-    d.overtravel_stop = 1
-    stop(d, rate_of(d.quick_stop_deceleration, d.max_deceleration), dt)
 
 
 def _ramp_down(d: DriveFields, dt: float) -> None:

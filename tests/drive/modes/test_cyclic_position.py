@@ -1,6 +1,7 @@
 """Cyclic synchronous position: interpolation, targets that are too far, status bits."""
 
 import math
+from collections.abc import Callable
 
 import pytest
 
@@ -79,6 +80,29 @@ def test_a_lost_frame_gives_the_next_target_more_room(
     csp.cycle()
     assert bool(csp.statusword & FOLLOWS) is follows
     assert (csp.get(0x6062) > 0) is follows
+
+
+@pytest.mark.parametrize("period_ns", [1_000_000, 4_000_000])
+def test_stopped_by_a_limit_switch_the_axis_takes_targets_from_where_it_stands(
+    machine: Callable[..., Machine], period_ns: int
+) -> None:
+    """A master that went on with its targets begins anew at 6064h, without switching off."""
+    drive = VirtualDrive(machine(970_000), cycle=period_ns * 1e-9)
+    drive.bring_up(AlState.SAFEOP)
+    drive.bring_up(sync0_ns=period_ns)
+    drive.enable(Mode.CYCLIC_POSITION)
+    step = 200 * period_ns // 1_000_000
+    for _ in range(1_000):
+        drive.put(0x607A, drive.record.target_position + step)
+        drive.cycle()
+    stood = drive.position
+    assert 30_000 <= stood < 40_000
+    assert drive.statusword & (FOLLOWS | LIMIT) == LIMIT
+    for n in range(200):
+        drive.put(0x607A, stood - step * n)
+        drive.cycle()
+    assert drive.position == pytest.approx(stood - 199 * step, abs=50)
+    assert drive.statusword & (FOLLOWS | LIMIT) == FOLLOWS
 
 
 def test_targets_wrap_with_the_32_bit_counter() -> None:

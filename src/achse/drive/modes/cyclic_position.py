@@ -30,8 +30,9 @@ def command(d: DriveFields, dt: float) -> None:
     hold_position(d)
     period = d.communication_cycle
     goal = d.plan_target
-    rounded = math.floor(goal + 0.5)
-    way = (d.target_position - rounded + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000
+    # a limit switch has stopped the axis short of its goal: targets lead on from there
+    origin = math.floor((d.demand if d.overtravel_stop else goal) + 0.5)
+    way = (d.target_position - origin + 0x8000_0000 & 0xFFFF_FFFF) - 0x8000_0000
     if d.fresh_outputs or d.communication != _OP:
         # frames that were lost give the next one more room
         room = max(period, min(d.interpolation_age, 8.0 * period))
@@ -39,7 +40,7 @@ def command(d: DriveFields, dt: float) -> None:
             d.speed_exceeded = 1
         else:
             d.speed_exceeded = 0
-            goal = float(rounded + way)
+            goal = float(origin + way)
             if goal != d.plan_target:
                 d.plan_target = goal
                 d.interpolation_rest = period
