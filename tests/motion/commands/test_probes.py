@@ -1,6 +1,6 @@
 """Touch probe commands: units, forms and refusals."""
 
-from math import nan
+from math import inf, nan
 from typing import Any
 
 import pytest
@@ -62,7 +62,8 @@ def test_a_latch_event_by_command(rig: Any) -> None:
     rig.refuses(NcError.ENCODER_EXTERNAL_LATCH, commands.set_latch_event, 1.0)
     commands.set_actual_position(axis, 1, 50.0)
     commands.activate_latch(axis, falling=False)
-    rig.refuses(NcError.REQUEST_PARAMETER, commands.set_latch_event, nan)
+    for wrong in (nan, -inf, 1e300):
+        rig.refuses(NcError.REQUEST_PARAMETER, commands.set_latch_event, wrong)
     assert commands.set_latch_event(axis, 62.5) == 0
     rig.run(1)
     assert rig.has(StateBit.EXTERNAL_LATCH_VALID)

@@ -1,10 +1,8 @@
 """Touch probes of an encoder: its external latches are made to wait, and let go."""
 
-from math import isfinite
-
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import OK
+from achse.motion.checks import FARTHEST, OK
 from achse.motion.record import PROBE_EDGES, TOUCH_PROBES
 from achse.motion.signals import begin_watch, latch_probe
 from achse.motion.states import EncoderType, ProbeMode, ReferenceMode, SignalSource
@@ -127,7 +125,7 @@ def set_latch_event(encoder: Axis, position: float) -> int:
     """Let the first latch, which waits, latch this position (0x210); simulated encoders only."""
     if encoder.encoder_type != EncoderType.SIMULATION:
         return NcError.ENCODER_FUNCTION_NOT_SUPPORTED.number
-    if not isfinite(position):
+    if not abs(position) <= FARTHEST:
         return NcError.REQUEST_PARAMETER.number
     edges = [e for e in range(0, PROBE_EDGES, TOUCH_PROBES) if encoder.encoder_probe_active[e]]
     if not edges:
