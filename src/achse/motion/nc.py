@@ -13,6 +13,7 @@ from achse.motion.compiled import KERNEL
 from achse.motion.kernel import begin, cycles
 from achse.motion.record import FIELDS, LAYOUT, Role, SlotsRecord, pack_record
 from achse.motion.setpoint import shift_origin
+from achse.motion.states import choices_of
 
 __all__ = ["HIGHEST_AXIS_ID", "AxisParameters", "AxisParametersError", "Nc"]
 
@@ -110,6 +111,11 @@ class AxisParameters:
             if not row.is_real and value != int(value):
                 raise AxisParametersError(
                     f"axis {self.axis_id}: {name} = {value!r}, expected a whole number ({row.unit})"
+                )
+            choices = choices_of(row.unit)
+            if choices is not None and value not in list(choices):
+                raise AxisParametersError(
+                    f"axis {self.axis_id}: {name} = {value!r} is no {choices.__name__}"
                 )
 
     def apply(self, axis: Axis) -> None:
