@@ -116,3 +116,18 @@ def test_an_unanswered_request_says_so() -> None:
     [exchange] = decoder.overdue(10**18 + 1)
     clock = time.strftime("%H:%M:%S", time.localtime(10**9))
     assert lines_of(exchange) == [f"{clock}.000  10.0.0.7:5000 → 851  read state  ✗ no answer"]
+
+
+def test_what_a_client_writes_stays_on_its_line() -> None:
+    from achse.ams import AmsAddress, Frame
+    from achse.ams.commands import ReadWriteRequest
+
+    client, plc = AmsAddress("10.0.0.7.1.1:30000"), AmsAddress("5.0.0.1.1.1:851")
+    asked = ReadWriteRequest(0xF003, 0, 4, b"GVL.\x1b[2J\nx\0").encode()
+    decoder = Decoder(Names({}))
+    request = Frame(plc, client, 9, 4, 0, 1, asked)
+    assert list(decoder.see(Captured(10**18, True, "10.0.0.7:5000", request.encode()))) == []
+    [exchange] = decoder.overdue(10**18 + 1)
+    [line] = lines_of(exchange)
+    assert line.isprintable()
+    assert r"GVL.\x1b[2J\nx" in line

@@ -77,3 +77,11 @@ def test_a_dump_shows_offset_bytes_and_text() -> None:
     first, second = hex_dump(bytes(range(16)) + b"achse")
     assert first == "0000  00 01 02 03 04 05 06 07 08 09 0a 0b 0c 0d 0e 0f  ................"
     assert second.split() == ["0010", "61", "63", "68", "73", "65", "achse"]
+
+
+def test_what_others_wrote_commands_no_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    print_table([("\x1b[31mred\r\nnext\x9b", "größer"), ("\u202eb", "c")])
+    out = capsys.readouterr().out
+    first, second = out.splitlines()
+    assert first == r"\x1b[31mred\r\nnext\x9b  größer"
+    assert second.split() == [r"\u202eb", "c"]

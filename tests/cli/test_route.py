@@ -50,6 +50,12 @@ def test_a_route_is_added_listed_and_removed(host: str) -> None:
     assert "0x70C NOT_FOUND" in refusal.stderr
 
 
+def test_a_list_without_an_end_comes_to_one(host: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("achse.cli.route._MOST", 1)
+    monkeypatch.setattr("achse.cli.route._END", ())
+    assert run("ads", "route", "list", ACHSE_HOST=host).stdout.splitlines() == [PRESS]
+
+
 def test_routes_as_json(host: str) -> None:
     [route] = json.loads(run("ads", "route", "list", "--json", ACHSE_HOST=host).stdout)
     assert route == {

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from achse.cli.output import print_json
+from achse.cli.output import print_json, visible
 from achse.cli.run import fail
 from achse.cli.target import end_by_signal
 
@@ -184,10 +184,11 @@ def lines_of(exchange: "Exchange") -> list[str]:
     text = exchange.command if first is None else first.text
     if others:
         text = f"{len(exchange.items)} at once: {text}"
-    return [
+    lines = [
         f"{head}  {text}{tail}",
         *(f"{' ' * len(head)}  {item.text}" for item in others if item),
     ]
+    return [visible(line) for line in lines]
 
 
 # where captures come from -------------------------------------------------------------------------

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from achse.iec import IecType
 
-__all__ = ["as_json", "as_text", "decimal", "hex_dump", "on_terminal", "print_json", "print_table"]
+__all__ = [
+    "as_json",
+    "as_text",
+    "decimal",
+    "hex_dump",
+    "on_terminal",
+    "print_json",
+    "print_table",
+    "visible",
+]
 
 
 def on_terminal() -> bool:
@@ -22,9 +31,16 @@ def print_json(document: Any) -> None:
     print(json.dumps(document, ensure_ascii=False), flush=True)
 
 
+def visible(text: str) -> str:
+    """`text` on one line: others wrote it, and what commands a terminal is only shown."""
+    if text.isprintable():
+        return text
+    return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)
+
+
 def print_table(rows: Iterable[Sequence[str]], right: frozenset[int] = frozenset()) -> None:
     """Columns, two blanks between them; those in `right` end together."""
-    lines = [list(row) for row in rows]
+    lines = [[visible(cell) for cell in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for line in lines:
         cells = (

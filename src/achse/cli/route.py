@@ -23,6 +23,9 @@ _LIST, _REMOVE = 803, 802
 _LONGEST = 1024
 """Bytes read for one route; names and hosts have 255 at most."""
 
+_MOST = 4096
+"""No router has as many routes; a target that never comes to an end has made them up."""
+
 _END = (0x716, 0x70C)
 """How a router says that there are no more routes."""
 
@@ -45,7 +48,7 @@ async def list_routes(client: "Client", in_json: Json = False) -> None:
     from achse.devices.system.routes import RouteEntry
 
     entries: list[RouteEntry] = []
-    while True:
+    while len(entries) < _MOST:
         try:
             data = await client.read_raw(_LIST, len(entries), _LONGEST)
         except DeviceError as end:
