@@ -39,3 +39,9 @@ def test_bytes_of_all_samples_of_a_client(make_bench: Callable[..., Any]) -> Non
 
 def test_the_defaults_let_a_thousand_per_port_through(bench: Any) -> None:
     assert {add(bench, 4) for _ in range(1024)} == {0}
+
+
+def test_bytes_of_one_answer(make_bench: Callable[..., Any]) -> None:
+    bench = make_bench(Limits(answer_bytes=16))
+    assert bench.raw(2, struct.pack("<III", 0x4020, 0, 8))[:4] == bytes(4)
+    assert bench.raw(2, struct.pack("<III", 0x4020, 0, 9))[:8] == b"\x05\x07" + bytes(6)

@@ -186,6 +186,8 @@ class Device:
             return True
         try:
             payload = command(frame)
+            if len(payload) > self.limits.answer_bytes:
+                raise DeviceError(ReturnCode.INVALID_SIZE, f"an answer of {len(payload)} bytes")
         except DeviceError as failure:
             code = int(self._direct_codes.get(failure.code, failure.code))
             log.debug(
@@ -356,11 +358,13 @@ class Device:
     @property
     def due_ns(self) -> float:
         """When `notify` has something to do next, unix ns."""
-        return min(self.notifications.due_ns, self._next_sweep)
+        due = self.notifications.due_ns
+        return due if due < self._next_sweep else self._next_sweep
 
     def notify(self, now_ns: int) -> None:
         """Send what is due at the end of the cycle at `now_ns` (unix ns); once per base tick."""
-        self.notifications.tick(now_ns)
+        if now_ns >= self.notifications.due_ns:
+            self.notifications.tick(now_ns)
         if now_ns >= self._next_sweep:
             self._next_sweep = now_ns + _SWEEP_NS
             self._sweep(now_ns)

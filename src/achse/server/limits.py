@@ -15,6 +15,9 @@ class Limits:
     notifications: int = 65_536
     """Subscriptions (0x716 beyond)."""
 
+    answer_bytes: int = (1 << 26) - 64
+    """Bytes of one answer (0x705 beyond): its packet is within the longest that routers take."""
+
     sample_bytes: int = 1 << 20
     """Bytes of one sample (0x717 beyond)."""
 
