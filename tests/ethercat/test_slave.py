@@ -366,6 +366,38 @@ def test_reading_inputs_does_not_feed_the_watchdog(line: Callable[..., Any]) -> 
 # local cycle
 
 
+def _sync0(master: Any, cycle_ns: int, start_ns: int) -> None:
+    master.write(0x09A0, cycle_ns.to_bytes(4, "little"))
+    master.write(0x0990, start_ns.to_bytes(8, "little"))
+    master.write(0x0980, b"\x00\x03")
+
+
+@pytest.mark.parametrize(("cycle_ns", "expected"), [(0, (P | ERROR, 0x0035)), (10**6, (S, 0))])
+def test_sync0_that_is_switched_on_needs_a_cycle(
+    line: Callable[..., Any], cycle_ns: int, expected: tuple[int, int]
+) -> None:
+    master = line(1)
+    master.bring(P)
+    master.process_data()
+    _sync0(master, cycle_ns, 10**10)
+    assert master.request(S) == expected
+
+
+@pytest.mark.parametrize(("start_ns", "expected"), [(10**6, (S | ERROR, 0x001A)), (10**10, (O, 0))])
+def test_op_is_refused_when_sync0_never_comes(
+    line: Callable[..., Any], start_ns: int, expected: tuple[int, int]
+) -> None:
+    """A start time that is over is never met; one that lies ahead is waited for."""
+    master = line(1)
+    master.advance(5)
+    master.bring(P)
+    master.process_data()
+    _sync0(master, 10**6, start_ns)
+    assert master.request(S) == (S, 0)
+    master.exchange(bytes(4))
+    assert master.request(O) == expected
+
+
 def test_free_run_steps_by_the_local_timer(master: Any) -> None:
     application = master.line[0]
     for _ in range(8):

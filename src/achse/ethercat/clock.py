@@ -166,7 +166,7 @@ class DistributedClock:
         memory = self._memory
         self.cycle_ns = 0
         self._next_sync0 = self._next_sync1 = None
-        if memory[_ACTIVATION] & (_CYCLIC | _SYNC0) == _CYCLIC | _SYNC0:
+        if self.sync0_on:
             self.cycle_ns = int.from_bytes(memory[_SYNC0_CYCLE : _SYNC0_CYCLE + 4], "little")
             start = int.from_bytes(memory[_START : _START + 8], "little")
             if self.cycle_ns and start >= self.system_time(self.time.now_ns):
@@ -180,6 +180,11 @@ class DistributedClock:
         delay = int.from_bytes(self._memory[_SYNC1_CYCLE : _SYNC1_CYCLE + 4], "little")
         self._sync1_period = (delay // self.cycle_ns + 1) * self.cycle_ns
         self._next_sync1 = start + delay
+
+    @property
+    def sync0_on(self) -> bool:
+        """The master has switched SYNC0 on, whether or not it comes."""
+        return self._memory[_ACTIVATION] & (_CYCLIC | _SYNC0) == _CYCLIC | _SYNC0
 
     def _move(self) -> None:
         """The next event is at another time than it was."""

@@ -215,6 +215,20 @@ class Slave:
                 return code
         return _NO_ERROR
 
+    def _check_safe_op(self) -> AlStatus:
+        """Process data as they are mapped, and a cycle for SYNC0 if that is switched on."""
+        code = self._check_process_data()
+        clock = self.esc.clock
+        if code is _NO_ERROR and clock.sync0_on and not clock.cycle_ns:
+            return AlStatus.SYNC_CYCLE
+        return code
+
+    def _check_sync0(self) -> AlStatus:
+        """SYNC0 comes if it is switched on: it was before its start time."""
+        clock = self.esc.clock
+        lost = clock.sync0_on and clock.sync0_due_ns is None
+        return AlStatus.SYNCHRONIZATION if lost else _NO_ERROR
+
     def _placed(self, sync_manager: SyncManager, area: Area) -> bool:
         """Mode and direction are right, three buffers fit into memory, no mailbox is overlaid."""
         return (
@@ -422,6 +436,7 @@ def _fits(sync_manager: SyncManager, area: Area) -> bool:
 
 _CHECKS: Mapping[Transition, Callable[[Slave], AlStatus]] = {
     Transition.IP: Slave._check_mailbox,
-    Transition.PS: Slave._check_process_data,
+    Transition.PS: Slave._check_safe_op,
+    Transition.SO: Slave._check_sync0,
 }
 """What the slave itself checks before it asks the application."""
