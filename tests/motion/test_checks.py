@@ -4,7 +4,8 @@ from math import inf, nan
 from typing import Any
 
 from achse.codes import NcError
-from achse.motion import checks
+from achse.motion import checks, commands
+from achse.motion.states import AxisType
 
 
 def test_the_first_obstacle_is_named(rig: Any) -> None:
@@ -29,6 +30,15 @@ def test_no_direction_needs_no_feed_enable(make_rig: Any) -> None:
     assert checks.why_not_permitted(axis, 0.0) == checks.OK
     assert checks.why_not_permitted(axis, 1.0) == NcError.ENABLE_MISSING.number
     assert checks.why_not_permitted(axis, -1.0) == NcError.ENABLE_MISSING.number
+
+
+def test_an_encoder_axis_does_not_move(make_rig: Any) -> None:
+    rig = make_rig(axis_type=AxisType.ENCODER)
+    incompatible = NcError.AXIS_INCOMPATIBLE
+    rig.refuses(incompatible, commands.start, 1, 100.0, 100.0)
+    rig.refuses(incompatible, commands.start_drive_output, 1, 5.0)
+    rig.refuses(incompatible, commands.home)
+    assert commands.set_actual_position(rig.axis, 1, 50.0) == 0
 
 
 def test_soft_limits_count_only_when_watched(make_rig: Any) -> None:

@@ -53,6 +53,8 @@ def why_no_command(axis: Axis) -> int:
 
 def why_not_permitted(axis: Axis, direction: float) -> int:
     """What the cyclic interface and the drive say against a start in `direction`."""
+    if axis.axis_type == AxisType.ENCODER:
+        return NcError.AXIS_INCOMPATIBLE.number
     control = axis.control_dword
     if not control & ControlBit.ENABLE or axis.drive_output_disabled:
         return NcError.CONTROLLER_ENABLE_MISSING.number
