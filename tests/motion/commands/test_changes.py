@@ -50,6 +50,14 @@ def test_new_dynamics_act_on_the_running_move(rig: Any) -> None:
     assert distance == pytest.approx(V * time / 2.0)
 
 
+def test_new_dynamics_without_jerk_keep_that_of_the_move(rig: Any) -> None:
+    commands.start(rig.axis, 3, 0.0, V, 1000.0, 1000.0, 4000.0)
+    rig.seconds(1.0)
+    assert commands.new_dynamics(rig.axis, 500.0, 100.0) == 0
+    _, time = commands.stop_information(rig.axis, 0.0, 0.0)
+    assert time == pytest.approx(V / 100.0 + 100.0 / 4000.0)
+
+
 def test_a_frozen_override_is_that_of_now(rig: Any) -> None:
     commands.start(rig.axis, 1, 400.0, V)
     rig.seconds(1.0)

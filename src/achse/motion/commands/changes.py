@@ -125,13 +125,20 @@ def _arm_switch(
     return OK
 
 
-def new_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: float) -> int:
-    """Change acceleration, deceleration and jerk of the running move (0x15)."""
-    code = why_no_command(axis) or why_not_dynamics(axis, acceleration, deceleration, jerk)
+def new_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: float = 0.0) -> int:
+    """Change acceleration, deceleration and jerk of the running move (0x15); jerk 0 keeps its own.
+
+    The jerk is optional (002 §6.4.4.3).
+    """
+    code = why_no_command(axis)
     if code:
         return code
     if axis.set_motion_phase not in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
         return NcError.NO_MOTION.number
+    jerk = jerk or axis.job_jerk
+    code = why_not_dynamics(axis, acceleration, deceleration, jerk)
+    if code:
+        return code
     axis.job_acceleration = acceleration
     axis.job_deceleration = deceleration
     axis.job_jerk = jerk

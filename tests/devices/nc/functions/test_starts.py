@@ -175,10 +175,11 @@ def test_new_end_position_and_velocity(bench: Any) -> None:
     assert bench.axis.set_position == 400.0
 
 
-def test_new_dynamics(bench: Any) -> None:
+@pytest.mark.parametrize("jerk", [(9000.0,), (0.0,), ()])
+def test_new_dynamics(bench: Any, jerk: tuple[float, ...]) -> None:
     bench.start(500.0, 400.0)
     bench.run(0.1)
-    bench.put(F, 0x15, "<ddd", 3000.0, 600.0, 9000.0)
+    bench.put(F, 0x15, f"<dd{len(jerk)}d", 3000.0, 600.0, *jerk)
     lowest = 0.0
     bench.run(0.002)
     while bench.axis.set_motion_phase:

@@ -30,7 +30,10 @@ def _universal_start(axis: Axis, arguments: tuple[float, ...]) -> tuple[int, int
 
 
 _POSITION = request(position_type="I", position="d")
-_DYNAMICS = request(acceleration="d", deceleration="d", jerk="d")
+_DYNAMICS = (
+    *request(acceleration="d", deceleration="d", jerk="d"),
+    *request(acceleration="d", deceleration="d"),
+)
 _START = request(start_type="I", end_position="d", velocity="d")
 
 _NEW_END_POSITION = request(
