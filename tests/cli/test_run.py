@@ -2,17 +2,21 @@
 
 import contextlib
 import json
+import os
 import shlex
 import signal
 import socket
+import struct
 import subprocess
 import sys
+import time
 from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner, Result
 
+from achse.ams import AmsAddress, Command, Frame
 from achse.cli.app import app
 
 ACHSE = [sys.executable, "-m", "achse"]
@@ -50,6 +54,47 @@ def test_a_signal_ends_it_with_0(number: signal.Signals) -> None:
     run.send_signal(number)
     rest, errors = run.communicate(timeout=60)
     assert (run.returncode, rest, errors) == (0, "", "")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="tells who waits for whom")
+def test_it_ends_within_two_seconds_whatever_its_clients_do(tmp_path: Path) -> None:
+    """Time in which the machine was busy with others does not count."""
+    file = tmp_path / "station.toml"
+    file.write_text(
+        '[[plc]]\nglobals = ["achse.station.demo:GVL"]\n'
+        '[[route]]\nname = "nowhere"\nnet_id = "5.9.9.9.1.1"\nhost = "192.0.2.1"\n'
+    )
+    run = subprocess.Popen(
+        [*ACHSE, "run", str(file), "--tcp-port", "0"], stdout=subprocess.PIPE, text=True
+    )
+    assert run.stdout is not None
+    port = int(run.stdout.readline().partition(" tcp=127.0.0.1:")[2].split()[0])
+
+    def request(target: str, size: int) -> bytes:
+        place = struct.pack("<III", 0x4020, 0, size)
+        source = AmsAddress("192.0.2.7.1.1:30000")
+        return Frame(AmsAddress(target), source, Command.READ, data=place).encode_tcp()
+
+    with contextlib.ExitStack() as sockets:
+        clients = [
+            sockets.enter_context(socket.create_connection(("127.0.0.1", port))) for _ in range(50)
+        ]
+        clients[0].sendall(request("127.0.0.1.1.1:851", 0x1_0000) * 500)  # and reads nothing
+        clients[1].sendall(request("5.9.9.9.1.1:851", 4))  # which is being dialled
+        clients[2].sendall(request("127.0.0.1.1.1:851", 4)[:20])
+        assert clients[0].recv(1)
+        begin, before = time.monotonic(), _waited(run.pid)
+        run.send_signal(signal.SIGTERM)
+        os.waitid(os.P_PID, run.pid, os.WEXITED | os.WNOWAIT)
+        took = time.monotonic() - begin - (_waited(run.pid) - before)
+    assert run.wait() == 0
+    run.stdout.close()
+    assert took < 2.0
+
+
+def _waited(process_id: int) -> float:
+    """Seconds for which a process waited for a processor."""
+    return int(Path(f"/proc/{process_id}/schedstat").read_text().split()[1]) / 1e9
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -143,3 +143,19 @@ def test_a_wrong_script_names_file_and_key(tmp_path: Path, text: str, told: str)
     file.write_text(f"[[fault]]\n{text}\n")
     with pytest.raises(ConfigError, match=told):
         Station.load(file)
+
+
+def test_what_begins_while_there_is_no_plc_hits_the_one_that_comes(
+    station: Station, client_of: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    station.faults.add("slow_cycle", at=0.2, factor=3)
+    station.faults.add("error", at=0.2, symbol=COUNTER, code=0x705, lasting=1.0)
+    station.restart()
+    station.advance(0.3)
+    assert not station.plcs
+    station.advance(0.5)
+    assert station.plcs[851].tasks[0].stretch == 3
+    assert _refused(client_of(station.router, 851))
+    station.advance(0.5)
+    assert [active.fault.kind for active in station.faults] == ["slow_cycle"]
+    assert not caplog.records

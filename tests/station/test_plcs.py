@@ -1,5 +1,6 @@
 """PLCs from sources, symbol files and Python, with behaviour; online changes of a station."""
 
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -292,3 +293,12 @@ def test_a_type_that_is_nearly_named_right(folder: Path) -> None:
     )
     with pytest.raises(ConfigError, match="named 'ST_Feder'; near: ST_Feeder"):
         _station(folder, '[[plc]]\nsources = "near.st"\n')
+
+
+def test_only_who_has_sources_loads_the_parser() -> None:
+    program = (
+        "import sys; from achse.station import Station; Station.demo();"
+        "print('achse.iec.project' in sys.modules)"
+    )
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (run.stdout, run.stderr) == ("False\n", "")

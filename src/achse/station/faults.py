@@ -9,6 +9,7 @@ import logging
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
+from achse.ams import AdsState
 from achse.station.disturbances import Disturbances
 from achse.station.fault import FAULT_KINDS, ActiveFault, Fault, FaultError
 
@@ -68,9 +69,10 @@ class Faults:
     def renew(self) -> None:
         """Hit what the station consists of now: devices after a restart, one more listener."""
         for active in self:
-            if active.undo is not None and active.fault.kind != "config":
-                active.undo()
-                active.undo = None
+            if active.state == "active" and active.fault.kind != "config":
+                if active.undo is not None:
+                    active.undo()
+                    active.undo = None
                 try:
                     active.undo = self._disturbances.begin(active)
                 except FaultError as failure:
@@ -83,19 +85,28 @@ class Faults:
         active.state = "active"
         log.info("fault %d begins: %s", active.number, active.fault)
         fault = active.fault
+        lasts = FAULT_KINDS[fault.kind].lasts
         try:
             active.undo = self._disturbances.begin(active)
         except Exception as failure:
+            if isinstance(failure, FaultError) and lasts and self._station.state != AdsState.RUN:
+                log.info("fault %d hits nothing until the station runs again", active.number)
+                self._end_in_time(active)
+                return
             log.error("fault %d could not begin: %s", active.number, failure)
             self._finish(active)
             if fault.at is None:
                 raise
             return
-        if not FAULT_KINDS[fault.kind].lasts:
+        if lasts:
+            self._end_in_time(active)
+        else:
             active.hits += 1
             self._finish(active)
-        elif fault.lasting is not None:
-            self.later(fault.lasting, lambda: self._finish(active))
+
+    def _end_in_time(self, active: ActiveFault) -> None:
+        if active.fault.lasting is not None:
+            self.later(active.fault.lasting, lambda: self._finish(active))
 
     def _finish(self, active: ActiveFault) -> None:
         if active.state == "over":

@@ -12,7 +12,6 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from achse.iec import DeclarationError, GlobalVariables, IecType, Program
-from achse.iec.project import load_project
 from achse.iec.structs import Unit
 from achse.iec.symbolfiles import FileTask, read_symbol_file
 from achse.plc import DEFAULT_SIZES, Area, Memory, PlcRuntime, Task
@@ -166,6 +165,8 @@ class PlcSource:
     def _declared(self) -> _Declared:
         config = self.config
         if config.sources is not None:
+            from achse.iec.project import load_project  # a quarter of a start; few need it
+
             root = self.base / config.sources
             if not root.exists():
                 raise ConfigError(f"{self.key}.sources: {root} does not exist")
