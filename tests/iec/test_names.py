@@ -41,6 +41,12 @@ def test_every_elementary_type_is_found_by_its_name(type: object) -> None:
     assert parse_type(name) is parse_type(name.lower()) is type
 
 
+@pytest.mark.parametrize("name", ["PVOID", "__UXINT", "XINT", "__XWORD"])
+def test_what_is_as_wide_as_a_pointer(name: str) -> None:
+    assert [parse_type(name, pointer_size=size).size for size in (4, 8)] == [4, 8]
+    assert parse_type(name, pointer_size=4).guid == parse_type(name).guid
+
+
 @pytest.mark.parametrize(
     "type",
     [

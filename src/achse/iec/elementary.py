@@ -18,6 +18,7 @@ __all__ = [
     "LINT",
     "LREAL",
     "LWORD",
+    "NARROW",
     "NUMERIC",
     "PVOID",
     "REAL",
@@ -186,6 +187,14 @@ PVOID = IntegerType("PVOID", "Q", Adst.UINT64, 0x18)
 UXINT = IntegerType("UXINT", "Q", Adst.UINT64, 0x71)
 XINT = IntegerType("XINT", "q", Adst.INT64)
 XWORD = IntegerType("XWORD", "Q", Adst.UINT64)
+
+NARROW = (
+    IntegerType("PVOID", "I", Adst.UINT32, 0x18),
+    IntegerType("UXINT", "I", Adst.UINT32, 0x71),
+    IntegerType("XINT", "i", Adst.INT32),
+    IntegerType("XWORD", "I", Adst.UINT32),
+)
+"""The types as wide as a pointer on a 32-bit target."""
 
 NUMERIC: tuple[BoolType | IntegerType | RealType, ...] = (
     BOOL, BIT, BYTE, USINT, SINT, WORD, UINT, INT, DWORD, UDINT, DINT, LWORD, ULINT, LINT,

@@ -1,7 +1,7 @@
 """Type names as text: elementary types by name, and `ARRAY [0..3] OF STRING(20)` taken apart."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from achse.iec.arrays import ArrayType, Bounds
@@ -13,14 +13,14 @@ from achse.iec.derived import (
     SubrangeType,
     resolved,
 )
-from achse.iec.elementary import NUMERIC, IntegerType
+from achse.iec.elementary import NARROW, NUMERIC, IntegerType
 from achse.iec.errors import DeclarationError
 from achse.iec.strings import STRING, WSTRING, StringType
 from achse.iec.text import Coding
 from achse.iec.times import TIMES
 from achse.iec.types import Adst, IecType
 
-__all__ = ["ELEMENTARY", "name_within", "parse_type", "with_coding"]
+__all__ = ["ELEMENTARY", "elementary", "name_within", "parse_type", "with_coding"]
 
 ELEMENTARY: dict[str, IecType[Any]] = {
     **{type.name.lower(): type for type in (*NUMERIC, *TIMES)},
@@ -32,7 +32,10 @@ ELEMENTARY: dict[str, IecType[Any]] = {
     "string": STRING(),
     "wstring": WSTRING(),
 }
-"""The elementary types by their name in lower case."""
+"""The elementary types by their name in lower case, as a 64-bit target has them."""
+
+_NARROW: dict[str, IecType[Any]] = {type.name: type for type in NARROW}
+_OF_32_BITS = {key: _NARROW.get(type.name, type) for key, type in ELEMENTARY.items()}
 
 Find = Callable[[str], IecType[Any] | None]
 
@@ -42,6 +45,11 @@ _BOUNDS = re.compile(r"\s*([+-]?[0-9]{1,10})\s*\.\.\s*([+-]?[0-9]{1,10})\s*")
 _POINTER = re.compile(r"(POINTER|REFERENCE)\s+TO\s+", re.IGNORECASE)
 _SUBRANGE = re.compile(r"(\w+)\s*\(\s*([+-]?[0-9]{1,20})\s*\.\.\s*([+-]?[0-9]{1,20})\s*\)")
 _DEEPEST = 32
+
+
+def elementary(pointer_size: int) -> Mapping[str, IecType[Any]]:
+    """The elementary types of a target with pointers of 8 or 4 bytes, by name in lower case."""
+    return _OF_32_BITS if pointer_size == 4 else ELEMENTARY
 
 
 def parse_type(text: str, find: Find = lambda name: None, *, pointer_size: int = 8) -> IecType[Any]:
@@ -69,7 +77,7 @@ def name_within(text: str) -> str | None:
 def _parse(text: str, find: Find, pointer_size: int, depth: int) -> IecType[Any]:
     if depth > _DEEPEST:
         raise DeclarationError(f"a type name nests deeper than {_DEEPEST}: {text[:60]!r}…")
-    found = ELEMENTARY.get(text.lower())
+    found = elementary(pointer_size).get(text.lower())
     if found is None:
         found = find(text)
     if found is not None:

@@ -97,6 +97,11 @@ def test_pointers_have_the_size_that_the_target_gives(
     assert (type.name, type.size) == (name, size)
 
 
+@pytest.mark.parametrize(("rules", "size"), [(TC3_X64, 8), (TC2_X86, 4)])
+def test_numbers_as_wide_as_a_pointer(rules: LayoutRules, size: int) -> None:
+    assert {spec_type(name, rules).size for name in ("PVOID", "__XINT", "UXINT")} == {size}
+
+
 def test_a_sub_range_keeps_its_limits() -> None:
     type = spec_type("INT (-5..5)")
     assert isinstance(type, SubrangeType)

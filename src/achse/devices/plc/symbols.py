@@ -13,7 +13,7 @@ from achse.devices.plc.calls import PropertyAccess, caller, property_access
 from achse.iec import IecIndexError, IecPathError, IecType, Record, Variable
 from achse.iec.datatypes import encode_types
 from achse.iec.describe import describe_type, types_within
-from achse.iec.names import ELEMENTARY
+from achse.iec.names import elementary
 from achse.iec.paths import Location, Member, Step, follow, parse_path, split_symbol
 from achse.iec.symbols import SymbolEncoder, SymbolEntry, SymbolFlag, UploadFlag, fold
 from achse.plc import Area, Memory, PlacedUnit, PlacedVariable, PlcRuntime, Region
@@ -344,9 +344,8 @@ class PlcSymbols:
     def _types(self) -> dict[str, IecType[Any]]:
         roots = (*self._units.values(), *self._roots.values())
         used = {id(found): found for found in (root.placed.variable.type for root in roots)}
-        return {
-            fold(type.name): type for type in types_within([*used.values(), *ELEMENTARY.values()])
-        }
+        known = elementary(self.plc.pointer_size).values()
+        return {fold(type.name): type for type in types_within([*used.values(), *known])}
 
     @cached_property
     def _type_table(self) -> bytes:

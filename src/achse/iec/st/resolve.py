@@ -18,7 +18,7 @@ from achse.iec.derived import (
 from achse.iec.elementary import INT, IntegerType
 from achse.iec.enums import EnumType
 from achse.iec.layout import LayoutRules
-from achse.iec.names import ELEMENTARY, with_coding
+from achse.iec.names import elementary, with_coding
 from achse.iec.st.callables import methods_of, properties_of
 from achse.iec.st.constants import Constant
 from achse.iec.st.cursor import Unexpected
@@ -97,7 +97,8 @@ class Resolver(Scopes):
 
     def given_type(self, name: str) -> IecType[Any] | None:
         key = name.lower()
-        found = self._types.get(key) or ELEMENTARY.get(_MORE_NAMES.get(key, key))
+        known = elementary(self.rules.pointer_size)
+        found = self._types.get(key) or known.get(_MORE_NAMES.get(key, key))
         while found is None and "." in key:
             key = key.partition(".")[2]
             found = self._types.get(key)
