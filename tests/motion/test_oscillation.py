@@ -1,5 +1,6 @@
 """Oscillations: reversing with pauses, velocity steps, sine and frequency sequence."""
 
+from itertools import pairwise
 from math import cos, pi, sin, sqrt
 from typing import Any
 
@@ -228,6 +229,21 @@ def test_amplitudes_follow_the_override_without_a_jump(make_rig: Any) -> None:
     assert axis.set_motion_phase == MotionPhase.SINE
     axis.velocity_override = 1_000_000
     assert max(v for _, v, _ in rig.trace(512)) == pytest.approx(BASE, rel=1e-3)
+
+
+def test_the_set_values_of_a_fading_sine_belong_together(make_rig: Any) -> None:
+    rig = make_rig(**DYNAMICS | {"default_acceleration": 100.0})
+    axis, dt = rig.axis, rig.dt
+    commands.start_sine_oscillation(axis, *SINE)
+    rig.run(40)
+    axis.velocity_override = 0
+    rig.run(2)
+    trace = rig.trace(cycles(0.5 * BASE / 100.0, dt))
+    omega = 2.0 * pi * FREQUENCY
+    bend = BASE * omega**2 * dt**3 / 6.0  # twice what a chord leaves of an arc
+    for (p0, v0, a0), (p1, v1, a1) in pairwise(trace):
+        assert p1 - p0 == pytest.approx(0.5 * (v0 + v1) * dt, abs=bend)
+        assert v1 - v0 == pytest.approx(0.5 * (a0 + a1) * dt, abs=omega * bend)
 
 
 def test_a_stop_of_a_sine_leads_on_smoothly(make_rig: Any) -> None:

@@ -126,16 +126,19 @@ def _turn(angle: float, frequency: float, dt: float) -> float:
     return angle
 
 
-def _ease(ax: AxisFields, dt: float) -> None:
-    """Let the amplitudes follow the override with the acceleration of the axis at most."""
-    wanted = _override(ax)
+def _ease(ax: AxisFields, dt: float) -> float:
+    """Let the amplitudes follow the override with the acceleration of the axis at most.
+
+    Returns by how much they grew.
+    """
     most = ax.default_acceleration * dt / (ax.sine_base_velocity + ax.sine_velocity)
-    change = wanted - ax.sine_share
-    if change > most:
-        change = most
-    elif change < -most:
-        change = -most
-    ax.sine_share += change
+    growth = _override(ax) - ax.sine_share
+    if growth > most:
+        growth = most
+    elif growth < -most:
+        growth = -most
+    ax.sine_share += growth
+    return growth
 
 
 def _swing(ax: AxisFields, dt: float) -> None:
@@ -150,7 +153,7 @@ def _swing(ax: AxisFields, dt: float) -> None:
             generate(ax, dt)
         return
     ax.generator_time += dt
-    _ease(ax, dt)
+    growth = _ease(ax, dt)
     velocity = 0.0
     acceleration = 0.0
     jerk = 0.0
@@ -159,7 +162,7 @@ def _swing(ax: AxisFields, dt: float) -> None:
         omega = 2.0 * pi * ax.sine_base_frequency
         before = ax.sine_base_angle
         angle = _turn(before, ax.sine_base_frequency, dt)
-        amplitude = ax.sine_share * ax.sine_base_velocity
+        amplitude = ax.sine_base_velocity
         way += amplitude / omega * (cos(before) - cos(angle))
         velocity += amplitude * sin(angle)
         acceleration += amplitude * omega * cos(angle)
@@ -169,16 +172,17 @@ def _swing(ax: AxisFields, dt: float) -> None:
         omega = 2.0 * pi * ax.sine_frequency
         before = ax.sine_angle
         angle = _turn(before, ax.sine_frequency, dt)
-        amplitude = ax.sine_share * ax.sine_velocity
+        amplitude = ax.sine_velocity
         way += amplitude / omega * (cos(before) - cos(angle))
         velocity += amplitude * sin(angle)
         acceleration += amplitude * omega * cos(angle)
         jerk -= amplitude * omega * omega * sin(angle)
         ax.sine_angle = angle
-    ax.set_position += way
-    ax.set_velocity = velocity
-    ax.set_acceleration = acceleration
-    ax.set_jerk = jerk
+    share = ax.sine_share
+    ax.set_position += (share - 0.5 * growth) * way
+    ax.set_velocity = share * velocity
+    ax.set_acceleration = share * acceleration + growth / dt * velocity
+    ax.set_jerk = share * jerk + 2.0 * growth / dt * acceleration
     ax.target_position = ax.set_position
 
 
