@@ -50,6 +50,16 @@ def test_outputs_of_the_encoder_keep_what_is_written(bench: Any, refused: Any) -
         bench.write(ENCODER, 0x80, bytes(40))
 
 
+@pytest.mark.parametrize(("owner", "offset"), [(ENCODER, 0), (DRIVE, 0), (AXIS, 0x1_0000)])
+def test_the_mandatory_part_is_written_alone(bench: Any, owner: int, offset: int) -> None:
+    """000: the first 12 bytes are mandatory, the others optional; what is not sent stays."""
+    whole, part = bytes(range(40)), bytes(range(100, 112))
+    bench.write(owner, offset, whole)
+    bench.write(owner, offset, part)
+    written = slice(10, 40) if owner == DRIVE else slice(0, 40)  # the NC writes its outputs itself
+    assert bench.read(owner, offset, 40)[written] == (part + whole[12:])[written]
+
+
 @pytest.mark.parametrize("offset", [0, 3, 17, 36, 38])
 def test_single_bits_of_the_outputs(bench: Any, offset: int) -> None:
     before = bytes(range(200, 240))

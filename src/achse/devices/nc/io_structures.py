@@ -1,7 +1,8 @@
 """I/O structures of encoders and drives, 0x5300 and 0x7300 + ID. Source: 002 §6.4.5.4, §6.4.7.4.
 
 The inputs are those of the simulated hardware. The NC writes its own fields of an output structure
-in each cycle; what a client writes stays in all others. Reads of 12 bytes give the mandatory part.
+in each cycle; what a client writes stays in all others. The first 12 bytes are the mandatory part,
+which is read and written alone too.
 """
 
 import struct
@@ -16,6 +17,7 @@ from achse.server import READ, WRITE, Layout, Service
 
 __all__ = ["DRIVE_CYCLIC", "DRIVE_IO", "ENCODER_CYCLIC", "ENCODER_IO"]
 
+SHORT_IO_SIZE = 12
 IO_SIZE = 40
 LONG_IO_SIZE = 80
 """Encoder interface with 64-bit values (NCENCODERSTRUCT_IN3, _OUT3)."""
@@ -226,9 +228,15 @@ def _bits(field: str) -> Service:
     )
 
 
-_ENCODER_OUT = _Output("NCENCODERSTRUCT_OUT2", IO_SIZE, _encoder_output)
+_ENCODER_OUT = (
+    _Output("NCENCODERSTRUCT_OUT", SHORT_IO_SIZE, _encoder_output),
+    _Output("NCENCODERSTRUCT_OUT2", IO_SIZE, _encoder_output),
+)
 _ENCODER_OUT_LONG = _Output("NCENCODERSTRUCT_OUT3", LONG_IO_SIZE, _encoder_output)
-_DRIVE_OUT2 = _Output("NCDRIVESTRUCT_OUT2", IO_SIZE, _drive_output)
+_DRIVE_OUTPUTS = (
+    _Output("NCDRIVESTRUCT_OUT", SHORT_IO_SIZE, _drive_output),
+    _Output("NCDRIVESTRUCT_OUT2", IO_SIZE, _drive_output),
+)
 
 
 def _input(
@@ -238,19 +246,19 @@ def _input(
 
 
 ENCODER_IO = (
-    _output((_ENCODER_OUT,), "encoder_output_image", "outputs of the encoder"),
+    _output(_ENCODER_OUT, "encoder_output_image", "outputs of the encoder"),
     _input((_EncoderInput(),), "inputs of the encoder"),
 )
 """As the axis shows them."""
 
 ENCODER_CYCLIC = (
-    _output((_ENCODER_OUT, _ENCODER_OUT_LONG), "encoder_output_image", "outputs of the encoder"),
+    _output((*_ENCODER_OUT, _ENCODER_OUT_LONG), "encoder_output_image", "outputs of the encoder"),
     _bits("encoder_output_image"),
     _input((_EncoderInput(), _EncoderInputLong()), "inputs of the encoder"),
 )
 
 DRIVE_IO = (
-    _output((_DRIVE_OUT2,), "drive_output_image", "outputs of the drive"),
+    _output(_DRIVE_OUTPUTS, "drive_output_image", "outputs of the drive"),
     _input((_DriveInput(),), "inputs of the drive"),
 )
 
