@@ -5,7 +5,6 @@ import sys
 from array import array
 from collections.abc import Callable, Iterable
 from functools import partial
-from itertools import chain
 from operator import itemgetter
 from typing import Any
 
@@ -61,6 +60,11 @@ class Place:
         self.offset = offset
         self.size = size
 
+    @property
+    def spot(self) -> tuple[int, int, int]:
+        """Equal for equal places."""
+        return id(self.memory), self.offset, self.size
+
     def __call__(self) -> bytes:
         return self.memory[self.offset : self.offset + self.size].tobytes()
 
@@ -71,37 +75,37 @@ def gather(readers: Iterable[Callable[[], Any]]) -> Callable[[], tuple[Any, ...]
     A place that overlaps others is read for itself, unless it is the same.
     """
     readers = list(readers)
-    memories = {id(read.memory): read.memory for read in readers if isinstance(read, Place)}
-    spots = {_spot(read) for read in readers if isinstance(read, Place)}
-    takes: list[Callable[[], tuple[Any, ...]]] = []
-    found: dict[tuple[int, int, int], int] = {}
-    for key, memory in memories.items():
+    places = [read for read in readers if isinstance(read, Place)]
+    unpacks: list[Callable[[], tuple[bytes, ...]]] = []
+    indexes: dict[tuple[int, int, int], int] = {}
+    for memory in {id(place.memory): place.memory for place in places}.values():
         form, end = "=", 0
-        for spot in sorted(spot for spot in spots if spot[0] == key):
+        for spot in sorted({place.spot for place in places if place.memory is memory}):
             _, offset, size = spot
             if offset >= end:
                 form += f"{offset - end}x{size}s"
                 end = offset + size
-                found[spot] = len(found)
-        takes.append(partial(struct.Struct(form).unpack_from, memory))
+                indexes[spot] = len(indexes)
+        unpacks.append(partial(struct.Struct(form).unpack_from, memory))
     calls: list[Callable[[], Any]] = []
     order = []
     for read in readers:
-        place = found.get(_spot(read)) if isinstance(read, Place) else None
-        order.append(len(found) + len(calls) if place is None else place)
-        if place is None:
+        index = indexes.get(read.spot) if isinstance(read, Place) else None
+        if index is None:
+            index = len(indexes) + len(calls)
             calls.append(read)
-    if calls:
-        takes.append(lambda: tuple([read() for read in calls]))
-    take = takes[0] if len(takes) == 1 else lambda: tuple(chain(*[take() for take in takes]))
-    if order == list(range(len(order))):
-        return take
-    pick = itemgetter(*order)
-    return lambda: pick(take())
+        order.append(index)
+    in_order = order == list(range(len(order)))
+    pick: Callable[[list[Any]], tuple[Any, ...]] = tuple if in_order else itemgetter(*order)
 
+    def take() -> tuple[Any, ...]:
+        values: list[Any] = []
+        for unpack in unpacks:
+            values += unpack()
+        values += [read() for read in calls]
+        return pick(values)
 
-def _spot(place: Place) -> tuple[int, int, int]:
-    return id(place.memory), place.offset, place.size
+    return take
 
 
 def reader(slot: Slot) -> Callable[[Any], Any]:

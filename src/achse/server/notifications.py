@@ -89,6 +89,8 @@ class Notifications:
         """Batches with samples of this moment."""
         self._waiting: dict[Channel, None] = {}
         """Channels with stamps that their client does not take yet."""
+        self.due_ns: float = math.inf
+        """When `tick` has something to do next, or before; unix ns."""
         self._sequence = 0
         self._next_handle = 1
         self._warned: set[bytes] = set()
@@ -105,14 +107,6 @@ class Notifications:
     def sample_sizes(self) -> Iterable[int]:
         """Bytes of a sample of each subscription."""
         return (subscription.length for subscription in self._subscriptions.values())
-
-    @property
-    def due_ns(self) -> float:
-        """When `tick` has something to do next, unix ns."""
-        if self._open or self._waiting:
-            return 0
-        due = self._due[0][0] if self._due else math.inf
-        return min(due, self._deadlines[0][0]) if self._deadlines else due
 
     # adding and deleting ---------------------------------------------------------------------
 
@@ -192,6 +186,7 @@ class Notifications:
                 pulse = self._pulses[key] = Pulse(cycle)
                 self._sequence += 1
                 heappush(self._due, (last + cycle, self._sequence, pulse))
+                self.due_ns = min(self.due_ns, last + cycle)
             pulse.beats[beat] = None
         return beat
 
@@ -299,6 +294,7 @@ class Notifications:
     def _open_batch(self, batch: Batch) -> None:
         if not batch.parts:
             self._open.append(batch)
+            self.due_ns = 0
 
     def send_first(self) -> None:
         """Send the value at the time of the Add, or hold it up to the largest delay."""
@@ -309,6 +305,7 @@ class Notifications:
                 subscription.batch.parts += (subscription.header, subscription.last or b"")
         now = self._clock()
         self._send(now, self._on_grid(self._task_cycle(0)))
+        self._look_ahead()
 
     def tick(self, now: int) -> None:
         """Take the samples due at `now` (unix ns) and send what may not wait longer."""
@@ -333,6 +330,15 @@ class Notifications:
                         self._open.append(batch)
         if self._open or self._waiting or (self._deadlines and self._deadlines[0][0] <= now):
             self._send(now, now)
+        self._look_ahead()
+
+    def _look_ahead(self) -> None:
+        if self._open or self._waiting:
+            self.due_ns = 0
+            return
+        self.due_ns = self._due[0][0] if self._due else math.inf
+        if self._deadlines and self._deadlines[0][0] < self.due_ns:
+            self.due_ns = self._deadlines[0][0]
 
     def _send(self, now: int, stamp_time: int) -> None:
         ready = self._waiting

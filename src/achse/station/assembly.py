@@ -213,7 +213,7 @@ def _notification_stage(devices: Iterable[Device], tick_ns: int, clock: Callable
             notify(now)
 
     def rest() -> float:
-        return min((device.due_ns for device in listed), default=math.inf) - clock()
+        return min([device.due_ns for device in listed], default=math.inf) - clock()
 
     return Stage("notifications", tick_ns, run, rest)
 

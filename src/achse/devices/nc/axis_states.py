@@ -56,8 +56,9 @@ _REMAINING = Service(
 )
 
 
-def _override(axis: Axis) -> float:
-    return axis.velocity_override / 1e6
+def _sample_override(axis: Axis, length: int) -> Callable[[], bytes]:
+    encode = REAL64.encode
+    return lambda: encode(axis.velocity_override / 1e6)[:length]
 
 
 _OVERRIDE = Service(
@@ -67,8 +68,8 @@ _OVERRIDE = Service(
     REAL64,
     "override in force, 1.0 = 100 %",
     "1",
-    read=_override,
-    sample=lambda axis, length: lambda: REAL64.encode(_override(axis))[:length],
+    read=lambda axis: axis.velocity_override / 1e6,
+    sample=_sample_override,
 )
 
 _STOP_INFORMATION = Service(
