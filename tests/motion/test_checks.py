@@ -48,3 +48,28 @@ def test_soft_limits_count_only_when_watched(make_rig: Any) -> None:
     assert checks.why_not_target(on, 5.0) == checks.OK
     assert checks.why_not_target(on, 6.0) == NcError.SOFT_LIMIT_MAX_AT_START.number
     assert checks.why_not_away(on, 1.0) == checks.OK
+
+
+def test_a_waiting_move_counts_from_the_target_before_it(make_rig: Any) -> None:
+    near = {"axis_type": AxisType.DISCRETE_RAPID_CREEP, "brake_distance_negative": 2.0}
+    axis = make_rig(**near).axis
+    assert commands.universal_start(axis, 1, 100.0, 100.0) == 0
+    assert commands.universal_start(axis, 1, 0.0, 100.0, buffer_mode=1) == 0
+    assert (
+        commands.universal_start(axis, 1, -1.0, 100.0, buffer_mode=1)
+        == NcError.DISTANCE_BELOW_BRAKING_DISTANCE.number
+    )
+    loop = {"loop_enable": 1, "loop_distance": 50.0, "encoder_soft_limit_max": 120.0}
+    axis = make_rig(**loop, encoder_soft_limit_max_enable=1).axis
+    assert commands.universal_start(axis, 1, -100.0, 100.0) == 0
+    assert commands.universal_start(axis, 1, 20.0, 100.0, buffer_mode=1) == 0
+    assert (
+        commands.universal_start(axis, 1, 80.0, 100.0, buffer_mode=1)
+        == NcError.SOFT_LIMIT_MAX_AT_START.number
+    )
+    assert (
+        commands.start_reversing(
+            make_rig(**loop, encoder_soft_limit_max_enable=1).axis, 1, -50.0, 100.0, 100.0, 0.0
+        )
+        == NcError.SOFT_LIMIT_MAX_AT_START.number
+    )

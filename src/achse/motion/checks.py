@@ -102,11 +102,14 @@ def why_not_position(axis: Axis, start_type: int, position: float) -> int:
     return OK
 
 
-def why_not_target(axis: Axis, target: float) -> int:
+def why_not_target(axis: Axis, target: float, begin: float | None = None) -> int:
+    """What is wrong with a target, on the way from `begin` or from where the axis is."""
+    if begin is None:
+        begin = axis.set_position
     if abs(target) > FARTHEST:
         return NcError.PRECISION_LOST.number
     lowest = highest = target
-    if axis.loop_enable and (target - axis.set_position) * axis.loop_distance > 0.0:
+    if axis.loop_enable and (target - begin) * axis.loop_distance > 0.0:
         lowest = min(target, target + axis.loop_distance)
         highest = max(target, target + axis.loop_distance)
     if axis.encoder_soft_limit_min_enable and lowest < axis.encoder_soft_limit_min:
@@ -114,7 +117,7 @@ def why_not_target(axis: Axis, target: float) -> int:
     if axis.encoder_soft_limit_max_enable and highest > axis.encoder_soft_limit_max:
         return NcError.SOFT_LIMIT_MAX_AT_START.number
     if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
-        way = target - axis.actual_position
+        way = target - begin
         near = axis.brake_distance_positive if way > 0.0 else axis.brake_distance_negative
         if abs(way) <= near:
             return NcError.DISTANCE_BELOW_BRAKING_DISTANCE.number

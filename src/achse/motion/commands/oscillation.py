@@ -42,7 +42,11 @@ def start_reversing(
         return NcError.START_AXIS_DATA.number
     if end_position_1 == end_position_2:
         return NcError.COMMAND_SAME_TARGET.number
-    code = why_not_target(axis, end_position_1) or why_not_target(axis, end_position_2)
+    code = (
+        why_not_target(axis, end_position_1)
+        or why_not_target(axis, end_position_2, end_position_1)
+        or why_not_target(axis, end_position_1, end_position_2)
+    )
     if code:
         return code
     begin_job(

@@ -132,7 +132,7 @@ def universal_start(
     else:
         target = resolve_target(axis, start_type, position, begin)
         direction = sign(target - begin)
-        code = why_not_target(axis, target)
+        code = why_not_target(axis, target, begin)
     code = code or why_not_permitted(axis, direction)
     if code:
         return code
