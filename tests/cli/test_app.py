@@ -1,6 +1,8 @@
 """The command tree is whole, and every command explains itself."""
 
+import re
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from typer.main import get_command
@@ -48,6 +50,15 @@ def test_each_command_has_help(path: tuple[str, ...]) -> None:
     result = CliRunner().invoke(app, [*path, "--help"])
     assert result.exit_code == 0
     assert "Usage:" in result.stdout
+
+
+@pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
+def test_no_help_has_words_in_brackets_which_the_terminal_would_swallow(
+    path: tuple[str, ...],
+) -> None:
+    command: Any = COMMANDS[path]
+    texts = [command.help or "", *(getattr(item, "help", "") or "" for item in command.params)]
+    assert not [text for text in texts if re.search(r"(?<!\\)\[[a-z@/]", text)]
 
 
 @pytest.mark.parametrize(

@@ -196,7 +196,7 @@ async def router(client: "Client", in_json: Json = False) -> None:
 
 
 def hash_password() -> None:
-    """Hash a password for [router.users]; asks for it, or reads a line from a pipe."""
+    """Hash a password for the users of a router; asks for it, or reads a line from a pipe."""
     from achse.router.access import hash_password
 
     if sys.stdin.isatty():

@@ -16,7 +16,7 @@ def register(app: typer.Typer) -> None:
 
 
 def warmup(json: Json = False) -> None:
-    """Compile the kernels of axes and drives for this machine, where achse[fast] is installed.
+    """Compile the kernels of axes and drives for this machine, with the extra `fast`.
 
     Their machine code is kept in the user's cache, or where ACHSE_CACHE_DIR says. Without this
     command the first start that needs it compiles.
