@@ -12,7 +12,7 @@ from achse.motion import OperationModeBit, StateBit, commands
     ("values", "error"),
     [
         ({"encoder_is_absolute": 1}, NcError.FUNCTION_NOT_ALLOWED),
-        ({"encoder_reference_mode": 8}, NcError.ENCODER_REFERENCE_MODE),
+        ({"encoder_reference_mode": 0}, NcError.ENCODER_REFERENCE_MODE),
         (
             {"homing_velocity_towards_cam": 3000.0},
             NcError.AXIS_HOMING_VELOCITY_TOWARDS_CAM,
