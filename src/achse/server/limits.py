@@ -18,6 +18,9 @@ class Limits:
     answer_bytes: int = (1 << 26) - 64
     """Bytes of one answer (0x705 beyond): its packet is within the longest that routers take."""
 
+    all_notifications: int = 1 << 18
+    """Subscriptions of all clients together (0x716 beyond): addresses cost nothing."""
+
     sample_bytes: int = 1 << 20
     """Bytes of one sample (0x717 beyond)."""
 

@@ -134,6 +134,11 @@ class Notifications:
         held = self._by_client.get(client, {})
         if len(held) >= self.limits.notifications:
             raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{len(held)} notifications")
+        if len(self._subscriptions) >= self.limits.all_notifications:
+            everybody = len(self._subscriptions)
+            raise DeviceError(
+                ReturnCode.NO_MORE_HANDLES, f"{everybody} notifications of all clients"
+            )
         size = self._bytes.get(client, 0) + length
         if length > self.limits.sample_bytes or size > self.limits.watched_bytes:
             raise DeviceError(ReturnCode.INVALID_WATCH_SIZE, f"{length} bytes")

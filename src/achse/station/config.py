@@ -263,6 +263,8 @@ class LimitsConfig(_Section):
     """Symbol handles (0x716 beyond)."""
     notifications: int = Field(default=_LIMITS.notifications, ge=1)
     """Subscriptions (0x716 beyond)."""
+    all_notifications: int = Field(default=_LIMITS.all_notifications, ge=1)
+    """Subscriptions of all clients together (0x716 beyond)."""
     sample_bytes: int = Field(default=_LIMITS.sample_bytes, ge=8)
     """Bytes of one sample (0x717 beyond)."""
     watched_bytes: int = Field(default=_LIMITS.watched_bytes, ge=8)
@@ -282,6 +284,7 @@ class LimitsConfig(_Section):
         return Limits(
             handles=self.handles,
             notifications=self.notifications,
+            all_notifications=self.all_notifications,
             sample_bytes=self.sample_bytes,
             watched_bytes=self.watched_bytes,
             queue_bytes=self.queue_bytes,
