@@ -12,7 +12,6 @@ from achse.motion import OperationModeBit, StateBit, commands
     ("values", "error"),
     [
         ({"encoder_is_absolute": 1}, NcError.FUNCTION_NOT_ALLOWED),
-        ({"encoder_reference_mode": 0}, NcError.ENCODER_REFERENCE_MODE),
         (
             {"homing_velocity_towards_cam": 3000.0},
             NcError.AXIS_HOMING_VELOCITY_TOWARDS_CAM,
@@ -28,6 +27,11 @@ from achse.motion import OperationModeBit, StateBit, commands
 def test_what_forbids_homing(make_rig: Any, values: Any, error: NcError) -> None:
     rig = make_rig(**values)
     rig.refuses(error, commands.home)
+
+
+def test_there_is_no_homing_without_a_reference_mode(rig: Any) -> None:
+    rig.axis.encoder_reference_mode = 8
+    rig.refuses(NcError.ENCODER_REFERENCE_MODE, commands.home)
 
 
 def test_homing_is_refused_while_the_axis_moves_or_is_in_error(rig: Any) -> None:
