@@ -37,8 +37,6 @@ _HEADER = '''"""Symbols of {title}, written by `achse symbols stubs`."""
 # ruff: noqa
 # fmt: off
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from datetime import date, datetime, time, timedelta
 from enum import IntEnum
@@ -69,11 +67,9 @@ class _Module:
         """Python names of enumerations and structures by their IEC name."""
         self.taken = {"Symbols", "Symbol", "Target", "MethodResult", "Any", "Nanoseconds"}
         self.taken |= {"date", "datetime", "time", "timedelta", "IntEnum", "dataclass", "iec_name"}
-        self.types = [
-            type
-            for type in sorted(types_within(symbols.values()), key=lambda type: type.name.lower())
-            if isinstance(type, EnumType | StructType)
-        ]
+        self.types = _inner_first(
+            sorted(types_within(symbols.values()), key=lambda type: type.name.lower())
+        )
         for type in self.types:
             self.names[type.name.lower()] = self._unique(_identifier(type.name))
 
@@ -206,6 +202,25 @@ class _Module:
                 yield f"        answer: {answer} = {call}"
                 yield "        return answer"
             yield ""
+
+
+def _inner_first(types: Iterable[IecType[Any]]) -> list[EnumType[Any] | StructType[Any]]:
+    """The enumerations and structures, each structure after what it is made of."""
+    found: dict[str, EnumType[Any] | StructType[Any]] = {}
+
+    def add(type: IecType[Any]) -> None:
+        real = resolved(type)
+        if isinstance(real, ArrayType):
+            add(real.element)
+        elif isinstance(real, EnumType | StructType) and real.name.lower() not in found:
+            if isinstance(real, StructType):
+                for member in real.fields:
+                    add(member.type)
+            found[real.name.lower()] = real
+
+    for type in types:
+        add(type)
+    return list(found.values())
 
 
 def _identifier(name: str) -> str:

@@ -90,5 +90,5 @@ def test_inherited_members_may_be_listed_again_at_their_place() -> None:
     more = derived(again + "<BitOffs>64</BitOffs></SubItem>")[1]
     assert isinstance(more, StructType)
     assert [(m.name, m.offset) for m in more.members] == [("nFirst", 8), ("nSecond", 10)]
-    with pytest.raises(SourceError, match="two members are named .nFirst"):
+    with pytest.raises(SourceError, match=r"two members are named .nFirst"):
         derived(again + "<BitOffs>96</BitOffs></SubItem>")
