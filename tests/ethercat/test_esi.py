@@ -4,7 +4,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from achse.ethercat import Loopback, build_sii, describe
+from achse.ethercat import Loopback, Slave, build_sii, describe
 from achse.ethercat.esi import build_esi
 
 Element = ElementTree.Element
@@ -44,6 +44,17 @@ def test_identity(device: Element) -> None:
     assert kind.text == "loopback"
     assert hexadecimal(kind.attrib["ProductCode"]) == 0x100B
     assert hexadecimal(kind.attrib["RevisionNo"]) == 1
+
+
+def test_the_controller_is_the_one_that_answers(device: Element) -> None:
+    memory = Slave(Loopback(4)).esc.memory
+    info = device.find("Info")
+    assert info is not None
+    assert [each.tag for each in info] == ["StateMachine", "Mailbox", "EtherCATController"]
+    controller = info[2]
+    assert int(text(controller, "FmmuCount")) == memory[0x0004]
+    assert int(text(controller, "SmCount")) == memory[0x0005]
+    assert int(text(controller, "DpramSize")) == 1024 * memory[0x0006]
 
 
 def test_sync_managers(device: Element) -> None:

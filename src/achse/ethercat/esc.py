@@ -13,7 +13,15 @@ from achse.ethercat.clock import DistributedClock, Instant
 from achse.ethercat.eeprom import Eeprom
 from achse.ethercat.fmmu import Fmmu
 from achse.ethercat.pdi import AlEvent, Pdi, PdiAccess
-from achse.ethercat.registers import FMMU_BASE, RAM_BASE, REGISTERS, SM_BASE
+from achse.ethercat.registers import (
+    FMMU_BASE,
+    FMMUS,
+    RAM_BASE,
+    RAM_KIB,
+    REGISTERS,
+    SM_BASE,
+    SYNC_MANAGERS,
+)
 from achse.ethercat.syncmanager import SyncManager
 
 __all__ = ["Esc"]
@@ -44,9 +52,9 @@ class Esc:
         pdi: Pdi,
         sii: bytes,
         *,
-        fmmus: int = 3,
-        sync_managers: int = 4,
-        ram_kib: int = 8,
+        fmmus: int = FMMUS,
+        sync_managers: int = SYNC_MANAGERS,
+        ram_kib: int = RAM_KIB,
         alias: int = 0,
     ) -> None:
         self.pdi = pdi

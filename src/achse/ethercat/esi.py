@@ -14,6 +14,7 @@ from achse.ethercat.application import (
     ObjectEntry,
 )
 from achse.ethercat.description import OPERATION_MODES, Area, Pdo, SlaveDescription
+from achse.ethercat.registers import FMMUS, RAM_KIB, SYNC_MANAGERS
 from achse.ethercat.sii import SII_SIZE, build_sii
 
 __all__ = ["build_esi"]
@@ -131,6 +132,13 @@ def _info(info: ElementTree.Element) -> None:
     timeouts = _sub(_sub(info, "Mailbox"), "Timeout")
     for name, milliseconds in _MAILBOX_TIMEOUTS.items():
         _sub(timeouts, name, str(milliseconds))
+    controller = _sub(info, "EtherCATController")
+    for name, number in (
+        ("DpramSize", 1024 * RAM_KIB),
+        ("SmCount", SYNC_MANAGERS),
+        ("FmmuCount", FMMUS),
+    ):
+        _sub(controller, name, str(number))
 
 
 def _sync_managers(device: ElementTree.Element, description: SlaveDescription) -> None:

@@ -6,12 +6,24 @@ read-only. What a register does is in `esc` and the modules it is made of.
 
 from typing import NamedTuple
 
-__all__ = ["FMMU_BASE", "RAM_BASE", "REGISTERS", "SM_BASE", "Register"]
+__all__ = [
+    "FMMUS",
+    "FMMU_BASE",
+    "RAM_BASE",
+    "RAM_KIB",
+    "REGISTERS",
+    "SM_BASE",
+    "SYNC_MANAGERS",
+    "Register",
+]
 
 FMMU_BASE = 0x0600
 SM_BASE = 0x0800
 RAM_BASE = 0x1000
 """Below are registers, from here process data memory."""
+
+FMMUS, SYNC_MANAGERS, RAM_KIB = 3, 4, 8
+"""What the controller of the drive has (001 §2.2); the manual is silent about its memory."""
 
 
 class Register(NamedTuple):
