@@ -53,12 +53,13 @@ class RowView:
 class Place:
     """Where a value lies: `size` bytes at `offset` of `memory`; called, it reads them."""
 
-    __slots__ = ("memory", "offset", "size")
+    __slots__ = ("_take", "memory", "offset", "size")
 
-    def __init__(self, memory: memoryview, offset: int, size: int) -> None:
+    def __init__(self, memory: bytearray | memoryview, offset: int, size: int) -> None:
         self.memory = memory
         self.offset = offset
         self.size = size
+        self._take = struct.Struct(f"{size}s").unpack_from
 
     @property
     def spot(self) -> tuple[int, int, int]:
@@ -66,7 +67,8 @@ class Place:
         return id(self.memory), self.offset, self.size
 
     def __call__(self) -> bytes:
-        return self.memory[self.offset : self.offset + self.size].tobytes()
+        value: bytes = self._take(self.memory, self.offset)[0]
+        return value
 
 
 def gather(readers: Iterable[Callable[[], Any]]) -> Callable[[], tuple[Any, ...]]:

@@ -13,6 +13,8 @@ import logging
 import struct
 from collections import deque
 from collections.abc import Callable
+from itertools import chain
+from typing import Any
 
 from achse.ams import AmsAddress, Command, DeviceError, Endpoint, Frame
 from achse.kernel.memory import Place, gather
@@ -206,14 +208,15 @@ class Series:
     All values that lie in memory are taken at once, see `gather`.
     """
 
-    __slots__ = ("_last", "_members", "_on_change", "_take", "subscriptions")
+    __slots__ = ("_headers", "_last", "_members", "_on_change", "_take", "subscriptions")
 
     def __init__(self, on_change: bool) -> None:
         self.subscriptions: dict[int, Subscription] = {}
         self._on_change = on_change
         self._members: tuple[Subscription, ...] = ()
         """Whose values `_take` gives and `_last` holds."""
-        self._take: Callable[[], tuple[bytes | None, ...]] | None = None
+        self._headers: tuple[bytes, ...] = ()
+        self._take: Callable[[], tuple[Any, ...]] | None = None
         """None: others belong to the series now."""
         self._last: tuple[bytes | None, ...] = ()
 
@@ -225,10 +228,11 @@ class Series:
         if self.subscriptions.pop(subscription.handle, None) is not None:
             self._take = None
 
-    def _gather(self) -> Callable[[], tuple[bytes | None, ...]]:
+    def _gather(self) -> Callable[[], tuple[Any, ...]]:
         for subscription, value in zip(self._members, self._last, strict=True):
             subscription.last = value
         self._members = tuple(self.subscriptions.values())
+        self._headers = tuple(subscription.header for subscription in self._members)
         self._last = tuple(subscription.last for subscription in self._members)
         self._take = gather(subscription.reader for subscription in self._members)
         return self._take
@@ -237,16 +241,17 @@ class Series:
         """Add to `parts` the samples that are to be sent, headers and data in turn."""
         values = (self._take or self._gather())()
         last, self._last = self._last, values
-        if self._on_change and values == last:
-            return
         always = not self._on_change
-        for subscription, value, before in zip(self._members, values, last, strict=True):
-            if value != before or always:
-                if value is not None:
-                    parts.append(subscription.header)
-                    parts.append(value)
-                elif before is not None:
-                    hint(subscription)
+        if always and None not in values:
+            parts.extend(chain.from_iterable(zip(self._headers, values, strict=True)))
+        elif always or values != last:
+            for subscription, value, before in zip(self._members, values, last, strict=True):
+                if value != before or always:
+                    if value is not None:
+                        parts.append(subscription.header)
+                        parts.append(value)
+                    elif before is not None:
+                        hint(subscription)
 
 
 class Beat:

@@ -1,7 +1,6 @@
 """The symbols of a PLC for clients: names, addresses, values, type tables."""
 
 import hashlib
-import struct
 from collections.abc import Callable, Mapping
 from functools import cached_property, partial
 from typing import Any, NamedTuple
@@ -16,6 +15,7 @@ from achse.iec.describe import describe_type, types_within
 from achse.iec.names import elementary
 from achse.iec.paths import Location, Member, Step, follow, parse_path, split_symbol
 from achse.iec.symbols import SymbolEncoder, SymbolEntry, SymbolFlag, UploadFlag, fold
+from achse.kernel.memory import Place
 from achse.plc import Area, Memory, PlacedUnit, PlacedVariable, PlcRuntime, Region
 from achse.server import UploadInfo
 
@@ -131,16 +131,10 @@ def _access(spot: Spot, size: int) -> tuple[Callable[[], bytes], Callable[[bytes
 def _whole_bytes(
     data: bytearray, offset: int, size: int
 ) -> tuple[Callable[[], bytes], Callable[[bytes], None]]:
-    take = struct.Struct(f"{size}s").unpack_from
-
-    def read() -> bytes:
-        content: bytes = take(data, offset)[0]
-        return content
-
     def write(content: bytes) -> None:
         data[offset : offset + len(content)] = content
 
-    return read, write
+    return Place(data, offset, size), write
 
 
 def _one_bit(
