@@ -298,6 +298,20 @@ def test_buffered_moves_go_on_below_it(rig: Any) -> None:
     assert rig.axis.set_position == pytest.approx(420.0, abs=1e-9)
 
 
+def test_targets_that_wait_move_along(rig: Any) -> None:
+    commands.universal_start(rig.axis, 1, 200.0, V)
+    commands.universal_start(rig.axis, 1, 500.0, V, 0.0, 0.0, 0.0, 19)
+    commands.universal_start(rig.axis, 2, -10.0, V, 0.0, 0.0, 0.0, 1)
+    rig.seconds(1.0)
+    start(rig, 1, 80.0, 20.0, 200.0)  # ends beyond the first target
+    rig.until(lambda axis: axis.set_command_number == 2)
+    assert rig.axis.compensating == 1
+    rig.until_rest()
+    assert rig.axis.set_position == pytest.approx(520.0)
+    rig.until(lambda axis: axis.buffer_count == 0 and axis.set_motion_phase == 0)
+    assert rig.axis.set_position == pytest.approx(510.0)
+
+
 def test_both_kernels_agree(make_rig: Any) -> None:
     digests = []
     for compiled in (False, True):

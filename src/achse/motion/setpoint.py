@@ -32,6 +32,7 @@ __all__ = [
     "take_next",
 ]
 
+_ABSOLUTE = StartType.ABSOLUTE.value
 _ENDLESS_POSITIVE = StartType.ENDLESS_POSITIVE.value
 _ENDLESS_NEGATIVE = StartType.ENDLESS_NEGATIVE.value
 
@@ -395,7 +396,13 @@ def shift_encoder(ax: AxisFields, shift: float) -> None:
 
 
 def displace(ax: AxisFields, way: float) -> None:
-    """Let what is planned go on as it is, `way` farther on."""
+    """Let what is planned go on as it is, `way` farther on, and what waits behind it too."""
+    for n in range(ax.buffer_count):
+        i = (ax.buffer_first + n) % COMMAND_BUFFER
+        if ax.buffer_start_type[i] == _ABSOLUTE:
+            ax.buffer_position[i] += way
+        if ax.buffer_blending_position[i] != 0.0:
+            ax.buffer_blending_position[i] += way
     ax.set_position += way
     ax.target_position += way
     ax.segment_position += way

@@ -98,6 +98,23 @@ def test_on_the_fly_the_motion_goes_on_undisturbed(make: Any, kind: int, value: 
     assert rig.axis.error_code == 0
 
 
+def test_on_the_fly_what_waits_goes_on_undisturbed(rig: Any, make_rig: Any) -> None:
+    other = make_rig()
+    for chain in (rig, other):
+        for target, blending in ((100.0, 0.0), (200.0, 90.0), (150.0, 0.0)):
+            mode = 20 if target > 150.0 else 1
+            code = commands.universal_start(chain.axis, 1, target, V, 0.0, 0.0, 0.0, mode, blending)
+            assert code == 0
+        chain.seconds(0.3)
+    commands.set_actual_position_on_the_fly(rig.axis, 2, 0, 1000.0)
+    for _ in range(1500):
+        rig.run(1)
+        other.run(1)
+        assert rig.axis.set_velocity == pytest.approx(other.axis.set_velocity, abs=1e-3)
+    assert rig.axis.set_position == pytest.approx(1150.0)
+    assert other.axis.set_position == pytest.approx(150.0)
+
+
 def test_on_the_fly_the_following_error_stays_unless_it_is_cleared(make_rig: Any) -> None:
     rig = make_rig(controller_velocity_feedforward_weight=0.5)
     commands.start(rig.axis, 3, 0.0, 50.0)
