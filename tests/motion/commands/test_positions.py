@@ -258,7 +258,9 @@ def test_a_reinitialised_encoder_knows_the_hardware_alone(make: Any) -> None:
     rig.refuses(NcError.PLC_AXIS_ENABLED, commands.reinitialize_encoder)
     rig.axis.control_dword = 0
     rig.run(2)
+    assert rig.axis.initialize_command_counter == 0
     assert commands.reinitialize_encoder(rig.axis) == 0
+    assert rig.axis.initialize_command_counter == 1
     assert rig.axis.encoder_reinitialization_state == 1
     rig.run(2)
     axis = rig.axis

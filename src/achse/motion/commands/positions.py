@@ -175,6 +175,7 @@ def reinitialize_encoder(encoder: Axis) -> int:
         return NcError.PLC_AXIS_ENABLED.number
     encoder.encoder_reinitialization_state = 1
     encoder.adapt = 1
+    owner.initialize_command_counter += 1
     owner.resting = 0
     return OK
 
