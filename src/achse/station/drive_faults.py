@@ -106,6 +106,11 @@ DRIVE_FAULT_KINDS: Mapping[str, FaultKind] = {
 }
 """Every kind of fault a bus of drives can have."""
 
+_CODES = {
+    "input": ", ".join(bit.name or "" for bit in InputBit),
+    "warning": "a name or AL. and three digits",
+    "alarm": "a name, AL. and three digits, or a number of 603Fh (0xFF10)",
+}
 _SIDES = {"overtravel": ("positive", "negative"), "input": ("on", "off")}
 
 
@@ -160,9 +165,7 @@ class DriveFault(FaultFields):
                     return alarm
         found = table.get(self.code.upper())
         if found is None:
-            expected = (
-                ", ".join(table) if self.kind == "input" else "a name or AL. and three digits"
-            )
+            expected = _CODES.get(self.kind, _CODES["alarm"])
             raise FaultError(f"code: expected {expected}; got {self.code!r}")
         return found
 
