@@ -271,3 +271,13 @@ def test_an_error_is_shown_by_the_part_it_belongs_to(bench: Any) -> None:
         assert bench.get(group, 0x01, "<i") == code
         for other in {0x5101, 0x6101, 0x7101} - {group}:
             assert bench.get(other, 0x01, "<i") == 0
+
+
+def test_a_reference_mode_may_be_undefined(bench: Any, refused: Any) -> None:
+    """002: 0 is the default of a set that is written back; homing then is refused."""
+    bench.put(P, 0x107, NUMBER, 0)
+    assert bench.get(P, 0x107, NUMBER) == 0
+    with refused(0x4418):
+        bench.write(0x4201, 0x10, b"")
+    with refused(0x4418):
+        bench.put(P, 0x107, NUMBER, 8)

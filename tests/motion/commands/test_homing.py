@@ -30,7 +30,7 @@ def test_what_forbids_homing(make_rig: Any, values: Any, error: NcError) -> None
 
 
 def test_there_is_no_homing_without_a_reference_mode(rig: Any) -> None:
-    rig.axis.encoder_reference_mode = 8
+    rig.axis.encoder_reference_mode = 0  # 002: not defined, what an axis has by default
     rig.refuses(NcError.ENCODER_REFERENCE_MODE, commands.home)
 
 

@@ -70,7 +70,7 @@ class EncoderParameters(Parameters):
     )
     encoder_reference_position: float = real(0.0, "mm", "position of the reference mark", -1e9, 1e9)
     encoder_external_sync_pulse: int = flag(0, "the sync pulse is input 1 instead of the index")
-    encoder_reference_mode: int = whole(1, "ReferenceMode", "what ends the homing sequence", 1)
+    encoder_reference_mode: int = whole(1, "ReferenceMode", "what ends the homing sequence")
     encoder_sub_mask: int = whole(
         0xFFFF, "INC", "range within which the count is absolute, less 1", 0xF
     )
