@@ -14,7 +14,7 @@ import statistics
 import struct
 import sys
 import time
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 from achse.ams import AmsAddress, Command, Frame
 from achse.ams.commands import ADD_NOTIFICATION_BODY
