@@ -55,6 +55,22 @@ def test_a_wrong_length_is_refused(bench: Any, refused: Any, size: int) -> None:
         bench.write(P, 0x27, bytes(size))
 
 
+@pytest.mark.parametrize(
+    ("offset", "least", "error"),
+    [(0x1D, 0.01, 0x4309), (0x10A, 0.01, 0x4309), (0x10B, 0.01, 0x430A), (0x10C, 0.1, 0x430B)],
+)
+def test_zero_or_at_least_so_much(
+    bench: Any, refused: Any, offset: int, least: float, error: int
+) -> None:
+    for value in (least, 1e5, 0.0):
+        bench.put(P, offset, "<d", value)
+        assert bench.get(P, offset, "<d") == value
+    for value in (0.99 * least, -least):
+        with refused(error):
+            bench.put(P, offset, "<d", value)
+    assert bench.get(P, offset, "<d") == 0.0
+
+
 def test_id_name_and_unit(bench: Any, refused: Any) -> None:
     assert bench.get(P, 0x01, NUMBER) == 1
     assert bench.read(P, 0x02, 31) == b"X".ljust(31, b"\0")

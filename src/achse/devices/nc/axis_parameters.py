@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from operator import attrgetter
 from typing import Any
 
+from achse.ams import DeviceError
 from achse.devices.nc.binding import parameter, per_element, shown
 from achse.devices.nc.controller import CONTROLLER_VIEWS
 from achse.devices.nc.drive import DRIVE_VIEWS
@@ -86,6 +87,17 @@ def _fixed(offset: int, name: str, codec: Any, value: Any, description: str) -> 
     return Service(offset, name, READ, codec, description, "1", read=lambda axis: value)
 
 
+def _optional(offset: int, error: int, name: str, least: float) -> Service:
+    """A parameter that is 0, not given, or at least `least`."""
+
+    def write(axis: Axis, value: float) -> None:
+        if 0.0 < value < least:
+            raise DeviceError(error, f"{name} = {value:g}, expected 0 or at least {least:g}")
+        setattr(axis, name, value)
+
+    return parameter(offset, REAL64, error, name, write=write)
+
+
 _OWN = (
     shown(0x01, UINT32, "axis_id"),
     _text(0x02, "axis_name", 31, "name", "axis name"),
@@ -114,7 +126,7 @@ _OWN = (
     parameter(0x1A, UINT32, 0x4003, "error_reaction_mode"),
     parameter(0x1B, REAL64, 0x4003, "error_reaction_delay"),
     parameter(0x1C, UINT16, 0x4003, "couple_slaves_by_actual_values"),
-    parameter(0x1D, REAL64, 0x4309, "fading_acceleration"),
+    _optional(0x1D, 0x4309, "fading_acceleration", 0.01),
     parameter(0x1E, UINT32, 0x4003, "fast_axis_stop_signal_type"),
     parameter(0x20, UINT16, 0x4003, "allow_slave_motion_commands"),
     parameter(0x21, UINT16, 0x4003, "allow_motion_commands_with_external_setpoint"),
@@ -178,9 +190,9 @@ _OWN = (
     parameter(0x107, UINT16, 0x4003, "auxiliary_axis_limiting_enable"),
     parameter(0x108, REAL64, 0x4003, "auxiliary_axis_tolerance_ball"),
     parameter(0x109, REAL64, 0x4003, "auxiliary_axis_max_position_deviation"),
-    parameter(0x10A, REAL64, 0x4309, "fast_axis_stop_acceleration"),
-    parameter(0x10B, REAL64, 0x430A, "fast_axis_stop_deceleration"),
-    parameter(0x10C, REAL64, 0x430B, "fast_axis_stop_jerk"),
+    _optional(0x10A, 0x4309, "fast_axis_stop_acceleration", 0.01),
+    _optional(0x10B, 0x430A, "fast_axis_stop_deceleration", 0.01),
+    _optional(0x10C, 0x430B, "fast_axis_stop_jerk", 0.1),
     parameter(0x10D, UINT32, 0x4003, "user_data_state_offset", choices=USER_DATA_STATES),
     parameter(0x201, UINT32, 0x4003, "stepper_operation_mode"),
     parameter(0x202, REAL64, 0x4003, "stepper_step_scaling"),
