@@ -216,7 +216,8 @@ def test_a_rotary_table_meets_its_mark_each_turn(make_rig: Any, compiled: bool) 
 
 
 def test_a_source_that_is_no_input_says_nothing(make: Any) -> None:
-    rig = make(simulation_latch_source=100, simulation_drive_inputs=255)
+    rig = make(simulation_drive_inputs=255)
+    rig.axis.simulation_latch_source = 100
     commands.activate_touch_probe(rig.axis, 1, RISING, SINGLE, DRIVE_DEFINED)
     move(rig, 10.0)
     assert latched(rig, 1, RISING)[:2] == (1, 0)
