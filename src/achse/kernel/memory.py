@@ -5,6 +5,7 @@ import sys
 from array import array
 from collections.abc import Callable, Iterable
 from functools import partial
+from itertools import groupby
 from operator import itemgetter
 from typing import Any
 
@@ -50,21 +51,21 @@ class RowView:
         return Place(self._memory, self._first + 8 * slot.offset, size)
 
 
+Spot = tuple[int, int, int]
+"""What is equal for equal places: identity of the memory, offset, size."""
+
+
 class Place:
     """Where a value lies: `size` bytes at `offset` of `memory`; called, it reads them."""
 
-    __slots__ = ("_take", "memory", "offset", "size")
+    __slots__ = ("_take", "memory", "offset", "size", "spot")
 
     def __init__(self, memory: bytearray | memoryview, offset: int, size: int) -> None:
         self.memory = memory
         self.offset = offset
         self.size = size
+        self.spot: Spot = id(memory), offset, size
         self._take = struct.Struct(f"{size}s").unpack_from
-
-    @property
-    def spot(self) -> tuple[int, int, int]:
-        """Equal for equal places."""
-        return id(self.memory), self.offset, self.size
 
     def __call__(self) -> bytes:
         value: bytes = self._take(self.memory, self.offset)[0]
@@ -77,22 +78,23 @@ def gather(readers: Iterable[Callable[[], Any]]) -> Callable[[], tuple[Any, ...]
     A place that overlaps others is read for itself, unless it is the same.
     """
     readers = list(readers)
-    places = [read for read in readers if isinstance(read, Place)]
+    spots = [read.spot if isinstance(read, Place) else None for read in readers]
+    memories = {read.spot[0]: read.memory for read in readers if isinstance(read, Place)}
+    indexes: dict[Spot | None, int] = {}
     unpacks: list[Callable[[], tuple[bytes, ...]]] = []
-    indexes: dict[tuple[int, int, int], int] = {}
-    for memory in {id(place.memory): place.memory for place in places}.values():
+    for key, of_memory in groupby(sorted(filter(None, set(spots))), itemgetter(0)):
         form, end = "=", 0
-        for spot in sorted({place.spot for place in places if place.memory is memory}):
+        for spot in of_memory:
             _, offset, size = spot
             if offset >= end:
                 form += f"{offset - end}x{size}s"
                 end = offset + size
                 indexes[spot] = len(indexes)
-        unpacks.append(partial(struct.Struct(form).unpack_from, memory))
+        unpacks.append(partial(struct.Struct(form).unpack_from, memories[key]))
     calls: list[Callable[[], Any]] = []
     order = []
-    for read in readers:
-        index = indexes.get(read.spot) if isinstance(read, Place) else None
+    for read, place in zip(readers, spots, strict=True):
+        index = indexes.get(place)
         if index is None:
             index = len(indexes) + len(calls)
             calls.append(read)

@@ -205,7 +205,7 @@ class Batch:
 class Series:
     """Subscriptions that are sampled in one go, in the order in which they came.
 
-    All values that lie in memory are taken at once, see `gather`.
+    Once they stay the same, all values that lie in memory are taken at once, see `gather`.
     """
 
     __slots__ = ("_headers", "_last", "_members", "_on_change", "_take", "subscriptions")
@@ -216,30 +216,34 @@ class Series:
         self._members: tuple[Subscription, ...] = ()
         """Whose values `_take` gives and `_last` holds."""
         self._headers: tuple[bytes, ...] = ()
-        self._take: Callable[[], tuple[Any, ...]] | None = None
-        """None: others belong to the series now."""
+        self._take: Callable[[], tuple[Any, ...]] = self._begin
         self._last: tuple[bytes | None, ...] = ()
 
     def add(self, subscription: Subscription) -> None:
         self.subscriptions[subscription.handle] = subscription
-        self._take = None
+        self._take = self._begin
 
     def discard(self, subscription: Subscription) -> None:
         if self.subscriptions.pop(subscription.handle, None) is not None:
-            self._take = None
+            self._take = self._begin
 
-    def _gather(self) -> Callable[[], tuple[Any, ...]]:
+    def _begin(self) -> tuple[Any, ...]:
+        """The values one by one: others may come or go before the next time."""
         for subscription, value in zip(self._members, self._last, strict=True):
             subscription.last = value
         self._members = tuple(self.subscriptions.values())
         self._headers = tuple(subscription.header for subscription in self._members)
         self._last = tuple(subscription.last for subscription in self._members)
+        self._take = self._gather
+        return tuple([subscription.take() for subscription in self._members])
+
+    def _gather(self) -> tuple[Any, ...]:
         self._take = gather(subscription.reader for subscription in self._members)
-        return self._take
+        return self._take()
 
     def sample(self, parts: list[bytes]) -> None:
         """Add to `parts` the samples that are to be sent, headers and data in turn."""
-        values = (self._take or self._gather())()
+        values = self._take()
         last, self._last = self._last, values
         always = not self._on_change
         if always and None not in values:
