@@ -8,6 +8,7 @@ import pytest
 from achse.codes import AlState, AlStatus
 from achse.drive import Alarm, Drive, PowerState
 from achse.ethercat import Command, Datagram, Frame, Segment, Slave
+from achse.ethercat.eeprom import checksum
 from achse.station.drive_faults import DRIVE_FAULT_KINDS, DriveFault, DriveFaults
 from achse.station.fault import FaultError
 
@@ -168,6 +169,42 @@ def test_a_fault_begins_at_its_time(bus: Bus) -> None:
     assert (active.state, bool(bus.drives[0].record.jammed)) == ("active", True)
     bus.run(100)
     assert (active.state, bool(bus.drives[0].record.jammed)) == ("over", False)
+
+
+@pytest.mark.parametrize(
+    ("kind", "fields", "seen"),
+    [
+        ("alarm", {"code": "AL.720"}, lambda slave: slave.application.record.alarm_forced),
+        ("link_break", {}, lambda slave: not slave.esc.memory[0x0110] & 0x10),
+        ("sto", {}, lambda slave: not slave.application.record.safety_1),
+        (
+            "eeprom",
+            {},
+            lambda slave: slave.esc.eeprom.image[14] != checksum(slave.esc.eeprom.image),
+        ),
+        ("load", {"by": 200.0}, lambda slave: slave.application.record.external_load == 200),
+    ],
+)
+@pytest.mark.parametrize("first", [1, None])
+def test_what_two_faults_do_ends_with_the_later(
+    bus: Bus, kind: str, fields: dict[str, Any], seen: Callable[[Slave], Any], first: int | None
+) -> None:
+    slave = bus.segment.slaves[0]
+    bus.faults.add(kind, drive=first, lasting=0.1, **fields)
+    bus.faults.add(kind, drive=1, lasting=0.2, **fields)
+    for milliseconds, there in ((50, True), (100, True), (100, False)):
+        bus.run(milliseconds)
+        assert bool(seen(slave)) is there
+
+
+def test_a_load_goes_back_to_that_of_the_fault_that_lasts(bus: Bus) -> None:
+    record = bus.drives[0].record
+    bus.faults.add("load", drive=1, by=100.0)
+    bus.faults.add("load", drive=1, by=200.0, lasting=0.1)
+    bus.run(50)
+    assert record.external_load == 200
+    bus.run(100)
+    assert record.external_load == 100
 
 
 def _wrong() -> Iterator[tuple[dict[str, Any], str]]:

@@ -148,6 +148,10 @@ class DriveFault(FaultFields):
         if self.code:
             self.meaning()
 
+    def like(self, other: "DriveFault") -> bool:
+        """Whether both do the same to a drive that both hit."""
+        return (self.kind, self.code, self.side) == (other.kind, other.code, other.side)
+
     def meaning(self) -> Alarm | Warn | InputBit | None:
         """What `code` stands for; raises FaultError."""
         if not self.code:
@@ -185,7 +189,8 @@ class ActiveDriveFault:
     state: str = "waiting"
     """`waiting`, `active`, `over`."""
     ends_ns: int = _ENDLESS
-    undo: Callable[[], None] | None = None
+    undos: dict[Slave | None, Callable[[], None]] = dataclasses.field(default_factory=dict)
+    """What ends it, for each slave that it hits; None is the segment."""
     left: Callable[[], int] | None = None
     """Frames still to be hit."""
 
@@ -257,9 +262,21 @@ class DriveFaults:
     def _finish(self, active: ActiveDriveFault) -> None:
         active.state = "over"
         self._faults.pop(active.number, None)
-        undo, active.undo = active.undo, None
-        if undo is not None:
-            undo()
+        undos, active.undos = active.undos, {}
+        for slave, undo in undos.items():
+            other = self._same(active, slave)
+            if other is None:
+                undo()
+            elif slave is not None and other.fault.by is not None:
+                self._hit(other.fault, slave)
+
+    def _same(self, active: ActiveDriveFault, slave: Slave | None) -> ActiveDriveFault | None:
+        """The latest other fault that does the same to the slave, maybe to another degree."""
+        found = None
+        for each in self._faults.values():
+            if each is not active and slave in each.undos and each.fault.like(active.fault):
+                found = each
+        return found
 
     def _begin(self, active: ActiveDriveFault) -> None:
         fault = active.fault
@@ -268,13 +285,11 @@ class DriveFaults:
             return
         slaves = self._segment.slaves
         hit = slaves if fault.drive is None else slaves[fault.drive - 1 : fault.drive]
-        undos = [undo for slave in hit if (undo := self._hit(fault, slave)) is not None]
-
-        def undo_all() -> None:
-            for undo in undos:
-                undo()
-
-        active.undo = undo_all
+        for slave in hit:
+            other = self._same(active, slave) if fault.by is None else None
+            undo = other.undos[slave] if other else self._hit(fault, slave)
+            if undo is not None:
+                active.undos[slave] = undo
 
     def _disturb(self, active: ActiveDriveFault) -> None:
         """Faults of the frames, which the segment counts by itself."""
@@ -282,11 +297,11 @@ class DriveFaults:
         disturbance = segment.disturbance = segment.disturbance or Disturbance()
         count = fault.count or _ENDLESS
         if fault.kind == "lost_frames":
-            disturbance.lose = count
+            disturbance.lose = max(disturbance.lose, count)
             active.left = lambda: disturbance.lose
         else:
             disturbance.counter = round(fault.by or 0)
-            disturbance.counter_frames = count
+            disturbance.counter_frames = max(disturbance.counter_frames, count)
             active.left = lambda: disturbance.counter_frames
 
         def undo() -> None:
@@ -297,7 +312,7 @@ class DriveFaults:
             if disturbance.lose <= 0 and disturbance.counter_frames <= 0:
                 segment.disturbance = None
 
-        active.undo = undo
+        active.undos[None] = undo
 
     def _hit(self, fault: DriveFault, slave: Slave) -> Callable[[], None] | None:
         """Begin a fault of one slave; what ends it."""
