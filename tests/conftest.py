@@ -200,7 +200,7 @@ class RouterClient:
         ]
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def client_of() -> type[RouterClient]:
     """`client_of(router, port)`: a client of a device in this process."""
     return RouterClient

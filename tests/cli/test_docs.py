@@ -10,7 +10,12 @@ from achse.cli.docs import reference_pages
 from achse.codes import NcError, ReturnCode
 from achse.station import Station
 
-COMMITTED = Path(__file__).parents[2] / "docs" / "reference"
+DOCS = Path(__file__).parents[2] / "docs"
+COMMITTED = {
+    f"{folder}/{path.name}": path.read_text(encoding="utf-8")
+    for folder, pattern in (("reference", "*.md"), ("coverage", "nc.md"))
+    for path in (DOCS / folder).glob(pattern)
+}
 
 
 @pytest.fixture(scope="module")
@@ -24,8 +29,7 @@ def pages(station: Station) -> dict[str, str]:
 
 
 def test_the_committed_pages_are_up_to_date(pages: dict[str, str]) -> None:
-    committed = {path.name: path.read_text(encoding="utf-8") for path in COMMITTED.glob("*.md")}
-    stale = [name for name in pages | committed if pages.get(name) != committed.get(name)]
+    stale = [name for name in pages | COMMITTED if pages.get(name) != COMMITTED.get(name)]
     assert not stale, f"run `achse docs`: {stale}"
 
 
@@ -33,7 +37,7 @@ def test_each_device_has_a_page_with_a_line_per_row(
     station: Station, pages: dict[str, str]
 ) -> None:
     for device in station.devices:
-        page = pages[f"services-{device.address.port}.md"]
+        page = pages[f"reference/services-{device.address.port}.md"]
         lines = [line for line in page.splitlines() if line.startswith("| 0x")]
         assert len(lines) == len(list(device.services.describe()))
 
@@ -41,7 +45,7 @@ def test_each_device_has_a_page_with_a_line_per_row(
 def test_each_code_has_its_line(pages: dict[str, str]) -> None:
     for file, table in (("return-codes.md", ReturnCode), ("nc-errors.md", NcError)):
         for code in table:
-            assert f"| 0x{int(code):X} | {int(code)} |" in pages[file]
+            assert f"| 0x{int(code):X} | {int(code)} |" in pages[f"reference/{file}"]
 
 
 def test_no_cell_breaks_the_table(pages: dict[str, str]) -> None:
@@ -54,15 +58,15 @@ def test_no_cell_breaks_the_table(pages: dict[str, str]) -> None:
 @pytest.mark.parametrize(
     ("words", "files"),
     [
-        (("nc",), ["nc-errors.md", "services-500.md"]),
-        (("PLC", "10000"), ["services-10000.md", "services-851.md"]),
-        ((), [path.name for path in COMMITTED.glob("*.md")]),
+        (("nc",), ["coverage/nc.md", "reference/nc-errors.md", "reference/services-500.md"]),
+        (("PLC", "10000"), ["reference/services-10000.md", "reference/services-851.md"]),
+        ((), list(COMMITTED)),
     ],
 )
 def test_words_choose_pages(tmp_path: Path, words: tuple[str, ...], files: list[str]) -> None:
     result = CliRunner().invoke(app, ["docs", *words, "--out", str(tmp_path)])
     assert result.exit_code == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(files)
+    assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.glob("*/*")) == sorted(files)
 
 
 def test_a_word_of_no_page_is_told(tmp_path: Path) -> None:

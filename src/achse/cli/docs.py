@@ -26,7 +26,7 @@ def docs(
             metavar="[WORD]...", help="Only pages with such a word in their title: nc, plc, 10000."
         ),
     ] = None,
-    out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("docs/reference"),
+    out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("docs"),
 ) -> None:
     """Write the reference pages of the demo station's devices and of all codes."""
     from achse.station import Station
@@ -36,10 +36,11 @@ def docs(
     if not wanted:
         titles = "; ".join(_title(text) for _, text in pages)
         fail(f"no page about {' or '.join(words or ())}; there are: {titles}")
-    out.mkdir(parents=True, exist_ok=True)
     for name, text in wanted:
-        (out / name).write_text(text, encoding="utf-8")
-        print(out / name)
+        page = out / name
+        page.parent.mkdir(parents=True, exist_ok=True)
+        page.write_text(text, encoding="utf-8")
+        print(page)
 
 
 def _title(page: str) -> str:
@@ -53,8 +54,10 @@ def _is_about(page: str, words: list[str]) -> bool:
 
 
 def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
-    """File name and Markdown text of each page: one per device, then the codes."""
+    """Path and Markdown text of each page: one per device, the codes, what is covered."""
     from achse.codes import NcError, ReturnCode
+    from achse.devices.nc import NcDevice
+    from achse.devices.nc.coverage import coverage
 
     listed = []
     for device in sorted(devices, key=lambda device: device.address.port):
@@ -62,7 +65,21 @@ def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
         title = f"Services of {device.name}: port {' and '.join(map(str, (port, *also)))}"
         rows = [_service(row) for row in device.services.describe()]
         listed.append((title, f"services-{port}.md"))
-        yield f"services-{port}.md", _page(title, SERVICE_COLUMNS, rows)
+        yield f"reference/services-{port}.md", _page(title, SERVICE_COLUMNS, rows)
+        if isinstance(device, NcDevice):
+            title = f"Coverage of the services of {device.name}"
+            listed.append((title, "../coverage/nc.md"))
+            services = [
+                (
+                    f"0x{service.index_group:04X}",
+                    f"0x{service.index_offset:08X}",
+                    service.access,
+                    f"`{service.name}`",
+                    _text(service.answer),
+                )
+                for service in coverage(device.services.describe())
+            ]
+            yield "coverage/nc.md", _page(title, COVERAGE_COLUMNS, services, COVERAGE)
     codes: tuple[tuple[str, str, Iterable[tuple[int, str, str]]], ...] = (
         (
             "ADS return codes",
@@ -78,21 +95,30 @@ def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
     for title, file, table in codes:
         listed.append((title, file))
         lines = [(f"0x{code:X}", str(code), f"`{name}`", _text(text)) for code, name, text in table]
-        yield file, _page(title, ("hex", "decimal", "name", "meaning"), lines)
+        yield f"reference/{file}", _page(title, ("hex", "decimal", "name", "meaning"), lines)
     links = "".join(f"- [{title}]({file})\n" for title, file in listed)
-    yield "index.md", f"# Reference\n\n{GENERATED}\n\n{links}"
+    yield "reference/index.md", f"# Reference\n\n{GENERATED}\n\n{links}"
 
 
 GENERATED = "Generated from the rows in the code by `achse docs`; edit those, not this page."
 
 SERVICE_COLUMNS = ("index group", "offset", "access", "data", "unit", "range", "name", "meaning")
 
+COVERAGE = (
+    "Every service that the manual lists for the ring 0, axes, encoders, controllers and drives"
+    " (002 §6.4), and what comes of it. Numbers are those of the first axis, element and object."
+    " Where the manual leaves a choice, ours is [here](nc-choices.md).\n\n"
+)
+COVERAGE_COLUMNS = ("index group", "offset", "access", "name", "answer")
 
-def _page(title: str, columns: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+
+def _page(
+    title: str, columns: Iterable[str], rows: Iterable[Iterable[str]], preface: str = ""
+) -> str:
     columns = tuple(columns)
     lines = [columns, ["---"] * len(columns), *rows]
     table = "".join("| " + " | ".join(line) + " |\n" for line in lines)
-    return f"# {title}\n\n{GENERATED}\n\n{table}"
+    return f"# {title}\n\n{GENERATED}\n\n{preface}{table}"
 
 
 def _service(row: "RowFacts") -> Iterable[str]:

@@ -174,33 +174,6 @@ def test_what_happens_to_an_axis_is_notified(bench: Any) -> None:
     assert len({data for _, data in samples}) >= 10
 
 
-COVERAGE = Path(__file__).parents[3] / "docs" / "coverage" / "nc.md"
-
-
-def excused() -> set[Listed]:
-    """The services that the coverage page names, each with its reason."""
-    found = set()
-    for line in COVERAGE.read_text(encoding="utf-8").splitlines():
-        if line.startswith("| 0x"):
-            group, offset, access, name, reason = (
-                cell.strip() for cell in line.strip("| ").split(" | ")
-            )
-            assert len(reason) > 20
-            found.add(Listed(int(group, 16), int(offset, 16), access, name.strip("`")))
-    return found
-
-
-def test_every_service_of_the_manual_is_served_or_excused(bench: Any) -> None:
-    served = {
-        Listed(row.index_group, row.index_offset, str(row.access).replace("R W", "RW"), row.name)
-        for row in bench.device.services.describe()
-    }
-    assert [service for service in listed() if service not in served | excused()] == []
-    functions = (0x4200, 0x5200, 0x7200)
-    stale = {s for s in excused() & served if s.group not in functions}
-    assert stale == set()
-
-
 ROWS = [
     pytest.param(base + 1, row, id=f"0x{base:X}:0x{row.offset:X} {row.name}")
     for base, rows, _ in AXIS_GROUPS

@@ -1,0 +1,206 @@
+"""What the manual lists and no row serves, and parameters without effect: each with its reason.
+
+With the rows themselves this is the coverage page, `docs/coverage/nc.md`. Source: 002 §6.4.
+"""
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from achse.server import RowFacts
+
+__all__ = ["UNSERVED", "WITHOUT_EFFECT", "Covered", "coverage"]
+
+
+class Covered(NamedTuple):
+    """A service of the manual and what comes of it; ids and numbers are those of the first."""
+
+    index_group: int
+    index_offset: int
+    access: str
+    name: str
+    answer: str
+
+
+_UNSERVED = {
+    "a longer form of the row at the same offset: told by length": (
+        (0x4000, 0x31, "R", "hardware_ams_address_extended"),
+        (0x4100, 0x60, "RW", "setpoint_structure_extended"),
+        (0x4100, 0x61, "RW", "dynamic_setpoint_structure_extended"),
+        (0x5100, 0x201, "R", "latch_active_canopen"),
+        (0x5100, 0x202, "R", "latch_valid_canopen"),
+        (0x5100, 0x205, "R", "latch_position_canopen"),
+        (0x5100, 0x210, "R", "latch_rising_edge_active_canopen"),
+        (0x5100, 0x211, "R", "latch_falling_edge_active_canopen"),
+        (0x5300, 0x0, "RW", "output_structure_64bit"),
+        (0x5300, 0x80, "R", "input_structure_64bit"),
+    ),
+    "not implemented by the NC of the manual either: answers 0x703": (
+        (0x4000, 0x205, "RW", "stepper_sync_pulse_mask"),
+        (0x4000, 0x10013, "RW", "encoder_physical_unit"),
+        (0x4000, 0x10014, "RW", "encoder_unit_interpretation"),
+        (0x4000, 0x1001A, "R", "encoder_position_initialization"),
+        (0x4000, 0x10104, "RW", "encoder_cam_sync_distance_monitoring_enable"),
+        (0x4000, 0x10105, "RW", "encoder_cam_sync_min_distance"),
+        (0x5000, 0x13, "RW", "physical_unit"),
+        (0x5000, 0x14, "RW", "unit_interpretation"),
+        (0x5000, 0x1A, "RW", "position_initialization"),
+        (0x5000, 0x104, "RW", "cam_sync_distance_monitoring_enable"),
+        (0x5000, 0x105, "RW", "cam_sync_min_distance"),
+    ),
+    "of the pressure controller (MW), which no controller type of the manual selects: 0x703": (
+        (0x4000, 0x20A03, "RW", "controller_cylinder_area_a"),
+        (0x4000, 0x20A04, "RW", "controller_cylinder_area_b"),
+        (0x4000, 0x20A05, "RW", "controller_nominal_volume_flow"),
+        (0x4000, 0x20A06, "RW", "controller_nominal_pressure"),
+        (0x4000, 0x20A07, "RW", "controller_system_pressure_axis_id"),
+        (0x4100, 0x20A00, "R", "controller_mw_velocity_feedforward"),
+        (0x4100, 0x20A01, "R", "controller_mw_p_part"),
+        (0x4100, 0x20A02, "R", "controller_mw_i_part"),
+        (0x4100, 0x20A03, "R", "controller_mw_d_part"),
+        (0x4100, 0x20A04, "R", "controller_mw_i_limit_active"),
+        (0x4100, 0x20A05, "R", "controller_mw_d_limit_active"),
+        (0x4100, 0x20A06, "R", "controller_mw_arw_active"),
+        (0x4100, 0x20A10, "R", "controller_mw_acceleration_feedforward"),
+        (0x6000, 0xA03, "RW", "cylinder_area_a"),
+        (0x6000, 0xA04, "RW", "cylinder_area_b"),
+        (0x6000, 0xA05, "RW", "nominal_volume_flow"),
+        (0x6000, 0xA06, "RW", "nominal_pressure"),
+        (0x6000, 0xA07, "RW", "system_pressure_axis_id"),
+        (0x6100, 0xA00, "R", "mw_velocity_feedforward"),
+        (0x6100, 0xA01, "R", "mw_p_part"),
+        (0x6100, 0xA02, "R", "mw_i_part"),
+        (0x6100, 0xA03, "R", "mw_d_part"),
+        (0x6100, 0xA04, "R", "mw_i_limit_active"),
+        (0x6100, 0xA05, "R", "mw_d_limit_active"),
+        (0x6100, 0xA10, "R", "mw_acceleration_feedforward"),
+    ),
+    "of a coupled slave; couplings are not built yet: answers 0x703": (
+        (0x4100, 0x22, "R", "coupling_parameters"),
+        (0x4100, 0x23, "R", "gear_ratio"),
+        (0x4100, 0x26, "R", "sync_profile_characteristic_values"),
+        (0x4100, 0x27, "R&W", "table_coupling_info"),
+        (0x4100, 0x28, "R&W", "multi_table_coupling_info"),
+    ),
+    "shares its offset with `velocity_part_…`; the controller type tells which answers": (
+        (0x4100, 0x20201, "R", "controller_velocity_p_part"),
+        (0x4100, 0x20202, "R", "controller_velocity_i_part"),
+        (0x4100, 0x20203, "R", "controller_velocity_d_part"),
+        (0x6100, 0x201, "R", "velocity_p_part"),
+        (0x6100, 0x202, "R", "velocity_i_part"),
+        (0x6100, 0x203, "R", "velocity_d_part"),
+    ),
+    "reserved, 32 bytes whose layout no manual prints: answers 0x703": (
+        (0x4200, 0x2A, "W", "calculate_encoder_offset"),
+    ),
+    "reserved, without layout or meaning: answers 0x703": (
+        (0x4200, 0x2E, "", "reserved_2e"),
+        (0x4200, 0x2F, "", "reserved_2f"),
+        (0x4300, 0xC2, "R", "reserved_c2"),
+        (0x4300, 0xC3, "R", "reserved_c3"),
+        (0x4300, 0xC4, "R", "reserved_c4"),
+    ),
+    "couples or uses a table; couplings are not built yet: answers 0x703": (
+        (0x4200, 0x40, "W", "couple"),
+        (0x4200, 0x40, "W", "couple_multi_master"),
+        (0x4200, 0x41, "W", "decouple"),
+        (0x4200, 0x41, "W", "decouple_with_follow_up"),
+        (0x4200, 0x42, "W", "change_coupling_parameters"),
+        (0x4200, 0x43, "W", "change_table_coupling_at_position"),
+        (0x4200, 0x43, "W", "change_table_coupling_offsets"),
+        (0x4200, 0x43, "W", "change_table_coupling_offsets_scaling"),
+        (0x4200, 0x44, "W", "stop_slave"),
+        (0x4200, 0x45, "W", "couple_table"),
+        (0x4200, 0x46, "W", "activate_correction_table"),
+        (0x4200, 0x46, "W", "activate_correction_table_at_position"),
+        (0x4200, 0x47, "W", "deactivate_profile_table"),
+        (0x4200, 0x48, "R&W", "last_correction_offset"),
+        (0x4200, 0x49, "W", "set_slave_table_scaling"),
+        (0x4200, 0x4A, "W", "couple_multi_cam"),
+        (0x4200, 0x4A, "W", "couple_solo_table"),
+        (0x4200, 0x4B, "W", "couple_universal_flying_saw"),
+        (0x4200, 0x4D, "W", "change_table_scaling"),
+    ),
+    "another form of the row at the same offset: told by length": (
+        (0x5200, 0x201, "W", "activate_latch_rising_canopen"),
+        (0x5200, 0x202, "W", "activate_latch_falling_canopen"),
+        (0x5200, 0x205, "W", "deactivate_latch"),
+        (0x5200, 0x205, "W", "deactivate_latch_canopen"),
+    ),
+    "of a reserved filter without a documented effect: answers 0x703": (
+        (0x6000, 0x10A, "RW", "set_velocity_slope_filter_mode"),
+        (0x6000, 0x10B, "RW", "set_velocity_slope_filter_value"),
+        (0x6100, 0x11A, "R", "set_velocity_filter_phase"),
+        (0x6100, 0x11B, "R", "set_velocity_filter_position_error"),
+        (0x6100, 0x11C, "R", "set_velocity_filter_test_velocity"),
+        (0x6100, 0x11D, "R", "set_velocity_filter_limited_velocity"),
+        (0x6100, 0x11E, "R", "set_velocity_filter_acceleration"),
+        (0x6100, 0x11F, "R", "set_velocity_filter_position"),
+        (0x6100, 0x120, "R", "set_velocity_filter_position_corrected"),
+        (0x6100, 0x121, "R", "set_velocity_filter_velocity_corrected"),
+        (0x6100, 0x122, "R", "set_velocity_filter_acceleration_corrected"),
+        (0x6100, 0x123, "R", "set_velocity_filter_test_velocity_corrected"),
+        (0x6100, 0x124, "R", "set_velocity_filter_test_acceleration_corrected"),
+    ),
+}  # fmt: skip
+"""Reason, and the services it holds for."""
+
+UNSERVED = tuple(
+    Covered(*service, reason) for reason, all_ in _UNSERVED.items() for service in all_
+)
+"""Services without a row of their own."""
+
+_OF_COUPLINGS = "of couplings, which are not built yet"
+_OF_HARDWARE = "of hardware; the simulated one has no I/O image, no modes and no DC times"
+_OF_INTERPOLATION = "of interpolation, which is not built yet"
+
+WITHOUT_EFFECT = {
+    "couple_slaves_by_actual_values": _OF_COUPLINGS,
+    "fading_acceleration": _OF_COUPLINGS,
+    "allow_slave_motion_commands": "of couplings; its bit in the operation mode word is set",
+    "controller_slave_coupling_kcp": _OF_COUPLINGS,
+    "controller_following_error_difference_scaling": _OF_COUPLINGS,
+    "max_velocity_jump": _OF_INTERPOLATION,
+    "auxiliary_axis_limiting_enable": _OF_INTERPOLATION,
+    "auxiliary_axis_tolerance_ball": _OF_INTERPOLATION,
+    "auxiliary_axis_max_position_deviation": _OF_INTERPOLATION,
+    "pulse_time_positive": "the start types that pulse are for servo axes, which go a distance",
+    "pulse_time_negative": "the start types that pulse are for servo axes, which go a distance",
+    "fast_axis_stop_acceleration": "a stop does not accelerate",
+    "unit_interpretation": "of displays, but for bit 2 in the operation mode word",
+    "encoder_input_address_offset": _OF_HARDWARE,
+    "encoder_output_address_offset": _OF_HARDWARE,
+    "encoder_control_dword": _OF_HARDWARE,
+    "encoder_dead_time_compensation_control": _OF_HARDWARE,
+    "controller_mode": _OF_HARDWARE,
+    "drive_input_address_offset": _OF_HARDWARE,
+    "drive_output_address_offset": _OF_HARDWARE,
+    "drive_mode": _OF_HARDWARE,
+    "drive_control_dword": _OF_HARDWARE,
+    "drive_reset_counter": _OF_HARDWARE,
+    "drive_dsc_kpc": _OF_HARDWARE,
+    "drive_dead_time_compensation_control": _OF_HARDWARE,
+    "drive_table_id": "there are no characteristic tables: 0 is the only one",
+    "drive_table_interpolation_type": "there are no characteristic tables",
+    "drive_stepper_mask_cycle7": "no excitation has more than six cycles",
+    "drive_stepper_mask_cycle8": "no excitation has more than six cycles",
+}
+"""Parameters by their field that can be written and read back, and why they change nothing."""
+
+_PREFIXES = {0x5000: "encoder_", 0x6000: "controller_", 0x7000: "drive_"}
+
+
+def coverage(rows: Iterable[RowFacts]) -> Iterator[Covered]:
+    """Every service of the manual in order: those of `rows`, and those that have none."""
+    served = (
+        Covered(row.index_group, row.index_offset, str(row.access), row.name, _answer(row))
+        for row in rows
+        if row.index_group < 0xF000
+    )
+    yield from sorted((*served, *UNSERVED))
+
+
+def _answer(row: RowFacts) -> str:
+    for name in (_PREFIXES.get(row.index_group, "") + row.name, row.name):
+        if name in WITHOUT_EFFECT:
+            return f"served; kept and shown only: {WITHOUT_EFFECT[name]}"
+    return "served"

@@ -1,0 +1,411 @@
+"""Each parameter that can be written changes what the axis does, beyond its own value.
+
+The list in tests/data says in which of the scenarios below, and by which value. A row is written
+over ADS before the scenario begins; then what the axis and its drive show is compared
+with what it shows without it.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import cache, partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from achse.ams import NetId
+from achse.devices.nc import NcDevice
+from achse.devices.nc.coverage import WITHOUT_EFFECT
+from achse.devices.nc.device import AXIS_GROUPS
+from achse.motion import Axis, AxisParameters, Nc, commands
+from achse.motion.record import FIELDS, Role
+from achse.router import Router
+from achse.server import WRITE, Service
+
+EFFECTS = Path(__file__).parents[2] / "data" / "nc_effects.tsv"
+
+CYCLE = 0.002
+LOOK = 5
+"""Cycles from one look to the next."""
+
+ELEMENT = {0x4000: "", 0x5000: "encoder_", 0x6000: "controller_", 0x7000: "drive_"}
+"""Index group of parameters, and how the names of its rows continue in the record."""
+
+STATES = tuple(
+    name
+    for name, field in FIELDS.items()
+    if field.role is Role.STATE and name != "operation_mode_state_dword"
+)
+
+
+class Scenario(NamedTuple):
+    """Values of the axis that it begins with, and what happens: do this, then wait."""
+
+    values: dict[str, float]
+    steps: tuple[tuple[Callable[[Axis], Any], float], ...]
+
+
+def parameters() -> Iterator[tuple[str, int, Service]]:
+    """Field, index group and row of each parameter that can be written."""
+    for group, rows, _ in AXIS_GROUPS:
+        for row in rows:
+            if group in ELEMENT and WRITE in row.access:
+                for name in (ELEMENT[group] + row.name, row.name):
+                    if name in FIELDS:
+                        yield name, group + 1, row
+                        break
+
+
+def torque(set_torque: float) -> Callable[[Axis], Any]:
+    def start(axis: Axis) -> int:
+        return commands.start_torque_control(
+            axis, 0x3001, 0, 0, 0, set_torque, 1000.0, 500.0, -500.0, 0.0, 0.0, 0.0
+        )
+
+    return start
+
+
+def to(position: float, velocity: float = 200.0, start_type: int = 1) -> Callable[[Axis], Any]:
+    return partial(
+        commands.universal_start, start_type=start_type, position=position, velocity=velocity
+    )
+
+
+def put(**values: float) -> Callable[[Axis], None]:
+    def write(axis: Axis) -> None:
+        for name, value in values.items():
+            setattr(axis, name, value)
+
+    return write
+
+
+LOAD = {"simulation_load_torque": 200.0, "simulation_drift": 3.0}
+BOTH_WAYS = ((to(60.0), 1.0), (to(-20.0), 1.0))
+
+SCENARIOS = {
+    "move": Scenario({}, BOTH_WAYS),
+    "slow_drive": Scenario(
+        {"simulation_time_constant": 0.2, "controller_following_error_velocity_max": 20.0},
+        BOTH_WAYS,
+    ),
+    "everything_filtered": Scenario(
+        {
+            "backlash": 0.5,
+            "backlash_compensation_enable": 1,
+            "encoder_actual_position_correction_enable": 1,
+            "actual_position_correction": 1.0,
+            "encoder_dead_time_compensation_mode": 2,
+            "encoder_dead_time_compensation_shift": 1_000_000,
+            "encoder_position_filter_time": 0.01,
+        },
+        BOTH_WAYS,
+    ),
+    "jog": Scenario(
+        {},
+        tuple(
+            step
+            for start_type in (272, 528, 784, 273, 529, 785, 288, 289)
+            for step in ((to(0.0, 100.0, start_type), 0.4), (commands.stop, 1.0))
+        ),
+    ),
+    "loop": Scenario({"loop_enable": 1, "loop_distance": 10.0}, BOTH_WAYS),
+    "override": Scenario({}, ((put(velocity_override=300_000), 0.01), *BOTH_WAYS)),
+    "homing": Scenario({"simulation_cam_end": -5.0}, ((commands.home, 6.0),)),
+    "homing_by_input": Scenario(
+        {"simulation_cam_end": -5.0, "simulation_cam_input": 2, "encoder_homing_sensor_source": 2},
+        ((commands.home, 6.0),),
+    ),
+    "soft_limits": Scenario(
+        {
+            "encoder_soft_limit_min": -10.0,
+            "encoder_soft_limit_max": 30.0,
+            "encoder_soft_limit_min_enable": 1,
+            "encoder_soft_limit_max_enable": 1,
+        },
+        (
+            (to(25.0), 1.0),
+            (to(40.0), 0.5),
+            (to(-5.0), 1.0),
+            (to(-40.0), 0.5),
+        ),
+    ),
+    "blocked": Scenario(
+        {
+            "simulation_blocked": 1,
+            "motion_monitoring_enable": 1,
+            "peh_monitoring_enable": 1,
+            "peh_monitoring_time": 0.5,
+            "controller_following_error_velocity_monitoring_enable": 1,
+            "controller_following_error_velocity_max": 100.0,
+            "controller_following_error_position_max": 20.0,
+        },
+        ((to(60.0), 2.0),),
+    ),
+    "stuck": Scenario(
+        {
+            "simulation_blocked": 1,
+            "motion_monitoring_enable": 1,
+            "controller_following_error_position_monitoring_enable": 0,
+        },
+        ((to(60.0), 2.0),),
+    ),
+    "never_there": Scenario(
+        {
+            "peh_monitoring_enable": 1,
+            "peh_monitoring_time": 0.3,
+            "controller_position_kv": 0.0,
+            "controller_following_error_position_monitoring_enable": 0,
+            "simulation_drift": 10.0,
+        },
+        ((to(20.0), 2.0),),
+    ),
+    "error": Scenario(
+        {},
+        ((to(400.0), 1.0), (partial(commands.set_external_error, code=0x4650), 2.0)),
+    ),
+    "delayed_error": Scenario(
+        {"error_reaction_mode": 1, "error_reaction_delay": 0.3, "simulation_time_constant": 1.0},
+        ((to(400.0), 3.0),),
+    ),
+    "signal": Scenario(
+        {
+            "fast_axis_stop_signal_type": 1,
+            "fast_axis_stop_deceleration": 5000.0,
+            "fast_axis_stop_jerk": 1e5,
+        },
+        ((to(4000.0, 1000.0), 2.0), (put(simulation_fast_stop_signal=1), 1.0)),
+    ),
+    "modulo": Scenario(
+        {"unit_interpretation": 4, "encoder_modulo_factor": 100.0},
+        ((to(30.0), 1.0), (to(29.0, start_type=517), 1.5), (to(31.0, start_type=773), 1.5)),
+    ),
+    "pp": Scenario({"controller_type": 2, "controller_position_kv_fast": 60.0, **LOAD}, BOTH_WAYS),
+    "pid": Scenario(
+        {
+            "controller_type": 3,
+            "controller_position_tn": 0.2,
+            "controller_position_tv": 0.05,
+            "controller_position_td": 0.01,
+            **LOAD,
+        },
+        BOTH_WAYS,
+    ),
+    "velocity_pi": Scenario(
+        {
+            "controller_type": 6,
+            "controller_velocity_tn": 0.1,
+            "controller_velocity_tv": 0.02,
+            "controller_velocity_td": 0.01,
+            **LOAD,
+        },
+        BOTH_WAYS,
+    ),
+    "observer": Scenario({"controller_type": 6, "controller_observer_mode": 1, **LOAD}, BOTH_WAYS),
+    "offset": Scenario(
+        {
+            "controller_auto_offset_enable": 1,
+            "controller_auto_offset_time_constant": 0.2,
+            **LOAD,
+        },
+        ((commands.enable, 1.0), *BOTH_WAYS),
+    ),
+    "offset_fades": Scenario(
+        {
+            "controller_auto_offset_enable": 1,
+            "controller_auto_offset_hold": 0,
+            "controller_auto_offset_fading": 1,
+            "controller_auto_offset_time_constant": 0.2,
+            **LOAD,
+        },
+        ((commands.enable, 1.0), *BOTH_WAYS),
+    ),
+    "curve": Scenario({"drive_type": 6, "drive_output_reference_point": 0.8}, BOTH_WAYS),
+    "limits": Scenario(
+        {"max_velocity": 3000.0}, ((to(4000.0, 2500.0), 1.0), (to(0.0, 2000.0), 3.0))
+    ),
+    "position_drive": Scenario(
+        {
+            "controller_type": 9,
+            "drive_output_filter_type": 1,
+            "drive_output_filter_time": 0.02,
+            "drive_output_filter_order": 2,
+            "drive_dead_time_compensation_mode": 2,
+            "drive_dead_time_compensation_shift": 2_000_000,
+        },
+        BOTH_WAYS,
+    ),
+    "filtered_drive": Scenario(
+        {
+            "controller_type": 9,
+            "drive_output_filter_type": 2,
+            "drive_output_filter_time": 0.02,
+            "drive_output_filter_order": 2,
+        },
+        BOTH_WAYS,
+    ),
+    "late_drive": Scenario(
+        {
+            "controller_type": 9,
+            "drive_dead_time_compensation_mode": 1,
+            "drive_dead_time_compensation_shift": 4_000_000,
+        },
+        BOTH_WAYS,
+    ),
+    "torque": Scenario(
+        {},
+        (
+            (
+                torque(300.0),
+                1.0,
+            ),
+        ),
+    ),
+    "two_speeds": Scenario(
+        {
+            "axis_type": 2,
+            "drive_type": 7,
+            "controller_type": 7,
+            "rapid_to_creep_switch_time": 0.02,
+            "brake_delay_positive": 0.02,
+            "brake_delay_negative": 0.02,
+            "brake_release_delay": 0.02,
+            "creep_distance_stop": 3.0,
+        },
+        ((to(60.0), 3.0), (to(-20.0), 3.0), (to(3000.0), 0.3), (commands.stop, 2.0)),
+    ),
+    "digital_drive": Scenario(
+        {"drive_type": 10}, ((put(set_torque_offset=50.0), 0.1), *BOTH_WAYS, (torque(300.0), 0.5))
+    ),
+    "homing_by_sync": Scenario(
+        {"simulation_cam_end": -5.0, "encoder_reference_mode": 2, "simulation_turn": 20_000.0},
+        ((commands.home, 6.0),),
+    ),
+    "homing_in_count": Scenario(
+        {"simulation_cam_end": -5.0, "encoder_reference_mode": 5, "encoder_sub_mask": 0xFFF},
+        ((commands.home, 6.0),),
+    ),
+    "motor_far_behind": Scenario(
+        {
+            "motion_monitoring_enable": 1,
+            "motion_monitoring_time": 0.3,
+            "simulation_time_constant": 10.0,
+            "controller_following_error_position_monitoring_enable": 0,
+            "controller_position_kv": 0.0,
+        },
+        ((to(60.0, 20.0), 3.0),),
+    ),
+    "saturated": Scenario(
+        {
+            "controller_type": 3,
+            "controller_position_tn": 0.05,
+            "controller_position_tv": 0.5,
+            "controller_position_td": 0.002,
+            "simulation_drift": 400.0,
+            "controller_following_error_position_monitoring_enable": 0,
+        },
+        BOTH_WAYS,
+    ),
+    "velocity_saturated": Scenario(
+        {
+            "controller_type": 6,
+            "controller_velocity_kp": 5.0,
+            "controller_velocity_tn": 0.02,
+            "controller_velocity_tv": 0.5,
+            "controller_velocity_td": 0.002,
+            "simulation_drift": 400.0,
+            "controller_following_error_position_monitoring_enable": 0,
+        },
+        BOTH_WAYS,
+    ),
+    "external": Scenario(
+        {},
+        (
+            (put(external_set_velocity=0.0), 0.1),
+            (partial(commands.start_external_setpoint, start_type=1, end_position=10.0), 0.1),
+            (to(20.0), 1.0),
+        ),
+    ),
+    "one_two_phase": Scenario(
+        {
+            "axis_type": 3,
+            "drive_type": 8,
+            "controller_type": 8,
+            "stepper_operation_mode": 2,
+            **{f"drive_stepper_mask_cycle{n}": 1 << (n - 1) for n in range(1, 9)},
+        },
+        ((to(3.0, 4.0), 2.0), (to(0.0, 4.0), 2.0)),
+    ),
+    "stepper": Scenario(
+        {"axis_type": 3, "drive_type": 8, "controller_type": 8, "stepper_min_velocity": 5.0},
+        ((to(3.0, 4.0), 2.0), (to(0.0, 4.0), 2.0)),
+    ),
+    "half_steps": Scenario(
+        {"axis_type": 3, "drive_type": 8, "controller_type": 8, "stepper_operation_mode": 3},
+        ((to(3.0, 4.0), 2.0), (to(0.0, 4.0), 2.0)),
+    ),
+}
+
+
+ROWS: dict[str, list[tuple[int, Service]]] = {}
+for _name, _group, _row in parameters():
+    ROWS.setdefault(_name, []).append((_group, _row))
+
+
+class Show:
+    """An axis with a scenario's values, in a device of its own."""
+
+    def __init__(self, client_of: Callable[..., Any], scenario: Scenario) -> None:
+        values = {"velocity_override": 1_000_000, **scenario.values}
+        self.nc = Nc(round(CYCLE * 1e9), [AxisParameters(1, "X", "mm", values)])
+        self.steps = scenario.steps
+        router = Router(NetId("5.1.2.3.1.1"))
+        NcDevice(self.nc, clock=lambda: self.nc.cycle_count * self.nc.cycle_ns).attach(router, 501)
+        self.client = client_of(router, 501)
+
+    def play(self) -> list[Any]:
+        """What the axis shows until the scenario ends."""
+        axis = self.nc.axis(1)
+        self.nc.cycle()
+        axis.control_dword = 7
+        self.nc.cycle(LOOK)
+        seen: list[Any] = []
+        for action, seconds in self.steps:
+            seen.append(action(axis))
+            for _ in range(round(seconds / CYCLE / LOOK)):
+                self.nc.cycle(LOOK)
+                states = (getattr(axis, name) for name in STATES)
+                seen.append([v if isinstance(v, int | float) else tuple(v) for v in states])
+                seen.append(axis.user_data)
+                seen.append(self.client.read(0x7301, 0, 40))
+        return seen
+
+
+LISTED = {
+    name: (scenario, value)
+    for name, scenario, value in (
+        line.split("\t") for line in EFFECTS.read_text(encoding="utf-8").splitlines()[1:]
+    )
+}
+
+
+@pytest.fixture(scope="module")
+def usual(client_of: Callable[..., Any]) -> Callable[[str], list[Any]]:
+    """What a scenario shows as it is."""
+    return cache(lambda name: Show(client_of, SCENARIOS[name]).play())
+
+
+@pytest.mark.parametrize("name", LISTED)
+def test_a_parameter_changes_what_the_axis_does(
+    client_of: Callable[..., Any], usual: Callable[[str], list[Any]], name: str
+) -> None:
+    scenario, text = LISTED[name]
+    value = type(FIELDS[name].default)(text)
+    for group, row in ROWS[name]:
+        show = Show(client_of, SCENARIOS[scenario])
+        show.client.write(group, row.offset, row.codec.encode(value))
+        assert show.play() != usual(scenario), f"0x{group:X}:0x{row.offset:X} {row.name}"
+
+
+def test_each_parameter_has_an_effect_or_a_reason() -> None:
+    assert LISTED.keys() & WITHOUT_EFFECT.keys() == set()
+    assert ROWS.keys() - LISTED.keys() - WITHOUT_EFFECT.keys() == set()
+    assert WITHOUT_EFFECT.keys() <= ROWS.keys()
