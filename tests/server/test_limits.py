@@ -1,4 +1,4 @@
-"""The limits are per client, and refuse with the codes made for it."""
+"""The limits are per client or for all, and refuse with the codes made for it."""
 
 import struct
 from collections.abc import Callable
@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from achse.ams import DeviceError
 from achse.server import Limits
 
 
@@ -45,3 +46,17 @@ def test_bytes_of_one_answer(make_bench: Callable[..., Any]) -> None:
     bench = make_bench(Limits(answer_bytes=16))
     assert bench.raw(2, struct.pack("<III", 0x4020, 0, 8))[:4] == bytes(4)
     assert bench.raw(2, struct.pack("<III", 0x4020, 0, 9))[:8] == b"\x05\x07" + bytes(6)
+
+
+def test_many_addresses_hold_no_more_than_all_may(make_bench: Callable[..., Any]) -> None:
+    bench = make_bench(Limits(all_notifications=3))
+    notifications = bench.device.notifications
+
+    def add(client: bytes) -> int:
+        return int(notifications.add(client, bench.address, None, lambda: b"x", 1, 3, 0, 0))
+
+    handles = [add(bytes((number,)) * 8) for number in range(3)]
+    with pytest.raises(DeviceError, match="0x716"):
+        add(b"\x09" * 8)
+    notifications.delete(handles[0], bytes(8))
+    add(b"\x09" * 8)

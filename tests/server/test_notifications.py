@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.ams import AmsAddress, Connection, DeviceError, Frame, TcpCommand, TcpMessage
+from achse.ams import AmsAddress, Connection, Frame, TcpCommand, TcpMessage
 from achse.ams.commands import AddNotificationRequest
 from achse.ams.notification import NotificationStream
 from achse.server import Limits
@@ -587,17 +587,3 @@ def test_batches_of_subscriptions_that_come_and_go_do_not_wait_for_their_largest
     assert sum(len(batch.stamps) for _, _, batch in notifications._deadlines) <= 2
     bench.tick(400)
     assert {handle for _, handle, _ in bench.samples()} == {kept}
-
-
-def test_many_addresses_hold_no_more_than_all_may(make_bench: Callable[..., Any]) -> None:
-    bench = make_bench(Limits(all_notifications=3))
-    notifications = bench.device.notifications
-
-    def add(client: bytes) -> int:
-        return int(notifications.add(client, bench.address, None, lambda: b"x", 1, 3, 0, 0))
-
-    handles = [add(bytes((number,)) * 8) for number in range(3)]
-    with pytest.raises(DeviceError, match="0x716"):
-        add(b"\x09" * 8)
-    notifications.delete(handles[0], bytes(8))
-    add(b"\x09" * 8)
