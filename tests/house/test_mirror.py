@@ -15,6 +15,7 @@ NEED_NO_TEST_FILE: dict[str, str] = {
 """File names of modules without logic of their own, and why."""
 
 WITHOUT_MODULE: dict[str, str] = {
+    "tests/devices/nc/test_effects.py": "every parameter row and what it does to an axis",
     "tests/motion/test_profile_oracle.py": "planner and ruckig, case by case",
     "tests/motion/test_random_commands.py": "all commands and the kernel, at random",
 }
