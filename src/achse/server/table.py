@@ -231,6 +231,7 @@ class AreaGroup(IndexGroup):
 
     `read(offset, length)` gives at most `length` bytes (lengths up to 0xFFFF_FFFF come),
     `write(offset, data)` takes all of `data`; both raise DeviceError beyond the area.
+    `watch(offset, length)` makes the reader of a notification; without it each sample is a read.
     """
 
     def __init__(
@@ -239,6 +240,7 @@ class AreaGroup(IndexGroup):
         read: Callable[[int, int], bytes] | None = None,
         write: Callable[[int, bytes], None] | None = None,
         *,
+        watch: Callable[[int, int], Reader] | None = None,
         name: str = "",
         description: str = "",
         source: str = "",
@@ -251,6 +253,7 @@ class AreaGroup(IndexGroup):
         self.source = source
         self._read = read
         self._write = write
+        self._watch = watch
 
     def index_groups(self) -> Iterable[int]:
         return (self.index_group,)
@@ -283,6 +286,8 @@ class AreaGroup(IndexGroup):
         if read is None:
             return super().reader(group, offset, length, client)
         read(offset, length)  # refuses now what could never be read
+        if self._watch is not None:
+            return self._watch(offset, length)
         return lambda: read(offset, length)
 
     def write(self, group: int, offset: int, data: bytes, client: bytes) -> None:

@@ -8,6 +8,7 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.devices.plc import PlcDevice
 from achse.devices.plc.areas import area_groups
+from achse.kernel.memory import Place
 from achse.plc import Area, Memory, PlcRuntime
 from achse.server import ServiceTable
 
@@ -127,3 +128,23 @@ def test_sizes_cannot_be_written_and_clearing_cannot_be_read(device: PlcDevice) 
     with pytest.raises(DeviceError) as refusal:
         device.read(0xF040, 0, 1)
     assert refusal.value.return_code is ReturnCode.INVALID_ACCESS
+
+
+@pytest.mark.parametrize(
+    ("group", "offset"),
+    [(0x4020, 3), (0x4040, 3), (0xF020, 3), (0xF020, 0x1_F400 + 3), (0xF030, 0x3_E800 + 3)],
+)
+def test_what_is_watched_lies_in_memory_and_follows_it(
+    device: PlcDevice, plc: PlcRuntime, group: int, offset: int
+) -> None:
+    read = device.services.find(group).reader(group, offset, 2, bytes(8))
+    assert isinstance(read, Place)
+    assert read() == device.read(group, 3, 2)
+    device.write(group, 3, b"\x44\x55")
+    plc.memory[Area.DATA].place(len(plc.memory[Area.DATA]), 8)  # longer now, and still the same
+    assert read() == b"\x44\x55"
+
+
+def test_what_lies_outside_cannot_be_watched(device: PlcDevice) -> None:
+    with pytest.raises(DeviceError, match="0x703"):
+        device.services.find(0x4020).reader(0x4020, 1 << 30, 2, bytes(8))

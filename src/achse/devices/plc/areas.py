@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
+from achse.kernel.memory import Place
 from achse.plc import Area, Memory, MemoryRangeError, Region
 from achse.server import BYTES, READ, WRITE, AreaGroup, Group, IndexGroup, Layout, Service
 
@@ -60,6 +61,7 @@ def area_groups(memory: Memory) -> Iterator[IndexGroup]:
             groups.bytes,
             read,
             write,
+            watch=_places(groups.base, region),
             name=groups.title,
             description=f"Bytes of {groups.title}; offset in bytes{_from(groups.base)}.",
             source=groups.source,
@@ -125,8 +127,7 @@ def _based(
     write: Callable[[int, bytes], None],
 ) -> tuple[Callable[[int, int], bytes], Callable[[int, bytes], None]]:
     """The same functions with offsets from 0 or from `base`, and errors with their code."""
-    if size > base:
-        base = 1 << 32  # no offset is above: without a base, or with one inside the area
+    base = _second_start(base, size)
 
     def based_read(offset: int, length: int) -> bytes:
         try:
@@ -141,6 +142,19 @@ def _based(
             raise _refusal(failure) from None
 
     return based_read, based_write
+
+
+def _places(base: int, region: Region) -> Callable[[int, int], Place]:
+    """Where the bytes at an offset from 0 or from `base` lie."""
+    base = _second_start(base, len(region))
+    return lambda offset, length: Place(
+        region.data, offset if offset < base else offset - base, length
+    )
+
+
+def _second_start(base: int, size: int) -> int:
+    """The offset that means 0 too; none is so high without a base, or with one in the area."""
+    return base if size <= base else 1 << 32
 
 
 def _refusal(failure: MemoryRangeError) -> DeviceError:
