@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from achse import testing
 from achse.ams import AmsAddress, Command, DeviceError, Frame
@@ -29,6 +30,12 @@ from achse.ams.commands import (
 )
 from achse.ams.notification import NotificationStream
 from achse.router import Router
+
+# How long an example takes says more about the machine than about us.
+settings.register_profile(
+    "busy", deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
+)
+settings.load_profile("busy")
 
 TCP_PORT = 48898
 READY_WITHIN = 60.0
