@@ -29,8 +29,20 @@ def station(
         yield running
 
 
+class _KeptCallbacks(dict[Any, Any]):
+    """pyads frees a callback with its subscription, while a last sample may still call it."""
+
+    def pop(self, key: Any, default: Any = None) -> Any:
+        return self.get(key, default)
+
+
+_CALLBACKS = _KeptCallbacks()
+
+
 @pytest.fixture
-def pyads_connection(witness: Callable[[str], None]) -> Iterator[Callable[..., "pyads.Connection"]]:
+def pyads_connection(
+    witness: Callable[[str], None], monkeypatch: pytest.MonkeyPatch
+) -> Iterator[Callable[..., "pyads.Connection"]]:
     """`pyads_connection(station, 851)` opens a pyads connection, closed when the test ends.
 
     pyads keeps one route per NetId and drops it when the first of its connections is closed;
@@ -38,6 +50,9 @@ def pyads_connection(witness: Callable[[str], None]) -> Iterator[Callable[..., "
     """
     witness("pyads")
     import pyads
+    import pyads.pyads_ex
+
+    monkeypatch.setattr(pyads.pyads_ex, "callback_store", _CALLBACKS)
 
     with ExitStack() as connections:
 
@@ -103,8 +118,9 @@ def node(witness: Callable[[str], None]) -> Callable[..., Any]:
 class Tap:
     """A wire tap between clients and a station: relays TCP and writes what passed as a capture.
 
-    The capture has one TCP segment per piece received, so that no privilege is needed and nothing
-    is lost at the start or end.
+    The capture has one TCP segment per AMS frame, however the pieces came: no privilege is needed,
+    nothing is lost at the start or end, and tshark, which reads only the first frame of a segment
+    when a notification begins it, sees all.
     """
 
     def __init__(self, host: str, station: Any) -> None:
@@ -147,11 +163,14 @@ class Tap:
         ports: tuple[int, int],
         passed: dict[socket.socket, int],
     ) -> None:
+        stream = b""
         with suppress(OSError):
             while data := source.recv(32768):
+                frames, stream = _frames(stream + data)
                 with self._lock:
-                    self._packets.append(_ip(*ports, passed[source], passed[sink], data))
-                    passed[source] += len(data)
+                    for frame in frames:
+                        self._packets.append(_ip(*ports, passed[source], passed[sink], frame))
+                        passed[source] += len(frame)
                 sink.sendall(data)
             sink.shutdown(socket.SHUT_WR)
 
@@ -161,6 +180,15 @@ class Tap:
             file.write(struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 0x40000, 101))  # raw IP
             for number, packet in enumerate(self._packets):
                 file.write(struct.pack("<IIII", 0, number, len(packet), len(packet)) + packet)
+
+
+def _frames(stream: bytes) -> tuple[list[bytes], bytes]:
+    """The whole AMS/TCP frames at the start of the stream, and what is left of it."""
+    frames: list[bytes] = []
+    while len(stream) >= 6 and len(stream) >= (size := 6 + struct.unpack_from("<I", stream, 2)[0]):
+        frames.append(stream[:size])
+        stream = stream[size:]
+    return frames, stream
 
 
 def _ip(source: int, target: int, sequence: int, acknowledged: int, data: bytes) -> bytes:

@@ -12,7 +12,7 @@ NOTIFICATION = 8
 
 
 def tshark(capture: Path, display_filter: str, *fields: str) -> list[list[str]]:
-    """The fields of all segments that pass the filter; several frames in one give several."""
+    """The fields of all frames that pass the filter."""
     columns = [argument for field in fields for argument in ("-e", field)]
     finished = subprocess.run(
         ["tshark", "-r", str(capture), "-Y", display_filter, "-T", "fields", *columns],
@@ -25,12 +25,10 @@ def tshark(capture: Path, display_filter: str, *fields: str) -> list[list[str]]:
 
 def invoke_ids(capture: Path, flags: int) -> list[int]:
     """The invoke ids of all frames with these state flags but notifications, which have none."""
-    segments = tshark(capture, "ams", "ams.stateflags", "ams.cmdid", "ams.invokeid")
-    frames = (zip(*(column.split(",") for column in row), strict=True) for row in segments)
+    frames = tshark(capture, "ams", "ams.stateflags", "ams.cmdid", "ams.invokeid")
     return sorted(
         int(number, 0)
-        for frame in frames
-        for kind, command, number in frame
+        for kind, command, number in frames
         if int(kind, 0) == flags and int(command, 0) != NOTIFICATION
     )
 

@@ -14,19 +14,20 @@ from achse.kernel.declare import Slot, lay_out
 from achse.motion.profile import (
     END_VELOCITY_UNREACHABLE,
     LIMITS_INVALID,
-    MAX_SEGMENTS,
     STATE_INVALID,
-    duration,
-    end_state,
-    highest_velocity,
     plan_to_position,
     plan_to_velocity,
-    reachable_velocity,
+    stopping_distance,
+    stopping_time,
+)
+from achse.motion.ramps import highest_velocity, reachable_velocity
+from achse.motion.segments import (
+    MAX_SEGMENTS,
+    duration,
+    end_state,
     segment_acceleration,
     segment_position,
     segment_velocity,
-    stopping_distance,
-    stopping_time,
 )
 
 CASES = 100_000

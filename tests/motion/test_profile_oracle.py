@@ -13,14 +13,13 @@ import math
 import numpy as np
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
 
-from achse.motion.profile import (
+from achse.motion.profile import plan_to_position, stopping_distance
+from achse.motion.segments import (
     MAX_SEGMENTS,
     duration,
-    plan_to_position,
     segment_acceleration,
     segment_position,
     segment_velocity,
-    stopping_distance,
 )
 
 CASES = 100_000

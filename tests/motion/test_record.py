@@ -6,7 +6,6 @@ import pytest
 
 from achse.kernel.memory import Rows
 from achse.motion.axis import WordsAxis
-from achse.motion.profile import MAX_SEGMENTS
 from achse.motion.record import (
     FIELDS,
     LAYOUT,
@@ -16,6 +15,7 @@ from achse.motion.record import (
     SlotsRecord,
     pack_record,
 )
+from achse.motion.segments import MAX_SEGMENTS
 
 
 def test_fields_lie_one_behind_the_other() -> None:

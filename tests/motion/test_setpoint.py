@@ -9,7 +9,7 @@ import pytest
 
 from achse.codes import NcError
 from achse.motion import BufferMode, MotionState, OverrideType, StartType, StateBit, commands
-from achse.motion.profile import highest_velocity
+from achse.motion.ramps import highest_velocity
 
 V, A, J = 200.0, 1500.0, 2250.0
 DT = 0.002

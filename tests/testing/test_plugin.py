@@ -1,6 +1,5 @@
 """The fixture as its users meet it: a test file of theirs, in a pytest run of its own."""
 
-import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -8,23 +7,7 @@ from pathlib import Path
 
 import pytest
 
-USERS_FILE = """\
-import pyads
-import pytest
-
-def test_our_program_survives_what_happens_to_a_plc(achse_station):
-    with pyads.Connection(achse_station.net_id, 851, achse_station.host) as plc:
-        plc.set_timeout(200)
-        handle = plc.get_handle("GVL.nInt")
-        achse_station.fault("error", symbol="GVL.nInt", code=0x706, count=1)
-        for code, event in (1798, None), (1809, "online_change"):
-            event and achse_station.fault(event)
-            with pytest.raises(pyads.ADSError, match=str(code)):
-                plc.read_by_name("", pyads.PLCTYPE_INT, handle=handle)
-        achse_station.restart()
-    with plc:
-        assert plc.read_by_name("GVL.nInt", pyads.PLCTYPE_INT) == -16
-"""
+USERS_FILE = (Path(__file__).parents[1] / "data" / "fifteen_lines.txt").read_text()
 """Error code, stale handle, restart, reconnect."""
 
 Run = Callable[[str], "subprocess.CompletedProcess[str]"]
@@ -51,18 +34,8 @@ def run(tmp_path: Path) -> Run:
 def test_fifteen_lines_with_pyads(run: Run, witness: Callable[[str], None]) -> None:
     witness("pyads")
     assert USERS_FILE.count("\n") <= 15
-    for _ in range(5):
-        before = os.times()
-        result = run(USERS_FILE)
-        after = os.times()
-        assert "1 passed" in result.stdout, result.stdout
-        took = float(result.stdout.split(" in ")[-1].split("s")[0])
-        worked = after.children_user + after.children_system
-        worked -= before.children_user + before.children_system
-        if took < 2.0:
-            break
-    else:  # a run that hardly got the processor says nothing
-        assert worked < 0.8 * (after.elapsed - before.elapsed), took
+    result = run(USERS_FILE)
+    assert "1 passed" in result.stdout, result.stdout
 
 
 def test_a_marker_and_a_fixture_say_how_the_station_is(tmp_path: Path) -> None:

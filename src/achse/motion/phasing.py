@@ -5,8 +5,8 @@ The shift stays until the next phasing changes it. It moves an axis only through
 Kernel source, in the language of `achse.kernel`.
 """
 
-from achse.motion.profile import segment_acceleration, segment_position, segment_velocity
 from achse.motion.record import AxisFields
+from achse.motion.segments import segment_acceleration, segment_position, segment_velocity
 
 __all__ = ["shift_phase"]
 

@@ -10,16 +10,13 @@ Kernel source, in the language of `achse.kernel`.
 
 from achse.motion.profile import (
     END_VELOCITY_UNREACHABLE,
-    duration,
     plan_to_position,
     plan_to_velocity,
-    reachable_velocity,
-    segment_acceleration,
-    segment_position,
-    segment_velocity,
     stopping_distance,
 )
+from achse.motion.ramps import reachable_velocity
 from achse.motion.record import AxisFields
+from achse.motion.segments import duration, segment_acceleration, segment_position, segment_velocity
 from achse.motion.states import MotionPhase
 from achse.motion.targets import look_ahead, overrun
 

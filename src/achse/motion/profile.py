@@ -20,240 +20,50 @@ Plain functions in the language of `achse.kernel`, so that machine code gives th
 sequences of at least `MAX_SEGMENTS` floats owned by the caller.
 """
 
-from collections.abc import MutableSequence, Sequence
+from collections.abc import MutableSequence
 from math import sqrt
-from typing import TypeAlias
+
+from achse.motion.ramps import (
+    CONVERGED,
+    MAX_ITERATIONS,
+    NEGLIGIBLE,
+    Limits,
+    append_ramp,
+    append_velocity_ramp,
+    bounded,
+    cube_root,
+    ramp_peak,
+    ramp_time,
+)
+from achse.motion.segments import append_segment, end_state, segment_position
 
 __all__ = [
     "END_VELOCITY_UNREACHABLE",
     "LIMITS_INVALID",
-    "MAX_SEGMENTS",
     "STATE_INVALID",
-    "duration",
-    "end_state",
-    "highest_velocity",
     "plan_to_position",
     "plan_to_velocity",
-    "reachable_velocity",
-    "segment_acceleration",
-    "segment_position",
-    "segment_velocity",
     "stopping_distance",
     "stopping_time",
 ]
 
-Limits: TypeAlias = tuple[float, float, float]  # max_acceleration, max_deceleration, max_jerk
-
-MAX_SEGMENTS = 12  # unavoidable crossing 1, bring-in 1, brake to rest 3, return 7
 
 LIMITS_INVALID = -1  # a limit not positive or not finite
 STATE_INVALID = -2  # position, velocity, acceleration or target not finite or beyond ±1e15
 END_VELOCITY_UNREACHABLE = -3  # negative, not finite, or the distance is too short for it
 _OVERSHOOT = -4  # the brakes do not hold before the target
 
-_SMALLEST_LIMIT = 1e-9  # with these bounds no intermediate result overflows;
-_LARGEST_LIMIT = 1e12  # limits beyond count as the bound
 _LARGEST_STATE = 1e15
 _INFINITE = 1e300
 _ROUNDING = 1e-13  # what accumulated rounding of a replanned state may amount to, relative
-_NEGLIGIBLE = 1e-60  # distances below would underflow in the powers below; no axis knows them
-_CONVERGED = 4e-16
-_CANCELLED = 1e-11
-_MAX_ITERATIONS = 40  # at most a dozen were ever needed
-
-
-def segment_position(t: float, j: float, p: float, v: float, a: float) -> float:
-    """Position after `t` seconds of jerk `j` from the state (p, v, a)."""
-    return p + t * (v + t * (0.5 * a + t * (j / 6.0)))
-
-
-def segment_velocity(t: float, j: float, v: float, a: float) -> float:
-    """Velocity after `t` seconds of jerk `j` from the state (v, a)."""
-    return v + t * (a + t * (0.5 * j))
-
-
-def segment_acceleration(t: float, j: float, a: float) -> float:
-    """Acceleration after `t` seconds of jerk `j`; zero where only rounding is left of it.
-
-    Left standing, 1e-15 unit/s² would bend an hour of constant velocity.
-    """
-    result = a + t * j
-    if abs(result) <= _CANCELLED * abs(a):
-        return 0.0
-    return result
-
-
-def duration(seg_time: Sequence[float], count: int) -> float:
-    """Sum of the first `count` segment times, in seconds."""
-    total = 0.0
-    for i in range(count):
-        total += seg_time[i]
-    return total
-
-
-def end_state(
-    seg_time: Sequence[float],
-    seg_jerk: Sequence[float],
-    count: int,
-    position: float,
-    velocity: float,
-    acceleration: float,
-) -> tuple[float, float, float]:
-    """State (position, velocity, acceleration) after the first `count` segments."""
-    p = position
-    v = velocity
-    a = acceleration
-    for i in range(count):
-        t = seg_time[i]
-        j = seg_jerk[i]
-        p = segment_position(t, j, p, v, a)
-        v = segment_velocity(t, j, v, a)
-        a = segment_acceleration(t, j, a)
-    return p, v, a
 
 
 def _limit_is_valid(limit: float) -> bool:
     return limit > 0.0 and limit < _INFINITE
 
 
-def _bounded(limit: float) -> float:
-    """The limit, or the nearest one that can be computed with."""
-    if limit < _SMALLEST_LIMIT:
-        return _SMALLEST_LIMIT
-    return limit if limit < _LARGEST_LIMIT else _LARGEST_LIMIT
-
-
 def _state_is_valid(value: float) -> bool:
     return abs(value) <= _LARGEST_STATE
-
-
-def _append(
-    seg_time: MutableSequence[float], seg_jerk: MutableSequence[float], n: int, t: float, j: float
-) -> int:
-    """Write segment `n` unless it is empty; return the next free index."""
-    if t <= 0.0:
-        return n
-    seg_time[n] = t
-    seg_jerk[n] = j
-    return n + 1
-
-
-def _cube_root(x: float) -> float:
-    """Cube root of x > 0: x^(1/4 + 1/16 + 1/64) by square roots, then Halley steps."""
-    quarter = sqrt(sqrt(x))
-    sixteenth = sqrt(sqrt(quarter))
-    y = quarter * sixteenth * sqrt(sqrt(sixteenth))
-    for _ in range(4):
-        cube = y * y * y
-        y = y * ((cube + 2.0 * x) / (2.0 * cube + x))
-    return y
-
-
-def _ramp_time(change: float, limit: float, jerk: float) -> float:
-    """Duration of the velocity ramp by `change` >= 0 between two states of zero acceleration."""
-    if change * jerk <= limit * limit:
-        return 2.0 * sqrt(change / jerk)
-    return change / limit + limit / jerk
-
-
-def _ramp_peak(change: float, limit: float, jerk: float) -> float:
-    """Largest acceleration on that ramp."""
-    if change * jerk <= limit * limit:
-        return sqrt(change * jerk)
-    return limit
-
-
-def _append_ramp(
-    seg_time: MutableSequence[float],
-    seg_jerk: MutableSequence[float],
-    n: int,
-    change: float,
-    a: float,
-    limit: float,
-    size: float,
-    jerk: float,
-) -> int:
-    """Append a velocity ramp entered with `a`, counted positive in the ramp's sense.
-
-    `change` >= 0 is counted from the velocity where the entering jerk line crosses a = 0; `jerk` is
-    that line's signed jerk, `size` its magnitude.
-    """
-    peak = _ramp_peak(change, limit, size)
-    n = _append(seg_time, seg_jerk, n, (peak - a) / size, jerk)
-    if peak == limit:
-        n = _append(seg_time, seg_jerk, n, change / limit - limit / size, 0.0)
-    return _append(seg_time, seg_jerk, n, peak / size, -jerk)
-
-
-def _append_velocity_ramp(
-    seg_time: MutableSequence[float],
-    seg_jerk: MutableSequence[float],
-    n: int,
-    sign: float,
-    v: float,
-    a: float,
-    goal: float,
-    limits: Limits,
-) -> int:
-    """Append the fastest ramp from (v, a) to (goal, 0); travel frame, both velocities >= 0."""
-    acc, dec, jerk = limits
-    swing = a * a / (2.0 * jerk)
-    settled = v - swing if a < 0.0 else v + swing
-    if settled < 0.0:
-        settled = 0.0
-    if goal > settled:
-        change = goal - (v - swing)
-        return _append_ramp(seg_time, seg_jerk, n, change, a, acc, jerk, sign * jerk)
-    change = v + swing - goal
-    return _append_ramp(seg_time, seg_jerk, n, change, -a, dec, jerk, -sign * jerk)
-
-
-def highest_velocity(distance: float, lowest: float, limit: float, jerk: float) -> float:
-    """Highest velocity that a ramp from `lowest` reaches within `distance` >= 0.
-
-    Both ends are without acceleration; as well the highest one to brake from down to `lowest` >= 0.
-    """
-    limit = _bounded(limit)
-    jerk = _bounded(jerk)
-    half = limit / jerk
-    if distance >= (2.0 * lowest + limit * half) * half:
-        # holding the limit: change²/2 + change (lowest + limit half/2) = limit (way - lowest half)
-        linear = lowest + 0.5 * limit * half
-        constant = limit * (distance - lowest * half)
-        return lowest + 2.0 * constant / (linear + sqrt(linear * linear + 2.0 * constant))
-    # Jerk only: with u² = change, u³ + 2 lowest u = distance sqrt(jerk), Newton from above.
-    goal = distance * sqrt(jerk)
-    if goal <= _NEGLIGIBLE:
-        return lowest if lowest > 0.0 else 0.0
-    u = _cube_root(goal) if lowest >= 0.0 else _cube_root(2.0 * goal) + 2.0 * sqrt(-lowest)
-    if lowest > 0.0 and goal < 2.0 * lowest * u:
-        u = goal / (2.0 * lowest)
-    for _ in range(_MAX_ITERATIONS):
-        step = (u * (u * u + 2.0 * lowest) - goal) / (3.0 * u * u + 2.0 * lowest)
-        if step <= 0.0:
-            break
-        u -= step
-        if step <= _CONVERGED * u:
-            break
-    return lowest + u * u
-
-
-def reachable_velocity(distance: float, v: float, a: float, limit: float, jerk: float) -> float:
-    """Highest velocity that can be had, without acceleration, after `distance`; -1 if none.
-
-    Travel frame: v >= 0, and a negative `a` can be released before v = 0.
-    """
-    jerk = _bounded(jerk)
-    held = -a / jerk
-    swing = a * a / (2.0 * jerk)
-    start = v - swing
-    distance -= held * (start + jerk * held * held / 6.0)
-    if distance < 0.0:
-        return -1.0
-    highest = highest_velocity(distance, start, limit, jerk)
-    if highest < (v + swing if a > 0.0 else start):
-        return -1.0
-    return highest if highest > 0.0 else 0.0
 
 
 def _travel_sign(v: float, a: float, otherwise: float) -> float:
@@ -284,18 +94,18 @@ def _append_bring_in(
     growth = sign * a
     if growth < 0.0 and speed - growth * growth / (2.0 * jerk) < -_ROUNDING * speed:
         left = sqrt(growth * growth - 2.0 * jerk * speed)
-        n = _append(seg_time, seg_jerk, n, 2.0 * speed / (left - growth), sign * jerk)
+        n = append_segment(seg_time, seg_jerk, n, 2.0 * speed / (left - growth), sign * jerk)
         sign = -sign
         speed = 0.0
         growth = left
     if growth > acc:
         time = (growth - acc) / jerk
-        n = _append(seg_time, seg_jerk, n, time, -sign * jerk)
+        n = append_segment(seg_time, seg_jerk, n, time, -sign * jerk)
         speed += time * (0.5 * (growth + acc))
         growth = acc
     elif growth < -dec:
         time = (-dec - growth) / jerk
-        n = _append(seg_time, seg_jerk, n, time, sign * jerk)
+        n = append_segment(seg_time, seg_jerk, n, time, sign * jerk)
         speed += time * (0.5 * (growth - dec))
         growth = -dec
     return n, sign * speed, sign * growth
@@ -316,11 +126,11 @@ def _peak_rise(
     The ramps run from `start` (= base - start_gap) up and down to `end` (= base - end_gap); meeting
     at `base` they leave `excess` of the distance uncovered.
     """
-    if excess <= _NEGLIGIBLE:
+    if excess <= NEGLIGIBLE:
         return 0.0
     acc, dec, jerk = limits
-    start_time = _ramp_time(start_gap, acc, jerk)
-    end_time = _ramp_time(end_gap, dec, jerk)
+    start_time = ramp_time(start_gap, acc, jerk)
+    end_time = ramp_time(end_gap, dec, jerk)
     distance = 0.5 * ((start + base) * start_time + (end + base) * end_time) + excess
     slowness = 1.0 / acc + 1.0 / dec
     # Both ramps holding their limit: a quadratic in the peak velocity.
@@ -337,7 +147,7 @@ def _peak_rise(
             return rise if rise < rise_limit else rise_limit
     # Else the distance is a convex function of u = sqrt(rise); each part of it bounds u from above.
     root_jerk = sqrt(jerk)
-    u = _cube_root(0.5 * excess * root_jerk)
+    u = cube_root(0.5 * excess * root_jerk)
     bound = u * u
     other = sqrt(2.0 * excess / slowness)
     if other < bound:
@@ -360,7 +170,7 @@ def _peak_rise(
         if other < bound:
             bound = other
     u = sqrt(bound)
-    for i in range(_MAX_ITERATIONS):
+    for i in range(MAX_ITERATIONS):
         rise = u * u
         peak = base + rise
         # covered: twice the distance of both ramps; growth: its derivative, divided by 2 u
@@ -386,7 +196,7 @@ def _peak_rise(
         if i > 0 and step <= 0.0:
             break
         u -= step
-        if abs(step) <= _CONVERGED * u:
+        if abs(step) <= CONVERGED * u:
             break
     rise = u * u
     return rise if rise < rise_limit else rise_limit
@@ -425,7 +235,7 @@ def _eased_hold(
             other = sqrt(2.0 * more / steep)
             if other < k:
                 k = other
-            for i in range(_MAX_ITERATIONS):
+            for i in range(MAX_ITERATIONS):
                 if k <= 0.0:
                     break
                 step = k * k * (half - full * k + 0.5 * k * k) - more
@@ -433,7 +243,7 @@ def _eased_hold(
                 if i > 0 and step <= 0.0:
                     break
                 k -= step
-                if abs(step) <= _CONVERGED * k:
+                if abs(step) <= CONVERGED * k:
                     break
             r = full - k
             return r if r < held else held
@@ -446,17 +256,17 @@ def _eased_hold(
     # The braking peaks below `dec`: with h = sqrt(gap + r²) - r the distance is
     # both h + jerk h³/4 - jerk gap²/(4 h), and times h a convex quartic.
     low = 0.25 * jerk * gap * gap
-    if low <= _NEGLIGIBLE:
+    if low <= NEGLIGIBLE:
         return held
     root = sqrt(distance * distance + 4.0 * both * low)
     h = (distance + root) / (2.0 * both) if distance > 0.0 else 2.0 * low / (root - distance)
-    for i in range(_MAX_ITERATIONS):
+    for i in range(MAX_ITERATIONS):
         step = ((0.25 * jerk * h * h + both) * h - distance) * h - low
         step /= (jerk * h * h + 2.0 * both) * h - distance
         if i > 0 and step <= 0.0:
             break
         h -= step
-        if abs(step) <= _CONVERGED * h:
+        if abs(step) <= CONVERGED * h:
             break
     r = 0.5 * (gap / h - h)
     if r < 0.0:
@@ -490,32 +300,32 @@ def _append_approach(
     if settled > top * (1.0 + _ROUNDING):
         # Too fast: brake until releasing the deceleration leaves `top`, then see what remains.
         change = v + swing - top
-        peak = _ramp_peak(change, dec, jerk)
+        peak = ramp_peak(change, dec, jerk)
         time = (a + peak) / jerk
         if time > 0.0:
-            n = _append(seg_time, seg_jerk, n, time, -sign * jerk)
+            n = append_segment(seg_time, seg_jerk, n, time, -sign * jerk)
             distance -= segment_position(time, -jerk, 0.0, v, a)
         a = -peak
         swing = a * a / (2.0 * jerk)
         if peak == dec:
             time = change / dec - dec / jerk
             if time > 0.0:
-                n = _append(seg_time, seg_jerk, n, time, 0.0)
+                n = append_segment(seg_time, seg_jerk, n, time, 0.0)
                 distance -= time * (top + swing + 0.5 * dec * time)
         settled = top
     # The ramp up lies on the jerk line through (v, a), which leaves a = 0 at velocity `start`.
     held = -a / jerk
     start = v - swing if a > 0.0 else settled
     distance -= held * (start + jerk * held * held / 6.0)
-    release = 0.5 * ((settled + end) * _ramp_time(abs(settled - end), dec, jerk))
+    release = 0.5 * ((settled + end) * ramp_time(abs(settled - end), dec, jerk))
     if a < 0.0 and settled > end and distance < release:
         gap = (settled - end) / jerk
         r = _eased_hold(distance, held, gap, end, dec, jerk, slack)
         if r < 0.0:
             return _OVERSHOOT
-        n = _append(seg_time, seg_jerk, n, held - r, sign * jerk)
+        n = append_segment(seg_time, seg_jerk, n, held - r, sign * jerk)
         change = jerk * (gap + r * r)
-        return _append_ramp(seg_time, seg_jerk, n, change, jerk * r, dec, jerk, -sign * jerk)
+        return append_ramp(seg_time, seg_jerk, n, change, jerk * r, dec, jerk, -sign * jerk)
     base = settled
     start_gap = a * a / jerk if a > 0.0 else 0.0
     if end > settled:
@@ -523,21 +333,21 @@ def _append_approach(
         start_gap = end - start
     end_gap = base - end
     excess = distance - 0.5 * (
-        (start + base) * _ramp_time(start_gap, acc, jerk)
-        + (end + base) * _ramp_time(end_gap, dec, jerk)
+        (start + base) * ramp_time(start_gap, acc, jerk)
+        + (end + base) * ramp_time(end_gap, dec, jerk)
     )
     if excess < -slack:
         return END_VELOCITY_UNREACHABLE if end > 0.0 and settled <= end else _OVERSHOOT
     rise = top - base if top > base else 0.0
     peak = base + rise
-    covered = (start + peak) * _ramp_time(start_gap + rise, acc, jerk)
-    covered += (end + peak) * _ramp_time(end_gap + rise, dec, jerk)
+    covered = (start + peak) * ramp_time(start_gap + rise, acc, jerk)
+    covered += (end + peak) * ramp_time(end_gap + rise, dec, jerk)
     cruise = (distance - 0.5 * covered) / peak
     if cruise < 0.0:
         rise = _peak_rise(excess, base, start, start_gap, end, end_gap, rise, limits)
-    n = _append_ramp(seg_time, seg_jerk, n, start_gap + rise, a, acc, jerk, sign * jerk)
-    n = _append(seg_time, seg_jerk, n, cruise, 0.0)
-    return _append_ramp(seg_time, seg_jerk, n, end_gap + rise, 0.0, dec, jerk, -sign * jerk)
+    n = append_ramp(seg_time, seg_jerk, n, start_gap + rise, a, acc, jerk, sign * jerk)
+    n = append_segment(seg_time, seg_jerk, n, cruise, 0.0)
+    return append_ramp(seg_time, seg_jerk, n, end_gap + rise, 0.0, dec, jerk, -sign * jerk)
 
 
 def _append_rise(
@@ -561,7 +371,7 @@ def _append_rise(
     if a < 0.0:
         held = -a / jerk
         distance -= segment_position(held, jerk, 0.0, v, a)
-        n = _append(seg_time, seg_jerk, n, held, sign * jerk)
+        n = append_segment(seg_time, seg_jerk, n, held, sign * jerk)
         v -= a * a / (2.0 * jerk)
         a = 0.0
     lead = a / jerk
@@ -571,7 +381,7 @@ def _append_rise(
     way = distance + lead * (start + jerk * lead * lead / 6.0)
     mean = 0.5 * (start + end)
     change = end - start
-    shortest = _ramp_time(change, acc, jerk) if change > 0.0 else 0.0
+    shortest = ramp_time(change, acc, jerk) if change > 0.0 else 0.0
     if way < mean * shortest - slack or mean <= 0.0:
         return END_VELOCITY_UNREACHABLE
     time = way / mean
@@ -582,7 +392,7 @@ def _append_rise(
     if limit > acc:
         limit = acc
     if limit > a:
-        return _append_ramp(seg_time, seg_jerk, n, change, a, limit, jerk, sign * jerk)
+        return append_ramp(seg_time, seg_jerk, n, change, a, limit, jerk, sign * jerk)
     # Weaker than `a`, which is eased to `limit` for the time `hold`: a ramp by the change that is
     # left, upon the way of releasing `a` at once.
     change = end - settled if end > settled else 0.0
@@ -591,9 +401,9 @@ def _append_rise(
     root = way * way - 2.0 * mean * change * change / jerk
     hold = 0.5 * (way + (sqrt(root) if root > 0.0 else 0.0)) / mean
     limit = change / hold if hold > 0.0 else 0.0
-    n = _append(seg_time, seg_jerk, n, (a - limit) / jerk, -sign * jerk)
-    n = _append(seg_time, seg_jerk, n, hold, 0.0)
-    return _append(seg_time, seg_jerk, n, limit / jerk, -sign * jerk)
+    n = append_segment(seg_time, seg_jerk, n, (a - limit) / jerk, -sign * jerk)
+    n = append_segment(seg_time, seg_jerk, n, hold, 0.0)
+    return append_segment(seg_time, seg_jerk, n, limit / jerk, -sign * jerk)
 
 
 def _append_travel(
@@ -615,13 +425,13 @@ def _append_travel(
     """
     if end > top:
         acc, _, jerk = limits
-        rest = distance - 0.5 * (top + end) * _ramp_time(end - top, acc, jerk)
+        rest = distance - 0.5 * (top + end) * ramp_time(end - top, acc, jerk)
         if rest >= 0.0:
             count = _append_approach(
                 seg_time, seg_jerk, n, sign, rest, v, a, top, top, limits, slack
             )
             if count >= 0:
-                return _append_ramp(
+                return append_ramp(
                     seg_time, seg_jerk, count, end - top, 0.0, acc, jerk, sign * jerk
                 )
         swing = a * a / (2.0 * jerk)
@@ -669,8 +479,8 @@ def plan_to_position(
         return STATE_INVALID
     if not (end_velocity >= 0.0 and end_velocity <= _LARGEST_STATE):
         return END_VELOCITY_UNREACHABLE
-    top = _bounded(max_velocity)
-    limits = (_bounded(max_acceleration), _bounded(max_deceleration), _bounded(max_jerk))
+    top = bounded(max_velocity)
+    limits = (bounded(max_acceleration), bounded(max_deceleration), bounded(max_jerk))
     slack = _ROUNDING * (abs(position) + abs(target))
     arrival = _travel_sign(target - position, velocity, acceleration)
     p = position
@@ -689,7 +499,7 @@ def plan_to_position(
         )  # fmt: skip
         if count != _OVERSHOOT:
             return count
-    n = _append_velocity_ramp(seg_time, seg_jerk, n, sign, sign * v, sign * a, 0.0, limits)
+    n = append_velocity_ramp(seg_time, seg_jerk, n, sign, sign * v, sign * a, 0.0, limits)
     p, _, _ = end_state(seg_time, seg_jerk, n, position, velocity, acceleration)
     remaining = target - p
     sign = 1.0 if remaining >= 0.0 else -1.0
@@ -728,7 +538,7 @@ def plan_to_velocity(
         and _state_is_valid(target_velocity)
     ):
         return STATE_INVALID
-    limits = (_bounded(max_acceleration), _bounded(max_deceleration), _bounded(max_jerk))
+    limits = (bounded(max_acceleration), bounded(max_deceleration), bounded(max_jerk))
     v = velocity
     a = acceleration
     n = 0
@@ -737,9 +547,9 @@ def plan_to_velocity(
     sign = _travel_sign(v, a, target_velocity)
     goal = sign * target_velocity
     first = goal if goal > 0.0 else 0.0
-    n = _append_velocity_ramp(seg_time, seg_jerk, n, sign, sign * v, sign * a, first, limits)
+    n = append_velocity_ramp(seg_time, seg_jerk, n, sign, sign * v, sign * a, first, limits)
     if goal < 0.0:
-        n = _append_velocity_ramp(seg_time, seg_jerk, n, -sign, 0.0, 0.0, -goal, limits)
+        n = append_velocity_ramp(seg_time, seg_jerk, n, -sign, 0.0, 0.0, -goal, limits)
     return n
 
 
@@ -747,8 +557,8 @@ def _stop(
     velocity: float, acceleration: float, max_deceleration: float, max_jerk: float
 ) -> tuple[float, float]:
     """Signed distance and time of the fastest way from the state to rest."""
-    max_deceleration = _bounded(max_deceleration)
-    max_jerk = _bounded(max_jerk)
+    max_deceleration = bounded(max_deceleration)
+    max_jerk = bounded(max_jerk)
     sign = _travel_sign(velocity, acceleration, 1.0)
     v = sign * velocity
     a = sign * acceleration
@@ -769,7 +579,7 @@ def _stop(
         a = -max_deceleration
     top = v + a * a / (2.0 * max_jerk)
     lead = a / max_jerk
-    ramp = _ramp_time(top, max_deceleration, max_jerk)
+    ramp = ramp_time(top, max_deceleration, max_jerk)
     way += facing * (0.5 * top * ramp + lead * (top - max_jerk * lead * lead / 6.0))
     return sign * way, time + ramp + lead
 

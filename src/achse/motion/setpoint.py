@@ -8,8 +8,8 @@ Kernel source: compiled as it stands, see `compiled`.
 """
 
 from achse.motion.planning import TO_CONSTANT_VELOCITY, TO_TARGET, follow_override, plan
-from achse.motion.profile import segment_acceleration
 from achse.motion.record import COMMAND_BUFFER, FILTER_ORDER, POSITION_HISTORY, AxisFields
+from achse.motion.segments import segment_acceleration
 from achse.motion.states import CommandState, MotionPhase, StartType
 from achse.motion.targets import resolve_target
 

@@ -10,7 +10,7 @@ Kernel source, in the language of `achse.kernel`.
 
 from math import floor
 
-from achse.motion.profile import highest_velocity
+from achse.motion.ramps import highest_velocity
 from achse.motion.record import COMMAND_BUFFER, AxisFields
 from achse.motion.states import BufferMode, StartType
 

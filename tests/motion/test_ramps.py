@@ -1,0 +1,71 @@
+"""Velocity ramps: time, peak and reach follow from the limits."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.motion.ramps import (
+    append_ramp,
+    append_velocity_ramp,
+    bounded,
+    cube_root,
+    highest_velocity,
+    ramp_peak,
+    ramp_time,
+    reachable_velocity,
+)
+from achse.motion.segments import MAX_SEGMENTS, end_state
+
+sizes = st.floats(1e-3, 1e6)
+
+
+@given(st.floats(1e-75, 1e75))
+def test_a_cube_root_cubed_is_the_number(x: float) -> None:
+    """Of distances times the root of a jerk; both are bounded."""
+    assert cube_root(x) ** 3 == pytest.approx(x, rel=1e-14)
+
+
+def test_a_ramp_with_and_without_a_phase_at_the_limit() -> None:
+    """100 mm/s with 1000 mm/s³: 500 mm/s² are just not met, 200 mm/s² are held for 0.3 s."""
+    assert (ramp_time(100.0, 500.0, 1e3), ramp_peak(100.0, 500.0, 1e3)) == pytest.approx(
+        (2.0 * 0.1**0.5, 1e5**0.5)
+    )
+    assert (ramp_time(100.0, 200.0, 1e3), ramp_peak(100.0, 200.0, 1e3)) == pytest.approx(
+        (0.7, 200.0)
+    )
+
+
+@given(sizes, sizes, sizes)
+def test_a_ramp_ends_at_its_velocity_in_its_time(change: float, limit: float, jerk: float) -> None:
+    time, jerks = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    n = append_ramp(time, jerks, 0, change, 0.0, limit, jerk, jerk)
+    _, v, a = end_state(time, jerks, n, 0.0, 0.0, 0.0)
+    assert v == pytest.approx(change, rel=1e-9)
+    assert a == pytest.approx(0.0, abs=1e-9 * limit)
+    assert sum(time[:n]) == pytest.approx(ramp_time(change, limit, jerk), rel=1e-9)
+
+
+def test_a_ramp_down_takes_the_deceleration() -> None:
+    time, jerks = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    n = append_velocity_ramp(time, jerks, 0, 1.0, 100.0, 0.0, 0.0, (1e6, 200.0, 1e3))
+    assert sum(time[:n]) == pytest.approx(ramp_time(100.0, 200.0, 1e3))
+    assert end_state(time, jerks, n, 0.0, 100.0, 0.0)[1:] == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+@given(sizes, sizes, sizes, sizes)
+def test_the_way_of_a_ramp_reaches_its_velocity(
+    lowest: float, change: float, limit: float, jerk: float
+) -> None:
+    """The way is the mean velocity times the time, as the ramp is point symmetric."""
+    way = (lowest + 0.5 * change) * ramp_time(change, limit, jerk)
+    highest = lowest + change
+    assert highest_velocity(way, lowest, limit, jerk) == pytest.approx(highest, rel=1e-6)
+    assert reachable_velocity(way, lowest, 0.0, limit, jerk) == pytest.approx(highest, rel=1e-6)
+
+
+def test_too_short_to_release_the_acceleration() -> None:
+    assert reachable_velocity(0.0, 10.0, 100.0, 1e3, 1e3) == -1.0
+
+
+def test_limits_that_no_axis_has_count_as_the_bounds() -> None:
+    assert (bounded(1e-12), bounded(5.0), bounded(1e20)) == (1e-9, 5.0, 1e12)
