@@ -1,5 +1,6 @@
 """An NC device on a router: axis 1 `X` in mm, axis 3 `C` in degrees, modulo 360; 2 ms cycle."""
 
+import struct
 from collections.abc import Callable
 from typing import Any
 
@@ -58,6 +59,24 @@ class Bench:
     def start(self, position: float, velocity: float, start_type: int = 1, axis: int = 1) -> None:
         """Standard start in the form of TwinCAT 3."""
         self.put(0x4200 + axis, 0x20, "<I4xdd", start_type, position, velocity)
+
+    @staticmethod
+    def universal(
+        kind: int,
+        position: float = 0.0,
+        velocity: float = 0.0,
+        *,
+        acceleration: float = 0.0,
+        deceleration: float = 0.0,
+        jerk: float = 0.0,
+        mode: int = 0,
+        extras: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        form: str = "<IIdddddI4xddd",
+    ) -> bytes:
+        """The request of the universal axis start, TwinCAT 3 unless another form is given."""
+        return struct.pack(
+            form, kind, 0, position, velocity, acceleration, deceleration, jerk, mode, *extras
+        )
 
 
 @pytest.fixture

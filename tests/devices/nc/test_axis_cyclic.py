@@ -192,11 +192,6 @@ def test_there_are_no_preparation_entries(bench: Any) -> None:
     assert bench.get(0x4301, 0xB6, "<I") == 0
 
 
-def universal(kind: int, position: float, velocity: float, mode: int = 0) -> bytes:
-    values = (kind, 0, position, velocity, 0, 0, 0, mode, 0, 0, 0)
-    return struct.pack("<II5dI4x3d", *values)
-
-
 def enable(bench: Any, control: int) -> None:
     bench.put(C, 0x01, NUMBER, control)
     bench.run(0.01)
@@ -321,7 +316,7 @@ STATUS_BITS: dict[int, tuple[str, dict[str, float], Any, Any]] = {
     24: (
         "a waiting command",
         {},
-        lambda b: (move(b, 1, 100.0), b.exchange(F, 0x16, 4, universal(1, 200.0, 100.0, 1))),
+        lambda b: (move(b, 1, 100.0), b.exchange(F, 0x16, 4, b.universal(1, 200.0, 100.0, mode=1))),
         arrive,
     ),
     26: (
@@ -345,7 +340,7 @@ STATUS_BITS: dict[int, tuple[str, dict[str, float], Any, Any]] = {
     29: (
         "a stop that locks",
         {},
-        lambda b: b.exchange(F, 0x16, 4, universal(4096, 0.0, 0.0)),
+        lambda b: b.exchange(F, 0x16, 4, b.universal(4096)),
         lambda b: b.write(F, 0x18),
     ),
     30: (

@@ -1,28 +1,10 @@
 """Function rows: what they take, and that they are written only."""
 
-import struct
 from typing import Any
 
 import pytest
 
 F = 0x4201
-
-
-def universal(
-    kind: int,
-    position: float = 0.0,
-    velocity: float = 0.0,
-    *,
-    acceleration: float = 0.0,
-    deceleration: float = 0.0,
-    jerk: float = 0.0,
-    mode: int = 0,
-    form: str = "<IIdddddI4xddd",
-) -> bytes:
-    """The request of the universal axis start, TwinCAT 3 unless another form is given."""
-    return struct.pack(
-        form, kind, 0, position, velocity, acceleration, deceleration, jerk, mode, 0.0, 0.0, 0.0
-    )
 
 
 TC2, TC3 = "TwinCAT 2", "TwinCAT 3"
@@ -47,6 +29,6 @@ def test_functions_are_not_read(bench: Any, refused: Any) -> None:
         with refused(0x704):
             bench.read(F, offset, 4)
     with refused(0x704):
-        bench.write(F, 0x16, universal(1, 1.0, 1.0))
+        bench.write(F, 0x16, bench.universal(1, 1.0, 1.0))
     with refused(0x703):
         bench.write(F, 0x7F)

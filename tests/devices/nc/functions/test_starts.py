@@ -13,24 +13,6 @@ F = 0x4201
 REAL, FLAG, NUMBER = "<d", "<H", "<I"
 
 
-def universal(
-    kind: int,
-    position: float = 0.0,
-    velocity: float = 0.0,
-    *,
-    acceleration: float = 0.0,
-    deceleration: float = 0.0,
-    jerk: float = 0.0,
-    mode: int = 0,
-    extras: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    form: str = "<IIdddddI4xddd",
-) -> bytes:
-    """The request of the universal axis start, TwinCAT 3 unless another form is given."""
-    return struct.pack(
-        form, kind, 0, position, velocity, acceleration, deceleration, jerk, mode, *extras
-    )
-
-
 TC2, TC3 = "TwinCAT 2", "TwinCAT 3"
 
 
@@ -42,7 +24,7 @@ MOVES: dict[str, Callable[[Any, int, float, float], None]] = {
         F, 0x21, "<IddIdIdId", kind, position, velocity, 1, 0.0, 1, 0.0, 1, 0.0
     ),
     "universal start": lambda bench, kind, position, velocity: bench.exchange(
-        F, 0x16, 4, universal(kind, position, velocity)
+        F, 0x16, 4, bench.universal(kind, position, velocity)
     ),
 }
 
@@ -110,8 +92,8 @@ def test_start_special_has_two_velocities(bench: Any, form: str) -> None:
 @pytest.mark.parametrize("form", ["<IIdddddIddd", "<IIdddddI4xddd"], ids=[TC2, TC3])
 def test_blending_position_and_segment_velocities(bench: Any, form: str) -> None:
     """The second begins 60 mm before the first would end, at 80 mm/s, and goes on at 30 mm/s."""
-    bench.exchange(F, 0x16, 4, universal(1, 300.0, 150.0, form=form))
-    further = universal(1, 500.0, 100.0, mode=21, extras=(240.0, 80.0, 30.0), form=form)
+    bench.exchange(F, 0x16, 4, bench.universal(1, 300.0, 150.0, form=form))
+    further = bench.universal(1, 500.0, 100.0, mode=21, extras=(240.0, 80.0, 30.0), form=form)
     number, state = struct.unpack("<HH", bench.exchange(F, 0x16, 4, further))
     assert (number, state) == (2, 2)
     bench.until(lambda: bench.axis.set_command_number == number)
@@ -139,13 +121,13 @@ def test_mistakes_of_blending(
 ) -> None:
     bench.start(100.0, 100.0)
     with refused(error):
-        bench.exchange(F, 0x16, 4, universal(1, 200.0, 100.0, mode=20, extras=extras))
+        bench.exchange(F, 0x16, 4, bench.universal(1, 200.0, 100.0, mode=20, extras=extras))
 
 
 @pytest.mark.parametrize("form", ["<IIdddddIddd", "<IIdddddI4xddd"], ids=[TC2, TC3])
 def test_universal_start_answers_number_and_state(bench: Any, form: str) -> None:
-    first = bench.exchange(F, 0x16, 4, universal(1, 100.0, 200.0, form=form))
-    second = bench.exchange(F, 0x16, 4, universal(1, 50.0, 200.0, mode=1, form=form))
+    first = bench.exchange(F, 0x16, 4, bench.universal(1, 100.0, 200.0, form=form))
+    second = bench.exchange(F, 0x16, 4, bench.universal(1, 50.0, 200.0, mode=1, form=form))
     assert struct.unpack("<H", first[:2]) == (1,)
     assert struct.unpack("<H", second[:2]) == (2,)
     assert first[2:] != second[2:]  # active, buffered
@@ -226,7 +208,7 @@ def test_a_start_during_a_job_is_refused_but_for_the_universal_one(
         bench.start(50.0, 100.0)
     with refused(0x4220):
         bench.put(F, 0x21, "<IddIdIdId", 1, 50.0, 100.0, 1, 0.0, 1, 0.0, 1, 0.0)
-    bench.exchange(F, 0x16, 4, universal(1, 50.0, 100.0))
+    bench.exchange(F, 0x16, 4, bench.universal(1, 50.0, 100.0))
     bench.until_rest()
     assert bench.axis.set_position == 50.0
 
@@ -234,13 +216,13 @@ def test_a_start_during_a_job_is_refused_but_for_the_universal_one(
 def test_mistakes_of_buffered_starts(bench: Any, refused: Any) -> None:
     bench.start(1000.0, 100.0)
     with refused(0x4295):
-        bench.exchange(F, 0x16, 4, universal(1, 1000.0, 100.0, mode=1))
+        bench.exchange(F, 0x16, 4, bench.universal(1, 1000.0, 100.0, mode=1))
     with refused(0x4296):
-        bench.exchange(F, 0x16, 4, universal(1, 500.0, 100.0, mode=19))
+        bench.exchange(F, 0x16, 4, bench.universal(1, 500.0, 100.0, mode=19))
     for number in range(8):
-        bench.exchange(F, 0x16, 4, universal(1, 1001.0 + number, 100.0, mode=1))
+        bench.exchange(F, 0x16, 4, bench.universal(1, 1001.0 + number, 100.0, mode=1))
     with refused(0x4292):
-        bench.exchange(F, 0x16, 4, universal(1, 2000.0, 100.0, mode=1))
+        bench.exchange(F, 0x16, 4, bench.universal(1, 2000.0, 100.0, mode=1))
 
 
 def test_new_values_need_a_running_move(bench: Any, refused: Any) -> None:
@@ -273,6 +255,6 @@ def test_jogging(bench: Any, kind: int, name: str) -> None:
 
 def test_a_pulse(bench: Any) -> None:
     bench.put(0x4001, 0x19, "<d", 7.5)
-    bench.exchange(F, 0x16, 4, universal(289, 0.0, 100.0))
+    bench.exchange(F, 0x16, 4, bench.universal(289, 0.0, 100.0))
     bench.until_rest()
     assert bench.axis.set_position == pytest.approx(-7.5)

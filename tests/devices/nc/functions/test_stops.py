@@ -1,6 +1,5 @@
 """Stops over ADS."""
 
-import struct
 from math import nan
 from typing import Any
 
@@ -10,23 +9,6 @@ F = 0x4201
 
 
 REAL, FLAG, NUMBER = "<d", "<H", "<I"
-
-
-def universal(
-    kind: int,
-    position: float = 0.0,
-    velocity: float = 0.0,
-    *,
-    acceleration: float = 0.0,
-    deceleration: float = 0.0,
-    jerk: float = 0.0,
-    mode: int = 0,
-    form: str = "<IIdddddI4xddd",
-) -> bytes:
-    """The request of the universal axis start, TwinCAT 3 unless another form is given."""
-    return struct.pack(
-        form, kind, 0, position, velocity, acceleration, deceleration, jerk, mode, 0.0, 0.0, 0.0
-    )
 
 
 def test_stop_takes_the_running_deceleration(bench: Any) -> None:
@@ -55,7 +37,7 @@ def test_stops_with_a_ramp_of_their_own(bench: Any, offset: int) -> None:
 def test_stop_and_lock_holds_until_it_is_released(bench: Any, refused: Any) -> None:
     bench.start(0.0, 100.0, start_type=3)
     bench.run(1.0)
-    bench.exchange(F, 0x16, 4, universal(4096))
+    bench.exchange(F, 0x16, 4, bench.universal(4096))
     assert bench.get(0x4301, 0x81, NUMBER) & 1 << 29
     bench.until_rest()
     with refused(0x42EF):
@@ -76,7 +58,7 @@ def test_an_emergency_stop_is_not_weaker_than_the_motion(
 
 def test_clear(bench: Any) -> None:
     bench.start(1000.0, 200.0)
-    bench.exchange(F, 0x16, 4, universal(1, 2000.0, 200.0, mode=1))
+    bench.exchange(F, 0x16, 4, bench.universal(1, 2000.0, 200.0, mode=1))
     bench.run(1.0)
     bench.write(F, 0x03)
     bench.until_rest()
