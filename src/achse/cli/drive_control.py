@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from achse.cli.fault import clear_fault, list_of_faults, print_kinds
+from achse.cli.fault import SERVICE_PORT, fault_commands
 from achse.cli.objects import entry_of
 from achse.cli.output import on_terminal, print_json, print_table
 from achse.cli.run import fail
@@ -15,6 +15,7 @@ from achse.cli.target import Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
+    from achse.station.fault import FaultFields
 
 __all__ = ["CONTROL", "fault", "register"]
 
@@ -22,21 +23,34 @@ CONTROL = ("ACHSE_DRIVE_PORT", 34_981)
 """Environment variable and default of the TCP port where `achse drive serve` listens: one above
 EtherCAT's."""
 
-_SERVICE_PORT = 26_000
 _LONGEST = 1 << 20
 
 DriveOption = Annotated[
     int, typer.Option("--drive", "-d", min=1, help="Which one, counted along the cable.")
 ]
 
-fault = typer.Typer(no_args_is_help=True, help="Faults of drives that are served.")
+
+def _faults_of_drives() -> "type[FaultFields]":
+    from achse.station.drive_faults import DriveFault
+
+    return DriveFault
+
+
+fault = fault_commands(
+    _faults_of_drives,
+    "Faults of drives that are served.",
+    command="achse drive fault",
+    clock="bus",
+    example="drive=2 code=AL.720 lasting=2s",
+    listens=CONTROL,
+)
 
 
 def register(drive: typer.Typer) -> None:
     """Put the commands beside those of `achse drive`."""
     drive.add_typer(fault, name="fault")
 
-    @client_command(drive, _SERVICE_PORT, listens=CONTROL)
+    @client_command(drive, SERVICE_PORT, listens=CONTROL)
     async def get(
         client: "Client",
         entry: Annotated[str, typer.Argument(metavar="INDEX[:SUB]", help="6041, 0x1C32:02.")],
@@ -48,7 +62,7 @@ def register(drive: typer.Typer) -> None:
         value = await _access(client, drive=drive, index=index, subindex=subindex or 0)
         _tell(index, subindex or 0, value, in_json)
 
-    @client_command(drive, _SERVICE_PORT, "set", signed=True, listens=CONTROL)
+    @client_command(drive, SERVICE_PORT, "set", signed=True, listens=CONTROL)
     async def set_entry(
         client: "Client",
         entry: Annotated[str, typer.Argument(metavar="INDEX[:SUB]", help="6072, 0x60C2:01.")],
@@ -64,7 +78,7 @@ def register(drive: typer.Typer) -> None:
         if held != number and index != 0x1010:
             fail("the drive did not take it: it stores, or its master sends this object")
 
-    @client_command(drive, _SERVICE_PORT, endless=True, listens=CONTROL)
+    @client_command(drive, SERVICE_PORT, endless=True, listens=CONTROL)
     async def watch(
         client: "Client",
         interval: Annotated[float, typer.Option(min=0.01, help="Seconds between looks.")] = 0.5,
@@ -99,54 +113,6 @@ def register(drive: typer.Typer) -> None:
             while end is None or time.monotonic() + interval <= end:
                 await asyncio.sleep(interval)
                 live.update(_picture(await states()))
-
-
-@client_command(fault, _SERVICE_PORT, signed=True, listens=CONTROL)
-async def add(
-    client: "Client",
-    kind: Annotated[str, typer.Argument(help="See `achse drive fault kinds`.")],
-    fields: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[KEY=VALUE]…",
-            help="Whom it hits and how: drive=2 code=AL.720 lasting=2s …",
-            show_default=False,
-        ),
-    ] = None,
-    in_json: Json = False,
-) -> None:
-    """Let something go wrong, now or at=TIME of the bus."""
-    from achse.cli.fault import add_fault
-    from achse.station.drive_faults import DriveFault
-
-    await add_fault(client, DriveFault, kind, fields or [], in_json)
-
-
-@client_command(fault, _SERVICE_PORT, "list", listens=CONTROL)
-async def list_faults(client: "Client", in_json: Json = False) -> None:
-    """Show the faults that wait for their time or are at work."""
-    from achse.station.drive_faults import DriveFault
-
-    await list_of_faults(client, DriveFault, in_json)
-
-
-@client_command(fault, _SERVICE_PORT, listens=CONTROL)
-async def clear(
-    client: "Client",
-    number: Annotated[
-        int, typer.Argument(min=0, help="Which one.", show_default="all of them")
-    ] = 0,
-) -> None:
-    """End a fault, or all."""
-    await clear_fault(client, number)
-
-
-@fault.command()
-def kinds() -> None:
-    """List the kinds of faults, and what each takes beside `at`."""
-    from achse.station.drive_faults import DriveFault
-
-    print_kinds(DriveFault)
 
 
 async def _access(client: "Client", **request: Any) -> int | float:

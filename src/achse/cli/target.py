@@ -12,7 +12,10 @@ import typer
 
 from achse.cli.run import fail
 
-__all__ = ["Json", "client_command", "end_by_signal"]
+__all__ = ["ROUTER", "Json", "client_command", "end_by_signal"]
+
+ROUTER = ("ACHSE_TCP_PORT", 48898)
+"""Environment variable and default of the TCP port where routers listen."""
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
@@ -26,7 +29,7 @@ def client_command(
     *,
     endless: bool = False,
     signed: bool = False,
-    listens: tuple[str, int] = ("ACHSE_TCP_PORT", 48898),
+    listens: tuple[str, int] = ROUTER,
 ) -> Callable[[Ask], Ask]:
     """Make the coroutine `command(client, …)` a command of `app` that talks to AMS port `port`.
 
