@@ -118,12 +118,20 @@ def _step(ax: AxisFields, dt: float) -> None:
     ax.generator_stage = stage
 
 
-def _turn(angle: float, frequency: float, dt: float) -> float:
-    """Phase angle a cycle later, within one turn."""
-    angle += 2.0 * pi * frequency * dt
-    while angle >= 2.0 * pi:
-        angle -= 2.0 * pi
-    return angle
+def _wave(
+    angle: float, frequency: float, amplitude: float, dt: float
+) -> tuple[float, float, float, float, float]:
+    """A sine's phase angle a cycle later, and its way, velocity, acceleration and jerk by then."""
+    if amplitude == 0.0 or frequency == 0.0:
+        return angle, 0.0, 0.0, 0.0, 0.0
+    omega = 2.0 * pi * frequency
+    later = angle + omega * dt
+    while later >= 2.0 * pi:
+        later -= 2.0 * pi
+    way = amplitude / omega * (cos(angle) - cos(later))
+    velocity = amplitude * sin(later)
+    acceleration = amplitude * omega * cos(later)
+    return later, way, velocity, acceleration, -omega * omega * velocity
 
 
 def _ease(ax: AxisFields, dt: float) -> float:
@@ -154,30 +162,18 @@ def _swing(ax: AxisFields, dt: float) -> None:
         return
     ax.generator_time += dt
     growth = _ease(ax, dt)
-    velocity = 0.0
-    acceleration = 0.0
-    jerk = 0.0
-    way = 0.0
-    if ax.sine_base_frequency > 0.0:
-        omega = 2.0 * pi * ax.sine_base_frequency
-        before = ax.sine_base_angle
-        angle = _turn(before, ax.sine_base_frequency, dt)
-        amplitude = ax.sine_base_velocity
-        way += amplitude / omega * (cos(before) - cos(angle))
-        velocity += amplitude * sin(angle)
-        acceleration += amplitude * omega * cos(angle)
-        jerk -= amplitude * omega * omega * sin(angle)
-        ax.sine_base_angle = angle
-    if ax.sine_velocity > 0.0:
-        omega = 2.0 * pi * ax.sine_frequency
-        before = ax.sine_angle
-        angle = _turn(before, ax.sine_frequency, dt)
-        amplitude = ax.sine_velocity
-        way += amplitude / omega * (cos(before) - cos(angle))
-        velocity += amplitude * sin(angle)
-        acceleration += amplitude * omega * cos(angle)
-        jerk -= amplitude * omega * omega * sin(angle)
-        ax.sine_angle = angle
+    angle, way, velocity, acceleration, jerk = _wave(
+        ax.sine_base_angle, ax.sine_base_frequency, ax.sine_base_velocity, dt
+    )
+    ax.sine_base_angle = angle
+    angle, more_way, more_velocity, more_acceleration, more_jerk = _wave(
+        ax.sine_angle, ax.sine_frequency, ax.sine_velocity, dt
+    )
+    ax.sine_angle = angle
+    way += more_way
+    velocity += more_velocity
+    acceleration += more_acceleration
+    jerk += more_jerk
     share = ax.sine_share
     ax.set_position += (share - 0.5 * growth) * way
     ax.set_velocity = share * velocity
