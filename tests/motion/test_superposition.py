@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from achse.motion import StateBit, commands
+from achse.motion import MotionPhase, StateBit, commands
 from achse.motion.commands import Compensation
 
 V = 100.0
@@ -97,6 +97,36 @@ def test_length_reduction_uses_the_velocity(
     assert rig.axis.set_position - begin == pytest.approx(V * cycles * rig.dt + distance)
 
 
+@pytest.mark.parametrize(("kind", "own"), [(5, 0.0), (6, 1.0)])
+@pytest.mark.parametrize(
+    ("increase", "distance"), [(80.0, 20.0), (80.0, -20.0), (15.0, 20.0), (15.0, -20.0)]
+)
+def test_acceleration_reduction_uses_the_whole_way(
+    make_rig: Any, kind: int, own: float, increase: float, distance: float
+) -> None:
+    """A triangle over the whole way, or the flattest ramps to the full increase."""
+    rig = cruising(make_rig)
+    begin = rig.axis.set_position
+    length = 200.0
+    time = (length - own * distance) / V
+    done = start(rig, kind, increase, distance, length)
+    top = min(increase, 2.0 * abs(distance) / time)
+    ramps = 2.0 * (time - abs(distance) / top)  # v T - v (ramps) / 2 = s
+    assert done.warning == 0
+    assert done.velocity_increase == pytest.approx(top)
+    assert (done.distance, done.length) == (distance, pytest.approx(length))
+    acceleration, deceleration = done.acceleration_increase, done.deceleration_increase
+    assert top / acceleration + top / deceleration == pytest.approx(ramps)
+    assert acceleration / deceleration == pytest.approx(A / D)
+    cycles, velocities = watch(rig)
+    assert cycles * rig.dt == pytest.approx(time, abs=1.01 * rig.dt)
+    assert rig.axis.set_position - begin == pytest.approx(V * cycles * rig.dt + distance)
+    peak = max(velocities) - V if distance > 0.0 else V - min(velocities)
+    assert top - acceleration * rig.dt <= peak <= top * (1.0 + 1e-9)
+    steepest = max(abs(w - v) for v, w in pairwise(velocities[:-1]))
+    assert steepest <= max(acceleration, deceleration) * rig.dt * (1.0 + 1e-6)
+
+
 def test_the_trapezoid_has_its_ramps(make_rig: Any) -> None:
     rig = cruising(make_rig)
     start(rig, 3, 30.0, 20.0, 400.0)
@@ -108,13 +138,13 @@ def test_the_trapezoid_has_its_ramps(make_rig: Any) -> None:
         assert -D * rig.dt - 1e-9 <= w - v <= A * rig.dt + 1e-9
 
 
-@pytest.mark.parametrize("kind", [1, 2, 3, 4])
+@pytest.mark.parametrize("kind", [1, 2, 3, 4, 5, 6])
 def test_a_way_too_short_is_covered_in_part(make_rig: Any, kind: int) -> None:
     rig = cruising(make_rig)
     begin = rig.axis.set_position
     time = 0.5
     distance = 30.0
-    length = V * time + (distance if kind in (2, 4) else 0.0)
+    length = V * time + (distance if kind in (2, 4, 6) else 0.0)
     done = start(rig, kind, 40.0, distance, length)
     part = 40.0 * time - 0.5 * C * 40.0**2
     assert done.warning == 0x4243
@@ -281,7 +311,7 @@ def test_soft_limits_hold_for_the_sum(make_rig: Any) -> None:
     assert commands.start(rig.axis, 1, 500.0, V) == 0
     rig.seconds(1.0)
     asked = Compensation(3, A, D, 30.0, V, 7.0, 300.0)
-    assert commands.start_superposition(rig.axis, asked)[0] == 0x4461
+    assert commands.start_superposition(rig.axis, asked)[0] == 0x4460
     endless = cruising(make_rig, encoder_soft_limit_max_enable=1, encoder_soft_limit_max=100.0)
     start(endless, 3, 30.0, 60.0, 400.0)
     endless.until(lambda axis: axis.error_code == 0x4463)
@@ -310,6 +340,36 @@ def test_targets_that_wait_move_along(rig: Any) -> None:
     assert rig.axis.set_position == pytest.approx(520.0)
     rig.until(lambda axis: axis.buffer_count == 0 and axis.set_motion_phase == 0)
     assert rig.axis.set_position == pytest.approx(510.0)
+
+
+def test_both_targets_of_a_reversing_operation_move_along(rig: Any) -> None:
+    axis = rig.axis
+    assert commands.start_reversing(axis, 1, 400.0, 0.0, V, 0.2) == 0
+    rig.until(lambda ax: ax.set_velocity == V)
+    start(rig, 3, 30.0, 20.0, 200.0)
+    rig.until(lambda ax: ax.set_motion_phase == MotionPhase.REVERSING)
+    assert axis.compensating == 0
+    assert axis.set_position == pytest.approx(420.0)
+    refused, _ = commands.start_superposition(axis, Compensation(1, A, D, 30.0, V, 5.0, 100.0))
+    assert refused == 0x4245  # it rests
+    rig.until(lambda ax: ax.set_velocity == -V)
+    start(rig, 3, 30.0, -5.0, 200.0)
+    rig.until(lambda ax: ax.set_motion_phase == MotionPhase.REVERSING)
+    assert axis.set_position == pytest.approx(25.0)
+    rig.until(lambda ax: ax.set_velocity == V)
+    rig.until(lambda ax: ax.set_motion_phase == MotionPhase.REVERSING)
+    assert axis.set_position == pytest.approx(425.0)
+
+
+def test_a_compensation_keeps_both_targets_of_a_reversing_operation_within_the_limits(
+    make_rig: Any,
+) -> None:
+    rig = make_rig(encoder_soft_limit_min_enable=1, encoder_soft_limit_min=-10.0)
+    assert commands.start_reversing(rig.axis, 1, 400.0, 0.0, V, 0.2) == 0
+    rig.until(lambda ax: ax.set_velocity == V)
+    asked = Compensation(3, A, D, 30.0, V, -20.0, 200.0)
+    assert commands.start_superposition(rig.axis, asked)[0] == 0x4460
+    start(rig, 3, 30.0, -5.0, 200.0)
 
 
 def test_both_kernels_agree(make_rig: Any) -> None:
@@ -368,7 +428,7 @@ def test_random_compensations(make_rig: Any, seed: int) -> None:
             commands.universal_start(axis, 1, target, v, buffer_mode=mode)
         else:
             asked = Compensation(
-                dice.randint(1, 4), 0.0, dice.choice([0.0, 2000.0]), dice.uniform(1.0, 200.0),
+                dice.randint(1, 6), 0.0, dice.choice([0.0, 2000.0]), dice.uniform(1.0, 200.0),
                 dice.uniform(20.0, 300.0), dice.uniform(-100.0, 100.0), dice.uniform(1.0, 600.0),
             )  # fmt: skip
             commands.start_superposition(axis, asked)

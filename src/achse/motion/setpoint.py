@@ -410,13 +410,13 @@ def displace(ax: AxisFields, way: float) -> None:
     ax.switch_target += way
     ax.border_position += way
     ax.loop_target += way
+    ax.reversing_target += way
 
 
 def shift_setpoint(ax: AxisFields, shift: float) -> None:
     """Rename the set positions alone: what is planned goes on as it is, `shift` further."""
     displace(ax, shift)
     ax.external_origin += shift
-    ax.reversing_target += shift
     ax.switch_start += shift
     ax.drive_filtered_set_position += shift
     for i in range(ax.filter_count):

@@ -109,12 +109,15 @@ class ActualPositionType(IntEnum):
 
 class CompensationType(IntEnum):
     """What a section compensation reduces, and whose way its length is: that of an axis without
-    compensation (additive) or of the compensated one (limited)."""
+    compensation (additive) or of the compensated one (limited). Types 5 and 6 are those of the PLC
+    library."""
 
     VELOCITY_REDUCTION_ADDITIVE = 1
     VELOCITY_REDUCTION_LIMITED = 2
     LENGTH_REDUCTION_ADDITIVE = 3
     LENGTH_REDUCTION_LIMITED = 4
+    ACCELERATION_REDUCTION_ADDITIVE = 5
+    ACCELERATION_REDUCTION_LIMITED = 6
 
 
 class PhasingType(IntEnum):

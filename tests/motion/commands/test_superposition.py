@@ -33,7 +33,7 @@ def moving(rig: Any) -> Any:
     ("wrong", "error"),
     [
         ({"type": 0}, NcError.COMPENSATION_TYPE),
-        ({"type": 5}, NcError.COMPENSATION_TYPE),
+        ({"type": 7}, NcError.COMPENSATION_TYPE),
         ({"acceleration_increase": -1.0}, NcError.COMPENSATION_DYNAMICS),
         ({"deceleration_increase": nan}, NcError.COMPENSATION_DYNAMICS),
         ({"process_velocity": 0.0}, NcError.COMPENSATION_DYNAMICS),
@@ -113,7 +113,7 @@ def test_accelerations_of_zero_are_the_defaults(moving: Any) -> None:
 
 @settings(max_examples=300, deadline=None)
 @given(
-    kind=st.integers(1, 4),
+    kind=st.integers(1, 6),
     acceleration=st.floats(1.0, 1e5),
     deceleration=st.floats(1.0, 1e5),
     increase=st.floats(1e-3, 1900.0),
@@ -135,19 +135,22 @@ def test_what_is_carried_out_is_possible(
     axis = Nc(2_000_000, [AxisParameters(1, values=presets)], compiled=False).axis(1)
     commands.universal_start(axis, 3, 0.0, 100.0)
     asked = Compensation(kind, acceleration, deceleration, increase, process, distance, length)
-    base = length - distance if kind in (2, 4) else length
+    base = length - distance if kind in (2, 4, 6) else length
     code, done = commands.start_superposition(axis, asked)
     if base <= 0.0:
         assert NcError.of(code) is NcError.COMPENSATION_DISTANCE
         return
     assert code == 0
-    top, c = done.velocity_increase, 1.0 / acceleration + 1.0 / deceleration
+    assert done.acceleration_increase <= acceleration * (1.0 + 1e-9)
+    assert done.deceleration_increase <= deceleration * (1.0 + 1e-9)
+    top = done.velocity_increase
+    c = 1.0 / done.acceleration_increase + 1.0 / done.deceleration_increase
     assert 0.0 < top <= increase * (1.0 + 1e-9)
     end = axis.superposition_end
     assert top * end - 0.5 * c * top * top == pytest.approx(abs(done.distance), rel=1e-6, abs=1e-9)
     assert end <= base / process * (1.0 + 1e-9)
     assert 0.0 <= axis.superposition_rise_end <= axis.superposition_fall_begin * (1.0 + 1e-9)
-    used = done.length - done.distance if kind in (2, 4) else done.length
+    used = done.length - done.distance if kind in (2, 4, 6) else done.length
     assert used == pytest.approx(process * end, rel=1e-6)
     assert (done.warning == 0) == (done.distance == distance)
     assert abs(done.distance) <= abs(distance)

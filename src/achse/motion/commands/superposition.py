@@ -21,6 +21,7 @@ _LEAST, _MOST = 1e-9, 1e10
 _OWN_WAY = {
     CompensationType.VELOCITY_REDUCTION_LIMITED,
     CompensationType.LENGTH_REDUCTION_LIMITED,
+    CompensationType.ACCELERATION_REDUCTION_LIMITED,
 }
 """Types whose length is the way of the compensated axis itself."""
 
@@ -29,6 +30,12 @@ _SHORTEST = {
     CompensationType.LENGTH_REDUCTION_LIMITED,
 }
 """Types that use the full velocity difference and as little of the way as that takes."""
+
+_GENTLEST = {
+    CompensationType.ACCELERATION_REDUCTION_ADDITIVE,
+    CompensationType.ACCELERATION_REDUCTION_LIMITED,
+}
+"""Types that use the whole way and as little acceleration as that takes."""
 
 
 class Compensation(NamedTuple):
@@ -70,7 +77,10 @@ def start_superposition(axis: Axis, asked: Compensation) -> tuple[int, Compensat
     done = _as_possible(asked, limit)
     direction = heading(axis)
     if axis.set_motion_phase == MotionPhase.POSITIONING:
-        code = why_not_target(axis, axis.target_position + direction * done.distance)
+        shift = direction * done.distance
+        code = why_not_target(axis, axis.target_position + shift)
+        if not code and axis.reversing_number:
+            code = why_not_target(axis, axis.reversing_target + shift)
         if code:
             return code, asked
     _begin(axis, direction, done)
@@ -175,6 +185,15 @@ def _as_possible(asked: Compensation, limit: float) -> Compensation:
     if asked.type in _SHORTEST:
         top = min(limit, sqrt(2.0 * distance / c))
         needed = distance / top + 0.5 * top * c
+    elif asked.type in _GENTLEST:
+        top = min(limit, 2.0 * distance / time)  # the latter of a triangle
+        gentlest = 2.0 * (top * time - distance) / (top * top)
+        needed = time if gentlest >= c * (1.0 - _ROUNDING) else 2.0 * time
+        if needed == time:
+            asked = asked._replace(
+                acceleration_increase=asked.acceleration_increase * c / gentlest,
+                deceleration_increase=asked.deceleration_increase * c / gentlest,
+            )
     else:
         room = time * time - 2.0 * c * distance
         # the smaller root, in the form that loses no digits
