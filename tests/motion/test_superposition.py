@@ -311,7 +311,7 @@ def test_soft_limits_hold_for_the_sum(make_rig: Any) -> None:
     assert commands.start(rig.axis, 1, 500.0, V) == 0
     rig.seconds(1.0)
     asked = Compensation(3, A, D, 30.0, V, 7.0, 300.0)
-    assert commands.start_superposition(rig.axis, asked)[0] == 0x4460
+    assert commands.start_superposition(rig.axis, asked)[0] == 0x4461
     endless = cruising(make_rig, encoder_soft_limit_max_enable=1, encoder_soft_limit_max=100.0)
     start(endless, 3, 30.0, 60.0, 400.0)
     endless.until(lambda axis: axis.error_code == 0x4463)
