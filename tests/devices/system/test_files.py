@@ -211,6 +211,30 @@ def test_rename_replaces_nothing(client: Any, refused: Any, root: Path) -> None:
         client.exchange(132, GENERIC, 0, b"a.txt\0../b\0")
 
 
+def test_files_are_opened_found_renamed_and_deleted_whatever_the_case(
+    client: Any, refused: Any, root: Path
+) -> None:
+    handle = int.from_bytes(client.exchange(120, GENERIC | Mode.WRITE, 4, b"A.TXT"), "little")
+    client.exchange(121, handle, 0, b"")
+    assert [path.name for path in root.iterdir()] == ["a.txt"]
+    assert client.exchange(133, 1, 324, b"A.TXT")[48:54] == b"a.txt\0"
+    client.exchange(132, GENERIC, 0, b"A.TXT\0A.Txt\0")
+    assert [path.name for path in root.iterdir()] == ["A.Txt"]
+    with refused(0x70F):
+        client.exchange(132, GENERIC, 0, b"a.txt\0A.Txt\0")
+    with refused(0x70F):
+        client.exchange(138, 1, 0, b"a.TXT")
+    client.exchange(131, GENERIC, 0, b"a.TXT")
+    assert list(root.iterdir()) == []
+
+
+def test_a_link_is_deleted_whatever_the_case(client: Any, root: Path) -> None:
+    (root / "out").symlink_to(root.parent / "secret.txt")
+    client.exchange(131, GENERIC, 0, b"OUT")
+    assert (root.parent / "secret.txt").exists()
+    assert not (root / "out").is_symlink()
+
+
 def test_a_link_is_deleted_not_what_it_leads_to(client: Any, root: Path) -> None:
     (root / "out").symlink_to(root.parent / "secret.txt")
     client.exchange(131, GENERIC, 0, b"out")

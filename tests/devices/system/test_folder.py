@@ -114,6 +114,50 @@ def test_places_are_folders(folder: Folder) -> None:
     assert refusal.value.code == 0x703
 
 
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        (b"A.TXT", "a.txt"),
+        (b"SUB\\B.Txt", "sub/b.txt"),
+        (b"Inside/B.TXT", "sub/b.txt"),
+        (b"NEW/B.TXT", "NEW/B.TXT"),
+        (b"a.txt/X", "a.txt/X"),
+        ("GRÖSSE.txt".encode(), "GRÖSSE.txt"),  # not größe.txt
+        ("Ärger.txt".encode(), "ärger.txt"),
+    ],
+)
+def test_case_makes_no_difference(folder: Folder, name: bytes, expected: str) -> None:
+    (folder.root / "größe.txt").touch()
+    (folder.root / "ärger.txt").touch()
+    assert folder.path(name, 1) == folder.root / expected
+    assert folder.path(name, 1, itself=True) == folder.root / expected
+
+
+def test_a_place_takes_the_folder_that_is_there_in_any_case(folder: Folder) -> None:
+    (folder.root / "boot").mkdir()
+    assert folder.path(b"x", 2) == folder.root / "boot" / "x"
+
+
+@pytest.mark.parametrize("name", [b"OUT/secret.txt", b"Out/SECRET.txt", b"OUT", b"CIRCLE/x"])
+def test_no_case_leads_out(folder: Folder, name: bytes) -> None:
+    with pytest.raises(DeviceError) as refusal:
+        folder.path(name, 1)
+    assert refusal.value.code == 0x70C
+
+
+def test_of_names_alike_the_exact_one_is_meant_or_none(folder: Folder) -> None:
+    (folder.root / "Log.txt").touch()
+    (folder.root / "LOG.txt").touch()
+    if len(folder.matching(b"log.txt*", 1)) < 2:
+        pytest.skip("this file system knows no case")
+    assert folder.path(b"Log.txt", 1).name == "Log.txt"
+    assert folder.path(b"LOG.txt", 1).name == "LOG.txt"
+    for itself in (False, True):
+        with pytest.raises(DeviceError, match=r"LOG\.txt or Log\.txt") as refusal:
+            folder.path(b"log.txt", 1, itself=itself)
+        assert refusal.value.code == 0x70C
+
+
 def test_a_link_itself_may_be_meant(folder: Folder) -> None:
     assert folder.path(b"out", 1, itself=True) == folder.root / "out"
     with pytest.raises(DeviceError):
@@ -130,7 +174,8 @@ def test_a_search_finds_sorted_names_without_case_and_without_what_leads_out(
     assert names(b"A.*") == [b"a.txt"]
     assert names(b"?.txt") == [b"a.txt"]
     assert names(b"sub/*") == names(b"inside/*") == [b"b.txt"]
-    assert names(b"sub") == [b"sub"]
+    assert names(b"sub") == names(b"SUB") == [b"sub"]
+    assert names(b"SUB/*.TXT") == [b"b.txt"]
     assert names(b"none") == names(b"none/*") == names(b"[a]*") == []
 
 

@@ -340,6 +340,8 @@ class Files:
             raise DeviceError(ReturnCode.INVALID_SIZE, "rename takes two names")
         source = self.folder.path(old, offset >> 16, itself=True)
         target = self.folder.path(new, offset >> 16, itself=True)
+        if target == source:  # to change the case is all that is asked
+            target = source.with_name(self.folder.last_name(new, offset >> 16))
         with device_errors():
             if target.exists() or target.is_symlink():
                 raise DeviceError(ReturnCode.EXISTS, target.name)

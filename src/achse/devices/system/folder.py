@@ -2,9 +2,13 @@
 
 Whatever a name tries (`..`, an absolute path, a drive letter, a device, a link that leads out, a
 NUL, an endless text), it names nothing: 0x70C, which is what a wrong path is answered with.
+
+Upper and lower case are the same, as on the targets: what is spelled exactly so comes first, else
+the one name that differs in nothing but case. Where several do, the name means none of them.
 """
 
 import errno
+import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -70,11 +74,15 @@ class Folder:
         folder = self._inside(parts[:-1], pattern, False)
         if not folder.is_dir():
             return []
-        matches = re.compile(translate(parts[-1].replace("[", "[[]")), re.IGNORECASE).match
+        matches = re.compile(translate(_folded(parts[-1]).replace("[", "[[]"))).match
         if parts[-1] == "*.*":  # every name, as ever
             matches = re.compile("").match
-        found = (folder / entry.name for entry in folder.iterdir() if matches(entry.name))
+        found = (folder / entry.name for entry in folder.iterdir() if matches(_folded(entry.name)))
         return sorted(path for path in found if self._holds(path))
+
+    def last_name(self, name: bytes, place: int) -> str:
+        """The last part of a name that `path` takes, spelled as the client does."""
+        return self._parts(name, place)[-1]
 
     def _parts(self, name: bytes, place: int) -> list[str]:
         if place not in _PLACES:
@@ -93,20 +101,42 @@ class Folder:
         return [part for part in (_PLACES[place], *parts) if part]
 
     def _inside(self, parts: list[str], name: bytes, itself: bool) -> Path:
-        path = self.root.joinpath(*parts)
-        try:
-            real = path.parent.resolve() / path.name if itself and parts else path.resolve()
-        except (OSError, RuntimeError):  # links in a circle
-            raise _nothing(name) from None
-        if not real.is_relative_to(self.root):
-            raise _nothing(name)
-        return real
+        path = self.root
+        for left, part in zip(range(len(parts) - 1, -1, -1), parts, strict=True):
+            path /= _spelled(path, part)
+            if left or not itself:
+                try:
+                    path = path.resolve()
+                except (OSError, RuntimeError):  # links in a circle
+                    raise _nothing(name) from None
+                if not path.is_relative_to(self.root):
+                    raise _nothing(name)
+        return path
 
     def _holds(self, path: Path) -> bool:
         try:
             return path.resolve().is_relative_to(self.root)
         except (OSError, RuntimeError):
             return False
+
+
+def _spelled(folder: Path, name: str) -> str:
+    """How `name` is spelled in `folder`; one that is not there is new and stays as it is."""
+    if os.path.lexists(folder / name):
+        return name
+    try:
+        with os.scandir(folder) as entries:
+            alike = [each.name for each in entries if _folded(each.name) == _folded(name)]
+    except OSError:  # no folder, or none to look into
+        return name
+    if len(alike) > 1:
+        raise DeviceError(ReturnCode.NOT_FOUND, f"{name!r} may be {' or '.join(sorted(alike))}")
+    return alike[0] if alike else name
+
+
+def _folded(name: str) -> str:
+    """Without case: sign by sign, so that no other letters become alike (ß is not ss)."""
+    return "".join(upper if len(upper := sign.upper()) == 1 else sign for sign in name)
 
 
 def _decoded(name: bytes) -> str:
