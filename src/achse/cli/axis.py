@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from achse.cli.nc import NcAxis
     from achse.client import Client
 
-__all__ = ["NC_PORT", "AxisName", "axis", "draw", "until"]
+__all__ = ["NC_PORT", "AxisName", "Plot", "SampleTime", "Velocity", "axis", "draw", "until"]
 
 NC_PORT = 501
 
@@ -31,6 +31,12 @@ axis = typer.Typer(no_args_is_help=True, help="Move and watch the axes of an NC.
 
 AxisName = Annotated[str, typer.Argument(metavar="AXIS", help="Id or name.")]
 AxisNames = Annotated[list[str], typer.Argument(metavar="AXIS...", help="Ids or names.")]
+Velocity = Annotated[float, typer.Option("--velocity", "-v", help="Units/s.")]
+Wait = Annotated[bool, typer.Option("--wait/--no-wait", help="Follow it; Ctrl-C stops the axis.")]
+Plot = Annotated[
+    bool | None, typer.Option("--plot/--no-plot", help="Draw it.", show_default="on a terminal")
+]
+SampleTime = Annotated[float, typer.Option(min=0.001, max=429, help="Between samples, s.")]
 
 
 class Direction(StrEnum):
@@ -234,7 +240,7 @@ async def until(
 async def move(
     client: "Client",
     name: AxisName,
-    velocity: Annotated[float, typer.Option("--velocity", "-v", help="Units/s.")],
+    velocity: Velocity,
     to: Annotated[
         float | None, typer.Option(metavar="POSITION", help="Where to.", show_default=False)
     ] = None,
@@ -252,16 +258,9 @@ async def move(
     acceleration: Annotated[float, typer.Option(help="Units/s²; 0 = that of the axis.")] = 0.0,
     deceleration: Annotated[float, typer.Option(help="Units/s²; 0 = that of the axis.")] = 0.0,
     jerk: Annotated[float, typer.Option(help="Units/s³; 0 = that of the axis.")] = 0.0,
-    wait: Annotated[
-        bool, typer.Option("--wait/--no-wait", help="Follow the move; Ctrl-C stops the axis.")
-    ] = True,
-    plot: Annotated[
-        bool | None,
-        typer.Option("--plot/--no-plot", help="Draw the move.", show_default="on a terminal"),
-    ] = None,
-    sample_time: Annotated[
-        float, typer.Option(min=0.001, max=429, help="Between samples, s.")
-    ] = 0.01,
+    wait: Wait = True,
+    plot: Plot = None,
+    sample_time: SampleTime = 0.01,
     in_json: Json = False,
 ) -> None:
     """Move an axis and follow it to the end."""
@@ -291,16 +290,9 @@ async def move(
 async def home(
     client: "Client",
     name: AxisName,
-    wait: Annotated[
-        bool, typer.Option("--wait/--no-wait", help="Follow it; Ctrl-C stops the axis.")
-    ] = True,
-    plot: Annotated[
-        bool | None,
-        typer.Option("--plot/--no-plot", help="Draw it.", show_default="on a terminal"),
-    ] = None,
-    sample_time: Annotated[
-        float, typer.Option(min=0.001, max=429, help="Between samples, s.")
-    ] = 0.01,
+    wait: Wait = True,
+    plot: Plot = None,
+    sample_time: SampleTime = 0.01,
     in_json: Json = False,
 ) -> None:
     """Home an axis as its reference mode says, and follow it to the end."""

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from achse.cli.axis import NC_PORT, AxisName, draw, until
+from achse.cli.axis import NC_PORT, AxisName, Plot, SampleTime, Velocity, draw, until
 from achse.cli.output import decimal, on_terminal, print_json
 from achse.cli.run import fail
 from achse.cli.target import Json, client_command
@@ -27,12 +27,7 @@ SLOW, FASTER, NEGATIVE = 0x110, 0x100, 1
 PER_PERCENT = 10.0
 """Torque of 1 %, as the NC counts it."""
 
-Velocity = Annotated[float, typer.Option("--velocity", "-v", help="Units/s.")]
 Duration = Annotated[float, typer.Option("--for", metavar="SECONDS", min=0.01, help="How long.")]
-Plot = Annotated[
-    bool | None, typer.Option("--plot/--no-plot", help="Draw it.", show_default="on a terminal")
-]
-SampleTime = Annotated[float, typer.Option(min=0.001, max=429, help="Between samples, s.")]
 
 
 class Speed(StrEnum):
