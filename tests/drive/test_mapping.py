@@ -108,18 +108,51 @@ def test_unsupported_objects(preop: Drive, aborts, entry: int) -> None:
         preop.set(0x1600, entry, 1)
 
 
-def test_an_object_twice(preop: Drive, aborts) -> None:
+def _map_9(drive: Drive, index: int) -> None:
+    """Eight entries, and a count of nine."""
+    _map(drive, index, [0x3201 + n << 16 | 0x20 for n in range(8)])
+    drive.set(index, 0)
+    drive.set(index, 9)
+
+
+@pytest.mark.parametrize(("assignment", "index"), [(0x1C12, 0x1600), (0x1C13, 0x1A03)])
+def test_too_many_objects_are_found_when_the_assignment_comes_on(
+    preop: Drive, aborts, assignment: int, index: int
+) -> None:
+    with aborts(AbortCode.VALUE_RANGE):  # assigned: no step of the procedure
+        preop.set(0x1600, 9)
+    _off(preop)
+    _map_9(preop, index)
+    preop.set(assignment, index, 1)
+    with aborts(AbortCode.PDO_LENGTH):
+        preop.set(assignment, 1)
+    assert (preop.get(index), preop.get(assignment)) == (9, 0)
+    assert (preop.output_size, preop.input_size) == (0, 0)
+    preop.set(index, 8)
+    preop.set(assignment, 1)
+    assert MAX_BYTES in (preop.output_size, preop.input_size)
+
+
+def test_an_object_twice_is_found_when_the_assignment_comes_on(preop: Drive, aborts) -> None:
     _off(preop)
     preop.set(0x1600, 0)
     preop.set(0x1600, 0x60400010, 2)
+    preop.set(0x1600, 2)
     with aborts(AbortCode.UNSUPPORTED_ACCESS):
-        preop.set(0x1600, 2)
+        preop.set(0x1C12, 1)
+
+
+def test_an_empty_entry_is_found_when_the_assignment_comes_on(preop: Drive, aborts) -> None:
+    _off(preop)
+    preop.set(0x1600, 0)
+    preop.set(0x1600, 7)
+    with aborts(AbortCode.NO_OBJECT):
+        preop.set(0x1C12, 1)
 
 
 def test_too_many_bytes_are_found_when_the_assignment_comes_on(preop: Drive, aborts) -> None:
     _off(preop)
-    general = [0x3201 + n << 16 | 0x20 for n in range(8)]
-    _map(preop, 0x1A00, general)
+    _map(preop, 0x1A00, [0x3201 + n << 16 | 0x20 for n in range(8)])
     preop.set(0x1C13, 1)
     assert preop.input_size == MAX_BYTES
     # eight objects of the dictionary never exceed it, padding entries do
@@ -132,9 +165,18 @@ def test_too_many_bytes_are_found_when_the_assignment_comes_on(preop: Drive, abo
     assert (long.get(0x1C13), long.input_size) == (0, 0)
 
 
+@pytest.mark.parametrize("strict", [True, False])
+def test_a_stored_mapping_that_does_not_fit_is_not_assigned(strict: bool) -> None:
+    kept = {0x1600_00: 9, 0x1C12_01: 0x1600, 0x1C13_01: 0x1234}
+    drive = Drive(store=kept, strict_mapping=strict)
+    drive.power_cycle()
+    assert (drive.get(0x1C12), drive.output_size) == (0, 0)
+    assert (drive.get(0x1C13), drive.get(0x1C13, 1), drive.input_size) == (1, 0x1A00, 23)
+
+
 @pytest.mark.parametrize(
     ("index", "subindex", "value"),
-    [(0x1600, 0, 9), (0x1C12, 0, 2), (0x1C12, 1, 0x1604), (0x1C13, 1, 0x1600)],
+    [(0x1C12, 0, 2), (0x1C12, 1, 0x1604), (0x1C13, 1, 0x1600)],
 )
 def test_ranges(preop: Drive, aborts, index: int, subindex: int, value: int) -> None:
     _off(preop)

@@ -1,11 +1,13 @@
 """PDO mapping and assignment: what the process data hold, and the procedure that changes it.
 
 Source: 001 §2.8, §3.1.2. In PreOp only: assignment off, count 0, entries, count, assigned PDO,
-assignment on, which checks everything. At most 8 objects and 32 bytes per direction.
+assignment on. Each entry has to name an object that can be mapped; number, length and whether one
+is there twice are checked when the assignment comes on (step 6): a count beyond 8 is out of range
+as long as the old mapping is assigned, and a PDO that is too long when the new one is.
 """
 
 import struct
-from collections.abc import Iterator
+from contextlib import suppress
 
 from achse.codes import AbortCode, SdoAbort
 from achse.drive.objects.communication import (
@@ -94,23 +96,21 @@ class PdoMapping:
 
     def restore(self, values: dict[int, int]) -> None:
         """Take stored values over, by index << 8 | subindex; what does not fit is left out."""
-        counts = {}
         for key, value in values.items():
             index, subindex = key >> 8, key & 0xFF
             if index in self._active:
-                if subindex:
+                if subindex and value in self._entries:
                     self._assigned[index] = value
             elif index in self._entries:
                 if subindex:
                     self._entries[index][subindex - 1] = value
                 else:
-                    counts[index] = value
-        self._counts.update(counts)
+                    self._counts[index] = value
         for assignment in self._active:
+            self._deactivate(assignment)
             if values.get(assignment << 8, 1):
-                self._activate(assignment)
-            else:
-                self._deactivate(assignment)
+                with suppress(SdoAbort):
+                    self._activate(assignment)
 
     def _write_assignment(self, assignment: int, subindex: int, value: int) -> None:
         if subindex:
@@ -126,7 +126,8 @@ class PdoMapping:
         assignment = RX_ASSIGNMENT if index in RX_PDOS else TX_ASSIGNMENT
         active = self._active[assignment] != 0
         if active and self.strict:
-            raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)
+            beyond = subindex == 0 and value > ENTRIES
+            raise SdoAbort(AbortCode.VALUE_RANGE if beyond else AbortCode.UNSUPPORTED_ACCESS)
         if subindex:
             if self._counts[index]:
                 raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)
@@ -134,12 +135,6 @@ class PdoMapping:
                 self._row(index, value)
             self._entries[index][subindex - 1] = value
             return
-        mapped = self._entries[index][:value]
-        objects = [entry for entry in mapped if not self._pads(entry)]
-        for entry in mapped:
-            self._row(index, entry)
-        if len(set(objects)) < len(objects):
-            raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)  # no object twice
         before = self._counts[index]
         self._counts[index] = value
         if active and self._assigned[assignment] == index:
@@ -163,14 +158,16 @@ class PdoMapping:
             raise SdoAbort(AbortCode.NO_OBJECT)
         return row
 
-    def _rows(self, index: int) -> Iterator[ObjectRow | int]:
-        for entry in self._entries[index][: self._counts[index]]:
-            yield self._row(index, entry)
-
     def _activate(self, assignment: int) -> None:
-        data = ProcessData(tuple(self._rows(self._assigned[assignment])))
+        index = self._assigned[assignment]
+        count = self._counts[index]
+        if count > ENTRIES:
+            raise SdoAbort(AbortCode.PDO_LENGTH)
+        data = ProcessData(tuple(self._row(index, entry) for entry in self._entries[index][:count]))
         if data.size > MAX_BYTES:
             raise SdoAbort(AbortCode.PDO_LENGTH)
+        if len(data.keys) < len(data.rows):
+            raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)  # no object twice
         self._active[assignment] = 1
         self._set(assignment, data)
 

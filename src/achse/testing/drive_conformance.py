@@ -159,6 +159,7 @@ class _Check:
         steps: tuple[tuple[str, int, int, bytes, AbortCode | None], ...] = (
             ("count while assigned", 0x1600, 0, b"\0", refused),
             ("entry while assigned", 0x1600, 7, _u32(0x607F0020), refused),
+            ("count of nine while assigned", 0x1600, 0, b"\x09", AbortCode.VALUE_RANGE),
             ("assignment off", 0x1C12, 0, b"\0", None),
             ("entry while counted", 0x1600, 7, _u32(0x607F0020), refused),
             ("count off", 0x1600, 0, b"\0", None),
@@ -166,7 +167,8 @@ class _Check:
             ("object that cannot be mapped", 0x1600, 7, _u32(0x605A0010), absent),
             ("read-only object received", 0x1600, 7, _u32(0x60640020), absent),
             ("entry", 0x1600, 7, _u32(0x607F0020), None),
-            ("count of nine", 0x1600, 0, b"\x09", AbortCode.VALUE_RANGE),
+            ("count of nine", 0x1600, 0, b"\x09", None),
+            ("nine objects assigned", 0x1C12, 0, b"\1", AbortCode.PDO_LENGTH),
             ("count on", 0x1600, 0, b"\x07", None),
             ("PDO that is none", 0x1C12, 1, b"\x04\x16", AbortCode.VALUE_RANGE),
             ("PDO", 0x1C12, 1, b"\x00\x16", None),

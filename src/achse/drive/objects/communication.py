@@ -87,6 +87,7 @@ def _pdo_entry(
     default: int,
     minimum: int | None = None,
     maximum: int | None = None,
+    judged_by_write: bool = False,
 ) -> ObjectRow:
     """A row whose value the mapping holds; its 8 steps and abort codes are there."""
 
@@ -109,6 +110,7 @@ def _pdo_entry(
         stored=True,
         read=read,
         write=write,
+        judged_by_write=judged_by_write,
     )
 
 
@@ -128,6 +130,7 @@ def _mappings() -> Iterator[ObjectRow]:
                 "Valid entries; 0 before any of them may be changed, PreOp only.",
                 len(entries),
                 maximum=ENTRIES,
+                judged_by_write=True,
             )
             for number in range(1, ENTRIES + 1):
                 yield _pdo_entry(

@@ -100,7 +100,8 @@ class ObjectRow:
 
     `field` names the record field that holds the value; `command` the one a PDO writes instead,
     where writing commands something; `constant` is a fixed value. `read` and `write` take
-    precedence for SDO. `values` lists the only values allowed. A `stored` row is kept by 1010h; a
+    precedence for SDO. `values` lists the only values allowed; a row `judged_by_write` leaves that,
+    and the range, to `write`. A `stored` row is kept by 1010h; a
     `restart` row acts after the next reset. `modes` names the modes the entry belongs to, empty for
     all.
     """
@@ -125,6 +126,7 @@ class ObjectRow:
     constant: Number | None = None
     read: Callable[[Holder], Number] | None = None
     write: Callable[[Holder, Any], None] | None = None
+    judged_by_write: bool = False
 
     @property
     def key(self) -> int:
@@ -192,6 +194,8 @@ class ObjectRow:
 
     def check(self, value: Number) -> None:
         """Raise VALUE_RANGE unless the row allows the value."""
+        if self.judged_by_write:
+            return
         allowed = value in self.values if self.values else self.least <= value <= self.most
         if not allowed or not math.isfinite(value):
             raise SdoAbort(AbortCode.VALUE_RANGE)
