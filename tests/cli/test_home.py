@@ -26,7 +26,7 @@ def values(state: int, step: int = 0, **others: Any) -> dict[str, Any]:
         "homing_state": step,
         "error_code": 0,
         "actual_position": 3.5,
-        "operation_mode_state_dword": 0,
+        "operation_mode_and_cycle": 0,
     } | others
 
 
@@ -74,7 +74,7 @@ def test_an_error_and_an_interruption() -> None:
 
 
 def test_the_application_is_waited_for() -> None:
-    asked = {"operation_mode_state_dword": OperationModeBit.APPLICATION_REQUEST}
+    asked = {"operation_mode_and_cycle": OperationModeBit.APPLICATION_REQUEST}
     homing = judge()
     homing.see(0.1, values(STANDING, **asked))
     homing.see(60.0, values(STANDING, **asked))

@@ -37,7 +37,7 @@ def _values(state: int, **others: Any) -> dict[str, Any]:
         "target_position": 100.0,
         "actual_position": 50.0,
         "motion_state": MotionState.INACTIVE,
-        "operation_mode_state_dword": OperationModeBit.TARGET_POSITION_MONITORING,
+        "operation_mode_and_cycle": OperationModeBit.TARGET_POSITION_MONITORING,
     } | others
 
 
@@ -59,7 +59,7 @@ def test_a_move_goes_on_until_the_axis_is_in_its_window() -> None:
 )
 def test_windows_that_nobody_watches_do_not_count(watched: int, flag: int) -> None:
     verdict = _verdict()
-    verdict.see(0.1, _values(STANDING | flag, operation_mode_state_dword=watched))
+    verdict.see(0.1, _values(STANDING | flag, operation_mode_and_cycle=watched))
     assert verdict.done
 
 

@@ -14,6 +14,7 @@ from achse.motion import (
     commands,
 )
 from achse.motion.monitoring import show_state
+from achse.motion.states import EncoderType
 
 V = 200.0
 
@@ -414,6 +415,7 @@ def test_invalid_io_data_are_an_error_after_some_cycles(rig: Any) -> None:
         ("peh_monitoring_enable", 4),
         ("backlash_compensation_enable", 5),
         ("error_reaction_mode", 6),
+        ("drive_output_filter_type", 13),
         ("controller_following_error_position_monitoring_enable", 16),
         ("controller_following_error_velocity_monitoring_enable", 17),
         ("encoder_soft_limit_min_enable", 18),
@@ -434,6 +436,12 @@ def test_each_operation_mode_bit_has_its_switch(make_rig: Any, parameter: str, b
         words.append(rig.axis.operation_mode_state_dword)
     assert words[0] ^ words[1] == 1 << bit
     assert words[1] >> bit & 1
+
+
+def test_a_simulation_axis_has_an_encoder_that_is_one(make_rig: Any) -> None:
+    for encoder_type, shown in ((EncoderType.SIMULATION, True), (EncoderType.KL5151, False)):
+        mode = make_rig(encoder_type=encoder_type).axis.operation_mode_state_dword
+        assert bool(mode & OperationModeBit.SIMULATION) is shown
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ class HomingJudge(Judge):
 
     def see(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
         state, step = values["state_dword"], values["homing_state"]
-        asked = values["operation_mode_state_dword"] & OperationModeBit.APPLICATION_REQUEST
+        asked = values["operation_mode_and_cycle"] & OperationModeBit.APPLICATION_REQUEST
         going_on = bool(state & StateBit.HOMING_BUSY or asked)
         if not self._begun and not going_on:
             self.began = seconds

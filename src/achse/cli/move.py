@@ -222,7 +222,7 @@ class Verdict(Judge):
 
 def _in_window(values: Mapping[str, Any]) -> bool:
     """Whether the axis stands where it should, as far as the NC watches that."""
-    watched = values["operation_mode_state_dword"]
+    watched = values["operation_mode_and_cycle"]
     if watched & OperationModeBit.TARGET_POSITION_MONITORING:
         return bool(values["state_dword"] & StateBit.IN_TARGET_POSITION)
     if watched & OperationModeBit.POSITION_AREA_MONITORING:

@@ -17,11 +17,13 @@ from achse.motion.record import (
     SlotsRecord,
     pack_record,
 )
+from achse.motion.signals import drive_inputs, probe_counts, probe_status
 
 __all__ = ["Axis", "ObjectAxis", "WordsAxis"]
 
 
 if TYPE_CHECKING:
+    from achse.motion.tables import Tables
 
     class _Fields(AxisFields):
         pass
@@ -52,6 +54,8 @@ class Axis(_Fields):
     encoder_ids: tuple[int, ...]
     controller_ids: tuple[int, ...]
     drive_ids: tuple[int, ...]
+    tables: "Tables"
+    """All tables of the NC, which the owner of elements knows."""
 
     def describe(self, name: str, unit: str, owner: "Axis | None" = None) -> None:
         """Give the axis, or an element of `owner`, its name and that of its position unit."""
@@ -84,6 +88,26 @@ class Axis(_Fields):
     def dc_time_stamp(self) -> int:
         """Time of the last cycle in ns, the low 32 bits."""
         return self.set_cycle_counter * self.cycle_ns & 0xFFFF_FFFF
+
+    @property
+    def operation_mode_and_cycle(self) -> int:
+        """OpModeDWord as TwinCAT 3 feeds it cyclically: the cycles counted in bits 24 … 31."""
+        return self.operation_mode_state_dword | (self.set_cycle_counter & 0xFF) << 24
+
+    @property
+    def touch_probe_inputs(self) -> int:
+        """StateDWord3: the inputs of touch probes 1 and 2 in bits 0 and 1."""
+        return drive_inputs(self, self) & 0b11
+
+    @property
+    def touch_probe_status(self) -> int:
+        """The states of touch probes 1 … 4, a byte each."""
+        return probe_status(self)
+
+    @property
+    def touch_probe_counters(self) -> int:
+        """Edges that touch probes 1 … 4 latched since they were activated, a byte each."""
+        return probe_counts(self)
 
     @property
     def user_data(self) -> float:

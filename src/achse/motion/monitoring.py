@@ -9,6 +9,7 @@ from achse.motion.record import AxisFields
 from achse.motion.setpoint import arrived, drop_job, fail, stop_fast
 from achse.motion.states import (
     ControlBit,
+    EncoderType,
     HomingState,
     MotionPhase,
     MotionState,
@@ -93,6 +94,7 @@ _MODE_PEH = OperationModeBit.PEH_TIME_MONITORING.value
 _MODE_DELAYED = OperationModeBit.DELAYED_ERROR_REACTION.value
 _MODE_MODULO = OperationModeBit.MODULO.value
 _MODE_SIMULATION = OperationModeBit.SIMULATION.value
+_MODE_OUTPUT_FILTER = OperationModeBit.OUTPUT_FILTER.value
 _MODE_LAG_POSITION = OperationModeBit.POSITION_LAG_MONITORING.value
 _MODE_LAG_VELOCITY = OperationModeBit.VELOCITY_LAG_MONITORING.value
 _MODE_SOFT_MIN = OperationModeBit.SOFT_LIMIT_MIN_MONITORING.value
@@ -106,6 +108,8 @@ _LOW = SignalType.LOW.value
 
 _AWAIT_CAM = HomingState.AWAIT_CAM.value
 _AWAIT_CAM_OFF = HomingState.AWAIT_CAM_OFF.value
+
+_SIMULATED = EncoderType.SIMULATION.value
 
 _UNITS_MODULO = 4
 
@@ -327,7 +331,11 @@ def supervise_arrival(ax: AxisFields, dt: float) -> None:
 
 def operation_mode(ax: AxisFields) -> int:
     """OpModeDWord: the monitoring that is switched on."""
-    mode = _MODE_SIMULATION
+    mode = 0
+    if ax.encoder_type == _SIMULATED:
+        mode |= _MODE_SIMULATION
+    if ax.drive_output_filter_type:
+        mode |= _MODE_OUTPUT_FILTER
     if ax.loop_enable:
         mode |= _MODE_LOOP
     if ax.backlash_compensation_enable:

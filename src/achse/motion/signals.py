@@ -18,6 +18,8 @@ __all__ = [
     "drive_inputs",
     "homing_cam",
     "latch_probe",
+    "probe_counts",
+    "probe_status",
     "watch",
 ]
 
@@ -197,6 +199,35 @@ def latch_probe(ax: AxisFields, edge: int, increments: int, position: float) -> 
     ax.encoder_latch_hardware_increments = hardware
     ax.encoder_latch_software_increments = increments
     ax.encoder_latch_position = position
+
+
+def probe_status(ax: AxisFields) -> int:
+    """States of the touch probes, a byte each as in object 60B9h of a drive.
+
+    Bit 0 waits, bits 1 and 2 a rising and a falling edge are latched, bit 7 turns over with each
+    edge of a probe that goes on.
+    """
+    status = 0
+    if ax.encoder_latch_active == 0 and ax.encoder_latch_valid == 0:
+        return status
+    for rising in range(TOUCH_PROBES):
+        falling = rising + TOUCH_PROBES
+        state = ax.encoder_probe_active[rising] | ax.encoder_probe_active[falling]
+        state |= ax.encoder_probe_valid[rising] << 1 | ax.encoder_probe_valid[falling] << 2
+        if ax.encoder_probe_continuous[rising] | ax.encoder_probe_continuous[falling]:
+            edges = ax.encoder_probe_counter[rising] + ax.encoder_probe_counter[falling]
+            state |= (edges & 1) << 7
+        status |= state << 8 * rising
+    return status
+
+
+def probe_counts(ax: AxisFields) -> int:
+    """Edges of both kinds that the touch probes latched, a byte each."""
+    counts = 0
+    for rising in range(TOUCH_PROBES):
+        edges = ax.encoder_probe_counter[rising] + ax.encoder_probe_counter[rising + TOUCH_PROBES]
+        counts |= (edges & 0xFF) << 8 * rising
+    return counts
 
 
 def _sync_pulse(ax: AxisFields) -> float:

@@ -9,6 +9,7 @@ __all__ = [
     "ActualPositionType",
     "AxisType",
     "BufferMode",
+    "CharacteristicInterpolation",
     "CommandState",
     "CompensationType",
     "ControlBit",
@@ -41,6 +42,8 @@ __all__ = [
     "StartType",
     "StateBit",
     "StepperMode",
+    "TableSubType",
+    "TableType",
     "TorqueStartType",
     "choices_of",
 ]
@@ -224,7 +227,7 @@ class StateBit(IntEnum):
 
 
 class OperationModeBit(IntEnum):
-    """Masks of OpModeDWord."""
+    """Masks of OpModeDWord; bits 8, 12, 13 and 22 are those of the PLC library."""
 
     POSITION_AREA_MONITORING = 1 << 0
     TARGET_POSITION_MONITORING = 1 << 1
@@ -236,6 +239,7 @@ class OperationModeBit(IntEnum):
     MODULO = 1 << 7
     SIMULATION = 1 << 8
     STOP_MONITORING = 1 << 12
+    OUTPUT_FILTER = 1 << 13
     POSITION_LAG_MONITORING = 1 << 16
     VELOCITY_LAG_MONITORING = 1 << 17
     SOFT_LIMIT_MIN_MONITORING = 1 << 18
@@ -455,6 +459,30 @@ class DriveType(IntEnum):
     TCOM = 22
     MDP_733 = 23
     MDP_703 = 24
+
+
+class CharacteristicInterpolation(IntEnum):
+    """How the points of a drive's characteristic table are joined."""
+
+    LINEAR = 0
+    SPLINE = 2
+
+
+class TableType(IntEnum):
+    """Main type of a table: what it is for."""
+
+    CAMMING = 1
+    CHARACTERISTIC = 10
+    MOTION_FUNCTION = 16
+
+
+class TableSubType(IntEnum):
+    """Distances of the places in a table, and whether it repeats itself."""
+
+    EQUIDISTANT_LINEAR = 1
+    EQUIDISTANT_CYCLIC = 2
+    MONOTONIC_LINEAR = 3
+    MONOTONIC_CYCLIC = 4
 
 
 class DriveOutputType(IntEnum):

@@ -91,7 +91,8 @@ def test_the_structure_has_the_form_of_its_length(bench: Any) -> None:
     )
     for data in (packed, aligned):
         assert struct.unpack_from("<IIII", data, 0) == (bench.get(C, 0x81, NUMBER), 0, 3, 0)
-        assert struct.unpack_from("<II", data, 32) == (1, bench.get(C, 0xB9, NUMBER))
+        axis_id, mode = struct.unpack_from("<II", data, 32)
+        assert (axis_id, mode & 0xFF_FFFF) == (1, bench.get(C, 0xB9, NUMBER))
         assert struct.unpack_from("<ddddddd", data, 64) == (
             bench.get(C, 0xBD, REAL),
             bench.get(C, 0xBE, REAL),
@@ -102,6 +103,45 @@ def test_the_structure_has_the_form_of_its_length(bench: Any) -> None:
             bench.get(0x4101, 0x0B, REAL),
         )
         assert struct.unpack_from("<HH", data, 124) == (1, 1)
+
+
+def test_the_mode_word_of_twincat_3_counts_the_cycles(bench: Any) -> None:
+    def count() -> int:
+        mode: int = struct.unpack_from("<I", bench.read(C, 0x80, 256), 36)[0]
+        return mode >> 24
+
+    first = count()
+    bench.run(0.006)
+    assert (count() - first) % 256 == 3
+    bench.run(256 * 0.002)
+    assert (count() - first) % 256 == 3
+    assert struct.unpack_from("<I", bench.read(C, 0x80, 128), 36)[0] >> 24 == 0
+
+
+def test_the_touch_probe_words_show_what_waits_and_what_was_latched(make_bench: Any) -> None:
+    bench = make_bench(simulation_mark_input=2, simulation_mark_begin=10, simulation_mark_end=20)
+
+    def words() -> tuple[int, ...]:
+        return struct.unpack_from("<IIII", bench.read(C, 0x80, 256), 152)
+
+    def drive_to(position: float) -> None:
+        bench.start(position, 100.0)
+        bench.until_rest()
+        bench.run(0.1)
+
+    assert words() == (0, 0, 0, 0)
+    for edge in (0, 1):
+        bench.put(0x5201, 0x200, "<4I8x", 2, edge, 2, 2)  # probe 2, on and on, input 2
+    assert words() == (0, 0, 0x0100, 0)
+    drive_to(15.0)
+    assert words() == (0, 0b10, 0x8300, 0x0100)
+    drive_to(30.0)
+    assert words() == (0, 0, 0x0700, 0x0200)
+    drive_to(0.0)
+    assert words() == (0, 0, 0x0700, 0x0400)
+    for edge in (0, 1):
+        bench.put(0x5201, 0x205, "<2I16x", 2, edge)
+    assert words() == (0, 0, 0, 0x0400)
 
 
 def test_monitoring_is_shown(bench: Any) -> None:
@@ -388,7 +428,7 @@ MODE_BITS = {
     3: (0x4001, 0x11, FLAG), 4: (0x4001, 0x29, FLAG), 5: (0x4001, 0x2B, FLAG),
     6: (0x4001, 0x1A, NUMBER), 16: (0x6001, 0x10, FLAG), 17: (0x6001, 0x11, FLAG),
     18: (0x5001, 0x0B, FLAG), 19: (0x5001, 0x0C, FLAG), 20: (0x5001, 0x16, FLAG),
-    21: (0x4001, 0x20, FLAG), 22: (0x4001, 0x21, FLAG),
+    13: (0x7001, 0x110, NUMBER), 21: (0x4001, 0x20, FLAG), 22: (0x4001, 0x21, FLAG),
 }  # fmt: skip
 """Each bit of OpModeDWord that is a parameter, and where that parameter is."""
 
@@ -404,7 +444,7 @@ def test_operation_mode_bit(make_bench: Any, bit: int) -> None:
 
 
 def test_operation_mode_bits_that_are_no_switch(bench: Any) -> None:
-    """7 follows the units, 8 is the simulated drive, 23 an application asked to home."""
+    """7 follows the units, 8 the type of the encoder, 23 is an application asked to home."""
     bench.put(0x5001, 0x107, NUMBER, 20)
     for units in (4, 0):
         bench.put(0x4001, 0x26, NUMBER, units)

@@ -17,7 +17,7 @@ def test_the_structure_to_the_plc_reads_back() -> None:
         "state_dword": "StateDWord", "error_code": "ErrorCode", "motion_state": "AxisState",
         "operation_mode_feedback": "AxisModeConfirmation", "homing_state": "HomingState",
         "coupling_state": "CoupleState", "buffer_count": "SafEntries", "axis_id": "AxisId",
-        "operation_mode_state_dword": "OpModeDWord", "actual_position": "ActPos",
+        "actual_position": "ActPos",
         "actual_position_modulo": "ModuloActPos", "active_control_loop": "ControlLoopIndex",
         "actual_modulo_turns": "ModuloActTurns", "actual_velocity": "ActVelo",
         "following_error": "PosDiff", "set_position": "SetPos", "set_velocity": "SetVelo",

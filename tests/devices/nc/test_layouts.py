@@ -77,7 +77,7 @@ NC_TO_PLC = {
     "coupling_state": ("I", 3, 20, 20),
     "buffer_count": ("I", 6, 28, 28),
     "axis_id": ("I", 7, 32, 32),
-    "operation_mode_state_dword": ("I", 0x000F_0083, 36, 36),
+    "operation_mode_state_dword": ("I", 0x000F_0083, 36, None),
     "actual_position": ("d", 1.5, 44, 40),
     "actual_position_modulo": ("d", 2.5, 52, 48),
     "actual_modulo_turns": ("i", -3, 60, 60),
@@ -103,8 +103,12 @@ NC_TO_PLC = {
 }
 
 LOOP_ASKED_FOR = {42: ("H", 1)}
-UNCORRECTED_TIME_AND_USER_DATA = {
+COMPUTED = {
+    36: ("I", 0x030F_0083),
     58: ("H", 1),
+    156: ("I", 0b10),
+    160: ("I", 0x0000_0003),
+    164: ("I", 0x0500_0007),
     224: ("d", 1.5 - 0.25),
     240: ("I", 3 * 2_000_000),
     248: ("d", 77.5),
@@ -117,7 +121,7 @@ UNCORRECTED_TIME_AND_USER_DATA = {
         (ONLINE_TC2, ONLINE, 112, 2, {}),
         (ONLINE_TC3, ONLINE, 256, 3, {}),
         (NC_TO_PLC_TC2, NC_TO_PLC, 128, 2, LOOP_ASKED_FOR),
-        (NC_TO_PLC_TC3, NC_TO_PLC, 256, 3, UNCORRECTED_TIME_AND_USER_DATA),
+        (NC_TO_PLC_TC3, NC_TO_PLC, 256, 3, COMPUTED),
     ],
     ids=["online TC2", "online TC3", "NC to PLC TC2", "NC to PLC TC3"],
 )
@@ -135,12 +139,24 @@ def test_fields_stand_at_their_offsets(
     axis.set_cycle_counter = 3
     axis.user_data_state_offset = 0x1_0017
     axis.encoder_set_position_offset = 77.5
+    axis.simulation_drive_inputs = 0b110
+    axis.encoder_latch_active = axis.encoder_probe_active[4] = axis.encoder_probe_valid[0] = 1
+    axis.encoder_probe_counter[0], axis.encoder_probe_counter[4] = 4, 3
+    axis.encoder_probe_counter[7] = 0x105
     offsets = {row[form]: row[:2] for row in fields.values() if row[form] is not None}
     expected = placed(size, {**offsets, **again})  # type: ignore[arg-type]
     assert structure.size == size
     assert structure.encode(axis).hex() == expected.hex()
     shown = structure.decode(expected)
-    computed = {"actual_position_uncorrected", "dc_time_stamp", "user_data"}
+    computed = {
+        "actual_position_uncorrected",
+        "dc_time_stamp",
+        "operation_mode_and_cycle",
+        "touch_probe_counters",
+        "touch_probe_inputs",
+        "touch_probe_status",
+        "user_data",
+    }
     assert {name: value for name, value in shown.items() if name not in computed} == {
         name: row[1] for name, row in fields.items() if row[form] is not None
     }

@@ -91,7 +91,7 @@ def test_the_uploaded_types_describe_the_structures(bench: Any) -> None:
     types = TypeTable(decode_types(source.type_table()))
     value = types.type("NCTOPLC_AXIS_REF").decode(bench.read(0x4301, 0x80, 256))
     assert value.AxisId == 1
-    assert value.OpModeDWord == bench.axis.operation_mode_state_dword
+    assert value.OpModeDWord == bench.axis.operation_mode_and_cycle
     assert source.type_entry("plctonc_axis_ref") is not None
     assert source.type_entry("nothing") is None
     info = source.upload_info()

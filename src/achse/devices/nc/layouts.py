@@ -214,8 +214,10 @@ _STATES = (
     ("4x", ""),  # SVB entries: a single axis has no preparation table
     ("I", "buffer_count"),
     ("I", "axis_id"),
-    ("I", "operation_mode_state_dword"),
 )
+
+_MODE_TC2 = (("I", "operation_mode_state_dword"),)
+_MODE_TC3 = (("I", "operation_mode_and_cycle"),)
 
 _POSITION = (
     ("d", "actual_position"),
@@ -245,7 +247,11 @@ _SINCE_TC3 = (
     ("d", "set_jerk"),
     ("d", "set_torque"),
     ("d", "drive_actual_torque"),
-    ("40x", ""),  # two more status words, touch probe, cam coupling: bits no manual prints
+    ("4x", ""),  # StateDWord2: avoiding collision, for movers on one track
+    ("I", "touch_probe_inputs"),
+    ("I", "touch_probe_status"),
+    ("I", "touch_probe_counters"),
+    ("24x", ""),  # cam coupling
     ("d", "drive_actual_torque_derivative"),
     ("d", "set_torque_derivative"),
     ("d", "phasing_position"),
@@ -258,10 +264,13 @@ _SINCE_TC3 = (
 
 _NAME = "NCTOPLC_AXIS_REF"
 NC_TO_PLC_TC2 = AxisStructure(
-    _NAME, _STATES + _LOOPS + _POSITION + _MOTION, aligned=False, size=128
+    _NAME, _STATES + _MODE_TC2 + _LOOPS + _POSITION + _MOTION, aligned=False, size=128
 )
 NC_TO_PLC_TC3 = AxisStructure(
-    _NAME, _STATES + _POSITION + _LOOPS + _MOTION + _SINCE_TC3, aligned=True, size=256
+    _NAME,
+    _STATES + _MODE_TC3 + _POSITION + _LOOPS + _MOTION + _SINCE_TC3,
+    aligned=True,
+    size=256,
 )
 
 _FROM_PLC = (
