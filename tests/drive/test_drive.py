@@ -80,6 +80,10 @@ def test_a_fall_is_never_refused() -> None:
     drive = _op(1_000_000)
     drive.enter(AlState.SAFEOP, 333, AlStatus.WATCHDOG)
     assert drive.state == AlState.SAFEOP
+    drive = _op(1_000_000)
+    drive.faults.local_control()
+    assert drive.enter(AlState.SAFEOP, 333, OK) is OK
+    assert drive.state == AlState.SAFEOP
 
 
 @pytest.mark.parametrize("sync0", [1, 125_000, 249_999, 300_000, 4_250_000, 5_000_000])

@@ -1,6 +1,9 @@
 """Faults on demand: each switch breaks what it says, and mends it again."""
 
-from achse.drive import Alarm, InputBit, Mode, PowerState, VirtualDrive, Warn
+import pytest
+
+from achse.codes import AlState, AlStatus
+from achse.drive import Alarm, Drive, InputBit, Mode, PowerState, VirtualDrive, Warn
 
 
 def test_a_cause_that_does_not_last_is_reset_at_once(drive: VirtualDrive) -> None:
@@ -82,4 +85,32 @@ def test_faults_survive_a_reset_of_the_drive(drive: VirtualDrive) -> None:
     drive.faults.alarm(Alarm.OVER_VOLTAGE)
     drive.set(0x3215, 1)
     drive.run(0.1)
+    assert drive.power_state is PowerState.FAULT
+
+
+@pytest.mark.parametrize("state", [AlState.PREOP, AlState.SAFEOP, AlState.OP])
+def test_local_control_ends_communication_until_it_is_given_back(state: AlState) -> None:
+    """Rule 22: code 0x8000, from any state to Init."""
+    away = AlStatus.NOT_IN_COMMUNICATION_MODE
+    drive = Drive()
+    up = (AlState.PREOP, AlState.SAFEOP, AlState.OP)
+    for each in up[: up.index(state) + 1]:
+        assert drive.enter(each, 0, AlStatus.NO_ERROR) is AlStatus.NO_ERROR
+    drive.faults.local_control()
+    assert drive.step(1_000_000) is away
+    assert drive.enter(AlState.INIT, 0, away) is AlStatus.NO_ERROR
+    assert drive.step(1_000_000) is AlStatus.NO_ERROR
+    assert drive.enter(AlState.PREOP, 0, AlStatus.NO_ERROR) is away
+    assert drive.state is AlState.INIT
+    drive.faults.local_control(False)
+    assert drive.enter(AlState.PREOP, 0, AlStatus.NO_ERROR) is AlStatus.NO_ERROR
+
+
+def test_an_enabled_drive_that_is_taken_away_is_in_fault() -> None:
+    drive = VirtualDrive()
+    drive.enable(Mode.CYCLIC_POSITION)
+    drive.faults.local_control()
+    drive.cycle()
+    drive.enter(AlState.INIT, 0, AlStatus.NOT_IN_COMMUNICATION_MODE)
+    drive.cycle(3)
     assert drive.power_state is PowerState.FAULT

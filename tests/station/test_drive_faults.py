@@ -11,6 +11,7 @@ from achse.ethercat import Command, Datagram, Frame, Segment, Slave
 from achse.ethercat.eeprom import checksum
 from achse.station.drive_faults import DRIVE_FAULT_KINDS, DriveFault, DriveFaults
 from achse.station.fault import FaultError
+from achse.testing import SegmentReach
 
 MS = 1_000_000
 
@@ -71,6 +72,7 @@ SIGNALS: dict[str, tuple[dict[str, Any], Callable[[Drive], object]]] = {
     "load": ({"by": 250.0}, lambda drive: drive.record.external_load == 250.0),
     "jam": ({}, lambda drive: drive.record.jammed),
     "yaw_alarm": ({}, lambda drive: drive.record.yaw_alarm),
+    "local_control": ({}, lambda drive: drive.local),
 }
 
 
@@ -88,6 +90,23 @@ def test_a_fault_of_the_drive_hits_one_or_all_and_ends(bus: Bus, kind: str) -> N
     bus.faults.add(kind, **fields)
     bus.run(5)
     assert all(shows(drive) for drive in bus.drives)
+
+
+@pytest.mark.parametrize("state", [AlState.PREOP, AlState.SAFEOP])
+def test_a_drive_operated_at_its_panel_falls_to_init(bus: Bus, state: AlState) -> None:
+    """Rule 22: any state goes to Init with code 0x8000."""
+    reach = SegmentReach(bus.segment)
+    error = AlState.INIT | 0x10
+    bus.drives[0].enter(AlState.INIT, 0, AlStatus.NO_ERROR)
+    for each in (AlState.PREOP, AlState.SAFEOP)[: 1 + (state is AlState.SAFEOP)]:
+        assert reach.request(each) == (each, 0)
+    bus.faults.add("local_control", drive=1, lasting=0.1)
+    bus.run(5)
+    assert reach.request(AlState.PREOP) == (error, 0x8000), "not acknowledged"
+    assert reach.request(AlState.PREOP | 0x10) == (error, 0x8000), "refused again"
+    assert reach.request(AlState.INIT | 0x10) == (AlState.INIT, 0)
+    bus.run(100)
+    assert reach.request(AlState.PREOP) == (AlState.PREOP, 0)
 
 
 def test_frames_are_lost(bus: Bus) -> None:

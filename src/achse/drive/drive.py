@@ -123,6 +123,8 @@ class Drive:
         self.faults = Faults(self)
         self.emergencies_enabled = True
         """10F3h switches emergencies; the manual has no table of that object."""
+        self.local = False
+        """Somebody operates the drive at its panel: it is not in communication mode (0x8000)."""
         self.state = AlState.INIT
         self.sync_error_counter = 0
         self.mapping = PdoMapping(strict=strict_mapping)
@@ -261,14 +263,17 @@ class Drive:
         return self._emergencies.popleft() if self._emergencies else None
 
     def enter(self, state: AlState, sync0_ns: int, cause: AlStatus) -> AlStatus:
-        """Communication is about to enter `state`; refuses a Sync0 cycle the drive cannot keep.
+        """Communication is about to enter `state`.
 
-        Leaving Op while Operation enabled is a fault (001 table 2.4.3 note 2), Init takes the power
-        state to Switch on disabled (note 1).
+        The way up is refused while the drive is operated locally, and with a Sync0 cycle that it
+        cannot keep. Leaving Op while Operation enabled is a fault (001 table 2.4.3 note 2), Init
+        takes the power state to Switch on disabled (note 1).
         """
-        wrong = state >= AlState.SAFEOP and sync0_ns and sync0_ns not in _SYNC_CYCLES_NS
-        if wrong and cause is AlStatus.NO_ERROR:
-            return AlStatus.SYNC_CYCLE
+        if state > self.state:
+            if self.local:
+                return AlStatus.NOT_IN_COMMUNICATION_MODE
+            if state >= AlState.SAFEOP and sync0_ns and sync0_ns not in _SYNC_CYCLES_NS:
+                return AlStatus.SYNC_CYCLE
         record = self.record
         if state == AlState.OP:
             record.communication_lost = 0
@@ -311,6 +316,8 @@ class Drive:
         self._outputs = None
         if self._synchronous:
             status = self._supervise(outputs is not None)
+        if self.local and self.state > AlState.INIT:
+            status = AlStatus.NOT_IN_COMMUNICATION_MODE
         if elapsed_ns != self._elapsed_ns:
             self._elapsed_ns = elapsed_ns
             self._count = -(-elapsed_ns // LONGEST_CYCLE_NS)

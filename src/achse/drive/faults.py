@@ -13,7 +13,9 @@ from achse.drive.signals import InputBit
 __all__ = ["Faults"]
 
 
-class _HasRecord(Protocol):
+class _Faulty(Protocol):
+    local: bool
+
     @property
     def record(self) -> DriveFields: ...
 
@@ -21,7 +23,7 @@ class _HasRecord(Protocol):
 class Faults:
     """The switches behind one drive."""
 
-    def __init__(self, drive: _HasRecord) -> None:
+    def __init__(self, drive: _Faulty) -> None:
         self._drive = drive
         self._alarms: dict[Alarm, None] = {}
 
@@ -104,3 +106,7 @@ class Faults:
     def yaw_alarm(self, on: bool = True) -> None:
         """The other drive of the gantry has an alarm."""
         self._record.yaw_alarm = int(on)
+
+    def local_control(self, on: bool = True) -> None:
+        """Somebody operates the drive at its panel: it leaves communication for Init (0x8000)."""
+        self._drive.local = on

@@ -63,6 +63,12 @@ DRIVE_FAULT_KINDS: Mapping[str, FaultKind] = {
         FaultKind("jam", _DRIVE, "The machine is blocked where it stands."),
         FaultKind("yaw_alarm", _DRIVE, "The other drive of the gantry has an alarm."),
         FaultKind(
+            "local_control",
+            _DRIVE,
+            "Somebody operates the drive at its panel: not in communication mode, it falls to Init"
+            " with AL status code 0x8000 and does not leave it.",
+        ),
+        FaultKind(
             "mailbox_delay", _DRIVE | {"by"}, "Mailbox answers come `by` seconds late.", ("by",)
         ),
         FaultKind(
@@ -383,4 +389,7 @@ def _hit_drive(fault: DriveFault, drive: Drive) -> Callable[[], None]:
         case "yaw_alarm", _:
             faults.yaw_alarm()
             return lambda: faults.yaw_alarm(False)
+        case "local_control", _:
+            faults.local_control()
+            return lambda: faults.local_control(False)
     raise FaultError(f"kind: {fault.kind} is no fault of a drive")
