@@ -4,12 +4,13 @@ import subprocess
 import sys
 
 from achse.kernel.memory import Rows
+from achse.motion import curves
 from achse.motion.compiled import KERNEL
 from achse.motion.record import LAYOUT
 
 
 def test_no_axes_are_no_work() -> None:
-    KERNEL.function(Rows(LAYOUT, 0).address, 0, 0.002, 3)
+    KERNEL.function(Rows(LAYOUT, 0).address, 0, Rows(curves.LAYOUT, 0).address, 0, 0.002, 3)
 
 
 def test_motion_needs_no_compiler() -> None:

@@ -7,8 +7,8 @@ import pytest
 
 from achse.kernel.compiled import Kernel
 from achse.motion import AxisParameters, AxisParametersError, Nc, commands
+from achse.motion.compiled import KERNEL
 from achse.motion.kernel import cycles
-from achse.motion.record import LAYOUT, AxisFields
 
 
 def test_axes_are_found_by_id_in_any_order() -> None:
@@ -118,7 +118,7 @@ def test_few_axes_take_machine_code_only_if_it_is_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("ACHSE_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr("achse.motion.nc.KERNEL", Kernel("nc", cycles, {AxisFields: LAYOUT}))
+    monkeypatch.setattr("achse.motion.nc.KERNEL", Kernel("nc", cycles, KERNEL.layouts))
     few, many = [AxisParameters(1)], [AxisParameters(n) for n in range(1, 101)]
     assert Nc(2_000_000, few).compiled is False
     assert Nc(2_000_000, many).compiled is True

@@ -1,10 +1,12 @@
 """The kernel in machine code: `cycles` of `achse.motion.kernel` and whatever it calls."""
 
 from achse.kernel.compiled import Kernel
+from achse.motion import curves
 from achse.motion.kernel import cycles
 from achse.motion.record import LAYOUT, AxisFields
 
 __all__ = ["KERNEL"]
 
-KERNEL = Kernel("motion", cycles, {AxisFields: LAYOUT})
-"""Called with address and number of the records, the cycle time in seconds, how many cycles."""
+KERNEL = Kernel("motion", cycles, {AxisFields: LAYOUT, curves.Piece: curves.LAYOUT})
+"""Called with address and number of the records and of the pieces of curves, the cycle time in
+seconds, how many cycles."""

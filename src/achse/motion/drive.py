@@ -7,8 +7,10 @@ extrapolated as its parameters say. In torque mode the motor obeys its torque al
 Kernel source: compiled as it stands, see `compiled`.
 """
 
+from collections.abc import Sequence
 from math import floor
 
+from achse.motion.curves import Piece, value_at
 from achse.motion.record import DRIVE_DELAY, FILTER_ORDER, AxisFields
 from achse.motion.states import (
     AxisType,
@@ -19,7 +21,14 @@ from achse.motion.states import (
     OutputFilter,
 )
 
-__all__ = ["adapt_drive", "characteristic", "drive", "place_motor", "position_output"]
+__all__ = [
+    "adapt_drive",
+    "characteristic",
+    "drive",
+    "drive_command",
+    "place_motor",
+    "position_output",
+]
 
 _STILL = 1e-9
 """A velocity below this without output is zero."""
@@ -67,6 +76,8 @@ def adapt_drive(ax: AxisFields, dt: float) -> None:
     special = 0
     if (
         ax.drive_type == _NONLINEAR
+        or ax.curve_count > 0
+        or ax.valve_count > 0
         or ax.drive_output_offset != 0.0
         or ax.simulation_drift != 0.0
         or ax.simulation_load_torque != 0.0
@@ -199,6 +210,26 @@ def characteristic(ax: AxisFields, share: float) -> float:
     return y
 
 
+def drive_command(ax: AxisFields, pieces: Sequence[Piece]) -> float:
+    """Velocity that the drive's output means, which goes through its characteristic.
+
+    The valve of the simulated drive is the inverse of that, or has a curve of its own.
+    """
+    if ax.drive_special == 0:
+        return ax.drive_output
+    full = ax.drive_full
+    share = ax.drive_output / full
+    if ax.curve_count > 0:
+        share = value_at(pieces, ax.curve_first, ax.curve_count, share)
+    elif ax.drive_type == _NONLINEAR:
+        share = characteristic(ax, share)
+    share += ax.drive_output_offset
+    ax.drive_output_percent_nonlinear = 100.0 * share
+    if ax.valve_count > 0:
+        return full * value_at(pieces, ax.valve_first, ax.valve_count, share)
+    return ax.drive_output + ax.drive_output_offset * full
+
+
 def _within_limits(ax: AxisFields, velocity: float, moved: float, dt: float) -> float:
     """What the limits of the torque command leave of a change of velocity.
 
@@ -222,12 +253,7 @@ def _within_limits(ax: AxisFields, velocity: float, moved: float, dt: float) -> 
 
 def _loaded(ax: AxisFields, command: float, velocity: float, dt: float) -> float:
     """Velocity after this cycle of a drive with load, friction, drift or torque interface."""
-    full = ax.drive_full
-    share = command / full
-    if ax.drive_type == _NONLINEAR:
-        share = characteristic(ax, share)
-    ax.drive_output_percent_nonlinear = 100.0 * (share + ax.drive_output_offset)
-    command += ax.drive_output_offset * full + ax.simulation_drift
+    command += ax.simulation_drift
     torque = ax.set_torque_offset - ax.simulation_load_torque
     friction = ax.simulation_friction_torque
     lag = ax.simulation_time_constant
@@ -253,9 +279,8 @@ def _loaded(ax: AxisFields, command: float, velocity: float, dt: float) -> float
     return moved
 
 
-def drive(ax: AxisFields, dt: float) -> None:
-    """Move the motor until the next cycle."""
-    command = ax.drive_output
+def drive(ax: AxisFields, command: float, dt: float) -> None:
+    """Move the motor until the next cycle, as `drive_command` says."""
     delay = ax.drive_delay
     if delay > 0:
         slot = ax.delay_index % delay

@@ -6,8 +6,9 @@ Order within a cycle: encoder, enables, set point, controller, supervision, driv
 from collections.abc import Sequence
 
 from achse.motion.controller import adapt_controller, control
+from achse.motion.curves import Piece
 from achse.motion.discrete import run_stepper, run_two_speeds, show_speed
-from achse.motion.drive import adapt_drive, drive, place_motor, position_output
+from achse.motion.drive import adapt_drive, drive, drive_command, place_motor, position_output
 from achse.motion.encoder import adapt_encoder, measure
 from achse.motion.external import follow_external
 from achse.motion.homing import home
@@ -92,8 +93,8 @@ def _lead(ax: AxisFields, dt: float) -> None:
         oscillate(ax, dt)
 
 
-def cycle(ax: AxisFields, dt: float) -> None:
-    """One cycle of one axis."""
+def cycle(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
+    """One cycle of one axis; `pieces` are those of all curves."""
     ax.set_cycle_counter += 1
     if ax.resting:
         return
@@ -126,10 +127,11 @@ def cycle(ax: AxisFields, dt: float) -> None:
     control(ax, dt)
     supervise_motion(ax, dt)
     supervise_arrival(ax, dt)
+    command = drive_command(ax, pieces)
     if ax.drive_type == _STEPPER:
         run_stepper(ax, dt)
     elif ideal == 0:
-        drive(ax, dt)
+        drive(ax, command, dt)
     show_state(ax)
     settle(ax)
 
@@ -152,17 +154,17 @@ def follow(ax: AxisFields, owner: AxisFields, dt: float) -> None:
         ax.plant_position += velocity * dt / ax.encoder_scaling_factor
 
 
-def cycle_all(axes: Sequence[AxisFields], dt: float) -> None:
+def cycle_all(axes: Sequence[AxisFields], pieces: Sequence[Piece], dt: float) -> None:
     """One cycle of all axes, in the order of the records; elements come after their axis."""
     for i in range(len(axes)):
         ax = axes[i]
         if ax.element_number == 0:
-            cycle(ax, dt)
+            cycle(ax, pieces, dt)
         else:
             follow(ax, axes[i - ax.element_number], dt)
 
 
-def cycles(axes: Sequence[AxisFields], dt: float, count: int) -> None:
+def cycles(axes: Sequence[AxisFields], pieces: Sequence[Piece], dt: float, count: int) -> None:
     """`count` cycles of all axes."""
     for _ in range(count):
-        cycle_all(axes, dt)
+        cycle_all(axes, pieces, dt)

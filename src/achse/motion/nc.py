@@ -7,13 +7,16 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from achse.kernel.compiled import compiler_installed
+from achse.kernel.declare import pack
 from achse.kernel.memory import Rows
+from achse.motion import curves
 from achse.motion.axis import Axis, ObjectAxis, WordsAxis
 from achse.motion.compiled import KERNEL
 from achse.motion.kernel import begin, cycles
 from achse.motion.record import FIELDS, LAYOUT, Role, SlotsRecord, pack_record
 from achse.motion.setpoint import shift_origin
 from achse.motion.states import choices_of
+from achse.motion.tables import TableError, TableParameters, Tables
 
 __all__ = ["HIGHEST_AXIS_ID", "AxisParameters", "AxisParametersError", "Nc"]
 
@@ -152,11 +155,16 @@ class Nc:
 
     `compiled` chooses the machine-code kernel (True, needs llvmlite), the plain one (False) or, by
     default, machine code if it is compiled already or pays with so many axes. Both give
-    bit-identical states.
+    bit-identical states. `tables` are characteristics that drives may use.
     """
 
     def __init__(
-        self, cycle_ns: int, axes: Iterable[AxisParameters], *, compiled: bool | None = None
+        self,
+        cycle_ns: int,
+        axes: Iterable[AxisParameters],
+        *,
+        tables: Iterable[TableParameters] = (),
+        compiled: bool | None = None,
     ) -> None:
         if cycle_ns <= 0:
             raise AxisParametersError(f"cycle time {cycle_ns} ns: expected more than 0")
@@ -174,9 +182,10 @@ class Nc:
         count = sum(1 + parameters.element_count for parameters in configured)
         self._cycles: Callable[[float, int], None]
         views: list[Axis]
+        self.tables = Tables(lambda: self._axes.values())
+        self.tables.laid_out = self._take_curves
         if compiled:
             self._rows = Rows(LAYOUT, count)
-            self._cycles = partial(KERNEL.function, self._rows.address, count)
             fresh_record = pack_record(SlotsRecord())
             views = []
             for index in range(count):
@@ -184,9 +193,8 @@ class Nc:
                 axis.row[:] = fresh_record
                 views.append(axis)
         else:
-            records = [SlotsRecord() for _ in range(count)]
-            self._cycles = partial(cycles, records)
-            views = [ObjectAxis(record) for record in records]
+            self._records = [SlotsRecord() for _ in range(count)]
+            views = [ObjectAxis(record) for record in self._records]
         self._axes: dict[int, Axis] = {}
         self._owners: dict[str, dict[int, tuple[Axis, int]]] = {
             "encoder": {}, "controller": {}, "drive": {},
@@ -194,6 +202,27 @@ class Nc:
         fresh = iter(views)
         for parameters in configured:
             self._add(parameters, fresh)
+        try:
+            for table in tables:
+                self.tables.add_configured(table)
+            self.tables.lay_out()
+        except TableError as fault:
+            raise AxisParametersError(str(fault)) from None
+
+    def _take_curves(self) -> None:
+        """Let the kernel read the curves as they are now."""
+        pieces = self.tables.pieces
+        if not self.compiled:
+            self._cycles = partial(cycles, self._records, pieces)
+            return
+        self._curves = Rows(curves.LAYOUT, len(pieces))
+        for index, piece in enumerate(pieces):
+            self._curves.row(index)[:] = pack(curves.LAYOUT, piece)
+        self._cycles = partial(
+            KERNEL.function,
+            *(self._rows.address, self._rows.count),
+            *(self._curves.address, self._curves.count),
+        )
 
     def _add(self, parameters: AxisParameters, fresh: Iterator[Axis]) -> None:
         """Set up one axis and its elements in the next records."""
@@ -202,6 +231,7 @@ class Nc:
             raise AxisParametersError(f"axis id {parameters.axis_id} is given twice")
         parameters.apply(axis)
         axis.cycle_ns = self.cycle_ns
+        axis.tables = self.tables
         begin(axis, self._dt)
         self._axes[parameters.axis_id] = axis
         for number in range(1, 1 + parameters.element_count):
@@ -281,4 +311,6 @@ class Nc:
         for axis in self._axes.values():
             for element in axis.records:
                 state.update(element.pack())
+        for table in self.tables:
+            state.update(table.values)
         return state.digest()

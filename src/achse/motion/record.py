@@ -43,7 +43,7 @@ from achse.motion.fields.encoder import (
 from achse.motion.fields.functions import FunctionInput
 from achse.motion.fields.generators import GeneratorMemory, GeneratorSwitch
 from achse.motion.fields.homing import HomingMemory
-from achse.motion.fields.machine import MachineParameters
+from achse.motion.fields.machine import MachineMemory, MachineParameters
 from achse.motion.fields.monitoring import MonitoringInternal
 from achse.motion.fields.setpoint import (
     COMMAND_BUFFER,
@@ -103,6 +103,7 @@ class AxisFields(
     HomingMemory,
     ControllerMemory,
     DriveInternal,
+    MachineMemory,
 ):
     """All fields of an axis, in the order of the record."""
 

@@ -81,7 +81,9 @@ class DriveParameters(Parameters):
     drive_output_filter_time: float = real(0.0, "s", "its time, 64 cycles at most", 0.0, 1.0)
     drive_output_filter_order: int = whole(1, "1", "its order", 0, FILTER_ORDER)
     drive_table_id: int = whole(0, "1", "characteristic table, 0 = none")
-    drive_table_interpolation_type: int = whole(0, "1", "0 linear, 2 spline", 0, 2)
+    drive_table_interpolation_type: int = whole(
+        0, "CharacteristicInterpolation", "how its points are joined", 0, 2
+    )
     drive_output_offset: float = real(0.0, "1", "added after the characteristic", -1.0, 1.0)
     drive_quadrant_compensation_factor: float = real(
         1.0, "1", "output in quadrant III of that in quadrant I", 0.0, 100.0
@@ -122,6 +124,9 @@ class SimulationParameters(Parameters):
     simulation_fast_stop_signal: int = flag(0, "bit 7 of drive status 4")
     simulation_creep_velocity: float = real(
         0.1, "1", "creep velocity of a two-speed drive, of its rapid one", 1e-3, 1.0
+    )
+    simulation_table_id: int = whole(
+        0, "1", "characteristic of the valve, output to velocity; 0 = the inverse of the NC's", 0
     )
     simulation_drift: float = real(0.0, "mm/s", "velocity of the drive at output 0")
     simulation_full_torque_acceleration: float = real(
@@ -173,6 +178,8 @@ class DriveInternal(Memory):
     drive_full: float = real(2200.0, "mm/s", "velocity at 100 % output")
     drive_signal_before: int = flag(0, "fast-stop signal of the cycle before")
     drive_io_time: float = real(0.0, "s", "time without valid I/O data")
+    curve_first: int = whole(0, "1", "first piece of the characteristic's curve")
+    curve_count: int = whole(0, "1", "its pieces, 0 = no table")
     filter_count: int = whole(0, "1", "entries of the moving average")
     filter_stage: list[float] = reals(FILTER_ORDER, "mm", "stages of the output filter")
     filter_ring: list[float] = reals(DRIVE_DELAY, "mm", "set positions of the moving average")

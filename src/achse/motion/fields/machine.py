@@ -3,9 +3,9 @@
 Places are in axis units, in the direction of the axis, from where its encoder counts 0.
 """
 
-from achse.motion.fields.declare import Parameters, real, whole
+from achse.motion.fields.declare import Memory, Parameters, real, whole
 
-__all__ = ["MachineParameters"]
+__all__ = ["MachineMemory", "MachineParameters"]
 
 
 class MachineParameters(Parameters):
@@ -36,3 +36,10 @@ class MachineParameters(Parameters):
     simulation_latch_source: int = whole(
         128, "SignalSource", "what the drive itself latches on: input 1..8, 128 index pulse", 1, 128
     )
+
+
+class MachineMemory(Memory):
+    """What the simulated machine derives from its parameters."""
+
+    valve_first: int = whole(0, "1", "first piece of the curve of the valve")
+    valve_count: int = whole(0, "1", "its pieces, 0 = it is the inverse of the NC's characteristic")

@@ -1,0 +1,97 @@
+"""Curves: points joined by polynomials, piece behind piece, in memory that the kernel reads.
+
+`linear` and `spline` join points, `value_at` reads. Places outside the points have the value of the
+nearest.
+
+Kernel source: `value_at` is compiled as it stands, see `compiled`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TypeAlias
+
+from achse.kernel.declare import Slot, lay_out
+
+__all__ = ["LAYOUT", "Piece", "Points", "linear", "piece_at", "spline", "value_at"]
+
+Points: TypeAlias = Sequence[tuple[float, float]]
+"""Places, strictly rising, and the value at each; two at least, a spline takes three."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A polynomial of the way from where it begins; the last piece of a curve is constant."""
+
+    begin: float = 0.0
+    value: float = 0.0
+    slope: float = 0.0
+    square: float = 0.0
+    cube: float = 0.0
+
+
+LAYOUT = lay_out("piece", [Piece], Slot)
+"""One piece in memory."""
+
+
+def piece_at(pieces: Sequence[Piece], first: int, count: int, place: float) -> int:
+    """Index of the piece that holds at `place`, of the curve of `count` pieces from `first` on."""
+    low = first
+    high = first + count
+    while high - low > 1:
+        middle = (low + high) // 2
+        if pieces[middle].begin <= place:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def value_at(pieces: Sequence[Piece], first: int, count: int, place: float) -> float:
+    """Value of that curve."""
+    piece = pieces[piece_at(pieces, first, count, place)]
+    way = place - piece.begin
+    if way <= 0.0:
+        return piece.value
+    return piece.value + way * (piece.slope + way * (piece.square + way * piece.cube))
+
+
+def linear(points: Points) -> list[Piece]:
+    """Straight lines from point to point."""
+    pieces = [
+        Piece(x, y, slope=(y_next - y) / (x_next - x))
+        for (x, y), (x_next, y_next) in pairwise(points)
+    ]
+    return [*pieces, Piece(*points[-1])]
+
+
+def spline(points: Points) -> list[Piece]:
+    """The cubic spline through all points that is straight at both ends (natural)."""
+    lines = linear(points)[:-1]
+    widths = [x_next - x for (x, _), (x_next, _) in pairwise(points)]
+    bends = _bends(widths, [line.slope for line in lines])
+    pieces = [
+        Piece(
+            line.begin,
+            line.value,
+            slope=line.slope - width * (2.0 * bend + bend_next) / 3.0,
+            square=bend,
+            cube=(bend_next - bend) / (3.0 * width),
+        )
+        for line, width, bend, bend_next in zip(lines, widths, bends[:-1], bends[1:], strict=True)
+    ]
+    return [*pieces, Piece(*points[-1])]
+
+
+def _bends(widths: Sequence[float], slopes: Sequence[float]) -> list[float]:
+    """Half the second derivative at each point: slopes and bends of neighbours meet there."""
+    ratios, parts = [0.0], [0.0]  # what elimination leaves of each equation, from the first on
+    for i in range(1, len(widths)):
+        before, after = widths[i - 1], widths[i]
+        pivot = 2.0 * (before + after) - before * ratios[-1]
+        ratios.append(after / pivot)
+        parts.append((3.0 * (slopes[i] - slopes[i - 1]) - before * parts[-1]) / pivot)
+    bends = [0.0]
+    for ratio, part in zip(reversed(ratios), reversed(parts), strict=True):
+        bends.append(part - ratio * bends[-1])
+    return bends[::-1]
