@@ -132,7 +132,7 @@ def test_emergencies_wait_in_order_and_can_be_switched_off() -> None:
     assert drive.take_emergency() == bytes.fromhex("11ff010000000000")
     assert drive.take_emergency() == bytes.fromhex("13ff010000000000")
     assert drive.take_emergency() is None
-    drive.emergencies_enabled = False
+    drive.set(0x10F3, 0, 5)
     drive.faults.alarm(Alarm.OVER_VOLTAGE, lasting=False)
     _cycle(drive, 0)
     assert drive.take_emergency() is None

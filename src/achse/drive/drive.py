@@ -121,8 +121,6 @@ class Drive:
         else:
             self._record = SlotsRecord()
         self.faults = Faults(self)
-        self.emergencies_enabled = True
-        """10F3h switches emergencies; the manual has no table of that object."""
         self.local = False
         """Somebody operates the drive at its panel: it is not in communication mode (0x8000)."""
         self.state = AlState.INIT
@@ -394,7 +392,7 @@ class Drive:
             self.faults.alarm(Alarm.WRITE_DATA_FAIL_ERROR, lasting=False)
 
     def _send_emergency(self, code: int, register: int) -> None:
-        if self.emergencies_enabled and self.state >= AlState.PREOP:
+        if self._record.diagnosis_flags & 1 and self.state >= AlState.PREOP:
             self._emergencies.append(_EMERGENCY.pack(code, register))
 
     def _go_on_clearing(self) -> None:

@@ -74,6 +74,7 @@ class ParameterFields:
     position_trigger: int = 0
     overtravel_stop_mode: int = 0
     sync_error_limit: int = 0
+    diagnosis_flags: int = 0  # bit 0: emergencies are sent
     gear_numerator: int = 0
     gear_denominator: int = 0
     velocity_loop_gain: int = 0  # 0.1 Hz

@@ -21,6 +21,8 @@ _INDICES = {row.index for row in ROWS}
 
 _VAR, _ARRAY, _RECORD = 7, 8, 9
 _RECORD_TYPES = {0x1018: 0x23, 0x1C32: 0x29, 0x1C33: 0x29}
+_RECORDS = (0x10F1, 0x10F3)
+"""Records though their entries are of one type: arrays have no gaps."""
 _PDO_MAPPING = 0x21
 
 MISSING_SUBINDEX = AbortCode.NO_OBJECT
@@ -90,7 +92,7 @@ def _describe(index: int, rows: Iterable[ObjectRow]) -> Object:
     types = {entry.data_type for entry in entries[1:]}
     if 0x1600 <= index < 0x1C00:
         return Object(index, name, _RECORD, _PDO_MAPPING, entries)
-    if index in _RECORD_TYPES or len(types) > 1:
+    if index in _RECORD_TYPES or index in _RECORDS or len(types) > 1:
         return Object(index, name, _RECORD, _RECORD_TYPES.get(index, types.pop()), entries)
     return Object(index, name, _ARRAY, types.pop(), entries)
 
