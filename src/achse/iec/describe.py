@@ -57,7 +57,7 @@ def _parts(type: IecType[Any]) -> list[IecType[Any]]:
     if isinstance(type, PointerType):
         return [type.target]
     if isinstance(type, StructType):
-        parts = [member.type for member in type.members]
+        parts = list(dict.fromkeys(member.type for member in type.members))
         for method in type.methods:
             parts += [parameter.type for parameter in method.parameters]
             parts += [] if method.returns is None else [method.returns]

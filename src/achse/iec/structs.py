@@ -31,6 +31,8 @@ __all__ = [
 
 R = TypeVar("R", bound="Record")
 
+_NOWHERE = Spot(0)
+
 
 class Kind(Enum):
     """What a record is."""
@@ -68,17 +70,21 @@ class StructType(IecType[R], Generic[R]):
             members = {member.name: member for member in members}
         self.kind = kind
         self.base = base
-        if layout is None:
-            _no_name_twice(name, base, members)
         self.rules = rules
         if pack is None:
             mode = attributes.get("pack_mode")
             pack = rules.pack if mode is None else min(pack_of(mode), rules.pack)
-        own = list(members.items())
-        apart = {id(member) for _, member in own if self._apart(member)}
-        inside = [item for item in own if id(item[1]) not in apart]
+        is_unit = kind is Kind.UNIT
+        apart = [
+            not member.in_memory or (is_unit and (member.retain or member.address is not None))
+            for member in members.values()
+        ]
+        inside = [
+            member.type for member, away in zip(members.values(), apart, strict=True) if not away
+        ]
+        is_computed = layout is None
         if layout is None:
-            layout = self._lay_out([item[1].type for item in inside], pack)
+            layout = self._lay_out(inside, pack)
         super().__init__(
             name,
             layout.size,
@@ -87,11 +93,10 @@ class StructType(IecType[R], Generic[R]):
             comment=comment,
             attributes=attributes,
         )
-        spots = {id(item[1]): spot for item, spot in zip(inside, layout.spots, strict=True)}
-        nowhere = Spot(0)
+        spots = iter(layout.spots)
         self.own_members = tuple(
-            member.placed(attribute, *spots.get(id(member), nowhere), apart=id(member) in apart)
-            for attribute, member in own
+            member.placed(attribute, *(_NOWHERE if away else next(spots)), apart=away)
+            for (attribute, member), away in zip(members.items(), apart, strict=True)
         )
         self.attribute_names = dict(zip(members, self.own_members, strict=True))
         """Own members by the name of their Python attribute."""
@@ -105,6 +110,9 @@ class StructType(IecType[R], Generic[R]):
         self._by_name: dict[str, Variable[Any, Any]] = {
             item.name.lower(): item for item in reversed(self.members)
         }
+        if is_computed and len(self._by_name) < len(self.members):
+            double = next(m for m in self.members if self._by_name[m.name.lower()] is not m)
+            raise DeclarationError(f"{name} has two members named {double.name}")
         self.own_methods = tuple(methods)
         # A method that overrides another has the place of that in the table.
         self._methods: dict[str, Method] = {
@@ -118,11 +126,6 @@ class StructType(IecType[R], Generic[R]):
         self._record = record
         if guid is not None:
             self.guid = guid
-
-    def _apart(self, member: Variable[Any, Any]) -> bool:
-        if not member.in_memory:
-            return True
-        return self.kind is Kind.UNIT and (member.address is not None or member.retain)
 
     def _lay_out(self, types: Sequence[IecType[Any]], pack: int) -> Layout:
         if self.kind is Kind.UNION:
@@ -251,18 +254,6 @@ class StructType(IecType[R], Generic[R]):
     @property
     def expected(self) -> str:
         return f"a {self.name} or a mapping of its members"
-
-
-def _no_name_twice(
-    name: str, base: StructType[Any] | None, members: Mapping[str, Variable[Any, Any]]
-) -> None:
-    names = [member.name for member in base.members] if base else []
-    names += [member.name or attribute for attribute, member in members.items()]
-    seen: set[str] = set()
-    for member_name in names:
-        if member_name.lower() in seen:
-            raise DeclarationError(f"{name} has two members named {member_name}")
-        seen.add(member_name.lower())
 
 
 class RecordMeta(type):

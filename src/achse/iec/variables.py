@@ -135,6 +135,29 @@ class Variable(Generic[G, S]):
     class it is this declaration.
     """
 
+    __slots__ = (
+        "_is_placed",
+        "_pack",
+        "_pack_into",
+        "_shared",
+        "_unpack",
+        "address",
+        "apart",
+        "attributes",
+        "bit",
+        "comment",
+        "constant",
+        "in_memory",
+        "initial",
+        "name",
+        "offset",
+        "persistent",
+        "retain",
+        "section",
+        "start_values",
+        "type",
+    )
+
     def __init__(
         self,
         type: IecType[Any],
@@ -159,6 +182,8 @@ class Variable(Generic[G, S]):
         """What is put over it as soon as memory is laid out."""
         self.name = name
         self.section = section
+        self.in_memory = section is not Section.STATIC
+        """Whether each instance of the record has a value of it (VAR_STAT has one for all)."""
         self.address = Address.parse(at) if isinstance(at, str) and at else at or None
         self.retain = retain
         self.persistent = persistent
@@ -171,6 +196,7 @@ class Variable(Generic[G, S]):
         """Bit in that byte, if the type is BIT."""
         self.apart = False
         """Whether the variable has its own `Place` (`AT`, RETAIN of a unit, VAR_STAT)."""
+        self._is_placed = False
         self._shared: Place | None = None
         if isinstance(type, StringType) and type.unit == 1 and type.coding == "utf-8":
             self.attributes = {**attributes, "TcEncoding": "UTF-8"}
@@ -181,18 +207,22 @@ class Variable(Generic[G, S]):
             self._pack_into = type.codec.pack_into
 
     def placed(self, name: str, offset: int, bit: int | None, *, apart: bool = False) -> Self:
-        """The same declaration under a name at a spot."""
+        """This declaration under a name at a spot: itself the first time, then copies."""
+        own = self.copy() if self._is_placed else self
+        own._is_placed = True
+        own.name = self.name or name
+        own.offset, own.bit, own.apart = offset, bit, apart
+        return own
+
+    def copy(self) -> Self:
+        """The same declaration for another record."""
         copy = object.__new__(type(self))
-        copy.__dict__.update(self.__dict__)
-        copy.name = self.name or name
-        copy.offset, copy.bit, copy.apart = offset, bit, apart
+        for slot in Variable.__slots__:
+            if hasattr(self, slot):
+                setattr(copy, slot, getattr(self, slot))
+        copy._is_placed = False
         copy._shared = None
         return copy
-
-    @property
-    def in_memory(self) -> bool:
-        """Whether each instance of the record has a value of it (VAR_STAT has one for all)."""
-        return self.section is not Section.STATIC
 
     def initial_bytes(self) -> bytes:
         """The bytes the variable starts with. Raises `DeclarationError`."""

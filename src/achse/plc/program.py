@@ -51,7 +51,7 @@ class PlacedUnit:
     `instance` stays the same object for ever; `start` puts it into the state of a first start.
     """
 
-    __slots__ = ("_memory", "_places", "base", "instance", "name", "variables")
+    __slots__ = ("_memory", "_places", "_remanent", "base", "instance", "name", "variables")
 
     def __init__(self, declared: type[Unit], memory: Memory) -> None:
         self.instance: Unit = declared.__new__(declared)
@@ -61,6 +61,8 @@ class PlacedUnit:
         self.base = 0
         """Where in the data area its memory begins."""
         self._places: dict[str, Place] = {}
+        self._remanent: dict[IecType[Any], list[tuple[int, int]]] = {}
+        """The retain and persistent parts of each type met, while memory is found."""
 
     def place_fixed(self) -> None:
         """Take the memory of the variables at complete addresses. Raises DeclarationError."""
@@ -101,6 +103,7 @@ class PlacedUnit:
             else:
                 self._note(variable, Area.DATA, self.base + variable.offset, variable.bit)
         self.variables.sort(key=lambda placed: placed.name.lower())
+        self._remanent.clear()
 
     def _set_apart(
         self, variable: Variable[Any, Any], area: Area, offset: int, bit: int | None
@@ -117,11 +120,14 @@ class PlacedUnit:
             region.write(offset, initial)
         else:
             region.write_bits(offset * 8 + bit, initial)
+        type = variable.type
         if variable.retain or variable.persistent:
-            region.keep(offset, variable.type.size)
-        elif variable.type.is_view:
-            for start, size in _remanent_parts(variable.type, offset):
-                region.keep(start, size)
+            region.keep(offset, type.size)
+        elif type.is_view:
+            if type not in self._remanent:
+                self._remanent[type] = list(_remanent_parts(type))
+            for start, size in self._remanent[type]:
+                region.keep(offset + start, size)
 
     def _refusal(self, variable: Variable[Any, Any], failure: Exception) -> DeclarationError:
         at = f" AT {variable.address}" if variable.address else ""
@@ -203,7 +209,7 @@ def _annotations(cls: type) -> Iterator[tuple[str, type | str]]:
                     yield name, wanted
 
 
-def _remanent_parts(type: IecType[Any], offset: int) -> Iterator[tuple[int, int]]:
+def _remanent_parts(type: IecType[Any], offset: int = 0) -> Iterator[tuple[int, int]]:
     """Offset and size of the retain and persistent members inside a variable."""
     type = resolved(type)
     if isinstance(type, StructType):
@@ -212,6 +218,6 @@ def _remanent_parts(type: IecType[Any], offset: int) -> Iterator[tuple[int, int]
                 yield offset + member.offset, member.type.size
             else:
                 yield from _remanent_parts(member.type, offset + member.offset)
-    elif isinstance(type, ArrayType) and any(_remanent_parts(type.element, 0)):
+    elif isinstance(type, ArrayType) and any(_remanent_parts(type.element)):
         for index in range(type.count):
             yield from _remanent_parts(type.element, offset + index * type.element.size)

@@ -45,7 +45,7 @@ def symbol_file(plc: PlcRuntime, name: str = "") -> SymbolFile:
 
 def _declared(placed: PlacedVariable) -> Variable[object, object]:
     variable = placed.variable
-    own: Variable[object, object] = variable.placed(placed.name, 0, None)
+    own: Variable[object, object] = variable.copy()
     own.name = placed.name
     own.address = Address(
         _LETTERS[placed.area], "" if placed.bit is None else "X", placed.offset, placed.bit

@@ -40,12 +40,16 @@ T = TypeVar("T")
 @contextmanager
 def collection_paused() -> Iterator[None]:
     """Meanwhile Python looks for no cycles of garbage: with 100,000 variables in the making, all
-    of them kept, that search takes as long as the rest."""
+    of them kept, that search takes as long as the rest. Afterwards they count as old, so that the
+    next search does not begin with them."""
     was_on = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
+        if not gc.get_freeze_count():
+            gc.freeze()
+            gc.unfreeze()
         if was_on:
             gc.enable()
 

@@ -213,7 +213,7 @@ def test_units(
     method = Method("m", ("PUBLIC",), tree.NamedType("INT"), variables, body, note)
     units = (
         Program("P", (), variables, (), body, note),
-        FunctionBlock("F", (), None, (), variables, (method,), body, note),
+        FunctionBlock("F", (), variables, (method,), body, note),
     )
     assert parse(print_units(units)).check().units == units
 

@@ -158,8 +158,12 @@ class _Root(NamedTuple):
     placed: PlacedVariable
     context: int
     unit: Record | None
-    steps: tuple[Step, ...]
-    """The way to it in the unit."""
+    is_whole: bool = False
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The way to it in the unit."""
+        return () if self.is_whole else (Member(self.placed.variable.name),)
 
 
 def _whole(unit: PlacedUnit) -> PlacedVariable:
@@ -184,17 +188,15 @@ class PlcSymbols:
         plc = self.plc
         numbers = {task: number for number, task in enumerate(plc.tasks, 1)}
         self._roots = {
-            fold(placed.name): _Root(
-                placed, context, unit.instance, (Member(placed.variable.name),)
-            )
+            fold(placed.name): _Root(placed, context, unit.instance)
             for unit in plc.units
             for context in (numbers[plc.task_of(unit)],)
             for placed in unit.variables
         }
         for placed in plc.statics:
-            self._roots.setdefault(fold(placed.name), _Root(placed, 1, None, ()))
+            self._roots.setdefault(fold(placed.name), _Root(placed, 1, None))
         self._units = {
-            fold(unit.name): _Root(_whole(unit), numbers[plc.task_of(unit)], unit.instance, ())
+            fold(unit.name): _Root(_whole(unit), numbers[plc.task_of(unit)], unit.instance, True)
             for unit in plc.units
             if (iec := type(unit.instance).__iec__).methods or iec.properties
         }
@@ -255,7 +257,8 @@ class PlcSymbols:
     def _part(
         self, root: "_Root", rest: str, steps: tuple[Step, ...], location: Location
     ) -> PlcSymbol:
-        placed, context, unit, first = root
+        placed, context, unit, _ = root
+        first = root.steps
         call = None
         if location.method is not None and unit is not None:
             call = caller(unit, (*first, *steps[:-1]), location.method)

@@ -36,6 +36,7 @@ from achse.iec.st.words import BLOCK_WORDS, MODIFIERS, QUALIFIERS, SECTIONS
 __all__ = ["DeclarationParser"]
 
 _IN_STATEMENTS = frozenset((":=", "(", "^", "["))
+_IN_TYPE_NAMES = frozenset((".", "<", "("))
 _MEMBER_ENDS = frozenset(("END_STRUCT", "END_UNION"))
 
 
@@ -49,6 +50,9 @@ class DeclarationParser(StatementParser):
         position = self.position
         kind = self.kinds[position]
         if kind == NAME:
+            if self.kinds[position + 1] not in _IN_TYPE_NAMES:
+                self.position = position + 1
+                return NamedType(self.words[position], (), self.starts[position])
             named = self.type_name()
             if self.kinds[self.position] == "(":
                 return self._subrange(named)
@@ -283,16 +287,19 @@ class DeclarationParser(StatementParser):
         names = [Name(self.words[first], self.starts[first])]
         self.position = first + 1
         kind = kinds[first + 1]
-        if kind == ".":
-            self.position = first
-            names = [self.path()]
-        while self.take(","):
-            names.append(self.name())
         address = None
-        if self.take("AT"):
-            at = self.expect("address", "an address like %IX0.3 or %Q*")
-            address = Address(self.words[self.position - 1], at)
-        self.expect(":", "':'" if address else "',', AT or ':'")
+        if kind == ":":
+            self.position = first + 2
+        else:
+            if kind == ".":
+                self.position = first
+                names = [self.path()]
+            while self.take(","):
+                names.append(self.name())
+            if self.take("AT"):
+                at = self.expect("address", "an address like %IX0.3 or %Q*")
+                address = Address(self.words[self.position - 1], at)
+            self.expect(":", "':'" if address else "',', AT or ':'")
         spec = self.type_spec()
         arguments: tuple[Argument, ...] | ArrayInitial = ()
         initial: Initial | None = None
@@ -311,7 +318,10 @@ class DeclarationParser(StatementParser):
             self.position += 2
             initial = self.expression()
             is_reference = True
-        self.expect_end(";", "';'" if initial is not None else "':=' or ';'")
+        if kinds[self.position] == ";":
+            self.position += 1
+        else:
+            self.expect_end(";", "';'" if initial is not None else "':=' or ';'")
         last = self.position - 1
         if self.starts[last] in self.tokens.after or self.starts[first] in self.tokens.before:
             note = self.note(first, last)

@@ -1,6 +1,7 @@
 """What a literal says: its type, if it names one, and its value."""
 
 import re
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 from achse.iec.elementary import BOOL, RealType
@@ -57,6 +58,7 @@ def malformed(text: str) -> str:
     return ""
 
 
+@lru_cache(4096)
 def literal_value(text: str) -> LiteralValue:
     """The value of a literal as written in Structured Text. Raises `IecValueError`."""
     if text[0] in "'\"":

@@ -8,7 +8,16 @@ from achse.iec.st.cursor import Unexpected
 from achse.iec.st.declarations import DeclarationParser
 from achse.iec.st.lexer import END, NAME, Defines
 from achse.iec.st.source import Fault, Source, SourceError
-from achse.iec.st.tree import NO_NOTE, Expression, NamedType, Statements, TypeSpec, VarBlock
+from achse.iec.st.tree import (
+    NO_NOTE,
+    Expression,
+    Name,
+    NamedType,
+    Note,
+    Statements,
+    TypeSpec,
+    VarBlock,
+)
 from achse.iec.st.units import (
     Accessor,
     Action,
@@ -176,11 +185,7 @@ class Parser(DeclarationParser):
 
     def function_block(self, whole: bool = True) -> FunctionBlock:
         """A function block; only its head and variables if it is not `whole`."""
-        first = self.position
-        self.expect("FUNCTION_BLOCK")
-        modifiers = self.modifiers()
-        name = self.name()
-        note = self.note(first, self.position - 1)
+        modifiers, name, note = self._opening("FUNCTION_BLOCK")
         generic = self.var_blocks(("VAR_GENERIC",))
         extends = self.type_name() if self.take("EXTENDS") else None
         implements = self._type_names() if self.take("IMPLEMENTS") else ()
@@ -188,16 +193,12 @@ class Parser(DeclarationParser):
         blocks = generic + self.var_blocks()
         parts, body = self._inside("END_FUNCTION_BLOCK") if whole else ((), ())
         return FunctionBlock(
-            name.name, modifiers, extends, implements, blocks, parts, body, note, name.at
+            name.name, modifiers, blocks, parts, body, note, name.at, extends, implements
         )
 
     def program(self, whole: bool = True) -> Program:
         """A program; only its head and variables if it is not `whole`."""
-        first = self.position
-        self.expect("PROGRAM")
-        modifiers = self.modifiers()
-        name = self.name()
-        note = self.note(first, self.position - 1)
+        modifiers, name, note = self._opening("PROGRAM")
         self.take(";")
         blocks = self.var_blocks()
         parts, body = self._inside("END_PROGRAM") if whole else ((), ())
@@ -205,11 +206,7 @@ class Parser(DeclarationParser):
 
     def function(self, whole: bool = True) -> Function:
         """A function; only its head and variables if it is not `whole`."""
-        first = self.position
-        self.expect("FUNCTION")
-        modifiers = self.modifiers()
-        name = self.name()
-        note = self.note(first, self.position - 1)
+        modifiers, name, note = self._opening("FUNCTION")
         returns = self._returns()
         self.take(";")
         blocks = self.var_blocks()
@@ -218,11 +215,7 @@ class Parser(DeclarationParser):
 
     def interface(self, whole: bool = True) -> Interface:
         """An interface; only its head if it is not `whole`."""
-        first = self.position
-        self.expect("INTERFACE")
-        modifiers = self.modifiers()
-        name = self.name()
-        note = self.note(first, self.position - 1)
+        modifiers, name, note = self._opening("INTERFACE")
         extends = self._type_names() if self.take("EXTENDS") else ()
         self.take(";")
         parts: tuple[Part, ...] = ()
@@ -230,6 +223,14 @@ class Parser(DeclarationParser):
             parts = tuple(self._parts())
             self._end("END_INTERFACE", "METHOD, PROPERTY or END_INTERFACE")
         return Interface(name.name, modifiers, extends, parts, note, name.at)
+
+    def _opening(self, word: str) -> tuple[tuple[str, ...], Name, Note]:
+        """What every unit and part begins with: its modifiers, name and note."""
+        first = self.position
+        self.expect(word)
+        modifiers = self.modifiers()
+        name = self.name()
+        return modifiers, name, self.note(first, self.position - 1)
 
     def _type_names(self) -> tuple[NamedType, ...]:
         names = [self.type_name()]
@@ -291,11 +292,7 @@ class Parser(DeclarationParser):
 
     def method(self, whole: bool = True) -> Method:
         """A method; only its head and variables if it is not `whole`."""
-        first = self.position
-        self.expect("METHOD")
-        modifiers = self.modifiers()
-        name = self.name()
-        note = self.note(first, self.position - 1)
+        modifiers, name, note = self._opening("METHOD")
         returns = self._returns()
         self.take(";")
         blocks = self.var_blocks()
@@ -304,11 +301,7 @@ class Parser(DeclarationParser):
 
     def property(self, whole: bool = True) -> Property:
         """A property; only its head if it is not `whole`."""
-        first = self.position
-        self.expect("PROPERTY")
-        modifiers = self.modifiers()
-        name = self.name()
-        note = self.note(first, self.position - 1)
+        modifiers, name, note = self._opening("PROPERTY")
         self.expect(":")
         type = self.type_spec()
         self.take(";")

@@ -90,6 +90,9 @@ class Resolver(Scopes):
         self._pointers: list[tuple[PointerType, Scope, int]] = []
         self._instances: dict[str, Entry] = {}
         self.unknown_types: set[str] = set()
+        self._known: dict[tuple[str, str], IecType[Any]] = {}
+        """Types found already, by name and the name space it was seen from."""
+        self._strings: dict[tuple[str, int], IecType[Any]] = {}
         self._arrays: dict[tuple[object, ...], IecType[Any]] = {}
         self._inner: dict[tuple[int, str], IecType[Any]] = {}
 
@@ -110,8 +113,10 @@ class Resolver(Scopes):
                 return self._named(spec, scope)
             case StringOf(family, length):
                 count = 80 if length is None else self.integer(length, scope, "a length")
-                make = STRING if family == "STRING" else WSTRING
-                return self._sized(lambda: make(count), spec.at)
+                if (family, count) not in self._strings:
+                    make = STRING if family == "STRING" else WSTRING
+                    self._strings[family, count] = self._sized(lambda: make(count), spec.at)
+                return self._strings[family, count]
             case ArrayOf():
                 bounds = self._bounds(spec, scope)
                 element = self.type_of(spec.element, scope, hint)
@@ -150,6 +155,15 @@ class Resolver(Scopes):
         return self.integer(part.low, scope, what), self.integer(part.high, scope, what)
 
     def _named(self, spec: NamedType, scope: Scope) -> IecType[Any]:
+        if spec.generics:
+            return self._found(spec, scope)
+        key = (spec.name, scope.space)
+        known = self._known.get(key)
+        if known is None:
+            known = self._known[key] = self._found(spec, scope)
+        return known
+
+    def _found(self, spec: NamedType, scope: Scope) -> IecType[Any]:
         entry = self.find(spec.name, scope.space)
         if entry is None or (entry.is_library and spec.name.lower() in self._types):
             found = self.given_type(spec.name)
@@ -455,22 +469,22 @@ class Resolver(Scopes):
     ) -> list[tuple[Variable[Any, Any], int]]:
         hint = f"{scope.owner}.{tree.names[0].name}"
         attributes = attributes_of(tree.note)
+        qualifiers = block.qualifiers
         type = self._variable_type(block, tree, scope, hint)
-        if attributes.get("TcEncoding", "").upper() == "UTF-8":
+        if attributes and attributes.get("TcEncoding", "").upper() == "UTF-8":
             type = with_coding(type, "utf-8")
         initial, start_values = self._initial(type, tree, scope)
         found = []
         for item in tree.names:
-            name = f"{scope.owner}.{item.name}"
             variable: Variable[Any, Any] = Variable(
                 type,
                 initial,
                 name=item.name,
                 section=_SECTIONS.get(block.section, Section.LOCAL),
-                at=self.address_of(name, tree.address) or "",
-                retain="RETAIN" in block.qualifiers,
-                persistent="PERSISTENT" in block.qualifiers,
-                constant="CONSTANT" in block.qualifiers,
+                at=self.address_of(f"{scope.owner}.{item.name}", tree.address) or "",
+                retain="RETAIN" in qualifiers,
+                persistent="PERSISTENT" in qualifiers,
+                constant="CONSTANT" in qualifiers,
                 comment=tree.note.comment,
                 attributes=attributes,
                 start_values=start_values,
@@ -480,8 +494,10 @@ class Resolver(Scopes):
 
     def _initial(
         self, type: IecType[Any], tree: Declaration, scope: Scope
-    ) -> tuple[object, list[StartValue]]:
+    ) -> tuple[object, Sequence[StartValue]]:
         """The initial value of a variable, and what belongs over it when memory is laid out."""
+        if tree.initial is None and not tree.arguments:
+            return None, ()
         initial: object = None
         left: list[Left] = []
         if tree.initial is not None and not tree.is_reference:

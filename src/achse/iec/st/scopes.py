@@ -17,6 +17,7 @@ from achse.iec.st.tree import (
     Declaration,
     EnumOf,
     Expression,
+    Literal,
     NamedType,
     Note,
     StructInitial,
@@ -249,6 +250,8 @@ class Scopes:
 
     def integer(self, tree: Expression, scope: Scope, what: str) -> int:
         """The whole number that an expression is. Raises `Unexpected`, `Failed`."""
+        if isinstance(tree, Literal) and tree.text.isdecimal() and len(tree.text) < 20:
+            return int(tree.text)
         return self.evaluator(scope).integer(tree, what, tree.at)
 
     def _lookup(self, path: Path, at: int, scope: Scope) -> Constant:

@@ -1,9 +1,8 @@
 """The syntax tree of Structured Text: the units that a source consists of."""
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
-from achse.iec.st.tree import Initial, NamedType, Note, Statements, TypeSpec, VarBlock, place
+from achse.iec.st.tree import Initial, NamedType, Note, Statements, TypeSpec, VarBlock, node, place
 
 __all__ = [
     "Accessor",
@@ -23,7 +22,7 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, slots=True)
+@node
 class TypeDeclaration:
     """`TYPE name EXTENDS base : type := initial; END_TYPE`."""
 
@@ -36,7 +35,7 @@ class TypeDeclaration:
     at: int = place()
 
 
-@dataclass(frozen=True, slots=True)
+@node
 class GlobalList:
     """The VAR_GLOBAL blocks of a file; `name` is that of the file."""
 
@@ -50,7 +49,7 @@ Body: TypeAlias = Statements | None
 """None is a body in another language (FBD, LD, SFC, CFC)."""
 
 
-@dataclass(frozen=True, slots=True)
+@node
 class Action:
     """`ACTION name: body END_ACTION`."""
 
@@ -60,9 +59,9 @@ class Action:
     at: int = place()
 
 
-@dataclass(frozen=True, slots=True)
-class Method:
-    """`METHOD PUBLIC name : type … END_METHOD`."""
+@node
+class _Routine:
+    """What is called and keeps no memory from one call to the next."""
 
     name: str
     modifiers: tuple[str, ...]
@@ -74,7 +73,12 @@ class Method:
     at: int = place()
 
 
-@dataclass(frozen=True, slots=True)
+@node
+class Method(_Routine):
+    """`METHOD PUBLIC name : type … END_METHOD`."""
+
+
+@node
 class Accessor:
     """`GET … END_GET` or `SET … END_SET` of a property."""
 
@@ -85,7 +89,7 @@ class Accessor:
     at: int = place()
 
 
-@dataclass(frozen=True, slots=True)
+@node
 class Property:
     """`PROPERTY PUBLIC name : type … END_PROPERTY`."""
 
@@ -101,48 +105,38 @@ class Property:
 Part: TypeAlias = Method | Property | Action
 
 
-@dataclass(frozen=True, slots=True)
-class Function:
+@node
+class Function(_Routine):
     """`FUNCTION name : type … END_FUNCTION`."""
 
+
+@node
+class _Block:
+    """What keeps its variables, and has parts."""
+
     name: str
     modifiers: tuple[str, ...]
-    returns: TypeSpec | None
     blocks: tuple[VarBlock, ...]
+    parts: tuple[Part, ...]
     body: Body
     note: Note
     at: int = place()
 
 
-@dataclass(frozen=True, slots=True)
-class FunctionBlock:
+@node
+class FunctionBlock(_Block):
     """`FUNCTION_BLOCK ABSTRACT name EXTENDS base IMPLEMENTS interfaces … END_FUNCTION_BLOCK`."""
 
-    name: str
-    modifiers: tuple[str, ...]
-    extends: NamedType | None
-    implements: tuple[NamedType, ...]
-    blocks: tuple[VarBlock, ...]
-    parts: tuple[Part, ...]
-    body: Body
-    note: Note
-    at: int = place()
+    extends: NamedType | None = None
+    implements: tuple[NamedType, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Program:
+@node
+class Program(_Block):
     """`PROGRAM name … END_PROGRAM`."""
 
-    name: str
-    modifiers: tuple[str, ...]
-    blocks: tuple[VarBlock, ...]
-    parts: tuple[Part, ...]
-    body: Body
-    note: Note
-    at: int = place()
 
-
-@dataclass(frozen=True, slots=True)
+@node
 class Interface:
     """`INTERFACE name EXTENDS bases … END_INTERFACE`."""
 
@@ -154,7 +148,7 @@ class Interface:
     at: int = place()
 
 
-@dataclass(frozen=True, slots=True)
+@node
 class Namespace:
     """`NAMESPACE name … END_NAMESPACE`."""
 

@@ -182,7 +182,7 @@ def _unit(items: Sequence[FileVariable]) -> type[Unit]:
     members: dict[str, Variable[Any, Any]] = {}
     for item in items:
         member = item.name.partition(".")[2]
-        copy = item.declared.placed(member, 0, None)
+        copy = item.declared.copy()
         copy.name = member
         members.setdefault(fold(member), copy)
     kind = GlobalVariables if any(item.is_global for item in items) else Program
