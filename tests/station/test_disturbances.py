@@ -274,13 +274,13 @@ async def test_links_refused_from_the_start_and_twice_are_taken_again_in_the_end
     async with station.running("127.0.0.1", 0, speed=0) as running:
         limits = []
         for _ in range(3):
-            limits.append((running.listener.max_connections, running.listener.strict))
+            limits.append((running.listener.accepting, running.listener.strict))
             station.advance(0.6)
             station.faults.add("refuse_links", lasting=0.3)
-        assert limits == [(0, True)] * 3
+        assert limits == [(False, True)] * 3
         station.advance(0.4)
         station.faults.clear()
-        assert (running.listener.max_connections, running.listener.strict) == (4096, False)
+        assert (running.listener.accepting, running.listener.strict) == (True, False)
 
 
 def test_the_way_to_clear_faults_is_spared(station: Station) -> None:

@@ -148,7 +148,7 @@ class Disturbances:
         kinds = {each.fault.kind for each in self._standing}
         for listener in station.listeners:
             listener.strict = router.strict or "one_connection" in kinds
-            listener.max_connections = 0 if "refuse_links" in kinds else router.max_connections
+            listener.accepting = "refuse_links" not in kinds
         for port, plc in station.plcs.items():
             factors = [each.fault.factor or 2 for each in self._standing if port in each.plcs]
             for task in plc.tasks:

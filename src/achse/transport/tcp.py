@@ -28,6 +28,7 @@ from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.codes import ReturnCode
 from achse.router import Router
 from achse.router.routes import Admission
+from achse.transport.refusal import NO_ROOM, Refusals
 
 __all__ = ["DEFAULT_MAX_HELD", "TCP_PORT", "ConnectionOwner", "TcpConnection", "TcpListener"]
 
@@ -414,6 +415,13 @@ class TcpConnection(asyncio.Protocol):
         self.warn(reason, *details)
         self.close()
 
+    def give_up(self) -> asyncio.Transport:
+        """The transport, for somebody else to use: nothing more comes or goes here."""
+        transport, self._transport = self._transport, None
+        assert transport is not None
+        self._leave()
+        return transport
+
     def abort(self) -> None:
         """Close at once; what waits for the peer is lost."""
         self._leave()
@@ -441,7 +449,8 @@ class TcpListener:
     - `max_backlog`: bytes that may wait for a peer that does not read.
     - `max_held`: bytes that may wait on all connections together, packets that lack their end
       included; beyond, the connection with the most of them is closed.
-    - `max_connections`: further ones are closed at once.
+    - `max_connections`: the first request on a further one is answered with 0x508, then it is
+      closed.
     """
 
     def __init__(
@@ -464,8 +473,10 @@ class TcpListener:
         self.max_backlog = max_backlog
         self.max_held = max_held
         self.max_connections = max_connections
+        self.accepting = True
+        """False: every new connection is closed at once."""
         self.refused = 0
-        """Connections closed at once because `max_connections` were open."""
+        """Connections that were not taken: `max_connections` were open, or none was wanted."""
         self.cut_off = 0
         """Connections closed because their peer did not read, or left packets unfinished."""
         self.host = ""
@@ -473,6 +484,9 @@ class TcpListener:
         self.connections: set[TcpConnection] = set()
         self.loop: asyncio.AbstractEventLoop
         self._server: asyncio.Server | None = None
+        self._refusals = Refusals()
+        self._full = False
+        """True from the first refusal until a tenth of the connections is free again."""
         self._last_closed = asyncio.Event()
 
     async def open(self, host: str = "127.0.0.1", port: int = TCP_PORT) -> None:
@@ -490,6 +504,7 @@ class TcpListener:
         if server is None:
             return
         server.close()
+        self._refusals.close()
         for connection in list(self.connections):
             connection.close()
         await asyncio.sleep(0)
@@ -509,10 +524,8 @@ class TcpListener:
         if self._server is None:
             connection.abort()
             return
-        if len(self.connections) >= self.max_connections:
-            connection.warn("%d connections are open", len(self.connections))
-            self.refused += 1
-            connection.abort()
+        if not self.accepting or len(self.connections) >= self.max_connections:
+            self._refuse(connection)
             return
         if self.strict:
             for other in list(self.connections):
@@ -521,9 +534,27 @@ class TcpListener:
                     other.close()
         self.connections.add(connection)
 
+    def _refuse(self, connection: TcpConnection) -> None:
+        """Turn a connection away; the log is told once, until there is room again."""
+        self.refused += 1
+        if not self.accepting:
+            connection.warn("no connections are taken now")
+            connection.abort()
+            return
+        if not self._full:
+            self._full = True
+            log.warning(
+                "no room for %s: refused with 0x%X %s, as whoever comes until some have left;"
+                " [router] max_connections is %d",
+                *(connection.peer, NO_ROOM.number, NO_ROOM.name, self.max_connections),
+                extra={"client": "", "peer": connection.peer},
+            )
+        self._refusals.add(connection.give_up(), self.loop)
+
     def closed(self, connection: TcpConnection) -> None:
         """A connection went down."""
         self.connections.discard(connection)
+        self._full = self._full and len(self.connections) > 0.9 * self.max_connections
         self.cut_off += connection.cut_off
         if not self.connections:
             self._last_closed.set()
