@@ -179,7 +179,7 @@ class Player:
                 commands.universal_start, StartType.RELATIVE,
                 forth * way * dice.uniform(0.1, 1.0), velocity, *self.dynamics(),
                 dice.randrange(18, 22),
-                dice.choice([0.0, 0.0, target - forth * way * dice.random()]),
+                dice.choice([None, None, target - forth * way * dice.random()]),
                 dice.choice([0.0, 0.0, velocity * dice.random()]),
                 dice.choice([0.0, 0.0, 0.0, velocity * dice.uniform(0.2, 1.0)]),
             )  # fmt: skip

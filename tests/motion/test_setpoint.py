@@ -398,22 +398,36 @@ def test_a_segment_end_velocity_leads_on_beyond_the_target(rig: Any) -> None:
     assert min(v for p, v, _ in samples if 200.0 < p < 550.0) >= 50.0 * (1.0 - 1e-9)
 
 
-def test_the_next_command_begins_at_the_blending_position(rig: Any) -> None:
+@pytest.mark.parametrize("border", [200.0, 0.0])
+def test_the_next_command_begins_at_the_blending_position(rig: Any, border: float) -> None:
     axis = rig.axis
-    commands.universal_start(axis, 1, 300.0, 100.0)
+    commands.set_actual_position(axis, 1, border - 200.0)
+    commands.universal_start(axis, 1, border + 100.0, 100.0)
     number = axis.command_counter
     code = commands.universal_start(
-        axis, 2, 100.0, V, buffer_mode=BufferMode.BLENDING_NEXT, blending_position=200.0
+        axis, 2, 100.0, V, buffer_mode=BufferMode.BLENDING_NEXT, blending_position=border
     )
     assert code == 0
     samples = rig.trace(0)
     while axis.set_command_number == number:
         samples += rig.trace(1)[1:]
-    assert 0.0 <= axis.set_position - 200.0 <= V * DT
+    assert 0.0 <= axis.set_position - border <= V * DT
     samples += rig.trace(2000)[1:]
-    assert samples[-1] == (400.0, 0.0, 0.0)  # counted from the target, not from the border
-    assert crossing_velocity(samples, 200.0) == pytest.approx(V, rel=1e-4)
+    assert samples[-1] == (border + 200.0, 0.0, 0.0)  # counted from the target
+    assert crossing_velocity(samples, border) == pytest.approx(V, rel=1e-4)
     assert_smooth(samples, V, A, J)
+
+
+def test_a_blending_position_that_comes_to_lie_at_0_is_still_one(rig: Any) -> None:
+    axis = rig.axis
+    commands.universal_start(axis, 1, 300.0, 100.0)
+    number = axis.command_counter
+    mode = BufferMode.BLENDING_NEXT
+    commands.universal_start(axis, 1, 400.0, V, buffer_mode=mode, blending_position=200.0)
+    rig.seconds(0.5)
+    assert commands.set_actual_position_on_the_fly(axis, 2, 0, -200.0) == 0
+    rig.until(lambda ax: ax.set_command_number != number)
+    assert 0.0 <= axis.set_position <= V * DT
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5])

@@ -401,8 +401,7 @@ def displace(ax: AxisFields, way: float) -> None:
         i = (ax.buffer_first + n) % COMMAND_BUFFER
         if ax.buffer_start_type[i] == _ABSOLUTE:
             ax.buffer_position[i] += way
-        if ax.buffer_blending_position[i] != 0.0:
-            ax.buffer_blending_position[i] += way
+        ax.buffer_blending_position[i] += way
     ax.set_position += way
     ax.target_position += way
     ax.segment_position += way

@@ -8,13 +8,13 @@ No border is passed faster than the commands behind it can brake.
 Kernel source, in the language of `achse.kernel`.
 """
 
-from math import floor
+from math import floor, inf
 
 from achse.motion.ramps import highest_velocity
 from achse.motion.record import COMMAND_BUFFER, AxisFields
 from achse.motion.states import BufferMode, StartType
 
-__all__ = ["look_ahead", "modulo_part", "overrun", "resolve_target"]
+__all__ = ["NOWHERE", "look_ahead", "modulo_part", "overrun", "resolve_target"]
 
 _RELATIVE = StartType.RELATIVE.value
 _ENDLESS_POSITIVE = StartType.ENDLESS_POSITIVE.value
@@ -29,6 +29,9 @@ _BLENDING_LOW = BufferMode.BLENDING_LOW.value
 _BLENDING_PREVIOUS = BufferMode.BLENDING_PREVIOUS.value
 _BLENDING_NEXT = BufferMode.BLENDING_NEXT.value
 _BLENDING_HIGH = BufferMode.BLENDING_HIGH.value
+
+NOWHERE = inf
+"""The blending position of a command that has none."""
 
 _FAR = 1e15
 """Way of an endless command: farther than any axis goes."""
@@ -114,11 +117,7 @@ def look_ahead(ax: AxisFields) -> None:
     for n in range(count):
         i = (ax.buffer_first + n) % COMMAND_BUFFER
         blending = ax.buffer_blending_position[i]
-        if (
-            blending != 0.0
-            and (blending - here) * direction > 0.0
-            and (border - blending) * direction > 0.0
-        ):
+        if (blending - here) * direction > 0.0 and (border - blending) * direction > 0.0:
             border = blending
         if n == 0:
             ax.border_position = border

@@ -101,7 +101,7 @@ def test_on_the_fly_the_motion_goes_on_undisturbed(make: Any, kind: int, value: 
 def test_on_the_fly_what_waits_goes_on_undisturbed(rig: Any, make_rig: Any) -> None:
     other = make_rig()
     for chain in (rig, other):
-        for target, blending in ((100.0, 0.0), (200.0, 90.0), (150.0, 0.0)):
+        for target, blending in ((100.0, None), (200.0, 90.0), (150.0, None)):
             mode = 20 if target > 150.0 else 1
             code = commands.universal_start(chain.axis, 1, target, V, 0.0, 0.0, 0.0, mode, blending)
             assert code == 0

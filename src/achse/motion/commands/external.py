@@ -68,7 +68,7 @@ def stop_external_setpoint_endless(
     deceleration: float = 0.0,
     jerk: float = 0.0,
     buffer_mode: int = BufferMode.ABORTING,
-    blending_position: float = 0.0,
+    blending_position: float | None = None,
     segment_start_velocity: float = 0.0,
     segment_end_velocity: float = 0.0,
 ) -> int:

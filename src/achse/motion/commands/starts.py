@@ -28,7 +28,7 @@ from achse.motion.commands.stops import halt
 from achse.motion.record import COMMAND_BUFFER
 from achse.motion.setpoint import absorb, begin_job
 from achse.motion.states import AxisType, BufferMode, MotionPhase, StartType
-from achse.motion.targets import look_ahead, resolve_target
+from achse.motion.targets import NOWHERE, look_ahead, resolve_target
 
 __all__ = ["start", "universal_start"]
 
@@ -78,7 +78,7 @@ def universal_start(
     deceleration: float = 0.0,
     jerk: float = 0.0,
     buffer_mode: int = BufferMode.ABORTING,
-    blending_position: float = 0.0,
+    blending_position: float | None = None,
     segment_start_velocity: float = 0.0,
     segment_end_velocity: float = 0.0,
 ) -> int:
@@ -89,7 +89,7 @@ def universal_start(
 
     A blended border, the target of the command before, is passed at the velocity that the buffer
     mode names; the command before reaches it by then, and if it comes too late or the way is too
-    short, as nearly as can be. `blending_position` puts the border before that target (0: at it),
+    short, as nearly as can be. `blending_position` puts the border before that target (else at it),
     `segment_start_velocity` names its velocity. With a `segment_end_velocity` the axis does not
     stop at its own target but goes on at that velocity, until a further command takes over there.
     Both velocities are 0 … `velocity` (0x4286), 0 being not given.
@@ -160,10 +160,13 @@ def universal_start(
         if direction != direction_before:
             return NcError.COMMAND_OTHER_DIRECTION.number
         way = abs(begin - before)
-        if blending_position and not 0.0 <= (begin - blending_position) * direction <= way:
+        if (
+            blending_position is not None
+            and not 0.0 <= (begin - blending_position) * direction <= way
+        ):
             return NcError.ACTIVATION_POSITION_NOT_ON_WAY.number
     else:
-        blending_position = 0.0
+        blending_position = None
     _wait(
         axis,
         start_type,
@@ -173,7 +176,7 @@ def universal_start(
         acceleration=acceleration,
         deceleration=deceleration,
         jerk=jerk,
-        blending_position=blending_position,
+        blending_position=NOWHERE if blending_position is None else blending_position,
         start_velocity=segment_start_velocity,
         end_velocity=segment_end_velocity,
     )
@@ -182,9 +185,9 @@ def universal_start(
 
 
 def _why_not_segment(
-    velocity: float, blending_position: float, start_velocity: float, end_velocity: float
+    velocity: float, blending_position: float | None, start_velocity: float, end_velocity: float
 ) -> int:
-    if not isfinite(blending_position):
+    if blending_position is not None and not isfinite(blending_position):
         return NcError.START_AXIS_DATA.number
     if not (0.0 <= start_velocity <= velocity and 0.0 <= end_velocity <= velocity):
         return NcError.VELOCITY_NOT_PERMITTED.number
@@ -200,9 +203,7 @@ def _halt_later(axis: Axis, acceleration: float, deceleration: float, jerk: floa
         return NcError.GROUP_BUSY.number
     if axis.buffer_count == COMMAND_BUFFER:
         return NcError.COMMAND_BUFFER_FULL.number
-    nothing = dict.fromkeys(
-        ("position", "velocity", "blending_position", "start_velocity", "end_velocity"), 0.0
-    )
+    nothing = dict.fromkeys(("position", "velocity", "start_velocity", "end_velocity"), 0.0)
     _wait(
         axis,
         StartType.HALT,
@@ -210,6 +211,7 @@ def _halt_later(axis: Axis, acceleration: float, deceleration: float, jerk: floa
         acceleration=acceleration,
         deceleration=deceleration,
         jerk=jerk,
+        blending_position=NOWHERE,
         **nothing,
     )
     show_accepted(axis)

@@ -83,7 +83,7 @@ class SetpointInternal(Memory):
     buffer_deceleration: list[float] = reals(COMMAND_BUFFER, "mm/s²", "deceleration")
     buffer_jerk: list[float] = reals(COMMAND_BUFFER, "mm/s³", "jerk")
     buffer_blending_position: list[float] = reals(
-        COMMAND_BUFFER, "mm", "where it takes over; 0 = at the target before it"
+        COMMAND_BUFFER, "mm", "where it takes over; infinite = at the target before it"
     )
     buffer_start_velocity: list[float] = reals(
         COMMAND_BUFFER, "mm/s", "segment start velocity; 0 = that of the mode"

@@ -1,5 +1,7 @@
 """External set points, 0x4200 + ID (002 §6.4.4.3)."""
 
+from typing import Any
+
 from achse.devices.nc.functions.calling import function, numbered
 from achse.devices.nc.functions.starts import UNIVERSAL_START
 from achse.devices.nc.layouts import NO_DATA
@@ -9,10 +11,9 @@ from achse.server import READ_WRITE, Layout, Service
 __all__ = ["EXTERNAL"]
 
 
-def _stop_endless(axis: Axis, arguments: tuple[float, ...]) -> tuple[int, int]:
+def _stop_endless(axis: Axis, arguments: Any) -> tuple[int, int]:
     start_type, _, *others = arguments
-    call = commands.stop_external_setpoint_endless
-    return numbered(axis, call(axis, int(start_type), *others))  # type: ignore[arg-type]
+    return numbered(axis, commands.stop_external_setpoint_endless(axis, start_type, *others))
 
 
 EXTERNAL = (

@@ -22,11 +22,15 @@ def _with_defaults(call: Callable[..., int]) -> Callable[..., int]:
     return start
 
 
-def _universal_start(axis: Axis, arguments: tuple[float, ...]) -> tuple[int, int]:
-    """The command's number and state; the control mask, whose bits no manual prints, is unused."""
-    start_type, _, *others = arguments
-    code = commands.universal_start(axis, int(start_type), *others)  # type: ignore[arg-type]
-    return numbered(axis, code)
+def _universal_start(axis: Axis, arguments: Any) -> tuple[int, int]:
+    """The command's number and state; the control mask, whose bits no manual prints, is unused.
+
+    So a blending position of 0 is one that is not given, as the other optional values.
+    """
+    start_type, _, *others = arguments._replace(
+        blending_position=arguments.blending_position or None
+    )
+    return numbered(axis, commands.universal_start(axis, start_type, *others))
 
 
 _POSITION = request(position_type="I", position="d")
