@@ -23,7 +23,7 @@ _MAILBOX_OUT, _MAILBOX_IN, _OUTPUTS, _INPUTS = (
 )
 _MAILBOX = struct.Struct("<HHBB")
 _SDO = struct.Struct("<HBHB")
-_COE, _REQUEST, _RESPONSE = 3, 0x2000, 3
+_COE, _REQUEST, _EMERGENCY, _ABORT = 3, 0x2000, 1, 0x80
 _FULL = 0x08
 _ERROR = 0x10
 _PATIENCE_S = 1.0
@@ -104,11 +104,10 @@ class SegmentReach:
 
     # objects
 
-    def _ask(self, command: int, index: int, subindex: int, data: bytes) -> bytes:
-        """The body of the answer to an SDO request."""
+    def coe(self, message: bytes) -> bytes:
+        """A CoE message, header and all, and the answer to it; emergencies are passed over."""
         self._counter = self._counter % 7 + 1
-        body = _SDO.pack(_REQUEST, command, index, subindex) + data.ljust(4, b"\0")
-        message = _MAILBOX.pack(len(body), 0, 0, _COE | self._counter << 4) + body
+        message = _MAILBOX.pack(len(message), 0, 0, _COE | self._counter << 4) + message
         message = message.ljust(_MAILBOX_OUT.length, b"\0")
         self._until(lambda: self._put(_MAILBOX_OUT.start, message), "place in the mailbox")
         while True:
@@ -118,13 +117,17 @@ class SegmentReach:
             body = answer[_MAILBOX.size : _MAILBOX.size + length]
             if kind & 0x0F != _COE:
                 raise ReachError(f"mailbox error {body.hex()}")
-            service = int.from_bytes(body[:2], "little") >> 12
-            if service == 1:
-                continue  # an emergency
-            if body[2] == 0x80:
-                number = int.from_bytes(body[6:10], "little")
-                raise SdoAbort(AbortCode.of(number) or AbortCode.GENERAL)
-            return body[2:]
+            if body[1] >> 4 != _EMERGENCY:
+                return body
+
+    def _ask(self, command: int, index: int, subindex: int, data: bytes) -> bytes:
+        """The body of the answer to an SDO request."""
+        request = _SDO.pack(_REQUEST, command, index, subindex) + data.ljust(4, b"\0")
+        answer = self.coe(request)[2:]
+        if answer[0] == _ABORT:
+            number = int.from_bytes(answer[4:8], "little")
+            raise SdoAbort(AbortCode.of(number) or AbortCode.GENERAL)
+        return answer
 
     def read(self, index: int, subindex: int = 0) -> bytes:
         """An object of up to one mailbox; raises SdoAbort."""
