@@ -49,6 +49,40 @@ def test_the_velocity_follows_with_a_first_order_lag(make_rig: Any) -> None:
     assert V - rig.axis.actual_velocity == pytest.approx(missing * factor, rel=0.02)
 
 
+@pytest.mark.parametrize(("kpc", "scaling", "gain"), [(20_000, 1.0, 20.0), (10_000, 4.0, 40.0)])
+def test_a_position_loop_in_the_drive_has_its_gain(
+    make_rig: Any, kpc: int, scaling: float, gain: float
+) -> None:
+    """PROFIdrive with DSC: the NC gives feed-forward alone, the drive closes the position loop."""
+    rig = make_rig(
+        drive_type=DriveType.PROVIDRIVE_MC,
+        drive_dsc_kpc=kpc,
+        drive_dsc_xerr_scaling=scaling,
+        controller_position_kv=500.0,
+        controller_velocity_feedforward_weight=0.0,
+        controller_following_error_position_max=50.0,
+        simulation_dead_time=0.02,
+    )
+    commands.start(rig.axis, 1, 1000.0, V)
+    rig.seconds(2.0)
+    assert rig.axis.controller_output == rig.axis.drive_output == 0.0
+    assert rig.axis.following_error == pytest.approx(V / gain, rel=1e-3)
+    rig.until_rest()
+    rig.seconds(2.0)
+    assert rig.axis.actual_position == pytest.approx(1000.0, abs=1e-3)
+    assert rig.axis.plant_velocity == 0.0
+
+
+def test_only_a_profidrive_closes_its_position_loop(make_rig: Any) -> None:
+    digests = []
+    for kpc in (0, 20_000):
+        rig = make_rig(drive_type=DriveType.SERCOS, drive_dsc_kpc=kpc)
+        commands.start(rig.axis, 1, 100.0, V)
+        rig.seconds(0.5)
+        digests.append((rig.axis.actual_position, rig.axis.controller_output))
+    assert digests[0] == digests[1]
+
+
 def test_an_ideal_drive_has_no_following_error(make_rig: Any) -> None:
     rig = make_rig(simulation_ideal=1)
     commands.start(rig.axis, 1, 100.0, V)

@@ -36,6 +36,7 @@ def adapt_controller(ax: AxisFields) -> None:
         or ax.controller_position_error_filter_time != 0.0
         or ax.controller_auto_offset_enable != 0
         or ax.controller_observer_mode != 0
+        or ax.drive_dsc_gain > 0.0
     ):
         special = 1
     if special == 0 or not ax.controller_special:
@@ -251,7 +252,7 @@ def _special(ax: AxisFields, error: float, full: float, dt: float) -> float:
         share = speed / threshold if speed < threshold else 1.0
         kv += (ax.controller_position_kv_fast - kv) * share
     ax.controller_position_kv_interpolated = kv
-    if kind in (_SERCOS, _TCOM):
+    if kind in (_SERCOS, _TCOM) or ax.drive_dsc_gain > 0.0:
         part = 0.0  # the position loop is closed in the drive
         ax.controller_position_p_part = 0.0
     elif kind == _PID:

@@ -39,9 +39,11 @@ _TCOM = ControllerType.TCOM_POSITION.value
 _TWO_SPEEDS = AxisType.DISCRETE_RAPID_CREEP.value
 _STEPPER = DriveType.STEPPER.value
 _NONLINEAR = DriveType.MDP_252_NONLINEAR.value
+_PROFIDRIVE = DriveType.PROVIDRIVE_MC.value
 
 _TORQUE = DriveOperationMode.TORQUE.value
 _TORQUE_JOB = MotionPhase.TORQUE.value
+_DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
 
 _VELOCITY_MODES = (
     DriveOperationMode.VELOCITY_FEEDBACK1.value,
@@ -73,9 +75,14 @@ def adapt_drive(ax: AxisFields, dt: float) -> None:
     ax.drive_ideal = ideal
     delay = floor((ax.simulation_dead_time + ax.drive_velocity_output_delay) / dt + 0.5)
     ax.drive_delay = delay if delay < DRIVE_DELAY else DRIVE_DELAY
+    gain = 0.0
+    if ax.drive_type == _PROFIDRIVE:
+        gain = ax.drive_dsc_kpc * 1e-3 * ax.drive_dsc_xerr_scaling
+    ax.drive_dsc_gain = gain
     special = 0
     if (
         ax.drive_type == _NONLINEAR
+        or gain > 0.0
         or ax.curve_count > 0
         or ax.valve_count > 0
         or ax.drive_output_offset != 0.0
@@ -252,8 +259,11 @@ def _within_limits(ax: AxisFields, velocity: float, moved: float, dt: float) -> 
 
 
 def _loaded(ax: AxisFields, command: float, velocity: float, dt: float) -> float:
-    """Velocity after this cycle of a drive with load, friction, drift or torque interface."""
+    """Velocity after this cycle of a drive with load, friction, drift, position loop or torque
+    interface."""
     command += ax.simulation_drift
+    if ax.loop_closed and ax.set_motion_phase != _DRIVE_OUTPUT:
+        command += ax.drive_dsc_gain * ax.following_error
     torque = ax.set_torque_offset - ax.simulation_load_torque
     friction = ax.simulation_friction_torque
     lag = ax.simulation_time_constant

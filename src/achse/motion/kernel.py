@@ -42,8 +42,8 @@ _DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
 def adapt(ax: AxisFields, dt: float) -> None:
     """Compute what follows from the parameters; done in the first cycle after a change."""
     adapt_encoder(ax)
-    adapt_controller(ax)
     adapt_drive(ax, dt)
+    adapt_controller(ax)
     ax.operation_mode_state_dword = operation_mode(ax)
     ax.adapt = 0
 

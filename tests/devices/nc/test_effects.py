@@ -272,6 +272,7 @@ SCENARIOS = {
         },
         ((to(60.0), 3.0), (to(-20.0), 3.0), (to(3000.0), 0.3), (commands.stop, 2.0)),
     ),
+    "profidrive": Scenario({"drive_type": 12, "drive_dsc_kpc": 20_000}, BOTH_WAYS),
     "digital_drive": Scenario(
         {"drive_type": 10}, ((put(set_torque_offset=50.0), 0.1), *BOTH_WAYS, (torque(300.0), 0.5))
     ),
@@ -376,6 +377,7 @@ class Show:
                 seen.append([v if isinstance(v, int | float) else tuple(v) for v in states])
                 seen.append(axis.user_data)
                 seen.append(self.client.read(0x7301, 0, 40))
+                seen.append(self.client.read(0x5301, 0x80, 40))
         return seen
 
 

@@ -19,7 +19,7 @@ def test_the_encoder_input(bench: Any) -> None:
     values = struct.unpack("<iiBBBBiiiiBBBBii", data)
     assert values[0] == 123_456
     assert values[5] == 1 | (bench.axis.set_cycle_counter & 1) << 1
-    assert values[14] == bench.axis.set_cycle_counter * 2_000_000
+    assert values[14] == 0
     assert bench.read(AXIS, 0x1_0080, 40) == data
     assert bench.read(AXIS, 0x1_0080, 12) == data[:12]
 
@@ -31,7 +31,17 @@ def test_the_long_encoder_input(bench: Any) -> None:
     values = struct.unpack("<8Q6Hi", bench.read(ENCODER, 0x80, 80))
     assert values[0] == 0xFFFF_FFFF - 4
     assert values[13] == (bench.axis.set_cycle_counter & 1) << 1
-    assert values[14] == bench.axis.set_cycle_counter * 2_000_000
+    assert values[14] == 0
+
+
+def test_input_times_are_absolute_on_demand(bench: Any) -> None:
+    bench.put(0x5001, 0x21, "<I", 1)
+    bench.run(0.002)
+    now = bench.axis.set_cycle_counter * 2_000_000
+    assert struct.unpack_from("<i", bench.read(ENCODER, 0x80, 40), 32) == (now,)
+    assert struct.unpack_from("<i", bench.read(ENCODER, 0x80, 80), 76) == (now,)
+    bench.put(0x5001, 0x21, "<I", 2)  # bit 0 says it
+    assert struct.unpack_from("<i", bench.read(ENCODER, 0x80, 40), 32) == (0,)
 
 
 def test_outputs_of_the_encoder_keep_what_is_written(bench: Any, refused: Any) -> None:

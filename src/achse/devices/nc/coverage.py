@@ -47,7 +47,8 @@ _UNSERVED = {
         (0x5000, 0x104, "RW", "cam_sync_distance_monitoring_enable"),
         (0x5000, 0x105, "RW", "cam_sync_min_distance"),
     ),
-    "of the pressure controller (MW), which no controller type of the manual selects: 0x703": (
+    "reserved, of the pressure controller PID (MW): of no printed controller type, law, source of "
+    "the set pressure or switch from position control: answers 0x703": (
         (0x4000, 0x20A03, "RW", "controller_cylinder_area_a"),
         (0x4000, 0x20A04, "RW", "controller_cylinder_area_b"),
         (0x4000, 0x20A05, "RW", "controller_nominal_volume_flow"),
@@ -89,7 +90,8 @@ _UNSERVED = {
         (0x6100, 0x202, "R", "velocity_i_part"),
         (0x6100, 0x203, "R", "velocity_d_part"),
     ),
-    "reserved, 32 bytes whose layout no manual prints: answers 0x703": (
+    "reserved, no standard: of its 32 bytes no manual prints a field, nor what offset it "
+    "calculates: answers 0x703": (
         (0x4200, 0x2A, "W", "calculate_encoder_offset"),
     ),
     "reserved, without layout or meaning: answers 0x703": (
@@ -150,7 +152,10 @@ UNSERVED = tuple(
 """Services without a row of their own."""
 
 _OF_COUPLINGS = "of couplings, which are not built yet"
-_OF_HARDWARE = "of hardware; the simulated one has no I/O image, no modes and no DC times"
+_OF_AN_IMAGE = "of an I/O image, which the simulated encoder and drive do without"
+_INTERNAL = "internal to the NC; no manual prints a bit of it"
+_ONE_MODE = "1, standard, is the only mode that a manual prints"
+_OF_A_PULSE = "of two-speed axes; the start types that pulse (288, 289) are for servo axes alone"
 _OF_INTERPOLATION = "of interpolation, which is not built yet"
 
 WITHOUT_EFFECT = {
@@ -163,22 +168,22 @@ WITHOUT_EFFECT = {
     "auxiliary_axis_limiting_enable": _OF_INTERPOLATION,
     "auxiliary_axis_tolerance_ball": _OF_INTERPOLATION,
     "auxiliary_axis_max_position_deviation": _OF_INTERPOLATION,
-    "pulse_time_positive": "the start types that pulse are for servo axes, which go a distance",
-    "pulse_time_negative": "the start types that pulse are for servo axes, which go a distance",
+    "pulse_time_positive": _OF_A_PULSE,
+    "pulse_time_negative": _OF_A_PULSE,
     "fast_axis_stop_acceleration": "a stop does not accelerate",
     "unit_interpretation": "of displays, but for bit 2 in the operation mode word",
-    "encoder_input_address_offset": _OF_HARDWARE,
-    "encoder_output_address_offset": _OF_HARDWARE,
-    "encoder_control_dword": _OF_HARDWARE,
-    "encoder_dead_time_compensation_control": _OF_HARDWARE,
-    "controller_mode": _OF_HARDWARE,
-    "drive_input_address_offset": _OF_HARDWARE,
-    "drive_output_address_offset": _OF_HARDWARE,
-    "drive_mode": _OF_HARDWARE,
-    "drive_control_dword": _OF_HARDWARE,
-    "drive_reset_counter": _OF_HARDWARE,
-    "drive_dsc_kpc": _OF_HARDWARE,
-    "drive_dead_time_compensation_control": _OF_HARDWARE,
+    "encoder_input_address_offset": _OF_AN_IMAGE,
+    "encoder_output_address_offset": _OF_AN_IMAGE,
+    "encoder_control_dword": _INTERNAL,
+    "controller_mode": _ONE_MODE,
+    "drive_input_address_offset": _OF_AN_IMAGE,
+    "drive_output_address_offset": _OF_AN_IMAGE,
+    "drive_mode": _ONE_MODE,
+    "drive_control_dword": _INTERNAL,
+    "drive_reset_counter": "reserved: how long the NC asks a drive to reset; the simulated one "
+    "needs no longer than the cycle that asks",
+    "drive_dead_time_compensation_control": "the structures of a drive carry no time, and the "
+    "simulated one takes its outputs with the cycle: absolute and relative times are the same",
     "drive_table_id": "there are no characteristic tables: 0 is the only one",
     "drive_table_interpolation_type": "there are no characteristic tables",
     "drive_stepper_mask_cycle7": "no excitation has more than six cycles",

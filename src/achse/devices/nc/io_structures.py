@@ -31,6 +31,8 @@ _DRIVE_OUT_REST = struct.Struct("<iiii")
 
 _HIGHEST = 0x7FFF_FFFF
 
+_ABSOLUTE_TIMES = 1 << 0
+
 _ANALOG = {
     DriveType.M2400_DAC1, DriveType.M2400_DAC2, DriveType.M2400_DAC3, DriveType.M2400_DAC4,
     DriveType.MDP_252, DriveType.MDP_252_NONLINEAR, DriveType.UNIVERSAL, DriveType.NC_BACKPLANE,
@@ -49,7 +51,9 @@ def _io_state(axis: Axis) -> int:
 
 
 def _time(axis: Axis) -> int:
-    """DC time of the inputs, 32 bits signed."""
+    """DC time of the inputs, 32 bits signed; relative to the cycle they are taken with it."""
+    if not axis.encoder_dead_time_compensation_control & _ABSOLUTE_TIMES:
+        return 0
     stamp = axis.owner.dc_time_stamp
     return stamp - 0x1_0000_0000 if stamp > _HIGHEST else stamp
 

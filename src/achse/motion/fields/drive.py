@@ -64,7 +64,9 @@ class DriveParameters(Parameters):
     )
     drive_velocity_offset: float = real(0.0, "mm/s", "added to the output against drift")
     drive_velocity_scaling: float = real(1.0, "1", "weight of the velocity output", 0.0, 1e8)
-    drive_dsc_kpc: int = whole(0, "0.001/s", "gain of the position control in the drive")
+    drive_dsc_kpc: int = whole(
+        0, "0.001/s", "gain of the position loop in a PROFIdrive, 0 = none; the NC then has none"
+    )
     drive_dsc_xerr_scaling: float = real(1.0, "1", "weight of the position error output", 0.0)
     drive_position_scaling: float = real(1.0, "1", "weight of the position output", 0.0, 1e8)
     drive_acceleration_scaling: float = real(
@@ -175,6 +177,7 @@ class DriveInternal(Memory):
     drive_special: int = flag(0, "more than a linear velocity drive is in use")
     drive_ideal: int = flag(0, "the drive takes positions and follows them")
     drive_delay: int = whole(0, "1", "cycles from output to drive")
+    drive_dsc_gain: float = real(0.0, "1/s", "gain of a position loop in the drive, 0 = none")
     drive_full: float = real(2200.0, "mm/s", "velocity at 100 % output")
     drive_signal_before: int = flag(0, "fast-stop signal of the cycle before")
     drive_io_time: float = real(0.0, "s", "time without valid I/O data")
