@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
-from achse.motion import Axis, AxisParameters, AxisParametersError, Nc, commands
+from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.states import TableSubType, TableType
 from achse.motion.tables import Table, TableError, TableParameters
 
@@ -120,14 +120,14 @@ def test_a_drive_takes_no_table_that_is_no_characteristic() -> None:
     [
         ([(0.0, 0.0)], {}, "1 rows, expected 2 or more"),
         ([(0.0, 0.0), (0.0, 1.0)], {}, "table 3: its places do not rise"),
-        (VALVE, {"drive_table_id": 4}, "no table 4"),
+        (VALVE, {"drive_table_id": 4}, "no table 4, for axis 1"),
         (VALVE, {"simulation_table_id": 4}, "no table 4"),
     ],
 )
 def test_a_configured_table_that_cannot_be(
     points: list[Any], values: dict[str, float], message: str
 ) -> None:
-    with pytest.raises(AxisParametersError, match=message):
+    with pytest.raises(TableError, match=message):
         build(points=points, **values)
 
 

@@ -239,3 +239,35 @@ def test_what_a_vanished_client_held_is_kept_for_a_while(client_of: Any) -> None
     assert len(device.notifications) == 1
     built.advance(3.0)
     assert len(device.notifications) == 0
+
+
+def test_the_characteristic_of_a_drive_is_a_table_of_the_configuration() -> None:
+    valve = {"id": 7, "name": "valve", "points": [[-1, -1], [0, 0], [0.1, 0.5], [1, 1]]}
+    axis = {
+        "id": 1, "name": "X", "drive_table_id": 7, "drive_table_interpolation_type": "spline",
+        "simulation_table_id": 7,
+    }  # fmt: skip
+    nc = station(table=[valve], axis=[axis]).nc
+    assert nc is not None
+    assert nc.tables.find(7).table_name == "valve"
+    assert nc.axis(1).curve_count == 4
+    assert nc.axis(1).drive_table_interpolation_type == 2
+    assert nc.tables.user_count(7) == 2
+
+
+@pytest.mark.parametrize(
+    ("table", "axis", "message"),
+    [
+        ({"points": [[0, 0], [0, 1]]}, {}, "table: table 7: its places do not rise"),
+        ({"points": [[0, 0]]}, {}, r"a.toml: table\[1\].points: .* at least 2"),
+        ({"points": [[0, 0], [float("inf"), 1]]}, {}, "finite number"),
+        ({"points": [[0, 0], [1, 1]]}, {"drive_table_id": 8}, "table: no table 8, for axis 1"),
+        (
+            {"points": [[0, 0], [0.1, 1], [1, 2]], "type": "equidistant_linear"}, {},
+            "table: table 7: its steps are not equal",
+        ),
+    ],
+)  # fmt: skip
+def test_a_table_that_no_drive_could_use(table: Any, axis: Any, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        station(table=[{"id": 7} | table], axis=[{"id": 1, "name": "X"} | axis])

@@ -16,7 +16,7 @@ from achse.motion.kernel import begin, cycles
 from achse.motion.record import FIELDS, LAYOUT, Role, SlotsRecord, pack_record
 from achse.motion.setpoint import shift_origin
 from achse.motion.states import choices_of
-from achse.motion.tables import TableError, TableParameters, Tables
+from achse.motion.tables import TableParameters, Tables
 
 __all__ = ["HIGHEST_AXIS_ID", "AxisParameters", "AxisParametersError", "Nc"]
 
@@ -156,6 +156,8 @@ class Nc:
     `compiled` chooses the machine-code kernel (True, needs llvmlite), the plain one (False) or, by
     default, machine code if it is compiled already or pays with so many axes. Both give
     bit-identical states. `tables` are characteristics that drives may use.
+
+    Raises AxisParametersError, TableError.
     """
 
     def __init__(
@@ -202,12 +204,9 @@ class Nc:
         fresh = iter(views)
         for parameters in configured:
             self._add(parameters, fresh)
-        try:
-            for table in tables:
-                self.tables.add_configured(table)
-            self.tables.lay_out()
-        except TableError as fault:
-            raise AxisParametersError(str(fault)) from None
+        for table in tables:
+            self.tables.add_configured(table)
+        self.tables.lay_out()
 
     def _take_curves(self) -> None:
         """Let the kernel read the curves as they are now."""

@@ -90,6 +90,8 @@ class Table:
         self.row_count = row_count
         self.column_count = column_count
         self.values = array("d", bytes(8 * row_count * column_count))
+        self.last_written = 0
+        """Index of the number that was written last."""
 
     @property
     def element_count(self) -> int:
@@ -118,7 +120,14 @@ class Table:
         return list(zip(places, self.values[1::columns], strict=True))
 
     def curve(self, interpolation: int = CharacteristicInterpolation.LINEAR) -> list[Piece]:
-        """The function that the points are. Raises TableError, 0x4A21 for a spline through 2."""
+        """The characteristic that the points are.
+
+        Raises TableError, 0x4262 if the table is none, 0x4A21 for a spline through 2 points.
+        """
+        if self.table_main_type != TableType.CHARACTERISTIC:
+            raise TableError(
+                NcError.TABLE_WRONG_KIND, f"{self!r} is for {self.table_main_type.name}"
+            )
         points = self.points()
         if interpolation == CharacteristicInterpolation.LINEAR:
             return linear(points)
@@ -202,7 +211,7 @@ class Tables:
 
     def user_count(self, table_id: int) -> int:
         """How many drives and simulated valves use a table."""
-        return [used for used, _ in self._used()].count(table_id)
+        return [used for _, used, _ in self._used()].count(table_id)
 
     def write(self, table: Table, index: int, values: Iterable[float], step: int = 1) -> None:
         """Change numbers of a table from `index` on, each `step` behind the one before.
@@ -214,12 +223,14 @@ class Tables:
         if not all(map(isfinite, fresh)):
             raise TableError(NcError.TABLE_PARAMETER, f"{table!r} takes finite numbers")
         before = table.values[:]
-        table.values[index : index + step * len(fresh) : step] = fresh
+        end = index + step * len(fresh)
+        table.values[index:end:step] = fresh
         try:
             self.lay_out()
         except TableError:
             table.values = before
             raise
+        table.last_written = index + step * (len(fresh) - 1)
 
     def choose(self, drive: "Axis", table_id: int) -> None:
         """Let a drive use a table, 0: none. Raises TableError, and changes nothing then."""
@@ -249,27 +260,26 @@ class Tables:
             setattr(drive, field, before)
             raise
 
-    def _used(self) -> Iterator[tuple[int, int]]:
-        """Table and interpolation of each user."""
+    def _used(self) -> Iterator[tuple["Axis", int, int]]:
+        """Table and interpolation of each drive and valve, with its axis."""
         for axis in self._axes():
-            yield axis.simulation_table_id, CharacteristicInterpolation.LINEAR
+            yield axis, axis.simulation_table_id, CharacteristicInterpolation.LINEAR
             for drive in axis.drives:
-                yield drive.drive_table_id, drive.drive_table_interpolation_type
+                yield axis, drive.drive_table_id, drive.drive_table_interpolation_type
 
     def lay_out(self) -> None:
         """Give each drive the curve of its table. Raises TableError, and changes nothing then."""
         pieces: list[Piece] = []
         places = {(0, kind.value): (0, 0) for kind in CharacteristicInterpolation}
-        for table_id, interpolation in self._used():
-            if (table_id, interpolation) not in places:
-                table = self.find(table_id)
-                if table.table_main_type != TableType.CHARACTERISTIC:
-                    raise TableError(
-                        NcError.TABLE_WRONG_KIND, f"{table!r} is {table.table_main_type.name}"
-                    )
-                curve = table.curve(interpolation)
-                places[table_id, interpolation] = len(pieces), len(curve)
-                pieces += curve
+        for axis, table_id, interpolation in self._used():
+            if (table_id, interpolation) in places:
+                continue
+            try:
+                curve = self.find(table_id).curve(interpolation)
+            except TableError as fault:
+                raise TableError(fault.error, f"{fault}, for axis {axis.axis_id}") from None
+            places[table_id, interpolation] = len(pieces), len(curve)
+            pieces += curve
         self.pieces = pieces
         for axis in self._axes():
             valve = axis.simulation_table_id, CharacteristicInterpolation.LINEAR

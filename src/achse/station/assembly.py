@@ -18,7 +18,8 @@ from achse.devices.router import RouterDevice
 from achse.devices.system import StationControl, SystemDevice
 from achse.motion import AxisParameters, AxisParametersError, Nc
 from achse.motion.record import FIELDS
-from achse.motion.states import choices_of
+from achse.motion.states import TableSubType, choices_of
+from achse.motion.tables import TableError, TableParameters
 from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.server import Device
@@ -26,6 +27,7 @@ from achse.station.config import (
     AxisConfig,
     ConfigError,
     StationConfig,
+    TableConfig,
 )
 from achse.station.pacing import NcTask, Pace
 from achse.station.plcs import PlcSource, collection_paused
@@ -222,13 +224,19 @@ def _nc(config: StationConfig) -> Nc:
     compiled = {"auto": None, "compiled": True, "interpreted": False}[config.nc.kernel]
     axes = [_axis(axis, number) for number, axis in enumerate(config.axis, 1)]
     try:
-        return Nc(config.nc.cycle, axes, compiled=compiled)
+        return Nc(config.nc.cycle, axes, tables=map(_table, config.table), compiled=compiled)
     except AxisParametersError as fault:
         raise ConfigError(f"axis: {fault}") from None
+    except TableError as fault:
+        raise ConfigError(f"table: {fault}") from None
     except ImportError as failure:
         raise ConfigError(
             f"nc.kernel: compiled needs llvmlite, install achse[fast] ({failure})"
         ) from None
+
+
+def _table(table: TableConfig) -> TableParameters:
+    return TableParameters(table.id, table.points, table.name, TableSubType[table.type.upper()])
 
 
 def _rotary(values: Mapping[str, float]) -> dict[str, float]:

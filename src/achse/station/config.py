@@ -11,12 +11,14 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    FiniteFloat,
     PlainSerializer,
     ValidationError,
     model_validator,
 )
 
 from achse.ams import NetId
+from achse.motion.tables import HIGHEST_TABLE_ID
 from achse.router.access import PasswordHash
 from achse.router.routes import Route
 from achse.server import Limits
@@ -34,6 +36,7 @@ __all__ = [
     "RouterConfig",
     "StationConfig",
     "SystemConfig",
+    "TableConfig",
     "TaskConfig",
     "load",
     "parse",
@@ -179,7 +182,8 @@ class PlcConfig(_Section):
     sources: str | None = None
     """A folder of Structured Text (`.TcPOU`, `.TcGVL`, `.TcDUT`, `.st` …), or one such file."""
     libraries: Sequence[str] = ()
-    """Sources of libraries, folders or files like `sources`; of them only what is named counts."""
+    """Sources of libraries, folders or files like `sources`, or `.tmc` files with their types; of
+    them only what is named counts."""
     symbols: str | None = None
     """A symbol file, `.tmc` or `.tpy`."""
     behaviour: Sequence[str] = ()
@@ -228,6 +232,16 @@ class AxisConfig(BaseModel):
         return dict(self.model_extra or {})
 
 
+class TableConfig(_Section):
+    """[[table]]: the characteristic of a valve, which drives name by `drive_table_id`."""
+
+    id: int = Field(ge=1, le=HIGHEST_TABLE_ID)
+    name: str = Field(default="", max_length=30)
+    type: Literal["equidistant_linear", "monotonic_linear"] = "monotonic_linear"
+    points: Sequence[tuple[FiniteFloat, FiniteFloat]] = Field(min_length=2)
+    """Velocity and output, each as a share of the full one, -1..1; the velocities rise."""
+
+
 class FaultConfig(BaseModel):
     """[[fault]]: a fault at a given time. Further keys are the fields of `Fault`."""
 
@@ -257,10 +271,13 @@ _LIMITS = Limits()
 
 
 class LimitsConfig(_Section):
-    """[limits]: how much one client may hold of each device, and leave unread."""
+    """[limits]: how much one client may hold of each device, and leave unread; `all_…` is for all
+    clients of a device together."""
 
     handles: int = Field(default=_LIMITS.handles, ge=1)
     """Symbol handles (0x716 beyond)."""
+    all_handles: int = Field(default=_LIMITS.all_handles, ge=1)
+    """Symbol handles of all clients together (0x716 beyond)."""
     notifications: int = Field(default=_LIMITS.notifications, ge=1)
     """Subscriptions (0x716 beyond)."""
     all_notifications: int = Field(default=_LIMITS.all_notifications, ge=1)
@@ -269,8 +286,12 @@ class LimitsConfig(_Section):
     """Bytes of one sample (0x717 beyond)."""
     watched_bytes: int = Field(default=_LIMITS.watched_bytes, ge=8)
     """Bytes of one sample of each subscription together (0x717 beyond)."""
+    all_watched_bytes: int = Field(default=_LIMITS.all_watched_bytes, ge=8)
+    """The same of all clients together (0x717 beyond)."""
     queue_bytes: int = Field(default=_LIMITS.queue_bytes, ge=1024)
     """Bytes of samples kept for a client that does not read; beyond, the oldest are dropped."""
+    all_queue_bytes: int = Field(default=_LIMITS.all_queue_bytes, ge=1024)
+    """Bytes of samples kept for all clients together; beyond, those with the most lose theirs."""
     unread_bytes: int = Field(default=64 * 1024 * 1024, ge=65_536)
     """Bytes of answers and samples on a connection that is not read; beyond, it is cut off."""
     held_bytes: int = Field(default=DEFAULT_MAX_HELD, ge=1024 * 1024)
@@ -283,11 +304,14 @@ class LimitsConfig(_Section):
         """What each device keeps to."""
         return Limits(
             handles=self.handles,
+            all_handles=self.all_handles,
             notifications=self.notifications,
             all_notifications=self.all_notifications,
             sample_bytes=self.sample_bytes,
             watched_bytes=self.watched_bytes,
+            all_watched_bytes=self.all_watched_bytes,
             queue_bytes=self.queue_bytes,
+            all_queue_bytes=self.all_queue_bytes,
             unreachable_ns=self.unreachable_time,
         )
 
@@ -301,6 +325,7 @@ class StationConfig(_Section):
     route: Sequence[RouteConfig] = ()
     nc: NcConfig = NcConfig()
     plc: Sequence[PlcConfig] = ()
+    table: Sequence[TableConfig] = ()
     axis: Sequence[AxisConfig] = ()
     fault: Sequence[FaultConfig] = ()
     limits: LimitsConfig = LimitsConfig()
@@ -309,6 +334,7 @@ class StationConfig(_Section):
     def _distinct(self) -> "StationConfig":
         once: dict[str, list[Any]] = {
             "plc.port": [port for plc in self.plc for port in (plc.port, *plc.also)],
+            "table.id": [table.id for table in self.table],
             "axis.id": [axis.id for axis in self.axis],
             "axis.name": [axis.name.casefold() for axis in self.axis],
             "route.name": [route.name.casefold() for route in self.route],

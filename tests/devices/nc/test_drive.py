@@ -89,13 +89,19 @@ def test_times_beyond_the_reach_of_delays_are_refused(bench: Any, refused: Any) 
         assert bench.get(0x7001, offset, "<d") == 0.128
 
 
-def test_there_is_no_characteristic_table(bench: Any, refused: Any) -> None:
+def test_a_characteristic_table_is_chosen_while_the_loop_is_open(bench: Any, refused: Any) -> None:
     bench.put(0x7001, 0x120, "<I", 0)
+    with refused(0x4652):
+        bench.put(0x7001, 0x120, "<I", 1)
+    bench.put(0x4301, 0x01, "<I", 0)
+    bench.run(0.01)
     with refused(0x4261):
         bench.put(0x7001, 0x120, "<I", 1)
-    with refused(0x4A08):
-        bench.put(0x7001, 0x121, "<I", 1)
+    for interpolation in (1, 3):
+        with refused(0x4A08):
+            bench.put(0x7001, 0x121, "<I", interpolation)
     bench.put(0x7001, 0x121, "<I", 2)
+    assert bench.get(0x7001, 0x121, "<I") == 2
 
 
 def test_the_output_after_the_characteristic(make_bench: Any) -> None:
@@ -139,7 +145,7 @@ def test_the_reference_output_gives_the_velocity_at_full_output(bench: Any, refu
         bench.put(0x7001, 0x102, "<d", 0.0)
 
 
-def test_there_is_no_characteristic_table_to_remove(bench: Any, refused: Any) -> None:
+def test_a_characteristic_table_that_cannot_be_removed(bench: Any, refused: Any) -> None:
     with refused(0x4261):
         bench.put(0x7201, 0x102, "<I", 7)
     with refused(0x4A00):

@@ -18,6 +18,7 @@ from achse.devices.nc.coverage import WITHOUT_EFFECT
 from achse.devices.nc.device import AXIS_GROUPS
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.record import FIELDS, Role
+from achse.motion.tables import TableParameters
 from achse.router import Router
 from achse.server import WRITE, Service
 
@@ -77,6 +78,8 @@ def put(**values: float) -> Callable[[Axis], None]:
 
     return write
 
+
+VALVE = TableParameters(3, [(-1.0, -1.0), (-0.1, -0.4), (0.0, 0.0), (0.1, 0.5), (1.0, 1.0)])
 
 LOAD = {"simulation_load_torque": 200.0, "simulation_drift": 3.0}
 BOTH_WAYS = ((to(60.0), 1.0), (to(-20.0), 1.0))
@@ -219,6 +222,7 @@ SCENARIOS = {
         ((commands.enable, 1.0), *BOTH_WAYS),
     ),
     "curve": Scenario({"drive_type": 6, "drive_output_reference_point": 0.8}, BOTH_WAYS),
+    "valve": Scenario({"drive_table_id": VALVE.table_id}, BOTH_WAYS),
     "limits": Scenario(
         {"max_velocity": 3000.0}, ((to(4000.0, 2500.0), 1.0), (to(0.0, 2000.0), 3.0))
     ),
@@ -356,7 +360,7 @@ class Show:
 
     def __init__(self, client_of: Callable[..., Any], scenario: Scenario) -> None:
         values = {"velocity_override": 1_000_000, **scenario.values}
-        self.nc = Nc(round(CYCLE * 1e9), [AxisParameters(1, "X", "mm", values)])
+        self.nc = Nc(round(CYCLE * 1e9), [AxisParameters(1, "X", "mm", values)], tables=[VALVE])
         self.steps = scenario.steps
         router = Router(NetId("5.1.2.3.1.1"))
         NcDevice(self.nc, clock=lambda: self.nc.cycle_count * self.nc.cycle_ns).attach(router, 501)

@@ -143,6 +143,20 @@ _UNSERVED = {
         (0x6100, 0x123, "R", "set_velocity_filter_test_velocity_corrected"),
         (0x6100, 0x124, "R", "set_velocity_filter_test_acceleration_corrected"),
     ),
+    "of cam tables, which are not built yet: answers 0x703": (
+        (0xA000, 0x14, "R", "master_period"),
+        (0xA000, 0x15, "R", "slave_stroke"),
+        (0xA000, 0x1A, "RW", "online_change_activation"),
+        (0xA000, 0x22, "R&W", "motion_function_points"),
+        (0xA000, 0x24, "R&W", "master_position_at_slave"),
+        (0xA000, 0x50, "RW", "characteristic_values"),
+        (0xA000, 0x50, "R&W", "characteristic_values_at_velocity"),
+        (0xA000, 0x115, "W", "set_scaling"),
+        (0xA000, 0x5000000, "RW", "motion_function_rows"),
+        (0xA000, 0x6000000, "RW", "motion_function_columns"),
+        (0xA200, 0x10000, "W", "create_cam_table"),
+        (0xA200, 0x10010, "W", "create_motion_function_table"),
+    ),
 }  # fmt: skip
 """Reason, and the services it holds for."""
 
@@ -184,8 +198,6 @@ WITHOUT_EFFECT = {
     "needs no longer than the cycle that asks",
     "drive_dead_time_compensation_control": "the structures of a drive carry no time, and the "
     "simulated one takes its outputs with the cycle: absolute and relative times are the same",
-    "drive_table_id": "there are no characteristic tables: 0 is the only one",
-    "drive_table_interpolation_type": "there are no characteristic tables",
     "drive_stepper_mask_cycle7": "no excitation has more than six cycles",
     "drive_stepper_mask_cycle8": "no excitation has more than six cycles",
 }

@@ -15,6 +15,7 @@ from achse.devices.nc.functions import AXIS_FUNCTIONS, ENCODER_FUNCTIONS
 from achse.devices.nc.io_structures import DRIVE_CYCLIC, ENCODER_CYCLIC
 from achse.devices.nc.ring0 import RING0_FUNCTIONS, RING0_PARAMETERS, RING0_STATES
 from achse.devices.nc.symbols import NcSymbols, interface_groups
+from achse.devices.nc.tables import table_groups
 from achse.motion import Axis, Nc
 from achse.motion.axis import ObjectAxis
 from achse.server import Device, Group, IndexGroup, ObjectGroup, Service
@@ -54,7 +55,8 @@ _FROM_PLC = next(row for row in AXIS_CYCLIC if row.name == "plc_to_nc_structure"
 class NcDevice(Device):
     """Answers for all axes of an NC.
 
-    An id that no axis has is answered 0x4012 (encoder 0x4013, controller 0x4014, drive 0x4015).
+    An id that no axis has is answered 0x4012 (encoder 0x4013, controller 0x4014, drive 0x4015,
+    table 0x4016).
     """
 
     def __init__(self, nc: Nc, *, clock: Callable[[], int]) -> None:
@@ -74,6 +76,7 @@ def _groups(nc: Nc) -> Iterator[IndexGroup]:
         yield Group(group, rows, nc)
     for base, rows, unknown in AXIS_GROUPS:
         yield ObjectGroup(base, _HIGHEST_ID, _finder(nc, unknown), rows, kind=ObjectAxis)
+    yield from table_groups(nc)
     yield from interface_groups(nc, _FROM_PLC)
 
 

@@ -12,10 +12,12 @@ from achse.codes import NcError
 from achse.devices.nc import binding
 from achse.devices.nc.binding import error_state, in_sub_range, not_while_enabled
 from achse.devices.nc.layouts import INT32, REAL64, UINT8, UINT16, UINT32, Text
+from achse.devices.nc.tables import answered
 from achse.motion import Axis
 from achse.motion.record import DRIVE_DELAY
 from achse.motion.signals import drive_inputs
-from achse.motion.states import OutputFilter
+from achse.motion.states import AxisType, ControlBit, OutputFilter
+from achse.motion.tables import HIGHEST_TABLE_ID
 from achse.server import READ, READ_WRITE, WRITE, Service
 
 __all__ = ["DRIVE_FUNCTIONS", "DRIVE_PARAMETERS", "DRIVE_STATES", "DRIVE_VIEWS"]
@@ -48,22 +50,34 @@ def _set_time(field: str) -> Any:
     return write
 
 
+def _not_while_closed(drive: Axis) -> None:
+    """Another characteristic would be a step of the output."""
+    owner = drive.owner
+    if owner.control_dword & ControlBit.ENABLE or owner.loop_closed:
+        raise DeviceError(NcError.DRIVE_TABLE_ID_CHANGED.number, f"axis {drive.axis_id} is enabled")
+
+
 def _set_table(drive: Axis, table_id: int) -> None:
-    """There are no characteristic tables: 0 alone can be chosen."""
-    if table_id:
-        raise DeviceError(NcError.TABLE_NOT_FOUND.number, f"no table {table_id}")
+    if table_id != drive.drive_table_id:
+        _not_while_closed(drive)
+    with answered():
+        drive.owner.tables.choose(drive, table_id)
 
 
 def _remove_table(drive: Axis, table_id: int) -> None:
-    if not table_id:
-        raise DeviceError(NcError.TABLE_ID_RANGE.number, "table 0, expected 1..255")
-    _set_table(drive, table_id)
+    if not 1 <= table_id <= HIGHEST_TABLE_ID:
+        raise DeviceError(
+            NcError.TABLE_ID_RANGE.number, f"table {table_id}, expected 1..{HIGHEST_TABLE_ID}"
+        )
+    if table_id == drive.drive_table_id:
+        _not_while_closed(drive)
+    with answered():
+        drive.owner.tables.remove(drive, table_id)
 
 
-def _set_interpolation(drive: Axis, kind: int) -> None:
-    if kind == 1:
-        raise DeviceError(NcError.TABLE_INTERPOLATION_TYPE.number, "1, expected 0 or 2")
-    drive.drive_table_interpolation_type = kind
+def _set_interpolation(drive: Axis, interpolation: int) -> None:
+    with answered():
+        drive.owner.tables.interpolate(drive, interpolation)
 
 
 DRIVE_PARAMETERS = (
@@ -129,10 +143,10 @@ DRIVE_PARAMETERS = (
 
 
 def _nonlinear(drive: Axis) -> float:
-    """Output in % after the characteristic, which linear drives do not have."""
-    return (
-        drive.drive_output_percent_nonlinear if drive.drive_special else drive.drive_output_percent
-    )
+    """Output in % after the characteristic, which linear and two-speed drives do not have."""
+    if drive.drive_special and drive.owner.axis_type != AxisType.DISCRETE_RAPID_CREEP:
+        return drive.drive_output_percent_nonlinear
+    return drive.drive_output_percent
 
 
 def _volts(percent: float) -> float:
@@ -216,7 +230,7 @@ DRIVE_STATES = (
 DRIVE_FUNCTIONS = (
     Service(
         0x102, "remove_characteristic_table", WRITE, UINT32,
-        "take a characteristic table out of the drive; 0x4261, as there are none",
+        "take the characteristic table out of the drive, and delete it",
         write=_remove_table,
     ),
 )  # fmt: skip

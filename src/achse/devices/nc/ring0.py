@@ -14,6 +14,10 @@ def _axes(nc: Nc) -> list[int]:
     return [axis.axis_id for axis in nc]
 
 
+def _tables(nc: Nc) -> list[int]:
+    return nc.tables.ids()
+
+
 def _none(nc: Nc) -> list[int]:
     return []
 
@@ -25,7 +29,7 @@ _IDS_OF: dict[str, Callable[[Nc], list[int]]] = {
     "encoder": lambda nc: nc.ids("encoder"),
     "controller": lambda nc: nc.ids("controller"),
     "drive": lambda nc: nc.ids("drive"),
-    "table": _none,
+    "table": _tables,
 }
 
 
