@@ -11,7 +11,7 @@ from achse.testing import LiveStation
 
 pyads = pytest.importorskip("pyads", exc_type=Exception)
 
-NO_MORE_PORTS = 0x508
+NO_MORE_PORTS, NO_MORE_HANDLES = 0x508, 0x716
 
 
 @pytest.fixture
@@ -61,3 +61,20 @@ def test_ads_client_hears_0x508_without_room(
         only.state()
         place = SimpleNamespace(host=station.host, port=station.tcp_port, net_id=station.net_id)
         assert node("refused.mjs", place, "direct") == NO_MORE_PORTS
+
+
+@pytest.mark.parametrize(
+    "achse_config",
+    [{"limits": {"all_handles": 2}, "plc": [{"globals": ["achse.station.demo:GVL"]}]}],
+)
+def test_pyads_hears_0x716_when_all_handles_are_out(station: LiveStation) -> None:
+    plc = pyads.Connection(station.net_id, 851, station.host)
+    plc.open()
+    plc.set_timeout(20_000)
+    try:
+        first, _ = plc.get_handle("GVL.nInt"), plc.get_handle("GVL.nInt")
+        assert code_of(lambda: plc.get_handle("GVL.nInt")) == NO_MORE_HANDLES
+        plc.release_handle(first)
+        assert plc.get_handle("GVL.nInt")
+    finally:
+        plc.close()

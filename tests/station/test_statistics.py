@@ -1,7 +1,13 @@
 """Figures about a running station."""
 
+import pytest
+
+from achse.ams import AdsError
+from achse.station import StationConfig
 from achse.station.statistics import statistics
 from achse.testing import LiveStation
+
+ONE_OF_EACH = {"limits": {"all_handles": 1}, "plc": [{"globals": ["achse.station.demo:GVL"]}]}
 
 
 def test_connections_handles_and_subscriptions_are_counted() -> None:
@@ -22,3 +28,14 @@ def test_a_running_station_tells_how_it_keeps_up() -> None:
         station.advance(0.1)
         assert station.station.pace is not None
         assert station.run(statistics, station.station)["late_ticks"] >= 0
+
+
+def test_what_limits_refuse_is_counted() -> None:
+    with LiveStation(StationConfig.model_validate(ONE_OF_EACH)) as station:
+        with station.connect() as plc:
+            plc.read_write_raw(0xF003, 0, 4, b"GVL.nInt")
+            with pytest.raises(AdsError, match="0x716"):
+                plc.read_write_raw(0xF003, 0, 4, b"GVL.nInt")
+        figures = station.run(statistics, station.station)
+    device = next(each for each in figures["devices"] if 851 in each["ports"])
+    assert (device["refused"], device["queued_bytes"], device["samples_dropped"]) == (1, 0, 0)

@@ -36,9 +36,17 @@ async def stats(client: "Client", in_json: Json = False) -> None:
         right=frozenset({1}),
     )
     print()
-    columns = ("state", "clients", "subscriptions", "handles", "samples_dropped")
-    rows = [("ports", "device", *(name.replace("_", " ") for name in columns))]
+    columns = {
+        "state": "state",
+        "clients": "clients",
+        "subscriptions": "subscriptions",
+        "handles": "handles",
+        "refused": "refused",
+        "queued_bytes": "queued",
+        "samples_dropped": "dropped",
+    }
+    rows = [("ports", "device", *columns.values())]
     for device in devices:
         ports = ",".join(map(str, device["ports"]))
         rows.append((ports, device["name"], *(str(device[name]) for name in columns)))
-    print_table(rows, right=frozenset({3, 4, 5, 6}))
+    print_table(rows, right=frozenset(range(3, 9)))

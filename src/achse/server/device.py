@@ -115,7 +115,7 @@ class Device:
         self.limits = limits or Limits()
         self.notifications = Notifications(clock, self.task_cycle, self.limits)
         self.addresses: list[AmsAddress] = []
-        self.symbols = None if symbols is None else SymbolServices(symbols, self.limits.handles)
+        self.symbols = None if symbols is None else SymbolServices(symbols, self.limits)
         single = ServiceTable(
             (
                 *groups,
@@ -294,7 +294,7 @@ class Device:
         """Keep to other limits from now on; what clients hold already stays."""
         self.limits = self.notifications.limits = limits
         if self.symbols is not None:
-            self.symbols.handles_per_client = limits.handles
+            self.symbols.limits = limits
 
     def replace(self, index_group: int, group: IndexGroup | None) -> IndexGroup | None:
         """Let `group` answer for `index_group`, alone and in sums; what answered before.

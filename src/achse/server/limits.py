@@ -1,4 +1,4 @@
-"""How much one client may hold of a device."""
+"""How much one client may hold of a device, and all clients together."""
 
 from dataclasses import dataclass
 
@@ -7,19 +7,25 @@ __all__ = ["Limits"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
-    """Limits per client address. They are generous: the manuals recommend 550 notifications."""
+    """Limits per client address, and for all together (`all_…`): addresses cost nothing.
+
+    They are generous: the manuals recommend 550 notifications.
+    """
 
     handles: int = 65_536
     """Symbol handles (0x716 beyond)."""
 
+    all_handles: int = 1 << 18
+    """Symbol handles of all clients together, those out of date among them (0x716 beyond)."""
+
     notifications: int = 65_536
     """Subscriptions (0x716 beyond)."""
 
+    all_notifications: int = 1 << 18
+    """Subscriptions of all clients together (0x716 beyond)."""
+
     answer_bytes: int = (1 << 26) - 64
     """Bytes of one answer (0x705 beyond): its packet is within the longest that routers take."""
-
-    all_notifications: int = 1 << 18
-    """Subscriptions of all clients together (0x716 beyond): addresses cost nothing."""
 
     sample_bytes: int = 1 << 20
     """Bytes of one sample (0x717 beyond)."""
@@ -27,11 +33,18 @@ class Limits:
     watched_bytes: int = 1 << 24
     """Bytes of one sample of each subscription together (0x717 beyond)."""
 
+    all_watched_bytes: int = 1 << 28
+    """The same of all clients together (0x717 beyond)."""
+
     frame_bytes: int = 1 << 18
     """Bytes of samples in one frame; a batch this large does not wait for its largest delay."""
 
     queue_bytes: int = 1 << 22
     """Bytes kept for a client that does not read; beyond, the oldest samples are dropped."""
+
+    all_queue_bytes: int = 1 << 27
+    """Bytes of samples kept for all clients together, not read or within their largest delay;
+    beyond, those with the most of them lose theirs."""
 
     unreachable_ns: int = 60_000_000_000
     """After this time without a way to the client, its handles and subscriptions end."""

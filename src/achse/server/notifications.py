@@ -69,6 +69,10 @@ class Notifications:
         self.limits = limits
         self.dropped = 0
         """Samples lost to clients that did not read."""
+        self.refused = 0
+        """Subscriptions that were not taken because there are too many, or too much in them."""
+        self.queued = 0
+        """Bytes of samples that are kept: until their largest delay, or for who does not read."""
         self.fresh: list[Subscription] = []
         """Added, first sample not yet sent."""
         self._task_cycle = task_cycle
@@ -77,6 +81,8 @@ class Notifications:
         self._subscriptions: dict[int, Subscription] = {}
         self._by_client: dict[bytes, dict[int, Subscription]] = {}
         self._bytes: dict[bytes, int] = {}
+        self._watched = 0
+        """Bytes of one sample of every subscription."""
         self._channels: dict[tuple[bytes, bytes, Endpoint | None], Channel] = {}
         self._pulses: dict[tuple[int, int], Pulse] = {}
         self._due: list[tuple[int, int, Pulse]] = []
@@ -131,17 +137,7 @@ class Notifications:
         """
         if mode not in _MODES:
             raise DeviceError(ReturnCode.TRANSMISSION_MODE_NOT_SUPPORTED, f"mode {mode}")
-        held = self._by_client.get(client, {})
-        if len(held) >= self.limits.notifications:
-            raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{len(held)} notifications")
-        if len(self._subscriptions) >= self.limits.all_notifications:
-            everybody = len(self._subscriptions)
-            raise DeviceError(
-                ReturnCode.NO_MORE_HANDLES, f"{everybody} notifications of all clients"
-            )
-        size = self._bytes.get(client, 0) + length
-        if length > self.limits.sample_bytes or size > self.limits.watched_bytes:
-            raise DeviceError(ReturnCode.INVALID_WATCH_SIZE, f"{length} bytes")
+        self._make_sure_of_room(client, length)
         first = read()
         delay = max_delay * 100 if max_delay >= _MILLISECOND else 0  # too small means at once
         batch = self._batch(client, server, via, delay)
@@ -151,7 +147,8 @@ class Notifications:
         batch.channel.subscriptions += 1
         self._subscriptions[handle] = subscription
         self._by_client.setdefault(client, {})[handle] = subscription
-        self._bytes[client] = size
+        self._bytes[client] = self._bytes.get(client, 0) + length
+        self._watched += length
         if mode != TransmissionMode.CLIENT_ONCE:
             beat = self._beat(batch, self._task_cycle(context), cycle_time * 100)
             subscription.beat = beat
@@ -160,6 +157,23 @@ class Notifications:
         if _SHORTEST < cycle_time < _MILLISECOND or _SHORTEST < max_delay < _MILLISECOND:
             self._diagnose(client, cycle_time, max_delay)
         return handle
+
+    def _make_sure_of_room(self, client: bytes, length: int) -> None:
+        limits = self.limits
+        held, everybody = len(self._by_client.get(client, ())), len(self._subscriptions)
+        if held >= limits.notifications or everybody >= limits.all_notifications:
+            self.refused += 1
+            raise DeviceError(
+                ReturnCode.NO_MORE_HANDLES,
+                f"{held} notifications of the client, {everybody} of all",
+            )
+        if (
+            length > limits.sample_bytes
+            or self._bytes.get(client, 0) + length > limits.watched_bytes
+            or self._watched + length > limits.all_watched_bytes
+        ):
+            self.refused += 1
+            raise DeviceError(ReturnCode.INVALID_WATCH_SIZE, f"{length} bytes")
 
     def _new_handle(self) -> int:
         handle = self._next_handle
@@ -223,6 +237,7 @@ class Notifications:
 
     def _remove(self, subscription: Subscription) -> None:
         del self._subscriptions[subscription.handle]
+        self._watched -= subscription.length
         self._stop(subscription)
         batch = subscription.batch
         channel = batch.channel
@@ -234,6 +249,7 @@ class Notifications:
         if not channel.subscriptions:
             del self._channels[channel.key]
             self._waiting.pop(channel, None)
+            self.queued -= channel.discard()
 
     def _stop(self, subscription: Subscription) -> None:
         """Take no more samples; a beat without any leaves its pulse, that without any goes too."""
@@ -258,7 +274,7 @@ class Notifications:
         if batch.deadline is None:
             return
         batch.deadline = None
-        batch.stamps.clear()
+        self.queued -= batch.discard()
         self._dropped += 1
         if self._dropped > 64 and self._dropped > len(self._deadlines) // 2:
             self._deadlines = [entry for entry in self._deadlines if entry[0] == entry[2].deadline]
@@ -351,7 +367,12 @@ class Notifications:
             filetime = from_unix_ns(stamp_time)
             frame_bytes = self.limits.frame_bytes
             for batch in self._open:
+                if not batch.subscriptions:  # ended since
+                    batch.parts.clear()
+                    continue
+                before = batch.size
                 batch.close_stamp(filetime, frame_bytes)
+                self.queued += batch.size - before
                 if batch.max_delay == 0 or batch.size >= frame_bytes:
                     batch.release()
                     ready[batch.channel] = None
@@ -370,6 +391,24 @@ class Notifications:
             self._waiting = {}
             for channel in ready:
                 self._send_channel(channel)
+        if self.queued > self.limits.all_queue_bytes:
+            self._make_room()
+
+    def _make_room(self) -> None:
+        """Drop what is kept for the clients with the most of it; a quarter of the room is left."""
+        enough = self.limits.all_queue_bytes * 3 // 4
+        for channel in sorted(self._channels.values(), key=lambda each: each.kept, reverse=True):
+            if self.queued <= enough:
+                return
+            if not channel.dropped:
+                log.warning(
+                    "samples for %s are dropped: too much is kept for all clients together",
+                    _name(channel.client),
+                    extra=channel.reader,
+                )
+            lost = channel.dropped
+            self.queued -= channel.discard()
+            self.dropped += channel.dropped - lost
 
     def _is_back(self, channel: Channel) -> bool:
         """Whether a client to whom no way led is there again: its samples go on."""
@@ -380,7 +419,8 @@ class Notifications:
     def _send_channel(self, channel: Channel) -> None:
         limits = self.limits
         if self._channels.get(channel.key) is not channel:
-            return  # nobody is subscribed any more
+            self.queued -= channel.discard()  # nobody is subscribed any more
+            return
         while channel.queue:
             if channel.congested:
                 self._waiting[channel] = None
@@ -391,9 +431,13 @@ class Notifications:
                             _name(channel.client),
                             extra=channel.reader,
                         )
+                    self.queued -= channel.queued
                     self.dropped += channel.shorten(limits.queue_bytes)
+                    self.queued += channel.queued
                 return
+            self.queued -= channel.queued
             frame = channel.frame(limits.frame_bytes)
+            self.queued += channel.queued
             try:
                 if self.sender is not None:
                     channel.away = not self.sender.deliver(frame)

@@ -133,6 +133,20 @@ class Channel:
         self.dropped += lost
         return lost
 
+    @property
+    def kept(self) -> int:
+        """Bytes of all samples that are not under way yet."""
+        return self.queued + sum(batch.size for batch in self.batches.values())
+
+    def discard(self) -> int:
+        """Drop all that is kept; how many bytes."""
+        size = self.kept
+        self.shorten(0)
+        for batch in self.batches.values():
+            self.dropped += sum(samples for samples, _ in batch.stamps)
+            batch.discard()
+        return size
+
     def frame(self, size: int) -> Frame:
         """The oldest stamps as one frame of about `size` bytes."""
         queue = self.queue
@@ -197,9 +211,14 @@ class Batch:
         """Hand everything gathered to the channel."""
         self.channel.queue.extend(self.stamps)
         self.channel.queued += self.size
-        self.stamps.clear()
-        self.size = 0
+        self.discard()
         self.deadline = None
+
+    def discard(self) -> int:
+        """Forget everything gathered; how many bytes."""
+        size, self.size = self.size, 0
+        self.stamps.clear()
+        return size
 
 
 class Series:

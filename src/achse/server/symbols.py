@@ -11,6 +11,7 @@ from typing import Protocol
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
+from achse.server.limits import Limits
 from achse.server.table import IndexGroup, RawGroup, Reader
 
 __all__ = ["Symbol", "SymbolServices", "SymbolSource", "UploadInfo", "decode_name"]
@@ -146,9 +147,11 @@ class SymbolServices:
     released.
     """
 
-    def __init__(self, source: SymbolSource, handles_per_client: int) -> None:
+    def __init__(self, source: SymbolSource, limits: Limits) -> None:
         self.source = source
-        self.handles_per_client = handles_per_client
+        self.limits = limits
+        self.refused = 0
+        """Handles that were not given because too many are out."""
         self._handles: dict[int, _Handle] = {}
         self._stale: dict[int, bytes] = {}
         self._held: dict[bytes, set[int]] = {}
@@ -284,9 +287,7 @@ class SymbolServices:
         if read_length < 4:
             raise DeviceError(ReturnCode.INVALID_SIZE, f"a handle is 4 bytes, asked {read_length}")
         symbol = self._resolve(data)
-        held = self._held.get(client, ())
-        if len(held) >= self.handles_per_client:
-            raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{len(held)} handles are out")
+        self._make_sure_of_room(client)
         handle = self._next
         while handle in self._handles or handle in self._stale:
             handle = handle + 1 & 0xFFFF_FFFF or 1
@@ -294,6 +295,14 @@ class SymbolServices:
         self._handles[handle] = _Handle(symbol, client)
         self._held.setdefault(client, set()).add(handle)
         return _HANDLE.pack(handle) if read_length == 4 else _handle_and_type(handle, symbol)
+
+    def _make_sure_of_room(self, client: bytes) -> None:
+        held = len(self._held.get(client, ()))
+        if held >= self.limits.handles or self.count >= self.limits.all_handles:
+            self.refused += 1
+            raise DeviceError(
+                ReturnCode.NO_MORE_HANDLES, f"{held} handles of the client, {self.count} of all"
+            )
 
     def _release_handle(self, offset: int, data: bytes, client: bytes) -> None:
         if len(data) != 4:

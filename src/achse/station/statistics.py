@@ -12,7 +12,7 @@ def statistics(station: "Station") -> dict[str, Any]:
     """Present figures as numbers and texts; times in seconds of station time."""
     devices = []
     for device in station.devices:
-        notifications = device.notifications
+        notifications, symbols = device.notifications, device.symbols
         devices.append(
             {
                 "name": device.name,
@@ -20,8 +20,10 @@ def statistics(station: "Station") -> dict[str, Any]:
                 "state": device.ads_state.name,
                 "clients": len(set(notifications.clients)),
                 "subscriptions": len(notifications),
+                "handles": 0 if symbols is None else symbols.count,
+                "refused": notifications.refused + (0 if symbols is None else symbols.refused),
+                "queued_bytes": notifications.queued,
                 "samples_dropped": notifications.dropped,
-                "handles": 0 if device.symbols is None else device.symbols.count,
             }
         )
     connections = [
