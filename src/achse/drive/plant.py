@@ -99,6 +99,10 @@ def move(d: DriveFields, dt: float) -> None:
     demanded = d.demand_torque + torque_offset
     command = 0.0
     limited = 0
+    if control == CONTROL_TORQUE:  # the modes keep their demand within the limits themselves
+        above = d.target_torque > highest and d.demand_torque >= highest
+        below = d.target_torque < lowest and d.demand_torque <= lowest
+        limited = 1 if above or below else 0
     d.previous_position = position
 
     for _ in range(parts):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from achse.drive import Load, Machine, Mode, VirtualDrive
+from achse.drive import Load, Machine, Mode, VirtualDrive, Warn
 
 REACHED = 0x0400
 
@@ -47,6 +47,24 @@ def test_limits(drive: VirtualDrive, index: int, value: int, target: int, torque
     drive.put(0x6071, target)
     drive.run(0.05)
     assert drive.get(0x6077) == torque
+
+
+@pytest.mark.parametrize("mode", [Mode.PROFILE_TORQUE, Mode.CYCLIC_TORQUE])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_target_beyond_the_limit_shows_once_the_limit_acts(
+    drive: VirtualDrive, mode: Mode, sign: int
+) -> None:
+    drive.faults.jam()
+    drive.set(0x6087, 1_000)
+    drive.enable(mode)
+    drive.put(0x6072, 50)
+    drive.put(0x6071, 50 * sign)
+    assert not drive.control(0x0F, 100) & 0x0800, "at the limit, not beyond"
+    drive.put(0x6071, 51 * sign)
+    assert drive.control(0x0F, 2) & 0x0800
+    assert drive.get(0x3111) == Warn.TORQUE_LIMIT.mask
+    drive.put(0x6071, 0)
+    assert not drive.control(0x0F, 100) & 0x0800
 
 
 def test_torque_accelerates_the_inertia() -> None:
