@@ -141,3 +141,13 @@ def test_the_gain_in_force(make_bench: Any) -> None:
     bench.start(1000.0, 400.0)
     bench.run(2.0)
     assert bench.get(0x6101, 0x111, "<d") == 40.0
+
+
+@pytest.mark.parametrize("where", [(S, 0x110), (S, 0xA10), (0x4101, 0x2_0110), (0x4101, 0x2_0A10)])
+def test_the_acceleration_feedforward_of_a_pid_controller(
+    make_bench: Any, where: tuple[int, int]
+) -> None:
+    bench = make_bench(controller_type=3, controller_acceleration_feedforward_ka=0.01)
+    bench.start(500.0, 100.0)
+    bench.until(lambda: bench.axis.set_acceleration > 100.0)
+    assert bench.get(*where, REAL) == pytest.approx(0.01 * bench.axis.set_acceleration)

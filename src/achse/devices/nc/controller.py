@@ -182,6 +182,7 @@ CONTROLLER_STATES = (
     shown(0x254, REAL64, "observer_acceleration"),
     shown(0x255, REAL64, "observer_motor_current"),
     shown(0x256, UINT16, "observer_i_limit_active"),
+    shown(0xA10, REAL64, "mw_acceleration_feedforward", "acceleration_feedforward"),
 )  # fmt: skip
 
 CONTROLLER_VIEWS = {

@@ -61,7 +61,6 @@ _UNSERVED = {
         (0x4100, 0x20A04, "R", "controller_mw_i_limit_active"),
         (0x4100, 0x20A05, "R", "controller_mw_d_limit_active"),
         (0x4100, 0x20A06, "R", "controller_mw_arw_active"),
-        (0x4100, 0x20A10, "R", "controller_mw_acceleration_feedforward"),
         (0x6000, 0xA03, "RW", "cylinder_area_a"),
         (0x6000, 0xA04, "RW", "cylinder_area_b"),
         (0x6000, 0xA05, "RW", "nominal_volume_flow"),
@@ -73,7 +72,6 @@ _UNSERVED = {
         (0x6100, 0xA03, "R", "mw_d_part"),
         (0x6100, 0xA04, "R", "mw_i_limit_active"),
         (0x6100, 0xA05, "R", "mw_d_limit_active"),
-        (0x6100, 0xA10, "R", "mw_acceleration_feedforward"),
     ),
     "of a coupled slave; couplings are not built yet: answers 0x703": (
         (0x4100, 0x22, "R", "coupling_parameters"),
