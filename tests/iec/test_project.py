@@ -134,3 +134,92 @@ def test_one_file(folder: Path) -> None:
     assert [unit.name for unit in parsed.units] == ["ST_X"]
     with pytest.raises(SourceError, match="cannot be read"):
         parse_file(folder / "DUTs")
+
+
+LIBRARY = """<TcModuleClass><DataTypes>
+<DataType><Name Namespace="Lib">E_Lib</Name><BitSize>16</BitSize><BaseType>INT</BaseType>
+ <EnumInfo><Text>Off</Text><Enum>0</Enum></EnumInfo>
+ <EnumInfo><Text>Slow</Text><Enum>3</Enum></EnumInfo></DataType>
+<DataType><Name Namespace="Lib">ST_Lib</Name><BitSize>64</BitSize>
+ <SubItem><Name>n</Name><Type>INT</Type><BitSize>16</BitSize><BitOffs>32</BitOffs>
+  <Default><Value>5</Value></Default></SubItem></DataType>
+<DataType><Name Namespace="Lib">FB_Lib</Name><BitSize>192</BitSize>
+ <SubItem><Name>nState</Name><Type>DINT</Type><BitSize>32</BitSize><BitOffs>64</BitOffs></SubItem>
+ <Properties><Property><Name>PouType</Name><Value>FunctionBlock</Value></Property></Properties>
+</DataType>
+<DataType><Name>ST_Own</Name><BitSize>8</BitSize><BaseType>BYTE</BaseType></DataType>
+</DataTypes>
+<Modules><Module TargetPlatform="TwinCAT RT (x64)"><Name>Old</Name></Module></Modules>
+</TcModuleClass>"""
+USER = """TYPE ST_Own : STRUCT a, b : LREAL; END_STRUCT END_TYPE
+FUNCTION_BLOCK FB_User EXTENDS Lib.FB_Lib
+VAR n : INT := nState; END_VAR
+END_FUNCTION_BLOCK
+PROGRAM P
+VAR
+    st : ST_Lib := (n := Slow);
+    e : Lib.E_Lib := E_Lib.Slow;
+    f : Lib.E_Lib := Lib.E_Lib.Slow;
+    own : ST_Own;
+    fb : FB_User;
+END_VAR
+END_PROGRAM
+"""
+
+
+def test_types_that_nothing_declares_come_from_the_symbol_file_beside(tmp_path: Path) -> None:
+    (tmp_path / "P.st").write_text(USER)
+    (tmp_path / "Old.TMC").write_text(LIBRARY)
+    program = load_project(tmp_path).declarations.programs["p"].__iec__
+    members = {item.name: item for item in program.members}
+    assert [(m.name, m.type.name, m.type.size) for m in program.members] == [
+        ("st", "Lib.ST_Lib", 8),
+        ("e", "Lib.E_Lib", 2),
+        ("f", "Lib.E_Lib", 2),
+        ("own", "ST_Own", 16),  # What the sources declare is theirs.
+        ("fb", "FB_User", 32),
+    ]
+    assert members["st"].initial_bytes() == b"\0\0\0\0\3\0\0\0"
+    assert members["e"].initial_bytes() == members["f"].initial_bytes() == b"\3\0"
+    assert members["fb"].type.member("n").offset == 24  # type: ignore[attr-defined]
+
+
+def test_a_symbol_file_is_named_among_the_libraries_or_bears_the_name(tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a/P.st").write_text("PROGRAM P VAR x : ST_Lib; END_VAR END_PROGRAM")
+    (tmp_path / "b.tmc").write_text(LIBRARY)
+    found = load_project(tmp_path / "a", libraries=[tmp_path / "b.tmc"]).declarations
+    assert found.programs["p"].__iec__.size == 8
+    (tmp_path / "a/other.tmc").write_text(LIBRARY)
+    with pytest.raises(SourceError, match="no type is named 'ST_Lib'"):
+        load_project(tmp_path / "a/P.st")
+    (tmp_path / "a/p.tmc").write_text(LIBRARY)
+    assert load_project(tmp_path / "a/P.st").declarations.programs["p"].__iec__.size == 8
+    (tmp_path / "a/P.plcproj").write_text('<a><Compile Include="P.st"/></a>')
+    assert load_project(tmp_path).declarations.programs["p"].__iec__.size == 8
+
+
+def test_a_type_in_neither_is_told_with_both(tmp_path: Path) -> None:
+    (tmp_path / "P.st").write_text("PROGRAM P VAR x : ST_Nowhere; END_VAR END_PROGRAM")
+    (tmp_path / "Old.tmc").write_text(LIBRARY)
+    with pytest.raises(SourceError) as caught:
+        load_project(tmp_path)
+    message = r"no type is named 'ST_Nowhere', in the sources or in Old.tmc"
+    assert caught.value.faults[0].message == message
+    assert "P.st:1:19" in str(caught.value)
+
+
+def test_the_symbol_file_tells_the_platform(tmp_path: Path) -> None:
+    (tmp_path / "P.st").write_text("PROGRAM P VAR x : POINTER TO INT; END_VAR END_PROGRAM")
+    assert load_project(tmp_path).rules.pointer_size == 8
+    (tmp_path / "P.tmc").write_text(LIBRARY.replace("x64", "x86"))
+    project = load_project(tmp_path)
+    assert project.rules.pointer_size == 4
+    assert project.declarations.programs["p"].__iec__.size == 4
+
+
+def test_a_fault_in_the_symbol_file_is_told_in_its_place(tmp_path: Path) -> None:
+    (tmp_path / "P.st").write_text("PROGRAM P VAR x : ST_Lib; END_VAR END_PROGRAM")
+    (tmp_path / "P.tmc").write_text(LIBRARY.replace(">32</BitOffs>", ">320</BitOffs>"))
+    with pytest.raises(SourceError, match=r"P\.tmc:6:2: member 'n' ends at 42 of 8 bytes"):
+        load_project(tmp_path)

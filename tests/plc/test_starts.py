@@ -2,10 +2,12 @@
 
 import random
 import struct
+from pathlib import Path
 
 import pytest
 
 from achse.iec import DeclarationError, plain
+from achse.iec.project import load_project
 from achse.iec.st.declare import Declarations, declare
 from achse.iec.st.parser import parse
 from achse.plc import PlcRuntime, Task
@@ -209,3 +211,21 @@ END_VAR END_PROGRAM"""
         assert plc.instance("P")["p"] == address(plc, "P.n")
         outcomes.add("warned" if plc.warnings else "whole")
     assert outcomes == {"refused", "warned", "whole"}
+
+
+def test_what_a_base_from_a_symbol_file_has_is_known(tmp_path: Path) -> None:
+    (tmp_path / "P.st").write_text(
+        "FUNCTION_BLOCK FB EXTENDS FB_Lib VAR n : DINT := nState + 1; END_VAR END_FUNCTION_BLOCK\n"
+        "PROGRAM P VAR fb : FB; END_VAR END_PROGRAM"
+    )
+    (tmp_path / "P.tmc").write_text("""<TcModuleClass><DataTypes>
+<DataType><Name Namespace="Lib">FB_Lib</Name><BitSize>128</BitSize>
+ <SubItem><Name>nState</Name><Type>DINT</Type><BitSize>32</BitSize><BitOffs>64</BitOffs>
+  <Default><Value>41</Value></Default></SubItem>
+ <Properties><Property><Name>PouType</Name><Value>FunctionBlock</Value></Property></Properties>
+</DataType></DataTypes>
+<Modules><Module TargetPlatform="TwinCAT RT (x64)"><Name>P</Name></Module></Modules>
+</TcModuleClass>""")
+    plc = PlcRuntime([Task()], load_project(tmp_path).declarations.units)
+    assert plc.warnings == ()
+    assert plain(plc.instance("P"))["fb"]["n"] == 42

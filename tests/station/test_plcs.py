@@ -279,7 +279,7 @@ def test_types_of_libraries_come_from_their_sources(folder: Path) -> None:
     )
     with pytest.raises(ConfigError, match=r"named 'Tc2_MC2\.AXIS_REF'") as refusal:
         _station(folder, '[[plc]]\nsources = "axis.st"\n')
-    assert str(refusal.value).endswith("declarations that stand in for them")
+    assert str(refusal.value).endswith("there or beside the sources")
     station = _station(folder, '[[plc]]\nsources = "axis.st"\nlibraries = ["library.st"]\n')
     assert _value(station, "P.a.n") == b"\5\0\0\0"
     with pytest.raises(ConfigError, match="libraries go with sources"):

@@ -12,19 +12,30 @@ from pathlib import Path, PureWindowsPath
 from urllib.parse import unquote
 
 from achse.iec.declare import Typelike
-from achse.iec.layout import TC3_X64, LayoutRules
+from achse.iec.layout import TC3_X64, TC3_X86, LayoutRules
 from achse.iec.st.declare import Declarations, declare
 from achse.iec.st.envelope import TaskDeclaration, parse_envelope, read_task
 from achse.iec.st.lexer import Defines
 from achse.iec.st.parser import Parsed, parse
 from achse.iec.st.source import Fault, Location, Source, SourceError
+from achse.iec.symbolfiles.library import LibraryTypes
 from achse.iec.xml import parse_xml
 
-__all__ = ["SUFFIXES", "Project", "load_project", "parse_file", "source_files"]
+__all__ = [
+    "SUFFIXES",
+    "SYMBOL_FILE",
+    "Project",
+    "load_project",
+    "parse_file",
+    "source_files",
+    "symbol_files",
+]
 
 SUFFIXES = (".st", ".tcpou", ".tcgvl", ".tcdut", ".tctleo", ".tcio", ".tctto")
 """Endings of the files that are read, in lower case."""
 
+SYMBOL_FILE = ".tmc"
+"""Ending of the files that have the types of libraries, in lower case."""
 _TASK = ".tctto"
 _PROJECT = ".plcproj"
 _LARGEST_FILE = 1 << 26
@@ -38,6 +49,7 @@ class Project:
     declarations: Declarations
     tasks: tuple[TaskDeclaration, ...]
     sources: tuple[Parsed, ...]
+    rules: LayoutRules
 
 
 def load_project(
@@ -46,24 +58,48 @@ def load_project(
     libraries: Iterable[str | Path] = (),
     types: Mapping[str, Typelike] | None = None,
     constants: Mapping[str, object] | None = None,
-    rules: LayoutRules = TC3_X64,
+    rules: LayoutRules | None = None,
     defines: Defines = (),
 ) -> Project:
     """Read and declare the sources of a folder, of a `.plcproj`, or one source file.
 
     `libraries` are further such paths; only what the project names of them is declared, and
-    checked. `types`
-    and `constants` are those of libraries that come without sources, by name. `defines` are what
+    checked. `types` and `constants` are those of libraries that come without sources, by name.
+    Types that are in none of these are taken from `.tmc` files: those in `libraries`, and those
+    beside the project, in its folder (of a single source the one with its name). `rules` are
+    those of the platform that a `.tmc` is for, else of 64 bits. `defines` are what
     `{IF defined (…)}` finds. Raises `SourceError` with every fault of every file.
     """
     faults: list[Fault] = []
+    others = [Path(item) for item in libraries]
+    named = [item for item in others if item.suffix.lower() == SYMBOL_FILE]
     sources, tasks = _read(Path(path), defines, faults)
     faults += [fault for parsed in sources for fault in parsed.faults]
-    found = [parsed for item in libraries for parsed in _read(Path(item), defines, faults)[0]]
+    found = [
+        parsed for item in others if item not in named for parsed in _read(item, defines, faults)[0]
+    ]
     if faults:
         raise SourceError(faults)
-    declared = declare(sources, libraries=found, types=types, constants=constants, rules=rules)
-    return Project(declared, tuple(tasks), tuple(sources))
+    files = [(item, item.name) for item in (*named, *symbol_files(Path(path)))]
+    further = LibraryTypes((_content(*item), item[1]) for item in files)
+    if rules is None:
+        rules = TC3_X86 if further.pointer_size == 4 else TC3_X64
+    declared = declare(
+        sources, libraries=found, types=types, constants=constants, rules=rules, further=further
+    )
+    return Project(declared, tuple(tasks), tuple(sources), rules)
+
+
+def symbol_files(path: Path) -> list[Path]:
+    """The `.tmc` files beside a project."""
+    if path.is_dir():
+        projects = [file for file in _below(path) if file.suffix.lower() == _PROJECT]
+        path = projects[0] if len(projects) == 1 else path
+    folder = path if path.is_dir() else path.parent
+    found = [item for item in sorted(folder.iterdir()) if item.suffix.lower() == SYMBOL_FILE]
+    if path.is_file() and path.suffix.lower() != _PROJECT:
+        return [item for item in found if item.stem.lower() == path.stem.lower()]
+    return found
 
 
 def _read(
@@ -96,7 +132,7 @@ def source_files(path: Path) -> list[tuple[Path, str]]:
         return [(path, path.name)]
     if not path.is_dir():
         raise _refused(str(path), "expected a folder of PLC sources or a source file")
-    below = sorted(item for item in path.rglob("*") if not _is_hidden(item, path))
+    below = _below(path)
     projects = [item for item in below if item.suffix.lower() == _PROJECT]
     if len(projects) > 1:
         names = ", ".join(item.relative_to(path).as_posix() for item in projects[:5])
@@ -111,6 +147,11 @@ def source_files(path: Path) -> list[tuple[Path, str]]:
     if not files:
         raise _refused(str(path), f"expected files like {', '.join(SUFFIXES)}")
     return files
+
+
+def _below(folder: Path) -> list[Path]:
+    """All that is in a folder and not hidden, in a fixed order."""
+    return sorted(item for item in folder.rglob("*") if not _is_hidden(item, folder))
 
 
 def _is_hidden(item: Path, root: Path) -> bool:

@@ -179,6 +179,10 @@ class StructType(IecType[R], Generic[R]):
             raise IecPathError(f"{self.name} has no member {name[:80]!r}")
         return found
 
+    def has_member(self, name: str) -> bool:
+        """Whether there is a member of that name, without case."""
+        return name.lower() in self._by_name
+
     @property
     def methods(self) -> tuple[Method, ...]:
         """All methods that can be called, inherited ones first."""

@@ -21,7 +21,7 @@ from achse.station.config import ConfigError, PlcConfig, TaskConfig
 
 __all__ = ["PlcSource", "collection_paused"]
 
-_SOURCES = {".st", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto", ".plcproj"}
+_SOURCES = {".st", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto", ".plcproj", ".tmc"}
 _AREAS = {
     "I": Area.INPUT,
     "Q": Area.OUTPUT,
@@ -185,6 +185,7 @@ class PlcSource:
                     for task in project.tasks
                 ],
                 root.resolve().stem,
+                project.rules.pointer_size,
             )
         if config.symbols is not None:
             path = self.base / config.symbols

@@ -18,7 +18,7 @@ from achse.iec.st.constants import NotConstant
 from achse.iec.st.cursor import Unexpected
 from achse.iec.st.parser import Parsed
 from achse.iec.st.resolve import Resolver, generics_of
-from achse.iec.st.scopes import Entry, Failed, Scope
+from achse.iec.st.scopes import Entry, Failed, FurtherTypes, Scope
 from achse.iec.st.source import Source, SourceError
 from achse.iec.st.standard import standard_library
 from achse.iec.st.tree import Address, Expression, NamedType, TypeSpec, VarBlock
@@ -43,8 +43,8 @@ from achse.iec.variables import Address as Place
 __all__ = ["Declarations", "declare"]
 
 _HINT = (
-    "types of libraries come from `libraries`:"
-    " their sources, or declarations that stand in for them"
+    "types of libraries come from `libraries`: their sources, or declarations that stand in for"
+    " them; or from the .tmc of the built project, there or beside the sources"
 )
 
 
@@ -72,17 +72,19 @@ def declare(
     types: Mapping[str, Typelike] | None = None,
     constants: Mapping[str, object] | None = None,
     rules: LayoutRules = TC3_X64,
+    further: FurtherTypes | None = None,
 ) -> Declarations:
     """Declare what the sources say. Raises `SourceError` with every fault found.
 
     Of `libraries` only what the sources name is declared, so that a fault elsewhere in them does
-    no harm. `types` and `constants` are those of libraries that come without sources, by name.
+    no harm. `types` and `constants` are those of libraries that come without sources, by name;
+    `further` has types that are in neither.
     """
     sources, libraries = list(sources), list(libraries)
     faults = [fault for parsed in sources for fault in parsed.faults]
     if faults:
         raise SourceError(faults)
-    declarer = _Declarer(types or {}, constants or {}, rules)
+    declarer = _Declarer(types or {}, constants or {}, rules, further)
     declarer.add(sources)
     declarer.add(libraries, is_library=True)
     declarer.add([standard_library()], is_library=True)
@@ -104,9 +106,13 @@ class _Declarer(Resolver):
     """Walks all units once, and makes what they declare."""
 
     def __init__(
-        self, types: Mapping[str, Typelike], constants: Mapping[str, object], rules: LayoutRules
+        self,
+        types: Mapping[str, Typelike],
+        constants: Mapping[str, object],
+        rules: LayoutRules,
+        further: FurtherTypes | None,
     ) -> None:
-        super().__init__(types, constants, rules)
+        super().__init__(types, constants, rules, further)
         self._addresses: dict[str, tuple[Address, Source]] = {}
         self._units: dict[str, type[Record]] = {}
 

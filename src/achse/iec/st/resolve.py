@@ -17,13 +17,15 @@ from achse.iec.derived import (
 )
 from achse.iec.elementary import INT, IntegerType
 from achse.iec.enums import EnumType
+from achse.iec.errors import IecError
 from achse.iec.layout import LayoutRules
 from achse.iec.names import elementary, with_coding
 from achse.iec.st.callables import methods_of, properties_of
 from achse.iec.st.constants import Constant
 from achse.iec.st.cursor import Unexpected
 from achse.iec.st.initials import InitialValues, Left
-from achse.iec.st.scopes import Entry, Failed, Scope, Scopes, attributes_of
+from achse.iec.st.scopes import Entry, Failed, FurtherTypes, Scope, Scopes, attributes_of
+from achse.iec.st.source import SourceError
 from achse.iec.st.starts import StartValues, start_value
 from achse.iec.st.tree import (
     NO_NOTE,
@@ -78,13 +80,19 @@ _MORE_NAMES = {"ltime_of_day": "ltod", "ldate_and_time": "ldt"}
 class Resolver(Scopes):
     """Makes types, each when it is first asked for.
 
-    `types` are those that no source declares (of libraries, of Python code), by name.
+    `types` are those that no source declares (of libraries, of Python code), by name; `further`
+    is asked for what is in neither.
     """
 
     def __init__(
-        self, types: Mapping[str, Typelike], constants: Mapping[str, object], rules: LayoutRules
+        self,
+        types: Mapping[str, Typelike],
+        constants: Mapping[str, object],
+        rules: LayoutRules,
+        further: FurtherTypes | None = None,
     ) -> None:
         super().__init__(constants)
+        self._further = further
         self.rules = rules
         self._types = {name.lower(): iec_type(type) for name, type in types.items()}
         self._pointers: list[tuple[PointerType, Scope, int]] = []
@@ -98,14 +106,29 @@ class Resolver(Scopes):
 
     # specifications ------------------------------------------------------------------------
 
-    def given_type(self, name: str) -> IecType[Any] | None:
+    def given_type(self, name: str, at: int) -> IecType[Any] | None:
         key = name.lower()
         known = elementary(self.rules.pointer_size)
         found = self._types.get(key) or known.get(_MORE_NAMES.get(key, key))
         while found is None and "." in key:
             key = key.partition(".")[2]
             found = self._types.get(key)
+        if found is None and self._further is not None:
+            try:
+                return self._further.type(name)
+            except SourceError:
+                raise  # of the file, not of what names the type
+            except IecError as doubt:
+                raise Unexpected(at, str(doubt)) from None
         return found
+
+    def given_values(self, name: str) -> list[Constant]:
+        return [
+            Constant(number, type)
+            for type in (self._further.enumerations(name) if self._further else ())
+            for value, number in type.numbers.items()
+            if value.lower() == name
+        ]
 
     def type_of(self, spec: TypeSpec, scope: Scope, hint: str) -> IecType[Any]:
         match spec:
@@ -166,7 +189,7 @@ class Resolver(Scopes):
     def _found(self, spec: NamedType, scope: Scope) -> IecType[Any]:
         entry = self.find(spec.name, scope.space)
         if entry is None or (entry.is_library and spec.name.lower() in self._types):
-            found = self.given_type(spec.name)
+            found = self.given_type(spec.name, spec.at)
             if found is None:
                 raise self._unknown(spec)
             if spec.generics:
@@ -180,7 +203,9 @@ class Resolver(Scopes):
         self.unknown_types.add(spec.name)
         near = get_close_matches(spec.name, [item.name for item in self.entries.values()], 1, 0.8)
         meant = "".join(f"; near: {name}" for name in near)
-        return Unexpected(spec.at, f"no type is named '{spec.name[:80]}'{meant}")
+        files = () if self._further is None else self._further.names
+        where = f", in the sources or in {', '.join(files)}" if files else ""
+        return Unexpected(spec.at, f"no type is named '{spec.name[:80]}'{where}{meant}")
 
     def _instance(self, entry: Entry, spec: NamedType, scope: Scope) -> Entry:
         """The block that a generic one is with these values of its VAR_GENERIC."""

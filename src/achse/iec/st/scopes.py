@@ -1,9 +1,9 @@
 """Names: what is declared where, and the constants that names stand for."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 from achse.iec.derived import resolved
 from achse.iec.enums import EnumType
@@ -34,9 +34,10 @@ from achse.iec.st.units import (
     TypeDeclaration,
     Unit,
 )
+from achse.iec.structs import StructType
 from achse.iec.types import IecType
 
-__all__ = ["DEEPEST", "Entry", "Failed", "Scope", "Scopes", "attributes_of"]
+__all__ = ["DEEPEST", "Entry", "Failed", "FurtherTypes", "Scope", "Scopes", "attributes_of"]
 
 T = TypeVar("T")
 
@@ -73,6 +74,8 @@ class Scope:
     owner: str
     space: str = ""
     base: "Scope | None" = None
+    extends: NamedType | None = None
+    """The base that no source declares."""
     variables: dict[str, Declared] = field(default_factory=dict)
     values: dict[str, Constant] = field(default_factory=dict)
     """Values of enumerations declared inside."""
@@ -80,6 +83,16 @@ class Scope:
     """Those worked out already; None while one is."""
     failed: set[str] = field(default_factory=set)
     """Constants at fault, which is told."""
+
+
+def _with_bases(scope: Scope) -> Iterator[Scope]:
+    """A scope and those of the blocks it extends, which faulty sources may close to a ring."""
+    seen: set[int] = set()
+    here: Scope | None = scope
+    while here is not None and id(here) not in seen:
+        yield here
+        seen.add(id(here))
+        here = here.base
 
 
 def attributes_of(note: Note) -> dict[str, str]:
@@ -90,6 +103,23 @@ def attributes_of(note: Note) -> dict[str, str]:
         name.lower() if name.lower() == "pack_mode" else name: value
         for name, value in note.attributes
     }
+
+
+class FurtherTypes(Protocol):
+    """Where types come from that neither sources nor Python code declare: symbol files."""
+
+    @property
+    def names(self) -> Sequence[str]:
+        """The files, as faults name them."""
+        ...
+
+    def type(self, name: str) -> IecType[Any] | None:
+        """The type of a name. `DeclarationError` if it may mean several."""
+        ...
+
+    def enumerations(self, value: str) -> Sequence[EnumType[Any]]:
+        """The enumerations with a value of that name, which may stand alone."""
+        ...
 
 
 class Scopes:
@@ -166,6 +196,8 @@ class Scopes:
                 base = self.find(tree.extends.name, entry.space)
                 if base is not None and isinstance(base.tree, FunctionBlock):
                     found.base = self.scope(base)
+                elif base is None:
+                    found.extends = tree.extends
             for block in getattr(tree, "blocks", ()):
                 for declaration in block.variables:
                     for item in declaration.names:
@@ -213,8 +245,12 @@ class Scopes:
         """The type that a unit declares."""
         raise NotImplementedError
 
-    def given_type(self, name: str) -> IecType[Any] | None:
+    def given_type(self, name: str, at: int) -> IecType[Any] | None:
         """An elementary type, or one handed in."""
+        raise NotImplementedError
+
+    def given_values(self, name: str) -> list[Constant]:
+        """Values of that name, in lower case, of enumerations handed in."""
         raise NotImplementedError
 
     def has_property(self, block: str, name: str) -> bool:
@@ -261,6 +297,8 @@ class Scopes:
         own = self._own(keys[0], scope)
         if own is not None and not (len(keys) == 2 and self._is_enum(keys[0], scope.space)):
             return self._of_variable(*own, keys, at)
+        if self.is_inherited(keys[0], scope):
+            raise NotConstant(at)
         if len(keys) == 1:
             return self._global(keys[0], path[0], at)
         if (found := self._qualified(keys, scope.space, at)) is not None:
@@ -297,14 +335,18 @@ class Scopes:
 
     def _own(self, key: str, scope: Scope) -> tuple[Scope, Declared] | None:
         """The variable of that name in a scope or in those it extends."""
-        seen = set()
-        here: Scope | None = scope
-        while here is not None and id(here) not in seen:
+        for here in _with_bases(scope):
             if key in here.variables:
                 return here, here.variables[key]
-            seen.add(id(here))
-            here = here.base
         return None
+
+    def is_inherited(self, key: str, scope: Scope) -> bool:
+        """Whether a variable comes from a base that no source declares."""
+        for here in _with_bases(scope):
+            if here.extends is not None:
+                base = self.given_type(here.extends.name, here.extends.at)
+                return isinstance(base, StructType) and base.has_member(key)
+        return False
 
     def _global(self, key: str, name: str, at: int) -> Constant:
         found = self._globals.get(key, ())
@@ -323,6 +365,12 @@ class Scopes:
             return self._given_constant(key, at)
         if key in self.entries:
             raise NotConstant(at)
+        further = self.given_values(key)
+        if len(further) > 1:
+            places = " and ".join(item.type.name for item in further[:3] if item.type)
+            raise Unexpected(at, f"'{name}' is a value of {places}: which one is meant?")
+        if further:
+            return further[0]
         raise Unexpected(at, f"no constant or variable is named '{name[:80]}'")
 
     def _qualified(self, keys: list[str], space: str, at: int) -> Constant | None:
@@ -331,7 +379,7 @@ class Scopes:
             name = ".".join(keys[:cut])
             entry = self.find(name, space)
             if entry is None:
-                given = self.given_type(name)
+                given = self.given_type(name, at)
                 if given is not None and isinstance(given := resolved(given), EnumType):
                     return self._member(given, keys[cut], at)
             elif isinstance(entry.tree, TypeDeclaration):
@@ -413,7 +461,7 @@ class Scopes:
             if len(path) > 1:
                 raise NotConstant(at)
             return self.type_of(declared[1].type, owner, f"{owner.owner}.{path[0]}").size
-        given = self.given_type(name)
+        given = self.given_type(name, at)
         if given is not None:
             return given.size
         entry = self.find(name, scope.space)

@@ -125,9 +125,9 @@ class StartValues:
     def _named(self, path: tuple[str, ...], at: int) -> Spot:
         """The variable `a.b.c`: of the own record, of a list or of a program."""
         found = self._names.variable(path, self._scope)
-        if found is None:
+        if found is None and not self._names.is_inherited(path[0].lower(), self._scope):
             raise NotConstant(at)
-        owner, rest = found
+        owner, rest = found or (self._scope, list(path))
         if self._names.is_placed(owner):
             try:
                 spot = self._surroundings.variable(f"{owner.owner}.{rest[0]}")

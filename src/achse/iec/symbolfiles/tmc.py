@@ -8,7 +8,7 @@ from achse.iec.symbolfiles.types import FileTypes, checked_address, properties_o
 from achse.iec.variables import Variable
 from achse.iec.xml import Element, parse_xml
 
-__all__ = ["AREAS", "read_tmc"]
+__all__ = ["AREAS", "read_tmc", "types_of_tmc"]
 
 AREAS = {"InputDst": "I", "OutputSrc": "Q", "MArea": "M", "RetainSrc": "R", "Internal": "D"}
 """AreaType of a data area, and the area of an `Address`; any other type counts as data."""
@@ -16,8 +16,8 @@ AREAS = {"InputDst": "I", "OutputSrc": "Q", "MArea": "M", "RetainSrc": "R", "Int
 _TOOL_NOTES = {"TcVarGlobal", "TcAddressType", "TcPersistent"}
 
 
-def read_tmc(data: bytes, source: str = "tmc") -> SymbolFile:
-    """The content of a `.tmc`. Raises `SourceError` with the line of the fault."""
+def types_of_tmc(data: bytes, source: str = "tmc") -> tuple[FileTypes, Element]:
+    """The types of a `.tmc`, and its module. Raises `SourceError` with the line of the fault."""
     root = parse_xml(data, source)
     if root.tag != "TcModuleClass":
         root.fault(f"expected <TcModuleClass>, the root of a .tmc, got <{shown(root.tag)[1:-1]}>")
@@ -25,9 +25,14 @@ def read_tmc(data: bytes, source: str = "tmc") -> SymbolFile:
     module = None if modules is None else modules.find("Module")
     if module is None:
         root.fault("expected a <Module> in <Modules>")
-    pointer_size = _pointer_size(root, module)
     elements = root.find("DataTypes")
-    types = FileTypes(elements.all("DataType") if elements else (), pointer_size)
+    size = _pointer_size(root, module)
+    return FileTypes(elements.all("DataType") if elements else (), size), module
+
+
+def read_tmc(data: bytes, source: str = "tmc") -> SymbolFile:
+    """The content of a `.tmc`. Raises `SourceError` with the line of the fault."""
+    types, module = types_of_tmc(data, source)
     contexts = module.find("Contexts")
     tasks = [] if contexts is None else contexts.all("Context")
     numbers = {item.text_of("Id").strip(): number for number, item in enumerate(tasks)}
@@ -43,7 +48,7 @@ def read_tmc(data: bytes, source: str = "tmc") -> SymbolFile:
         types.all(),
         [_task(item) for item in tasks] or [FileTask("PlcTask")],
         _port(module),
-        pointer_size,
+        types.pointer_size,
     )
 
 

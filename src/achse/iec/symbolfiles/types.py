@@ -7,6 +7,7 @@
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
+from functools import cached_property
 from typing import Any
 from uuid import UUID
 
@@ -106,6 +107,39 @@ class FileTypes:
         """Every type that the file defines."""
         found = (self._find(name) for name in self._elements)
         return [type for type in found if type is not None]
+
+    def type(self, name: str) -> IecType[Any] | None:
+        """The type of that name, with the name of its library in front if it is of one."""
+        return self._find(name)
+
+    def named(self, name: str) -> list[str]:
+        """The types that a name may mean which has its library in front, or has not."""
+        key = name.strip().lower()
+        if key in self._elements:
+            return [key]
+        if "." in key:  # Further name spaces in front, or the type is the project's own.
+            return self.named(key.partition(".")[2])
+        return self._without_space.get(key, [])
+
+    @cached_property
+    def _without_space(self) -> dict[str, list[str]]:
+        found: dict[str, list[str]] = {}
+        for name in self._elements:
+            found.setdefault(name.rpartition(".")[2], []).append(name)
+        return found
+
+    def with_value(self, value: str) -> list[str]:
+        """The enumerations with a value of that name, but those that have to stand in front."""
+        return self._by_value.get(value.lower(), [])
+
+    @cached_property
+    def _by_value(self) -> dict[str, list[str]]:
+        found: dict[str, list[str]] = {}
+        for name, element in self._elements.items():
+            if "qualified_only" not in {key.lower() for key in properties_of(element)}:
+                for info in element.all("EnumInfo"):
+                    found.setdefault(info.text_of("Text").strip().lower(), []).append(name)
+        return found
 
     # names -----------------------------------------------------------------------------------
 
@@ -252,6 +286,8 @@ class FileTypes:
         members = [*inherited, *self._members(element, size, inherited)]
         inside = [item for item in members if item.in_memory]
         alignment = max((item.type.alignment for item in inside), default=1)
+        if kind is Kind.FUNCTION_BLOCK and all(i.offset >= self.pointer_size for i in inside):
+            alignment = max(alignment, self.pointer_size)  # that of the pointer to its methods
         while size % alignment:
             alignment //= 2
         starts = {item.offset for item in inside}
