@@ -138,7 +138,7 @@ def _generate(axis: Axis, dice: random.Random) -> int:
         case 6:
             return commands.stop_drive_output(axis)
         case 7:
-            return commands.set_drive_operation_mode(axis, dice.choice([0, 1, 2, 4]))
+            return commands.set_drive_operation_mode(axis, dice.choice([0, 1, 2, 4, 17, 18, 20]))
         case _:
             return commands.start_torque_control(
                 axis, dice.choice([0x3001, 0x3002]), 0, 0, 0, first, dice.choice([0.0, 500.0]),

@@ -310,9 +310,12 @@ def test_reset_in_torque_mode_takes_the_torque_away(make_rig: Any) -> None:
     assert rig.axis.set_torque == 0.0
 
 
-def test_velocity_and_position_mode_choose_the_interface(make_rig: Any) -> None:
+@pytest.mark.parametrize(("velocity", "position"), [(2, 4), (3, 5), (18, 20), (19, 21)])
+def test_velocity_and_position_mode_choose_the_interface(
+    make_rig: Any, velocity: int, position: int
+) -> None:
     rig = make_rig(simulation_time_constant=0.02)
-    commands.set_drive_operation_mode(rig.axis, 4)
+    assert commands.set_drive_operation_mode(rig.axis, position) == 0
     rig.run(1)
     commands.universal_start(rig.axis, 1, 100.0, 200.0)
     rig.run(2)
@@ -320,10 +323,45 @@ def test_velocity_and_position_mode_choose_the_interface(make_rig: Any) -> None:
         rig.run(1)
         assert rig.axis.actual_position == pytest.approx(rig.axis.set_position, abs=1e-4)
     rig.until_rest()
-    commands.set_drive_operation_mode(rig.axis, 2)
+    assert commands.set_drive_operation_mode(rig.axis, velocity) == 0
     commands.universal_start(rig.axis, 1, 0.0, 200.0)
     rig.run(100)
     assert abs(rig.axis.following_error) > 0.01
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_dynamic_container_tells_how_the_velocity_goes_on(make_rig: Any, compiled: bool) -> None:
+    """The way of a velocity that is held for each cycle lacks half a cycle's gain: V * dt / 2."""
+    velocity, errors = 200.0, []
+    for mode in (2, 18):
+        rig = make_rig(
+            compiled=compiled,
+            simulation_time_constant=0.0,
+            controller_position_kv=0.0,
+            controller_following_error_position_monitoring_enable=0,
+            encoder_scaling_factor=1e-9,
+        )
+        commands.set_drive_operation_mode(rig.axis, mode)
+        commands.start(rig.axis, 3, 0.0, velocity)
+        rig.until(lambda axis: axis.set_velocity == velocity)
+        rig.run(5)
+        errors.append(rig.axis.following_error)
+    assert errors[0] - errors[1] == pytest.approx(velocity * rig.dt / 2.0, rel=1e-6)
+
+
+def test_a_torque_with_dynamic_container_is_a_torque(make_rig: Any) -> None:
+    rig = make_rig(**MOTOR)
+    assert commands.set_drive_operation_mode(rig.axis, 17) == 0
+    torque(rig, 100.0)
+    before = rig.axis.plant_velocity
+    rig.run(100)
+    gained = rig.axis.plant_velocity - before
+    assert rig.axis.drive_operation_mode == 17
+    assert gained == pytest.approx(0.1 * FULL * 100 * rig.dt, rel=1e-3)
+    assert commands.home(rig.axis) != 0
+    commands.universal_start(rig.axis, 1, 100.0, 50.0)
+    rig.until_rest()
+    assert rig.axis.drive_operation_mode == 0
 
 
 def test_a_drive_that_takes_positions_takes_a_torque_too(make_rig: Any) -> None:

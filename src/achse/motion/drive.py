@@ -13,9 +13,12 @@ from math import floor
 from achse.motion.curves import Piece, value_at
 from achse.motion.record import DRIVE_DELAY, FILTER_ORDER, AxisFields
 from achse.motion.states import (
+    POSITION_MODES,
+    TORQUE_MODES,
+    VELOCITY_CONTAINER_MODES,
+    VELOCITY_MODES,
     AxisType,
     ControllerType,
-    DriveOperationMode,
     DriveType,
     MotionPhase,
     OutputFilter,
@@ -41,18 +44,8 @@ _STEPPER = DriveType.STEPPER.value
 _NONLINEAR = DriveType.MDP_252_NONLINEAR.value
 _PROFIDRIVE = DriveType.PROVIDRIVE_MC.value
 
-_TORQUE = DriveOperationMode.TORQUE.value
 _TORQUE_JOB = MotionPhase.TORQUE.value
 _DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
-
-_VELOCITY_MODES = (
-    DriveOperationMode.VELOCITY_FEEDBACK1.value,
-    DriveOperationMode.VELOCITY_FEEDBACK2.value,
-)
-_POSITION_MODES = (
-    DriveOperationMode.POSITION_FEEDBACK1.value,
-    DriveOperationMode.POSITION_FEEDBACK2.value,
-)
 
 _AVERAGE = OutputFilter.MOVING_AVERAGE.value
 _P_TN = OutputFilter.P_TN.value
@@ -66,9 +59,9 @@ def adapt_drive(ax: AxisFields, dt: float) -> None:
     ideal = ax.simulation_ideal
     if ax.controller_type in (_SERCOS, _TCOM):
         ideal = 1
-    if ax.drive_operation_mode in _VELOCITY_MODES:
+    if ax.drive_operation_mode in VELOCITY_MODES:
         ideal = 0
-    elif ax.drive_operation_mode in _POSITION_MODES:
+    elif ax.drive_operation_mode in POSITION_MODES:
         ideal = 1
     if ax.drive_type == _STEPPER or ax.axis_type == _TWO_SPEEDS:
         ideal = 0
@@ -268,7 +261,7 @@ def _loaded(ax: AxisFields, command: float, velocity: float, dt: float) -> float
     friction = ax.simulation_friction_torque
     lag = ax.simulation_time_constant
     scale = 1e-3 * ax.simulation_full_torque_acceleration
-    if ax.drive_operation_mode == _TORQUE:
+    if ax.drive_operation_mode in TORQUE_MODES:
         if ax.loop_closed:
             torque += ax.set_torque
         push = dt * scale
@@ -290,7 +283,12 @@ def _loaded(ax: AxisFields, command: float, velocity: float, dt: float) -> float
 
 
 def drive(ax: AxisFields, command: float, dt: float) -> None:
-    """Move the motor until the next cycle, as `drive_command` says."""
+    """Move the motor until the next cycle, as `drive_command` says.
+
+    A dynamic container tells the drive how the velocity goes on in this cycle, not only its begin.
+    """
+    if ax.loop_closed and ax.drive_operation_mode in VELOCITY_CONTAINER_MODES:
+        command += 0.5 * dt * ax.controller_velocity_feedforward_weight * ax.set_acceleration
     delay = ax.drive_delay
     if delay > 0:
         slot = ax.delay_index % delay
@@ -299,7 +297,7 @@ def drive(ax: AxisFields, command: float, dt: float) -> None:
         ax.delay_index = (slot + 1) % delay
         command = delayed
     before = ax.plant_velocity
-    if ax.drive_special or ax.drive_operation_mode == _TORQUE or ax.set_torque_offset != 0.0:
+    if ax.drive_special or ax.drive_operation_mode in TORQUE_MODES or ax.set_torque_offset != 0.0:
         velocity = _loaded(ax, command, before, dt)
     else:
         velocity = before + (command - before) * (dt / (ax.simulation_time_constant + dt))

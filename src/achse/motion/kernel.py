@@ -26,14 +26,13 @@ from achse.motion.phasing import shift_phase
 from achse.motion.record import POSITION_HISTORY, AxisFields
 from achse.motion.setpoint import generate
 from achse.motion.signals import watch
-from achse.motion.states import AxisType, DriveOperationMode, DriveType, MotionPhase
+from achse.motion.states import TORQUE_MODES, AxisType, DriveType, MotionPhase
 from achse.motion.superposition import generate_superposed
 
 __all__ = ["adapt", "begin", "cycle", "cycle_all", "cycles", "follow"]
 
 _TWO_SPEEDS = AxisType.DISCRETE_RAPID_CREEP.value
 _STEPPER = DriveType.STEPPER.value
-_TORQUE = DriveOperationMode.TORQUE.value
 _HOMING = MotionPhase.HOMING.value
 _EXTERNAL = MotionPhase.EXTERNAL.value
 _DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
@@ -74,7 +73,7 @@ def _sense(ax: AxisFields, machine: AxisFields, dt: float) -> None:
 def _lead(ax: AxisFields, dt: float) -> None:
     """Set point of this cycle, by whatever makes it."""
     phase = ax.set_motion_phase
-    if ax.drive_operation_mode == _TORQUE:
+    if ax.drive_operation_mode in TORQUE_MODES:
         run_torque(ax, dt)
     elif ax.external_setpoint_active:
         follow_external(ax, dt)
@@ -100,10 +99,10 @@ def cycle(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
         return
     if ax.adapt:
         adapt(ax, dt)
-    if ax.drive_operation_mode == _TORQUE:
+    if ax.drive_operation_mode in TORQUE_MODES:
         choose_loop(ax)
     ideal = ax.drive_ideal
-    if ax.drive_operation_mode == _TORQUE or ax.set_motion_phase == _DRIVE_OUTPUT:
+    if ax.drive_operation_mode in TORQUE_MODES or ax.set_motion_phase == _DRIVE_OUTPUT:
         ideal = 0
     if ideal == 0:
         _sense(ax, ax, dt)

@@ -6,6 +6,10 @@ Source: 002 §6.5 and the cyclic axis interface (004 §5.1); the status bits 15 
 from enum import IntEnum
 
 __all__ = [
+    "POSITION_MODES",
+    "TORQUE_MODES",
+    "VELOCITY_CONTAINER_MODES",
+    "VELOCITY_MODES",
     "ActualPositionType",
     "AxisType",
     "BufferMode",
@@ -523,6 +527,27 @@ class DriveOperationMode(IntEnum):
     SOE_SECONDARY_5 = 105
     SOE_SECONDARY_6 = 106
     SOE_SECONDARY_7 = 107
+
+
+TORQUE_MODES = (
+    DriveOperationMode.TORQUE.value,
+    DriveOperationMode.TORQUE_DYNAMIC_CONTAINER.value,
+)
+VELOCITY_CONTAINER_MODES = (
+    DriveOperationMode.VELOCITY_FEEDBACK1_DYNAMIC_CONTAINER.value,
+    DriveOperationMode.VELOCITY_FEEDBACK2_DYNAMIC_CONTAINER.value,
+)
+VELOCITY_MODES = (
+    DriveOperationMode.VELOCITY_FEEDBACK1.value,
+    DriveOperationMode.VELOCITY_FEEDBACK2.value,
+    *VELOCITY_CONTAINER_MODES,
+)
+POSITION_MODES = (
+    DriveOperationMode.POSITION_FEEDBACK1.value,
+    DriveOperationMode.POSITION_FEEDBACK2.value,
+    DriveOperationMode.POSITION_FEEDBACK1_DYNAMIC_CONTAINER.value,
+    DriveOperationMode.POSITION_FEEDBACK2_DYNAMIC_CONTAINER.value,
+)
 
 
 class DeadTimeCompensation(IntEnum):

@@ -92,7 +92,7 @@ def test_a_stepper_has_no_torque_mode(make_rig: Any) -> None:
     rig.refuses(NcError.AXIS_INCOMPATIBLE, commands.set_drive_operation_mode, 1)
 
 
-@pytest.mark.parametrize("mode", [6, 17, 38, 100, -1])
+@pytest.mark.parametrize("mode", [6, 7, 16, 22, 38, 100, 107, -1])
 def test_operation_modes_that_the_drive_has_not(rig: Any, mode: int) -> None:
     rig.refuses(NcError.DRIVE_MODE, commands.set_drive_operation_mode, mode)
 

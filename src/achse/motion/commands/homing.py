@@ -8,7 +8,7 @@ from achse.motion.commands.queue import busy
 from achse.motion.homing import cam_direction, pulse_direction
 from achse.motion.record import TOUCH_PROBES
 from achse.motion.states import (
-    DriveOperationMode,
+    TORQUE_MODES,
     HomingState,
     MotionPhase,
     ReferenceMode,
@@ -83,7 +83,7 @@ def _why_not_home(axis: Axis) -> int:
         return NcError.FUNCTION_NOT_ALLOWED.number
     if mode not in ReferenceMode.__members__.values() or mode == ReferenceMode.NOT_DEFINED:
         return NcError.ENCODER_REFERENCE_MODE.number
-    if axis.drive_operation_mode == DriveOperationMode.TORQUE:
+    if axis.drive_operation_mode in TORQUE_MODES:
         return NcError.FUNCTION_NOT_AVAILABLE.number
     if mode in _WITH_LATCH_1 and (
         axis.encoder_probe_active[0] or axis.encoder_probe_active[TOUCH_PROBES]

@@ -9,6 +9,9 @@ from achse.motion.commands.generators import begin_generator, why_no_generator
 from achse.motion.commands.queue import busy
 from achse.motion.setpoint import absorb, begin_stop
 from achse.motion.states import (
+    POSITION_MODES,
+    TORQUE_MODES,
+    VELOCITY_MODES,
     AxisType,
     BufferMode,
     DriveOperationMode,
@@ -27,15 +30,12 @@ __all__ = [
     "stop_drive_output",
 ]
 
-_MODES = (
-    DriveOperationMode.DEFAULT,
-    DriveOperationMode.TORQUE,
-    DriveOperationMode.VELOCITY_FEEDBACK1,
-    DriveOperationMode.VELOCITY_FEEDBACK2,
-    DriveOperationMode.POSITION_FEEDBACK1,
-    DriveOperationMode.POSITION_FEEDBACK2,
-)
-"""Operation modes that the simulated drive knows."""
+_MODES = (DriveOperationMode.DEFAULT, *TORQUE_MODES, *VELOCITY_MODES, *POSITION_MODES)
+"""Operation modes that the simulated drive knows.
+
+It has no commutation angle (6), which a master sends as process data, no homing of its own (38) and
+none of the modes that a SERCOS (100 …) or CoE drive (below 0) is given by its own parameters.
+"""
 
 _TORQUE_TAKES_OVER = (
     MotionPhase.NONE,
@@ -176,7 +176,7 @@ def _begin_torque(
     begin_generator(axis, MotionPhase.TORQUE)
     axis.torque_target = torque
     axis.set_torque = manual_torque if control_mask & _FROM_MANUAL_TORQUE else present
-    if axis.drive_operation_mode != DriveOperationMode.TORQUE:
+    if axis.drive_operation_mode not in TORQUE_MODES:
         axis.torque_mode_before = axis.drive_operation_mode
         axis.drive_operation_mode = DriveOperationMode.TORQUE
     return OK
@@ -186,7 +186,9 @@ def set_drive_operation_mode(axis: Axis, mode: int) -> int:
     """Choose the operation mode of the drive (0x63), not while the axis has a job.
 
     Velocity and position modes choose the interface whatever the drive is configured for; 0 goes
-    back to that. In torque mode without a torque command the motor has no torque.
+    back to that. In torque mode without a torque command the motor has no torque. Modes with a
+    dynamic container (17 … 21) follow the same value; a velocity goes on within the cycle. A mode
+    that the simulated drive has not is refused with 0x4602.
     """
     if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP or axis.drive_type == DriveType.STEPPER:
         return NcError.AXIS_INCOMPATIBLE.number

@@ -46,8 +46,11 @@ def test_operation_mode(bench: Any, refused: Any) -> None:
     bench.put(F, 0x63, "<i12x", 1)
     assert struct.unpack("<i4x", bench.exchange(STATES, 0x63, 8, bytes(8))) == (1,)
     bench.put(F, 0x63, "<i12x", 0)
-    with refused(0x4602):
-        bench.put(F, 0x63, "<i12x", -1)
+    for mode in (-1, 6, 38, 100):
+        with refused(0x4602):
+            bench.put(F, 0x63, "<i12x", mode)
+    bench.put(F, 0x63, "<i12x", 20)
+    assert struct.unpack("<i4x", bench.exchange(STATES, 0x63, 8, bytes(8))) == (20,)
 
 
 def test_brake(make_bench: Any, refused: Any) -> None:
