@@ -7,13 +7,23 @@ import pytest
 
 from achse.drive import Alarm, Mode, PowerState, VirtualDrive, Warn
 
-_TABLE = Path(__file__).parents[1] / "data" / "drive_alarms.tsv"
+_DATA = Path(__file__).parents[1] / "data"
+
+
+def _listed(file: str) -> list[dict[str, str]]:
+    text = (_DATA / file).read_text(encoding="utf-8")
+    return list(csv.DictReader(text.splitlines(), delimiter="\t"))
 
 
 def test_the_alarms_are_those_listed() -> None:
-    listed = csv.DictReader(_TABLE.read_text(encoding="utf-8").splitlines(), delimiter="\t")
-    assert {(int(row["code"], 16), row["alarm_no"]) for row in listed} == {
-        (alarm.code, alarm.panel) for alarm in Alarm
+    listed = {(int(row["code"], 16), row["alarm_no"]) for row in _listed("drive_alarms.tsv")}
+    assert listed == {(alarm.code, alarm.panel) for alarm in Alarm}
+
+
+def test_the_warnings_are_those_listed_as_supported() -> None:
+    listed = [row for row in _listed("drive_warnings.tsv") if row["supported"] == "yes"]
+    assert {(int(row["object"], 16), int(row["bit"]), row["number"]) for row in listed} == {
+        (warning.index, warning.bit, warning.panel) for warning in Warn
     }
 
 
