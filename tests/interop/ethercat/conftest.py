@@ -120,7 +120,7 @@ class Bus:
 
     def _command(self, script: str, *arguments: object) -> tuple[object, ...]:
         """A script of masters/, which is told its interface and its reply timeout in ms."""
-        timeout = 2 if self._prompt else 10
+        timeout = 50
         return (sys.executable, HERE / "masters" / script, MASTER_END, timeout, *arguments)
 
     def _inside(self) -> list[str]:

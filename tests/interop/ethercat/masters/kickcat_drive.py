@@ -10,7 +10,7 @@ import kickcat
 
 OUTPUTS = struct.Struct("<HbHiHI")  # 1600h
 INPUTS = struct.Struct("<HHbiHiiI")  # 1A00h
-SECOND = timedelta(seconds=1)
+PATIENCE = timedelta(seconds=10)
 
 
 def main() -> None:
@@ -19,20 +19,20 @@ def main() -> None:
     link.set_timeout(timedelta(milliseconds=int(timeout)))
     bus = kickcat.Bus(link)
     found: dict[str, Any] = {}
-    bus.init(SECOND)
+    bus.init(timedelta(seconds=1))  # the watchdog
     [drive] = bus.slaves()
     bus.request_state(kickcat.State.PREOP)
-    bus.wait_for_state(kickcat.State.PREOP, 3 * SECOND)
+    bus.wait_for_state(kickcat.State.PREOP, PATIENCE)
     found["1018h"] = [
         int.from_bytes(
-            bus.read_sdo(drive, 0x1018, subindex, kickcat.Access.PARTIAL, 4, SECOND), "little"
+            bus.read_sdo(drive, 0x1018, subindex, kickcat.Access.PARTIAL, 4, PATIENCE), "little"
         )
         for subindex in (1, 2)
     ]
     bus.create_mapping()
     found["inputs"] = len(drive.input_data)
     bus.request_state(kickcat.State.SAFE_OP)
-    bus.wait_for_state(kickcat.State.SAFE_OP, SECOND)
+    bus.wait_for_state(kickcat.State.SAFE_OP, PATIENCE)
 
     def cycle(controlword: int) -> int:
         drive.set_output_bytes(OUTPUTS.pack(controlword, 8, 3000, position, 0, 0))
@@ -44,7 +44,7 @@ def main() -> None:
     position = INPUTS.unpack(bytes(drive.input_data))[3]
     cycle(0)
     bus.request_state(kickcat.State.OPERATIONAL)
-    bus.wait_for_state(kickcat.State.OPERATIONAL, SECOND, bus.process_data_no_check)
+    bus.wait_for_state(kickcat.State.OPERATIONAL, PATIENCE, bus.process_data_no_check)
     found["op"] = str(bus.get_state(drive))
     found["states"] = []
     for controlword, wanted in ((6, 0x21), (7, 0x23), (15, 0x27)):

@@ -8,6 +8,8 @@ from typing import Any
 
 import kickcat
 
+PATIENCE = timedelta(seconds=10)
+
 
 def main() -> None:
     interface, timeout = sys.argv[1:]
@@ -15,24 +17,23 @@ def main() -> None:
     link.set_timeout(timedelta(milliseconds=int(timeout)))
     bus = kickcat.Bus(link)
     found: dict[str, Any] = {}
-    bus.init(timedelta(seconds=1))
+    bus.init(timedelta(seconds=1))  # the watchdog
     slaves = bus.slaves()
     found["count"] = len(slaves)
     bus.request_state(kickcat.State.PREOP)
-    bus.wait_for_state(kickcat.State.PREOP, timedelta(seconds=3))
+    bus.wait_for_state(kickcat.State.PREOP, PATIENCE)
     serial = [
-        bus.read_sdo(slave, 0x1018, 4, kickcat.Access.PARTIAL, 4, timedelta(seconds=1))
-        for slave in slaves
+        bus.read_sdo(slave, 0x1018, 4, kickcat.Access.PARTIAL, 4, PATIENCE) for slave in slaves
     ]
     found["serial"] = [int.from_bytes(value, "little") for value in serial]
     bus.create_mapping()
     bus.request_state(kickcat.State.SAFE_OP)
-    bus.wait_for_state(kickcat.State.SAFE_OP, timedelta(seconds=1))
+    bus.wait_for_state(kickcat.State.SAFE_OP, PATIENCE)
     for slave in slaves:
         slave.set_output_bytes(b"good")
     bus.process_data()
     bus.request_state(kickcat.State.OPERATIONAL)
-    bus.wait_for_state(kickcat.State.OPERATIONAL, timedelta(seconds=1), bus.process_data_no_check)
+    bus.wait_for_state(kickcat.State.OPERATIONAL, PATIENCE, bus.process_data_no_check)
     found["op"] = [str(bus.get_state(slave)) for slave in slaves]
     echoes = 0
     for n in range(100):

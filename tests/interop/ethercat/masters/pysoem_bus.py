@@ -44,7 +44,7 @@ class Bus:
     def send(self) -> None:
         """One frame there and back, at once."""
         self.master.send_processdata()
-        self.counters.add(self.master.receive_processdata(50_000))
+        self.counters.add(self.master.receive_processdata(500_000))
 
     def inputs(self) -> list[tuple[int, ...]]:
         """Of each drive."""

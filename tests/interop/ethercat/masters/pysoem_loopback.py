@@ -23,7 +23,7 @@ def main() -> None:
 
 def exchange(master: Any) -> int:
     master.send_processdata()
-    return master.receive_processdata(10_000)
+    return master.receive_processdata(500_000)
 
 
 def run(master: Any, found: dict[str, Any]) -> None:
@@ -55,11 +55,11 @@ def run(master: Any, found: dict[str, Any]) -> None:
     found["map size"] = master.config_map()
     found["dc"] = master.config_dc()
     first.dc_sync(True, 1_000_000)
-    found["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 50_000)
+    found["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 5_000_000)
     exchange(master)
     master.state = pysoem.OP_STATE
     master.write_state()
-    found["op"] = master.state_check(pysoem.OP_STATE, 50_000)
+    found["op"] = master.state_check(pysoem.OP_STATE, 5_000_000)
     found["expected"] = master.expected_wkc
     counters = set()
     echoes = 0
@@ -79,14 +79,14 @@ def run(master: Any, found: dict[str, Any]) -> None:
     exchange(master)
     master.state = pysoem.SAFEOP_STATE | pysoem.STATE_ACK
     master.write_state()
-    found["acknowledged"] = master.state_check(pysoem.SAFEOP_STATE, 50_000)
+    found["acknowledged"] = master.state_check(pysoem.SAFEOP_STATE, 5_000_000)
     exchange(master)
     master.state = pysoem.OP_STATE
     master.write_state()
-    found["recovered"] = master.state_check(pysoem.OP_STATE, 50_000)
+    found["recovered"] = master.state_check(pysoem.OP_STATE, 5_000_000)
     master.state = pysoem.INIT_STATE
     master.write_state()
-    found["init"] = master.state_check(pysoem.INIT_STATE, 50_000)
+    found["init"] = master.state_check(pysoem.INIT_STATE, 5_000_000)
 
 
 if __name__ == "__main__":
