@@ -14,7 +14,7 @@ from achse.motion.axis import Axis, ObjectAxis, WordsAxis
 from achse.motion.compiled import KERNEL
 from achse.motion.kernel import begin, cycles
 from achse.motion.record import FIELDS, LAYOUT, Role, SlotsRecord, pack_record
-from achse.motion.setpoint import shift_origin
+from achse.motion.remains import Remains
 from achse.motion.states import choices_of
 from achse.motion.tables import TableParameters, Tables
 
@@ -283,21 +283,14 @@ class Nc:
         self.cycle_count += count
         self._cycles(self._dt, count)
 
-    def succeed(self, previous: "Nc") -> None:
-        """Begin after a restart: the machines stand where `previous` left them.
+    def remains(self) -> dict[int, Remains]:
+        """What of each axis outlives a restart, by its id."""
+        return {axis_id: Remains.of(axis) for axis_id, axis in self._axes.items()}
 
-        An axis with persistent data keeps its position and the homed flag; another has forgotten
-        both and counts from 0 here.
-        """
-        for axis in self:
-            before = previous._axes.get(axis.axis_id)
-            if before is None:
-                continue
-            for element, last in zip(axis.encoders, before.encoders, strict=False):
-                element.encoder_machine_zero = last.encoder_machine_zero - last.plant_position
-            if axis.persistent_data_enable:
-                axis.homed = before.homed
-                shift_origin(axis, before.actual_position - axis.actual_position)
+    def succeed(self, remains: Mapping[int, Remains]) -> None:
+        """Begin after a restart, with what is left of axes with these ids."""
+        for axis_id in self._axes.keys() & remains.keys():
+            remains[axis_id].give(self._axes[axis_id])
 
     def clear_cycle_time_errors(self) -> None:
         """Begin anew with the counters of late cycles, which whoever paces the cycle counts."""

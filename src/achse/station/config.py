@@ -155,6 +155,9 @@ class SystemConfig(_Section):
 
     root: str | None = None
     """Folder that the file services show (relative to the station.toml); without it none."""
+    persistent_data: str | None = None
+    """A file (relative to the station.toml) in which persistent data of axes outlive the program;
+    without it they outlive restarts."""
     restart_time: MomentNs = 500_000_000
     """How long a restart takes, or a change to CONFIG."""
 

@@ -1,6 +1,5 @@
 """The station on a network: where it listens, how it is found, and which routers it dials."""
 
-import contextlib
 import logging
 import platform
 from pathlib import Path
@@ -12,6 +11,7 @@ from achse.router.access import Users
 from achse.router.routes import Route, RouteError
 from achse.router.static_routes import parse_static_routes, static_routes
 from achse.station.config import ConfigError, StationConfig
+from achse.station.state_file import StateFile
 from achse.transport.tcp import TCP_PORT, TcpListener
 from achse.transport.udp import DiscoveryEndpoint
 from achse.transport.uplink import Uplinks
@@ -38,36 +38,34 @@ class RouteFile:
         """Fill the router's table and follow it. Raises ConfigError, OSError."""
         self._configured = [item.route() for item in config.route]
         self._routes = router.routes
-        self._path: Path | None = None
+        self._file: StateFile | None = None
         name = config.router.static_routes
         routes = list(self._configured)
         if name is not None:
-            self._path = base / name
-            with contextlib.suppress(FileNotFoundError):
-                routes = [*self._read(self._path), *routes]
+            self._file = StateFile(base / name)
+            routes = [*self._read(self._file), *routes]
         try:
             for route in routes:
                 self._routes.add(route)
         except RouteError as fault:
             raise ConfigError(f"route: {fault}") from None
-        if self._path is not None:
+        if self._file is not None:
             self._routes.on_change(self._changed)
 
-    def _read(self, path: Path) -> list[Route]:
+    def _read(self, file: StateFile) -> list[Route]:
         try:
-            return parse_static_routes(path.read_text(encoding="utf-8-sig"))
+            text = file.read()
+            return [] if text is None else parse_static_routes(text)
         except (RouteError, UnicodeDecodeError) as fault:
-            raise ConfigError(f"router.static_routes: {path}: {fault}") from None
+            raise ConfigError(f"router.static_routes: {file.path}: {fault}") from None
 
     def _changed(self, old: Route | None, new: Route | None) -> None:
-        assert self._path is not None
+        assert self._file is not None
         kept = [route for route in self._routes if route not in self._configured]
         try:
-            fresh = self._path.with_name(self._path.name + ".new")
-            fresh.write_text(static_routes(kept), encoding="utf-8")
-            fresh.replace(self._path)
+            self._file.write(static_routes(kept))
         except OSError as failure:
-            log.error("%s cannot be written: %s", self._path, failure.strerror)
+            log.error("%s cannot be written: %s", self._file.path, failure.strerror)
 
 
 class Network:

@@ -1,14 +1,11 @@
 """Parameters that drives store by 1010h, kept in a JSON file over restarts of the program."""
 
-import contextlib
-import json
-import os
 from collections.abc import Iterable, Iterator, Mapping, MutableMapping
 from pathlib import Path
-from typing import Any
 
 from achse.codes import SdoAbort
 from achse.drive.objects import DataType, find
+from achse.station.state_file import StateFile
 
 __all__ = ["ParameterFile", "ParameterFileError"]
 
@@ -26,25 +23,24 @@ class ParameterFile:
     """
 
     def __init__(self, path: Path | None) -> None:
-        self._path = path
         self._drives: dict[str, dict[int, Number]] = {}
+        self._file: StateFile | None = None
         if path is None:
             return
-        with contextlib.suppress(FileNotFoundError):
-            try:
-                document: Any = json.loads(path.read_text(encoding="utf-8"))
+        self._file = StateFile(path)
+        try:
+            document = self._file.read_json()
+            if document is not None:
                 self._drives = {
                     str(int(number)): dict(_entry(*item) for item in table.items())
                     for number, table in document.items()
                 }
-            except FileNotFoundError:
-                raise
-            except OSError as failure:
-                raise ParameterFileError(f"{path}: {failure.strerror}") from None
-            except (ValueError, AttributeError) as fault:
-                raise ParameterFileError(
-                    f"{path}: expected a table of INDEX:SUB and number for each drive; {fault}"
-                ) from None
+        except OSError as failure:
+            raise ParameterFileError(f"{path}: {failure.strerror}") from None
+        except (ValueError, AttributeError) as fault:
+            raise ParameterFileError(
+                f"{path}: expected a table of INDEX:SUB and number for each drive; {fault}"
+            ) from None
 
     def of(self, drive: int) -> MutableMapping[int, Number]:
         """The store of a drive, by index << 8 | subindex; what it is updated with is written."""
@@ -52,16 +48,14 @@ class ParameterFile:
 
     def write(self) -> None:
         """Write all. OSError if the file cannot be written; the old one is then whole."""
-        if self._path is None:
+        if self._file is None:
             return
         document = {
             number: {f"{key >> 8:04X}:{key & 0xFF:02X}": value for key, value in values.items()}
             for number, values in self._drives.items()
             if values
         }
-        fresh = self._path.with_name(self._path.name + ".new")
-        fresh.write_text(json.dumps(document, indent=1), encoding="utf-8")
-        os.replace(fresh, self._path)
+        self._file.write_json(document)
 
 
 class _Store(MutableMapping[int, Number]):

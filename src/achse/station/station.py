@@ -25,6 +25,7 @@ from achse.station.fault import FaultError
 from achse.station.faults import Faults
 from achse.station.network import Network, RouteFile
 from achse.station.pacing import Pace, Pacer, run_unpaced
+from achse.station.persistent_data import PersistentData
 from achse.station.service import SERVICE_PORT, StationService
 from achse.transport.tcp import TcpListener
 
@@ -77,9 +78,11 @@ class Station:
         """What stays through restarts, the system service first."""
         self.pace: Pace | None = None
         """How the running station keeps up with the wall clock; None in virtual time."""
+        self._persistent = PersistentData(self.config, self._base)
         parts = self._assemble()
+        if parts.nc is not None:
+            self._persistent.give(parts.nc)
         self.nc: Nc | None
-        self._nc_before: Nc | None = None
         self.plcs: Mapping[int, PlcRuntime]
         self.stages: Sequence[assembly.Stage] = ()
         """What one cycle runs, in order: (cycle in ns, callable with the station time)."""
@@ -209,7 +212,7 @@ class Station:
             act()
 
     def _leave(self) -> None:
-        self._nc_before = self.nc or self._nc_before
+        self.save()
         for device in self.devices:
             if device not in self._kept:
                 device.detach()
@@ -226,9 +229,8 @@ class Station:
             log.error("the station cannot start and stays in CONFIG: %s", fault)
             self._enter_config()
             return
-        if parts.nc is not None and self._nc_before is not None:
-            parts.nc.succeed(self._nc_before)
-            self._nc_before = None
+        if parts.nc is not None:
+            self._persistent.give(parts.nc)
         for plc in parts.plcs.values():
             plc.begin(self.time_ns)
         self._take(parts)
@@ -236,7 +238,16 @@ class Station:
         self._system.restart_index += 1
         self._system.ads_state = AdsState.RUN
 
+    def save(self) -> None:
+        """Keep persistent data as they are now, in the file that `system.persistent_data` names.
+
+        Whatever ends a running station does that too: a restart, a shutdown, the end of `running`.
+        """
+        if self.nc is not None:
+            self._persistent.take(self.nc)
+
     def _end(self) -> None:
+        self.save()
         for device in self.devices:
             device.detach()
         self._take(assembly.idle((), self.tick_ns, self.clock))
@@ -329,6 +340,7 @@ class Station:
         finally:
             cycle.cancel()
             await asyncio.gather(cycle, return_exceptions=True)
+            self.save()
             await network.close()
             self._system.files.close_all()
             self.listeners = tuple(each for each in self.listeners if each is not network.listener)

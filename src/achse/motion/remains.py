@@ -1,0 +1,38 @@
+"""Remains: what of an axis outlives a restart of the NC."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from achse.motion.axis import Axis
+from achse.motion.setpoint import shift_origin
+
+__all__ = ["Remains"]
+
+
+@dataclass(frozen=True, slots=True)
+class Remains:
+    """Where the machine of an axis stands, and what the axis knows of that."""
+
+    zeros: Sequence[float]
+    """Of each encoder: the count at the zero of the machine, were its count now 0."""
+    position: float
+    """In axis units."""
+    homed: int
+
+    @classmethod
+    def of(cls, axis: Axis) -> "Remains":
+        """What is left of an axis now."""
+        zeros = [each.encoder_machine_zero - each.plant_position for each in axis.encoders]
+        return cls(zeros, axis.actual_position, axis.homed)
+
+    def give(self, axis: Axis) -> None:
+        """Let a new axis begin there.
+
+        With persistent data (0x4000:0x30) it knows its position and the homed flag; else it has
+        forgotten both and counts from 0 where its machine stands.
+        """
+        for encoder, zero in zip(axis.encoders, self.zeros, strict=False):
+            encoder.encoder_machine_zero = zero
+        if axis.persistent_data_enable:
+            axis.homed = self.homed
+            shift_origin(axis, self.position - axis.actual_position)

@@ -1,0 +1,95 @@
+"""Persistent data of the NC's axes: kept over restarts, and over programs in a file."""
+
+import logging
+from collections.abc import Mapping
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from achse.motion import Nc
+from achse.motion.remains import Remains
+from achse.station.config import ConfigError, StationConfig
+from achse.station.state_file import StateFile
+
+__all__ = ["PersistentData"]
+
+log = logging.getLogger("achse.station")
+
+
+class PersistentData:
+    """What is left of the axes, by id; without `system.persistent_data` as long as the program.
+
+    The file has a table for each axis: `{"nc": {"1": {"zeros": [0], "position": 0, "homed": 1}}}`.
+    One that is damaged is told, and put aside when another is written.
+    """
+
+    def __init__(self, config: StationConfig, base: Path) -> None:
+        """Read the file. Raises ConfigError."""
+        self._remains: Mapping[int, Remains] = {}
+        self._file: StateFile | None = None
+        self._damaged = False
+        name = config.system.persistent_data
+        if name is None:
+            return
+        path = base / name
+        if not path.parent.is_dir() or path.is_dir():
+            raise ConfigError(
+                f"system.persistent_data: expected a file in a folder that is there, got {name!r}"
+            )
+        self._file = StateFile(path)
+        try:
+            document = self._file.read_json()
+            if document is not None:
+                self._remains = _parsed(document)
+        except OSError as failure:
+            log.warning("%s cannot be read, no axis knows its position: %s", path, failure.strerror)
+        except (ValueError, AttributeError, KeyError, TypeError) as fault:
+            log.warning("%s is damaged, no axis knows its position: %s", path, _told(fault))
+            self._damaged = True
+
+    def give(self, nc: Nc) -> None:
+        """Let the axes of a fresh NC begin where they were left."""
+        nc.succeed(self._remains)
+
+    def take(self, nc: Nc) -> None:
+        """Keep what is left of the axes now; a file that cannot be written is told."""
+        self._remains = nc.remains()
+        if self._file is None:
+            return
+        document = {
+            str(axis_id): {
+                "zeros": list(remains.zeros),
+                "position": remains.position,
+                "homed": remains.homed,
+            }
+            for axis_id, remains in self._remains.items()
+        }
+        try:
+            if self._damaged:
+                log.warning("the damaged file is kept as %s", self._file.put_aside())
+                self._damaged = False
+            self._file.write_json({"nc": document})
+        except OSError as failure:
+            log.error("%s cannot be written: %s", self._file.path, failure.strerror)
+
+
+def _parsed(document: Any) -> dict[int, Remains]:
+    """The document of the file; raises what is wrong with it."""
+    return {
+        int(axis_id): Remains(
+            [_number(zero) for zero in entry["zeros"]],
+            _number(entry["position"]),
+            int(bool(entry["homed"])),
+        )
+        for axis_id, entry in document["nc"].items()
+    }
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+        raise ValueError(f"expected a number, got {value!r}")
+    return float(value)
+
+
+def _told(fault: Exception) -> str:
+    return f"{fault} is missing" if isinstance(fault, KeyError) else str(fault)

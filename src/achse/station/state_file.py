@@ -1,0 +1,42 @@
+"""State files: text that outlives the program, read whole and replaced whole."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+__all__ = ["StateFile"]
+
+
+class StateFile:
+    """The file at `path`, in UTF-8. Whoever reads it sees the old text or the new one, no part."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def read(self) -> str | None:
+        """The text, None if there is no file. Raises OSError, UnicodeDecodeError."""
+        try:
+            return self.path.read_text(encoding="utf-8-sig")
+        except FileNotFoundError:
+            return None
+
+    def write(self, text: str) -> None:
+        """Replace the text. Raises OSError; the old one is then whole."""
+        fresh = self.path.with_name(self.path.name + ".new")
+        fresh.write_text(text, encoding="utf-8")
+        os.replace(fresh, self.path)
+
+    def read_json(self) -> Any:
+        """The document, None if there is no file. Raises OSError, ValueError."""
+        text = self.read()
+        return None if text is None else json.loads(text)
+
+    def write_json(self, document: object) -> None:
+        """Replace the document. Raises OSError; the old one is then whole."""
+        self.write(json.dumps(document, indent=1) + "\n")
+
+    def put_aside(self) -> Path:
+        """Make place for another file; where this one then is. Raises OSError."""
+        aside = self.path.with_name(self.path.name + ".damaged")
+        return self.path.replace(aside)

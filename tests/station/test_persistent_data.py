@@ -1,0 +1,146 @@
+"""Persistent data outlive the program, if the configuration names a file for them."""
+
+import json
+import logging
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from achse.motion import Nc, commands
+from achse.station import ConfigError, Station
+from achse.station.config import parse
+
+AXES = [{"id": i, "name": f"{i}", "persistent_data_enable": 2 - i} for i in (1, 2)]
+
+
+def station(folder: Path, name: str | None = "kept.json", axes: Any = AXES) -> Station:
+    document: dict[str, Any] = {"axis": axes}
+    if name is not None:
+        document["system"] = {"persistent_data": name}
+    return Station(parse(document, ""), base=folder)
+
+
+def nc_of(built: Station) -> Nc:
+    assert built.nc is not None
+    return built.nc
+
+
+def travel(built: Station) -> None:
+    """All axes are homed and stand at 30 mm."""
+    for axis in nc_of(built):
+        axis.control_dword = 7
+        axis.velocity_override = 1_000_000
+        commands.set_homed_flag(axis, 1)
+        commands.start(axis, 1, 30.0, 200.0)
+    built.advance(3.0)
+
+
+def shows(built: Station) -> list[tuple[float, int]]:
+    return [(round(axis.actual_position, 2), axis.homed) for axis in nc_of(built)]
+
+
+def test_another_program_goes_on_where_the_axes_stand(tmp_path: Path) -> None:
+    first = station(tmp_path)
+    travel(first)
+    first.save()
+    kept = json.loads((tmp_path / "kept.json").read_text())["nc"]["1"]
+    assert kept["position"] == nc_of(first).axis(1).actual_position
+    second = station(tmp_path)
+    assert shows(second) == [(30.0, 1), (0.0, 0)]
+    zeros = [axis.encoder_machine_zero * axis.encoder_scaling_factor for axis in nc_of(second)]
+    assert zeros == pytest.approx([-30.0, -30.0], abs=1e-3)  # both machines stand where they stood
+    second.advance(0.1)
+    assert shows(second) == [(30.0, 1), (0.0, 0)]
+
+
+def test_it_is_as_if_the_station_had_restarted(tmp_path: Path) -> None:
+    restarted = station(tmp_path)
+    travel(restarted)
+    restarted.restart()
+    restarted.advance(0.002)
+    begun = station(tmp_path)
+    restarted.advance(0.6)
+    nc_before, nc_after = nc_of(restarted), nc_of(begun)
+    nc_after.cycle(nc_before.cycle_count)
+    assert nc_after.digest() == nc_before.digest()
+
+
+async def test_what_ends_a_running_station_keeps_them(tmp_path: Path) -> None:
+    first = station(tmp_path)
+    async with first.running("127.0.0.1", 0, speed=0):
+        travel(first)
+        assert not (tmp_path / "kept.json").exists()
+    assert shows(station(tmp_path))[0] == (30.0, 1)
+
+
+def test_a_shutdown_keeps_them(tmp_path: Path) -> None:
+    first = station(tmp_path)
+    travel(first)
+    first.shut_down()
+    first.advance(0.01)
+    first.save()  # nothing is there any more
+    assert shows(station(tmp_path))[0] == (30.0, 1)
+
+
+def test_without_a_file_they_go_with_the_program(tmp_path: Path) -> None:
+    first = station(tmp_path, None)
+    travel(first)
+    first.save()
+    assert list(tmp_path.iterdir()) == []
+    assert shows(station(tmp_path, None)) == [(0.0, 0), (0.0, 0)]
+
+
+def test_axes_may_come_and_go(tmp_path: Path) -> None:
+    first = station(tmp_path)
+    travel(first)
+    first.save()
+    others = [AXES[0] | {"encoder_ids": [1, 4]}, {"id": 7, "name": "new"}]
+    assert shows(station(tmp_path, axes=others)) == [(30.0, 1), (0.0, 0)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{",
+        "[]",
+        "{}",
+        '{"nc": []}',
+        '{"nc": {"x": {"zeros": [0], "position": 0, "homed": 1}}}',
+        '{"nc": {"1": {"zeros": [0], "position": 0}}}',
+        '{"nc": {"1": {"zeros": [NaN], "position": 0, "homed": 1}}}',
+        '{"nc": {"1": {"zeros": [0], "position": "0", "homed": 1}}}',
+        '{"nc": {"1": {"zeros": [0], "position": true, "homed": 1}}}',
+        "\udcff",
+    ],
+)
+def test_a_damaged_file_is_told_and_put_aside(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, text: str
+) -> None:
+    (tmp_path / "kept.json").write_bytes(text.encode("utf-8", "surrogateescape"))
+    built = station(tmp_path)
+    assert "kept.json is damaged, no axis knows its position: " in caplog.text
+    assert shows(built) == [(0.0, 0), (0.0, 0)]
+    assert [path.name for path in tmp_path.iterdir()] == ["kept.json"]
+    built.save()
+    assert "kept as" in caplog.text
+    assert (tmp_path / "kept.json.damaged").exists()
+    caplog.clear()
+    station(tmp_path)
+    assert caplog.text == ""
+
+
+def test_a_file_that_cannot_be_written_is_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    built = station(tmp_path)
+    (tmp_path / "kept.json.new").mkdir()
+    with caplog.at_level(logging.ERROR):
+        built.save()
+    assert "kept.json cannot be written: " in caplog.text
+
+
+@pytest.mark.parametrize("name", ["nowhere/kept.json", "."])
+def test_a_place_where_no_file_can_be(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ConfigError, match=r"system\.persistent_data: expected a file in a folder"):
+        station(tmp_path, name)
