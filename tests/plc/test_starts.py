@@ -229,3 +229,48 @@ def test_what_a_base_from_a_symbol_file_has_is_known(tmp_path: Path) -> None:
     plc = PlcRuntime([Task()], load_project(tmp_path).declarations.units)
     assert plc.warnings == ()
     assert plain(plc.instance("P"))["fb"]["n"] == 42
+
+
+def test_standard_functions_are_worked_out_as_a_compiler_does() -> None:
+    plc = running("""
+TYPE ST : STRUCT a : INT; aParts : ARRAY [1..4] OF LREAL; END_STRUCT END_TYPE
+VAR_GLOBAL CONSTANT
+    cName : STRING := CONCAT('axis', TO_STRING(cCount));
+    cCount : INT := LEN('four') + 1;
+END_VAR
+PROGRAM P
+VAR
+    st : ST;
+    p : POINTER TO ST;
+    aGrid : ARRAY [-3..7] OF INT;
+    nPart : UDINT := SIZEOF(st.aParts[1]);
+    nWhole : UDINT := SIZEOF(p^);
+    nGrid : DINT := UPPER_BOUND(aGrid, 1) - LOWER_BOUND(aGrid, 1);
+    nLow : INT := MIN(nSet, 3);
+    nSet : INT := 2;
+    tLong : TIME := MAX(T#1s, T#2s);
+    aText : ARRAY [0..LEN(cName)] OF BYTE;
+END_VAR
+END_PROGRAM
+""")
+    assert plc.warnings == ()
+    found = plain(plc.instance("P"))
+    assert (found["nPart"], found["nWhole"], found["nGrid"]) == (8, 40, 10)
+    assert found["nLow"] == 2
+    assert found["tLong"].total_seconds() == 2
+    assert len(found["aText"]) == 6
+
+
+def test_a_function_of_the_user_is_called_at_run_time_whatever_its_name() -> None:
+    plc = running("""
+FUNCTION MAX : INT VAR_INPUT a, b : INT; END_VAR END_FUNCTION
+PROGRAM P VAR n : INT := MAX(1, 2); END_VAR END_PROGRAM
+""")
+    assert plain(plc.instance("P"))["n"] == 0
+    (warning,) = plc.warnings
+    assert "3:26: shows only when the program runs" in warning
+
+
+def test_a_size_that_rests_on_itself_is_a_fault() -> None:
+    with pytest.raises(DeclarationError, match="rest on each other"):
+        declared("PROGRAM P VAR x : ARRAY [0..SIZEOF(x)] OF INT; END_VAR END_PROGRAM")

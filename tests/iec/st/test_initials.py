@@ -5,10 +5,11 @@ from typing import Any
 import pytest
 
 from achse.iec import ARRAY, INT, LREAL, IecType, Struct, iec_type, var
-from achse.iec.st.constants import Constant, Evaluator, NotConstant, Path
+from achse.iec.st.constants import Evaluator, Path
 from achse.iec.st.initials import InitialValues
 from achse.iec.st.parser import Parser
 from achse.iec.st.source import Source
+from achse.iec.st.values import Constant, NotConstant
 
 
 class Point(Struct):
@@ -27,7 +28,7 @@ def value_of(text: str, type: IecType[Any]) -> tuple[object, list[int]]:
     parser = Parser(Source(text))
     initial = parser.attempt(parser.initial)
     assert initial is not None
-    values = InitialValues(Evaluator(lookup, lambda tree: 0), lambda block, name: name == "Rate")
+    values = InitialValues(Evaluator(lookup, lambda tree: INT), lambda block, name: name == "Rate")
     value = values.value(type, initial)
     if value is not None:
         type.encode(value)

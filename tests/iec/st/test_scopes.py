@@ -7,13 +7,13 @@ import pytest
 from achse.iec import INT, EnumType, IecType
 from achse.iec.errors import IecError
 from achse.iec.layout import TC3_X64
-from achse.iec.st.constants import Constant, NotConstant
 from achse.iec.st.cursor import Unexpected
 from achse.iec.st.parser import parse, parse_expression
 from achse.iec.st.resolve import Resolver
 from achse.iec.st.scopes import DEEPEST, Entry, Failed, Scope, Scopes, attributes_of
 from achse.iec.st.source import Source
 from achse.iec.st.tree import Note
+from achse.iec.st.values import Constant, NotConstant
 
 PROJECT = """
 TYPE E_State : (Idle := 3, Run); END_TYPE

@@ -6,12 +6,12 @@ import pytest
 
 from achse.iec import DINT, INT, IecType, StructType
 from achse.iec.layout import TC3_X64
-from achse.iec.st.constants import NotConstant
 from achse.iec.st.cursor import Unexpected
 from achse.iec.st.parser import Parser, parse
 from achse.iec.st.resolve import Resolver
 from achse.iec.st.source import Source
 from achse.iec.st.starts import StartValues
+from achse.iec.st.values import NotConstant
 from achse.iec.variables import Spot
 
 NAMES = Resolver({}, {}, TC3_X64)

@@ -1,18 +1,16 @@
-"""Constant expressions: their value, and how it becomes the value of a declared type."""
+"""Constant expressions: their value."""
 
 import math
 import operator
-import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
+from achse.iec.arrays import ArrayType
 from achse.iec.derived import resolved
-from achse.iec.elementary import BOOL, BYTE, DWORD, LWORD, WORD, BoolType, IntegerType, RealType
-from achse.iec.enums import EnumType
-from achse.iec.errors import IecError
-from achse.iec.names import ELEMENTARY
+from achse.iec.elementary import BOOL, BYTE, DINT, DWORD, LWORD, WORD, IntegerType
 from achse.iec.st.cursor import Unexpected
+from achse.iec.st.functions import called, is_standard
 from achse.iec.st.literals import literal_value
 from achse.iec.st.tree import (
     Assign,
@@ -31,29 +29,11 @@ from achse.iec.st.tree import (
     TypeOperand,
     Unary,
 )
-from achse.iec.strings import StringType
+from achse.iec.st.values import Constant, NotConstant, checked
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
 
-__all__ = ["Constant", "Evaluator", "NotConstant", "Value", "fitted", "path_of"]
-
-Value: TypeAlias = int | float | bool | str
-
-
-class NotConstant(Exception):
-    """The value shows only when the program runs: of a variable, an address, a function."""
-
-    def __init__(self, at: int) -> None:
-        super().__init__(at)
-        self.at = at
-
-
-class Constant(NamedTuple):
-    """A value and its type; a plain number has none. A time is the count of its type's unit."""
-
-    value: Value
-    type: IecType[Any] | None = None
-
+__all__ = ["Evaluator", "Path", "path_of"]
 
 Path: TypeAlias = tuple[str, ...]
 Lookup: TypeAlias = Callable[[Path, int], Constant]
@@ -78,18 +58,18 @@ def _unknown(tree: Expression) -> Constant:
 class Evaluator:
     """Finds the value of expressions.
 
-    `size_of` knows the sizes of types and variables, `otherwise` the values of operands that are
-    no constants, where there are any.
+    `type_of` knows types by name and the types of variables, `otherwise` the values of operands
+    that are no constants, where there are any.
     """
 
     def __init__(
         self,
         lookup: Lookup,
-        size_of: Callable[[Expression], int],
+        type_of: Callable[[Expression], IecType[Any]],
         otherwise: Callable[[Expression], Constant] = _unknown,
     ) -> None:
         self._lookup = lookup
-        self._size_of = size_of
+        self._type_of = type_of
         self._otherwise = otherwise
 
     def value(self, tree: Expression) -> Constant:
@@ -165,25 +145,48 @@ class Evaluator:
             raise NotConstant(tree.at)
         name = path[-1].upper()
         operands = [argument.value for argument in tree.arguments if argument.value is not None]
-        if name in ("SIZEOF", "XSIZEOF") and len(operands) == 1:
-            return Constant(self._size_of(operands[0]))
-        cast = _CAST.fullmatch(name)
-        target_type = ELEMENTARY.get(cast[1].lower()) if cast else None
-        if target_type is None and name not in _FUNCTIONS:
-            if name == "ADR":
-                self._check_names(operands)
+        if len(path) == 1 and self._is_declared(path, tree.at):
             raise NotConstant(tree.at)
-        values = [self.value(operand) for operand in operands]
-        if target_type is not None and len(values) == 1:
-            return _cast(values[0], target_type, tree.at)
-        low, high, function = _FUNCTIONS.get(name, (0, -1, _nothing))
-        if not low <= len(values) <= high:
-            raise Unexpected(tree.at, f"{name} takes another number of arguments")
+        if name in _OF_TYPES:
+            return self._of_type(name, operands, tree.at)
+        if name == "ADR":
+            self._check_names(operands)
+        if not is_standard(name):
+            raise NotConstant(tree.at)
+        if any(argument.name for argument in tree.arguments):
+            raise Unexpected(tree.at, f"{name} takes its arguments by position")
+        return called(name, [self._operand_value(operand) for operand in operands], tree.at)
+
+    def _is_declared(self, path: Path, at: int) -> bool:
+        """Whether the user has something of that name, which is not known before run time."""
         try:
-            return _checked(function, [item.value for item in values], tree.at)
-        except ValueError:
-            # No fault of the source: LOG(-1) is how some make a NaN.
-            return Constant(math.nan)
+            self._lookup(path, at)
+        except NotConstant:
+            return True
+        except Unexpected:
+            pass
+        return False
+
+    def _operand_value(self, tree: Expression) -> Constant:
+        value = self.value(tree)
+        # The bits of 16#FF are as many as the function makes of it.
+        return value._replace(type=None) if _is_plain_number(tree) else value
+
+    def _of_type(self, name: str, operands: Sequence[Expression], at: int) -> Constant:
+        """SIZEOF, LOWER_BOUND and UPPER_BOUND: what the type of a variable says."""
+        if len(operands) != _OF_TYPES[name]:
+            raise Unexpected(at, f"{name} takes {_OF_TYPES[name]} arguments, got {len(operands)}")
+        type = self._type_of(operands[0])
+        if len(operands) == 1:
+            return Constant(type.size)
+        array = resolved(type)
+        if not isinstance(array, ArrayType):
+            raise Unexpected(operands[0].at, f"{name} takes an array, got {type.name}")
+        number = self.integer(operands[1], "a dimension", at)
+        if not 1 <= number <= len(array.dimensions):
+            raise Unexpected(operands[1].at, f"{type.name} has {len(array.dimensions)} dimensions")
+        bounds = array.dimensions[number - 1]
+        return Constant(bounds.first if name == "LOWER_BOUND" else bounds.last, DINT)
 
     def _check_names(self, operands: Iterable[Expression]) -> None:
         """Raise `Unexpected` for a name of nothing."""
@@ -194,49 +197,12 @@ class Evaluator:
                     self._lookup(path, operand.at)
 
 
-def _nothing(*_: Any) -> Value:
-    return 0
+_OF_TYPES = {"SIZEOF": 1, "XSIZEOF": 1, "LOWER_BOUND": 2, "UPPER_BOUND": 2}
+"""Operators that look at the type of their first operand, and how many they have."""
 
 
-_CAST = re.compile(r"(?:[A-Z]+_)*?TO_([A-Z]+)")
-_FUNCTIONS: dict[str, tuple[int, int, Callable[..., Value]]] = {
-    "ABS": (1, 1, abs),
-    "MIN": (2, 32, min),
-    "MAX": (2, 32, max),
-    "LIMIT": (3, 3, lambda low, value, high: min(max(low, value), high)),
-    "SEL": (3, 3, lambda which, first, second: second if which else first),
-    "TRUNC": (1, 1, math.trunc),
-    "SQRT": (1, 1, math.sqrt),
-    "LN": (1, 1, math.log),
-    "LOG": (1, 1, math.log10),
-    "EXP": (1, 1, math.exp),
-    "SIN": (1, 1, math.sin),
-    "COS": (1, 1, math.cos),
-    "TAN": (1, 1, math.tan),
-    "ASIN": (1, 1, math.asin),
-    "ACOS": (1, 1, math.acos),
-    "ATAN": (1, 1, math.atan),
-    "EXPT": (2, 2, lambda base, power: float(base) ** power),
-    "SHL": (2, 2, lambda value, count: value << min(count, 64)),
-    "SHR": (2, 2, lambda value, count: value >> min(count, 64)),
-}
-"""Functions of constants: fewest and most arguments, and what they give."""
-
-
-def _checked(function: Callable[..., Any], values: list[Value], at: int) -> Constant:
-    """The result; ValueError is left to the caller."""
-    try:
-        result = function(*values)
-    except ZeroDivisionError:
-        raise Unexpected(at, "a division by zero") from None
-    except (ArithmeticError, TypeError):
-        shown = ", ".join(map(repr, values))
-        raise Unexpected(at, f"there is no such value for {shown}") from None
-    if isinstance(result, complex) or (isinstance(result, float) and not math.isfinite(result)):
-        raise Unexpected(at, "the result is no finite number")
-    if isinstance(result, int) and not -(1 << 63) <= result < 1 << 64:
-        raise Unexpected(at, "the result does not fit into 64 bits")
-    return Constant(result, BOOL if isinstance(result, bool) else None)
+def _is_plain_number(tree: Expression) -> bool:
+    return isinstance(tree, Literal) and tree.text[0].isdecimal()
 
 
 def _quotient(left: Any, right: Any) -> Any:
@@ -289,11 +255,11 @@ def _binary(sign: str, left: Constant, right: Constant, at: int) -> Constant:
     if sign in _BITS:
         if truths == 1 or text or isinstance(left.value, float) or isinstance(right.value, float):
             raise Unexpected(at, f"{sign} takes two truths or two whole numbers")
-        found = _checked(_BITS[sign], [left.value, right.value], at)
+        found = checked(_BITS[sign], [left.value, right.value], at)
         return Constant(found.value, left.type if left.type is right.type else found.type)
     if truths or text:
         raise Unexpected(at, f"'{sign}' takes numbers")
-    found = _checked(_NUMBERS[sign], [left.value, right.value], at)
+    found = checked(_NUMBERS[sign], [left.value, right.value], at)
     return _timed(sign, left, right, found, at)
 
 
@@ -324,79 +290,3 @@ def _unary(sign: str, operand: Constant, at: int) -> Constant:
         # -16#80 is a number, and no bits any more.
         return Constant(-value, None if isinstance(operand.type, IntegerType) else operand.type)
     raise Unexpected(at, f"{sign} takes a number, got {value!r}")
-
-
-def _cast(constant: Constant, target: IecType[Any], at: int) -> Constant:
-    """What TO_INT and the like make of a value."""
-    value = constant.value
-    if isinstance(value, str) or isinstance(target, StringType):
-        raise NotConstant(at)
-    if isinstance(target, BoolType):
-        return Constant(value != 0, target)
-    if isinstance(target, RealType):
-        return Constant(float(value), target)
-    if isinstance(value, float):
-        # A REAL rounds to the nearest whole number, halves away from zero.
-        value = math.floor(abs(value) + 0.5) * (1 if value >= 0 else -1)
-    size = 8 * target.size
-    count = int(value) & (1 << size) - 1
-    if isinstance(target, IntegerType) and target.low < 0 and count > target.high:
-        count -= 1 << size
-    if isinstance(constant.type, TimeType) and isinstance(target, TimeType):
-        return Constant(_in_unit(constant, target, at), target)
-    return Constant(count, target)
-
-
-_UNITS_NS = {
-    "TIME": 1_000_000,
-    "TOD": 1_000_000,
-    "TIME_OF_DAY": 1_000_000,
-    "DATE": 1_000_000_000,
-    "DT": 1_000_000_000,
-    "DATE_AND_TIME": 1_000_000_000,
-}
-
-
-def _in_unit(constant: Constant, target: TimeType[Any], at: int) -> int:
-    assert constant.type is not None
-    assert isinstance(constant.value, int)
-    source_ns = _UNITS_NS.get(constant.type.name, 1)
-    count, rest = divmod(constant.value * source_ns, _UNITS_NS.get(target.name, 1))
-    if rest:
-        raise Unexpected(at, f"{target.name} is too coarse for this time")
-    return count
-
-
-def fitted(constant: Constant, type: IecType[Any], at: int) -> object:
-    """The constant as a value that `type` encodes. Raises `Unexpected` if it is none."""
-    real = resolved(type)
-    value: object = constant.value
-    if isinstance(real, StringType):
-        if not isinstance(value, str):
-            raise Unexpected(at, f"{type.name} takes a text, got {value!r}")
-    elif isinstance(value, str):
-        raise Unexpected(at, f"{type.name} takes {type.expected}, got {value!r}")
-    elif isinstance(real, IntegerType | EnumType):
-        value = _whole(constant, real if isinstance(real, IntegerType) else real.base, at, type)
-    elif isinstance(real, RealType) and not isinstance(value, bool):
-        value = float(constant.value)
-    elif isinstance(real, TimeType) and isinstance(constant.type, TimeType):
-        value = _in_unit(constant, real, at)
-    try:
-        type.encode(value)
-    except IecError as error:
-        raise Unexpected(at, str(error)) from None
-    return value
-
-
-def _whole(constant: Constant, target: IntegerType, at: int, type: IecType[Any]) -> int:
-    value = constant.value
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise Unexpected(at, f"{type.name} takes {type.expected}, got {value!r}")
-    bits = constant.type
-    if target.low < 0 and target.high < value and isinstance(bits, IntegerType):
-        # Bits keep their pattern: 16#FFFF in an INT is -1.
-        width = 8 * target.size
-        if bits.low == 0 and value < 1 << width:
-            return value - (1 << width)
-    return value

@@ -14,7 +14,6 @@ from typing import Any
 
 from achse.iec.declare import GlobalVariables, Program, Typelike
 from achse.iec.layout import TC3_X64, LayoutRules
-from achse.iec.st.constants import NotConstant
 from achse.iec.st.cursor import Unexpected
 from achse.iec.st.parser import Parsed
 from achse.iec.st.resolve import Resolver, generics_of
@@ -35,6 +34,7 @@ from achse.iec.st.units import (
     Unit,
 )
 from achse.iec.st.units import Program as ProgramTree
+from achse.iec.st.values import NotConstant
 from achse.iec.structs import Kind, Record, RecordMeta
 from achse.iec.structs import Unit as UnitRecord
 from achse.iec.types import IecType

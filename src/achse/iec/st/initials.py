@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import resolved
 from achse.iec.errors import IecPathError
-from achse.iec.st.constants import Evaluator, NotConstant, fitted
+from achse.iec.st.constants import Evaluator
 from achse.iec.st.cursor import Unexpected
 from achse.iec.st.tree import (
     ArrayInitial,
@@ -17,6 +17,7 @@ from achse.iec.st.tree import (
     Repeated,
     StructInitial,
 )
+from achse.iec.st.values import NotConstant, fitted
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 

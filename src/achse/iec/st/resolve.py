@@ -21,7 +21,6 @@ from achse.iec.errors import IecError
 from achse.iec.layout import LayoutRules
 from achse.iec.names import elementary, with_coding
 from achse.iec.st.callables import methods_of, properties_of
-from achse.iec.st.constants import Constant
 from achse.iec.st.cursor import Unexpected
 from achse.iec.st.initials import InitialValues, Left
 from achse.iec.st.scopes import Entry, Failed, FurtherTypes, Scope, Scopes, attributes_of
@@ -51,6 +50,7 @@ from achse.iec.st.tree import (
     VarBlock,
 )
 from achse.iec.st.units import FunctionBlock, Interface, Part, TypeDeclaration
+from achse.iec.st.values import Constant
 from achse.iec.strings import STRING, WSTRING
 from achse.iec.structs import Kind, StructType
 from achse.iec.types import IecType

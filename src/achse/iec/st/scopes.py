@@ -5,19 +5,23 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeAlias, TypeVar
 
-from achse.iec.derived import resolved
+from achse.iec.arrays import ArrayType
+from achse.iec.derived import PointerType, ReferenceType, resolved
 from achse.iec.enums import EnumType
 from achse.iec.errors import IecError
-from achse.iec.st.constants import Constant, Evaluator, NotConstant, Path, fitted, path_of
+from achse.iec.st.constants import Evaluator, Path, path_of
 from achse.iec.st.cursor import Unexpected
 from achse.iec.st.parser import Parsed
 from achse.iec.st.source import Fault, Source
 from achse.iec.st.tree import (
     ArrayInitial,
     Declaration,
+    Dereference,
     EnumOf,
     Expression,
+    Index,
     Literal,
+    Member,
     NamedType,
     Note,
     StructInitial,
@@ -34,6 +38,7 @@ from achse.iec.st.units import (
     TypeDeclaration,
     Unit,
 )
+from achse.iec.st.values import Constant, NotConstant, fitted
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 
@@ -271,7 +276,7 @@ class Scopes:
         """Works out expressions as the inside of `scope` sees them."""
         names = (
             lambda path, at: self._lookup(path, at, scope),
-            lambda operand: self._size(operand, scope),
+            lambda operand: self._operand_type(operand, scope),
         )
         return Evaluator(*names) if otherwise is None else Evaluator(*names, otherwise)
 
@@ -447,24 +452,48 @@ class Scopes:
         assert isinstance(value, int | float | str)
         return Constant(value, type)
 
-    def _size(self, operand: Expression, scope: Scope) -> int:
-        """SIZEOF of a type or a variable."""
+    def _operand_type(self, operand: Expression, scope: Scope) -> IecType[Any]:
+        """The type that SIZEOF and the like look at: one that is named, or that of a variable."""
         at = operand.at
         if isinstance(operand, TypeOperand):
-            return self.type_of(operand.type, scope, scope.owner).size
+            return self.type_of(operand.type, scope, scope.owner)
+        if isinstance(operand, Index):
+            whole = resolved(self._operand_type(operand.of, scope))
+            if not isinstance(whole, ArrayType):
+                raise Unexpected(at, f"{whole.name} is no array")
+            return whole.element
+        if isinstance(operand, Dereference):
+            pointer = resolved(self._operand_type(operand.of, scope))
+            if not isinstance(pointer, PointerType):
+                raise Unexpected(at, f"{pointer.name} is no pointer: ^ leads nowhere")
+            return pointer.target
         path = path_of(operand)
+        if path is None and isinstance(operand, Member):
+            return self._member_type(self._operand_type(operand.of, scope), operand.name, at)
         if path is None:
             raise NotConstant(at)
+        if (found := self.variable(path, scope)) is not None:
+            owner, rest = found
+            self.check_depth(at)
+            with self.inside(owner.source):
+                declared = owner.variables[rest[0]][1]
+                type = self.type_of(declared.type, owner, f"{owner.owner}.{rest[0]}")
+            for name in rest[1:]:
+                type = self._member_type(type, name, at)
+            return type
         name = ".".join(path)
-        if (found := self._own(path[0].lower(), scope)) is not None:
-            owner, declared = found
-            if len(path) > 1:
-                raise NotConstant(at)
-            return self.type_of(declared[1].type, owner, f"{owner.owner}.{path[0]}").size
         given = self.given_type(name, at)
         if given is not None:
-            return given.size
+            return given
         entry = self.find(name, scope.space)
         if entry is not None and isinstance(entry.tree, TypeDeclaration | FunctionBlock):
-            return self.entry_type(entry, at).size
+            return self.entry_type(entry, at)
         raise NotConstant(at)
+
+    def _member_type(self, whole: IecType[Any], name: str, at: int) -> IecType[Any]:
+        real = resolved(whole)
+        if isinstance(real, ReferenceType):
+            real = resolved(real.target)
+        if not isinstance(real, StructType):
+            raise Unexpected(at, f"{whole.name} has no members")
+        return self.made(lambda: real.member(name).type, at)

@@ -15,13 +15,14 @@ from achse.iec.enums import EnumType
 from achse.iec.errors import IecError
 from achse.iec.paths import Index, follow
 from achse.iec.paths import Member as MemberStep
-from achse.iec.st.constants import Constant, NotConstant, fitted, path_of
+from achse.iec.st.constants import path_of
 from achse.iec.st.cursor import Unexpected
 from achse.iec.st.initials import Left
 from achse.iec.st.scopes import Scope, Scopes
 from achse.iec.st.source import SourceError
 from achse.iec.st.tree import Call, Dereference, Expression, Member, This
 from achse.iec.st.tree import Index as IndexTree
+from achse.iec.st.values import Constant, NotConstant, fitted
 from achse.iec.strings import StringType
 from achse.iec.structs import StructType
 from achse.iec.times import TimeType
