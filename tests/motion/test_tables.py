@@ -7,6 +7,7 @@ import pytest
 
 from achse.codes import NcError
 from achse.motion import Axis, AxisParameters, Nc, commands
+from achse.motion.elements import exchange_control_loop
 from achse.motion.states import TableSubType, TableType
 from achse.motion.tables import Table, TableError, TableParameters
 
@@ -225,3 +226,14 @@ def test_both_kernels_read_the_same_curve(interpolation: int) -> None:
         nc.cycle(400)
         digests.add(nc.digest())
     assert len(digests) == 1
+
+
+def test_another_control_loop_brings_its_own_table() -> None:
+    nc = build()
+    axis = nc.axis(1)
+    nc.tables.choose(nc.element("drive", 2), 3)
+    assert axis.curve_count == 0
+    exchange_control_loop(axis, 1)
+    assert (axis.drive_table_id, axis.curve_count) == (3, len(VALVE))
+    nc.tables.interpolate(axis, 2)
+    assert travel(nc, 100.0).drive_output_percent_nonlinear == pytest.approx(50.0, abs=0.05)

@@ -17,7 +17,14 @@ from achse.motion.states import TableSubType, TableType
 from achse.motion.tables import HIGHEST_TABLE_ID, Table, TableError, Tables
 from achse.server import READ, READ_WRITE, WRITE, IndexGroup, Layout, ObjectGroup, Service
 
-__all__ = ["TABLE_FUNCTIONS", "TABLE_PARAMETERS", "TABLE_STATES", "answered", "table_groups"]
+__all__ = [
+    "TABLE_FUNCTIONS",
+    "TABLE_PARAMETERS",
+    "TABLE_STATES",
+    "TablePlace",
+    "answered",
+    "table_groups",
+]
 
 
 @contextmanager
