@@ -96,8 +96,26 @@ def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
         listed.append((title, file))
         lines = [(f"0x{code:X}", str(code), f"`{name}`", _text(text)) for code, name, text in table]
         yield f"reference/{file}", _page(title, ("hex", "decimal", "name", "meaning"), lines)
+    for title, file, text in _drive_pages():
+        listed.append((title, file))
+        yield f"reference/{file}", text
     links = "".join(f"- [{title}]({file})\n" for title, file in listed)
     yield "reference/index.md", f"# Reference\n\n{GENERATED}\n\n{links}"
+
+
+def _drive_pages() -> Iterator[tuple[str, str, str]]:
+    """Title, file and text of the pages about the virtual drive."""
+    from achse.cli.objects import line_of
+    from achse.drive import Alarm, Warn
+    from achse.drive.objects import ROWS
+
+    title, file = "Objects of the virtual drive", "drive-objects.md"
+    objects = [(*map(_text, line_of(row)), _text(row.doc)) for row in ROWS]
+    yield title, file, _page(title, OBJECT_COLUMNS, objects, OBJECTS)
+    title, file = "Alarms and warnings of the virtual drive", "drive-alarms.md"
+    lines = [(alarm.panel, f"603Fh 0x{alarm.code:X}", _text(alarm.text)) for alarm in Alarm]
+    lines += [(each.panel, f"{each.index:X}h bit {each.bit}", _text(each.text)) for each in Warn]
+    yield title, file, _page(title, ("panel", "shown in", "meaning"), lines)
 
 
 GENERATED = "Generated from the rows in the code by `achse docs`; edit those, not this page."
@@ -109,6 +127,12 @@ COVERAGE = (
     " (002 §6.4), and what comes of it. Numbers are those of the first axis, element and object."
     " Where the manual leaves a choice, ours is [here](nc-choices.md).\n\n"
 )
+OBJECTS = (
+    "The object dictionary (001 §3). Where the manual leaves a choice, ours is"
+    " [here](../coverage/drive-choices.md). `achse drive show` tells the range of an entry.\n\n"
+)
+OBJECT_COLUMNS = ("index", "type", "access", "pdo", "default", "unit", "name", "meaning")
+
 COVERAGE_COLUMNS = ("index group", "offset", "access", "name", "answer")
 
 

@@ -11,7 +11,7 @@ from achse.cli.target import Json
 if TYPE_CHECKING:
     from achse.drive.objects import ObjectRow
 
-__all__ = ["entry_of", "register"]
+__all__ = ["entry_of", "line_of", "register"]
 
 
 def register(drive: typer.Typer) -> None:
@@ -38,19 +38,21 @@ def list_rows(
         print_json([_facts(row) for row in rows])
         return
     lines = [("index", "type", "access", "pdo", "default", "unit", "name")]
-    lines += [
-        (
-            f"{row.index:04X}:{row.subindex:02X}",
-            row.type.name,
-            _access(row),
-            _pdo(row),
-            format(row.default, "g") if isinstance(row.default, float) else str(row.default),
-            row.unit,
-            row.name,
-        )
-        for row in rows
-    ]
+    lines += [line_of(row) for row in rows]
     print_table(lines, right=frozenset({4}))
+
+
+def line_of(row: "ObjectRow") -> tuple[str, str, str, str, str, str, str]:
+    """Index, type, access, PDO mappability, default, unit and name of an entry."""
+    return (
+        f"{row.index:04X}:{row.subindex:02X}",
+        row.type.name,
+        _access(row),
+        _pdo(row),
+        format(row.default, "g") if isinstance(row.default, float) else str(row.default),
+        row.unit,
+        row.name,
+    )
 
 
 def show(
