@@ -76,7 +76,7 @@ def test_who_subscribed_gets_every_message_in_order(logger: LoggerDevice, client
         logger.post(MESSAGE._replace(text=text))
     logger.post(MESSAGE._replace(text="x" * 400))
     for tick in range(1, 8):
-        logger.notify(tick * TICK)
+        logger.notifications.tick(tick * TICK)
     heard = [data for _, data in client.samples()]
     assert [data[36:].rstrip(b"\0").decode() for data in heard] == [
         "one",
@@ -91,7 +91,7 @@ def test_equal_messages_at_different_times_are_both_told(logger: LoggerDevice, c
     client.samples()
     for time in (1, 2):
         logger.post(MESSAGE._replace(filetime=time))
-        logger.notify(time * TICK)
+        logger.notifications.tick(time * TICK)
     assert len(client.samples()) == 2
 
 

@@ -274,7 +274,8 @@ class Bench:
             self.now += 2 * MS
             if until is not None:
                 until()
-            self.device.notify(self.now)
+            self.device.notifications.tick(self.now)
+            self.device.sweep(self.now)
 
     def samples(self, client: Client | None = None) -> list[tuple[int, int, bytes]]:
         """(ms since the start, handle, data) of all notifications since the last call."""

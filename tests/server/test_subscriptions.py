@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from achse.ams import DeviceError
 from achse.ams.notification import NotificationStream
 from achse.kernel.memory import Place
-from achse.server.subscriptions import Batch, Beat, Channel, Series, Subscription, hint
+from achse.server.subscriptions import Batch, Beat, Channel, Pulse, Series, Subscription, hint
 
 CLIENT = bytes(8)
 
@@ -44,7 +44,7 @@ def test_a_value_is_fitted_to_the_asked_length(batch: Batch, value: bytes) -> No
 
 def test_a_beat_samples_all_cyclic_and_the_changed(batch: Batch) -> None:
     values = [b"ab"]
-    beat = Beat(batch, (10, 0))
+    beat = Beat(batch, (10, 10), Pulse((10, 0)))
     beat.cyclic.add(subscription(batch, values))
     beat.on_change.add(subscription(batch, values))
     beat.sample()
@@ -56,7 +56,7 @@ def test_a_beat_samples_all_cyclic_and_the_changed(batch: Batch) -> None:
 
 def test_a_change_beyond_the_asked_length_is_none(batch: Batch) -> None:
     values = [b"abX"]
-    beat = Beat(batch, (10, 0))
+    beat = Beat(batch, (10, 10), Pulse((10, 0)))
     beat.on_change.add(subscription(batch, values))
     values.append(b"abY")
     beat.sample()

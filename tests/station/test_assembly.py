@@ -45,7 +45,7 @@ def test_an_empty_configuration_has_what_every_station_has_and_a_clock() -> None
     empty = station()
     assert empty.devices[0].name == "TwinCAT System"
     assert empty.router.ports == [1, 100, 110, 10_000, 26_000]
-    assert [stage.name for stage in empty.stages] == ["notifications"]
+    assert [stage.name for stage in empty.stages] == ["notifications", "sweep"]
     empty.advance(0.5)
     assert empty.time_ns == 500_000_000
 
@@ -63,6 +63,7 @@ def test_the_cycle_goes_from_axes_over_plcs_to_notifications(folder: Path) -> No
         ("plc 851", 5_000_000),
         ("plc 852", 10_000_000),
         ("notifications", 1_000_000),
+        ("sweep", 1_000_000_000),
     ]
     assert built.tick_ns == 1_000_000
     assert built.router.ports == [1, 100, 110, 500, 501, 851, 852, 10_000, 26_000]

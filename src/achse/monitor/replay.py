@@ -56,7 +56,8 @@ class Replay:
         """Send the samples that are due."""
         now = self._clock()
         for device in self.devices:
-            device.notify(now)
+            device.notifications.tick(now)
+            device.sweep(now)
 
     @contextlib.asynccontextmanager
     async def serving(

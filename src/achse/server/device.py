@@ -44,7 +44,6 @@ DIRECT_CODES_OF_A_PLC: Mapping[int, ReturnCode] = {
 _OK = RESULT.pack(0)
 _SYMBOLIC = (0xF005, 0xF010)
 _LAST_STATE = max(AdsState)
-_SWEEP_NS = 1_000_000_000
 _NO_RESPONSE = 0x0002
 
 
@@ -131,7 +130,6 @@ class Device:
         self._request: Frame | None = None
         """The request being answered: a subscription goes back the way it came."""
         self._unreachable_since: dict[bytes, int] = {}
-        self._next_sweep = 0
         self._commands: dict[int, Callable[[Frame], bytes]] = {
             Command.READ_DEVICE_INFO: self._answer_device_info,
             Command.READ: self._answer_read,
@@ -355,20 +353,6 @@ class Device:
         """Cycle in ns of the task `context`; devices with several tasks know better."""
         return self.task_cycle_ns
 
-    @property
-    def due_ns(self) -> float:
-        """When `notify` has something to do next, unix ns."""
-        due = self.notifications.due_ns
-        return due if due < self._next_sweep else self._next_sweep
-
-    def notify(self, now_ns: int) -> None:
-        """Send what is due at the end of the cycle at `now_ns` (unix ns); once per base tick."""
-        if now_ns >= self.notifications.due_ns:
-            self.notifications.tick(now_ns)
-        if now_ns >= self._next_sweep:
-            self._next_sweep = now_ns + _SWEEP_NS
-            self._sweep(now_ns)
-
     # clients ---------------------------------------------------------------------------------
 
     def symbols_changed(self) -> None:
@@ -402,8 +386,11 @@ class Device:
             clients.update(self.symbols.clients)
         return clients
 
-    def _sweep(self, now_ns: int) -> None:
-        """Drop clients that nothing has led to for a while: they cannot come back to tidy up."""
+    def sweep(self, now_ns: int) -> None:
+        """Drop clients that nothing has led to for a while: they cannot come back to tidy up.
+
+        Called with the time (unix ns) about once a second.
+        """
         router = self._router
         if router is None:
             return

@@ -193,21 +193,29 @@ class Notifications:
         return batch
 
     def _beat(self, batch: Batch, task_cycle: int, cycle: int) -> Beat:
-        """The beat on the task grid for a cycle, rounded up to whole task cycles."""
+        """The beat on the task grid for a cycle, rounded up to whole task cycles.
+
+        It begins with its first subscription; those after it keep time with it.
+        """
         cycle = max(-(-cycle // task_cycle), 1) * task_cycle
-        last = self._on_grid(task_cycle)
-        key = (cycle, last % cycle)
+        key = (cycle, task_cycle)
         beat = batch.beats.get(key)
         if beat is None:
-            beat = batch.beats[key] = Beat(batch, key)
-            pulse = self._pulses.get(key)
-            if pulse is None:
-                pulse = self._pulses[key] = Pulse(cycle)
-                self._sequence += 1
-                heappush(self._due, (last + cycle, self._sequence, pulse))
-                self.due_ns = min(self.due_ns, last + cycle)
+            pulse = self._pulse(cycle, self._on_grid(task_cycle))
+            beat = batch.beats[key] = Beat(batch, key, pulse)
             pulse.beats[beat] = None
         return beat
+
+    def _pulse(self, cycle: int, last: int) -> Pulse:
+        """The pulse that is due each `cycle` from `last` on."""
+        key = (cycle, last % cycle)
+        pulse = self._pulses.get(key)
+        if pulse is None:
+            pulse = self._pulses[key] = Pulse(key)
+            self._sequence += 1
+            heappush(self._due, (last + cycle, self._sequence, pulse))
+            self.due_ns = min(self.due_ns, last + cycle)
+        return pulse
 
     def _on_grid(self, task_cycle: int) -> int:
         """The last point of a task's grid."""
@@ -259,10 +267,10 @@ class Notifications:
         subscription.beat = None
         if not beat.discard(subscription):
             del beat.batch.beats[beat.key]
-            pulse = self._pulses[beat.key]
+            pulse = beat.pulse
             del pulse.beats[beat]
             if not pulse.beats:
-                del self._pulses[beat.key]
+                del self._pulses[pulse.key]
                 self._idle += 1
             if self._idle > 64 and self._idle > len(self._due) // 2:
                 self._due = [entry for entry in self._due if entry[2].beats]

@@ -1,10 +1,10 @@
 """What a notification is made of: subscription, beat, pulse, batch and channel.
 
-A `Beat` is all subscriptions of one client that share cycle, phase and largest delay, in two
-`Series`: those sent always and those sent on change. A `Pulse` is the beats of all clients that
-share cycle and phase, so that one entry in the schedule stands for thousands of subscriptions;
-samples go to a `Batch`, which holds them up to the largest delay; a `Channel` is the way to one
-client.
+A `Beat` is all subscriptions of one client that share cycle, task and largest delay, in two
+`Series`: those sent always and those sent on change. They are sampled together, whenever they came,
+so that one frame carries them all. A `Pulse` is the beats of all clients that share cycle and
+phase, so that one entry in the schedule stands for thousands of subscriptions; samples go to a
+`Batch`, which holds them up to the largest delay; a `Channel` is the way to one client.
 
 Source: 000 §3.2.3.6 … 8.
 """
@@ -278,13 +278,14 @@ class Series:
 
 
 class Beat:
-    """Subscriptions of one batch that are due together; `key` is cycle and phase in ns."""
+    """Subscriptions of one batch that are due with `pulse`; `key` is their cycle and the task's."""
 
-    __slots__ = ("batch", "cyclic", "key", "on_change")
+    __slots__ = ("batch", "cyclic", "key", "on_change", "pulse")
 
-    def __init__(self, batch: Batch, key: tuple[int, int]) -> None:
+    def __init__(self, batch: Batch, key: tuple[int, int], pulse: "Pulse") -> None:
         self.batch = batch
         self.key = key
+        self.pulse = pulse
         self.cyclic = Series(on_change=False)
         self.on_change = Series(on_change=True)
 
@@ -302,12 +303,13 @@ class Beat:
 
 
 class Pulse:
-    """Beats that are due together, every `cycle` ns."""
+    """Beats that are due together; `key` is their cycle and phase in ns."""
 
-    __slots__ = ("beats", "cycle")
+    __slots__ = ("beats", "cycle", "key")
 
-    def __init__(self, cycle: int) -> None:
-        self.cycle = cycle
+    def __init__(self, key: tuple[int, int]) -> None:
+        self.key = key
+        self.cycle = key[0]
         self.beats: dict[Beat, None] = {}
 
 

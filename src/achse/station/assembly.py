@@ -48,6 +48,9 @@ _IDLE_TICK_NS = 1_000_000
 _SHORTEST_TICK_NS = 10_000
 """All cycles are multiples of one tick; a shorter one would only burn time."""
 
+_SWEEP_NS = 1_000_000_000
+"""How often devices look for clients that are gone, about: a whole number of ticks."""
+
 _MODULO_AXIS = 1 << 2
 """Bit of the axis parameter unit_interpretation."""
 
@@ -187,7 +190,7 @@ def _assemble(
         raise ConfigError(
             f"cycles: expected multiples of a tick of {_SHORTEST_TICK_NS} ns or more, got {cycles}"
         )
-    stages.append(_notification_stage(devices, tick_ns, clock))
+    stages += _last_stages(devices, tick_ns, clock)
     return Parts(nc, plcs, devices, stages, tick_ns, digests, sources)
 
 
@@ -198,26 +201,38 @@ def idle(devices: Sequence[Device], tick_ns: int, clock: Callable[[], int]) -> P
         plcs={},
         sources={},
         devices=devices,
-        stages=[_notification_stage(devices, tick_ns, clock)],
+        stages=_last_stages(devices, tick_ns, clock),
         tick_ns=tick_ns,
         digests=(),
     )
 
 
-def _notification_stage(devices: Iterable[Device], tick_ns: int, clock: Callable[[], int]) -> Stage:
-    """The last stage of a cycle: what `devices` have to tell their clients."""
+def _last_stages(
+    devices: Iterable[Device], tick_ns: int, clock: Callable[[], int]
+) -> Sequence[Stage]:
+    """What `devices` have to tell their clients, and now and then whether these are still there."""
     listed = list(devices)
-    notifies = [device.notify for device in listed]
+    all_notifications = [device.notifications for device in listed]
 
-    def run(_: int) -> None:
+    def notify(_: int) -> None:
         now = clock()
-        for notify in notifies:
-            notify(now)
+        for notifications in all_notifications:
+            if notifications.due_ns <= now:
+                notifications.tick(now)
 
     def rest() -> float:
-        return min([device.due_ns for device in listed], default=math.inf) - clock()
+        due = [notifications.due_ns for notifications in all_notifications]
+        return min(due, default=math.inf) - clock()
 
-    return Stage("notifications", tick_ns, run, rest)
+    def sweep(_: int) -> None:
+        now = clock()
+        for device in listed:
+            device.sweep(now)
+
+    return [
+        Stage("notifications", tick_ns, notify, rest),
+        Stage("sweep", -(-_SWEEP_NS // tick_ns) * tick_ns, sweep),
+    ]
 
 
 def _nc(config: StationConfig) -> Nc:

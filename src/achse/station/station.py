@@ -138,36 +138,39 @@ class Station:
 
     def step(self) -> None:
         """One tick of `tick_ns`: every stage that is due, in order."""
-        self.time_ns = now = self.time_ns + self.tick_ns
-        if self._plans:
-            self._follow_plans(now)
-        for stage in self.stages:
-            if now % stage.cycle_ns == 0:
-                stage.run(now)
+        self._go_on(self.time_ns + self.tick_ns)
 
     def _leap(self, end_ns: float) -> None:
-        """All ticks up to `end_ns`, or the end; those in which only the NC is due in one go."""
+        """All ticks up to `end_ns`, or the end; those that are the NC's alone in one go."""
         ended = self.ended
         while self.time_ns < end_ns and self.ended is ended:
-            self._skip(end_ns)
-            self.step()
+            self._go_on(self._next_due(end_ns))
 
-    def _skip(self, end_ns: float) -> None:
-        """Go on to the tick before the next at which a stage besides the NC is due."""
+    def _go_on(self, now: int) -> None:
+        """Run what is due at `now`; on the way there nothing but the NC is."""
+        before, self.time_ns = self.time_ns, now
+        if self._plans:
+            self._follow_plans(now)
+        leap = now - before > self.tick_ns
+        for stage in self.stages:
+            if leap and stage.several is not None:
+                stage.several(now // stage.cycle_ns - before // stage.cycle_ns)
+            elif now % stage.cycle_ns == 0:
+                stage.run(now)
+
+    def _next_due(self, end_ns: float) -> int:
+        """The next tick at which a stage besides the NC is due, at most `end_ns`."""
         now = self.time_ns
-        quiet = end_ns - self.tick_ns
+        if self._plans or self.stages[0] is not self._own_stages[0]:
+            return now + self.tick_ns  # what others added comes before the NC: it must not be ahead
+        due = end_ns
         for stage in self.stages:
             if stage.several is None:
-                rest = stage.rest() if stage.rest is not None else 0
+                rest = 1.0 if stage.rest is None else max(stage.rest(), 1)
                 if rest < math.inf:
-                    due = (now + max(rest, 1) - 1) // stage.cycle_ns * stage.cycle_ns
-                    quiet = min(quiet, due + stage.cycle_ns - self.tick_ns)
-        if self._plans or quiet <= now or quiet == math.inf:
-            return
-        self.time_ns = int(quiet)
-        for stage in self.stages:
-            if stage.several is not None:
-                stage.several(self.time_ns // stage.cycle_ns - now // stage.cycle_ns)
+                    quiet = now + int(rest) - 1
+                    due = min(due, quiet - quiet % stage.cycle_ns + stage.cycle_ns)
+        return int(due)
 
     # state of the whole station ----------------------------------------------------------------
 

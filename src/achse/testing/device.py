@@ -101,7 +101,9 @@ class FakeDevice(PlcDevice):
 
     def tick(self, seconds: float = 0.01) -> None:
         """Let time pass and send the notifications that are due then."""
-        self.notify(self.clock.advance(seconds))
+        now = self.clock.advance(seconds)
+        self.notifications.tick(now)
+        self.sweep(now)
 
     def online_change(self) -> None:
         """Raise the symbol version: handles are stale."""

@@ -61,7 +61,7 @@ def stream(compiled: bool, seed: int) -> list[bytes]:
             device.write(0x4301, 0x21, struct.pack("<I", 500_000))
         now += 2 * MS
         nc.cycle()
-        device.notify(now)
+        device.notifications.tick(now)
     return client.stream
 
 

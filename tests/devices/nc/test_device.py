@@ -168,7 +168,7 @@ def test_what_happens_to_an_axis_is_notified(bench: Any) -> None:
     bench.start(10.0, 100.0)
     for _ in range(50):
         bench.run(0.002)
-        bench.device.notify(bench.nc.cycle_count * 2_000_000)
+        bench.device.notifications.tick(bench.nc.cycle_count * 2_000_000)
     samples = bench.client.samples()
     assert len(samples) == pytest.approx(11, abs=1)
     assert len({data for _, data in samples}) >= 10

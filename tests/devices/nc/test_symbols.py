@@ -114,7 +114,7 @@ def test_a_handle_can_be_watched(bench: Any) -> None:
     positions = []
     for _ in range(100):
         bench.run(0.002)
-        bench.device.notify(bench.nc.cycle_count * 2_000_000)
+        bench.device.notifications.tick(bench.nc.cycle_count * 2_000_000)
         positions += [struct.unpack("<d", data)[0] for _, data in bench.client.samples()]
     assert len(positions) >= 100
     assert positions == sorted(positions)

@@ -154,7 +154,7 @@ def run(device: PlcDevice, plc: PlcRuntime, clock: list[int], milliseconds: int)
     for _ in range(milliseconds):
         clock[0] += MS
         plc.run_due(clock[0] - 1_700_000_000_000_000_000)
-        device.notify(clock[0])
+        device.notifications.tick(clock[0])
 
 
 def test_a_counter_is_seen_once_per_cycle(

@@ -326,7 +326,7 @@ def test_what_nobody_uses_is_closed_after_ten_minutes(
     clock.now += 599_000_000_000
     read(client, used)
     clock.now += 2_000_000_000
-    device.notify(clock.now)
+    device.sweep(clock.now)
     read(client, used)
     with refused(0x70C):
         read(client, unused)

@@ -114,14 +114,9 @@ class SystemDevice(Device):
         else:
             super().write_control(ads_state, device_state, data)
 
-    @property
-    def due_ns(self) -> float:
-        """When `notify` has something to do next, unix ns."""
-        return min(super().due_ns, self.files.due_ns)
-
-    def notify(self, now_ns: int) -> None:
-        """Send what is due, and close files that nobody uses any more."""
-        super().notify(now_ns)
+    def sweep(self, now_ns: int) -> None:
+        """Drop clients that are gone, and close files that nobody uses any more."""
+        super().sweep(now_ns)
         self.files.sweep(now_ns)
 
     def end_client(self, client: bytes) -> None:

@@ -85,8 +85,6 @@ class Files:
         self._clock = clock
         self._open: dict[int, _Open] = {}
         self._last = FIRST_HANDLE - 1
-        self.due_ns = 0
-        """When `sweep` has something to do next, unix ns."""
 
     # services ----------------------------------------------------------------------------------
 
@@ -157,9 +155,6 @@ class Files:
 
     def sweep(self, now_ns: int) -> None:
         """Close what was not used for ten minutes."""
-        if now_ns < self.due_ns:
-            return
-        self.due_ns = now_ns + 1_000_000_000
         for handle in [h for h, e in self._open.items() if now_ns - e.used > _IDLE_NS]:
             self._close(handle)
 
