@@ -222,21 +222,6 @@ def test_samples_of_one_cycle_share_a_stamp(bench: Any) -> None:
     assert [sample.handle for sample in stamp.samples] == [1, 2, 3]
 
 
-def test_subscriptions_with_the_cycle_of_an_earlier_one_keep_time_with_it(bench: Any) -> None:
-    """The first sample comes at once, the next when the client's others come, then each cycle."""
-    other, other_address = bench.join()
-    bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=100)
-    bench.tick(30)
-    bench.subscribe("MAIN.fixed", mode=3, cycle_ms=100, length=2)
-    bench.subscribe("MAIN.fast", mode=3, cycle_ms=50)
-    bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=100, source=other_address, origin=other)
-    bench.tick(200)
-    samples = bench.samples()
-    by_handle = {n: [time for time, handle, _ in samples if handle == n] for n in (1, 2, 3)}
-    assert by_handle == {1: [0, 100, 200], 2: [30, 100, 200], 3: [30, 80, 130, 180, 230]}
-    assert times(bench.samples(other)) == [30, 130, 230]
-
-
 def test_a_delayed_and_a_prompt_subscription_do_not_disturb_each_other(bench: Any) -> None:
     prompt = bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10)
     slow = bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10, delay_ms=100)

@@ -125,6 +125,21 @@ def test_values_taken_together_are_sent_as_if_taken_one_by_one(
                 assert batch.parts == one_by_one(members, last, always=not on_change)
 
 
+def test_subscriptions_with_the_cycle_of_an_earlier_one_keep_time_with_it(bench: Any) -> None:
+    """The first sample comes at once, the next when the client's others come, then each cycle."""
+    other, other_address = bench.join()
+    bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=100)
+    bench.tick(30)
+    bench.subscribe("MAIN.fixed", mode=3, cycle_ms=100, length=2)
+    bench.subscribe("MAIN.fast", mode=3, cycle_ms=50)
+    bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=100, source=other_address, origin=other)
+    bench.tick(200)
+    samples = bench.samples()
+    by_handle = {n: [time for time, handle, _ in samples if handle == n] for n in (1, 2, 3)}
+    assert by_handle == {1: [0, 100, 200], 2: [30, 100, 200], 3: [30, 80, 130, 180, 230]}
+    assert [time for time, _, _ in bench.samples(other)] == [30, 130, 230]
+
+
 def test_a_batch_stamps_and_releases(batch: Batch, channel: Channel) -> None:
     for time in (5, 6):
         batch.parts += [struct.pack("<II", time, 1), b"x"]
