@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from achse.motion import AxisParameters, Nc, StateBit, commands
+from achse.motion import AxisParameters, ControlBit, Nc, StateBit, commands
 from achse.motion.signals import drive_inputs, homing_cam
 
 RISING, FALLING = 0, 1
@@ -221,3 +221,57 @@ def test_a_source_that_is_no_input_says_nothing(make: Any) -> None:
     commands.activate_touch_probe(rig.axis, 1, RISING, SINGLE, DRIVE_DEFINED)
     move(rig, 10.0)
     assert latched(rig, 1, RISING)[:2] == (1, 0)
+
+
+ACCEPT_BLOCKED = 7 | ControlBit.ACCEPT_BLOCKED_DRIVE
+
+KINDS: dict[str, dict[str, float]] = {
+    "servo": {},
+    "turned round": {"encoder_count_direction": 1, "drive_motor_polarity": 1},
+    "with position interface": {"simulation_ideal": 1},
+    "two speeds": {
+        "axis_type": 2, "drive_type": 7, "controller_type": 7, "drive_reference_velocity": 100.0,
+    },
+    "stepper": {
+        "axis_type": 3, "drive_type": 8, "controller_type": 8, "stepper_step_scaling": 0.2,
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_limit_switch_blocks_the_drive_and_lets_it_back_where_that_is_accepted(
+    make: Any, kind: str, side: int
+) -> None:
+    limits = {"simulation_limit_max": 20.0} if side > 0 else {"simulation_limit_min": -20.0}
+    rig = make(**KINDS[kind], **limits)
+    axis = rig.axis
+    outward, inward = (3, 4) if side > 0 else (4, 3)
+    assert commands.start(axis, outward, 0.0, 60.0) == 0
+    rig.until(lambda ax: ax.error_code)
+    assert axis.error_code == 0x4650
+    rig.seconds(1.0)
+    assert 20.0 <= side * axis.actual_position <= 22.0
+    assert axis.plant_velocity == 0.0
+    assert commands.reset(axis) == 0
+    rig.seconds(0.1)
+    assert (axis.error_code, axis.loop_closed) == (0, 0)
+    assert commands.start(axis, inward, 0.0, 60.0) == 0x4225
+    axis.control_dword = ACCEPT_BLOCKED
+    rig.seconds(0.1)
+    assert axis.loop_closed == 1
+    assert commands.start(axis, outward, 0.0, 60.0) == 0x4225
+    assert commands.start(axis, 1, side * 5.0, 60.0) == 0
+    rig.until(lambda ax: not ax.limit_switch)
+    axis.control_dword = 7
+    rig.until_rest()
+    assert axis.set_position == pytest.approx(side * 5.0, abs=2.0)
+    assert (axis.error_code, axis.loop_closed) == (0, 1)
+
+
+def test_a_blocked_drive_that_is_accepted_does_not_follow(make: Any) -> None:
+    rig = make(simulation_limit_max=20.0, control_dword=ACCEPT_BLOCKED)
+    commands.start(rig.axis, 1, 60.0, 100.0)
+    rig.until(lambda ax: ax.error_code)
+    assert rig.axis.error_code == 0x4550
+    assert 20.0 <= rig.axis.actual_position <= 21.0

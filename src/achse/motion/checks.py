@@ -62,7 +62,10 @@ def why_not_permitted(axis: Axis, direction: float) -> int:
         return NcError.ENABLE_MISSING.number
     if direction < 0.0 and not control & ControlBit.FEED_ENABLE_MINUS:
         return NcError.ENABLE_MISSING.number
-    if axis.simulation_not_ready:
+    blocked = axis.limit_switch != 0 and not (
+        control & ControlBit.ACCEPT_BLOCKED_DRIVE and direction * axis.limit_switch < 0.0
+    )
+    if axis.simulation_not_ready or blocked:
         return NcError.DRIVE_NOT_READY_AT_START.number
     return OK
 

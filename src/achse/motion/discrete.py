@@ -11,6 +11,7 @@ from math import ceil
 
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import pass_switch_position, take_next
+from achse.motion.signals import outward
 from achse.motion.states import CommandState, MotionPhase, StepperMode
 from achse.motion.targets import overrun
 
@@ -247,6 +248,8 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
             ax.remaining_distance += abs(ax.loop_distance)
     elif velocity != 0.0:
         ax.target_position = ax.actual_position
+    if ax.limit_switch != 0 and outward(ax, velocity):
+        velocity = 0.0
     moved = ax.plant_velocity
     moved += (velocity - moved) * (dt / (ax.simulation_time_constant + dt))
     if (ax.switch_phase == _BRAKED and ax.brake_released == 0) or ax.simulation_blocked:
@@ -302,7 +305,8 @@ def run_stepper(ax: AxisFields, dt: float) -> None:
     missing = ax.controller_output != 0.0 and (
         abs(ax.following_error) > 0.5 * ax.stepper_step_scaling
     )
-    if (speed <= 0.5 * slowest and not missing) or ax.simulation_blocked or speed == 0.0:
+    stuck = ax.simulation_blocked or (ax.limit_switch != 0 and outward(ax, output))
+    if (speed <= 0.5 * slowest and not missing) or stuck or speed == 0.0:
         ax.stepper_wait = 0
         ax.stepper_level = 0
         ax.plant_velocity = 0.0

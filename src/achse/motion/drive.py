@@ -12,6 +12,7 @@ from math import floor
 
 from achse.motion.curves import Piece, value_at
 from achse.motion.record import DRIVE_DELAY, FILTER_ORDER, AxisFields
+from achse.motion.signals import outward
 from achse.motion.states import (
     POSITION_MODES,
     TORQUE_MODES,
@@ -146,6 +147,9 @@ def place_motor(ax: AxisFields, position: float, dt: float) -> None:
     """Put the motor where the encoder will read `position` (the ideal drive)."""
     way = position - ax.encoder_position_offset - ax.encoder_set_position_offset
     way -= ax.encoder_position_correction
+    if ax.limit_switch * (way - ax.plant_position * ax.encoder_scale) > 0.0:
+        ax.plant_velocity = 0.0
+        return
     ax.plant_position = way / ax.encoder_scale
     before = ax.plant_velocity
     ax.plant_velocity = ax.set_velocity
@@ -296,6 +300,8 @@ def drive(ax: AxisFields, command: float, dt: float) -> None:
         ax.delay_output[slot] = command
         ax.delay_index = (slot + 1) % delay
         command = delayed
+    if ax.limit_switch != 0 and outward(ax, command):
+        command = 0.0
     before = ax.plant_velocity
     if ax.drive_special or ax.drive_operation_mode in TORQUE_MODES or ax.set_torque_offset != 0.0:
         velocity = _loaded(ax, command, before, dt)

@@ -25,7 +25,7 @@ from achse.motion.oscillation import oscillate, position_in_turn
 from achse.motion.phasing import shift_phase
 from achse.motion.record import POSITION_HISTORY, AxisFields
 from achse.motion.setpoint import generate
-from achse.motion.signals import watch
+from achse.motion.signals import limit_switch, watch
 from achse.motion.states import TORQUE_MODES, AxisType, DriveType, MotionPhase
 from achse.motion.superposition import generate_superposed
 
@@ -106,6 +106,7 @@ def cycle(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
         ideal = 0
     if ideal == 0:
         _sense(ax, ax, dt)
+    ax.limit_switch = limit_switch(ax)
     supervise_enable(ax, dt)
     if ax.phasing_active:
         shift_phase(ax, dt)

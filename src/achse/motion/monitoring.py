@@ -32,6 +32,7 @@ __all__ = [
 _ENABLE = ControlBit.ENABLE.value
 _FEED_ENABLE_PLUS = ControlBit.FEED_ENABLE_PLUS.value
 _FEED_ENABLE_MINUS = ControlBit.FEED_ENABLE_MINUS.value
+_ACCEPT_BLOCKED = ControlBit.ACCEPT_BLOCKED_DRIVE.value
 
 _NO_JOB = MotionPhase.NONE.value
 _POSITIONING = MotionPhase.POSITIONING.value
@@ -198,6 +199,8 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
     enables = ax.control_dword
     phase = ax.set_motion_phase
     ready = ax.simulation_not_ready == 0
+    if ax.limit_switch != 0 and enables & _ACCEPT_BLOCKED == 0:
+        ready = False
     closed = ax.loop_closed
     if enables & _ENABLE and ready and ax.axis_disabled == 0 and ax.drive_output_disabled == 0:
         if ax.error_code == 0:

@@ -18,6 +18,8 @@ __all__ = [
     "drive_inputs",
     "homing_cam",
     "latch_probe",
+    "limit_switch",
+    "outward",
     "probe_counts",
     "probe_status",
     "watch",
@@ -70,6 +72,21 @@ def _mark_seen(ax: AxisFields, machine: AxisFields) -> bool:
     place = _place(ax, ax.plant_position)
     begin, end = machine.simulation_mark_begin, machine.simulation_mark_end
     return _inside(place, begin, end, machine.simulation_period)
+
+
+def limit_switch(ax: AxisFields) -> int:
+    """Which hardware limit switch the axis stands on: -1, 1 or 0 for none."""
+    place = _place(ax, ax.plant_position)
+    if place >= ax.simulation_limit_max:
+        return 1
+    return -1 if place <= ax.simulation_limit_min else 0
+
+
+def outward(ax: AxisFields, velocity: float) -> bool:
+    """Whether the motor would run farther beyond the limit switch the axis stands on."""
+    if ax.drive_motor_polarity:
+        velocity = -velocity
+    return velocity * ax.encoder_scale * ax.limit_switch > 0.0
 
 
 def drive_inputs(ax: AxisFields, machine: AxisFields) -> int:

@@ -144,6 +144,31 @@ def test_the_touch_probe_words_show_what_waits_and_what_was_latched(make_bench: 
     assert words() == (0, 0, 0, 0x0400)
 
 
+def test_a_blocked_drive_is_left_where_the_plc_accepts_it(make_bench: Any, refused: Any) -> None:
+    """ControlDWord bit 8 (004 §4.2.5): off a limit switch though the drive is not ready."""
+    bench = make_bench(simulation_limit_max=20.0)
+
+    def ready() -> int:
+        return int(bench.read(0x7301, 0x80, 40)[8]) & 1
+
+    assert ready() == 1
+    bench.start(0.0, 100.0, start_type=3)
+    bench.until(lambda: bench.axis.error_code)
+    assert bench.get(C, 0xB1, NUMBER) == 0x4650
+    reset(bench)
+    assert (bench.get(C, 0x82, FLAG), ready()) == (0, 0)
+    with refused(0x4225):
+        bench.start(0.0, 100.0)
+    enable(bench, 7 | 1 << 8)
+    assert bench.get(C, 0x82, FLAG) == 1
+    with refused(0x4225):
+        bench.start(100.0, 100.0)
+    bench.start(0.0, 100.0)
+    bench.until_rest()
+    enable(bench, 7)
+    assert (bench.get(C, 0x82, FLAG), bench.get(C, 0xB1, NUMBER), ready()) == (1, 0, 1)
+
+
 def test_monitoring_is_shown(bench: Any) -> None:
     assert bench.get(C, 0xB9, NUMBER) == 1 << 0 | 1 << 1 | 1 << 8 | 1 << 16
     assert bench.get(0x4303, 0xB9, NUMBER) & 1 << 7  # modulo axis

@@ -106,7 +106,8 @@ class _DriveInput:
 
     def encode(self, axis: Axis) -> bytes:
         torque = axis.drive_actual_torque / (axis.drive_actual_torque_scaling or 1.0)
-        status = int(not axis.owner.simulation_not_ready) | axis.owner.loop_closed << 1
+        ready = axis.owner.simulation_not_ready == 0 and axis.owner.limit_switch == 0
+        status = int(ready) | axis.owner.loop_closed << 1
         return _DRIVE_IN.pack(
             axis.encoder_hardware_increments, _int32(torque),
             status, 0, 0, axis.owner.simulation_fast_stop_signal << 7,

@@ -9,7 +9,14 @@ __all__ = ["MachineMemory", "MachineParameters"]
 
 
 class MachineParameters(Parameters):
-    """Reference cam, probe mark and index pulse; configuration only, no service."""
+    """Limit switches, reference cam, probe mark and index pulse; configuration only, no service."""
+
+    simulation_limit_min: float = real(
+        -1e15, "mm", "from where on a hardware limit switch blocks the drive, negative direction"
+    )
+    simulation_limit_max: float = real(
+        1e15, "mm", "from where on a hardware limit switch blocks the drive, positive direction"
+    )
 
     simulation_period: float = real(
         0.0,
