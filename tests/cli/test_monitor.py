@@ -7,9 +7,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import achse
 from achse.cli.monitor import lines_of
 from achse.monitor.decode import Decoder
 from achse.monitor.names import Names
@@ -44,8 +46,6 @@ def running(*arguments: str, host: str) -> Iterator[Callable[[], list[str]]]:
 
 def use(host: str) -> None:
     """What a client of ours does."""
-    import achse
-
     with achse.blocking.connect(host, watch_symbols=False) as plc:
         plc.write("GVL.nInt", 9)
         plc.read("GVL.nInt")
@@ -90,6 +90,38 @@ def test_a_tap_in_front_of_a_target() -> None:
             "write GVL.nInt = 9",
             "read GVL.nInt = 9",
         ]
+
+
+def test_a_tap_that_may_ask_the_target_knows_types_that_no_client_asked_for() -> None:
+    host = free_host()
+    with (
+        LiveStation() as station,
+        running(
+            *("monitor", "-n", "1", "--via", station.host, "--ask", f"{station.net_id}:851"),
+            *("--name", "GVL.eColour"),
+            host=host,
+        ) as ended,
+    ):
+        with achse.blocking.connect(host, net_id=station.net_id) as plc:
+            handle = int.from_bytes(plc.read_write_raw(0xF003, 0, 4, b"GVL.eColour"), "little")
+            plc.read_raw(0xF005, handle, 2)
+        assert [line.split("  ")[2] for line in ended()] == ["read GVL.eColour = GREEN"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "exit_code", "told"),
+    [
+        (("--ask", "5.1.2.3.1.1"), 2, "a station of ours is asked anyway"),
+        (("--via", "127.0.0.1", "--ask", "here"), 2, "--ask"),
+        (("--via", "127.0.0.1:x"), 2, "expected HOST[:PORT]"),
+        (("--via", "127.0.0.1:1", "--ask", "5.1.2.3.1.1"), 1, "127.0.0.1:1"),
+    ],
+)
+def test_what_cannot_be_asked_is_refused(
+    cli: Callable[..., Any], arguments: tuple[str, ...], exit_code: int, told: str
+) -> None:
+    refusal = cli("monitor", *arguments, exit_code=exit_code)
+    assert told in " ".join(refusal.stderr.replace("│", " ").split())
 
 
 def test_what_is_no_station_of_ours_is_told(witness: Callable[[str], None]) -> None:

@@ -32,8 +32,8 @@ def test_a_symbol_is_named_by_its_handle(decoder: Decoder, traffic: Any) -> None
     traffic.plc.put(0xF005, handle, "<h", 9)
     traffic.plc.put(0xF006, 0, "<I", handle)
     assert texts(decoder, traffic) == [
-        "ask symbol entry by name GVL.nInt: INT",
-        f"ask symbol handle by name GVL.nInt = {handle.to_bytes(4, 'little').hex(' ')}",
+        "ask symbol entry by name GVL.nInt = INT",
+        f"ask symbol handle by name GVL.nInt = handle 0x{handle:X}",
         "read GVL.nInt = -16",
         "write GVL.nInt = 9",
         "write release symbol handle GVL.nInt",
@@ -71,6 +71,89 @@ def test_a_sum_shows_its_parts(decoder: Decoder, traffic: Any) -> None:
         "read 0x7777:0x0 ✗ 0x702 INVALID_GROUP: Index group not valid.",
     ]
     assert exchange.error == 0x702
+
+
+def test_an_upload_gives_values_their_types_by_handle_by_name_by_address_and_in_sums(
+    decoder: Decoder, traffic: Any
+) -> None:
+    info = struct.unpack("<16I", traffic.plc.read(0xF00F, 0, 64))
+    traffic.plc.read(0xF00B, 0, info[1])
+    traffic.plc.read(0xF00E, 0, info[3])
+    place = struct.unpack("<III", traffic.plc.exchange(0xF007, 0, 12, b"GVL.stPoint\0"))
+    nint = struct.unpack("<III", traffic.plc.exchange(0xF007, 0, 12, b"GVL.nInt\0"))
+    seen(decoder, traffic)
+    handle = traffic.handle("GVL.stPoint.fX")
+    traffic.plc.put(0xF005, handle, "<d", 2.5)
+    traffic.plc.exchange(0xF004, 0, place[2], b"gvl.stpoint\0")
+    traffic.plc.read(*nint)
+    traffic.plc.read(place[0], place[1], 8)
+    traffic.plc.read(*place)
+    traffic.plc.exchange(0xF080, 2, 18, struct.pack("<6I", *nint, 0xF005, handle, 8))
+    point = "(fX := 2.5, fY := 2.0, sName := 'home', bValid := TRUE)"
+    assert texts(decoder, traffic) == [
+        f"ask symbol handle by name GVL.stPoint.fX = handle 0x{handle:X}",
+        "write GVL.stPoint.fX = 2.5",
+        f"ask symbol value by name gvl.stpoint = {point}",
+        "read GVL.nInt = -16",
+        "read GVL.stPoint.fX = 2.5",
+        f"read GVL.stPoint = {point}",
+        "read GVL.nInt = -16",
+        "read GVL.stPoint.fX = 2.5",
+    ]
+
+
+def test_samples_of_addresses_have_types_too(decoder: Decoder, traffic: Any) -> None:
+    info = struct.unpack("<16I", traffic.plc.read(0xF00F, 0, 64))
+    traffic.plc.read(0xF00B, 0, info[1])
+    group, offset, size = struct.unpack(
+        "<III", traffic.plc.exchange(0xF007, 0, 12, b"MAIN.nCounter\0")
+    )
+    seen(decoder, traffic)
+    traffic.plc.subscribe(group, offset, size, cycle_s=0.01)
+    traffic.station.advance(0.01)
+    assert texts(decoder, traffic) == [
+        "watch MAIN.nCounter",
+        "sample MAIN.nCounter = 0",
+        "sample MAIN.nCounter = 1",
+    ]
+
+
+def test_types_that_are_learned_later_serve_what_is_watched_already(
+    decoder: Decoder, traffic: Any
+) -> None:
+    traffic.plc.subscribe(0xF005, traffic.handle("MAIN.nCounter"), 4, cycle_s=0.01)
+    traffic.plc.exchange(0xF009, 0, 200, b"MAIN.nCounter\0")
+    traffic.station.advance(0.01)
+    *_, sample = texts(decoder, traffic)
+    assert sample == "sample MAIN.nCounter = 1"
+
+
+def test_a_handle_asked_for_with_its_type_is_typed(decoder: Decoder, traffic: Any) -> None:
+    answer = traffic.plc.exchange(0xF003, 0, 100, b"GVL.nInt\0")
+    traffic.plc.read(0xF005, int.from_bytes(answer[:4], "little"), 2)
+    assert texts(decoder, traffic)[1] == "read GVL.nInt = -16"
+
+
+def test_after_an_online_change_nothing_old_is_told(decoder: Decoder, traffic: Any) -> None:
+    traffic.plc.read(0xF008, 0, 1)
+    traffic.plc.exchange(0xF009, 0, 200, b"GVL.nInt\0")
+    nint = struct.unpack("<III", traffic.plc.exchange(0xF007, 0, 12, b"GVL.nInt\0"))
+    traffic.station.faults.add("online_change")
+    traffic.station.advance(0.01)
+    traffic.plc.read(*nint)
+    traffic.plc.read(0xF008, 0, 1)
+    traffic.plc.read(*nint)
+    before, _, after = texts(decoder, traffic)[3:]
+    assert before == "read GVL.nInt = -16"
+    assert after == f"read data 0x{nint[0]:X}:0x{nint[1]:X} = f0 ff"
+
+
+def test_other_ports_of_plcs_have_the_same_services(traffic: Any) -> None:
+    names = Names(rows_of(traffic.station.devices))
+    for port in (801, 852):
+        row = names.row(port, 0xF003, 0)
+        assert row is not None
+        assert row.name == "symbol handle by name"
 
 
 def test_samples_are_named_by_their_subscription(decoder: Decoder, traffic: Any) -> None:

@@ -4,18 +4,12 @@ import struct
 
 import pytest
 
-from achse.iec import INT, LREAL, Struct, var
-from achse.iec.declare import iec_type
+from achse.iec import INT
 from achse.iec.symbols import SymbolEntry
 from achse.monitor.names import Names, layout_text, rows_of
 from achse.station import Station
 
-DEVICE = bytes(8)
-
-
-class ST_Pair(Struct):  # noqa: N801
-    fX = var(LREAL)  # noqa: N815
-    nY = var(INT)  # noqa: N815
+DEVICE, OTHER = bytes(8), bytes(7) + b"\1"
 
 
 @pytest.fixture(scope="module")
@@ -34,23 +28,18 @@ def test_a_service_is_found_by_port_group_and_offset(names: Names) -> None:
     assert version.name == "symbol version"
 
 
-def test_symbols_are_learned_from_entries(names: Names) -> None:
-    entry = SymbolEntry.of("MAIN.nCount", INT, 0x4040, 8)
-    names.learn_entries(DEVICE, entry.encode())
-    names.learn_entries(DEVICE, b"\xff" * 20)  # no entry
-    names.learn_handle(DEVICE, 7, "MAIN.nCount")
-    assert names.at(DEVICE, 0x4040, 8) == "MAIN.nCount"
-    assert names.at(DEVICE, 0x4040, 9) == ""
-    assert names.type_of(DEVICE, "main.ncount") == "INT"
-    assert (names.held(DEVICE, 7), names.held(DEVICE, 8)) == ("MAIN.nCount", "")
+def test_a_device_has_symbols_of_its_own_and_may_have_two_addresses(names: Names) -> None:
+    names.alias(DEVICE, OTHER)
+    names.learn(DEVICE).learn_symbol(SymbolEntry.of("MAIN.nCount", INT, 0x4040, 8))
+    assert names.symbols(DEVICE).at(0x4040, 8, 2) == "MAIN.nCount"
+    assert names.symbols(OTHER).at(0x4040, 8, 2) == "MAIN.nCount"
+    assert names.symbols(bytes(7) + b"\2").at(0x4040, 8, 2) == ""
 
 
 def test_values_by_type(names: Names) -> None:
-    names.learn_type("ST_Pair", iec_type(ST_Pair))
-    assert names.text_of(struct.pack("<h", -5), "INT", "") == "-5"
-    assert names.text_of(struct.pack("<dh6x", 1.5, 2), "ST_Pair", "") == "(fX := 1.5, nY := 2)"
-    assert names.text_of(b"\1\2\3", "INT", "") == "01 02 03"
-    assert names.text_of(b"\1", "Nowhere", "") == "01"
+    assert names.text_of(struct.pack("<h", -5), INT, "") == "-5"
+    assert names.text_of(b"\1\2\3", INT, "") == "01 02 03"
+    assert names.text_of(b"\1", None, "") == "01"
 
 
 @pytest.mark.parametrize(

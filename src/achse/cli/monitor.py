@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,7 +15,8 @@ from achse.cli.run import fail
 from achse.cli.target import end_by_signal
 
 if TYPE_CHECKING:
-    from achse.client import Client
+    from achse.ams import AmsAddress
+    from achse.client.target import Target
     from achse.monitor.decode import Decoder, Exchange
     from achse.router.tap import Captured
 
@@ -51,6 +52,17 @@ def register(app: typer.Typer) -> None:
 
 def monitor(
     via: Via = None,
+    ask: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NETID[:PORT]",
+            help="With --via: before clients come in, fetch the symbols and types of this device"
+            " (port 851 unless given) over a connection of our own, so that all values have"
+            " names and types. Without it the tap asks the target nothing and learns from what"
+            " clients ask.",
+            show_default=False,
+        ),
+    ] = None,
     write: Annotated[
         Path | None, typer.Option(help="Write a packet capture (pcapng).", show_default=False)
     ] = None,
@@ -80,7 +92,10 @@ def monitor(
 ) -> None:
     """Show requests, answers and notifications as they pass, until Ctrl-C."""
     wanted = _Filter(client, frozenset(device or ()), name, errors, slower, samples)
-    run_until_ended(_monitor(host, tcp_port, via, write, wanted, count, duration, in_json))
+    if ask and via is None:
+        raise typer.BadParameter("a station of ours is asked anyway", param_hint="--ask")
+    asked = [_device(text) for text in ask or ()]
+    run_until_ended(_monitor(host, tcp_port, via, asked, write, wanted, count, duration, in_json))
 
 
 class _Filter:
@@ -122,6 +137,7 @@ async def _monitor(
     host: str,
     tcp_port: int,
     via: str | None,
+    asked: "Sequence[AmsAddress]",
     write: Path | None,
     wanted: _Filter,
     count: int | None,
@@ -159,7 +175,7 @@ async def _monitor(
             for exchange in decoder.see(capture):
                 shown(exchange)
 
-        async with watching(host, tcp_port, via, see, decoder):
+        async with watching(host, tcp_port, via, see, decoder, asked):
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(duration):
                     while not done.is_set():
@@ -201,29 +217,70 @@ async def watching(
     via: str | None,
     see: Callable[["Captured"], None],
     decoder: "Decoder | None" = None,
+    asked: "Sequence[AmsAddress]" = (),
 ) -> AsyncIterator[None]:
-    """Call `see` with all that passes: the station's own tap, or a relay in front of `via`."""
+    """Call `see` with all that passes: the station's own tap, or a relay in front of `via`.
+
+    The devices `asked` behind it tell their symbols first.
+    """
     if via is None:
         async with _station_tap(host, tcp_port, see, decoder):
             yield
     else:
-        async with _relay(host, tcp_port, via, see):
+        where = _endpoint(via)
+        if decoder is not None:
+            await _ask(where, asked, decoder)
+        async with _relay(host, tcp_port, where, see):
             yield
+
+
+def _endpoint(via: str) -> tuple[str, int]:
+    """Host and TCP port of `HOST[:PORT]`."""
+    name, colon, port = via.rpartition(":")
+    if not colon:
+        return via, 48898
+    if not (name and port.isascii() and port.isdigit() and 0 < int(port) < 0x1_0000):
+        raise typer.BadParameter(f"expected HOST[:PORT], got {via!r}", param_hint="--via")
+    return name, int(port)
+
+
+def _device(text: str) -> "AmsAddress":
+    """The AMS address of `NETID[:PORT]`."""
+    from achse.ams import AmsAddress
+
+    try:
+        return AmsAddress(text if ":" in text else f"{text}:{PLC_PORT}")
+    except ValueError as fault:
+        raise typer.BadParameter(str(fault), param_hint="--ask") from None
+
+
+async def _ask(via: tuple[str, int], devices: "Sequence[AmsAddress]", decoder: "Decoder") -> None:
+    """Let devices tell their symbols.
+
+    The connection ends before those of clients begin: real routers have room for one per host.
+    """
+    from achse.client import connect
+    from achse.client.link import TcpDialer
+
+    if not devices:
+        return
+    async with connect(TcpDialer(*via), reconnect=False, watch_symbols=False) as client:
+        for device in devices:
+            await _upload(client.at_port(device.port, device.net_id), decoder)
 
 
 @contextlib.asynccontextmanager
 async def _relay(
-    host: str, tcp_port: int, via: str, see: Callable[["Captured"], None]
+    host: str, tcp_port: int, via: tuple[str, int], see: Callable[["Captured"], None]
 ) -> AsyncIterator[None]:
     from achse.monitor.relay import Relay
 
-    name, colon, port = via.rpartition(":")
-    relay = Relay(name if colon else via, int(port) if colon and port.isdigit() else 48898, see)
+    relay = Relay(*via, see)
     try:
         await relay.open(host, tcp_port)
     except OSError as failure:
         fail(f"cannot listen on {host}:{tcp_port}: {failure.strerror} (another address: --host)")
-    print(f"achse ready tap={relay.host}:{relay.port} via={via}", flush=True)
+    print(f"achse ready tap={relay.host}:{relay.port} via={via[0]}:{via[1]}", flush=True)
     try:
         yield
     finally:
@@ -237,17 +294,21 @@ async def _station_tap(
     see: Callable[["Captured"], None],
     decoder: "Decoder | None",
 ) -> AsyncIterator[None]:
-    from achse.ams import AdsError, RouterError
+    from achse.ams import AdsError, AmsAddress, RouterError
     from achse.client import connect
     from achse.client.link import TcpDialer
+    from achse.router import LOOPBACK_NET_ID
     from achse.router.tap import decode_batch
     from achse.station.service import TAPS
 
     async with connect(
         TcpDialer(host, tcp_port), port=SERVICE_PORT, reconnect=False, watch_symbols=False
     ) as client:
+        plc = client.at_port(PLC_PORT)
         if decoder is not None:
-            await _learn_symbols(client, decoder)
+            decoder.names.alias(plc.address, AmsAddress.of(LOOPBACK_NET_ID, PLC_PORT))
+            with contextlib.suppress(AdsError):  # it may have no PLC
+                await _upload(plc, decoder)
         try:
             tap = int.from_bytes(await client.read_write_raw(TAPS, 0, 4, b""), "little")
         except RouterError:
@@ -262,6 +323,9 @@ async def _station_tap(
                 batch = await client.read_raw(TAPS, tap, FETCH_BYTES)
                 for capture in decode_batch(batch):
                     see(capture)
+                if decoder is not None:
+                    with contextlib.suppress(AdsError):
+                        await _upload(plc, decoder)
                 if not batch:
                     with contextlib.suppress(TimeoutError):
                         await asyncio.wait_for(ending.wait(), FETCH_EVERY)
@@ -284,20 +348,15 @@ async def _station_tap(
                 await client.write_raw(TAPS, tap, b"")
 
 
-async def _learn_symbols(client: "Client", decoder: "Decoder") -> None:
-    """Ask the PLC for its symbols, so that addresses and values have names and types at once."""
-    from achse.ams import AdsError
-    from achse.iec import IecError
-
-    plc = client.at_port(PLC_PORT)
-    known: set[str] = set()
-    with contextlib.suppress(AdsError):
-        for entry in await plc.symbols():
-            decoder.names.learn_symbol(plc.address, entry)
-            if entry.type_name not in known:
-                known.add(entry.type_name)
-                with contextlib.suppress(AdsError, IecError):
-                    decoder.names.learn_type(entry.type_name, await plc.type_of(entry.name))
+async def _upload(device: "Target", decoder: "Decoder") -> None:
+    """Fetch all symbols and types of a device unless they are known, so that values have types."""
+    known = decoder.names.learn(device.address)
+    if known.is_whole:
+        return
+    known.is_whole = True
+    known.learn_types(await device.types())
+    for entry in await device.symbols():
+        known.learn_symbol(entry)
 
 
 def run_until_ended(job: Awaitable[Any]) -> None:

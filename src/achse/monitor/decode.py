@@ -30,8 +30,25 @@ __all__ = ["Decoder", "Exchange", "Item"]
 _PENDING = 10_000
 """Requests without an answer that are remembered; the oldest are told as unanswered."""
 
-_BY_HANDLE = (0xF005, 0xF006, 0xF010)
+_AREAS = frozenset((*range(0x4000, 0x4100), *range(0xF020, 0xF040)))
+"""Memory and process images, where the offset is an address."""
 _BY_NAME = (0xF003, 0xF004, 0xF007, 0xF009, 0xF011)
+
+
+class _Watched(NamedTuple):
+    """What a subscription is about: the symbol if it is one, else the name of the service."""
+
+    symbol: str
+    service: str
+    group: int
+    layout: str
+
+    @property
+    def name(self) -> str:
+        return self.symbol or self.service
+
+
+_NOTHING = _Watched("", "", 0, "")
 
 
 class Item(NamedTuple):
@@ -47,7 +64,7 @@ class Item(NamedTuple):
 
     @property
     def text(self) -> str:
-        place = f"0x{self.group:X}:0x{self.offset:X}" if self.group else ""
+        place = _place(self.group, self.offset) if self.group else ""
         words = " ".join(word for word in (self.verb, self.name or place) if word)
         if self.error:
             return f"{words} ✗ {describe_code(self.error)}"
@@ -91,8 +108,8 @@ class Decoder:
     def __init__(self, names: Names) -> None:
         self.names = names
         self._pending: OrderedDict[tuple[bytes, bytes, int, int, str], Captured] = OrderedDict()
-        self._watched: dict[tuple[bytes, bytes, int], tuple[str, str, str]] = {}
-        """By client, device and notification handle: name, type and layout."""
+        self._watched: dict[tuple[bytes, bytes, int], _Watched] = {}
+        """By client, device and notification handle."""
 
     def see(self, capture: Captured) -> Iterator[Exchange]:
         """What `capture` completes."""
@@ -194,64 +211,86 @@ class Decoder:
         error = 0 if result is None else result.result
         data = b"" if result is None or error else result.data
         if isinstance(part, DeleteNotificationRequest):
-            watched = self._watched.pop((request.source, device, part.handle), ("", "", ""))
-            return Item("unwatch", 0, 0, watched[0] or f"notification {part.handle}", "", error)
+            watched = self._watched.pop((request.source, device, part.handle), _NOTHING)
+            return Item("unwatch", 0, 0, watched.name or f"notification {part.handle}", "", error)
         group, offset = part.index_group, part.index_offset
         row = self.names.row(AmsAddress(device).port, group, offset)
-        name, type_name = self._name(device, part)
-        layout = "" if row is None or type_name else row.layout
+        symbol = self._symbol(device, part)
+        layout = "" if row is None else row.layout
+        if data:
+            self._learn(request, part, symbol, data)
         match part:
             case ReadRequest():
                 verb = "read"
-                if group == 0xF00B and data:
-                    self.names.learn_entries(device, data)
-                    data = b""
             case WriteRequest():
                 verb, data = "write", part.data
             case ReadWriteRequest():
                 verb = "ask" if group in _BY_NAME else "read/write"
-                layout = row.response_layout if row is not None else ""
-                self._learn(device, group, name, data)
-                if group == 0xF009 or group == 0xF011:
-                    data = b""
-                    type_name = self.names.type_of(device, name)
-                    name = f"{name}: {type_name}" if type_name else name
+                layout = "" if row is None else row.response_layout
             case AddNotificationRequest():
                 verb = "watch"
                 if data:
-                    handle = int.from_bytes(data, "little")
-                    self._watched[request.source, device, handle] = (
-                        name or (_service(row, group) if row else f"0x{group:X}:0x{offset:X}"),
-                        type_name,
-                        layout,
-                    )
+                    service = _service(row, group, offset) if row else _place(group, offset)
+                    key = (request.source, device, int.from_bytes(data, "little"))
+                    self._watched[key] = _Watched(symbol, service, group, layout)
                 data = b""
-                type_name = ""
+        name = symbol
         if row is not None and (not name or group in _BY_NAME):
-            name = f"{_service(row, group)} {name}".strip()
+            name = f"{_service(row, group, offset)} {name}".strip()
         if group == 0xF006 and isinstance(part, WriteRequest):
-            held = self.names.held(device, int.from_bytes(part.data, "little"))
+            held = self.names.symbols(device).held(int.from_bytes(part.data, "little"))
             name, data = f"{name} {held}".strip(), b"" if held else data
-        value = self.names.text_of(data, type_name, layout) if data and not error else ""
+        value = self._value(device, group, symbol, data, layout) if data and not error else ""
         return Item(verb, group, offset, name, value, error)
 
-    def _name(self, device: bytes, part: Any) -> tuple[str, str]:
-        """Symbol and type that a part is about, both may be empty."""
-        group, offset = part.index_group, part.index_offset
-        if group in (0xF005, 0xF010):
-            name = self.names.held(device, offset)
-        elif group in _BY_NAME and isinstance(part, ReadWriteRequest):
-            name = part.data.split(b"\0", 1)[0].decode("cp1252", "replace")
-        else:
-            name = self.names.at(device, group, offset)
-        is_value = group not in _BY_NAME or group == 0xF004
-        return name, self.names.type_of(device, name) if name and is_value else ""
+    def _symbol(self, device: bytes, part: Any) -> str:
+        """The symbol that a part is about, by handle, by name or by address; "" if none is known.
 
-    def _learn(self, device: bytes, group: int, name: str, data: bytes) -> None:
-        if group == 0xF003 and len(data) >= 4:
-            self.names.learn_handle(device, int.from_bytes(data[:4], "little"), name)
-        elif group == 0xF009 and data:
-            self.names.learn_entries(device, data)
+        Of a type (0xF011) its name.
+        """
+        group, offset = part.index_group, part.index_offset
+        known = self.names.symbols(device)
+        if group in (0xF005, 0xF010):
+            return known.held(offset)
+        if group in _BY_NAME:
+            return known.text(part.data) if isinstance(part, ReadWriteRequest) else ""
+        match part:
+            case WriteRequest(data=data):
+                return known.at(group, offset, len(data))
+            case ReadWriteRequest(read_length=length):
+                return known.at(group, offset, length)
+        return known.at(group, offset, part.length)
+
+    def _learn(self, request: Frame, part: Part, symbol: str, data: bytes) -> None:
+        """Note what an answer tells about symbols."""
+        assert not isinstance(part, DeleteNotificationRequest)
+        group, device = part.index_group, request.target
+        match group, part:
+            case 0xF003, ReadWriteRequest():
+                self.names.learn(device).learn_handle(symbol, data)
+            case 0xF007, ReadWriteRequest():
+                self.names.learn(device).learn_place(symbol, data)
+            case 0xF008, ReadRequest():
+                self.names.learn(device).learn_version(data)
+            case 0xF00F, ReadRequest():
+                self.names.learn(device).learn_info(data)
+            case (0xF00B | 0xF00E, ReadRequest()) | (0xF009 | 0xF011, ReadWriteRequest()):
+                offset = part.index_offset if isinstance(part, ReadRequest) else 0
+                self.names.learn(device).learn_table(request.source, group, offset, data)
+
+    def _value(self, device: bytes, group: int, symbol: str, data: bytes, layout: str) -> str:
+        """What was read, written or sampled, as people read it."""
+        if group == 0xF003:
+            return f"handle 0x{int.from_bytes(data[:4], 'little'):X}"
+        if group in (0xF009, 0xF011):
+            type = self.names.symbols(device).type_of(symbol) if group == 0xF009 else None
+            return type.name if type else f"{len(data)} bytes"
+        if group in (0xF00B, 0xF00E):
+            return f"{len(data)} bytes"
+        if not symbol or group == 0xF007:
+            return self.names.text_of(data, None, layout)
+        # A symbol's value has its type or none; a layout of the same size would be chance.
+        return self.names.text_of(data, self.names.symbols(device).type_of(symbol), "")
 
     def _samples(self, capture: Captured, frame: Frame) -> Exchange:
         try:
@@ -276,17 +315,27 @@ class Decoder:
         )
 
     def _sample(self, frame: Frame, handle: int, data: bytes) -> Item:
-        name, type_name, layout = self._watched.get(
-            (frame.target, frame.source, handle), (f"notification {handle}", "", "")
-        )
-        value = self.names.text_of(data, type_name, layout) if data else ""
-        return Item("sample", 0, 0, name, value or "ended", 0)
+        device = frame.source
+        watched = self._watched.get((frame.target, device, handle), _NOTHING)
+        if watched.group == 0xF008 and data:
+            self.names.learn(device).learn_version(data)
+        value = ""
+        if data:
+            value = self._value(device, watched.group, watched.symbol, data, watched.layout)
+        return Item("sample", 0, 0, watched.name or f"notification {handle}", value or "ended", 0)
 
 
-def _service(row: RowFacts, group: int) -> str:
-    """The name of a row, with the number of the object if it has several."""
-    many = row.last_index_group > row.index_group
-    return f"{row.name}[{(group - row.index_group) & 0xFF}]" if many else row.name
+def _service(row: RowFacts, group: int, offset: int) -> str:
+    """The name of a row, with the number of the object if it has several, or the address."""
+    if row.last_index_group > row.index_group:
+        return f"{row.name}[{(group - row.index_group) & 0xFF}]"
+    if row.last_index_offset > row.index_offset and group in _AREAS:
+        return f"{row.name} {_place(group, offset)}"
+    return row.name
+
+
+def _place(group: int, offset: int) -> str:
+    return f"0x{group:X}:0x{offset:X}"
 
 
 def _command(number: int) -> str:

@@ -1,15 +1,14 @@
-"""What numbers on the wire are called: services by the rows, symbols by what passed so far."""
+"""What numbers on the wire are called and mean: services by the rows, symbols by what passed."""
 
 import re
 import struct
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
-from achse.iec import IecDecodeError, IecError, IecType, IecValueError
+from achse.iec import IecDecodeError, IecType, IecValueError
 from achse.iec.literals import format_value
-from achse.iec.names import parse_type
-from achse.iec.symbols import SymbolEntry, decode_symbols
+from achse.monitor.symbols import KnownSymbols
 from achse.server import RowFacts
 
 __all__ = ["Names", "layout_text", "rows_of"]
@@ -20,27 +19,22 @@ _FORMATS = {
     "INT64": "q", "UINT64": "Q", "REAL32": "f", "REAL64": "d", "BOOL": "?",
 }  # fmt: skip
 _LONGEST_DUMP = 32
+_PLC_PORTS = frozenset((801, 811, 821, 831, *range(850, 900)))
+"""Where PLC runtimes of TwinCAT 2 and 3 are; all offer what that at 851 does."""
 
-
-class _Symbol(NamedTuple):
-    name: str
-    type_name: str
-    size: int
+_NOTHING = KnownSymbols()
 
 
 class Names:
     """Names of services and symbols.
 
     `rows` are those of our devices by AMS port: the same numbers mean the same on a real target.
-    Symbols are learned from the traffic: whoever asks for a handle or a table tells their names.
+    Symbols are learned from the traffic, see `KnownSymbols`.
     """
 
     def __init__(self, rows: Mapping[int, Sequence[RowFacts]]) -> None:
         self._rows = rows
-        self._handles: dict[tuple[bytes, int], str] = {}
-        self._symbols: dict[tuple[bytes, str], _Symbol] = {}
-        self._places: dict[tuple[bytes, int, int], _Symbol] = {}
-        self._types: dict[str, IecType[Any]] = {}
+        self._symbols: dict[bytes, KnownSymbols] = {}
         self._find = cache(self._look_up)
 
     # services --------------------------------------------------------------------------------
@@ -50,8 +44,9 @@ class Names:
         return self._find(port, group, offset)
 
     def _look_up(self, port: int, group: int, offset: int) -> RowFacts | None:
+        rows = self._rows.get(port) or (self._rows.get(851, ()) if port in _PLC_PORTS else ())
         for wanted in (offset, offset & ~_ELEMENTS):
-            for row in self._rows.get(port, ()):
+            for row in rows:
                 if (
                     row.index_group <= group <= row.last_index_group
                     and row.index_offset <= wanted <= row.last_index_offset
@@ -61,51 +56,26 @@ class Names:
 
     # symbols ---------------------------------------------------------------------------------
 
-    def learn_handle(self, device: bytes, handle: int, name: str) -> None:
-        """A handle was given out for `name`."""
-        self._handles[device, handle] = name
+    def symbols(self, device: bytes) -> KnownSymbols:
+        """What is known of a device's symbols; what is learned of one never seen is lost."""
+        return self._symbols.get(device, _NOTHING)
 
-    def learn_entries(self, device: bytes, data: bytes) -> None:
-        """A symbol table, or one entry, was answered."""
-        try:
-            for entry in decode_symbols(data):
-                self.learn_symbol(device, entry)
-        except IecDecodeError:
-            return
+    def learn(self, device: bytes) -> KnownSymbols:
+        """The same, to be told more."""
+        return self._symbols.setdefault(device, KnownSymbols())
 
-    def learn_symbol(self, device: bytes, entry: SymbolEntry) -> None:
-        """A symbol is known from elsewhere."""
-        symbol = _Symbol(entry.name, entry.type_name, entry.size)
-        self._symbols[device, entry.name.lower()] = symbol
-        self._places[device, entry.index_group, entry.index_offset] = symbol
+    def alias(self, device: bytes, other: bytes) -> None:
+        """A device is reached by another address as well."""
+        self._symbols[other] = self.learn(device)
 
-    def learn_type(self, name: str, type: IecType[Any]) -> None:
-        """A type of the target that is not elementary."""
-        self._types[name] = type
-
-    def text_of(self, data: bytes, type_name: str, layout: str) -> str:
+    def text_of(self, data: bytes, type: IecType[Any] | None, layout: str) -> str:
         """`data` as an IEC literal of its type, as the fields of its layout, or in hex."""
-        type = self._types.get(type_name) or (_type(type_name) if type_name else None)
         if type is not None and type.size == len(data):
             try:
                 return format_value(type, type.decode(data))
             except (IecDecodeError, IecValueError):
                 pass
         return layout_text(data, layout)
-
-    def held(self, device: bytes, handle: int) -> str:
-        """The name behind a handle, empty if nobody said it."""
-        return self._handles.get((device, handle), "")
-
-    def at(self, device: bytes, group: int, offset: int) -> str:
-        """The name of the variable that begins at a place."""
-        symbol = self._places.get((device, group, offset))
-        return "" if symbol is None else symbol.name
-
-    def type_of(self, device: bytes, name: str) -> str:
-        """The type of a symbol, empty if it is not known."""
-        symbol = self._symbols.get((device, name.lower()))
-        return "" if symbol is None else symbol.type_name
 
 
 def rows_of(devices: Iterable[Any]) -> dict[int, list[RowFacts]]:
@@ -135,14 +105,6 @@ def layout_text(data: bytes, layout: str = "") -> str:
     if len(data) > _LONGEST_DUMP:
         return f"{data[:_LONGEST_DUMP].hex(' ')} … {len(data)} bytes"
     return data.hex(" ")
-
-
-@cache
-def _type(name: str) -> IecType[Any] | None:
-    try:
-        return parse_type(name)
-    except IecError:
-        return None
 
 
 def _fields(layout: str, data: bytes) -> str:

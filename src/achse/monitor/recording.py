@@ -218,6 +218,10 @@ def _shown(values: list[str]) -> str:
 def _answers(recording: Recording, names: Names) -> dict[tuple[int, str], list[str]]:
     """By AMS port and text of what was asked: the distinct values in a row."""
     found: dict[tuple[int, str], list[str]] = {}
+    learning = Decoder(names)
+    for capture in recording.captures:  # types that are told later count from the start
+        for _ in learning.see(capture):
+            pass
     decoder = Decoder(names)
     for capture in recording.captures:
         for exchange in decoder.see(capture):
