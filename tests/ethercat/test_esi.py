@@ -4,7 +4,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-from achse.ethercat import Loopback, Slave, build_sii, describe
+from achse.drive import Drive
+from achse.ethercat import DataType, Loopback, ObjectAccess, ObjectEntry, Slave, build_sii, describe
 from achse.ethercat.esi import build_esi
 
 Element = ElementTree.Element
@@ -19,6 +20,15 @@ SEQUENCE = (
 def device() -> Element:
     text = build_esi(describe(Loopback(4)), vendor="nobody")
     found = ElementTree.fromstring(text.encode()).find("Descriptions/Devices/Device")
+    assert found is not None
+    return found
+
+
+@pytest.fixture
+def servo() -> Element:
+    """The description of a drive: many objects, several PDOs."""
+    esi = build_esi(describe(Drive()), vendor="nobody")
+    found = ElementTree.fromstring(esi.encode()).find("Descriptions/Devices/Device")
     assert found is not None
     return found
 
@@ -121,3 +131,83 @@ def test_clock_modes(device: Element) -> None:
 def test_the_configuration_data_are_the_images(device: Element) -> None:
     assert text(device, "Eeprom/ConfigData") == build_sii(describe(Loopback(4)))[:14].hex().upper()
     assert text(device, "Eeprom/ByteSize") == "4096"
+
+
+NAMES = {"USINT": 5, "UINT": 6, "UDINT": 7, "SINT": 2, "INT": 3, "DINT": 4, "REAL": 8}
+
+
+def described(info: Element, flags: Element | None) -> tuple[object, ...]:
+    """Limits, default and flags of an entry as the file has them."""
+    access = None if flags is None else flags.find("Access")
+    assert flags is not None
+    assert access is not None
+    return (
+        *(bytes.fromhex(text(info, tag)) for tag in ("MinData", "MaxData", "DefaultData")),
+        access.text,
+        access.get("WriteRestrictions"),
+        flags.findtext("PdoMapping"),
+        flags.findtext("Backup"),
+    )
+
+
+def expected(entry: ObjectEntry) -> tuple[object, ...]:
+    """The same from the dictionary."""
+    access = entry.access
+    preop = access & ObjectAccess.WRITE == ObjectAccess.WRITE_PREOP
+    mappable = "R" * bool(access & ObjectAccess.RX_PDO) + "T" * bool(access & ObjectAccess.TX_PDO)
+    return (
+        entry.minimum,
+        entry.maximum,
+        entry.default,
+        "rw" if access & ObjectAccess.WRITE else "ro",
+        "PreOP" if preop else None,
+        mappable or None,
+        "1" if access & ObjectAccess.BACKUP else None,
+    )
+
+
+def test_each_entry_of_a_drive_is_described_as_in_its_dictionary(servo: Element) -> None:
+    kinds = {text(each, "Name"): each for each in servo.iter("DataType") if len(each)}
+    elements = servo.findall("Profile/Dictionary/Objects/Object")
+    for element, each in zip(elements, Drive().objects(), strict=True):
+        assert (hexadecimal(text(element, "Index")), text(element, "Name")) == (
+            each.index,
+            each.name,
+        )
+        info = element.find("Info")
+        assert info is not None
+        kind = kinds[text(element, "Type")]
+        assert text(element, "BitSize") == text(kind, "BitSize")
+        if not kind.findall("SubItem"):
+            assert NAMES[text(element, "Type")] == each.data_type
+            assert described(info, element.find("Flags")) == expected(each.entries[0])
+            continue
+        items = zip(kind.findall("SubItem"), info.findall("SubItem"), each.entries, strict=True)
+        for item, values, entry in items:
+            assert text(item, "Name") == text(values, "Name") == entry.name
+            assert int(text(item, "SubIdx")) == entry.subindex
+            assert NAMES[text(item, "Type")] == DataType(entry.data_type)
+            found = values.find("Info")
+            assert found is not None
+            assert described(found, item.find("Flags")) == expected(entry)
+
+
+def test_each_mapped_entry_of_a_drive_is_in_its_dictionary(servo: Element) -> None:
+    known = {
+        (each.index, entry.subindex): entry for each in Drive().objects() for entry in each.entries
+    }
+    for tag, bit, assigned in (
+        ("RxPdo", ObjectAccess.RX_PDO, [("1600", "2")]),
+        ("TxPdo", ObjectAccess.TX_PDO, [("1A00", "3")]),
+    ):
+        pdos = servo.findall(tag)
+        found = [(text(each, "Index")[2:], each.get("Sm")) for each in pdos if "Sm" in each.attrib]
+        assert found == assigned
+        for pdo in pdos:
+            others = {text(each, "Index") for each in pdos if each is not pdo}
+            assert {each.text for each in pdo.findall("Exclude")} == others
+            for each in pdo.findall("Entry"):
+                entry = known[hexadecimal(text(each, "Index")), int(text(each, "SubIndex"))]
+                assert entry.access & bit
+                assert int(text(each, "BitLen")) == entry.bits
+                assert NAMES[text(each, "DataType")] == entry.data_type

@@ -250,18 +250,18 @@ def _item_name(entry: ObjectEntry) -> str:
 
 
 def _values(info: ElementTree.Element, entry: ObjectEntry) -> None:
-    """Limits and default; numbers are big-endian hexadecimal, text is text."""
+    """Limits and default: bytes as they travel, which leaves no doubt about signs; text is text."""
     if _type_name(entry.data_type, entry.bits).startswith("STRING"):
         if entry.default:
             _sub(info, "DefaultString", entry.default.decode("ascii", "replace"))
         return
     for tag, value in (
-        ("MinValue", entry.minimum),
-        ("MaxValue", entry.maximum),
-        ("DefaultValue", entry.default),
+        ("MinData", entry.minimum),
+        ("MaxData", entry.maximum),
+        ("DefaultData", entry.default),
     ):
         if value is not None:
-            _sub(info, tag, f"#x{int.from_bytes(value, 'little'):0{2 * len(value)}X}")
+            _sub(info, tag, value.hex().upper())
 
 
 def _flags(parent: ElementTree.Element, entry: ObjectEntry) -> None:
@@ -280,3 +280,6 @@ def _flags(parent: ElementTree.Element, entry: ObjectEntry) -> None:
     )
     if mappable:
         _sub(flags, "PdoMapping", mappable)
+    for tag, bit in (("Backup", ObjectAccess.BACKUP), ("Setting", ObjectAccess.SETTINGS)):
+        if entry.access & bit:
+            _sub(flags, tag, "1")
