@@ -11,7 +11,7 @@ import pytest
 import achse
 from achse.ams import DeviceError
 from achse.client import MethodResult
-from achse.client.stubs import stubs
+from achse.client.stubs import programs_of, stubs
 from achse.codes import ReturnCode
 from achse.iec import INT, LREAL, IecType, IecValueError, Method, Parameter
 from achse.station import Station
@@ -74,7 +74,7 @@ def station(tmp_path: Path) -> Station:
 async def _module(plc: achse.client.Client, monkeypatch: pytest.MonkeyPatch) -> Any:
     types = await plc.types()
     symbols = {e.name: types.symbol_type(e) for e in await plc.symbols() if "TwinCAT" not in e.name}
-    source = stubs(symbols, 'a "target"\\')
+    source = stubs(symbols, 'a "target"\\', await programs_of(plc, symbols))
     module = ModuleType("generated_stubs")
     monkeypatch.setitem(sys.modules, module.__name__, module)
     exec(compile(source, "generated_stubs", "exec"), vars(module))
@@ -157,3 +157,92 @@ def test_no_symbols_give_a_module_all_the_same() -> None:
     scope: dict[str, Any] = {"__name__": "generated_empty"}
     exec(compile(stubs(nothing, "t"), "empty", "exec"), scope)
     assert scope["__all__"] == ["Symbols"]
+
+
+MACHINE = """
+TYPE ST_Order : STRUCT nId : INT; sName : STRING(10); END_STRUCT END_TYPE
+FUNCTION_BLOCK FB_Drive
+VAR nSpeed : INT; name : STRING(5); END_VAR
+{attribute 'TcRpcEnable'}
+METHOD read : INT
+END_METHOD
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_Line
+VAR fbMain : FB_Drive; aDrives : ARRAY [1..2] OF FB_Drive; nCount : INT; END_VAR
+END_FUNCTION_BLOCK
+PROGRAM MAIN
+VAR fbLine : FB_Line; aGrid : ARRAY [0..1, 1..2] OF FB_Drive; nParts, call : INT; END_VAR
+{attribute 'TcRpcEnable'}
+METHOD Start : ST_Order
+VAR_INPUT nParts : INT; END_VAR
+END_METHOD
+{attribute 'TcRpcEnable'}
+METHOD Order : BOOL
+VAR_INPUT stOrder : ST_Order; END_VAR
+VAR_OUTPUT nLeft : INT; END_VAR
+END_METHOD
+END_PROGRAM
+PROGRAM Quiet
+VAR n : INT; END_VAR
+END_PROGRAM
+"""
+MACHINE_BEHAVIOUR = """
+class MAIN:
+    def Start(self, parts):
+        self.nParts = parts
+        return {"nId": parts, "sName": "started"}
+
+    def Order(self, order):
+        return order.sName == "more", self.nParts - order.nId
+
+
+class FB_Drive:
+    def read(self):
+        return self.nSpeed
+"""
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Station:
+    (tmp_path / "plc.st").write_text(MACHINE)
+    (tmp_path / "behaviour.py").write_text(MACHINE_BEHAVIOUR)
+    path = tmp_path / "station.toml"
+    names = ", ".join(f'"behaviour.py:{name}"' for name in ("MAIN", "FB_Drive"))
+    path.write_text(f'[[plc]]\nsources = "plc.st"\nbehaviour = [{names}]\n')
+    return Station.load(path)
+
+
+def test_methods_of_programs_are_called_with_their_types(
+    machine: Station, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def main() -> None:
+        async with achse.connect(machine.router) as plc:
+            module = await _module(plc, monkeypatch)
+            symbols = module.Symbols(plc)
+            order = await symbols.MAIN.Start(nParts=5)
+            assert order == module.ST_Order(nId=5, sName="started")
+            assert await symbols.MAIN.nParts.read() == 5
+            assert await symbols.MAIN.call_.read() == 0  # A variable that is called like that.
+            more = module.ST_Order(nId=2, sName="more")
+            assert await symbols.MAIN.Order(stOrder=more) == MethodResult(True, {"nLeft": 3})
+            assert not hasattr(symbols.Quiet, "call")
+
+    asyncio.run(main())
+
+
+def test_methods_of_blocks_in_blocks_and_arrays(
+    machine: Station, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def main() -> None:
+        async with achse.connect(machine.router) as plc:
+            module = await _module(plc, monkeypatch)
+            main = module.Symbols(plc).MAIN
+            await plc.write("MAIN.fbLine.aDrives[2].nSpeed", 7)
+            await plc.write("MAIN.aGrid[1,2].nSpeed", 9)
+            assert await main.fbLine.aDrives[2].read_() == 7
+            assert await main.fbLine.fbMain.read_() == 0
+            assert await main.aGrid[1, 2].read_() == 9
+            assert (await main.aGrid[1, 2].read()).nSpeed == 9
+            assert (await main.fbLine.aDrives.read())[1].nSpeed == 7
+
+    asyncio.run(main())

@@ -126,13 +126,13 @@ async def stubs(
 ) -> None:
     """Write a Python module with types for a PLC's symbols and methods."""
     from achse.cli.selection import selected
-    from achse.client.stubs import stubs
+    from achse.client.stubs import programs_of, stubs
 
     types = await client.types()
     chosen = {
         entry.name: types.symbol_type(entry) for entry in selected(await client.symbols(), pattern)
     }
-    text = stubs(chosen, str(client.address))
+    text = stubs(chosen, str(client.address), await programs_of(client, chosen))
     if output is None:
         print(text, end="")
     else:

@@ -5,6 +5,8 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+from achse.ams import DeviceError
+from achse.client.target import Target
 from achse.iec import (
     ArrayType,
     EnumType,
@@ -20,7 +22,7 @@ from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.strings import StringType
 from achse.iec.times import TimeType
 
-__all__ = ["stubs"]
+__all__ = ["programs_of", "stubs"]
 
 _TIMES = {
     "TIME": "timedelta",
@@ -33,6 +35,9 @@ _TIMES = {
 }
 """Python types of time types; the others are Nanoseconds."""
 
+_OF_SYMBOLS = ("call", "kind", "name", "read", "samples", "target", "write")
+"""Names that the classes of symbols have taken."""
+
 _HEADER = '''"""Symbols of {title}, written by `achse symbols stubs`."""
 # ruff: noqa
 # fmt: off
@@ -43,41 +48,76 @@ from enum import IntEnum
 from typing import Any
 
 from achse.client import MethodResult, Symbol, Target
-from achse.client.typed import iec_name
+from achse.client.typed import ArraySymbol, Callables, iec_name
 from achse.iec import Nanoseconds
 
 __all__ = [{exported}]
 '''
 
 
-def stubs(symbols: Mapping[str, IecType[Any]], title: str) -> str:
+def stubs(
+    symbols: Mapping[str, IecType[Any]],
+    title: str,
+    programs: Mapping[str, IecType[Any]] | None = None,
+) -> str:
     """The source of a module for `symbols` (names with their types).
 
     It has a dataclass for each structure, an `IntEnum` for each enumeration, a class of symbols
-    for each first part of a name, and `Symbols(target)` with all of these.
+    for each first part of a name, and `Symbols(target)` with all of these. `programs` are those
+    with methods, by name, which become methods of their class.
     """
-    return "\n".join(_Module(symbols, title).lines()) + "\n"
+    return "\n".join(_Module(symbols, title, programs or {}).lines()) + "\n"
+
+
+async def programs_of(target: Target, symbols: Iterable[str]) -> dict[str, IecType[Any]]:
+    """The programs among the first parts of the names that have methods to call."""
+    found: dict[str, IecType[Any]] = {}
+    for unit in dict.fromkeys(name.partition(".")[0] for name in symbols):
+        try:
+            type = await target.type_of(unit)
+        except DeviceError:
+            continue  # A variable list, or a device that tells nothing of its programs.
+        if isinstance(type, StructType) and type.methods:
+            found[unit] = type
+    return found
 
 
 class _Module:
-    def __init__(self, symbols: Mapping[str, IecType[Any]], title: str) -> None:
+    def __init__(
+        self,
+        symbols: Mapping[str, IecType[Any]],
+        title: str,
+        programs: Mapping[str, IecType[Any]],
+    ) -> None:
         self.symbols = symbols
         self.title = title
+        self.programs = programs
+        self.blocks: dict[str, str] = {}
+        """Classes of symbols of what has methods, by the IEC name of its type."""
         self.names: dict[str, str] = {}
         """Python names of enumerations and structures by their IEC name."""
-        self.taken = {"Symbols", "Symbol", "Target", "MethodResult", "Any", "Nanoseconds"}
+        self.taken = {
+            "ArraySymbol",
+            "Callables",
+            "Symbols",
+            "Symbol",
+            "Target",
+            "MethodResult",
+            "Any",
+            "Nanoseconds",
+        }
         self.taken |= {"date", "datetime", "time", "timedelta", "IntEnum", "dataclass", "iec_name"}
         self.types = _inner_first(
-            sorted(types_within(symbols.values()), key=lambda type: type.name.lower())
+            sorted(
+                types_within([*symbols.values(), *_of_methods(programs.values())]),
+                key=lambda type: type.name.lower(),
+            )
         )
         for type in self.types:
             self.names[type.name.lower()] = self._unique(_identifier(type.name))
 
     def _unique(self, name: str) -> str:
-        while name in self.taken:
-            name += "_"
-        self.taken.add(name)
-        return name
+        return _free(name, self.taken)
 
     def lines(self) -> Iterator[str]:
         title = self.title.replace("\\", "").replace('"', "'")
@@ -142,28 +182,23 @@ class _Module:
     # symbols ---------------------------------------------------------------------------------
 
     def _symbols(self) -> Iterator[str]:
-        blocks: dict[str, str] = {}
         for type in self.types:
-            if isinstance(type, StructType) and type.methods:
-                name = self._unique(f"{self.names[type.name.lower()]}Symbol")
-                blocks[type.name.lower()] = name
-                yield ""
-                yield f"class {name}(Symbol[{self.names[type.name.lower()]}]):"
-                yield from self._methods({m.name.lower(): m for m in type.methods}.values())
-                yield ""
-        units: dict[str, list[tuple[str, IecType[Any]]]] = {}
+            if isinstance(type, StructType) and self._is_callable(type):
+                own = self.names[type.name.lower()]
+                self.blocks[type.name.lower()] = self._unique(f"{own}Symbol")
+        for type in self.types:
+            if isinstance(type, StructType) and type.name.lower() in self.blocks:
+                yield from self._block(type)
+        listed: dict[str, dict[str, IecType[Any]]] = {}
         for name, kind in self.symbols.items():
-            units.setdefault(name.partition(".")[0], []).append((name, kind))
+            listed.setdefault(name.partition(".")[0], {})[name] = kind
+        for program in self.programs:
+            listed.setdefault(program, {})
         attributes = {}
-        for unit, items in units.items():
+        for unit, items in listed.items():
             own = _identifier(unit) if unit else "globals_"
             attributes[own] = self._unique(f"_{own}")
-            yield ""
-            yield f"class {attributes[own]}:"
-            yield "    def __init__(self, target: Target) -> None:"
-            for name, kind in items:
-                yield f"        {self._symbol(name, kind, blocks)}"
-            yield ""
+            yield from self._unit(attributes[own], unit, items)
         yield ""
         yield "class Symbols:"
         yield '    """All symbols of a target: `Symbols(await achse.connect())`."""'
@@ -174,34 +209,103 @@ class _Module:
         if not attributes:
             yield "        pass"
 
-    def _symbol(self, name: str, type: IecType[Any], blocks: Mapping[str, str]) -> str:
-        own = _identifier(name.partition(".")[2] or name)
-        hint = self._hint(type)
-        block = blocks.get(resolved(type).name.lower())
-        text = _quoted(name)
-        if block is not None:
-            return f'self.{own} = {block}(target, "{text}", {hint})'
-        return f'self.{own}: Symbol[{hint}] = Symbol(target, "{text}", {hint})'
+    def _block(self, type: StructType[Any]) -> Iterator[str]:
+        """The class for the symbols of a function block, or of what has one inside."""
+        own = self.names[type.name.lower()]
+        yield ""
+        yield f"class {self.blocks[type.name.lower()]}(Symbol[{own}]):"
+        yield "    def __init__(self, target: Target, name: str) -> None:"
+        yield f"        super().__init__(target, name, {own})"
+        taken = set(_OF_SYMBOLS)
+        for member in type.fields:
+            if self._is_callable(member.type):
+                attribute = _free(_identifier(member.name), taken)
+                made = self._made(f'f"{{name}}.{_quoted(member.name)}"', member.type)
+                yield f"        self.{attribute} = {made}"
+        yield ""
+        yield from self._methods(type.methods, taken)
+        yield ""
 
-    def _methods(self, methods: Iterable[Method]) -> Iterator[str]:
+    def _unit(self, cls: str, unit: str, items: Mapping[str, IecType[Any]]) -> Iterator[str]:
+        """The class for a program or variable list."""
+        program = self.programs.get(unit)
+        methods = program.methods if isinstance(program, StructType) else ()
+        yield ""
+        yield f"class {cls}{'(Callables)' if methods else ''}:"
+        yield "    def __init__(self, target: Target) -> None:"
+        if methods:
+            yield f'        super().__init__(target, "{_quoted(unit)}")'
+        taken = set(_OF_SYMBOLS) if methods else set()
+        for name, kind in items.items():
+            attribute = _free(_identifier(name.partition(".")[2] or name), taken)
+            made = self._made(f'"{_quoted(name)}"', kind)
+            hint = f": Symbol[{self._hint(kind)}]" if made.startswith("Symbol(") else ""
+            yield f"        self.{attribute}{hint} = {made}"
+        yield ""
+        yield from self._methods(methods, taken)
+        yield ""
+
+    def _made(self, name: str, type: IecType[Any]) -> str:
+        """What makes the symbol of a type; `name` is its name in Python."""
+        real = resolved(type)
+        block = self.blocks.get(real.name.lower())
+        if block is not None:
+            return f"{block}(target, {name})"
+        hint = self._hint(type)
+        if isinstance(real, ArrayType):
+            block = self.blocks.get(resolved(real.element).name.lower())
+            if block is not None:
+                element = f"lambda name: {block}(target, name)"
+                return f"ArraySymbol(target, {name}, {hint}, {element})"
+        return f"Symbol(target, {name}, {hint})"
+
+    def _is_callable(self, type: IecType[Any]) -> bool:
+        """Whether a type has methods, or something inside it has."""
+        real = resolved(type)
+        if isinstance(real, ArrayType):
+            return self._is_callable(real.element)
+        return isinstance(real, StructType) and (
+            bool(real.methods) or any(self._is_callable(member.type) for member in real.fields)
+        )
+
+    def _methods(self, methods: Iterable[Method], taken: set[str]) -> Iterator[str]:
         for method in methods:
-            inputs = [(item.name, self._hint(item.type)) for item in method.inputs]
-            if method.outputs:
-                answer = "MethodResult"
-            else:
-                answer = "None" if method.returns is None else self._hint(method.returns)
-            own = {name: _identifier(name) for name, _ in inputs}
-            parameters = "".join(f", {own[name]}: {hint}" for name, hint in inputs)
+            returns = "None" if method.returns is None else self._hint(method.returns)
+            answer = "MethodResult" if method.outputs else returns
+            names: set[str] = set()
+            inputs = [
+                (_free(_identifier(item.name), names), item.name, self._hint(item.type))
+                for item in method.inputs
+            ]
+            parameters = "".join(f", {own}: {hint}" for own, _, hint in inputs)
             star = ", *" if inputs else ""
-            arguments = ", ".join(f'"{_quoted(name)}": {own[name]}' for name, _ in inputs)
-            yield f"    async def {_identifier(method.name)}(self{star}{parameters}) -> {answer}:"
-            call = f'await self.call("{_quoted(method.name)}", **{{{arguments}}})'
+            given = ", ".join(f'"{_quoted(name)}": {own}' for own, name, _ in inputs)
+            call = f'await self.call("{_quoted(method.name)}", {returns}, **{{{given}}})'
+            name = _free(_identifier(method.name), taken)
+            yield f"    async def {name}(self{star}{parameters}) -> {answer}:"
             if answer == "None":
                 yield f"        {call}"
             else:
                 yield f"        answer: {answer} = {call}"
                 yield "        return answer"
             yield ""
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """The name, or what it becomes where it is taken; taken from then on."""
+    while name in taken:
+        name += "_"
+    taken.add(name)
+    return name
+
+
+def _of_methods(programs: Iterable[IecType[Any]]) -> Iterator[IecType[Any]]:
+    """The types that the methods of programs take and give."""
+    for program in programs:
+        for method in program.methods if isinstance(program, StructType) else ():
+            yield from (item.type for item in method.parameters)
+            if method.returns is not None:
+                yield method.returns
 
 
 def _inner_first(types: Iterable[IecType[Any]]) -> list[EnumType[Any] | StructType[Any]]:

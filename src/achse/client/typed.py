@@ -5,18 +5,27 @@ back, by the types the target itself declares.
 """
 
 import dataclasses
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from enum import IntEnum
 from functools import cache
 from typing import Any, Generic, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
 from achse.client.subscription import Sample, Subscription
-from achse.client.target import SendWhen, Target
+from achse.client.target import MethodResult, SendWhen, Target
 from achse.iec import Record
 
-__all__ = ["Symbol", "TypedSample", "built", "flattened", "iec_name"]
+__all__ = [
+    "ArraySymbol",
+    "Callables",
+    "Symbol",
+    "TypedSample",
+    "built",
+    "flattened",
+    "iec_name",
+]
 
+S = TypeVar("S")
 T = TypeVar("T")
 
 
@@ -27,13 +36,28 @@ class TypedSample(NamedTuple, Generic[T]):
     sample: Sample
 
 
-class Symbol(Generic[T]):
+class Callables:
+    """What has methods: a program, or a function block by its name."""
+
+    def __init__(self, target: Target, name: str) -> None:
+        self.target = target
+        self.name = name
+
+    async def call(self, method: str, kind: Any = None, /, **inputs: object) -> Any:
+        """Call a method; `kind` is the type of its return value, None for as it comes."""
+        plain = {name: flattened(value) for name, value in inputs.items()}
+        answer = await self.target.call(self.name, method, **plain)
+        if isinstance(answer, MethodResult):
+            return answer._replace(value=built(kind, answer.value))
+        return built(kind, answer)
+
+
+class Symbol(Callables, Generic[T]):
     """One symbol of a target: `await plc.GVL.stPoint.read()` gives a `ST_Point`."""
 
     def __init__(self, target: Target, name: str, kind: Any) -> None:
         """`kind` is the type of its values: a class, or `list[…]` of one."""
-        self.target = target
-        self.name = name
+        super().__init__(target, name)
         self.kind = kind
 
     async def read(self) -> T:
@@ -44,11 +68,6 @@ class Symbol(Generic[T]):
     async def write(self, value: T) -> None:
         """Set the value. Raises `IecValueError` if it does not fit."""
         await self.target.write(self.name, flattened(value))
-
-    async def call(self, method: str, /, **inputs: object) -> Any:
-        """Call a method of the function block."""
-        plain = {name: flattened(value) for name, value in inputs.items()}
-        return await self.target.call(self.name, method, **plain)
 
     @asynccontextmanager
     async def samples(
@@ -67,6 +86,20 @@ class Symbol(Generic[T]):
 
     def __repr__(self) -> str:
         return f"<Symbol {self.name} of {self.target.address}>"
+
+
+class ArraySymbol(Symbol[list[Any]], Generic[S]):
+    """An array of function blocks: `plc.MAIN.aMotors[2].Start()`."""
+
+    def __init__(self, target: Target, name: str, kind: Any, element: Callable[[str], S]) -> None:
+        """`element` makes the symbol of one element from its name."""
+        super().__init__(target, name, kind)
+        self._element = element
+
+    def __getitem__(self, index: int | tuple[int, ...]) -> S:
+        """The element at an index as the PLC counts, `[1, 2]` with several dimensions."""
+        numbers = index if isinstance(index, tuple) else (index,)
+        return self._element(f"{self.name}[{','.join(map(str, numbers))}]")
 
 
 def iec_name(name: str) -> Any:
