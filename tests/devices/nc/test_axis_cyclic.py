@@ -204,16 +204,17 @@ def test_there_is_one_interface(bench: Any, refused: Any) -> None:
         bench.get(C, 0x0010_0081, NUMBER)
 
 
-FROM_PLC = "<IIIIdddddi4xddddd24x"
+FROM_PLC = "<IIIIdddddi4xddddd8xd8x"
 
 
 def test_the_structure_from_the_plc_is_taken_whole(bench: Any, refused: Any) -> None:
-    values = (3, 500_000, 1, 2, 1.5, 2.5, 3.5, 4.5, 5.5, -1, 6.5, 7.5, 8.5, 9.5, 10.5)
+    values = (3, 500_000, 1, 2, 1.5, 2.5, 3.5, 4.5, 5.5, -1, 6.5, 7.5, 8.5, 9.5, 10.5, 11.5)
     bench.put(0x4301, 0x00, FROM_PLC, *values)
     axis = bench.axis
     assert (axis.control_dword, axis.velocity_override) == (3, 500_000)
     assert (axis.actual_position_correction, axis.external_set_direction) == (2.5, -1)
     assert bench.get(0x4301, 0x00, FROM_PLC) == values
+    assert bench.get(0x4301, 0x27, "<ddddi12x") == (3.5, 4.5, 5.5, 11.5, -1)
     for wrong in (
         (7, 1_000_001, *values[2:]),
         (7, *values[1:9], 2, *values[10:]),

@@ -46,6 +46,7 @@ def test_the_structure_from_the_plc_writes() -> None:
         "ExtSetAcc": "external_set_acceleration", "ExtSetDirection": "external_set_direction",
         "ExtControllerOutput": "external_controller_component", "GearRatio1": "gear_ratio_1",
         "GearRatio2": "gear_ratio_2", "GearRatio3": "gear_ratio_3", "GearRatio4": "gear_ratio_4",
+        "ExtTorque": "external_set_torque",
     }  # fmt: skip
     value = PLCTONC_AXIS_REF({member: n for n, member in enumerate(fields, 1)})
     assert PLC_TO_NC.decode(bytes(value)) == {name: n for n, name in enumerate(fields.values(), 1)}

@@ -178,6 +178,7 @@ PLC_TO_NC_FIELDS = {
     "gear_ratio_2": ("d", 8.5, 80),
     "gear_ratio_3": ("d", 9.5, 88),
     "gear_ratio_4": ("d", 10.5, 96),
+    "external_set_torque": ("d", 11.5, 112),
 }
 
 

@@ -4,7 +4,7 @@ Names of the members as in the PLC library (004 §5.1) and its successor; the by
 `layouts.NC_TO_PLC_TC3` and `layouts.PLC_TO_NC`.
 """
 
-from achse.iec import ARRAY, BYTE, DINT, DWORD, LREAL, UDINT, UINT, USINT, Struct, var
+from achse.iec import ARRAY, BOOL, BYTE, DINT, DWORD, LREAL, UDINT, UINT, USINT, Struct, var
 
 __all__ = ["NCTOPLC_AXIS_REF", "PLCTONC_AXIS_REF"]
 
@@ -74,4 +74,8 @@ class PLCTONC_AXIS_REF(Struct):  # noqa: N801
     GearRatio2 = var(LREAL)
     GearRatio3 = var(LREAL)
     GearRatio4 = var(LREAL)
-    Reserved = var(ARRAY(BYTE, (0, 23)))
+    MapState = var(BOOL)
+    PlcCycleControl = var(BYTE)
+    PlcCycleCount = var(BYTE)
+    ExtTorque = var(LREAL)
+    Reserved = var(ARRAY(BYTE, (0, 7)))

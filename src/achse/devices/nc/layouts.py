@@ -290,6 +290,8 @@ _FROM_PLC = (
     ("d", "gear_ratio_2"),
     ("d", "gear_ratio_3"),
     ("d", "gear_ratio_4"),
+    ("8x", ""),  # MapState, PlcCycleControl, PlcCycleCount: between a PLC and its NC
+    ("d", "external_set_torque"),
 )
 PLC_TO_NC = AxisStructure("PLCTONC_AXIS_REF", _FROM_PLC, aligned=False, size=128)
-"""Both TwinCAT 2 and 3; the last 24 bytes are reserved."""
+"""Both TwinCAT 2 and 3; the last 24 bytes of the former are reserved."""
