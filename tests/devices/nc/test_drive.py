@@ -10,6 +10,7 @@ REAL, FLAG, NUMBER = "<d", "<H", "<I"
 PARAMETERS = [
     # offset, type, a value, one out of range, error named after the parameter
     (0x06, FLAG, 1, 2, 0x4603),
+    (0x0A, NUMBER, 1, 2, 0x4602),
     (0x0B, REAL, -0.5, -1.1, 0x460A),
     (0x0C, REAL, 0.5, 1.1, 0x460A),
     (0x101, REAL, 1000.0, 0.0, 0x4605),

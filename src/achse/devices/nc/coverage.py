@@ -166,7 +166,7 @@ UNSERVED = tuple(
 _OF_COUPLINGS = "of couplings, which are not built yet"
 _OF_AN_IMAGE = "of an I/O image, which the simulated encoder and drive do without"
 _INTERNAL = "internal to the NC; no manual prints a bit of it"
-_ONE_MODE = "1, standard, is the only mode that a manual prints"
+_ONE_MODE = "1, standard, is the only mode that a manual prints; others are refused"
 _OF_A_PULSE = "of two-speed axes; the start types that pulse (288, 289) are for servo axes alone"
 _OF_INTERPOLATION = "of interpolation, which is not built yet"
 

@@ -38,7 +38,7 @@ class ControllerParameters(Parameters):
     )
 
     controller_type: int = whole(1, "ControllerType", "kind of controller", 1, 14)
-    controller_mode: int = whole(1, "1", "mode of the controller, 1 = standard", 1)
+    controller_mode: int = whole(1, "1", "mode of the controller, 1 = standard", 1, 1)
     controller_position_tn: float = real(
         0.0, "s", "integral action time of the position loop, 0 = none", 0.0, 60.0
     )

@@ -40,7 +40,7 @@ class DriveParameters(Parameters):
     drive_output_limit_min: float = real(-1.0, "1", "lowest output", -1.0, 1.0)
     drive_output_limit_max: float = real(1.0, "1", "highest output", -1.0, 1.0)
     drive_type: int = whole(5, "DriveType", "kind of drive", 1, 24)
-    drive_mode: int = whole(1, "1", "mode of the drive, 1 = standard", 1)
+    drive_mode: int = whole(1, "1", "mode of the drive, 1 = standard", 1, 1)
     drive_input_address_offset: int = whole(0, "byte", "place in the I/O input image")
     drive_output_address_offset: int = whole(0, "byte", "place in the I/O output image")
     drive_output_mask: int = whole(0x7FFF, "INC", "largest output in increments", 1)
