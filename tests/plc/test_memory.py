@@ -160,7 +160,26 @@ def test_an_area_of_any_size_is_held_reset_copied_and_hashed(size: int) -> None:
         region.read(size - 1, 2)
 
 
-def test_a_large_area_does_not_grow() -> None:
+@pytest.mark.parametrize("size", [0x1_0000, SPARSE])
+def test_an_area_grows_where_it_lies(size: int) -> None:
+    memory = Memory({Area.DATA: size, Area.FLAG: size})
+    for area in (Area.DATA, Area.FLAG):
+        region, data = memory[area], memory[area].data
+        region.write(size - 1, b"x")
+        memory.grow({area: size + 5})
+        assert region.data is data
+        assert len(region) == memory.sizes[area] == size + 5
+        assert region.read(size - 1, 6) == b"x" + bytes(5)
+        memory.grow({area: 7})
+        assert len(region) == size + 5
+    memory[Area.DATA].place(SPARSE + 0x10_0000, 8)
+    assert len(memory[Area.DATA]) > SPARSE + 0x10_0008
+    with pytest.raises(AreaFullError, match="%M has"):
+        memory[Area.FLAG].place(size, 8)
+
+
+def test_where_the_system_cannot_an_area_stays_as_it_is() -> None:
     region = Memory({Area.DATA: SPARSE})[Area.DATA]
-    with pytest.raises(AreaFullError, match="data has 4194304 bytes"):
-        region.place(SPARSE, 1)
+    with memoryview(region.data), pytest.raises(AreaFullError, match="cannot grow to 4194305"):
+        region.grow(SPARSE + 1)
+    assert len(region) == SPARSE

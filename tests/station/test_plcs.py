@@ -248,6 +248,25 @@ def test_an_online_change_takes_the_new_sources(folder: Path) -> None:
     assert station.plcs[851].online_changes == version + 1
 
 
+@pytest.mark.parametrize("far", [70_000, 5_000_000])
+def test_an_online_change_makes_areas_larger(folder: Path, far: int) -> None:
+    (folder / "small.st").write_text(
+        "PROGRAM P VAR a AT %MB8 : BYTE := 5; b AT %MB5000000 : INT; END_VAR END_PROGRAM"
+        if far > 4_000_000
+        else "PROGRAM P VAR a AT %MB8 : BYTE := 5; b : INT; END_VAR END_PROGRAM"
+    )
+    station = _station(folder, '[[plc]]\nsources = "small.st"\n')
+    running: Any = station.plcs[851].instance("P")
+    running.a = 6
+    (folder / "small.st").write_text(
+        f"PROGRAM P VAR a AT %MB8 : BYTE := 5; b AT %MW{far} : INT := 7;"
+        f" c AT %MB{2 * far} : BYTE := 9; END_VAR END_PROGRAM"
+    )
+    station.online_change(851)
+    assert _value(station, "P.a") == b"\6"
+    assert _value(station, "P.c") == b"\t"
+
+
 def test_sources_with_faults_leave_the_plc_as_it_was(folder: Path) -> None:
     station = _station(folder, FROM_SOURCES)
     (folder / "plc" / "MAIN.st").write_text("PROGRAM MAIN\nVAR x : ; END_VAR\n")

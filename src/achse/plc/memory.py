@@ -38,8 +38,8 @@ DEFAULT_SIZES = {
     Area.RETAIN: 0x1_0000,
     Area.DATA: 0x1_0000,
 }
-"""Bytes per area at the start. Process image and flags keep their size (64 KiB is the documented
-range of %M offsets); retain and data grow with what is allocated in them."""
+"""Bytes per area at the start (64 KiB is the documented range of %M offsets). Retain and data grow
+with what is allocated in them, process image and flags where declarations say how far."""
 
 _GROWTH = 0x1_0000
 _HEADROOM = 1024
@@ -130,7 +130,7 @@ class Region:
     def __init__(self, area: Area, size: int) -> None:
         self.area = area
         self.data = _zeros(size)
-        self._grows = area in _GROWING and size < SPARSE
+        self._grows = area in _GROWING
         self._initial: Mapping[int, bytes] = {}
         self._kept: list[slice] = []
         self._used = 0
@@ -163,9 +163,22 @@ class Region:
                     f"{self.area.value} has {len(self.data)} bytes, bytes {offset}..{end - 1}"
                     " do not fit"
                 )
-            size = -(-(end + _HEADROOM) // _GROWTH) * _GROWTH
-            self.data.extend(bytes(size - len(self.data)))
+            self.grow(-(-(end + _HEADROOM) // _GROWTH) * _GROWTH)
         self._used = max(self._used, end)
+
+    def grow(self, size: int) -> None:
+        """Have at least `size` bytes. AreaFullError if the system cannot do that in place."""
+        if size <= len(self.data):
+            return
+        try:
+            if isinstance(self.data, Bytes):
+                self.data.extend(bytes(size - len(self.data)))
+            else:
+                self.data.resize(size)
+        except (BufferError, MemoryError, OSError, SystemError, ValueError):
+            raise AreaFullError(
+                f"{self.area.value} has {len(self.data)} bytes and cannot grow to {size} here"
+            ) from None
 
     def keep(self, offset: int, size: int) -> None:
         """Let a reset spare these bytes (retain and persistent variables)."""
@@ -270,6 +283,12 @@ class Memory:
 
     def __getitem__(self, area: Area) -> Region:
         return self.regions[area]
+
+    def grow(self, sizes: Mapping[Area, int]) -> None:
+        """Have at least these sizes in bytes. Raises `AreaFullError` where that cannot be."""
+        for area, size in sizes.items():
+            self[area].grow(size)
+            self.sizes[area] = max(size, self.sizes[area])
 
     def begin_anew(self) -> None:
         """Forget all variables, as before the first was placed."""

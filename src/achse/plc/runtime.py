@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from achse.iec import DeclarationError, PointerType, Program
 from achse.iec.structs import Unit
-from achse.plc.memory import Area, Memory
+from achse.plc.memory import Area, AreaFullError, Memory
 from achse.plc.past import Past
 from achse.plc.program import PlacedUnit, PlacedVariable, place, place_statics
 from achse.plc.starts import put_start_values
@@ -184,11 +184,13 @@ class PlcRuntime:
         self,
         globals: Iterable[type[Unit]] | None = None,
         programs: Mapping[str, Sequence[type[Program]]] | None = None,
+        sizes: Mapping[Area, int] | None = None,
     ) -> None:
         """Go on with other declarations, and tell clients: symbol version and count go up.
 
         `globals` are the variable lists and programs without task from now on, `programs` those
-        of each task by its name; None keeps what there is. Tasks and their cycles stay. What
+        of each task by its name; None keeps what there is. Areas have at least `sizes` bytes
+        then. Tasks and their cycles stay. What
         keeps its name and type keeps its value, member by member where a structure changed, and
         Python attributes stay too; everything else starts as declared, and so do pointers and
         references declared with an address, as what they lead to may have moved. The process
@@ -198,7 +200,9 @@ class PlcRuntime:
         """
         if globals is not None or programs is not None:
             self._redeclare(
-                self._globals if globals is None else tuple(globals), dict(programs or {})
+                self._globals if globals is None else tuple(globals),
+                dict(programs or {}),
+                sizes or {},
             )
         self.online_changes += 1
         self._info.show_online_changes(self.online_changes)
@@ -206,7 +210,10 @@ class PlcRuntime:
             listener()
 
     def _redeclare(
-        self, globals: tuple[type[Unit], ...], programs: dict[str, Sequence[type[Program]]]
+        self,
+        globals: tuple[type[Unit], ...],
+        programs: dict[str, Sequence[type[Program]]],
+        sizes: Mapping[Area, int],
     ) -> None:
         names = [task.name for task in self.tasks]
         if unknown := programs.keys() - set(names):
@@ -216,7 +223,13 @@ class PlcRuntime:
         called = {task: tuple(programs.get(task.name, task.programs)) for task in self.tasks}
         all_programs = [program for programs in called.values() for program in programs]
         declared = dict.fromkeys([self._system, *globals, *all_programs])
-        place_statics(place(declared, trial := Memory(self.memory.sizes)), trial)
+        trial = Memory(self.memory.sizes)
+        trial.grow(sizes)
+        place_statics(place(declared, trial), trial)
+        try:
+            self.memory.grow({area: len(region) for area, region in trial.regions.items()})
+        except AreaFullError as failure:
+            raise DeclarationError(str(failure)) from None
         past = Past.of(self.memory, self.units, self.variables)
         firsts = {task: task.first_cycle for task in self.tasks}
         self._globals = globals

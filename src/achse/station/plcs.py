@@ -107,7 +107,8 @@ class PlcSource:
             (task.name, task.cycle_ns) for task in plc.tasks
         ]:
             raise ConfigError(f"{self.key}: tasks and their cycles take a restart to change")
-        self._checked("", lambda: plc.online_change(globals, programs))
+        sizes = _sizes([*globals, *(one for of_task in programs.values() for one in of_task)])
+        self._checked("", lambda: plc.online_change(globals, programs, sizes))
 
     def stamps(self) -> Mapping[Path, tuple[int, int]]:
         """The files that the declarations come from, with their time of change and size."""

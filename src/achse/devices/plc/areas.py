@@ -56,17 +56,17 @@ def area_groups(memory: Memory) -> Iterator[IndexGroup]:
     """
     for groups in AREA_GROUPS.values():
         region = memory[groups.area]
-        read, write = _based(groups.base, len(region), region.read, region.write)
+        read, write = _based(_counted(groups.base, region), region.read, region.write)
         yield AreaGroup(
             groups.bytes,
             read,
             write,
-            watch=_places(groups.base, region),
+            watch=_places(_counted(groups.base, region), region),
             name=groups.title,
             description=f"Bytes of {groups.title}; offset in bytes{_from(groups.base)}.",
             source=groups.source,
         )
-        read, write = _based(groups.base * 8, len(region) * 8, region.read_bits, region.write_bits)
+        read, write = _based(_counted(groups.base, region, 8), region.read_bits, region.write_bits)
         yield AreaGroup(
             groups.bits,
             read,
@@ -120,41 +120,38 @@ def _clear(region: Region, _: bytes) -> None:
     region.clear()
 
 
+def _counted(base: int, region: Region, unit: int = 1) -> Callable[[int], int]:
+    """Where an offset lies in an area: it counts from 0, and from `base` too unless the area, which
+    may grow, reaches so far. `unit` is 8 for bits."""
+    base *= unit
+    return lambda offset: offset if offset < base or len(region) * unit > base else offset - base
+
+
 def _based(
-    base: int,
-    size: int,
+    counted: Callable[[int], int],
     read: Callable[[int, int], bytes],
     write: Callable[[int, bytes], None],
 ) -> tuple[Callable[[int, int], bytes], Callable[[int, bytes], None]]:
-    """The same functions with offsets from 0 or from `base`, and errors with their code."""
-    base = _second_start(base, size)
+    """The same functions with offsets as clients count them, and errors with their code."""
 
     def based_read(offset: int, length: int) -> bytes:
         try:
-            return read(offset if offset < base else offset - base, length)
+            return read(counted(offset), length)
         except MemoryRangeError as failure:
             raise _refusal(failure) from None
 
     def based_write(offset: int, data: bytes) -> None:
         try:
-            write(offset if offset < base else offset - base, data)
+            write(counted(offset), data)
         except MemoryRangeError as failure:
             raise _refusal(failure) from None
 
     return based_read, based_write
 
 
-def _places(base: int, region: Region) -> Callable[[int, int], Place]:
-    """Where the bytes at an offset from 0 or from `base` lie."""
-    base = _second_start(base, len(region))
-    return lambda offset, length: Place(
-        region.data, offset if offset < base else offset - base, length
-    )
-
-
-def _second_start(base: int, size: int) -> int:
-    """The offset that means 0 too; none is so high without a base, or with one in the area."""
-    return base if size <= base else 1 << 32
+def _places(counted: Callable[[int], int], region: Region) -> Callable[[int, int], Place]:
+    """Where the bytes at an offset lie."""
+    return lambda offset, length: Place(region.data, counted(offset), length)
 
 
 def _refusal(failure: MemoryRangeError) -> DeviceError:
