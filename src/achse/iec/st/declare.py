@@ -20,7 +20,7 @@ from achse.iec.st.resolve import Resolver, generics_of
 from achse.iec.st.scopes import Entry, Failed, FurtherTypes, Scope
 from achse.iec.st.source import Source, SourceError
 from achse.iec.st.standard import standard_library
-from achse.iec.st.tree import Address, Expression, NamedType, TypeSpec, VarBlock
+from achse.iec.st.tree import Address, Expression, TypeSpec, VarBlock
 from achse.iec.st.units import (
     Accessor,
     Function,
@@ -195,7 +195,7 @@ class _Declarer(Resolver):
             with self.inside(scope.source):
                 if returns is not None:
                     self.type_of(returns, scope, scope.owner)
-                self.variables([_without_any(block) for block in blocks], scope)
+                self.variables(blocks, scope)
         except Failed:
             pass
 
@@ -243,13 +243,3 @@ class _Declarer(Resolver):
 
 def _is_own(entry: Entry) -> bool:
     return entry.type is not None and not entry.is_library
-
-
-def _without_any(block: VarBlock) -> VarBlock:
-    """The block without the variables of a generic type (ANY, ANY_INT, …)."""
-    kept = tuple(
-        item
-        for item in block.variables
-        if not (isinstance(item.type, NamedType) and item.type.name.upper().startswith("ANY"))
-    )
-    return VarBlock(block.section, block.qualifiers, kept, block.note, block.at)
