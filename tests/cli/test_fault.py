@@ -46,7 +46,8 @@ def test_json(document: Callable[..., Any]) -> None:
         (("add", "melt"), 2, "kind: expected one of"),
         (("add", "drop", "colour=1"), 2, "expected KEY=VALUE"),
         (("add", "error", "code=1", "symbol=X.y"), 1, "symbol: no device of the station has"),
-        (("clear", "4711"), 1, "0x70C"),
+        (("add", "error", "symbol=GVL.nInt"), 2, "code: a fault of kind error needs it"),
+        (("clear", "4711"), 1, "no fault has the number 4711, see `achse fault list`"),
     ],
 )
 def test_what_cannot_be_is_refused(

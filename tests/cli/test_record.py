@@ -57,7 +57,7 @@ def test_what_is_no_capture_is_refused(tmp_path: Path, cli: Cli) -> None:
     text.write_text("text")
     assert "neither pcapng nor pcap" in cli("replay", str(text), exit_code=1).stderr
     assert "No such file" in cli("replay", str(tmp_path / "nothing"), exit_code=1).stderr
-    assert "no AMS packets" in cli("diff", *[_empty(tmp_path)] * 2, exit_code=1).stderr
+    assert "no AMS packets" in cli("diff", *[_empty(tmp_path)] * 2, exit_code=2).stderr
 
 
 def _empty(folder: Path) -> str:

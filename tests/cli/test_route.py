@@ -3,11 +3,13 @@
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
+from achse.cli import route
 from achse.cli.app import app
 from achse.router.access import PasswordHash, hash_password
 
@@ -41,13 +43,15 @@ PRESS = "press  5.9.9.9.1.1  10.0.0.9  one way, fragments of 1000 bytes"
 def test_a_route_is_added_listed_and_removed(host: str) -> None:
     assert run("ads", "route", "list", ACHSE_HOST=host).stdout.splitlines() == [PRESS]
     arguments = ("--name", "me", "--net-id", "192.0.2.7.1.1", "--address", "192.0.2.7")
-    told = run("ads", "route", "add", host, *arguments, "--temporary", "--password", "1").stdout
+    told = run(
+        *("ads", "route", "add", "--host", host, *arguments, "--temporary", "--password", "1")
+    ).stdout
     assert told == f"me added at {host}: 192.0.2.7.1.1 is at 192.0.2.7\n"
     listed = run("ads", "route", "list", "--host", host).stdout.splitlines()
     assert listed[1].split() == ["me", "192.0.2.7.1.1", "192.0.2.7", "temporary"]
     assert run("ads", "route", "remove", "me", ACHSE_HOST=host).stdout == "me removed\n"
     refusal = run("ads", "route", "remove", "me", ACHSE_HOST=host, exit_code=1)
-    assert "0x70C NOT_FOUND" in refusal.stderr
+    assert refusal.stderr == "no route is named 'me', see `achse ads route list`\n"
 
 
 def test_a_list_without_an_end_comes_to_one(host: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -74,11 +78,25 @@ def test_without_options_the_route_leads_to_us(host: str) -> None:
     run("ads", "route", "remove", told.split(" added")[0], ACHSE_HOST=host)
 
 
-def test_the_password_is_asked_for(host: str) -> None:
-    told = run("ads", "route", "add", host, "--name", "me", given="falsch\n", exit_code=1)
-    assert f"Password of Administrator at {host}:" in told.output
-    assert f"{host} adds no route: 0x704 INVALID_ACCESS" in told.stderr
+def test_the_password_comes_from_a_pipe_too(host: str) -> None:
+    told = run("ads", "route", "add", "--host", host, given="falsch\n", exit_code=1)
+    assert f"{host} adds no route, 0x704: wrong user or password" in told.stderr
     assert "falsch" not in told.output
+    told = run("ads", "route", "add", "--host", host, given="", exit_code=1)
+    assert told.stderr == "an empty password is none\n"
+
+
+def test_the_password_is_asked_for_at_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[str, dict[str, Any]]] = []
+
+    def prompt(text: str, **options: Any) -> str:
+        asked.append((text, options))
+        return "geheim"
+
+    monkeypatch.setattr("typer.prompt", prompt)
+    monkeypatch.setattr("sys.stdin", SimpleNamespace(isatty=lambda: True))
+    assert route._password("Password of me") == "geheim"
+    assert asked == [("Password of me", {"hide_input": True, "confirmation_prompt": False})]
 
 
 @pytest.mark.parametrize(
@@ -86,7 +104,7 @@ def test_the_password_is_asked_for(host: str) -> None:
     [
         (("--net-id", "1.2.3"), 2, "a NetId is six numbers"),
         (("--udp-port", "1", "--timeout", "0.05"), 1, "answers nothing at UDP port 1"),
-        (("no.such.host.invalid",), 1, "no.such.host.invalid: "),
+        (("--host", "no.such.host.invalid"), 1, "no.such.host.invalid: "),
     ],
 )
 def test_what_cannot_be(arguments: tuple[str, ...], exit_code: int, told: str) -> None:

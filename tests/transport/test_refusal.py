@@ -7,9 +7,20 @@ from typing import cast
 
 import pytest
 
-from achse.ams import AmsAddress, Command, Connection, Flags, Frame, TcpCommand, TcpMessage
+from achse.ams import (
+    AmsAddress,
+    Command,
+    Connection,
+    Flags,
+    Frame,
+    NetId,
+    TcpCommand,
+    TcpMessage,
+)
+from achse.router import Router
 from achse.transport import refusal
 from achse.transport.refusal import Refusals
+from achse.transport.tcp import TcpListener
 
 PLC = AmsAddress("5.1.2.3.1.1:851")
 CLIENT = AmsAddress("127.0.0.1.1.1:30000")
@@ -145,3 +156,72 @@ async def test_of_many_that_stay_the_oldest_are_dropped(monkeypatch: pytest.Monk
         assert len(listener.refusals) == 3
         for streams in dialled[3:]:
             assert len(await answered(streams, request().encode_tcp())) == 38
+
+
+# at the listener ---------------------------------------------------------------------------------
+
+
+@contextlib.asynccontextmanager
+async def listening(max_connections: int) -> AsyncIterator[TcpListener]:
+    listener = TcpListener(Router(NetId("5.1.2.3.1.1")), max_connections=max_connections)
+    await listener.open(port=0)
+    try:
+        yield listener
+    finally:
+        await listener.close()
+
+
+@contextlib.asynccontextmanager
+async def client_of(listener: TcpListener) -> AsyncIterator[Streams]:
+    reader, writer = await asyncio.open_connection(listener.host, listener.port)
+    try:
+        yield reader, writer
+    finally:
+        writer.transport.abort()
+        with contextlib.suppress(ConnectionError):
+            await writer.wait_closed()
+
+
+async def code_of_answer(streams: Streams) -> int:
+    """The AMS error of the answer to a request; nobody is at that port."""
+    reader, writer = streams
+    writer.write(request(data=bytes(12)).encode_tcp())
+    [answer] = Connection().receive(await reader.readexactly(38))
+    assert isinstance(answer, Frame)
+    return answer.error
+
+
+async def test_beyond_the_limit_requests_are_refused_until_there_is_room_and_it_is_told_once(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    async with listening(max_connections=2) as listener, client_of(listener) as first:
+        assert await code_of_answer(first) == 0x6
+        async with client_of(listener) as second:
+            assert await code_of_answer(second) == 0x6
+            for _ in range(2):
+                async with client_of(listener) as third:
+                    assert await code_of_answer(third) == 0x508
+                    assert await third[0].read() == b""
+            assert (listener.refused, len(listener.connections)) == (2, 2)
+            [told] = [each for each in caplog.messages if "no room" in each]
+            assert "refused with 0x508 ROUTER_NO_MORE_QUEUES" in told
+            assert told.endswith("[router] max_connections is 2")
+        while len(listener.connections) > 1:  # noqa: ASYNC110 - sockets tell nobody
+            await asyncio.sleep(0)
+        async with client_of(listener) as fourth:
+            assert await code_of_answer(fourth) == 0x6
+            async with client_of(listener) as fifth:
+                assert await code_of_answer(fifth) == 0x508
+    assert len([each for each in caplog.messages if "no room" in each]) == 2
+
+
+async def test_a_listener_that_accepts_nobody_closes_at_once() -> None:
+    async with listening(max_connections=2) as listener:
+        listener.accepting = False
+        async with client_of(listener) as (reader, _):
+            with contextlib.suppress(ConnectionError):
+                assert await reader.read() == b""
+        assert listener.refused == 1
+        listener.accepting = True
+        async with client_of(listener) as streams:
+            assert await code_of_answer(streams) == 0x6

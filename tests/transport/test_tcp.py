@@ -360,40 +360,6 @@ async def test_strict_a_second_connection_of_a_host_closes_one_without_port() ->
                 assert (await registered.ask(request(3, source=address))).invoke_id == 3
 
 
-async def test_beyond_the_limit_a_request_is_refused_and_the_connection_ends(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
-    async with running(max_connections=2) as station, peers(station, 2) as (first, second):
-        await _all((first.ask(request()), second.ask(request())))
-        for invoke_id in (3, 4):
-            async with peers(station) as (third,):
-                answer = await third.ask(request(invoke_id, bytes(1000)))
-                assert (answer.error, answer.invoke_id, answer.data) == (0x508, invoke_id, b"")
-                assert await third.is_closed()
-        assert station.refused == 2
-        [told] = [each for each in caplog.messages if "refused" in each]
-        assert "refused with 0x508 ROUTER_NO_MORE_QUEUES" in told
-        assert told.endswith("[router] max_connections is 2")
-        first.reset()
-        await station.went.get()
-        async with peers(station) as (fourth,):
-            assert (await fourth.ask(request(4))).invoke_id == 4
-            async with peers(station) as (fifth,):
-                assert (await fifth.ask(request(5))).error == 0x508
-    assert len([each for each in caplog.messages if "refused" in each]) == 2  # there was room
-
-
-async def test_a_listener_that_accepts_nobody_closes_at_once() -> None:
-    async with running() as station:
-        station.accepting = False
-        async with peers(station) as (peer,):
-            assert await peer.is_closed()
-        assert station.refused == 1
-        station.accepting = True
-        async with peers(station) as (peer,):
-            assert (await peer.ask(request())).error == 0
-
-
 async def test_sources_on_one_connection_are_bounded() -> None:
     async with running() as station, peers(station) as (peer,):
         for i in range(1500):

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from achse.cli.fault import SERVICE_PORT, fault_commands
+from achse.cli.fault import fault_commands
 from achse.cli.objects import entry_of
 from achse.cli.output import on_terminal, print_json, print_table
 from achse.cli.run import fail
-from achse.cli.target import Json, client_command
+from achse.cli.target import STATION_PORT, Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
@@ -50,7 +50,7 @@ def register(drive: typer.Typer) -> None:
     """Put the commands beside those of `achse drive`."""
     drive.add_typer(fault, name="fault")
 
-    @client_command(drive, SERVICE_PORT, listens=CONTROL)
+    @client_command(drive, STATION_PORT, listens=CONTROL)
     async def get(
         client: "Client",
         entry: Annotated[str, typer.Argument(metavar="INDEX[:SUB]", help="6041, 0x1C32:02.")],
@@ -62,7 +62,7 @@ def register(drive: typer.Typer) -> None:
         value = await _access(client, drive=drive, index=index, subindex=subindex or 0)
         _tell(index, subindex or 0, value, in_json)
 
-    @client_command(drive, SERVICE_PORT, "set", signed=True, listens=CONTROL)
+    @client_command(drive, STATION_PORT, "set", signed=True, listens=CONTROL)
     async def set_entry(
         client: "Client",
         entry: Annotated[str, typer.Argument(metavar="INDEX[:SUB]", help="6072, 0x60C2:01.")],
@@ -78,7 +78,7 @@ def register(drive: typer.Typer) -> None:
         if held != number and index != 0x1010:
             fail("the drive did not take it: it stores, or its master sends this object")
 
-    @client_command(drive, SERVICE_PORT, endless=True, listens=CONTROL)
+    @client_command(drive, STATION_PORT, endless=True, listens=CONTROL)
     async def watch(
         client: "Client",
         interval: Annotated[float, typer.Option(min=0.01, help="Seconds between looks.")] = 0.5,

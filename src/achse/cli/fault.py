@@ -11,7 +11,7 @@ import typer
 
 from achse.cli.output import print_json, print_table
 from achse.cli.run import fail
-from achse.cli.target import ROUTER, Json, client_command
+from achse.cli.target import ROUTER, STATION_PORT, Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["fault", "fault_commands"]
 
-SERVICE_PORT = 26_000
 LONGEST_LIST = 1 << 20
 
 
@@ -39,7 +38,7 @@ def fault_commands(
     """
     app = typer.Typer(no_args_is_help=True, help=help)
 
-    @client_command(app, SERVICE_PORT, signed=True, listens=listens)
+    @client_command(app, STATION_PORT, signed=True, listens=listens)
     async def add(
         client: "Client",
         kind: Annotated[str, typer.Argument(help=f"See `{command} kinds`.")],
@@ -70,7 +69,7 @@ def fault_commands(
         else:
             print(f"{answer['number']}  {wanted}")
 
-    @client_command(app, SERVICE_PORT, "list", listens=listens)
+    @client_command(app, STATION_PORT, "list", listens=listens)
     async def list_faults(client: "Client", in_json: Json = False) -> None:
         """Show the faults that wait for their time or are at work."""
         from achse.station.service import FAULTS
@@ -93,7 +92,7 @@ def fault_commands(
                 right=frozenset({0}),
             )
 
-    @client_command(app, SERVICE_PORT, listens=listens)
+    @client_command(app, STATION_PORT, listens=listens)
     async def clear(
         client: "Client",
         number: Annotated[
@@ -101,9 +100,16 @@ def fault_commands(
         ] = 0,
     ) -> None:
         """End a fault, or all."""
+        from achse.ams import DeviceError
+        from achse.codes import ReturnCode
         from achse.station.service import FAULTS
 
-        await client.write_raw(FAULTS, 0, number.to_bytes(4, "little"))
+        try:
+            await client.write_raw(FAULTS, 0, number.to_bytes(4, "little"))
+        except DeviceError as refusal:
+            if refusal.code != ReturnCode.NOT_FOUND.number:
+                raise
+            fail(f"no fault has the number {number}, see `{command} list`")
 
     @app.command()
     def kinds() -> None:

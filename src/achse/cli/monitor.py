@@ -12,7 +12,7 @@ import typer
 
 from achse.cli.output import print_json, visible
 from achse.cli.run import fail
-from achse.cli.target import end_by_signal
+from achse.cli.target import STATION_PORT, end_by_signal
 
 if TYPE_CHECKING:
     from achse.ams import AmsAddress
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Host", "TcpPort", "Via", "register", "run_until_ended", "watching"]
 
-SERVICE_PORT = 26_000
 PLC_PORT = 851
 FETCH_EVERY = 0.05
 FETCH_BYTES = 1 << 23
@@ -274,12 +273,13 @@ async def _relay(
     host: str, tcp_port: int, via: tuple[str, int], see: Callable[["Captured"], None]
 ) -> AsyncIterator[None]:
     from achse.monitor.relay import Relay
+    from achse.transport.reason import reason
 
     relay = Relay(*via, see)
     try:
         await relay.open(host, tcp_port)
     except OSError as failure:
-        fail(f"cannot listen on {host}:{tcp_port}: {failure.strerror} (another address: --host)")
+        fail(f"cannot listen on {host}:{tcp_port}: {reason(failure)} (another address: --host)")
     print(f"achse ready tap={relay.host}:{relay.port} via={via[0]}:{via[1]}", flush=True)
     try:
         yield
@@ -302,7 +302,7 @@ async def _station_tap(
     from achse.station.service import TAPS
 
     async with connect(
-        TcpDialer(host, tcp_port), port=SERVICE_PORT, reconnect=False, watch_symbols=False
+        TcpDialer(host, tcp_port), port=STATION_PORT, reconnect=False, watch_symbols=False
     ) as client:
         plc = client.at_port(PLC_PORT)
         if decoder is not None:
@@ -372,6 +372,6 @@ def run_until_ended(job: Awaitable[Any]) -> None:
     except AdsError as refusal:
         fail(str(refusal))
     except OSError as failure:
-        fail(str(failure))
+        fail(f"{failure.filename}: {failure.strerror}" if failure.filename else str(failure))
     except (KeyboardInterrupt, asyncio.CancelledError):
         pass

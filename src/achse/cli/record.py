@@ -52,13 +52,18 @@ async def _record(
             print(f"{file}: {write.count} packets")
 
 
-def replay(file: Capture, host: Host = "127.0.0.1", tcp_port: TcpPort = 48898) -> None:
+def replay(
+    file: Capture,
+    host: Annotated[str, typer.Option(envvar="ACHSE_HOST", help="Where to listen.")] = "127.0.0.1",
+    tcp_port: TcpPort = 48898,
+) -> None:
     """Serve a recording as the target it was taken from, until Ctrl-C."""
     run_until_ended(_replay(_recording(file), host, tcp_port))
 
 
 async def _replay(recording: "Recording", host: str, tcp_port: int) -> None:
     from achse.monitor.replay import Replay
+    from achse.transport.reason import reason
 
     target = Replay(recording)
     try:
@@ -71,32 +76,36 @@ async def _replay(recording: "Recording", host: str, tcp_port: int) -> None:
             with contextlib.suppress(asyncio.CancelledError):
                 await asyncio.get_running_loop().create_future()
     except OSError as failure:
-        fail(f"cannot listen on {host}:{tcp_port}: {failure.strerror} (another address: --host)")
+        fail(f"cannot listen on {host}:{tcp_port}: {reason(failure)} (another address: --host)")
 
 
 def diff(first: Capture, second: Capture) -> None:
-    """Compare what two targets answered; exit code 1 if it differs."""
+    """Compare what two targets answered.
+
+    Exit code 1 if it differs, 2 if a capture cannot be read.
+    """
     from achse.monitor.names import rows_of
     from achse.monitor.recording import differences
     from achse.station import Station
 
-    recordings = _recording(first), _recording(second)
+    recordings = _recording(first, 2), _recording(second, 2)
     found = list(differences(*recordings, rows_of(Station.demo().devices)))
     if found:
         print("\n".join(found))
         sys.exit(1)
 
 
-def _recording(file: Path) -> "Recording":
+def _recording(file: Path, trouble: int = 1) -> "Recording":
+    """The recording in a file; without one, the exit code is `trouble`."""
     from achse.monitor.capture import CaptureError, read_capture
     from achse.monitor.recording import Recording
 
     try:
         recording = Recording(read_capture(file))
     except CaptureError as failure:
-        fail(str(failure))
+        fail(str(failure), trouble)
     except OSError as failure:
-        fail(f"{file}: {failure.strerror}")
+        fail(f"{file}: {failure.strerror}", trouble)
     if not recording.devices:
-        fail(f"{file}: no AMS packets to or from port 48898")
+        fail(f"{file}: no AMS packets to or from port 48898", trouble)
     return recording

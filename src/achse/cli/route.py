@@ -91,7 +91,15 @@ def _special(entry: "RouteEntry") -> str:
 @client_command(route, SYSTEM_PORT)
 async def remove(client: "Client", name: Name, in_json: Json = False) -> None:
     """Remove a route."""
-    await client.write_raw(_REMOVE, 0, name.encode("cp1252", "replace") + b"\0")
+    from achse.ams import DeviceError
+    from achse.codes import ReturnCode
+
+    try:
+        await client.write_raw(_REMOVE, 0, name.encode("cp1252", "replace") + b"\0")
+    except DeviceError as refusal:
+        if refusal.code != ReturnCode.NOT_FOUND.number:
+            raise
+        fail(f"no route is named {name!r}, see `achse ads route list`")
     if in_json:
         print_json({"removed": name})
     else:
@@ -100,9 +108,6 @@ async def remove(client: "Client", name: Name, in_json: Json = False) -> None:
 
 @route.command()
 def add(
-    host: Annotated[
-        str, typer.Argument(envvar="ACHSE_HOST", help="The router that is to have the route.")
-    ] = "127.0.0.1",
     name: Annotated[
         str | None, typer.Option(help="Name of the route there.", show_default="this host's name")
     ] = None,
@@ -123,6 +128,9 @@ def add(
         bool, typer.Option("--temporary/--static", help="Only until it starts anew.")
     ] = False,
     timeout: Annotated[float, typer.Option(min=0.01, help="Wait so long, s.")] = 5.0,
+    host: Annotated[
+        str, typer.Option(envvar="ACHSE_HOST", help="The router that is to have the route.")
+    ] = "127.0.0.1",
     udp_port: Udp = 48899,
 ) -> None:
     """Add a route to a router, so that it lets us in. The password travels in clear text."""
@@ -132,7 +140,7 @@ def add(
     from achse.transport.udp import change_route
 
     if password is None:
-        password = typer.prompt(f"Password of {user} at {host}", hide_input=True)
+        password = _password(f"Password of {user} at {host}")
     try:
         ours = address or _our_address(host)
         # 127.0.0.1.1.1 is every router's alias for itself; we are somebody else.
@@ -151,8 +159,12 @@ def add(
     except OSError as failure:
         fail(f"{host}: {failure.strerror}")
     if code:
-        hint = " (user or password; our station needs [router.users])" if code == 0x704 else ""
-        fail(f"{host} adds no route: {describe_code(code)}{hint}")
+        if code == 0x704:
+            fail(
+                f"{host} adds no route, 0x704: wrong user or password"
+                " (a station of ours needs [router.users])"
+            )
+        fail(f"{host} adds no route: {describe_code(code)}")
     print(f"{request.name} added at {host}: {wanted} is at {ours}")
 
 
@@ -199,10 +211,15 @@ def hash_password() -> None:
     """Hash a password for the users of a router; asks for it, or reads a line from a pipe."""
     from achse.router.access import hash_password
 
+    print(hash_password(_password("Password", twice=True)))
+
+
+def _password(prompt: str, *, twice: bool = False) -> str:
+    """What somebody types unseen, or the next line of a pipe."""
     if sys.stdin.isatty():
-        password = typer.prompt("Password", hide_input=True, confirmation_prompt=True)
+        password: str = typer.prompt(prompt, hide_input=True, confirmation_prompt=twice)
     else:
         password = sys.stdin.readline().rstrip("\n")
     if not password:
         fail("an empty password is none")
-    print(hash_password(password))
+    return password

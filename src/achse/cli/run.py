@@ -130,10 +130,10 @@ def _station(file: Path | None, net_id: str | None, *, wall_clock: bool) -> "Sta
         fail(f"{file}: {failure.strerror}")
 
 
-def fail(message: str) -> NoReturn:
-    """One message on stderr, exit code 1."""
+def fail(message: str, exit_code: int = 1) -> NoReturn:
+    """One message on stderr, and the end."""
     print(message, file=sys.stderr)
-    raise typer.Exit(1)
+    raise typer.Exit(exit_code)
 
 
 def _raise_file_limit() -> None:
@@ -163,6 +163,8 @@ async def _serve(
     speed: float,
     duration: float | None,
 ) -> int:
+    from achse.transport.reason import reason
+
     loop = asyncio.get_running_loop()
     stop = asyncio.Event()
     for number in _ENDS:
@@ -193,9 +195,9 @@ async def _serve(
     except (OSError, UnicodeError) as failure:  # the latter for what can be no host name
         config = station.config.router
         where = _endpoint(host or config.host, config.tcp_port if tcp_port is None else tcp_port)
+        why = reason(failure) if isinstance(failure, OSError) else failure
         print(
-            f"cannot listen on {where}: {getattr(failure, 'strerror', None) or failure}"
-            " (another address: --host, --tcp-port)",
+            f"cannot listen on {where}: {why} (another address: --host, --tcp-port)",
             file=sys.stderr,
         )
         return 1

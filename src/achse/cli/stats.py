@@ -6,20 +6,19 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from achse.cli.output import print_json, print_table
-from achse.cli.target import Json, client_command
+from achse.cli.target import STATION_PORT, Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
 
 __all__ = ["register"]
 
-SERVICE_PORT = 26_000
 LONGEST = 1 << 20
 
 
 def register(app: typer.Typer) -> None:
     """Add the command of this module to `app`."""
-    client_command(app, SERVICE_PORT)(stats)
+    client_command(app, STATION_PORT)(stats)
 
 
 async def stats(client: "Client", in_json: Json = False) -> None:
@@ -46,7 +45,7 @@ async def stats(client: "Client", in_json: Json = False) -> None:
         "samples_dropped": "dropped",
     }
     rows = [("ports", "device", *columns.values())]
-    for device in devices:
+    for device in sorted(devices, key=lambda each: each["ports"]):
         ports = ",".join(map(str, device["ports"]))
         rows.append((ports, device["name"], *(str(device[name]) for name in columns)))
     print_table(rows, right=frozenset(range(3, 9)))

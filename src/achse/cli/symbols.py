@@ -8,7 +8,7 @@ import typer
 
 from achse.cli.output import print_json, print_table
 from achse.cli.run import fail
-from achse.cli.target import Json, client_command
+from achse.cli.target import STATION_PORT, Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Target
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 __all__ = ["symbols"]
 
 PLC_PORT = 851
-SERVICE_PORT = 26_000
 LONGEST_ANSWER = 1 << 16
 
 symbols = typer.Typer(
@@ -140,7 +139,7 @@ async def stubs(
         print(f"{output}: {len(chosen)} symbols")
 
 
-@client_command(symbols, SERVICE_PORT)
+@client_command(symbols, STATION_PORT)
 async def reload(
     client: "Target",
     plc: Annotated[

@@ -12,7 +12,10 @@ import typer
 
 from achse.cli.run import fail
 
-__all__ = ["ROUTER", "Json", "client_command", "end_by_signal"]
+__all__ = ["ROUTER", "STATION_PORT", "Json", "client_command", "end_by_signal"]
+
+STATION_PORT = 26_000
+"""The AMS port of a station's own service; no other router has it."""
 
 ROUTER = ("ACHSE_TCP_PORT", 48898)
 """Environment variable and default of the TCP port where routers listen."""
@@ -114,7 +117,7 @@ def _run(
     endless: bool,
     own: dict[str, Any],
 ) -> None:
-    from achse.ams import AdsError, NetId
+    from achse.ams import AdsError, NetId, RouterError
     from achse.client import connect
     from achse.client.link import TcpDialer
 
@@ -140,6 +143,8 @@ def _run(
     try:
         asyncio.run(ask())
     except AdsError as refusal:
+        if port == STATION_PORT and isinstance(refusal, RouterError):
+            fail(f"no achse station answers at {host}:{tcp_port}: {refusal}")
         fail(str(refusal))
     except (KeyboardInterrupt, asyncio.CancelledError):
         if not endless:

@@ -25,6 +25,7 @@ from achse.ams import (
 from achse.ams.commands import RESULT
 from achse.client.link import Dialer, Link
 from achse.client.requests import Requests, describe_request
+from achse.transport.reason import reason
 
 __all__ = ["DEFAULT_BACKOFF", "MAX_DISOWNED", "Backoff", "Listener", "Renewable", "Session"]
 
@@ -159,7 +160,8 @@ class Session:
                 f"{self.dialer.peer} did not answer within {self.timeout:g} s"
             ) from None
         except (OSError, UnicodeError, AdsError) as error:
-            raise ConnectionLost(f"cannot connect to {self.dialer.peer}: {error}") from error
+            why = reason(error) if isinstance(error, OSError) else error
+            raise ConnectionLost(f"cannot connect to {self.dialer.peer}: {why}") from error
         self._link = self._ready = link
         self._opened.set()
         return link

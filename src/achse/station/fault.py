@@ -76,7 +76,7 @@ class FaultFields:
         if surplus := sorted(given.difference(takes)):
             raise FaultError(f"{surplus[0]}: {self.kind} takes {', '.join(takes) or 'nothing'}")
         if missing := [name for name in kind.needs if name not in given]:
-            raise FaultError(f"{missing[0]}: {self.kind} needs it")
+            raise FaultError(f"{missing[0]}: a fault of kind {self.kind} needs it")
         self.within(("at", 0, _LONGEST_S), ("lasting", 0, _LONGEST_S), ("count", 1, None))
         self.check_values()
 

@@ -12,6 +12,7 @@ from achse.router.routes import Route, RouteError
 from achse.router.static_routes import parse_static_routes, static_routes
 from achse.station.config import ConfigError, StationConfig
 from achse.station.state_file import StateFile
+from achse.transport.reason import reason
 from achse.transport.tcp import TCP_PORT, TcpListener
 from achse.transport.udp import DiscoveryEndpoint
 from achse.transport.uplink import Uplinks
@@ -122,8 +123,8 @@ class Network:
             await endpoint.open(self.listener.host, UDP_PORT if port is None else port)
         except OSError as taken:
             if port is not None:
-                raise OSError(taken.errno, f"UDP port {port}: {taken.strerror}") from taken
-            log.info("searches are not answered, UDP port %d: %s", UDP_PORT, taken.strerror)
+                raise OSError(f"UDP port {port}: {reason(taken)}") from taken
+            log.info("searches are not answered, UDP port %d: %s", UDP_PORT, reason(taken))
             return
         self.discovery = endpoint
 

@@ -16,6 +16,7 @@ from achse.ams.connection import DEFAULT_MAX_LENGTH, Event
 from achse.codes import ReturnCode
 from achse.router import Router
 from achse.router.routes import Route
+from achse.transport.reason import reason
 from achse.transport.tcp import TcpConnection
 
 __all__ = ["Uplink", "Uplinks"]
@@ -138,8 +139,10 @@ class Uplink:
                 )
         except TimeoutError:
             self._failed(f"no answer within {self.route.timeout:g} s")
-        except (OSError, UnicodeError) as failure:
-            self._failed(getattr(failure, "strerror", None) or str(failure))
+        except OSError as failure:
+            self._failed(reason(failure))
+        except UnicodeError as failure:
+            self._failed(str(failure))
         finally:
             self._dialling = None
 

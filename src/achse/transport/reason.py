@@ -1,0 +1,15 @@
+"""Why a socket did not open, in the words of the operating system."""
+
+import os
+
+__all__ = ["reason"]
+
+
+def reason(failure: OSError) -> str:
+    """`Connection refused`, `Address already in use`, …
+
+    asyncio puts the address, and the call that failed, into the text; who tells it knows where.
+    """
+    if failure.errno is not None and failure.errno > 0:
+        return os.strerror(failure.errno)
+    return failure.strerror or str(failure)
