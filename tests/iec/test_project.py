@@ -223,3 +223,8 @@ def test_a_fault_in_the_symbol_file_is_told_in_its_place(tmp_path: Path) -> None
     (tmp_path / "P.tmc").write_text(LIBRARY.replace(">32</BitOffs>", ">320</BitOffs>"))
     with pytest.raises(SourceError, match=r"P\.tmc:6:2: member 'n' ends at 42 of 8 bytes"):
         load_project(tmp_path)
+
+
+def test_capitals_of_file_names_do_not_count_in_a_project(folder: Path) -> None:
+    (folder / "Plc.plcproj").write_text(PROJECT.replace("DUTs", "duts").replace("GVL.Tc", "gvl.TC"))
+    assert len(load_project(folder).sources) == 3

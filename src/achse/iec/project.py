@@ -170,10 +170,22 @@ def _listed(project: Path) -> list[tuple[Path, str]]:
             continue
         name = PureWindowsPath(unquote(element.attributes.get("Include", ""))).as_posix()
         if name.lower().endswith(SUFFIXES):
-            files.append((project.parent / name, name))
+            file = project.parent / name
+            files.append((file if file.exists() else _without_case(file), name))
     if not files:
         raise _refused(project.name, "expected <Compile Include=…> of at least one source")
     return files
+
+
+def _without_case(path: Path) -> Path:
+    """The file of that name where capitals do not count, as where the project was made."""
+    if path.exists() or path.parent == path:
+        return path
+    folder = _without_case(path.parent)
+    if not folder.is_dir():
+        return path
+    alike = (item for item in folder.iterdir() if item.name.lower() == path.name.lower())
+    return next(alike, path)
 
 
 def parse_file(file: Path, name: str = "", *, defines: Defines = ()) -> Parsed:

@@ -19,8 +19,8 @@ class StringType(IecType[str]):
     family = "STRING"
 
     def __init__(self, length: int, coding: Coding = "cp1252") -> None:
-        if not 1 <= length <= _LONGEST // self.unit - 1:
-            raise DeclarationError(f"{self.family}(n) needs n from 1, got {length}")
+        if not 0 <= length <= _LONGEST // self.unit - 1:
+            raise DeclarationError(f"{self.family}(n) needs n from 0, got {length}")
         self.length = length
         self.coding = coding
         adst = Adst.STRING if self.unit == 1 else Adst.WSTRING

@@ -423,7 +423,7 @@ def test_types_of_variables_without_a_name() -> None:
         ("a : ARRAY [0..999999999] OF LREAL;",
          ["2:5 ARRAY [0..999999999] OF LREAL has 8000000000 bytes, more than 268435456"]),
         ("a : ARRAY [*] OF INT;", ["2:5 ARRAY [*] is for VAR_IN_OUT only"]),
-        ("a : STRING(0);", ["2:5 STRING(n) needs n from 1, got 0"]),
+        ("a : STRING(-1);", ["2:5 STRING(n) needs n from 0, got -1"]),
         ("a : LREAL (0..1);", ["2:5 a sub-range of whole numbers, got LREAL"]),
         ("a : INT (5..1);", ["2:11 5..1 is no sub-range of INT"]),
         ("a : BYTE (0..300);", ["2:12 0..300 is no sub-range of BYTE"]),
@@ -541,3 +541,14 @@ def test_values_may_be_named_like_things_of_python(name: str) -> None:
     assert isinstance(found, EnumType)
     assert found.numbers == {"a": 0, name: 1}
     assert found.decode(found.encode(name)) == 1
+
+
+def test_a_generic_block_is_looked_at_with_certain_values_only() -> None:
+    text = """
+FUNCTION_BLOCK ABSTRACT FB VAR_GENERIC CONSTANT nMost : INT := 0; END_VAR
+METHOD ABSTRACT All : ARRAY [0..nMost - 1] OF INT
+END_METHOD
+END_FUNCTION_BLOCK
+PROGRAM P VAR fb : FB<3>; sEmpty : STRING(0); END_VAR END_PROGRAM"""
+    members = declare([parse(text)]).programs["p"].__iec__.members
+    assert [item.type.size for item in members] == [8, 1]

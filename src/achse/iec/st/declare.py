@@ -125,8 +125,9 @@ class _Declarer(Resolver):
         for entry in own:
             try:
                 with self.inside(entry.source):
-                    self._declare(entry)
-                    self._check_parts(entry)
+                    if not generics_of(entry):  # Only what it is with certain values is a type.
+                        self._declare(entry)
+                        self._check_parts(entry)
             except Failed:
                 continue
         self.check_pointers()
@@ -141,8 +142,6 @@ class _Declarer(Resolver):
 
     def _declare(self, entry: Entry) -> None:
         tree = entry.tree
-        if generics_of(entry):
-            return  # Only what it is with certain values is a type.
         if isinstance(tree, TypeDeclaration | FunctionBlock | Interface):
             self.entry_type(entry, tree.at)
         elif isinstance(tree, GlobalList | ProgramTree):
