@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
+from achse.testing import FakeDevice
+
 
 def test_figures(lines: Callable[..., list[str]]) -> None:
     shown = [line.split() for line in lines("ads", "stats")]
@@ -23,3 +25,10 @@ def test_json(document: Callable[..., Any]) -> None:
     assert figures["connections"] == 1
     ports = [device["ports"] for device in figures["devices"]]
     assert {(10_000,), (500, 501), (851,), (26_000,)} <= set(map(tuple, ports))
+
+
+def test_what_is_no_station_of_ours_is_told(cli: Callable[..., Any]) -> None:
+    with FakeDevice().serving() as live:
+        place = ("--host", live.host, "--tcp-port", str(live.tcp_port))
+        refusal = cli("ads", "stats", *place, exit_code=1)
+    assert f"{live.host}:{live.tcp_port} is no achse station" in refusal.stderr

@@ -36,7 +36,7 @@ def test_a_symbol_is_named_by_its_handle(decoder: Decoder, traffic: Any) -> None
         f"ask symbol handle by name GVL.nInt = handle 0x{handle:X}",
         "read GVL.nInt = -16",
         "write GVL.nInt = 9",
-        "write release symbol handle GVL.nInt",
+        "release handle of GVL.nInt",
     ]
 
 

@@ -143,8 +143,9 @@ def _run(
     try:
         asyncio.run(ask())
     except AdsError as refusal:
-        if port == STATION_PORT and isinstance(refusal, RouterError):
-            fail(f"no achse station answers at {host}:{tcp_port}: {refusal}")
+        nobody = isinstance(refusal, RouterError) and refusal.code == 0x6
+        if nobody and port == STATION_PORT:
+            fail(f"{host}:{tcp_port} is no achse station: nobody is at its AMS port {port}")
         fail(str(refusal))
     except (KeyboardInterrupt, asyncio.CancelledError):
         if not endless:

@@ -238,8 +238,9 @@ class Decoder:
         if row is not None and (not name or group in _BY_NAME):
             name = f"{_service(row, group, offset)} {name}".strip()
         if group == 0xF006 and isinstance(part, WriteRequest):
-            held = self.names.symbols(device).held(int.from_bytes(part.data, "little"))
-            name, data = f"{name} {held}".strip(), b"" if held else data
+            handle = int.from_bytes(part.data, "little")
+            held = self.names.symbols(device).held(handle) or f"0x{handle:X}"
+            verb, name, data = "release", f"handle of {held}", b""
         value = self._value(device, group, symbol, data, layout) if data and not error else ""
         return Item(verb, group, offset, name, value, error)
 
