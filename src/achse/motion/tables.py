@@ -22,7 +22,7 @@ __all__ = ["HIGHEST_TABLE_ID", "Table", "TableError", "TableParameters", "Tables
 
 HIGHEST_TABLE_ID = 4095
 
-MOST_ELEMENTS = 1 << 20
+MOST_ELEMENTS = 1 << 17
 """Numbers of one table; a larger one finds no memory."""
 
 _NOT_CYCLIC = (TableSubType.EQUIDISTANT_LINEAR, TableSubType.MONOTONIC_LINEAR)
