@@ -1,5 +1,6 @@
 """`achse drive`: served over UDP until told to end; ESI and object dictionary; complaints."""
 
+import json
 import signal
 import socket
 import struct
@@ -18,6 +19,8 @@ from achse.cli.app import app
 
 SERVE = [sys.executable, "-m", "achse", "drive", "serve", "--interpreted", "--ordinary"]
 SERVE += ["--control", "127.0.0.1:0"]
+PATIENCE = 100.0
+"""Seconds that anything may take on a busy machine."""
 
 
 def _achse(*arguments: str, exit_code: int = 0) -> Result:
@@ -53,7 +56,7 @@ def test_masters_find_as_many_drives_over_udp_as_asked_for(serving: Callable[...
     host, _, port = told["udp"].rpartition(":")
     brd_type = struct.pack("<BBHHHH", 7, 1, 0, 0, 1, 0) + bytes(3)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as master:
-        master.settimeout(10)
+        master.settimeout(PATIENCE)
         master.sendto(struct.pack("<H", 0x1000 | len(brd_type)) + brd_type, (host, int(port)))
         reply = master.recv(2048)
     assert int.from_bytes(reply[13:15], "little") == 3  # each drive counted
@@ -63,13 +66,13 @@ def test_masters_find_as_many_drives_over_udp_as_asked_for(serving: Callable[...
 def test_a_signal_ends_it_with_0(serving: Callable[..., Any], number: signal.Signals) -> None:
     run, _ = serving("--udp", "127.0.0.1:0")
     run.send_signal(number)
-    rest, errors = run.communicate(timeout=10)
+    rest, errors = run.communicate(timeout=PATIENCE)
     assert (run.returncode, rest, errors) == (0, "", "")
 
 
 def test_it_ends_by_itself_after_the_time_given(serving: Callable[..., Any]) -> None:
     run, _ = serving("--udp", "127.0.0.1:0", "--for", "0.05")
-    assert run.wait(timeout=10) == 0
+    assert run.wait(timeout=PATIENCE) == 0
 
 
 @pytest.mark.parametrize(
@@ -127,22 +130,28 @@ def test_files_that_cannot_be_used(tmp_path: Path, option: str, text: str, compl
 
 
 def test_frames_may_be_the_clock(serving: Callable[..., Any], tmp_path: Path) -> None:
+    """A fault after 50 ms waits for five frames of 10 ms each, however long that takes."""
     script = tmp_path / "faults.toml"
-    script.write_text("[[fault]]\nkind = 'lost_frames'\nat = 0.05\ncount = 1\n")
+    script.write_text("[[fault]]\nkind = 'sto'\nat = 0.05\n")
     _, told = serving("--udp", "127.0.0.1:0", "--frame-clock", "10", "--faults", str(script))
+    environment = {"ACHSE_DRIVE_PORT": told["control"].rpartition(":")[2]}
+
+    def state() -> str:
+        listed = CliRunner().invoke(app, ["drive", "fault", "list", "--json"], env=environment)
+        return str(json.loads(listed.stdout)[0]["state"])
+
     host, _, port = told["udp"].rpartition(":")
     lrw = struct.pack("<BBIHH", 12, 0, 0, 8, 0) + bytes(10)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as master:
-        master.settimeout(1)
-        lost = []
-        for number in range(10):
-            time.sleep(0.05)  # the fault is begun between frames, within 5 ms
+        master.settimeout(PATIENCE)
+        time.sleep(0.1)
+        for _ in range(5):
+            assert state() == "waiting"
             master.sendto(struct.pack("<H", 0x1000 | len(lrw)) + lrw, (host, int(port)))
-            try:
-                master.recv(2048)
-            except TimeoutError:
-                lost.append(number)
-    assert lost == [5]
+            master.recv(2048)
+    deadline = time.monotonic() + PATIENCE
+    while state() != "active":
+        assert time.monotonic() < deadline
 
 
 def test_a_control_port_that_is_taken_is_told_and_the_drives_are_served(
@@ -153,7 +162,7 @@ def test_a_control_port_that_is_taken_is_told_and_the_drives_are_served(
         run, told = serving("--udp", "127.0.0.1:0", "--control", where)
     assert told["control"] == "none"
     run.terminate()
-    _, errors = run.communicate(timeout=10)
+    _, errors = run.communicate(timeout=PATIENCE)
     assert where in errors
 
 

@@ -37,7 +37,7 @@ def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         told = dict(word.split("=") for word in run.stdout.readline().split()[3:])
         yield told["control"].rpartition(":")[2]
         run.terminate()
-        assert run.wait(timeout=10) == 0
+        assert run.wait(timeout=100) == 0
 
 
 @pytest.fixture

@@ -96,7 +96,7 @@ def test_udp_payloads_are_answered() -> None:
     segment = Segment([Slave(Loopback())])
     link = UdpLink("127.0.0.1", 0)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as master:
-        master.settimeout(5)
+        master.settimeout(100)
         master.sendto(BRD.encode_payload(), link.address)
         rounds = iter([True, False])
         fieldbus.serve_segment(segment, link, lambda: next(rounds))

@@ -20,7 +20,9 @@ _FAULT_RESET = 0x80
 _OUTPUTS = struct.Struct("<HbHiHI")  # 1600h: controlword, mode, max torque, position, probe, …
 _INPUTS = struct.Struct("<HHbiHiiI")  # 1A00h: error, statusword, mode, position, …
 _PATIENCE_S = 2.0
-_WATCHDOG_S = 0.15
+_WATCHDOG_S, _SILENCE_S = 0.1, 0.15
+_PATIENT_S = 6.5
+"""The watchdog where it is not what is checked: a master may have to wait for its processor."""
 
 _UP = (AlState.PREOP, AlState.SAFEOP, AlState.OP)
 
@@ -50,6 +52,7 @@ def check_drive(drive: DriveReach, *, motion: bool = True) -> None:
         faults += [*check.movement(), *check.silence()]
     for state in (AlState.PREOP, AlState.INIT):
         drive.request(state | _ACKNOWLEDGE)
+    drive.watchdog(_WATCHDOG_S)
     if faults:
         raise ConformanceError("\n".join(faults))
 
@@ -209,6 +212,7 @@ class _Check:
     def power(self, motion: bool) -> Iterator[str]:
         """Commands of the controlword, in Op with the default mapping."""
         yield from self._go(AlState.SAFEOP)
+        self._drive.watchdog(_PATIENT_S)
         self._cycle(0)
         yield from self._go(AlState.OP)
         self._cycle(0, 5)
@@ -267,14 +271,16 @@ class _Check:
 
     def silence(self) -> Iterator[str]:
         """The watchdog of an enabled drive, its fault, acknowledgement and reset."""
-        self._drive.pause(_WATCHDOG_S)
+        self._drive.watchdog(_WATCHDOG_S)
+        self._drive.pause(_SILENCE_S)
         reached, code = self._drive.request(AlState.SAFEOP)
         expected = (AlState.SAFEOP | _ACKNOWLEDGE, AlStatus.WATCHDOG.number)
         if (reached, code) != expected:
             yield (
-                f"after {_WATCHDOG_S} s of silence: expected AL status 0x14 and code 0x001B,"
+                f"after {_SILENCE_S} s of silence: expected AL status 0x14 and code 0x001B,"
                 f" got 0x{reached:02X} and 0x{code:04X}"
             )
+        self._drive.watchdog(_PATIENT_S)
         yield from self._go(AlState.SAFEOP)
         self._cycle(0)
         if state_of(self._inputs[1]) is not PowerState.FAULT:

@@ -27,6 +27,8 @@ _COE, _REQUEST, _EMERGENCY, _ABORT = 3, 0x2000, 1, 0x80
 _FULL = 0x08
 _ERROR = 0x10
 _PATIENCE_S = 1.0
+_ANSWERS_WITHIN_S = 10.0
+"""On a real bus, whose master may have to wait for its processor."""
 
 
 class ReachError(Exception):
@@ -56,6 +58,10 @@ class DriveReach(Protocol):
 
     def exchange(self, outputs: bytes) -> bytes:
         """One cycle with these outputs; the inputs."""
+        ...
+
+    def watchdog(self, seconds: float) -> None:
+        """Set the process data watchdog, up to 6.5 s."""
         ...
 
     def pause(self, seconds: float) -> None:
@@ -90,6 +96,10 @@ class SegmentReach:
 
     def _put(self, offset: int, data: bytes) -> int:
         return self._send(Command.FPWR, self._station, offset, data).counter
+
+    def watchdog(self, seconds: float) -> None:
+        """Set the process data watchdog, in steps of 0.1 ms."""
+        self._put(0x0420, round(seconds * 1e4).to_bytes(2, "little"))
 
     def pause(self, seconds: float) -> None:
         """Let virtual time pass."""
@@ -236,7 +246,7 @@ class PysoemReach:
             self._master.config_map()
         self._slave.state = state
         self._slave.write_state()
-        end = time.monotonic() + 0.5
+        end = time.monotonic() + _ANSWERS_WITHIN_S
         while time.monotonic() < end:
             if state & 0x0F == AlState.OP:
                 self._master.send_processdata()
@@ -254,6 +264,10 @@ class PysoemReach:
         self._master.receive_processdata(10_000)
         time.sleep(self.cycle_s)
         return bytes(self._slave.input)
+
+    def watchdog(self, seconds: float) -> None:
+        """Set the process data watchdog."""
+        self._slave.set_watchdog("processdata", 1000.0 * seconds)
 
     def pause(self, seconds: float) -> None:
         """Send nothing for so long."""

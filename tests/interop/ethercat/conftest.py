@@ -15,8 +15,8 @@ import pytest
 
 HERE = Path(__file__).parent
 MASTER_END, SLAVE_END = "cable0", "cable1"
-READY_WITHIN = 90.0
-"""Seconds; compiled drives are translated when they are first used."""
+PATIENCE = 240.0
+"""Seconds that a process may take on a busy machine; compiled drives are translated first."""
 
 AS_ROOT = ["unshare", "--net"]
 AS_USER = ["unshare", "--map-root-user", "--net"]
@@ -62,7 +62,7 @@ class Bus:
             text=True,
         )
         assert self._holder.stdout is not None
-        ready, _, _ = select.select([self._holder.stdout], [], [], READY_WITHIN)
+        ready, _, _ = select.select([self._holder.stdout], [], [], PATIENCE)
         assert ready, "the slaves did not get ready"
         return self._holder.stdout.readline()
 
@@ -83,13 +83,13 @@ class Bus:
         """The capture is complete."""
         if self._recorder is not None:
             self._recorder.terminate()
-            self._recorder.communicate(timeout=30)
+            self._recorder.communicate(timeout=PATIENCE)
             self._recorder = None
 
-    def master(self, script: str, *arguments: object, timeout: float = 60) -> Any:
+    def master(self, script: str, *arguments: object) -> Any:
         """Run a script of masters/ and give what it found."""
         command = self._command(script, *arguments)
-        return json.loads(self.run(*self._prompt, *command, timeout=timeout).splitlines()[-1])
+        return json.loads(self.run(*self._prompt, *command).splitlines()[-1])
 
     @contextlib.contextmanager
     def beside(self, script: str, *arguments: object, ready: str) -> Iterator[dict[str, Any]]:
@@ -106,14 +106,14 @@ class Bus:
             assert master.stderr is not None
             assert master.stderr.readline() == f"{ready}\n"
             yield found
-            out, errors = master.communicate(timeout=60)
+            out, errors = master.communicate(timeout=PATIENCE)
         assert master.returncode == 0, errors + out
         found.update(json.loads(out.splitlines()[-1]))
 
-    def run(self, *command: object, timeout: float = 60) -> str:
+    def run(self, *command: object) -> str:
         """Run a command beside the slaves; what it printed."""
         finished = subprocess.run(
-            [*self._inside(), *map(str, command)], capture_output=True, text=True, timeout=timeout
+            [*self._inside(), *map(str, command)], capture_output=True, text=True, timeout=PATIENCE
         )
         assert finished.returncode == 0, finished.stderr + finished.stdout
         return finished.stdout
@@ -136,7 +136,7 @@ class Bus:
         if self._holder is not None:
             with self._holder:  # closes the pipe
                 self._holder.terminate()
-                assert self._holder.wait(timeout=10) == 0
+                assert self._holder.wait(timeout=PATIENCE) == 0
 
 
 @pytest.fixture(scope="session")

@@ -15,6 +15,9 @@ Scenario = Callable[[Any, Found], None]
 READY, SWITCHED_ON, ENABLED, DISABLED, FAULT = 0x21, 0x23, 0x27, 0x40, 0x08
 STATE, FAULT_STATE = 0x6F, 0x4F
 
+PATIENT, DEFAULT = 6500.0, 100.0
+"""Process data watchdogs, ms: this master may have to wait for its processor, and as it is."""
+
 
 class Bus:
     """A master whose drives all get the same outputs; `outputs` and `inputs` are their layouts.
@@ -46,6 +49,10 @@ class Bus:
         self.master.send_processdata()
         self.counters.add(self.master.receive_processdata(500_000))
 
+    def watchdog(self, milliseconds: float) -> None:
+        for drive in self.drives:
+            drive.set_watchdog("processdata", milliseconds)
+
     def inputs(self) -> list[tuple[int, ...]]:
         """Of each drive."""
         return [self._inputs.unpack(drive.input) for drive in self.drives]
@@ -61,6 +68,7 @@ class Bus:
 
     def go(self, state: int) -> int:
         """Ask for a state; the one reached. Outputs must have come before Op."""
+        self.watchdog(PATIENT)
         self.send()
         self.master.state = state
         self.master.write_state()

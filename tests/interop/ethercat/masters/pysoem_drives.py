@@ -9,6 +9,7 @@ from typing import Any
 
 import pysoem
 from pysoem_bus import (
+    DEFAULT,
     DISABLED,
     ENABLED,
     FAULT,
@@ -87,6 +88,7 @@ def move(master: Any, found: Found) -> None:
     for _ in range(CYCLES - RAMP - 50):
         bus.send()
     found["counters"] = sorted(bus.counters)
+    bus.watchdog(DEFAULT)
     time.sleep(0.15)
     master.read_state()
     found["silent"] = [[drive.state, drive.al_status] for drive in bus.drives]

@@ -31,6 +31,7 @@ def watch(master: Any, found: Found) -> None:
     master.state_check(pysoem.SAFEOP_STATE, 500_000)
     bus.put(0, CSP, 3000, 0, 0, 0)
     found["op"] = bus.go(pysoem.OP_STATE)
+    bus.watchdog(0)  # the commands take their time
     print("in Op", file=sys.stderr, flush=True)
     counters: list[int] = []
     alarms: set[int] = set()

@@ -6,6 +6,7 @@ import time
 from typing import Any
 
 import pysoem
+from pysoem_bus import DEFAULT, PATIENT
 
 
 def main() -> None:
@@ -24,6 +25,11 @@ def main() -> None:
 def exchange(master: Any) -> int:
     master.send_processdata()
     return master.receive_processdata(500_000)
+
+
+def watchdog(master: Any, milliseconds: float) -> None:
+    for slave in master.slaves:
+        slave.set_watchdog("processdata", milliseconds)
 
 
 def run(master: Any, found: dict[str, Any]) -> None:
@@ -56,6 +62,7 @@ def run(master: Any, found: dict[str, Any]) -> None:
     found["dc"] = master.config_dc()
     first.dc_sync(True, 1_000_000)
     found["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 5_000_000)
+    watchdog(master, PATIENT)
     exchange(master)
     master.state = pysoem.OP_STATE
     master.write_state()
@@ -73,9 +80,11 @@ def run(master: Any, found: dict[str, Any]) -> None:
         ).to_bytes(4, "little")
     found["counters"] = sorted(counters)
     found["echoes"] = echoes
+    watchdog(master, DEFAULT)
     time.sleep(0.15)
     master.read_state()
     found["silent"] = [[slave.state, slave.al_status] for slave in slaves]
+    watchdog(master, PATIENT)
     exchange(master)
     master.state = pysoem.SAFEOP_STATE | pysoem.STATE_ACK
     master.write_state()
