@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator
-from typing import cast
+from typing import Any, cast
 
 import pytest
 
@@ -162,8 +162,8 @@ async def test_of_many_that_stay_the_oldest_are_dropped(monkeypatch: pytest.Monk
 
 
 @contextlib.asynccontextmanager
-async def listening(max_connections: int) -> AsyncIterator[TcpListener]:
-    listener = TcpListener(Router(NetId("5.1.2.3.1.1")), max_connections=max_connections)
+async def listening(**settings: Any) -> AsyncIterator[TcpListener]:
+    listener = TcpListener(Router(NetId("5.1.2.3.1.1")), **settings)
     await listener.open(port=0)
     try:
         yield listener
@@ -225,3 +225,15 @@ async def test_a_listener_that_accepts_nobody_closes_at_once() -> None:
         listener.accepting = True
         async with client_of(listener) as streams:
             assert await code_of_answer(streams) == 0x6
+
+
+async def test_what_a_strict_listener_replaces_makes_room() -> None:
+    async with (
+        listening(max_connections=1, strict=True) as listener,
+        client_of(listener) as first,
+    ):
+        assert await code_of_answer(first) == 0x6
+        async with client_of(listener) as second:
+            assert await code_of_answer(second) == 0x6
+            assert await first[0].read() == b""
+        assert listener.refused == 0

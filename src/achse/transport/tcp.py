@@ -524,14 +524,18 @@ class TcpListener:
         if self._server is None:
             connection.abort()
             return
-        if not self.accepting or len(self.connections) >= self.max_connections:
+        replaced = [
+            other
+            for other in self.connections
+            if self.strict and other.peer_host == connection.peer_host and not other.registered
+        ]
+        full = len(self.connections) - len(replaced) >= self.max_connections
+        if full or not self.accepting:
             self._refuse(connection)
             return
-        if self.strict:
-            for other in list(self.connections):
-                if other.peer_host == connection.peer_host and not other.registered:
-                    other.warn("%s replaces it", connection.peer)
-                    other.close()
+        for other in replaced:
+            other.warn("%s replaces it", connection.peer)
+            other.close()
         self.connections.add(connection)
 
     def _refuse(self, connection: TcpConnection) -> None:
