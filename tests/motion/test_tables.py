@@ -121,6 +121,8 @@ def test_a_drive_takes_no_table_that_is_no_characteristic() -> None:
     [
         ([(0.0, 0.0)], {}, "1 rows, expected 2 or more"),
         ([(0.0, 0.0), (0.0, 1.0)], {}, "table 3: its places do not rise"),
+        ([(0.0, 0.0), (1e-10, 1.0)], {}, "table 3: its places do not rise"),
+        ([(0.0, 0.0), (1.0, 1e4)], {}, "table 3: its numbers are shares up to 1000"),
         (VALVE, {"drive_table_id": 4}, "no table 4, for axis 1"),
         (VALVE, {"simulation_table_id": 4}, "no table 4"),
     ],

@@ -111,6 +111,9 @@ def test_axes_may_come_and_go(tmp_path: Path) -> None:
         '{"nc": {"1": {"zeros": [NaN], "position": 0, "homed": 1}}}',
         '{"nc": {"1": {"zeros": [0], "position": "0", "homed": 1}}}',
         '{"nc": {"1": {"zeros": [0], "position": true, "homed": 1}}}',
+        '{"nc": {"1": {"zeros": [1e16], "position": 0, "homed": 1}}}',
+        '{"nc": {"1": {"zeros": [0], "position": 1' + 400 * "0" + ', "homed": 1}}}',
+        100_000 * "[",
         "\udcff",
     ],
 )

@@ -29,6 +29,10 @@ _NOT_CYCLIC = (TableSubType.EQUIDISTANT_LINEAR, TableSubType.MONOTONIC_LINEAR)
 _SUB_TYPES = {TableType.CHARACTERISTIC: _NOT_CYCLIC}
 """Sub-types that a kind of table may have."""
 
+_SHORTEST_STEP = 1e-9
+_LARGEST_SHARE = 1e3
+"""Between these bounds every curve is finite."""
+
 _EQUAL = 1e-9
 """Steps that differ by this part of themselves are equal."""
 
@@ -111,8 +115,11 @@ class Table:
         columns = self.column_count
         places = self.values[::columns]
         steps = [after - before for before, after in pairwise(places)]
-        if not all(0.0 < step < float("inf") for step in steps):
-            raise TableError(NcError.TABLE_NOT_MONOTONIC, f"{self!r}: its places do not rise")
+        if min(steps) < _SHORTEST_STEP:
+            raise TableError(
+                NcError.TABLE_NOT_MONOTONIC,
+                f"{self!r}: its places do not rise, by {_SHORTEST_STEP:g} at least",
+            )
         if self.table_sub_type == TableSubType.EQUIDISTANT_LINEAR:
             reach = _EQUAL * max(abs(places[0]), abs(places[-1]))
             if max(steps) - min(steps) > reach:
@@ -129,6 +136,11 @@ class Table:
                 NcError.TABLE_WRONG_KIND, f"{self!r} is for {self.table_main_type.name}"
             )
         points = self.points()
+        if max(abs(number) for point in points for number in point) > _LARGEST_SHARE:
+            raise TableError(
+                NcError.TABLE_PARAMETER,
+                f"{self!r}: its numbers are shares up to {_LARGEST_SHARE:g}",
+            )
         if interpolation == CharacteristicInterpolation.LINEAR:
             return linear(points)
         if len(points) < 3:
@@ -198,7 +210,7 @@ class Tables:
             parameters.name,
         )
         table.values = array("d", (value for point in parameters.points for value in point))
-        table.points()
+        table.curve()
         self.add(table)
 
     def delete(self, table_id: int) -> None:

@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Mapping
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,9 @@ from achse.station.config import ConfigError, StationConfig
 from achse.station.state_file import StateFile
 
 __all__ = ["PersistentData"]
+
+_FARTHEST = 1e15
+"""Beyond, positions are no longer exact."""
 
 log = logging.getLogger("achse.station")
 
@@ -43,7 +45,7 @@ class PersistentData:
                 self._remains = _parsed(document)
         except OSError as failure:
             log.warning("%s cannot be read, no axis knows its position: %s", path, failure.strerror)
-        except (ValueError, AttributeError, KeyError, TypeError) as fault:
+        except (ValueError, AttributeError, KeyError, TypeError, RecursionError) as fault:
             log.warning("%s is damaged, no axis knows its position: %s", path, _told(fault))
             self._damaged = True
 
@@ -86,8 +88,8 @@ def _parsed(document: Any) -> dict[int, Remains]:
 
 
 def _number(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
-        raise ValueError(f"expected a number, got {value!r}")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= _FARTHEST:
+        raise ValueError(f"expected a number up to {_FARTHEST:g}, got {value!r:.40}")
     return float(value)
 
 
