@@ -57,6 +57,22 @@ def test_what_differs_is_told(make_traffic: Callable[[], Any], refused: Any) -> 
     ]
 
 
+def test_types_that_one_client_asked_for_serve_both_recordings_from_their_start(
+    make_traffic: Callable[[], Any],
+) -> None:
+    first, second = make_traffic(), make_traffic()
+    one = session(first)
+    typed = session(second)
+    second.plc.exchange(0xF009, 0, 200, b"GVL.nInt\0")
+    told = second.captures()
+    rows = rows_of(first.station.devices)
+    assert list(differences(one, Recording([*typed.captures, *told]), rows)) == [
+        "+ 851 ask symbol entry by name GVL.nInt: INT"
+    ]
+    two = Recording([*session(second, value=7).captures, *told])
+    assert "! 851 read GVL.nInt: -16 → 7" in list(differences(one, two, rows))
+
+
 def test_errors_differ_from_values(make_traffic: Callable[[], Any], refused: Any) -> None:
     one, two = make_traffic(), make_traffic()
     two.station.faults.add("error", group=0x4020, port=851, code=0x705)

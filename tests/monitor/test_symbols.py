@@ -142,6 +142,15 @@ def test_a_place_without_a_type_has_a_name(known: KnownSymbols) -> None:
     assert known.at(GROUP, 400, 2) == ""  # the entry is known, and says more
 
 
+def test_types_from_another_device_fill_what_is_missing(known: KnownSymbols) -> None:
+    other = KnownSymbols()
+    other.learn_symbol(SymbolEntry.of("GVL.nInt", LREAL, GROUP, 8))
+    other.complete(known)
+    assert type_name(other, "GVL.nInt") == "LREAL"
+    assert type_name(other, "GVL.stPair.aY[1,1]") == "INT"
+    assert other.at(GROUP, 104, PAIR.size) == ""  # there it may lie elsewhere
+
+
 def test_with_another_version_all_is_forgotten_but_not_with_the_first(known: KnownSymbols) -> None:
     known.is_whole = True
     for version in (b"\1", b"\1"):

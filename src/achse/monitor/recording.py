@@ -192,9 +192,15 @@ def differences(
 
     Compared are, by device and by what was asked for, the values and errors in their order; how
     often the last of them was repeated does not count, and neither do times. `rows` name the
-    services, see `Names`.
+    services, see `Names`; types that only one of the clients asked for serve both.
     """
-    before, after = (_answers(recording, Names(rows or {})) for recording in (first, second))
+    one_names, two_names = (_learned(recording, rows or {}) for recording in (first, second))
+    for port in {*first.devices, *second.devices}:
+        one_knows = one_names.learn(AmsAddress.of(first.net_id, port))
+        two_knows = two_names.learn(AmsAddress.of(second.net_id, port))
+        one_knows.complete(two_knows)
+        two_knows.complete(one_knows)
+    before, after = _answers(first, one_names), _answers(second, two_names)
     for what in sorted({*before, *after}):
         one, two = before.get(what), after.get(what)
         if one == two:
@@ -215,13 +221,19 @@ def _shown(values: list[str]) -> str:
     return ", ".join(values[:_MOST_SHOWN]) + more
 
 
+def _learned(recording: Recording, rows: Mapping[int, Sequence[RowFacts]]) -> Names:
+    """All that the recording tells of symbols, so that it counts from the start."""
+    names = Names(rows)
+    decoder = Decoder(names)
+    for capture in recording.captures:
+        for _ in decoder.see(capture):
+            pass
+    return names
+
+
 def _answers(recording: Recording, names: Names) -> dict[tuple[int, str], list[str]]:
     """By AMS port and text of what was asked: the distinct values in a row."""
     found: dict[tuple[int, str], list[str]] = {}
-    learning = Decoder(names)
-    for capture in recording.captures:  # types that are told later count from the start
-        for _ in learning.see(capture):
-            pass
     decoder = Decoder(names)
     for capture in recording.captures:
         for exchange in decoder.see(capture):

@@ -8,6 +8,7 @@ import struct
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 from achse.iec import IecDecodeError, IecError, IecType, resolved
@@ -121,6 +122,13 @@ class KnownSymbols:
         else:
             for entry in self._decoded(SymbolEntry, data):
                 self.learn_symbol(entry)
+
+    def complete(self, other: "KnownSymbols") -> None:
+        """Take types from another device with the same program where none are known."""
+        for key, entry in other._entries.items():
+            if key not in self._entries:
+                self.learn_symbol(replace(entry, index_group=0, index_offset=0))
+        self.learn_types(entry for entry in other._types if entry.name not in self._types)
 
     def learn_version(self, data: bytes) -> None:
         """The symbol version (0xF008): with another one, all that was known is out of date."""
