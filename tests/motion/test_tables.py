@@ -239,3 +239,15 @@ def test_another_control_loop_brings_its_own_table() -> None:
     assert (axis.drive_table_id, axis.curve_count) == (3, len(VALVE))
     nc.tables.interpolate(axis, 2)
     assert travel(nc, 100.0).drive_output_percent_nonlinear == pytest.approx(50.0, abs=0.05)
+
+
+def test_a_drive_whose_loop_is_open_has_no_output() -> None:
+    """Whatever a characteristic with a jump at 0, and an offset, would make of it."""
+    jump = [(-1.0, -1.0), (-1e-6, -0.2), (1e-6, 0.4), (1.0, 1.0)]
+    nc = build(points=jump, drive_table_id=3, drive_output_offset=0.01)
+    axis = nc.axis(1)
+    assert axis.drive_output_percent_nonlinear != 0.0
+    axis.control_dword = 0
+    nc.cycle(500)
+    assert (axis.loop_closed, axis.drive_output_percent_nonlinear) == (0, 0.0)
+    assert axis.plant_velocity == 0.0

@@ -217,21 +217,26 @@ def characteristic(ax: AxisFields, share: float) -> float:
 def drive_command(ax: AxisFields, pieces: Sequence[Piece]) -> float:
     """Velocity that the drive's output means, which goes through its characteristic.
 
-    The valve of the simulated drive is the inverse of that, or has a curve of its own.
+    The valve of the simulated drive is the inverse of that, or has a curve of its own. While the
+    loop is open there is no output, whatever characteristic and offset make of 0.
     """
     if ax.drive_special == 0:
         return ax.drive_output
     full = ax.drive_full
-    share = ax.drive_output / full
-    if ax.curve_count > 0:
-        share = value_at(pieces, ax.curve_first, ax.curve_count, share)
-    elif ax.drive_type == _NONLINEAR:
-        share = characteristic(ax, share)
-    share += ax.drive_output_offset
+    command = 0.0
+    share = 0.0
+    if ax.loop_closed:
+        command = ax.drive_output + ax.drive_output_offset * full
+        share = ax.drive_output / full
+        if ax.curve_count > 0:
+            share = value_at(pieces, ax.curve_first, ax.curve_count, share)
+        elif ax.drive_type == _NONLINEAR:
+            share = characteristic(ax, share)
+        share += ax.drive_output_offset
     ax.drive_output_percent_nonlinear = 100.0 * share
     if ax.valve_count > 0:
         return full * value_at(pieces, ax.valve_first, ax.valve_count, share)
-    return ax.drive_output + ax.drive_output_offset * full
+    return command
 
 
 def _within_limits(ax: AxisFields, velocity: float, moved: float, dt: float) -> float:
