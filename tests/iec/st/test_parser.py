@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from achse.iec.st import tree
 from achse.iec.st.cursor import MOST_FAULTS
+from achse.iec.st.lexer import scan
 from achse.iec.st.parser import parse, parse_expression, parse_statements
 from achse.iec.st.printer import print_units
 from achse.iec.st.source import SourceError
@@ -229,3 +230,91 @@ def test_damaged_sources_give_units_or_faults() -> None:
 def test_nothing_takes_long(unit: str) -> None:
     parse(unit * 20_000)
     parse("PROGRAM P " + unit * 20_000)
+
+
+SOUND = """\
+TYPE E : (A, B := 5) UINT; END_TYPE
+TYPE S : STRUCT a : INT := 5; b : ARRAY[0..3] OF BOOL; END_STRUCT END_TYPE
+FUNCTION_BLOCK F EXTENDS G IMPLEMENTS I
+VAR_INPUT a : INT; END_VAR
+VAR b : S := (a := 5, b := [1, 2]); END_VAR
+METHOD M : INT
+VAR_INPUT x : INT; END_VAR
+M := x + 1;
+END_METHOD
+PROPERTY P : INT
+GET
+P := 5;
+END_GET
+SET
+a := P;
+END_SET
+END_PROPERTY
+ACTION Act:
+a := 5;
+END_ACTION
+CASE a OF 1: b(); 2, 3: c := 5; ELSE d(); END_CASE
+FOR i := 1 TO 5 BY 2 DO IF a THEN b(); ELSIF c THEN d(); ELSE e(); END_IF END_FOR
+WHILE a DO b(); END_WHILE
+REPEAT b(); UNTIL c END_REPEAT
+__TRY b(); __CATCH(x) c(); __FINALLY d(); __ENDTRY
+END_FUNCTION_BLOCK
+PROGRAM Last VAR z : INT; END_VAR z := z + 1; END_PROGRAM
+"""
+
+
+def test_a_token_too_few_or_too_many_is_one_fault() -> None:
+    assert parse(SOUND).faults == ()
+    counts = []
+    tokens = scan(SOUND)
+    for at, word in zip(tokens.starts, tokens.words, strict=True):
+        before, after = SOUND[:at], SOUND[at + len(word) :]
+        for text in (" " * len(word), f"{word} {word}", f" ) {word}"):
+            parsed = parse(before + text + after)
+            counts.append(len(parsed.faults))
+            if word not in ("PROGRAM", "Last", "") and parsed.faults:
+                assert parsed.units[-1].name == "Last", parsed.faults
+    assert max(counts) <= 6
+    assert sum(count <= 1 for count in counts) > 0.9 * len(counts)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        ("CASE a OF 1: b(); 2..", ": c(); ELSE d(); END_CASE", "an expression, got ':'"),
+        ("CASE a OF 1 ", "b(); 2: c(); END_CASE", "',' or ':' after the label, got 'b'"),
+        ("REPEAT b(); UNTIL ", "END_REPEAT", "an expression, got 'END_REPEAT'"),
+        ("REPEAT b(); ", "END_REPEAT", "UNTIL, got 'END_REPEAT'"),
+    ],
+)
+def test_a_fault_inside_a_block_leaves_its_end_alone(before: str, after: str, message: str) -> None:
+    (fault,) = parse(f"PROGRAM P {before}{after} END_PROGRAM").faults
+    assert fault.message == f"expected {message}"
+    assert fault.location.column == len(f"PROGRAM P {before}") + 1
+
+
+def test_an_end_that_is_missing_is_missing_once() -> None:
+    text = """FUNCTION_BLOCK F
+METHOD M
+PROPERTY P : INT
+GET
+P := 5;
+END_PROPERTY
+END_FUNCTION_BLOCK
+PROGRAM Last END_PROGRAM"""
+    parsed = parse(text)
+    assert [(f.location.line, f.message) for f in parsed.faults] == [
+        (2, "expected END_METHOD, got 'PROPERTY'"),
+        (5, "expected END_GET, got 'END_PROPERTY'"),
+    ]
+    assert [unit.name for unit in parsed.units] == ["F", "Last"]
+
+
+def test_after_a_head_at_fault_variables_are_no_further_faults() -> None:
+    text = """FUNCTION_BLOCK F G EXTENDS H
+VAR_INPUT a : INT; END_VAR
+VAR b : INT; END_VAR
+END_FUNCTION_BLOCK"""
+    assert [f.location.line for f in parse(text).faults] == [1]
+    late = "PROGRAM P a(); VAR b : INT; END_VAR VAR c : INT; END_VAR END_PROGRAM"
+    assert [f.message for f in parse(late).faults] == ["expected END_PROGRAM, got 'VAR'"]

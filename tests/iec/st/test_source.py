@@ -41,3 +41,9 @@ def test_faults_come_in_order_and_not_without_end() -> None:
     assert error.faults[0].message == "first"
     assert [fault.location.line for fault in error.faults[1:]] == list(range(1, 51))
     assert str(error).endswith("… and 31 more")
+
+
+def test_the_caret_stands_under_wide_signs_too() -> None:
+    source = Source("x : 日本e\u0301 INT;")
+    fault = source.fault(source.text.index("INT"), "here")
+    assert str(fault).splitlines()[2] == "    " + " " * (4 + 4 + 1 + 1) + "^"

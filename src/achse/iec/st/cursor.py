@@ -47,6 +47,11 @@ class Cursor:
         found = sorted(self._faults.items())[:MOST_FAULTS]
         return [self.source.fault(at, message) for at, message in found]
 
+    @property
+    def fault_count(self) -> int:
+        """How many faults there are so far."""
+        return len(self._faults)
+
     # what comes next -----------------------------------------------------------------------
 
     @property

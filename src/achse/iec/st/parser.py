@@ -32,7 +32,7 @@ from achse.iec.st.units import (
     Property,
     Unit,
 )
-from achse.iec.st.words import ACCESS
+from achse.iec.st.words import ACCESS, SECTIONS
 
 __all__ = ["Parsed", "Parser", "parse", "parse_expression", "parse_statements"]
 
@@ -41,6 +41,14 @@ P = TypeVar("P")
 _UNIT_WORDS = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM", "INTERFACE", "TYPE", "VAR_GLOBAL")
 _GLOBAL_SECTIONS = ("VAR_GLOBAL", "VAR_CONFIG", "VAR_EXTERNAL")
 _PART_WORDS = ("METHOD", "PROPERTY", "ACTION")
+_UNITS_WITH_PARTS = ("END_FUNCTION_BLOCK", "END_PROGRAM", "END_INTERFACE")
+_AROUND = {
+    "END_METHOD": _UNITS_WITH_PARTS,
+    "END_ACTION": _UNITS_WITH_PARTS,
+    "END_GET": ("END_PROPERTY", *_UNITS_WITH_PARTS),
+    "END_SET": ("END_PROPERTY", *_UNITS_WITH_PARTS),
+}
+"""The ends of what a body is in, which end it if its own end is missing."""
 _AFTER_BODY = frozenset((END, *_UNIT_WORDS))
 
 
@@ -248,6 +256,7 @@ class Parser(DeclarationParser):
         """Methods, properties, actions and statements in any order, up to `end`."""
         parts: list[Part] = []
         body: Statements = ()
+        known = self.fault_count
         while True:
             parts += self._parts()
             body += self.statements()
@@ -256,22 +265,33 @@ class Parser(DeclarationParser):
                 continue
             if kind == end or kind in _AFTER_BODY:
                 break
-            self.report(self.unexpected(end))
-            self.position += 1
+            self._pass_over(end, known)
         self._end(end)
         return tuple(parts), body
 
     def _body_up_to(self, end: str) -> Statements:
         body: Statements = ()
+        around = _AROUND.get(end, ())
+        known = self.fault_count
         while True:
             body += self.statements()
             kind = self.kinds[self.position]
-            if kind == end or kind in _AFTER_BODY or kind in _PART_WORDS:
+            if kind == end or kind in _AFTER_BODY or kind in _PART_WORDS or kind in around:
                 break
-            self.report(self.unexpected(end))
-            self.position += 1
+            self._pass_over(end, known)
         self._end(end)
         return body
+
+    def _pass_over(self, end: str, known: int) -> None:
+        """Go past what stands in no body. Variables are there if the head before them is at fault,
+        which makes more faults than the `known` ones and is told."""
+        if self.kinds[self.position] not in SECTIONS:
+            self.report(self.unexpected(end))
+            self.position += 1
+            return
+        if self.fault_count == known:
+            self.report(self.unexpected(end))
+        self.var_blocks()
 
     def _end(self, end: str, expected: str = "") -> None:
         if self.take(end):

@@ -4,6 +4,7 @@ from bisect import bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
+from unicodedata import combining, east_asian_width
 
 from achse.iec.errors import DeclarationError
 
@@ -37,10 +38,17 @@ class Fault:
         head = f"{self.location}: {self.message}"
         if not self.text:
             return head
-        # A tab stays a tab, so that the caret stands under its column in any terminal.
-        before = self.text[: self.location.column - 1]
-        indent = "".join("\t" if sign == "\t" else " " for sign in before)
+        indent = "".join(map(_blank, self.text[: self.location.column - 1]))
         return f"{head}\n    {self.text}\n    {indent}^"
+
+
+def _blank(sign: str) -> str:
+    """What is as wide as a sign, so that the caret stands under its column in any terminal."""
+    if sign == "\t":
+        return sign
+    if combining(sign):
+        return ""
+    return "  " if east_asian_width(sign) in "WF" else " "
 
 
 class SourceError(DeclarationError):

@@ -40,6 +40,7 @@ _ENDS = BLOCK_WORDS | INNER_ENDS | {"END_STRUCT", "END_UNION", END}
 _RESUME = STATEMENT_WORDS | INNER_ENDS
 _HEAD_ENDS = _ENDS | _RESUME | {";", "THEN", "DO", "OF"}
 _NO_LABEL = _ENDS | STATEMENT_WORDS | {";"}
+_LABEL_ENDS = _ENDS | STATEMENT_WORDS | {":", ";"}
 _LABELS = frozenset((":", ",", "..", ":="))
 _OPENING = frozenset("([")
 _CLOSING = frozenset(")]")
@@ -186,14 +187,29 @@ class StatementParser(ExpressionParser):
             if kind == ";":
                 self.position += 1
                 continue
+            labels = self._labels()
+            choices.append(Choice(labels, self._body(in_case=True), place))
+        otherwise = self._body() if self.take("ELSE") else ()
+        self._close("END_CASE")
+        return Case(selector, tuple(choices), otherwise, at)
+
+    def _labels(self) -> tuple[Expression | Range, ...]:
+        """What stands before the colon. If that is at fault the choice is still read."""
+        depth, start = self.depth, self.position
+        try:
             labels = [self._label()]
             while self.take(","):
                 labels.append(self._label())
             self.expect(":", "',' or ':' after the label")
-            choices.append(Choice(tuple(labels), self._body(in_case=True), place))
-        otherwise = self._body() if self.take("ELSE") else ()
-        self._close("END_CASE")
-        return Case(selector, tuple(choices), otherwise, at)
+        except Unexpected as fault:
+            self.report(fault)
+            self.depth = depth
+            while self.kinds[self.position] not in _LABEL_ENDS:
+                self.position += 1
+            if not self.take(":"):
+                self.take(";")
+            return (Name("", self.starts[start]),)
+        return tuple(labels)
 
     def _label(self) -> Expression | Range:
         label = self.reference()
@@ -231,9 +247,19 @@ class StatementParser(ExpressionParser):
     def _repeat(self) -> RepeatUntil:
         at = self.expect("REPEAT")
         body = self._body()
-        self.expect("UNTIL", "UNTIL")
-        condition = self.expression()
-        self.take(";")
+        depth = self.depth
+        condition: Expression = Name("", at)
+        try:
+            self.expect("UNTIL", "UNTIL")
+            condition = self.expression()
+            self.take(";")
+        except Unexpected as fault:
+            self.report(fault)
+            self.depth = depth
+            while self.kinds[self.position] not in _ENDS:
+                self.position += 1
+            self.take("END_REPEAT")
+            return RepeatUntil(body, condition, at)
         self._close("END_REPEAT")
         return RepeatUntil(body, condition, at)
 
