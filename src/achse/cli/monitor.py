@@ -55,10 +55,9 @@ def monitor(
         list[str] | None,
         typer.Option(
             metavar="NETID[:PORT]",
-            help="With --via: before clients come in, fetch the symbols and types of this device"
-            " (port 851 unless given) over a connection of our own, so that all values have"
-            " names and types. Without it the tap asks the target nothing and learns from what"
-            " clients ask.",
+            help="With --via: fetch symbols and types of this device (port 851 unless given)"
+            " before clients come in, over a connection of our own. Without it the tap asks the"
+            " target nothing and learns from what clients ask.",
             show_default=False,
         ),
     ] = None,

@@ -22,7 +22,7 @@ from achse.iec.typetable import TypeTable
 
 __all__ = ["KnownSymbols"]
 
-_MOST = 1 << 20
+_MOST = 1 << 18
 """Names that are kept, and handles; the oldest is forgotten."""
 
 _NESTED = 64
