@@ -10,36 +10,46 @@ from typer.testing import CliRunner
 from achse.cli.app import app
 from achse.drive.compiled import KERNEL as DRIVE
 from achse.kernel.compiled import Kernel
+from achse.kernel.sampling import KERNEL as SAMPLING
 from achse.motion.compiled import KERNEL as MOTION
+
+MODULES = {
+    "achse.motion.compiled": MOTION,
+    "achse.drive.compiled": DRIVE,
+    "achse.kernel.sampling": SAMPLING,
+}
 
 
 @pytest.fixture
 def fresh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache, and nothing loaded yet."""
     monkeypatch.setenv("ACHSE_CACHE_DIR", str(tmp_path))
-    for room, kernel in (("motion", MOTION), ("drive", DRIVE)):
+    for module, kernel in MODULES.items():
         again = Kernel(kernel.name, kernel.plain, kernel.layouts)
-        monkeypatch.setattr(f"achse.{room}.compiled.KERNEL", again)
+        monkeypatch.setattr(f"{module}.KERNEL", again)
     return tmp_path
 
 
 def test_it_compiles_once_and_says_so(fresh: Path) -> None:
     done = CliRunner().invoke(app, ["warmup"])
     assert done.exit_code == 0, done.output
-    first, second = done.stdout.splitlines()
+    first, second, third = done.stdout.splitlines()
     assert first.startswith("motion kernel: compiled, ")
     assert second.startswith("drive kernel: compiled, ")
-    assert sorted(path.name.split("-")[0] for path in fresh.iterdir()) == ["drive", "motion"]
+    assert third.startswith("sampling kernel: compiled, ")
+    names = sorted(path.name.split("-")[0] for path in fresh.iterdir())
+    assert names == ["drive", "motion", "sampling"]
 
 
 def test_it_finds_what_is_compiled_already(fresh: Path) -> None:
-    for kernel in (MOTION, DRIVE):
+    for kernel in MODULES.values():
         _ = Kernel(kernel.name, kernel.plain, kernel.layouts).function
     done = CliRunner().invoke(app, ["warmup", "--json"])
     facts = [json.loads(line) for line in done.stdout.splitlines()]
     assert [(each["kernel"], each["compiled"]) for each in facts] == [
         ("motion", False),
         ("drive", False),
+        ("sampling", False),
     ]
     assert all(Path(each["path"]).exists() and each["seconds"] < 1.0 for each in facts)
 

@@ -16,19 +16,20 @@ def register(app: typer.Typer) -> None:
 
 
 def warmup(json: Json = False) -> None:
-    """Compile the kernels of axes and drives for this machine, with the extra `fast`.
+    """Compile the kernels of axes, drives and samples for this machine, with the extra `fast`.
 
     Their machine code is kept in the user's cache, or where ACHSE_CACHE_DIR says. Without this
     command the first start that needs it compiles.
     """
     from achse.drive.compiled import KERNEL as DRIVE
     from achse.kernel.compiled import compiler_installed
+    from achse.kernel.sampling import KERNEL as SAMPLING
     from achse.motion.compiled import KERNEL as MOTION
 
     if not compiler_installed():
         print("nothing to compile without llvmlite: pip install 'achse[fast]'")
         raise typer.Exit(1)
-    for kernel in (MOTION, DRIVE):
+    for kernel in (MOTION, DRIVE, SAMPLING):
         begin = time.perf_counter()
         cached = kernel.cached
         _ = kernel.function

@@ -9,6 +9,7 @@ from typing import Any
 from achse.kernel.instructions import Instructions, Unit, real_constant
 from achse.kernel.kinds import (
     BOOL,
+    BYTE,
     INT,
     NOTHING,
     REAL,
@@ -202,7 +203,8 @@ class Expressions(Instructions):
             index = self.emit(f"select i1 {below}, i64 {from_end}, i64 {index}")
         if isinstance(row.kind.of, Record):
             index = self.emit(f"mul i64 {index}, {row.kind.of.layout.words}")
-        return Value(row.kind.of, (self.emit(f"getelementptr i64, ptr {address}, i64 {index}"),))
+        step = "i8" if row.kind.of == BYTE else "i64"
+        return Value(row.kind.of, (self.emit(f"getelementptr {step}, ptr {address}, i64 {index}"),))
 
     # -- numbers -----------------------------------------------------------------------------
 

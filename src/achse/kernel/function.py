@@ -6,6 +6,7 @@ from types import FunctionType
 from achse.kernel.expressions import Expressions
 from achse.kernel.instructions import Signature, Unit
 from achse.kernel.kinds import (
+    BYTE,
     INT,
     NOTHING,
     Kind,
@@ -130,6 +131,9 @@ class Body(Expressions):
     def put(self, value: Value, place: Value, node: ast.AST) -> None:
         if not isinstance(place.kind, Scalar):
             raise self.refusal(node, "only numbers can be stored in a record")
+        if place.kind == BYTE:
+            (word,) = self.convert(value, INT, node).operands
+            value = Value(BYTE, (self.emit(f"trunc i64 {word} to i8"),))
         self.store(self.convert(value, place.kind, node), place)
 
     def assign_name(self, name: str, value: Value, node: ast.AST) -> None:

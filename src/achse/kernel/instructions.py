@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 from achse.kernel.kinds import (
     BOOL,
+    BYTE,
     INT,
     REAL,
     Kind,
@@ -122,6 +123,9 @@ class Instructions:
         return Value(kind, tuple(addresses))
 
     def load(self, slot: Value) -> Value:
+        if slot.kind == BYTE:
+            byte = self.emit(f"load i8, ptr {slot.operands[0]}")
+            return Value(INT, (self.emit(f"zext i8 {byte} to i64"),))
         machines = machine_types(slot.kind)
         return Value(
             slot.kind,

@@ -7,6 +7,7 @@ from achse.kernel.declare import Layout
 
 __all__ = [
     "BOOL",
+    "BYTE",
     "INT",
     "NOTHING",
     "REAL",
@@ -55,6 +56,9 @@ Kind: TypeAlias = Scalar | Record | Row | Several
 BOOL = Scalar("i1", 0)
 INT = Scalar("i64", 1)
 REAL = Scalar("double", 2)
+BYTE = Scalar("i8", 1)
+"""An element of a `bytearray`, loaded as INT and stored from one."""
+
 NOTHING = Several(())
 
 

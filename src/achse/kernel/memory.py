@@ -35,9 +35,10 @@ class Rows:
 class RowView:
     """One record in memory: `reals` and `wholes` are its words, as floats and as integers."""
 
-    __slots__ = ("_first", "_memory", "reals", "row", "wholes")
+    __slots__ = ("_address", "_first", "_memory", "reals", "row", "wholes")
 
     def __init__(self, rows: Rows, index: int) -> None:
+        self._address = rows.address
         self._memory = rows.memory
         self._first = rows.size * index
         self.row = rows.row(index)
@@ -48,7 +49,8 @@ class RowView:
         """Where the first `size` bytes of a field lie, the lowest first; None on other machines."""
         if sys.byteorder != "little":
             return None
-        return Place(self._memory, self._first + 8 * slot.offset, size)
+        offset = self._first + 8 * slot.offset
+        return Place(self._memory, offset, size, self._address + offset)
 
 
 Spot = tuple[int, int, int]
@@ -56,11 +58,17 @@ Spot = tuple[int, int, int]
 
 
 class Place:
-    """Where a value lies: `size` bytes at `offset` of `memory`; called, it reads them."""
+    """Where a value lies: `size` bytes at `offset` of `memory`; called, it reads them.
 
-    __slots__ = ("_take", "memory", "offset", "size", "spot")
+    `address` is that of a value which begins a word of memory that stays where it is, else 0.
+    """
 
-    def __init__(self, memory: bytearray | memoryview, offset: int, size: int) -> None:
+    __slots__ = ("_take", "address", "memory", "offset", "size", "spot")
+
+    def __init__(
+        self, memory: bytearray | memoryview, offset: int, size: int, address: int = 0
+    ) -> None:
+        self.address = address
         self.memory = memory
         self.offset = offset
         self.size = size

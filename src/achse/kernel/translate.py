@@ -5,12 +5,12 @@ one of them and takes in whatever it calls. What a function refers to beyond its
 tuples of numbers, enumerations, functions) is looked up in its module as it is now.
 
 The language: assignments, also to several names; `if`, `while`, `for … in range(…)`, `break`,
-`continue`, `return`; numbers, comparisons, `and`, `or`, `not`, `in` a tuple; fields and elements;
-`abs`, `min`, `max`, `len`, `int`, `float`, `bool`, `round` and most of `math`. Anything else is a
-`TranslationError`. Float arithmetic is that of IEEE 754 and of the C library, operation by
-operation as Python does it, so that results are bit-identical; whole numbers have 64 bits. What
-raises in Python (a division by 0, an index beyond the end, the root of a negative number) is a
-fault of the kernel, which machine code does not look for.
+`continue`, `return`; numbers, comparisons, `and`, `or`, `not`, `in` a tuple; fields, elements of
+sequences and of a `bytearray`; `abs`, `min`, `max`, `len`, `int`, `float`, `bool`, `round` and most
+of `math`. Anything else is a `TranslationError`. Float arithmetic is that of IEEE 754 and of the C
+library, operation by operation as Python does it, so that results are bit-identical; whole numbers
+have 64 bits. What raises in Python (a division by 0, an index beyond the end, the root of a negative
+number) is a fault of the kernel, which machine code does not look for.
 """
 
 import ast
@@ -29,6 +29,7 @@ from achse.kernel.function import Body
 from achse.kernel.instructions import OURS, TranslationError
 from achse.kernel.kinds import (
     BOOL,
+    BYTE,
     INT,
     NOTHING,
     REAL,
@@ -182,6 +183,8 @@ def _kind(annotation: Any, function: FunctionType, layouts: Mapping[type, Layout
     for plain, kind in ((float, REAL), (int, INT), (bool, BOOL), (None, NOTHING)):
         if annotation is plain:
             return kind
+    if annotation is bytearray:
+        return Row(BYTE)
     if isinstance(annotation, type):
         if annotation in layouts:
             return Record(layouts[annotation])

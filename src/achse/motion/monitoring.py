@@ -375,7 +375,8 @@ def operation_mode(ax: AxisFields) -> int:
 
 
 def show_state(ax: AxisFields) -> None:
-    """Status double word, motion state, modulo set position."""
+    """Status double word, motion state, override in force, modulo set position."""
+    ax.set_velocity_override = ax.velocity_override / 1e6
     phase = ax.set_motion_phase
     v = ax.set_velocity
     state = _PTP

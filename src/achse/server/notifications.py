@@ -321,7 +321,7 @@ class Notifications:
     # sampling and sending --------------------------------------------------------------------
 
     def _open_batch(self, batch: Batch) -> None:
-        if not batch.parts:
+        if not batch.count:
             self._open.append(batch)
             self.due_ns = 0
 
@@ -331,7 +331,7 @@ class Notifications:
         for subscription in fresh:
             if self._subscriptions.get(subscription.handle) is subscription:
                 self._open_batch(subscription.batch)
-                subscription.batch.parts += (subscription.header, subscription.last or b"")
+                subscription.batch.take(subscription.header, subscription.last or b"")
         now = self._clock()
         self._send(now, self._on_grid(self._task_cycle(0)))
         self._look_ahead()
@@ -351,12 +351,10 @@ class Notifications:
                 batch = beat.batch
                 if batch.channel.away and not self._is_back(batch.channel):
                     continue
-                if batch.parts:
-                    beat.sample()
-                else:
-                    beat.sample()
-                    if batch.parts:
-                        self._open.append(batch)
+                before = batch.count
+                beat.sample()
+                if batch.count and not before:
+                    self._open.append(batch)
         if self._open or self._waiting or (self._deadlines and self._deadlines[0][0] <= now):
             self._send(now, now)
         self._look_ahead()
@@ -376,7 +374,7 @@ class Notifications:
             frame_bytes = self.limits.frame_bytes
             for batch in self._open:
                 if not batch.subscriptions:  # ended since
-                    batch.parts.clear()
+                    batch.clear()
                     continue
                 before = batch.size
                 batch.close_stamp(filetime, frame_bytes)

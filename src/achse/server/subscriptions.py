@@ -18,6 +18,7 @@ from typing import Any
 
 from achse.ams import AmsAddress, Command, DeviceError, Endpoint, Frame
 from achse.kernel.memory import Place, gather
+from achse.kernel.sampling import Sampler, is_fixed
 from achse.server.table import Reader
 
 __all__ = ["Batch", "Beat", "Channel", "Pulse", "Series", "Subscription", "hint"]
@@ -172,7 +173,8 @@ class Batch:
     """Samples of one channel with one largest delay, gathered until it has passed."""
 
     __slots__ = (
-        "beats", "channel", "deadline", "max_delay", "parts", "size", "stamps", "subscriptions",
+        "beats", "channel", "count", "deadline", "max_delay", "parts", "size", "stamps",
+        "subscriptions",
     )  # fmt: skip
 
     def __init__(self, channel: Channel, max_delay: int) -> None:
@@ -180,27 +182,37 @@ class Batch:
         self.max_delay = max_delay
         self.subscriptions = 0
         self.beats: dict[tuple[int, int], Beat] = {}
+        self.count = 0
+        """Samples of this moment, whose bytes are `parts`: header and data of each."""
         self.parts: list[bytes] = []
-        """The stamp of this moment: headers and data in turn."""
         self.stamps: list[tuple[int, bytes]] = []
         self.size = 0
         self.deadline: int | None = None
 
+    def take(self, header: bytes, data: bytes) -> None:
+        """Add a sample to the stamp of this moment."""
+        self.count += 1
+        self.parts += (header, data)
+
+    def clear(self) -> None:
+        """Forget the samples of this moment."""
+        self.count = 0
+        self.parts.clear()
+
     def close_stamp(self, filetime: int, size: int) -> None:
         """Make the samples of this moment a stamp, or several if it exceeds `size` bytes."""
-        parts = self.parts
-        body = b"".join(parts)
-        if len(body) <= size or len(parts) == 2:
-            self._append(filetime, len(parts) // 2, body)
-        else:
-            start = filled = 0
-            for i in range(0, len(parts), 2):
-                if filled > size:
-                    self._append(filetime, (i - start) // 2, b"".join(parts[start:i]))
-                    start, filled = i, 0
-                filled += 8 + len(parts[i + 1])
-            self._append(filetime, (len(parts) - start) // 2, b"".join(parts[start:]))
-        parts.clear()
+        body = b"".join(self.parts)
+        count = end = 0
+        while len(body) > size and count < self.count:
+            count += 1
+            end += _SAMPLE.size + _SAMPLE.unpack_from(body, end)[1]
+            if end > size and count < self.count:
+                self._append(filetime, count, body[:end])
+                body = body[end:]
+                self.count -= count
+                count = end = 0
+        self._append(filetime, self.count, body)
+        self.clear()
 
     def _append(self, filetime: int, count: int, body: bytes) -> None:
         stamp = _STAMP.pack(filetime, count) + body
@@ -224,55 +236,93 @@ class Batch:
 class Series:
     """Subscriptions that are sampled in one go, in the order in which they came.
 
-    Once they stay the same, all values that lie in memory are taken at once, see `gather`.
+    Once they stay the same, all values that lie in memory are taken at once, see `gather`; those
+    at fixed addresses of which the changed are sent by machine code, see `Sampler`.
     """
 
-    __slots__ = ("_headers", "_last", "_members", "_on_change", "_take", "subscriptions")
+    __slots__ = (
+        "_headers", "_last", "_members", "_on_change", "_sample", "_sampler", "_take",
+        "subscriptions",
+    )  # fmt: skip
 
     def __init__(self, on_change: bool) -> None:
         self.subscriptions: dict[int, Subscription] = {}
         self._on_change = on_change
         self._members: tuple[Subscription, ...] = ()
-        """Whose values `_take` gives and `_last` holds."""
+        """Of whom `_last` holds the values."""
         self._headers: tuple[bytes, ...] = ()
-        self._take: Callable[[], tuple[Any, ...]] = self._begin
         self._last: tuple[bytes | None, ...] = ()
+        self._take: Callable[[], tuple[Any, ...]]
+        self._sampler: Sampler | None = None
+        """Has the last values, if there is one."""
+        self._sample = self._begin
 
     def add(self, subscription: Subscription) -> None:
         self.subscriptions[subscription.handle] = subscription
-        self._take = self._begin
+        self._sample = self._begin
 
     def discard(self, subscription: Subscription) -> None:
         if self.subscriptions.pop(subscription.handle, None) is not None:
-            self._take = self._begin
+            self._sample = self._begin
 
-    def _begin(self) -> tuple[Any, ...]:
+    def sample(self, batch: "Batch") -> None:
+        """Put the samples that are to be sent into `batch`."""
+        self._sample(batch)
+
+    def _begin(self, batch: "Batch") -> None:
         """The values one by one: others may come or go before the next time."""
+        self._leave_sampler()
         for subscription, value in zip(self._members, self._last, strict=True):
             subscription.last = value
         self._members = tuple(self.subscriptions.values())
         self._headers = tuple(subscription.header for subscription in self._members)
         self._last = tuple(subscription.last for subscription in self._members)
-        self._take = self._gather
-        return tuple([subscription.take() for subscription in self._members])
+        self._choose(batch, tuple([subscription.take() for subscription in self._members]))
+        self._sample = self._settle
 
-    def _gather(self) -> tuple[Any, ...]:
-        self._take = gather(subscription.reader for subscription in self._members)
-        return self._take()
+    def _settle(self, batch: "Batch") -> None:
+        """From now on all at once."""
+        readers = [subscription.reader for subscription in self._members]
+        self._take = gather(readers)
+        self._sample = self._together
+        if self._on_change and any(map(is_fixed, readers)):
+            last = [value for value in self._last if value is not None]
+            if len(last) == len(readers):
+                self._sampler = Sampler(readers, self._headers, last)
+                self._sample = self._changed
+        self._sample(batch)
 
-    def sample(self, parts: list[bytes]) -> None:
-        """Add to `parts` the samples that are to be sent, headers and data in turn."""
-        values = self._take()
+    def _together(self, batch: "Batch") -> None:
+        self._choose(batch, self._take())
+
+    def _changed(self, batch: "Batch") -> None:
+        assert self._sampler is not None
+        found = self._sampler.sample()
+        if found is None:
+            self._leave_sampler()
+            self._sample = self._together
+            self._sample(batch)
+        elif found[0]:
+            batch.count += found[0]
+            batch.parts.append(found[1])
+
+    def _leave_sampler(self) -> None:
+        if self._sampler is not None:
+            self._last = self._sampler.last
+            self._sampler = None
+
+    def _choose(self, batch: "Batch", values: tuple[Any, ...]) -> None:
+        """Put into `batch` those of the values that are to be sent."""
         last, self._last = self._last, values
         always = not self._on_change
         if always and None not in values:
-            parts.extend(chain.from_iterable(zip(self._headers, values, strict=True)))
+            batch.count += len(values)
+            batch.parts.extend(chain.from_iterable(zip(self._headers, values, strict=True)))
         elif always or values != last:
             for subscription, value, before in zip(self._members, values, last, strict=True):
                 if value != before or always:
                     if value is not None:
-                        parts.append(subscription.header)
-                        parts.append(value)
+                        batch.take(subscription.header, value)
                     elif before is not None:
                         hint(subscription)
 
@@ -299,7 +349,7 @@ class Beat:
         """Take all samples that are to be sent."""
         for series in (self.cyclic, self.on_change):
             if series.subscriptions:
-                series.sample(self.batch.parts)
+                series.sample(self.batch)
 
 
 class Pulse:
@@ -315,4 +365,4 @@ class Pulse:
 
 def hint(subscription: Subscription) -> None:
     """A sample without data says that the handle has become invalid (000 §3.2.3.8)."""
-    subscription.batch.parts += (_SAMPLE.pack(subscription.handle, 0), b"")
+    subscription.batch.take(_SAMPLE.pack(subscription.handle, 0), b"")

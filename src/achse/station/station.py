@@ -166,9 +166,8 @@ class Station:
         due = end_ns
         for stage in self.stages:
             if stage.several is None:
-                rest = 1.0 if stage.rest is None else max(stage.rest(), 1)
-                if rest < math.inf:
-                    quiet = now + int(rest) - 1
+                quiet = now if stage.rest is None else now + max(stage.rest() - 1, 0)
+                if quiet < due:
                     due = min(due, quiet - quiet % stage.cycle_ns + stage.cycle_ns)
         return int(due)
 

@@ -82,6 +82,7 @@ def test_the_positioning_time_ends_in_the_target_window(bench: Any) -> None:
 
 def test_the_override_is_a_share_of_one(bench: Any) -> None:
     bench.put(0x4301, 0x21, NUMBER, 250_000)
+    bench.run(0.002)
     assert bench.get(S, 0x17, REAL) == 0.25
 
 

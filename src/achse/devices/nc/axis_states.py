@@ -56,22 +56,6 @@ _REMAINING = Service(
 )
 
 
-def _sample_override(axis: Axis, length: int) -> Callable[[], bytes]:
-    encode = REAL64.encode
-    return lambda: encode(axis.velocity_override / 1e6)[:length]
-
-
-_OVERRIDE = Service(
-    0x17,
-    "set_velocity_override",
-    READ,
-    REAL64,
-    "override in force, 1.0 = 100 %",
-    "1",
-    read=lambda axis: axis.velocity_override / 1e6,
-    sample=_sample_override,
-)
-
 _STOP_INFORMATION = Service(
     0x18,
     "stop_information",
@@ -179,7 +163,7 @@ AXIS_STATES = (
         _REMAINING,
         shown(0x15, UINT32, "set_command_number", symbol="CmdNo"),
         shown(0x16, REAL64, "last_positioning_time"),
-        _OVERRIDE,
+        shown(0x17, REAL64, "set_velocity_override"),
         shown(0x1A, REAL64, "uncorrected_set_position", "set_position"),
         shown(0x1D, REAL64, "uncorrected_set_direction", "set_direction"),
         shown(0x1E, REAL64, "uncorrected_set_velocity", "set_velocity"),

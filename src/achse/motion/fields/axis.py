@@ -127,6 +127,7 @@ class AxisState(States):
     state_dword: int = whole(0, "StateBit", "status double word")
     operation_mode_state_dword: int = whole(0, "OperationModeBit", "active monitoring functions")
     motion_state: int = whole(0, "MotionState", "what the set-point generator does")
+    set_velocity_override: float = real(0.0, "1", "override in force, 1.0 = 100 %")
     compensating: int = flag(0, "section compensation is active")
     external_setpoint_active: int = flag(0, "the external set-point generator is active")
     phasing_active: int = flag(0, "phasing is active")
