@@ -9,8 +9,8 @@ The language: assignments, also to several names; `if`, `while`, `for … in ran
 sequences and of a `bytearray`; `abs`, `min`, `max`, `len`, `int`, `float`, `bool`, `round` and most
 of `math`. Anything else is a `TranslationError`. Float arithmetic is that of IEEE 754 and of the C
 library, operation by operation as Python does it, so that results are bit-identical; whole numbers
-have 64 bits. What raises in Python (a division by 0, an index beyond the end, the root of a negative
-number) is a fault of the kernel, which machine code does not look for.
+have 64 bits. What raises in Python (a division by 0, an index beyond the end, the root of a
+negative number) is a fault of the kernel, which machine code does not look for.
 """
 
 import ast
