@@ -164,6 +164,27 @@ def test_a_device_without_0xf009_is_asked_for_its_table(run: Run, peer: Any) -> 
     run(main())
 
 
+def test_parts_of_symbols_of_a_table_are_found_by_its_types(run: Run, peer: Any) -> None:
+    async def main() -> None:
+        peer.not_offered = {0xF009, 0xF003}
+        declare(peer, ARRAY(ST_Point, (1, 2)))
+        peer.variables["GVL.aPoints"] = ["ARRAY [1..2] OF ST_Point", 65, bytes(32)]
+        start = 64 * (len(peer.variables) - 1)
+        async with book_of(peer) as book:
+            part = await book.place("gvl.aPoints[2].eMode")
+            assert part[1:4] == (0x4040, start + 16 + 8, 2)
+            assert part.type.name == "E_Mode"
+            counter = 64 * list(peer.variables).index("MAIN.nCounter")
+            bit = await book.place("MAIN.nCounter.11")
+            assert bit[1:4] == (0x4041, 8 * counter + 11, 1)
+            for name in ("GVL.aPoints[3].fX", "GVL.aPoints[1].fZ", "GVL.aPoints^", "GVL.none.x"):
+                with pytest.raises(DeviceError, match="symbol GVL"):
+                    await book.place(name)
+            assert len(peer.asked(ReadRequest, 0xF00B)) == 1
+
+    run(main())
+
+
 def test_a_device_without_handles_is_read_by_address(run: Run, peer: Any) -> None:
     async def main() -> None:
         peer.not_offered = {0xF003}

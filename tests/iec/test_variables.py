@@ -61,6 +61,17 @@ def test_a_variable_tells_all_that_was_declared() -> None:
     assert repr(placed) == "<Variable nCount AT %QD4 : UDINT>"
 
 
+def test_a_variable_is_that_of_its_first_record_and_copied_for_others() -> None:
+    variable: Variable[int, int] = Variable(UDINT, 5)
+    first = variable.placed("a", 4, None)
+    second = variable.placed("b", 8, None)
+    assert first is variable
+    assert (first.name, first.offset, second.name, second.offset) == ("a", 4, "a", 8)
+    third = variable.copy()
+    assert third.placed("c", 12, None) is third
+    assert (variable.offset, third.offset, third.initial) == (4, 12, 5)
+
+
 def test_an_initial_value_must_fit() -> None:
     with pytest.raises(DeclarationError, match="initial value of n: INT takes"):
         Variable(INT, 1 << 20, name="n").initial_bytes()

@@ -1,5 +1,6 @@
 """PLCs from sources, symbol files and Python, with behaviour; online changes of a station."""
 
+import gc
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 from achse.iec.symbolfiles import read_tmc, write_tmc
 from achse.plc import Area, PlcState
 from achse.station import ConfigError, Station
+from achse.station.plcs import collection_paused
 
 MAIN = """PROGRAM MAIN
 VAR
@@ -321,3 +323,12 @@ def test_only_who_has_sources_loads_the_parser() -> None:
     )
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (run.stdout, run.stderr) == ("False\n", "")
+
+
+def test_what_is_made_while_collection_is_paused_counts_as_old() -> None:
+    with collection_paused():
+        assert not gc.isenabled()
+        kept = [[number] for number in range(10_000)]
+    assert gc.isenabled()
+    assert gc.get_freeze_count() == 0
+    assert any(item is kept for item in gc.get_objects(generation=2))

@@ -8,7 +8,7 @@ when the link is lost or the device says that its symbols changed (0xF008).
 import asyncio
 import contextlib
 import struct
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple, ParamSpec, TypeVar
 
 from achse.ams import (
@@ -24,9 +24,10 @@ from achse.client.raw import NOT_OFFERED, RawTarget
 from achse.client.subscription import Place, Subscription, Timing
 from achse.client.sums import Outcome
 from achse.codes import ReturnCode
-from achse.iec import USINT, DeclarationError, IecDecodeError
+from achse.iec import USINT, DeclarationError, IecDecodeError, IecPathError
 from achse.iec.datatypes import DataTypeEntry, decode_types
 from achse.iec.names import name_within
+from achse.iec.paths import follow, parse_path, split_symbol
 from achse.iec.symbols import SymbolEntry, UploadFlag, UploadInfo, decode_symbols, fold
 from achse.iec.text import Coding, decode_text, encode_text
 from achse.iec.typetable import TypeTable
@@ -274,11 +275,38 @@ class SymbolBook:
                     for wish, outcome in zip(wishes, outcomes, strict=True)
                 ]
             self._entries = {fold(entry.name): entry for entry in await self.entries()}
-        return [
-            self._entries.get(fold(wish.name))
-            or DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"symbol {wish.name}")
-            for wish in wishes
-        ]
+        return await self._listed(wishes, self._entries)
+
+    async def _listed(
+        self, wishes: Sequence[_Wish], listed: Mapping[str, SymbolEntry]
+    ) -> list[SymbolEntry | AdsError]:
+        """The symbols of a table, and parts of them by the types of the device."""
+        roots: dict[str, tuple[SymbolEntry, str]] = {}
+        for wish in wishes:
+            with contextlib.suppress(IecPathError):
+                key, rest = split_symbol(wish.name, listed)
+                roots[wish.name] = listed[key], rest
+        await self._fetch_types(root.type_name for root, rest in roots.values() if rest)
+        found: list[SymbolEntry | AdsError] = []
+        for wish in wishes:
+            try:
+                root, rest = roots[wish.name]
+                found.append(self._part(wish.name, root, rest) if rest else root)
+            except LookupError:
+                found.append(DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"symbol {wish.name}"))
+            except DecodeError as error:
+                found.append(error)
+        return found
+
+    def _part(self, name: str, root: SymbolEntry, path: str) -> SymbolEntry:
+        """The entry of a part of a symbol. LookupError if there is none at a fixed place."""
+        spot = follow(_decoded(self._types.symbol_type, root), parse_path(path))
+        if spot.hops or spot.method is not None or spot.static is not None:
+            raise LookupError(name)
+        group, offset = root.index_group, root.index_offset + spot.offset
+        if spot.bit is not None:  # Bits of an area have the group behind that of its bytes.
+            group, offset = group + 1, 8 * offset + spot.bit
+        return SymbolEntry.of(name, spot.type, group, offset, context=root.context)
 
     def _entry(self, name: str, outcome: Outcome) -> SymbolEntry | AdsError:
         if outcome.result:
