@@ -99,7 +99,7 @@ class Sampler:
         self._stream = bytearray(8 * len(last) + self._form.size)
         self._view = memoryview(self._stream)
         called = [n for n, read in enumerate(readers) if not is_fixed(read)]
-        self._call = gather(readers[n] for n in called)
+        self._call = gather(readers[n] for n in called) if called else None
         self._called_form = struct.Struct("".join(f"{len(last[n]) + 7 & -8}s" for n in called))
         self._called = array("q", bytes(self._called_form.size))
         """What the readers that are called gave."""
@@ -128,7 +128,7 @@ class Sampler:
 
     def sample(self) -> tuple[int, bytes] | None:
         """How many values changed, and these with their headers; None if one cannot be read."""
-        if self._called:
+        if self._call is not None:
             values = self._call()
             if None in values:
                 return None

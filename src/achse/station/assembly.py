@@ -16,6 +16,7 @@ from achse.devices.nc import NcDevice
 from achse.devices.plc import PlcDevice
 from achse.devices.router import RouterDevice
 from achse.devices.system import StationControl, SystemDevice
+from achse.kernel.sampling import KERNEL as SAMPLING
 from achse.motion import AxisParameters, AxisParametersError, Nc
 from achse.motion.record import FIELDS
 from achse.motion.states import TableSubType, choices_of
@@ -169,6 +170,8 @@ def _assemble(
     nc = None
     if config.axis:
         nc = _nc(config)
+        if nc.compiled:
+            _ = SAMPLING.function  # loaded, or compiled, before the first cycle
         stages.append(Stage("nc", nc.cycle_ns, NcTask(nc, pace).run, several=nc.cycle))
         digests.append(nc.digest)
         attach(NcDevice(nc, clock=clock), *NC_PORTS)
