@@ -228,7 +228,7 @@ def test_a_load_goes_back_to_that_of_the_fault_that_lasts(bus: Bus) -> None:
 
 def _wrong() -> Iterator[tuple[dict[str, Any], str]]:
     yield {"kind": "melt"}, "kind: expected one of"
-    yield {"kind": "alarm"}, "code: alarm needs it"
+    yield {"kind": "alarm"}, "code: a fault of kind alarm needs it"
     yield {"kind": "alarm", "code": "AL.999"}, "code: expected a name"
     yield (
         {"kind": "alarm", "code": "16"},

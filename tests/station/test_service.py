@@ -46,7 +46,7 @@ def test_faults_are_added_listed_and_cleared(station: Station, own: Any, refused
     [
         (b'{"kind": "melt"}', "kind: expected one of"),
         (b'{"kind": "error", "code": 1, "symbol": "X.y"}', "symbol: no device"),
-        (b'{"kind": "error"}', "code: error needs it"),
+        (b'{"kind": "error"}', "code: a fault of kind error needs it"),
         (b"[]", "a fault is a JSON object"),
         (b"\xff", "codec can't decode"),
         (b"[" * 100_000, "recursion"),
