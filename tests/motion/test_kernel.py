@@ -299,3 +299,29 @@ def test_an_axis_that_was_never_enabled_rests_too(make_rig: Any) -> None:
     rig.axis.control_dword = 7
     rig.run(1)
     assert rig.axis.loop_closed == 1
+
+
+def test_a_second_encoder_sees_every_step_of_a_stepper() -> None:
+    """Also where the frequency changes between two steps."""
+    values = {
+        "control_dword": 7,
+        "velocity_override": 1_000_000,
+        "axis_type": 3,
+        "drive_type": 8,
+        "controller_following_error_position_monitoring_enable": 0,
+    }
+    nc = Nc(
+        2_000_000,
+        [
+            AxisParameters(
+                1, values=values, encoder_ids=(1, 2), elements=[{"encoder_scaling_factor": 1e-3}]
+            )
+        ],
+        compiled=False,
+    )
+    axis = nc.axis(1)
+    for target, velocity in [(30.0, 25.0), (-11.0, 7.0), (13.0, 60.0), (2.0, 3.0)]:
+        assert commands.universal_start(axis, 1, target, velocity) == 0
+        for _ in range(700):
+            nc.cycle()
+            assert axis.encoders[1].actual_position == pytest.approx(axis.actual_position)

@@ -443,3 +443,15 @@ def test_random_compensations(make_rig: Any, seed: int) -> None:
     rig.until(lambda ax: ax.set_motion_phase == 0 and ax.buffer_count == 0, 120.0)
     assert axis.compensating == 0
     assert (axis.set_velocity, axis.set_acceleration, axis.error_code) == (0.0, 0.0, 0)
+
+
+@pytest.mark.parametrize("limit", ["max_velocity", "drive_reference_velocity"])
+def test_a_limit_lowered_meanwhile_counts_from_the_next_command_on(
+    make_rig: Any, limit: str
+) -> None:
+    rig = cruising(make_rig, controller_following_error_position_monitoring_enable=0)
+    start(rig, 3, 50.0, 40.0, 400.0)
+    rig.until(lambda axis: axis.set_velocity == pytest.approx(V + 50.0))
+    setattr(rig.axis, limit, 1.1 * V)
+    steps = [abs(v1 - v0) for (_, v0, _), (_, v1, _) in pairwise(rig.trace(1000))]
+    assert max(steps) <= D * (1.0 + 50.0 / V) ** 2 * rig.dt

@@ -137,7 +137,10 @@ def cycle(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
 
 
 def follow(ax: AxisFields, owner: AxisFields, dt: float) -> None:
-    """One cycle of a further element of an axis: its encoder sees the same motor."""
+    """One cycle of a further element of an axis: its encoder sees the same motor.
+
+    A stepper moves by whole steps, whatever velocity their frequency means.
+    """
     ax.set_cycle_counter = owner.set_cycle_counter
     if ax.adapt:
         adapt(ax, dt)
@@ -146,12 +149,15 @@ def follow(ax: AxisFields, owner: AxisFields, dt: float) -> None:
     ax.set_velocity = owner.set_velocity
     ax.actual_position_correction = owner.actual_position_correction
     _sense(ax, owner, dt)
-    velocity = owner.plant_velocity
-    ax.plant_velocity = velocity
-    if velocity != 0.0:
+    ax.plant_velocity = owner.plant_velocity
+    way = owner.plant_velocity * dt
+    if owner.drive_type == _STEPPER:
+        way = (owner.stepper_step - ax.stepper_step) * owner.stepper_step_scaling
+        ax.stepper_step = owner.stepper_step
+    if way != 0.0:
         if owner.drive_motor_polarity:
-            velocity = -velocity
-        ax.plant_position += velocity * dt / ax.encoder_scaling_factor
+            way = -way
+        ax.plant_position += way / ax.encoder_scaling_factor
 
 
 def cycle_all(axes: Sequence[AxisFields], pieces: Sequence[Piece], dt: float) -> None:

@@ -58,10 +58,7 @@ def _room(ax: AxisFields) -> float:
     """How much faster than the main motion the axis may still be, in its direction."""
     if ax.superposition_sign != ax.superposition_direction:
         return inf
-    limit = ax.max_velocity
-    if ax.drive_reference_velocity < limit:
-        limit = ax.drive_reference_velocity
-    room = limit - ax.set_velocity * ax.superposition_direction
+    room = ax.superposition_limit - ax.set_velocity * ax.superposition_direction
     return room if room > 0.0 else 0.0
 
 
