@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from achse.motion import AxisParameters, Nc, StartType, commands
+from achse.motion import AxisParameters, BufferMode, Nc, StartType, commands
 
 V = 200.0
 
@@ -71,3 +71,24 @@ def test_no_override_turns_a_chain_of_blended_moves_or_leads_it_too_far(seed: in
         assert axis.set_position >= before
         before = axis.set_position
     assert before == pytest.approx(sum(ways), rel=1e-12)
+
+
+@pytest.mark.parametrize("away", [0.01, 1.0, 40.0])
+def test_a_blended_move_back_passes_its_border_as_fast_as_from_the_turn(
+    make_rig: Any, away: float
+) -> None:
+    """Two equal jerks in 2 √(v / j) at v / 2 on average: the way is v √(v / j)."""
+    jerk = 10_000.0
+    rig = make_rig(default_acceleration=1e5, default_deceleration=1e5, default_jerk=jerk)
+    axis = rig.axis
+    commands.universal_start(axis, StartType.ENDLESS_POSITIVE, 0.0, away)
+    rig.until(lambda axis: axis.set_velocity == away)
+    border = axis.set_position - 1.0
+    commands.universal_start(axis, StartType.ABSOLUTE, border, V)
+    commands.universal_start(
+        axis, StartType.RELATIVE, -100.0, V, buffer_mode=BufferMode.BLENDING_NEXT
+    )
+    rig.until(lambda axis: axis.set_command_number == axis.command_counter, 2.0)
+    way = 1.0 + away * (away / jerk) ** 0.5  # from the turn
+    fastest = (jerk * way * way) ** (1.0 / 3.0)
+    assert -axis.set_velocity == pytest.approx(fastest, rel=0.05)

@@ -279,3 +279,18 @@ def test_both_kernels_agree_on_loops_jogs_and_oriented_stops(make_rig: Any) -> N
         assert rig.axis.set_position % 360.0 == pytest.approx(45.0, abs=1e-9)
         digests.append(rig.nc.digest())
     assert digests[0] == digests[1]
+
+
+@pytest.mark.parametrize("beyond", [False, True], ids=["on its way out", "on its way back"])
+def test_a_loop_that_is_switched_off_is_over(make_rig: Any, beyond: bool) -> None:
+    """Blended moves behind it go on from its target."""
+    rig = make_rig(loop_enable=1, loop_distance=50.0)
+    queue(rig, (50.0, V), mode=BufferMode.ABORTING)
+    rig.until(lambda axis: axis.set_position > 60.0)
+    queue(rig, (20.0, V), (0.0, V), mode=BufferMode.BLENDING_PREVIOUS)
+    if beyond:
+        rig.until(lambda axis: axis.set_velocity < -1.0)
+    rig.axis.loop_enable = 0
+    rig.axis.velocity_override = 990_000
+    rig.until(lambda axis: axis.set_motion_phase == axis.buffer_count == 0, 10.0)
+    assert rig.axis.set_position == 0.0

@@ -218,7 +218,7 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
             ax.replan = 0
             ax.switch_start = ax.actual_position
             ax.border_position = ax.target_position
-            if ax.loop_enable and ax.set_motion_phase == _POSITIONING:
+            if ax.set_motion_phase == _POSITIONING:
                 overrun(ax)
             if (
                 not _stopping(ax)

@@ -80,21 +80,22 @@ def _plan_to_target(ax: AxisFields, limit: float, end_velocity: float) -> int:
 
 
 def _plan_to_border(ax: AxisFields, limit: float, end_velocity: float) -> int:
-    """Rows to the border at `end_velocity`, or as near to it as the way allows."""
+    """Rows to the border at `end_velocity`, or as near to it as the way allows.
+
+    The way begins here or, as long as the axis still moves the other way, where it turns.
+    """
     count = _plan_to_target(ax, limit, end_velocity)
     if count != END_VELOCITY_UNREACHABLE:
         return count
     way = ax.border_position - ax.set_position
     sign = 1.0 if way > 0.0 else -1.0
-    if sign * ax.set_velocity < 0.0:
-        return count
-    reachable = _NEARLY * reachable_velocity(
-        sign * way,
-        sign * ax.set_velocity,
-        sign * ax.set_acceleration,
-        ax.job_acceleration,
-        ax.job_jerk,
-    )
+    v = sign * ax.set_velocity
+    a = sign * ax.set_acceleration
+    if v < 0.0:
+        way -= sign * stopping_distance(v, a, ax.job_deceleration, ax.job_jerk)
+        v = 0.0
+        a = 0.0
+    reachable = _NEARLY * reachable_velocity(sign * way, v, a, ax.job_acceleration, ax.job_jerk)
     if 0.0 < reachable < end_velocity:
         return _plan_to_target(ax, limit, reachable)
     return count
@@ -195,8 +196,7 @@ def plan(ax: AxisFields) -> int:
     phase = ax.set_motion_phase
     limit = ax.job_velocity * share
     if phase == _POSITIONING:
-        if ax.loop_enable:
-            overrun(ax)
+        overrun(ax)
         ax.job_direction = 1.0 if ax.border_position >= ax.set_position else -1.0
         if ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
             if ax.job_peak_velocity == 0.0:

@@ -161,8 +161,12 @@ def look_ahead(ax: AxisFields) -> None:
 def overrun(ax: AxisFields) -> None:
     """Loop movement: a target ahead in the direction of the loop distance is passed by it first.
 
-    So targets are always reached from the same side. A new target is decided anew.
+    So targets are always reached from the same side. A new target is decided anew; switched off
+    meanwhile, the axis goes straight to its target.
     """
+    if ax.loop_enable == 0:
+        ax.loop_outward = 0
+        return
     if ax.loop_undecided or ax.target_position != ax.loop_target:
         ax.loop_undecided = 0
         ax.loop_target = ax.target_position
