@@ -356,6 +356,30 @@ def test_renaming_positions_does_not_move_a_filtered_drive(make_rig: Any) -> Non
         assert rig.axis.drive_filtered_set_position == pytest.approx(1000.0, abs=1e-6)
 
 
+@pytest.mark.parametrize("filter_type", [1, 2])
+def test_a_filtered_drive_does_not_jump_when_its_position_loop_comes_back(
+    make_rig: Any, filter_type: int
+) -> None:
+    rig = position_drive(
+        make_rig, drive_output_filter_type=filter_type, drive_output_filter_time=0.03
+    )
+    axis = rig.axis
+    torque = 0x3001, 0, 0, 0, 100.0, 0.0, V, -V, 0.0, 0.0, 0.0
+    for begin, end in [
+        (lambda: commands.start_torque_control(axis, *torque), commands.stop),
+        (lambda: commands.start_drive_output(axis, 2, 0.5 * V), commands.stop_drive_output),
+    ]:
+        before = axis.actual_position
+        assert begin() == 0
+        rig.until(lambda axis, goal=before + 20.0: axis.actual_position > goal)
+        assert end(axis) == 0
+        for _ in range(500):
+            before = axis.actual_position
+            rig.run(1)
+            assert abs(axis.actual_position - before) <= V * rig.dt * 1.1
+        assert axis.set_motion_phase == 0
+
+
 def test_a_second_encoder_counts_the_same_motor() -> None:
     for compiled in (False, True):
         nc = Nc(

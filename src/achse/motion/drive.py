@@ -30,6 +30,7 @@ __all__ = [
     "characteristic",
     "drive",
     "drive_command",
+    "fill_filter",
     "place_motor",
     "position_output",
 ]
@@ -97,11 +98,11 @@ def adapt_drive(ax: AxisFields, dt: float) -> None:
             count = DRIVE_DELAY
     if count != ax.filter_count or special != ax.drive_special:
         ax.filter_count = count
-        _fill_filter(ax)
+        fill_filter(ax)
     ax.drive_special = special
 
 
-def _fill_filter(ax: AxisFields) -> None:
+def fill_filter(ax: AxisFields) -> None:
     """Let the output filter stand on the set position."""
     p = ax.set_position
     for i in range(ax.filter_count):
@@ -161,7 +162,7 @@ def position_output(ax: AxisFields, dt: float) -> float:
     """Position that goes to the drive: the set position filtered and extrapolated."""
     position = ax.set_position
     if ax.loop_closed == 0:
-        _fill_filter(ax)
+        fill_filter(ax)
     elif ax.drive_output_filter_type == _AVERAGE and ax.filter_count > 0:
         i = ax.filter_index
         ax.filter_ring[i] = position

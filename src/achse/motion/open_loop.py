@@ -7,6 +7,7 @@ until a motion command or function 0x63 leads it back (002 §6.4.4.3, 0x2D).
 Kernel source: compiled as it stands, see `compiled`.
 """
 
+from achse.motion.drive import fill_filter
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import fail
 from achse.motion.states import MotionPhase
@@ -24,13 +25,15 @@ _LARGEST = 1e10
 
 
 def follow_axis(ax: AxisFields) -> None:
-    """The set point is where the axis is and as fast as it is."""
+    """The set point is where the axis is and as fast as it is; the output filter stands there."""
     ax.set_position = ax.actual_position
     ax.set_velocity = ax.actual_velocity
     ax.set_acceleration = 0.0
     ax.set_jerk = 0.0
     ax.target_position = ax.set_position
     ax.planned_override = ax.velocity_override
+    if ax.filter_count > 0:
+        fill_filter(ax)
 
 
 def choose_loop(ax: AxisFields) -> None:
