@@ -200,6 +200,17 @@ def test_presets_hold_what_is_not_stored() -> None:
     assert drive.get(0x6081) == 7
 
 
+def test_a_reset_in_op_leaves_the_cycle_of_sync0() -> None:
+    drive = VirtualDrive()
+    drive.bring_up(AlState.PREOP)
+    drive.bring_up(AlState.OP, sync0_ns=2_000_000)
+    drive.request_reset()
+    drive.cycle()
+    assert drive.get(0x1C32, 2) == 2_000_000
+    assert (drive.get(0x60C2, 1), drive.get(0x60C2, 2)) == (2, -3)
+    assert drive.record.communication_cycle == pytest.approx(0.002)
+
+
 def test_power_cycle_begins_in_init() -> None:
     drive = VirtualDrive()
     drive.enable(Mode.CYCLIC_POSITION)

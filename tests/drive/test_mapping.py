@@ -220,6 +220,18 @@ def test_a_stored_mapping_is_back_after_a_power_cycle() -> None:
     assert drive.read_inputs() == drive.record.statusword.to_bytes(2, "little")
 
 
+def test_a_stored_mapping_is_there_in_the_next_run_of_the_program() -> None:
+    kept = {0x1A01_00: 1, 0x1A01_01: 0x60410010, 0x1C13_00: 1, 0x1C13_01: 0x1A01}
+    drive = Drive(store=kept)
+    assert (drive.get(0x1C13, 1), drive.get(0x1A01), drive.input_size) == (0x1A01, 1, 2)
+    assert drive.read_inputs() == drive.record.statusword.to_bytes(2, "little")
+
+
+def test_stored_entries_that_no_mapping_has_are_left_out() -> None:
+    drive = Drive(store={0x1600_09: 0x60400010, 0x1600_FF: 1})
+    assert (drive.get(0x1C12), drive.output_size) == (1, 15)
+
+
 MAPPABLE = {index: [row for row in ROWS if row.pdo] for index in (0x1A00,)} | {
     0x1600: [row for row in ROWS if row.receivable]
 }

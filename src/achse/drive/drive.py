@@ -125,11 +125,12 @@ class Drive:
         """Somebody operates the drive at its panel: it is not in communication mode (0x8000)."""
         self.state = AlState.INIT
         self.sync_error_counter = 0
-        self.mapping = PdoMapping(strict=strict_mapping)
         self._strict = strict_mapping
         self._voltage_bit = voltage_bit
         self._presets = dict(parameters or {})
         self._store: MutableMapping[int, Number] = {} if store is None else store
+        self.mapping = PdoMapping(strict=strict_mapping)
+        self.mapping.restore(self._store)
         self._emergencies: deque[bytes] = deque()
         self._outputs: bytes | None = None
         self._inputs: bytes | None = None
@@ -287,16 +288,16 @@ class Drive:
         self._synchronous = sync0_ns > 0 and state == AlState.OP
         record.sync_cycle = sync0_ns or _LOCAL_CYCLE_NS
         if sync0_ns:
-            record.communication_cycle = sync0_ns * 1e-9
-            self._show_period(sync0_ns)
+            self._take_period(sync0_ns)
         self._pack_inputs()
         return AlStatus.NO_ERROR
 
-    def _show_period(self, cycle_ns: int) -> None:
-        """60C2h of a communication cycle: 250 µs is 25 and -5, 1 ms is 1 and -3.
+    def _take_period(self, cycle_ns: int) -> None:
+        """The Sync0 cycle is the communication cycle; in 60C2h 250 µs is 25 and -5, 1 ms 1 and -3.
 
         A few cycles have no such form, 2.75 ms for one; 60C2h then stays as it is.
         """
+        self.record.communication_cycle = cycle_ns * 1e-9
         for exponent in (-3, -4, -5):
             value, rest = divmod(cycle_ns, 10 ** (9 + exponent))
             if not rest and value <= 255:
@@ -422,7 +423,7 @@ class Drive:
         self.state = AlState.INIT
         self.record.communication = int(AlState.INIT)
         self.mapping = PdoMapping(strict=self._strict)
-        self.mapping.restore({key: int(value) for key, value in self._store.items()})
+        self.mapping.restore(self._store)
         self._emergencies.clear()
         self._outputs = None
         self._storing_ns = 0
@@ -467,6 +468,8 @@ class Drive:
         for row in ROWS:  # 60C2h sets the interpolation period
             if row.index == 0x60C2 and row.write is not None:
                 row.write(self, row.get(self))
+        if record.sync_type:
+            self._take_period(record.sync_cycle)
 
     def _derive(self) -> None:
         """Parameters whose sensible default depends on the machine."""

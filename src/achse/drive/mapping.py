@@ -7,6 +7,7 @@ as long as the old mapping is assigned, and a PDO that is too long when the new 
 """
 
 import struct
+from collections.abc import Mapping
 from contextlib import suppress
 
 from achse.codes import AbortCode, SdoAbort
@@ -18,7 +19,7 @@ from achse.drive.objects.communication import (
     TX_PDOS,
 )
 from achse.drive.objects.dictionary import DICTIONARY
-from achse.drive.objects.row import ObjectRow
+from achse.drive.objects.row import Number, ObjectRow
 from achse.drive.record import ENTRIES
 
 __all__ = ["MAX_BYTES", "PdoMapping", "ProcessData"]
@@ -94,18 +95,18 @@ class PdoMapping:
         else:
             self._write_mapping(index, subindex, value)
 
-    def restore(self, values: dict[int, int]) -> None:
+    def restore(self, values: Mapping[int, Number]) -> None:
         """Take stored values over, by index << 8 | subindex; what does not fit is left out."""
-        for key, value in values.items():
+        for key, stored in values.items():
             index, subindex = key >> 8, key & 0xFF
             if index in self._active:
-                if subindex and value in self._entries:
-                    self._assigned[index] = value
+                if subindex and stored in self._entries:
+                    self._assigned[index] = int(stored)
             elif index in self._entries:
-                if subindex:
-                    self._entries[index][subindex - 1] = value
-                else:
-                    self._counts[index] = value
+                if subindex == 0:
+                    self._counts[index] = int(stored)
+                elif subindex <= ENTRIES:
+                    self._entries[index][subindex - 1] = int(stored)
         for assignment in self._active:
             self._deactivate(assignment)
             if values.get(assignment << 8, 1):

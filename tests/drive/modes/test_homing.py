@@ -231,6 +231,19 @@ def test_halt_on_the_way_back_to_the_index(machine: Callable[..., Machine]) -> N
     assert drive.get(0x6063) == 0
 
 
+def test_method_37_during_a_quick_stop_leaves_the_ramp(drive: VirtualDrive) -> None:
+    """The scale moves; the motor goes on slowing down with 6085h."""
+    drive.enable(Mode.PROFILE_VELOCITY)
+    drive.put(0x60FF, 5_000_000)
+    drive.run(1.0)
+    drive.put(0x6085, 2_000_000)
+    drive.put(0x6060, Mode.HOMING)
+    drive.put(0x6098, 37)
+    drive.control(0x0B)
+    drive.control(0x1B, 500)
+    assert drive.get(0x606C) == pytest.approx(5_000_000 - 2_000_000 * 0.5, rel=0.01)
+
+
 def test_method_37_needs_neither_motion_nor_enabling(drive: VirtualDrive) -> None:
     drive.record.motor_position = 777.0
     drive.put(0x6060, Mode.HOMING)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from achse.drive.modes.halt import halt, halt_requested, hold_position
-from achse.drive.plant import take_over
+from achse.drive.plant import CONTROL_OFF, take_over
 from achse.drive.power import ENABLED
 from achse.drive.probe import index_crossed
 from achse.drive.profile import follow, plan, ramp_velocity, rate_of, stop
@@ -123,7 +123,7 @@ def start(d: DriveFields) -> None:
         return
     if method == _HERE:
         _set_home(d, d.motor_position)
-        if d.power_state != ENABLED:
+        if d.control == CONTROL_OFF:
             take_over(d)
         return
     if d.power_state != ENABLED:
