@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from achse.codes import AbortCode
 from achse.drive import VirtualDrive
-from achse.drive.objects import Access, DataType, ObjectRow
+from achse.drive.objects import Access, DataType, ObjectRow, find
 
 
 @pytest.mark.parametrize(
@@ -58,6 +58,14 @@ def test_nothing_but_finite_numbers(aborts) -> None:
         row.check(float("nan"))
     with aborts(AbortCode.VALUE_RANGE):
         row.check(float("inf"))
+
+
+@pytest.mark.parametrize("count", [256, 300, -1, float("inf")])
+def test_what_judges_itself_still_has_its_type(aborts, count: float) -> None:
+    """The number of entries of 1600h, whose range the procedure judges."""
+    with aborts(AbortCode.VALUE_RANGE):
+        find(0x1600, 0).check(count)
+    find(0x1600, 0).check(255)
 
 
 def test_access_word() -> None:

@@ -101,7 +101,7 @@ class ObjectRow:
     `field` names the record field that holds the value; `command` the one a PDO writes instead,
     where writing commands something; `constant` is a fixed value. `read` and `write` take
     precedence for SDO. `values` lists the only values allowed; a row `judged_by_write` leaves that,
-    and the range, to `write`. A `stored` row is kept by 1010h; a
+    and a range narrower than its type's, to `write`. A `stored` row is kept by 1010h; a
     `restart` row acts after the next reset. `modes` names the modes the entry belongs to, empty for
     all.
     """
@@ -195,7 +195,8 @@ class ObjectRow:
     def check(self, value: Number) -> None:
         """Raise VALUE_RANGE unless the row allows the value."""
         if self.judged_by_write:
-            return
-        allowed = value in self.values if self.values else self.least <= value <= self.most
+            allowed = self.type.least <= value <= self.type.most
+        else:
+            allowed = value in self.values if self.values else self.least <= value <= self.most
         if not allowed or not math.isfinite(value):
             raise SdoAbort(AbortCode.VALUE_RANGE)
