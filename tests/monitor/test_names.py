@@ -4,7 +4,7 @@ import struct
 
 import pytest
 
-from achse.iec import INT
+from achse.iec import INT, STRING, WSTRING
 from achse.iec.symbols import SymbolEntry
 from achse.monitor.names import Names, layout_text, rows_of
 from achse.station import Station
@@ -40,6 +40,15 @@ def test_values_by_type(names: Names) -> None:
     assert names.text_of(struct.pack("<h", -5), INT, "") == "-5"
     assert names.text_of(b"\1\2\3", INT, "") == "01 02 03"
     assert names.text_of(b"\1", None, "") == "01"
+
+
+def test_a_text_is_one_however_much_of_it_a_client_writes_or_reads(names: Names) -> None:
+    whole = b"axis".ljust(81, b"\0")
+    assert names.text_of(b"axis\0", STRING(80), "") == "'axis'"
+    assert names.text_of(b"axis", STRING(80), "") == "'axis'"
+    assert names.text_of(whole, STRING(80), "") == "'axis'"
+    assert names.text_of(whole + b"what is behind", STRING(80), "") == "'axis' … 95 bytes"
+    assert names.text_of("µm\0".encode("utf-16-le"), WSTRING(80), "") == '"µm"'
 
 
 @pytest.mark.parametrize(

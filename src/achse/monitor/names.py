@@ -6,8 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
-from achse.iec import IecDecodeError, IecType, IecValueError
+from achse.iec import IecDecodeError, IecType, IecValueError, resolved
 from achse.iec.literals import format_value
+from achse.iec.strings import StringType
 from achse.monitor.symbols import KnownSymbols
 from achse.server import RowFacts
 
@@ -69,10 +70,14 @@ class Names:
         self._symbols[other] = self.learn(device)
 
     def text_of(self, data: bytes, type: IecType[Any] | None, layout: str) -> str:
-        """`data` as an IEC literal of its type, as the fields of its layout, or in hex."""
-        if type is not None and type.size == len(data):
+        """`data` as an IEC literal of its type, as the fields of its layout, or in hex.
+
+        Clients write a text no further than its NUL, and read as much as any text may have.
+        """
+        if type is not None and (type.size == len(data) or isinstance(resolved(type), StringType)):
+            rest = f" … {len(data)} bytes" if len(data) > type.size else ""
             try:
-                return format_value(type, type.decode(data))
+                return format_value(type, type.decode(data)) + rest
             except (IecDecodeError, IecValueError):
                 pass
         return layout_text(data, layout)
