@@ -138,6 +138,25 @@ def test_what_is_no_station_of_ours_is_told(witness: Callable[[str], None]) -> N
     assert "is no achse station: tap in front of it with --via" in run.stderr
 
 
+@pytest.mark.parametrize("command", [("monitor",), ("record", "some.pcapng")])
+def test_a_station_without_room_for_a_watcher_is_told_as_such(
+    tmp_path: Path, command: tuple[str, ...]
+) -> None:
+    config = tmp_path / "station.toml"
+    config.write_text("[router]\nmax_connections = 1\n")
+    with LiveStation(config) as station, station.connect(port=10_000) as only:
+        only.state()
+        run = subprocess.run(
+            [sys.executable, "-m", "achse", *command, "--host", station.host],
+            capture_output=True,
+            text=True,
+            timeout=60,
+            cwd=tmp_path,
+        )
+    assert run.returncode == 1
+    assert "0x508" in run.stderr
+
+
 def test_an_unanswered_request_says_so() -> None:
     from achse.ams import AmsAddress, Frame
 

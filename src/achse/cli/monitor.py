@@ -296,6 +296,7 @@ async def _station_tap(
     from achse.ams import AdsError, AmsAddress, RouterError
     from achse.client import connect
     from achse.client.link import TcpDialer
+    from achse.codes import ReturnCode
     from achse.router import LOOPBACK_NET_ID
     from achse.router.tap import decode_batch
     from achse.station.service import TAPS
@@ -303,15 +304,18 @@ async def _station_tap(
     async with connect(
         TcpDialer(host, tcp_port), port=STATION_PORT, reconnect=False, watch_symbols=False
     ) as client:
+        try:
+            await client.state()
+        except RouterError as refusal:
+            if refusal.code != ReturnCode.TARGET_PORT_NOT_FOUND.number:
+                raise
+            fail(f"{host}:{tcp_port} is no achse station: tap in front of it with --via")
         plc = client.at_port(PLC_PORT)
         if decoder is not None:
             decoder.names.alias(plc.address, AmsAddress.of(LOOPBACK_NET_ID, PLC_PORT))
             with contextlib.suppress(AdsError):  # it may have no PLC
                 await _upload(plc, decoder)
-        try:
-            tap = int.from_bytes(await client.read_write_raw(TAPS, 0, 4, b""), "little")
-        except RouterError:
-            fail(f"{host}:{tcp_port} is no achse station: tap in front of it with --via")
+        tap = int.from_bytes(await client.read_write_raw(TAPS, 0, 4, b""), "little")
 
         ending = asyncio.Event()
 
