@@ -34,6 +34,13 @@ ROUGH = [
 ]  # fmt: skip
 """Set points that come from outside, from the axis itself or by steps."""
 
+WRITTEN = [
+    "max_velocity", "default_acceleration", "default_deceleration", "jog_velocity_slow",
+    "jog_velocity_fast", "rapid_traverse_velocity", "homing_velocity_towards_cam",
+    "homing_velocity_off_cam", "loop_distance",
+]  # fmt: skip
+"""Parameters that are written while the axis moves."""
+
 STOPS = [StartType.HALT, StartType.HALT, StartType.STOP_AND_LOCK]
 
 
@@ -77,6 +84,7 @@ class Player:
         self.axis = axis
         self.dice = dice
         self.gentlest = dice.choice([1.0, 1.0, GENTLE])
+        self.at_first = {name: getattr(axis, name) for name in WRITTEN}
         self.reach = axis.max_velocity * 10.0 ** dice.uniform(-2.0, 0.3)
         self.accepted = 0
         self.history: list[str] = []
@@ -115,6 +123,7 @@ class Player:
                 (2.0, self.torque),
                 (3.0, self.external),
                 (2.0, self.set_position_on_the_fly),
+                (3.0, self.parameter),
             ]
         self._weights = [weight for weight, _ in self._moves]
 
@@ -312,6 +321,18 @@ class Player:
 
     def set_position_on_the_fly(self) -> None:
         self.call(commands.set_actual_position_on_the_fly, 2, 0, self.position(1))
+
+    def parameter(self) -> None:
+        """Write a parameter, whatever the axis is doing; no limit beyond those it began with."""
+        axis, dice = self.axis, self.dice
+        name = dice.choice(["loop_enable", "override_type", *WRITTEN])
+        if name == "loop_enable":
+            axis.loop_enable = dice.randrange(2)
+        elif name == "override_type":
+            axis.override_type = dice.choice(list(OverrideType))
+        else:
+            setattr(axis, name, self.at_first[name] * dice.uniform(0.3, 1.0))
+        self.tell(f"{name} = {getattr(axis, name)}", 0)
 
     def settle(self) -> None:
         """End what goes on by itself."""

@@ -455,3 +455,16 @@ def test_a_limit_lowered_meanwhile_counts_from_the_next_command_on(
     setattr(rig.axis, limit, 1.1 * V)
     steps = [abs(v1 - v0) for (_, v0, _), (_, v1, _) in pairwise(rig.trace(1000))]
     assert max(steps) <= D * (1.0 + 50.0 / V) ** 2 * rig.dt
+
+
+def test_a_main_motion_far_beyond_the_process_velocity_does_not_hurry_it(make_rig: Any) -> None:
+    """At V its clock would go ten times as fast, and its accelerations be a hundred times A and D:
+    it goes as fast as A and D come to those of the axis.
+    """
+    rig = cruising(make_rig, max_acceleration=4.0 * A, max_deceleration=9.0 * D)
+    asked = Compensation(1, A, D, 20.0, 0.1 * V, 5.0, 5.0)
+    assert commands.start_superposition(rig.axis, asked)[0] == 0
+    _, velocities = watch(rig)
+    steps = [after - before for before, after in pairwise([V, *velocities])]
+    assert max(steps) == pytest.approx(4.0 * A * rig.nc.cycle_seconds)
+    assert min(steps) == pytest.approx(-4.0 * D * rig.nc.cycle_seconds)

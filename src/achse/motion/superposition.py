@@ -65,9 +65,12 @@ def _room(ax: AxisFields) -> float:
 def _cover(ax: AxisFields, way: float, room: float, dt: float) -> float:
     """Let the main motion's `way` pass and shift the axis by what that adds; process time then.
 
-    Where there is no room for the whole additional velocity, less of the way counts.
+    Where there is no room for the whole additional velocity, less of the way counts; so it does
+    where the main motion is faster than the limits of acceleration let the clock follow.
     """
     process = ax.superposition_process_velocity
+    if way > ax.superposition_fastest * dt:
+        way = ax.superposition_fastest * dt
     speed = superposed_speed(ax, ax.superposed_way / process)
     if speed * way > room * process * dt:
         way = room * process * dt / speed
@@ -90,22 +93,26 @@ def generate_superposed(ax: AxisFields, dt: float) -> None:
         return
     room = _room(ax)
     t = _cover(ax, (ax.set_position - begin) * ax.superposition_direction, room, dt)
-    share = ax.set_velocity * ax.superposition_direction / ax.superposition_process_velocity
-    standing = share <= 0.0 and ax.planned_override != 0
+    pace = ax.set_velocity * ax.superposition_direction
+    standing = pace <= 0.0 and ax.planned_override != 0
     if t >= ax.superposition_end or standing or ax.set_motion_phase == _NO_JOB:
         absorb(ax)
         return
-    if share < 0.0:
-        share = 0.0
+    gain = ax.set_acceleration * ax.superposition_direction
+    if pace < 0.0:
+        pace = 0.0
+    elif pace > ax.superposition_fastest:
+        pace = ax.superposition_fastest
+        gain = 0.0
+    share = pace / ax.superposition_process_velocity
     speed = superposed_speed(ax, t)
     if speed * share > room:
         ax.superposed_velocity = ax.superposition_sign * room
         ax.superposed_acceleration = -ax.set_acceleration if room > 0.0 else 0.0
     else:
-        rise = ax.set_acceleration * ax.superposition_direction / ax.superposition_process_velocity
         ax.superposed_velocity = ax.superposition_sign * speed * share
         ax.superposed_acceleration = ax.superposition_sign * (
-            _bend(ax, t) * share * share + speed * rise
+            _bend(ax, t) * share * share + speed * gain / ax.superposition_process_velocity
         )
     ax.set_velocity += ax.superposed_velocity
     ax.set_acceleration += ax.superposed_acceleration

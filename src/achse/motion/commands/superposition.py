@@ -97,6 +97,12 @@ def _begin(axis: Axis, direction: float, done: Compensation) -> None:
     axis.superposition_process_velocity = done.process_velocity
     axis.superposition_acceleration = done.acceleration_increase
     axis.superposition_deceleration = done.deceleration_increase
+    axis.superposition_fastest = done.process_velocity * sqrt(
+        min(
+            axis.max_acceleration / done.acceleration_increase,
+            axis.max_deceleration / done.deceleration_increase,
+        )
+    )
     axis.superposition_limit = min(axis.max_velocity, axis.drive_reference_velocity)
     axis.superposition_velocity = done.velocity_increase
     axis.superposition_distance = distance

@@ -32,6 +32,7 @@ class SuperpositionMemory(Memory):
     superposition_sign: float = real(0.0, "1", "direction of the additional motion")
     superposition_direction: float = real(0.0, "1", "direction of the main motion")
     superposition_process_velocity: float = real(0.0, "mm/s", "main velocity it was planned for")
+    superposition_fastest: float = real(0.0, "mm/s", "main velocity up to which its clock follows")
     superposition_limit: float = real(0.0, "mm/s", "velocity that both together do not exceed")
     superposition_acceleration: float = real(0.0, "mm/s²", "additional acceleration")
     superposition_deceleration: float = real(0.0, "mm/s²", "additional deceleration")
