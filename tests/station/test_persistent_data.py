@@ -143,7 +143,7 @@ def test_a_file_that_cannot_be_written_is_told(
     assert "kept.json cannot be written: " in caplog.text
 
 
-@pytest.mark.parametrize("name", ["nowhere/kept.json", "."])
+@pytest.mark.parametrize("name", ["nowhere/kept.json", ".", "/dev/null"])
 def test_a_place_where_no_file_can_be(tmp_path: Path, name: str) -> None:
     with pytest.raises(ConfigError, match=r"system\.persistent_data: expected a file in a folder"):
         station(tmp_path, name)

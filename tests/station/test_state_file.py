@@ -1,5 +1,6 @@
 """State files are replaced whole, and a file that is not there is none."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,13 @@ def test_a_byte_order_mark_is_no_text(tmp_path: Path) -> None:
     file = StateFile(tmp_path / "a.txt")
     file.path.write_bytes(b"\xef\xbb\xbf{}")
     assert file.read_json() == {}
+
+
+def test_what_may_never_end_is_not_read(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path, tmp_path / "pipe", Path("/dev/zero")):
+        with pytest.raises(OSError, match="not a regular file"):
+            StateFile(path).read()
 
 
 def test_a_file_makes_place_for_another(tmp_path: Path) -> None:

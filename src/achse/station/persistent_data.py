@@ -34,7 +34,7 @@ class PersistentData:
         if name is None:
             return
         path = base / name
-        if not path.parent.is_dir() or path.is_dir():
+        if not path.parent.is_dir() or (path.exists() and not path.is_file()):
             raise ConfigError(
                 f"system.persistent_data: expected a file in a folder that is there, got {name!r}"
             )

@@ -1,5 +1,6 @@
 """State files: text that outlives the program, read whole and replaced whole."""
 
+import errno
 import json
 import os
 from pathlib import Path
@@ -16,6 +17,8 @@ class StateFile:
 
     def read(self) -> str | None:
         """The text, None if there is no file. Raises OSError, UnicodeDecodeError."""
+        if self.path.exists() and not self.path.is_file():  # pipes and devices may never end
+            raise OSError(errno.EINVAL, "not a regular file", str(self.path))
         try:
             return self.path.read_text(encoding="utf-8-sig")
         except FileNotFoundError:
