@@ -200,6 +200,19 @@ def test_presets_hold_what_is_not_stored() -> None:
     assert drive.get(0x6081) == 7
 
 
+def test_a_master_that_reads_no_emergency_gets_the_newest() -> None:
+    drive = VirtualDrive()
+    for alarm in (*[Alarm.OVER_SPEED] * 100, Alarm.CONTINUOUS_OVERLOAD):
+        drive.faults.alarm(alarm, lasting=False)
+        drive.cycle(2)
+        drive.reset_fault()
+    told = []
+    while (message := drive.take_emergency()) is not None:
+        told.append(int.from_bytes(message[:2], "little"))
+    assert told[-2:] == [Alarm.CONTINUOUS_OVERLOAD.code, 0]
+    assert len(told) < 100
+
+
 def test_a_reset_in_op_leaves_the_cycle_of_sync0() -> None:
     drive = VirtualDrive()
     drive.bring_up(AlState.PREOP)

@@ -38,6 +38,8 @@ _STORE_NS = 500_000_000
 _CLEAR_NS = 100_000_000
 
 _EMERGENCY = Struct("<HB5x")
+_UNREAD = 64
+"""Emergencies kept for a master that reads none; the newest count."""
 
 _MISSED, _RECEIVED = 3, 1
 
@@ -131,7 +133,7 @@ class Drive:
         self._store: MutableMapping[int, Number] = {} if store is None else store
         self.mapping = PdoMapping(strict=strict_mapping)
         self.mapping.restore(self._store)
-        self._emergencies: deque[bytes] = deque()
+        self._emergencies: deque[bytes] = deque(maxlen=_UNREAD)
         self._outputs: bytes | None = None
         self._inputs: bytes | None = None
         self._elapsed_ns = 0
