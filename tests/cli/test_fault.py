@@ -28,6 +28,11 @@ def test_a_fault_is_added_listed_hits_and_is_cleared(lines: Lines, cli: Cli) -> 
     assert lines("fault", "list") == []
 
 
+def test_who_breaks_all_links_is_told_that_it_worked(lines: Lines) -> None:
+    [line] = lines("fault", "add", "drop_link")
+    assert line.split()[1:] == ["drop_link"]
+
+
 def test_json(document: Callable[..., Any]) -> None:
     added = document("fault", "add", "drop", "at=1e6", "port=851")
     assert document("fault", "list") == [

@@ -162,7 +162,7 @@ class Disturbances:
             for connection in list(listener.connections):
                 addresses = (*connection.registered, *connection.sources) or (b"",)
                 if any(is_client(address, connection.peer_host) for address in addresses):
-                    connection.abort()
+                    listener.loop.call_soon(connection.abort)  # who asked for it is answered
 
     def _refuse_links(self, fault: Fault) -> Undo:
         return self._stand(_Standing(fault))
