@@ -19,6 +19,11 @@ def test_our_drive_conforms(machine: Machine) -> None:
     check_drive(reach(Drive(machine)))
 
 
+def test_a_drive_that_has_stored_another_mapping_conforms() -> None:
+    kept = {0x1600_00: 0, 0x1A01_00: 1, 0x1A01_01: 0x60410010, 0x1C13_01: 0x1A01}
+    check_drive(SegmentReach(Segment([Slave(Drive(store=kept))])))
+
+
 def test_without_motion_it_is_never_enabled() -> None:
     drive = Drive()
     seen = set()

@@ -10,6 +10,7 @@ from achse.codes import AbortCode, AlState, AlStatus, SdoAbort
 from achse.drive import Mode, PowerState, state_of
 from achse.drive.modes import SUPPORTED_MODES
 from achse.drive.objects import ROWS, Access, DataType
+from achse.drive.objects.communication import DEFAULT_MAPPINGS
 from achse.testing.conformance import ConformanceError
 from achse.testing.reach import DriveReach
 
@@ -38,7 +39,8 @@ def check_drive(drive: DriveReach, *, motion: bool = True) -> None:
     - modes are shown when they are taken, unsupported ones are not;
     - who stops sending gets the watchdog, a fault if the drive was enabled, and out of it again.
 
-    The drive's own parameters are not changed. With `motion` it is enabled and turns a little in
+    The drive's own parameters are not changed; it is left with the default mapping until it is
+    switched off. With `motion` it is enabled and turns a little in
     csp and pp: let it move freely, or switch that off.
     """
     check = _Check(drive)
@@ -55,6 +57,23 @@ def check_drive(drive: DriveReach, *, motion: bool = True) -> None:
     drive.watchdog(_WATCHDOG_S)
     if faults:
         raise ConformanceError("\n".join(faults))
+
+
+_Step = tuple[str, int, int, bytes, AbortCode | None]
+"""A write and the code it is refused with."""
+
+
+def _default() -> Iterator[_Step]:
+    """The procedure that assigns the default mapping, whatever the drive has stored."""
+    for assignment, pdo in ((0x1C12, 0x1600), (0x1C13, 0x1A00)):
+        entries = DEFAULT_MAPPINGS[pdo]
+        yield "assignment off", assignment, 0, b"\0", None
+        yield "count off", pdo, 0, b"\0", None
+        for number, entry in enumerate(entries, 1):
+            yield f"entry {number}", pdo, number, _u32(entry), None
+        yield "count on", pdo, 0, bytes((len(entries),)), None
+        yield "PDO", assignment, 1, pdo.to_bytes(2, "little"), None
+        yield "assignment on", assignment, 0, b"\1", None
 
 
 class _Check:
@@ -159,7 +178,8 @@ class _Check:
     def mapping(self) -> Iterator[str]:
         """The procedure of 001 §2.8 on 1600h with a wrong step at every point; in PreOp."""
         refused, absent = AbortCode.UNSUPPORTED_ACCESS, AbortCode.NO_OBJECT
-        steps: tuple[tuple[str, int, int, bytes, AbortCode | None], ...] = (
+        steps: tuple[_Step, ...] = (
+            *_default(),
             ("count while assigned", 0x1600, 0, b"\0", refused),
             ("entry while assigned", 0x1600, 7, _u32(0x607F0020), refused),
             ("count of nine while assigned", 0x1600, 0, b"\x09", AbortCode.VALUE_RANGE),
@@ -176,11 +196,7 @@ class _Check:
             ("PDO that is none", 0x1C12, 1, b"\x04\x16", AbortCode.VALUE_RANGE),
             ("PDO", 0x1C12, 1, b"\x00\x16", None),
             ("assignment on", 0x1C12, 0, b"\1", None),
-            # and back
-            ("assignment off", 0x1C12, 0, b"\0", None),
-            ("count off", 0x1600, 0, b"\0", None),
-            ("count on", 0x1600, 0, b"\x06", None),
-            ("assignment on", 0x1C12, 0, b"\1", None),
+            *_default(),
         )
         for name, index, subindex, data, code in steps:
             yield from self._expect(name, index, subindex, data, code)
