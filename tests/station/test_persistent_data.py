@@ -105,6 +105,7 @@ def test_axes_may_come_and_go(tmp_path: Path) -> None:
         "{",
         "[]",
         "{}",
+        "null",
         '{"nc": []}',
         '{"nc": {"x": {"zeros": [0], "position": 0, "homed": 1}}}',
         '{"nc": {"1": {"zeros": [0], "position": 0}}}',

@@ -71,7 +71,7 @@ def test_two_stations_stand_side_by_side() -> None:
 def test_the_station_may_come_from_a_file_a_configuration_or_a_function(tmp_path: Path) -> None:
     file = tmp_path / "station.toml"
     file.write_text('name = "mine"\n[router]\nnet_id = "5.6.7.8.1.1"\n')
-    for config in (file, str(file), StationConfig(name="mine")):
+    for config in (file, str(file), {"name": "mine"}, StationConfig(name="mine")):
         with LiveStation(config, time="virtual") as station:
             assert station.station.config.name == "mine"
             assert station.net_id == f"{station.host}.1.1"

@@ -33,7 +33,12 @@ class StateFile:
     def read_json(self) -> Any:
         """The document, None if there is no file. Raises OSError, ValueError."""
         text = self.read()
-        return None if text is None else json.loads(text)
+        if text is None:
+            return None
+        document = json.loads(text)
+        if document is None:
+            raise ValueError("null")
+        return document
 
     def write_json(self, document: object) -> None:
         """Replace the document. Raises OSError; the old one is then whole."""

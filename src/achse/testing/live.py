@@ -12,6 +12,7 @@ from typing import Any, Literal, Self, TypeVar
 
 from achse.client import blocking
 from achse.station import Station, StationConfig
+from achse.station.config import parse
 from achse.station.fault import ActiveFault, Fault
 from achse.testing.addresses import free_host
 from achse.transport.tcp import TCP_PORT
@@ -94,8 +95,8 @@ class LiveStation(Live):
         with LiveStation() as station:
             plc = pyads.Connection(station.net_id, 851, station.host)
 
-    - `config`: a station.toml, a `StationConfig`, a function that makes a `Station`; None is the
-      demo station.
+    - `config`: a station.toml, a dict of what would stand in it, a `StationConfig`, a function that
+      makes a `Station`; None is the demo station.
     - `time`: "real" (the wall clock), "virtual" (it stands until `advance`), or a speed.
     - `host`, `tcp_port`: a free loopback address and 48898 unless given; the NetId is the address
       with .1.1 behind it, unless a function makes the station.
@@ -103,7 +104,7 @@ class LiveStation(Live):
 
     def __init__(
         self,
-        config: str | Path | StationConfig | Callable[[], Station] | None = None,
+        config: str | Path | dict[str, Any] | StationConfig | Callable[[], Station] | None = None,
         *,
         time: Time = "real",
         host: str | None = None,
@@ -126,10 +127,17 @@ class LiveStation(Live):
             return Station.demo(net_id=net_id)
         if callable(config):
             return config()
+        if isinstance(config, dict):
+            config = parse(config, "config")
         if isinstance(config, StationConfig):
             router = config.router.model_copy(update={"net_id": type(config.router.net_id)(net_id)})
             return Station(config.model_copy(update={"router": router}))
-        return Station.load(config, net_id=net_id)
+        if isinstance(config, str | Path):
+            return Station.load(config, net_id=net_id)
+        raise TypeError(
+            "config: expected a station.toml, a dict, a StationConfig or a function,"
+            f" got {config!r:.80}"
+        )
 
     @contextlib.asynccontextmanager
     async def _serving(self):  # type: ignore[no-untyped-def]
