@@ -216,6 +216,48 @@ def test_what_two_faults_do_ends_with_the_later(
         assert bool(seen(slave)) is there
 
 
+@pytest.mark.parametrize(
+    ("lasting", "passing", "field"),
+    [
+        ({"kind": "sto"}, {"kind": "safety"}, "safety_2"),
+        ({"kind": "safety"}, {"kind": "sto"}, "safety_1"),
+        ({"kind": "encoder_loss"}, {"kind": "encoder_loss", "code": "AL.810"}, "encoder_fault"),
+        (
+            {"kind": "alarm", "code": "AL.720"},
+            {"kind": "alarm", "code": "CONTINUOUS_OVERLOAD"},
+            "alarm_forced",
+        ),
+        (
+            {"kind": "warning", "code": "AL.910"},
+            {"kind": "warning", "code": "al.910"},
+            "warnings_forced_1",
+        ),
+        ({"kind": "overtravel"}, {"kind": "overtravel", "side": "positive"}, "inputs_on"),
+        (
+            {"kind": "overtravel"},
+            {"kind": "input", "code": "POSITIVE_LIMIT", "side": "off"},
+            "inputs_on",
+        ),
+        (
+            {"kind": "input", "code": "HOME", "side": "off"},
+            {"kind": "input", "code": "HOME", "side": "on"},
+            "inputs_off",
+        ),
+    ],
+)
+def test_a_fault_that_lasts_is_there_when_another_at_its_place_ends(
+    bus: Bus, lasting: dict[str, Any], passing: dict[str, Any], field: str
+) -> None:
+    well = getattr(bus.drives[0].record, field)
+    first = bus.faults.add(DriveFault.of(lasting))
+    hit = getattr(bus.drives[0].record, field)
+    assert hit != well
+    bus.faults.clear(bus.faults.add(DriveFault.of(passing)).number)
+    assert getattr(bus.drives[0].record, field) == hit
+    bus.faults.clear(first.number)
+    assert getattr(bus.drives[0].record, field) == well
+
+
 def test_a_load_goes_back_to_that_of_the_fault_that_lasts(bus: Bus) -> None:
     record = bus.drives[0].record
     bus.faults.add("load", drive=1, by=100.0)
@@ -234,6 +276,11 @@ def _wrong() -> Iterator[tuple[dict[str, Any], str]]:
         {"kind": "alarm", "code": "16"},
         "code: expected a name, AL. and three digits, or a number",
     )
+    yield (
+        {"kind": "alarm", "code": "0xZZ"},
+        "code: expected a name, AL. and three digits, or a number",
+    )
+    yield {"kind": "alarm", "code": "065305"}, "code: expected a name"
     yield {"kind": "input", "code": "I9"}, "code: expected NEGATIVE_LIMIT, "
     yield {"kind": "overtravel", "side": "up"}, "side: expected positive or negative"
     yield {"kind": "sto", "drive": 0}, "drive: expected 1"

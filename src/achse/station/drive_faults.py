@@ -6,6 +6,7 @@ at times of the segment, so that a test in virtual time sees it at the same cycl
 
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from typing import Any, ClassVar, Self
 
 from achse.drive import Alarm, Drive, InputBit, Warn
@@ -154,9 +155,27 @@ class DriveFault(FaultFields):
         if self.code:
             self.meaning()
 
-    def like(self, other: "DriveFault") -> bool:
-        """Whether both do the same to a drive that both hit."""
-        return (self.kind, self.code, self.side) == (other.kind, other.code, other.side)
+    @property
+    def effect(self) -> tuple[object, ...]:
+        """What it does to a drive."""
+        return (self.kind, self.meaning(), self.side, self.by)
+
+    @property
+    def place(self) -> tuple[str, object]:
+        """What of a drive it acts on: of several faults there, the latest holds."""
+        match self.kind:
+            case "sto" | "safety":
+                return ("safety", None)
+            case "encoder_loss":
+                return ("encoder", None)
+            case "overtravel":
+                negative = self.side == "negative"
+                return (
+                    "input",
+                    InputBit.NEGATIVE_LIMIT if negative else InputBit.POSITIVE_LIMIT,
+                )
+            case _:
+                return (self.kind, self.meaning())
 
     def meaning(self) -> Alarm | Warn | InputBit | None:
         """What `code` stands for; raises FaultError."""
@@ -169,7 +188,7 @@ class DriveFault(FaultFields):
             table = _named(Warn)
         else:
             table = _named(Alarm)
-            if self.code[:2].lower() == "0x" or self.code.isdecimal():
+            with suppress(ValueError):
                 alarm = Alarm.of(int(self.code, 0))
                 if alarm is not None:
                     return alarm
@@ -273,14 +292,19 @@ class DriveFaults:
             other = self._same(active, slave)
             if other is None:
                 undo()
-            elif slave is not None and other.fault.by is not None:
+            elif slave is not None and other.fault.effect != active.fault.effect:
+                undo()
                 self._hit(other.fault, slave)
 
     def _same(self, active: ActiveDriveFault, slave: Slave | None) -> ActiveDriveFault | None:
-        """The latest other fault that does the same to the slave, maybe to another degree."""
+        """The latest other fault at the same place of the slave."""
         found = None
         for each in self._faults.values():
-            if each is not active and slave in each.undos and each.fault.like(active.fault):
+            if (
+                each is not active
+                and slave in each.undos
+                and each.fault.place == active.fault.place
+            ):
                 found = each
         return found
 
@@ -292,8 +316,9 @@ class DriveFaults:
         slaves = self._segment.slaves
         hit = slaves if fault.drive is None else slaves[fault.drive - 1 : fault.drive]
         for slave in hit:
-            other = self._same(active, slave) if fault.by is None else None
-            undo = other.undos[slave] if other else self._hit(fault, slave)
+            other = self._same(active, slave)
+            shared = other is not None and other.fault.effect == fault.effect
+            undo = other.undos[slave] if other and shared else self._hit(fault, slave)
             if undo is not None:
                 active.undos[slave] = undo
 
