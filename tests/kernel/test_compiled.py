@@ -50,8 +50,10 @@ def test_records_are_worked_on_in_place(written: Any) -> None:
     kernel = _kernel(written)
     plain: Sequence[Any] = [Plain(), Plain(), Plain()]
     rows = Rows(WHEEL, 3)
-    for by in (0.75, 0.5, 3.25):
+    bound = kernel.bind(rows.address, rows.count)
+    for by in (0.75, 0.5):
         assert kernel.plain(plain, by) == kernel.function(rows.address, rows.count, by) == 3
+    assert kernel.plain(plain, 3.25) == bound(3.25) == 3
     for index, wheel in enumerate(plain):
         memory = rows.row(index)
         assert memory.cast("d")[0] == wheel.angle

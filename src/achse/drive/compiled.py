@@ -5,7 +5,6 @@ who reads inputs, lets all do theirs.
 """
 
 from collections.abc import Callable
-from functools import partial
 from typing import TYPE_CHECKING
 
 from achse.drive.exchange import exchange
@@ -41,9 +40,7 @@ class Bank:
         self._taken = 0
         self._owing: list[CompiledRecord] = []
         address = self.rows.address
-        self._exchange: Callable[[], int] = partial(
-            KERNEL.function, address, size, address, size * LAYOUT.words
-        )
+        self._exchange: Callable[[], int] = KERNEL.bind(address, size, address, size * LAYOUT.words)
 
     def take(self) -> int:
         """The index of a record that is not used yet; ValueError if there is none."""

@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from enum import EnumMeta
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
@@ -83,6 +83,14 @@ class Kernel:
             _ARGUMENTS[result] if result else None, *(_ARGUMENTS[each] for each in parameters)
         )
         return prototype(_load(code))
+
+    def bind(self, *arguments: float) -> Callable[..., Any]:
+        """The machine code with its first arguments, which are converted once and for all."""
+        function: Any = self.function
+        kinds = function.argtypes[: len(arguments)]
+        return partial(
+            function, *(kind(given) for kind, given in zip(kinds, arguments, strict=True))
+        )
 
     def _compile(self) -> bytes:
         import llvmlite.binding as llvm

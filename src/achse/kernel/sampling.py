@@ -7,7 +7,6 @@ import ctypes
 import struct
 from array import array
 from collections.abc import Callable, MutableSequence, Sequence
-from functools import partial
 from typing import Any
 
 from achse.kernel.compiled import Kernel
@@ -114,8 +113,7 @@ class Sampler:
             mask = (1 << 8 * (size % 8)) - 1 or -1
             self._table.extend((place >> 3, size, mask, int.from_bytes(header, "little")))
         self._readers = tuple(readers)  # whose memory must stay
-        self._take = partial(
-            KERNEL.function,
+        self._take = KERNEL.bind(
             *(0, 0, self._table.buffer_info()[0], len(last)),
             *self._last.buffer_info(),
             *(ctypes.addressof(ctypes.c_char.from_buffer(self._stream)), len(self._stream)),

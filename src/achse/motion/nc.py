@@ -182,7 +182,7 @@ class Nc:
             compiled = compiler_installed() and (load > cycle_ns or KERNEL.cached)
         self.compiled = compiled
         count = sum(1 + parameters.element_count for parameters in configured)
-        self._cycles: Callable[[float, int], None]
+        self._cycles: Callable[[int], None]
         views: list[Axis]
         self.tables = Tables(lambda: self._axes.values())
         self.tables.laid_out = self._take_curves
@@ -212,15 +212,15 @@ class Nc:
         """Let the kernel read the curves as they are now."""
         pieces = self.tables.pieces
         if not self.compiled:
-            self._cycles = partial(cycles, self._records, pieces)
+            self._cycles = partial(cycles, self._records, pieces, self._dt)
             return
         self._curves = Rows(curves.LAYOUT, len(pieces))
         for index, piece in enumerate(pieces):
             self._curves.row(index)[:] = pack(curves.LAYOUT, piece)
-        self._cycles = partial(
-            KERNEL.function,
+        self._cycles = KERNEL.bind(
             *(self._rows.address, self._rows.count),
             *(self._curves.address, self._curves.count),
+            self._dt,
         )
 
     def _add(self, parameters: AxisParameters, fresh: Iterator[Axis]) -> None:
@@ -281,7 +281,7 @@ class Nc:
     def cycle(self, count: int = 1) -> None:
         """One SAF cycle of all axes, or several."""
         self.cycle_count += count
-        self._cycles(self._dt, count)
+        self._cycles(count)
 
     def remains(self) -> dict[int, Remains]:
         """What of each axis outlives a restart, by its id."""
