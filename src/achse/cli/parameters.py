@@ -143,10 +143,12 @@ def _number(row: "Service", text: str) -> int | float:
 
     if isinstance(row.choices, type) and text.upper() in row.choices.__members__:
         return int(row.choices[text.upper()])
-    real = isinstance(row.codec, Layout)
+    codec = row.codec
+    assert not isinstance(codec, tuple), "a parameter has one layout"
+    real = isinstance(codec, Layout)
     try:
         number = float(text) if real else int(text, 0)
-        row.codec.encode(number)  # type: ignore[union-attr]
+        codec.encode(number)
     except ValueError:
         kind = "number" if real else "whole number"
         raise typer.BadParameter(

@@ -111,8 +111,6 @@ def test_a_sub_range_keeps_its_limits() -> None:
 def test_a_type_is_looked_for_in_the_sources_then_among_those_handed_in() -> None:
     types = resolver("TYPE T : A; END_TYPE TYPE U : Lib.B; END_TYPE", types={"A": DINT, "B": BOOL})
     assert types.entry_type(entry(types, "T"), 0).size == DINT.size
-    assert types.given_type("lib.b", 0) is BOOL
-    assert types.given_type("C", 0) is None
     types = resolver("TYPE T : A; END_TYPE TYPE A : INT; END_TYPE", types={"A": DINT})
     assert types.entry_type(entry(types, "T"), 0).size == INT.size
 

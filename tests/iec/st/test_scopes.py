@@ -8,6 +8,7 @@ from achse.iec import INT, EnumType, IecType
 from achse.iec.errors import IecError
 from achse.iec.layout import TC3_X64
 from achse.iec.st.cursor import Unexpected
+from achse.iec.st.given import GivenTypes
 from achse.iec.st.parser import parse, parse_expression
 from achse.iec.st.resolve import Resolver
 from achse.iec.st.scopes import DEEPEST, Entry, Failed, Scope, Scopes, attributes_of
@@ -203,7 +204,7 @@ def test_a_constant_at_fault_is_told_once_in_its_place(name: str, fault: str) ->
 
 
 def test_what_goes_wrong_inside_is_reported_once_in_its_source() -> None:
-    names = Scopes({})
+    names = Scopes({}, GivenTypes({}, 8))
     source = Source("ab\ncd", "a.st")
     for _ in range(2):
         with pytest.raises(Failed), names.inside(source):
@@ -212,7 +213,7 @@ def test_what_goes_wrong_inside_is_reported_once_in_its_source() -> None:
 
 
 def test_declarations_rest_on_each_other_only_so_deep() -> None:
-    names = Scopes({})
+    names = Scopes({}, GivenTypes({}, 8))
 
     def deeper(levels: int) -> None:
         with names.inside(Source("")):
@@ -238,7 +239,7 @@ def test_an_error_of_the_type_system_becomes_one_of_the_source() -> None:
 
 
 def test_whole_numbers_are_asked_for_by_what_they_are() -> None:
-    names = Scopes({})
+    names = Scopes({}, GivenTypes({}, 8))
     scope = Scope(Source(""), "P")
     assert names.integer(parse_expression("2 + 3"), scope, "a length") == 5
     with pytest.raises(Unexpected, match="a length"):

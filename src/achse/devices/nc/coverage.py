@@ -6,6 +6,7 @@ With the rows themselves this is the coverage page, `docs/coverage/nc.md`. Sourc
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
+from achse.devices.nc.device import AXIS_GROUPS
 from achse.server import RowFacts
 
 __all__ = ["UNSERVED", "WITHOUT_EFFECT", "Covered", "coverage"]
@@ -201,7 +202,8 @@ WITHOUT_EFFECT = {
 }
 """Parameters by their field that can be written and read back, and why they change nothing."""
 
-_PREFIXES = {0x5000: "encoder_", 0x6000: "controller_", 0x7000: "drive_"}
+_PREFIXES = {group: error.name.lower().removesuffix("id") for group, _, error in AXIS_GROUPS}
+"""What the fields of an encoder, controller or drive begin with, by index group."""
 
 
 def coverage(rows: Iterable[RowFacts]) -> Iterator[Covered]:

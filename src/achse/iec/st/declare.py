@@ -15,9 +15,10 @@ from typing import Any
 from achse.iec.declare import GlobalVariables, Program, Typelike
 from achse.iec.layout import TC3_X64, LayoutRules
 from achse.iec.st.cursor import Unexpected
+from achse.iec.st.given import FurtherTypes
 from achse.iec.st.parser import Parsed
 from achse.iec.st.resolve import Resolver, generics_of
-from achse.iec.st.scopes import Entry, Failed, FurtherTypes, Scope
+from achse.iec.st.scopes import Entry, Failed, Scope
 from achse.iec.st.source import Source, SourceError
 from achse.iec.st.standard import standard_library
 from achse.iec.st.tree import Address, Expression, TypeSpec, VarBlock

@@ -6,7 +6,7 @@ from enum import IntEnum
 from typing import Any
 
 from achse.iec.arrays import ArrayType, Bounds
-from achse.iec.declare import Typelike, iec_type
+from achse.iec.declare import Typelike
 from achse.iec.derived import (
     AliasType,
     InterfaceType,
@@ -17,14 +17,13 @@ from achse.iec.derived import (
 )
 from achse.iec.elementary import INT, IntegerType
 from achse.iec.enums import EnumType
-from achse.iec.errors import IecError
 from achse.iec.layout import LayoutRules
-from achse.iec.names import elementary, with_coding
+from achse.iec.names import with_coding
 from achse.iec.st.callables import methods_of, properties_of
 from achse.iec.st.cursor import Unexpected
+from achse.iec.st.given import FurtherTypes, GivenTypes
 from achse.iec.st.initials import InitialValues, Left
-from achse.iec.st.scopes import Entry, Failed, FurtherTypes, Scope, Scopes, attributes_of
-from achse.iec.st.source import SourceError
+from achse.iec.st.scopes import Entry, Failed, Scope, Scopes, attributes_of
 from achse.iec.st.starts import StartValues, start_value
 from achse.iec.st.tree import (
     NO_NOTE,
@@ -74,7 +73,6 @@ _SECTIONS = {
 VAR_INST belong to a method."""
 _DECLARED_ELSEWHERE = ("VAR_EXTERNAL", "VAR_CONFIG")
 _RESERVED = ("mro",)
-_MORE_NAMES = {"ltime_of_day": "ltod", "ldate_and_time": "ldt"}
 
 
 class Resolver(Scopes):
@@ -91,10 +89,8 @@ class Resolver(Scopes):
         rules: LayoutRules,
         further: FurtherTypes | None = None,
     ) -> None:
-        super().__init__(constants)
-        self._further = further
+        super().__init__(constants, GivenTypes(types, rules.pointer_size, further))
         self.rules = rules
-        self._types = {name.lower(): iec_type(type) for name, type in types.items()}
         self._pointers: list[tuple[PointerType, Scope, int]] = []
         self._instances: dict[str, Entry] = {}
         self.unknown_types: set[str] = set()
@@ -105,30 +101,6 @@ class Resolver(Scopes):
         self._inner: dict[tuple[int, str], IecType[Any]] = {}
 
     # specifications ------------------------------------------------------------------------
-
-    def given_type(self, name: str, at: int) -> IecType[Any] | None:
-        key = name.lower()
-        known = elementary(self.rules.pointer_size)
-        found = self._types.get(key) or known.get(_MORE_NAMES.get(key, key))
-        while found is None and "." in key:
-            key = key.partition(".")[2]
-            found = self._types.get(key)
-        if found is None and self._further is not None:
-            try:
-                return self._further.type(name)
-            except SourceError:
-                raise  # of the file, not of what names the type
-            except IecError as doubt:
-                raise Unexpected(at, str(doubt)) from None
-        return found
-
-    def given_values(self, name: str) -> list[Constant]:
-        return [
-            Constant(number, type)
-            for type in (self._further.enumerations(name) if self._further else ())
-            for value, number in type.numbers.items()
-            if value.lower() == name
-        ]
 
     def type_of(self, spec: TypeSpec, scope: Scope, hint: str) -> IecType[Any]:
         match spec:
@@ -188,8 +160,8 @@ class Resolver(Scopes):
 
     def _found(self, spec: NamedType, scope: Scope) -> IecType[Any]:
         entry = self.find(spec.name, scope.space)
-        if entry is None or (entry.is_library and spec.name.lower() in self._types):
-            found = self.given_type(spec.name, spec.at)
+        if entry is None or (entry.is_library and spec.name in self.given):
+            found = self.given.find(spec.name, spec.at)
             if found is None:
                 raise self._unknown(spec)
             if spec.generics:
@@ -203,8 +175,8 @@ class Resolver(Scopes):
         self.unknown_types.add(spec.name)
         near = get_close_matches(spec.name, [item.name for item in self.entries.values()], 1, 0.8)
         meant = "".join(f"; near: {name}" for name in near)
-        files = () if self._further is None else self._further.names
-        where = f", in the sources or in {', '.join(files)}" if files else ""
+        files = ", ".join(self.given.files)
+        where = f", in the sources or in {files}" if files else ""
         return Unexpected(spec.at, f"no type is named '{spec.name[:80]}'{where}{meant}")
 
     def _instance(self, entry: Entry, spec: NamedType, scope: Scope) -> Entry:

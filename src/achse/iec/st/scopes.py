@@ -1,9 +1,9 @@
 """Names: what is declared where, and the constants that names stand for."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import PointerType, ReferenceType, resolved
@@ -11,6 +11,7 @@ from achse.iec.enums import EnumType
 from achse.iec.errors import IecError
 from achse.iec.st.constants import Evaluator, Path, path_of
 from achse.iec.st.cursor import Unexpected
+from achse.iec.st.given import GivenTypes
 from achse.iec.st.parser import Parsed
 from achse.iec.st.source import Fault, Source
 from achse.iec.st.tree import (
@@ -42,7 +43,7 @@ from achse.iec.st.values import Constant, NotConstant, fitted
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 
-__all__ = ["DEEPEST", "Entry", "Failed", "FurtherTypes", "Scope", "Scopes", "attributes_of"]
+__all__ = ["DEEPEST", "Entry", "Failed", "Scope", "Scopes", "attributes_of"]
 
 T = TypeVar("T")
 
@@ -110,30 +111,14 @@ def attributes_of(note: Note) -> dict[str, str]:
     }
 
 
-class FurtherTypes(Protocol):
-    """Where types come from that neither sources nor Python code declare: symbol files."""
-
-    @property
-    def names(self) -> Sequence[str]:
-        """The files, as faults name them."""
-        ...
-
-    def type(self, name: str) -> IecType[Any] | None:
-        """The type of a name. `DeclarationError` if it may mean several."""
-        ...
-
-    def enumerations(self, value: str) -> Sequence[EnumType[Any]]:
-        """The enumerations with a value of that name, which may stand alone."""
-        ...
-
-
 class Scopes:
     """Everything declared, by name and without case; faults are collected in `faults`."""
 
-    def __init__(self, constants: Mapping[str, object]) -> None:
+    def __init__(self, constants: Mapping[str, object], given: GivenTypes) -> None:
+        self.given = given
         self.faults: dict[Fault, None] = {}
         self.entries: dict[str, Entry] = {}
-        self._given = {name.lower(): value for name, value in constants.items()}
+        self._given_constants = {name.lower(): value for name, value in constants.items()}
         self._globals: dict[str, list[tuple[Scope, Declared]]] = {}
         self._loose_values: dict[str, list[Entry]] = {}
         self._scopes: dict[int, Scope] = {}
@@ -250,14 +235,6 @@ class Scopes:
         """The type that a unit declares."""
         raise NotImplementedError
 
-    def given_type(self, name: str, at: int) -> IecType[Any] | None:
-        """An elementary type, or one handed in."""
-        raise NotImplementedError
-
-    def given_values(self, name: str) -> list[Constant]:
-        """Values of that name, in lower case, of enumerations handed in."""
-        raise NotImplementedError
-
     def has_property(self, block: str, name: str) -> bool:
         """Whether a function block of that name, or its base, has that PROPERTY."""
         entry = self.find(block)
@@ -310,7 +287,7 @@ class Scopes:
             return found
         if keys[0] in self._globals:
             raise NotConstant(at)
-        if keys[-1] in self._given:
+        if keys[-1] in self._given_constants:
             return self._given_constant(keys[-1], at)
         raise Unexpected(at, f"no constant or variable is named '{'.'.join(path)[:80]}'")
 
@@ -349,7 +326,7 @@ class Scopes:
         """Whether a variable comes from a base that no source declares."""
         for here in _with_bases(scope):
             if here.extends is not None:
-                base = self.given_type(here.extends.name, here.extends.at)
+                base = self.given.find(here.extends.name, here.extends.at)
                 return isinstance(base, StructType) and base.has_member(key)
         return False
 
@@ -366,11 +343,11 @@ class Scopes:
             raise Unexpected(at, f"'{name}' is a value of {places}: which one is meant?")
         if values:
             return self._enum_value(values[0], key, at)
-        if key in self._given:
+        if key in self._given_constants:
             return self._given_constant(key, at)
         if key in self.entries:
             raise NotConstant(at)
-        further = self.given_values(key)
+        further = self.given.values(key)
         if len(further) > 1:
             places = " and ".join(item.type.name for item in further[:3] if item.type)
             raise Unexpected(at, f"'{name}' is a value of {places}: which one is meant?")
@@ -384,7 +361,7 @@ class Scopes:
             name = ".".join(keys[:cut])
             entry = self.find(name, space)
             if entry is None:
-                given = self.given_type(name, at)
+                given = self.given.find(name, at)
                 if given is not None and isinstance(given := resolved(given), EnumType):
                     return self._member(given, keys[cut], at)
             elif isinstance(entry.tree, TypeDeclaration):
@@ -409,7 +386,7 @@ class Scopes:
         raise Unexpected(at, f"{type.name} has no value '{key[:80]}'")
 
     def _given_constant(self, key: str, at: int) -> Constant:
-        value = self._given[key]
+        value = self._given_constants[key]
         if not isinstance(value, int | float | str):
             raise NotConstant(at)
         return Constant(value)
@@ -482,7 +459,7 @@ class Scopes:
                 type = self._member_type(type, name, at)
             return type
         name = ".".join(path)
-        given = self.given_type(name, at)
+        given = self.given.find(name, at)
         if given is not None:
             return given
         entry = self.find(name, scope.space)
