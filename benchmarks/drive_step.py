@@ -10,7 +10,7 @@ import time
 
 from achse.codes import AlState, AlStatus
 from achse.drive import Drive
-from achse.kernel.compiled import compiler_installed
+from achse.native.compiled import compiler_installed
 
 OUTPUTS = struct.Struct("<HbHiHI")  # 1600h: controlword, mode, max torque, target, probe, outputs
 CSP = 8

@@ -10,8 +10,8 @@ import statistics
 import sys
 import time
 
-from achse.kernel.compiled import compiler_installed
 from achse.motion import AxisParameters, Nc, commands
+from achse.native.compiled import compiler_installed
 
 CYCLE_NS = 2_000_000
 CHUNK = 25

@@ -14,9 +14,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from ruckig import InputParameter, Ruckig, RuckigError, Trajectory
 
-from achse.kernel.compiled import Kernel
-from achse.kernel.declare import Slot, lay_out
 from achse.motion import profile
+from achse.native.compiled import Kernel
+from achse.native.declare import Slot, lay_out
 
 
 class Case:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from achse.iec.symbolfiles import read_tmc
+from achse.st.symbolfiles import read_tmc
 from achse.station import Station
 
 Lines = Callable[..., list[str]]

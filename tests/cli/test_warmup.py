@@ -9,14 +9,14 @@ from typer.testing import CliRunner
 
 from achse.cli.app import app
 from achse.drive.compiled import KERNEL as DRIVE
-from achse.kernel.compiled import Kernel
-from achse.kernel.sampling import KERNEL as SAMPLING
 from achse.motion.compiled import KERNEL as MOTION
+from achse.native.compiled import Kernel
+from achse.native.sampling import KERNEL as SAMPLING
 
 MODULES = {
     "achse.motion.compiled": MOTION,
     "achse.drive.compiled": DRIVE,
-    "achse.kernel.sampling": SAMPLING,
+    "achse.native.sampling": SAMPLING,
 }
 
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from achse.iec.symbolfiles import differences, read_tmc, write_tmc
 from achse.plc.symbol_file import symbol_file
+from achse.st.symbolfiles import differences, read_tmc, write_tmc
 from achse.station import Station
 
 PLANT = Path(__file__).parent / "plant" / "station.toml"

@@ -3,10 +3,10 @@
 import subprocess
 import sys
 
-from achse.kernel.memory import Rows
 from achse.motion import curves
 from achse.motion.compiled import KERNEL
 from achse.motion.record import LAYOUT
+from achse.native.memory import Rows
 
 
 def test_no_axes_are_no_work() -> None:

@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from achse.kernel.compiled import Kernel
 from achse.motion import AxisParameters, AxisParametersError, Nc, commands
 from achse.motion.compiled import KERNEL
 from achse.motion.kernel import cycles
+from achse.native.compiled import Kernel
 
 
 def test_axes_are_found_by_id_in_any_order() -> None:

@@ -9,8 +9,6 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from achse.kernel.compiled import Kernel
-from achse.kernel.declare import Slot, lay_out
 from achse.motion.profile import (
     END_VELOCITY_UNREACHABLE,
     LIMITS_INVALID,
@@ -29,6 +27,8 @@ from achse.motion.segments import (
     segment_position,
     segment_velocity,
 )
+from achse.native.compiled import Kernel
+from achse.native.declare import Slot, lay_out
 
 CASES = 100_000
 

@@ -4,7 +4,6 @@ import random
 
 import pytest
 
-from achse.kernel.memory import Rows
 from achse.motion.axis import WordsAxis
 from achse.motion.record import (
     FIELDS,
@@ -16,6 +15,7 @@ from achse.motion.record import (
     pack_record,
 )
 from achse.motion.segments import MAX_SEGMENTS
+from achse.native.memory import Rows
 
 
 def test_fields_lie_one_behind_the_other() -> None:

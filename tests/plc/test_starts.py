@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from achse.iec import DeclarationError, plain
-from achse.iec.project import load_project
-from achse.iec.st.declare import Declarations, declare
-from achse.iec.st.parser import parse
 from achse.plc import PlcRuntime, Task
 from achse.plc.program import PlacedVariable
+from achse.st.declare import Declarations, declare
+from achse.st.parser import parse
+from achse.st.project import load_project
 
 SOURCE = """
 TYPE ST_Point : STRUCT x : INT := 1; y : INT := 2; END_STRUCT END_TYPE

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from achse.ams import DeviceError
 from achse.ams.notification import NotificationStream
-from achse.kernel.compiled import compiler_installed
-from achse.kernel.declare import Slot, lay_out
-from achse.kernel.memory import Place, Rows
+from achse.native.compiled import compiler_installed
+from achse.native.declare import Slot, lay_out
+from achse.native.memory import Place, Rows
 from achse.server.subscriptions import Batch, Beat, Channel, Pulse, Series, Subscription, hint
 
 CLIENT = bytes(8)

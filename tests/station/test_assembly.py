@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from achse.ams import AmsAddress
-from achse.kernel.compiled import Kernel
 from achse.motion.kernel import cycles
+from achse.native.compiled import Kernel
 from achse.station import ConfigError, Station
 from achse.station.config import parse
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from achse.iec.symbolfiles import read_tmc, write_tmc
 from achse.plc import Area, PlcState
+from achse.st.symbolfiles import read_tmc, write_tmc
 from achse.station import ConfigError, Station
 from achse.station.plcs import collection_paused
 
@@ -319,7 +319,7 @@ def test_a_type_that_is_nearly_named_right(folder: Path) -> None:
 def test_only_who_has_sources_loads_the_parser() -> None:
     program = (
         "import sys; from achse.station import Station; Station.demo();"
-        "print('achse.iec.project' in sys.modules)"
+        "print('achse.st.project' in sys.modules)"
     )
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (run.stdout, run.stderr) == ("False\n", "")

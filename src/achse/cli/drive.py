@@ -129,7 +129,7 @@ def serve(
     Raw Ethernet needs the privilege CAP_NET_RAW; other interfaces are not touched.
     """
     from achse.ethercat import Segment, Slave
-    from achse.kernel.compiled import compiler_installed
+    from achse.native.compiled import compiler_installed
     from achse.station.fieldbus import answer_promptly, serve_segment
     from achse.transport.ethernet import LinkError
 

@@ -12,7 +12,7 @@ from achse.cli.target import STATION_PORT, Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Target
-    from achse.iec.symbolfiles import SymbolFile
+    from achse.st.symbolfiles import SymbolFile
 
 __all__ = ["symbols"]
 
@@ -34,7 +34,7 @@ async def export(
     file: Annotated[Path, typer.Argument(help="The .tmc file to write.")],
 ) -> None:
     """Write the symbols and types of a running PLC as a .tmc file."""
-    from achse.iec.symbolfiles import write_tmc
+    from achse.st.symbolfiles import write_tmc
 
     found = await _of_target(client, file.stem)
     _write(file, write_tmc(found))
@@ -55,7 +55,7 @@ def import_(
     in_json: Json = False,
 ) -> None:
     """Read symbols from sources or a symbol file: what is in there, and a station with them."""
-    from achse.iec.symbolfiles import write_tmc
+    from achse.st.symbolfiles import write_tmc
 
     found = _of_origin(origin)
     number = port or found.port
@@ -98,7 +98,7 @@ def diff(
 
     The running PLC is at ACHSE_HOST and ACHSE_TCP_PORT, else on this host.
     """
-    from achse.iec.symbolfiles import differences
+    from achse.st.symbolfiles import differences
 
     first, second = (
         _of_running(port) if str(origin) == "-" else _of_origin(origin) for origin in (old, new)
@@ -160,7 +160,7 @@ async def reload(
 
 
 async def _of_target(client: "Target", name: str) -> "SymbolFile":
-    from achse.iec.symbolfiles import SymbolFile
+    from achse.st.symbolfiles import SymbolFile
 
     types = await client.types()
     return SymbolFile.of_target(
@@ -196,7 +196,7 @@ def _of_origin(origin: Path) -> "SymbolFile":
 
     if origin.suffix.lower() in (".tmc", ".tpy"):
         from achse.iec import DeclarationError
-        from achse.iec.symbolfiles import read_symbol_file
+        from achse.st.symbolfiles import read_symbol_file
 
         try:
             return read_symbol_file(origin.read_bytes(), str(origin))

@@ -22,9 +22,9 @@ def warmup(json: Json = False) -> None:
     command the first start that needs it compiles.
     """
     from achse.drive.compiled import KERNEL as DRIVE
-    from achse.kernel.compiled import compiler_installed
-    from achse.kernel.sampling import KERNEL as SAMPLING
     from achse.motion.compiled import KERNEL as MOTION
+    from achse.native.compiled import compiler_installed
+    from achse.native.sampling import KERNEL as SAMPLING
 
     if not compiler_installed():
         print("nothing to compile without llvmlite: pip install 'achse[fast]'")

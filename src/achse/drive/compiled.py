@@ -11,9 +11,9 @@ from achse.drive.exchange import exchange
 from achse.drive.mapping import ProcessData
 from achse.drive.objects import DataType
 from achse.drive.record import FIELDS, LAYOUT, DriveFields, SlotsRecord
-from achse.kernel.compiled import Kernel
-from achse.kernel.declare import pack
-from achse.kernel.memory import Rows, RowView, field_property
+from achse.native.compiled import Kernel
+from achse.native.declare import pack
+from achse.native.memory import Rows, RowView, field_property
 
 __all__ = ["KERNEL", "Bank", "CompiledRecord"]
 

@@ -14,8 +14,8 @@ from functools import partial
 from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Any
 
-from achse.kernel.declare import Slot, lay_out, plain_record
-from achse.kernel.memory import RowView
+from achse.native.declare import Slot, lay_out, plain_record
+from achse.native.memory import RowView
 
 __all__ = [
     "ENTRIES",

@@ -8,7 +8,6 @@ it compute what follows from its parameters.
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from achse.kernel.memory import Place, RowView, reader
 from achse.motion.record import (
     FIELDS,
     AxisFields,
@@ -18,6 +17,7 @@ from achse.motion.record import (
     pack_record,
 )
 from achse.motion.signals import drive_inputs, probe_counts, probe_status
+from achse.native.memory import Place, RowView, reader
 
 __all__ = ["Axis", "ObjectAxis", "WordsAxis"]
 

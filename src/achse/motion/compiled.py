@@ -1,9 +1,9 @@
 """The kernel in machine code: `cycles` of `achse.motion.kernel` and whatever it calls."""
 
-from achse.kernel.compiled import Kernel
 from achse.motion import curves
 from achse.motion.kernel import cycles
 from achse.motion.record import LAYOUT, AxisFields
+from achse.native.compiled import Kernel
 
 __all__ = ["KERNEL"]
 

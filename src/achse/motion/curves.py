@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
 
-from achse.kernel.declare import Slot, lay_out
+from achse.native.declare import Slot, lay_out
 
 __all__ = ["LAYOUT", "Piece", "Points", "linear", "piece_at", "spline", "value_at"]
 

@@ -6,9 +6,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
-from achse.kernel.compiled import compiler_installed
-from achse.kernel.declare import pack
-from achse.kernel.memory import Rows
 from achse.motion import curves
 from achse.motion.axis import Axis, ObjectAxis, WordsAxis
 from achse.motion.compiled import KERNEL
@@ -17,6 +14,9 @@ from achse.motion.record import FIELDS, LAYOUT, Role, SlotsRecord, pack_record
 from achse.motion.remains import Remains
 from achse.motion.states import choices_of
 from achse.motion.tables import TableParameters, Tables
+from achse.native.compiled import compiler_installed
+from achse.native.declare import pack
+from achse.native.memory import Rows
 
 __all__ = ["HIGHEST_AXIS_ID", "AxisParameters", "AxisParametersError", "Nc"]
 

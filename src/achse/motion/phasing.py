@@ -2,7 +2,7 @@
 
 The shift stays until the next phasing changes it. It moves an axis only through a coupling.
 
-Kernel source, in the language of `achse.kernel`.
+Kernel source, in the language of `achse.native`.
 """
 
 from achse.motion.record import AxisFields

@@ -5,7 +5,7 @@ position, velocity and acceleration. Once braking towards a target has begun, th
 changes the table. Where it is too late for the velocity of a border, the axis brakes on and passes
 the border as it comes.
 
-Kernel source, in the language of `achse.kernel`.
+Kernel source, in the language of `achse.native`.
 """
 
 from achse.motion.profile import (

@@ -15,7 +15,7 @@ meeting at the peak velocity. Distances too short to release a running decelerat
 filled by easing it to some a1 in [a, 0] and braking again. What has no closed form is solved by
 Newton steps on a convex function from above its root: monotone, hence safe, and bounded.
 
-Plain functions in the language of `achse.kernel`, so that machine code gives the same bits: floats,
+Plain functions in the language of `achse.native`, so that machine code gives the same bits: floats,
 `sqrt`, comparisons and loops; callees stand before their callers. Times and jerks are written into
 sequences of at least `MAX_SEGMENTS` floats owned by the caller.
 """

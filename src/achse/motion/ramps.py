@@ -1,7 +1,7 @@
 """Velocity ramps: the time, peak and reach of a change between two velocities.
 
 A ramp begins and ends without acceleration, or is entered on its own jerk line; acceleration and
-jerk are limited. Plain functions in the language of `achse.kernel`.
+jerk are limited. Plain functions in the language of `achse.native`.
 """
 
 from collections.abc import MutableSequence

@@ -12,7 +12,6 @@ Positions are in the axis unit (mm, degree), times in seconds, flags 0 or 1.
 
 from typing import TYPE_CHECKING
 
-from achse.kernel.declare import lay_out, pack, plain_record
 from achse.motion.fields.axis import AxisParameters, AxisState
 from achse.motion.fields.controller import (
     ControllerMemory,
@@ -56,6 +55,7 @@ from achse.motion.fields.superposition import (
     PhasingState,
     SuperpositionMemory,
 )
+from achse.native.declare import lay_out, pack, plain_record
 
 __all__ = [
     "COMMAND_BUFFER",

@@ -1,7 +1,7 @@
 """A set-point table: segments of constant jerk, written and walked.
 
 Times in seconds and jerks stand in two sequences of at least `MAX_SEGMENTS` floats, owned by the
-caller. Plain functions in the language of `achse.kernel`.
+caller. Plain functions in the language of `achse.native`.
 """
 
 from collections.abc import MutableSequence, Sequence

@@ -6,7 +6,7 @@ slower main motion slows the compensation too, and at override zero both wait. I
 motion comes to rest or turns. The additional way moves the target of the main motion along, so that
 the main motion itself is not disturbed.
 
-Kernel source, in the language of `achse.kernel`.
+Kernel source, in the language of `achse.native`.
 """
 
 from math import inf

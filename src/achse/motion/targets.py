@@ -5,7 +5,7 @@ before it. The second says how fast it is passed: at rest if it is just buffered
 the one or the other command if it is blended, or at the segment velocity given for that very place.
 No border is passed faster than the commands behind it can brake.
 
-Kernel source, in the language of `achse.kernel`.
+Kernel source, in the language of `achse.native`.
 """
 
 from math import floor, inf

@@ -2,11 +2,11 @@
 
 from achse.iec import GlobalVariables, Variable
 from achse.iec.describe import types_within
-from achse.iec.symbolfiles import FileTask, FileVariable, SymbolFile
 from achse.iec.variables import Address, Image
 from achse.plc.memory import Area
 from achse.plc.program import PlacedVariable
 from achse.plc.runtime import PlcRuntime
+from achse.st.symbolfiles import FileTask, FileVariable, SymbolFile
 
 __all__ = ["symbol_file"]
 

@@ -17,8 +17,8 @@ from itertools import chain
 from typing import Any
 
 from achse.ams import AmsAddress, Command, DeviceError, Endpoint, Frame
-from achse.kernel.memory import Place, gather
-from achse.kernel.sampling import Sampler, is_fixed
+from achse.native.memory import Place, gather
+from achse.native.sampling import Sampler, is_fixed
 from achse.server.table import Reader
 
 __all__ = ["Batch", "Beat", "Channel", "Pulse", "Series", "Subscription", "hint"]

@@ -16,11 +16,11 @@ from achse.devices.nc import NcDevice
 from achse.devices.plc import PlcDevice
 from achse.devices.router import RouterDevice
 from achse.devices.system import StationControl, SystemDevice
-from achse.kernel.sampling import KERNEL as SAMPLING
 from achse.motion import AxisParameters, AxisParametersError, Nc
 from achse.motion.record import FIELDS
 from achse.motion.states import TableSubType, choices_of
 from achse.motion.tables import TableError, TableParameters
+from achse.native.sampling import KERNEL as SAMPLING
 from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.server import Device

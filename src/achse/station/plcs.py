@@ -13,10 +13,10 @@ from typing import Any, TypeVar
 
 from achse.iec import DeclarationError, GlobalVariables, IecType, Program
 from achse.iec.structs import Unit
-from achse.iec.symbolfiles import FileTask, read_symbol_file
 from achse.plc import DEFAULT_SIZES, Area, Memory, PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
 from achse.plc.memory import SPARSE
+from achse.st.symbolfiles import FileTask, read_symbol_file
 from achse.station.config import ConfigError, PlcConfig, TaskConfig
 
 __all__ = ["PlcSource", "collection_paused"]
@@ -170,7 +170,7 @@ class PlcSource:
     def _declared(self) -> _Declared:
         config = self.config
         if config.sources is not None:
-            from achse.iec.project import load_project  # a quarter of a start; few need it
+            from achse.st.project import load_project  # a quarter of a start; few need it
 
             root = self.base / config.sources
             if not root.exists():

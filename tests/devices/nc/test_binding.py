@@ -10,8 +10,8 @@ from achse.ams.commands import ADD_NOTIFICATION_BODY
 from achse.devices.nc import NcDevice
 from achse.devices.nc.axis_states import AXIS_STATES
 from achse.devices.nc.layouts import INT32
-from achse.kernel.memory import Place
 from achse.motion import AxisParameters, Nc
+from achse.native.memory import Place
 from achse.router import Router
 from achse.server import READ
 

@@ -8,7 +8,7 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.devices.plc import PlcDevice
 from achse.devices.plc.areas import area_groups
-from achse.kernel.memory import Place
+from achse.native.memory import Place
 from achse.plc import Area, Memory, PlcRuntime
 from achse.server import ServiceTable
 

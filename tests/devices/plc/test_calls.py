@@ -10,11 +10,11 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.devices.plc import PlcDevice
 from achse.iec.datatypes import DataTypeEntry
-from achse.iec.st.declare import declare
-from achse.iec.st.parser import parse
 from achse.iec.symbols import SymbolEntry, SymbolFlag
 from achse.plc import PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
+from achse.st.declare import declare
+from achse.st.parser import parse
 
 SOURCE = """
 FUNCTION_BLOCK FB_Base

@@ -15,10 +15,10 @@ from typing import Any
 from achse.ams import DeviceError
 from achse.codes import NcError
 from achse.devices.nc.layouts import INT32, REAL64, Integer
-from achse.kernel.memory import Place
 from achse.motion import Axis
 from achse.motion.record import FIELDS, Field
 from achse.motion.states import ControlBit, choices_of
+from achse.native.memory import Place
 from achse.server import READ, WRITE, Codec, Service
 
 __all__ = [

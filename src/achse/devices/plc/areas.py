@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
-from achse.kernel.memory import Place
+from achse.native.memory import Place
 from achse.plc import Area, Memory, MemoryRangeError, Region
 from achse.server import BYTES, READ, WRITE, AreaGroup, Group, IndexGroup, Layout, Service
 

@@ -15,7 +15,7 @@ from achse.iec.describe import describe_type, types_within
 from achse.iec.names import elementary
 from achse.iec.paths import Location, Member, Step, follow, parse_path, split_symbol
 from achse.iec.symbols import SymbolEncoder, SymbolEntry, SymbolFlag, UploadFlag, fold
-from achse.kernel.memory import Place
+from achse.native.memory import Place
 from achse.plc import Area, Memory, PlacedUnit, PlacedVariable, PlcRuntime, Region
 from achse.server import UploadInfo
 

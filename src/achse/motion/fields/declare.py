@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from achse.kernel.declare import Slot
+from achse.native.declare import Slot
 
 __all__ = [
     "Field",

@@ -1,0 +1,138 @@
+"""Records in memory: rows of one layout, a record there as an object, the places of values."""
+
+import struct
+import sys
+from array import array
+from collections.abc import Callable, Iterable
+from functools import partial
+from itertools import groupby
+from operator import itemgetter
+from typing import Any
+
+from achse.native.declare import Layout, Slot
+
+__all__ = ["Place", "RowView", "Rows", "field_property", "gather", "reader"]
+
+
+class Rows:
+    """`count` records of one layout, all 0, one behind the other: memory for machine code."""
+
+    def __init__(self, layout: Layout[Any], count: int) -> None:
+        self.count = count
+        self.size = 8 * layout.words
+        """Bytes of one record."""
+        words = array("q", bytes(self.size * count))
+        self.address = words.buffer_info()[0]
+        self.memory = memoryview(words).cast("B")
+        """All records, to read and to write."""
+
+    def row(self, index: int) -> memoryview:
+        """The bytes of one record, to read and to write."""
+        first = self.size * index
+        return self.memory[first : first + self.size]
+
+
+class RowView:
+    """One record in memory: `reals` and `wholes` are its words, as floats and as integers."""
+
+    __slots__ = ("_address", "_first", "_memory", "reals", "row", "wholes")
+
+    def __init__(self, rows: Rows, index: int) -> None:
+        self._address = rows.address
+        self._memory = rows.memory
+        self._first = rows.size * index
+        self.row = rows.row(index)
+        self.reals = self.row.cast("d")
+        self.wholes = self.row.cast("q")
+
+    def place(self, slot: Slot, size: int) -> "Place | None":
+        """Where the first `size` bytes of a field lie, the lowest first; None on other machines."""
+        if sys.byteorder != "little":
+            return None
+        offset = self._first + 8 * slot.offset
+        return Place(self._memory, offset, size, self._address + offset)
+
+
+Spot = tuple[int, int, int]
+"""What is equal for equal places: identity of the memory, offset, size."""
+
+
+class Place:
+    """Where a value lies: `size` bytes at `offset` of `memory`; called, it reads them.
+
+    `address` is that of a value which begins a word of memory that stays where it is, else 0.
+    """
+
+    __slots__ = ("_take", "address", "memory", "offset", "size", "spot")
+
+    def __init__(
+        self, memory: bytearray | memoryview, offset: int, size: int, address: int = 0
+    ) -> None:
+        self.address = address
+        self.memory = memory
+        self.offset = offset
+        self.size = size
+        self.spot: Spot = id(memory), offset, size
+        self._take = struct.Struct(f"{size}s").unpack_from
+
+    def __call__(self) -> bytes:
+        value: bytes = self._take(self.memory, self.offset)[0]
+        return value
+
+
+def gather(readers: Iterable[Callable[[], Any]]) -> Callable[[], tuple[Any, ...]]:
+    """A function that gives what all `readers` give, in their order; places are read at once.
+
+    A place that overlaps others is read for itself, unless it is the same.
+    """
+    readers = list(readers)
+    spots = [read.spot if isinstance(read, Place) else None for read in readers]
+    memories = {read.spot[0]: read.memory for read in readers if isinstance(read, Place)}
+    indexes: dict[Spot | None, int] = {}
+    unpacks: list[Callable[[], tuple[bytes, ...]]] = []
+    for key, of_memory in groupby(sorted(filter(None, set(spots))), itemgetter(0)):
+        form, end = "=", 0
+        for spot in of_memory:
+            _, offset, size = spot
+            if offset >= end:
+                form += f"{offset - end}x{size}s"
+                end = offset + size
+                indexes[spot] = len(indexes)
+        unpacks.append(partial(struct.Struct(form).unpack_from, memories[key]))
+    calls: list[Callable[[], Any]] = []
+    order = []
+    for read, place in zip(readers, spots, strict=True):
+        index = indexes.get(place)
+        if index is None:
+            index = len(indexes) + len(calls)
+            calls.append(read)
+        order.append(index)
+    in_order = order == list(range(len(order)))
+    pick: Callable[[list[Any]], tuple[Any, ...]] = tuple if in_order else itemgetter(*order)
+
+    def take() -> tuple[Any, ...]:
+        values: list[Any] = []
+        for unpack in unpacks:
+            values += unpack()
+        values += [read() for read in calls]
+        return pick(values)
+
+    return take
+
+
+def reader(slot: Slot) -> Callable[[Any], Any]:
+    """Reads a field of a `RowView`; an array is a part of its memory."""
+    words = "reals" if slot.is_real else "wholes"
+    at = f"{slot.offset}:{slot.offset + slot.length}" if slot.length else f"{slot.offset}"
+    read: Callable[[Any], Any] = eval(f"lambda view: view.{words}[{at}]")
+    return read
+
+
+def field_property(slot: Slot) -> property:
+    """A field of a `RowView` as attribute."""
+    words = "reals" if slot.is_real else "wholes"
+    if slot.length:
+        return property(reader(slot))
+    scope: dict[str, Any] = {}
+    exec(f"def write(view, value): view.{words}[{slot.offset}] = value", scope)
+    return property(reader(slot), scope["write"])

@@ -1,0 +1,140 @@
+"""Samples of values in memory: machine code finds those that changed and encodes them.
+
+A value lies in whole words; of one that does not fill its last word, a mask tells which bits count.
+"""
+
+import ctypes
+import struct
+from array import array
+from collections.abc import Callable, MutableSequence, Sequence
+from typing import Any
+
+from achse.native.compiled import Kernel
+from achse.native.declare import Slot, lay_out
+from achse.native.memory import Place, gather
+
+__all__ = ["KERNEL", "SampledValue", "Sampler", "is_fixed", "take_changed"]
+
+_COUNT = 32
+_BYTES = (1 << _COUNT) - 1
+"""The result of `take_changed`: how many bytes, and before these bits how many values."""
+
+_NOTHING = 0, b""
+
+
+class SampledValue:
+    """What `take_changed` knows of a value."""
+
+    place: int = 0
+    """Its first word in the memory."""
+    size: int = 0
+    """Its bytes."""
+    mask: int = 0
+    """The bits of its last word that count."""
+    header: int = 0
+    """What is sent before it, 8 bytes."""
+
+
+LAYOUT = lay_out("SampledValue", [SampledValue], Slot)
+
+
+def take_changed(
+    memory: Sequence[int],
+    values: Sequence[SampledValue],
+    last: MutableSequence[int],
+    stream: bytearray,
+) -> int:
+    """Write header and bytes of each value that is not as in `last` into `stream`.
+
+    `last` holds the values one behind the other, in whole words. Gives the number of values
+    written, times 2^32, and of bytes.
+    """
+    count = end = first = 0
+    for n in range(len(values)):
+        value = values[n]
+        words = (value.size + 7) >> 3
+        differs = False
+        for i in range(words):
+            word = memory[value.place + i]
+            if i == words - 1:
+                word &= value.mask
+            if word != last[first + i]:
+                last[first + i] = word
+                differs = True
+        if differs:
+            count += 1
+            end = _put(stream, end, value.header, 8)
+            for i in range(words):
+                end = _put(stream, end, last[first + i], min(value.size - 8 * i, 8))
+        first += words
+    return count << _COUNT | end
+
+
+def _put(stream: bytearray, end: int, word: int, size: int) -> int:
+    """Write the first `size` bytes of a word, the lowest first; where they end."""
+    for i in range(size):
+        stream[end + i] = word >> 8 * i & 0xFF
+    return end + size
+
+
+KERNEL = Kernel("sampling", take_changed, {SampledValue: LAYOUT})
+
+
+class Sampler:
+    """Takes those of some values that changed since the last time.
+
+    Places at a fixed address are read by machine code, other `readers` are called; each gives as
+    many bytes as it has in `last`, or None. `headers`, 8 bytes each, are what is sent before them.
+    """
+
+    def __init__(
+        self,
+        readers: Sequence[Callable[[], bytes | None]],
+        headers: Sequence[bytes],
+        last: Sequence[bytes],
+    ) -> None:
+        self._form = struct.Struct("".join(f"{len(value)}s{-len(value) % 8}x" for value in last))
+        self._last = array("q", self._form.pack(*last))
+        self._stream = bytearray(8 * len(last) + self._form.size)
+        self._view = memoryview(self._stream)
+        called = [n for n, read in enumerate(readers) if not is_fixed(read)]
+        self._call = gather(readers[n] for n in called) if called else None
+        self._called_form = struct.Struct("".join(f"{len(last[n]) + 7 & -8}s" for n in called))
+        self._called = array("q", bytes(self._called_form.size))
+        """What the readers that are called gave."""
+        self._table = array("q")
+        address = self._called.buffer_info()[0]
+        for read, header, value in zip(readers, headers, last, strict=True):
+            size = len(value)
+            if isinstance(read, Place) and read.address:
+                place = read.address
+            else:
+                place, address = address, address + (size + 7 & -8)
+            mask = (1 << 8 * (size % 8)) - 1 or -1
+            self._table.extend((place >> 3, size, mask, int.from_bytes(header, "little")))
+        self._readers = tuple(readers)  # whose memory must stay
+        self._take = KERNEL.bind(
+            *(0, 0, self._table.buffer_info()[0], len(last)),
+            *self._last.buffer_info(),
+            *(ctypes.addressof(ctypes.c_char.from_buffer(self._stream)), len(self._stream)),
+        )
+
+    @property
+    def last(self) -> tuple[bytes, ...]:
+        """The values of the last time."""
+        return self._form.unpack(self._last)
+
+    def sample(self) -> tuple[int, bytes] | None:
+        """How many values changed, and these with their headers; None if one cannot be read."""
+        if self._call is not None:
+            values = self._call()
+            if None in values:
+                return None
+            self._called_form.pack_into(self._called, 0, *values)
+        taken = self._take()
+        return (taken >> _COUNT, bytes(self._view[: taken & _BYTES])) if taken else _NOTHING
+
+
+def is_fixed(read: Callable[[], Any]) -> bool:
+    """Whether machine code can read it."""
+    return isinstance(read, Place) and read.address != 0

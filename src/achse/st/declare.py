@@ -1,0 +1,245 @@
+"""Declarations: parsed sources as the types, programs and variable lists that Python would declare.
+
+All sources of a project are taken together and worked through in the order they depend on each
+other. What comes out are the objects of `achse.iec.declare`: record classes, enumeration types,
+`Variable`s with sections, addresses, attributes and initial values.
+
+Initial values that are no constants (`ADR(x)`, of a variable, of a function) become start values
+of their variables: the PLC works them out when it lays out its memory.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from achse.iec.declare import GlobalVariables, Program, Typelike
+from achse.iec.layout import TC3_X64, LayoutRules
+from achse.iec.structs import Kind, Record, RecordMeta
+from achse.iec.structs import Unit as UnitRecord
+from achse.iec.types import IecType
+from achse.iec.variables import Address as Place
+from achse.st.cursor import Unexpected
+from achse.st.given import FurtherTypes
+from achse.st.parser import Parsed
+from achse.st.resolve import Resolver, generics_of
+from achse.st.scopes import Entry, Failed, Scope
+from achse.st.source import Source, SourceError
+from achse.st.standard import standard_library
+from achse.st.tree import Address, Expression, TypeSpec, VarBlock
+from achse.st.units import (
+    Accessor,
+    Function,
+    FunctionBlock,
+    GlobalList,
+    Interface,
+    Method,
+    Part,
+    Property,
+    TypeDeclaration,
+    Unit,
+)
+from achse.st.units import Program as ProgramTree
+from achse.st.values import NotConstant
+
+__all__ = ["Declarations", "declare"]
+
+_HINT = (
+    "types of libraries come from `libraries`: their sources, or declarations that stand in for"
+    " them; or from the .tmc of the built project, there or beside the sources"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Declarations:
+    """What a project declares; names are keys in lower case, values bear them as written."""
+
+    types: Mapping[str, IecType[Any]]
+    """Structures, unions, enumerations, aliases, function blocks, interfaces."""
+    globals: Mapping[str, type[GlobalVariables]]
+    programs: Mapping[str, type[Program]]
+    trees: Mapping[str, Unit]
+    """The syntax tree of every unit, functions included."""
+
+    @property
+    def units(self) -> list[type[UnitRecord]]:
+        """Variable lists, then programs: what a PLC places."""
+        return [*self.globals.values(), *self.programs.values()]
+
+
+def declare(
+    sources: Iterable[Parsed],
+    *,
+    libraries: Iterable[Parsed] = (),
+    types: Mapping[str, Typelike] | None = None,
+    constants: Mapping[str, object] | None = None,
+    rules: LayoutRules = TC3_X64,
+    further: FurtherTypes | None = None,
+) -> Declarations:
+    """Declare what the sources say. Raises `SourceError` with every fault found.
+
+    Of `libraries` only what the sources name is declared, so that a fault elsewhere in them does
+    no harm. `types` and `constants` are those of libraries that come without sources, by name;
+    `further` has types that are in neither.
+    """
+    sources, libraries = list(sources), list(libraries)
+    faults = [fault for parsed in sources for fault in parsed.faults]
+    if faults:
+        raise SourceError(faults)
+    declarer = _Declarer(types or {}, constants or {}, rules, further)
+    declarer.add(sources)
+    declarer.add(libraries, is_library=True)
+    declarer.add([standard_library()], is_library=True)
+    found = declarer.declare()
+    faults = list(declarer.faults)
+    named = {id(entry.source) for entry in declarer.entries.values() if entry.type is not None}
+    faults += [
+        fault
+        for parsed in libraries
+        if faults or id(parsed.source) in named
+        for fault in parsed.faults
+    ]
+    if faults:
+        raise SourceError(faults, _HINT if declarer.unknown_types else "")
+    return found
+
+
+class _Declarer(Resolver):
+    """Walks all units once, and makes what they declare."""
+
+    def __init__(
+        self,
+        types: Mapping[str, Typelike],
+        constants: Mapping[str, object],
+        rules: LayoutRules,
+        further: FurtherTypes | None,
+    ) -> None:
+        super().__init__(types, constants, rules, further)
+        self._addresses: dict[str, tuple[Address, Source]] = {}
+        self._units: dict[str, type[Record]] = {}
+
+    def declare(self) -> Declarations:
+        own = [entry for entry in self.entries.values() if not entry.is_library]
+        for entry in own:
+            self._collect_addresses(entry)
+        for entry in own:
+            self._work_out_constants(entry)
+        for entry in own:
+            try:
+                with self.inside(entry.source):
+                    if not generics_of(entry):  # Only what it is with certain values is a type.
+                        self._declare(entry)
+                        self._check_parts(entry)
+            except Failed:
+                continue
+        self.check_pointers()
+        for name, (address, source) in self._addresses.items():
+            self.report(source, address.at, f"no variable '{name}' waits for an address")
+        return Declarations(
+            {key: entry.type for key, entry in self.entries.items() if _is_own(entry)},  # type: ignore[misc]
+            {key: unit for key, unit in self._units.items() if issubclass(unit, GlobalVariables)},
+            {key: unit for key, unit in self._units.items() if issubclass(unit, Program)},
+            {entry.name.lower(): entry.tree for entry in own},
+        )
+
+    def _declare(self, entry: Entry) -> None:
+        tree = entry.tree
+        if isinstance(tree, TypeDeclaration | FunctionBlock | Interface):
+            self.entry_type(entry, tree.at)
+        elif isinstance(tree, GlobalList | ProgramTree):
+            scope = self.scope(entry)
+            parts = () if isinstance(tree, GlobalList) else tree.parts
+            kind = Kind.UNIT
+            iec = self.record(kind, entry.name, tree.blocks, scope, tree.note, tree.at, None, parts)
+            base = GlobalVariables if isinstance(tree, GlobalList) else Program
+            members = {member.name: member for member in iec.members}
+            name = entry.name.rpartition(".")[2]
+            self._units[entry.name.lower()] = RecordMeta(name, (base,), members, iec=iec)  # type: ignore[assignment]
+        elif isinstance(tree, Function):
+            self._check_inside(tree.blocks, tree.returns, self.scope(entry))
+
+    # what is only checked --------------------------------------------------------------------
+
+    def _check_parts(self, entry: Entry) -> None:
+        """Find what is wrong with methods and properties, of which no variables come."""
+        parts: tuple[Part, ...] = getattr(entry.tree, "parts", ())
+        scope = self.scope(entry)
+        names: set[str] = set()
+        for part in parts:
+            if part.name.lower() in names:
+                self.report(entry.source, part.at, f"{entry.name} has two parts named {part.name}")
+            names.add(part.name.lower())
+            if isinstance(part, Method):
+                self._check_part(part, part.returns, scope, part.name)
+            elif isinstance(part, Property):
+                self._check_part(part.get, part.type, scope, part.name)
+                self._check_part(part.set, None, scope, part.name)
+        if isinstance(entry.tree, Interface):
+            for base in entry.tree.extends:
+                self.type_of(base, scope, entry.name)
+
+    def _check_part(
+        self, part: Method | Accessor | None, returns: TypeSpec | None, scope: Scope, name: str
+    ) -> None:
+        blocks = () if part is None else part.blocks
+        inside = Scope(scope.source, f"{scope.owner}.{name}", scope.space, scope)
+        for block in blocks:
+            for declaration in block.variables:
+                for item in declaration.names:
+                    inside.variables.setdefault(item.name.lower(), (block, declaration))
+        self._check_inside(blocks, returns, inside)
+
+    def _check_inside(
+        self, blocks: Iterable[VarBlock], returns: TypeSpec | None, scope: Scope
+    ) -> None:
+        try:
+            with self.inside(scope.source):
+                if returns is not None:
+                    self.type_of(returns, scope, scope.owner)
+                self.variables(blocks, scope)
+        except Failed:
+            pass
+
+    # constants and addresses -----------------------------------------------------------------
+
+    def _work_out_constants(self, entry: Entry) -> None:
+        """In the order they are declared, so that long chains of them stay flat."""
+        scope = self.scope(entry)
+        for block in getattr(entry.tree, "blocks", ()):
+            if "CONSTANT" not in block.qualifiers:
+                continue
+            for declaration in block.variables:
+                name = declaration.names[0]
+                if not isinstance(declaration.initial, Expression):
+                    continue
+                try:
+                    self._of_variable(scope, (block, declaration), [name.name.lower()], name.at)
+                except (Failed, NotConstant, Unexpected):
+                    # Told already, or told where the variable is made.
+                    continue
+
+    def _collect_addresses(self, entry: Entry) -> None:
+        """The addresses that VAR_CONFIG gives to variables declared `AT %I*`."""
+        for block in getattr(entry.tree, "blocks", ()):
+            if block.section != "VAR_CONFIG":
+                continue
+            for declaration in block.variables:
+                name, address = declaration.names[0], declaration.address
+                if address is None:
+                    self.report(entry.source, name.at, "VAR_CONFIG gives an address: AT %…")
+                elif name.name.count(".") != 1:
+                    reach = "VAR_CONFIG reaches the variables of programs and lists only"
+                    self.report(entry.source, name.at, reach)
+                else:
+                    self._addresses[name.name.lower()] = (address, entry.source)
+
+    def address_of(self, name: str, address: Address | None) -> Place | None:
+        found = super().address_of(name, address)
+        if found is not None and found.byte is None and name.lower() in self._addresses:
+            given, source = self._addresses.pop(name.lower())
+            with self.inside(source):
+                return super().address_of(name, given)
+        return found
+
+
+def _is_own(entry: Entry) -> bool:
+    return entry.type is not None and not entry.is_library

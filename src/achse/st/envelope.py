@@ -1,0 +1,205 @@
+"""Sources in XML envelopes: `.TcPOU`, `.TcGVL`, `.TcDUT`, `.TcIO` and the task files `.TcTTO`.
+
+The texts lie in CDATA parts: one declaration and one body for each unit, method, accessor and
+action. Faults are told by their place in the file.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import NamedTuple, TypeVar
+
+from achse.st.lexer import Defines
+from achse.st.parser import Parsed, Parser
+from achse.st.source import Fault, Piece, Source
+from achse.st.tree import NO_NOTE
+from achse.st.units import (
+    Accessor,
+    Action,
+    Body,
+    Function,
+    FunctionBlock,
+    Interface,
+    Method,
+    Part,
+    Program,
+    Property,
+    Unit,
+)
+from achse.st.xml import Element
+
+__all__ = ["TaskDeclaration", "parse_envelope", "read_task"]
+
+P = TypeVar("P")
+
+_TEXTS = ("Declaration", "ST")
+
+
+class TaskDeclaration(NamedTuple):
+    """A task as a `.TcTTO` declares it."""
+
+    name: str
+    cycle_ns: int
+    priority: int
+    programs: tuple[str, ...]
+
+
+def read_task(root: Element) -> TaskDeclaration:
+    """The task in a `.TcTTO`; its cycle is given in µs. Raises `SourceError`."""
+    task = root.child("Task")
+    cycle, priority = task.text_of("CycleTime").strip(), task.text_of("Priority", "20").strip()
+    for text in (cycle, priority):
+        if not (text.isascii() and text.isdigit()) or len(text) > 9:
+            task.fault("expected <CycleTime> and <Priority> as whole numbers in <Task>")
+    names = tuple(call.text_of("Name").strip() for call in task.all("PouCall"))
+    return TaskDeclaration(
+        task.attributes.get("Name", "PlcTask"), int(cycle) * 1000, int(priority), names
+    )
+
+
+def _misses(element: Element, expected: str) -> Fault:
+    return Fault(element.location, f"expected {expected} in <{element.tag}>")
+
+
+def parse_envelope(root: Element, path: str, defines: Defines = ()) -> Parsed:
+    """The units of a file and all that is wrong with it."""
+    texts: list[str] = []
+    pieces = []
+    spans: dict[Element, tuple[int, int]] = {}
+    start = 0
+    for element in root.walk():
+        if element.tag in _TEXTS:
+            # Blanks around the CDATA part belong to the file, not to the source.
+            text = element.text[element.begin :]
+            spans[element] = (start, start + len(text))
+            pieces.append(Piece(start, element.begin_at.line, element.begin_at.column))
+            texts.append(text)
+            start += len(text) + 1
+    source = Source("\n".join(texts), path, pieces)
+    return _Envelope(source, spans, defines).parsed(root)
+
+
+class _Envelope:
+    """Puts units together from the texts of one file."""
+
+    def __init__(
+        self, source: Source, spans: Mapping[Element, tuple[int, int]], defines: Defines
+    ) -> None:
+        self._source = source
+        self._spans = spans
+        self._defines = defines
+        self._faults: list[Fault] = []
+
+    def parsed(self, root: Element) -> Parsed:
+        units: list[Unit] = []
+        for element in root.children:
+            name = element.attributes.get("Name", "")
+            if element.tag in ("GVL", "DUT", "EnumerationTextList"):
+                units += self._list(element, name)
+            elif element.tag == "POU":
+                units += self._unit(element)
+            elif element.tag == "Itf":
+                units += self._interface(element)
+        if not root.children:
+            self._faults.append(_misses(root, "a <POU>, <GVL>, <DUT> or <Itf>"))
+        return Parsed(self._source, tuple(units), tuple(self._faults))
+
+    def _parser(self, element: Element) -> Parser | None:
+        declaration = element.find("Declaration")
+        if declaration is None:
+            self._faults.append(_misses(element, "a <Declaration>"))
+            return None
+        return Parser(self._source, *self._spans[declaration], self._defines)
+
+    def _attempt(self, parser: Parser, read: Callable[[], P]) -> P | None:
+        found = parser.attempt(read)
+        self._faults += parser.faults
+        return found
+
+    def _list(self, element: Element, name: str) -> tuple[Unit, ...]:
+        parser = self._parser(element)
+        if parser is None:
+            return ()
+        return self._attempt(parser, lambda: parser.units(name)) or ()
+
+    def _unit(self, element: Element) -> Iterator[Unit]:
+        parser = self._parser(element)
+        if parser is None:
+            return
+        unit = self._attempt(parser, lambda: _head(parser))
+        body, parts = self._body(element), self._parts(element)
+        if isinstance(unit, Function):
+            yield replace(unit, body=body)
+        elif unit is not None:
+            yield replace(unit, body=body, parts=parts)
+
+    def _interface(self, element: Element) -> Iterator[Interface]:
+        parser = self._parser(element)
+        if parser is None:
+            return
+        unit = self._attempt(parser, lambda: parser.interface(whole=False))
+        parts = self._parts(element)
+        if unit is not None:
+            yield replace(unit, parts=parts)
+
+    def _body(self, element: Element) -> Body:
+        """The statements; None for a body in another language, () where there is none."""
+        implementation = element.find("Implementation")
+        if implementation is None or not implementation.children:
+            return ()
+        text = implementation.find("ST")
+        if text is None:
+            return None
+        parser = Parser(self._source, *self._spans[text], self._defines)
+        return self._attempt(parser, parser.statements) or ()
+
+    def _parts(self, element: Element) -> tuple[Part, ...]:
+        parts: list[Part] = []
+        for child in element.children:
+            if child.tag == "Method":
+                parts += self._method(child)
+            elif child.tag == "Property":
+                parts += self._property(child)
+            elif child.tag == "Action":
+                name = child.attributes.get("Name", "")
+                parts.append(Action(name, self._body(child), NO_NOTE, 0))
+        return tuple(parts)
+
+    def _method(self, element: Element) -> Iterator[Method]:
+        parser = self._parser(element)
+        if parser is None:
+            return
+        method = self._attempt(parser, lambda: parser.method(whole=False))
+        body = self._body(element)
+        if method is not None:
+            yield replace(method, body=body)
+
+    def _property(self, element: Element) -> Iterator[Property]:
+        parser = self._parser(element)
+        if parser is None:
+            return
+        found = self._attempt(parser, lambda: parser.property(whole=False))
+        get, set = self._accessor(element.find("Get")), self._accessor(element.find("Set"))
+        if found is not None:
+            yield replace(found, get=get, set=set)
+
+    def _accessor(self, element: Element | None) -> Accessor | None:
+        if element is None:
+            return None
+        declaration = element.find("Declaration")
+        accessor: Accessor | None = Accessor((), (), (), NO_NOTE, 0)
+        if declaration is not None:
+            parser = Parser(self._source, *self._spans[declaration], self._defines)
+            accessor = self._attempt(parser, parser.accessor)
+        body = self._body(element)
+        return None if accessor is None else replace(accessor, body=body)
+
+
+def _head(parser: Parser) -> Program | FunctionBlock | Function:
+    kind = parser.kinds[parser.position]
+    if kind == "FUNCTION_BLOCK":
+        return parser.function_block(whole=False)
+    if kind == "FUNCTION":
+        return parser.function(whole=False)
+    if kind == "PROGRAM":
+        return parser.program(whole=False)
+    raise parser.unexpected("PROGRAM, FUNCTION_BLOCK or FUNCTION")

@@ -1,0 +1,363 @@
+"""Program organisation units, and the parser as a whole: a source in, units and faults out."""
+
+import gc
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
+
+from achse.st.cursor import Unexpected
+from achse.st.declarations import DeclarationParser
+from achse.st.lexer import END, NAME, Defines
+from achse.st.source import Fault, Source, SourceError
+from achse.st.tree import (
+    NO_NOTE,
+    Expression,
+    Name,
+    NamedType,
+    Note,
+    Statements,
+    TypeSpec,
+    VarBlock,
+)
+from achse.st.units import (
+    Accessor,
+    Action,
+    Function,
+    FunctionBlock,
+    GlobalList,
+    Interface,
+    Method,
+    Namespace,
+    Part,
+    Program,
+    Property,
+    Unit,
+)
+from achse.st.words import ACCESS, SECTIONS
+
+__all__ = ["Parsed", "Parser", "parse", "parse_expression", "parse_statements"]
+
+P = TypeVar("P")
+
+_UNIT_WORDS = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM", "INTERFACE", "TYPE", "VAR_GLOBAL")
+_GLOBAL_SECTIONS = ("VAR_GLOBAL", "VAR_CONFIG", "VAR_EXTERNAL")
+_PART_WORDS = ("METHOD", "PROPERTY", "ACTION")
+_UNITS_WITH_PARTS = ("END_FUNCTION_BLOCK", "END_PROGRAM", "END_INTERFACE")
+_AROUND = {
+    "END_METHOD": _UNITS_WITH_PARTS,
+    "END_ACTION": _UNITS_WITH_PARTS,
+    "END_GET": ("END_PROPERTY", *_UNITS_WITH_PARTS),
+    "END_SET": ("END_PROPERTY", *_UNITS_WITH_PARTS),
+}
+"""The ends of what a body is in, which end it if its own end is missing."""
+_AFTER_BODY = frozenset((END, *_UNIT_WORDS))
+
+
+class Parsed(NamedTuple):
+    """The units of a source in order, and all that is wrong with it."""
+
+    source: Source
+    units: tuple[Unit, ...]
+    faults: tuple[Fault, ...]
+
+    def check(self) -> "Parsed":
+        """The same, if there is no fault. Raises `SourceError`."""
+        if self.faults:
+            raise SourceError(self.faults)
+        return self
+
+
+def parse(source: Source | str, *, name: str = "GVL", defines: Defines = ()) -> Parsed:
+    """Read a whole source; raises nothing, whatever the text.
+
+    `name` is given to its VAR_GLOBAL blocks, which have none in the text. `defines` are names
+    (or names with values) that `{IF defined (…)}` finds.
+    """
+    if isinstance(source, str):
+        source = Source(source)
+    parser = Parser(source, defines=defines)
+    units = parser.attempt(lambda: parser.units(name))
+    return Parsed(source, units or (), tuple(parser.faults))
+
+
+def parse_expression(text: str) -> Expression:
+    """One expression. Raises `SourceError`."""
+    parser = Parser(Source(text))
+    return _whole(parser, parser.expression)
+
+
+def parse_statements(text: str) -> Statements:
+    """A list of statements. Raises `SourceError`."""
+    parser = Parser(Source(text))
+    return _whole(parser, parser.statements)
+
+
+def _whole(parser: "Parser", read: Callable[[], P]) -> P:
+    found = parser.attempt(read)
+    if parser.faults or found is None:
+        raise SourceError(parser.faults)
+    return found
+
+
+class Parser(DeclarationParser):
+    """Reads units. A fault costs at most the unit it is in."""
+
+    def attempt(self, read: Callable[[], P]) -> P | None:
+        """What `read` finds if the text ends after it, or else nothing; the fault is reported."""
+        # Trees have no cycles: the collector would walk the growing one again and again for
+        # nothing, for more than half of the time a long file takes.
+        collects = gc.isenabled()
+        gc.disable()
+        try:
+            found = read()
+            self.expect(END, "the end")
+        except Unexpected as fault:
+            self.report(fault)
+            return None
+        except RecursionError:
+            # The caller's own stack left too little for what DEEPEST allows.
+            self.report(Unexpected(self.at, "this nests too deep"))
+            return None
+        finally:
+            if collects:
+                gc.enable()
+        return found
+
+    def units(self, name: str, end: str = END) -> tuple[Unit, ...]:
+        """All units up to the end; VAR_GLOBAL blocks go into one list called `name`."""
+        found: list[Unit] = []
+        blocks: list[VarBlock] = []
+        place = 0
+        while self.kinds[self.position] != end:
+            position = self.position
+            kind = self.kinds[position]
+            try:
+                if kind == END:
+                    raise self.unexpected(end)
+                if kind in _GLOBAL_SECTIONS:
+                    place = place if blocks else self.at
+                    blocks += self.var_blocks(_GLOBAL_SECTIONS)
+                elif kind == "TYPE":
+                    found += self.type_declarations()
+                elif kind == ";":
+                    self.position += 1
+                else:
+                    found.append(self._unit(kind))
+            except Unexpected as fault:
+                self.report(fault)
+                self.depth = 0
+                if self.kinds[self.position] == END:
+                    break
+                self._skip_to_unit(position, end)
+        if blocks:
+            found.append(self._global_list(name, blocks, place))
+        return tuple(found)
+
+    def _skip_to_unit(self, start: int, end: str) -> None:
+        self.position = max(self.position, start + 1)
+        while self.kinds[self.position] not in (*_UNIT_WORDS, END, end):
+            self.position += 1
+
+    def _global_list(self, name: str, blocks: list[VarBlock], at: int) -> GlobalList:
+        """The list, with what its first block is noted with: attributes count for the list."""
+        first = blocks[0]
+        blocks[0] = VarBlock(first.section, first.qualifiers, first.variables, NO_NOTE, first.at)
+        return GlobalList(name, tuple(blocks), first.note, at)
+
+    def _unit(self, kind: str) -> Unit:
+        if kind == "FUNCTION_BLOCK":
+            return self.function_block()
+        if kind == "PROGRAM":
+            return self.program()
+        if kind == "FUNCTION":
+            return self.function()
+        if kind == "INTERFACE":
+            return self.interface()
+        if self.is_word("NAMESPACE"):
+            return self._namespace()
+        raise self.unexpected("TYPE, VAR_GLOBAL, FUNCTION_BLOCK, FUNCTION, PROGRAM or INTERFACE")
+
+    def _namespace(self) -> Namespace:
+        at = self.at
+        self.position += 1
+        self.deeper()
+        if self.is_word("INTERNAL"):
+            self.position += 1
+        name = self.path()
+        depth = self.depth
+        units = self.units(name.name.rpartition(".")[2], "END_NAMESPACE")
+        self.depth = depth - 1
+        self.take("END_NAMESPACE")
+        return Namespace(name.name, units, at)
+
+    # units ---------------------------------------------------------------------------------
+
+    def function_block(self, whole: bool = True) -> FunctionBlock:
+        """A function block; only its head and variables if it is not `whole`."""
+        modifiers, name, note = self._opening("FUNCTION_BLOCK")
+        generic = self.var_blocks(("VAR_GENERIC",))
+        extends = self.type_name() if self.take("EXTENDS") else None
+        implements = self._type_names() if self.take("IMPLEMENTS") else ()
+        self.take(";")
+        blocks = generic + self.var_blocks()
+        parts, body = self._inside("END_FUNCTION_BLOCK") if whole else ((), ())
+        return FunctionBlock(
+            name.name, modifiers, blocks, parts, body, note, name.at, extends, implements
+        )
+
+    def program(self, whole: bool = True) -> Program:
+        """A program; only its head and variables if it is not `whole`."""
+        modifiers, name, note = self._opening("PROGRAM")
+        self.take(";")
+        blocks = self.var_blocks()
+        parts, body = self._inside("END_PROGRAM") if whole else ((), ())
+        return Program(name.name, modifiers, blocks, parts, body, note, name.at)
+
+    def function(self, whole: bool = True) -> Function:
+        """A function; only its head and variables if it is not `whole`."""
+        modifiers, name, note = self._opening("FUNCTION")
+        returns = self._returns()
+        self.take(";")
+        blocks = self.var_blocks()
+        body = self._body_up_to("END_FUNCTION") if whole else ()
+        return Function(name.name, modifiers, returns, blocks, body, note, name.at)
+
+    def interface(self, whole: bool = True) -> Interface:
+        """An interface; only its head if it is not `whole`."""
+        modifiers, name, note = self._opening("INTERFACE")
+        extends = self._type_names() if self.take("EXTENDS") else ()
+        self.take(";")
+        parts: tuple[Part, ...] = ()
+        if whole:
+            parts = tuple(self._parts())
+            self._end("END_INTERFACE", "METHOD, PROPERTY or END_INTERFACE")
+        return Interface(name.name, modifiers, extends, parts, note, name.at)
+
+    def _opening(self, word: str) -> tuple[tuple[str, ...], Name, Note]:
+        """What every unit and part begins with: its modifiers, name and note."""
+        first = self.position
+        self.expect(word)
+        modifiers = self.modifiers()
+        name = self.name()
+        return modifiers, name, self.note(first, self.position - 1)
+
+    def _type_names(self) -> tuple[NamedType, ...]:
+        names = [self.type_name()]
+        # Editors leave a comma behind when they take the last name away.
+        while self.take(",") and self.kinds[self.position] == NAME:
+            names.append(self.type_name())
+        return tuple(names)
+
+    def _returns(self) -> TypeSpec | None:
+        return self.type_spec() if self.take(":") else None
+
+    # what is inside ------------------------------------------------------------------------
+
+    def _inside(self, end: str) -> tuple[tuple[Part, ...], Statements]:
+        """Methods, properties, actions and statements in any order, up to `end`."""
+        parts: list[Part] = []
+        body: Statements = ()
+        known = self.fault_count
+        while True:
+            parts += self._parts()
+            body += self.statements()
+            kind = self.kinds[self.position]
+            if kind in _PART_WORDS:
+                continue
+            if kind == end or kind in _AFTER_BODY:
+                break
+            self._pass_over(end, known)
+        self._end(end)
+        return tuple(parts), body
+
+    def _body_up_to(self, end: str) -> Statements:
+        body: Statements = ()
+        around = _AROUND.get(end, ())
+        known = self.fault_count
+        while True:
+            body += self.statements()
+            kind = self.kinds[self.position]
+            if kind == end or kind in _AFTER_BODY or kind in _PART_WORDS or kind in around:
+                break
+            self._pass_over(end, known)
+        self._end(end)
+        return body
+
+    def _pass_over(self, end: str, known: int) -> None:
+        """Go past what stands in no body. Variables are there if the head before them is at fault,
+        which makes more faults than the `known` ones and is told."""
+        if self.kinds[self.position] not in SECTIONS:
+            self.report(self.unexpected(end))
+            self.position += 1
+            return
+        if self.fault_count == known:
+            self.report(self.unexpected(end))
+        self.var_blocks()
+
+    def _end(self, end: str, expected: str = "") -> None:
+        if self.take(end):
+            self.take(";")
+        else:
+            self.report(self.unexpected(expected or end))
+
+    def _parts(self) -> list[Part]:
+        parts: list[Part] = []
+        while (kind := self.kinds[self.position]) in _PART_WORDS:
+            if kind == "METHOD":
+                parts.append(self.method())
+            elif kind == "PROPERTY":
+                parts.append(self.property())
+            else:
+                parts.append(self.action())
+        return parts
+
+    def method(self, whole: bool = True) -> Method:
+        """A method; only its head and variables if it is not `whole`."""
+        modifiers, name, note = self._opening("METHOD")
+        returns = self._returns()
+        self.take(";")
+        blocks = self.var_blocks()
+        body = self._body_up_to("END_METHOD") if whole else ()
+        return Method(name.name, modifiers, returns, blocks, body, note, name.at)
+
+    def property(self, whole: bool = True) -> Property:
+        """A property; only its head if it is not `whole`."""
+        modifiers, name, note = self._opening("PROPERTY")
+        self.expect(":")
+        type = self.type_spec()
+        self.take(";")
+        get: Accessor | None = None
+        set: Accessor | None = None
+        if whole:
+            while self.is_word("GET") or self.is_word("SET"):
+                if self.is_word("GET"):
+                    get = self._accessor("END_GET")
+                else:
+                    set = self._accessor("END_SET")
+            self._end("END_PROPERTY", "GET, SET or END_PROPERTY")
+        return Property(name.name, modifiers, type, get, set, note, name.at)
+
+    def _accessor(self, end: str) -> Accessor:
+        first = self.position
+        self.position += 1
+        accessor = self.accessor(first)
+        body = self._body_up_to(end)
+        return Accessor(accessor.modifiers, accessor.blocks, body, accessor.note, accessor.at)
+
+    def accessor(self, first: int = 0) -> Accessor:
+        """Modifiers and variables of a GET or SET, without its body."""
+        at = self.starts[first]
+        note = self.note(first, first)
+        words = []
+        while self.kinds[self.position] == NAME and self.words[self.position].upper() in ACCESS:
+            words.append(self.words[self.position].upper())
+            self.position += 1
+        return Accessor(tuple(words), self.var_blocks(), (), note, at)
+
+    def action(self) -> Action:
+        """An action."""
+        first = self.position
+        self.expect("ACTION")
+        name = self.name()
+        note = self.note(first, self.position - 1)
+        self.take(":")
+        return Action(name.name, self._body_up_to("END_ACTION"), note, name.at)

@@ -1,0 +1,32 @@
+"""Symbol files: `.tmc` read and written, `.tpy` read, and what differs between two of them."""
+
+from achse.st.source import Fault, Location, SourceError
+from achse.st.symbolfiles.difference import Change, differences
+from achse.st.symbolfiles.model import FileTask, FileVariable, SymbolFile, units_of
+from achse.st.symbolfiles.tmc import read_tmc
+from achse.st.symbolfiles.tmcwriter import write_tmc
+from achse.st.symbolfiles.tpy import read_tpy
+
+__all__ = [
+    "Change",
+    "FileTask",
+    "FileVariable",
+    "SymbolFile",
+    "differences",
+    "read_symbol_file",
+    "read_tmc",
+    "read_tpy",
+    "units_of",
+    "write_tmc",
+]
+
+_READERS = {".tmc": read_tmc, ".tpy": read_tpy}
+
+
+def read_symbol_file(data: bytes, source: str) -> SymbolFile:
+    """The content of a `.tmc` or `.tpy`; the name `source` says which. Raises `SourceError`."""
+    for suffix, read in _READERS.items():
+        if source.lower().endswith(suffix):
+            return read(data, source)
+    expected = "expected a file name that ends in .tmc or .tpy"
+    raise SourceError([Fault(Location(source, 1, 1), expected)])

@@ -1,0 +1,114 @@
+"""`.tmc` files read: the module description of a TwinCAT 3 PLC project."""
+
+from achse.iec.errors import shown
+from achse.iec.names import with_coding
+from achse.iec.variables import Variable
+from achse.st.symbolfiles.initials import initial_image
+from achse.st.symbolfiles.model import FileTask, FileVariable, SymbolFile
+from achse.st.symbolfiles.types import FileTypes, checked_address, properties_of
+from achse.st.xml import Element, parse_xml
+
+__all__ = ["AREAS", "read_tmc", "types_of_tmc"]
+
+AREAS = {"InputDst": "I", "OutputSrc": "Q", "MArea": "M", "RetainSrc": "R", "Internal": "D"}
+"""AreaType of a data area, and the area of an `Address`; any other type counts as data."""
+
+_TOOL_NOTES = {"TcVarGlobal", "TcAddressType", "TcPersistent"}
+
+
+def types_of_tmc(data: bytes, source: str = "tmc") -> tuple[FileTypes, Element]:
+    """The types of a `.tmc`, and its module. Raises `SourceError` with the line of the fault."""
+    root = parse_xml(data, source)
+    if root.tag != "TcModuleClass":
+        root.fault(f"expected <TcModuleClass>, the root of a .tmc, got <{shown(root.tag)[1:-1]}>")
+    modules = root.find("Modules")
+    module = None if modules is None else modules.find("Module")
+    if module is None:
+        root.fault("expected a <Module> in <Modules>")
+    elements = root.find("DataTypes")
+    size = _pointer_size(root, module)
+    return FileTypes(elements.all("DataType") if elements else (), size), module
+
+
+def read_tmc(data: bytes, source: str = "tmc") -> SymbolFile:
+    """The content of a `.tmc`. Raises `SourceError` with the line of the fault."""
+    types, module = types_of_tmc(data, source)
+    contexts = module.find("Contexts")
+    tasks = [] if contexts is None else contexts.all("Context")
+    numbers = {item.text_of("Id").strip(): number for number, item in enumerate(tasks)}
+    areas = module.find("DataAreas")
+    variables = [
+        _variable(symbol, area, types, numbers)
+        for area in (() if areas is None else areas.all("DataArea"))
+        for symbol in area.all("Symbol")
+    ]
+    return SymbolFile(
+        module.text_of("Name").strip(),
+        variables,
+        types.all(),
+        [_task(item) for item in tasks] or [FileTask("PlcTask")],
+        _port(module),
+        types.pointer_size,
+    )
+
+
+def _pointer_size(root: Element, module: Element) -> int:
+    platform = module.attributes.get("TargetPlatform", "").lower()
+    if platform:
+        return 8 if "x64" in platform else 4
+    # Older files do not tell; the first pointer does.
+    waiting = [root]
+    while waiting:
+        element = waiting.pop()
+        for child in element:
+            if "PointerTo" in child.attributes and element.find("ArrayInfo") is None:
+                size = element.find("BitSize")
+                if size is not None and "X64" not in size.attributes:
+                    return 4 if size.number == 32 else 8
+        waiting.extend(element.children)
+    return 8
+
+
+def _port(module: Element) -> int:
+    name = properties_of(module).get("ApplicationName", "")
+    number = name.rpartition("_")[2]
+    return int(number) if number.isdecimal() and 0 < int(number) < 0x1_0000 else 851
+
+
+def _task(context: Element) -> FileTask:
+    manual = context.find("ManualConfig")
+    cycle = priority = 0
+    if manual is not None:
+        cycle, priority = manual.number_of("CycleTime", 0), manual.number_of("Priority", 20)
+    return FileTask(context.text_of("Name").strip(), cycle or 10_000_000, min(priority or 20, 255))
+
+
+def _variable(
+    symbol: Element, area: Element, types: FileTypes, tasks: dict[str, int]
+) -> FileVariable:
+    name = symbol.child("Name").text.strip()
+    if not name:
+        symbol.fault("a symbol has no name")
+    letter = AREAS.get(area.child("AreaNo").attributes.get("AreaType", ""), "D")
+    type = types.type_of(symbol, "BaseType")
+    properties = properties_of(symbol)
+    if properties.get("TcEncoding", "").upper() == "UTF-8":
+        type = with_coding(type, "utf-8")
+    place = symbol.child("BitOffs")
+    is_bit = type.is_bit or place.number % 8 != 0 or symbol.number_of("BitSize") == 1
+    default = symbol.find("Default")
+    return FileVariable(
+        name,
+        Variable(
+            type,
+            None if default is None else initial_image(type, default),
+            name=name,
+            at=checked_address(place, name, letter, place.number, type, is_bit),
+            retain=letter == "R",
+            persistent="TcPersistent" in properties,
+            comment=symbol.text_of("Comment"),
+            attributes={k: v for k, v in properties.items() if k not in _TOOL_NOTES},
+        ),
+        tasks.get(area.text_of("ContextId").strip(), 0),
+        "TcVarGlobal" in properties,
+    )

@@ -1,0 +1,332 @@
+"""`.tmc` files written: as the engineering tool writes them, for tools that read its files."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+from uuid import UUID
+
+from achse.iec.arrays import ArrayType
+from achse.iec.derived import (
+    AliasType,
+    InterfaceType,
+    PointerType,
+    ReferenceType,
+    SubrangeType,
+)
+from achse.iec.describe import types_within
+from achse.iec.enums import EnumType
+from achse.iec.methods import Method
+from achse.iec.structs import Kind, StructType
+from achse.iec.types import IecType, derived_guid
+from achse.iec.variables import Section, Variable
+from achse.st.symbolfiles.initials import initial_parts
+from achse.st.symbolfiles.model import FileVariable, SymbolFile, is_defined
+from achse.st.symbolfiles.tmc import AREAS
+from achse.st.xml import escape
+
+__all__ = ["write_tmc"]
+
+_AREA_NUMBERS = {"InputDst": 0, "OutputSrc": 1, "MArea": 2, "Internal": 3, "RetainSrc": 4}
+_AREA_NAMES = {
+    "InputDst": "Inputs",
+    "OutputSrc": "Outputs",
+    "MArea": "Memory",
+    "Internal": "Internal",
+    "RetainSrc": "Retains",
+}
+_AREAS_PER_TASK = 16
+_ITEM_TYPES = {Section.INPUT: "Input", Section.OUTPUT: "Output", Section.IN_OUT: "InOut"}
+_SCHEMA = "http://www.beckhoff.com/schemas/2009/05/TcModuleClass"
+
+Lines = Iterator[str]
+
+
+def write_tmc(file: SymbolFile) -> bytes:
+    """The bytes of a `.tmc` with everything in `file`. Equal files give equal bytes."""
+    return ("\n".join(_document(file)) + "\n").encode()
+
+
+def _document(file: SymbolFile) -> Lines:
+    yield '<?xml version="1.0" encoding="utf-8"?>'
+    yield (
+        '<TcModuleClass xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"'
+        f' xsi:noNamespaceSchemaLocation="{_SCHEMA}"'
+        f' Hash="{_guid(derived_guid(file.name))}" GeneratedBy="achse">'
+    )
+    yield "<DataTypes>"
+    roots = [*file.types, *(item.declared.type for item in file.variables)]
+    for type in _defined(roots):
+        yield from _data_type(type)
+    yield "</DataTypes>"
+    yield "<Modules>"
+    platform = "TwinCAT RT (x64)" if file.pointer_size == 8 else "TwinCAT RT (x86)"
+    yield (
+        f'<Module GUID="{_guid(derived_guid("module " + file.name))}"'
+        f' TcSmClass="TComPlcObjDef" TargetPlatform="{platform}">'
+    )
+    yield _text("Name", file.name)
+    yield '<CLSID ClassFactory="TcPlc30">{08500001-0000-0000-F000-000000000064}</CLSID>'
+    yield "<Licenses/>"
+    yield "<Contexts>"
+    for number, task in enumerate(file.tasks):
+        yield "<Context>"
+        yield _text("Id", number, NeedCalleeCall="true")
+        yield _text("Name", task.name)
+        yield "<ManualConfig>"
+        yield _text("OTCID", f"#x{0x0201_0030 + 0x10 * number:08x}")
+        yield _text("Priority", task.priority)
+        yield _text("CycleTime", task.cycle_ns)
+        yield "</ManualConfig>"
+        yield "</Context>"
+    yield "</Contexts>"
+    yield "<Parameters/>"
+    yield "<DataAreas>"
+    yield from _areas(file)
+    yield "</DataAreas>"
+    yield from _properties([("ApplicationName", f"Port_{file.port}")])
+    yield "</Module>"
+    yield "</Modules>"
+    yield "</TcModuleClass>"
+
+
+def _text(tag: str, text: object, **attributes: object) -> str:
+    marks = "".join(f' {name}="{escape(str(value))}"' for name, value in attributes.items())
+    return f"<{tag}{marks}>{escape(str(text))}</{tag}>"
+
+
+def _comment(text: str) -> Lines:
+    if text:
+        yield _text("Comment", text)
+
+
+def _guid(guid: bytes) -> str:
+    return f"{{{str(UUID(bytes_le=guid)).upper()}}}"
+
+
+def _properties(pairs: Iterable[tuple[str, str]]) -> Lines:
+    pairs = list(pairs)
+    if not pairs:
+        return
+    yield "<Properties>"
+    for name, value in pairs:
+        yield "<Property>"
+        yield _text("Name", name)
+        if value:
+            yield _text("Value", value)
+        yield "</Property>"
+    yield "</Properties>"
+
+
+# types -------------------------------------------------------------------------------------------
+
+
+def _defined(roots: Sequence[IecType[Any]]) -> list[IecType[Any]]:
+    """The types that need a `<DataType>`, with those they extend, by name."""
+    found: dict[str, IecType[Any]] = {}
+    while roots:
+        new = [type for type in types_within(roots) if type.name.lower() not in found]
+        found.update((type.name.lower(), type) for type in new)
+        roots = [type.base for type in new if isinstance(type, StructType) and type.base]
+    return [found[key] for key in sorted(found) if is_defined(found[key])]
+
+
+def _named(tag: str, name: str, **attributes: object) -> str:
+    """A name with its namespace apart: `Tc2_System.T_MaxString`."""
+    space, dot, own = name.rpartition(".")
+    # A name such as `INT (1..5)` has dots that part nothing.
+    if dot and own.isidentifier():
+        return _text(tag, own, **attributes, Namespace=space)
+    return _text(tag, name, **attributes)
+
+
+def _reference(
+    tag: str, type: IecType[Any], arrays: str = "ArrayInfo", **marks: object
+) -> tuple[str, list[str]]:
+    """The element that names a type, and those that tell of arrays around it."""
+    levels: list[tuple[Mapping[str, object], ArrayType[Any]]] = []
+    while True:
+        pointers: dict[str, object] = {}
+        depth = 0
+        while isinstance(type, PointerType) and not isinstance(type, InterfaceType):
+            if isinstance(type, ReferenceType):
+                pointers["ReferenceTo"] = "true"
+            else:
+                depth += 1
+            type = type.target
+        if depth:
+            pointers["PointerTo"] = depth
+        if not isinstance(type, ArrayType):
+            break
+        levels.append((pointers, type))
+        type = type.element
+    infos = []
+    for level, (around, array) in enumerate(levels):
+        nested: dict[str, object] = {"Level": level} if len(levels) > 1 else {}
+        head = "".join(f' {name}="{value}"' for name, value in {**nested, **around}.items())
+        infos += [
+            f"<{arrays}{head}><LBound>{bounds.first}</LBound>"
+            f"<Elements>{bounds.length}</Elements></{arrays}>"
+            for bounds in array.dimensions
+        ]
+    return _named(tag, type.name, **marks, **pointers), infos
+
+
+def _data_type(type: IecType[Any]) -> Lines:
+    yield "<DataType>"
+    yield _named("Name", type.name, GUID=_guid(type.guid))
+    yield from _comment(type.comment)
+    yield _text("BitSize", 8 * type.size)
+    properties = list(type.attributes.items())
+    if isinstance(type, EnumType):
+        yield _text("BaseType", type.base.name)
+        for name, number in type.numbers.items():
+            yield "<EnumInfo>"
+            yield _text("Text", name)
+            yield _text("Enum", number)
+            yield from _comment(type.comments.get(name, ""))
+            yield "</EnumInfo>"
+    elif isinstance(type, SubrangeType):
+        yield _text("BaseType", type.integer.name)
+        properties += [("LowerBorder", str(type.low)), ("UpperBorder", str(type.high))]
+    elif isinstance(type, AliasType):
+        base, infos = _reference("BaseType", type.base)
+        yield base
+        yield from infos
+    elif isinstance(type, StructType):
+        if type.kind is Kind.FUNCTION_BLOCK:
+            properties.insert(0, ("PouType", "FunctionBlock"))
+        if type.base is not None:
+            yield _named("ExtendsType", type.base.name)
+        for member in type.own_members:
+            yield from _member(member)
+        for method in type.own_methods:
+            yield from _method(method, type.methods.index(method))
+    yield from _properties(properties)
+    yield "</DataType>"
+
+
+def _member(member: Variable[Any, Any]) -> Lines:
+    name, infos = _reference("Type", member.type)
+    yield "<SubItem>"
+    yield _text("Name", member.name, **({} if member.in_memory else {"Static": "true"}))
+    yield name
+    yield from infos
+    yield from _comment(member.comment)
+    yield _text("BitSize", _bits(member))
+    if member.in_memory:
+        yield _text("BitOffs", 8 * member.offset + (member.bit or 0))
+    yield from _default(member)
+    properties = [("ItemType", kind)] if (kind := _ITEM_TYPES.get(member.section)) else []
+    if member.persistent:
+        properties.append(("TcPersistent", ""))
+    yield from _properties([*properties, *member.attributes.items()])
+    yield "</SubItem>"
+
+
+def _bits(variable: Variable[Any, Any]) -> int:
+    return 1 if variable.type.is_bit else 8 * variable.type.size
+
+
+def _default(variable: Variable[Any, Any]) -> Lines:
+    if variable.initial is None:
+        return
+    parts = initial_parts(variable.type, variable.initial_bytes())
+    if not parts:
+        return
+    yield "<Default>"
+    for path, kind, literal in parts:
+        if path:
+            yield f"<SubItem>{_text('Name', path)}{_text(kind, literal)}</SubItem>"
+        else:
+            yield _text(kind, literal)
+    yield "</Default>"
+
+
+def _method(method: Method, number: int) -> Lines:
+    yield "<Method>"
+    yield _text("Name", method.name, RpcEnable="plc", VTableIndex=number)
+    yield from _comment(method.comment)
+    if method.returns is not None:
+        name, infos = _reference(
+            "ReturnType", method.returns, "ReturnArrayInfo", RpcDirection="out"
+        )
+        yield name
+        yield _text("ReturnBitSize", 8 * method.returns.size)
+        yield from infos
+    for item in method.parameters:
+        type: IecType[Any] = item.type
+        size = type.size
+        direction = "out" if item.is_output else "in"
+        if item.by_reference:
+            type = ReferenceType(type)
+        name, infos = _reference("Type", type, RpcDirection=direction)
+        yield "<Parameter>"
+        yield _text("Name", item.name)
+        yield name
+        yield from infos
+        yield from _comment(item.comment)
+        yield _text("BitSize", 8 * size)
+        own = [("ItemType", "Output")] if item.is_output else []
+        yield from _properties([*own, *item.attributes.items()])
+        yield "</Parameter>"
+    yield from _properties(method.attributes.items())
+    yield "</Method>"
+
+
+# variables ---------------------------------------------------------------------------------------
+
+
+def _areas(file: SymbolFile) -> Lines:
+    grouped: dict[int, list[FileVariable]] = {}
+    kinds: dict[int, str] = {}
+    for item in file.variables:
+        address = item.declared.address
+        letter = "D" if address is None else address.area
+        kind = next(name for name, area in AREAS.items() if area == letter)
+        number = _AREAS_PER_TASK * item.task + _AREA_NUMBERS[kind]
+        grouped.setdefault(number, []).append(item)
+        kinds[number] = kind
+    for number in sorted(grouped):
+        task = number // _AREAS_PER_TASK
+        name = file.tasks[task].name if task < len(file.tasks) else f"Task {task}"
+        yield "<DataArea>"
+        yield _text("AreaNo", number, AreaType=kinds[number], CreateSymbols="true")
+        yield _text("Name", f"{name} {_AREA_NAMES[kinds[number]]}")
+        yield _text("ContextId", task)
+        yield _text("ByteSize", _area_size(grouped[number]))
+        for item in grouped[number]:
+            yield from _symbol(item, kinds[number])
+        yield "</DataArea>"
+
+
+def _area_size(items: Sequence[FileVariable]) -> int:
+    ends = [_bit_offset(item) // 8 + item.declared.type.size for item in items]
+    return -(-max(ends) // 0x1_0000) * 0x1_0000
+
+
+def _bit_offset(item: FileVariable) -> int:
+    address = item.declared.address
+    return 0 if address is None else 8 * (address.byte or 0) + (address.bit or 0)
+
+
+def _symbol(item: FileVariable, kind: str) -> Lines:
+    variable = item.declared
+    address = variable.address
+    in_bit = address is not None and address.bit is not None
+    name, infos = _reference("BaseType", variable.type)
+    yield "<Symbol>"
+    yield _text("Name", item.name)
+    yield from _comment(variable.comment)
+    yield _text("BitSize", 1 if in_bit else _bits(variable))
+    yield name
+    yield from infos
+    yield from _default(variable)
+    properties = list(variable.attributes.items())
+    if kind in ("InputDst", "OutputSrc"):
+        properties.append(("TcAddressType", kind.removesuffix("Dst").removesuffix("Src")))
+    if variable.persistent:
+        properties.append(("TcPersistent", ""))
+    if item.is_global:
+        properties.append(("TcVarGlobal", ""))
+    yield from _properties(properties)
+    yield _text("BitOffs", _bit_offset(item))
+    yield "</Symbol>"

@@ -1,0 +1,141 @@
+"""XML as far as sources and symbol files need it: elements with their places, and no entities.
+
+A document with a DOCTYPE is refused, so nothing in it can grow or fetch anything.
+"""
+
+import re
+from collections.abc import Iterator
+from typing import NoReturn
+from xml.parsers import expat
+
+from achse.iec.errors import shown
+from achse.st.source import Fault, Location, SourceError
+
+__all__ = ["Element", "escape", "parse_xml"]
+
+_DEEPEST = 64
+
+
+class Element:
+    """An element: its tag, attributes, text and children, and where it begins."""
+
+    __slots__ = ("attributes", "begin", "begin_at", "children", "location", "tag", "text")
+
+    def __init__(self, tag: str, attributes: dict[str, str], location: Location) -> None:
+        self.tag = tag
+        self.attributes = attributes
+        self.location = location
+        self.text = ""
+        self.begin = 0
+        """Where in `text` the first piece is that is not blank: a CDATA part, for example."""
+        self.begin_at = location
+        """Where that is in the file."""
+        self.children: list[Element] = []
+
+    def __iter__(self) -> Iterator["Element"]:
+        return iter(self.children)
+
+    def find(self, tag: str) -> "Element | None":
+        """The first child of that tag."""
+        for child in self.children:
+            if child.tag == tag:
+                return child
+        return None
+
+    def all(self, tag: str) -> list["Element"]:
+        """The children of that tag."""
+        return [child for child in self.children if child.tag == tag]
+
+    def walk(self) -> Iterator["Element"]:
+        """The element and all in it, in order of the file."""
+        waiting = [self]
+        while waiting:
+            element = waiting.pop()
+            yield element
+            waiting.extend(reversed(element.children))
+
+    def child(self, tag: str) -> "Element":
+        """The first child of that tag. Raises `SourceError` if there is none."""
+        found = self.find(tag)
+        if found is None:
+            self.fault(f"expected <{tag}> in <{self.tag}>")
+        return found
+
+    def text_of(self, tag: str, default: str = "") -> str:
+        """The text of the first child of that tag."""
+        found = self.find(tag)
+        return default if found is None else found.text
+
+    @property
+    def number(self) -> int:
+        """The text as a whole number 0 … 2**63 - 1. Raises `SourceError`."""
+        text = self.text.strip()
+        if not (text.isascii() and text.isdigit()) or len(text) > 19 or int(text) >> 63:
+            self.fault(f"<{self.tag}>: expected a whole number, got {shown(text)}")
+        return int(text)
+
+    def number_of(self, tag: str, default: int | None = None) -> int:
+        """The number in the first child of that tag; without default there has to be one."""
+        found = self.find(tag) if default is not None else self.child(tag)
+        return default if found is None and default is not None else self.child(tag).number
+
+    def fault(self, message: str) -> NoReturn:
+        """Raise the error that names this place."""
+        raise SourceError([Fault(self.location, message)])
+
+
+def parse_xml(data: bytes, path: str) -> Element:
+    """The root element of a document. Raises `SourceError`."""
+    parser = expat.ParserCreate()
+    stack: list[tuple[Element, list[str]]] = []
+    roots: list[Element] = []
+
+    def location() -> Location:
+        return Location(path, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        element = Element(tag.rpartition(":")[2], attributes, location())
+        if len(stack) >= _DEEPEST:
+            element.fault(f"elements nest deeper than {_DEEPEST}")
+        (stack[-1][0].children if stack else roots).append(element)
+        stack.append((element, []))
+
+    def end(_: str) -> None:
+        element, pieces = stack.pop()
+        element.text = "".join(pieces)
+
+    def text(piece: str) -> None:
+        if not stack:
+            return
+        element, pieces = stack[-1]
+        if element.begin_at is element.location and not piece.isspace():
+            element.begin = sum(map(len, pieces))
+            element.begin_at = location()
+        pieces.append(piece)
+
+    def doctype(*_: object) -> None:
+        raise SourceError([Fault(location(), "a DOCTYPE is not accepted")])
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    parser.CharacterDataHandler = text
+    parser.StartDoctypeDeclHandler = doctype
+    try:
+        parser.Parse(data, True)
+    except expat.ExpatError as failure:
+        place = Location(path, failure.lineno, failure.offset + 1)
+        reason = f"no well-formed XML: {expat.ErrorString(failure.code)}"
+        raise SourceError([Fault(place, reason)]) from None
+    except (LookupError, ValueError) as failure:
+        reason = f"no well-formed XML: {failure}"
+        raise SourceError([Fault(Location(path, 1, 1), reason)]) from None
+    return roots[0]
+
+
+_UNFIT = re.compile("[\\x00-\\x08\\x0b\\x0c\\x0e-\\x1f\\ud800-\\udfff\\ufffe\\uffff]")
+_ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "\r": "&#13;"})
+
+
+def escape(text: str) -> str:
+    """`text` as XML content or attribute value; signs that XML cannot hold become `?`."""
+    return _UNFIT.sub("?", text).translate(_ESCAPES)

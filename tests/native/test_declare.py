@@ -1,0 +1,47 @@
+"""Records from declarations."""
+
+import struct
+
+import pytest
+
+from achse.native.declare import Slot, lay_out, pack, plain_record
+
+
+class Body:
+    angle: float = 0.5
+    turns: int = 3
+
+
+class Marks:
+    marks: list[float] = [0.0] * 3
+    count: int = Slot(7)  # type: ignore[assignment]
+
+
+WHEEL = lay_out("wheel", [Body, Marks], Slot)
+
+
+def test_fields_lie_one_behind_the_other() -> None:
+    places = {name: (slot.offset, slot.length, slot.is_real) for name, slot in WHEEL.fields.items()}
+    assert places == {
+        "angle": (0, 0, True), "turns": (1, 0, False), "marks": (2, 3, True),
+        "count": (5, 0, False),
+    }  # fmt: skip
+    assert WHEEL.words == 6
+
+
+def test_a_plain_record_begins_with_the_defaults() -> None:
+    plain = plain_record(WHEEL)
+    first, second = plain(), plain()
+    first.marks[1] = 2.5
+    assert (second.angle, second.turns, second.marks, second.count) == (0.5, 3, [0.0] * 3, 7)
+    with pytest.raises(AttributeError):
+        first.colour = 1
+
+
+def test_a_record_is_packed_in_its_layout() -> None:
+    assert pack(WHEEL, plain_record(WHEEL)()) == struct.pack("=dq3dq", 0.5, 3, 0.0, 0.0, 0.0, 7)
+
+
+def test_a_field_is_declared_once() -> None:
+    with pytest.raises(TypeError, match="'angle' is declared twice"):
+        lay_out("wheel", [Body, Body], Slot)

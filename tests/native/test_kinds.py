@@ -1,0 +1,38 @@
+"""Kinds of values."""
+
+from achse.native.declare import Layout
+from achse.native.kinds import (
+    BOOL,
+    INT,
+    REAL,
+    Record,
+    Row,
+    Several,
+    joined,
+    machine_types,
+)
+
+WHEEL = Record(Layout("wheel", {}, 4))
+
+
+def test_numbers_join_to_the_wider() -> None:
+    assert joined(BOOL, INT) == INT
+    assert joined(REAL, INT) == REAL
+    assert joined(INT, INT) == INT
+
+
+def test_tuples_join_member_by_member() -> None:
+    assert joined(Several((INT, REAL)), Several((REAL, BOOL))) == Several((REAL, REAL))
+    assert joined(Several((INT, WHEEL)), Several((INT, INT))) is None
+    assert joined(Several((INT,)), Several((INT, INT))) is None
+
+
+def test_other_kinds_do_not_join() -> None:
+    assert joined(WHEEL, INT) is None
+    assert joined(Row(INT), Row(REAL)) is None
+    assert joined(Row(WHEEL), Row(WHEEL)) == Row(WHEEL)
+
+
+def test_values_lie_flat() -> None:
+    assert machine_types(Several((INT, Row(WHEEL), BOOL))) == ("i64", "ptr", "i64", "i1")
+    assert machine_types(WHEEL) == ("ptr",)

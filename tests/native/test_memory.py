@@ -1,0 +1,82 @@
+"""Records in memory."""
+
+from typing import Any
+from unittest.mock import patch
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.native.declare import Slot, lay_out
+from achse.native.memory import Place, Rows, RowView, field_property, gather, reader
+
+
+class Wheel:
+    angle: float = 0.0
+    turns: int = 0
+    marks: list[float] = [0.0] * 3
+
+
+LAYOUT = lay_out("wheel", [Wheel], Slot)
+
+
+class View(RowView):
+    angle: Any = field_property(LAYOUT.fields["angle"])
+    turns: Any = field_property(LAYOUT.fields["turns"])
+    marks: Any = field_property(LAYOUT.fields["marks"])
+
+
+def test_rows_begin_empty_and_apart() -> None:
+    rows = Rows(LAYOUT, 3)
+    rows.row(1)[:] = b"\xff" * 40
+    assert bytes(rows.row(0)) == bytes(rows.row(2)) == bytes(40)
+    assert rows.address % 8 == 0
+    assert rows.count == 3
+
+
+def test_a_view_has_the_fields_as_attributes() -> None:
+    view = View(Rows(LAYOUT, 1), 0)
+    view.angle = 2.5
+    view.turns = -3
+    view.marks[2] = 0.25
+    assert (view.angle, view.turns, list(view.marks)) == (2.5, -3, [0.0, 0.0, 0.25])
+    assert view.wholes[1] == -3
+    assert view.reals[4] == 0.25
+    assert reader(LAYOUT.fields["turns"])(view) == -3
+
+
+def test_a_view_knows_the_places_of_its_fields() -> None:
+    rows = Rows(LAYOUT, 2)
+    view = View(rows, 1)
+    place = view.place(LAYOUT.fields["turns"], 4)
+    view.turns = 0x0102_0304_0506
+    assert place is not None
+    assert place() == (0x0304_0506).to_bytes(4, "little")
+    assert (place.offset, place.size) == (48, 4)
+    with patch("sys.byteorder", "big"):
+        assert view.place(LAYOUT.fields["turns"], 4) is None
+
+
+MEMORIES = [memoryview(bytearray(range(20))), memoryview(bytearray(range(100, 110)))]
+
+PLACES = st.builds(
+    lambda n, offset, size: Place(MEMORIES[n], offset, min(size, len(MEMORIES[n]) - offset)),
+    st.integers(0, 1), st.integers(0, 9), st.integers(0, 12),
+)  # fmt: skip
+CALLS = st.integers().map(lambda value: lambda: value)
+
+
+@given(st.lists(PLACES | CALLS))
+def test_a_gather_gives_what_each_reader_gives(readers: list[Any]) -> None:
+    take = gather(readers)
+    assert take() == tuple(read() for read in readers)
+    for memory in MEMORIES:
+        memory[::3] = bytes(255 - byte for byte in memory[::3])
+    assert take() == tuple(read() for read in readers)
+
+
+def test_a_gather_reads_equal_places_once_and_overlapping_ones_too() -> None:
+    memory = MEMORIES[0]
+    whole, same, part = Place(memory, 4, 8), Place(memory, 4, 8), Place(memory, 6, 2)
+    values = gather([part, whole, same])()
+    assert values == (bytes(memory[6:8]), bytes(memory[4:12]), bytes(memory[4:12]))
+    assert values[1] is values[2]

@@ -1,0 +1,77 @@
+"""Which functions make a kernel, and how it is called."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+
+from achse.native.declare import Layout
+from achse.native.translate import TranslationError, externals, machine_signature, translate
+
+
+class Wheel:
+    """A record."""
+
+
+WHEEL = Layout("wheel", {}, 0)
+
+
+def turn(wheels: Sequence[Wheel], by: float, count: int) -> float:
+    return by * count * len(wheels)
+
+
+def _bare(a, b):  # type: ignore[no-untyped-def]
+    return a
+
+
+def _text(a: str) -> int:
+    return len(a)
+
+
+def _named(*, a: float) -> float:
+    return a
+
+
+def _two(a: float) -> tuple[float, float]:
+    return a, a
+
+
+def test_a_sequence_is_an_address_and_a_length() -> None:
+    assert machine_signature(turn, {Wheel: WHEEL}) == (["ptr", "i64", "double", "i64"], "double")
+
+
+@pytest.mark.parametrize(
+    ("function", "reason"),
+    [(_bare, "a has no annotation"), (_text, "'str'"), (_named, "parameter a")],
+)
+def test_parameters_have_kinds(function: Any, reason: str) -> None:
+    with pytest.raises(TranslationError, match=rf"test_translate\.py:\d+: .*{reason}"):
+        translate(function, {})
+
+
+def test_a_tuple_does_not_leave_machine_code() -> None:
+    with pytest.raises(TranslationError, match="cannot be called from outside"):
+        machine_signature(_two, {})
+
+
+def test_only_functions_of_modules_are_translated() -> None:
+    def inner(a: float) -> float:
+        return a
+
+    with pytest.raises(TranslationError, match="not a function of a module"):
+        translate(inner, {})
+
+
+def test_what_is_called_is_taken_in_once(written: Any) -> None:
+    module = written(
+        "def outer(a: float) -> float:\n    return inner(a) + inner(-a)\n"
+        "def inner(a: float) -> float:\n    return a if a < 1.0 else inner(a / 2.0)\n"
+        "def unused(a: float) -> float:\n    return a\n"
+    )
+    text = translate(module.outer, {})
+    assert text.count("define ") == 2
+    assert "unused" not in text
+
+
+def test_c_functions_have_names_of_their_own() -> None:
+    assert all(symbol == f"achse_{name}" for symbol, name in externals())

@@ -1,0 +1,69 @@
+"""Types of libraries out of .tmc files: found by the names that sources use."""
+
+import pytest
+
+from achse.iec import StructType
+from achse.iec.errors import DeclarationError
+from achse.st.source import SourceError
+from achse.st.symbolfiles.library import LibraryTypes
+
+ANOTHER = b"""<TcModuleClass><DataTypes>
+<DataType><Name Namespace="Other">T_Text</Name><BitSize>80</BitSize><BaseType>STRING(9)</BaseType>
+</DataType>
+<DataType><Name Namespace="Lib">T_Text</Name><BitSize>72</BitSize><BaseType>STRING(8)</BaseType>
+</DataType>
+<DataType><Name>E_Shut</Name><BitSize>16</BitSize><BaseType>INT</BaseType>
+ <EnumInfo><Text>Alone</Text><Enum>1</Enum></EnumInfo>
+ <Properties><Property><Name>Qualified_Only</Name></Property></Properties></DataType>
+</DataTypes>
+<Modules><Module TargetPlatform="TwinCAT RT (PLATFORM)"><Name>Other</Name></Module></Modules>
+</TcModuleClass>"""
+
+
+def another(platform: str = "x64") -> tuple[bytes, str]:
+    return ANOTHER.replace(b"PLATFORM", platform.encode()), "other.tmc"
+
+
+def test_a_type_is_found_with_and_without_its_library(tmc: bytes) -> None:
+    types = LibraryTypes([(tmc, "plant.tmc")])
+    for name in ("Lib.T_Text", "t_text", "More.Lib.T_TEXT"):
+        found = types.type(name)
+        assert found is not None
+        assert (found.name, found.size) == ("Lib.T_Text", 16)
+    axis = types.type("Somewhere.ST_Axis")
+    assert isinstance(axis, StructType)
+    assert axis.size == 64
+    assert types.type("ST_Nothing") is None
+    assert types.names == ["plant.tmc"]
+
+
+def test_the_first_file_counts(tmc: bytes) -> None:
+    types = LibraryTypes([(tmc, "plant.tmc"), another()])
+    found = types.type("T_Text")
+    assert found is not None
+    assert found.size == 16
+    assert types.type("E_Shut") is not None
+
+
+def test_a_name_of_two_libraries_is_a_question() -> None:
+    types = LibraryTypes([another()])
+    with pytest.raises(DeclarationError, match=r"which type is meant: lib\.t_text or other\.t_te"):
+        types.type("T_Text")
+    found = types.type("Other.T_Text")
+    assert found is not None
+    assert found.size == 10
+
+
+def test_values_of_enumerations_that_may_stand_alone(tmc: bytes) -> None:
+    types = LibraryTypes([(tmc, "plant.tmc"), another()])
+    assert [type.name for type in types.enumerations("busy")] == ["E_State"]
+    assert types.enumerations("alone") == []
+
+
+def test_files_are_of_one_platform(tmc: bytes) -> None:
+    assert LibraryTypes([]).pointer_size == 8
+    assert LibraryTypes([another("x86")]).pointer_size == 4
+    with pytest.raises(SourceError, match=r"other\.tmc:\d.*64-bit PLC, like those of plant\.tmc"):
+        LibraryTypes([(tmc, "plant.tmc"), another("x86")])
+    with pytest.raises(SourceError, match=r"x\.tmc:1"):
+        LibraryTypes([(b"<a/>", "x.tmc")])

@@ -1,0 +1,230 @@
+"""Folders of sources."""
+
+from pathlib import Path
+
+import pytest
+
+from achse.st.project import load_project, parse_file, source_files
+from achse.st.source import SourceError
+
+TYPE = """<?xml version="1.0" encoding="utf-8"?>
+<TcPlcObject><DUT Name="ST_X"><Declaration><![CDATA[TYPE ST_X :
+STRUCT
+    a : INT := 3;
+END_STRUCT
+END_TYPE]]></Declaration></DUT></TcPlcObject>"""
+LIST = """<TcPlcObject><GVL Name="GVL"><Declaration><![CDATA[VAR_GLOBAL
+    x : ST_X;
+END_VAR]]></Declaration></GVL></TcPlcObject>"""
+PROGRAM = """<TcPlcObject><POU Name="MAIN"><Declaration><![CDATA[PROGRAM MAIN
+VAR n : INT := 5; END_VAR]]></Declaration><Implementation><ST><![CDATA[n := n + 1;]]></ST>
+</Implementation></POU></TcPlcObject>"""
+TASK = """<TcPlcObject><Task Name="PlcTask"><CycleTime>2000</CycleTime><Priority>5</Priority>
+<PouCall><Name>MAIN</Name></PouCall></Task></TcPlcObject>"""
+PROJECT = r"""<Project xmlns="http://schemas.microsoft.com/developer/msbuild/2003"><ItemGroup>
+<Compile Include="DUTs\ST_X.TcDUT"><SubType>Code</SubType></Compile>
+<Compile Include="GVLs\GVL.TcGVL"/>
+<Compile Include="POUs\MAIN%20.TcPOU"/>
+<Compile Include="Old.TcPOU"><ExcludeFromBuild>true</ExcludeFromBuild></Compile>
+<Compile Include="Vis\Screen.TcVIS"/>
+</ItemGroup></Project>"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name, text in {
+        "DUTs/ST_X.TcDUT": TYPE,
+        "GVLs/GVL.TcGVL": LIST,
+        "POUs/MAIN .TcPOU": PROGRAM,
+        "PlcTask.TcTTO": TASK,
+        ".git/x.st": "nonsense",
+        "readme.txt": "nothing",
+    }.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text, "utf-8-sig")
+    return tmp_path
+
+
+def test_a_folder(folder: Path) -> None:
+    project = load_project(folder)
+    assert [unit.__iec__.name for unit in project.declarations.units] == ["GVL", "MAIN"]
+    assert project.declarations.types["st_x"].default == b"\3\0"
+    ((name, cycle_ns, priority, programs),) = project.tasks
+    assert (name, cycle_ns, priority, programs) == ("PlcTask", 2_000_000, 5, ("MAIN",))
+    assert len(project.sources) == 3
+
+
+def test_a_project_file_says_what_counts(folder: Path) -> None:
+    (folder / "Old.TcPOU").write_text("nonsense")
+    with pytest.raises(SourceError, match=r"Old\.TcPOU:1:"):
+        load_project(folder)
+    (folder / "Plc.plcproj").write_text(PROJECT)
+    for path in (folder, folder / "Plc.plcproj"):
+        assert len(load_project(path).sources) == 3
+    names = [name for _, name in source_files(folder)]
+    assert names == ["DUTs/ST_X.TcDUT", "GVLs/GVL.TcGVL", "POUs/MAIN .TcPOU"]
+
+
+def test_structured_text_files(tmp_path: Path) -> None:
+    (tmp_path / "Globals.st").write_bytes(
+        b"VAR_GLOBAL s : STRING := '\xe4'; END_VAR\r\nPROGRAM P END_PROGRAM"
+    )
+    (tmp_path / "types.ST").write_text("TYPE T : STRING := 'ä'; END_TYPE", "utf-8-sig")
+    (tmp_path / "wide.st").write_text("TYPE W : STRING := 'ä'; END_TYPE", "utf-16")
+    found = load_project(tmp_path).declarations
+    assert "w" in found.types
+    assert found.globals["globals"].__iec__.members[0].initial == "ä"
+    assert found.types["t"].default[:2] == b"\xe4\0"
+    alone = load_project(tmp_path / "Globals.st").declarations
+    assert list(alone.programs) == ["p"]
+
+
+def test_libraries(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
+    user = tmp_path_factory.mktemp("user")
+    (user / "P.st").write_text("PROGRAM P VAR x : Lib.ST_X; END_VAR END_PROGRAM")
+    found = load_project(user, libraries=[folder]).declarations
+    assert [unit.__iec__.name for unit in found.units] == ["P"]
+    assert found.programs["p"].__iec__.size == 2
+
+
+def test_all_faults_of_all_files_are_told(folder: Path) -> None:
+    (folder / "a.st").write_text("PROGRAM a x := ; END_PROGRAM")
+    (folder / "b.st").write_text("TYPE T INT; END_TYPE\nTYPE U INT; END_TYPE")
+    (folder / "c.TcPOU").write_text("<a>")
+    with pytest.raises(SourceError) as caught:
+        load_project(folder)
+    assert [str(fault.location) for fault in caught.value.faults] == [
+        "a.st:1:16", "b.st:1:8", "b.st:2:8", "c.TcPOU:1:4",
+    ]  # fmt: skip
+
+
+def test_faults_name_file_line_and_column(folder: Path) -> None:
+    (folder / "GVLs/GVL.TcGVL").write_text(LIST.replace("ST_X", "ST_Y"))
+    with pytest.raises(SourceError) as caught:
+        load_project(folder)
+    assert str(caught.value) == (
+        "GVLs/GVL.TcGVL:2:9: no type is named 'ST_Y'\n        x : ST_Y;\n            ^"
+        f"\n{caught.value.hint}"
+    )
+
+
+@pytest.mark.parametrize(
+    ("files", "path", "message"),
+    [
+        ({}, "", "expected files like .st, .tcpou"),
+        ({}, "nowhere", "expected a folder of PLC sources or a source file"),
+        ({"x.txt": ""}, "x.txt", "expected a file like .st, .tcpou"),
+        ({"a.plcproj": "<a/>"}, "", "expected <Compile Include=…> of at least one source"),
+        ({"a.plcproj": "<a>"}, "", "no well-formed XML"),
+        ({"a.plcproj": "<a/>", "b.plcproj": "<a/>"}, "", "several projects: name one of a.plcproj"),
+        ({"a.plcproj": '<a><Compile Include="x.st"/></a>'}, "", "cannot be read: No such file"),
+        ({"a.tctto": "<a/>"}, "", "expected <Task> in <a>"),
+    ],
+)
+def test_what_is_no_project(tmp_path: Path, files: dict[str, str], path: str, message: str) -> None:
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    with pytest.raises(SourceError) as caught:
+        load_project(tmp_path / path)
+    assert message in caught.value.faults[0].message
+
+
+def test_one_file(folder: Path) -> None:
+    parsed = parse_file(folder / "DUTs/ST_X.TcDUT")
+    assert [unit.name for unit in parsed.units] == ["ST_X"]
+    with pytest.raises(SourceError, match="cannot be read"):
+        parse_file(folder / "DUTs")
+
+
+LIBRARY = """<TcModuleClass><DataTypes>
+<DataType><Name Namespace="Lib">E_Lib</Name><BitSize>16</BitSize><BaseType>INT</BaseType>
+ <EnumInfo><Text>Off</Text><Enum>0</Enum></EnumInfo>
+ <EnumInfo><Text>Slow</Text><Enum>3</Enum></EnumInfo></DataType>
+<DataType><Name Namespace="Lib">ST_Lib</Name><BitSize>64</BitSize>
+ <SubItem><Name>n</Name><Type>INT</Type><BitSize>16</BitSize><BitOffs>32</BitOffs>
+  <Default><Value>5</Value></Default></SubItem></DataType>
+<DataType><Name Namespace="Lib">FB_Lib</Name><BitSize>192</BitSize>
+ <SubItem><Name>nState</Name><Type>DINT</Type><BitSize>32</BitSize><BitOffs>64</BitOffs></SubItem>
+ <Properties><Property><Name>PouType</Name><Value>FunctionBlock</Value></Property></Properties>
+</DataType>
+<DataType><Name>ST_Own</Name><BitSize>8</BitSize><BaseType>BYTE</BaseType></DataType>
+</DataTypes>
+<Modules><Module TargetPlatform="TwinCAT RT (x64)"><Name>Old</Name></Module></Modules>
+</TcModuleClass>"""
+USER = """TYPE ST_Own : STRUCT a, b : LREAL; END_STRUCT END_TYPE
+FUNCTION_BLOCK FB_User EXTENDS Lib.FB_Lib
+VAR n : INT := nState; END_VAR
+END_FUNCTION_BLOCK
+PROGRAM P
+VAR
+    st : ST_Lib := (n := Slow);
+    e : Lib.E_Lib := E_Lib.Slow;
+    f : Lib.E_Lib := Lib.E_Lib.Slow;
+    own : ST_Own;
+    fb : FB_User;
+END_VAR
+END_PROGRAM
+"""
+
+
+def test_types_that_nothing_declares_come_from_the_symbol_file_beside(tmp_path: Path) -> None:
+    (tmp_path / "P.st").write_text(USER)
+    (tmp_path / "Old.TMC").write_text(LIBRARY)
+    program = load_project(tmp_path).declarations.programs["p"].__iec__
+    members = {item.name: item for item in program.members}
+    assert [(m.name, m.type.name, m.type.size) for m in program.members] == [
+        ("st", "Lib.ST_Lib", 8),
+        ("e", "Lib.E_Lib", 2),
+        ("f", "Lib.E_Lib", 2),
+        ("own", "ST_Own", 16),  # What the sources declare is theirs.
+        ("fb", "FB_User", 32),
+    ]
+    assert members["st"].initial_bytes() == b"\0\0\0\0\3\0\0\0"
+    assert members["e"].initial_bytes() == members["f"].initial_bytes() == b"\3\0"
+    assert members["fb"].type.member("n").offset == 24  # type: ignore[attr-defined]
+
+
+def test_a_symbol_file_is_named_among_the_libraries_or_bears_the_name(tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a/P.st").write_text("PROGRAM P VAR x : ST_Lib; END_VAR END_PROGRAM")
+    (tmp_path / "b.tmc").write_text(LIBRARY)
+    found = load_project(tmp_path / "a", libraries=[tmp_path / "b.tmc"]).declarations
+    assert found.programs["p"].__iec__.size == 8
+    (tmp_path / "a/other.tmc").write_text(LIBRARY)
+    with pytest.raises(SourceError, match="no type is named 'ST_Lib'"):
+        load_project(tmp_path / "a/P.st")
+    (tmp_path / "a/p.tmc").write_text(LIBRARY)
+    assert load_project(tmp_path / "a/P.st").declarations.programs["p"].__iec__.size == 8
+    (tmp_path / "a/P.plcproj").write_text('<a><Compile Include="P.st"/></a>')
+    assert load_project(tmp_path).declarations.programs["p"].__iec__.size == 8
+
+
+def test_a_type_in_neither_is_told_with_both(tmp_path: Path) -> None:
+    (tmp_path / "P.st").write_text("PROGRAM P VAR x : ST_Nowhere; END_VAR END_PROGRAM")
+    (tmp_path / "Old.tmc").write_text(LIBRARY)
+    with pytest.raises(SourceError) as caught:
+        load_project(tmp_path)
+    message = r"no type is named 'ST_Nowhere', in the sources or in Old.tmc"
+    assert caught.value.faults[0].message == message
+    assert "P.st:1:19" in str(caught.value)
+
+
+def test_the_symbol_file_tells_the_platform(tmp_path: Path) -> None:
+    (tmp_path / "P.st").write_text("PROGRAM P VAR x : POINTER TO INT; END_VAR END_PROGRAM")
+    assert load_project(tmp_path).rules.pointer_size == 8
+    (tmp_path / "P.tmc").write_text(LIBRARY.replace("x64", "x86"))
+    project = load_project(tmp_path)
+    assert project.rules.pointer_size == 4
+    assert project.declarations.programs["p"].__iec__.size == 4
+
+
+def test_a_fault_in_the_symbol_file_is_told_in_its_place(tmp_path: Path) -> None:
+    (tmp_path / "P.st").write_text("PROGRAM P VAR x : ST_Lib; END_VAR END_PROGRAM")
+    (tmp_path / "P.tmc").write_text(LIBRARY.replace(">32</BitOffs>", ">320</BitOffs>"))
+    with pytest.raises(SourceError, match=r"P\.tmc:6:2: member 'n' ends at 42 of 8 bytes"):
+        load_project(tmp_path)
+
+
+def test_capitals_of_file_names_do_not_count_in_a_project(folder: Path) -> None:
+    (folder / "Plc.plcproj").write_text(PROJECT.replace("DUTs", "duts").replace("GVL.Tc", "gvl.TC"))
+    assert len(load_project(folder).sources) == 3
