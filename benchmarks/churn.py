@@ -26,7 +26,7 @@ from typing import IO
 from achse.ams import AmsAddress, Command, Connection, DecodeError, Frame
 from achse.ams.commands import ADD_NOTIFICATION_BODY, ReadWriteRequest
 from achse.ams.notification import NotificationStream
-from achse.station.service import FAULTS, STATISTICS
+from achse.devices.station import FAULTS, STATISTICS
 from achse.testing import free_host
 
 HOST = free_host()

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from achse.drive import Drive
     from achse.drive.compiled import Bank
     from achse.ethercat import Segment
-    from achse.station.drive_service import DriveControl
+    from achse.station.drive_control import DriveControl
     from achse.transport.ethernet import Link
 
 __all__ = ["drive"]
@@ -263,7 +263,7 @@ def _service(
     """The service that begins the faults of a file and takes commands, and where it listens."""
     if where is None and script is None:
         return None, "none"
-    from achse.station.drive_service import DriveControl
+    from achse.station.drive_control import DriveControl
 
     service = DriveControl(segment)
     try:
@@ -297,7 +297,7 @@ def _begin(service: "DriveControl", script: Path) -> None:
         if document.keys() - {"fault"} or not isinstance(tables, list):
             fail(f"{script}: expected [[fault]] tables")
         for table in tables:
-            service.service.faults.add(DriveFault.of_table(table))
+            service.faults.add(DriveFault.of_table(table))
     except (FaultError, tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
         fail(f"{script}: {fault}")
     except OSError as failure:

@@ -89,7 +89,7 @@ def register(drive: typer.Typer) -> None:
         in_json: Json = False,
     ) -> None:
         """Show what the drives do: states, position, velocity, torque, alarms."""
-        from achse.station.drive_service import DRIVES
+        from achse.devices.drives import DRIVES
 
         end = None if duration is None else time.monotonic() + duration
 
@@ -116,7 +116,7 @@ def register(drive: typer.Typer) -> None:
 
 
 async def _access(client: "Client", **request: Any) -> int | float:
-    from achse.station.drive_service import OBJECTS
+    from achse.devices.drives import OBJECTS
 
     asked = json.dumps(request).encode()
     answer = json.loads(await client.read_write_raw(OBJECTS, 0, _LONGEST, asked))

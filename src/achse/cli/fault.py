@@ -53,8 +53,8 @@ def fault_commands(
         in_json: Json = False,
     ) -> None:
         """Let something go wrong, now or at a given time."""
+        from achse.devices.station import FAULTS
         from achse.station.fault import FaultError
-        from achse.station.service import FAULTS
 
         try:
             wanted = kinds_of().parse(kind, fields or [])
@@ -72,7 +72,7 @@ def fault_commands(
     @client_command(app, STATION_PORT, "list", listens=listens)
     async def list_faults(client: "Client", in_json: Json = False) -> None:
         """Show the faults that wait for their time or are at work."""
-        from achse.station.service import FAULTS
+        from achse.devices.station import FAULTS
 
         faults: list[dict[str, Any]] = json.loads(await client.read_raw(FAULTS, 0, LONGEST_LIST))
         if in_json:
@@ -102,7 +102,7 @@ def fault_commands(
         """End a fault, or all."""
         from achse.ams import DeviceError
         from achse.codes import ReturnCode
-        from achse.station.service import FAULTS
+        from achse.devices.station import FAULTS
 
         try:
             await client.write_raw(FAULTS, 0, number.to_bytes(4, "little"))

@@ -297,9 +297,9 @@ async def _station_tap(
     from achse.client import connect
     from achse.client.link import TcpDialer
     from achse.codes import ReturnCode
+    from achse.devices.station import TAPS
     from achse.router import LOOPBACK_NET_ID
     from achse.router.tap import decode_batch
-    from achse.station.service import TAPS
 
     async with connect(
         TcpDialer(host, tcp_port), port=STATION_PORT, reconnect=False, watch_symbols=False

@@ -23,7 +23,7 @@ def register(app: typer.Typer) -> None:
 
 async def stats(client: "Client", in_json: Json = False) -> None:
     """Connections, subscriptions, handles and queues of an achse station."""
-    from achse.station.service import STATISTICS
+    from achse.devices.station import STATISTICS
 
     figures: dict[str, Any] = json.loads(await client.read_raw(STATISTICS, 0, LONGEST))
     if in_json:

@@ -148,7 +148,7 @@ async def reload(
     ] = None,
 ) -> None:
     """Online change: a running achse station reads its sources or symbol files again."""
-    from achse.station.service import ONLINE_CHANGE
+    from achse.devices.station import ONLINE_CHANGE
 
     answer = await client.read_write_raw(ONLINE_CHANGE, plc or 0, LONGEST_ANSWER, b"")
     told = json.loads(answer)

@@ -8,12 +8,14 @@ import asyncio
 import hashlib
 import logging
 import math
+import time
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from achse.ams import AdsState
+from achse.devices.station import SERVICE_PORT, StationService
 from achse.devices.system import SystemDevice
 from achse.motion import Nc
 from achse.plc import PlcRuntime
@@ -26,7 +28,7 @@ from achse.station.faults import Faults
 from achse.station.network import Network, RouteFile
 from achse.station.pacing import Pace, Pacer, run_unpaced
 from achse.station.persistent_data import PersistentData
-from achse.station.service import SERVICE_PORT, StationService
+from achse.station.statistics import statistics
 from achse.transport.tcp import TcpListener
 
 __all__ = ["RunningStation", "Station"]
@@ -67,7 +69,7 @@ class Station:
         self._base = base or Path()
         RouteFile(self.config, self.router, self._base)
         self.devices: Sequence[Device] = ()
-        self.service = StationService(self)
+        self.service = StationService(self, time.time_ns)
         self.service.attach(self.router, SERVICE_PORT)
         self._kept = (
             *assembly.permanent(
@@ -263,11 +265,16 @@ class Station:
         """What the sources of the PLCs say and only a running program could do, with its place."""
         return [f"plc {port}: {text}" for port, plc in self.plcs.items() for text in plc.warnings]
 
-    def online_change(self, port: int | None = None) -> None:
+    def statistics(self) -> dict[str, Any]:
+        """Figures about connections, subscriptions, handles, queues and the cycle."""
+        return statistics(self)
+
+    def online_change(self, port: int | None = None) -> dict[int, int]:
         """Read the declarations of PLC `port` (of all) again, and go on with them.
 
         Variables that keep name and type keep their values. Clients see another symbol version,
-        their handles are out of date. Raises ConfigError for sources with faults or a port that
+        their handles are out of date. Returns how often each PLC, by its port, has changed so far.
+        Raises ConfigError for sources with faults or a port that
         is no PLC; that PLC then goes on as it was.
         """
         if port is not None and port not in self._sources:
@@ -278,6 +285,7 @@ class Station:
         self.faults.renew()
         for warning in self.warnings:
             log.warning("%s", warning)
+        return {number: plc.online_changes for number, plc in self.plcs.items()}
 
     def _take(self, parts: assembly.Parts) -> None:
         """Consist of `parts`; stages that others added stay."""

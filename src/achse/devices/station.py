@@ -5,20 +5,14 @@ can use it by ReadWrite.
 """
 
 import json
-import time
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Protocol
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
+from achse.router import Router
 from achse.router.tap import Tap, encode_batch
 from achse.server import Device, RawGroup
-from achse.station.config import ConfigError
-from achse.station.fault import FaultError
-from achse.station.statistics import statistics
-
-if TYPE_CHECKING:
-    from achse.station.station import Station
 
 __all__ = [
     "FAULTS",
@@ -28,6 +22,7 @@ __all__ = [
     "TAPS",
     "ActiveOne",
     "FaultList",
+    "ServedStation",
     "StationService",
     "faults_group",
 ]
@@ -57,11 +52,33 @@ class FaultList(Protocol):
     def clear(self, number: int | None = None) -> None: ...
 
 
-class StationService(Device):
-    """Faults, taps, statistics and online changes of one station, by the front door as all else."""
+class ServedStation(Protocol):
+    """What the service needs of its station."""
 
-    def __init__(self, station: "Station") -> None:
+    @property
+    def router(self) -> Router: ...
+    @property
+    def faults(self) -> FaultList: ...
+    def clock(self) -> int: ...
+    def statistics(self) -> Mapping[str, Any]: ...
+
+    def online_change(self, port: int | None = None) -> Mapping[int, int]:
+        """Read declarations again; how often each PLC, by its port, has changed so far.
+
+        Raises ValueError for what cannot be read.
+        """
+        ...
+
+
+class StationService(Device):
+    """Faults, taps, statistics and online changes of one station, by the front door as all else.
+
+    `wall_clock` gives Unix nanoseconds: a tap stamps frames with the time of the machine.
+    """
+
+    def __init__(self, station: ServedStation, wall_clock: Callable[[], int]) -> None:
         self._station = station
+        self._wall_clock = wall_clock
         self._taps: dict[int, tuple[bytes, Tap]] = {}
         self._last_tap = 0
         super().__init__(
@@ -85,7 +102,7 @@ class StationService(Device):
                 RawGroup(
                     STATISTICS,
                     "statistics",
-                    read=lambda offset, length, client: _json(statistics(self._station)),
+                    read=lambda offset, length, client: _json(self._station.statistics()),
                     response="JSON",
                     description="Connections, subscriptions, handles, queues, cycle.",
                     source="achse",
@@ -108,18 +125,17 @@ class StationService(Device):
 
     def _online_change(self, port: int, length: int, data: bytes, client: bytes) -> bytes:
         try:
-            self._station.online_change(port or None)
-        except ConfigError as failure:
+            changes = self._station.online_change(port or None)
+        except ValueError as failure:
             return _json({"error": str(failure)})
-        plcs = self._station.plcs.items()
-        return _json({str(number): plc.online_changes for number, plc in plcs})
+        return _json({str(number): count for number, count in changes.items()})
 
     # taps ------------------------------------------------------------------------------------
 
     def _open_tap(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
         if sum(owner == client for owner, _ in self._taps.values()) >= _TAPS_PER_CLIENT:
             raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{_TAPS_PER_CLIENT} taps are open")
-        tap = Tap(self._station.router, time.time_ns, spared=self.address.port)
+        tap = Tap(self._station.router, self._wall_clock, spared=self.address.port)
         tap.open()
         self._last_tap += 1
         self._taps[self._last_tap] = (client, tap)
@@ -160,7 +176,7 @@ def faults_group(faults: Callable[[], FaultList]) -> RawGroup:
         try:
             fields = json.loads(data.rstrip(b"\0"))
             if not isinstance(fields, dict):
-                raise FaultError(f"a fault is a JSON object, got {type(fields).__name__}")
+                raise ValueError(f"a fault is a JSON object, got {type(fields).__name__}")
             kind = fields.pop("kind", "")
             active = faults().add(str(kind), **fields)
         except (ValueError, RecursionError, DeviceError) as failure:

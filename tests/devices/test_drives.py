@@ -1,19 +1,18 @@
-"""The service beside the master: states, objects, faults; its turns between the frames."""
+"""The service beside the master: states, objects, faults."""
 
-import asyncio
 import json
-import threading
 from typing import Any
 
 import pytest
 
 from achse.ams import NetId
 from achse.codes import AlState
+from achse.devices.drives import DRIVES, OBJECTS, DriveService
+from achse.devices.station import FAULTS, SERVICE_PORT
 from achse.drive import Drive
 from achse.ethercat import Loopback, Segment, Slave
 from achse.router import Router
-from achse.station.drive_service import DRIVES, OBJECTS, DriveControl, DriveService
-from achse.station.service import FAULTS, SERVICE_PORT
+from achse.station.drive_faults import DriveFaults
 
 
 @pytest.fixture
@@ -24,7 +23,7 @@ def segment() -> Segment:
 @pytest.fixture
 def own(segment: Segment, client_of: Any) -> Any:
     router = Router(NetId("127.0.0.1.1.1"))
-    DriveService(segment).attach(router, SERVICE_PORT)
+    DriveService(segment, DriveFaults(segment)).attach(router, SERVICE_PORT)
     return client_of(router, SERVICE_PORT)
 
 
@@ -73,24 +72,3 @@ def test_faults_come_the_same_way_as_those_of_a_station(own: Any) -> None:
     assert listed["fault"] == {"kind": "jam", "drive": 1}
     own.put(FAULTS, 0, "<I", 0)
     assert json.loads(own.read(FAULTS, 0, 10_000)) == []
-
-
-def test_clients_are_answered_in_turns(segment: Segment) -> None:
-    from achse.client import connect
-    from achse.client.link import TcpDialer
-
-    control = DriveControl(segment)
-    host, port = control.open("127.0.0.1", 0)
-    found: list[Any] = []
-
-    async def look() -> None:
-        async with connect(TcpDialer(host, port), port=SERVICE_PORT, reconnect=False) as client:
-            found.append(json.loads(await client.read_raw(DRIVES, 0, 10_000)))
-
-    client = threading.Thread(target=lambda: asyncio.run(look()))
-    client.start()
-    while client.is_alive():
-        control.turn()
-        client.join(0.001)
-    control.close()
-    assert [each["drive"] for each in found[0]] == [1, 3]

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
+from achse.devices.station import FAULTS, ONLINE_CHANGE, SERVICE_PORT, STATISTICS, TAPS
 from achse.router.tap import decode_batch
 from achse.station import Station
-from achse.station.service import FAULTS, ONLINE_CHANGE, SERVICE_PORT, STATISTICS, TAPS
 
 
 @pytest.fixture

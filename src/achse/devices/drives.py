@@ -4,45 +4,38 @@ It is for people and scripts beside the EtherCAT master, which knows nothing of 
 so that any ADS client can use it by Read and ReadWrite.
 """
 
-import asyncio
 import json
 from typing import Any
 
-from achse.ams import NetId
 from achse.codes import SdoAbort
+from achse.devices.station import FaultList, faults_group
 from achse.drive import Alarm, Drive, Mode
 from achse.drive.objects import find
 from achse.ethercat import Segment
-from achse.router import Router
 from achse.server import Device, RawGroup
-from achse.station.drive_faults import DriveFaults
-from achse.station.service import SERVICE_PORT, faults_group
-from achse.transport.tcp import TcpListener
 
-__all__ = ["DRIVES", "OBJECTS", "DriveControl", "DriveService"]
+__all__ = ["DRIVES", "OBJECTS", "DriveService"]
 
 DRIVES, OBJECTS = 0xFA05, 0xFA06
 """Index groups."""
 
-_NET_ID = NetId("127.0.0.1.1.1")
 _KNOWN_FIELDS = {"drive", "index", "subindex", "value"}
 
 
 class DriveService(Device):
-    """State, objects and faults of the drives of a segment.
+    """State, objects and faults of the drives of a segment; `faults` is the list of these.
 
     An object is read and written as an SDO would, whatever the state of communication; what the
     master maps into its outputs is the master's.
     """
 
-    def __init__(self, segment: Segment) -> None:
+    def __init__(self, segment: Segment, faults: FaultList) -> None:
         self.segment = segment
-        self.faults = DriveFaults(segment)
         super().__init__(
             "achse drives",
             (0, 1, 0),
             (
-                faults_group(lambda: self.faults),
+                faults_group(lambda: faults),
                 RawGroup(
                     DRIVES,
                     "drives",
@@ -120,37 +113,6 @@ class DriveService(Device):
             return _json({"error": f"0x{refusal.code.number:08X} {refusal.code.text}"})
         except (KeyError, TypeError, ValueError) as fault:
             return _json({"error": str(fault)})
-
-
-class DriveControl:
-    """The service at a TCP port, given its turns between the frames of the bus.
-
-    It runs in the thread of the frames, which need neither lock nor wait.
-    """
-
-    def __init__(self, segment: Segment) -> None:
-        self.service = DriveService(segment)
-        self._router = Router(_NET_ID)
-        self.service.attach(self._router, SERVICE_PORT)
-        self._loop = asyncio.new_event_loop()
-        self._listener = TcpListener(self._router)
-
-    def open(self, host: str, port: int) -> tuple[str, int]:
-        """Listen at `host`:`port`, 0 for a free one; where it is. OSError if it is taken."""
-        self._loop.run_until_complete(self._listener.open(host, port))
-        return self._listener.host, self._listener.port
-
-    def turn(self) -> None:
-        """Begin and end faults that are due; answer what has come."""
-        self.service.faults.tick()
-        self._loop.call_soon(self._loop.stop)
-        self._loop.run_forever()
-
-    def close(self) -> None:
-        """End all connections."""
-        if self._listener.host:
-            self._loop.run_until_complete(self._listener.close())
-        self._loop.close()
 
 
 def _mode(number: int) -> str:

@@ -1,0 +1,33 @@
+"""The service of drives takes its turns between the frames."""
+
+import asyncio
+import json
+import threading
+from typing import Any
+
+from achse.client import connect
+from achse.client.link import TcpDialer
+from achse.devices.drives import DRIVES
+from achse.devices.station import SERVICE_PORT
+from achse.drive import Drive
+from achse.ethercat import Loopback, Segment, Slave
+from achse.station.drive_control import DriveControl
+
+
+def test_clients_are_answered_in_turns() -> None:
+    segment = Segment([Slave(Drive()), Slave(Loopback()), Slave(Drive())])
+    control = DriveControl(segment)
+    host, port = control.open("127.0.0.1", 0)
+    found: list[Any] = []
+
+    async def look() -> None:
+        async with connect(TcpDialer(host, port), port=SERVICE_PORT, reconnect=False) as client:
+            found.append(json.loads(await client.read_raw(DRIVES, 0, 10_000)))
+
+    client = threading.Thread(target=lambda: asyncio.run(look()))
+    client.start()
+    while client.is_alive():
+        control.turn()
+        client.join(0.001)
+    control.close()
+    assert [each["drive"] for each in found[0]] == [1, 3]
