@@ -10,8 +10,9 @@ from typing import Any
 import pytest
 
 from achse.native.compiled import Kernel, cache_directory, compiler_installed
-from achse.native.declare import Slot, lay_out, plain_record
-from achse.native.memory import Rows
+from achse.native.declare import Slot, lay_out, plain_record, reference
+from achse.native.memory import Rows, RowView
+from achse.native.translate import TranslationError
 
 
 class Wheel:
@@ -119,3 +120,56 @@ def test_a_missing_compiler_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     assert compiler_installed()
     monkeypatch.setitem(sys.modules, "llvmlite", None)
     assert not compiler_installed()
+
+
+class Cart:
+    load: float = 2.0
+    front: Any = reference(WHEEL)
+    back: Any = reference(WHEEL)
+
+
+CART = lay_out("cart", [Cart], Slot)
+
+DRIVEN = """
+from collections.abc import Sequence
+
+def drive(carts: Sequence[Cart], way: float) -> float:
+    for i in range(len(carts)):
+        cart = carts[i]
+        wheel = cart.front
+        wheel.angle += way * cart.load
+        cart.back.turns += 1
+        cart.front.marks[1] += both(cart.front, cart.back)
+    return carts[0].front.angle
+
+def both(a: Wheel, b: Wheel) -> float:
+    return a.angle + b.turns
+"""
+
+
+def test_a_record_refers_to_records(written: Any) -> None:
+    module = written(DRIVEN, Wheel=Wheel, Cart=Cart)
+    kernel = Kernel("carts", module.drive, {Wheel: WHEEL, Cart: CART})
+    wheels, carts = Rows(WHEEL, 3), Rows(CART, 2)
+    plain: list[Any] = [plain_record(CART)() for _ in range(2)]
+    for cart, each in enumerate(plain):
+        view = RowView(carts, cart)
+        each.front, each.back = Plain(), Plain()
+        view.reals[0] = 2.0
+        view.refer(CART.fields["front"], RowView(wheels, cart))
+        view.refer(CART.fields["back"], RowView(wheels, 2))
+        assert view.content(CART) == bytes(view.row[:8]) + bytes(16)
+    plain[0].back = plain[1].back
+    plain[0].back.turns = plain[0].front.turns = plain[1].front.turns = 0
+    for way in (0.5, 0.25):
+        assert kernel.plain(plain, way) == kernel.function(carts.address, 2, way)
+    for index, wheel in enumerate((plain[0].front, plain[1].front, plain[0].back)):
+        assert wheels.row(index).cast("d")[0] == wheel.angle
+        assert wheels.row(index).cast("q")[1] == wheel.turns
+        assert wheels.row(index).cast("d")[2:].tolist() == wheel.marks
+
+
+def test_a_reference_is_not_set(written: Any) -> None:
+    module = written("def turn(c: Cart) -> None:\n    c.front = c.back\n", Cart=Cart)
+    with pytest.raises(TranslationError, match="only numbers can be stored"):
+        _ = Kernel("carts", module.turn, {Cart: CART}).function

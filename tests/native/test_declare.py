@@ -1,10 +1,11 @@
 """Records from declarations."""
 
 import struct
+from typing import Any
 
 import pytest
 
-from achse.native.declare import Slot, lay_out, pack, plain_record
+from achse.native.declare import Slot, lay_out, pack, plain_record, reference
 
 
 class Body:
@@ -45,3 +46,21 @@ def test_a_record_is_packed_in_its_layout() -> None:
 def test_a_field_is_declared_once() -> None:
     with pytest.raises(TypeError, match="'angle' is declared twice"):
         lay_out("wheel", [Body, Body], Slot)
+
+
+def test_a_reference_leads_nowhere_at_first_and_is_0_in_the_bytes() -> None:
+    class Far:
+        value: float = 1.5
+
+    layout = lay_out("far", [Far], Slot)
+
+    class Near:
+        far: Any = reference(layout)
+        own: int = 3
+
+    near = lay_out("near", [Near], Slot)
+    record = plain_record(near)()
+    assert record.far is None
+    before = pack(near, record)
+    record.far = plain_record(layout)()
+    assert pack(near, record) == before == struct.pack("=qq", 0, 3)

@@ -11,7 +11,7 @@ import importlib.util
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from enum import EnumMeta
 from functools import cache, cached_property, partial
@@ -135,9 +135,11 @@ class Kernel:
         digest = hashlib.sha256()
         processor = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
         digest.update(f"{llvmlite.__version__} {sys.platform} {processor}".encode())
-        for layout in self.layouts.values():
+        for layout in _layouts(self.layouts.values()):
             for name, slot in layout.fields.items():
                 digest.update(f"{name} {slot.offset} {slot.length} {slot.is_real}".encode())
+                if slot.refers is not None:
+                    digest.update(slot.refers.name.encode())
         digest.update(self.plain.__qualname__.encode())
         files = {__file__, *(str(module.__file__) for module in _TRANSLATOR)}
         for name, thing in _reached(self.plain):
@@ -153,6 +155,18 @@ class Kernel:
 
 
 _TRANSLATOR = expressions, function, instructions, kinds, translate
+
+
+def _layouts(layouts: Iterable[Layout[Any]]) -> Iterator[Layout[Any]]:
+    """The layouts and those that their references lead to, each once."""
+    known: set[Layout[Any]] = set()
+    waiting = list(layouts)
+    while waiting:
+        layout = waiting.pop(0)
+        if layout not in known:
+            known.add(layout)
+            yield layout
+            waiting += [s.refers for s in layout.fields.values() if s.refers is not None]
 
 
 def _reached(entry: FunctionType) -> Iterator[tuple[str, object]]:

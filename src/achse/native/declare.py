@@ -2,7 +2,8 @@
 
 A class of fields has an annotation for each field (`float`, `int` or a list of these) and as value
 its default: a number, a list of numbers, or a `Slot` that says more. All values are 64 bits wide,
-so that a kernel means the same on a plain object and on memory.
+so that a kernel means the same on a plain object and on memory. A field can refer to a record of
+another layout: an object, or its address in memory.
 """
 
 import struct
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
-__all__ = ["Layout", "Slot", "SlotT", "lay_out", "pack", "plain_record"]
+__all__ = ["Layout", "Slot", "SlotT", "lay_out", "pack", "plain_record", "reference"]
 
 
 @dataclass(slots=True)
@@ -23,6 +24,8 @@ class Slot:
     name: str = ""
     offset: int = 0
     """Position in the record, in words of 8 bytes."""
+    refers: "Layout[Any] | None" = None
+    """Of a reference: the layout of the record it leads to."""
 
     @property
     def is_real(self) -> bool:
@@ -34,11 +37,19 @@ class Slot:
 
     @property
     def fresh(self) -> Any:
-        """The value in a fresh record."""
+        """The value in a fresh record; a reference leads nowhere yet."""
+        if self.refers is not None:
+            return None
         return [self.default] * self.length if self.length else self.default
 
 
 SlotT = TypeVar("SlotT", bound=Slot)
+
+
+# Any: declarations are annotated with the class of the record
+def reference(layout: "Layout[Any]", kind: type[SlotT] | type[Slot] = Slot) -> Any:
+    """Declares a field that refers to a record of `layout`; a kernel follows it, never sets it."""
+    return kind(0, refers=layout)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,9 +98,9 @@ def plain_record(layout: Layout[Any]) -> type:
 
 
 def pack(layout: Layout[Any], record: object) -> bytes:
-    """The record's bytes, equal for both forms when every value is equal."""
+    """The record's bytes, equal for both forms when every value is equal; references are 0."""
     values: list[float] = []
     for name, row in layout.fields.items():
-        value = getattr(record, name)
+        value: Any = 0 if row.refers is not None else getattr(record, name)
         values.extend(value if row.length else (value,))
     return layout.form.pack(*values)

@@ -163,7 +163,8 @@ class Expressions(Instructions):
         raise self.refusal(node, f"{thing!r} is not a number of 64 bits")
 
     def field(self, node: ast.Attribute) -> Value:
-        """Address of a field of a record; a field of several numbers is a row."""
+        """Address of a field of a record; a field of several numbers is a row, a reference the
+        record it leads to."""
         owner = self.value(node.value)
         if not isinstance(owner.kind, Record):
             raise self.refusal(node, f"{ast.unparse(node.value)} is not a record")
@@ -172,6 +173,8 @@ class Expressions(Instructions):
             raise self.refusal(node, f"{owner.kind.layout.name} has no field {node.attr}")
         kind = REAL if place.is_real else INT
         address = self.emit(f"getelementptr i64, ptr {owner.operands[0]}, i64 {place.offset}")
+        if place.refers is not None:
+            return Value(Record(place.refers), (self.emit(f"load ptr, ptr {address}"),))
         if place.length:
             return Value(Row(kind), (address, str(place.length)))
         return Value(kind, (address,))

@@ -45,6 +45,23 @@ class RowView:
         self.reals = self.row.cast("d")
         self.wholes = self.row.cast("q")
 
+    @property
+    def address(self) -> int:
+        """Where the record begins."""
+        return self._address + self._first
+
+    def refer(self, slot: Slot, record: "RowView") -> None:
+        """Let a reference lead to another record in memory."""
+        self.wholes[slot.offset] = record.address
+
+    def content(self, layout: Layout[Any]) -> bytes:
+        """The record's bytes; references are 0, as in `achse.native.declare.pack`."""
+        row = bytearray(self.row)
+        for slot in layout.fields.values():
+            if slot.refers is not None:
+                row[8 * slot.offset : 8 * slot.offset + 8] = bytes(8)
+        return bytes(row)
+
     def place(self, slot: Slot, size: int) -> "Place | None":
         """Where the first `size` bytes of a field lie, the lowest first; None on other machines."""
         if sys.byteorder != "little":

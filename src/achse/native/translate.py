@@ -5,12 +5,13 @@ one of them and takes in whatever it calls. What a function refers to beyond its
 tuples of numbers, enumerations, functions) is looked up in its module as it is now.
 
 The language: assignments, also to several names; `if`, `while`, `for … in range(…)`, `break`,
-`continue`, `return`; numbers, comparisons, `and`, `or`, `not`, `in` a tuple; fields, elements of
-sequences and of a `bytearray`; `abs`, `min`, `max`, `len`, `int`, `float`, `bool`, `round` and most
-of `math`. Anything else is a `TranslationError`. Float arithmetic is that of IEEE 754 and of the C
-library, operation by operation as Python does it, so that results are bit-identical; whole numbers
-have 64 bits. What raises in Python (a division by 0, an index beyond the end, the root of a
-negative number) is a fault of the kernel, which machine code does not look for.
+`continue`, `return`; numbers, comparisons, `and`, `or`, `not`, `in` a tuple; fields, records that
+fields refer to, elements of sequences and of a `bytearray`; `abs`, `min`, `max`, `len`, `int`,
+`float`, `bool`, `round` and most of `math`. Anything else is a `TranslationError`. Float arithmetic
+is that of IEEE 754 and of the C library, operation by operation as Python does it, so that results
+are bit-identical; whole numbers have 64 bits. What raises in Python (a division by 0, an index
+beyond the end, the root of a negative number) is a fault of the kernel, which machine code does not
+look for.
 """
 
 import ast
