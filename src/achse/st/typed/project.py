@@ -1,0 +1,175 @@
+"""The typed form: routines, and the blocks, units and interfaces they belong to."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+from typing import Any
+
+from achse.iec.structs import StructType
+from achse.iec.variables import Variable
+from achse.st.source import Fault, Location, Source
+from achse.st.typed.places import StaticBase
+from achse.st.typed.statements import TypedStatements
+
+__all__ = [
+    "InitCall",
+    "Routine",
+    "RoutineKind",
+    "TypedBlock",
+    "TypedInterface",
+    "TypedProject",
+    "TypedRecord",
+    "TypedUnit",
+]
+
+
+class RoutineKind(Enum):
+    """What a routine is."""
+
+    FUNCTION = "FUNCTION"
+    BODY = "BODY"
+    """Of a function block: what a call of the instance runs."""
+    PROGRAM = "PROGRAM"
+    METHOD = "METHOD"
+    ACTION = "ACTION"
+    GET = "GET"
+    SET = "SET"
+    LIFE = "LIFE"
+    """Made by the checker: `create`, `exit`, `reinit` of a block, record or unit."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Routine:
+    """What can be called, checked.
+
+    Actions, bodies and programs have no parameters of their own: theirs are variables of the
+    block or unit.
+    """
+
+    key: str
+    """Unique: the name in lower case. A GET is `fb_motor.__getspeed`, a SET `….__setspeed`, the
+    body of a block or program the name of that, `create` is `fb_motor.__create`."""
+    name: str
+    """As written: `FB_Motor.Start`."""
+    kind: RoutineKind
+    owner: str
+    """Key of the block, unit or record it belongs to; empty for a function."""
+    source: Source
+    """Every `at` in the routine is an offset in this text."""
+    at: int
+    """Where its name is declared."""
+    this: StructType[Any] | None
+    """What `InstanceBase` is; None in functions and in what belongs to a program."""
+    parameters: tuple[Variable[Any, Any], ...]
+    """Those of the frame, in declared order (the order of arguments by position): inputs, in/outs
+    (of a ReferenceType, an address in the frame) and outputs; an in/out ARRAY [*] is followed by
+    its hidden bounds, DINT lower and upper of each dimension."""
+    result: Variable[Any, Any] | None
+    """In the frame; it bears the routine's name."""
+    frame: StructType[Any]
+    """Everything in the frame, in this order: result, parameters, locals, temporaries. Routines
+    that override each other begin alike."""
+    opening: TypedStatements
+    """What locals start with that the image of the frame cannot say; runs before the body."""
+    body: TypedStatements | None
+    """None: no Structured Text to run. `builtin` says what then."""
+    builtin: bool = False
+    """Declared with attribute `builtin`: the runtime has it under `key`. It sees the frame (of a
+    block, the instance) with its inputs, and writes outputs and result."""
+    addressed: frozenset[str] = frozenset()
+    """Names, in lower case, of variables of the frame that need memory: their address is taken,
+    or they are records, arrays or texts. The others may be plain values of a generator."""
+
+    def locate(self, at: int) -> Location:
+        """File, line and column of a node."""
+        return self.source.locate(at)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TypedRecord:
+    """A structure whose values come to life: start values that are no constants, blocks inside.
+    Keys of routines are empty where there is nothing to do."""
+
+    type: StructType[Any]
+    create: str = ""
+    exit: str = ""
+    reinit: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TypedBlock(TypedRecord):
+    """A function block."""
+
+    number: int = 0
+    """What the header of its instances holds: 1, 2, 3 …"""
+    base: str = ""
+    """Key of the block it extends."""
+    interfaces: frozenset[str] = frozenset()
+    """Keys of all interfaces it has, also of its bases and of theirs."""
+    table: Mapping[str, str] = field(default_factory=dict)
+    """Routine keys by the names that `TableTarget` uses, inherited ones included. An entry that
+    is missing has nothing to run (abstract, or at fault)."""
+    after_init: tuple[str, ...] = ()
+    """Methods with attribute `call_after_init`."""
+    is_abstract: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TypedUnit(TypedRecord):
+    """A program or a variable list."""
+
+    is_program: bool = False
+    body: str = ""
+    """Key of the program's routine."""
+    slot: int = 50_000
+    """Attribute `global_init_slot`: units come to life in this order, then as declared."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TypedInterface:
+    """An interface, with those it extends."""
+
+    name: str
+    extends: frozenset[str]
+    """Keys of all interfaces below it."""
+    methods: Mapping[str, str]
+    """Keys of the routines (without body) that declare its methods and accessors, by name."""
+
+
+@dataclass(frozen=True, slots=True)
+class InitCall:
+    """A routine with attribute `call_after_global_init_slot`, run before the first cycle; that of
+    a block for each of its instances."""
+
+    slot: int
+    routine: str
+    block: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class TypedProject:
+    """All that can run. Keys are names in lower case.
+
+    A routine with a fault has a row in `faults` and is not in `routines`.
+    """
+
+    routines: Mapping[str, Routine]
+    blocks: Mapping[str, TypedBlock]
+    records: Mapping[str, TypedRecord]
+    units: Mapping[str, TypedUnit]
+    """In the order they come to life."""
+    interfaces: Mapping[str, TypedInterface]
+    statics: Sequence[StaticBase] = ()
+    """VAR_STAT of functions and methods; those of blocks are among their type's members."""
+    init_calls: Sequence[InitCall] = ()
+    """In the order of their slots."""
+    faults: Sequence[Fault] = ()
+    warnings: Sequence[Fault] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    """Keys of routines that are not in `routines`, and why, in words."""
+
+    @cached_property
+    def block_numbered(self) -> Mapping[int, TypedBlock]:
+        """Blocks by the number that headers hold."""
+        return {block.number: block for block in self.blocks.values()}
