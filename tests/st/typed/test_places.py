@@ -11,7 +11,7 @@ from achse.iec.enums import EnumType
 from achse.iec.types import IecType
 from achse.st.typed.places import FrameBase, Storage, flat
 
-STATES: Any = IntEnum("E_State", {"Idle": 0, "Run": 1})
+STATES: Any = IntEnum("STATES", {"Idle": 0, "Run": 1})
 STATE: EnumType[Any] = EnumType(STATES, UINT)
 POINTER = PointerType(INT)
 

@@ -57,7 +57,8 @@ class StaticBase:
 
 @node
 class InstanceBase:
-    """The start of the function block instance (or structure, in routines of kind LIFE) the routine runs on."""
+    """The start of the instance that the routine runs on: of a function block, or of a structure in
+    routines of kind LIFE."""
 
 
 @node
