@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from achse.ams import AmsAddress, Frame
 from achse.devices.station import FAULTS, ONLINE_CHANGE, SERVICE_PORT, STATISTICS, TAPS
 from achse.router.tap import decode_batch
 from achse.station import Station
@@ -20,6 +21,17 @@ def station() -> Station:
 @pytest.fixture
 def own(station: Station, client_of: Any) -> Any:
     return client_of(station.router, SERVICE_PORT)
+
+
+class Sink:
+    """A client that keeps what it gets."""
+
+    def __init__(self) -> None:
+        self.frames: list[Frame] = []
+
+    def deliver(self, frame: Frame) -> bool:
+        self.frames.append(frame)
+        return True
 
 
 def add(own: Any, **fields: Any) -> Any:
@@ -81,7 +93,24 @@ def test_a_tap_belongs_to_who_opened_it_and_goes_with_him(
     with refused(0x70C):
         own.read(TAPS, taps[0], 100)
     station.router.unregister(own.address.port)
-    assert station.router._gates == ()
+    assert not station.router._attended
+
+
+def test_taps_of_many_addresses_have_a_limit_together_and_harm_nobody(
+    station: Station, own: Any, client_of: Any
+) -> None:
+    codes = []
+    for number in range(163):
+        source = AmsAddress(f"10.0.0.{number // 4 + 1}.1.1:30000")
+        data = struct.pack("<IIII", TAPS, 0, 4, 0)
+        request = Frame(own.target, source, 9, 4, 0, number, data)
+        sink = Sink()
+        request.origin = sink
+        station.router.deliver(request)
+        codes.append(int.from_bytes(sink.frames[0].data[:4], "little"))
+    assert codes == [0] * 32 + [0x716] * 131
+    plc = client_of(station.router, 851)
+    assert plc.read(0x4020, 0, 4) == bytes(4)
 
 
 def test_statistics(station: Station, own: Any, client_of: Any) -> None:

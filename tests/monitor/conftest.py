@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from achse.router.tap import Captured, Tap
+from achse.router.tap import Captured, Taps
 from achse.station import Station
 
 
@@ -15,8 +15,7 @@ class Traffic:
     def __init__(self, client_of: Any) -> None:
         self.station = Station.demo()
         self.now = 1_000_000_000_000_000_000
-        self.tap = Tap(self.station.router, self._tick)
-        self.tap.open()
+        self.tap = Taps(self.station.router, self._tick).open()
         self.plc = client_of(self.station.router, 851)
         self.nc = client_of(self.station.router, 501)
 

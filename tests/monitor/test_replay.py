@@ -90,7 +90,7 @@ def test_pyads_meets_the_recorded_target(witness: Callable[[str], None]) -> None
     witness("pyads")
     import pyads
 
-    from achse.router.tap import Tap
+    from achse.router.tap import Taps
 
     def use(host: str, net_id: str) -> list[Any]:
         with pyads.Connection(net_id, 851, host) as plc:
@@ -101,8 +101,8 @@ def test_pyads_meets_the_recorded_target(witness: Callable[[str], None]) -> None
             return found
 
     with LiveStation() as station:
-        tap = Tap(station.station.router, station.station.clock)
-        station.run(tap.open)
+        taps = Taps(station.station.router, station.station.clock)
+        tap = station.run(taps.open)
         live = use(station.host, station.net_id)
         recording = Recording(station.run(tap.take, 1 << 24))
     host = free_host()

@@ -1,7 +1,6 @@
 """Routing: who gets a frame, who is told that nobody did, who cannot take what is not theirs."""
 
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 
@@ -346,28 +345,49 @@ def test_answers_from_behind_a_route_find_the_client(router: Router) -> None:
 # gates
 
 
-def _noting(name: str, seen: list[str]) -> Any:
-    def gate(frame: Frame, onward: Callable[[Frame], bool]) -> bool:
-        seen.append(f"{name} {'answer' if frame.is_response else 'request'}")
-        return onward(frame)
-
-    return gate
-
-
-def test_requests_pass_gates_inwards_and_answers_outwards(router: Router) -> None:
+def test_requests_are_watched_outside_the_gate_and_answers_too(router: Router) -> None:
     router.register(851, Device(router))
     client, seen = Inbox(), list[str]()
-    router.add_gate(_noting("middle", seen))
-    router.add_gate(_noting("inner", seen))
-    router.add_gate(_noting("outer", seen), outermost=True)
+
+    def note(name: str, frame: Frame) -> None:
+        seen.append(f"{name} {'answer' if frame.is_response else 'request'}")
+
+    def gate(frame: Frame, onward: Callable[[Frame], bool]) -> bool:
+        note("gate", frame)
+        return onward(frame)
+
     request = _request(PLC)
     request.origin = client
+    router.put_watcher(lambda frame: note("watcher", frame))
     assert router.deliver(request)
-    assert seen == [
-        *(f"{name} request" for name in ("outer", "middle", "inner")),
-        *(f"{name} answer" for name in ("inner", "middle", "outer")),
-    ]
-    assert [frame.data for frame in client.frames] == [b"answer"]
+    assert seen == ["watcher request", "watcher answer"]
+    seen.clear()
+    router.put_gate(gate)
+    assert router.deliver(request)
+    assert seen == ["watcher request", "gate request", "gate answer", "watcher answer"]
+    seen.clear()
+    router.put_watcher(None)
+    assert router.deliver(request)
+    assert seen == ["gate request", "gate answer"]
+    assert [frame.data for frame in client.frames] == [b"answer"] * 3
+
+
+def test_what_passes_a_gate_later_is_seen_by_who_watches_then(router: Router) -> None:
+    inbox, held, seen = Inbox(), list[Callable[[], bool]](), list[Frame]()
+    router.register(0, inbox)
+
+    def hold(frame: Frame, onward: Callable[[Frame], bool]) -> bool:
+        held.append(lambda: onward(frame))
+        return True
+
+    router.put_gate(hold)
+    router.put_watcher(lambda frame: None)
+    answer = Frame(AmsAddress.of(OURS, FIRST_CLIENT_PORT), PLC, 2, 5)
+    router.deliver(answer)
+    router.put_watcher(seen.append)
+    router.put_gate(None)
+    assert held[0]()
+    assert (seen, inbox.frames) == ([answer], [answer])
 
 
 def test_a_gate_may_keep_double_or_change_a_frame_and_leave(router: Router) -> None:
@@ -375,20 +395,18 @@ def test_a_gate_may_keep_double_or_change_a_frame_and_leave(router: Router) -> N
     router.register(851, inbox)
 
     def keep(frame: Frame, onward: Callable[[Frame], bool]) -> bool:
-        router.remove_gate(keep)
+        router.put_gate(double)
         return True
 
     def double(frame: Frame, onward: Callable[[Frame], bool]) -> bool:
         frame.data = b"changed"
         return onward(frame) and onward(frame)
 
-    router.add_gate(keep)
-    router.add_gate(double)
+    router.put_gate(keep)
     assert router.deliver(_request(PLC))
     assert inbox.frames == []
     assert router.deliver(_request(PLC))
     assert [frame.data for frame in inbox.frames] == [b"changed", b"changed"]
-    router.remove_gate(double)
-    router.remove_gate(double)
+    router.put_gate(None)
     assert router.deliver(_request(PLC))
     assert inbox.frames[-1].data == b"request"

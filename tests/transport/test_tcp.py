@@ -190,6 +190,21 @@ async def test_a_notification_reaches_a_client_that_never_registered() -> None:
         assert (await peer.next_frame()).data == b"sample"
 
 
+async def test_an_exception_over_one_frame_is_told_and_closes_nothing(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    class Broken:
+        def deliver(self, frame: Frame) -> bool:
+            raise RecursionError
+
+    async with running() as station, peers(station, 2) as (peer, other):
+        station.router.register(852, Broken())
+        peer.send(request(1, target=AmsAddress.of(OURS, 852)), request(2))
+        assert [(await peer.next_frame()).error for _ in range(2)] == [1, 0]
+        assert (await other.ask(request(3))).error == 0
+    assert "could not be delivered" in caplog.text
+
+
 # the port service
 
 

@@ -8,10 +8,10 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Protocol
 
-from achse.ams import DeviceError
+from achse.ams import DeviceError, RouterError
 from achse.codes import ReturnCode
 from achse.router import Router
-from achse.router.tap import Tap, encode_batch
+from achse.router.tap import Tap, Taps, encode_batch
 from achse.server import Device, RawGroup
 
 __all__ = [
@@ -73,12 +73,12 @@ class ServedStation(Protocol):
 class StationService(Device):
     """Faults, taps, statistics and online changes of one station, by the front door as all else.
 
-    `wall_clock` gives Unix nanoseconds: a tap stamps frames with the time of the machine.
+    `taps` are those of its router, for all clients together.
     """
 
-    def __init__(self, station: ServedStation, wall_clock: Callable[[], int]) -> None:
+    def __init__(self, station: ServedStation, taps: Taps) -> None:
         self._station = station
-        self._wall_clock = wall_clock
+        self._all_taps = taps
         self._taps: dict[int, tuple[bytes, Tap]] = {}
         self._last_tap = 0
         super().__init__(
@@ -135,8 +135,10 @@ class StationService(Device):
     def _open_tap(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
         if sum(owner == client for owner, _ in self._taps.values()) >= _TAPS_PER_CLIENT:
             raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{_TAPS_PER_CLIENT} taps are open")
-        tap = Tap(self._station.router, self._wall_clock, spared=self.address.port)
-        tap.open()
+        try:
+            tap = self._all_taps.open()
+        except RouterError as refusal:
+            raise DeviceError(ReturnCode.NO_MORE_HANDLES, refusal.context) from None
         self._last_tap += 1
         self._taps[self._last_tap] = (client, tap)
         return self._last_tap.to_bytes(4, "little")

@@ -12,7 +12,7 @@ from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame, NetId, Router
 from achse.codes import ReturnCode
 from achse.router.routes import RouteTable
 
-__all__ = ["FIRST_CLIENT_PORT", "LOOPBACK_NET_ID", "Gate", "Router"]
+__all__ = ["FIRST_CLIENT_PORT", "LOOPBACK_NET_ID", "Gate", "Router", "Watcher"]
 
 log = logging.getLogger("achse.router")
 
@@ -23,7 +23,10 @@ LOOPBACK_NET_ID = NetId("127.0.0.1.1.1")
 """Alias of the local NetId on every router."""
 
 Gate = Callable[[Frame, Callable[[Frame], bool]], bool]
-"""Sees each frame on its way, with what hands it on: faults and monitors."""
+"""Stands in the way of each frame, with what hands it on: faults."""
+
+Watcher = Callable[[Frame], None]
+"""Sees each frame on its way: taps."""
 
 _UNANSWERED = int(Flags.RESPONSE | Flags.NO_RESPONSE)
 
@@ -51,7 +54,10 @@ class Router:
         self._routes: dict[bytes, Endpoint] = {}
         self._learned: dict[bytes, dict[Endpoint, None]] = {}
         self._close_listeners: list[Callable[[AmsAddress], None]] = []
-        self._gates: tuple[Gate, ...] = ()
+        self._gate: Gate | None = None
+        self._watcher: Watcher | None = None
+        self._attended = False
+        """True while there is a gate or a watcher."""
         self._next_port = FIRST_CLIENT_PORT
         self.lost_frames = 0
         """Responses and notifications nobody was there for."""
@@ -163,11 +169,7 @@ class Router:
 
         False if nobody took it.
         """
-        gates = self._gates
-        if not gates:
-            return self._pass(frame)
-        outwards = frame.flags & 1 or frame.command == Command.NOTIFICATION
-        return self._through(frame, gates[::-1] if outwards else gates)
+        return self._show(frame) if self._attended else self._pass(frame)
 
     def _pass(self, frame: Frame) -> bool:
         via = frame.via
@@ -181,25 +183,40 @@ class Router:
         self._refuse(frame)
         return False
 
-    def _through(self, frame: Frame, gates: tuple[Gate, ...]) -> bool:
-        """Past `gates`, then to the target."""
-        if not gates:
-            return self._pass(frame)
-        return gates[0](frame, lambda passed: self._through(passed, gates[1:]))
+    def _show(self, frame: Frame) -> bool:
+        """Past watcher and gate, then to the target.
 
-    def add_gate(self, gate: Gate, *, outermost: bool = False) -> None:
-        """Let every frame pass `gate` from now on.
-
-        Gates stand in a row: requests meet the outermost first, answers and samples last. A new
-        one is the innermost unless it is asked to be `outermost`. A gate hands on what it lets
-        pass: the frame, another one, several or none, now or later. What it gives back says
-        whether the frame was taken.
+        Outside is where clients are: requests are seen before the gate, what comes back behind it.
         """
-        self._gates = (gate, *self._gates) if outermost else (*self._gates, gate)
+        gate, watcher = self._gate, self._watcher
+        outwards = frame.flags & 1 or frame.command == Command.NOTIFICATION
+        if watcher is None:
+            return self._pass(frame) if gate is None else gate(frame, self._pass)
+        if gate is None or not outwards:
+            watcher(frame)
+            return self._pass(frame) if gate is None else gate(frame, self._pass)
+        return gate(frame, self._watched)
 
-    def remove_gate(self, gate: Gate) -> None:
-        """Undo `add_gate`. Unknown is no error."""
-        self._gates = tuple(each for each in self._gates if each != gate)
+    def _watched(self, frame: Frame) -> bool:
+        """Past the watcher of now, then to the target."""
+        if self._watcher is not None:
+            self._watcher(frame)
+        return self._pass(frame)
+
+    def put_gate(self, gate: Gate | None) -> None:
+        """Let every frame pass `gate` from now on; None: nothing is in the way.
+
+        A gate hands on what it lets pass: the frame, another one, several or none, now or later.
+        What it gives back says whether the frame was taken. There is one, so that no number of
+        faults or clients makes the way of a frame longer.
+        """
+        self._gate = gate
+        self._attended = gate is not None or self._watcher is not None
+
+    def put_watcher(self, watcher: Watcher | None) -> None:
+        """Show every frame to `watcher` from now on; None: to nobody. There is one."""
+        self._watcher = watcher
+        self._attended = watcher is not None or self._gate is not None
 
     def _beyond(self, frame: Frame) -> Endpoint | None:
         """Where a frame goes that is for no local port."""

@@ -1,14 +1,16 @@
-"""A tap: what passes a router, kept for somebody who fetches it, and the bytes it travels as."""
+"""Taps: what passes a router, kept once for all who fetch it, and the bytes it travels as."""
 
 import struct
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from itertools import islice
 from typing import NamedTuple
 
-from achse.ams import AmsAddress, Command, DecodeError, Frame
+from achse.ams import AmsAddress, Command, DecodeError, Frame, RouterError
+from achse.codes import ReturnCode
 from achse.router.router import Router
 
-__all__ = ["Captured", "Tap", "decode_batch", "encode_batch"]
+__all__ = ["Captured", "Tap", "Taps", "decode_batch", "encode_batch"]
 
 _HEAD = struct.Struct("<QBBI")
 """Time in Unix ns, direction, length of the peer's name, length of the AMS packet."""
@@ -57,11 +59,13 @@ def decode_batch(data: bytes) -> Iterator[Captured]:
         yield Captured(time_ns, bool(inwards), peer, data[start:position])
 
 
-class Tap:
-    """Keeps every frame that passes `router`, up to `limit` bytes; the oldest are lost then.
+class Taps:
+    """The taps of `router`: one watcher and one store for all of them.
 
-    Requests for the AMS port `spared` and their answers are left out: those who fetch. `clock`
-    gives Unix ns. Nothing is in the way of the frames before `open` and after `close`.
+    Each frame is kept once, however many taps are open, until every tap has fetched it; of more
+    than `limit` bytes the oldest are lost. At most `most` taps are open at a time. Requests for the
+    AMS port `spared` and their answers are left out: those who fetch. `clock` gives Unix ns.
+    While no tap is open nobody sees the frames.
     """
 
     def __init__(
@@ -71,55 +75,101 @@ class Tap:
         *,
         spared: int | None = None,
         limit: int = 1 << 24,
+        most: int = 32,
     ) -> None:
+        self.limit = limit
+        self.most = most
         self._router = router
         self._clock = clock
         self._spared = None if spared is None else spared.to_bytes(2, "little")
-        self._limit = limit
+        self._open: dict[Tap, None] = {}
         self._kept: deque[Captured] = deque()
-        self._size = 0
+        self._first = 0
+        """Number of the oldest that is kept; they count up from the first frame on."""
+        self.size = 0
+        """Bytes that are kept, as they travel."""
+
+    def __len__(self) -> int:
+        return len(self._open)
+
+    def open(self) -> "Tap":
+        """A tap that sees all frames from now on. Raises RouterError 0x508 if `most` are open."""
+        if len(self._open) >= self.most:
+            raise RouterError(ReturnCode.ROUTER_NO_MORE_QUEUES, f"{self.most} taps are open")
+        tap = Tap(self, self._first + len(self._kept))
+        self._open[tap] = None
+        self._router.put_watcher(self._watch)
+        return tap
+
+    def close(self, tap: "Tap") -> None:
+        """End a tap; what it has not fetched is gone. Unknown is not an error."""
+        self._open.pop(tap, None)
+        if not self._open:
+            self._router.put_watcher(None)
+        self._forget_fetched()
+
+    def take(self, tap: "Tap", size: int) -> list[Captured]:
+        """See `Tap.take`."""
+        if tap not in self._open:
+            return []
+        if tap.next < self._first:
+            tap.lost += self._first - tap.next
+            tap.next = self._first
+        taken: list[Captured] = []
+        for capture in islice(self._kept, tap.next - self._first, None):
+            size -= _size(capture)
+            if size < 0:
+                if taken:
+                    break
+                tap.lost += 1
+                tap.next += 1
+                break
+            taken.append(capture)
+        tap.next += len(taken)
+        self._forget_fetched()
+        return taken
+
+    def _forget_fetched(self) -> None:
+        newest = self._first + len(self._kept)
+        wanted = min((tap.next for tap in self._open), default=newest)
+        while self._first < wanted:
+            self._drop()
+
+    def _drop(self) -> None:
+        self.size -= _size(self._kept.popleft())
+        self._first += 1
+
+    def _watch(self, frame: Frame) -> None:
+        outwards = bool(frame.flags & 1) or frame.command == Command.NOTIFICATION
+        device, client = (frame.source, frame.target) if outwards else (frame.target, frame.source)
+        if device[6:] == self._spared:
+            return
+        way = frame.via if outwards else frame.origin
+        peer: str = getattr(way, "peer", "") or str(AmsAddress(client))
+        capture = Captured(self._clock(), not outwards, peer, frame.encode())
+        self._kept.append(capture)
+        self.size += _size(capture)
+        while self.size > self.limit:
+            self._drop()
+
+
+class Tap:
+    """One who fetches what passes a router; `Taps.open` makes it."""
+
+    def __init__(self, taps: Taps, begin: int) -> None:
+        self._taps = taps
+        self.next = begin
+        """Number of the frame that it gets next."""
         self.lost = 0
-        """Captures that were dropped because nobody fetched them."""
-
-    def open(self) -> None:
-        """Begin."""
-        self._router.add_gate(self._gate, outermost=True)
-
-    def close(self) -> None:
-        """End; what was not fetched is gone."""
-        self._router.remove_gate(self._gate)
-        self._kept.clear()
-        self._size = 0
+        """Captures that were dropped because nobody fetched them in time."""
 
     def take(self, size: int) -> list[Captured]:
         """The oldest captures, up to `size` bytes of them; one that never fits is lost."""
-        taken: list[Captured] = []
-        left = size
-        while self._kept and (left >= _size(self._kept[0]) or not taken):
-            capture = self._kept.popleft()
-            self._size -= _size(capture)
-            left -= _size(capture)
-            if left < 0:
-                self.lost += 1
-                break
-            taken.append(capture)
-        return taken
+        return self._taps.take(self, size)
 
-    def _gate(self, frame: Frame, onward: Callable[[Frame], bool]) -> bool:
-        outwards = bool(frame.flags & 1) or frame.command == Command.NOTIFICATION
-        device, client = (frame.source, frame.target) if outwards else (frame.target, frame.source)
-        if device[6:] != self._spared:
-            way = frame.via if outwards else frame.origin
-            peer: str = getattr(way, "peer", "") or str(AmsAddress(client))
-            self._keep(Captured(self._clock(), not outwards, peer, frame.encode()))
-        return onward(frame)
-
-    def _keep(self, capture: Captured) -> None:
-        self._kept.append(capture)
-        self._size += _size(capture)
-        while self._size > self._limit:
-            self._size -= _size(self._kept.popleft())
-            self.lost += 1
+    def close(self) -> None:
+        """End; what was not fetched is gone."""
+        self._taps.close(self)
 
 
 def _size(capture: Captured) -> int:

@@ -300,6 +300,10 @@ class LimitsConfig(_Section):
     held_bytes: int = Field(default=DEFAULT_MAX_HELD, ge=1024 * 1024)
     """Bytes that all connections together leave unread, or send of packets without their end;
     beyond, the connection with the most of them is cut off."""
+    taps: int = Field(default=32, ge=1)
+    """Taps of all clients together (0x716 beyond)."""
+    tap_bytes: int = Field(default=16 * 1024 * 1024, ge=1024)
+    """Bytes that are kept for all taps together; beyond, the oldest frames are lost to them."""
     unreachable_time: DurationNs = _LIMITS.unreachable_ns
     """How long handles and subscriptions of a client to whom no way leads are kept."""
 

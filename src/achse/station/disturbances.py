@@ -406,9 +406,9 @@ class _FrameFaults:
         """Be in the way of the frames as long as there is something to do."""
         needed = bool(self._on_requests or self._on_samples or self._marked)
         if needed and not self._standing:
-            self._router.add_gate(self._gate)
+            self._router.put_gate(self._gate)
         elif self._standing and not needed:
-            self._router.remove_gate(self._gate)
+            self._router.put_gate(None)
         self._standing = needed
 
     def _gate(self, frame: Frame, onward: Onward) -> bool:

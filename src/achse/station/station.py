@@ -20,6 +20,7 @@ from achse.devices.system import SystemDevice
 from achse.motion import Nc
 from achse.plc import PlcRuntime
 from achse.router import Router
+from achse.router.tap import Taps
 from achse.server import Device
 from achse.station import assembly
 from achse.station.config import ConfigError, StationConfig, load
@@ -69,7 +70,14 @@ class Station:
         self._base = base or Path()
         RouteFile(self.config, self.router, self._base)
         self.devices: Sequence[Device] = ()
-        self.service = StationService(self, time.time_ns)
+        limits = self.config.limits
+        taps = Taps(
+            *(self.router, time.time_ns),
+            spared=SERVICE_PORT,
+            limit=limits.tap_bytes,
+            most=limits.taps,
+        )
+        self.service = StationService(self, taps)
         self.service.attach(self.router, SERVICE_PORT)
         self._kept = (
             *assembly.permanent(

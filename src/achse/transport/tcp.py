@@ -159,7 +159,10 @@ class TcpConnection(asyncio.Protocol):
                         event.via = self._asker(event)
                     elif event.command == Command.NOTIFICATION:
                         event.via = self._answered.get((event.target, event.source))
-                    router.deliver(event)
+                    try:
+                        router.deliver(event)
+                    except Exception:  # a fault of one frame is not one of its connection
+                        self._apologize(event)
                 else:
                     self._serve(event)
                 if not self._open:
@@ -171,6 +174,17 @@ class TcpConnection(asyncio.Protocol):
             self._flush()
         if self._stream.pending > _CONGESTED:
             self.owner.grown()
+
+    def _apologize(self, frame: Frame) -> None:
+        """Something in here broke over this frame: tell the log and whoever asked."""
+        log.exception(
+            "a frame of %s to %s could not be delivered",
+            *(AmsAddress(frame.source), AmsAddress(frame.target)),
+            extra=frame.sender,
+        )
+        backwards = frame.is_response or frame.command == Command.NOTIFICATION
+        if not backwards and not frame.flags & Flags.NO_RESPONSE:
+            self.deliver(frame.reply(error=ReturnCode.INTERNAL_ERROR.number))
 
     def _leave(self) -> None:
         """From here on the peer is unreachable and holds nothing."""
