@@ -335,17 +335,6 @@ async def test_the_same_invoke_id_from_two_askers_at_once() -> None:
         assert (await second.next_frame()).data == b"second"
 
 
-async def test_questions_never_answered_are_forgotten() -> None:
-    async with running() as station, peers(station, 2) as (server, client):
-        address = await server.register(30012)
-        for i in range(3000):
-            client.send(request(i, target=address))
-        for _ in range(3000):
-            await server.next()
-        (connection,) = [c for c in station.connections if c.registered]
-        assert len(connection._asked) <= 1024
-
-
 async def test_a_vanished_server_frees_its_port_and_its_clients_hear_0x6() -> None:
     async with running() as station, peers(station, 2) as (server, client):
         address = await server.register(30012)

@@ -28,6 +28,7 @@ from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.codes import ReturnCode
 from achse.router import Router
 from achse.router.routes import Admission
+from achse.transport.exchanges import Exchanges
 from achse.transport.refusal import NO_ROOM, Refusals
 
 __all__ = ["DEFAULT_MAX_HELD", "TCP_PORT", "ConnectionOwner", "TcpConnection", "TcpListener"]
@@ -40,12 +41,8 @@ TCP_PORT = 48898
 _LEARNED_PER_CONNECTION = 1024
 """More source addresses than this on one connection are no client; the oldest is forgotten."""
 
-_ASKED_PER_CONNECTION = 1024
-"""Requests passed on to one foreign server that may be unanswered; the oldest is forgotten."""
-
-_CIRCLES = 16
-"""A request that was sent this often before its answer came runs through a loop of routes. AMS has
-no hop count; clients that share an address may well send equal requests at a time, but so many?"""
+_AGAIN_NS = 10_000_000_000
+"""Circles of routes are told again after this time."""
 
 _CONGESTED = 1024 * 1024
 """Bytes waiting for a peer at which devices keep notifications back."""
@@ -104,9 +101,8 @@ class TcpConnection(asyncio.Protocol):
         self._sources: dict[bytes, None] = {}
         self._last_source = b""
         self._refused: set[bytes] = set()
-        self._asked: dict[tuple[bytes, bytes, int], deque[Endpoint]] = {}
-        self._answered: dict[tuple[bytes, bytes], Endpoint] = {}
-        """Who asked a server behind this connection and got an answer: client, server."""
+        self._exchanges = Exchanges()
+        self._circles_told = -_AGAIN_NS
         self._out: list[bytes] = []
         self._out_size = 0
         self._held: deque[tuple[float, bytes]] = deque()
@@ -156,9 +152,9 @@ class TcpConnection(asyncio.Protocol):
                     if self._refused and self._refuse(event):
                         continue
                     if event.is_response:
-                        event.via = self._asker(event)
+                        event.via = self._exchanges.take(event)
                     elif event.command == Command.NOTIFICATION:
-                        event.via = self._answered.get((event.target, event.source))
+                        event.via = self._exchanges.answered(event)
                     try:
                         router.deliver(event)
                     except Exception:  # a fault of one frame is not one of its connection
@@ -191,8 +187,7 @@ class TcpConnection(asyncio.Protocol):
         self._open = False
         self._out.clear()
         self._out_size = 0
-        self._asked.clear()
-        self._answered.clear()
+        self._exchanges.clear()
         for source in self._sources:
             self._router.forget(source, self)
         self._sources.clear()
@@ -242,40 +237,22 @@ class TcpConnection(asyncio.Protocol):
             self.deliver(frame.reply(error=ReturnCode.DEVICE_ACCESS_DENIED.number))
         return True
 
-    def _note(self, asker: Endpoint, request: Frame) -> bool:
-        """Remember who asks the server behind this connection: askers may share an address.
+    def _note(self, asker: Endpoint, request: Frame) -> ReturnCode | None:
+        """Remember who asks the far end; what refuses the request, None if it may go.
 
-        False if the same request went out so often, unanswered, that it goes in circles.
+        One for a port of ours cannot circle: the server behind this connection registered it.
         """
-        key = (request.source, request.target, request.invoke_id)
-        askers = self._asked.setdefault(key, deque(maxlen=_ASKED_PER_CONNECTION))
-        if len(askers) >= _CIRCLES and not self._router.is_local(request.target[:6]):
+        circles = not self._router.is_local(request.target[:6])
+        now = int(self.owner.loop.time() * 1e9)
+        refusal = self._exchanges.ask(asker, request, now, circles=circles)
+        if refusal is ReturnCode.TARGET_MACHINE_NOT_FOUND and now >= self._circles_told + _AGAIN_NS:
+            self._circles_told = now
             log.warning(
                 "requests of %s to %s go in circles by way of %s: look at the routes",
                 *(AmsAddress(request.source), AmsAddress(request.target), self.peer),
                 extra=request.sender,
             )
-            return False
-        askers.append(asker)
-        if len(self._asked) > _ASKED_PER_CONNECTION:
-            del self._asked[next(iter(self._asked))]
-        return True
-
-    def _asker(self, response: Frame) -> Endpoint | None:
-        """Who wants this response, or else who was ever answered by that server."""
-        exchange = (response.target, response.source)
-        key = (*exchange, response.invoke_id)
-        askers = self._asked.get(key)
-        if askers is None:
-            return self._answered.get(exchange)
-        asker = askers.popleft()
-        if not askers:
-            del self._asked[key]
-        if not response.error:
-            self._answered[exchange] = asker
-            if len(self._answered) > _ASKED_PER_CONNECTION:
-                del self._answered[next(iter(self._answered))]
-        return asker
+        return refusal
 
     # the port service of a local router --------------------------------------------------------
 
@@ -323,10 +300,13 @@ class TcpConnection(asyncio.Protocol):
             return False
         asker = frame.origin
         if asker and not (frame.is_response or frame.command == Command.NOTIFICATION):
-            if self.congested and not frame.flags & Flags.NO_RESPONSE:
-                self._router.deliver(frame.reply(error=ReturnCode.ROUTER_MAILBOX_FULL.number))
+            quiet = frame.flags & Flags.NO_RESPONSE
+            refusal = ReturnCode.ROUTER_MAILBOX_FULL if self.congested and not quiet else None
+            refusal = refusal or self._note(asker, frame)
+            if refusal is ReturnCode.ROUTER_MAILBOX_FULL and not quiet:
+                self._router.deliver(frame.reply(error=refusal.number))
                 return True
-            if not self._note(asker, frame):
+            if refusal is not None:
                 return False
         packet = frame.encode_tcp()
         if frame.command == Command.ADD_NOTIFICATION and frame.is_response:
