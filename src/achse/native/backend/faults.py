@@ -1,0 +1,48 @@
+"""Faults: how machine code leaves early, and what Python sees of it.
+
+A fault is a number with two values, written to a place of the module; every function on the way
+out looks there and returns at once. Numbers above 0 mean what the front end says.
+"""
+
+from enum import IntEnum
+
+__all__ = ["BUDGET", "DEPTH", "FAULT", "NOTES", "RAISE", "RUNTIME", "MachineFault", "OwnFault"]
+
+
+class OwnFault(IntEnum):
+    """Faults of the back end itself."""
+
+    BUDGET_SPENT = -1
+    """`spend` found nothing left."""
+    TOO_DEEP = -2
+    """`descend` found too many calls in one another."""
+    CALLBACK_RAISED = -3
+    """A function of Python raised; its exception is the one that the caller sees."""
+
+
+class MachineFault(Exception):
+    """Machine code left with a fault: its number and the two values that came with it."""
+
+    def __init__(self, number: int, first: int = 0, second: int = 0) -> None:
+        own = [each.name for each in OwnFault if each == number]
+        super().__init__(f"fault {own[0] if own else number} ({first}, {second})")
+        self.number = number
+        self.first = first
+        self.second = second
+
+
+BUDGET, DEPTH, FAULT, NOTES, RAISE = (
+    f"@achse.{name}" for name in ("budget", "depth", "fault", "notes", "raise")
+)
+"""Symbols of what every module has once: two counters, the fault, the notes, who sets the fault."""
+
+RUNTIME = f"""\
+{BUDGET} = global i64 0
+{DEPTH} = global i64 0
+{FAULT} = global [3 x i64] zeroinitializer
+define internal void {RAISE}(i64 %number, i64 %first, i64 %second) cold noinline nounwind {{
+  store i64 %number, ptr {FAULT}
+  store i64 %first, ptr getelementptr (i8, ptr {FAULT}, i64 8)
+  store i64 %second, ptr getelementptr (i8, ptr {FAULT}, i64 16)
+  ret void
+}}"""

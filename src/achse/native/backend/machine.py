@@ -1,0 +1,230 @@
+"""The machine we run on: assembly in, an object file out, and back in as functions of Python.
+
+Needs llvmlite, which is imported when it is used.
+"""
+
+import ctypes
+import importlib.util
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from enum import Enum
+from functools import cache
+from typing import Any
+
+from achse.native.backend.faults import BUDGET, DEPTH, FAULT, NOTES, MachineFault, OwnFault
+from achse.native.backend.module import C_PREFIX, Interface, ModuleBuilder
+from achse.native.backend.types import Function, Signature
+
+__all__ = [
+    "Effort",
+    "MachineCode",
+    "address_of",
+    "compile_module",
+    "compiler_installed",
+    "identity",
+]
+
+DEEPEST = 1000
+"""Calls in one another, of functions that `descend`; a stack of 8 MB holds 8 kB for each."""
+
+
+class Effort(Enum):
+    """How much time the compiler takes: LLVM's level."""
+
+    FAST = 0
+    """No passes, the quick selection of instructions: 40 µs per statement."""
+    FULL = 2
+    """What LLVM calls O2, without loops unrolled or made vectors: floats stay as they are."""
+
+
+def compiler_installed() -> bool:
+    """Whether llvmlite can be imported, without importing it."""
+    with suppress(ValueError):  # find_spec of a module that is None in sys.modules
+        return importlib.util.find_spec("llvmlite") is not None
+    return False
+
+
+def identity() -> str:
+    """Compiler and processor: machine code of one is not for another."""
+    import llvmlite
+    import llvmlite.binding as llvm
+
+    features = llvm.get_host_cpu_features().flatten()
+    return f"{llvmlite.__version__} {llvm.get_host_cpu_name()} {features}"
+
+
+def compile_module(module: ModuleBuilder | str, effort: Effort = Effort.FULL) -> bytes:
+    """The object file of a module, or of its assembly; it can be kept and loaded later."""
+    import llvmlite.binding as llvm
+
+    machine = _machine(effort)
+    text = module if isinstance(module, str) else module.assembly()
+    code = llvm.parse_assembly(text)
+    code.triple = machine.triple
+    code.data_layout = str(machine.target_data)
+    code.verify()
+    if effort is Effort.FULL:
+        tuning = llvm.create_pipeline_tuning_options(speed_level=2)
+        tuning.loop_unrolling = tuning.loop_vectorization = tuning.slp_vectorization = False
+        builder = llvm.create_pass_builder(machine, tuning)
+        builder.getModulePassManager().run(code, builder)
+    content: bytes = machine.emit_object(code)
+    return content
+
+
+def address_of(buffer: bytearray | memoryview, offset: int = 0) -> int:
+    """Where a byte of a writable buffer is; the buffer must not be moved by growing."""
+    return ctypes.addressof(ctypes.c_char.from_buffer(buffer, offset))
+
+
+class MachineCode:
+    """An object file in memory, for good. `callbacks` are the functions that it expects.
+
+    Raises TypeError if a callback is missing or unknown.
+    """
+
+    def __init__(
+        self,
+        content: bytes,
+        interface: Interface,
+        callbacks: Mapping[str, Callable[..., Any]] | None = None,
+    ) -> None:
+        import llvmlite.binding as llvm
+
+        self._interface = interface
+        engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine(Effort.FULL))
+        engine.add_object_file(llvm.ObjectFileRef.from_data(content))
+        engine.finalize_object()
+        _LOADED.append(engine)
+        self._engine = engine
+        self._raised: list[BaseException] = []
+        self._fault = self._words(FAULT, 3)
+        self._budget = self._words(BUDGET, 1)
+        depth = self._words(DEPTH, 1)
+        if depth:
+            depth[0] = DEEPEST
+        given = dict(callbacks or {})
+        if given.keys() != interface.callbacks.keys():
+            raise TypeError(f"callbacks {list(interface.callbacks)} expected, got {list(given)}")
+        for name, signature in interface.callbacks.items():
+            self._connect(name, signature, given[name])
+
+    @property
+    def notes(self) -> bytes:
+        """What the front end wrote into the module."""
+        place = self._engine.get_global_value_address(NOTES[1:])
+        if not place:
+            return b""
+        return ctypes.string_at(place + 8, ctypes.c_int64.from_address(place).value)
+
+    @property
+    def budget(self) -> int:
+        """What `spend` has left; below 0 once it was not enough. 0 in a module without."""
+        return int(self._budget[0]) if self._budget else 0
+
+    @budget.setter
+    def budget(self, amount: int) -> None:
+        if self._budget:
+            self._budget[0] = amount
+
+    def function(self, name: str) -> Callable[..., Any]:
+        """An exported function. It raises MachineFault, or what a callback raised.
+
+        Numbers are cut to the types of its parameters without a word. KeyError if there is none.
+        """
+        function = self._interface.functions[name]
+        plain: Callable[..., Any] = self._prototype(function)
+        if not function.faults:
+            return plain
+        fault, raised = self._fault, self._raised
+
+        def call(*arguments: Any) -> Any:
+            result = plain(*arguments)
+            if fault[0]:
+                number, first, second = fault
+                fault[0] = 0
+                if number == OwnFault.CALLBACK_RAISED and raised:
+                    raise raised.pop()
+                raise MachineFault(number, first, second)
+            return result
+
+        return call
+
+    def plain_function(self, name: str) -> Any:
+        """An exported function that cannot fault, as ctypes has it: with `argtypes`."""
+        return self._prototype(self._interface.functions[name])
+
+    def _prototype(self, function: Function) -> Any:
+        address = self._engine.get_function_address(function.symbol[1:].strip('"'))
+        return ctypes.PYFUNCTYPE(*function.signature.c_types)(address)
+
+    def _words(self, symbol: str, count: int) -> Any:
+        """The words of a variable of the module, None if it has none."""
+        place = self._engine.get_global_value_address(symbol[1:])
+        if not place:
+            return None
+        words = (ctypes.c_int64 * count).from_address(place)
+        return memoryview(words).cast("B").cast("q")
+
+    def _connect(self, name: str, signature: Signature, callback: Callable[..., Any]) -> None:
+        result, *parameters = signature.c_types
+        fault, raised = self._fault, self._raised
+
+        def call(*arguments: Any) -> Any:
+            try:
+                return callback(*arguments)
+            except BaseException as error:
+                raised[:] = [error]
+                fault[0] = OwnFault.CALLBACK_RAISED
+                return 0
+
+        pointer = ctypes.PYFUNCTYPE(result, *parameters)(call)
+        _LOADED.append(pointer)
+        place = self._engine.get_global_value_address(f"callback.{name}")
+        address = ctypes.cast(pointer, ctypes.c_void_p).value
+        ctypes.c_void_p.from_address(place).value = address
+
+
+_LOADED: list[Any] = []
+"""What keeps the machine code in memory."""
+
+LIBRARY = (
+    *("acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cosh", "cos", "erf", "exp"),
+    *("expm1", "fmod", "log10", "log1p", "log", "pow", "sin", "sinh", "tan", "tanh"),
+    *("memcmp", "strlen", "strcmp", "strncmp"),
+)
+"""Functions of the C library that a module may call."""
+
+
+@cache
+def _machine(effort: Effort) -> Any:
+    """The processor we run on, as LLVM's target."""
+    import llvmlite.binding as llvm
+
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    for name in LIBRARY:
+        llvm.add_symbol(C_PREFIX + name, _address(name))
+    return llvm.Target.from_default_triple().create_target_machine(
+        cpu=llvm.get_host_cpu_name(),
+        features=llvm.get_host_cpu_features().flatten(),
+        opt=effort.value,
+        codemodel="jitdefault",
+        jit=True,
+    )
+
+
+@cache
+def _c_library() -> ctypes.CDLL:
+    import sys
+
+    if sys.platform == "win32":
+        return ctypes.CDLL("ucrtbase")
+    whole = ctypes.CDLL(None)  # Python's own math functions are in it
+    return whole if hasattr(whole, "fmod") else ctypes.CDLL("libm.so.6")
+
+
+def _address(name: str) -> int:
+    address = ctypes.cast(getattr(_c_library(), name), ctypes.c_void_p).value
+    assert address is not None
+    return address

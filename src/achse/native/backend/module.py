@@ -1,0 +1,162 @@
+"""A module of machine code while it is written: its functions, constant data and ways out."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from achse.native.backend.builder import FunctionBuilder
+from achse.native.backend.faults import NOTES, RUNTIME
+from achse.native.backend.types import (
+    ADDRESS,
+    F64,
+    Function,
+    InstructionError,
+    MachineType,
+    Operand,
+    Signature,
+)
+
+__all__ = ["C_PREFIX", "Interface", "ModuleBuilder"]
+
+C_PREFIX = "achse_"
+"""C functions get names of their own, so that LLVM does not know better what they give."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interface:
+    """What a module offers Python and expects from it; enough to load its machine code."""
+
+    functions: Mapping[str, Function] = field(default_factory=dict)
+    callbacks: Mapping[str, Signature] = field(default_factory=dict)
+
+
+class ModuleBuilder:
+    """Functions by name, written one after the other; `assembly` is all of them as LLVM text."""
+
+    def __init__(self) -> None:
+        self._functions: dict[str, Function] = {}
+        self._exported: dict[str, Function] = {}
+        self._callbacks: dict[str, Function] = {}
+        self._declared: dict[str, str] = {}
+        self._data: dict[bytes, str] = {}
+        self._bodies: list[FunctionBuilder] = []
+        self.notes = b""
+        """Bytes that go with the machine code into the cache: what its fault numbers mean."""
+
+    @property
+    def interface(self) -> Interface:
+        callbacks = {name: callback.signature for name, callback in self._callbacks.items()}
+        return Interface(dict(self._exported), callbacks)
+
+    # -- what can be called ------------------------------------------------------------------
+
+    def declare(
+        self,
+        name: str,
+        parameters: Sequence[MachineType] = (),
+        results: Sequence[MachineType] = (),
+        *,
+        exported: bool = False,
+        faults: bool = False,
+    ) -> Function:
+        """A function of this module, to be called before it is written.
+
+        `exported` ones can be called from Python and have at most one result. `faults` says that
+        the function, or one that it calls, may leave with a fault.
+        """
+        if name in self._functions:
+            raise InstructionError(f"function {name!r} is declared twice")
+        signature = Signature(tuple(parameters), tuple(results))
+        function = Function(f'@"{name}"', signature, faults, convention=exported)
+        self._functions[name] = function
+        if exported:
+            signature.c_types  # noqa: B018  refuses what Python cannot call
+            self._exported[name] = function
+        return function
+
+    def write(self, function: Function, names: Sequence[str] = ()) -> FunctionBuilder:
+        """The body of a declared function, to be filled; `names` are for who reads the assembly."""
+        body = FunctionBuilder(self, function, names, self._is_exported(function))
+        self._bodies.append(body)
+        return body
+
+    def function(
+        self,
+        name: str,
+        parameters: Sequence[MachineType] = (),
+        results: Sequence[MachineType] = (),
+        *,
+        exported: bool = False,
+        faults: bool = False,
+    ) -> FunctionBuilder:
+        """Declare a function and begin with its body."""
+        return self.write(self.declare(name, parameters, results, exported=exported, faults=faults))
+
+    def callback(
+        self, name: str, parameters: Sequence[MachineType], results: Sequence[MachineType] = ()
+    ) -> Function:
+        """A function of Python; what it raises ends the machine code and reaches its caller."""
+        signature = Signature(tuple(parameters), tuple(results))
+        known = self._callbacks.get(name)
+        if known is None:
+            symbol = f'@"callback.{name}"'
+            known = Function(symbol, signature, faults=True, pointer=True, convention=True)
+            self._callbacks[name] = known
+        if known.signature != signature:
+            raise InstructionError(f"callback {name!r} is {known.signature}, got {signature}")
+        return known
+
+    def c_function(
+        self, name: str, parameters: Sequence[MachineType] = (F64,), result: MachineType = F64
+    ) -> Function:
+        """A function of the C library, by default from a float to a float and without effects."""
+        signature = Signature(tuple(parameters), (result,))
+        function = Function(f"@{C_PREFIX}{name}", signature, convention=True)
+        pure = all(each.is_real for each in (*parameters, result))
+        self.external(function, "readnone nounwind" if pure else "nounwind")
+        return function
+
+    def external(self, function: Function, attributes: str = "") -> None:
+        """There is a function outside the module with this symbol."""
+        signature = function.signature
+        parameters = ", ".join(each.llvm for each in signature.parameters)
+        text = f"declare {signature.llvm_result} {function.symbol}({parameters}) {attributes}"
+        self._declared[function.symbol] = text.rstrip()
+
+    # -- data --------------------------------------------------------------------------------
+
+    def data(self, content: bytes) -> Operand:
+        """The address of constant bytes; it is a multiple of 8."""
+        return Operand(ADDRESS, self._data.setdefault(content, f"@data{len(self._data)}"))
+
+    # -- the text ----------------------------------------------------------------------------
+
+    def assembly(self) -> str:
+        """The whole module as LLVM assembly; InstructionError if a function was never written."""
+        written = {body.function.symbol for body in self._bodies}
+        for name, function in self._functions.items():
+            if function.symbol not in written:
+                raise InstructionError(f"function {name!r} is declared but was not written")
+        bodies = [body.text() for body in self._bodies]
+        data = [
+            f"{symbol} = private constant {_characters(content)}, align 8"
+            for content, symbol in self._data.items()
+        ]
+        pointers = [f"{callback.symbol} = global ptr null" for callback in self._callbacks.values()]
+        used = [*self._declared.values(), *data, *pointers]
+        if self._callbacks or any(function.faults for function in self._functions.values()):
+            used.append(RUNTIME)
+        if self.notes:
+            used.append(f"{NOTES} = constant {_characters(_counted(self.notes))}")
+        return "\n".join([*used, *bodies]) + "\n"
+
+    def _is_exported(self, function: Function) -> bool:
+        return function in self._exported.values()
+
+
+def _counted(content: bytes) -> bytes:
+    return len(content).to_bytes(8, "little") + content
+
+
+def _characters(content: bytes) -> str:
+    text = "".join(f"\\{byte:02X}" for byte in content)
+    return f'[{len(content)} x i8] c"{text}"'

@@ -1,0 +1,459 @@
+"""Instructions: what each does, drawn over all types, compiled in both ways."""
+
+import math
+import random
+import struct
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from achse.native.backend import (
+    ADDRESS,
+    BOOL,
+    F32,
+    F64,
+    I8,
+    I16,
+    I32,
+    I64,
+    U8,
+    U16,
+    U32,
+    U64,
+    FunctionBuilder,
+    InstructionError,
+    MachineFault,
+    MachineType,
+    ModuleBuilder,
+    Operand,
+    OwnFault,
+    Relation,
+    Rounding,
+    address_of,
+)
+
+WHOLE = (I8, I16, I32, I64, U8, U16, U32, U64)
+REAL = (F32, F64)
+B = FunctionBuilder
+
+
+def wrap(number: int, type: MachineType) -> int:
+    low = number & (1 << type.bits) - 1
+    return low if low <= type.most else low - (1 << type.bits)
+
+
+def divide(a: int, b: int) -> int:
+    return math.trunc(Fraction(a, b)) if b else a
+
+
+def rotate(a: int, n: int, type: MachineType) -> int:
+    low, n = a & (1 << type.bits) - 1, n % type.bits
+    return wrap(low << n | low >> type.bits - n, type)
+
+
+def shift_right(a: int, n: int, type: MachineType) -> int:
+    return a >> min(n & (1 << type.bits) - 1, type.bits)
+
+
+def shift_left(a: int, n: int, type: MachineType) -> int:
+    n &= (1 << type.bits) - 1
+    return 0 if n >= type.bits else wrap(a << n, type)
+
+
+OF_WHOLE: dict[str, tuple[Any, Callable[[int, int, MachineType], int]]] = {
+    "add": (B.add, lambda a, b, t: wrap(a + b, t)),
+    "subtract": (B.subtract, lambda a, b, t: wrap(a - b, t)),
+    "multiply": (B.multiply, lambda a, b, t: wrap(a * b, t)),
+    "divide": (B.divide, lambda a, b, t: wrap(divide(a, b), t)),
+    "remainder": (B.remainder, lambda a, b, t: wrap(a - divide(a, b) * b, t) if b else 0),
+    "and": (B.bit_and, lambda a, b, t: a & b),
+    "or": (B.bit_or, lambda a, b, t: a | b),
+    "xor": (B.bit_xor, lambda a, b, t: a ^ b),
+    "left": (B.shift_left, shift_left),
+    "right": (B.shift_right, shift_right),
+    "turn left": (B.rotate_left, rotate),
+    "turn right": (
+        B.rotate_right,
+        lambda a, b, t: rotate(a, -(b & (1 << t.bits) - 1), t),
+    ),
+}
+RELATIONS: dict[Relation, Callable[[float, float], bool]] = {
+    Relation.EQUAL: lambda a, b: a == b,
+    Relation.NOT_EQUAL: lambda a, b: a != b,
+    Relation.LESS: lambda a, b: a < b,
+    Relation.LESS_EQUAL: lambda a, b: a <= b,
+    Relation.GREATER: lambda a, b: a > b,
+    Relation.GREATER_EQUAL: lambda a, b: a >= b,
+}
+
+
+FORMS = dict(zip((BOOL, *WHOLE, *REAL), "?bhiqBHIQfd", strict=True))
+
+
+def drawn(type: MachineType, dice: random.Random) -> float:
+    if type is F32:
+        single: float = struct.unpack("<f", struct.pack("<f", drawn(F64, dice) % 1e30))[0]
+        return single
+    if type.is_real:
+        return dice.choice((0.0, -0.0, 1.5, -2.5, 3e9, -1e19, 1e300, dice.uniform(-300, 300)))
+    if type is BOOL:
+        return dice.random() < 0.5
+    edges = (type.least, type.most, 0, 1, -1 if type.signed else 2, dice.randrange(70) % type.most)
+    return dice.choice((*edges, dice.randint(type.least, type.most)))
+
+
+@pytest.mark.parametrize("type", WHOLE, ids=repr)
+def test_whole_numbers(type: MachineType, several: Any) -> None:
+    run = several(
+        {name: ([type, type], type, write) for name, (write, _) in OF_WHOLE.items()}
+        | {"negate": ([type], type, B.negate), "absolute": ([type], type, B.absolute)}
+        | {"not": ([type], type, B.bit_not)}
+    )
+    dice = random.Random(type.name)
+    for _ in range(100):
+        a, b = int(drawn(type, dice)), int(drawn(type, dice))
+        for name, (_, expected) in OF_WHOLE.items():
+            assert run[name](a, b) == expected(a, b, type), (name, a, b)
+        assert run["negate"](a) == wrap(-a, type)
+        assert run["absolute"](a) == wrap(abs(a), type)
+        assert run["not"](a) == wrap(~a, type)
+
+
+@pytest.mark.parametrize("type", [I8, U16, I64], ids=repr)
+def test_constants_beside_them(type: MachineType, several: Any) -> None:
+    numbers = (0, 1, 3, type.bits - 1, type.bits, type.most, type.least)
+    names = ("divide", "remainder", "left", "right", "multiply")
+
+    def with_constant(name: str, b: int) -> Callable[[B, Operand], Operand]:
+        return lambda body, a: OF_WHOLE[name][0](body, a, body.constant(type, b))
+
+    run = several({f"{n} {b}": ([type], type, with_constant(n, b)) for n in names for b in numbers})
+    for a in (type.least, type.most, 0, 1, 77):
+        for name in names:
+            for b in numbers:
+                assert run[f"{name} {b}"](a) == OF_WHOLE[name][1](a, b, type), (name, a, b)
+
+
+@pytest.mark.parametrize("type", [*WHOLE, *REAL], ids=repr)
+def test_relations(type: MachineType, several: Any) -> None:
+    def related(relation: Relation) -> Callable[[B, Operand, Operand], Operand]:
+        return lambda body, a, b: body.compare(relation, a, b)
+
+    run = several({each.name: ([type, type], BOOL, related(each)) for each in Relation})
+    dice = random.Random(type.name)
+    for _ in range(60):
+        a, b = drawn(type, dice), drawn(type, dice)
+        for relation, holds in RELATIONS.items():
+            assert run[relation.name](a, b) is holds(a, b)
+    if type.is_real:
+        assert [each.name for each in Relation if run[each.name](math.nan, 1.0)] == ["NOT_EQUAL"]
+
+
+def converted(value: float, old: MachineType, new: MachineType) -> float:
+    if new is BOOL:
+        return value != 0
+    if new is F32:
+        single: float = struct.unpack("<f", struct.pack("<f", value))[0]
+        return single
+    if new is F64:
+        return float(value)
+    if old.is_real:
+        return max(new.least, min(math.trunc(value), new.most))
+    return wrap(int(value), new)
+
+
+@pytest.mark.parametrize("old", [BOOL, *WHOLE, *REAL], ids=repr)
+def test_conversions(old: MachineType, several: Any) -> None:
+    def to(new: MachineType) -> Callable[[B, Operand], Operand]:
+        return lambda body, value: body.convert(value, new)
+
+    types = (BOOL, *WHOLE, *REAL)
+    run = several({each.name: ([old], each, to(each)) for each in types})
+    dice = random.Random(old.name)
+    for _ in range(60):
+        value = drawn(old, dice)
+        for new in types:
+            if new is F32 and abs(value) > 1e38:
+                assert math.isinf(run["f32"](value))
+            else:
+                assert run[new.name](value) == converted(value, old, new), (value, new)
+    if old.is_real:
+        assert (run["i16"](math.nan), run["bool"](math.nan)) == (0, True)
+
+
+def test_floats(several: Any) -> None:
+    def rounded(way: Rounding) -> Callable[[B, Operand], Operand]:
+        return lambda body, a: body.round(a, way)
+
+    run = several(
+        {name: ([F64, F64], F64, getattr(B, name)) for name in ("add", "subtract", "multiply")}
+        | {"divide": ([F64, F64], F64, B.divide), "remainder": ([F64, F64], F64, B.remainder)}
+        | {way.name: ([F64], F64, rounded(way)) for way in Rounding}
+        | {"sin": ([F64], F64, lambda body, a: body.math("sin", a))}
+        | {"root": ([F32], F32, lambda body, a: body.intrinsic("sqrt", a))}
+        | {"power": ([F32, F32], F32, lambda body, a, b: body.math("pow", a, b))}
+        | {"size": ([F64], F64, B.absolute), "negate": ([F64], F64, B.negate)}
+    )
+    assert run["add"](0.1, 0.2) == 0.1 + 0.2
+    assert run["subtract"](0.1, 0.2) == 0.1 - 0.2
+    assert run["multiply"](0.1, 0.2) == 0.1 * 0.2
+    assert run["divide"](1.0, 3.0) == 1.0 / 3.0
+    assert math.isinf(run["divide"](1.0, 0.0))
+    assert run["remainder"](-7.5, 2.0) == math.fmod(-7.5, 2.0)
+    assert [run[way.name](2.5) for way in Rounding] == [2.0, 3.0, 2.0, 2.0, 3.0]
+    assert [run[way.name](-2.5) for way in Rounding] == [-3.0, -2.0, -2.0, -2.0, -3.0]
+    assert run["sin"](0.7) == math.sin(0.7)
+    assert (run["root"](2.25), run["power"](1.5, 2.0)) == (1.5, 2.25)
+    assert (run["size"](-1.0), run["negate"](1.0)) == (1.0, -1.0)
+
+
+def test_bits_of_floats(several: Any) -> None:
+    run = several(
+        {
+            "bits": ([F32], U32, lambda body, a: body.reinterpret(a, U32)),
+            "float": ([U64], F64, lambda body, a: body.reinterpret(a, F64)),
+            "sign": ([U8], I8, lambda body, a: body.reinterpret(a, I8)),
+        }
+    )
+    assert run["bits"](1.0) == 0x3F80_0000
+    assert run["float"](0x3FF0_0000_0000_0000) == 1.0
+    assert run["sign"](255) == -1
+
+
+@pytest.mark.parametrize("type", [BOOL, *WHOLE, *REAL], ids=repr)
+def test_memory_at_any_byte(type: MachineType, several: Any) -> None:
+    """What is stored at a computed offset is what is loaded, and no other byte changes."""
+
+    def put(body: B, base: Operand, at: Operand, value: Operand) -> None:
+        body.store(value, base, at)
+
+    run = several(
+        {
+            "put": ([ADDRESS, U16, type], None, put),
+            "get": ([ADDRESS, I32], type, lambda body, base, at: body.load(type, base, at)),
+            "third": ([ADDRESS], type, lambda body, base: body.load(type, base, 3)),
+        }
+    )
+    dice = random.Random(type.name)
+    form = struct.Struct("<" + FORMS[type])
+    for _ in range(20):
+        at, value = dice.randrange(9), drawn(type, dice)
+        memory = bytearray(range(32))
+        expected = bytearray(memory)
+        form.pack_into(expected, at, value)
+        run["put"](address_of(memory), at, value)
+        assert memory == expected
+        assert run["get"](address_of(memory), at) == value
+        assert run["get"](address_of(memory, 8), at - 8) == value
+        assert run["third"](address_of(memory)) == form.unpack_from(memory, 3)[0]
+
+
+def test_moving_bytes(several: Any) -> None:
+    def clear(body: B, base: Operand, size: Operand) -> None:
+        body.fill(base, body.constant(U8, 0xAB), size)
+
+    def shift(body: B, base: Operand, by: Operand) -> None:
+        body.copy(body.address(base, by), base, 6)
+
+    def of_element(body: B, base: Operand, index: Operand) -> Operand:
+        return body.load(U8, body.address(base, index, 6, within=2))
+
+    def through_buffer(body: B, a: Operand) -> Operand:
+        place = body.buffer(3)
+        body.store(a, place, 1)
+        return body.load(U8, place, 2)
+
+    run = several(
+        {
+            "fill": ([ADDRESS, U8], None, clear),
+            "shift": ([ADDRESS, I16], None, shift),
+            "element": ([ADDRESS, I8], U8, of_element),
+            "data": ([I64], U8, lambda body, at: body.load(U8, body.module.data(b"abc"), at)),
+            "buffer": ([U16], U8, through_buffer),
+        }
+    )
+    memory = bytearray(range(40))
+    run["shift"](address_of(memory), 2)
+    assert memory[:10] == bytes((0, 1, 0, 1, 2, 3, 4, 5, 8, 9))
+    run["fill"](address_of(memory), 3)
+    assert memory[:5] == b"\xab\xab\xab\x01\x02"
+    assert run["element"](address_of(memory, 6), 4) == 6 + 4 * 6 + 2
+    assert run["element"](address_of(memory, 8), -1) == memory[8 - 6 + 2]
+    assert run["data"](2) == ord("c")
+    assert run["buffer"](0x1234) == 0x12
+
+
+def test_control(several: Any) -> None:
+    def chosen(body: B, number: Operand) -> None:
+        labels = {number: body.label() for number in (-1, 7, 100)}
+        other = body.label()
+        body.switch(number, labels, other)
+        for n, label in labels.items():
+            body.begin(label)
+            body.return_(body.constant(I32, n * 10))
+            body.return_(body.constant(I32, 0))  # nothing comes here
+        body.begin(other)
+        return body.constant(I32, 5)  # type: ignore[return-value]
+
+    def total(body: B, most: Operand) -> Operand:
+        """1 + 2 + … + most; a label without a jump is fallen into."""
+        i, result = body.variable(I16), body.variable(I16)
+        body.set(i, body.constant(I16, 0))
+        body.set(result, body.constant(I16, 0))
+        again, go_on, end = body.label(), body.label(), body.label()
+        body.begin(again)
+        body.branch(body.compare(Relation.LESS, body.get(i), most), go_on, end)
+        body.begin(go_on)
+        body.set(i, body.add(body.get(i), body.constant(I16, 1)))
+        body.set(result, body.add(body.get(result), body.get(i)))
+        body.jump(again)
+        body.begin(end)
+        return body.get(result)
+
+    run = several({"chosen": ([I8], I32, chosen), "total": ([I16], I16, total)})
+    assert [run["chosen"](n) for n in (-1, 7, 100, 8)] == [-10, 70, 1000, 5]
+    assert run["total"](10) == 55
+    assert run["total"](300) == wrap(45150, I16)
+
+
+def test_functions_of_each_other_and_tables_of_them(load: Any) -> None:
+    module = ModuleBuilder()
+    both = module.declare("both", [I16, F32], [F32, I16])
+    double = module.declare("double", [I16], [I16])
+    run = module.function("run", [I16, ADDRESS], [I16], exported=True)
+    a, method = run.parameters
+    _, back = run.call(both, a, run.constant(F32, 0.5))
+    run.return_(*run.call_at(method, double, back))
+    body = module.write(both, ["a", "b"])
+    body.return_(*reversed(body.parameters))
+    where = module.function("where", [], [ADDRESS], exported=True)
+    where.return_(where.function_address(double))
+    body = module.write(double)
+    body.return_(body.add(body.parameters[0], body.parameters[0]))
+    code = load(module)
+    assert code.function("run")(-700, code.function("where")()) == -1400
+
+
+def test_faults_reach_python_through_all_callers(load: Any) -> None:
+    module = ModuleBuilder()
+    inner = module.function("inner", [I16], [I16, I16], faults=True)
+    (a,) = inner.parameters
+    inner.require(inner.compare(Relation.LESS, a, inner.constant(I16, 10)), 17, a)
+    inner.return_(a, a)
+    outer = module.function("outer", [I16, ADDRESS], [I16], exported=True, faults=True)
+    a, place = outer.parameters
+    outer.store(a, place)
+    result, _ = outer.call(inner.function, a)
+    outer.store(outer.constant(U8, 99), place, 2)
+    outer.return_(result)
+    run = load(module).function("outer")
+    memory = bytearray(3)
+    for _ in range(2):
+        assert run(-9, address_of(memory)) == -9
+        memory[2] = 0
+        with pytest.raises(MachineFault) as fault:
+            run(12, address_of(memory))
+        assert (fault.value.number, fault.value.first, fault.value.second) == (17, 12, 0)
+        assert memory == b"\x0c\x00\x00"
+
+
+def test_a_budget_ends_a_loop(load: Any) -> None:
+    module = ModuleBuilder()
+    body = module.function("forever", [], exported=True, faults=True)
+    again = body.label()
+    body.begin(again)
+    body.spend(3)
+    body.jump(again)
+    code = load(module)
+    code.budget = 1_000
+    with pytest.raises(MachineFault) as fault:
+        code.function("forever")()
+    assert fault.value.number == OwnFault.BUDGET_SPENT
+    assert code.budget == 1_000 - 3 * 334
+
+
+def test_a_recursion_ends_before_the_stack_does(load: Any) -> None:
+    module = ModuleBuilder()
+    body = module.function("down", [I32], [I32], exported=True, faults=True)
+    body.descend()
+    (n,) = body.parameters
+    deeper, end = body.label(), body.label()
+    body.branch(body.compare(Relation.GREATER, n, body.constant(I32, 0)), deeper, end)
+    body.begin(deeper)
+    (below,) = body.call(body.function, body.subtract(n, body.constant(I32, 1)))
+    body.return_(body.add(below, body.constant(I32, 1)))
+    body.begin(end)
+    body.return_(n)
+    run = load(module).function("down")
+    for _ in range(3):
+        assert run(900) == 900
+        with pytest.raises(MachineFault) as fault:
+            run(1_000_000)
+        assert fault.value.number == OwnFault.TOO_DEEP
+
+
+def test_callbacks(load: Any) -> None:
+    module = ModuleBuilder()
+    ask = module.callback("ask", [I8, U8, BOOL, F32, ADDRESS], [I16])
+    assert module.callback("ask", [I8, U8, BOOL, F32, ADDRESS], [I16]) is ask
+    tell = module.callback("tell", [I16])
+    body = module.function("run", [I8, U8, BOOL, F32, ADDRESS], [I16], exported=True, faults=True)
+    (answer,) = body.call(ask, *body.parameters)
+    body.call(tell, answer)
+    body.return_(answer)
+    seen: list[Any] = []
+
+    def answers(*values: Any) -> int:
+        seen.append(values)
+        return -int(1 / values[3])
+
+    code = load(module, ask=answers, tell=seen.append)
+    run = code.function("run")
+    assert run(-5, 250, True, 0.25, 4096) == -4
+    assert seen == [(-5, 250, True, 0.25, 4096), -4]
+    with pytest.raises(ZeroDivisionError):
+        run(-5, 250, True, 0.0, 4096)
+    assert len(seen) == 3
+    assert run(0, 0, False, 1.0, 1) == -1
+    with pytest.raises(TypeError, match="callbacks"):
+        load(module, ask=answers)
+
+
+def test_a_draft_leaves_nothing_behind() -> None:
+    body = ModuleBuilder().function("run", [I16], [I16], exported=True)
+    (a,) = body.parameters
+    with body.draft():
+        body.variable(I16)
+        type = body.add(a, a).type
+        body.return_(a)
+    assert type is I16
+    assert not body.ended
+    body.return_(a)
+    assert [line.strip() for line in body.text().splitlines()[1:-1]] == ["begin:", "ret i16 %p0"]
+
+
+def test_what_does_not_fit_is_refused() -> None:
+    module = ModuleBuilder()
+    body = module.function("run", [I16, I32, F64, ADDRESS, BOOL], [I16])
+    a, b, x, p, yes = body.parameters
+    for refused, reason in (
+        (lambda: body.add(a, b), "one type expected, got i16 and i32"),
+        (lambda: body.add(p, p), "numbers expected"),
+        (lambda: body.bit_and(x, x), "whole numbers or bools"),
+        (lambda: body.shift_left(yes, yes), "a whole number expected"),
+        (lambda: body.load(I16, b), "address expected, got i32"),
+        (lambda: body.branch(a, "x", "y"), "bool expected, got i16"),
+        (lambda: body.convert(x, ADDRESS), "no address is a float"),
+        (lambda: body.reinterpret(x, I32), "the bits of f64"),
+        (lambda: body.constant(I16, 40_000), "40000 where a number of type i16"),
+        (lambda: body.return_(), "results"),
+        (lambda: body.return_(b), "i16 expected, got i32"),
+        (lambda: body.call(body.function, a), "got 1 arguments"),
+        (lambda: body.leave(1), "without faults"),
+        (lambda: body.call(module.callback("c", [])), "so it faults too"),
+        (lambda: body.intrinsic("sqrt", a), "a float expected"),
+    ):
+        with pytest.raises(InstructionError, match=reason):
+            refused()  # type: ignore[no-untyped-call]

@@ -1,0 +1,96 @@
+"""Machine code in memory: exported functions, notes, an object file loaded twice."""
+
+import sys
+
+import pytest
+
+from achse.native.backend import (
+    F64,
+    I16,
+    Effort,
+    MachineCode,
+    ModuleBuilder,
+    address_of,
+    compile_module,
+    compiler_installed,
+    identity,
+)
+from achse.native.backend.machine import LIBRARY
+
+
+def halving() -> ModuleBuilder:
+    module = ModuleBuilder()
+    body = module.function("half", [F64], [F64], exported=True)
+    body.return_(body.multiply(body.parameters[0], body.constant(F64, 0.5)))
+    return module
+
+
+def test_an_object_file_is_loaded_as_often_as_one_likes() -> None:
+    module = halving()
+    content = compile_module(module)
+    assert content == compile_module(module.assembly())
+    first, second = (MachineCode(content, module.interface) for _ in range(2))
+    assert first.function("half")(3.0) == second.function("half")(3.0) == 1.5
+    with pytest.raises(KeyError):
+        first.function("third")
+    assert first.plain_function("half").argtypes is not None
+
+
+def test_each_copy_has_a_budget_of_its_own() -> None:
+    module = ModuleBuilder()
+    body = module.function("step", exported=True, faults=True)
+    body.spend()
+    content = compile_module(module, Effort.FAST)
+    first, second = (MachineCode(content, module.interface) for _ in range(2))
+    first.budget = second.budget = 5
+    first.function("step")()
+    assert (first.budget, second.budget) == (4, 5)
+
+
+def test_a_module_without_budget_has_none() -> None:
+    code = MachineCode(compile_module(halving()), halving().interface)
+    code.budget = 5
+    assert code.budget == 0
+    assert code.notes == b""
+
+
+def test_notes_go_with_the_code() -> None:
+    module = halving()
+    module.notes = b'"quotes", \x00 and \xff'
+    assert MachineCode(compile_module(module), module.interface).notes == module.notes
+
+
+def test_addresses_follow_one_another() -> None:
+    memory = bytearray(4)
+    assert address_of(memory, 3) == address_of(memory) + 3
+    assert address_of(memoryview(memory)[1:]) == address_of(memory, 1)
+
+
+def test_c_functions_do_what_python_does() -> None:
+    module = ModuleBuilder()
+    for name in LIBRARY[:21]:
+        parameters = [F64] * (2 if name in ("atan2", "fmod", "pow") else 1)
+        body = module.function(name, parameters, [F64], exported=True)
+        body.return_(body.math(name, *body.parameters))
+    code = MachineCode(compile_module(module), module.interface)
+    import math
+
+    for name in LIBRARY[:21]:
+        arguments = (1.5, 0.75) if name in ("atan2", "fmod", "pow") else (0.75,)
+        if name == "acosh":
+            arguments = (1.75,)
+        assert code.function(name)(*arguments) == getattr(math, name)(*arguments)
+
+
+def test_a_missing_compiler_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert compiler_installed()
+    assert identity() == identity()
+    monkeypatch.setitem(sys.modules, "llvmlite", None)
+    assert not compiler_installed()
+
+
+def test_numbers_are_cut_to_the_parameters() -> None:
+    module = ModuleBuilder()
+    body = module.function("same", [I16], [I16], exported=True)
+    body.return_(*body.parameters)
+    assert MachineCode(compile_module(module), module.interface).function("same")(65_535) == -1
