@@ -1,11 +1,16 @@
 """Modules of machine code with one function of interest."""
 
+import random
+import struct
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import pytest
 
 from achse.native.backend import (
+    BOOL,
+    F32,
+    F64,
     Effort,
     FunctionBuilder,
     MachineCode,
@@ -52,3 +57,21 @@ def several(load: Any) -> Callable[..., dict[str, Callable[..., Any]]]:
         return {name: code.function(name) for name in wanted}
 
     return make
+
+
+def _drawn(type: MachineType, dice: random.Random) -> float:
+    if type is F32:
+        single: float = struct.unpack("<f", struct.pack("<f", _drawn(F64, dice) % 1e30))[0]
+        return single
+    if type.is_real:
+        return dice.choice((0.0, -0.0, 1.5, -2.5, 3e9, -1e19, 1e300, dice.uniform(-300, 300)))
+    if type is BOOL:
+        return dice.random() < 0.5
+    edges = (type.least, type.most, 0, 1, -1 if type.signed else 2, dice.randrange(70) % type.most)
+    return dice.choice((*edges, dice.randint(type.least, type.most)))
+
+
+@pytest.fixture(scope="session")
+def drawn() -> Callable[[MachineType, random.Random], float]:
+    """Draws a number of a type, often one at an edge."""
+    return _drawn

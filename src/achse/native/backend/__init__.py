@@ -65,9 +65,10 @@ results are possible inside the module. `function_address` and `call_at` make ta
 `FULL`, which compiles 15 times longer; a call from Python 140 ns, a callback 70 ns.
 """
 
-from achse.native.backend.builder import FunctionBuilder, Label, Relation, Rounding, Variable
+from achse.native.backend.builder import FunctionBuilder, Label, Variable
 from achse.native.backend.cache import ObjectCache
 from achse.native.backend.faults import MachineFault, OwnFault
+from achse.native.backend.instructions import Instructions, Relation, Rounding
 from achse.native.backend.machine import (
     Effort,
     MachineCode,
@@ -114,6 +115,7 @@ __all__ = [
     "Function",
     "FunctionBuilder",
     "InstructionError",
+    "Instructions",
     "Interface",
     "Label",
     "MachineCode",
