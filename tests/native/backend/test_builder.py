@@ -249,8 +249,8 @@ def test_a_draft_leaves_nothing_behind() -> None:
 
 def test_what_does_not_fit_is_refused() -> None:
     module = ModuleBuilder()
-    body = module.function("run", [I16, I32, F64, ADDRESS, BOOL], [I16])
-    a, b, x, p, yes = body.parameters
+    body = module.function("run", [I16, I32], [I16])
+    a, b = body.parameters
     for refused, reason in (
         (lambda: body.load(I16, b), "address expected, got i32"),
         (lambda: body.branch(a, "x", "y"), "bool expected, got i16"),
