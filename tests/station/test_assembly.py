@@ -1,4 +1,4 @@
-"""Assembly: devices, stages and their order, and faults that a configuration alone cannot show."""
+"""Assembly: devices, phases and their order, and faults that a configuration alone cannot show."""
 
 import math
 import sys
@@ -45,7 +45,7 @@ def test_an_empty_configuration_has_what_every_station_has_and_a_clock() -> None
     empty = station()
     assert empty.devices[0].name == "TwinCAT System"
     assert empty.router.ports == [1, 100, 110, 10_000, 26_000]
-    assert [stage.name for stage in empty.stages] == ["notifications", "sweep"]
+    assert [phase.name for phase in empty.cycle.phases] == ["changes", "notifications", "sweep"]
     empty.advance(0.5)
     assert empty.time_ns == 500_000_000
 
@@ -58,18 +58,19 @@ def test_the_cycle_goes_from_axes_over_plcs_to_notifications(folder: Path) -> No
         axis=[{"id": 5, "name": "A"}],
         plc=[{"task": [task, {"name": "Slow", "cycle": "15ms"}]}, {"port": 852}],
     )
-    assert [(stage.name, stage.cycle_ns) for stage in built.stages] == [
+    assert [(phase.name, phase.due_ns) for phase in built.cycle.phases] == [
+        ("changes", math.inf),
         ("nc", 2_000_000),
-        ("plc 851", 5_000_000),
+        ("plc 851", 10_000_000),
         ("plc 852", 10_000_000),
-        ("notifications", 1_000_000),
+        ("notifications", math.inf),
         ("sweep", 1_000_000_000),
     ]
     assert built.tick_ns == 1_000_000
     assert built.router.ports == [1, 100, 110, 500, 501, 851, 852, 10_000, 26_000]
 
 
-def test_each_stage_runs_at_its_own_cycle(folder: Path) -> None:
+def test_each_phase_runs_at_its_own_cycle(folder: Path) -> None:
     built = station(
         folder,
         axis=[{"id": 1, "name": "A"}],

@@ -49,17 +49,17 @@ def test_a_fault_begins_and_ends_at_its_time(station: Station, plc: Any) -> None
     assert len(station.faults) == 0
 
 
-def test_without_a_fault_no_gate_no_stage_and_no_group_is_in_the_way(
+def test_without_a_fault_no_gate_no_phase_and_no_group_is_in_the_way(
     station: Station, plc: Any
 ) -> None:
-    stages, groups = station.stages, dict(station.devices[-1].services.by_index)
+    phases, groups = station.cycle.phases, dict(station.devices[-1].services.by_index)
     station.faults.add("delay", by=0.01, count=1)
     station.faults.add("error", symbol=COUNTER, code=0x705, lasting=0.1)
-    assert station.stages != stages
+    assert station.cycle.phases != phases
     assert station.devices[-1].services.by_index != groups
     station.faults.clear()
     station.advance(1.0)
-    assert station.stages == stages
+    assert station.cycle.phases == phases
     assert station.devices[-1].services.by_index == groups
     assert not _refused(plc)
 

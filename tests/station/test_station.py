@@ -15,8 +15,8 @@ from achse.ams import AdsState, Command, DeviceError, Frame
 from achse.ams.commands import WriteControlRequest
 from achse.motion import commands
 from achse.station import Station
-from achse.station.assembly import Stage
 from achse.station.config import parse
+from achse.station.cycle import CyclicPhase, Place
 from achse.station.station import DEFAULT_EPOCH_NS
 
 CYCLE = 0.002
@@ -329,13 +329,13 @@ def test_leaving_ends_the_cycle_and_leaves_no_task(speed: float) -> None:
 
 
 @pytest.mark.parametrize("speed", [math.inf, 50.0])
-def test_a_broken_stage_is_told(speed: float, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_broken_phase_is_told(speed: float, caplog: pytest.LogCaptureFixture) -> None:
     def broken(now: int) -> None:
         raise ArithmeticError(f"at {now}")
 
     async def main() -> None:
         station = Station.demo()
-        station.stages = [*station.stages, Stage("broken", 10_000_000, broken)]
+        station.cycle.add(CyclicPhase(Place.SCOPE, "broken", 10_000_000, broken))
         async with station.running("127.0.0.1", 0, speed=speed) as running:
             with pytest.raises(ArithmeticError, match="at 10000000"):
                 await asyncio.wait_for(running.finished(), 10)
@@ -442,7 +442,8 @@ def test_many_restarts_leave_nothing_behind(watched: Watched) -> None:
         station.advance(0.6)
     assert watched.mode() == (AdsState.RUN, 1, 5)
     assert len(station.router._close_listeners) == len(station.devices)
-    assert len({stage.name for stage in station.stages}) == len(station.stages)
+    phases = station.cycle.phases
+    assert len({phase.name for phase in phases}) == len(phases)
 
 
 def test_equal_restarts_give_equal_states() -> None:
@@ -457,9 +458,9 @@ def test_equal_restarts_give_equal_states() -> None:
     assert digests[0] == digests[1]
 
 
-def test_a_stage_that_somebody_added_goes_on_through_a_restart(watched: Watched) -> None:
+def test_a_phase_that_somebody_added_goes_on_through_a_restart(watched: Watched) -> None:
     calls: list[int] = []
-    watched.station.add_stage("mine", 100_000_000, calls.append)
+    watched.station.cycle.add(CyclicPhase(Place.INPUTS, "mine", 100_000_000, calls.append))
     watched.station.restart()
     watched.station.advance(1.0)
     assert len(calls) == 10
@@ -540,7 +541,8 @@ def test_time_in_one_go_is_time_tick_by_tick(client_of: Any, kernel: str) -> Non
         nc = client_of(station.router, 501)
         system = client_of(station.router, 10_000)
         calls: list[int] = []
-        station.add_stage("mine", 14_000_000, calls.append)
+        mine = CyclicPhase(Place.INPUTS, "mine", 14_000_000, calls.append)
+        station.cycle.add(mine)
         history: list[Any] = []
 
         def pass_time(ticks: int, station: Station = station, leaps: bool = leaps) -> None:
@@ -558,7 +560,7 @@ def test_time_in_one_go_is_time_tick_by_tick(client_of: Any, kernel: str) -> Non
             nc.subscribe(0x4101, 0x0A, 8, cycle_s=cycle_s)
             pass_time(ticks)
             history.append((station.time_ns, station.digest(), nc.samples()))
-            station.remove_stage("mine")
+            station.cycle.remove(mine)
         station.restart()
         pass_time(400)
         history.append((station.time_ns, station.digest(), nc.samples(), system.samples(), calls))

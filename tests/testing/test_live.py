@@ -8,6 +8,7 @@ import pytest
 
 from achse.ams import AdsError, DeviceError
 from achse.station import Station, StationConfig
+from achse.station.cycle import CyclicPhase, Place
 from achse.station.fault import FaultError
 from achse.testing import LiveStation
 
@@ -105,8 +106,9 @@ def test_a_broken_cycle_is_told_at_the_end(caplog: pytest.LogCaptureFixture) -> 
     def breaks(_: int) -> None:
         raise ArithmeticError("broken")
 
-    station.run(station.station.add_stage, "bad", station.station.tick_ns, breaks)
-    while station.station.stages and not caplog.records:
+    bad = CyclicPhase(Place.SCOPE, "bad", station.station.tick_ns, breaks)
+    station.run(station.station.cycle.add, bad)
+    while station.station.cycle.phases and not caplog.records:
         time.sleep(0.005)
     with pytest.raises(ArithmeticError, match="broken"):
         station.stop()

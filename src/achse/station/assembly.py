@@ -30,10 +30,12 @@ from achse.station.config import (
     StationConfig,
     TableConfig,
 )
-from achse.station.pacing import NcTask, Pace
+from achse.station.cycle import IDLE_TICK_NS, Phase
+from achse.station.pacing import Pace
+from achse.station.phases import NcPhase, NotificationPhase, PlcPhase, upkeep
 from achse.station.plcs import PlcSource, collection_paused
 
-__all__ = ["NC_PORTS", "Parts", "Stage", "assemble", "idle", "permanent"]
+__all__ = ["NC_PORTS", "Parts", "assemble", "idle", "permanent"]
 
 NC_PORTS = (500, 501)
 """NC and its SAF task; both answer for the same axes."""
@@ -43,31 +45,11 @@ LOGGER_PORT = 100
 EVENT_LOGGER_PORT = 110
 SYSTEM_PORT = 10_000
 
-_IDLE_TICK_NS = 1_000_000
-"""Tick of a station without any task."""
-
 _SHORTEST_TICK_NS = 10_000
 """All cycles are multiples of one tick; a shorter one would only burn time."""
 
-_SWEEP_NS = 1_000_000_000
-"""How often devices look for clients that are gone, about: a whole number of ticks."""
-
 _MODULO_AXIS = 1 << 2
 """Bit of the axis parameter unit_interpretation."""
-
-
-class Stage(NamedTuple):
-    """One step of the station cycle: `run(time_ns)` every `cycle_ns`.
-
-    `rest()`, where there is one, tells for how long from now, ns, all runs would do nothing.
-    `several(n)` does n cycles at once, while no other stage is due.
-    """
-
-    name: str
-    cycle_ns: int
-    run: Callable[[int], None]
-    rest: Callable[[], float] | None = None
-    several: Callable[[int], None] | None = None
 
 
 class Parts(NamedTuple):
@@ -76,7 +58,7 @@ class Parts(NamedTuple):
     nc: Nc | None
     plcs: Mapping[int, PlcRuntime]
     devices: Sequence[Device]
-    stages: Sequence[Stage]
+    phases: Sequence[Phase]
     tick_ns: int
     digests: Sequence[Callable[[], bytes]]
     sources: Mapping[int, PlcSource] = MappingProxyType({})
@@ -124,13 +106,15 @@ def assemble(
     router: Router,
     base: Path,
     clock: Callable[[], int],
+    epoch_ns: int,
     kept: Sequence[Device] = (),
     pace: Callable[[], Pace | None] = lambda: None,
 ) -> Parts:
     """Make everything else that `config` names and register it at `router`.
 
-    `kept` are the permanent devices, whose notifications the cycle sends too; `pace()` is how the
-    station follows the wall clock. Raises ConfigError; then nothing is registered.
+    `epoch_ns` is the time of `clock` at station time 0. `kept` are the permanent devices, whose
+    notifications the cycle sends too; `pace()` is how the station follows the wall clock. Raises
+    ConfigError; then nothing is registered.
     """
     devices = list(kept)
 
@@ -140,7 +124,7 @@ def assemble(
             _attach(device, router, port, config)
 
     try:
-        return _assemble(config, base, clock, devices, attach, pace)
+        return _assemble(config, base, clock, epoch_ns, devices, attach, pace)
     except ConfigError:
         for device in devices[len(kept) :]:
             device.detach()
@@ -160,11 +144,13 @@ def _assemble(
     config: StationConfig,
     base: Path,
     clock: Callable[[], int],
+    epoch_ns: int,
     devices: Sequence[Device],
     attach: Callable[..., None],
     pace: Callable[[], Pace | None],
 ) -> Parts:
-    stages: list[Stage] = []
+    phases: list[Phase] = []
+    cycles: dict[str, int] = {}
     digests: list[Callable[[], bytes]] = []
 
     nc = None
@@ -172,7 +158,8 @@ def _assemble(
         nc = _nc(config)
         if nc.compiled:
             _ = SAMPLING.function  # loaded, or compiled, before the first cycle
-        stages.append(Stage("nc", nc.cycle_ns, NcTask(nc, pace).run, several=nc.cycle))
+        phases.append(NcPhase(nc, pace))
+        cycles["nc"] = nc.cycle_ns
         digests.append(nc.digest)
         attach(NcDevice(nc, clock=clock), *NC_PORTS)
 
@@ -182,60 +169,40 @@ def _assemble(
         source = PlcSource(plc_config, f"plc[{number}]", base)
         plc = source.make()
         plcs[plc_config.port], sources[plc_config.port] = plc, source
-        cycle_ns = math.gcd(*(task.cycle_ns for task in plc.tasks))
-        stages.append(Stage(f"plc {plc_config.port}", cycle_ns, plc.run_due))
+        phases.append(PlcPhase(plc))
+        cycles[phases[-1].name] = math.gcd(*(task.cycle_ns for task in plc.tasks))
         digests.append(plc.digest)
         attach(PlcDevice(plc, clock=clock), plc_config.port, *plc_config.also)
 
-    tick_ns = math.gcd(*(stage.cycle_ns for stage in stages)) or _IDLE_TICK_NS
+    tick_ns = math.gcd(*cycles.values()) or IDLE_TICK_NS
     if tick_ns < _SHORTEST_TICK_NS:
-        cycles = ", ".join(f"{stage.name} {stage.cycle_ns} ns" for stage in stages)
+        told = ", ".join(f"{name} {cycle_ns} ns" for name, cycle_ns in cycles.items())
         raise ConfigError(
-            f"cycles: expected multiples of a tick of {_SHORTEST_TICK_NS} ns or more, got {cycles}"
+            f"cycles: expected multiples of a tick of {_SHORTEST_TICK_NS} ns or more, got {told}"
         )
-    stages += _last_stages(devices, tick_ns, clock)
-    return Parts(nc, plcs, devices, stages, tick_ns, digests, sources)
+    phases += _last_phases(devices, tick_ns, clock, epoch_ns)
+    return Parts(nc, plcs, devices, phases, tick_ns, digests, sources)
 
 
-def idle(devices: Sequence[Device], tick_ns: int, clock: Callable[[], int]) -> Parts:
+def idle(devices: Sequence[Device], tick_ns: int, clock: Callable[[], int], epoch_ns: int) -> Parts:
     """A station of nothing but `devices`: in CONFIG, or shut down."""
     return Parts(
         nc=None,
         plcs={},
         sources={},
         devices=devices,
-        stages=_last_stages(devices, tick_ns, clock),
+        phases=_last_phases(devices, tick_ns, clock, epoch_ns),
         tick_ns=tick_ns,
         digests=(),
     )
 
 
-def _last_stages(
-    devices: Iterable[Device], tick_ns: int, clock: Callable[[], int]
-) -> Sequence[Stage]:
+def _last_phases(
+    devices: Iterable[Device], tick_ns: int, clock: Callable[[], int], epoch_ns: int
+) -> Sequence[Phase]:
     """What `devices` have to tell their clients, and now and then whether these are still there."""
     listed = list(devices)
-    all_notifications = [device.notifications for device in listed]
-
-    def notify(_: int) -> None:
-        now = clock()
-        for notifications in all_notifications:
-            if notifications.due_ns <= now:
-                notifications.tick(now)
-
-    def rest() -> float:
-        due = [notifications.due_ns for notifications in all_notifications]
-        return min(due, default=math.inf) - clock()
-
-    def sweep(_: int) -> None:
-        now = clock()
-        for device in listed:
-            device.sweep(now)
-
-    return [
-        Stage("notifications", tick_ns, notify, rest),
-        Stage("sweep", -(-_SWEEP_NS // tick_ns) * tick_ns, sweep),
-    ]
+    return [NotificationPhase(listed, epoch_ns), upkeep(listed, tick_ns, clock)]
 
 
 def _nc(config: StationConfig) -> Nc:

@@ -6,21 +6,52 @@ one is added nothing of this is in the way of a frame or a cycle.
 
 import heapq
 import logging
+import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from achse.ams import AdsState
+from achse.station.cycle import Cycle, Phase, Place
 from achse.station.disturbances import Disturbances
 from achse.station.fault import FAULT_KINDS, ActiveFault, Fault, FaultError
 
 if TYPE_CHECKING:
     from achse.station.station import Station
 
-__all__ = ["Faults"]
+__all__ = ["Agenda", "Faults"]
 
 log = logging.getLogger("achse.faults")
 
-STAGE = "faults"
+
+class Agenda(Phase):
+    """What begins and ends at a station time; part of the cycle as long as something is due."""
+
+    place, name = Place.FAULTS, "faults"
+    due_ns = math.inf
+
+    def __init__(self, cycle: Cycle) -> None:
+        self._cycle = cycle
+        self._actions: list[tuple[int, int, Callable[[], None]]] = []
+        self._sequence = 0
+
+    def add(self, due_ns: int, action: Callable[[], None]) -> None:
+        """Call `action` at a station time; with the next cycle if it is over."""
+        if not self._actions:
+            self._cycle.add(self)
+        self._sequence += 1
+        heapq.heappush(self._actions, (due_ns, self._sequence, action))
+        self.due_ns = self._actions[0][0]
+
+    def step(self, now_ns: int) -> None:
+        """Do what is due."""
+        actions = self._actions
+        while actions and actions[0][0] <= now_ns:
+            heapq.heappop(actions)[2]()
+        if actions:
+            self.due_ns = actions[0][0]
+        else:
+            self.due_ns = math.inf
+            self._cycle.remove(self)
 
 
 class Faults:
@@ -28,8 +59,7 @@ class Faults:
 
     def __init__(self, station: "Station") -> None:
         self._station = station
-        self._agenda: list[tuple[int, int, Callable[[], None]]] = []
-        self._sequence = 0
+        self._agenda = Agenda(station.cycle)
         self._faults: dict[int, ActiveFault] = {}
         self._last = 0
         self._disturbances = Disturbances(station, self.later, self._finish)
@@ -55,7 +85,7 @@ class Faults:
         active = ActiveFault(self._last, fault, begins)
         self._faults[active.number] = active
         if begins > now:
-            self._at(begins, lambda: self._begin(active))
+            self._agenda.add(begins, lambda: self._begin(active))
         else:
             self._begin(active)
         return active
@@ -122,17 +152,4 @@ class Faults:
 
     def later(self, seconds: float, action: Callable[[], None]) -> None:
         """Call `action` in so many seconds of station time."""
-        self._at(self._station.time_ns + round(seconds * 1e9), action)
-
-    def _at(self, due_ns: int, action: Callable[[], None]) -> None:
-        if not self._agenda:
-            self._station.add_stage(STAGE, self._station.tick_ns, self._tick)
-        self._sequence += 1
-        heapq.heappush(self._agenda, (due_ns, self._sequence, action))
-
-    def _tick(self, now_ns: int) -> None:
-        agenda = self._agenda
-        while agenda and agenda[0][0] <= now_ns:
-            heapq.heappop(agenda)[2]()
-        if not agenda:
-            self._station.remove_stage(STAGE)
+        self._agenda.add(self._station.time_ns + round(seconds * 1e9), action)

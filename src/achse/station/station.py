@@ -24,11 +24,13 @@ from achse.router.tap import Taps
 from achse.server import Device
 from achse.station import assembly
 from achse.station.config import ConfigError, StationConfig, load
+from achse.station.cycle import Cycle, Phase
 from achse.station.fault import FaultError
 from achse.station.faults import Faults
 from achse.station.network import Network, RouteFile
 from achse.station.pacing import Pace, Pacer, run_unpaced
 from achse.station.persistent_data import PersistentData
+from achse.station.phases import ChangePhase
 from achse.station.statistics import statistics
 from achse.transport.tcp import TcpListener
 
@@ -65,7 +67,8 @@ class Station:
         at station time 0 (stamps of notifications). Raises ConfigError."""
         self.config = config or StationConfig()
         self.epoch_ns = epoch_ns
-        self.time_ns = 0
+        self.cycle: Cycle = Cycle()
+        """What is done when; others may add phases of their own, which stay through restarts."""
         self.router = Router(self.config.router.net_id)
         self._base = base or Path()
         RouteFile(self.config, self.router, self._base)
@@ -94,14 +97,12 @@ class Station:
             self._persistent.give(parts.nc)
         self.nc: Nc | None
         self.plcs: Mapping[int, PlcRuntime]
-        self.stages: Sequence[assembly.Stage] = ()
-        """What one cycle runs, in order: (cycle in ns, callable with the station time)."""
-        self._own_stages: Sequence[assembly.Stage] = ()
-        self.tick_ns = parts.tick_ns
+        self.cycle.tick_ns = parts.tick_ns
+        self._changes = ChangePhase()
+        self.cycle.add(self._changes)
+        self._phases: Sequence[Phase] = ()
         self._digests: Sequence[Callable[[], bytes]] = ()
         self._take(parts)
-        self._plans: list[tuple[int, Callable[[], None]]] = []
-        """Changes of state to come: (station time, what then happens)."""
         self.ended = False
         """Shut down: nothing answers any more."""
         self._on_end: Callable[[], None] | None = None
@@ -139,47 +140,27 @@ class Station:
 
     def _assemble(self) -> assembly.Parts:
         return assembly.assemble(
-            *(self.config, self.router, self._base, self.clock, self._kept, lambda: self.pace)
+            *(self.config, self.router, self._base, self.clock, self.epoch_ns, self._kept),
+            lambda: self.pace,
         )
+
+    @property
+    def time_ns(self) -> int:
+        """Station time, from 0 on."""
+        return self.cycle.now_ns
+
+    @property
+    def tick_ns(self) -> int:
+        """The grid of station time: the greatest common divisor of all cycles."""
+        return self.cycle.tick_ns
 
     def clock(self) -> int:
         """Station time as Unix time, ns."""
-        return self.epoch_ns + self.time_ns
+        return self.epoch_ns + self.cycle.now_ns
 
     def step(self) -> None:
-        """One tick of `tick_ns`: every stage that is due, in order."""
-        self._go_on(self.time_ns + self.tick_ns)
-
-    def _leap(self, end_ns: float) -> None:
-        """All ticks up to `end_ns`, or the end; those that are the NC's alone in one go."""
-        ended = self.ended
-        while self.time_ns < end_ns and self.ended is ended:
-            self._go_on(self._next_due(end_ns))
-
-    def _go_on(self, now: int) -> None:
-        """Run what is due at `now`; on the way there nothing but the NC is."""
-        before, self.time_ns = self.time_ns, now
-        if self._plans:
-            self._follow_plans(now)
-        leap = now - before > self.tick_ns
-        for stage in self.stages:
-            if leap and stage.several is not None:
-                stage.several(now // stage.cycle_ns - before // stage.cycle_ns)
-            elif now % stage.cycle_ns == 0:
-                stage.run(now)
-
-    def _next_due(self, end_ns: float) -> int:
-        """The next tick at which a stage besides the NC is due, at most `end_ns`."""
-        now = self.time_ns
-        if self._plans or self.stages[0] is not self._own_stages[0]:
-            return now + self.tick_ns  # what others added comes before the NC: it must not be ahead
-        due = end_ns
-        for stage in self.stages:
-            if stage.several is None:
-                quiet = now if stage.rest is None else now + max(stage.rest() - 1, 0)
-                if quiet < due:
-                    due = min(due, quiet - quiet % stage.cycle_ns + stage.cycle_ns)
-        return int(due)
+        """One tick of `tick_ns`: every phase that is due, in order."""
+        self.cycle.step()
 
     # state of the whole station ----------------------------------------------------------------
 
@@ -198,7 +179,8 @@ class Station:
     def shut_down(self, delay_s: float = 0.0, restart: bool = False) -> None:
         """After a delay in station time end, or restart. A running station is finished then."""
         due = self.time_ns + round(delay_s * 1e9)
-        self._plans.append((due, self.restart if restart else self._end))
+        end = self.restart if restart else self._end
+        self._changes.plan(*self._changes.plans, (due, end))
 
     @property
     def state(self) -> AdsState:
@@ -214,21 +196,15 @@ class Station:
     def _change_to(self, state: AdsState) -> None:
         arrival = self.time_ns + self.config.system.restart_time
         enter = self._run if state is AdsState.RUN else self._enter_config
-        ends = [plan for plan in self._plans if plan[1] in (self._end, self.restart)]
-        self._plans = [(self.time_ns, self._leave), (arrival, enter), *ends]
-
-    def _follow_plans(self, now: int) -> None:
-        due = [act for time_ns, act in self._plans if time_ns <= now]
-        self._plans = [plan for plan in self._plans if plan[0] > now]
-        for act in due:
-            act()
+        ends = [plan for plan in self._changes.plans if plan[1] in (self._end, self.restart)]
+        self._changes.plan((self.time_ns, self._leave), (arrival, enter), *ends)
 
     def _leave(self) -> None:
         self.save()
         for device in self.devices:
             if device not in self._kept:
                 device.detach()
-        self._take(assembly.idle(self._kept, self.tick_ns, self.clock))
+        self._take(self._idle(self._kept))
         self._system.ads_state = AdsState.STOP
 
     def _enter_config(self) -> None:
@@ -262,9 +238,10 @@ class Station:
         self.save()
         for device in self.devices:
             device.detach()
-        self._take(assembly.idle((), self.tick_ns, self.clock))
-        self._plans = []
+        self._take(self._idle(()))
+        self._changes.plan()
         self.ended = True
+        self.cycle.halt()
         if self._on_end is not None:
             self._on_end()
 
@@ -296,30 +273,24 @@ class Station:
         return {number: plc.online_changes for number, plc in self.plcs.items()}
 
     def _take(self, parts: assembly.Parts) -> None:
-        """Consist of `parts`; stages that others added stay."""
-        added = [stage for stage in self.stages if stage not in self._own_stages]
+        """Consist of `parts`; phases that others added stay."""
         self.nc = parts.nc
         self.plcs = parts.plcs
         self._sources = parts.sources
         self.devices = parts.devices
         self._digests = parts.digests
-        self._own_stages = tuple(parts.stages)
-        self.stages = (*added, *self._own_stages)
+        self.cycle.replace(self._phases, parts.phases)
+        self._phases = parts.phases
 
-    def add_stage(self, name: str, cycle_ns: int, run: Callable[[int], None]) -> None:
-        """Run `run(time_ns)` every `cycle_ns`, a multiple of the tick, before all other stages."""
-        self.stages = (assembly.Stage(name, cycle_ns, run), *self.stages)
-
-    def remove_stage(self, name: str) -> None:
-        """Undo `add_stage`. Unknown is no error."""
-        self.stages = tuple(stage for stage in self.stages if stage.name != name)
+    def _idle(self, devices: Sequence[Device]) -> assembly.Parts:
+        return assembly.idle(devices, self.tick_ns, self.clock, self.epoch_ns)
 
     def advance(self, seconds: float) -> None:
         """Let `seconds` of station time pass, in whole ticks; a rest is kept for the next call."""
         if not 0 <= seconds < math.inf:
             raise ValueError(f"time goes forward and ends, got {seconds} s")
         ticks, self._owed_ns = divmod(self._owed_ns + round(seconds * 1e9), self.tick_ns)
-        self._leap(self.time_ns + ticks * self.tick_ns)
+        self.cycle.go_to(self.time_ns + ticks * self.tick_ns)
 
     def digest(self) -> str:
         """Hash over all state of all devices; equal histories give equal digests."""
@@ -351,7 +322,7 @@ class Station:
         await network.open(host, tcp_port, udp_port)
         self.listeners = (*self.listeners, network.listener)
         self.faults.renew()
-        cycle = asyncio.create_task(self._cycle(speed, until))
+        cycle = asyncio.create_task(self._go_on(speed, until))
         cycle.add_done_callback(_tell_failure)
         try:
             yield RunningStation(network, cycle)
@@ -363,7 +334,7 @@ class Station:
             self._system.files.close_all()
             self.listeners = tuple(each for each in self.listeners if each is not network.listener)
 
-    async def _cycle(self, speed: float, until: float | None) -> None:
+    async def _go_on(self, speed: float, until: float | None) -> None:
         end_ns = math.inf if until is None else round(until * 1e9)
         ended = asyncio.Event()
         self._on_end = ended.set
@@ -375,7 +346,7 @@ class Station:
         if math.isinf(speed):
             stretch = _STRETCH * self.tick_ns
             await run_unpaced(
-                lambda: self._leap(min(end_ns, self.time_ns + stretch)),
+                lambda: self.cycle.go_to(int(min(end_ns, self.time_ns + stretch))),
                 lambda: self.ended or self.time_ns >= end_ns,
             )
             return

@@ -1,0 +1,180 @@
+"""The station's cycle: named phases in a fixed order, each with its own next due moment.
+
+The cycle goes from one due moment to the next and passes over the time between. It reads no clock:
+virtual time lets it go on to an end, a running station lets it go on by a tick at a time.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+from enum import IntEnum
+from operator import attrgetter
+
+__all__ = ["IDLE_TICK_NS", "Cycle", "CyclicPhase", "Phase", "Place"]
+
+
+IDLE_TICK_NS = 1_000_000
+"""Tick of a station without any task."""
+
+
+class Place(IntEnum):
+    """Where a phase is in the cycle. What is due at the same moment happens in this order."""
+
+    CHANGES = 0
+    """Changes of the station's state: what the cycle consists of may be another afterwards."""
+    FAULTS = 1
+    INPUTS = 2
+    """Inputs of the fieldbus."""
+    NC = 3
+    PLC = 4
+    CAMSHAFT = 5
+    OUTPUTS = 6
+    """Outputs of the fieldbus."""
+    NOTIFICATIONS = 7
+    SCOPE = 8
+    UPKEEP = 9
+    """Looking after clients that are gone."""
+
+
+class Phase(ABC):
+    """One phase of the cycle: where it is, what it is called, when it is due, what it does."""
+
+    place: Place
+    name: str
+    catches_up = False
+    """Whether a step does all cycles up to its moment at once. The cycle does not stop for such a
+    phase: it brings it up to date before something else happens. Of several, the first is meant."""
+
+    @property
+    @abstractmethod
+    def due_ns(self) -> float:
+        """Station time of the next step, `math.inf` for never; between two ticks it waits for the
+        second. An attribute serves as well as a property."""
+
+    def begin(self, earliest_ns: int) -> None:  # noqa: B027  # not every phase counts
+        """Be part of the cycle from now on; no step can be before `earliest_ns`."""
+
+    @abstractmethod
+    def step(self, now_ns: int) -> None:
+        """Do what is due at station time `now_ns`; `due_ns` is later afterwards."""
+
+
+class CyclicPhase(Phase):
+    """A phase that calls `run(now_ns)` at each multiple of `cycle_ns`. Raises ValueError."""
+
+    due_ns = 0
+
+    def __init__(self, place: Place, name: str, cycle_ns: int, run: Callable[[int], None]) -> None:
+        if cycle_ns <= 0:
+            raise ValueError(f"phase {name}: expected a cycle above 0 ns, got {cycle_ns}")
+        self.place = place
+        self.name = name
+        self.cycle_ns = cycle_ns
+        self._run = run
+
+    def begin(self, earliest_ns: int) -> None:
+        """The first step is at the first multiple of the cycle from `earliest_ns` on."""
+        self.due_ns = -(-earliest_ns // self.cycle_ns) * self.cycle_ns
+
+    def step(self, now_ns: int) -> None:
+        """Call `run`; cycles that were left out are not made up for."""
+        self.due_ns = now_ns - now_ns % self.cycle_ns + self.cycle_ns
+        self._run(now_ns)
+
+
+class Cycle:
+    """Phases, and the station time to which they have come.
+
+    `tick_ns` is the grid of all steps: a station that is paced goes on by one tick at a time.
+    """
+
+    def __init__(self, tick_ns: int = IDLE_TICK_NS) -> None:
+        self.tick_ns = tick_ns
+        self.now_ns = 0
+        self._done_ns = 0
+        """Where all steps of `now_ns` are done, the same as it."""
+        self.phases: tuple[Phase, ...] = ()
+        """In the order of their steps."""
+        self._stops: tuple[Phase, ...] = ()
+        """The phases to whose due moments the cycle goes."""
+        self._follower: Phase | None = None
+        """The phase that catches up."""
+        self._first: tuple[Phase, ...] = ()
+        """What comes before the follower, and so has to find it up to date."""
+        self._halted = False
+
+    def add(self, phase: Phase) -> None:
+        """Take in one more phase, behind the others of its place."""
+        self.replace((), (phase,))
+
+    def remove(self, phase: Phase) -> None:
+        """Undo `add`. Unknown is not an error."""
+        self.replace((phase,), ())
+
+    def replace(self, old: Iterable[Phase], new: Iterable[Phase]) -> None:
+        """Take out the phases `old`, take in `new`; a step of a place that is to come counts."""
+        gone, added = list(old), list(new)
+        kept = [phase for phase in self.phases if not any(phase is each for each in gone)]
+        earliest = self.now_ns + (self._done_ns == self.now_ns)
+        for phase in added:
+            phase.begin(earliest)
+        phases = self.phases = tuple(sorted((*kept, *added), key=attrgetter("place")))
+        follower = next((phase for phase in phases if phase.catches_up), None)
+        self._follower = follower
+        self._stops = tuple(phase for phase in phases if phase is not follower)
+        self._first = () if follower is None else phases[: phases.index(follower)]
+
+    def halt(self) -> None:
+        """Let `go_to` end after this moment."""
+        self._halted = True
+
+    def step(self) -> None:
+        """Go on by one tick."""
+        self._turn(self.now_ns + self.tick_ns)
+
+    def go_to(self, end_ns: int) -> None:
+        """Go from one due moment to the next until `end_ns`, or until `halt`."""
+        self._halted = False
+        while self.now_ns < end_ns and not self._halted:
+            self._turn(self._next_due(end_ns))
+
+    def _next_due(self, end_ns: int) -> int:
+        """The next tick at which a phase is due that does not catch up, at most `end_ns`."""
+        due: float = end_ns
+        for phase in self._stops:
+            moment = phase.due_ns
+            if moment < due:
+                due = moment
+        if due >= end_ns:
+            return end_ns
+        tick_ns, now = self.tick_ns, self.now_ns
+        if due <= now:  # asked for after its turn
+            due = now + 1
+        return min(-(-int(due) // tick_ns) * tick_ns, end_ns)
+
+    def _turn(self, now: int) -> None:
+        """Take all steps that are due at `now`, in order."""
+        self.now_ns = now
+        for phase in self._first:
+            if phase.due_ns <= now:
+                self._catch_up(now)
+                break
+        phases = self.phases
+        for phase in phases:
+            if phase.due_ns <= now:
+                phase.step(now)
+                if self.phases is not phases and phase.place is Place.CHANGES:
+                    self._turn_rest(now)
+                    break
+        self._done_ns = now
+
+    def _catch_up(self, now: int) -> None:
+        """Bring the follower to the tick before `now`."""
+        follower = self._follower
+        if follower is not None and follower.due_ns < now:
+            follower.step(now - 1)
+
+    def _turn_rest(self, now: int) -> None:
+        """Take the steps of what the cycle consists of since a change of state."""
+        for phase in self.phases:
+            if phase.place is not Place.CHANGES and phase.due_ns <= now:
+                phase.step(now)

@@ -1,0 +1,125 @@
+"""The phases of a station's cycle: what each of them has to do, and when."""
+
+import math
+from collections.abc import Callable, Sequence
+
+from achse.motion import Nc
+from achse.plc import PlcRuntime
+from achse.server import Device
+from achse.station.cycle import CyclicPhase, Phase, Place
+from achse.station.pacing import NcTask, Pace
+
+__all__ = ["ChangePhase", "NcPhase", "NotificationPhase", "PlcPhase", "upkeep"]
+
+_SWEEP_NS = 1_000_000_000
+"""How often devices look for clients that are gone, about: a whole number of ticks."""
+
+Plan = tuple[int, Callable[[], None]]
+"""Station time in ns, and what happens then."""
+
+
+class ChangePhase(Phase):
+    """Changes of the station's state, each at its time."""
+
+    place, name = Place.CHANGES, "changes"
+    due_ns = math.inf
+
+    def __init__(self) -> None:
+        self.plans: Sequence[Plan] = ()
+        """What is to come; of one moment in this order."""
+
+    def plan(self, *plans: Plan) -> None:
+        """Plan these and nothing else."""
+        self.plans = plans
+        self.due_ns = min((due_ns for due_ns, _ in plans), default=math.inf)
+
+    def step(self, now_ns: int) -> None:
+        """Do what is planned up to now."""
+        due = [change for due_ns, change in self.plans if due_ns <= now_ns]
+        self.plan(*(plan for plan in self.plans if plan[0] > now_ns))
+        for change in due:
+            change()
+
+
+class NcPhase(Phase):
+    """The SAF task of the NC. Its cycles can be done in one go: nobody looks in between."""
+
+    place, name = Place.NC, "nc"
+    catches_up = True
+    due_ns = 0
+
+    def __init__(self, nc: Nc, pace: Callable[[], Pace | None]) -> None:
+        """`pace()` is how the station follows the wall clock, None in virtual time."""
+        self._nc = nc
+        self._task = NcTask(nc, pace)
+        self._cycle_ns = nc.cycle_ns
+
+    def begin(self, earliest_ns: int) -> None:
+        """The first cycle is at the first multiple of the cycle time from `earliest_ns` on."""
+        self.due_ns = -(-earliest_ns // self._cycle_ns) * self._cycle_ns
+
+    def step(self, now_ns: int) -> None:
+        """All cycles up to now."""
+        count = (now_ns - self.due_ns) // self._cycle_ns + 1
+        self.due_ns += count * self._cycle_ns
+        if count == 1:
+            self._task.run(now_ns)
+        else:
+            self._nc.cycle(count)
+
+
+class PlcPhase(Phase):
+    """The tasks of one PLC, each at its own cycle."""
+
+    place = Place.PLC
+
+    def __init__(self, plc: PlcRuntime) -> None:
+        self.name = f"plc {plc.port}"
+        self._plc = plc
+
+    @property
+    def due_ns(self) -> float:
+        """When the next cycle of any task is due."""
+        return self._plc.next_due_ns
+
+    def step(self, now_ns: int) -> None:
+        """Run every task that is due."""
+        self._plc.run_due(now_ns)
+
+
+class NotificationPhase(Phase):
+    """What devices have to tell their clients."""
+
+    place, name = Place.NOTIFICATIONS, "notifications"
+
+    def __init__(self, devices: Sequence[Device], epoch_ns: int) -> None:
+        """`epoch_ns` is the time of the devices' clocks at station time 0."""
+        self._notifications = [device.notifications for device in devices]
+        self._epoch_ns = epoch_ns
+
+    @property
+    def due_ns(self) -> float:
+        """When the first sample of any device is due."""
+        due = math.inf
+        for notifications in self._notifications:  # half the time of min()
+            if notifications.due_ns < due:
+                due = notifications.due_ns
+        return due - self._epoch_ns
+
+    def step(self, now_ns: int) -> None:
+        """Send the samples that are due."""
+        now = self._epoch_ns + now_ns
+        for notifications in self._notifications:
+            if notifications.due_ns <= now:
+                notifications.tick(now)
+
+
+def upkeep(devices: Sequence[Device], tick_ns: int, clock: Callable[[], int]) -> CyclicPhase:
+    """Now and then devices look whether their clients are still there."""
+
+    def sweep(_: int) -> None:
+        now = clock()
+        for device in devices:
+            device.sweep(now)
+
+    return CyclicPhase(Place.UPKEEP, "sweep", -(-_SWEEP_NS // tick_ns) * tick_ns, sweep)
