@@ -69,7 +69,7 @@ def test_the_nc_refuses_and_the_row_says_what_is_expected(cli: Cli) -> None:
     assert "expected 0.001..1e+20" in result.stderr
     cli("axis", "enable", "X")
     result = cli("axis", "set", "X", "encoder_position_offset", "1", exit_code=1)
-    assert "0x4B42" in result.stderr
+    assert "0x4257" in result.stderr
 
 
 @pytest.mark.parametrize(

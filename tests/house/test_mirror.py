@@ -16,6 +16,7 @@ NEED_NO_TEST_FILE: dict[str, str] = {
 
 WITHOUT_MODULE: dict[str, str] = {
     "tests/devices/nc/test_effects.py": "every parameter row and what it does to an axis",
+    "tests/devices/nc/test_every_row.py": "every row of the NC, asked at random",
     "tests/drive/modes/test_mode_bits.py": "every bit of controlword and statusword in each mode",
     "tests/motion/test_profile_oracle.py": "planner and ruckig, case by case",
     "tests/motion/test_random_commands.py": "all commands and the kernel, at random",

@@ -1,5 +1,6 @@
 """Position controller against its equations."""
 
+import random
 from typing import Any
 
 import pytest
@@ -171,6 +172,55 @@ def test_no_i_part_while_positioning(make_rig: Any) -> None:
         rig.run(1)
     rig.seconds(5.0)
     assert rig.axis.following_error == pytest.approx(0.0, abs=1e-3)
+
+
+def disturb(axis: Any, source: random.Random) -> None:
+    """A command, an enable, an override at random."""
+    way, speed = source.uniform(-50.0, 50.0), source.uniform(1.0, 300.0)
+    source.choice(
+        (
+            lambda: commands.start(axis, 2, way, speed),
+            lambda: commands.universal_start(axis, 3, 0.0, velocity=speed),
+            lambda: commands.universal_start(axis, 1, way, speed, buffer_mode=1),
+            lambda: commands.home(axis),
+            lambda: commands.stop(axis),
+            lambda: commands.reset(axis),
+            lambda: commands.start_reversing(axis, 1, way, -way, speed, 0.1),
+            lambda: commands.start_external_setpoint(axis, 1, way),
+            lambda: commands.stop_external_setpoint(axis),
+            lambda: setattr(axis, "velocity_override", source.randrange(1_000_001)),
+            lambda: setattr(axis, "control_dword", source.choice((7, 7, 7, 0, 3))),
+            lambda: setattr(axis, "adapt", 1),
+        )
+    )()
+
+
+def test_whatever_moves_the_set_point_the_i_part_is_off(make_rig: Any) -> None:
+    """Commands, enables, overrides, parameters at random: 0 in each cycle that positions."""
+    source = random.Random(118)
+    moved = rested = 0
+    for number in range(12):
+        rig = make_rig(
+            compiled=bool(number % 2),
+            controller_type=ControllerType.PID_POSITION,
+            controller_position_tn=source.uniform(0.01, 1.0),
+            controller_position_tv=source.choice((0.0, 0.02)),
+            controller_position_i_limit=source.uniform(0.0, 1.0),
+            controller_position_i_disable_while_positioning=1,
+            simulation_drift=source.uniform(-50.0, 50.0),
+        )
+        axis = rig.axis
+        for _ in range(60):
+            disturb(axis, source)
+            for _ in range(source.randrange(1, 80)):
+                rig.run(1)
+                if axis.set_motion_phase or axis.set_velocity:
+                    moved += 1
+                    assert axis.controller_position_i_part == 0.0
+                elif axis.controller_position_i_part:
+                    rested += 1
+    assert moved > 5_000
+    assert rested > 1_000
 
 
 def test_the_d_part_is_the_damped_derivative(make_rig: Any) -> None:

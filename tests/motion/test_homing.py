@@ -77,7 +77,7 @@ def test_the_sequence_by_the_cam_alone(make: Any) -> None:
     rows = walk(rig)
     states = [row[0] for row in rows]
     assert [s for s, before in zip(states, [0, *states], strict=False) if s != before] == [
-        WAIT, LEAVE, OFF, SET, 0,
+        TOWARDS, WAIT, LEAVE, OFF, SET, 0,
     ]  # fmt: skip
     on_cam = RAMP + (50.0 - BRAKE) / V
     assert first(rows, LEAVE) * CYCLE == pytest.approx(on_cam, abs=3 * CYCLE)
@@ -209,13 +209,44 @@ def test_a_rotary_table_finds_the_nearest_turn_of_its_cam(make: Any) -> None:
     assert rig.axis.homing_latch_position == pytest.approx(310.0, abs=2 * STEP)
 
 
-def test_from_the_cam_the_sequence_begins_with_step_3(make: Any) -> None:
+def test_from_the_cam_the_sequence_goes_on_with_step_3(make: Any) -> None:
     rig = make(simulation_cam_end=5.0)
     commands.home(rig.axis)
     rows = walk(rig)
     states = list(dict.fromkeys(row[0] for row in rows))
-    assert states == [LEAVE, OFF, SET, 0]
+    assert states == [TOWARDS, LEAVE, OFF, SET, 0]
     assert rig.axis.homing_latch_position == pytest.approx(5.0, abs=2 * STEP)
+
+
+def test_whoever_reads_every_cycle_sees_every_step(make_rig: Any) -> None:
+    """Cams, marks, modes, velocities, overrides at random: the first cycle shows step 1 (004)."""
+    source = random.Random(10)
+    order = [TOWARDS, WAIT, LEAVE, OFF, LATCH, SET, 0]
+    for number in range(60):
+        begin = source.uniform(-60.0, 20.0)
+        rig = make_rig(
+            compiled=bool(number % 2),
+            simulation_ideal=source.randrange(2),
+            encoder_reference_mode=source.choice((1, 2, 3, 4, 5, 6, 7)),
+            encoder_sub_mask=0xFFFF,
+            homing_velocity_towards_cam=source.uniform(1.0, 100.0),
+            homing_velocity_off_cam=source.uniform(1.0, 50.0),
+            encoder_homing_cam_search_inverse=source.randrange(2),
+            encoder_sync_pulse_search_inverse=source.randrange(2),
+            simulation_cam_begin=begin,
+            simulation_cam_end=begin + source.uniform(1.0, 40.0),
+            velocity_override=source.choice((0, 100_000, 1_000_000)),
+            **(MARK if source.randrange(2) else {}),
+        )
+        assert commands.home(rig.axis) == 0
+        states = []
+        for _ in range(1500):
+            rig.run(1)
+            states.append(rig.axis.homing_state)
+        assert states[0] == TOWARDS
+        assert states[1] in (WAIT, LEAVE)
+        steps = [s for s, before in zip(states, [-1, *states], strict=False) if s != before]
+        assert [order.index(s) for s in steps] == sorted({order.index(s) for s in steps})
 
 
 def test_homing_velocities_are_those_of_the_axis(make: Any) -> None:

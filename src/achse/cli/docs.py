@@ -123,8 +123,9 @@ GENERATED = "Generated from the rows in the code by `achse docs`; edit those, no
 SERVICE_COLUMNS = ("index group", "offset", "access", "data", "unit", "range", "name", "meaning")
 
 COVERAGE = (
-    "Every service that the manual lists for ring 0, axes, encoders, controllers, drives and tables"
-    " (002 §6.4), and what comes of it. Numbers are those of the first axis, element and object."
+    "Every service that the manual lists for ring 0, channels, groups, axes, encoders, controllers,"
+    " drives and tables (002 §6.4), and what comes of it. Numbers are those of the first axis,"
+    " element and object."
     " Where the manual leaves a choice, ours is [here](nc-choices.md).\n\n"
 )
 OBJECTS = (

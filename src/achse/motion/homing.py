@@ -78,11 +78,15 @@ def home(ax: AxisFields) -> None:
     state = ax.homing_state
     cam = homing_cam(ax)
     if state == _TOWARDS_CAM:
-        if cam:
+        if cam == 0 and ax.job_direction == 0.0:
+            _run(ax, ax.homing_velocity_towards_cam, cam_direction(ax))
+        if ax.homing_begins:
+            ax.homing_begins = 0  # the first cycle shows this step to those that read cyclically
+        elif cam:
             ax.homing_state = _LEAVE_CAM
+            _stop(ax)
         else:
             ax.homing_state = _AWAIT_CAM
-            _run(ax, ax.homing_velocity_towards_cam, cam_direction(ax))
     elif state == _AWAIT_CAM:
         if cam:
             ax.homing_state = _LEAVE_CAM

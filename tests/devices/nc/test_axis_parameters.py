@@ -272,9 +272,11 @@ def test_the_hardware_address(bench: Any) -> None:
     assert struct.unpack("<10x2x3I3I2I2I12x", data) == (1, 0, 5, 1, 0, 1, 1, 1, 0, 0)
 
 
-def test_an_axis_of_its_own_has_no_channel(bench: Any) -> None:
-    assert [bench.get(P, offset, "<I") for offset in (0x51, 0x53, 0x54, 0x56)] == [0, 0, 0, 1]
-    assert bench.read(P, 0x52, 31) == bench.read(P, 0x55, 31) == bytes(31)
+def test_an_axis_is_alone_in_its_ptp_group_of_the_standard_channel(bench: Any) -> None:
+    assert [bench.get(P, offset, "<I") for offset in (0x51, 0x53, 0x54, 0x56)] == [1, 1, 1, 1]
+    assert bench.read(P, 0x52, 31) == b"Axes".ljust(31, b"\0")
+    assert bench.read(P, 0x55, 31) == b"X".ljust(31, b"\0")
+    assert bench.get(0x4003, 0x54, "<I") == 3
     assert [bench.get(P, offset, "<I") for offset in (0x57, 0x58, 0x59)] == [1, 1, 1]
 
 

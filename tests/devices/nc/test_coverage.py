@@ -4,9 +4,13 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from achse.devices.nc.coverage import UNSERVED, coverage
 
 SERVICES = Path(__file__).parents[2] / "data" / "nc_services.tsv"
+
+CHOICES = Path(__file__).parents[3] / "docs" / "coverage" / "nc-choices.md"
 
 
 def listed() -> set[tuple[int, int, str, str]]:
@@ -37,3 +41,11 @@ def test_what_is_not_served_answers_the_documented_error(bench: Any, refused: An
                 bench.write(row.index_group + 1, row.index_offset, bytes(8))
             else:
                 bench.read(row.index_group + 1, row.index_offset, 8)
+
+
+@pytest.mark.parametrize("start", ["- New dynamics (0x15)", "- Oriented stop (0x09)"])
+def test_what_the_manual_prints_as_without_effect_is_stated(start: str) -> None:
+    page = CHOICES.read_text(encoding="utf-8")
+    [choice] = [text for text in page.split("\n- ") if f"- {text}".startswith(start)]
+    assert "without effect" in " ".join(choice.split())
+    assert "002 prints" in " ".join(choice.split())

@@ -101,6 +101,9 @@ def test_every_row_refuses_with_a_code_that_a_table_names() -> None:
 @pytest.mark.parametrize("axis_id", [0, 2, 4, 255])
 def test_an_id_that_no_axis_has(bench: Any, refused: Any, axis_id: int) -> None:
     for base, offset, error in (
+        (0x2000, 0x01, 0x4010),
+        (0x3000, 0x01, 0x4011),
+        (0x3100, 0x01, 0x4011),
         (0x4000, 0x27, 0x4012),
         (0x4100, 0x00, 0x4012),
         (0x4300, 0x01, 0x4012),
@@ -121,7 +124,7 @@ def test_an_id_that_no_axis_has(bench: Any, refused: Any, axis_id: int) -> None:
         bench.read(0x4100 + axis_id, 0x7777, 4)  # the axis is the first thing missing
 
 
-@pytest.mark.parametrize("group", [0x0FFF, 0x1001, 0x2001, 0x4400, 0x8000])
+@pytest.mark.parametrize("group", [0x0FFF, 0x1001, 0x2400, 0x4400, 0x8000])
 def test_index_groups_of_no_object(bench: Any, refused: Any, group: int) -> None:
     with refused(0x702):
         bench.read(group, 0, 4)
@@ -259,7 +262,7 @@ def test_parameters_that_scale_are_fixed_while_enabled(bench: Any, refused: Any)
     } <= names  # fmt: skip
     for group, row in guarded:
         data = bench.read(group, row.offset, codecs(row)[0].size)
-        with refused(0x4B42):
+        with refused(0x4257):
             bench.write(group, row.offset, data)
 
 

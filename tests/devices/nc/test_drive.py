@@ -30,7 +30,7 @@ def test_a_parameter_is_read_back_and_keeps_its_range(
 
 
 def test_the_polarity_is_locked_while_enabled(bench: Any, refused: Any) -> None:
-    with refused(0x4B42):
+    with refused(0x4257):
         bench.put(P, 0x06, FLAG, 1)
 
 

@@ -1,8 +1,9 @@
 """Each parameter that can be written changes what the axis does, beyond its own value.
 
-The list in tests/data says in which of the scenarios below, and by which value. A row is written
-over ADS before the scenario begins; then what the axis and its drive show is compared
-with what it shows without it.
+The list in tests/data says in which of the scenarios below, by which value, and what proves it. A
+row is written over ADS before the scenario begins; then the axis is compared with what it does
+without it. Proof is motion: positions, velocities, torques, errors. What changes none of them by
+its nature names the one state that it is made for, or the outputs to the drive.
 """
 
 from collections.abc import Callable, Iterator
@@ -14,13 +15,13 @@ import pytest
 
 from achse.ams import NetId
 from achse.devices.nc import NcDevice
-from achse.devices.nc.coverage import WITHOUT_EFFECT
+from achse.devices.nc.coverage import CONSTANT, WITHOUT_EFFECT
 from achse.devices.nc.device import AXIS_GROUPS
 from achse.motion import Axis, AxisParameters, Nc, commands
-from achse.motion.record import FIELDS, Role
+from achse.motion.record import FIELDS
 from achse.motion.tables import TableParameters
 from achse.router import Router
-from achse.server import WRITE, Service
+from achse.server import READ, WRITE, Service
 
 EFFECTS = Path(__file__).parents[2] / "data" / "nc_effects.tsv"
 
@@ -31,11 +32,13 @@ LOOK = 5
 ELEMENT = {0x4000: "", 0x5000: "encoder_", 0x6000: "controller_", 0x7000: "drive_"}
 """Index group of parameters, and how the names of its rows continue in the record."""
 
-STATES = tuple(
-    name
-    for name, field in FIELDS.items()
-    if field.role is Role.STATE and name != "operation_mode_state_dword"
-)
+MOTION = (
+    "error_code", "delayed_error_code", "set_position", "set_velocity", "set_torque",
+    "actual_position", "actual_velocity", "drive_actual_torque",
+)  # fmt: skip
+
+OUTPUTS = "outputs"
+"""What NC and drive exchange: structures 0x7300:0 and 0x5300:0x80."""
 
 
 class Scenario(NamedTuple):
@@ -113,6 +116,14 @@ SCENARIOS = {
     "loop": Scenario({"loop_enable": 1, "loop_distance": 10.0}, BOTH_WAYS),
     "override": Scenario({}, ((put(velocity_override=300_000), 0.01), *BOTH_WAYS)),
     "homing": Scenario({"simulation_cam_end": -5.0}, ((commands.home, 6.0),)),
+    "homing_to_the_position_range": Scenario(
+        {
+            "simulation_cam_end": -5.0,
+            "target_position_monitoring_enable": 0,
+            "simulation_time_constant": 0.05,
+        },
+        ((commands.home, 6.0),),
+    ),
     "homing_by_input": Scenario(
         {"simulation_cam_end": -5.0, "simulation_cam_input": 2, "encoder_homing_sensor_source": 2},
         ((commands.home, 6.0),),
@@ -366,52 +377,135 @@ class Show:
         NcDevice(self.nc, clock=lambda: self.nc.cycle_count * self.nc.cycle_ns).attach(router, 501)
         self.client = client_of(router, 501)
 
-    def play(self) -> list[Any]:
-        """What the axis shows until the scenario ends."""
+    def play(self, proof: str) -> list[Any]:
+        """What of the axis is to prove an effect, until the scenario ends."""
         axis = self.nc.axis(1)
         self.nc.cycle()
         axis.control_dword = 7
         self.nc.cycle(LOOK)
         seen: list[Any] = []
         for action, seconds in self.steps:
-            seen.append(action(axis))
+            action(axis)
             for _ in range(round(seconds / CYCLE / LOOK)):
                 self.nc.cycle(LOOK)
-                states = (getattr(axis, name) for name in STATES)
-                seen.append([v if isinstance(v, int | float) else tuple(v) for v in states])
-                seen.append(axis.user_data)
-                seen.append(self.client.read(0x7301, 0, 40))
-                seen.append(self.client.read(0x5301, 0x80, 40))
+                if proof == OUTPUTS:
+                    seen.append(self.client.read(0x7301, 0, 40))
+                    seen.append(self.client.read(0x5301, 0x80, 40))
+                else:
+                    names = MOTION if proof == "motion" else (proof,)
+                    seen.append([getattr(axis, name) for name in names])
         return seen
 
 
 LISTED = {
-    name: (scenario, value)
-    for name, scenario, value in (
+    name: (scenario, value, proof)
+    for name, scenario, value, proof in (
         line.split("\t") for line in EFFECTS.read_text(encoding="utf-8").splitlines()[1:]
     )
 }
 
 
 @pytest.fixture(scope="module")
-def usual(client_of: Callable[..., Any]) -> Callable[[str], list[Any]]:
+def usual(client_of: Callable[..., Any]) -> Callable[[str, str], list[Any]]:
     """What a scenario shows as it is."""
-    return cache(lambda name: Show(client_of, SCENARIOS[name]).play())
+    return cache(lambda name, proof: Show(client_of, SCENARIOS[name]).play(proof))
 
 
 @pytest.mark.parametrize("name", LISTED)
 def test_a_parameter_changes_what_the_axis_does(
-    client_of: Callable[..., Any], usual: Callable[[str], list[Any]], name: str
+    client_of: Callable[..., Any], usual: Callable[[str, str], list[Any]], name: str
 ) -> None:
-    scenario, text = LISTED[name]
+    scenario, text, proof = LISTED[name]
     value = type(FIELDS[name].default)(text)
     for group, row in ROWS[name]:
         show = Show(client_of, SCENARIOS[scenario])
         show.client.write(group, row.offset, row.codec.encode(value))
-        assert show.play() != usual(scenario), f"0x{group:X}:0x{row.offset:X} {row.name}"
+        assert show.play(proof) != usual(scenario, proof), f"0x{group:X}:0x{row.offset:X}"
+
+
+def test_motion_proves_wherever_it_can() -> None:
+    """Other proof is for what by its nature moves nothing: a new one is a decision."""
+    others = {name: proof for name, (_, _, proof) in LISTED.items() if proof != "motion"}
+    assert len(others) <= 24
+    assert set(others.values()) <= {
+        "in_position_range", "actual_acceleration", "user_data", "drive_control_byte",
+        "drive_output_percent_nonlinear", OUTPUTS,
+    }  # fmt: skip
 
 
 def test_each_parameter_has_an_effect_or_a_reason() -> None:
     assert LISTED.keys() & WITHOUT_EFFECT.keys() == set()
     assert ROWS.keys() - LISTED.keys() - WITHOUT_EFFECT.keys() == set()
     assert WITHOUT_EFFECT.keys() <= ROWS.keys()
+
+
+CONFIGURED = {
+    "channel_count", "group_count", "axis_count", "encoder_count", "controller_count",
+    "drive_count", "table_count", "channel_ids", "group_ids", "axis_ids", "encoder_ids",
+    "controller_ids", "drive_ids", "table_ids", "axis_id", "group_id", "group_name",
+    "index_in_channel", "saf_cycle_time", "svb_cycle_time",
+    "axis_id_of_encoder", "axis_id_of_controller", "axis_id_of_drive",
+}  # fmt: skip
+"""What configuration says, and the axes of a channel do."""
+
+ASKED_FOR = {
+    "saf_cycle_time_error_count", "saf_io_cycle_time_error_count", "saf_computing_time",
+    "active_control_loop", "initialize_command_counter", "reset_command_counter",
+    "setpoint_correction_counter", "axis_disabled", "encoder_reinitialization_state",
+    "control_dword", "controller_enable", "feed_enable_plus", "feed_enable_minus", "homing_cam",
+    "operation_mode", "operation_mode_busy", "operation_mode_feedback", "io_data_invalid",
+    "external_controller_component", "external_setpoint", "saf_entry_count",
+    "saf_free_entry_count", "encoder_output_structure", "output_structure", "error_state",
+    "latch_active", "latch_valid", "latch_hardware_increments", "latch_software_increments",
+    "latch_position", "latch_hardware_increment_difference", "latch_position_difference",
+    "latch_software_increment_difference", "latch_rising_edge_active",
+    "latch_falling_edge_active", "touch_probe1_input_state", "observer_i_limit_active",
+    "controller_position_arw_active", "controller_velocity_arw_active", "position_arw_active",
+    "velocity_arw_active", "touch_probe2_input_state", "position_d_limit_active",
+    "controller_position_d_limit_active",
+}  # fmt: skip
+"""What no scenario asks for; the tests of these rows show that they change."""
+
+
+def shown_by(scenario: Scenario, seen: dict[tuple[int, int, str], set[bytes]]) -> None:
+    """Play a scenario and note everything that the state rows of all objects answer."""
+    values = {"velocity_override": 1_000_000, **scenario.values}
+    nc = Nc(round(CYCLE * 1e9), [AxisParameters(1, "X", "mm", values)], tables=[VALVE])
+    services = NcDevice(nc, clock=lambda: 0).services
+    rows = [
+        (getattr(group, "base", 0) or getattr(group, "index_group", 0), row)
+        for group in services
+        for row in getattr(group, "rows", ())
+        if READ in row.access
+    ]
+    rows = [(g, row) for g, row in rows if g < 0xA000 and (g & 0xF00 or 0x2000 <= g < 0x4000)]
+    axis = nc.axis(1)
+    nc.cycle()
+    axis.control_dword = 7
+    for action, seconds in scenario.steps:
+        action(axis)
+        for _ in range(1 + round(seconds / 0.1)):
+            nc.cycle(50)
+            for group, row in rows:
+                index_group = group + (group >= 0x2000)
+                answer = services.find(index_group).read(index_group, row.offset, 1024, b"")
+                seen.setdefault((group, row.offset, row.name), set()).add(bytes(answer))
+
+
+def test_what_never_changes_is_called_a_constant() -> None:
+    """The coverage page says of each row whether it can answer anything else."""
+    seen: dict[tuple[int, int, str], set[bytes]] = {}
+    for scenario in SCENARIOS.values():
+        shown_by(scenario, seen)
+    changing = [key for key, answers in seen.items() if len(answers) > 1]
+    assert [key for key in changing if key[:2] in CONSTANT] == []
+    silent = [key for key, answers in seen.items() if len(answers) == 1]
+    unexplained = [
+        f"0x{group:X}:0x{offset:X} {name}"
+        for group, offset, name in silent
+        if (group, offset) not in CONSTANT and name not in CONFIGURED | ASKED_FOR
+    ]
+    assert unexplained == []
+    assert {(group, offset) for group, offset, _ in silent} >= {
+        key for key in CONSTANT if key[0] & 0xF00 or 0x2000 <= key[0] < 0x4000
+    }

@@ -44,7 +44,7 @@ def test_what_scales_the_position_is_locked_while_enabled(
 ) -> None:
     before = bench.get(P, offset, form)
     for group, start in ((P, 0), (0x4001, 0x10000)):
-        with refused(0x4B42):
+        with refused(0x4257):
             bench.put(group, start + offset, form, 1)
     assert bench.get(P, offset, form) == before
 

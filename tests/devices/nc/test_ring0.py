@@ -19,10 +19,16 @@ def test_every_axis_has_one_of_each(bench: Any, kind: int) -> None:
     assert bench.read(0x1100, 0x30 + kind, 4) == struct.pack("<I", 1)
 
 
-@pytest.mark.parametrize("kind", [CHANNEL, GROUP, TABLE])
-def test_there_are_no_channels_and_groups_and_tables_only_if_made(bench: Any, kind: int) -> None:
-    assert bench.get(0x1100, kind, "<I") == 0
-    assert bench.read(0x1100, 0x30 + kind, 1020) == b""
+def test_there_are_tables_only_if_made(bench: Any) -> None:
+    assert bench.get(0x1100, TABLE, "<I") == 0
+    assert bench.read(0x1100, 0x30 + TABLE, 1020) == b""
+
+
+def test_whoever_enumerates_finds_a_group_per_axis_in_one_channel(bench: Any) -> None:
+    assert bench.get(0x1100, CHANNEL, "<I") == 1
+    assert bench.read(0x1100, 0x30 + CHANNEL, 1020) == struct.pack("<I", 1)
+    assert bench.get(0x1100, GROUP, "<I") == 2
+    assert bench.read(0x1100, 0x30 + GROUP, 1020) == struct.pack("<II", 1, 3)
 
 
 @pytest.mark.parametrize("base", [0x100, 0x200, 0x300])

@@ -10,6 +10,7 @@ from achse.devices.nc.binding import parameter, per_element, shown
 from achse.devices.nc.controller import CONTROLLER_VIEWS
 from achse.devices.nc.drive import DRIVE_VIEWS
 from achse.devices.nc.encoder import ENCODER_VIEWS
+from achse.devices.nc.groups import OWNERS_OF_AXIS
 from achse.devices.nc.layouts import REAL64, UINT16, UINT32, OfAxis, Text
 from achse.motion import Axis
 from achse.server import READ, Layout, Service
@@ -17,9 +18,6 @@ from achse.server import READ, Layout, Service
 __all__ = ["AXIS_PARAMETERS", "ParameterSet"]
 
 MOST_ELEMENTS = 9
-PTP_GROUP = 1
-"""GroupType of a group of one axis that does point-to-point movements."""
-
 USER_DATA_STATES = (0, 0x1_0012, 0x1_0014, 0x1_0017)
 
 
@@ -80,11 +78,6 @@ def _hardware_extended(axis: Axis) -> tuple[Any, ...]:
 
 def _text(offset: int, name: str, size: int, attribute: str, description: str) -> Service:
     return Service(offset, name, READ, Text(size), description, read=attrgetter(attribute))
-
-
-def _fixed(offset: int, name: str, codec: Any, value: Any, description: str) -> Service:
-    """What is the same for every axis that no channel or group owns."""
-    return Service(offset, name, READ, codec, description, "1", read=lambda axis: value)
 
 
 def _optional(offset: int, error: int, name: str, least: float) -> Service:
@@ -157,12 +150,7 @@ _OWN = (
             1,
         ),
     ),
-    _fixed(0x51, "channel_id", UINT32, 0, "id of the owning channel, 0 = none"),
-    _fixed(0x52, "channel_name", Text(31), "", "name of the owning channel"),
-    _fixed(0x53, "channel_type", UINT32, 0, "type of the owning channel, 0 = none"),
-    _fixed(0x54, "group_id", UINT32, 0, "id of the owning group, 0 = none"),
-    _fixed(0x55, "group_name", Text(31), "", "name of the owning group"),
-    _fixed(0x56, "group_type", UINT32, PTP_GROUP, "type of the owning group"),
+    *OWNERS_OF_AXIS,
     Service(
         0x57, "encoder_count", READ, UINT32, "number of encoders", "1",
         read=lambda axis: len(axis.encoder_ids),

@@ -119,13 +119,13 @@ def error_state(first: int, description: str) -> Service:
 
 
 def not_while_enabled(axis: Axis) -> None:
-    """Guard of parameters that scale position or direction (002: not while enabled).
+    """Guard of parameters that scale position or direction (002: not while enabled): 0x4257.
 
-    The manuals do not print the code; 0x4B42 says it.
+    The manuals do not print the code; 0x4B42, which says it, is one of the PLC library alone.
     """
     owner = axis.owner
     if owner.control_dword & ControlBit.ENABLE or owner.loop_closed:
-        raise DeviceError(NcError.PLC_AXIS_ENABLED.number, f"axis {axis.axis_id} is enabled")
+        raise DeviceError(NcError.FUNCTION_NOT_ALLOWED.number, f"axis {axis.axis_id} is enabled")
 
 
 def _only_standard(axis: Axis, n: int) -> Axis:

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from achse.devices.nc.device import AXIS_GROUPS
+from achse.devices.nc.unserved import OF_CHANNELS_AND_GROUPS
 from achse.server import RowFacts
 
-__all__ = ["UNSERVED", "WITHOUT_EFFECT", "Covered", "coverage"]
+__all__ = ["CONSTANT", "UNSERVED", "WITHOUT_EFFECT", "Covered", "coverage"]
 
 
 class Covered(NamedTuple):
@@ -160,7 +161,10 @@ _UNSERVED = {
 """Reason, and the services it holds for."""
 
 UNSERVED = tuple(
-    Covered(*service, reason) for reason, all_ in _UNSERVED.items() for service in all_
+    Covered(*service, reason)
+    for table in (_UNSERVED, OF_CHANNELS_AND_GROUPS)
+    for reason, services in table.items()
+    for service in services
 )
 """Services without a row of their own."""
 
@@ -202,6 +206,63 @@ WITHOUT_EFFECT = {
 }
 """Parameters by their field that can be written and read back, and why they change nothing."""
 
+_ONE_CHANNEL = "there is one channel, of the PTP groups of all axes"
+_NO_INTERPRETER = "the channel has no interpreter"
+_ONE_AXIS = "a group has one axis, which moves point to point"
+_NO_PREPARATION = "commands of one axis need no preparation"
+_NO_COUPLING = "couplings are not built yet"
+
+CONSTANT = {
+    (0x1000, 0x14): "the set-point task runs with its inputs",
+    (0x1100, 0x01): _ONE_CHANNEL,
+    (0x1100, 0x31): _ONE_CHANNEL,
+    (0x2000, 0x01): _ONE_CHANNEL,
+    (0x2000, 0x02): _ONE_CHANNEL,
+    (0x2000, 0x03): _ONE_CHANNEL,
+    (0x2000, 0x04): _NO_INTERPRETER,
+    (0x2100, 0x01): f"errors are those of its axes; {_NO_INTERPRETER}",
+    (0x3000, 0x03): _ONE_AXIS,
+    (0x3000, 0x06): f"{_ONE_AXIS}; another value is refused",
+    (0x3000, 0x0B): _NO_PREPARATION,
+    (0x3000, 0x0C): "as many commands as the buffer of an axis takes",
+    (0x3000, 0x10): "every axis moves in each cycle; another value is refused",
+    (0x3000, 0x21): _ONE_CHANNEL,
+    (0x3000, 0x22): _ONE_CHANNEL,
+    (0x3000, 0x23): _ONE_CHANNEL,
+    (0x3100, 0x02): _ONE_AXIS,
+    (0x3100, 0x03): _NO_COUPLING,
+    (0x3100, 0x04): _NO_PREPARATION,
+    (0x3100, 0x07): "no manual prints a state within a state",
+    (0x3100, 0x09): _NO_COUPLING,
+    (0x3100, 0x0A): _NO_COUPLING,
+    (0x3100, 0x0B): _NO_PREPARATION,
+    (0x3100, 0x0E): _NO_PREPARATION,
+    (
+        0x4000,
+        0x31,
+    ): "a simulated drive has no hardware address; ids and types are the axis'",
+    (0x4000, 0x51): _ONE_CHANNEL,
+    (0x4000, 0x52): _ONE_CHANNEL,
+    (0x4000, 0x53): _ONE_CHANNEL,
+    (0x4000, 0x56): _ONE_AXIS,
+    (0x4100, 0x12): _NO_COUPLING,
+    (0x4100, 0x20): _NO_COUPLING,
+    (0x4100, 0x21): _NO_COUPLING,
+    (0x4100, 0x2A): _NO_COUPLING,
+    (0x4100, 0x2B): _NO_COUPLING,
+    (0x4100, 0x2C): _NO_COUPLING,
+    (0x4100, 0x2_0021): _NO_COUPLING,
+    (0x4100, 0x2_0022): _NO_COUPLING,
+    (0x4100, 0x2_0023): _NO_COUPLING,
+    (0x4300, 0x84): _NO_COUPLING,
+    (0x4300, 0xB5): _NO_COUPLING,
+    (0x4300, 0xB6): _NO_PREPARATION,
+    (0x6100, 0x21): _NO_COUPLING,
+    (0x6100, 0x22): _NO_COUPLING,
+    (0x6100, 0x23): _NO_COUPLING,
+}
+"""Index group and offset of rows that answer the same whatever the axes do, and why."""
+
 _PREFIXES = {group: error.name.lower().removesuffix("id") for group, _, error in AXIS_GROUPS}
 """What the fields of an encoder, controller or drive begin with, by index group."""
 
@@ -217,6 +278,9 @@ def coverage(rows: Iterable[RowFacts]) -> Iterator[Covered]:
 
 
 def _answer(row: RowFacts) -> str:
+    reason = CONSTANT.get((row.index_group, row.index_offset))
+    if reason:
+        return f"served; answers a constant: {reason}"
     for name in (_PREFIXES.get(row.index_group, "") + row.name, row.name):
         if name in WITHOUT_EFFECT:
             return f"served; kept and shown only: {WITHOUT_EFFECT[name]}"

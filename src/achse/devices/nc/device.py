@@ -8,10 +8,17 @@ from achse.codes import NcError
 from achse.devices.nc.axis_cyclic import AXIS_CYCLIC
 from achse.devices.nc.axis_parameters import AXIS_PARAMETERS
 from achse.devices.nc.axis_states import AXIS_STATES
+from achse.devices.nc.channels import channel_groups
 from achse.devices.nc.controller import CONTROLLER_PARAMETERS, CONTROLLER_STATES
 from achse.devices.nc.drive import DRIVE_FUNCTIONS, DRIVE_PARAMETERS, DRIVE_STATES
 from achse.devices.nc.encoder import ENCODER_PARAMETERS, ENCODER_STATES
 from achse.devices.nc.functions import AXIS_FUNCTIONS, ENCODER_FUNCTIONS
+from achse.devices.nc.groups import (
+    GROUP_FUNCTIONS,
+    GROUP_PARAMETERS,
+    GROUP_STATES,
+    index_in_channel,
+)
 from achse.devices.nc.io_structures import DRIVE_CYCLIC, ENCODER_CYCLIC
 from achse.devices.nc.ring0 import RING0_FUNCTIONS, RING0_PARAMETERS, RING0_STATES
 from achse.devices.nc.symbols import NcSymbols, interface_groups
@@ -28,6 +35,13 @@ RING0_GROUPS: tuple[tuple[int, tuple[Service, ...]], ...] = (
     (0x1200, RING0_FUNCTIONS),
 )
 """Index group, rows."""
+
+PTP_GROUPS = (
+    (0x3000, GROUP_PARAMETERS, NcError.GROUP_ID),
+    (0x3100, GROUP_STATES, NcError.GROUP_ID),
+    (0x3200, GROUP_FUNCTIONS, NcError.GROUP_ID),
+)
+"""Index group + id, rows over the axis of the group, error for an id that no group has."""
 
 AXIS_GROUPS = (
     (0x4000, AXIS_PARAMETERS, NcError.AXIS_ID),
@@ -55,8 +69,8 @@ _FROM_PLC = next(row for row in AXIS_CYCLIC if row.name == "plc_to_nc_structure"
 class NcDevice(Device):
     """Answers for all axes of an NC.
 
-    An id that no axis has is answered 0x4012 (encoder 0x4013, controller 0x4014, drive 0x4015,
-    table 0x4016).
+    An id that no axis has is answered 0x4012 (channel 0x4010, group 0x4011, encoder 0x4013,
+    controller 0x4014, drive 0x4015, table 0x4016).
     """
 
     def __init__(self, nc: Nc, *, clock: Callable[[], int]) -> None:
@@ -74,6 +88,11 @@ class NcDevice(Device):
 def _groups(nc: Nc) -> Iterator[IndexGroup]:
     for group, rows in RING0_GROUPS:
         yield Group(group, rows, nc)
+    yield from channel_groups(nc)
+    for base, rows, unknown in PTP_GROUPS:
+        more = (index_in_channel(nc),) if rows is GROUP_PARAMETERS else ()
+        every = (*rows, *more)
+        yield ObjectGroup(base, _HIGHEST_ID, _finder(nc, unknown), every, kind=ObjectAxis)
     for base, rows, unknown in AXIS_GROUPS:
         yield ObjectGroup(base, _HIGHEST_ID, _finder(nc, unknown), rows, kind=ObjectAxis)
     yield from table_groups(nc)

@@ -18,6 +18,7 @@ __all__ = [
     "INT64",
     "NC_TO_PLC_TC2",
     "NC_TO_PLC_TC3",
+    "NOTHING",
     "NO_DATA",
     "ONLINE_TC2",
     "ONLINE_TC3",
@@ -94,7 +95,7 @@ class _NoData:
     """Functions without data; some clients send a byte all the same, which is passed over."""
 
     name = "VOID"
-    size = None
+    size: int | None = None
 
     def encode(self, value: Any) -> bytes:
         return b""
@@ -104,6 +105,15 @@ class _NoData:
 
 
 NO_DATA = _NoData()
+
+
+class _Nothing(_NoData):
+    """A function called without data, beside longer forms: the length tells which was meant."""
+
+    size = 0
+
+
+NOTHING = _Nothing()
 
 
 def _aligned(codes: list[str]) -> str:

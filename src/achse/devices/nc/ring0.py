@@ -3,6 +3,8 @@
 from collections.abc import Callable
 
 from achse.codes import NcError
+from achse.devices.nc.channels import channel_ids
+from achse.devices.nc.groups import group_ids
 from achse.devices.nc.layouts import INT32, NO_DATA, UINT16, UINT32
 from achse.motion import Nc
 from achse.server import READ, WRITE, Repeated, Service
@@ -18,13 +20,9 @@ def _tables(nc: Nc) -> list[int]:
     return nc.tables.ids()
 
 
-def _none(nc: Nc) -> list[int]:
-    return []
-
-
 _IDS_OF: dict[str, Callable[[Nc], list[int]]] = {
-    "channel": _none,
-    "group": _none,
+    "channel": channel_ids,
+    "group": group_ids,
     "axis": _axes,
     "encoder": lambda nc: nc.ids("encoder"),
     "controller": lambda nc: nc.ids("controller"),

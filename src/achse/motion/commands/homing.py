@@ -53,6 +53,7 @@ def home(axis: Axis) -> int:
     begin_generator(axis, MotionPhase.HOMING)
     axis.homed = 0
     axis.homing_state = HomingState.TOWARDS_CAM
+    axis.homing_begins = 1
     axis.homing_latch = 0
     axis.job_velocity = axis.homing_velocity_towards_cam
     axis.job_direction = 0.0

@@ -172,7 +172,7 @@ def reinitialize_encoder(encoder: Axis) -> int:
     """
     owner = encoder.owner
     if owner.control_dword & ControlBit.ENABLE or owner.loop_closed:
-        return NcError.PLC_AXIS_ENABLED.number
+        return NcError.FUNCTION_NOT_ALLOWED.number
     encoder.encoder_reinitialization_state = 1
     encoder.adapt = 1
     owner.initialize_command_counter += 1

@@ -91,7 +91,7 @@ def test_the_scaling_on_the_fly(bench: Any, refused: Any, form: str) -> None:
 
 def test_the_encoder_from_the_hardware_anew(bench: Any, refused: Any) -> None:
     bench.put(F, 0x1A, "<Id", 1, 5.0)
-    with refused(0x4B42):
+    with refused(0x4257):
         bench.write(F, ANEW, b"")
     bench.put(0x4301, 0x02, "<H", 0)
     bench.run(0.004)

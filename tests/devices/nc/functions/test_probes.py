@@ -92,7 +92,7 @@ def test_an_absolute_position_is_taken_anew_only_while_disabled(
 ) -> None:
     bench = make_bench(encoder_reference_system=2)
     bench.put(E, 0x1A, "<Id", 1, 77.0)
-    with refused(0x4B42):
+    with refused(0x4257):
         bench.write(E, 0x1B, b"")
     bench.put(0x4301, 0x02, "<H", 0)
     bench.run(0.004)

@@ -8,7 +8,7 @@ from functools import partial
 
 from achse.devices.nc.functions.calling import function
 from achse.devices.nc.functions.positions import POSITION_REQUEST
-from achse.devices.nc.layouts import NO_DATA, REAL64
+from achse.devices.nc.layouts import NO_DATA, NOTHING, REAL64
 from achse.motion import Axis, commands
 from achse.server import Layout
 
@@ -51,21 +51,21 @@ ENCODER_FUNCTIONS = (
         0x201,
         "activate_latch_rising",
         partial(commands.activate_latch, falling=False),
-        (NO_DATA, _FOUR_FLAGS),
+        (NOTHING, _FOUR_FLAGS),
         "have latches wait for a rising edge",
     ),
     function(
         0x202,
         "activate_latch_falling",
         partial(commands.activate_latch, falling=True),
-        (NO_DATA, _FOUR_FLAGS),
+        (NOTHING, _FOUR_FLAGS),
         "have latches wait for a falling edge",
     ),
     function(
         0x205,
         "deactivate_touch_probe",
         _deactivate,
-        (NO_DATA, _FOUR_FLAGS, Layout("<2I16x")),
+        (NOTHING, _FOUR_FLAGS, Layout("<2I16x")),
         "have a touch probe, or latches, wait no longer",
     ),
     function(
