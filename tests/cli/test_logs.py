@@ -29,6 +29,7 @@ def test_a_json_document_per_record(capsys: pytest.CaptureFixture[str]) -> None:
         1 / 0  # noqa: B018
     except ZeroDivisionError:
         log.exception("broken")
+    logging.getLogger().handlers[0].flush()
     first, second = map(json.loads, capsys.readouterr().err.splitlines())
     assert first["message"] == "axis 3 says „no“"
     assert (first["level"], first["logger"]) == ("info", "achse.somewhere")
@@ -41,6 +42,7 @@ def test_a_json_document_per_record(capsys: pytest.CaptureFixture[str]) -> None:
 def test_lines_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     set_up_logs(LogFormat.TEXT, LogLevel.WARNING)
     logging.getLogger("achse.tcp").warning("closing it")
+    logging.getLogger().handlers[0].flush()
     assert capsys.readouterr().err.rstrip().endswith("WARNING achse.tcp: closing it")
 
 

@@ -1,6 +1,5 @@
 """Logger and event logger: what is written is shown, and told to those who subscribed."""
 
-import gc
 import logging
 import struct
 from collections.abc import Callable
@@ -10,9 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.ams import NetId
+from achse.ams import AmsAddress, Frame, NetId
 from achse.devices.logger import EventLoggerDevice, LoggerDevice, LogMessage, MessageType
 from achse.router import Router
+from achse.server import Limits
 
 MESSAGE = LogMessage(116_444_736_000_000_000, MessageType.ERROR, 500, "TCNC", "'Axis 1' stopped")
 TICK = 10_000_000
@@ -95,13 +95,80 @@ def test_equal_messages_at_different_times_are_both_told(logger: LoggerDevice, c
     assert len(client.samples()) == 2
 
 
-def test_nothing_is_kept_for_subscriptions_that_ended(logger: LoggerDevice, client: Any) -> None:
-    for _ in range(5):
-        client.subscribe(1, 65535, 64)
-    assert len(logger._tails) == 5
-    logger.end_client(client.address)
-    gc.collect()
-    assert len(logger._tails) == 0
+def test_a_subscriber_that_is_far_behind_misses_the_oldest(
+    logger: LoggerDevice, client: Any
+) -> None:
+    client.subscribe(1, 65535, 64)
+    client.samples()
+    for number in range(1500):
+        logger.post(MESSAGE._replace(filetime=number))
+    for tick in range(1, 1100):
+        logger.notifications.tick(tick * TICK)
+    heard = [int.from_bytes(data[:8], "little") for _, data in client.samples()]
+    assert heard == list(range(1500 - 1024, 1500))
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 5), st.integers(0, 300_000_000), st.integers(1, 60)), max_size=40
+    ),
+    st.integers(1, 20),
+    st.integers(1, 40),
+)
+def test_whoever_writes_the_log_gets_so_many_lines_a_second_and_no_more(
+    steps: list[tuple[int, int, int]], each: int, everybody: int
+) -> None:
+    """Hosts with many addresses each, at random times; what is left out is counted."""
+    now = 0
+    records: list[tuple[int, str]] = []
+
+    class Keep(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            records.append((now, record.getMessage()))
+
+    router, keep = Router(NetId("5.1.2.3.1.1")), Keep()
+    devices = [LoggerDevice(clock=lambda: now), EventLoggerDevice(clock=lambda: now)]
+    for device, port in zip(devices, (100, 110), strict=True):
+        device.limit(Limits(log_lines=each, all_log_lines=everybody))
+        device.attach(router, port)
+    hosts = [Host(f"10.0.0.{number}") for number in range(6)]
+    target = logging.getLogger("achse.logger")
+    target.addHandler(keep)
+    level, target.level = target.level, logging.INFO
+    written = 0
+    try:
+        for number, pause, count in steps:
+            now += pause
+            for line in range(count):
+                source = AmsAddress(f"10.0.{number}.{line}.1.1:30000")
+                for port, offset in ((100, 1), (110, 7)):
+                    data = struct.pack("<III", 1, offset, 4) + b"line"
+                    frame = Frame(AmsAddress.of(router.net_id, port), source, 3, 4, 0, 1, data)
+                    frame.origin = hosts[number]
+                    router.deliver(frame)
+            written += 2 * count
+        for device in devices:
+            device.sweep(now)
+    finally:
+        target.removeHandler(keep)
+        target.level = level
+    assert {host.answers for host in hosts} <= {bytes(4), b""}
+    told = [int(text.split()[2]) for _, text in records if "left out" in text]
+    lines = [time for time, text in records if "left out" not in text]
+    assert len(lines) + sum(told) == written
+    assert len(lines) <= 2 * (2 * everybody + now * everybody // 1_000_000_000 + 1)
+
+
+class Host:
+    """The far end of a connection; remembers the last answer."""
+
+    def __init__(self, name: str) -> None:
+        self.peer_host = name
+        self.answers = b""
+
+    def deliver(self, frame: Frame) -> bool:
+        self.answers = frame.data
+        return True
 
 
 def test_what_the_logger_refuses(client: Any, refused: Any) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import pytest
 
 import achse
+from achse.monitor import relay as relay_module
 from achse.monitor.relay import Relay
 from achse.router.tap import Captured
 from achse.station import Station
@@ -62,7 +63,7 @@ def test_what_is_no_ams_goes_through_unseen(caplog: pytest.LogCaptureFixture) ->
     with caplog.at_level(logging.WARNING):
         came, seen = asyncio.run(_through(lambda *_: None, data))
     assert (came, seen) == (data, [])
-    assert "no AMS" in caplog.text
+    assert "not AMS" in caplog.text
 
 
 def test_a_target_that_is_not_there_closes_the_client(caplog: pytest.LogCaptureFixture) -> None:
@@ -77,3 +78,47 @@ def test_a_target_that_is_not_there_closes_the_client(caplog: pytest.LogCaptureF
 
     assert asyncio.run(main()) == b""
     assert "does not let" in caplog.text
+
+
+def test_what_cannot_be_shown_goes_through_all_the_same(caplog: pytest.LogCaptureFixture) -> None:
+    def broken(capture: Captured) -> None:
+        raise RecursionError
+
+    async def main() -> object:
+        station = Station.demo()
+        async with station.running("127.0.0.1", 0) as running:
+            relay = Relay(running.host, running.tcp_port, broken)
+            await relay.open("127.0.0.1", 0)
+            async with achse.connect(f"{relay.host}:{relay.port}") as plc:
+                value = await plc.read("GVL.nInt")
+            await relay.close()
+        return value
+
+    assert asyncio.run(main()) == -16
+    assert "not shown any more" in caplog.text
+
+
+def test_there_is_room_for_so_many_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(relay_module, "_MOST", 2)
+
+    async def main() -> list[bytes]:
+        async def hello(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            writer.write(b"!")
+            await reader.read()
+            writer.close()
+
+        target = await asyncio.start_server(hello, "127.0.0.1", 0)
+        relay = Relay("127.0.0.1", target.sockets[0].getsockname()[1], lambda _: None)
+        await relay.open("127.0.0.1", 0)
+        heard, writers = [], []
+        for _ in range(3):
+            reader, writer = await asyncio.open_connection(relay.host, relay.port)
+            writers.append(writer)
+            heard.append(await reader.read(1))
+        for writer in writers:
+            writer.close()
+        await relay.close()
+        target.close()
+        return heard
+
+    assert asyncio.run(main()) == [b"!", b"!", b""]

@@ -46,8 +46,10 @@ class _Json(logging.Formatter):
 
 
 def set_up_logs(form: LogFormat, level: LogLevel) -> None:
-    """Write the records of `achse` and above to stderr."""
-    handler = logging.StreamHandler(sys.stderr)
+    """Write the records of `achse` and above to stderr, in a thread of its own."""
+    from achse.cli.log_writer import LogWriter
+
+    handler = LogWriter(sys.stderr)
     if form is LogFormat.JSON:
         handler.setFormatter(_Json())
     else:

@@ -6,17 +6,16 @@ subscribe, from recorded traffic.
 
 import logging
 import struct
-from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from enum import IntFlag
 from typing import NamedTuple
-from weakref import WeakSet
 
-from achse.ams import AmsAddress, DeviceError, TransmissionMode
+from achse.ams import AmsAddress, DeviceError, Frame, TransmissionMode
 from achse.ams.commands import AddNotificationRequest
 from achse.ams.filetime import from_unix_ns
 from achse.codes import ReturnCode
-from achse.server import Device, IndexGroup, RawGroup, ServiceTable
+from achse.router.rate import Rates
+from achse.server import Device, IndexGroup, Limits, RawGroup, ServiceTable
 from achse.server.table import Reader
 
 __all__ = ["EventLoggerDevice", "LogMessage", "LoggerDevice", "MessageType"]
@@ -32,7 +31,7 @@ _EVERY_MESSAGE = 0xFFFF
 _HEADER = struct.Struct("<QII16sI")
 _LONGEST = 4096
 _KEPT = 1024
-"""Messages kept for a subscriber between two cycles."""
+"""Messages kept for subscribers; one that is further behind misses the oldest."""
 
 
 class MessageType(IntFlag):
@@ -78,17 +77,72 @@ def _text(data: bytes) -> str:
     return "".join(sign if sign.isprintable() else " " for sign in text)
 
 
-class LoggerDevice(Device):
+class _Chronicler(Device):
+    """A device that shows in the log what clients write, so many lines a second at most.
+
+    The limits are for each host (client, where the host is not known) and for all together; how
+    many lines were left out is told once a second.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        groups: Iterable[IndexGroup] = (),
+        *,
+        clock: Callable[[], int],
+    ) -> None:
+        self._clock = clock
+        self._writer: object = b""
+        self._left_out = 0
+        super().__init__(name, (3, 1, 4024), groups, clock=clock)
+        self._rates = _rates(self.limits)
+
+    def limit(self, limits: Limits) -> None:
+        """Keep to other limits from now on."""
+        super().limit(limits)
+        self._rates = _rates(limits)
+
+    def deliver(self, frame: Frame) -> bool:
+        """Answer a request; lines count for the host that it comes from."""
+        self._writer = getattr(frame.origin, "peer_host", "") or frame.source
+        try:
+            return super().deliver(frame)
+        finally:
+            self._writer = b""
+
+    def show(self, level: int, text: str, *details: object) -> None:
+        """Write a line, unless there were too many."""
+        if self._rates.take(self._writer, self._clock()):
+            log.log(level, text, *details)
+        else:
+            self._left_out += 1
+
+    def sweep(self, now_ns: int) -> None:
+        """Called about once a second."""
+        super().sweep(now_ns)
+        if self._left_out:
+            log.warning(
+                "%s: %d messages were left out, too many a second came", self.name, self._left_out
+            )
+            self._left_out = 0
+
+
+def _rates(limits: Limits) -> Rates:
+    return Rates(limits.log_lines, limits.all_log_lines)
+
+
+class LoggerDevice(_Chronicler):
     """The logger: messages that are written to it go to the log and to those who subscribed.
 
     A client writes to group 1: a whole message, or a text alone with the message type as offset.
-    It subscribes to group 1, offset 65535 and gets every message, whatever mode it asks for.
+    It subscribes to group 1, offset 65535 and gets every message, whatever mode it asks for. Those
+    who subscribed get what is left out of the log as well.
     """
 
     def __init__(self, *, clock: Callable[[], int]) -> None:
-        self._clock = clock
-        self._tails: WeakSet[_Tail] = WeakSet()
-        """One for each subscription; it goes with it."""
+        self._messages: list[bytes] = [b""] * _KEPT
+        """The newest, each at its number modulo `_KEPT`; all subscriptions read the same."""
+        self._posted = 0
         messages = RawGroup(
             _MESSAGES,
             "log message",
@@ -99,15 +153,14 @@ class LoggerDevice(Device):
             response="message",
             description="Subscribe at offset 65535.",
         )
-        super().__init__("TwinCAT Logger", (3, 1, 4024), [messages], clock=clock)
+        super().__init__("TwinCAT Logger", [messages], clock=clock)
 
     def post(self, message: LogMessage) -> None:
         """Show a message and send it to everybody who subscribed."""
         level = _level(message.kind)
-        log.log(level, "%s (port %d): %s", message.sender, message.port, message.text)
-        data = message.encode()
-        for tail in self._tails:
-            tail.messages.append(data)
+        self.show(level, "%s (port %d): %s", message.sender, message.port, message.text)
+        self._messages[self._posted % _KEPT] = message.encode()
+        self._posted += 1
 
     def _write(self, offset: int, data: bytes, client: bytes) -> None:
         if len(data) > _LONGEST:
@@ -122,9 +175,18 @@ class LoggerDevice(Device):
     def _watch(self, offset: int, length: int, client: bytes) -> Reader:
         if offset != _EVERY_MESSAGE:
             raise DeviceError(ReturnCode.INVALID_OFFSET, f"messages are at {_EVERY_MESSAGE}")
-        tail = _Tail(length)
-        self._tails.add(tail)
-        return tail
+        following = self._posted
+        latest = b""
+
+        def next_message() -> bytes:
+            nonlocal following, latest
+            if following < self._posted:
+                following = max(following, self._posted - _KEPT)
+                latest = self._messages[following % _KEPT][:length]
+                following += 1
+            return latest
+
+        return next_message
 
     def add_notification(self, request: AddNotificationRequest, client: bytes) -> int:
         """Subscribe; messages come as they are written, so each is a change."""
@@ -134,52 +196,47 @@ class LoggerDevice(Device):
         return super().add_notification(request, client)
 
 
-class _Tail:
-    """What one subscription still has to be told; gives a message per sample."""
-
-    def __init__(self, length: int) -> None:
-        self.messages: deque[bytes] = deque(maxlen=_KEPT)
-        self._length = length
-        self._latest = b""
-
-    def __call__(self) -> bytes:
-        if self.messages:
-            self._latest = self.messages.popleft()[: self._length]
-        return self._latest
-
-
 def _level(kind: int) -> int:
     if kind & MessageType.ERROR:
         return logging.ERROR
     return logging.WARNING if kind & MessageType.WARNING else logging.INFO
 
 
-class EventLoggerDevice(Device):
+class EventLoggerDevice(_Chronicler):
     """The event logger takes whatever is written to it and shows it; there is nothing to read.
 
     No manual tells its services, so every group takes a Write.
     """
 
     def __init__(self, *, clock: Callable[[], int]) -> None:
-        super().__init__("TwinCAT Event", (3, 1, 4024), clock=clock)
-        self.services = _EveryGroup(self.services)
+        super().__init__("TwinCAT Event", clock=clock)
+        self.services = _EveryGroup(self.services, self._event)
+
+    def _event(self, group: int, offset: int, data: bytes, client: bytes) -> None:
+        sender = AmsAddress(client) if len(client) == 8 else "this station"
+        self.show(logging.INFO, "event 0x%X:0x%X of %s: %s", group, offset, sender, _Shown(data))
 
 
 class _EveryGroup(ServiceTable):
     """Takes what no other group does."""
 
+    def __init__(
+        self, groups: Iterable[IndexGroup], take: Callable[[int, int, bytes, bytes], None]
+    ) -> None:
+        super().__init__(groups)
+        self._take = take
+
     def find(self, group: int) -> IndexGroup:
-        return self.by_index.get(group) or _events(group)
+        return self.by_index.get(group) or RawGroup(
+            group,
+            "event",
+            write=lambda offset, data, client: self._take(group, offset, data, client),
+        )
 
 
-def _events(group: int) -> RawGroup:
-    def write(offset: int, data: bytes, client: bytes) -> None:
-        sender = AmsAddress(client) if len(client) == 8 else "this station"
-        log.info("event 0x%X:0x%X of %s: %s", group, offset, sender, _shown(data))
+class _Shown(bytes):
+    """The data of an event: a text, or the first bytes as numbers."""
 
-    return RawGroup(group, "event", write=write)
-
-
-def _shown(data: bytes) -> str:
-    text = data.removesuffix(b"\0")
-    return _text(data) if text and b"\0" not in text else data[:64].hex(" ")
+    def __str__(self) -> str:
+        text = self.removesuffix(b"\0")[:_LONGEST]
+        return _text(text) if text and b"\0" not in text else self[:64].hex(" ")

@@ -1,7 +1,7 @@
 """A relay between clients and a target, which sees every packet that passes.
 
 Clients dial the relay instead of the target. Bytes go through as they come, port services and all;
-what is AMS is shown. What is none goes through unseen.
+what is AMS is shown. What is not goes through unseen.
 """
 
 import asyncio
@@ -19,6 +19,9 @@ __all__ = ["Relay"]
 log = logging.getLogger("achse.monitor")
 
 _PIECE = 1 << 18
+
+_MOST = 1024
+"""Clients at a time; further ones are closed."""
 
 
 class Relay:
@@ -52,9 +55,13 @@ class Relay:
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         task = asyncio.current_task()
         assert task is not None
-        self._running.add(task)
         name = writer.get_extra_info("peername")
-        peer = f"{name[0]}:{name[1]}"
+        peer = f"{name[0]}:{name[1]}" if name else "?"  # it may be gone already
+        if len(self._running) >= _MOST:
+            log.warning("no room for %s: %d clients are there", peer, _MOST)
+            writer.close()
+            return
+        self._running.add(task)
         try:
             with contextlib.suppress(asyncio.CancelledError):
                 await self._connect(peer, reader, writer)
@@ -91,7 +98,10 @@ class Relay:
                                 asks = asks and event.command != Command.NOTIFICATION
                                 self._show(Captured(time.time_ns(), asks, peer, event.encode()))
                     except DecodeError as failure:
-                        log.warning("%s: what passes is no AMS: %s", peer, failure)
+                        log.warning("%s: what passes is not AMS: %s", peer, failure)
+                        stream = None
+                    except Exception:  # what cannot be shown passes all the same
+                        log.exception("%s: what passes is not shown any more", peer)
                         stream = None
                 await sink.drain()
         with contextlib.suppress(OSError, RuntimeError):

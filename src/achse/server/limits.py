@@ -46,5 +46,12 @@ class Limits:
     """Bytes of samples kept for all clients together, not read or within their largest delay;
     beyond, those with the most of them lose theirs."""
 
+    log_lines: int = 50
+    """Lines a second that one host may write into the log (logger and event logger); twice as many
+    after a pause."""
+
+    all_log_lines: int = 200
+    """The same of all hosts together."""
+
     unreachable_ns: int = 60_000_000_000
     """After this time without a way to the client, its handles and subscriptions end."""

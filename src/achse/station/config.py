@@ -304,6 +304,10 @@ class LimitsConfig(_Section):
     """Taps of all clients together (0x716 beyond)."""
     tap_bytes: int = Field(default=16 * 1024 * 1024, ge=1024)
     """Bytes that are kept for all taps together; beyond, the oldest frames are lost to them."""
+    log_lines: int = Field(default=_LIMITS.log_lines, ge=1)
+    """Lines a second that one host may write into the log by ports 100 and 110."""
+    all_log_lines: int = Field(default=_LIMITS.all_log_lines, ge=1)
+    """The same of all hosts together; the messages reach those who subscribed all the same."""
     unreachable_time: DurationNs = _LIMITS.unreachable_ns
     """How long handles and subscriptions of a client to whom no way leads are kept."""
 
@@ -319,6 +323,8 @@ class LimitsConfig(_Section):
             all_watched_bytes=self.all_watched_bytes,
             queue_bytes=self.queue_bytes,
             all_queue_bytes=self.all_queue_bytes,
+            log_lines=self.log_lines,
+            all_log_lines=self.all_log_lines,
             unreachable_ns=self.unreachable_time,
         )
 

@@ -1,0 +1,48 @@
+"""Rates: so many per second and some at once, for answers and log lines that clients cause."""
+
+from collections.abc import Hashable
+
+__all__ = ["Rate", "Rates"]
+
+_SECOND = 1_000_000_000
+
+
+class Rate:
+    """Lets `per_second` through, and twice as many at once after a pause. Times in ns."""
+
+    def __init__(self, per_second: int) -> None:
+        self._full = 2 * per_second * _SECOND
+        self._per_second = per_second
+        self._left = self._full
+        self._since: int | None = None
+
+    def take(self, now: int) -> bool:
+        """Whether one more may go at `now`."""
+        if self._since is not None and now > self._since:
+            self._left = min(self._full, self._left + (now - self._since) * self._per_second)
+        self._since = now
+        if self._left < _SECOND:
+            return False
+        self._left -= _SECOND
+        return True
+
+
+class Rates:
+    """One rate for each key, and one for all keys together.
+
+    At most `most` keys are remembered; the one not seen for longest is forgotten, and begins again.
+    """
+
+    def __init__(self, per_second: int, all_per_second: int, *, most: int = 1024) -> None:
+        self._per_second = per_second
+        self._all = Rate(all_per_second)
+        self._most = most
+        self._each: dict[Hashable, Rate] = {}
+
+    def take(self, key: Hashable, now: int) -> bool:
+        """Whether one more of `key` may go at `now`."""
+        rate = self._each.pop(key, None) or Rate(self._per_second)
+        self._each[key] = rate
+        if len(self._each) > self._most:
+            del self._each[next(iter(self._each))]
+        return rate.take(now) and self._all.take(now)
