@@ -9,9 +9,12 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from achse.ams import NetId
 from achse.cli import route
 from achse.cli.app import app
 from achse.router.access import PasswordHash, hash_password
+from achse.router.routes import Route
+from achse.router.static_routes import static_routes
 
 
 @pytest.fixture(scope="module")
@@ -49,9 +52,38 @@ def test_a_route_is_added_listed_and_removed(host: str) -> None:
     assert told == f"me added at {host}: 192.0.2.7.1.1 is at 192.0.2.7\n"
     listed = run("ads", "route", "list", "--host", host).stdout.splitlines()
     assert listed[1].split() == ["me", "192.0.2.7.1.1", "192.0.2.7", "temporary"]
-    assert run("ads", "route", "remove", "me", ACHSE_HOST=host).stdout == "me removed\n"
     refusal = run("ads", "route", "remove", "me", ACHSE_HOST=host, exit_code=1)
+    assert "others go with --password, or without one if [router] has" in refusal.stderr
+    remove = ("ads", "route", "remove", "me", "--password", "1")
+    assert run(*remove, ACHSE_HOST=host).stdout == "me removed\n"
+    refusal = run(*remove, ACHSE_HOST=host, exit_code=1)
     assert refusal.stderr == "no route is named 'me', see `achse ads route list`\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "password", "told"),
+    [
+        ("press", "2", "removes no route, 0x704: wrong user or password"),
+        ("press", "1", "removes no route, 0x723: routes of its configuration stay as they are"),
+    ],
+)
+def test_what_is_not_removed(host: str, name: str, password: str, told: str) -> None:
+    arguments = ("ads", "route", "remove", name, "--password", password)
+    assert told in run(*arguments, ACHSE_HOST=host, exit_code=1).stderr
+
+
+def test_over_ads_routes_are_removed_where_that_is_permitted(
+    tmp_path: Path, start_station: Callable[..., Any]
+) -> None:
+    file = tmp_path / "station.toml"
+    file.write_text('[router]\nroutes_over_ads = true\nstatic_routes = "r.xml"\n')
+    text = static_routes([Route(name="me", net_id=NetId("5.9.9.9.1.1"), host="10.0.0.9")])
+    (tmp_path / "r.xml").write_text(text)
+    with start_station(str(file)) as station:
+        remove = ("ads", "route", "remove", "me", "--json")
+        assert json.loads(run(*remove, ACHSE_HOST=station.host).stdout) == {"removed": "me"}
+        refusal = run(*remove, ACHSE_HOST=station.host, exit_code=1)
+        assert refusal.stderr == "no route is named 'me', see `achse ads route list`\n"
 
 
 def test_a_list_without_an_end_comes_to_one(host: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -75,7 +107,7 @@ def test_routes_as_json(host: str) -> None:
 def test_without_options_the_route_leads_to_us(host: str) -> None:
     told = run("ads", "route", "add", ACHSE_HOST=host, ACHSE_PASSWORD="1").stdout
     assert told.endswith(f"added at {host}: 127.0.0.1.1.2 is at 127.0.0.1\n")
-    run("ads", "route", "remove", told.split(" added")[0], ACHSE_HOST=host)
+    run("ads", "route", "remove", told.split(" added")[0], ACHSE_HOST=host, ACHSE_PASSWORD="1")
 
 
 def test_the_password_comes_from_a_pipe_too(host: str) -> None:

@@ -38,7 +38,7 @@ def test_two_runs_end_in_the_same_state() -> None:
     assert one == other
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_it_with_0(number: signal.Signals) -> None:
     run = subprocess.Popen(
         [*ACHSE, "run", "--tcp-port", "0"],
@@ -97,7 +97,7 @@ def _waited(process_id: int) -> float:
     return int(Path(f"/proc/{process_id}/schedstat").read_text().split()[1]) / 1e9
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_it_with_0_before_it_is_ready(number: signal.Signals, tmp_path: Path) -> None:
     (tmp_path / "slow.py").write_text("print('now', flush=True); import time; time.sleep(60)")
     file = tmp_path / "station.toml"
@@ -108,6 +108,61 @@ def test_a_signal_ends_it_with_0_before_it_is_ready(number: signal.Signals, tmp_
     run.send_signal(number)
     rest, _ = run.communicate(timeout=60)
     assert (run.returncode, rest) == (0, "")
+
+
+SAVING = """
+[system]
+persistent_data = "state.json"
+[[axis]]
+id = 1
+name = "X"
+persistent_data_enable = 1
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_saves_persistent_data(number: signal.Signals, tmp_path: Path) -> None:
+    """SIGHUP ended it without, when its terminal was closed."""
+    (tmp_path / "station.toml").write_text(SAVING)
+    command = [*ACHSE, "run", str(tmp_path / "station.toml"), "--tcp-port", "0"]
+    run = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert run.stdout is not None
+    assert run.stdout.readline().startswith("achse ready ")
+    run.send_signal(number)
+    run.communicate(timeout=60)
+    assert run.returncode == 0
+    assert list(json.loads((tmp_path / "state.json").read_text())["nc"]) == ["1"]
+
+
+def test_under_nohup_it_stays() -> None:
+    command = ["nohup", *ACHSE, "run", "--tcp-port", "0"]
+    run = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert run.stdout is not None
+    assert run.stdout.readline().startswith("achse ready ")
+    run.send_signal(signal.SIGHUP)
+    with pytest.raises(subprocess.TimeoutExpired):
+        run.wait(0.3)
+    run.terminate()
+    run.communicate(timeout=60)
+    assert run.returncode == 0
+
+
+def test_beyond_this_computer_it_listens_only_if_told_in_so_many_words() -> None:
+    refused = _achse("run", "--host", "0.0.0.0", "--tcp-port", "0", exit_code=1)
+    assert refused.stdout == ""
+    assert "this station lets everybody in. To allow that: --let-everybody-in" in refused.stderr
+    run = subprocess.Popen(
+        [*ACHSE, "run", "--host", "0.0.0.0", "--tcp-port", "0", "--let-everybody-in"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert run.stdout is not None
+    assert " tcp=0.0.0.0:" in run.stdout.readline()
+    run.terminate()
+    _, told = run.communicate(timeout=60)
+    assert "Whoever reaches it may, without a password:" in told
+    assert "- stop, restart and shut down the station" in told
 
 
 def test_its_samples_show_the_wall_clock(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import time
 import tracemalloc
 from collections.abc import Iterator
 from itertools import islice
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from achse.ams import NetId
 from achse.ams.discovery import Datagram, OsVersion, SystemInfo, status_of
 from achse.router.access import PasswordHash, Users
 from achse.router.routes import RouteTable
+from achse.transport.allowance import Allowance
 from achse.transport.udp import DiscoveryEndpoint
 
 COUNT = 1_000_000
@@ -64,12 +66,13 @@ class _Answers(asyncio.DatagramTransport):
 async def _throw(count: int, seed: int, users: Users) -> tuple[int, int]:
     routes = RouteTable()
     endpoint = DiscoveryEndpoint(lambda: INFO, routes, users)
+    endpoint._allowance = endpoint._all = Allowance(time.monotonic, at_once=inf, per_second=0.0)
     answers = _Answers()
     endpoint.connection_made(answers)
     if users:
         endpoint._checker = asyncio.create_task(endpoint._check_each())
     for number, data in enumerate(islice(_datagrams(seed), count)):
-        endpoint.datagram_received(data, ("192.0.2.1", 9))
+        endpoint.datagram_received(data, (f"192.0.2.{number % 100}", 9))
         if number % 50 == 0:
             await asyncio.sleep(0)
     await endpoint.close()

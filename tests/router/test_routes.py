@@ -1,9 +1,18 @@
 """The route table: each name and each NetId once, and who may come in."""
 
+from dataclasses import replace
+
 import pytest
 
 from achse.ams import NetId
-from achse.router.routes import Admission, Route, RouteError, RouteFlags, RouteTable
+from achse.router.routes import (
+    Admission,
+    FixedRouteError,
+    Route,
+    RouteError,
+    RouteFlags,
+    RouteTable,
+)
 
 PRESS = Route(name="Press", net_id=NetId("5.1.2.3.1.1"), host="10.0.0.1")
 MILL = Route(name="mill", net_id=NetId("5.1.2.4.1.1"), host="mill.local:48000", one_way=True)
@@ -57,11 +66,78 @@ def test_flags_are_those_on_the_wire() -> None:
 
 
 def test_senders_are_admitted_by_net_id_and_address() -> None:
-    table = RouteTable([PRESS, MILL])
+    table = RouteTable([PRESS])
     assert table.admission(PRESS.net_id, "10.0.0.1") is Admission.ROUTED
+    assert table.admission(PRESS.net_id, "::ffff:10.0.0.1") is Admission.ROUTED
     assert table.admission(PRESS.net_id, "10.0.0.2") is Admission.UNKNOWN
-    assert table.admission(MILL.net_id, "10.0.0.2") is Admission.ONE_WAY
+    assert table.admission(PRESS.net_id, "?") is Admission.UNKNOWN
     assert table.admission(b"123456", "10.0.0.1") is Admission.UNKNOWN
+
+
+def test_by_a_host_name_only_its_addresses_are_admitted() -> None:
+    asked: list[str] = []
+    saw = replace(MILL, one_way=False)
+    table = RouteTable([saw])
+    table.look_up = asked.append
+    assert table.host_names == {"mill.local"}
+    assert table.admission(saw.net_id, "10.0.0.2") is Admission.UNKNOWN
+    table.locate("MILL.local", ["10.0.0.3", "fe80::1"])
+    assert table.admission(saw.net_id, "10.0.0.2") is Admission.UNKNOWN
+    assert asked == ["mill.local"] * 2
+    assert table.admission(saw.net_id, "10.0.0.3") is Admission.ROUTED
+    assert table.admission(saw.net_id, "fe80::1") is Admission.ROUTED
+    table.remove("mill")
+    table.add(saw)
+    assert table.admission(saw.net_id, "10.0.0.3") is Admission.UNKNOWN, "of a route long gone"
+
+
+def test_a_one_way_route_refuses_also_before_its_host_is_known() -> None:
+    table = RouteTable([MILL])
+    assert table.admission(MILL.net_id, "10.0.0.2") is Admission.ONE_WAY
+    table.locate("mill.local", ["10.0.0.3"])
+    assert table.admission(MILL.net_id, "10.0.0.3") is Admission.ONE_WAY
+    assert table.admission(MILL.net_id, "10.0.0.2") is Admission.UNKNOWN
+
+
+def test_a_fixed_route_stays() -> None:
+    table = RouteTable([MILL])
+    table.add(PRESS, fixed=True)
+    for other in (
+        replace(PRESS, host="10.0.0.66"),
+        replace(PRESS, net_id=NetId("6.6.6.6.1.1")),
+        replace(PRESS, name="other"),
+        replace(MILL, net_id=PRESS.net_id),
+        replace(PRESS, net_id=MILL.net_id),
+    ):
+        with pytest.raises(FixedRouteError, match="route 'Press' is fixed"):
+            table.add(other)
+    with pytest.raises(FixedRouteError):
+        table.remove("PRESS")
+    table.add(replace(PRESS, timeout=1.0))
+    assert list(table) == [MILL, PRESS]
+    fresh = replace(MILL, net_id=PRESS.net_id)
+    table.add(fresh, fixed=True)
+    assert list(table) == [fresh], "the owner of the table may"
+    assert table.is_fixed(fresh)
+
+
+def test_a_change_that_cannot_be_kept_is_not_made() -> None:
+    heard: list[object] = []
+    table = RouteTable([PRESS])
+    table.on_change(lambda *change: heard.append(change))
+
+    def refuse(routes: object) -> None:
+        raise OSError("full")
+
+    table.keep = refuse
+    for change in (
+        lambda: table.add(MILL),
+        lambda: table.add(replace(MILL, net_id=PRESS.net_id)),
+        lambda: table.remove("press"),
+    ):
+        with pytest.raises(OSError, match="full"):
+            change()
+        assert (list(table), table.to(PRESS.net_id), heard) == ([PRESS], PRESS, [])
 
 
 @pytest.mark.parametrize(

@@ -1,20 +1,33 @@
 """The station on a network: discovery, routes of the configuration and of StaticRoutes.xml."""
 
+import asyncio
 import functools
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import achse
-from achse.ams import NetId
-from achse.ams.discovery import RouteRequest
-from achse.router.access import hash_password
+from achse.ams import AmsAddress, Command, Frame, NetId
+from achse.ams.commands import WriteRequest
+from achse.ams.discovery import DiscoveryService, RouteRequest, status_of
+from achse.devices.system.routes import RouteEntry
+from achse.router.access import Users, hash_password
 from achse.router.routes import Route
 from achse.router.static_routes import parse_static_routes
 from achse.station import ConfigError, Station
 from achse.station.config import parse
-from achse.station.network import host_system
+from achse.station.network import (
+    Network,
+    host_system,
+    is_reachable_from_outside,
+    what_everybody_may,
+)
+from achse.transport.tcp import TcpConnection
 from achse.transport.udp import change_route, scan
 
 PRESS = {"name": "press", "net_id": "5.9.9.9.1.1", "host": "10.0.0.9"}
@@ -125,13 +138,19 @@ def test_a_route_to_the_station_itself_is_a_fault() -> None:
         station(route=[PRESS | {"net_id": "127.0.0.1.1.1"}])
 
 
-def test_a_file_that_cannot_be_written_is_told_and_no_more(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
+def test_a_route_is_refused_if_the_file_cannot_be_written(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, client_of: Any, refused: Any
 ) -> None:
-    built = station(tmp_path, router={"static_routes": "none/r.xml"})
-    built.router.routes.add(MILL)
+    built = station(tmp_path, router={"static_routes": "none/r.xml", "routes_over_ads": True})
+    with pytest.raises(FileNotFoundError):
+        built.router.routes.add(MILL)
     assert "r.xml cannot be written: No such file or directory" in caplog.text
-    assert list(built.router.routes) == [MILL]
+    with refused(0x700):
+        client_of(built.router, 10_000).write(801, 0, RouteEntry.of(MILL).encode())
+    assert list(built.router.routes) == []
+    temporary = replace(MILL, temporary=True)
+    built.router.routes.add(temporary)  # not for the file
+    assert list(built.router.routes) == [temporary]
 
 
 def test_the_root_of_the_files_must_be_a_folder(tmp_path: Path) -> None:
@@ -168,3 +187,240 @@ def test_faults_of_the_configuration_are_located(document: dict[str, Any], fault
     with pytest.raises(ConfigError) as caught:
         parse(document, "a.toml")
     assert fault in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("host", "reachable"),
+    [
+        ("127.0.0.1", False),
+        ("127.9.8.7", False),
+        ("::1", False),
+        ("localhost", False),
+        ("0.0.0.0", True),
+        ("::", True),
+        ("", True),
+        ("192.0.2.1", True),
+        ("fe80::1%1", True),
+    ],
+)
+async def test_which_addresses_other_computers_reach(host: str, reachable: bool) -> None:
+    assert await is_reachable_from_outside(host) is reachable
+
+
+@pytest.mark.parametrize("said", [None, "configuration", "call", "strict"])
+async def test_beyond_this_computer_a_station_listens_only_if_told_in_so_many_words(
+    said: str | None, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Before, `--host 0.0.0.0` let everybody in without a word."""
+    router = {"host": "0.0.0.0", "tcp_port": 0}
+    router |= {"configuration": {"let_everybody_in": True}, "strict": {"strict": True}}.get(
+        said or "", {}
+    )
+    built = station(router=router)
+    serving = built.running(let_everybody_in=True if said == "call" else None)
+    if said is None:
+        with pytest.raises(ConfigError, match=r"0\.0\.0\.0 .* --let-everybody-in, or let_every"):
+            async with serving:
+                pass
+    else:
+        async with serving as running:
+            assert running.host == "0.0.0.0"
+    lets_in = "0.0.0.0 and lets everybody in. Whoever reaches it may, without a password:"
+    assert (lets_in in caplog.text) is (said in ("configuration", "call"))
+
+
+def test_a_station_says_what_everybody_may() -> None:
+    closed = parse({}, "a.toml")
+    opened = parse({"router": {"routes_over_ads": True}, "system": {"root": "files"}}, "a.toml")
+    assert set(what_everybody_may(opened, "h")) - set(what_everybody_may(closed, "h")) == {
+        "- read, write and delete files below files",
+        "- add and remove routes",
+    }
+
+
+async def test_strict_lets_in_by_a_host_name_only_who_is_there() -> None:
+    """Before, a route by name let any address in."""
+    route = {"name": "me", "net_id": "192.0.2.7.1.1", "host": "localhost"}
+    elsewhere = {"name": "you", "net_id": "192.0.2.8.1.1", "host": "no.such.host.invalid"}
+    built = station(router={"strict": True}, route=[route, elsewhere])
+    async with built.running("127.0.0.1", 0) as running:
+        connecting = functools.partial(
+            achse.connect, f"127.0.0.1:{running.tcp_port}", port=10_000, reconnect=False
+        )
+        async with connecting(source="192.0.2.7.1.1:30000") as known:
+            assert (await known.state()).ads_state == 5
+        async with connecting(source="192.0.2.8.1.1:30000") as stranger:
+            with pytest.raises(achse.ams.ConnectionLost):
+                await stranger.state()
+
+
+async def test_a_route_of_the_configuration_stays() -> None:
+    users = {"Administrator": str(hash_password("1"))}
+    built = station(router={"users": users}, route=[PRESS])
+    async with built.running("127.0.0.1", 0, udp_port=0) as running:
+        assert running.udp_port is not None
+        for name, net_id in (("press", "6.6.6.6.1.1"), ("mine", "5.9.9.9.1.1")):
+            wanted = RouteRequest(name, NetId(net_id), "10.6.6.6", "Administrator", "1")
+            assert await change_route("127.0.0.1", wanted, port=running.udp_port) == 0x723
+    assert [route.host for route in built.router.routes] == ["10.0.0.9"]
+
+
+PASSWORD_HASH = "scrypt:2:1:1:AAAA:vHB3h6wZ/jDHYcTGNXKxOg=="
+"""Of nothing in particular; who knows the password is drawn."""
+
+
+class Wire(asyncio.Transport):
+    """A connection from an address, without a socket."""
+
+    def __init__(self, host: str) -> None:
+        super().__init__()
+        self.host = host
+        self.open = True
+        self.written = b""
+
+    def get_extra_info(self, name: str, default: Any = None) -> Any:
+        return (self.host, 40_000) if name == "peername" else default
+
+    def write(self, data: Any) -> None:
+        self.written += bytes(data)
+
+    def get_write_buffer_size(self) -> int:
+        return 0
+
+    def close(self) -> None:
+        self.open = False
+
+    def abort(self) -> None:
+        self.open = False
+
+
+class Knows(Users):
+    """Whoever sends the right password, checked at once."""
+
+    def check(self, user: str, password: str) -> bool:
+        return bool(self) and password == "right"
+
+
+HOSTS = ["127.0.0.1", "10.0.0.9", "10.0.0.8", "10.6.6.6"]
+NET_IDS = ["127.0.0.1.1.1", "5.9.9.9.1.1", "5.8.8.8.1.1", "6.6.6.6.1.1"]
+NAMES = ["press", "mill", "intruder"]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """One wish to change a route, and where it comes from."""
+
+    over: str
+    add: bool
+    host: str
+    sender: str
+    name: str
+    net_id: str
+    password: str
+
+
+wishes = st.builds(
+    Asked,
+    st.sampled_from(["ads", "udp"]),
+    st.booleans(),
+    st.sampled_from(HOSTS),
+    st.sampled_from(NET_IDS),
+    st.sampled_from(NAMES),
+    st.sampled_from(NET_IDS[1:]),
+    st.sampled_from(["right", "wrong", ""]),
+)
+
+
+async def ask_over_ads(network: Network, wish: Asked) -> int | None:
+    """The result; None if the connection is closed instead."""
+    wire = Wire(wish.host)
+    connection = TcpConnection(network.listener)
+    connection.connection_made(wire)
+    route = Route(name=wish.name, net_id=NetId(wish.net_id), host="10.5.5.5")
+    data = RouteEntry.of(route).encode() if wish.add else wish.name.encode() + b"\0"
+    request = Frame(
+        AmsAddress.of(network.listener.router.net_id, 10_000),
+        AmsAddress.of(NetId(wish.sender), 40_000),
+        Command.WRITE,
+        data=WriteRequest(801 if wish.add else 802, 0, data).encode(),
+    )
+    connection.data_received(request.encode_tcp())
+    await asyncio.sleep(0)
+    result = int.from_bytes(wire.written[38:42], "little") if wire.written else None
+    connection.abort()
+    connection.connection_lost(None)
+    return result
+
+
+async def ask_over_udp(network: Network, wish: Asked) -> int | None:
+    """The result of a datagram."""
+    endpoint = network.discovery
+    assert endpoint is not None
+    answers: list[int] = []
+    endpoint._send = lambda datagram, _: answers.append(status_of(datagram))  # type: ignore[method-assign]
+    wanted = RouteRequest(wish.name, NetId(wish.net_id), "10.5.5.5", "Administrator", wish.password)
+    service = DiscoveryService.ADD_ROUTE if wish.add else DiscoveryService.DELETE_ROUTE
+    datagram = wanted.encode(NetId(wish.sender), service)
+    endpoint.datagram_received(datagram.encode(), (wish.host, 9))
+    while not answers:  # noqa: ASYNC110
+        await asyncio.sleep(0)
+    return answers[0]
+
+
+@given(
+    st.booleans(),
+    st.booleans(),
+    st.booleans(),
+    st.lists(wishes, max_size=12),
+)
+def test_who_may_change_routes(
+    strict: bool, over_ads: bool, users: bool, asked: list[Asked]
+) -> None:
+    """The table of docs/explanation/security.md, with any requests in any configuration.
+
+    Before, a configured user let every sender change every route over ADS, strict or not.
+    """
+
+    async def go() -> None:
+        router = {
+            "net_id": "5.6.7.8.1.1",
+            "strict": strict,
+            "routes_over_ads": over_ads,
+            "users": {"Administrator": PASSWORD_HASH} if users else {},
+        }
+        built = station(router=router, route=[PRESS])
+        built.router.routes.add(MILL)
+        with (
+            mock.patch("achse.station.network.Users", Knows),
+            mock.patch("achse.transport.password_queue._PACE", 0.0),
+            mock.patch("achse.transport.password_queue._FREE", 1000),
+        ):
+            async with built.running("127.0.0.1", 0, udp_port=0, speed=0) as running:
+                for wish in asked:
+                    before = {route.name: route for route in built.router.routes}
+                    admitted = not strict or any(
+                        wish.sender == str(route.net_id) and wish.host == route.host
+                        for route in before.values()
+                    )
+                    admitted |= wish.host == "127.0.0.1" and wish.sender == "127.0.0.1.1.1"
+                    permitted = (
+                        over_ads and admitted
+                        if wish.over == "ads"
+                        else users and wish.password == "right"
+                    )
+                    ask = ask_over_ads if wish.over == "ads" else ask_over_udp
+                    result = await ask(running.network, wish)
+                    after = {route.name: route for route in built.router.routes}
+                    if wish.over == "ads" and not admitted:
+                        assert result is None
+                    elif not permitted:
+                        assert result in (0x704, 0x723)
+                    assert (after != before) <= permitted
+                    assert (result == 0) <= permitted
+                    assert after["press"] == before["press"], "a configured route changed"
+                    touches = wish.name == "press" or (wish.add and wish.net_id == "5.9.9.9.1.1")
+                    if permitted and not touches and (wish.add or wish.name in before):
+                        assert result == 0
+                        assert (wish.name in after) is wish.add
+
+    asyncio.run(go())

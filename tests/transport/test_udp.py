@@ -1,5 +1,6 @@
 """Discovery over real loopback sockets: searches, route requests, passwords, and who asks."""
 
+import asyncio
 import functools
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -133,12 +134,71 @@ async def test_other_services_are_not_supported_and_answers_not_answered() -> No
         assert router.ignored == 4
 
 
-async def test_requests_that_wait_for_their_password_are_limited() -> None:
+async def test_a_flood_from_one_host_does_not_crowd_out_another() -> None:
+    """Before, 16 datagrams of the flood filled the queue."""
     async with endpoint(Known()) as router:
-        data = WANTED.encode(THEIRS).encode()
+        answered: list[tuple[str, int]] = []
+        done = asyncio.Event()
+
+        def send(datagram: Datagram, addr: tuple[Any, ...]) -> None:
+            answered.append((addr[0], status_of(datagram)))
+            if addr[0] == "10.0.0.7":
+                done.set()
+
+        router._send = send  # type: ignore[method-assign]
+        wrong = WANTED._replace(password="2").encode(THEIRS).encode()
         for _ in range(1000):
+            router.datagram_received(wrong, ("10.6.6.6", 9))
+        router.datagram_received(WANTED.encode(THEIRS).encode(), ("10.0.0.7", 9))
+        assert router.ignored == 800
+        assert len(router._waiting) == 2
+        await done.wait()
+        assert answered == [("10.6.6.6", 0x704), ("10.0.0.7", 0)]
+
+
+async def test_what_has_no_password_waits_for_no_check() -> None:
+    async with endpoint(Known()) as router:
+        sent: list[int] = []
+        router._send = lambda what, _: sent.append(status_of(what))  # type: ignore[method-assign]
+        for lacking in ({"password": ""}, {"user": ""}):
+            data = WANTED._replace(**lacking).encode(THEIRS).encode()  # type: ignore[arg-type]
             router.datagram_received(data, ("127.0.0.1", 9))
-        assert router.ignored == 1000 - 16
+        assert (sent, len(router._waiting)) == ([0x704, 0x704], 0)
+
+
+async def test_a_fixed_route_and_one_that_cannot_be_written_are_refused() -> None:
+    routes = RouteTable()
+    routes.add(Route(name="me", net_id=THEIRS, host="10.0.0.9"), fixed=True)
+
+    def refuse(_: object) -> None:
+        raise OSError("no room")
+
+    async with endpoint(Known(), routes) as router:
+        assert await change_route("127.0.0.1", WANTED, port=router.port) == 0x723
+        delete = DiscoveryService.DELETE_ROUTE
+        status = await change_route("127.0.0.1", WANTED, service=delete, port=router.port)
+        assert status == 0x723
+        routes.keep = refuse
+        other = WANTED._replace(name="other", net_id=NetId("10.0.0.8.1.1"))
+        assert await change_route("127.0.0.1", other, port=router.port) == 0x700
+        assert [route.host for route in routes] == ["10.0.0.9"]
+
+
+async def test_a_change_is_answered_when_it_has_settled() -> None:
+    settled: list[int] = []
+
+    async def settle() -> None:
+        await asyncio.sleep(0)
+        settled.append(len(routes))
+
+    routes = RouteTable()
+    running = DiscoveryEndpoint(lambda: INFO, routes, Known(), settle)
+    await running.open(port=0)
+    try:
+        assert await change_route("127.0.0.1", WANTED, port=running.port) == 0
+        assert settled == [1]
+    finally:
+        await running.close()
 
 
 async def test_a_port_that_is_taken_is_an_error() -> None:

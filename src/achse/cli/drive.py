@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from achse.cli import drive_control, objects
-from achse.cli.run import fail
+from achse.cli.run import ending_signals, fail
 
 if TYPE_CHECKING:
     from achse.drive import Drive
@@ -154,7 +154,7 @@ def serve(
         link, where = open_link()
     except LinkError as missing:
         fail(str(missing))
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in ending_signals():
         signal.signal(number, stop)
     service: DriveControl | None = None
     try:

@@ -32,6 +32,13 @@ _END = (0x716, 0x70C)
 route = typer.Typer(no_args_is_help=True, help="Routes of a router, ours or a real one.")
 
 Name = Annotated[str, typer.Argument(help="Name of the route.")]
+User = Annotated[str, typer.Option(help="User at the router.")]
+Password = Annotated[
+    str | None,
+    typer.Option(
+        envvar="ACHSE_PASSWORD", help="Password of that user at the router.", show_default=False
+    ),
+]
 
 
 def register(app: typer.Typer, ads: typer.Typer) -> None:
@@ -89,21 +96,63 @@ def _special(entry: "RouteEntry") -> str:
 
 
 @client_command(route, SYSTEM_PORT)
-async def remove(client: "Client", name: Name, in_json: Json = False) -> None:
-    """Remove a route."""
+async def remove(
+    client: "Client",
+    name: Name,
+    user: User = "Administrator",
+    password: Password = None,
+    udp_port: Udp = 48899,
+    in_json: Json = False,
+) -> None:
+    """Remove a route: with a password as a user of the router, without one over ADS."""
+    from achse.codes import ReturnCode
+
+    if password is None:
+        code = await _remove_over_ads(client, name)
+    else:
+        code = await _remove_as(client, user, password, name, udp_port)
+    if code == ReturnCode.NOT_FOUND.number:
+        fail(f"no route is named {name!r}, see `achse ads route list`")
+    if in_json:
+        print_json({"removed": name})
+    else:
+        print(f"{name} removed")
+
+
+async def _remove_as(client: "Client", user: str, password: str, name: str, udp_port: int) -> int:
+    """Ask as a user of the router; the code of the answer."""
+    from achse.ams.discovery import DiscoveryService, RouteRequest
+    from achse.client.link import TcpDialer
+    from achse.transport.udp import change_route
+
+    dialer = client.session.dialer
+    assert isinstance(dialer, TcpDialer)
+    request = RouteRequest(name, None, "", user, password)
+    service = DiscoveryService.DELETE_ROUTE
+    try:
+        code = await change_route(dialer.host, request, service=service, port=udp_port)
+    except OSError as failure:
+        fail(f"{dialer.host}: {failure.strerror}")
+    _check_user(code, dialer.host, "removes no route")
+    return code
+
+
+async def _remove_over_ads(client: "Client", name: str) -> int:
     from achse.ams import DeviceError
     from achse.codes import ReturnCode
 
     try:
         await client.write_raw(_REMOVE, 0, name.encode("cp1252", "replace") + b"\0")
     except DeviceError as refusal:
+        if refusal.code == ReturnCode.DEVICE_ACCESS_DENIED.number:
+            fail(
+                f"{refusal}: routes of the configuration stay; others go with --password,"
+                " or without one if [router] has routes_over_ads = true"
+            )
         if refusal.code != ReturnCode.NOT_FOUND.number:
             raise
-        fail(f"no route is named {name!r}, see `achse ads route list`")
-    if in_json:
-        print_json({"removed": name})
-    else:
-        print(f"{name} removed")
+        return refusal.code
+    return 0
 
 
 @route.command()
@@ -119,7 +168,7 @@ def add(
         str | None,
         typer.Option(help="Where that NetId is.", show_default="our address as seen from there"),
     ] = None,
-    user: Annotated[str, typer.Option(help="User at the router.")] = "Administrator",
+    user: User = "Administrator",
     password: Annotated[
         str | None,
         typer.Option(envvar="ACHSE_PASSWORD", help="Asked for if not given.", show_default=False),
@@ -136,7 +185,6 @@ def add(
     """Add a route to a router, so that it lets us in. The password travels in clear text."""
     from achse.ams import AdsError, NetId
     from achse.ams.discovery import RouteRequest
-    from achse.ams.errors import describe_code
     from achse.transport.udp import change_route
 
     if password is None:
@@ -158,14 +206,24 @@ def add(
         fail(str(failure))
     except OSError as failure:
         fail(f"{host}: {failure.strerror}")
-    if code:
-        if code == 0x704:
-            fail(
-                f"{host} adds no route, 0x704: wrong user or password"
-                " (a station of ours needs [router.users])"
-            )
-        fail(f"{host} adds no route: {describe_code(code)}")
+    _check_user(code, host, "adds no route")
     print(f"{request.name} added at {host}: {wanted} is at {ours}")
+
+
+def _check_user(code: int, host: str, refused: str) -> None:
+    """Tell what a router answered to a request with a password, unless it is success or 0x70C."""
+    from achse.ams.errors import describe_code
+    from achse.codes import ReturnCode
+
+    if code == ReturnCode.INVALID_ACCESS.number:
+        fail(
+            f"{host} {refused}, 0x704: wrong user or password"
+            " (a station of ours needs [router.users])"
+        )
+    if code == ReturnCode.DEVICE_ACCESS_DENIED.number:
+        fail(f"{host} {refused}, 0x723: routes of its configuration stay as they are")
+    if code and code != ReturnCode.NOT_FOUND.number:
+        fail(f"{host} {refused}: {describe_code(code)}")
 
 
 def _our_address(host: str) -> str:

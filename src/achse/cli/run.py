@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
@@ -19,12 +19,9 @@ from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 if TYPE_CHECKING:
     from achse.station import Station
 
-__all__ = ["register"]
+__all__ = ["ending_signals", "fail", "register"]
 
 log = logging.getLogger("achse.cli")
-
-_ENDS = (signal.SIGINT, signal.SIGTERM)
-"""Signals that end a station properly."""
 
 ConfigFile = Annotated[Path, typer.Argument(help="A station.toml.", show_default=False)]
 
@@ -64,6 +61,13 @@ def run(
         float | None,
         typer.Option("--for", metavar="SECONDS", min=0, help="End at this station time."),
     ] = None,
+    let_everybody_in: Annotated[
+        bool,
+        typer.Option(
+            "--let-everybody-in",
+            help="Allow a --host that other computers reach: they may do anything, no password.",
+        ),
+    ] = False,
     log_level: Annotated[LogLevel, typer.Option(help="What is logged.")] = LogLevel.WARNING,
     log_format: Annotated[
         LogFormat, typer.Option(help="Log lines, or a JSON document each.")
@@ -71,7 +75,8 @@ def run(
 ) -> None:
     """Start a station and serve ADS clients until interrupted."""
     set_up_logs(log_format, log_level)
-    for number in _ENDS:  # until the loop takes them over
+    ends = ending_signals()
+    for number in ends:  # until the loop takes them over
         signal.signal(number, _leave)
     factor = _speed(speed)
     if duration == math.inf:
@@ -83,7 +88,9 @@ def run(
     for warning in station.warnings:
         log.warning("%s", warning)
     with asyncio.Runner(loop_factory=loop_factory) as runner:
-        code = runner.run(_serve(station, host, tcp_port, factor, duration))
+        code = runner.run(
+            _serve(station, host, tcp_port, factor, duration, let_everybody_in or None, ends)
+        )
     raise typer.Exit(code)
 
 
@@ -96,6 +103,18 @@ def check(file: ConfigFile) -> None:
     for warning in station.warnings:
         print(f"warning: {warning}", file=sys.stderr)
     print(f"{file}: {len(station.devices)} devices, {len(station.config.axis)} axes: ok")
+
+
+def ending_signals() -> list[signal.Signals]:
+    """Signals that end a program properly: SIGHUP too, which comes when its terminal closes.
+
+    Under nohup, which makes SIGHUP ignored, the program stays.
+    """
+    ends = [signal.SIGINT, signal.SIGTERM]
+    hang_up: signal.Signals | None = getattr(signal, "SIGHUP", None)
+    if hang_up is not None and signal.getsignal(hang_up) is not signal.SIG_IGN:
+        ends.append(hang_up)
+    return ends
 
 
 def _leave(*_: object) -> NoReturn:
@@ -162,15 +181,20 @@ async def _serve(
     tcp_port: int | None,
     speed: float,
     duration: float | None,
+    let_everybody_in: bool | None,
+    ends: Sequence[signal.Signals],
 ) -> int:
+    from achse.station import ConfigError
     from achse.transport.reason import reason
 
     loop = asyncio.get_running_loop()
     stop = asyncio.Event()
-    for number in _ENDS:
+    for number in ends:
         loop.add_signal_handler(number, stop.set)
     try:
-        async with station.running(host, tcp_port, speed=speed, until=duration) as running:
+        async with station.running(
+            host, tcp_port, speed=speed, until=duration, let_everybody_in=let_everybody_in
+        ) as running:
             print(
                 f"achse ready net_id={station.router.net_id}"
                 f" tcp={_endpoint(running.host, running.tcp_port)}"
@@ -192,6 +216,9 @@ async def _serve(
                     )
             else:
                 finished.cancel()
+    except ConfigError as refusal:
+        print(refusal, file=sys.stderr)
+        return 1
     except (OSError, UnicodeError) as failure:  # the latter for what can be no host name
         config = station.config.router
         where = _endpoint(host or config.host, config.tcp_port if tcp_port is None else tcp_port)

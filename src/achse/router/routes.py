@@ -6,13 +6,13 @@ Source: 000 §6.2, 002 §3; flags as recorded from real targets.
 """
 
 import ipaddress
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntFlag
 
 from achse.ams import NetId
 
-__all__ = ["Admission", "Route", "RouteError", "RouteFlags", "RouteTable"]
+__all__ = ["Admission", "FixedRouteError", "Route", "RouteError", "RouteFlags", "RouteTable"]
 
 _MAX_NAME = 255
 _MAX_HOST = 255
@@ -20,6 +20,10 @@ _MAX_HOST = 255
 
 class RouteError(ValueError):
     """A route that cannot be: what was expected and what came."""
+
+
+class FixedRouteError(RouteError):
+    """A route of the configuration is to be replaced or removed: it is always there."""
 
 
 class RouteFlags(IntFlag):
@@ -92,29 +96,53 @@ class Route:
             raise RouteError(f"a TCP port is 1..65535, got {self.host!r:.60}")
         return host.strip("[]"), int(port)
 
-    def comes_from(self, host: str) -> bool:
+    @property
+    def host_name(self) -> str | None:
+        """The name that must be looked up to learn the addresses of `host`; None for an address."""
+        named = self.endpoint()[0]
+        return None if _address(named) else named.casefold()
+
+    def comes_from(self, host: str, located: Iterable[str] = ()) -> bool:
         """Whether a connection from the address `host` may be this route's other side.
 
-        A host name is not looked up here: any address may be behind it.
+        `located`: the addresses that `host_name` has, if the route is by name.
         """
-        named = self.endpoint()[0]
-        try:
-            ipaddress.ip_address(named)
-        except ValueError:
-            return True
-        return named == host
+        sender = _address(host)
+        addresses = located if self.host_name else (self.endpoint()[0],)
+        return sender is not None and any(_address(each) == sender for each in addresses)
+
+
+def _address(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """The IP address that a text is, None if it is not one; 10.0.0.1 is ::ffff:10.0.0.1 too."""
+    try:
+        address = ipaddress.ip_address(text)
+    except ValueError:
+        return None
+    return getattr(address, "ipv4_mapped", None) or address
 
 
 class RouteTable:
-    """The routes of one router, by name and by NetId; each once, none to one of its `own`."""
+    """The routes of one router, by name and by NetId; each once, none to one of its `own`.
+
+    - A `fixed` route is always there: to add another in its place, or to remove it, raises
+      FixedRouteError.
+    - `keep(routes)`, where it is set, is called with what the table would hold before each change;
+      an OSError it raises goes to the caller, and nothing has changed.
+    - `look_up(name)`, where it is set, is asked for the addresses of a host name when a sender
+      comes from another one; it answers by `locate`.
+    """
 
     def __init__(
         self, routes: Iterable[Route] = (), *, own: Iterable[NetId] = (), limit: int = 1024
     ) -> None:
         self.limit = limit
+        self.keep: Callable[[Sequence[Route]], None] = _not_kept
+        self.look_up: Callable[[str], None] = _not_looked_up
         self._own = frozenset(own)
         self._by_name: dict[str, Route] = {}
         self._by_net_id: dict[bytes, Route] = {}
+        self._fixed: set[str] = set()
+        self._located: dict[str, frozenset[str]] = {}
         self._listeners: list[Callable[[Route | None, Route | None], None]] = []
         for route in routes:
             self.add(route)
@@ -141,40 +169,97 @@ class RouteTable:
         """The route to a NetId."""
         return self._by_net_id.get(net_id)
 
-    def add(self, route: Route) -> None:
+    def is_fixed(self, route: Route) -> bool:
+        """Whether the route is always there."""
+        return route.name.casefold() in self._fixed
+
+    def add(self, route: Route, *, fixed: bool = False) -> None:
         """Add a route; it replaces one of the same name and one to the same NetId.
 
-        Raises RouteError if the table is full, or it leads to the router itself.
+        A fixed route that says the same stays as it is. Raises FixedRouteError if the place is a
+        fixed route's; RouteError if the table is full, or it leads to the router itself; OSError
+        if `keep` cannot.
         """
         if route.net_id in self._own:
             raise RouteError(f"a route leads elsewhere, {route.net_id} is this router")
-        old = self._by_name.get(route.name.casefold())
+        name = route.name.casefold()
+        old = self._by_name.get(name)
         same = self._by_net_id.get(route.net_id)
+        if not fixed:
+            for replaced in (old, same):
+                if replaced is not None and self.is_fixed(replaced):
+                    if old is same and replaced.host == route.host:
+                        return
+                    raise FixedRouteError(f"route {replaced.name!r} is fixed")
         if old is None and same is None and len(self._by_name) >= self.limit:
             raise RouteError(f"the table holds {self.limit} routes, {route.name!r} is one more")
+        gone = {each.name.casefold() for each in (old, same) if each is not None} - {name}
+        by_name = {key: each for key, each in self._by_name.items() if key not in gone}
+        by_name[name] = route
+        self._change_to(by_name)
+        if fixed:
+            self._fixed = self._fixed - gone | {name}
         if same is not None and same is not old:
-            self.remove(same.name)
-        if old is not None:
-            del self._by_net_id[old.net_id]
-        self._by_name[route.name.casefold()] = route
-        self._by_net_id[route.net_id] = route
+            self._tell(same, None)
         self._tell(old, route)
 
     def remove(self, name: str) -> Route | None:
-        """Remove the route of that name; None if there is none."""
-        route = self._by_name.pop(name.casefold(), None)
-        if route is not None:
-            del self._by_net_id[route.net_id]
-            self._tell(route, None)
+        """Remove the route of that name; None if there is none.
+
+        Raises FixedRouteError for a fixed one, OSError if `keep` cannot.
+        """
+        key = name.casefold()
+        route = self._by_name.get(key)
+        if route is None:
+            return None
+        if key in self._fixed:
+            raise FixedRouteError(f"route {route.name!r} is fixed")
+        self._change_to({each: kept for each, kept in self._by_name.items() if each != key})
+        self._tell(route, None)
         return route
+
+    def _change_to(self, by_name: dict[str, Route]) -> None:
+        self.keep(list(by_name.values()))
+        self._by_name = by_name
+        self._by_net_id = {route.net_id: route for route in by_name.values()}
+        names = self.host_names
+        self._located = {name: found for name, found in self._located.items() if name in names}
 
     def _tell(self, old: Route | None, new: Route | None) -> None:
         for listener in list(self._listeners):
             listener(old, new)
 
+    # who may come in ---------------------------------------------------------------------------
+
+    @property
+    def host_names(self) -> set[str]:
+        """The host names in the table that must be looked up."""
+        return {name for route in self._by_name.values() if (name := route.host_name)}
+
+    def locate(self, host_name: str, addresses: Iterable[str]) -> None:
+        """From now on `host_name` has these addresses; before, nobody comes from there."""
+        self._located[host_name.casefold()] = frozenset(addresses)
+
     def admission(self, net_id: bytes, host: str) -> Admission:
         """How frames that say they come from `net_id` and come from the address `host` stand."""
         route = self._by_net_id.get(net_id)
-        if route is None or not route.comes_from(host):
+        if route is None:
             return Admission.UNKNOWN
+        name = route.host_name
+        located = self._located.get(name, frozenset()) if name else frozenset()
+        if not route.comes_from(host, located):
+            if name:
+                self.look_up(name)
+            # it may be the other side of a one-way route, as long as nobody knows where that is
+            return (
+                Admission.ONE_WAY if name and route.one_way and not located else Admission.UNKNOWN
+            )
         return Admission.ONE_WAY if route.one_way else Admission.ROUTED
+
+
+def _not_kept(_: Sequence[Route]) -> None:
+    """The table lasts as long as the program."""
+
+
+def _not_looked_up(_: str) -> None:
+    """Nobody looks names up."""

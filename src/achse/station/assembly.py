@@ -87,7 +87,7 @@ def permanent(
         control=control,
         root=root,
         routes=router.routes,
-        routes_writable=bool(config.router.users),
+        routes_writable=config.router.routes_over_ads,
         name=config.name,
     )
     kept: list[tuple[Device, int]] = [

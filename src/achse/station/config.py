@@ -114,7 +114,13 @@ class RouterConfig(_Section):
     static_routes: str | None = None
     """A StaticRoutes.xml (relative to the station.toml): read at the start, kept up to date."""
     users: Mapping[str, ConfiguredHash] = {}
-    """Who may change routes from outside: name = "hash as `achse hash-password` prints it"."""
+    """Who may change routes by a UDP request with a password: name = "hash as `achse
+    hash-password` prints it"."""
+    routes_over_ads: bool = False
+    """Let port 10000 change routes (groups 801 and 802). These requests carry no password: whoever
+    gets in may."""
+    let_everybody_in: bool = False
+    """Listen beyond this computer without `strict`: whoever reaches the station may do anything."""
 
 
 class RouteConfig(_Section):

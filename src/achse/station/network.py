@@ -1,7 +1,11 @@
 """The station on a network: where it listens, how it is found, and which routers it dials."""
 
+import asyncio
+import ipaddress
 import logging
 import platform
+import socket
+from collections.abc import Sequence
 from pathlib import Path
 
 from achse.ams import NetId
@@ -12,14 +16,24 @@ from achse.router.routes import Route, RouteError
 from achse.router.static_routes import parse_static_routes, static_routes
 from achse.station.config import ConfigError, StationConfig
 from achse.station.state_file import StateFile
+from achse.transport.host_names import HostNames
 from achse.transport.reason import reason
 from achse.transport.tcp import TCP_PORT, TcpListener
 from achse.transport.udp import DiscoveryEndpoint
 from achse.transport.uplink import Uplinks
 
-__all__ = ["Network", "RouteFile", "host_system"]
+__all__ = [
+    "Network",
+    "RouteFile",
+    "host_system",
+    "is_reachable_from_outside",
+    "what_everybody_may",
+]
 
 log = logging.getLogger("achse.station")
+
+_NAMES_KNOWN_WITHIN = 2.0
+"""Seconds that the first look-up of the routes' host names may delay start and answers."""
 
 
 def host_system() -> OsVersion:
@@ -38,20 +52,22 @@ class RouteFile:
     def __init__(self, config: StationConfig, router: Router, base: Path) -> None:
         """Fill the router's table and follow it. Raises ConfigError, OSError."""
         self._configured = [item.route() for item in config.route]
-        self._routes = router.routes
         self._file: StateFile | None = None
+        self._text = ""
         name = config.router.static_routes
-        routes = list(self._configured)
-        if name is not None:
-            self._file = StateFile(base / name)
-            routes = [*self._read(self._file), *routes]
+        table = router.routes
         try:
-            for route in routes:
-                self._routes.add(route)
+            if name is not None:
+                self._file = StateFile(base / name)
+                for route in self._read(self._file):
+                    table.add(route)
+                self._text = static_routes(table)
+            for route in self._configured:
+                table.add(route, fixed=True)
         except RouteError as fault:
             raise ConfigError(f"route: {fault}") from None
         if self._file is not None:
-            self._routes.on_change(self._changed)
+            table.keep = self._keep
 
     def _read(self, file: StateFile) -> list[Route]:
         try:
@@ -60,13 +76,49 @@ class RouteFile:
         except (RouteError, UnicodeDecodeError) as fault:
             raise ConfigError(f"router.static_routes: {file.path}: {fault}") from None
 
-    def _changed(self, old: Route | None, new: Route | None) -> None:
+    def _keep(self, routes: Sequence[Route]) -> None:
+        """Write what the table is to hold. Raises OSError; the file is then as it was."""
         assert self._file is not None
-        kept = [route for route in self._routes if route not in self._configured]
+        text = static_routes(route for route in routes if route not in self._configured)
+        if text == self._text:
+            return
         try:
-            self._file.write(static_routes(kept))
+            self._file.write(text)
         except OSError as failure:
             log.error("%s cannot be written: %s", self._file.path, failure.strerror)
+            raise
+        self._text = text
+
+
+async def is_reachable_from_outside(host: str) -> bool:
+    """Whether who listens at `host` can be reached from other computers.
+
+    Raises OSError for a name without an address, UnicodeError for what cannot be a name.
+    """
+    if not host:
+        return True
+    loop = asyncio.get_running_loop()
+    found = await loop.getaddrinfo(host, None, type=socket.SOCK_STREAM)
+    addresses = [ipaddress.ip_address(str(entry[4][0]).partition("%")[0]) for entry in found]
+    return not all(address.is_loopback for address in addresses)
+
+
+def what_everybody_may(config: StationConfig, host: str) -> Sequence[str]:
+    """What a station that lets everybody in says at its start, line by line."""
+    may = [
+        "read and write variables, parameters and process data, and move axes",
+        "stop, restart and shut down the station",
+        "record the traffic of others, and add and clear faults (port 26000)",
+    ]
+    if config.system.root is not None:
+        may.append(f"read, write and delete files below {config.system.root}")
+    if config.router.routes_over_ads:
+        may.append("add and remove routes")
+    return (
+        f"this station listens at {host} and lets everybody in."
+        " Whoever reaches it may, without a password:",
+        *(f"- {item}" for item in may),
+    )
 
 
 class Network:
@@ -89,22 +141,44 @@ class Network:
         )
         self.discovery: DiscoveryEndpoint | None = None
         self.uplinks: Uplinks | None = None
+        self._names = HostNames(router.routes)
 
     def info(self) -> SystemInfo:
         """What a search is told."""
         net_id = NetId(self._router.net_id)
         return SystemInfo(net_id, self._config.name, self._version, host_system())
 
-    async def open(self, host: str | None, tcp_port: int | None, udp_port: int | None) -> None:
-        """Listen; None takes the configuration's. Raises OSError if a port is taken."""
+    async def open(
+        self,
+        host: str | None,
+        tcp_port: int | None,
+        udp_port: int | None,
+        let_everybody_in: bool | None = None,
+    ) -> None:
+        """Listen; None takes the configuration's.
+
+        Raises OSError if a port is taken, ConfigError for an address that lets others than this
+        computer in without `strict` and without `let_everybody_in`.
+        """
         config = self._config.router
-        await self.listener.open(
-            config.host if host is None else host,
-            config.tcp_port if tcp_port is None else tcp_port,
-        )
+        where = config.host if host is None else host
+        everybody = config.let_everybody_in if let_everybody_in is None else let_everybody_in
+        if not config.strict and await is_reachable_from_outside(where):
+            if not everybody:
+                raise ConfigError(
+                    f"{where} can be reached from other computers, and without strict = true in"
+                    " [router] this station lets everybody in. To allow that:"
+                    " --let-everybody-in, or let_everybody_in = true in [router]"
+                )
+            for line in what_everybody_may(self._config, where):
+                log.warning("%s", line)
+        self._names.start()
         try:
+            await self._names.known(_NAMES_KNOWN_WITHIN)
+            await self.listener.open(where, config.tcp_port if tcp_port is None else tcp_port)
             await self._open_discovery(config.udp_port if udp_port is None else udp_port)
-        except OSError:
+        except BaseException:
+            self._names.close()
             await self.listener.close()
             raise
         self.uplinks = Uplinks(
@@ -117,7 +191,10 @@ class Network:
         if port is None and self.listener.port != TCP_PORT:
             return
         endpoint = DiscoveryEndpoint(
-            self.info, self._router.routes, Users(self._config.router.users)
+            self.info,
+            self._router.routes,
+            Users(self._config.router.users),
+            lambda: self._names.known(_NAMES_KNOWN_WITHIN),
         )
         try:
             await endpoint.open(self.listener.host, UDP_PORT if port is None else port)
@@ -132,6 +209,7 @@ class Network:
         """Close everything."""
         if self.uplinks is not None:
             await self.uplinks.close()
+        self._names.close()
         if self.discovery is not None:
             await self.discovery.close()
         await self.listener.close()

@@ -25,10 +25,18 @@ class StateFile:
             return None
 
     def write(self, text: str) -> None:
-        """Replace the text. Raises OSError; the old one is then whole."""
+        """Replace the text. Raises OSError; the old one is then whole.
+
+        It is on the disk when this returns: the power may fail at any moment, and what is found
+        then is the old text or the new one.
+        """
         fresh = self.path.with_name(self.path.name + ".new")
-        fresh.write_text(text, encoding="utf-8")
+        with fresh.open("w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
         os.replace(fresh, self.path)
+        _keep_names(self.path.parent)
 
     def read_json(self) -> Any:
         """The document, None if there is no file. Raises OSError, ValueError."""
@@ -46,5 +54,21 @@ class StateFile:
 
     def put_aside(self) -> Path:
         """Make place for another file; where this one then is. Raises OSError."""
-        aside = self.path.with_name(self.path.name + ".damaged")
-        return self.path.replace(aside)
+        aside = self.path.replace(self.path.with_name(self.path.name + ".damaged"))
+        _keep_names(aside.parent)
+        return aside
+
+
+def _keep_names(folder: Path) -> None:
+    """See that the names in a folder are on the disk, where the system can."""
+    try:
+        opened = os.open(folder, os.O_RDONLY)
+    except OSError:  # Windows opens no folders, and writes names by itself
+        return
+    try:
+        os.fsync(opened)
+    except OSError as failure:  # some network file systems have no such thing
+        if failure.errno not in (errno.EINVAL, errno.ENOTSUP):
+            raise
+    finally:
+        os.close(opened)

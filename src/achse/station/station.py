@@ -309,6 +309,7 @@ class Station:
         udp_port: int | None = None,
         speed: float = 1.0,
         until: float | None = None,
+        let_everybody_in: bool | None = None,
     ) -> AsyncIterator["RunningStation"]:
         """Serve clients over AMS/TCP while the station runs `speed` times the wall clock.
 
@@ -316,10 +317,11 @@ class Station:
         is called in the station's loop. `until` ends the cycle at that station time (s).
 
         Searches are answered at `udp_port`, see `RouterConfig`; routes are dialled when needed.
-        Raises OSError if a port is taken.
+        Raises OSError if a port is taken, ConfigError for an address beyond this computer without
+        `strict` and without `let_everybody_in` (None: as the configuration says).
         """
         network = Network(self.config, self.router, self._system.version)
-        await network.open(host, tcp_port, udp_port)
+        await network.open(host, tcp_port, udp_port, let_everybody_in)
         self.listeners = (*self.listeners, network.listener)
         self.faults.renew()
         cycle = asyncio.create_task(self._go_on(speed, until))

@@ -4,9 +4,11 @@ Source: reference traffic; 002 §7 for the port.
 """
 
 import asyncio
+import contextlib
 import logging
 import socket
-from collections.abc import AsyncIterator, Callable, Sequence
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from typing import Any, cast
 
 from achse.ams import DecodeError, NetId, RequestTimeout
@@ -16,13 +18,16 @@ from achse.ams.discovery import (
     DiscoveryService,
     RouteRequest,
     SystemInfo,
+    Tag,
     answer_with,
     info_request,
     status_of,
 )
 from achse.codes import ReturnCode
 from achse.router.access import Users
-from achse.router.routes import Route, RouteError, RouteTable
+from achse.router.routes import FixedRouteError, Route, RouteError, RouteTable
+from achse.transport.allowance import Allowance
+from achse.transport.password_queue import PasswordQueue
 
 __all__ = ["ANYBODY", "DiscoveryEndpoint", "ask", "change_route", "scan"]
 
@@ -31,8 +36,15 @@ log = logging.getLogger("achse.discovery")
 ANYBODY = NetId("1.1.1.1.1.1")
 """What a searcher without a NetId of its own says it is."""
 
-_WAITING = 16
-"""Route requests whose password may wait for its check; further ones are dropped unanswered."""
+_AT_ONCE, _PER_SECOND = 200, 50
+"""Answers to one host: at once, and a second after that. A sender's address may be a lie, and an
+answer is longer than its question."""
+
+_ALL_AT_ONCE, _ALL_PER_SECOND = 5000, 2000
+"""The same for all hosts together."""
+
+_LONGEST_WAIT = 60.0
+"""Seconds; nobody waits longer for the check of a password, and nothing happens without one."""
 
 _LONGEST = 2048
 """Bytes; no discovery datagram is as long."""
@@ -44,17 +56,26 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
     """Answers datagrams for a router: info to anybody, changes of routes to `users`.
 
     `info()` gives what is told now. Without users every change is refused (0x704). Passwords are
-    checked one after the other in a thread, so that guessing does not hold up the station.
+    checked one after the other in a thread, see `PasswordQueue` for whose is next. `settled()`, if
+    given, is awaited between a change and its answer.
     """
 
     def __init__(
-        self, info: Callable[[], SystemInfo], routes: RouteTable, users: Users | None = None
+        self,
+        info: Callable[[], SystemInfo],
+        routes: RouteTable,
+        users: Users | None = None,
+        settled: Callable[[], Awaitable[None]] | None = None,
     ) -> None:
         self._info = info
         self._routes = routes
         self._users = users or Users()
+        self._settled = settled
         self._transport: asyncio.DatagramTransport | None = None
-        self._waiting: asyncio.Queue[tuple[Datagram, Peer]] = asyncio.Queue(_WAITING)
+        self._waiting: PasswordQueue[tuple[Datagram, Peer]] = PasswordQueue(time.monotonic)
+        self._allowance = Allowance(time.monotonic, at_once=_AT_ONCE, per_second=_PER_SECOND)
+        self._all = Allowance(time.monotonic, at_once=_ALL_AT_ONCE, per_second=_ALL_PER_SECOND)
+        self._came = asyncio.Event()
         self._checker: asyncio.Task[None] | None = None
         self.host = ""
         self.port = 0
@@ -94,7 +115,7 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
             self.ignored += 1
             log.debug("a datagram from %s is no discovery: %s", addr[0], failure)
             return
-        if request.answer:
+        if request.answer or not (self._allowance.take(addr[0]) and self._all.take("")):
             self.ignored += 1
         elif request.service == DiscoveryService.INFO:
             self._send(self._info().encode(request), addr)
@@ -106,10 +127,12 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
                     extra=_sender(request, addr),
                 )
                 self._answer(request, addr, ReturnCode.INVALID_ACCESS)
-            elif self._waiting.full():
-                self.ignored += 1
+            elif not (request.text(Tag.USER) and request.text(Tag.PASSWORD)):
+                self._answer(request, addr, ReturnCode.INVALID_ACCESS)  # nothing to check
+            elif self._waiting.put(addr[0], (request, addr)):
+                self._came.set()
             else:
-                self._waiting.put_nowait((request, addr))
+                self.ignored += 1
         else:
             self._answer(request, addr, ReturnCode.SERVICE_NOT_SUPPORTED)
 
@@ -125,11 +148,20 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
     async def _check_each(self) -> None:
         loop = asyncio.get_running_loop()
         while True:
-            request, addr = await self._waiting.get()
+            taken = self._waiting.take()
+            if taken is None:
+                pause = self._waiting.pause()
+                self._came.clear()
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout(min(pause, _LONGEST_WAIT)):
+                        await self._came.wait()
+                continue
+            host, (request, addr) = taken
             wanted = RouteRequest.decode(request)
             allowed = await loop.run_in_executor(
                 None, self._users.check, wanted.user, wanted.password
             )
+            self._waiting.checked(host, right=allowed)
             code = ReturnCode.INVALID_ACCESS
             if allowed:
                 code = self._change(DiscoveryService(request.service), wanted, addr[0])
@@ -139,15 +171,17 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
                 *(wanted.name, wanted.net_id, code.name),
                 extra=_sender(request, addr),
             )
+            if self._settled is not None and code is ReturnCode.NO_ERROR:
+                await self._settled()
             self._answer(request, addr, code)
 
     def _change(self, service: DiscoveryService, wanted: RouteRequest, peer: str) -> ReturnCode:
-        if service is DiscoveryService.DELETE_ROUTE:
-            gone = self._routes.remove(wanted.name)
-            return ReturnCode.NOT_FOUND if gone is None else ReturnCode.NO_ERROR
-        if wanted.net_id is None:
-            return ReturnCode.INVALID_DATA
         try:
+            if service is DiscoveryService.DELETE_ROUTE:
+                gone = self._routes.remove(wanted.name)
+                return ReturnCode.NOT_FOUND if gone is None else ReturnCode.NO_ERROR
+            if wanted.net_id is None:
+                return ReturnCode.INVALID_DATA
             self._routes.add(
                 Route(
                     name=wanted.name,
@@ -156,9 +190,14 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
                     temporary=wanted.temporary,
                 )
             )
+        except FixedRouteError as refusal:
+            log.info("no change: %s", refusal)
+            return ReturnCode.DEVICE_ACCESS_DENIED
         except RouteError as refusal:
             log.info("no route: %s", refusal)
             return ReturnCode.INVALID_DATA
+        except OSError:  # it is in the log already
+            return ReturnCode.DEVICE_ERROR
         return ReturnCode.NO_ERROR
 
 

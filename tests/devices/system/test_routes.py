@@ -1,5 +1,6 @@
 """Route services: entries byte by byte, changes, refusals."""
 
+import errno
 import struct
 from collections.abc import Callable
 from typing import Any
@@ -71,7 +72,30 @@ def test_a_full_table_has_no_more_room(client: Any, router: Router, refused: Any
         client.write(801, 0, BY_A_TOOL)
 
 
-def test_without_users_routes_cannot_be_changed(
+def test_a_route_of_the_configuration_is_neither_replaced_nor_removed(
+    client: Any, router: Router, refused: Any
+) -> None:
+    router.routes.add(Route(name="mill", net_id=NetId("5.1.1.1.1.1"), host="10.0.0.5"), fixed=True)
+    with refused(0x723):
+        client.write(801, 0, BY_A_TOOL)
+    with refused(0x723):
+        client.write(802, 0, b"mill\0")
+    assert [route.host for route in router.routes] == ["10.0.0.9", "10.0.0.5"]
+
+
+def test_a_route_that_cannot_be_kept_is_refused(client: Any, router: Router, refused: Any) -> None:
+    def refuse(_: object) -> None:
+        raise OSError(errno.ENOSPC, "no space")
+
+    router.routes.keep = refuse
+    with refused(0x700):
+        client.write(801, 0, BY_A_TOOL)
+    with refused(0x700):
+        client.write(802, 0, b"press\0")
+    assert [route.name for route in router.routes] == ["press"]
+
+
+def test_without_permission_routes_cannot_be_changed(
     client_of: Callable[..., Any], refused: Any
 ) -> None:
     router = Router(NetId("5.1.2.3.1.1"))

@@ -4,12 +4,13 @@ Source: recorded traffic of engineering tools (groups 801 … 803 of port 10000)
 """
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 from achse.ams import DeviceError, NetId
 from achse.codes import ReturnCode
-from achse.router.routes import Route, RouteError, RouteFlags, RouteTable
+from achse.router.routes import FixedRouteError, Route, RouteError, RouteFlags, RouteTable
 from achse.server import IndexGroup, RawGroup
 
 __all__ = ["RouteEntry", "RouteServices"]
@@ -82,7 +83,11 @@ def _text(data: bytes) -> str:
 
 
 class RouteServices:
-    """Groups 801 … 803 over a table of routes; changes only if `writable`."""
+    """Groups 801 … 803 over a table of routes; changes only if `writable`.
+
+    These requests carry neither user nor password: if they change routes, whoever reaches the
+    station may. What a change needs is thus a permission of its own.
+    """
 
     def __init__(self, table: RouteTable, *, writable: bool) -> None:
         self._table = table
@@ -105,21 +110,22 @@ class RouteServices:
     def _add(self, offset: int, data: bytes, client: bytes) -> None:
         self._check()
         route = RouteEntry.decode(data).route()
-        try:
+        with _refusals():
             self._table.add(route)
-        except RouteError as full:
-            raise DeviceError(ReturnCode.NO_MORE_HANDLES, str(full)) from None
 
     def _remove(self, offset: int, data: bytes, client: bytes) -> None:
         self._check()
         name = _text(data)
-        if self._table.remove(name) is None:
+        with _refusals():
+            gone = self._table.remove(name)
+        if gone is None:
             raise DeviceError(ReturnCode.NOT_FOUND, f"route {name!r:.60}")
 
     def _check(self) -> None:
         if not self._writable:
             raise DeviceError(
-                ReturnCode.DEVICE_ACCESS_DENIED, "no users in [router.users]: routes are fixed"
+                ReturnCode.DEVICE_ACCESS_DENIED,
+                "routes are changed over ADS with [router] routes_over_ads = true only",
             )
 
     def _list(self, offset: int, length: int, client: bytes) -> bytes:
@@ -127,3 +133,16 @@ class RouteServices:
             if number == offset:
                 return RouteEntry.of(route).encode()
         raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"there are {len(self._table)} routes")
+
+
+@contextmanager
+def _refusals() -> Iterator[None]:
+    """What the table refuses inside is refused with a code."""
+    try:
+        yield
+    except FixedRouteError as fixed:
+        raise DeviceError(ReturnCode.DEVICE_ACCESS_DENIED, str(fixed)) from None
+    except RouteError as full:
+        raise DeviceError(ReturnCode.NO_MORE_HANDLES, str(full)) from None
+    except OSError as failure:
+        raise DeviceError(ReturnCode.DEVICE_ERROR, f"routes are not kept: {failure}") from None

@@ -1,0 +1,112 @@
+"""Requests that wait for the check of their password: each host in turn, slower after wrong ones.
+
+UDP has no connections: anybody may send anything as fast as the wire allows. So one request waits
+for each host, a host that guesses waits longer each time, and those who knew the password go first.
+"""
+
+import math
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+__all__ = ["PasswordQueue"]
+
+T = TypeVar("T")
+
+_HOSTS = 256
+"""Hosts that may wait at a time."""
+
+_REMEMBERED = 4096
+"""Hosts whose wrong passwords are remembered; the oldest are forgotten."""
+
+_FREE = 3
+"""Wrong passwords of a host until it has to wait: people mistype."""
+
+_FIRST_PAUSE, _LONGEST_PAUSE = 1.0, 60.0
+"""Seconds after a further one, doubled each time."""
+
+_FORGIVEN = 600.0
+"""Seconds without a wrong password after which a host starts afresh."""
+
+_PACE = 0.2
+"""Seconds between the checks of hosts that have not known a password yet, all together."""
+
+
+class _Host:
+    """What is known of a host."""
+
+    __slots__ = ("last_wrong", "not_before", "right", "wrong")
+
+    def __init__(self) -> None:
+        self.right = False
+        self.wrong = 0
+        self.last_wrong = -math.inf
+        self.not_before = -math.inf
+
+
+class PasswordQueue(Generic[T]):
+    """The requests and their hosts; `now()` is in seconds and never goes back."""
+
+    def __init__(self, now: Callable[[], float]) -> None:
+        self._now = now
+        self._waiting: OrderedDict[str, T] = OrderedDict()
+        self._hosts: OrderedDict[str, _Host] = OrderedDict()
+        self._next_stranger = -math.inf
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def put(self, host: str, request: T) -> bool:
+        """Let a request wait; it replaces one of the same host. False if there is no room."""
+        if host not in self._waiting and len(self._waiting) >= _HOSTS:
+            worst = max(self._waiting, key=self._rank)
+            if self._rank(worst) <= self._rank(host):
+                return False
+            del self._waiting[worst]
+        self._waiting[host] = request
+        return True
+
+    def _rank(self, host: str) -> float:
+        """How little a host is to be trusted: -1 it knew the password, else its wrong ones."""
+        known = self._hosts.get(host)
+        return 0 if known is None else -1 if known.right else known.wrong
+
+    def _due(self, host: str) -> float:
+        known = self._hosts.get(host)
+        if known is None:
+            return self._next_stranger
+        return known.not_before if known.right else max(known.not_before, self._next_stranger)
+
+    def pause(self) -> float:
+        """Seconds until `take` gives a request; 0 if it does now, infinite if none waits."""
+        return max(min(map(self._due, self._waiting), default=math.inf) - self._now(), 0.0)
+
+    def take(self) -> tuple[str, T] | None:
+        """Host and request that are to be checked now: who knew a password first, then in turn."""
+        now = self._now()
+        due = [host for host in self._waiting if self._due(host) <= now]
+        if not due:
+            return None
+        host = min(due, key=self._rank)
+        if self._rank(host) >= 0:
+            self._next_stranger = now + _PACE
+        return host, self._waiting.pop(host)
+
+    def checked(self, host: str, *, right: bool) -> None:
+        """Tell the result of a check."""
+        known = self._hosts.setdefault(host, _Host())
+        self._hosts.move_to_end(host)
+        now = self._now()
+        if right:
+            known.right, known.wrong, known.not_before = True, 0, -math.inf
+        else:
+            if now - known.last_wrong > _FORGIVEN:
+                known.wrong = 0
+            known.wrong += 1
+            known.last_wrong = now
+            if known.wrong >= _FREE:
+                pause = min(_FIRST_PAUSE * 2.0 ** min(known.wrong - _FREE, 16), _LONGEST_PAUSE)
+                known.not_before = now + pause
+                known.right = False
+        while len(self._hosts) > _REMEMBERED:
+            self._hosts.popitem(last=False)

@@ -1,0 +1,111 @@
+"""Who waits for the check of a password, and how long; time is the test's own."""
+
+from collections import Counter
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.transport.password_queue import PasswordQueue
+
+
+class Clock:
+    now = 1000.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def checked_after(clock: Clock, waiting: PasswordQueue[str]) -> tuple[float, str]:
+    """Let time pass until a request is due; how long that took, and whose it is."""
+    pause = waiting.pause()
+    clock.now += pause
+    taken = waiting.take()
+    assert taken is not None
+    return pause, taken[0]
+
+
+def test_one_request_of_a_host_waits_the_newest() -> None:
+    waiting = PasswordQueue[str](Clock())
+    assert waiting.pause() == float("inf")
+    assert waiting.take() is None
+    assert waiting.put("a", "first")
+    assert waiting.put("a", "second")
+    assert (len(waiting), waiting.take(), waiting.take()) == (1, ("a", "second"), None)
+
+
+def test_wrong_passwords_slow_a_host_down() -> None:
+    clock = Clock()
+    waiting = PasswordQueue[str](clock)
+    pauses = []
+    for _ in range(12):
+        waiting.put("a", "")
+        pauses.append(round(checked_after(clock, waiting)[0], 3))
+        waiting.checked("a", right=False)
+        clock.now += 0.2
+    expected = [0, 0, 0, 0.8, 1.8, 3.8, 7.8, 15.8, 31.8, 59.8, 59.8, 59.8]
+    assert pauses == expected
+    clock.now += 700
+    waiting.put("a", "")
+    assert checked_after(clock, waiting)[0] == 0
+    waiting.checked("a", right=False)
+    waiting.put("a", "")
+    assert checked_after(clock, waiting)[0] < 0.3, "long ago is forgiven"
+
+
+def test_who_knew_the_password_goes_first_and_waits_for_no_stranger() -> None:
+    clock = Clock()
+    waiting = PasswordQueue[str](clock)
+    waiting.put("known", "")
+    waiting.take()
+    waiting.checked("known", right=True)
+    for number in range(300):
+        waiting.put(f"stranger {number}", "")
+    assert len(waiting) == 256
+    assert waiting.put("known", "")
+    assert checked_after(clock, waiting) == (0, "known")
+
+
+def test_a_guesser_is_displaced_by_an_honest_host_when_all_places_are_taken() -> None:
+    clock = Clock()
+    waiting = PasswordQueue[str](clock)
+    for number in range(256):
+        waiting.checked(str(number), right=False)
+        assert waiting.put(str(number), "")
+    assert waiting.put("honest", "")
+    assert checked_after(clock, waiting)[1] == "honest"
+    assert waiting.put("honest", "")
+
+
+def test_nothing_grows() -> None:
+    waiting = PasswordQueue[str](Clock())
+    for number in range(10_000):
+        waiting.put(str(number), "")
+        waiting.checked(str(number), right=False)
+    assert (len(waiting), len(waiting._hosts)) == (256, 4096)
+
+
+events = st.tuples(st.floats(0, 5), st.sampled_from("abcdef"), st.booleans())
+
+
+@given(st.lists(events, max_size=300), st.sets(st.sampled_from("abcdef")))
+def test_all_strangers_together_get_five_checks_a_second(
+    drawn: list[tuple[float, str, bool]], knowing: set[str]
+) -> None:
+    """Whatever is sent when by whom: strangers never get more, and nobody waits for ever."""
+    clock = Clock()
+    waiting = PasswordQueue[str](clock)
+    began, strangers, wrong = clock.now, 0, Counter[str]()
+    for pause, host, right in drawn:
+        clock.now += pause
+        waiting.put(host, "")
+        while (taken := waiting.take()) is not None:
+            answer = right and taken[0] in knowing
+            known = waiting._hosts.get(taken[0])
+            strangers += known is None or not known.right
+            wrong[taken[0]] += not answer
+            waiting.checked(taken[0], right=answer)
+            assert strangers <= 1 + 5 * (clock.now - began) * (1 + 1e-9)
+    while len(waiting):
+        pause, _ = checked_after(clock, waiting)
+        assert pause <= 60.0
+    assert waiting.pause() == float("inf")
