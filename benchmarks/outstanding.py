@@ -18,8 +18,9 @@ from processes import HERE, running, station
 import achse
 from achse.ams import AmsAddress, Command, Frame
 from achse.ams.commands import DataResponse, ReadRequest
+from achse.testing import free_host
 
-OURS = "127.0.0.74"
+OURS = free_host()
 WINDOW = 64
 ANSWER = DataResponse(0, bytes(4)).encode()
 
@@ -108,7 +109,7 @@ class Asker(asyncio.Protocol):
 async def rate_of_client(host: str, port: int, requests: int) -> float:
     """Answers per second to achse's client."""
     async with achse.connect(
-        f"{host}:{port}", net_id=f"{OURS}.1.1", port=501, source="127.0.0.75.1.1:40000",
+        f"{host}:{port}", net_id=f"{OURS}.1.1", port=501, source="192.0.2.75.1.1:40000",
         watch_symbols=False, keep_alive=None,
     ) as nc:  # fmt: skip
 
@@ -125,7 +126,7 @@ async def rate_of_counter(host: str, port: int, requests: int) -> float:
     """Answers per second to the counting client."""
     target = AmsAddress(f"{OURS}.1.1:501")
     request = Frame(
-        target, AmsAddress("127.0.0.75.1.1:40000"), Command.READ, invoke_id=1,
+        target, AmsAddress("192.0.2.75.1.1:40000"), Command.READ, invoke_id=1,
         data=ReadRequest(0x4101, 1, 4).encode(),
     ).encode_tcp()  # fmt: skip
     size = len(Frame(target, target, Command.READ, data=ANSWER).encode_tcp())

@@ -15,6 +15,7 @@ import numpy as np
 from ruckig import InputParameter, Ruckig, RuckigError, Trajectory
 
 from achse.motion import profile
+from achse.motion.segments import MAX_SEGMENTS
 from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out
 
@@ -31,8 +32,8 @@ class Case:
     acc: float = 0.0
     dec: float = 0.0
     jerk: float = 0.0
-    times: list[float] = [0.0] * profile.MAX_SEGMENTS
-    jerks: list[float] = [0.0] * profile.MAX_SEGMENTS
+    times: list[float] = [0.0] * MAX_SEGMENTS
+    jerks: list[float] = [0.0] * MAX_SEGMENTS
 
 
 CASE = lay_out("case", [Case], Slot)
@@ -89,7 +90,7 @@ def main() -> None:
         rows = cases.tolist()
         memory = np.zeros((count, CASE.words))
         memory[:, : cases.shape[1]] = cases
-        t, j = [0.0] * profile.MAX_SEGMENTS, [0.0] * profile.MAX_SEGMENTS
+        t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
 
         def interpreted(rows=rows, t=t, j=j):
             for row in rows:

@@ -3,7 +3,8 @@
 Scripted clients on stations in virtual time: every frame that they send and get, with its station
 time, and the state hash of the station now and then. All is drawn from one seed, so that the same
 code gives the same lines.
-Usage: python benchmarks/same_run.py --save FILE in one tree, --compare FILE in the other.
+Usage: python benchmarks/same_run.py --save FILE in one tree, --compare FILE in the other, with
+equal --seconds and --turns.
 """
 
 import argparse
@@ -208,14 +209,14 @@ def act(draw: random.Random, talker: Talker) -> None:
             talker.read(501, 0x4100 + axis, 0, 64)
 
 
-def talk(name: str, station: Station, lines: list[str]) -> None:
+def talk(name: str, station: Station, lines: list[str], turns: int) -> None:
     """A session: commands, subscriptions, faults, restarts, and time in between."""
     draw = random.Random(name)
     talker = Talker(station.router, AmsAddress.of(station.router.net_id, 40_000), lines)
     talker.read(851, UPLOAD, 0, 1 << 20)
     faults = list(STATION_FAULTS)
     draw.shuffle(faults)
-    for turn in range(400):
+    for turn in range(turns):
         act(draw, talker)
         if turn % 8 == 7 and faults:
             talker.service(FAULTS, **faults.pop())
@@ -258,10 +259,10 @@ def talk_to_drives(lines: list[str]) -> None:
             talker.write(SERVICE, FAULTS, 0, struct.pack("<I", draw.choice((0, number, 999))))
 
 
-def hour() -> str:
-    """The state after the hour of `achse run --speed max --for 3600`."""
+def demo(seconds: float) -> str:
+    """The state after `achse run --speed max --for SECONDS`."""
     station = Station.demo()
-    station.advance(3600)
+    station.advance(seconds)
     return station.digest()
 
 
@@ -269,11 +270,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--save", type=Path)
     parser.add_argument("--compare", type=Path)
+    parser.add_argument("--seconds", type=float, default=3600.0, help="of the demo station")
+    parser.add_argument("--turns", type=int, default=400, help="of the talk with each station")
     arguments = parser.parse_args()
-    lines = ["# an hour of the demo", hour()]
+    lines = [f"# {arguments.seconds:g} s of the demo", demo(arguments.seconds)]
     for name, station in stations():
         lines.append(f"# {name}")
-        talk(name, station, lines)
+        talk(name, station, lines, arguments.turns)
     lines.append("# drives")
     talk_to_drives(lines)
     text = "\n".join(lines) + "\n"

@@ -15,10 +15,11 @@ from processes import station
 
 from achse.ams import AmsAddress, Command, Connection, Frame
 from achse.ams.commands import ADD_NOTIFICATION_BODY
+from achse.testing import free_host
 
-HOST = "127.0.0.82"
+HOST = free_host()
 TARGET = AmsAddress(f"{HOST}.1.1:851")
-SOURCE = AmsAddress("127.0.0.83.1.1:40000")
+SOURCE = AmsAddress("192.0.2.83.1.1:40000")
 TASK_MS = 10
 
 STREAM = struct.Struct("<II")

@@ -14,8 +14,9 @@ from processes import station
 
 import achse
 from achse.station import Station
+from achse.testing import free_host
 
-HOST = "127.0.0.76"
+HOST = free_host()
 PARTS = 500
 NAMES = ("MAIN.nCounter", "GVL.nInt", "GVL.fLreal", "GVL.sString", "GVL.stPoint.fX")
 
@@ -49,7 +50,7 @@ async def over_tcp(rounds: int) -> None:
 
 def device_alone(rounds: int) -> None:
     demo = Station.demo()
-    (plc,) = (device for device in demo.devices if device.symbols is not None)
+    plc = next(device for device in demo.devices if device.address.port == 851)
     handles = [
         struct.unpack("<I", plc.read_write(0xF003, 0, 4, name.encode()))[0]
         for name in (NAMES * PARTS)[:PARTS]

@@ -14,8 +14,9 @@ from processes import station
 
 import achse
 from achse.ams.commands import ReadWriteRequest
+from achse.testing import free_host
 
-HOST = "127.0.0.81"
+HOST = free_host()
 PER_LIST = 1000
 TYPES = ("INT", "LREAL", "STRING(20)", "ARRAY[0..9] OF DINT", "ST_Part")
 

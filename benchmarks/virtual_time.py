@@ -4,7 +4,7 @@ The demo station without clients, then four axes at 2 ms that a client in anothe
 20 values of each every 10 ms, over TCP; the client takes what comes and looks at nothing. Beside
 the rate by the clock stands that by the CPU time of the station, which other processes on the
 machine slow down less.
-Usage: python benchmarks/virtual_time.py [SECONDS]
+Usage: python benchmarks/virtual_time.py [SECONDS] [RUNS]
 """
 
 import asyncio
@@ -120,15 +120,15 @@ async def watched(seconds: float, moving: bool, compiled: bool) -> Clocks:
     return found
 
 
-def main(seconds: float = 20.0) -> None:
-    print(f"demo station, 3 axes at 2 ms, PLC at 10 ms; median of 5 runs of {seconds:g} s")
+def main(seconds: float = 20.0, count: float = 5) -> None:
+    print(f"demo station, 3 axes at 2 ms, PLC at 10 ms; median of {count:g} runs of {seconds:g} s")
     for name, moving in (("axes at rest", False), ("axes moving", True)):
-        runs = [alone(seconds, moving) for _ in range(5)]
+        runs = [alone(seconds, moving) for _ in range(int(count))]
         print(f"  {name:18} {median(runs)}")
     print(f"4 axes at 2 ms, a client watches {4 * len(VALUES)} values at {CYCLE_MS} ms")
     for compiled in (False, True)[: 1 + compiler_installed()]:
         for name, moving in (("at rest", False), ("moving", True)):
-            runs = [asyncio.run(watched(seconds, moving, compiled)) for _ in range(3)]
+            runs = [asyncio.run(watched(seconds, moving, compiled)) for _ in range(int(count))]
             kernel = "compiled" if compiled else "plain"
             print(f"  {kernel + ', ' + name:18} {median(runs)}")
 

@@ -1,0 +1,86 @@
+"""Every benchmark runs: a short form of each ends with code 0 and prints what it measures."""
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+
+PARTS = {"processes.py"}
+"""What benchmarks share."""
+
+NUMBER = r"[\d,]*\d\.?\d*"
+
+SHORT: dict[str, tuple[list[str], str]] = {
+    "cold_start.py": (["1"], rf"import achse +{NUMBER} ms"),
+    "drive_step.py": (["100"], rf"plain +1000 µs cycle: moving +{NUMBER}, standing +{NUMBER}"),
+    "ethercat_segment.py": (["0.01"], rf"32 +drives LRW\+FRMW +{NUMBER} +{NUMBER} +{NUMBER}"),
+    "frames.py": (["2000"], rf"64 per portion: +{NUMBER}/s  bare +{NUMBER}/s"),
+    "nc_cycle.py": (["0.02"], rf"255 +plain +{NUMBER} +{NUMBER} +{NUMBER}"),
+    "outstanding.py": (["320", "1"], rf"achse station +{NUMBER} answers/s"),
+    "planner.py": (["--cases", "50"], rf"any state +{NUMBER} +{NUMBER} +{NUMBER} +{NUMBER}"),
+    "reads.py": (["50", "1"], rf"achse station +{NUMBER} reads/s +median latency +{NUMBER} µs"),
+    "same_run.py": (["--seconds", "10", "--turns", "30"], r"[1-9]\d* frames, \d+ lines, hash \w+"),
+    "samples.py": (["20", "50", "0.3"], r"0 lost, 0\.000%"),
+    "st_parse.py": (["1000"], rf"lexer +{NUMBER} lines/s"),
+    "sums.py": (["3"], rf"the same in the device, without TCP +{NUMBER} ms"),
+    "symbols_upload.py": (["500"], r"pyads get_all_symbols .*, 502 symbols"),
+    "users_file.py": (["1"], rf"achse_station, 15 lines +{NUMBER} s, processor +{NUMBER} s"),
+    "virtual_time.py": (["0.1", "1"], rf"axes moving +{NUMBER} × real time"),
+}
+"""Arguments of about a second's work, and a line that it prints."""
+
+ELSEWHERE = {
+    "churn.py": "test_churn.py",
+    "ethercat_roundtrip.py": "needs a network namespace",
+}
+
+WITH_WITNESS = {
+    "reads.py": "pyads",
+    "symbols_upload.py": "pyads",
+    "users_file.py": "pyads",
+}
+
+
+def run(name: str, *arguments: str) -> str:
+    """What the benchmark prints; it ends with code 0 and leaves nothing behind."""
+    finished = subprocess.run(
+        [sys.executable, str(BENCHMARKS / name), *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=110,
+    )
+    assert finished.returncode == 0, finished.stdout + finished.stderr
+    assert "Traceback" not in finished.stderr, finished.stderr
+    return finished.stdout
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_a_benchmark_runs(witness: Callable[[str], None], name: str) -> None:
+    if name in WITH_WITNESS:
+        witness(WITH_WITNESS[name])
+    if name == "planner.py":
+        pytest.importorskip("ruckig")
+    arguments, line = SHORT[name]
+    printed = run(name, *arguments)
+    assert re.search(line, printed), printed
+
+
+def test_drives_on_a_cable_beside_a_reflector(witness: Callable[[str], None]) -> None:
+    witness("pysoem")
+    command = ["unshare", *(["--map-root-user"] if os.geteuid() else []), "--net", "true"]
+    if subprocess.run(command, capture_output=True, check=False).returncode:
+        pytest.skip("network namespaces are forbidden here")
+    printed = run("ethercat_roundtrip.py", "0.2", "1")
+    assert re.search(rf"^ +1 +{NUMBER} +{NUMBER} +{NUMBER}", printed, re.MULTILINE), printed
+
+
+def test_each_benchmark_has_its_short_form() -> None:
+    there = {file.name for file in BENCHMARKS.glob("*.py")} - PARTS
+    assert there == SHORT.keys() | ELSEWHERE.keys()
