@@ -24,10 +24,10 @@ from achse.devices.drives import DRIVES, OBJECTS, DriveService
 from achse.devices.station import FAULTS, ONLINE_CHANGE, STATISTICS
 from achse.drive import Drive
 from achse.ethercat import Segment, Slave
+from achse.faults.drive_list import DriveFaults
 from achse.router import Router
 from achse.station import Station
 from achse.station.config import parse
-from achse.station.drive_faults import DriveFaults
 
 SERVICE = 26_000
 BY_NAME, HANDLE, UPLOAD, SUM_READ = 0xF004, 0xF003, 0xF00B, 0xF080

@@ -11,8 +11,8 @@ from achse.devices.drives import DRIVES, OBJECTS, DriveService
 from achse.devices.station import FAULTS, SERVICE_PORT
 from achse.drive import Drive
 from achse.ethercat import Loopback, Segment, Slave
+from achse.faults.drive_list import DriveFaults
 from achse.router import Router
-from achse.station.drive_faults import DriveFaults
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from achse.ams import AdsError, DeviceError
+from achse.faults.fault import FaultError
 from achse.station import Station, StationConfig
 from achse.station.cycle import CyclicPhase, Place
-from achse.station.fault import FaultError
 from achse.testing import LiveStation
 
 COUNTER = "MAIN.nCounter"

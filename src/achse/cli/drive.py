@@ -288,8 +288,8 @@ def _begin(service: "DriveControl", script: Path) -> None:
     """Add the faults of a file."""
     import tomllib
 
-    from achse.station.drive_faults import DriveFault
-    from achse.station.fault import FaultError
+    from achse.faults.drives import DRIVE_FAULTS
+    from achse.faults.fault import FaultError
 
     try:
         document = tomllib.loads(script.read_text(encoding="utf-8"))
@@ -297,7 +297,7 @@ def _begin(service: "DriveControl", script: Path) -> None:
         if document.keys() - {"fault"} or not isinstance(tables, list):
             fail(f"{script}: expected [[fault]] tables")
         for table in tables:
-            service.faults.add(DriveFault.of_table(table))
+            service.faults.add(DRIVE_FAULTS.of_table(table))
     except (FaultError, tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
         fail(f"{script}: {fault}")
     except OSError as failure:

@@ -15,7 +15,7 @@ from achse.cli.target import STATION_PORT, Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
-    from achse.station.fault import FaultFields
+    from achse.faults.fault import FaultKinds
 
 __all__ = ["CONTROL", "fault", "register"]
 
@@ -30,10 +30,10 @@ DriveOption = Annotated[
 ]
 
 
-def _faults_of_drives() -> "type[FaultFields]":
-    from achse.station.drive_faults import DriveFault
+def _faults_of_drives() -> "FaultKinds[Any]":
+    from achse.faults.drives import DRIVE_FAULTS
 
-    return DriveFault
+    return DRIVE_FAULTS
 
 
 fault = fault_commands(

@@ -15,7 +15,7 @@ from achse.cli.target import ROUTER, STATION_PORT, Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
-    from achse.station.fault import FaultFields
+    from achse.faults.fault import FaultKinds
 
 __all__ = ["fault", "fault_commands"]
 
@@ -23,7 +23,7 @@ LONGEST_LIST = 1 << 20
 
 
 def fault_commands(
-    kinds_of: "Callable[[], type[FaultFields]]",
+    kinds_of: "Callable[[], FaultKinds[Any]]",
     help: str,
     *,
     command: str,
@@ -54,7 +54,7 @@ def fault_commands(
     ) -> None:
         """Let something go wrong, now or at a given time."""
         from achse.devices.station import FAULTS
-        from achse.station.fault import FaultError
+        from achse.faults.fault import FaultError
 
         try:
             wanted = kinds_of().parse(kind, fields or [])
@@ -115,18 +115,18 @@ def fault_commands(
     def kinds() -> None:
         """List the kinds of faults, and what each takes beside `at`."""
         faults = kinds_of()
-        for kind in faults.kinds.values():
-            print(f"{kind.name}: {kind.description}")
+        for kind in faults:
+            print(f"{kind}: {faults.description(kind)}")
             if parameters := faults.parameters(kind):
                 print(f"    {' '.join(parameters)}")
 
     return app
 
 
-def _faults_of_a_station() -> "type[FaultFields]":
-    from achse.station.fault import Fault
+def _faults_of_a_station() -> "FaultKinds[Any]":
+    from achse.faults.kinds import STATION_FAULTS
 
-    return Fault
+    return STATION_FAULTS
 
 
 fault = fault_commands(

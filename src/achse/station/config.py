@@ -18,11 +18,12 @@ from pydantic import (
 )
 
 from achse.ams import NetId
+from achse.faults.kinds import STATION_FAULTS
+from achse.faults.site import StationFault
 from achse.motion.tables import HIGHEST_TABLE_ID
 from achse.router.access import PasswordHash
 from achse.router.routes import Route
 from achse.server import Limits
-from achse.station.fault import Fault
 from achse.transport.tcp import DEFAULT_MAX_HELD
 
 __all__ = [
@@ -252,7 +253,7 @@ class TableConfig(_Section):
 
 
 class FaultConfig(BaseModel):
-    """[[fault]]: a fault at a given time. Further keys are the fields of `Fault`."""
+    """[[fault]]: a fault at a given time. Further keys are the fields of its kind."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
 
@@ -266,14 +267,14 @@ class FaultConfig(BaseModel):
         self.fault()
         return self
 
-    def fault(self) -> Fault:
+    def fault(self) -> StationFault:
         """The fault; raises FaultError."""
         seconds = {
             name: value / 1e9
             for name in ("at", "lasting", "by")
             if (value := getattr(self, name)) is not None
         }
-        return Fault.of({"kind": self.kind, **seconds, **(self.model_extra or {})})
+        return STATION_FAULTS.of({"kind": self.kind, **seconds, **(self.model_extra or {})})
 
 
 _LIMITS = Limits()

@@ -6,8 +6,8 @@ from achse.ams import NetId
 from achse.devices.drives import DriveService
 from achse.devices.station import SERVICE_PORT
 from achse.ethercat import Segment
+from achse.faults.drive_list import DriveFaults
 from achse.router import Router
-from achse.station.drive_faults import DriveFaults
 from achse.transport.tcp import TcpListener
 
 __all__ = ["DriveControl"]

@@ -17,16 +17,17 @@ from typing import Any, Self
 from achse.ams import AdsState
 from achse.devices.station import SERVICE_PORT, StationService
 from achse.devices.system import SystemDevice
+from achse.faults.active import Faults
+from achse.faults.fault import FaultError
 from achse.motion import Nc
 from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.router.tap import Taps
 from achse.server import Device
 from achse.station import assembly
+from achse.station.agenda import Agenda
 from achse.station.config import ConfigError, StationConfig, load
 from achse.station.cycle import Cycle, Phase
-from achse.station.fault import FaultError
-from achse.station.faults import Faults
 from achse.station.network import Network, RouteFile
 from achse.station.pacing import Pace, Pacer, run_unpaced
 from achse.station.persistent_data import PersistentData
@@ -69,6 +70,7 @@ class Station:
         self.epoch_ns = epoch_ns
         self.cycle: Cycle = Cycle()
         """What is done when; others may add phases of their own, which stay through restarts."""
+        self._agenda = Agenda(self.cycle)
         self.router = Router(self.config.router.net_id)
         self._base = base or Path()
         RouteFile(self.config, self.router, self._base)
@@ -284,6 +286,15 @@ class Station:
 
     def _idle(self, devices: Sequence[Device]) -> assembly.Parts:
         return assembly.idle(devices, self.tick_ns, self.clock, self.epoch_ns)
+
+    def at(self, due_ns: int, action: Callable[[], None]) -> None:
+        """Call `action` at a station time, before the NC; with the next tick if that is over."""
+        self._agenda.add(due_ns, action)
+
+    @property
+    def strict(self) -> bool:
+        """Whether each remote host has one TCP connection, as the configuration says."""
+        return self.config.router.strict
 
     def advance(self, seconds: float) -> None:
         """Let `seconds` of station time pass, in whole ticks; a rest is kept for the next call."""

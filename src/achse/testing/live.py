@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any, Literal, Self, TypeVar
 
 from achse.client import blocking
+from achse.faults.fault import ActiveFault
+from achse.faults.site import StationFault
 from achse.station import Station, StationConfig
 from achse.station.config import parse
-from achse.station.fault import ActiveFault, Fault
 from achse.testing.addresses import free_host
 from achse.transport.tcp import TCP_PORT
 
@@ -184,8 +185,8 @@ class LiveStation(Live):
         while self.time < end:
             time.sleep(min(0.05, seconds / self.speed / 10))
 
-    def fault(self, kind: str | Fault, /, **fields: Any) -> ActiveFault:
-        """Make something go wrong, see `achse.station.fault`; raises FaultError."""
+    def fault(self, kind: str | StationFault, /, **fields: Any) -> ActiveFault:
+        """Make something go wrong, see `achse.faults`; raises FaultError."""
         return self.run(self.station.faults.add, kind, **fields)
 
     def clear_faults(self) -> None:

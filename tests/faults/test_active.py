@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from achse.ams import DeviceError
+from achse.faults.fault import FaultError
 from achse.station import ConfigError, Station
-from achse.station.fault import FaultError
 
 COUNTER = "MAIN.nCounter"
 

@@ -4,65 +4,30 @@ A fault begins at a station time, so that the same test sees the same fault at t
 one is added nothing of this is in the way of a frame or a cycle.
 """
 
-import heapq
 import logging
-import math
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from achse.ams import AdsState
-from achse.station.cycle import Cycle, Phase, Place
-from achse.station.disturbances import Disturbances
-from achse.station.fault import FAULT_KINDS, ActiveFault, Fault, FaultError
+from achse.faults.fault import ActiveFault, FaultError, LastingFault, Undo
+from achse.faults.kinds import STATION_FAULTS
+from achse.faults.runtimes import Config
+from achse.faults.site import Site, StationFault
+from achse.faults.target import Target
 
-if TYPE_CHECKING:
-    from achse.station.station import Station
-
-__all__ = ["Agenda", "Faults"]
+__all__ = ["Faults"]
 
 log = logging.getLogger("achse.faults")
-
-
-class Agenda(Phase):
-    """What begins and ends at a station time; part of the cycle as long as something is due."""
-
-    place, name = Place.FAULTS, "faults"
-    due_ns = math.inf
-
-    def __init__(self, cycle: Cycle) -> None:
-        self._cycle = cycle
-        self._actions: list[tuple[int, int, Callable[[], None]]] = []
-        self._sequence = 0
-
-    def add(self, due_ns: int, action: Callable[[], None]) -> None:
-        """Call `action` at a station time; with the next cycle if it is over."""
-        if not self._actions:
-            self._cycle.add(self)
-        self._sequence += 1
-        heapq.heappush(self._actions, (due_ns, self._sequence, action))
-        self.due_ns = self._actions[0][0]
-
-    def step(self, now_ns: int) -> None:
-        """Do what is due."""
-        actions = self._actions
-        while actions and actions[0][0] <= now_ns:
-            heapq.heappop(actions)[2]()
-        if actions:
-            self.due_ns = actions[0][0]
-        else:
-            self.due_ns = math.inf
-            self._cycle.remove(self)
 
 
 class Faults:
     """The faults of one station: `station.faults.add("drop", port=851, count=1)`."""
 
-    def __init__(self, station: "Station") -> None:
+    def __init__(self, station: Target) -> None:
         self._station = station
-        self._agenda = Agenda(station.cycle)
         self._faults: dict[int, ActiveFault] = {}
         self._last = 0
-        self._disturbances = Disturbances(station, self.later, self._finish)
+        self._site = Site(station, self.later, self._finish)
 
     def __iter__(self) -> Iterator[ActiveFault]:
         """Those that wait or are at work."""
@@ -71,21 +36,21 @@ class Faults:
     def __len__(self) -> int:
         return len(self._faults)
 
-    def add(self, fault: Fault | str, /, **fields: Any) -> ActiveFault:
+    def add(self, fault: StationFault | str, /, **fields: Any) -> ActiveFault:
         """Add a fault, or one of this kind with these fields; raises FaultError.
 
         It begins before this returns unless `at` lies ahead.
         """
         if isinstance(fault, str):
-            fault = Fault.of({"kind": fault, **fields})
+            fault = STATION_FAULTS.of({"kind": fault, **fields})
         now = self._station.time_ns
         begins = now if fault.at is None else round(fault.at * 1e9)
-        self._disturbances.check(fault)
+        fault.check(self._site)
         self._last += 1
         active = ActiveFault(self._last, fault, begins)
         self._faults[active.number] = active
         if begins > now:
-            self._agenda.add(begins, lambda: self._begin(active))
+            self._station.at(begins, lambda: self._begin(active))
         else:
             self._begin(active)
         return active
@@ -99,12 +64,12 @@ class Faults:
     def renew(self) -> None:
         """Hit what the station consists of now: devices after a restart, one more listener."""
         for active in self:
-            if active.state == "active" and active.fault.kind != "config":
+            if active.state == "active" and not isinstance(active.fault, Config):
                 if active.undo is not None:
                     active.undo()
                     active.undo = None
                 try:
-                    active.undo = self._disturbances.begin(active)
+                    active.undo = self._hit(active)
                 except FaultError as failure:
                     log.warning("fault %d hits nothing any more: %s", active.number, failure)
                     self._finish(active)
@@ -115,9 +80,9 @@ class Faults:
         active.state = "active"
         log.info("fault %d begins: %s", active.number, active.fault)
         fault = active.fault
-        lasts = FAULT_KINDS[fault.kind].lasts
+        lasts = isinstance(fault, LastingFault)
         try:
-            active.undo = self._disturbances.begin(active)
+            active.undo = self._hit(active)
         except Exception as failure:
             if isinstance(failure, FaultError) and lasts and self._station.state != AdsState.RUN:
                 log.info("fault %d hits nothing until the station runs again", active.number)
@@ -134,9 +99,14 @@ class Faults:
             active.hits += 1
             self._finish(active)
 
+    def _hit(self, active: ActiveFault) -> Undo | None:
+        assert isinstance(active.fault, StationFault)
+        return active.fault.begin(self._site, active)
+
     def _end_in_time(self, active: ActiveFault) -> None:
-        if active.fault.lasting is not None:
-            self.later(active.fault.lasting, lambda: self._finish(active))
+        fault = active.fault
+        if isinstance(fault, LastingFault) and fault.lasting is not None:
+            self.later(fault.lasting, lambda: self._finish(active))
 
     def _finish(self, active: ActiveFault) -> None:
         if active.state == "over":
@@ -152,4 +122,4 @@ class Faults:
 
     def later(self, seconds: float, action: Callable[[], None]) -> None:
         """Call `action` in so many seconds of station time."""
-        self._agenda.add(self._station.time_ns + round(seconds * 1e9), action)
+        self._station.at(self._station.time_ns + round(seconds * 1e9), action)

@@ -4,8 +4,9 @@ from typing import Any
 
 import pytest
 
-from achse.ams import AmsAddress
-from achse.station.fault import FAULT_KINDS, ActiveFault, Fault, FaultError, client_test
+from achse.faults.fault import ActiveFault, FaultError
+from achse.faults.frames import Drop
+from achse.faults.kinds import STATION_FAULTS
 
 
 @pytest.mark.parametrize(
@@ -30,13 +31,13 @@ from achse.station.fault import FAULT_KINDS, ActiveFault, Fault, FaultError, cli
 )
 def test_what_cannot_be_is_refused(fields: dict[str, Any], told: str) -> None:
     with pytest.raises(FaultError) as refusal:
-        Fault.of(fields)
+        STATION_FAULTS.of(fields)
     assert str(refusal.value).startswith(told)
 
 
 def test_fields_are_what_was_given() -> None:
     fields = {"kind": "error", "symbol": "MAIN.x", "code": 0x706, "at": 2.0, "count": 3}
-    fault = Fault.of(fields)
+    fault = STATION_FAULTS.of(fields)
     assert fault.fields() == fields
     assert str(fault) == "error at=2.0 count=3 symbol=MAIN.x code=0x706 (INVALID_DATA)"
 
@@ -50,53 +51,25 @@ def test_fields_are_what_was_given() -> None:
     ],
 )
 def test_texts_of_the_command_line(texts: list[str], fields: dict[str, Any]) -> None:
-    assert Fault.parse("error", texts).fields() == {"kind": "error", **fields}
+    assert STATION_FAULTS.parse("error", texts).fields() == {"kind": "error", **fields}
 
 
 @pytest.mark.parametrize("text", ["code", "colour=1", "code=red", "at=soon", "at=ms"])
 def test_texts_that_say_nothing_are_refused(text: str) -> None:
     with pytest.raises(FaultError):
-        Fault.parse("error", [text])
-
-
-def test_each_kind_describes_itself() -> None:
-    for name, kind in FAULT_KINDS.items():
-        assert kind.name == name
-        assert kind.description.endswith(".")
-        assert set(kind.needs) <= kind.takes
+        STATION_FAULTS.parse("error", [text])
 
 
 def test_every_nth_and_a_count() -> None:
-    active = ActiveFault(1, Fault(kind="drop", every=3, count=2), 0)
+    active = ActiveFault(1, Drop(every=3, count=2), 0)
     assert not active.take()  # it has not begun
     active.state = "active"
     assert [active.take() for _ in range(6)] == [False, False, True] * 2
     assert active.used_up
 
 
-@pytest.mark.parametrize(
-    ("client", "fits"),
-    [
-        ("", True),
-        ("10.0.0.7.1.1", True),
-        ("10.0.0.7.1.1:30000", True),
-        ("10.0.0.7.1.1:30001", False),
-        ("10.0.0.8.1.1", False),
-        ("192.0.2.1", True),
-        ("192.0.2.2", False),
-    ],
-)
-def test_a_client_is_named_by_net_id_address_or_host(client: str, fits: bool) -> None:
-    assert client_test(client)(AmsAddress("10.0.0.7.1.1:30000"), "192.0.2.1") is fits
-
-
-def test_a_client_that_is_no_address_is_refused() -> None:
-    with pytest.raises(FaultError, match="client: expected a NetId"):
-        client_test("my laptop")
-
-
 @pytest.mark.parametrize("value", [float("inf"), float("nan"), 1e300, -1.0])
 @pytest.mark.parametrize("field", ["at", "lasting", "by"])
 def test_times_are_finite(field: str, value: float) -> None:
     with pytest.raises(FaultError, match=f"{field}: expected 0..1000000000"):
-        Fault.of({"kind": "delay", "by": 1.0, field: value})
+        STATION_FAULTS.of({"kind": "delay", "by": 1.0, field: value})

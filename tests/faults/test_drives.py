@@ -7,48 +7,18 @@ import pytest
 
 from achse.codes import AlState, AlStatus
 from achse.drive import Alarm, Drive, PowerState
-from achse.ethercat import Command, Datagram, Frame, Segment, Slave
-from achse.ethercat.eeprom import checksum
-from achse.station.drive_faults import DRIVE_FAULT_KINDS, DriveFault, DriveFaults
-from achse.station.fault import FaultError
+from achse.faults.drives import DRIVE_FAULTS
+from achse.faults.fault import FaultError
 from achse.testing import SegmentReach
 
 MS = 1_000_000
 
 
-class Bus:
-    """Two drives, communication in PreOp at the application's side, time as it is let."""
-
-    def __init__(self) -> None:
-        self.segment = Segment([Slave(Drive()), Slave(Drive())])
-        self.faults = DriveFaults(self.segment)
-        for drive in self.drives:
-            drive.enter(AlState.PREOP, 0, AlStatus.NO_ERROR)
-        self.run(5)
-
-    @property
-    def drives(self) -> list[Drive]:
-        return [slave.application for slave in self.segment.slaves]  # type: ignore[misc]
-
-    def run(self, milliseconds: float) -> None:
-        self.segment.advance(self.segment.time.now_ns + round(milliseconds * MS))
-        self.faults.tick()
-
-    def counter(self, command: Command = Command.BRD, address: int = 0) -> int | None:
-        reply = self.segment.process(Frame([Datagram.at(command, address, 0, bytes(1))]).encode())
-        return None if reply is None else Frame.decode(reply).datagrams[0].counter
-
-
-@pytest.fixture
-def bus() -> Bus:
-    return Bus()
-
-
-def _power(bus: Bus) -> list[PowerState]:
+def _power(bus: Any) -> list[PowerState]:
     return [drive.power_state for drive in bus.drives]
 
 
-def test_an_alarm_lasts_and_is_reset_after_it(bus: Bus) -> None:
+def test_an_alarm_lasts_and_is_reset_after_it(bus: Any) -> None:
     for code in ("AL.720", "0xFF19", "65305", "continuous_overload"):
         active = bus.faults.add("alarm", code=code, drive=2)
         bus.run(5)
@@ -77,7 +47,7 @@ SIGNALS: dict[str, tuple[dict[str, Any], Callable[[Drive], object]]] = {
 
 
 @pytest.mark.parametrize("kind", SIGNALS)
-def test_a_fault_of_the_drive_hits_one_or_all_and_ends(bus: Bus, kind: str) -> None:
+def test_a_fault_of_the_drive_hits_one_or_all_and_ends(bus: Any, kind: str) -> None:
     fields, shows = SIGNALS[kind]
     bus.faults.add(kind, **fields, drive=1, lasting=0.02)
     bus.run(5)
@@ -93,7 +63,7 @@ def test_a_fault_of_the_drive_hits_one_or_all_and_ends(bus: Bus, kind: str) -> N
 
 
 @pytest.mark.parametrize("state", [AlState.PREOP, AlState.SAFEOP])
-def test_a_drive_operated_at_its_panel_falls_to_init(bus: Bus, state: AlState) -> None:
+def test_a_drive_operated_at_its_panel_falls_to_init(bus: Any, state: AlState) -> None:
     """Rule 22: any state goes to Init with code 0x8000."""
     reach = SegmentReach(bus.segment)
     error = AlState.INIT | 0x10
@@ -109,7 +79,7 @@ def test_a_drive_operated_at_its_panel_falls_to_init(bus: Bus, state: AlState) -
     assert reach.request(AlState.PREOP) == (AlState.PREOP, 0)
 
 
-def test_frames_are_lost(bus: Bus) -> None:
+def test_frames_are_lost(bus: Any) -> None:
     active = bus.faults.add("lost_frames", count=2)
     assert [bus.counter() for _ in range(4)] == [None, None, 2, 2]
     assert active.facts()["hits"] == 2
@@ -121,7 +91,7 @@ def test_frames_are_lost(bus: Bus) -> None:
     assert bus.counter() == 2
 
 
-def test_working_counters_are_wrong(bus: Bus) -> None:
+def test_working_counters_are_wrong(bus: Any) -> None:
     bus.faults.add("wrong_counter", by=-1, count=1)
     assert [bus.counter() for _ in range(2)] == [1, 2]
     bus.faults.add("wrong_counter", by=5)
@@ -131,14 +101,14 @@ def test_working_counters_are_wrong(bus: Bus) -> None:
     assert bus.counter() == 2
 
 
-def test_a_link_breaks_and_is_mended(bus: Bus) -> None:
+def test_a_link_breaks_and_is_mended(bus: Any) -> None:
     bus.faults.add("link_break", drive=2, lasting=1.0)
     assert bus.counter() == 1
     bus.run(1001)
     assert bus.counter() == 2
 
 
-def test_a_damaged_eeprom_shows_after_the_next_reset(bus: Bus) -> None:
+def test_a_damaged_eeprom_shows_after_the_next_reset(bus: Any) -> None:
     slave = bus.segment.slaves[0]
     active = bus.faults.add("eeprom", drive=1)
     slave.reset()
@@ -148,7 +118,7 @@ def test_a_damaged_eeprom_shows_after_the_next_reset(bus: Bus) -> None:
     assert slave.esc.operational
 
 
-def test_clocks_drift_and_jitter(bus: Bus) -> None:
+def test_clocks_drift_and_jitter(bus: Any) -> None:
     clocks = [slave.esc.clock for slave in bus.segment.slaves]
     bus.faults.add("clock_drift", by=200, drive=2)
     bus.faults.add("clock_jitter", by=1e-6)
@@ -160,14 +130,14 @@ def test_clocks_drift_and_jitter(bus: Bus) -> None:
     assert [(clock.drift_ppb, clock.jitter_ns) for clock in clocks] == [(0, 0)] * 2
 
 
-def test_mailbox_answers_come_late(bus: Bus) -> None:
+def test_mailbox_answers_come_late(bus: Any) -> None:
     bus.faults.add("mailbox_delay", by=0.05, drive=1)
     assert [slave.mailbox_delay_ns for slave in bus.segment.slaves] == [50 * MS, 0]
     bus.faults.clear()
     assert bus.segment.slaves[0].mailbox_delay_ns == 0
 
 
-def test_a_drive_hangs_and_goes_on(bus: Bus) -> None:
+def test_a_drive_hangs_and_goes_on(bus: Any) -> None:
     bus.faults.add("hang", drive=2, lasting=0.5)
     bus.run(200)
     assert [slave.esc.memory[0x0443] for slave in bus.segment.slaves] == [0, 1]
@@ -177,95 +147,6 @@ def test_a_drive_hangs_and_goes_on(bus: Bus) -> None:
     bus.run(50)
     bus.run(50)
     assert _power(bus)[1] is PowerState.READY_TO_SWITCH_ON
-
-
-def test_a_fault_begins_at_its_time(bus: Bus) -> None:
-    active = bus.faults.add("jam", at=0.1, lasting=0.1)
-    assert (active.state, active.facts()["hits"]) == ("waiting", 0)
-    bus.run(90)
-    assert not bus.drives[0].record.jammed
-    bus.run(10)
-    assert (active.state, bool(bus.drives[0].record.jammed)) == ("active", True)
-    bus.run(100)
-    assert (active.state, bool(bus.drives[0].record.jammed)) == ("over", False)
-
-
-@pytest.mark.parametrize(
-    ("kind", "fields", "seen"),
-    [
-        ("alarm", {"code": "AL.720"}, lambda slave: slave.application.record.alarm_forced),
-        ("link_break", {}, lambda slave: not slave.esc.memory[0x0110] & 0x10),
-        ("sto", {}, lambda slave: not slave.application.record.safety_1),
-        (
-            "eeprom",
-            {},
-            lambda slave: slave.esc.eeprom.image[14] != checksum(slave.esc.eeprom.image),
-        ),
-        ("load", {"by": 200.0}, lambda slave: slave.application.record.external_load == 200),
-    ],
-)
-@pytest.mark.parametrize("first", [1, None])
-def test_what_two_faults_do_ends_with_the_later(
-    bus: Bus, kind: str, fields: dict[str, Any], seen: Callable[[Slave], Any], first: int | None
-) -> None:
-    slave = bus.segment.slaves[0]
-    bus.faults.add(kind, drive=first, lasting=0.1, **fields)
-    bus.faults.add(kind, drive=1, lasting=0.2, **fields)
-    for milliseconds, there in ((50, True), (100, True), (100, False)):
-        bus.run(milliseconds)
-        assert bool(seen(slave)) is there
-
-
-@pytest.mark.parametrize(
-    ("lasting", "passing", "field"),
-    [
-        ({"kind": "sto"}, {"kind": "safety"}, "safety_2"),
-        ({"kind": "safety"}, {"kind": "sto"}, "safety_1"),
-        ({"kind": "encoder_loss"}, {"kind": "encoder_loss", "code": "AL.810"}, "encoder_fault"),
-        (
-            {"kind": "alarm", "code": "AL.720"},
-            {"kind": "alarm", "code": "CONTINUOUS_OVERLOAD"},
-            "alarm_forced",
-        ),
-        (
-            {"kind": "warning", "code": "AL.910"},
-            {"kind": "warning", "code": "al.910"},
-            "warnings_forced_1",
-        ),
-        ({"kind": "overtravel"}, {"kind": "overtravel", "side": "positive"}, "inputs_on"),
-        (
-            {"kind": "overtravel"},
-            {"kind": "input", "code": "POSITIVE_LIMIT", "side": "off"},
-            "inputs_on",
-        ),
-        (
-            {"kind": "input", "code": "HOME", "side": "off"},
-            {"kind": "input", "code": "HOME", "side": "on"},
-            "inputs_off",
-        ),
-    ],
-)
-def test_a_fault_that_lasts_is_there_when_another_at_its_place_ends(
-    bus: Bus, lasting: dict[str, Any], passing: dict[str, Any], field: str
-) -> None:
-    well = getattr(bus.drives[0].record, field)
-    first = bus.faults.add(DriveFault.of(lasting))
-    hit = getattr(bus.drives[0].record, field)
-    assert hit != well
-    bus.faults.clear(bus.faults.add(DriveFault.of(passing)).number)
-    assert getattr(bus.drives[0].record, field) == hit
-    bus.faults.clear(first.number)
-    assert getattr(bus.drives[0].record, field) == well
-
-
-def test_a_load_goes_back_to_that_of_the_fault_that_lasts(bus: Bus) -> None:
-    record = bus.drives[0].record
-    bus.faults.add("load", drive=1, by=100.0)
-    bus.faults.add("load", drive=1, by=200.0, lasting=0.1)
-    bus.run(50)
-    assert record.external_load == 200
-    bus.run(100)
-    assert record.external_load == 100
 
 
 def _wrong() -> Iterator[tuple[dict[str, Any], str]]:
@@ -292,22 +173,22 @@ def _wrong() -> Iterator[tuple[dict[str, Any], str]]:
 
 
 @pytest.mark.parametrize(("fields", "told"), list(_wrong()))
-def test_a_fault_that_cannot_be_is_told(bus: Bus, fields: dict[str, Any], told: str) -> None:
+def test_a_fault_that_cannot_be_is_told(bus: Any, fields: dict[str, Any], told: str) -> None:
     with pytest.raises(FaultError) as refusal:
-        bus.faults.add(DriveFault.of(fields))
+        bus.faults.add(DRIVE_FAULTS.of(fields))
     assert str(refusal.value).startswith(told)
     assert len(bus.faults) == 0
 
 
 def test_tables_of_files_may_have_times_as_texts() -> None:
     table = {"kind": "mailbox_delay", "at": "1s", "lasting": "500ms", "by": "20ms"}
-    fault = DriveFault.of_table(table)
+    fault = DRIVE_FAULTS.of_table(table)
     assert (fault.at, fault.lasting, fault.by) == (1.0, 0.5, pytest.approx(0.02))
     with pytest.raises(FaultError, match="at: expected a number, got 'soon'"):
-        DriveFault.of_table(table | {"at": "soon"})
+        DRIVE_FAULTS.of_table(table | {"at": "soon"})
 
 
 def test_each_kind_is_tried_here() -> None:
     wire = {"lost_frames", "wrong_counter", "link_break", "eeprom", "mailbox_delay", "hang"}
     others = wire | {"alarm", "clock_drift", "clock_jitter"}
-    assert DRIVE_FAULT_KINDS.keys() == SIGNALS.keys() | others
+    assert DRIVE_FAULTS.kinds.keys() == SIGNALS.keys() | others

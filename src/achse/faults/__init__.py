@@ -1,0 +1,1 @@
+"""Faults on demand: each kind is written once, what it takes and what it does in one place."""

@@ -1,0 +1,427 @@
+"""Faults of drives on a bus: each kind, what it takes, and what it does to a slave or to frames.
+
+The same kinds are read by Python, by scripts (TOML) and by the command line.
+"""
+
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from typing import Annotated, Literal, TypeVar
+
+from pydantic import model_validator
+
+from achse.drive import Alarm, Drive, InputBit, Warn
+from achse.ethercat import Disturbance, Segment, Slave
+from achse.faults.fault import FaultKinds, LastingFault, Undo, number, text
+
+__all__ = ["DRIVE_FAULTS", "ENDLESS", "CableFault", "DriveFault", "SlaveFault"]
+
+ENDLESS = 1 << 60
+"""More frames, and more nanoseconds, than there will ever be."""
+
+_BROKEN_CHECKSUM = 14
+"""The byte of the EEPROM that is damaged."""
+
+_NO_EFFECT = frozenset({"kind", "at", "lasting", "count", "drive", "code"})
+
+Amount = Annotated[float, number(float, -1e6, 1e6)]
+Delay = Annotated[float, number(float, 0, 1e6)]
+"""Seconds."""
+
+
+class DriveFault(LastingFault):
+    """A fault of a bus of drives."""
+
+    @property
+    def meaning(self) -> object:
+        """What `code` stands for, None without one."""
+        return None
+
+    @property
+    def place(self) -> tuple[str, object]:
+        """What it acts on: of several faults there, the latest holds."""
+        return (self.kind, self.meaning)
+
+    @property
+    def effect(self) -> tuple[object, ...]:
+        """What it does there: two faults of one effect are one."""
+        fields = type(self).model_fields.keys() - _NO_EFFECT
+        return (self.kind, self.meaning, *(getattr(self, name) for name in sorted(fields)))
+
+
+class SlaveFault(DriveFault):
+    """A fault of one slave; without `drive` it hits all."""
+
+    drive: Annotated[int, number(int, 1)] | None = None
+    """Which one, counted from 1 along the cable."""
+
+    def hit(self, slave: Slave, segment: Segment) -> Undo | None:
+        """Begin; what ends it, None if the slave is not a drive."""
+        drive = slave.application
+        return self.hit_drive(drive) if isinstance(drive, Drive) else None
+
+    def hit_drive(self, drive: Drive) -> Undo:
+        """Begin inside a drive; what ends it."""
+        raise NotImplementedError
+
+
+class CableFault(DriveFault):
+    """A fault of the frames, which the segment counts by itself."""
+
+    count: Annotated[int, number(int, 1)] | None = None
+    """It ends after so many frames."""
+
+    def disturb(self, disturbance: Disturbance, count: int) -> None:
+        """Begin."""
+        raise NotImplementedError
+
+    def left(self, disturbance: Disturbance) -> int:
+        """Frames still to be hit."""
+        raise NotImplementedError
+
+    def end(self, disturbance: Disturbance) -> None:
+        """End."""
+        raise NotImplementedError
+
+
+K = TypeVar("K", Alarm, Warn)
+
+
+def _named(rows: Iterable[K]) -> Mapping[str, K]:
+    """By name and by panel number."""
+    return {key: each for each in rows for key in (each.name, each.panel.upper())}
+
+
+def _alarm(code: str) -> Alarm:
+    with suppress(ValueError):
+        alarm = Alarm.of(int(code, 0))
+        if alarm is not None:
+            return alarm
+    expected = "a name, AL. and three digits, or a number of 603Fh (0xFF10)"
+    return _of(_named(Alarm), code, expected)
+
+
+M = TypeVar("M")
+
+
+def _of(table: Mapping[str, M], code: str, expected: str) -> M:
+    found = table.get(code.upper())
+    if found is None:
+        raise ValueError(f"code: expected {expected}; got {code!r}")
+    return found
+
+
+class AlarmFault(SlaveFault):
+    """The drive has the alarm `code`: number in 603Fh, panel number (AL.720) or name. Its cause
+    stays until the fault ends; then the master resets it."""
+
+    kind: Literal["alarm"] = "alarm"
+    code: Annotated[str, text()]
+
+    @model_validator(mode="after")
+    def _known(self) -> "AlarmFault":
+        _alarm(self.code)
+        return self
+
+    @property
+    def meaning(self) -> Alarm:
+        return _alarm(self.code)
+
+    def hit_drive(self, drive: Drive) -> Undo:
+        alarm = self.meaning
+        drive.faults.alarm(alarm)
+        return lambda: drive.faults.clear(alarm)
+
+
+class WarningFault(SlaveFault):
+    """The drive shows the warning `code`, a panel number (AL.910) or name, in 3110h, 3111h."""
+
+    kind: Literal["warning"] = "warning"
+    code: Annotated[str, text()]
+
+    @model_validator(mode="after")
+    def _known(self) -> "WarningFault":
+        _ = self.meaning
+        return self
+
+    @property
+    def meaning(self) -> Warn:
+        return _of(_named(Warn), self.code, "a name or AL. and three digits")
+
+    def hit_drive(self, drive: Drive) -> Undo:
+        warning = self.meaning
+        drive.faults.warning(warning)
+        return lambda: drive.faults.warning(warning, False)
+
+
+class EncoderLoss(SlaveFault):
+    """The encoder answers no longer: the motor coasts, with an encoder alarm (`code`)."""
+
+    kind: Literal["encoder_loss"] = "encoder_loss"
+    code: Annotated[str, text()] = ""
+
+    @model_validator(mode="after")
+    def _known(self) -> "EncoderLoss":
+        _ = self.meaning
+        return self
+
+    @property
+    def meaning(self) -> Alarm | None:
+        return _alarm(self.code) if self.code else None
+
+    @property
+    def place(self) -> tuple[str, object]:
+        return ("encoder", None)
+
+    def hit_drive(self, drive: Drive) -> Undo:
+        alarm = self.meaning
+        if alarm is None:
+            drive.faults.encoder_loss()
+        else:
+            drive.faults.encoder_loss(alarm=alarm)
+        return lambda: drive.faults.encoder_loss(False)
+
+
+class Sto(SlaveFault):
+    """Both safety inputs are off: STO."""
+
+    kind: Literal["sto"] = "sto"
+
+    @property
+    def place(self) -> tuple[str, object]:
+        return ("safety", None)
+
+    def hit_drive(self, drive: Drive) -> Undo:
+        drive.faults.sto()
+        return lambda: drive.faults.sto(False)
+
+
+class Safety(SlaveFault):
+    """One of the two safety inputs is off."""
+
+    kind: Literal["safety"] = "safety"
+
+    @property
+    def place(self) -> tuple[str, object]:
+        return ("safety", None)
+
+    def hit_drive(self, drive: Drive) -> Undo:
+        drive.faults.safety(False, True)
+        return lambda: drive.faults.safety(True, True)
+
+
+class Overtravel(SlaveFault):
+    """The limit switch at `side` (positive, negative) is on, wherever the machine is."""
+
+    kind: Literal["overtravel"] = "overtravel"
+    side: Annotated[str, text("positive", "negative")] = ""
+
+    @property
+    def place(self) -> tuple[str, object]:
+        negative = self.side == "negative"
+        return ("input", InputBit.NEGATIVE_LIMIT if negative else InputBit.POSITIVE_LIMIT)
+
+    def hit_drive(self, drive: Drive) -> Undo:
+        positive = self.side != "negative"
+        drive.faults.overtravel(positive=positive)
+        return lambda: drive.faults.overtravel(positive=positive, on=False)
+
+
+class Input(SlaveFault):
+    """The input `code` (HOME, I1 to I8) is held `side`: on or off."""
+
+    kind: Literal["input"] = "input"
+    code: Annotated[str, text()]
+    side: Annotated[str, text("on", "off")] = ""
+
+    @model_validator(mode="after")
+    def _known(self) -> "Input":
+        _ = self.meaning
+        return self
+
+    @property
+    def meaning(self) -> InputBit:
+        names = {bit.name or "": bit for bit in InputBit}
+        return _of(names, self.code, ", ".join(names))
+
+    def hit_drive(self, drive: Drive) -> Undo:
+        bit = self.meaning
+        drive.faults.input(bit, self.side != "off")
+        return lambda: drive.faults.input(bit, None)
+
+
+class MainPower(SlaveFault):
+    """Main power is off."""
+
+    kind: Literal["main_power"] = "main_power"
+
+    def hit_drive(self, drive: Drive) -> Undo:
+        drive.faults.main_power(False)
+        return lambda: drive.faults.main_power(True)
+
+
+class Load(SlaveFault):
+    """Something pushes against positive direction with `by` ‰ of rated torque."""
+
+    kind: Literal["load"] = "load"
+    by: Amount
+
+    def hit_drive(self, drive: Drive) -> Undo:
+        drive.faults.load(self.by)
+        return lambda: drive.faults.load(0.0)
+
+
+class Jam(SlaveFault):
+    """The machine is blocked where it stands."""
+
+    kind: Literal["jam"] = "jam"
+
+    def hit_drive(self, drive: Drive) -> Undo:
+        drive.faults.jam()
+        return lambda: drive.faults.jam(False)
+
+
+class YawAlarm(SlaveFault):
+    """The other drive of the gantry has an alarm."""
+
+    kind: Literal["yaw_alarm"] = "yaw_alarm"
+
+    def hit_drive(self, drive: Drive) -> Undo:
+        drive.faults.yaw_alarm()
+        return lambda: drive.faults.yaw_alarm(False)
+
+
+class LocalControl(SlaveFault):
+    """Somebody operates the drive at its panel: not in communication mode, it falls to Init with AL
+    status code 0x8000 and does not leave it."""
+
+    kind: Literal["local_control"] = "local_control"
+
+    def hit_drive(self, drive: Drive) -> Undo:
+        drive.faults.local_control()
+        return lambda: drive.faults.local_control(False)
+
+
+class MailboxDelay(SlaveFault):
+    """Mailbox answers come `by` seconds late."""
+
+    kind: Literal["mailbox_delay"] = "mailbox_delay"
+    by: Delay
+
+    def hit(self, slave: Slave, segment: Segment) -> Undo:
+        slave.mailbox_delay_ns = round(self.by * 1e9)
+        return lambda: setattr(slave, "mailbox_delay_ns", 0)
+
+
+class Hang(SlaveFault):
+    """The drive's program hangs: frames pass and count, but nothing is done or answered, and the
+    PDI watchdog expires."""
+
+    kind: Literal["hang"] = "hang"
+
+    def hit(self, slave: Slave, segment: Segment) -> Undo:
+        slave.hang()
+        return lambda: slave.hang(False)
+
+
+class LostFrames(CableFault):
+    """Frames do not come back: the next `count`, or all."""
+
+    kind: Literal["lost_frames"] = "lost_frames"
+
+    def disturb(self, disturbance: Disturbance, count: int) -> None:
+        disturbance.lose = max(disturbance.lose, count)
+
+    def left(self, disturbance: Disturbance) -> int:
+        return disturbance.lose
+
+    def end(self, disturbance: Disturbance) -> None:
+        disturbance.lose = 0
+
+
+class WrongCounter(CableFault):
+    """The working counters of the next `count` frames, or of all, are wrong by `by`."""
+
+    kind: Literal["wrong_counter"] = "wrong_counter"
+    by: Amount
+
+    def disturb(self, disturbance: Disturbance, count: int) -> None:
+        disturbance.counter = round(self.by)
+        disturbance.counter_frames = max(disturbance.counter_frames, count)
+
+    def left(self, disturbance: Disturbance) -> int:
+        return disturbance.counter_frames
+
+    def end(self, disturbance: Disturbance) -> None:
+        disturbance.counter_frames = 0
+
+
+class LinkBreak(SlaveFault):
+    """The cable before the drive is broken: it and all behind it are out of reach."""
+
+    kind: Literal["link_break"] = "link_break"
+
+    def hit(self, slave: Slave, segment: Segment) -> Undo:
+        segment.break_link(slave)
+        return lambda: segment.repair_link(slave)
+
+
+class Eeprom(SlaveFault):
+    """The checksum of the EEPROM is wrong. The drive sees it when the controller is reset or loads
+    the EEPROM anew, and comes back when it does so after the fault."""
+
+    kind: Literal["eeprom"] = "eeprom"
+
+    def hit(self, slave: Slave, segment: Segment) -> Undo:
+        image = slave.esc.eeprom.image
+        image[_BROKEN_CHECKSUM] ^= 0xFF
+        return lambda: image.__setitem__(_BROKEN_CHECKSUM, image[_BROKEN_CHECKSUM] ^ 0xFF)
+
+
+class ClockDrift(SlaveFault):
+    """The drive's own clock runs `by` ppm too fast; the distributed clocks have to follow."""
+
+    kind: Literal["clock_drift"] = "clock_drift"
+    by: Amount
+
+    def hit(self, slave: Slave, segment: Segment) -> Undo:
+        clock = slave.esc.clock
+        clock.drift_ppb = round(self.by * 1000)
+        return lambda: setattr(clock, "drift_ppb", 0)
+
+
+class ClockJitter(SlaveFault):
+    """Receive times are off by up to `by` seconds."""
+
+    kind: Literal["clock_jitter"] = "clock_jitter"
+    by: Delay
+
+    def hit(self, slave: Slave, segment: Segment) -> Undo:
+        clock = slave.esc.clock
+        clock.jitter_ns = round(self.by * 1e9)
+        return lambda: setattr(clock, "jitter_ns", 0)
+
+
+DRIVE_FAULTS: FaultKinds[DriveFault] = FaultKinds(
+    AlarmFault,
+    WarningFault,
+    EncoderLoss,
+    Sto,
+    Safety,
+    Overtravel,
+    Input,
+    MainPower,
+    Load,
+    Jam,
+    YawAlarm,
+    LocalControl,
+    MailboxDelay,
+    Hang,
+    LostFrames,
+    WrongCounter,
+    LinkBreak,
+    Eeprom,
+    ClockDrift,
+    ClockJitter,
+    last=("drive", "code", "side", "by"),
+)
+"""Every kind of fault that a bus of drives can have."""

@@ -1,0 +1,279 @@
+"""What a fault is: fields that are checked, a begin and an end; and a family of kinds of faults."""
+
+import inspect
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Annotated, Any, Generic, TypeVar, Union, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, TypeAdapter, ValidationError
+
+__all__ = [
+    "ActiveFault",
+    "CountedFault",
+    "Fault",
+    "FaultError",
+    "FaultKinds",
+    "LastingFault",
+    "Moment",
+    "Undo",
+    "number",
+    "seconds",
+    "text",
+]
+
+LONGEST_S = 1_000_000_000
+"""Seconds; no test waits for thirty years."""
+
+Undo = Callable[[], None]
+"""What ends a fault."""
+
+
+class FaultError(ValueError):
+    """A fault cannot be: says what was expected and what came."""
+
+
+def seconds(text: str) -> float:
+    """`2`, `2s`, `50ms`; raises ValueError."""
+    for unit, factor in (("ms", 1e-3), ("us", 1e-6), ("s", 1.0)):
+        if text.endswith(unit):
+            return float(text.removesuffix(unit)) * factor
+    return float(text)
+
+
+def number(kind: type, least: float, most: float | None = None) -> PlainValidator:
+    """A field's check: a number of `kind`, not a truth value, from `least` to `most`.
+
+    The value stays as it was given, so that it is told as it was given.
+    """
+
+    def check(value: object) -> object:
+        if isinstance(value, bool) or not isinstance(value, int if kind is int else int | float):
+            raise ValueError(f"expected {kind.__name__}, got {value!r}")
+        if not (least <= value < math.inf and (most is None or value <= most)):
+            expected = f"{least} or more" if most is None else f"{least}..{most}"
+            raise ValueError(f"expected {expected}, got {value}")
+        return value
+
+    return PlainValidator(check)
+
+
+def text(*choices: str) -> PlainValidator:
+    """A field's check: a text, one of `choices` if there are any."""
+
+    def check(value: object) -> object:
+        if not isinstance(value, str):
+            raise ValueError(f"expected str, got {value!r}")
+        if value and choices and value not in choices:
+            if len(choices) == 2:
+                raise ValueError(f"expected {' or '.join(choices)}, got {value!r}")
+            raise ValueError(f"expected one of {', '.join(choices)}; got {value!r}")
+        return value
+
+    return PlainValidator(check)
+
+
+Moment = Annotated[float, number(float, 0, LONGEST_S)]
+"""Seconds."""
+
+
+class Fault(BaseModel):
+    """One fault of some kind. A kind is a subclass: its name, its fields, what it does.
+
+    The first paragraph of its docstring says what happens. `kind` comes first, `at` is the station
+    time at which it begins, s; None: now.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+
+    kind: str
+    at: Moment | None = None
+
+    def fields(self) -> dict[str, Any]:
+        """What was given, as JSON and TOML have it; the kind first."""
+        given = {
+            name: value
+            for name, field in type(self).model_fields.items()
+            if (value := getattr(self, name)) != field.default
+        }
+        return {"kind": self.kind, **given}
+
+    def told(self, name: str, value: Any) -> str:
+        """A field's value in words."""
+        return str(value)
+
+    def __str__(self) -> str:
+        given = self.fields().items()
+        fields = [f"{name}={self.told(name, value)}" for name, value in given if name != "kind"]
+        return " ".join([self.kind, *fields])
+
+
+class LastingFault(Fault):
+    """A fault that has an end; others are over as soon as they have begun."""
+
+    lasting: Moment | None = None
+    """Seconds until it ends; None: until cleared, or `count` is reached."""
+
+
+class CountedFault(LastingFault):
+    """A fault that can end by itself after some hits."""
+
+    count: Annotated[int, number(int, 1)] | None = None
+    """It ends after so many frames."""
+    every: Annotated[int, number(int, 1)] = 1
+    """Only each n-th of the selected frames is hit."""
+
+
+F = TypeVar("F", bound=Fault)
+
+
+class FaultKinds(Generic[F]):
+    """A family of kinds, which share a list: those of a station, those of drives.
+
+    Fields are listed as the kinds have them, those that `last` names at the end.
+    """
+
+    def __init__(self, *kinds: type[F], last: tuple[str, ...] = ()) -> None:
+        self.kinds: Mapping[str, type[F]] = {
+            str(kind.model_fields["kind"].default): kind for kind in kinds
+        }
+        """By name."""
+        union: Any = Annotated[Union[kinds], Field(discriminator="kind")]  # noqa: UP007, a list
+        self._union: TypeAdapter[F] = TypeAdapter(union)
+        fields = {name: field for kind in kinds for name, field in kind.model_fields.items()}
+        names = [*(name for name in fields if name not in last), *last]
+        defaults = {
+            name: field.default
+            for kind in kinds
+            for name, field in kind.model_fields.items()
+            if not field.is_required()
+        }
+        self._defaults = {name: defaults.get(name) for name in names}
+        self._types = {name: _plain(field.annotation) for name, field in fields.items()}
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.kinds)
+
+    def description(self, kind: str) -> str:
+        """What happens."""
+        paragraph = (inspect.getdoc(self.kinds[kind]) or "").partition("\n\n")[0]
+        return paragraph.replace("\n", " ")
+
+    def parameters(self, kind: str) -> list[str]:
+        """Everything a kind takes beside `kind` and `at`."""
+        taken = self.kinds[kind].model_fields.keys() - {"kind", "at"}
+        return [name for name in self._defaults if name in taken]
+
+    def of(self, fields: Mapping[str, Any]) -> F:
+        """From a table of fields, as JSON and TOML have it; raises FaultError."""
+        for name in fields:
+            if name not in self._defaults:
+                raise FaultError(f"{name}: a fault has {', '.join(self._defaults)}")
+        kind = fields.get("kind")
+        if kind is None:
+            raise FaultError(f"kind: expected one of {', '.join(self.kinds)}")
+        if not isinstance(kind, str):
+            raise FaultError(f"kind: expected str, got {kind!r}")
+        if kind not in self.kinds:
+            raise FaultError(f"kind: expected one of {', '.join(self.kinds)}; got {kind!r}")
+        given = {
+            name: value
+            for name, value in fields.items()
+            if value is not None and (name == "kind" or value != self._defaults[name])
+        }
+        try:
+            return self._union.validate_python(given)
+        except ValidationError as failure:
+            raise FaultError(self._told(kind, failure)) from None
+
+    def _told(self, kind: str, failure: ValidationError) -> str:
+        """The first fault of all that is wrong: what is too much, what is missing, wrong values."""
+        errors = failure.errors()
+        names = {error["type"]: str(error["loc"][-1]) for error in reversed(errors)}
+        if "extra_forbidden" in names:
+            surplus = min(
+                str(each["loc"][-1]) for each in errors if each["type"] in "extra_forbidden"
+            )
+            return f"{surplus}: {kind} takes {', '.join(self.parameters(kind)) or 'nothing'}"
+        if "missing" in names:
+            return f"{names['missing']}: a fault of kind {kind} needs it"
+        first = errors[0]
+        where = f"{first['loc'][1]}: " if len(first["loc"]) > 1 else ""
+        return where + first["msg"].removeprefix("Value error, ")
+
+    def of_table(self, table: Mapping[str, Any]) -> F:
+        """From a table of a file, where times may be texts like "50ms"; raises FaultError."""
+        fields = dict(table)
+        for name, value in table.items():
+            if isinstance(value, str) and self._types.get(name) is float:
+                fields[name] = self._number(name, value)
+        return self.of(fields)
+
+    def parse(self, kind: str, fields: Iterable[str]) -> F:
+        """From texts like `code=0x706`, `by=50ms`, `at=2`; raises FaultError."""
+        values: dict[str, Any] = {"kind": kind}
+        for field in fields:
+            name, equals, value = field.partition("=")
+            if not equals or name not in self._types:
+                raise FaultError(
+                    f"expected KEY=VALUE with a key of {', '.join(self._defaults)}; got {field!r}"
+                )
+            values[name] = value if self._types[name] is str else self._number(name, value)
+        return self.of(values)
+
+    def _number(self, name: str, text: str) -> float:
+        try:
+            return seconds(text) if self._types[name] is float else int(text, 0)
+        except ValueError:
+            raise FaultError(f"{name}: expected a number, got {text!r}") from None
+
+
+def _plain(annotation: Any) -> type:
+    """`int`, `float` or `str`: what a field holds beside None."""
+    if annotation in (int, float, str):
+        return annotation  # type: ignore[no-any-return]
+    for part in get_args(annotation):
+        if isinstance(part, str):  # a Literal
+            return str
+        if part is not type(None):
+            return _plain(part)
+    raise TypeError(f"expected a field of int, float or str, got {annotation}")
+
+
+class ActiveFault:
+    """A fault that waits for its time or is at work."""
+
+    def __init__(self, number: int, fault: Fault, begins_ns: int) -> None:
+        self.number = number
+        self.fault = fault
+        self.begins_ns = begins_ns
+        self.state = "waiting"
+        """`waiting`, `active`, `over`."""
+        self.hits = 0
+        self._seen = 0
+        counted = fault if isinstance(fault, CountedFault) else None
+        self._every = 1 if counted is None else counted.every
+        self._count = None if counted is None else counted.count
+        self.undo: Undo | None = None
+
+    def take(self) -> bool:
+        """Whether the frame that was selected now is hit."""
+        if self.state != "active":
+            return False
+        self._seen += 1
+        if self._seen % self._every:
+            return False
+        self.hits += 1
+        return True
+
+    @property
+    def used_up(self) -> bool:
+        return self._count is not None and self.hits >= self._count
+
+    def facts(self) -> dict[str, Any]:
+        """As JSON has it."""
+        return {
+            "number": self.number,
+            "state": self.state,
+            "hits": self.hits,
+            "fault": self.fault.fields(),
+        }

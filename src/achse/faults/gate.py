@@ -1,0 +1,125 @@
+"""The gate in the router through which all frames pass while a fault of frames is at work."""
+
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from achse.ams import Command, Frame
+from achse.faults.fault import ActiveFault, Undo
+from achse.faults.selection import RequestFault, Selection, port_of
+from achse.router import Router
+
+__all__ = ["FrameFault", "FrameGate", "Later", "Onward"]
+
+SPARED_PORT = 26_000
+"""The station's own service: faults never cut off the way to clear them."""
+
+_REMEMBERED = 4096
+"""Requests under way whose answers are to be hit; more are no sensible test."""
+
+Later = Callable[[float, Callable[[], None]], None]
+Onward = Callable[[Frame], bool]
+
+
+class FrameGate:
+    """The gate in the router through which all frames pass while a frame fault is at work."""
+
+    def __init__(self, router: Router, later: Later, finish: Callable[[ActiveFault], None]) -> None:
+        self.router = router
+        self.later = later
+        self._finish = finish
+        self._standing = False
+        self._on_requests: list[_Entry] = []
+        self._on_samples: list[_Entry] = []
+        self._marked: dict[tuple[Any, ...], list[_Hit]] = {}
+        self.held: dict[int, tuple[Frame, Onward]] = {}
+        """By fault number: the frame that waits to be overtaken."""
+
+    def begin(self, active: ActiveFault, fault: "FrameFault", selection: Selection) -> Undo:
+        """Let the fault disturb the frames that are selected."""
+        entry = _Entry(active, fault, selection)
+        samples = selection.command == Command.NOTIFICATION
+        faults = self._on_samples if samples else self._on_requests
+        faults.append(entry)
+        self._stand()
+
+        def undo() -> None:
+            faults.remove(entry)
+            self._stand()
+
+        return undo
+
+    def _stand(self) -> None:
+        """Be in the way of the frames as long as there is something to do."""
+        needed = bool(self._on_requests or self._on_samples or self._marked)
+        if needed and not self._standing:
+            self.router.put_gate(self._gate)
+        elif self._standing and not needed:
+            self.router.put_gate(None)
+        self._standing = needed
+
+    def _gate(self, frame: Frame, onward: Onward) -> bool:
+        if frame.command == Command.NOTIFICATION:
+            hits = self._take(self._on_samples, lambda selection: selection.sample(frame))
+        elif frame.is_response:
+            hits = self._marked.pop(_exchange(frame), [])
+            if hits:
+                self._stand()
+        elif port_of(frame.target) == SPARED_PORT:
+            return onward(frame)
+        else:
+            hits = self._take(self._on_requests, lambda selection: selection.request(frame))
+            later = [each for each in hits if each.fault.on_answer]
+            if later:
+                self._marked[_exchange(frame)] = later
+                if len(self._marked) > _REMEMBERED:
+                    del self._marked[next(iter(self._marked))]
+                self._stand()
+                hits = [each for each in hits if each not in later]
+        for hit in hits:
+            onward = self._disturbed(hit, onward)
+        return onward(frame)
+
+    def _take(self, entries: list["_Entry"], selects: Callable[[Selection], bool]) -> list["_Hit"]:
+        """Those of the faults that hit this frame."""
+        found = [entry for entry in entries if selects(entry.selection)]
+        hits = [_Hit(entry.active, entry.fault) for entry in found if entry.active.take()]
+        for hit in hits:
+            if hit.active.used_up:
+                self._finish(hit.active)
+        return hits
+
+    def _disturbed(self, hit: "_Hit", onward: Onward) -> Onward:
+        """`onward` with the fault in its way."""
+        return lambda frame: hit.fault.disturb(self, hit.active, frame, onward)
+
+
+class FrameFault(RequestFault):
+    """A fault that disturbs frames on their way."""
+
+    @property
+    def on_answer(self) -> bool:
+        """Whether it hits the answer of a request that was selected."""
+        return True
+
+    @abstractmethod
+    def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
+        """Do something else than `onward(frame)`; whether the frame was taken."""
+
+
+class _Entry(NamedTuple):
+    active: ActiveFault
+    fault: FrameFault
+    selection: Selection
+
+
+class _Hit(NamedTuple):
+    active: ActiveFault
+    fault: FrameFault
+
+
+def _exchange(frame: Frame) -> tuple[Any, ...]:
+    """What a request and its answer have in common."""
+    if frame.is_response:
+        return (frame.target, frame.source, frame.command, frame.invoke_id, id(frame.via))
+    return (frame.source, frame.target, frame.command, frame.invoke_id, id(frame.origin))

@@ -1,0 +1,200 @@
+"""Which requests a fault means: whose, at which device, of which service or variable."""
+
+import struct
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import model_validator
+
+from achse.ams import AmsAddress, Command, Frame, NetId
+from achse.codes import NcError, ReturnCode
+from achse.faults.fault import CountedFault, FaultError, number, text
+from achse.faults.target import Target
+from achse.server import Device, Symbol
+from achse.server.symbols import decode_name
+
+__all__ = [
+    "BY_HANDLE",
+    "BY_NAME",
+    "COMMANDS",
+    "Code",
+    "PortNumber",
+    "RequestFault",
+    "Selection",
+    "Sided",
+    "client_test",
+    "devices_at",
+    "host_of",
+    "port_of",
+]
+
+BY_NAME, BY_HANDLE = 0xF004, 0xF005
+"""Index groups by which variables are read and written."""
+
+COMMANDS = {command.name.lower(): command for command in Command}
+"""What `command` may name."""
+
+_PLACE = struct.Struct("<II")
+_WITH_PLACE = frozenset((Command.READ, Command.WRITE, Command.READ_WRITE, Command.ADD_NOTIFICATION))
+
+PortNumber = Annotated[int, number(int, 0, 0xFFFF)]
+Code = Annotated[int, number(int, 1, 0xFFFF_FFFF)]
+_Number = Annotated[int, number(int, 0, 0xFFFF_FFFF)]
+
+
+class RequestFault(CountedFault):
+    """A fault of requests. Fields that are not given select everything."""
+
+    client: Annotated[str, text()] = ""
+    """A NetId, an AMS address or an IP address."""
+    port: PortNumber | None = None
+    """The AMS port of the device."""
+    command: Annotated[str, text(*COMMANDS)] = ""
+    """An ADS command in lower case: read, write, read_write, notification, …"""
+    group: _Number | None = None
+    offset: _Number | None = None
+    symbol: Annotated[str, text()] = ""
+    """Whatever reads or writes this variable: by name, handle or address."""
+
+    @model_validator(mode="after")
+    def _offset_in_group(self) -> "RequestFault":
+        if self.offset is not None and self.group is None:
+            raise ValueError("offset: needs a group")
+        return self
+
+    def told(self, name: str, value: Any) -> str:
+        """A field's value in words: codes with their names, groups and offsets in hexadecimal."""
+        if name == "code":
+            row = ReturnCode.of(value) or NcError.of(value)
+            return f"0x{value:X}" + (f" ({row.name})" if row else "")
+        return f"0x{value:X}" if name in ("group", "offset") else str(value)
+
+    def found_symbol(self, target: Target) -> tuple[Device, Symbol]:
+        """The variable, and the device that has it; raises FaultError."""
+        for device in devices_at(self.port, target):
+            if device.symbols is not None:
+                symbol = device.symbols.source.resolve(self.symbol)
+                if symbol is not None:
+                    return device, symbol
+        raise FaultError(f"symbol: no device of the station has {self.symbol!r}")
+
+    def selection(self, target: Target) -> "Selection":
+        """What is hit at the station as it is now; raises FaultError."""
+        found = self.found_symbol(target) if self.symbol else None
+        return Selection(self, None if found is None else _Touch(*found))
+
+
+class Sided(CountedFault):
+    """A fault that can hit either half of an exchange."""
+
+    side: Annotated[str, text("request", "answer")] = "answer"
+    """`answer` (the request was carried out) or `request`."""
+
+
+def devices_at(port: int | None, target: Target) -> list[Device]:
+    """The device at a port, or all; raises FaultError."""
+    devices = [
+        device
+        for device in target.devices
+        if port is None or any(item.port == port for item in device.addresses)
+    ]
+    if not devices:
+        raise FaultError(f"port: expected one of the station's devices, got {port}")
+    return devices
+
+
+def client_test(client: str) -> Callable[[bytes, str], bool]:
+    """Whether an AMS address and the host it came from are the client that a fault names."""
+    if not client:
+        return lambda address, host: True
+    try:
+        wanted = bytes(AmsAddress(client)) if ":" in client else bytes(NetId(client))
+    except ValueError:
+        if client.count(".") != 3:
+            raise FaultError(
+                f"client: expected a NetId, an AMS address or an IP address, got {client!r}"
+            ) from None
+        return lambda address, host: host == client
+    return lambda address, host: address.startswith(wanted)
+
+
+class _Touch:
+    """Whether a request reads or writes one variable: by name, by handle or by address."""
+
+    def __init__(self, device: Device, symbol: Symbol) -> None:
+        assert device.symbols is not None
+        self.ports = [address.port for address in device.addresses]
+        self._symbols = device.symbols
+        self._group = symbol.index_group
+        self._start = symbol.index_offset
+        self._end = symbol.index_offset + symbol.size
+
+    def __call__(self, group: int, offset: int, length: int, data: bytes) -> bool:
+        if group == self._group:
+            return offset < self._end and self._start < offset + max(length, 1)
+        symbol: Symbol | None = None
+        if group == BY_HANDLE:
+            symbol = self._symbols.held(offset)
+        elif group == BY_NAME:
+            symbol = self._symbols.source.resolve(decode_name(data))
+        return (
+            symbol is not None
+            and symbol.index_group == self._group
+            and symbol.index_offset < self._end
+            and self._start < symbol.index_offset + symbol.size
+        )
+
+
+class Selection:
+    """Which requests a fault means."""
+
+    def __init__(self, fault: RequestFault, touch: _Touch | None) -> None:
+        self.command = COMMANDS[fault.command] if fault.command else None
+        self.is_client = client_test(fault.client)
+        self.port = fault.port
+        self._group = fault.group
+        self._offset = fault.offset
+        self._touch = touch
+        self._placed = fault.group is not None or touch is not None
+
+    def peer(self, address: bytes, host: str, port: int) -> bool:
+        """Client and device fit."""
+        return (self.port is None or self.port == port) and self.is_client(address, host)
+
+    def place(self, group: int, offset: int, length: int, data: bytes) -> bool:
+        """Service or symbol fit."""
+        if self._touch is not None:
+            return self._touch(group, offset, length, data)
+        return (self._group is None or group == self._group) and (
+            self._offset is None or offset == self._offset
+        )
+
+    def request(self, frame: Frame) -> bool:
+        """The frame is one of them."""
+        command = frame.command
+        if self.command is not None and command != self.command:
+            return False
+        if not self.peer(frame.source, host_of(frame.origin), port_of(frame.target)):
+            return False
+        if not self._placed:
+            return True
+        data = frame.data
+        if command not in _WITH_PLACE or len(data) < 12:
+            return False
+        group, offset = _PLACE.unpack_from(data)
+        length = int.from_bytes(data[8:12], "little")
+        return self.place(group, offset, length, data[16:])
+
+    def sample(self, frame: Frame) -> bool:
+        """The frame is a notification for them; asked only of a fault of notifications."""
+        return self.peer(frame.target, host_of(frame.via), port_of(frame.source))
+
+
+def host_of(endpoint: object) -> str:
+    """The IP address at the far end of a connection; empty for what has none."""
+    return getattr(endpoint, "peer_host", "")
+
+
+def port_of(address: bytes) -> int:
+    """The port of an AMS address."""
+    return address[6] | address[7] << 8

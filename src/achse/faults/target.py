@@ -1,0 +1,39 @@
+"""What faults need of the station that they hit."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
+
+from achse.ams import AdsState
+from achse.plc import PlcRuntime
+from achse.router import Router
+from achse.server import Device
+from achse.transport.tcp import TcpListener
+
+__all__ = ["Target"]
+
+
+class Target(Protocol):
+    """A station as faults see it. What it consists of may be another after a restart."""
+
+    listeners: Sequence[TcpListener]
+    devices: Sequence[Device]
+    plcs: Mapping[int, PlcRuntime]
+
+    @property
+    def router(self) -> Router: ...
+    @property
+    def time_ns(self) -> int: ...
+    @property
+    def state(self) -> AdsState: ...
+
+    @property
+    def strict(self) -> bool:
+        """Whether the listeners take one connection per remote host without any fault."""
+        ...
+
+    def at(self, due_ns: int, action: Callable[[], None]) -> None:
+        """Call `action` at a station time."""
+        ...
+
+    def restart(self) -> None: ...
+    def configure(self) -> None: ...

@@ -1,0 +1,40 @@
+"""What is to happen at a station time: in the cycle as long as something is due, not else."""
+
+import heapq
+import math
+from collections.abc import Callable
+
+from achse.station.cycle import Cycle, Phase, Place
+
+__all__ = ["Agenda"]
+
+
+class Agenda(Phase):
+    """Actions, each at its time; faults begin and end so."""
+
+    place, name = Place.FAULTS, "faults"
+    due_ns = math.inf
+
+    def __init__(self, cycle: Cycle) -> None:
+        self._cycle = cycle
+        self._actions: list[tuple[int, int, Callable[[], None]]] = []
+        self._sequence = 0
+
+    def add(self, due_ns: int, action: Callable[[], None]) -> None:
+        """Call `action` at a station time; with the next cycle if it is over."""
+        if not self._actions:
+            self._cycle.add(self)
+        self._sequence += 1
+        heapq.heappush(self._actions, (due_ns, self._sequence, action))
+        self.due_ns = self._actions[0][0]
+
+    def step(self, now_ns: int) -> None:
+        """Do what is due."""
+        actions = self._actions
+        while actions and actions[0][0] <= now_ns:
+            heapq.heappop(actions)[2]()
+        if actions:
+            self.due_ns = actions[0][0]
+        else:
+            self.due_ns = math.inf
+            self._cycle.remove(self)
