@@ -13,7 +13,33 @@ from achse.drive import Alarm, Drive, InputBit, Warn
 from achse.ethercat import Disturbance, Segment, Slave
 from achse.faults.fault import FaultKinds, LastingFault, Undo, number, text
 
-__all__ = ["DRIVE_FAULTS", "ENDLESS", "CableFault", "DriveFault", "SlaveFault"]
+__all__ = [
+    "DRIVE_FAULTS",
+    "ENDLESS",
+    "AlarmFault",
+    "CableFault",
+    "ClockDrift",
+    "ClockJitter",
+    "DriveFault",
+    "Eeprom",
+    "EncoderLoss",
+    "Hang",
+    "Input",
+    "Jam",
+    "LinkBreak",
+    "Load",
+    "LocalControl",
+    "LostFrames",
+    "MailboxDelay",
+    "MainPower",
+    "Overtravel",
+    "Safety",
+    "SlaveFault",
+    "Sto",
+    "WarningFault",
+    "WrongCounter",
+    "YawAlarm",
+]
 
 ENDLESS = 1 << 60
 """More frames, and more nanoseconds, than there will ever be."""
@@ -24,7 +50,7 @@ _BROKEN_CHECKSUM = 14
 _NO_EFFECT = frozenset({"kind", "at", "lasting", "count", "drive", "code"})
 
 Amount = Annotated[float, number(float, -1e6, 1e6)]
-Delay = Annotated[float, number(float, 0, 1e6)]
+Lateness = Annotated[float, number(float, 0, 1e6)]
 """Seconds."""
 
 
@@ -305,7 +331,7 @@ class MailboxDelay(SlaveFault):
     """Mailbox answers come `by` seconds late."""
 
     kind: Literal["mailbox_delay"] = "mailbox_delay"
-    by: Delay
+    by: Lateness
 
     def hit(self, slave: Slave, segment: Segment) -> Undo:
         slave.mailbox_delay_ns = round(self.by * 1e9)
@@ -393,7 +419,7 @@ class ClockJitter(SlaveFault):
     """Receive times are off by up to `by` seconds."""
 
     kind: Literal["clock_jitter"] = "clock_jitter"
-    by: Delay
+    by: Lateness
 
     def hit(self, slave: Slave, segment: Segment) -> Undo:
         clock = slave.esc.clock
