@@ -1,49 +1,50 @@
-"""A kernel in machine code, made once and kept in the user's cache; needs llvmlite.
+"""A kernel: plain functions on records, as they are or as machine code; the latter needs llvmlite.
 
 Machine code belongs to the kernel's sources, the numbers they refer to, the layout of the records,
-the processor and the version of LLVM: a hash of these names its file. A changed kernel is a new
-file, a stale one is never used. ACHSE_CACHE_DIR moves the cache.
+the processor and the version of LLVM: a hash of these names its file in the cache.
 """
 
-import ctypes
 import hashlib
-import importlib.util
-import os
-import sys
-import tempfile
+import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import contextmanager
 from enum import EnumMeta
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
-from achse.native import expressions, function, instructions, kinds, translate
+from achse.native.backend.cache import ObjectCache, cache_directory
+from achse.native.backend.faults import MachineFault
+from achse.native.backend.machine import (
+    Effort,
+    MachineCode,
+    compile_module,
+    compiler_installed,
+    identity,
+)
 from achse.native.declare import Layout
 
-__all__ = ["Kernel", "cache_directory", "compiler_installed"]
+__all__ = ["Kernel", "cache_directory", "checked_builds", "compiler_installed"]
 
-_ARGUMENTS = {"ptr": ctypes.c_void_p, "i64": ctypes.c_int64, "double": ctypes.c_double}
+_LOG = logging.getLogger(__name__)
 
-
-_CHECK = hashlib.sha256().digest_size
-
-
-def compiler_installed() -> bool:
-    """Whether llvmlite can be imported, without importing it."""
-    with suppress(ValueError):  # find_spec of a module that is None in sys.modules
-        return importlib.util.find_spec("llvmlite") is not None
-    return False
+_checked = False
 
 
-def cache_directory() -> Path:
-    """Where machine code is kept."""
-    named = os.environ.get("ACHSE_CACHE_DIR")
-    if named:
-        return Path(named)
-    home = os.path.join(os.path.expanduser("~"), ".cache")
-    return Path(os.environ.get("XDG_CACHE_HOME") or home) / "achse"
+@contextmanager
+def checked_builds() -> Iterator[None]:
+    """Machine code that is bound within is checked: for tests.
+
+    It raises what Python raises: IndexError, ZeroDivisionError, OverflowError or ValueError, with
+    file and line of the kernel; and OverflowError where a whole number needs more than 64 bits.
+    """
+    global _checked
+    before, _checked = _checked, True
+    try:
+        yield
+    finally:
+        _checked = before
 
 
 class Kernel:
@@ -60,11 +61,12 @@ class Kernel:
         self.name = name
         self.plain = entry
         self.layouts = layouts
+        self._codes: dict[bool, Callable[..., Any]] = {}
 
-    @cached_property
+    @property
     def path(self) -> Path:
         """The file of the machine code in the cache, whether it is there or not."""
-        return cache_directory() / f"{self.name}-{self._digest()}.o"
+        return self._object(_checked).path
 
     @property
     def cached(self) -> bool:
@@ -72,89 +74,100 @@ class Kernel:
         return self.path.exists()
 
     @cached_property
+    def available(self) -> bool:
+        """Whether there can be machine code: a compiler, and sources to compile; if not, logged."""
+        if not compiler_installed():
+            _LOG.info("the %s kernel runs as plain Python: llvmlite is not installed", self.name)
+            return False
+        try:
+            _ = self._digest
+        except Exception as error:  # whatever keeps it away, the plain kernel does the same
+            _LOG.warning("the %s kernel runs as plain Python: %s", self.name, error)
+            return False
+        return True
+
+    @property
     def function(self) -> Callable[..., Any]:
         """The machine code, from the cache or compiled now."""
-        code = self._kept()
+        code = self._codes.get(_checked)
         if code is None:
-            code = self._compile()
-            self._keep(code)
-        parameters, result = translate.machine_signature(self.plain, self.layouts)
-        prototype = ctypes.PYFUNCTYPE(
-            _ARGUMENTS[result] if result else None, *(_ARGUMENTS[each] for each in parameters)
-        )
-        return prototype(_load(code))
+            code = self._codes[_checked] = self._load(_checked)
+        return code
 
     def bind(self, *arguments: float) -> Callable[..., Any]:
         """The machine code with its first arguments, which are converted once and for all."""
         function: Any = self.function
-        kinds = function.argtypes[: len(arguments)]
+        kinds = getattr(function, "argtypes", None)
+        if kinds is None:
+            return partial(function, *arguments)
         return partial(
-            function, *(kind(given) for kind, given in zip(kinds, arguments, strict=True))
+            function,
+            *(kind(given) for kind, given in zip(kinds[: len(arguments)], arguments, strict=True)),
         )
 
-    def _compile(self) -> bytes:
-        import llvmlite.binding as llvm
+    def _load(self, checked: bool) -> Callable[..., Any]:
+        from achse.native.kernels.sites import Sites
+        from achse.native.kernels.translate import ENTRY, interface_of, translate
 
-        machine = _machine()
-        module = llvm.parse_assembly(translate.translate(self.plain, self.layouts))
-        module.triple = machine.triple
-        module.data_layout = str(machine.target_data)
-        module.verify()
-        tuning = llvm.create_pipeline_tuning_options(speed_level=2)
-        tuning.loop_unrolling = tuning.loop_vectorization = tuning.slp_vectorization = False
-        builder = llvm.create_pass_builder(machine, tuning)
-        builder.getModulePassManager().run(module, builder)
-        code: bytes = machine.emit_object(module)
-        return code
+        kept = self._object(checked)
+        content = kept.load()
+        if content is None:
+            module = translate(self.plain, self.layouts, checked=checked)
+            content = compile_module(module, Effort.FAST if checked else Effort.FULL)
+            kept.save(content)
+        code = MachineCode(content, interface_of(self.plain, self.layouts, checked=checked))
+        if not checked:
+            plain: Callable[..., Any] = code.plain_function(ENTRY)
+            return plain
+        raw, sites = code.function(ENTRY), Sites(code.notes)
 
-    def _kept(self) -> bytes | None:
-        """The machine code from the cache; None if it is not there, or not as it was put there."""
-        try:
-            content = self.path.read_bytes()
-        except OSError:
-            return None
-        check, code = content[:_CHECK], content[_CHECK:]
-        return code if check == hashlib.sha256(code).digest() else None
-
-    def _keep(self, code: bytes) -> None:
-        """Put the machine code into the cache, after its hash."""
-        with suppress(OSError):
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            handle, temporary = tempfile.mkstemp(dir=self.path.parent)
+        def function(*arguments: Any) -> Any:
             try:
-                with os.fdopen(handle, "wb") as file:
-                    file.write(hashlib.sha256(code).digest() + code)
-                os.replace(temporary, self.path)
-            except OSError:
-                os.unlink(temporary)
+                return raw(*arguments)
+            except MachineFault as fault:
+                raise sites[fault.number].exception(fault.first, fault.second) from None
 
+        return function
+
+    def _object(self, checked: bool) -> ObjectCache:
+        return ObjectCache(self.name + ("-checked" if checked else ""), self._digest)
+
+    @cached_property
     def _digest(self) -> str:
-        import llvmlite
-        import llvmlite.binding as llvm
+        from achse.native.kernels.translate import source_of
 
-        digest = hashlib.sha256()
-        processor = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
-        digest.update(f"{llvmlite.__version__} {sys.platform} {processor}".encode())
+        digest = hashlib.sha256(identity().encode())
         for layout in _layouts(self.layouts.values()):
+            digest.update(f"{layout.name} {layout.words}".encode())
             for name, slot in layout.fields.items():
                 digest.update(f"{name} {slot.offset} {slot.length} {slot.is_real}".encode())
                 if slot.refers is not None:
                     digest.update(slot.refers.name.encode())
         digest.update(self.plain.__qualname__.encode())
-        files = {__file__, *(str(module.__file__) for module in _TRANSLATOR)}
+        sources: dict[str, FunctionType] = {}
         for name, thing in _reached(self.plain):
             if isinstance(thing, FunctionType):
-                files.add(thing.__code__.co_filename)
+                sources.setdefault(thing.__code__.co_filename, thing)
             elif isinstance(thing, EnumMeta):
                 digest.update(repr(list(thing)).encode())
             elif _is_number(thing):
                 digest.update(f"{name} {thing!r}".encode())
-        for file in sorted(files):
-            digest.update(Path(file).read_bytes())
+        for file in sorted(sources):
+            digest.update(source_of(sources[file]).encode())
+        digest.update(_compiler_digest())
         return digest.hexdigest()[:20]
 
 
-_TRANSLATOR = expressions, function, instructions, kinds, translate
+def _compiler_digest() -> bytes:
+    """A hash of our own part in what comes out: front and back end."""
+    from achse.native import backend, kernels
+
+    digest = hashlib.sha256()
+    for room in (backend, kernels):
+        for folder in room.__path__:
+            for file in sorted(Path(folder).glob("*.py")):
+                digest.update(file.read_bytes())
+    return digest.digest()
 
 
 def _layouts(layouts: Iterable[Layout[Any]]) -> Iterator[Layout[Any]]:
@@ -196,51 +209,3 @@ def _is_number(thing: object) -> bool:
     if isinstance(thing, tuple):
         return all(_is_number(part) for part in thing)
     return isinstance(thing, int | float)
-
-
-@cache
-def _machine() -> Any:
-    """The processor we run on, as LLVM's target."""
-    import llvmlite.binding as llvm
-
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    for symbol, name in translate.externals():
-        llvm.add_symbol(symbol, _address(name))
-    return llvm.Target.from_default_triple().create_target_machine(
-        cpu=llvm.get_host_cpu_name(),
-        features=llvm.get_host_cpu_features().flatten(),
-        opt=2,
-        codemodel="jitdefault",
-        jit=True,
-    )
-
-
-def _load(code: bytes) -> int:
-    """Load machine code for good; the address of its entry."""
-    import llvmlite.binding as llvm
-
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
-    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-    engine.finalize_object()
-    _LOADED.append(engine)
-    address: int = engine.get_function_address(translate.ENTRY)
-    return address
-
-
-_LOADED: list[Any] = []
-"""What keeps the machine code in memory."""
-
-
-@cache
-def _c_library() -> ctypes.CDLL:
-    if sys.platform == "win32":
-        return ctypes.CDLL("ucrtbase")
-    whole = ctypes.CDLL(None)  # Python's own math functions are in it
-    return whole if hasattr(whole, "fmod") else ctypes.CDLL("libm.so.6")
-
-
-def _address(name: str) -> int:
-    address = ctypes.cast(getattr(_c_library(), name), ctypes.c_void_p).value
-    assert address is not None
-    return address

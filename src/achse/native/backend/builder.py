@@ -52,6 +52,13 @@ class FunctionBuilder(Instructions):
         self._slots: list[str] = []
         self._deep = False
 
+    def clear(self) -> None:
+        """Begin again with an empty body."""
+        self._lines.clear()
+        self._slots.clear()
+        self._ended = False
+        self._deep = False
+
     @contextmanager
     def draft(self) -> Iterator[None]:
         """What is written within is thrown away: to learn the type of what it would give."""

@@ -146,6 +146,18 @@ class Instructions:
         below = self.compare(Relation.LESS, a, self.constant(a.type, 0))
         return self.select(below, self.negate(a), a)
 
+    def with_overflow(self, operation: str, a: Operand, b: Operand) -> tuple[Operand, Operand]:
+        """`add`, `sub` or `mul` of whole numbers, and whether it went beyond the type."""
+        self._bitwise_only(a)
+        type = self._alike(a, b)
+        symbol = f"@llvm.{'s' if type.signed else 'u'}{operation}.with.overflow.{type.llvm}"
+        signature = Signature((type, type), (type, BOOL))
+        self.module.external(Function(symbol, signature))
+        whole = signature.llvm_result
+        both = self.emit(type, f"call {whole} {symbol}({a.typed}, {b.typed})").text
+        result = self.emit(type, f"extractvalue {whole} {both}, 0")
+        return result, self.emit(BOOL, f"extractvalue {whole} {both}, 1")
+
     def _arithmetic(self, operation: str, a: Operand, b: Operand) -> Operand:
         type = self._alike(a, b)
         if not type.is_real and not type.is_whole:

@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any
 
 from achse.native.backend.faults import BUDGET, DEPTH, FAULT, NOTES, MachineFault, OwnFault
-from achse.native.backend.module import C_PREFIX, Interface, ModuleBuilder
+from achse.native.backend.module import C_FUNCTIONS, C_PREFIX, Interface, ModuleBuilder
 from achse.native.backend.types import Function, Signature
 
 __all__ = [
@@ -188,13 +188,6 @@ class MachineCode:
 _LOADED: list[Any] = []
 """What keeps the machine code in memory."""
 
-LIBRARY = (
-    *("acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cosh", "cos", "erf", "exp"),
-    *("expm1", "fmod", "log10", "log1p", "log", "pow", "sin", "sinh", "tan", "tanh"),
-    *("memcmp", "strlen", "strcmp", "strncmp"),
-)
-"""Functions of the C library that a module may call."""
-
 
 @cache
 def _machine(effort: Effort) -> Any:
@@ -203,7 +196,7 @@ def _machine(effort: Effort) -> Any:
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    for name in LIBRARY:
+    for name in C_FUNCTIONS:
         llvm.add_symbol(C_PREFIX + name, _address(name))
     return llvm.Target.from_default_triple().create_target_machine(
         cpu=llvm.get_host_cpu_name(),

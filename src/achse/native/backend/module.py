@@ -15,10 +15,20 @@ from achse.native.backend.types import (
     Signature,
 )
 
-__all__ = ["C_PREFIX", "Interface", "ModuleBuilder"]
+__all__ = ["C_FUNCTIONS", "C_PREFIX", "MATH", "Interface", "ModuleBuilder"]
 
 C_PREFIX = "achse_"
 """C functions get names of their own, so that LLVM does not know better what they give."""
+
+
+MATH = (
+    *("acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cosh", "cos", "erf", "exp"),
+    *("expm1", "fmod", "log10", "log1p", "log", "pow", "sin", "sinh", "tan", "tanh"),
+)
+"""Functions of floats in the C library, one or two of them to one."""
+
+C_FUNCTIONS = (*MATH, "memcmp", "strlen", "strcmp", "strncmp")
+"""Functions of the C library that a module may call."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +118,9 @@ class ModuleBuilder:
     def c_function(
         self, name: str, parameters: Sequence[MachineType] = (F64,), result: MachineType = F64
     ) -> Function:
-        """A function of the C library, by default from a float to a float and without effects."""
+        """One of `C_FUNCTIONS`, by default from a float to a float."""
+        if name not in C_FUNCTIONS:
+            raise InstructionError(f"no C function {name!r}, only {', '.join(C_FUNCTIONS)}")
         signature = Signature(tuple(parameters), (result,))
         function = Function(f"@{C_PREFIX}{name}", signature, convention=True)
         pure = all(each.is_real for each in (*parameters, result))

@@ -11,9 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.native.expressions import LIBRARY
-from achse.native.instructions import TranslationError
-from achse.native.translate import translate
+from achse.native.kernels.arithmetic import LIBRARY, TranslationError
+from achse.native.kernels.translate import translate
 
 FLOATS = [
     "a + b * 2 - a / 3.0", "a - -b", "-a", "+a * True", "abs(a) - abs(-b)", "min(a, b)",

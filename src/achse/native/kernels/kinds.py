@@ -1,8 +1,10 @@
-"""What a value is in a translated kernel: a number, a record, a row of them, or a tuple."""
+"""What a value is in a translated kernel: a number, a record, a row of them, a tuple, tables."""
 
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from achse.native.backend import types
+from achse.native.backend.types import MachineType, Operand
 from achse.native.declare import Layout
 
 __all__ = [
@@ -16,7 +18,9 @@ __all__ = [
     "Row",
     "Scalar",
     "Several",
+    "Tables",
     "Value",
+    "described",
     "joined",
     "machine_types",
 ]
@@ -24,9 +28,9 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Scalar:
-    """A number: how the machine calls it, and its place in the order bool, int, float."""
+    """A number: its type in the machine, and its place in the order bool, int, float."""
 
-    machine: str
+    machine: MachineType
     order: int
 
 
@@ -39,7 +43,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Row:
-    """A reference to numbers or records that lie one behind the other, and how many they are."""
+    """A reference to numbers or records, one behind the other, and how many they are."""
 
     of: "Scalar | Record"
 
@@ -51,12 +55,20 @@ class Several:
     kinds: "tuple[Kind, ...]"
 
 
-Kind: TypeAlias = Scalar | Record | Row | Several
+@dataclass(frozen=True)
+class Tables:
+    """Rows by name: all that an entry works on, of several record types."""
 
-BOOL = Scalar("i1", 0)
-INT = Scalar("i64", 1)
-REAL = Scalar("double", 2)
-BYTE = Scalar("i8", 1)
+    name: str
+    rows: "tuple[tuple[str, Kind], ...]"
+
+
+Kind: TypeAlias = Scalar | Record | Row | Several | Tables
+
+BOOL = Scalar(types.BOOL, 0)
+INT = Scalar(types.I64, 1)
+REAL = Scalar(types.F64, 2)
+BYTE = Scalar(types.U8, 1)
 """An element of a `bytearray`, loaded as INT and stored from one."""
 
 NOTHING = Several(())
@@ -67,18 +79,19 @@ class Value:
     """A value and the operands that hold it, one for each of `machine_types(kind)`."""
 
     kind: Kind
-    operands: tuple[str, ...]
+    operands: tuple[Operand, ...]
 
 
-def machine_types(kind: Kind) -> tuple[str, ...]:
+def machine_types(kind: Kind) -> tuple[MachineType, ...]:
     """The machine's types of a kind, flat."""
     if isinstance(kind, Scalar):
         return (kind.machine,)
     if isinstance(kind, Record):
-        return ("ptr",)
+        return (types.ADDRESS,)
     if isinstance(kind, Row):
-        return ("ptr", "i64")
-    return tuple(machine for part in kind.kinds for machine in machine_types(part))
+        return types.ADDRESS, types.I64
+    parts = kind.kinds if isinstance(kind, Several) else (row for _, row in kind.rows)
+    return tuple(machine for part in parts for machine in machine_types(part))
 
 
 def joined(a: Kind, b: Kind) -> Kind | None:
@@ -92,3 +105,12 @@ def joined(a: Kind, b: Kind) -> Kind | None:
         found = tuple(part for part in parts if part is not None)
         return Several(found) if len(found) == len(parts) else None
     return None
+
+
+def described(kind: Kind) -> str:
+    """A kind in words."""
+    if isinstance(kind, Scalar):
+        return ("a bool", "a whole number", "a float")[kind.order]
+    if isinstance(kind, Record | Tables):
+        return f"a {kind.layout.name if isinstance(kind, Record) else kind.name}"
+    return "a sequence" if isinstance(kind, Row) else "a tuple"

@@ -1,4 +1,4 @@
-"""A kernel's functions as LLVM assembly: typed plain Python in, the same arithmetic out.
+"""A kernel's functions as a module of machine code: typed plain Python in, the same arithmetic out.
 
 A kernel is functions on records whose parameters and results are annotated. `translate` starts at
 one of them and takes in whatever it calls. What a function refers to beyond its own names (numbers,
@@ -10,25 +10,30 @@ fields refer to, elements of sequences and of a `bytearray`; `abs`, `min`, `max`
 `float`, `bool`, `round` and most of `math`. Anything else is a `TranslationError`. Float arithmetic
 is that of IEEE 754 and of the C library, operation by operation as Python does it, so that results
 are bit-identical; whole numbers have 64 bits. What raises in Python (a division by 0, an index
-beyond the end, the root of a negative number) is a fault of the kernel, which machine code does not
-look for.
+beyond the end, the root of a negative number) is a fault of the kernel, which only checked machine
+code looks for.
+
+A parameter whose class has only annotations of sequences stands for tables: `rows.encoders[n]` is a
+record of the sequence `encoders`. Tables are handed on from function to function; the machine gets
+their addresses and lengths.
 """
 
 import ast
 import inspect
 import struct
-from collections.abc import Iterator, Mapping, MutableSequence, Sequence
+from collections.abc import Mapping, MutableSequence, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
+from importlib.util import decode_source
 from pathlib import Path
 from types import FunctionType
 from typing import Any, get_args, get_origin
 
+from achse.native.backend.module import Interface, ModuleBuilder
+from achse.native.backend.types import Function, InstructionError, Operand, Signature
 from achse.native.declare import Layout
-from achse.native.expressions import LIBRARY
-from achse.native.function import Body
-from achse.native.instructions import OURS, TranslationError
-from achse.native.kinds import (
+from achse.native.kernels.arithmetic import TranslationError
+from achse.native.kernels.kinds import (
     BOOL,
     BYTE,
     INT,
@@ -39,85 +44,87 @@ from achse.native.kinds import (
     Row,
     Scalar,
     Several,
+    Tables,
     machine_types,
 )
+from achse.native.kernels.sites import Site, Sites
+from achse.native.kernels.statements import Body
 
-__all__ = ["ENTRY", "TranslationError", "externals", "machine_signature", "translate"]
+__all__ = ["ENTRY", "TranslationError", "interface_of", "source_of", "translate"]
 
 ENTRY = "entry"
 """Name of the function of the machine code that is called from outside."""
 
 
-def translate(entry: FunctionType, layouts: Mapping[type, Layout[Any]]) -> str:
-    """LLVM assembly of `entry` and all it calls; `layouts` are those of the record classes.
+def translate(
+    entry: FunctionType, layouts: Mapping[type, Layout[Any]], *, checked: bool = False
+) -> ModuleBuilder:
+    """A module with `entry` and all it calls; `layouts` are those of the record classes.
 
     The machine's parameters of `entry` are its own, one by one, where a sequence is an address and
-    a length.
+    a length. A `checked` module leaves where Python raises; its notes are the `Sites`.
     """
-    return _Translation(layouts).run(entry)
+    return _Translation(layouts, checked).run(entry)
 
 
-def machine_signature(
-    entry: FunctionType, layouts: Mapping[type, Layout[Any]]
-) -> tuple[list[str], str]:
-    """The machine's types of the parameters of `entry` and of its result, "" if there is none."""
+def interface_of(
+    entry: FunctionType, layouts: Mapping[type, Layout[Any]], *, checked: bool = False
+) -> Interface:
+    """How the machine code of `entry` is called; TranslationError if Python cannot call it."""
     _, kinds, result = _annotated(entry, layouts)
-    machines = [machine for kind in kinds for machine in machine_types(kind)]
-    results = machine_types(result)
-    if len(results) > 1 or "i1" in (*machines, *results):
-        raise _error(entry, "takes or gives what cannot be called from outside")
-    return machines, "".join(results)
-
-
-def externals() -> Iterator[tuple[str, str]]:
-    """The symbols that machine code expects outside, and the C functions they are."""
-    return ((OURS + name, name) for name in LIBRARY.values())
+    parameters = tuple(machine for kind in kinds for machine in machine_types(kind))
+    signature = Signature(parameters, machine_types(result))
+    try:
+        signature.c_types  # noqa: B018
+    except InstructionError as error:
+        raise _error(entry, f"cannot be called from outside: {error}") from None
+    return Interface({ENTRY: Function(f'@"{ENTRY}"', signature, checked, convention=True)})
 
 
 @dataclass
 class _Function:
     """A function and how it is called."""
 
-    symbol: str
+    machine: Function
     names: Sequence[str]
     kinds: Sequence[Kind]
-    defaults: Mapping[str, object]
+    defaults: dict[str, object]
     result: Kind
     source: ast.FunctionDef = field(repr=False)
 
 
 class _Translation:
-    def __init__(self, layouts: Mapping[type, Layout[Any]]) -> None:
+    def __init__(self, layouts: Mapping[type, Layout[Any]], checked: bool) -> None:
+        self.checked = checked
         self._layouts = layouts
+        self._module = ModuleBuilder()
         self._known: dict[FunctionType, _Function] = {}
         self._waiting: list[FunctionType] = []
         self._sources: dict[str, dict[str, ast.FunctionDef]] = {}
-        self._tables: dict[tuple[str, ...], str] = {}
-        self._externals: dict[str, int] = {}
+        self._sites = Sites()
+        self._entry: FunctionType | None = None
 
-    def run(self, entry: FunctionType) -> str:
-        outermost = self.signature(entry)
-        outermost.symbol = f"@{ENTRY}"
-        bodies = []
+    def run(self, entry: FunctionType) -> ModuleBuilder:
+        interface_of(entry, self._layouts)
+        self._entry = entry
+        self.callee(entry)
         while self._waiting:
             function = self._waiting.pop()
             known = self._known[function]
-            linkage = "" if function is entry else "internal "
-            bodies.append(Body(self, function, known, known.source).text(linkage))
-        tables = [
-            f"{symbol} = private constant [{len(numbers)} x i64] [{', '.join(numbers)}]"
-            for numbers, symbol in self._tables.items()
-        ]
-        externals = [
-            f"declare double {symbol}({', '.join(['double'] * count)}) readnone nounwind"
-            for symbol, count in self._externals.items()
-        ]
-        head = ["declare i64 @llvm.fptosi.sat.i64.f64(double)"]
-        return "\n".join([*head, *externals, *tables, *bodies]) + "\n"
+            names = [
+                f"{name}.{n}"
+                for name, kind in zip(known.names, known.kinds, strict=True)
+                for n in range(len(machine_types(kind)))
+            ]
+            code = self._module.write(known.machine, names)
+            Body(self, function, known, known.source, code).write()
+        if self.checked:
+            self._module.notes = self._sites.pack()
+        return self._module
 
     # -- what functions ask for --------------------------------------------------------------
 
-    def signature(self, function: FunctionType) -> _Function:
+    def callee(self, function: FunctionType) -> _Function:
         """How to call a function, which thereby becomes part of the translation."""
         known = self._known.get(function)
         if known is None:
@@ -125,20 +132,28 @@ class _Translation:
             self._waiting.append(function)
         return known
 
-    def table(self, numbers: tuple[Any, ...], kind: Scalar) -> str:
+    def table(self, numbers: tuple[Any, ...], kind: Scalar) -> Operand:
         """Address of constant numbers."""
-        packed = (struct.pack("<d" if kind is REAL else "<q", number) for number in numbers)
-        words = tuple(f"i64 {int.from_bytes(each, 'little')}" for each in packed)
-        return self._tables.setdefault(words, f"@table{len(self._tables)}")
+        form = struct.Struct(f"<{len(numbers)}{'d' if kind is REAL else 'q'}")
+        return self._module.data(form.pack(*numbers))
 
-    def external(self, symbol: str, count: int) -> None:
-        """There is a function outside that makes a float of `count` floats."""
-        self._externals[symbol] = count
+    def site(self, error: type[Exception], text: str, function: FunctionType, line: int) -> int:
+        """The number of the fault that stands for an exception raised in a line."""
+        code = function.__code__
+        return self._sites.number(Site(error.__name__, text, code.co_filename, line, code.co_name))
 
     def _declare(self, function: FunctionType) -> _Function:
         names, kinds, result = _annotated(function, self._layouts)
+        outermost = function is self._entry
+        machine = self._module.declare(
+            ENTRY if outermost else f"{function.__module__}.{function.__name__}",
+            [machine for kind in kinds for machine in machine_types(kind)],
+            machine_types(result),
+            exported=outermost,
+            faults=self.checked,
+        )
         return _Function(
-            symbol=f'@"{function.__module__}.{function.__name__}"',
+            machine=machine,
             names=names,
             kinds=kinds,
             defaults={
@@ -153,7 +168,7 @@ class _Translation:
     def _source(self, function: FunctionType) -> ast.FunctionDef:
         path = function.__code__.co_filename
         if path not in self._sources:
-            tree = ast.parse(Path(path).read_text(encoding="utf-8"), path)
+            tree = ast.parse(source_of(function), path)
             self._sources[path] = {
                 node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)
             }
@@ -161,6 +176,26 @@ class _Translation:
         if source is None:
             raise _error(function, "is not a function of a module")
         return source
+
+
+def source_of(function: FunctionType) -> str:
+    """The text of the module of a function, also from a zip; TranslationError without sources."""
+    path = Path(function.__code__.co_filename)
+    try:
+        return decode_source(path.read_bytes())
+    except OSError:
+        loader = function.__globals__.get("__loader__")
+        load = getattr(loader, "get_source", None)
+        try:
+            text = load(function.__module__) if load else None
+        except (OSError, ImportError):
+            text = None
+        if text is None:
+            raise _error(function, "its source is not there") from None
+        return str(text)
+
+
+_SEQUENCES: tuple[object, ...] = Sequence, MutableSequence
 
 
 def _annotated(
@@ -191,10 +226,14 @@ def _kind(annotation: Any, function: FunctionType, layouts: Mapping[type, Layout
             return Record(layouts[annotation])
         if issubclass(annotation, IntEnum):
             return INT
+        rows = inspect.get_annotations(annotation, eval_str=True)
+        if rows and all(get_origin(row) in _SEQUENCES for row in rows.values()):
+            kinds = (_kind(row, function, layouts) for row in rows.values())
+            return Tables(annotation.__name__, tuple(zip(rows, kinds, strict=True)))
     arguments = get_args(annotation)
     if get_origin(annotation) is tuple and Ellipsis not in arguments:
         return Several(tuple(_kind(part, function, layouts) for part in arguments))
-    if get_origin(annotation) in (Sequence, MutableSequence):
+    if get_origin(annotation) in _SEQUENCES:
         of = _kind(arguments[0], function, layouts)
         if isinstance(of, Record) or of in (REAL, INT):
             return Row(of)

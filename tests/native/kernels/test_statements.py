@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from achse.native.translate import TranslationError, translate
+from achse.native.kernels.translate import TranslationError, translate
 
 COUNTING = """
 def run(n: int) -> int:

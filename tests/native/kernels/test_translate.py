@@ -5,8 +5,9 @@ from typing import Any
 
 import pytest
 
+from achse.native.backend import ADDRESS, F64, I64, Signature
 from achse.native.declare import Layout
-from achse.native.translate import TranslationError, externals, machine_signature, translate
+from achse.native.kernels.translate import ENTRY, TranslationError, interface_of, translate
 
 
 class Wheel:
@@ -37,7 +38,8 @@ def _two(a: float) -> tuple[float, float]:
 
 
 def test_a_sequence_is_an_address_and_a_length() -> None:
-    assert machine_signature(turn, {Wheel: WHEEL}) == (["ptr", "i64", "double", "i64"], "double")
+    signature = interface_of(turn, {Wheel: WHEEL}).functions[ENTRY].signature
+    assert signature == Signature((ADDRESS, I64, F64, I64), (F64,))
 
 
 @pytest.mark.parametrize(
@@ -51,7 +53,7 @@ def test_parameters_have_kinds(function: Any, reason: str) -> None:
 
 def test_a_tuple_does_not_leave_machine_code() -> None:
     with pytest.raises(TranslationError, match="cannot be called from outside"):
-        machine_signature(_two, {})
+        interface_of(_two, {})
 
 
 def test_only_functions_of_modules_are_translated() -> None:
@@ -68,10 +70,6 @@ def test_what_is_called_is_taken_in_once(written: Any) -> None:
         "def inner(a: float) -> float:\n    return a if a < 1.0 else inner(a / 2.0)\n"
         "def unused(a: float) -> float:\n    return a\n"
     )
-    text = translate(module.outer, {})
+    text = translate(module.outer, {}).assembly()
     assert text.count("define ") == 2
     assert "unused" not in text
-
-
-def test_c_functions_have_names_of_their_own() -> None:
-    assert all(symbol == f"achse_{name}" for symbol, name in externals())

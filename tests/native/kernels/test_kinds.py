@@ -1,13 +1,16 @@
 """Kinds of values."""
 
+from achse.native.backend import types
 from achse.native.declare import Layout
-from achse.native.kinds import (
+from achse.native.kernels.kinds import (
     BOOL,
     INT,
     REAL,
     Record,
     Row,
     Several,
+    Tables,
+    described,
     joined,
     machine_types,
 )
@@ -34,5 +37,14 @@ def test_other_kinds_do_not_join() -> None:
 
 
 def test_values_lie_flat() -> None:
-    assert machine_types(Several((INT, Row(WHEEL), BOOL))) == ("i64", "ptr", "i64", "i1")
-    assert machine_types(WHEEL) == ("ptr",)
+    several = machine_types(Several((INT, Row(WHEEL), BOOL)))
+    assert several == (types.I64, types.ADDRESS, types.I64, types.BOOL)
+    assert machine_types(WHEEL) == (types.ADDRESS,)
+    tables = Tables("Rows", (("wheels", Row(WHEEL)), ("marks", Row(REAL))))
+    assert machine_types(tables) == (types.ADDRESS, types.I64) * 2
+
+
+def test_kinds_have_words() -> None:
+    assert [described(kind) for kind in (BOOL, WHEEL, Row(INT), Several((INT,)))] == [
+        *("a bool", "a wheel", "a sequence", "a tuple")
+    ]

@@ -3,58 +3,72 @@
 import ast
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
 from types import FunctionType
 from typing import Any
 
-from achse.native.instructions import Instructions, Unit, real_constant
-from achse.native.kinds import (
+from achse.native.backend.builder import FunctionBuilder, Label, Variable
+from achse.native.backend.instructions import Relation, Rounding
+from achse.native.backend.types import ADDRESS, F64, I64, U8, Operand
+from achse.native.kernels.arithmetic import LIBRARY, Arithmetic, Unit
+from achse.native.kernels.kinds import (
     BOOL,
     BYTE,
     INT,
-    NOTHING,
     REAL,
     Kind,
     Record,
     Row,
     Scalar,
     Several,
+    Tables,
     Value,
     joined,
     machine_types,
 )
 
-__all__ = ["LIBRARY", "Expressions"]
+__all__ = ["Expressions", "Local", "Place"]
 
-LIBRARY: dict[Callable[..., Any], str] = {
-    getattr(math, name): name
-    for name in (
-        "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cosh", "cos", "erf", "exp",
-        "expm1", "fmod", "log10", "log1p", "log", "pow", "sin", "sinh", "tan", "tanh",
-    )
-}  # fmt: skip
-"""Functions that are those of the C library, from one or two floats to a float."""
-
-_INTRINSICS: dict[Callable[..., Any], str] = {
-    math.copysign: "copysign",
-    math.fabs: "fabs",
-    math.sqrt: "sqrt",
+_INTRINSICS: dict[Callable[..., Any], str] = {math.copysign: "copysign", math.fabs: "fabs"}
+_ROUNDINGS: dict[Callable[..., Any], Rounding] = {
+    math.ceil: Rounding.UP,
+    math.floor: Rounding.DOWN,
+    math.trunc: Rounding.TO_ZERO,
+    round: Rounding.HALF_TO_EVEN,
 }
-_ROUNDINGS: dict[Callable[..., Any], str] = {
-    math.ceil: "ceil",
-    math.floor: "floor",
-    math.trunc: "trunc",
-    round: "roundeven",
-}
+_INDEX = IndexError, "index {0} of {1} elements"
 
 
-class Expressions(Instructions):
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a number is in a record or a sequence."""
+
+    kind: Scalar
+    address: Operand
+
+
+@dataclass(frozen=True, slots=True)
+class Local:
+    """A local name: its variables, one for each of `machine_types(kind)`."""
+
+    kind: Kind
+    variables: tuple[Variable, ...]
+
+
+class Expressions(Arithmetic):
     """Writes the instructions that compute expressions; `local_names` are the function's own."""
 
-    def __init__(self, unit: Unit, function: FunctionType, local_names: frozenset[str]) -> None:
-        super().__init__(unit, function)
+    def __init__(
+        self,
+        unit: Unit,
+        function: FunctionType,
+        code: FunctionBuilder,
+        local_names: frozenset[str],
+    ) -> None:
+        super().__init__(unit, function, code)
         self.local_names = local_names
-        self.names: dict[str, Value] = {}
-        """Addresses of the local names."""
+        self.names: dict[str, Local] = {}
         self._kinds: dict[ast.expr, Kind] = {}
 
     # -- kinds -------------------------------------------------------------------------------
@@ -63,9 +77,8 @@ class Expressions(Instructions):
         """The kind of an expression, without leaving instructions behind."""
         kind = self._kinds.get(node)
         if kind is None:
-            lines, slots = len(self.lines), len(self.slots)
-            kind = self._kinds[node] = self.value(node).kind
-            del self.lines[lines:], self.slots[slots:]
+            with self.code.draft():
+                kind = self._kinds[node] = self.value(node).kind
         return kind
 
     def common(self, node: ast.AST, parts: Sequence[ast.expr]) -> Kind:
@@ -84,10 +97,10 @@ class Expressions(Instructions):
             raise self.refusal(node, f"{ast.unparse(node)} is not a number")
         return value
 
-    def as_real(self, node: ast.expr) -> str:
+    def as_real(self, node: ast.expr) -> Operand:
         return self.convert(self.number(node), REAL, node).operands[0]
 
-    def as_int(self, node: ast.expr) -> str:
+    def as_int(self, node: ast.expr) -> Operand:
         return self.convert(self.number(node), INT, node).operands[0]
 
     # -- expressions -------------------------------------------------------------------------
@@ -104,10 +117,9 @@ class Expressions(Instructions):
             case ast.Name():
                 if node.id not in self.names:
                     raise self.refusal(node, f"{node.id} has no value yet")
-                return self.load(self.names[node.id])
+                return self.get(self.names[node.id])
             case ast.Attribute():
-                place = self.field(node)
-                return self.load(place) if isinstance(place.kind, Scalar) else place
+                return self.read(self.field(node))
             case ast.Subscript():
                 return self.item(node)
             case ast.BinOp():
@@ -152,62 +164,119 @@ class Expressions(Instructions):
 
     def constant(self, thing: object, node: ast.AST) -> Value:
         match thing:
+            case Enum() if not isinstance(thing, int | float):
+                return self.constant(thing.value, node)
             case bool():
-                return Value(BOOL, ("true" if thing else "false",))
-            case int() if -(1 << 63) <= thing < 1 << 63:
-                return Value(INT, (str(int(thing)),))
+                return Value(BOOL, (self.code.constant(BOOL.machine, thing),))
+            case int() if I64.least <= thing <= I64.most:
+                return Value(INT, (self.code.constant(I64, int(thing)),))
             case float():
-                return Value(REAL, (real_constant(thing),))
+                return Value(REAL, (self.code.constant(F64, thing),))
             case tuple():
                 return self.several([self.constant(part, node) for part in thing])
         raise self.refusal(node, f"{thing!r} is not a number of 64 bits")
 
-    def field(self, node: ast.Attribute) -> Value:
-        """Address of a field of a record; a field of several numbers is a row, a reference the
-        record it leads to."""
+    # -- places ------------------------------------------------------------------------------
+
+    def local(self, kind: Kind) -> Local:
+        """Variables for a value of this kind."""
+        return Local(kind, tuple(self.code.variable(each) for each in machine_types(kind)))
+
+    def get(self, local: Local) -> Value:
+        return Value(local.kind, tuple(self.code.get(each) for each in local.variables))
+
+    def set(self, local: Local, value: Value) -> None:
+        for variable, operand in zip(local.variables, value.operands, strict=True):
+            self.code.set(variable, operand)
+
+    def read(self, place: Place | Value) -> Value:
+        """The number there; records and sequences are what they are."""
+        if isinstance(place, Value):
+            return place
+        number = self.code.load(place.kind.machine, place.address, aligned=True)
+        if place.kind is BYTE:
+            return Value(INT, (self.code.convert(number, I64),))
+        return Value(place.kind, (number,))
+
+    def put(self, place: Place | Value, value: Value, node: ast.AST) -> None:
+        """Store a number there."""
+        if isinstance(place, Value):
+            raise self.refusal(node, "only numbers can be stored in a record")
+        if place.kind is BYTE:
+            (word,) = self.convert(value, INT, node).operands
+            byte = self.code.convert(word, U8)
+            if self.unit.checked:
+                same = self.code.compare(Relation.EQUAL, self.code.convert(byte, I64), word)
+                self.check((ValueError, "{0} is not a byte"), node, same, word)
+            value = Value(BYTE, (byte,))
+        (operand,) = self.convert(value, place.kind, node).operands
+        self.code.store(operand, place.address, aligned=True)
+
+    def field(self, node: ast.Attribute) -> Place | Value:
+        """A field of a record, the record that it refers to, or one of the tables."""
         owner = self.value(node.value)
+        if isinstance(owner.kind, Tables):
+            return self._table(owner, node)
         if not isinstance(owner.kind, Record):
             raise self.refusal(node, f"{ast.unparse(node.value)} is not a record")
-        place = owner.kind.layout.fields.get(node.attr)
-        if place is None:
+        slot = owner.kind.layout.fields.get(node.attr)
+        if slot is None:
             raise self.refusal(node, f"{owner.kind.layout.name} has no field {node.attr}")
-        kind = REAL if place.is_real else INT
-        address = self.emit(f"getelementptr i64, ptr {owner.operands[0]}, i64 {place.offset}")
-        if place.refers is not None:
-            return Value(Record(place.refers), (self.emit(f"load ptr, ptr {address}"),))
-        if place.length:
-            return Value(Row(kind), (address, str(place.length)))
-        return Value(kind, (address,))
+        address = self.code.address(owner.operands[0], 8 * slot.offset)
+        if slot.refers is not None:
+            target = self.code.load(ADDRESS, address, aligned=True)
+            if self.unit.checked:
+                somewhere = self.code.convert(target, BOOL.machine)
+                self.check((AttributeError, f"{node.attr} leads nowhere"), node, somewhere)
+            return Value(Record(slot.refers), (target,))
+        kind = REAL if slot.is_real else INT
+        if slot.length:
+            return Value(Row(kind), (address, self.code.constant(I64, slot.length)))
+        return Place(kind, address)
+
+    def _table(self, owner: Value, node: ast.Attribute) -> Value:
+        assert isinstance(owner.kind, Tables)
+        first = 0
+        for name, kind in owner.kind.rows:
+            size = len(machine_types(kind))
+            if name == node.attr:
+                return Value(kind, owner.operands[first : first + size])
+            first += size
+        raise self.refusal(node, f"{owner.kind.name} has no rows {node.attr}")
 
     def item(self, node: ast.Subscript) -> Value:
         known, thing = self.static(node.value)
         if known and isinstance(thing, tuple) and not isinstance(node.slice, ast.Constant):
             kind = REAL if any(isinstance(number, float) for number in thing) else INT
-            table = Value(Row(kind), (self.unit.table(thing, kind), str(len(thing))))
-            return self.load(self.element(table, node))
+            length = self.code.constant(I64, len(thing))
+            return self.read(
+                self.element(Value(Row(kind), (self.unit.table(thing, kind), length)), node)
+            )
         owner = self.value(node.value)
         if isinstance(owner.kind, Row):
-            place = self.element(owner, node)
-            return self.load(place) if isinstance(place.kind, Scalar) else place
+            return self.read(self.element(owner, node))
         if isinstance(owner.kind, Several) and isinstance(node.slice, ast.Constant):
             index = node.slice.value
             if isinstance(index, int) and 0 <= index < len(owner.kind.kinds):
                 return self.parts(owner)[index]
         raise self.refusal(node, f"no element {ast.unparse(node)}")
 
-    def element(self, row: Value, node: ast.Subscript) -> Value:
-        """Address of an element; an index below 0 counts from the end."""
+    def element(self, row: Value, node: ast.Subscript) -> Place | Value:
+        """An element; an index below 0 counts from the end."""
         assert isinstance(row.kind, Row)
+        code, of = self.code, row.kind.of
         address, length = row.operands
-        index = self.as_int(node.slice)
-        if not index.isdecimal():
-            below = self.emit(f"icmp slt i64 {index}, 0")
-            from_end = self.emit(f"add i64 {index}, {length}")
-            index = self.emit(f"select i1 {below}, i64 {from_end}, i64 {index}")
-        if isinstance(row.kind.of, Record):
-            index = self.emit(f"mul i64 {index}, {row.kind.of.layout.words}")
-        step = "i8" if row.kind.of == BYTE else "i64"
-        return Value(row.kind.of, (self.emit(f"getelementptr {step}, ptr {address}, i64 {index}"),))
+        index = given = self.as_int(node.slice)
+        if not index.is_constant or index.text.startswith("-"):
+            below = code.compare(Relation.LESS, index, code.constant(I64, 0))
+            index = code.select(below, code.add(index, length), index)
+        if self.unit.checked:
+            low = code.compare(Relation.GREATER_EQUAL, index, code.constant(I64, 0))
+            high = code.compare(Relation.LESS, index, length)
+            self.check(_INDEX, node, code.bit_and(low, high), given, length)
+        size = 8 * of.layout.words if isinstance(of, Record) else of.machine.size
+        place = code.address(address, index, size)
+        return Value(of, (place,)) if isinstance(of, Record) else Place(of, place)
 
     # -- numbers -----------------------------------------------------------------------------
 
@@ -217,53 +286,49 @@ class Expressions(Instructions):
     def unary(self, node: ast.UnaryOp) -> Value:
         if isinstance(node.op, ast.Not):
             operand = self.truth(self.value(node.operand), node)
-            return Value(BOOL, (self.emit(f"xor i1 {operand}, true"),))
+            return Value(BOOL, (self.code.bit_not(operand),))
         if isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant):
             return self.constant(-node.operand.value, node)  # type: ignore[operator]
         value = self.number(node.operand)
         if value.kind is BOOL:
             value = self.convert(value, INT, node)
-        (operand,) = value.operands
         if isinstance(node.op, ast.UAdd):
             return value
-        if isinstance(node.op, ast.Invert):
-            if value.kind is REAL:
-                raise self.refusal(node, "no ~ of a float")
-            return Value(INT, (self.emit(f"xor i64 {operand}, -1"),))
+        if isinstance(node.op, ast.USub):
+            return self.negated(value, node)
         if value.kind is REAL:
-            return Value(REAL, (self.emit(f"fneg double {operand}"),))
-        return Value(INT, (self.emit(f"sub i64 0, {operand}"),))
+            raise self.refusal(node, "no ~ of a float")
+        return Value(INT, (self.code.bit_not(value.operands[0]),))
 
-    def compare(self, op: ast.cmpop, left: ast.expr, right: ast.expr) -> str:
-        """One comparison, as i1."""
+    def compare(self, op: ast.cmpop, left: ast.expr, right: ast.expr) -> Operand:
+        """One comparison."""
         if isinstance(op, ast.In | ast.NotIn):
             return self.contained(left, right, isinstance(op, ast.In))
         return self.relation(op, self.number(left), self.number(right), left)
 
-    def contained(self, left: ast.expr, right: ast.expr, inside: bool) -> str:
+    def contained(self, left: ast.expr, right: ast.expr, inside: bool) -> Operand:
         """Whether a number is one of a tuple."""
         value, among = self.number(left), self.value(right)
         if not isinstance(among.kind, Several):
             raise self.refusal(right, f"{ast.unparse(right)} is not a tuple")
-        found = "false"
+        found = self.code.constant(BOOL.machine, False)
         for member in self.parts(among):
-            equal = self.relation(ast.Eq(), value, member, right)
-            found = self.emit(f"or i1 {found}, {equal}")
-        return found if inside else self.emit(f"xor i1 {found}, true")
+            found = self.code.bit_or(found, self.relation(ast.Eq(), value, member, right))
+        return found if inside else self.code.bit_not(found)
 
     # -- choices -----------------------------------------------------------------------------
 
-    def branch(self, test: ast.expr, yes: str, no: str) -> None:
+    def branch(self, test: ast.expr, yes: Label, no: Label) -> None:
         """Go on at `yes` if the test holds, else at `no`; evaluates no more than needed."""
         match test:
             case ast.BoolOp():
                 for part in test.values[:-1]:
-                    go_on = self.block()
+                    go_on = self.code.label()
                     if isinstance(test.op, ast.And):
                         self.branch(part, go_on, no)
                     else:
                         self.branch(part, yes, go_on)
-                    self.begin(go_on)
+                    self.code.begin(go_on)
                 self.branch(test.values[-1], yes, no)
             case ast.UnaryOp(op=ast.Not()):
                 self.branch(test.operand, no, yes)
@@ -272,44 +337,49 @@ class Expressions(Instructions):
                 for n, (op, node) in enumerate(zip(test.ops, test.comparators, strict=True)):
                     right = self.number(node)
                     holds = self.relation(op, left, right, test)
-                    go_on = yes if n == len(test.ops) - 1 else self.block()
-                    self.lines.append(f"  br i1 {holds}, label %{go_on}, label %{no}")
+                    go_on = yes if n == len(test.ops) - 1 else self.code.label()
+                    self.code.branch(holds, go_on, no)
                     if go_on != yes:
-                        self.begin(go_on)
+                        self.code.begin(go_on)
                     left = right
             case _:
                 holds = self.truth(self.value(test), test)
-                self.lines.append(f"  br i1 {holds}, label %{yes}, label %{no}")
+                self.code.branch(holds, yes, no)
 
     def choice(
         self, node: ast.AST, kind: Kind, test: ast.expr, body: ast.expr, orelse: ast.expr
     ) -> Value:
         """One value or the other."""
-        slot, yes, no, end = self.slot(kind), self.block(), self.block(), self.block()
+        slot, yes, no, end = (
+            self.local(kind),
+            self.code.label(),
+            self.code.label(),
+            self.code.label(),
+        )
         self.branch(test, yes, no)
         for label, branch in ((yes, body), (no, orelse)):
-            self.begin(label)
-            self.store(self.convert(self.value(branch), kind, node), slot)
-            self.jump(end)
-        self.begin(end)
-        return self.load(slot)
+            self.code.begin(label)
+            self.set(slot, self.convert(self.value(branch), kind, node))
+            self.code.jump(end)
+        self.code.begin(end)
+        return self.get(slot)
 
     def logical(self, node: ast.BoolOp) -> Value:
         """`and` and `or` as values: the operand that decides."""
         kind = self.common(node, node.values)
-        slot, end = self.slot(kind), self.block()
+        slot, end = self.local(kind), self.code.label()
         for part in node.values[:-1]:
             value = self.value(part)
-            self.store(self.convert(value, kind, part), slot)
-            holds, go_on = self.truth(value, part), self.block()
+            self.set(slot, self.convert(value, kind, part))
+            holds, go_on = self.truth(value, part), self.code.label()
             ways = (go_on, end) if isinstance(node.op, ast.And) else (end, go_on)
-            self.lines.append(f"  br i1 {holds}, label %{ways[0]}, label %{ways[1]}")
-            self.begin(go_on)
+            self.code.branch(holds, *ways)
+            self.code.begin(go_on)
         last = node.values[-1]
-        self.store(self.convert(self.value(last), kind, last), slot)
-        self.jump(end)
-        self.begin(end)
-        return self.load(slot)
+        self.set(slot, self.convert(self.value(last), kind, last))
+        self.code.jump(end)
+        self.code.begin(end)
+        return self.get(slot)
 
     # -- calls -------------------------------------------------------------------------------
 
@@ -323,11 +393,11 @@ class Expressions(Instructions):
             raise self.refusal(node, f"arguments of {ast.unparse(node)}")
         first, count = node.args[0], len(node.args)
         if callee in LIBRARY:
-            return Value(REAL, (self.library(LIBRARY[callee], *map(self.as_real, node.args)),))
+            operands = map(self.as_real, node.args)
+            return Value(REAL, (self.library(LIBRARY[callee], node, *operands),))
         if callee in _INTRINSICS:
-            return Value(
-                REAL, (self.intrinsic(_INTRINSICS[callee], *map(self.as_real, node.args)),)
-            )
+            operands = map(self.as_real, node.args)
+            return Value(REAL, (self.code.intrinsic(_INTRINSICS[callee], *operands),))
         if callee in (min, max) and count > 1:
             return self.extreme(node, ast.Lt() if callee is min else ast.Gt())
         if count != 1:
@@ -336,6 +406,8 @@ class Expressions(Instructions):
             row = self.value(first)
             if isinstance(row.kind, Row):
                 return Value(INT, (row.operands[1],))
+        elif callee is math.sqrt:
+            return Value(REAL, (self.root(self.as_real(first), node),))
         elif callee in (math.isfinite, math.isinf, math.isnan):
             return Value(BOOL, (self.classify(callee, self.as_real(first)),))
         elif callee is bool:
@@ -343,68 +415,43 @@ class Expressions(Instructions):
         elif callee is float:
             return self.convert(self.number(first), REAL, first)
         elif callee is abs:
-            return self.magnitude(first)
+            return self.magnitude(self.number(first), node)
         elif callee is int or callee in _ROUNDINGS:
             number = self.number(first)
             if number.kind is not REAL:
                 return self.convert(number, INT, first)
             (operand,) = number.operands
             if callee is not int:
-                operand = self.intrinsic(_ROUNDINGS[callee], operand)
-            return Value(INT, (self.whole(operand),))
+                operand = self.code.round(operand, _ROUNDINGS[callee])
+            return Value(INT, (self.whole(operand, node),))
         raise self.refusal(node, f"{ast.unparse(node.func)} is not part of the kernel's language")
 
     def call_kernel(self, node: ast.Call, function: FunctionType) -> Value:
         """A call of another function of the kernel."""
-        signature = self.unit.signature(function)
+        callee = self.unit.callee(function)
         given: dict[str, Value] = {}
-        for name, argument in zip(signature.names, node.args, strict=False):
+        for name, argument in zip(callee.names, node.args, strict=False):
             given[name] = self.value(argument)
         for keyword in node.keywords:
-            if keyword.arg is None or keyword.arg in given or keyword.arg not in signature.names:
+            if keyword.arg is None or keyword.arg in given or keyword.arg not in callee.names:
                 raise self.refusal(node, f"argument {keyword.arg}")
             given[keyword.arg] = self.value(keyword.value)
-        for name, default in signature.defaults.items():
+        for name, default in callee.defaults.items():
             if name not in given:
                 given[name] = self.constant(default, node)
-        if len(given) != len(signature.names) or len(node.args) > len(signature.names):
-            raise self.refusal(node, f"{function.__name__} takes {', '.join(signature.names)}")
-        arguments: list[str] = []
-        for name, kind in zip(signature.names, signature.kinds, strict=True):
-            value = self.convert(given[name], kind, node)
-            arguments += map(" ".join, zip(machine_types(kind), value.operands, strict=True))
-        result = machine_types(signature.result)
-        text = f"{signature.symbol}({', '.join(arguments)})"
-        if not result:
-            self.lines.append(f"  call void {text}")
-            return Value(NOTHING, ())
-        if len(result) == 1:
-            return Value(signature.result, (self.emit(f"call {result[0]} {text}"),))
-        whole = "{ " + ", ".join(result) + " }"
-        all_of_it = self.emit(f"call {whole} {text}")
-        return Value(
-            signature.result,
-            tuple(self.emit(f"extractvalue {whole} {all_of_it}, {n}") for n in range(len(result))),
-        )
-
-    def magnitude(self, node: ast.expr) -> Value:
-        value = self.number(node)
-        if value.kind is REAL:
-            return Value(REAL, (self.intrinsic("fabs", value.operands[0]),))
-        (operand,) = self.convert(value, INT, node).operands
-        below = self.emit(f"icmp slt i64 {operand}, 0")
-        negated = self.emit(f"sub i64 0, {operand}")
-        return Value(INT, (self.emit(f"select i1 {below}, i64 {negated}, i64 {operand}"),))
+        if len(given) != len(callee.names) or len(node.args) > len(callee.names):
+            raise self.refusal(node, f"{function.__name__} takes {', '.join(callee.names)}")
+        operands: list[Operand] = []
+        for name, kind in zip(callee.names, callee.kinds, strict=True):
+            operands += self.convert(given[name], kind, node).operands
+        return Value(callee.result, self.code.call(callee.machine, *operands))
 
     def extreme(self, node: ast.Call, op: ast.cmpop) -> Value:
         """`min` and `max`: a later number only if it is really beyond."""
         kind = self.common(node, node.args)
-        assert isinstance(kind, Scalar)
         best = self.convert(self.number(node.args[0]), kind, node)
         for argument in node.args[1:]:
             other = self.convert(self.number(argument), kind, node)
             beyond = self.relation(op, other, best, node)
-            a, b = other.operands[0], best.operands[0]
-            machine = kind.machine
-            best = Value(kind, (self.emit(f"select i1 {beyond}, {machine} {a}, {machine} {b}"),))
+            best = Value(kind, (self.code.select(beyond, other.operands[0], best.operands[0]),))
         return best

@@ -1,0 +1,44 @@
+"""Where checked machine code leaves, and the exception that Python raises there."""
+
+import builtins
+import json
+from dataclasses import astuple, dataclass
+
+__all__ = ["Site", "Sites"]
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """A line of a kernel where an operation can fail; `text` may name two values, {0} and {1}."""
+
+    error: str
+    text: str
+    file: str
+    line: int
+    function: str
+
+    def exception(self, first: int, second: int) -> Exception:
+        """What Python raises there."""
+        kind: type[Exception] = getattr(builtins, self.error)
+        text = self.text.format(first, second)
+        return kind(f"{self.file}:{self.line}: {self.function}: {text}")
+
+
+class Sites:
+    """Sites by the numbers of their faults, which begin with 1."""
+
+    def __init__(self, packed: bytes = b"[]") -> None:
+        self._numbers: dict[Site, int] = {}
+        for each in json.loads(packed):
+            self.number(Site(*each))
+
+    def number(self, site: Site) -> int:
+        """The number of a site, the same for equal ones."""
+        return self._numbers.setdefault(site, len(self._numbers) + 1)
+
+    def pack(self) -> bytes:
+        """All of them, to be kept with the machine code."""
+        return json.dumps([astuple(site) for site in self._numbers]).encode()
+
+    def __getitem__(self, number: int) -> Site:
+        return list(self._numbers)[number - 1]
