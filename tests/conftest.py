@@ -29,6 +29,7 @@ from achse.ams.commands import (
     decode_response,
 )
 from achse.ams.notification import NotificationStream
+from achse.native.compiled import checked_builds
 from achse.router import Router
 
 # How long an example takes says more about the machine than about us.
@@ -74,6 +75,13 @@ def witness() -> Callable[[str], None]:
             absent(f"{name} is not installed on this machine; .ci/run installs it")
 
     return require
+
+
+@pytest.fixture
+def checked_kernels() -> Iterator[None]:
+    """Machine code of kernels raises what Python raises, with file and line."""
+    with checked_builds():
+        yield
 
 
 @pytest.fixture(scope="session")

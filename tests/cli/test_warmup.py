@@ -11,6 +11,7 @@ from achse.cli.app import app
 from achse.drive.compiled import KERNEL as DRIVE
 from achse.motion.compiled import KERNEL as MOTION
 from achse.native.compiled import Kernel
+from achse.native.kernels.translate import TranslationError
 from achse.native.sampling import KERNEL as SAMPLING
 
 MODULES = {
@@ -52,6 +53,16 @@ def test_it_finds_what_is_compiled_already(fresh: Path) -> None:
         ("sampling", False),
     ]
     assert all(Path(each["path"]).exists() and each["seconds"] < 1.0 for each in facts)
+
+
+def test_without_sources_it_says_so(fresh: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def gone(function: object) -> str:
+        raise TranslationError("not there")
+
+    monkeypatch.setattr("achse.native.kernels.translate.source_of", gone)
+    done = CliRunner().invoke(app, ["warmup"])
+    assert done.exit_code == 1
+    assert "motion kernel: runs as plain Python" in done.output
 
 
 def test_without_compiler_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,8 @@
 
 import random
 import struct
+from contextlib import nullcontext
+from typing import Any
 
 import pytest
 
@@ -9,6 +11,7 @@ from achse.codes import AlState
 from achse.drive import Alarm, Machine, Mode, Switches, VirtualDrive
 from achse.drive.compiled import Bank
 from achse.drive.record import FIELDS, ExchangeFields
+from achse.native.compiled import checked_builds
 
 MACHINE = Machine(
     switches=Switches(-1_200_000, -1_000_000, (-6_000, 30_000), 1_000_000, 1_200_000, (500, 900)),
@@ -57,9 +60,11 @@ def _story(drive: VirtualDrive) -> list[tuple[bytes, dict[str, bytes]]]:
     return seen
 
 
-def test_both_kernels_live_the_same_life() -> None:
+@pytest.mark.parametrize("build", [nullcontext, checked_builds], ids=["fast", "checked"])
+def test_both_kernels_live_the_same_life(build: Any) -> None:
     plain = _story(VirtualDrive(MACHINE))
-    compiled = _story(VirtualDrive(MACHINE, compiled=True))
+    with build():
+        compiled = _story(VirtualDrive(MACHINE, compiled=True))
     for step, ((inputs, fields), (inputs_2, fields_2)) in enumerate(
         zip(plain, compiled, strict=True)
     ):

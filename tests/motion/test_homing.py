@@ -448,6 +448,7 @@ def test_discrete_drives_home_too(make: Any, values: Any, mode: int) -> None:
     assert axis.actual_position == pytest.approx(stood + 50.0, abs=5.0)
 
 
+@pytest.mark.usefixtures("checked_kernels")
 @pytest.mark.parametrize("seed", range(10))
 def test_whatever_happens_the_set_point_keeps_its_limits(make_rig: Any, seed: int) -> None:
     """Overrides, cams that come and go, enables, stops, resets: never a step."""

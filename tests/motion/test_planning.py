@@ -36,6 +36,7 @@ def test_a_command_with_less_jerk_does_not_turn_a_braking_axis(rig: Any, kind: i
         assert samples[-1][1] == V
 
 
+@pytest.mark.usefixtures("checked_kernels")
 @pytest.mark.parametrize("seed", range(60))
 def test_no_override_turns_a_chain_of_blended_moves_or_leads_it_too_far(seed: int) -> None:
     """Ways, velocities and dynamics over decades; the override changes at any moment, also to 0."""

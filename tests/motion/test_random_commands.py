@@ -16,6 +16,7 @@ import pytest
 from achse.motion import Axis, AxisParameters, BufferMode, Nc, OverrideType, StartType, commands
 from achse.motion.record import FIELDS, LAYOUT
 from achse.motion.states import DriveOperationMode, MotionPhase
+from achse.native.compiled import checked_builds
 
 DT = 0.002
 AXES = 64
@@ -515,6 +516,7 @@ def play(
     return nc, observer
 
 
+@pytest.mark.usefixtures("checked_kernels")
 @pytest.mark.parametrize("functions", [False, True], ids=["moves", "all functions"])
 @pytest.mark.parametrize("seed", range(3))
 def test_random_commands_never_jump_and_end_at_the_last_target(seed: int, functions: bool) -> None:
@@ -526,4 +528,6 @@ def test_random_commands_never_jump_and_end_at_the_last_target(seed: int, functi
 def test_the_plain_kernel_does_the_same() -> None:
     plain, _ = play(99, 1000, compiled=False, functions=True, axes=3)
     fast, _ = play(99, 1000, compiled=True, functions=True, axes=3)
-    assert plain.digest() == fast.digest()
+    with checked_builds():
+        checked, _ = play(99, 1000, compiled=True, functions=True, axes=3)
+    assert plain.digest() == fast.digest() == checked.digest()

@@ -405,6 +405,7 @@ def test_a_faster_main_motion_leaves_less_room(make_rig: Any) -> None:
     assert begin < rig.axis.set_position
 
 
+@pytest.mark.usefixtures("checked_kernels")
 @pytest.mark.parametrize("seed", range(4))
 def test_random_compensations(make_rig: Any, seed: int) -> None:
     """Beside overrides, new targets, stops: no step, no velocity above the maximum, an end."""

@@ -134,6 +134,7 @@ def fastest(way: float, other: float) -> float:
     return low
 
 
+@pytest.mark.usefixtures("checked_kernels")
 @given(
     st.lists(
         st.tuples(st.floats(1.0, 300.0), st.floats(20.0, 400.0), st.sampled_from(MODES)),

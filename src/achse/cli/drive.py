@@ -147,7 +147,9 @@ def serve(
     if alias + len(types) - 1 > _HIGHEST_ALIAS:
         raise typer.BadParameter(f"0..65535 for each drive, got {alias} for the first")
     if compiled is None:
-        compiled = compiler_installed()
+        from achse.drive.compiled import KERNEL
+
+        compiled = KERNEL.available
     elif compiled and not compiler_installed():
         fail("--compiled needs llvmlite: pip install 'achse[fast]'")
     try:
@@ -344,6 +346,8 @@ def _drives(
     if compiled:
         from achse.drive import compiled as machine_code
 
+        if not machine_code.KERNEL.available:
+            fail("--compiled needs the sources of achse; --interpreted does without")
         if not machine_code.KERNEL.cached:
             print("achse drive: compiling for this machine, once", file=sys.stderr, flush=True)
         bank = machine_code.Bank(len(types))

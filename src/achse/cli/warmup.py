@@ -30,6 +30,9 @@ def warmup(json: Json = False) -> None:
         print("nothing to compile without llvmlite: pip install 'achse[fast]'")
         raise typer.Exit(1)
     for kernel in (MOTION, DRIVE, SAMPLING):
+        if not kernel.available:
+            print(f"{kernel.name} kernel: runs as plain Python, its sources are not there")
+            raise typer.Exit(1)
         begin = time.perf_counter()
         cached = kernel.cached
         _ = kernel.function

@@ -14,7 +14,6 @@ from achse.motion.record import FIELDS, LAYOUT, Role, SlotsRecord, pack_record
 from achse.motion.remains import Remains
 from achse.motion.states import choices_of
 from achse.motion.tables import TableParameters, Tables
-from achse.native.compiled import compiler_installed
 from achse.native.declare import pack
 from achse.native.memory import Rows
 
@@ -179,7 +178,7 @@ class Nc:
         self._dt = cycle_ns / 1e9
         if compiled is None:
             load = len(configured) * _PLAIN_AXIS_NS * _PLAIN_SHARE
-            compiled = compiler_installed() and (load > cycle_ns or KERNEL.cached)
+            compiled = KERNEL.available and (load > cycle_ns or KERNEL.cached)
         self.compiled = compiled
         count = sum(1 + parameters.element_count for parameters in configured)
         self._cycles: Callable[[int], None]

@@ -164,8 +164,13 @@ def _compiler_digest() -> bytes:
 
     digest = hashlib.sha256()
     for room in (backend, kernels):
-        for folder in room.__path__:
-            for file in sorted(Path(folder).glob("*.py")):
+        folder: Any = Path(room.__path__[0])
+        if not folder.is_dir():  # in a zip
+            from importlib import resources
+
+            folder = resources.files(room)
+        for file in sorted(folder.iterdir(), key=lambda file: str(file.name)):
+            if file.name.endswith(".py"):
                 digest.update(file.read_bytes())
     return digest.digest()
 
