@@ -6,26 +6,26 @@ Source: 002 (range 0x4000..0x4FFF); in the axis, encoder, controller and drive r
 name stands for a value of that parameter which is not allowed.
 """
 
-from enum import Enum
+from enum import IntEnum
 
 __all__ = ["NcError"]
 
 
-class NcError(Enum):
-    """One row of the NC error table: `number` is what travels, `text` the meaning."""
+class NcError(IntEnum):
+    """One row of the NC error table: `number` is what travels, `text` the meaning.
+
+    A member is its number, so that kernels compare and store it.
+    """
 
     number: int
     text: str
 
     def __new__(cls, number: int, text: str) -> "NcError":
-        member = object.__new__(cls)
+        member = int.__new__(cls, number)
         member._value_ = number
         member.number = number
         member.text = text
         return member
-
-    def __int__(self) -> int:
-        return self.number
 
     @staticmethod
     def of(number: int) -> "NcError | None":

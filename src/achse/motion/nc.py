@@ -9,7 +9,7 @@ from functools import partial
 from achse.motion import curves
 from achse.motion.axis import Axis, ObjectAxis, WordsAxis
 from achse.motion.compiled import KERNEL
-from achse.motion.kernel import begin, cycles
+from achse.motion.kernel import begin
 from achse.motion.record import FIELDS, LAYOUT, Role, SlotsRecord, pack_record
 from achse.motion.remains import Remains
 from achse.motion.states import choices_of
@@ -211,7 +211,7 @@ class Nc:
         """Let the kernel read the curves as they are now."""
         pieces = self.tables.pieces
         if not self.compiled:
-            self._cycles = partial(cycles, self._records, pieces, self._dt)
+            self._cycles = partial(KERNEL.plain, self._records, pieces, self._dt)
             return
         self._curves = Rows(curves.LAYOUT, len(pieces))
         for index, piece in enumerate(pieces):

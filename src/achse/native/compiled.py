@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from enum import EnumMeta
 from functools import cached_property, partial
 from pathlib import Path
-from types import FunctionType, ModuleType
+from types import FunctionType
 from typing import Any
 
 from achse.native.backend.cache import ObjectCache, cache_directory
@@ -24,6 +24,7 @@ from achse.native.backend.machine import (
     identity,
 )
 from achse.native.declare import Layout
+from achse.native.members import fold_members, reached
 
 __all__ = ["Kernel", "cache_directory", "checked_builds", "compiler_installed"]
 
@@ -59,9 +60,15 @@ class Kernel:
     ) -> None:
         assert isinstance(entry, FunctionType)
         self.name = name
-        self.plain = entry
+        self._entry = entry
         self.layouts = layouts
         self._codes: dict[bool, Callable[..., Any]] = {}
+
+    @cached_property
+    def plain(self) -> Callable[..., Any]:
+        """The function as it is."""
+        fold_members(self._entry)
+        return self._entry
 
     @property
     def path(self) -> Path:
@@ -112,10 +119,10 @@ class Kernel:
         kept = self._object(checked)
         content = kept.load()
         if content is None:
-            module = translate(self.plain, self.layouts, checked=checked)
+            module = translate(self._entry, self.layouts, checked=checked)
             content = compile_module(module, Effort.FAST if checked else Effort.FULL)
             kept.save(content)
-        code = MachineCode(content, interface_of(self.plain, self.layouts, checked=checked))
+        code = MachineCode(content, interface_of(self._entry, self.layouts, checked=checked))
         if not checked:
             plain: Callable[..., Any] = code.plain_function(ENTRY)
             return plain
@@ -143,9 +150,9 @@ class Kernel:
                 digest.update(f"{name} {slot.offset} {slot.length} {slot.is_real}".encode())
                 if slot.refers is not None:
                     digest.update(slot.refers.name.encode())
-        digest.update(self.plain.__qualname__.encode())
+        digest.update(self._entry.__qualname__.encode())
         sources: dict[str, FunctionType] = {}
-        for name, thing in _reached(self.plain):
+        for name, thing in reached(self._entry):
             if isinstance(thing, FunctionType):
                 sources.setdefault(thing.__code__.co_filename, thing)
             elif isinstance(thing, EnumMeta):
@@ -185,29 +192,6 @@ def _layouts(layouts: Iterable[Layout[Any]]) -> Iterator[Layout[Any]]:
             known.add(layout)
             yield layout
             waiting += [s.refers for s in layout.fields.values() if s.refers is not None]
-
-
-def _reached(entry: FunctionType) -> Iterator[tuple[str, object]]:
-    """The function and all that it and what it calls may refer to by name."""
-    known = {entry}
-    waiting = [entry]
-    while waiting:
-        caller = waiting.pop()
-        yield caller.__name__, caller
-        names = caller.__code__.co_names
-        spaces = [caller.__globals__]
-        spaces += (vars(spaces[0][name]) for name in names if _is_module(spaces[0].get(name)))
-        for name in names:
-            for thing in (space[name] for space in spaces if name in space):
-                if not isinstance(thing, FunctionType):
-                    yield name, thing
-                elif thing not in known:
-                    known.add(thing)
-                    waiting.append(thing)
-
-
-def _is_module(thing: object) -> bool:
-    return isinstance(thing, ModuleType)
 
 
 def _is_number(thing: object) -> bool:
