@@ -288,19 +288,18 @@ def _service(
 
 def _begin(service: "DriveControl", script: Path) -> None:
     """Add the faults of a file."""
-    import tomllib
-
     from achse.faults.drives import DRIVE_FAULTS
     from achse.faults.fault import FaultError
+    from achse.station.documents import parse_toml
 
     try:
-        document = tomllib.loads(script.read_text(encoding="utf-8"))
+        document = parse_toml(script.read_text(encoding="utf-8"))
         tables = document.get("fault", [])
         if document.keys() - {"fault"} or not isinstance(tables, list):
             fail(f"{script}: expected [[fault]] tables")
         for table in tables:
             service.faults.add(DRIVE_FAULTS.of_table(table))
-    except (FaultError, tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
+    except (FaultError, ValueError) as fault:
         fail(f"{script}: {fault}")
     except OSError as failure:
         fail(f"{script}: {failure.strerror}")

@@ -111,7 +111,7 @@ class DriveService(Device):
             return _json({"value": drive.get(index, subindex)})
         except SdoAbort as refusal:
             return _json({"error": f"0x{refusal.code.number:08X} {refusal.code.text}"})
-        except (KeyError, TypeError, ValueError) as fault:
+        except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as fault:
             return _json({"error": str(fault)})
 
 

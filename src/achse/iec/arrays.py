@@ -70,6 +70,7 @@ class ArrayType(IecType[list[Any]], Generic[V]):
             element.alignment,
             element.adst,
         )
+        self.rest_on((element,))
 
     def describe(self) -> str:
         return f"{self.name} {self.element.guid.hex()}"

@@ -36,6 +36,7 @@ class AliasType(IecType[V]):
         super().__init__(
             name, base.size, base.alignment, base.adst, comment=comment, attributes=attributes
         )
+        self.rest_on((base,))
         self.base = base
         self.is_bit = base.is_bit
         self.is_view = base.is_view

@@ -93,6 +93,7 @@ class StructType(IecType[R], Generic[R]):
             comment=comment,
             attributes=attributes,
         )
+        self.rest_on(member.type for member in members.values())
         spots = iter(layout.spots)
         self.own_members = tuple(
             member.placed(attribute, *(_NOWHERE if away else next(spots)), apart=away)

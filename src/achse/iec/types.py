@@ -1,20 +1,23 @@
 """The root of all IEC types: a name, a size, and values as bytes."""
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from enum import IntEnum
 from functools import cached_property
 from types import MappingProxyType
-from typing import Generic, TypeAlias, TypeVar
+from typing import Any, Generic, TypeAlias, TypeVar
 
-from achse.iec.errors import IecDecodeError, IecValueError
+from achse.iec.errors import DeclarationError, IecDecodeError, IecValueError
 
-__all__ = ["Adst", "Buffer", "IecType", "derived_guid", "no_attributes"]
+__all__ = ["DEEPEST_TYPE", "Adst", "Buffer", "IecType", "derived_guid", "no_attributes"]
 
 V = TypeVar("V")
 
 Buffer: TypeAlias = bytearray | memoryview
 """Memory that variables live in."""
+
+DEEPEST_TYPE = 64
+"""Levels of a type: members of members, elements of elements, aliases of aliases."""
 
 no_attributes: Mapping[str, str] = MappingProxyType({})
 
@@ -59,6 +62,8 @@ class IecType(Generic[V]):
     """Whether a member of this type takes one bit."""
     is_view: bool = False
     """Whether `read` gives a view of the memory instead of a value."""
+    depth: int = 1
+    """How many levels the type has, itself included; pointers are one."""
 
     def __init__(
         self,
@@ -79,6 +84,14 @@ class IecType(Generic[V]):
         """ADST id; of the element for arrays, of the base for enumerations and aliases."""
         self.comment = comment
         self.attributes = attributes
+
+    def rest_on(self, parts: "Iterable[IecType[Any]]") -> None:
+        """Note what the type is made of. Raises `DeclarationError` if that nests too deep."""
+        self.depth = 1 + max((part.depth for part in parts), default=0)
+        if self.depth > DEEPEST_TYPE:
+            raise DeclarationError(
+                f"type {self.name[:80]} nests deeper than {DEEPEST_TYPE} levels"
+            )
 
     @cached_property
     def guid(self) -> bytes:

@@ -313,7 +313,10 @@ class Resolver(Scopes):
                     base, low, high, name=entry.name, comment=comment, attributes=attributes
                 )
             else:
-                type = AliasType(entry.name, made, comment=comment, attributes=attributes)
+                type = self.made(
+                    lambda: AliasType(entry.name, made, comment=comment, attributes=attributes),
+                    spec.at,
+                )
         if tree.initial is not None:
             value, left = self.initial_value(type, tree.initial, scope)
             if left:

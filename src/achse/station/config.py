@@ -1,6 +1,5 @@
 """station.toml: what a station consists of, validated; errors name file, key and expectation."""
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from pathlib import Path
@@ -24,6 +23,7 @@ from achse.motion.tables import HIGHEST_TABLE_ID
 from achse.router.access import PasswordHash
 from achse.router.routes import Route
 from achse.server import Limits
+from achse.station.documents import check_depth, parse_toml
 from achse.transport.tcp import DEFAULT_MAX_HELD
 
 __all__ = [
@@ -370,6 +370,10 @@ class StationConfig(_Section):
 def parse(document: dict[str, Any], source: str) -> StationConfig:
     """Validate a parsed document; `source` names it in errors. Raises ConfigError."""
     try:
+        check_depth(document)
+    except ValueError as fault:
+        raise ConfigError(f"{source}: {fault}") from None
+    try:
         return StationConfig.model_validate(document)
     except ValidationError as failure:
         lines = []
@@ -393,8 +397,8 @@ def load(path: Path, *, net_id: str | None = None) -> StationConfig:
     Raises ConfigError; OSError if the file cannot be read.
     """
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as failure:
+        document = parse_toml(path.read_text(encoding="utf-8"))
+    except ValueError as failure:
         raise ConfigError(f"{path}: no valid TOML: {failure}") from None
     if net_id is not None and isinstance(document.setdefault("router", {}), dict):
         document["router"]["net_id"] = net_id

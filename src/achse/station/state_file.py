@@ -6,6 +6,8 @@ import os
 from pathlib import Path
 from typing import Any
 
+from achse.station.documents import parse_json
+
 __all__ = ["StateFile"]
 
 
@@ -43,7 +45,7 @@ class StateFile:
         text = self.read()
         if text is None:
             return None
-        document = json.loads(text)
+        document = parse_json(text)
         if document is None:
             raise ValueError("null")
         return document

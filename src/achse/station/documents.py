@@ -1,0 +1,54 @@
+"""Documents, TOML and JSON, as they come from files: whatever is in them, a value or a ValueError.
+
+The parsers of Python's library give up with other errors where a document nests too deep, or a
+number is too long.
+"""
+
+import json
+import tomllib
+from typing import Any
+
+__all__ = ["DEEPEST", "check_depth", "parse_json", "parse_toml"]
+
+DEEPEST = 64
+"""Tables within tables, lists within lists; what we read needs five."""
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """The document of a text. Raises ValueError."""
+    try:
+        document = tomllib.loads(text)
+    except RecursionError:
+        raise _too_deep() from None
+    check_depth(document)
+    return document
+
+
+def parse_json(text: str | bytes) -> Any:
+    """The document of a text. Raises ValueError."""
+    try:
+        document = json.loads(text)
+    except RecursionError:
+        raise _too_deep() from None
+    check_depth(document)
+    return document
+
+
+def check_depth(document: object) -> None:
+    """Raise ValueError for a document that nests too deep."""
+    level = [document]
+    for _ in range(DEEPEST + 1):
+        below: list[object] = []
+        for value in level:
+            if isinstance(value, dict):
+                below += value.values()
+            elif isinstance(value, list):
+                below += value
+        if not below:
+            return
+        level = below
+    raise _too_deep()
+
+
+def _too_deep() -> ValueError:
+    return ValueError(f"it nests deeper than {DEEPEST} levels")

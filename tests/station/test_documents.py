@@ -1,0 +1,35 @@
+"""Documents: a value, or a ValueError that says why not."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from achse.station.documents import check_depth, parse_json, parse_toml
+
+
+def test_what_is_well_formed_is_parsed() -> None:
+    assert parse_toml("a = [1, {b = 2}]") == {"a": [1, {"b": 2}]}
+    assert parse_json('{"a": [1, 2]}') == {"a": [1, 2]}
+
+
+@pytest.mark.parametrize("depth", [66, 700, 100_000])
+@pytest.mark.parametrize("parse", [parse_json, lambda text: parse_toml(f"a = {text}")])
+def test_what_nests_too_deep_is_a_value_error(parse: Callable[[str], Any], depth: int) -> None:
+    with pytest.raises(ValueError, match="it nests deeper than 64 levels"):
+        parse("[" * depth + "]" * depth)
+
+
+@pytest.mark.parametrize("text", ["a = ", "a = " + "9" * 5000])
+def test_what_is_not_toml_is_a_value_error(text: str) -> None:
+    with pytest.raises(ValueError, match=r"."):
+        parse_toml(text)
+
+
+def test_64_levels_are_not_too_deep() -> None:
+    document: Any = 1
+    for _ in range(64):
+        document = {"a": document}
+    check_depth(document)
+    with pytest.raises(ValueError, match="deeper"):
+        check_depth([document])
