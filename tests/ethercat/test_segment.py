@@ -247,6 +247,53 @@ def test_the_master_closes_and_opens_a_port(three: Any) -> None:
     assert three.segment.process(Frame([Datagram(C.NOP, 0, b"")]).encode()) is None
 
 
+def test_a_frame_that_does_not_come_back_has_passed_the_slaves_before(three: Any) -> None:
+    """A master can undo what it held open, though it sees no answer; before, nothing could."""
+    void = Frame([Datagram.at(C.FPWR, 0x1002, 0x0101, b"\x20")]).encode()  # port 2, without link
+    assert three.segment.process(void) is not None
+    assert three.segment.reachable == three.segment.slaves
+    again = Frame([Datagram.at(C.FPWR, 0x1002, 0x0101, b"\x00")]).encode()
+    assert three.segment.process(again) is None
+    assert three.one(C.BRD, 0, 0, b"\0").counter == 3
+
+
+def test_what_is_lost_passes_no_slave_behind_the_open_port(three: Any) -> None:
+    three.segment.process(Frame([Datagram.at(C.FPWR, 0x1001, 0x0101, b"\x80")]).encode())
+    assert three.segment.reachable == three.segment.slaves[:1], "port 3 comes before port 1"
+    write = Frame([Datagram.at(C.BWR, 0, RAM, b"\x7f")]).encode()
+    assert three.segment.process(write) is None
+    assert memory(three) == [0x7F, 2, 4]
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 2), st.integers(0, 255)), max_size=8),
+    st.sampled_from([C.APWR, C.BWR]),
+)
+def test_whatever_dl_control_does_the_link_opens_the_segment(
+    writes: list[tuple[int, int]], command: Command
+) -> None:
+    """Any loop control of any slave in any order; then the cable to the master is pulled."""
+    segment = Segment(Slave(Loopback()) for _ in range(3))
+    for position, control in writes:
+        frame = Frame([Datagram.at(command, -position & 0xFFFF, 0x0101, bytes((control,)))])
+        segment.process(frame.encode())
+    segment.break_link(segment.slaves[0])
+    segment.repair_link(segment.slaves[0])
+    reply = segment.process(Frame([Datagram.at(C.BRD, 0, 0, b"\0")]).encode())
+    assert reply is not None
+    assert Frame.decode(reply).datagrams[0].counter == 3
+
+
+def test_a_mended_cable_opens_its_own_ports_only(three: Any) -> None:
+    first, second, third = three.segment.slaves
+    for slave in (first, second):
+        slave.esc.write(0x0101, b"\xcc")  # ports 1 and 3 closed
+    three.segment.break_link(third)
+    three.segment.repair_link(third)
+    controls = [slave.esc.look(0x0101, 1)[0] for slave in (first, second)]
+    assert controls == [0xCC, 0xC0]
+
+
 def test_time_goes_on_behind_a_broken_link(line: Callable[..., Any]) -> None:
     master = line(2)
     master.bring(AlState.OP)

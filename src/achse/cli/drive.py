@@ -120,7 +120,7 @@ def serve(
         bool,
         typer.Option(
             "--real-time/--ordinary",
-            help="Run before all other programs, where the system allows it.",
+            help="Run before other programs, where the system allows it and half a processor does.",
         ),
     ] = True,
 ) -> None:
@@ -130,7 +130,7 @@ def serve(
     """
     from achse.ethercat import Segment, Slave
     from achse.native.compiled import compiler_installed
-    from achse.station.fieldbus import answer_promptly, serve_segment
+    from achse.station.fieldbus import FairShare, answer_promptly, serve_segment
     from achse.transport.ethernet import LinkError
 
     stopped = ready = False
@@ -169,8 +169,14 @@ def serve(
             cycle_ns=round(frame_clock * 1e6),
         )
         service, at = _service(where_controlled, segment, faults)
-        if real_time:
-            answer_promptly()
+        turns = [service.turn] if service else []
+        if real_time and answer_promptly():
+            turns.append(FairShare().look)
+
+        def between() -> None:
+            for turn in turns:
+                turn()
+
         ready = True
         print(
             f"achse drive ready {where} drives={len(types)} type={kinds} control={at}", flush=True
@@ -180,7 +186,7 @@ def serve(
             segment,
             link,
             lambda: not stopped and time.monotonic() < end,
-            service.turn if service else None,
+            between,
         )
     except OSError as failure:
         fail(f"{where}: {failure.strerror}")

@@ -461,6 +461,11 @@ class Esc:
             self._raise_event(_EVENT_DL_STATUS)
         return opened
 
+    def open_with_link(self, port: int | None = None) -> None:
+        """Let a port (all, if none is given) open with its link again, as after power-up."""
+        kept = 0 if port is None else ~(3 << 2 * port)
+        self.memory[0x0101] = self._loop_control = self.memory[0x0101] & kept
+
     def count(self, address: int) -> None:
         """Count up an error counter, which stops at 255."""
         if self.memory[address] < 0xFF:

@@ -138,9 +138,25 @@ class Segment:
             self._route()
 
     def repair_link(self, slave: Slave) -> None:
-        """Mend the cable at port 0 of `slave`."""
-        self._place(slave).whole = True
+        """Mend the cable at port 0 of `slave`.
+
+        With the link the ports at both ends of it, and all behind it, open again as after power-up,
+        whatever DL control has closed or held open: nobody could reach them to undo that.
+        """
+        place = self._place(slave)
+        place.whole = True
+        if place.parent is not None:
+            place.parent.slave.esc.open_with_link(place.port)
+        for behind in self._behind(place):
+            behind.slave.esc.open_with_link()
         self._route()
+
+    def _behind(self, place: _Place) -> Iterable[_Place]:
+        waiting = [place]
+        while waiting:
+            place = waiting.pop()
+            yield place
+            waiting += place.children.values()
 
     def _place(self, slave: Slave) -> _Place:
         for place in self._places:
@@ -167,11 +183,13 @@ class Segment:
         self._order.append(place.slave)
         open_ports = self._show_links(place)
         for port in _PORT_ORDER:
+            if self._endless:
+                break
             if open_ports[port]:
                 child = place.children.get(port)
                 if child is None or not child.whole:
                     self._endless = True  # a port held open without link: frames leave for good
-                    continue
+                    break
                 delay_ns = self._visit(child, delay_ns + _HOP_NS) + _HOP_NS
                 delays[port] = delay_ns
         clock = place.slave.esc.clock
@@ -216,11 +234,8 @@ class Segment:
         if start is None:
             self.counters.foreign += 1
             destroyed = any(slave.esc.destroys_foreign for slave in self._order)
-            return None if destroyed or not self._order else frame
-        if not self._order or self._endless:
-            self.counters.lost += 1
-            return None
-        result = self._process(frame, start)
+            return None if destroyed or self._endless or not self._order else frame
+        result = self._pass_through(frame, start)
         if result is None:
             return None
         if isinstance(result, bytearray):
@@ -229,11 +244,17 @@ class Segment:
 
     def process_payload(self, payload: bytes) -> bytes | None:
         """The same for a UDP payload, which begins with the EtherCAT header."""
-        if not self._order or self._endless:
+        result = self._pass_through(payload, 0)
+        return None if result is None else bytes(result)
+
+    def _pass_through(self, frame: bytes, start: int) -> bytes | bytearray | None:
+        """The frame as it comes back; one that leaves for good has passed the slaves before."""
+        endless = self._endless
+        result = self._process(frame, start) if self._order else None
+        if not self._order or endless:
             self.counters.lost += 1
             return None
-        result = self._process(payload, 0)
-        return None if result is None else bytes(result)
+        return result
 
     def _process(self, frame: bytes, start: int) -> bytes | bytearray | None:
         counters = self.counters

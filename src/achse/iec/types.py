@@ -89,9 +89,7 @@ class IecType(Generic[V]):
         """Note what the type is made of. Raises `DeclarationError` if that nests too deep."""
         self.depth = 1 + max((part.depth for part in parts), default=0)
         if self.depth > DEEPEST_TYPE:
-            raise DeclarationError(
-                f"type {self.name[:80]} nests deeper than {DEEPEST_TYPE} levels"
-            )
+            raise DeclarationError(f"type {self.name[:80]} nests deeper than {DEEPEST_TYPE} levels")
 
     @cached_property
     def guid(self) -> bytes:

@@ -1,6 +1,7 @@
 """Putting a segment on a link: the wall clock moves its time, its frames come from outside."""
 
 import gc
+import logging
 import os
 import time
 from collections.abc import Callable
@@ -8,7 +9,9 @@ from collections.abc import Callable
 from achse.ethercat import Segment
 from achse.transport.ethernet import Link, UdpLink
 
-__all__ = ["answer_promptly", "serve_segment"]
+__all__ = ["FairShare", "answer_promptly", "serve_segment"]
+
+log = logging.getLogger("achse.drive")
 
 _IDLE_S = 0.005
 """Without frames, time passes in steps of this length."""
@@ -18,6 +21,9 @@ _LONGEST_STEP_NS = 20_000_000
 
 _PRIORITY = 50
 """Real-time priority: above masters on the same machine, which wait for the answers."""
+
+_SHARE, _WINDOW_NS, _ORDINARY_NS = 0.5, 100_000_000, 1_000_000_000
+"""Of a processor that may be used with that priority; over how long; for how long it then goes."""
 
 
 def answer_promptly() -> bool:
@@ -29,14 +35,53 @@ def answer_promptly() -> bool:
     """
     gc.collect()
     gc.freeze()
+    return _run_first(True)
+
+
+def _run_first(first: bool) -> bool:
+    """Take real-time priority, or give it back; False if that is not allowed."""
     if not hasattr(os, "sched_setscheduler"):
         return False
+    policy = (os.SCHED_FIFO if first else os.SCHED_OTHER) | os.SCHED_RESET_ON_FORK
     try:
-        policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
-        os.sched_setscheduler(0, policy, os.sched_param(_PRIORITY))
+        os.sched_setscheduler(0, policy, os.sched_param(_PRIORITY if first else 0))
     except OSError:
         return False
     return True
+
+
+class FairShare:
+    """Real-time priority for who leaves half of a processor to others.
+
+    A master that sends without a pause would keep this process busy for ever, and with real-time
+    priority nothing else would run on that processor. Whoever takes more than half of the last
+    100 ms runs like any other program for a second.
+    """
+
+    def __init__(self) -> None:
+        self.first = True
+        """Whether this process runs before others now."""
+        self._since_ns = time.monotonic_ns()
+        self._used_ns = time.process_time_ns()
+        self._until_ns = 0
+
+    def look(self) -> None:
+        """See how much was used; to be called every few milliseconds."""
+        now = time.monotonic_ns()
+        passed = now - self._since_ns
+        if passed < _WINDOW_NS:
+            return
+        used = time.process_time_ns()
+        share = (used - self._used_ns) / passed
+        self._since_ns, self._used_ns = now, used
+        if share > _SHARE and self.first:
+            self.first = False
+            _run_first(False)
+            log.warning("frames take %.0f %% of a processor: others run too", 100 * share)
+        if share > _SHARE:
+            self._until_ns = now + _ORDINARY_NS
+        elif not self.first and now >= self._until_ns:
+            self.first = _run_first(True)
 
 
 def serve_segment(
@@ -49,7 +94,7 @@ def serve_segment(
 
     Without a frame clock (`cycle_ns` = 0) the segment's time follows the wall clock; where the
     machine cannot keep up, it falls behind rather than let a master wait. `between` is called about
-    every 5 ms, after an answer.
+    every 5 ms, after an answer. When the link was down, the segment opens again with it.
     """
     answer = segment.process_payload if isinstance(link, UdpLink) else segment.process
     exchange, clock, advance = link.exchange, time.monotonic_ns, segment.advance
@@ -70,11 +115,17 @@ def serve_segment(
             now -= held_up
         advance(now)
 
+    losses = link.losses
     by_frames = segment.cycle_ns > 0
     respond = answer if by_frames else answer_now
     while running():
         if not exchange(respond, _IDLE_S) and not by_frames:
             go_on()
+        if link.losses != losses:
+            losses = link.losses
+            for slave in segment.slaves[:1]:
+                segment.break_link(slave)
+                segment.repair_link(slave)
         if between is not None and clock() >= turn:
             between()
             turn = clock() + idle_ns

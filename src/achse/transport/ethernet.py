@@ -18,6 +18,8 @@ _BUFFER = 2048
 _AWAY = {errno.ENETDOWN, errno.ENXIO, errno.ENOBUFS, errno.EAGAIN}
 """Sending fails for now: interface down, queue full. The frame is lost, as on a cable."""
 
+_DOWN = {errno.ENETDOWN, errno.ENXIO}
+
 Answer = Callable[[bytes], bytes | None]
 """What comes back for a packet, None for nothing."""
 
@@ -33,6 +35,11 @@ class Link(Protocol):
         """Answer one packet; False if none came within `timeout_s`."""
         ...
 
+    @property
+    def losses(self) -> int:
+        """How often the way to the other side went down."""
+        ...
+
     def fileno(self) -> int:
         """The file descriptor that is readable when a packet waits."""
         ...
@@ -45,6 +52,8 @@ class _Socket:
 
     _socket: socket.socket
     _timeout: float | None = None
+    losses = 0
+    """How often the interface went down; UDP does not tell."""
 
     def fileno(self) -> int:
         """The file descriptor that is readable when a packet waits."""
@@ -97,6 +106,7 @@ class EthernetLink(_Socket):
             return False
         except OSError as trouble:
             if trouble.errno in _AWAY:
+                self.losses += trouble.errno in _DOWN
                 return False
             raise
         if address[2] == socket.PACKET_OUTGOING:
