@@ -2,15 +2,21 @@
 
 A file's name ends with a digest of all that its content follows from: what has changed is another
 file, and a stale one is never used. ACHSE_CACHE_DIR moves the cache.
+
+What others than this user may have written is not loaded: it would run with the user's rights.
 """
 
 import hashlib
+import logging
 import os
+import stat
 import tempfile
 from contextlib import suppress
 from pathlib import Path
 
 __all__ = ["ObjectCache", "cache_directory"]
+
+log = logging.getLogger("achse.native")
 
 _CHECK = hashlib.sha256().digest_size
 
@@ -32,7 +38,16 @@ class ObjectCache:
         """Where it is, or would be."""
 
     def load(self) -> bytes | None:
-        """The object file; None if it is not there, or not as it was put there."""
+        """The object file; None if it is not there, or not as it was put there.
+
+        One in a folder that others own or may write to is not loaded, nor one of theirs.
+        """
+        if not self.path.exists():
+            return None
+        why = _distrusted(self.path.parent) or _distrusted(self.path)
+        if why:
+            log.warning("machine code in the cache is made again, not loaded: %s", why)
+            return None
         try:
             content = self.path.read_bytes()
         except OSError:
@@ -43,11 +58,33 @@ class ObjectCache:
     def save(self, code: bytes) -> None:
         """Keep the object file, after its hash; a cache that cannot be written does not matter."""
         with suppress(OSError):
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            handle, temporary = tempfile.mkstemp(dir=self.path.parent)
+            folder = self.path.parent
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(mode=0o700, exist_ok=True)
+            if _distrusted(folder):
+                return
+            handle, temporary = tempfile.mkstemp(dir=folder)
             try:
                 with os.fdopen(handle, "wb") as file:
                     file.write(hashlib.sha256(code).digest() + code)
                 os.replace(temporary, self.path)
             except OSError:
                 os.unlink(temporary)
+
+
+def _distrusted(path: Path) -> str:
+    """Why others may have written `path`; empty if only this user may.
+
+    On Windows nothing is looked at: the folders of a user are the user's.
+    """
+    if not hasattr(os, "getuid"):
+        return ""
+    try:
+        facts = path.stat()
+    except OSError as failure:
+        return f"{path}: {failure.strerror}"
+    if facts.st_uid != os.getuid():
+        return f"{path} belongs to user {facts.st_uid}, this is user {os.getuid()}"
+    if facts.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        return f"others may write to {path}, its mode is {stat.S_IMODE(facts.st_mode):o}"
+    return ""
