@@ -22,7 +22,7 @@ from achse.ams.commands import (
     AddNotificationRequest,
 )
 from achse.ams.commands import READ_WRITE as READ_WRITE_HEADER
-from achse.codes import ReturnCode
+from achse.codes import ReservedGroup, ReturnCode
 from achse.server import rows
 from achse.server.limits import Limits
 from achse.server.notifications import IN_CONTEXT, Notifications
@@ -42,7 +42,7 @@ DIRECT_CODES_OF_A_PLC: Mapping[int, ReturnCode] = {
 """A real PLC answers 0x701 where others say 0x702 or 0x703, except inside sum commands."""
 
 _OK = RESULT.pack(0)
-_SYMBOLIC = (0xF005, 0xF010)
+_SYMBOLIC = (ReservedGroup.SYMBOL_VALUE_BY_HANDLE, ReservedGroup.SYMBOL_NOTIFICATION)
 _LAST_STATE = max(AdsState)
 _NO_RESPONSE = 0x0002
 
@@ -118,7 +118,7 @@ class Device:
         single = ServiceTable(
             (
                 *groups,
-                Group(0xF100, STATE_SERVICES, self),
+                Group(ReservedGroup.DEVICE, STATE_SERVICES, self),
                 *(() if self.symbols is None else self.symbols.groups()),
             )
         )

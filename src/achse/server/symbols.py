@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from achse.ams import DeviceError
-from achse.codes import ReturnCode
+from achse.codes import ReservedGroup, ReturnCode
 from achse.server.limits import Limits
 from achse.server.table import IndexGroup, RawGroup, Reader
 
@@ -165,7 +165,7 @@ class SymbolServices:
     def groups(self) -> Iterator[IndexGroup]:
         """The rows: one per index group."""
         yield RawGroup(
-            0xF003,
+            ReservedGroup.SYMBOL_HANDLE_BY_NAME,
             "symbol handle by name",
             read_write=self._handle_by_name,
             request="name",
@@ -174,7 +174,7 @@ class SymbolServices:
             source="002, 003",
         )
         yield RawGroup(
-            0xF004,
+            ReservedGroup.SYMBOL_VALUE_BY_NAME,
             "symbol value by name",
             read_write=self._value_by_name,
             request="name",
@@ -183,7 +183,7 @@ class SymbolServices:
             source="002",
         )
         yield RawGroup(
-            0xF005,
+            ReservedGroup.SYMBOL_VALUE_BY_HANDLE,
             "symbol value by handle",
             read=self._read_value,
             write=self._write_value,
@@ -197,7 +197,7 @@ class SymbolServices:
             source="000, 002, 003",
         )
         yield RawGroup(
-            0xF006,
+            ReservedGroup.RELEASE_SYMBOL_HANDLE,
             "release symbol handle",
             write=self._release_handle,
             request="UINT32 handle",
@@ -205,7 +205,7 @@ class SymbolServices:
             source="000, 002, 003",
         )
         yield RawGroup(
-            0xF007,
+            ReservedGroup.SYMBOL_INFO_BY_NAME,
             "symbol info by name",
             read_write=self._info_by_name,
             request="name",
@@ -213,14 +213,14 @@ class SymbolServices:
             description="Where the value of a symbol lies.",
         )
         yield RawGroup(
-            0xF008,
+            ReservedGroup.SYMBOL_VERSION,
             "symbol version",
             read=lambda offset, length, client: bytes((self.source.version & 0xFF,)),
             response="UINT8",
             description="Changes with each download and online change; can be subscribed.",
         )
         yield RawGroup(
-            0xF009,
+            ReservedGroup.SYMBOL_ENTRY_BY_NAME,
             "symbol entry by name",
             read_write=lambda offset, length, data, client: self._resolve(data).entry(),
             request="name",
@@ -228,7 +228,7 @@ class SymbolServices:
             description="All facts of one symbol.",
         )
         yield RawGroup(
-            0xF00B,
+            ReservedGroup.SYMBOL_TABLE,
             "symbol table",
             read=lambda offset, length, client: _piece(self.source.symbol_table(), offset, length),
             last_offset=0xFFFF_FFFF,
@@ -236,14 +236,14 @@ class SymbolServices:
             description="Upload of all symbols; offset 0x80000000 + position for pieces.",
         )
         yield RawGroup(
-            0xF00C,
+            ReservedGroup.SYMBOL_TABLE_SIZE,
             "symbol table size",
             read=self._upload_info,
             response="UINT32 count, bytes",
             description="What to expect from 0xF00B.",
         )
         yield RawGroup(
-            0xF00E,
+            ReservedGroup.TYPE_TABLE,
             "data type table",
             read=lambda offset, length, client: _piece(self.source.type_table(), offset, length),
             last_offset=0xFFFF_FFFF,
@@ -251,14 +251,14 @@ class SymbolServices:
             description="Upload of all data types; offset 0x80000000 + position for pieces.",
         )
         yield RawGroup(
-            0xF00F,
+            ReservedGroup.TABLE_SIZES,
             "table sizes",
             read=self._upload_info_2,
             response="UINT32[16]",
             description="Counts and bytes of both tables, code page, flags.",
         )
         yield RawGroup(
-            0xF010,
+            ReservedGroup.SYMBOL_NOTIFICATION,
             "symbol notification",
             watch=self._watch_value,
             context=self._context,
@@ -266,7 +266,7 @@ class SymbolServices:
             description="Notification of a handle; offset = handle. Add Notification only.",
         )
         yield RawGroup(
-            0xF011,
+            ReservedGroup.TYPE_ENTRY_BY_NAME,
             "data type entry by name",
             read_write=self._type_by_name,
             request="name",
