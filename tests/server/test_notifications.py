@@ -489,7 +489,7 @@ def test_over_tcp_a_client_has_time_to_note_its_handle(bench: Any) -> None:
             (answer,) = stream.receive(await reader.read(1000))
             assert answer.command == 6
             bench.tick(10)
-        values = []
+        values: list[Any] = []
         while len(values) < 5:
             for frame in stream.receive(await reader.read(1000)):
                 for stamp in NotificationStream.decode(frame.data).stamps:
