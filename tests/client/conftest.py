@@ -3,7 +3,6 @@
 import asyncio
 import struct
 from collections.abc import Callable, Coroutine, Iterator
-from functools import partial
 from typing import Any
 
 import pytest
@@ -140,7 +139,7 @@ class Peer:
             else:
                 del self.notifications[number]
 
-    def asked(self, kind: type[Any], group: int | None = None) -> list[Any]:
+    def asked(self, kind: type, group: int | None = None) -> list[Any]:
         """The requests of one kind so far."""
         return [r for r in self.requests if type(r) is kind and group in (None, r[0])]
 
@@ -154,7 +153,7 @@ class Peer:
         if self.error:
             self.reply(frame.reply(error=self.error))
             return
-        kind: type[Any] = type(request)
+        kind = type(request)
         first: bytes | None = None
         try:
             if frame.command == Command.READ_DEVICE_INFO:
@@ -168,15 +167,15 @@ class Peer:
                 payload = ResultResponse(0).encode()
             elif kind is ReadWriteRequest:
                 payload = DataResponse(0, self.read_write(*request)).encode()
-            elif isinstance(request, AddNotificationRequest):
+            elif kind is AddNotificationRequest:
                 number = self.add(request)
                 payload = AddNotificationResponse(0, number).encode()
                 first = self.first_sample(number)
-            elif isinstance(request, DeleteNotificationRequest):
+            elif kind is DeleteNotificationRequest:
                 self.delete(request.handle)
                 payload = ResultResponse(0).encode()
             else:
-                assert isinstance(request, WriteControlRequest)
+                assert kind is WriteControlRequest
                 self.state = (request.ads_state, request.device_state)
                 payload = ResultResponse(0).encode()
         except DeviceError as error:
@@ -195,10 +194,6 @@ class Peer:
         assert self.link is not None
         data = encode_stream([(filetime, list(samples))])
         self.link.user.received(Frame(self.link.address, ADDRESS, 8, 4, 0, 0, data))
-
-    def push_first(self, number: int) -> None:
-        """Send the first sample of a subscription."""
-        self.push((number, self.first_sample(number)))
 
     def change(self, name: str, data: bytes) -> None:
         """Give a variable a value and tell its subscribers."""
@@ -291,13 +286,13 @@ class Peer:
             case 0xF085:
                 outcomes = []
                 for position in range(0, 40 * offset, 40):
-                    wanted = AddNotificationRequest.decode(data[position : position + 40])
-                    outcomes.append(self._outcome(lambda p: struct.pack("<I", self.add(p)), wanted))
+                    part = AddNotificationRequest.decode(data[position : position + 40])
+                    outcomes.append(self._outcome(lambda p: struct.pack("<I", self.add(p)), part))
                 loop = asyncio.get_running_loop()
                 for result, number in outcomes:
                     if result == 0:
                         key = int.from_bytes(number, "little")
-                        loop.call_soon(partial(self.push_first, key))
+                        loop.call_soon(lambda k=key: self.push((k, self.first_sample(k))))
                 return b"".join(struct.pack("<I", r) + n.ljust(4, b"\0") for r, n in outcomes)
             case 0xF086:
                 return b"".join(
@@ -355,7 +350,7 @@ class Peer:
             "<IIIIIHHHHH",
             size, 0x4040, offset, len(data), adst, 0, 0, len(name), len(type_name), 0,
         )  # fmt: skip
-        return (head + texts).ljust(size, b"\0")  # type: ignore[no-any-return]
+        return (head + texts).ljust(size, b"\0")
 
     def _table(self) -> bytes:
         return b"".join(self.entry(name) for name in self.variables)

@@ -6,10 +6,10 @@ from hypothesis import strategies as st
 
 from achse.drive import Mode, VirtualDrive
 from achse.drive.kernel import cycle, cycles
-from achse.drive.record import FIELDS, DriveFields
+from achse.drive.record import FIELDS, SlotsRecord
 
 
-def _record() -> DriveFields:
+def _record() -> SlotsRecord:
     return VirtualDrive().record
 
 

@@ -59,8 +59,7 @@ def test_every_state_with_every_command(state: PowerState, command: str) -> None
     record = _at(state)
     record.controlword = WORDS[command]
     number = advance(record, 0, 0)
-    state = next(each for each in PowerState if each == record.power_state)
-    assert (state, number) == expected
+    assert (PowerState(record.power_state), number) == expected
 
 
 @pytest.mark.parametrize("state", list(PowerState))

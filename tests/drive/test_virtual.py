@@ -1,7 +1,6 @@
 """VirtualDrive: whole manoeuvres in one call."""
 
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 
@@ -59,6 +58,6 @@ def test_it_goes_down_and_up_again(drive: VirtualDrive) -> None:
         assert drive.state == state
 
 
-def test_put_checks_ranges(drive: VirtualDrive, aborts: Any) -> None:
+def test_put_checks_ranges(drive: VirtualDrive, aborts) -> None:
     with aborts(AbortCode.VALUE_RANGE):
         drive.put(0x6040, 0x1_0000)

@@ -2,7 +2,6 @@
 
 import struct
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
@@ -21,7 +20,7 @@ def word(image: bytes, address: int, count: int = 1) -> tuple[int, ...]:
 
 
 def categories(image: bytes) -> dict[int, bytes]:
-    found: dict[Any, Any] = {}
+    found = {}
     position = 0x80
     while True:
         kind, length = struct.unpack_from("<HH", image, position)

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
+pyads = pytest.importorskip("pyads", exc_type=Exception)
 
 EXTREMES = {
     "GVL.bBool": ("BOOL", True, False),

@@ -98,7 +98,7 @@ def test_a_jump_of_the_position_is_an_error_and_brakes_the_axis(rig: Any, jump: 
     assert not rig.has(StateBit.EXTERNAL_SETPOINT_ENABLED)
     assert abs(axis.set_position - p) <= v * rig.dt * 1.1
     rig.until_rest()
-    way = ramp_way(v, a, axis.default_deceleration, axis.default_jerk)
+    way = ramp_way(v, min(a, 0.0), axis.default_deceleration, axis.default_jerk)
     assert axis.set_position == pytest.approx(p + way, abs=1e-3)
 
 
@@ -196,7 +196,7 @@ def test_what_ends_it_brakes_from_the_present_motion(rig: Any, end: str) -> None
     assert not rig.has(StateBit.EXTERNAL_SETPOINT_ENABLED)
     assert abs(trace[1][1] - v) <= (abs(a) + axis.default_jerk * rig.dt) * rig.dt * 1.01
     rig.until_rest()
-    way = ramp_way(v, a, axis.default_deceleration, axis.default_jerk)
+    way = ramp_way(v, min(a, 0.0), axis.default_deceleration, axis.default_jerk)
     assert axis.set_position == pytest.approx(p + way, abs=1e-3)
 
 

@@ -9,7 +9,6 @@ rule, which may take longer than ours.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
@@ -27,14 +26,14 @@ CASES = 100_000
 ORACLE_POSITION_ERROR = 1e-8  # mm
 
 
-def generate(seed: Any, count: Any) -> Any:
+def generate(seed, count):
     """Rows (p, v, a, target, top, acc, dec, jerk) in mm and s, three in four travelling forward."""
     rng = np.random.default_rng(seed)
 
-    def decades(low: Any, high: Any) -> Any:
+    def decades(low, high):
         return 10.0 ** rng.uniform(low, high, count)
 
-    def sometimes(share: Any, value: Any) -> Any:
+    def sometimes(share, value):
         return np.where(rng.random(count) < share, value, 0.0)
 
     top = decades(-1, 3.5)
@@ -65,7 +64,7 @@ def generate(seed: Any, count: Any) -> Any:
     return rows
 
 
-def test_no_longer_than_ruckig_wherever_the_direction_is_kept() -> None:
+def test_no_longer_than_ruckig_wherever_the_direction_is_kept():
     otg, given, trajectory = Ruckig(1), InputParameter(1), Trajectory(1)
     given.target_velocity = [0.0]
     given.target_acceleration = [0.0]

@@ -1,6 +1,5 @@
 """The route table: each name and each NetId once, and who may come in."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -131,12 +130,11 @@ def test_a_change_that_cannot_be_kept_is_not_made() -> None:
         raise OSError("full")
 
     table.keep = refuse
-    changes: list[Callable[[], object]] = [
+    for change in (
         lambda: table.add(MILL),
         lambda: table.add(replace(MILL, net_id=PRESS.net_id)),
         lambda: table.remove("press"),
-    ]
-    for change in changes:
+    ):
         with pytest.raises(OSError, match="full"):
             change()
         assert (list(table), table.to(PRESS.net_id), heard) == ([PRESS], PRESS, [])

@@ -1,7 +1,5 @@
 """What of a block clients may call."""
 
-from typing import Any
-
 from achse.iec import BOOL, INT, LREAL, StructType
 from achse.st.declare import declare
 from achse.st.parser import parse
@@ -24,7 +22,7 @@ END_FUNCTION_BLOCK
 """
 
 
-def block() -> StructType[Any]:
+def block() -> StructType[object]:
     found = declare([parse(BLOCK)]).types["fb"]
     assert isinstance(found, StructType)
     return found

@@ -20,8 +20,6 @@ from achse.ams.commands import (
 from achse.ams.errors import describe_code
 from achse.ams.notification import NotificationStream
 from achse.client.sums import Outcome, Part
-from achse.codes import ReservedGroup
-from achse.codes.groups import NAMED
 from achse.monitor.names import Names
 from achse.monitor.parts import outcomes_of, parts_of
 from achse.router.tap import Captured
@@ -32,10 +30,9 @@ __all__ = ["Decoder", "Exchange", "Item"]
 _PENDING = 10_000
 """Requests without an answer that are remembered; the oldest are told as unanswered."""
 
-_AREAS = frozenset(
-    (*range(0x4000, 0x4100), *range(ReservedGroup.INPUTS, ReservedGroup.CLEAR_INPUTS))
-)
+_AREAS = frozenset((*range(0x4000, 0x4100), *range(0xF020, 0xF040)))
 """Memory and process images, where the offset is an address."""
+_BY_NAME = (0xF003, 0xF004, 0xF007, 0xF009, 0xF011)
 
 
 class _Watched(NamedTuple):
@@ -228,7 +225,7 @@ class Decoder:
             case WriteRequest():
                 verb, data = "write", part.data
             case ReadWriteRequest():
-                verb = "ask" if group in NAMED else "read/write"
+                verb = "ask" if group in _BY_NAME else "read/write"
                 layout = "" if row is None else row.response_layout
             case AddNotificationRequest():
                 verb = "watch"
@@ -238,9 +235,9 @@ class Decoder:
                     self._watched[key] = _Watched(symbol, service, group, layout)
                 data = b""
         name = symbol
-        if row is not None and (not name or group in NAMED):
+        if row is not None and (not name or group in _BY_NAME):
             name = f"{_service(row, group, offset)} {name}".strip()
-        if group == ReservedGroup.RELEASE_SYMBOL_HANDLE and isinstance(part, WriteRequest):
+        if group == 0xF006 and isinstance(part, WriteRequest):
             handle = int.from_bytes(part.data, "little")
             held = self.names.symbols(device).held(handle) or f"0x{handle:X}"
             verb, name, data = "release", f"handle of {held}", b""
@@ -254,9 +251,9 @@ class Decoder:
         """
         group, offset = part.index_group, part.index_offset
         known = self.names.symbols(device)
-        if group in (ReservedGroup.SYMBOL_VALUE_BY_HANDLE, ReservedGroup.SYMBOL_NOTIFICATION):
+        if group in (0xF005, 0xF010):
             return known.held(offset)
-        if group in NAMED:
+        if group in _BY_NAME:
             return known.text(part.data) if isinstance(part, ReadWriteRequest) else ""
         match part:
             case WriteRequest(data=data):
@@ -270,35 +267,28 @@ class Decoder:
         assert not isinstance(part, DeleteNotificationRequest)
         group, device = part.index_group, request.target
         match group, part:
-            case ReservedGroup.SYMBOL_HANDLE_BY_NAME, ReadWriteRequest():
+            case 0xF003, ReadWriteRequest():
                 self.names.learn(device).learn_handle(symbol, data)
-            case ReservedGroup.SYMBOL_INFO_BY_NAME, ReadWriteRequest():
+            case 0xF007, ReadWriteRequest():
                 self.names.learn(device).learn_place(symbol, data)
-            case ReservedGroup.SYMBOL_VERSION, ReadRequest():
+            case 0xF008, ReadRequest():
                 self.names.learn(device).learn_version(data)
-            case ReservedGroup.TABLE_SIZES, ReadRequest():
+            case 0xF00F, ReadRequest():
                 self.names.learn(device).learn_info(data)
-            case (ReservedGroup.SYMBOL_TABLE | ReservedGroup.TYPE_TABLE, ReadRequest()) | (
-                ReservedGroup.SYMBOL_ENTRY_BY_NAME | ReservedGroup.TYPE_ENTRY_BY_NAME,
-                ReadWriteRequest(),
-            ):
+            case (0xF00B | 0xF00E, ReadRequest()) | (0xF009 | 0xF011, ReadWriteRequest()):
                 offset = part.index_offset if isinstance(part, ReadRequest) else 0
                 self.names.learn(device).learn_table(request.source, group, offset, data)
 
     def _value(self, device: bytes, group: int, symbol: str, data: bytes, layout: str) -> str:
         """What was read, written or sampled, as people read it."""
-        if group == ReservedGroup.SYMBOL_HANDLE_BY_NAME:
+        if group == 0xF003:
             return f"handle 0x{int.from_bytes(data[:4], 'little'):X}"
-        if group in (ReservedGroup.SYMBOL_ENTRY_BY_NAME, ReservedGroup.TYPE_ENTRY_BY_NAME):
-            type = (
-                self.names.symbols(device).type_of(symbol)
-                if group == ReservedGroup.SYMBOL_ENTRY_BY_NAME
-                else None
-            )
+        if group in (0xF009, 0xF011):
+            type = self.names.symbols(device).type_of(symbol) if group == 0xF009 else None
             return type.name if type else f"{len(data)} bytes"
-        if group in (ReservedGroup.SYMBOL_TABLE, ReservedGroup.TYPE_TABLE):
+        if group in (0xF00B, 0xF00E):
             return f"{len(data)} bytes"
-        if not symbol or group == ReservedGroup.SYMBOL_INFO_BY_NAME:
+        if not symbol or group == 0xF007:
             return self.names.text_of(data, None, layout)
         # A symbol's value has its type or none; a layout of the same size would be chance.
         return self.names.text_of(data, self.names.symbols(device).type_of(symbol), "")
@@ -328,7 +318,7 @@ class Decoder:
     def _sample(self, frame: Frame, handle: int, data: bytes) -> Item:
         device = frame.source
         watched = self._watched.get((frame.target, device, handle), _NOTHING)
-        if watched.group == ReservedGroup.SYMBOL_VERSION and data:
+        if watched.group == 0xF008 and data:
             self.names.learn(device).learn_version(data)
         value = ""
         if data:

@@ -11,7 +11,6 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from achse.codes import ReservedGroup
 from achse.iec import IecDecodeError, IecError, IecType, resolved
 from achse.iec.arrays import ArrayType
 from achse.iec.datatypes import DataTypeEntry
@@ -118,7 +117,7 @@ class KnownSymbols:
         """An upload (0xF00B, 0xF00E) or a piece of one, or single entries (0xF009, 0xF011)."""
         if offset & _PIECE:
             data = self._joined(client, group, offset & ~_PIECE, data)
-        if group in (ReservedGroup.TYPE_TABLE, ReservedGroup.TYPE_ENTRY_BY_NAME):
+        if group in (0xF00E, 0xF011):
             self.learn_types(self._decoded(DataTypeEntry, data))
         else:
             for entry in self._decoded(SymbolEntry, data):

@@ -1,11 +1,13 @@
 """External set points: the cyclic interface leads the axis, alone or on top of its own generator.
 
 Alone, the set position is the external one. Where motion commands are allowed meanwhile, their
-motion and the external one add up; afterwards the axis keeps the distance it went by itself.
+motion and the external one add up; afterwards the axis keeps the distance it went by itself. Both
+together are no faster than the axis may be (0x4359).
 
 Kernel source: compiled as it stands, see `compiled`.
 """
 
+from achse.motion.dynamics import fastest, run_out
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import displace, fail, generate
 from achse.motion.states import MotionPhase
@@ -31,8 +33,20 @@ _INCONSISTENT = 1e-3
 
 
 def leave_external(ax: AxisFields) -> None:
-    """Take no further external set points; what the axis does now is its own motion."""
+    """Take no further external set points; what the axis does now is its own motion.
+
+    No jerk limits an external acceleration. One that makes the axis faster ends at once, one that
+    makes it slower is taken away before the axis rests.
+    """
     ax.external_setpoint_active = 0
+    ax.limit_watch = 1
+    foreign = ax.external_acceleration
+    if foreign * ax.set_velocity >= 0.0:
+        ax.set_acceleration -= foreign
+    else:
+        steep = ax.set_acceleration * ax.set_acceleration / abs(ax.set_velocity)
+        if steep > 2.0 * ax.running_jerk:
+            ax.running_jerk = steep
     ax.external_velocity = 0.0
     ax.external_acceleration = 0.0
     ax.external_jerk = 0.0
@@ -53,10 +67,7 @@ def _fault(ax: AxisFields, way: float, dt: float) -> int:
         and abs(ax.external_set_jerk) <= _LARGEST
     ):
         return _DATA_INVALID
-    limit = ax.max_velocity
-    if ax.drive_reference_velocity < limit:
-        limit = ax.drive_reference_velocity
-    limit *= _ROUNDED
+    limit = fastest(ax) * _ROUNDED
     if abs(way) > limit * dt + ax.encoder_scaling_factor or abs(ax.external_set_velocity) > limit:
         return _VELOCITY_TOO_HIGH
     if abs(ax.external_set_acceleration) > ax.max_acceleration * _ROUNDED:
@@ -105,10 +116,22 @@ def follow_external(ax: AxisFields, dt: float) -> None:
         ax.set_acceleration = ax.external_acceleration
         ax.set_jerk = ax.external_jerk
         return
+    position = ax.set_position
+    velocity = ax.set_velocity
+    acceleration = ax.set_acceleration
     ax.set_velocity -= ax.external_velocity
     ax.set_acceleration -= ax.external_acceleration
     generate(ax, dt)
     if ax.output_cut:  # such a profile cannot be
+        return
+    if abs(run_out(ax) + ax.external_set_velocity) > fastest(ax) * _ROUNDED:
+        ax.set_position = position
+        ax.set_velocity = velocity
+        ax.set_acceleration = acceleration
+        ax.set_motion_phase = _EXTERNAL
+        fail(ax, _VELOCITY_TOO_HIGH, 0)
+        leave_external(ax)
+        generate(ax, dt)
         return
     _take(ax, way, dt)
     displace(ax, way)

@@ -12,6 +12,7 @@ from achse.motion.drive import adapt_drive, drive, drive_command, place_motor, p
 from achse.motion.encoder import adapt_encoder, measure
 from achse.motion.external import follow_external
 from achse.motion.homing import home
+from achse.motion.limits import adapt_limits
 from achse.motion.monitoring import (
     operation_mode,
     settle,
@@ -43,6 +44,7 @@ def adapt(ax: AxisFields, dt: float) -> None:
     adapt_encoder(ax)
     adapt_drive(ax, dt)
     adapt_controller(ax)
+    adapt_limits(ax)
     ax.operation_mode_state_dword = operation_mode(ax)
     ax.adapt = 0
 

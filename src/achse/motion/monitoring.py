@@ -5,6 +5,8 @@ Kernel source: compiled as it stands, see `compiled`.
 
 from math import floor
 
+from achse.motion.dynamics import STEEPEST
+from achse.motion.limits import TOLERANCE, running_into
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import arrived, drop_job, fail, stop_fast
 from achse.motion.states import (
@@ -109,6 +111,7 @@ _LOW = SignalType.LOW.value
 
 _AWAIT_CAM = HomingState.AWAIT_CAM.value
 _AWAIT_CAM_OFF = HomingState.AWAIT_CAM_OFF.value
+_AWAIT_LATCH = HomingState.AWAIT_LATCH.value
 
 _SIMULATED = EncoderType.SIMULATION.value
 
@@ -160,7 +163,7 @@ def _watch_signals(ax: AxisFields, dt: float) -> None:
             or (kind in (_FALLING, _BOTH) and falling)
             or (kind == _HIGH and signal == 1)
             or (kind == _LOW and signal == 0)
-        ) and ax.set_motion_phase not in (_NO_JOB, _STOPPING):
+        ) and ax.set_motion_phase != _NO_JOB:
             stop_fast(ax)
     if ax.simulation_io_invalid:
         ax.drive_io_time += dt
@@ -205,7 +208,7 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
     if enables & _ENABLE and ready and ax.axis_disabled == 0 and ax.drive_output_disabled == 0:
         if ax.error_code == 0:
             closed = 1
-            if phase not in (_NO_JOB, _STOPPING):
+            if phase != _NO_JOB:
                 heading = _heading(ax)
                 if heading > 0.0 and enables & _FEED_ENABLE_PLUS == 0:
                     fail(ax, _FEED_PLUS_WITHDRAWN, 0)
@@ -262,7 +265,45 @@ def _not_found(ax: AxisFields, code: int) -> int:
         return code
     if ax.homing_state == _AWAIT_CAM:
         return _CAM_NOT_FOUND
-    return _CAM_STAYS if ax.homing_state == _AWAIT_CAM_OFF else _SYNC_PULSE_NOT_FOUND
+    if ax.homing_state == _AWAIT_CAM_OFF:
+        return _CAM_STAYS
+    return _SYNC_PULSE_NOT_FOUND if ax.homing_state == _AWAIT_LATCH else code
+
+
+def _at_limit(ax: AxisFields) -> int:
+    """The soft limit that the axis has come to: 1 upper, -1 lower, 0 none.
+
+    A table knows beforehand that it ends at one or has to pass it.
+    """
+    where = ax.limit_reached
+    ax.limit_reached = 0
+    if where != 0:
+        return where
+    direction = _direction(ax)
+    if direction > 0.0 and ax.set_position > ax.limit_high + TOLERANCE:
+        return 1
+    if direction < 0.0 and ax.set_position < ax.limit_low - TOLERANCE:
+        return -1
+    return 0
+
+
+def _supervise_limits(ax: AxisFields, dt: float) -> None:
+    """Soft limits end every motion. A delayed reaction waits only where the axis stands by then."""
+    where = _at_limit(ax)
+    abrupt = 0
+    if ax.compensating or ax.external_setpoint_active or ax.set_motion_phase > _REVERSING:
+        abrupt = running_into(ax, dt)
+        if abrupt != 0:
+            where = abrupt
+    if where == 0:
+        return
+    code = _not_found(ax, _SOFT_LIMIT_MAX_PASSED if where > 0 else _SOFT_LIMIT_MIN_PASSED)
+    if ax.set_velocity == 0.0:
+        report(ax, code, 0)
+        return
+    fail(ax, code, 0)
+    if abrupt != 0:
+        ax.job_jerk = STEEPEST
 
 
 def supervise_motion(ax: AxisFields, dt: float) -> None:
@@ -274,15 +315,8 @@ def supervise_motion(ax: AxisFields, dt: float) -> None:
     if ax.loop_closed == 0:
         return
     _supervise_following_error(ax, dt)
-    direction = _direction(ax)
-    phase = ax.set_motion_phase
-    if phase not in (_NO_JOB, _STOPPING, _HOMING) or (phase == _HOMING and ax.job_direction != 0.0):
-        p = ax.set_position
-        if direction > 0.0:
-            if ax.encoder_soft_limit_max_enable and p > ax.encoder_soft_limit_max:
-                report(ax, _not_found(ax, _SOFT_LIMIT_MAX_PASSED), 0)
-        elif direction < 0.0 and ax.encoder_soft_limit_min_enable and p < ax.encoder_soft_limit_min:
-            report(ax, _not_found(ax, _SOFT_LIMIT_MIN_PASSED), 0)
+    if ax.limited and ax.set_motion_phase != _NO_JOB:
+        _supervise_limits(ax, dt)
     if ax.set_velocity == 0.0:
         ax.motion_time = 0.0
         ax.motion_position = ax.actual_position

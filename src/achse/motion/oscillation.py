@@ -11,7 +11,7 @@ Kernel source: compiled as it stands, see `compiled`.
 from math import cos, pi, sin
 
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import begin_job, generate
+from achse.motion.setpoint import absorb, begin_job, generate
 from achse.motion.states import CommandState, MotionPhase, StartType
 
 __all__ = ["oscillate", "position_in_turn"]
@@ -78,6 +78,7 @@ def _override(ax: AxisFields) -> float:
 
 def _finish(ax: AxisFields) -> None:
     """The sequence is complete: brake where the axis still moves."""
+    absorb(ax)
     ax.set_command_state = _DONE
     if abs(ax.set_velocity) < _STILL:
         ax.set_velocity = 0.0
@@ -177,7 +178,8 @@ def _swing(ax: AxisFields, dt: float) -> None:
     share = ax.sine_share
     ax.set_position += (share - 0.5 * growth) * way
     ax.set_velocity = share * velocity
-    ax.set_acceleration = share * acceleration + growth / dt * velocity
+    ax.superposed_acceleration = growth / dt * velocity
+    ax.set_acceleration = share * acceleration + ax.superposed_acceleration
     ax.set_jerk = share * jerk + 2.0 * growth / dt * acceleration
     ax.target_position = ax.set_position
 

@@ -5,9 +5,17 @@ position, velocity and acceleration. Once braking towards a target has begun, th
 changes the table. Where it is too late for the velocity of a border, the axis brakes on and passes
 the border as it comes.
 
+A table that would lead across a soft limit ends at it. Where the ramp of the job is too weak for
+that, the axis first comes to rest with the strongest ramp that it has; where that is too weak as
+well, the limit is reported at once.
+
 Kernel source, in the language of `achse.native`.
 """
 
+from math import inf
+
+from achse.motion.dynamics import fastest, fault_deceleration, fault_jerk, release
+from achse.motion.limits import highest_rest, lowest_rest, passes
 from achse.motion.profile import (
     END_VELOCITY_UNREACHABLE,
     plan_to_position,
@@ -20,11 +28,21 @@ from achse.motion.segments import duration, segment_acceleration, segment_positi
 from achse.motion.states import MotionPhase
 from achse.motion.targets import look_ahead, overrun
 
-__all__ = ["TO_CONSTANT_VELOCITY", "TO_REST", "TO_TARGET", "follow_override", "plan"]
+__all__ = [
+    "TO_CONSTANT_VELOCITY",
+    "TO_LIMIT",
+    "TO_PAUSE",
+    "TO_REST",
+    "TO_TARGET",
+    "follow_override",
+    "plan",
+]
 
 TO_REST = 0
 TO_TARGET = 1
 TO_CONSTANT_VELOCITY = 2
+TO_LIMIT = 3
+TO_PAUSE = 4
 """What follows the table, `table_end`."""
 
 _POSITIONING = MotionPhase.POSITIONING.value
@@ -34,7 +52,6 @@ _HOMING = MotionPhase.HOMING.value
 
 _FULL_OVERRIDE = 1_000_000
 
-_MORE = 1.0 + 1e-9
 _NEARLY = 1.0 - 1e-9
 """Of a velocity that can just be reached, so that rounding does not put it out of reach."""
 
@@ -45,10 +62,8 @@ _SLOWEST = 1e-6
 """Velocity that any override above zero leaves, whatever the job."""
 
 
-def _peak_velocity(ax: AxisFields, count: int) -> float:
-    """Largest speed in the table, at the ends of its rows, up to the job's own."""
-    v = ax.set_velocity
-    a = ax.set_acceleration
+def _peak_velocity(ax: AxisFields, v: float, a: float, count: int) -> float:
+    """Largest speed in the table from (v, a), at the ends of its rows, up to the job's own."""
     peak = 0.0
     for i in range(count):
         t = ax.segment_time[i]
@@ -65,15 +80,15 @@ def _plan_to_target(ax: AxisFields, limit: float, end_velocity: float) -> int:
     count = plan_to_position(
         ax.segment_time,
         ax.segment_jerk,
-        ax.set_position,
-        ax.set_velocity,
-        ax.set_acceleration,
+        ax.plan_position,
+        ax.plan_velocity,
+        ax.plan_acceleration,
         ax.border_position,
         end_velocity,
         limit,
         ax.job_acceleration,
-        ax.job_deceleration,
-        ax.job_jerk,
+        ax.table_deceleration,
+        ax.table_jerk,
     )
     ax.table_velocity = end_velocity
     return count
@@ -87,15 +102,15 @@ def _plan_to_border(ax: AxisFields, limit: float, end_velocity: float) -> int:
     count = _plan_to_target(ax, limit, end_velocity)
     if count != END_VELOCITY_UNREACHABLE:
         return count
-    way = ax.border_position - ax.set_position
+    way = ax.border_position - ax.plan_position
     sign = 1.0 if way > 0.0 else -1.0
-    v = sign * ax.set_velocity
-    a = sign * ax.set_acceleration
+    v = sign * ax.plan_velocity
+    a = sign * ax.plan_acceleration
     if v < 0.0:
-        way -= sign * stopping_distance(v, a, ax.job_deceleration, ax.job_jerk)
+        way -= sign * stopping_distance(v, a, ax.table_deceleration, ax.table_jerk)
         v = 0.0
         a = 0.0
-    reachable = _NEARLY * reachable_velocity(sign * way, v, a, ax.job_acceleration, ax.job_jerk)
+    reachable = _NEARLY * reachable_velocity(sign * way, v, a, ax.job_acceleration, ax.table_jerk)
     if 0.0 < reachable < end_velocity:
         return _plan_to_target(ax, limit, reachable)
     return count
@@ -113,26 +128,26 @@ def _way_back(ax: AxisFields, limit: float) -> float:
         0.0,
         limit,
         ax.job_acceleration,
-        ax.job_deceleration,
-        ax.job_jerk,
+        ax.table_deceleration,
+        ax.table_jerk,
     )
     return duration(ax.segment_time, count)
 
 
-def _too_strong(ax: AxisFields) -> int:
-    """Whether the axis, on its table, brakes too strongly for the job's jerk to release it in time.
-
-    With a weaker jerk than the table was made for it would come to rest braking, and turn.
-    """
-    v = ax.set_velocity
-    a = ax.set_acceleration
-    i = ax.segment_index
-    if v * a >= 0.0 or i >= ax.segment_count or a * a <= _MORE * 2.0 * ax.job_jerk * abs(v):
-        return 0
-    t = ax.segment_elapsed
-    j = ax.segment_jerk[i]
-    off = abs(v - ax.segment_velocity - t * (ax.segment_acceleration + 0.5 * t * j))
-    return 1 if off <= (_MORE - 1.0) * abs(v) else 0
+def _plan_to_speed(ax: AxisFields, velocity: float) -> int:
+    """Rows of the table to a signed velocity."""
+    ax.table_velocity = velocity
+    ax.table_end = TO_CONSTANT_VELOCITY if velocity != 0.0 else TO_REST
+    return plan_to_velocity(
+        ax.segment_time,
+        ax.segment_jerk,
+        ax.plan_velocity,
+        ax.plan_acceleration,
+        velocity,
+        ax.job_acceleration,
+        ax.table_deceleration,
+        ax.table_jerk,
+    )
 
 
 def _time_to_border(ax: AxisFields, count: int) -> float:
@@ -172,20 +187,129 @@ def _is_past_border(ax: AxisFields) -> int:
     return 1 if (ax.set_position - ax.border_position) * ax.job_direction > 0.0 else 0
 
 
+def _find_limit(ax: AxisFields) -> int:
+    """Put the border at the soft limit that the job leads to; 1 if it does, -1 if it is passed."""
+    forth = ax.job_direction > 0.0
+    limit = highest_rest(ax) if forth else lowest_rest(ax)
+    if abs(limit) == inf or ax.job_direction == 0.0:
+        return 0
+    if ax.set_motion_phase == _POSITIONING:
+        border = ax.border_position
+        if (border <= limit) if forth else (border >= limit):
+            return 0
+    elif ax.set_motion_phase not in (_ENDLESS, _HOMING):
+        return 0
+    ax.border_position = limit
+    ax.border_velocity = 0.0
+    ax.loop_outward = 0
+    return 1 if (limit - ax.set_position) * ax.job_direction > 0.0 else -1
+
+
+def _put_release_before(ax: AxisFields, count: int, time: float) -> int:
+    """Make room for the release in front of the rows; their number with it."""
+    for n in range(count):
+        i = count - n
+        ax.segment_time[i] = ax.segment_time[i - 1]
+        ax.segment_jerk[i] = ax.segment_jerk[i - 1]
+    ax.segment_time[0] = time
+    ax.segment_jerk[0] = -ax.running_jerk if ax.set_acceleration > 0.0 else ax.running_jerk
+    return count + 1
+
+
+def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
+    """Fill the table, with `table_deceleration` and `table_jerk`; number of rows or negative.
+
+    `limit` is the velocity, `share` the override, `bounded` whether the border is a soft limit.
+    """
+    phase = ax.set_motion_phase
+    time = release(ax, ax.table_jerk)
+    ax.border_time = -1.0
+    ax.remaining_time = 0.0
+    count = END_VELOCITY_UNREACHABLE
+    back = 0.0
+    velocity = ax.job_direction * limit
+    if phase == _STOPPING or bounded < 0:
+        limit = 0.0
+        velocity = 0.0
+    if limit > 0.0 and (phase == _POSITIONING or bounded > 0):
+        if ax.loop_outward:
+            back = _way_back(ax, limit)
+        end_velocity = ax.border_velocity * share
+        top = fastest(ax)
+        if end_velocity > top:
+            end_velocity = top
+        count = _plan_to_border(ax, limit, end_velocity)
+        ax.table_end = TO_LIMIT if bounded else TO_TARGET
+    blended = phase == _POSITIONING and ax.border_velocity > 0.0
+    to_speed = count == END_VELOCITY_UNREACHABLE
+    if to_speed:
+        if phase == _POSITIONING and limit > 0.0:  # near the border, and too fast for it
+            limit = ax.border_velocity * share
+            if limit > abs(ax.plan_velocity):
+                limit = abs(ax.plan_velocity)
+            if limit < _SLOWEST:
+                limit = _SLOWEST
+            velocity = ax.job_direction * limit
+        count = _plan_to_speed(ax, velocity)
+    if count < 0:
+        return count
+    if time > 0.0:
+        count = _put_release_before(ax, count, time)
+        ax.table_release = 1
+    else:
+        ax.table_release = 0
+    if to_speed and blended:
+        ax.border_time = _time_to_border(ax, count)
+    if phase == _POSITIONING:
+        ax.remaining_time = duration(ax.segment_time, count) + back
+    return count
+
+
+def _fill_within_limits(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
+    """`_fill`, but where the ramp of the job would lead across a soft limit, a stop before it.
+
+    The stop has the strongest ramp of the axis; from rest the job goes on with its own.
+    """
+    strongest = fault_deceleration(ax)
+    steepest = fault_jerk(ax)
+    p = ax.set_position
+    v = ax.set_velocity
+    a = ax.set_acceleration
+    ax.table_deceleration = ax.job_deceleration
+    ax.table_jerk = ax.job_jerk
+    if bounded >= 0:
+        count = _fill(ax, limit, share, bounded)
+        if count < 0 or (v == 0.0 and a == 0.0) or passes(ax, 0, count, p, v, a) == 0:
+            return count
+    ax.table_deceleration = strongest
+    ax.table_jerk = steepest
+    count = _fill(ax, limit, share, -1)
+    ax.limit_reached = passes(ax, 0, count, p, v, a)
+    if bounded < 0:
+        ax.limit_reached = 1 if ax.job_direction > 0.0 else -1
+    elif ax.set_motion_phase == _STOPPING:  # and is never weakened again
+        ax.job_deceleration = strongest
+        ax.job_jerk = steepest
+    elif share > 0.0:
+        ax.table_end = TO_PAUSE
+    return count
+
+
 def plan(ax: AxisFields) -> int:
     """Compute the table of the active job from the present set point; negative if there is none.
 
-    Put off while the axis brakes too strongly, and for the next command if this one is done.
+    Put off for the next command if this one is done.
     """
     if ax.set_motion_phase == _POSITIONING:
         look_ahead(ax)
         if _is_past_border(ax):
             ax.border_time = 0.0
             return 0
-    if _too_strong(ax):
-        return 0
-    ax.border_time = -1.0
     ax.replan = 0
+    if ax.set_acceleration == 0.0:
+        ax.running_jerk = 0.0
+    elif ax.table_release and ax.segment_index > 0:
+        ax.running_jerk = ax.table_jerk
     override = ax.velocity_override
     ax.planned_override = override
     if override > _FULL_OVERRIDE:
@@ -194,61 +318,52 @@ def plan(ax: AxisFields) -> int:
         override = 0
     share = override / 1e6
     phase = ax.set_motion_phase
-    limit = ax.job_velocity * share
+    ax.planned_fastest = fastest(ax)
+    commanded = ax.job_velocity
+    if commanded > ax.planned_fastest:
+        commanded = ax.planned_fastest
+    limit = commanded * share
+    bounded = 0
+    limited = ax.limited == 1 and ax.external_setpoint_active == 0
     if phase == _POSITIONING:
         overrun(ax)
         ax.job_direction = 1.0 if ax.border_position >= ax.set_position else -1.0
-        if ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
-            if ax.job_peak_velocity == 0.0:
-                count = _plan_to_border(ax, ax.job_velocity, ax.border_velocity)
-                ax.job_peak_velocity = _peak_velocity(ax, count)
-            limit = ax.job_peak_velocity * share
+    if limited:
+        bounded = _find_limit(ax)
+    if phase == _POSITIONING and ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
+        if ax.job_peak_velocity == 0.0:
+            strongest = ax.table_deceleration
+            steepest = ax.table_jerk
+            ax.table_deceleration = ax.job_deceleration
+            ax.table_jerk = ax.job_jerk
+            release(ax, ax.job_jerk)
+            count = _plan_to_border(ax, commanded, ax.border_velocity)
+            ax.job_peak_velocity = _peak_velocity(ax, ax.plan_velocity, ax.plan_acceleration, count)
+            ax.table_deceleration = strongest
+            ax.table_jerk = steepest
+        limit = ax.job_peak_velocity * share
     if limit < _SLOWEST:
         limit = _SLOWEST
-    if phase == _STOPPING or (override == 0 and not _braking(ax)):
+    if override == 0 and not _braking(ax):
         limit = 0.0
-    count = END_VELOCITY_UNREACHABLE
-    back = 0.0
-    if phase == _POSITIONING and limit > 0.0:
-        if ax.loop_outward:
-            back = _way_back(ax, limit)
-        count = _plan_to_border(ax, limit, ax.border_velocity * share)
-        ax.table_end = TO_TARGET
-    if count == END_VELOCITY_UNREACHABLE:
-        if phase == _POSITIONING and limit > 0.0:  # near the border, and too fast for it
-            limit = ax.border_velocity * share
-            if limit > abs(ax.set_velocity):
-                limit = abs(ax.set_velocity)
-            if limit < _SLOWEST:
-                limit = _SLOWEST
-        velocity = 0.0 if phase == _STOPPING else ax.job_direction * limit
-        count = plan_to_velocity(
-            ax.segment_time,
-            ax.segment_jerk,
-            ax.set_velocity,
-            ax.set_acceleration,
-            velocity,
-            ax.job_acceleration,
-            ax.job_deceleration,
-            ax.job_jerk,
-        )
-        ax.table_velocity = velocity
-        ax.table_end = TO_CONSTANT_VELOCITY if velocity != 0.0 else TO_REST
-        if phase == _POSITIONING and ax.border_velocity > 0.0 and count >= 0:
-            ax.border_time = _time_to_border(ax, count)
+    if limited:
+        count = _fill_within_limits(ax, limit, share, bounded)
+    else:
+        ax.table_deceleration = ax.job_deceleration
+        ax.table_jerk = ax.job_jerk
+        count = _fill(ax, limit, share, 0)
     if count < 0:
         return count
     if phase == _POSITIONING and ax.job_peak_velocity == 0.0:
-        ax.job_peak_velocity = _peak_velocity(ax, count)
+        ax.job_peak_velocity = _peak_velocity(ax, ax.set_velocity, ax.set_acceleration, count)
+    if ax.table_release == 0:
+        ax.running_jerk = ax.table_jerk
     ax.segment_count = count
     ax.segment_index = 0
     ax.segment_elapsed = 0.0
     ax.segment_position = ax.set_position
     ax.segment_velocity = ax.set_velocity
     ax.segment_acceleration = ax.set_acceleration
-    ax.remaining_time = 0.0
-    if phase == _POSITIONING:
-        ax.remaining_time = duration(ax.segment_time, count) + back
     return count
 
 
@@ -260,9 +375,9 @@ def _braking(ax: AxisFields) -> int:
     if way * ax.set_velocity <= 0.0:
         return 0
     way = abs(way)
-    brake = abs(
-        stopping_distance(ax.set_velocity, ax.set_acceleration, ax.job_deceleration, ax.job_jerk)
-    )
+    v = ax.set_velocity
+    a = ax.set_acceleration
+    brake = abs(stopping_distance(v, a, ax.table_deceleration, ax.table_jerk))
     return 1 if way * (1.0 - 1e-9) <= brake <= way * (1.0 + 1e-9) + 1e-9 else 0
 
 

@@ -7,7 +7,16 @@ hands over to the next command, or goes on at its segment end velocity.
 Kernel source: compiled as it stands, see `compiled`.
 """
 
-from achse.motion.planning import TO_CONSTANT_VELOCITY, TO_TARGET, follow_override, plan
+from achse.motion.dynamics import fastest, fault_deceleration, fault_jerk
+from achse.motion.limits import table_passes
+from achse.motion.planning import (
+    TO_CONSTANT_VELOCITY,
+    TO_LIMIT,
+    TO_PAUSE,
+    TO_TARGET,
+    follow_override,
+    plan,
+)
 from achse.motion.record import COMMAND_BUFFER, FILTER_ORDER, POSITION_HISTORY, AxisFields
 from achse.motion.segments import segment_acceleration
 from achse.motion.states import CommandState, MotionPhase, StartType
@@ -49,9 +58,6 @@ _DONE = CommandState.DONE.value
 _ABORTED = CommandState.ABORTED.value
 
 _SWITCH_TARGET = 2
-
-_STEEPEST = 1e12
-"""Strongest deceleration and jerk that the planner takes."""
 
 _DYNAMICS_NOT_ALLOWED = 0x4277
 
@@ -111,8 +117,12 @@ def begin_job(
 
 
 def absorb(ax: AxisFields) -> None:
-    """What moved on top of the main motion is part of the set point from now on."""
+    """What moved on top of the main motion is part of the set point from now on.
+
+    Its acceleration, which no jerk limits, ends at once; its velocity stays.
+    """
     ax.compensating = 0
+    ax.set_acceleration -= ax.superposed_acceleration
     ax.superposed_velocity = 0.0
     ax.superposed_acceleration = 0.0
 
@@ -155,6 +165,9 @@ def drop_job(ax: AxisFields) -> None:
     ax.set_velocity = 0.0
     ax.set_acceleration = 0.0
     ax.set_jerk = 0.0
+    ax.external_velocity = 0.0
+    ax.external_acceleration = 0.0
+    ax.limit_reached = 0
     ax.set_torque = 0.0
     ax.set_torque_derivative = 0.0
     ax.remaining_time = 0.0
@@ -163,9 +176,9 @@ def drop_job(ax: AxisFields) -> None:
 
 
 def fail(ax: AxisFields, code: int, cut: int) -> None:
-    """Axis error: drop all commands; open the control loop if `cut`, else brake with its data.
+    """Axis error: drop all commands; open the control loop if `cut`, else brake.
 
-    The first error stays. The ramp is never weaker than that of the running command.
+    The first error stays. The ramp is the strongest one of the axis.
     """
     if ax.error_code == 0:
         ax.error_code = code
@@ -180,17 +193,9 @@ def fail(ax: AxisFields, code: int, cut: int) -> None:
 
 
 def stop_fast(ax: AxisFields) -> None:
-    """Fast axis stop: the data of the running command, or its own where they are stronger."""
-    deceleration = ax.job_deceleration
-    jerk = ax.job_jerk
-    if ax.fast_axis_stop_deceleration > deceleration:
-        deceleration = ax.fast_axis_stop_deceleration
-    if ax.fast_axis_stop_jerk > jerk:
-        jerk = ax.fast_axis_stop_jerk
-    if deceleration > _STEEPEST:
-        deceleration = _STEEPEST
-    if jerk > _STEEPEST:
-        jerk = _STEEPEST
+    """Brake with the strongest ramp of the axis, whatever it is doing; a stop that runs as well."""
+    deceleration = fault_deceleration(ax)
+    jerk = fault_jerk(ax)
     if ax.set_motion_phase != _STOPPING or deceleration > ax.job_deceleration or jerk > ax.job_jerk:
         begin_stop(ax, deceleration, jerk)
 
@@ -319,6 +324,14 @@ def advance(ax: AxisFields, dt: float) -> float:
         ax.set_command_state = _DONE
         ax.set_motion_phase = _NO_JOB
         ax.remaining_time = 0.0
+    elif ax.table_end == TO_PAUSE:
+        ax.set_position = p
+        ax.set_velocity = 0.0
+        ax.replan = 1
+        return t
+    elif ax.table_end == TO_LIMIT:
+        ax.set_position = ax.border_position
+        ax.limit_reached = 1 if ax.job_direction > 0.0 else -1
     else:
         ax.set_position = p
         if ax.set_motion_phase == _STOPPING:
@@ -330,22 +343,42 @@ def advance(ax: AxisFields, dt: float) -> float:
     return 0.0
 
 
+def _in_velocity(ax: AxisFields) -> bool:
+    """Whether an endless move has its velocity, which is all that it wants."""
+    if ax.replan:
+        return False
+    if ax.table_end == TO_LIMIT:
+        return ax.set_velocity != 0.0 and ax.set_acceleration == 0.0 and ax.set_jerk == 0.0
+    return ax.table_end == TO_CONSTANT_VELOCITY and ax.segment_index == ax.segment_count
+
+
+def _look_at_limits(ax: AxisFields) -> None:
+    """Ask for a new table where limits or positions changed, and the present one does not fit."""
+    ax.limit_watch = 0
+    phase = ax.set_motion_phase
+    if (
+        phase in (_ENDLESS, _HOMING)
+        or ax.table_end == TO_LIMIT
+        or fastest(ax) != ax.planned_fastest
+        or table_passes(ax)
+    ):
+        ax.replan = 1
+
+
 def generate(ax: AxisFields, dt: float) -> None:
     """One cycle of the set-point generator."""
     if ax.set_motion_phase == _NO_JOB:
         if ax.buffer_count == 0 or not arrived(ax):
             return
         take_next(ax)
-    elif (
-        ax.set_motion_phase == _ENDLESS
-        and ax.buffer_count > 0
-        and ax.replan == 0
-        and ax.table_end == TO_CONSTANT_VELOCITY
-        and ax.segment_index == ax.segment_count
-    ):
-        take_next(ax)  # in velocity, which is all that an endless command wants
+    elif ax.set_motion_phase == _ENDLESS and ax.buffer_count > 0 and _in_velocity(ax):
+        take_next(ax)
     if ax.velocity_override != ax.planned_override:
+        if ax.velocity_override <= 0 and ax.set_motion_phase == _STOPPING:
+            stop_fast(ax)
         follow_override(ax)
+    if ax.limit_watch and ax.external_setpoint_active == 0:
+        _look_at_limits(ax)
     left = dt
     while left > 0.0:
         if ax.replan and plan(ax) < 0:
@@ -415,6 +448,7 @@ def displace(ax: AxisFields, way: float) -> None:
 def shift_setpoint(ax: AxisFields, shift: float) -> None:
     """Rename the set positions alone: what is planned goes on as it is, `shift` further."""
     displace(ax, shift)
+    ax.limit_watch = 1
     ax.external_origin += shift
     ax.switch_start += shift
     ax.drive_filtered_set_position += shift

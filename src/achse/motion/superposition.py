@@ -11,6 +11,7 @@ Kernel source, in the language of `achse.native`.
 
 from math import inf
 
+from achse.motion.dynamics import run_out
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import absorb, displace, generate
 from achse.motion.states import MotionPhase
@@ -55,10 +56,13 @@ def _bend(ax: AxisFields, t: float) -> float:
 
 
 def _room(ax: AxisFields) -> float:
-    """How much faster than the main motion the axis may still be, in its direction."""
+    """How much faster than the main motion the axis may still be, in its direction.
+
+    The main motion counts with what its acceleration still adds, should it be stopped now.
+    """
     if ax.superposition_sign != ax.superposition_direction:
         return inf
-    room = ax.superposition_limit - ax.set_velocity * ax.superposition_direction
+    room = ax.superposition_limit - run_out(ax) * ax.superposition_direction
     return room if room > 0.0 else 0.0
 
 
@@ -87,6 +91,7 @@ def generate_superposed(ax: AxisFields, dt: float) -> None:
     """One cycle of the set-point generator with the compensation on top."""
     ax.set_velocity -= ax.superposed_velocity
     ax.set_acceleration -= ax.superposed_acceleration
+    ax.superposed_acceleration = 0.0
     begin = ax.set_position
     generate(ax, dt)
     if ax.compensating == 0:  # dropped with the job

@@ -10,6 +10,7 @@ Kernel source, in the language of `achse.native`.
 
 from math import floor, inf
 
+from achse.motion.limits import highest_rest, lowest_rest
 from achse.motion.ramps import highest_velocity
 from achse.motion.record import COMMAND_BUFFER, AxisFields
 from achse.motion.states import BufferMode, StartType
@@ -99,6 +100,24 @@ def _wanted_velocity(ax: AxisFields, i: int, before: float, end: float) -> float
     return 0.0
 
 
+def _end_of_endless(
+    ax: AxisFields, here: float, forth: bool, velocity: float
+) -> tuple[float, float]:
+    """Where an endless command from `here` ends at most, and its velocity there.
+
+    That is a soft limit, at rest; without one far away.
+    """
+    if forth:
+        limit = highest_rest(ax)
+        if limit < inf:
+            return (limit if limit > here else here), 0.0
+        return here + _FAR, velocity
+    limit = lowest_rest(ax)
+    if limit > -inf:
+        return (limit if limit < here else here), 0.0
+    return here - _FAR, velocity
+
+
 def look_ahead(ax: AxisFields) -> None:
     """Compute where the active job, a positioning, ends and how fast it may be there at most.
 
@@ -131,11 +150,10 @@ def look_ahead(ax: AxisFields) -> None:
         start_type = ax.buffer_start_type[i]
         if start_type in (_ENDLESS_POSITIVE, _ENDLESS_NEGATIVE):
             forth = start_type == _ENDLESS_POSITIVE
-            border = here + _FAR if forth else here - _FAR
-            end_velocity = before
+            border, end_velocity = _end_of_endless(ax, here, forth, before)
         elif start_type == _HALT:
-            border = here + _FAR * direction
             forth = direction > 0.0
+            border, end_velocity = _end_of_endless(ax, here, forth, 0.0)
         else:
             target = resolve_target(ax, start_type, ax.buffer_position[i], target)
             border = target
@@ -145,6 +163,19 @@ def look_ahead(ax: AxisFields) -> None:
             ax.buffer_border_velocity[i] = 0.0
             direction = -direction
     velocity = end_velocity
+    if velocity > 0.0:  # goes on beyond the last border, but not across a soft limit
+        end, slow = _end_of_endless(ax, border, direction > 0.0, velocity)
+        if slow == 0.0:
+            deceleration = ax.job_deceleration
+            jerk = ax.job_jerk
+            if count > 0:
+                i = (ax.buffer_first + count - 1) % COMMAND_BUFFER
+                deceleration = ax.buffer_deceleration[i]
+                jerk = ax.buffer_jerk[i]
+            way = (end - border) * direction
+            highest = highest_velocity(way, 0.0, deceleration, jerk) if way > 0.0 else 0.0
+            if velocity > highest:
+                velocity = highest
     for back in range(count):
         i = (ax.buffer_first + count - 1 - back) % COMMAND_BUFFER
         highest = highest_velocity(

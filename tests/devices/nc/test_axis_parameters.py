@@ -197,10 +197,12 @@ def test_an_error_reaction_can_be_delayed(make_bench: Any) -> None:
 
 
 def test_the_stop_after_an_error_has_its_own_deceleration(make_bench: Any) -> None:
-    bench = make_bench(encoder_soft_limit_max=500.0, encoder_soft_limit_max_enable=1)
+    bench = make_bench()
     bench.put(P, 0x10B, REAL, 6000.0)
     bench.put(P, 0x10C, REAL, 1e6)
     bench.start(0.0, 400.0, start_type=3)
+    bench.run(1.0)
+    bench.axis.control_dword = 6
     bench.until(lambda: bench.get(0x4101, 0x01, NUMBER))
     steepest = 0.0
     while bench.axis.set_motion_phase:

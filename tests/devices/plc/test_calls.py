@@ -117,9 +117,7 @@ def call(device: PlcDevice, path: str, data: bytes = b"", length: int = 64) -> b
 def refused(what: Any, *arguments: Any) -> ReturnCode:
     with pytest.raises(DeviceError) as caught:
         what(*arguments)
-    code = caught.value.return_code
-    assert code is not None
-    return code
+    return caught.value.return_code
 
 
 # methods ------------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from math import isfinite
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import OK, why_no_command, why_not_permitted
+from achse.motion.checks import OK, why_no_command, why_not_away, why_not_permitted
 from achse.motion.commands.generators import begin_generator, why_no_generator
 from achse.motion.commands.queue import busy
 from achse.motion.setpoint import absorb, begin_stop
@@ -72,7 +72,7 @@ def start_drive_output(axis: Axis, output_type: int, value: float) -> int:
     runs at rapid speed above 50 %.
     """
     code = _why_not_output(output_type, value)
-    code = code or why_no_generator(axis, value, at_any_axis=True)
+    code = code or why_no_generator(axis, value, at_any_axis=True) or why_not_away(axis, value)
     if code:
         return code
     begin_generator(axis, MotionPhase.DRIVE_OUTPUT)

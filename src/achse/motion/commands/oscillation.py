@@ -90,8 +90,16 @@ def start_velocity_steps(
         return NcError.START_TYPE.number
     if not (0.0 < move_time < 1e10 and 0.0 <= idle_time < 1e10):
         return NcError.START_AXIS_DATA.number
+    own = dynamics(axis, 0.0, 0.0, 0.0)[1]
+    twice = 2.0 * max(own, axis.fast_axis_stop_deceleration)
     first = axis.set_position + velocity_1 * move_time
-    code = why_not_target(axis, first) or why_not_target(axis, first + velocity_2 * move_time)
+    second = first + velocity_2 * move_time
+    code = why_not_target(axis, first) or why_not_target(axis, second)
+    for end, velocity in (
+        (first, velocity_1),
+        (second, velocity_2),
+    ):  # stopped at the end of a step
+        code = code or why_not_target(axis, end + velocity * abs(velocity) / twice)
     if code:
         return code
     begin_generator(axis, MotionPhase.VELOCITY_STEPS)
@@ -152,6 +160,8 @@ def start_sine_oscillation(
     begin_generator(axis, MotionPhase.SINE)
     axis.job_deceleration = max(axis.job_deceleration, acceleration)
     axis.job_jerk = max(axis.job_jerk, base_amplitude * base**2 + start_amplitude * fast**2)
+    axis.table_deceleration = axis.job_deceleration
+    axis.running_jerk = axis.table_jerk = axis.job_jerk
     axis.sine_base_velocity = base_amplitude
     axis.sine_base_frequency = base_frequency
     axis.sine_base_angle = 0.0

@@ -6,6 +6,7 @@ from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, STEEPEST_JERK, why_not_dynamics, why_not_target
 from achse.motion.commands.queue import heading, next_number, sign
+from achse.motion.dynamics import fault_deceleration, fault_jerk
 from achse.motion.profile import stopping_distance, stopping_time
 from achse.motion.setpoint import absorb, begin_stop
 from achse.motion.states import BufferMode, CommandState, MotionPhase, StartType, StateBit
@@ -73,14 +74,17 @@ def parameterized_stop(axis: Axis, deceleration: float, jerk: float) -> int:
 
 
 def emergency_stop(axis: Axis, deceleration: float, jerk: float) -> int:
-    """Stop with values at least as strong as those of the running command (0x04)."""
+    """Stop with values at least as strong as those of the running command (0x04).
+
+    The ramp is the strongest one of the axis where that is stronger still.
+    """
     if not (0.0 < deceleration <= axis.max_deceleration and 0.0 < jerk <= STEEPEST_JERK):
         return NcError.EMERGENCY_STOP_DATA.number
     if axis.set_motion_phase != MotionPhase.NONE and (
         deceleration < axis.job_deceleration or jerk < axis.job_jerk
     ):
         return NcError.EMERGENCY_STOP_DATA.number
-    _brake(axis, deceleration, jerk)
+    _brake(axis, max(deceleration, fault_deceleration(axis)), max(jerk, fault_jerk(axis)))
     return OK
 
 

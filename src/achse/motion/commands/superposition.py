@@ -115,6 +115,7 @@ def _begin(axis: Axis, direction: float, done: Compensation) -> None:
     axis.superposed_velocity = 0.0
     axis.superposed_acceleration = 0.0
     axis.compensating = 1
+    axis.limit_watch = 1
 
 
 def stop_superposition(axis: Axis) -> int:

@@ -5,15 +5,20 @@ from achse.motion.axis import Axis
 from achse.motion.checks import OK
 from achse.motion.commands.homing import end_application_request
 from achse.motion.commands.queue import busy
-from achse.motion.setpoint import drop_job
+from achse.motion.setpoint import drop_job, stop_fast
 from achse.motion.states import MotionPhase, StateBit
 
 __all__ = ["disable", "enable", "reset", "set_drive_output", "set_external_error"]
 
 
 def reset(axis: Axis) -> int:
-    """Reset errors (0x01). During a move it stops the axis abruptly; a stop runs to its end."""
-    if axis.set_motion_phase not in (MotionPhase.NONE, MotionPhase.STOPPING):
+    """Reset errors (0x01). During a move it stops the axis abruptly.
+
+    A stop runs to its end, with the strongest ramp of the axis.
+    """
+    if axis.set_motion_phase == MotionPhase.STOPPING:
+        stop_fast(axis)
+    elif axis.set_motion_phase != MotionPhase.NONE:
         drop_job(axis)
     axis.buffer_count = 0
     axis.error_code = 0

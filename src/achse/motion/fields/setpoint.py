@@ -1,5 +1,7 @@
 """Fields of the set-point generator: set values, active command, table, waiting commands."""
 
+from math import inf
+
 from achse.motion.fields.declare import Memory, States, flag, real, reals, whole, wholes
 
 __all__ = ["COMMAND_BUFFER", "SEGMENTS", "SetpointInternal", "SetpointState"]
@@ -7,8 +9,8 @@ __all__ = ["COMMAND_BUFFER", "SEGMENTS", "SetpointInternal", "SetpointState"]
 COMMAND_BUFFER = 8
 """Commands that can wait behind the active one; one more is refused with 0x4292."""
 
-SEGMENTS = 12
-"""Room of the set-point table; the planner's MAX_SEGMENTS."""
+SEGMENTS = 13
+"""Room of the set-point table: the planner's MAX_SEGMENTS behind a release."""
 
 
 class SetpointState(States):
@@ -40,6 +42,11 @@ class SetpointInternal(Memory):
     """The generator's memory from cycle to cycle."""
 
     replan: int = flag(0, "the set-point table must be computed anew")
+    limit_low: float = real(-inf, "mm", "lower soft limit in force")
+    limit_high: float = real(inf, "mm", "upper soft limit in force")
+    limited: int = flag(0, "a soft limit is in force")
+    limit_watch: int = flag(0, "limits or positions changed: the table is looked at again")
+    limit_reached: int = whole(0, "1", "soft limit that ends the motion: 1 upper, -1 lower")
     job_start_type: int = whole(0, "StartType", "kind of the active command")
     job_velocity: float = real(0.0, "mm/s", "commanded velocity")
     job_acceleration: float = real(0.0, "mm/s²", "commanded acceleration")
@@ -93,3 +100,11 @@ class SetpointInternal(Memory):
     buffer_border_velocity: list[float] = reals(
         COMMAND_BUFFER, "mm/s", "wanted velocity at the border where it begins"
     )
+    table_deceleration: float = real(0.0, "mm/s²", "deceleration it was made with")
+    table_jerk: float = real(0.0, "mm/s³", "jerk it was made with, but for its release")
+    table_release: int = flag(0, "its first row takes acceleration away with the running jerk")
+    running_jerk: float = real(0.0, "mm/s³", "jerk that takes the present acceleration away")
+    plan_position: float = real(0.0, "mm", "where the table begins behind its release")
+    plan_velocity: float = real(0.0, "mm/s", "velocity there")
+    plan_acceleration: float = real(0.0, "mm/s²", "acceleration there")
+    planned_fastest: float = real(0.0, "mm/s", "largest velocity the table was made for")

@@ -1,0 +1,104 @@
+"""The ramps of an axis: what a fault brakes with, and how a weaker jerk takes over.
+
+The acceleration that an axis has was made with the *running* jerk; only that jerk, or a stronger
+one, takes it away in time. A command with less jerk begins with a release: the running jerk brings
+the acceleration down to what the new jerk can take away, then the new jerk holds.
+
+Kernel source, in the language of `achse.native`.
+"""
+
+from math import sqrt
+
+from achse.motion.record import AxisFields
+from achse.motion.segments import segment_acceleration, segment_position, segment_velocity
+
+__all__ = ["STEEPEST", "fastest", "fault_deceleration", "fault_jerk", "release", "run_out"]
+
+STEEPEST = 1e12
+"""Strongest deceleration and jerk that the planner takes; as a jerk it is no limit."""
+
+_NEARLY = 1.0 - 1e-9
+"""Of a jerk or acceleration, so that rounding does not make it another one."""
+
+
+def fastest(ax: AxisFields) -> float:
+    """Largest velocity that the axis may have: its maximum, or what its drive can do."""
+    limit = ax.max_velocity
+    if ax.drive_reference_velocity < limit:
+        limit = ax.drive_reference_velocity
+    return limit
+
+
+def fault_deceleration(ax: AxisFields) -> float:
+    """Strongest deceleration of the axis: of command, table, default and fast axis stop."""
+    default = ax.default_deceleration
+    if default > ax.max_deceleration:
+        default = ax.max_deceleration
+    deceleration = ax.job_deceleration
+    if ax.table_deceleration > deceleration:
+        deceleration = ax.table_deceleration
+    if default > deceleration:
+        deceleration = default
+    if ax.fast_axis_stop_deceleration > deceleration:
+        deceleration = ax.fast_axis_stop_deceleration
+    return deceleration if deceleration < STEEPEST else STEEPEST
+
+
+def fault_jerk(ax: AxisFields) -> float:
+    """Strongest jerk of the axis: of command, table, default and fast axis stop, or running."""
+    jerk = ax.job_jerk
+    if ax.table_jerk > jerk:
+        jerk = ax.table_jerk
+    if ax.running_jerk > jerk:
+        jerk = ax.running_jerk
+    if ax.default_jerk > jerk:
+        jerk = ax.default_jerk
+    if ax.fast_axis_stop_jerk > jerk:
+        jerk = ax.fast_axis_stop_jerk
+    return jerk if jerk < STEEPEST else STEEPEST
+
+
+def run_out(ax: AxisFields) -> float:
+    """Velocity that an axis reaches while its acceleration is taken away as it was made."""
+    v = ax.set_velocity
+    a = ax.set_acceleration
+    if a * v < 0.0 or a == 0.0 or ax.running_jerk <= 0.0:
+        return v
+    way = a * a / (2.0 * ax.running_jerk)
+    return v + way if a > 0.0 else v - way
+
+
+def release(ax: AxisFields, jerk: float) -> float:
+    """Put the state from which `jerk` holds into `plan_…`; the time until then, often 0.
+
+    An acceleration in the direction of travel is taken away whole: no command makes an axis faster
+    than its present acceleration does anyway. A deceleration is kept as far as `jerk` can take it
+    away before rest.
+    """
+    v = ax.set_velocity
+    a = ax.set_acceleration
+    ax.plan_position = ax.set_position
+    ax.plan_velocity = v
+    ax.plan_acceleration = a
+    running = ax.running_jerk
+    if a == 0.0 or jerk >= running * _NEARLY:
+        return 0.0
+    size = abs(a)
+    rest = 0.0
+    if v * a < 0.0:
+        square = a * a
+        if square <= 2.0 * jerk * abs(v):
+            return 0.0
+        left = jerk * (2.0 * running * abs(v) - square) / (running - jerk)
+        if left > 0.0:
+            rest = _NEARLY * sqrt(left)
+    time = (size - rest) / running
+    if time <= 0.0:
+        return 0.0
+    j = -running if a > 0.0 else running
+    ax.plan_position = segment_position(time, j, ax.set_position, v, a)
+    ax.plan_velocity = segment_velocity(time, j, v, a)
+    ax.plan_acceleration = 0.0
+    if rest > 0.0:
+        ax.plan_acceleration = segment_acceleration(time, j, a)
+    return time

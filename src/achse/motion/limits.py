@@ -1,0 +1,125 @@
+"""Soft limits: how far a table or the axis itself leads, and what of that is too far.
+
+A table ends at a soft limit before it passes it. What is not planned by a table is watched: it is
+stopped as long as the strongest ramp of the axis still ends before the limit.
+
+Kernel source, in the language of `achse.native`.
+"""
+
+from math import inf
+
+from achse.motion.dynamics import fastest, fault_deceleration
+from achse.motion.record import AxisFields
+from achse.motion.segments import segment_acceleration, segment_position, segment_velocity
+
+__all__ = [
+    "TOLERANCE",
+    "adapt_limits",
+    "highest_rest",
+    "lowest_rest",
+    "passes",
+    "running_into",
+    "table_passes",
+]
+
+TOLERANCE = 1e-6
+"""How far a set position may be beyond a soft limit, in axis units: rounding only."""
+
+_RELATIVE = 1e-12
+_FARTHEST = 1e15
+
+
+def adapt_limits(ax: AxisFields) -> None:
+    """The limits in force; an axis that moves looks at them again."""
+    low = -inf
+    high = inf
+    if ax.encoder_soft_limit_min_enable and ax.encoder_soft_limit_min > -_FARTHEST:
+        low = ax.encoder_soft_limit_min
+    if ax.encoder_soft_limit_max_enable and ax.encoder_soft_limit_max < _FARTHEST:
+        high = ax.encoder_soft_limit_max
+    if low != ax.limit_low or high != ax.limit_high or fastest(ax) != ax.planned_fastest:
+        ax.limit_watch = 1
+    ax.limit_low = low
+    ax.limit_high = high
+    ax.limited = 1 if low > -inf or high < inf else 0
+
+
+def _additional_way(ax: AxisFields) -> float:
+    """Signed way that a section compensation still adds to the table."""
+    if ax.compensating == 0:
+        return 0.0
+    return ax.superposition_sign * (ax.superposition_distance - ax.superposed_position)
+
+
+def lowest_rest(ax: AxisFields) -> float:
+    """Where a table may end at least."""
+    more = _additional_way(ax)
+    return ax.limit_low - more if more < 0.0 else ax.limit_low
+
+
+def highest_rest(ax: AxisFields) -> float:
+    """Where a table may end at most."""
+    more = _additional_way(ax)
+    return ax.limit_high - more if more > 0.0 else ax.limit_high
+
+
+def _tolerance(ax: AxisFields) -> float:
+    return TOLERANCE + _RELATIVE * abs(ax.set_position)
+
+
+def passes(ax: AxisFields, first: int, count: int, p: float, v: float, a: float) -> int:
+    """Which limit the rows `first` … `count` - 1 of the table lead across: 1 upper, -1 lower.
+
+    They begin at (p, v, a). Farther out than the axis is already counts where it is beyond.
+    """
+    tolerance = _tolerance(ax)
+    high = highest_rest(ax)
+    if ax.set_position > high:
+        high = ax.set_position
+    low = lowest_rest(ax)
+    if ax.set_position < low:
+        low = ax.set_position
+    high += tolerance
+    low -= tolerance
+    for i in range(first, count):
+        t = ax.segment_time[i]
+        j = ax.segment_jerk[i]
+        p = segment_position(t, j, p, v, a)
+        v = segment_velocity(t, j, v, a)
+        a = segment_acceleration(t, j, a)
+        if p > high:
+            return 1
+        if p < low:
+            return -1
+    return 0
+
+
+def table_passes(ax: AxisFields) -> int:
+    """Whether what is left of the present table leads across a limit, as in `passes`."""
+    return passes(
+        ax,
+        ax.segment_index,
+        ax.segment_count,
+        ax.segment_position,
+        ax.segment_velocity,
+        ax.segment_acceleration,
+    )
+
+
+def running_into(ax: AxisFields, dt: float) -> int:
+    """Whether the axis must brake now to rest before a limit: 1 upper, -1 lower, 0 not yet.
+
+    For motions without a table: no jerk limits them, nor their stop.
+    """
+    v = ax.set_velocity
+    sign = 1.0 if v > 0.0 else -1.0
+    room = ax.limit_high - ax.set_position if v > 0.0 else ax.set_position - ax.limit_low
+    if v == 0.0 or room == inf:
+        return 0
+    a = ax.set_acceleration * sign
+    v = abs(v)
+    faster = v + a * dt if a > 0.0 else v
+    rest = v * dt + faster * faster / (2.0 * fault_deceleration(ax))
+    if rest <= room + _tolerance(ax):
+        return 0
+    return 1 if sign > 0.0 else -1

@@ -1,0 +1,209 @@
+"""Soft limits: every table ends before them, and what has no table is stopped before them."""
+
+from typing import Any
+
+import pytest
+
+from achse.motion import commands
+from achse.motion.limits import TOLERANCE, adapt_limits, highest_rest, lowest_rest
+from achse.motion.states import MotionPhase, StartType
+
+V = 100.0
+
+
+def limited(make_rig: Any, limit: float, **values: float) -> Any:
+    return make_rig(encoder_soft_limit_max=limit, encoder_soft_limit_max_enable=1, **values)
+
+
+def highest_until_rest(rig: Any) -> float:
+    highest = float(rig.axis.set_position)
+    for _ in range(20_000):
+        rig.run(1)
+        highest = max(highest, rig.axis.set_position)
+        if rig.axis.set_motion_phase == MotionPhase.NONE:
+            break
+    return highest
+
+
+@pytest.mark.parametrize("kind", [StartType.ENDLESS_POSITIVE, StartType.ENDLESS_NEGATIVE])
+def test_an_endless_move_rests_at_its_soft_limit(make_rig: Any, kind: StartType) -> None:
+    rig = make_rig(
+        encoder_soft_limit_max=60.0, encoder_soft_limit_max_enable=1,
+        encoder_soft_limit_min=-60.0, encoder_soft_limit_min_enable=1,
+    )  # fmt: skip
+    axis = rig.axis
+    assert commands.universal_start(axis, kind, 0.0, V) == 0
+    seen = 0.0
+    while not axis.error_code:
+        rig.run(1)
+        seen = max(seen, abs(axis.set_velocity))
+    assert seen == pytest.approx(V)
+    assert (abs(axis.set_position), axis.set_velocity) == (60.0, 0.0)
+    assert axis.error_code == (0x4463 if kind == StartType.ENDLESS_POSITIVE else 0x4462)
+    rig.until_rest()
+
+
+@pytest.mark.parametrize("weak", [1.0, 50.0, 500.0])
+@pytest.mark.parametrize("begin", range(300, 1100, 50))
+def test_a_weak_halt_rests_before_the_limit(make_rig: Any, weak: float, begin: int) -> None:
+    """The halt begins while a steep move is on its way to its target at the limit."""
+    rig = limited(make_rig, 60.0)
+    axis = rig.axis
+    assert commands.universal_start(axis, 1, 60.0, V, 1500.0, 1500.0, 1e5) == 0
+    rig.until(lambda axis: axis.set_position > 0.05 * begin)
+    assert commands.universal_start(axis, 8192, 0.0, 0.0, 0.0, weak, 10.0 * weak) == 0
+    assert highest_until_rest(rig) <= 60.0 + TOLERANCE
+    assert axis.error_code == 0
+    assert axis.set_velocity == 0.0
+
+
+def test_weak_new_dynamics_do_not_lead_across_the_limit(make_rig: Any) -> None:
+    rig = limited(make_rig, 60.0)
+    assert commands.start(rig.axis, 1, 60.0, V) == 0
+    rig.until(lambda axis: axis.set_acceleration < -100.0)
+    assert commands.new_dynamics(rig.axis, 10.0, 10.0) == 0
+    assert highest_until_rest(rig) <= 60.0 + TOLERANCE
+    assert (rig.axis.set_position, rig.axis.error_code) == (60.0, 0)
+
+
+def test_a_turn_with_weak_dynamics_does_not_lead_across_the_limit(make_rig: Any) -> None:
+    rig = limited(make_rig, 60.0)
+    assert commands.start(rig.axis, 1, 60.0, V) == 0
+    rig.until(lambda axis: axis.set_position > 35.0)
+    assert commands.universal_start(rig.axis, 1, 0.0, V, 10.0, 10.0, 100.0) == 0
+    assert highest_until_rest(rig) <= 60.0 + TOLERANCE
+    assert (rig.axis.set_position, rig.axis.error_code) == (0.0, 0)
+
+
+def test_a_limit_that_comes_too_late_is_reported_and_braked_for(make_rig: Any) -> None:
+    """From V without acceleration the default ramp takes V^1.5 / j^0.5 mm."""
+    rig = make_rig(encoder_soft_limit_max=60.0)
+    axis = rig.axis
+    assert commands.universal_start(axis, 3, 0.0, V, 0.0, 20.0, 0.0) == 0
+    rig.until(lambda axis: axis.set_position > 55.0)
+    begin = axis.set_position
+    axis.encoder_soft_limit_max_enable = 1
+    rig.run(1)
+    assert axis.error_code == 0x4463
+    assert highest_until_rest(rig) == pytest.approx(begin + V**1.5 / 2250.0**0.5, abs=1e-6)
+
+
+def test_a_limit_that_comes_in_time_ends_the_move(make_rig: Any) -> None:
+    rig = make_rig(encoder_soft_limit_max=200.0)
+    axis = rig.axis
+    assert commands.start(axis, 1, 500.0, V) == 0
+    rig.until(lambda axis: axis.set_position > 100.0)
+    axis.encoder_soft_limit_max_enable = 1
+    rig.until(lambda axis: axis.error_code)
+    assert (axis.error_code, axis.set_position, axis.set_velocity) == (0x4463, 200.0, 0.0)
+
+
+def test_a_limit_that_goes_lets_the_move_go_on(make_rig: Any) -> None:
+    rig = limited(make_rig, 60.0)
+    axis = rig.axis
+    assert commands.start(axis, 3, 0.0, V) == 0
+    rig.until(lambda axis: axis.set_position > 50.0)
+    assert axis.set_velocity < V
+    axis.encoder_soft_limit_max_enable = 0
+    rig.seconds(1.0)
+    assert axis.set_velocity == pytest.approx(V)
+    assert axis.error_code == 0
+
+
+def test_a_limit_beyond_which_a_stopping_axis_is(make_rig: Any) -> None:
+    rig = make_rig(encoder_soft_limit_max=10.0)
+    axis = rig.axis
+    assert commands.start(axis, 3, 0.0, V) == 0
+    rig.until(lambda axis: axis.set_position > 55.0)
+    assert commands.universal_start(axis, 8192, 0.0, 0.0, 0.0, 20.0, 100.0) == 0
+    rig.run(10)
+    begin = axis.set_position
+    axis.encoder_soft_limit_max_enable = 1
+    rig.run(1)
+    assert axis.error_code == 0x4463
+    assert highest_until_rest(rig) < begin + V**1.5 / 2250.0**0.5
+
+
+def test_the_way_back_from_beyond_a_limit_is_free(make_rig: Any) -> None:
+    rig = make_rig(encoder_soft_limit_max=10.0)
+    axis = rig.axis
+    assert commands.start(axis, 1, 50.0, V) == 0
+    rig.until_rest()
+    axis.encoder_soft_limit_max_enable = 1
+    assert commands.start(axis, 1, 60.0, V) == 0x4461
+    assert commands.start(axis, 1, 0.0, V) == 0
+    rig.until_rest()
+    assert (axis.set_position, axis.error_code) == (0.0, 0)
+
+
+def test_a_renamed_position_moves_the_limit(make_rig: Any) -> None:
+    rig = limited(make_rig, 100.0)
+    axis = rig.axis
+    assert commands.start(axis, 3, 0.0, V) == 0
+    rig.seconds(0.5)
+    assert commands.set_actual_position_on_the_fly(axis, 2, 0, 20.0) == 0
+    rig.until(lambda axis: axis.error_code)
+    assert (axis.error_code, axis.set_position) == (0x4463, 100.0)
+
+
+def test_a_segment_end_velocity_ends_at_the_limit(make_rig: Any) -> None:
+    rig = limited(make_rig, 60.0)
+    axis = rig.axis
+    assert commands.universal_start(axis, 1, 59.9, V, segment_end_velocity=V) == 0
+    rig.until(lambda axis: axis.error_code)
+    assert (axis.error_code, axis.set_position) == (0x4463, 60.0)
+
+
+def test_a_command_waits_until_an_endless_move_has_its_velocity(make_rig: Any) -> None:
+    rig = limited(make_rig, 500.0)
+    axis = rig.axis
+    assert commands.universal_start(axis, 3, 0.0, V) == 0
+    assert commands.universal_start(axis, 1, 80.0, V, buffer_mode=1) == 0
+    rig.until(lambda axis: axis.buffer_count == 0)
+    assert axis.set_velocity == pytest.approx(V)
+    rig.until_rest()
+    assert (axis.set_position, axis.error_code) == (80.0, 0)
+
+
+@pytest.mark.parametrize("velocity", [10.0, 100.0, 1000.0])
+def test_an_external_set_point_is_stopped_before_the_limit(make_rig: Any, velocity: float) -> None:
+    limit = 60.0 + velocity**2 / 3000.0
+    rig = limited(make_rig, limit, controller_following_error_position_monitoring_enable=0)
+    axis = rig.axis
+    assert commands.start_external_setpoint(axis, 1, 0.0) == 0
+    axis.external_set_velocity = velocity
+    while not axis.error_code:
+        axis.external_set_position += velocity * rig.dt
+        rig.run(1)
+    assert axis.error_code == 0x4463
+    rig.until_rest()
+    assert limit - 2.0 * velocity * rig.dt <= axis.set_position <= limit + TOLERANCE
+
+
+def test_a_compensation_keeps_the_limit(make_rig: Any) -> None:
+    rig = limited(make_rig, 100.0)
+    axis = rig.axis
+    assert commands.start(axis, 3, 0.0, V) == 0
+    rig.seconds(0.5)
+    asked = commands.Compensation(3, 1000.0, 1000.0, 30.0, V, 20.0, 400.0)
+    assert commands.start_superposition(axis, asked)[0] in (0, 0x4243)
+    assert highest_until_rest(rig) <= 100.0 + TOLERANCE
+    assert axis.error_code == 0x4463
+
+
+def test_a_delayed_reaction_does_not_pass_the_limit(make_rig: Any) -> None:
+    rig = limited(make_rig, 60.0, error_reaction_mode=1, error_reaction_delay=0.5)
+    axis = rig.axis
+    assert commands.start(axis, 3, 0.0, V) == 0
+    cycles = rig.until(lambda axis: axis.delayed_error_code)
+    assert (axis.set_position, axis.set_velocity, axis.error_code) == (60.0, 0.0, 0)
+    cycles = rig.until(lambda axis: axis.error_code)
+    assert cycles * rig.dt == pytest.approx(0.5, abs=0.004)
+    assert axis.set_position == 60.0
+
+
+def test_limits_in_force(make_rig: Any) -> None:
+    axis = make_rig(encoder_soft_limit_max=5.0, encoder_soft_limit_min=-5.0).axis
+    axis.encoder_soft_limit_min_enable = 1
+    adapt_limits(axis)
+    assert (lowest_rest(axis), highest_rest(axis)) == (-5.0, float("inf"))
