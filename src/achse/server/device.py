@@ -24,6 +24,7 @@ from achse.ams.commands import (
 from achse.ams.commands import READ_WRITE as READ_WRITE_HEADER
 from achse.codes import ReturnCode
 from achse.server import rows
+from achse.server.deferred import Deferred, Result
 from achse.server.limits import Limits
 from achse.server.notifications import IN_CONTEXT, Notifications
 from achse.server.rows import Layout, Service
@@ -186,27 +187,47 @@ class Device:
             payload = command(frame)
             if len(payload) > self.limits.answer_bytes:
                 raise DeviceError(ReturnCode.INVALID_SIZE, f"an answer of {len(payload)} bytes")
-        except DeviceError as failure:
-            code = int(self._direct_codes.get(failure.code, failure.code))
-            log.debug(
-                "%s: %s of %s refused: %s",
-                *(self.name, Command(frame.command).name, AmsAddress(frame.source), failure),
-                extra=frame.sender,
-            )
-            payload = RESULT.pack(code) + ERROR_PADDING[Command(frame.command)]
-        except Exception:
-            log.exception(
-                "%s: %s of %s failed",
-                *(self.name, Command(frame.command).name, AmsAddress(frame.source)),
-                extra=frame.sender,
-            )
-            code = ReturnCode.INTERNAL_ERROR.number
-            payload = RESULT.pack(code) + ERROR_PADDING[Command(frame.command)]
+        except Deferred as later:
+            later.start(lambda result: self._answer_later(frame, result))
+            return True
+        except Exception as failure:
+            payload = self._refusal(frame, failure)
         if not flags & _NO_RESPONSE:
             self._reply(frame.reply(payload))
         if self.notifications.fresh:
             self.notifications.send_first()
         return True
+
+    def _answer_later(self, frame: Frame, result: Result) -> None:
+        """Answer a request whose result took a while."""
+        try:
+            value = result()
+            payload = _OK if frame.command == Command.WRITE else RESULT_LENGTH.pack(0, len(value))
+            payload += value
+        except Exception as failure:
+            payload = self._refusal(frame, failure)
+        if not frame.flags & _NO_RESPONSE:
+            self._reply(frame.reply(payload))
+
+    def _refusal(self, frame: Frame, failure: Exception) -> bytes:
+        """The answer that says what went wrong."""
+        name = Command(frame.command).name
+        if isinstance(failure, DeviceError):
+            code = int(self._direct_codes.get(failure.code, failure.code))
+            log.debug(
+                "%s: %s of %s refused: %s",
+                *(self.name, name, AmsAddress(frame.source), failure),
+                extra=frame.sender,
+            )
+        else:
+            code = ReturnCode.INTERNAL_ERROR.number
+            log.error(
+                "%s: %s of %s failed",
+                *(self.name, name, AmsAddress(frame.source)),
+                exc_info=failure,
+                extra=frame.sender,
+            )
+        return RESULT.pack(code) + ERROR_PADDING[Command(frame.command)]
 
     def _reply(self, response: Frame) -> None:
         if self._router is not None:

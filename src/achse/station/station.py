@@ -338,7 +338,8 @@ class Station:
         cycle = asyncio.create_task(self._go_on(speed, until))
         cycle.add_done_callback(_tell_failure)
         try:
-            yield RunningStation(network, cycle)
+            with self._system.files_beside(asyncio.get_running_loop()):
+                yield RunningStation(network, cycle)
         finally:
             cycle.cancel()
             await asyncio.gather(cycle, return_exceptions=True)

@@ -148,7 +148,7 @@ def test_no_case_leads_out(folder: Folder, name: bytes) -> None:
 def test_of_names_alike_the_exact_one_is_meant_or_none(folder: Folder) -> None:
     (folder.root / "Log.txt").touch()
     (folder.root / "LOG.txt").touch()
-    if len(folder.matching(b"log.txt*", 1)) < 2:
+    if len(folder.matching(b"log.txt*", 1)[1]) < 2:
         pytest.skip("this file system knows no case")
     assert folder.path(b"Log.txt", 1).name == "Log.txt"
     assert folder.path(b"LOG.txt", 1).name == "LOG.txt"
@@ -168,7 +168,8 @@ def test_a_search_finds_sorted_names_without_case_and_without_what_leads_out(
     folder: Folder,
 ) -> None:
     def names(pattern: bytes) -> list[bytes]:
-        return [as_name(path) for path in folder.matching(pattern, 1)]
+        where, found = folder.matching(pattern, 1)
+        return [as_name(where / name) for name in found if folder.holds(where / name)]
 
     assert names(b"*") == names(b"*.*") == [b"a.txt", b"inside", b"sub"]
     assert names(b"A.*") == [b"a.txt"]
@@ -180,7 +181,17 @@ def test_a_search_finds_sorted_names_without_case_and_without_what_leads_out(
 
 
 def test_without_a_pattern_the_folder_itself_is_found(folder: Folder) -> None:
-    assert folder.matching(b"", 1) == [folder.root]
+    assert folder.matching(b"", 1) == (folder.root.parent, ["root"])
+
+
+def test_a_folder_with_too_many_names_is_not_searched(
+    folder: Folder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("achse.devices.system.folder._MOST_NAMES", 3)
+    with pytest.raises(DeviceError, match="more than 3 names") as refusal:
+        folder.matching(b"none*", 1)
+    assert refusal.value.code == 0x70A
+    assert folder.matching(b"a.TXT", 1)[1] == ["a.txt"]
 
 
 @given(st.binary(max_size=40))

@@ -4,12 +4,15 @@ Source: 003; 000 §5.1 for files and shutdown; state block, routes and target de
 from real targets.
 """
 
-from collections.abc import Callable
+import asyncio
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
 
 from achse.ams import AdsState, DeviceError
 from achse.codes import ReturnCode
+from achse.devices.system.file_worker import FileWorker
 from achse.devices.system.files import Files
 from achse.devices.system.folder import Folder
 from achse.devices.system.routes import RouteServices
@@ -113,6 +116,19 @@ class SystemDevice(Device):
             control.shut_down(delay, restart=device_state == 1)
         else:
             super().write_control(ads_state, device_state, data)
+
+    @contextmanager
+    def files_beside(self, loop: asyncio.AbstractEventLoop) -> Iterator[None]:
+        """Let a thread do what file services ask of the disk, while `loop` serves clients."""
+        if self.files.worker is not None:  # somebody's already, of another listener
+            yield
+            return
+        worker = self.files.worker = FileWorker(loop)
+        try:
+            yield
+        finally:
+            self.files.worker = None
+            worker.stop()
 
     def sweep(self, now_ns: int) -> None:
         """Drop clients that are gone, and close files that nobody uses any more."""

@@ -12,12 +12,15 @@ import io
 import os
 import stat
 import struct
-from collections.abc import Callable, Iterable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from achse.ams import DeviceError
 from achse.ams.filetime import from_unix_ns
 from achse.codes import ReturnCode
+from achse.devices.system.file_worker import FileWorker
 from achse.devices.system.folder import Folder, as_name, device_errors
 from achse.server import READ, READ_WRITE, WRITE, IndexGroup, RawGroup, RowFacts
 
@@ -61,6 +64,9 @@ _LARGEST_READ = 16 << 20
 _LARGEST_FILE = 1 << 30
 """Bytes to which a client may make a file grow."""
 
+_MOST_FOUND = 400_000
+"""Names that all open searches together still have to tell."""
+
 FIND_ENTRY = struct.Struct("<II3QII8x260s16x")
 """Handle, attributes, times of creation, access and writing, size (high, low), name."""
 
@@ -70,17 +76,30 @@ _FOLDER, _FILE, _READ_ONLY = 0x10, 0x20, 0x01
 class _Open:
     """What a handle stands for: an open file, or what a search still has to tell."""
 
-    def __init__(self, client: bytes, file: io.FileIO | None, rest: Iterator[Path]) -> None:
+    def __init__(
+        self,
+        client: bytes,
+        file: io.FileIO | None = None,
+        folder: Path | None = None,
+        names: Sequence[str] = (),
+    ) -> None:
         self.client = client
         self.file = file
-        self.rest = rest
+        self.folder = folder or Path()
+        self.rest = deque(names)
+        """Names in `folder`."""
         self.used = 0
 
 
 class Files:
-    """Open files of all clients, below one folder; without a folder every service is refused."""
+    """Open files of all clients, below one folder; without a folder every service is refused.
+
+    With a `worker` it does what takes the disk, and answers come later; without one, in virtual
+    time, they come at once. While there is a worker, only its thread touches what is open.
+    """
 
     def __init__(self, folder: Folder | None, clock: Callable[[], int]) -> None:
+        self.worker: FileWorker | None = None
         self._folder = folder
         self._clock = clock
         self._open: dict[int, _Open] = {}
@@ -111,7 +130,7 @@ class Files:
         yield self._group(138, "make folder", self._make_folder, "path")
         yield self._group(139, "remove folder", self._remove_folder, "path")
         yield RawGroup(
-            111, "close handle", write=self._close_handle, request="UDINT", source=__name__
+            111, "close handle", write=self._close_handle_later, request="UDINT", source=__name__
         )
         yield _HandleGroup(self)
 
@@ -123,28 +142,43 @@ class Files:
         request: str = "",
         response: str = "",
     ) -> RawGroup:
+        def served(offset: int, length: int, data: bytes, client: bytes) -> bytes:
+            return self.beside(client, len(data), lambda: serve(offset, length, data, client))
+
         return RawGroup(
             number,
             name,
-            read_write=serve,
+            read_write=served,
             request=request,
             response=response,
             last_offset=0xFFFF_FFFF,
             source="000 §5.1" if number < 110 else "",
         )
 
+    def beside(self, client: bytes, size: int, job: Callable[[], bytes]) -> bytes:
+        """What `job` gives, now or by way of the worker: raises `Deferred` then."""
+        if self.worker is None:
+            return job()
+        raise self.worker.later(client, size, job)
+
     # handles -----------------------------------------------------------------------------------
 
     @property
     def clients(self) -> set[bytes]:
         """Who has something open."""
-        return {entry.client for entry in self._open.values()}
+        return {entry.client for entry in list(self._open.values())}
 
     def __len__(self) -> int:
         return len(self._open)
 
     def end_client(self, client: bytes) -> None:
-        """Close what a client has open."""
+        """Close what a client has open, and forget what it still wants."""
+        if self.worker is None:
+            self._end(client)
+        else:
+            self.worker.end_client(client, lambda: self._end(client))
+
+    def _end(self, client: bytes) -> None:
         for handle in [h for h, entry in self._open.items() if entry.client == client]:
             self._close(handle)
 
@@ -155,6 +189,13 @@ class Files:
 
     def sweep(self, now_ns: int) -> None:
         """Close what was not used for ten minutes."""
+        idle = [h for h, e in list(self._open.items()) if now_ns - e.used > _IDLE_NS]
+        if idle and self.worker is None:
+            self._close_idle(now_ns)
+        elif idle and self.worker is not None:
+            self.worker.do(b"", lambda: self._close_idle(now_ns))
+
+    def _close_idle(self, now_ns: int) -> None:
         for handle in [h for h, e in self._open.items() if now_ns - e.used > _IDLE_NS]:
             self._close(handle)
 
@@ -244,7 +285,7 @@ class Files:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 file.close()
                 raise DeviceError(ReturnCode.NOT_FOUND, f"{path.name} is no file")
-        return self._keep(_Open(client, file, iter(())))
+        return self._keep(_Open(client, file))
 
     def _close_file(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
         self.close(offset, client)
@@ -255,10 +296,11 @@ class Files:
         self._entry(handle, client)
         self._close(handle)
 
-    def _close_handle(self, offset: int, data: bytes, client: bytes) -> None:
+    def _close_handle_later(self, offset: int, data: bytes, client: bytes) -> None:
         if len(data) != 4:
             raise DeviceError(ReturnCode.INVALID_SIZE, f"a handle has 4 bytes, got {len(data)}")
-        self.close(_HANDLE.unpack(data)[0], client)
+        handle = _HANDLE.unpack(data)[0]
+        self.beside(client, 0, lambda: self._close_file(handle, 0, b"", client))
 
     # read and write ----------------------------------------------------------------------------
 
@@ -362,12 +404,16 @@ class Files:
         else:
             self._room(client)
             with device_errors():
-                found = self.folder.matching(data, offset >> 16 or offset)
-            entry = _Open(client, None, iter(found))
+                folder, names = self.folder.matching(data, offset >> 16 or offset)
+            if sum(len(other.rest) for other in self._open.values()) + len(names) > _MOST_FOUND:
+                raise DeviceError(ReturnCode.DEVICE_NO_MEMORY, "searches have too much to tell")
+            entry = _Open(client, folder=folder, names=names)
             handle = self._keep(entry)
-        for path in entry.rest:
+        while entry.rest:
+            path = entry.folder / entry.rest.popleft()
             try:
-                return self._describe(handle, path)
+                if self.folder.holds(path):
+                    return self._describe(handle, path)
             except OSError:  # gone since
                 continue
         self._close(handle)
@@ -412,30 +458,43 @@ class _HandleGroup(IndexGroup):
             source="000 §5.1",
         )
 
+    def watch(self, group: int, offset: int, length: int, client: bytes) -> NoReturn:
+        raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, "open files are not watched")
+
     def read(self, group: int, offset: int, length: int, client: bytes) -> bytes:
+        return self._files.beside(client, 0, lambda: self._read(group, offset, length, client))
+
+    def write(self, group: int, offset: int, data: bytes, client: bytes) -> None:
+        self._files.beside(client, len(data), lambda: self._write(group, offset, data, client))
+
+    def read_write(
+        self, group: int, offset: int, read_length: int, data: bytes, client: bytes
+    ) -> bytes:
+        def written() -> bytes:
+            try:
+                self._write(group, offset, data, client)
+            except DeviceError as refusal:
+                if refusal.code == ReturnCode.NOT_FOUND.number:  # no such handle
+                    raise
+                return _FAILED[:read_length]
+            return _HANDLE.pack(len(data))[:read_length]
+
+        return self._files.beside(client, len(data), written)
+
+    def _read(self, group: int, offset: int, length: int, client: bytes) -> bytes:
         file = self._files.file(group, client, to="read" if length else "")
         if offset != _NO_SEEK:
             with device_errors():
                 file.seek(offset)
         return self._files.read(file, length) if length else b""
 
-    def write(self, group: int, offset: int, data: bytes, client: bytes) -> None:
+    def _write(self, group: int, offset: int, data: bytes, client: bytes) -> bytes:
         if not data and offset == _NO_SEEK:
             self._files.close(group, client)
-            return
+            return b""
         file = self._files.file(group, client, to="write")
         if offset != _NO_SEEK:
             with device_errors():
                 file.seek(offset)
         self._files.write(file, data)
-
-    def read_write(
-        self, group: int, offset: int, read_length: int, data: bytes, client: bytes
-    ) -> bytes:
-        try:
-            self.write(group, offset, data, client)
-        except DeviceError as refusal:
-            if refusal.code == ReturnCode.NOT_FOUND.number:  # no such handle
-                raise
-            return _FAILED[:read_length]
-        return _HANDLE.pack(len(data))[:read_length]
+        return b""

@@ -23,6 +23,9 @@ __all__ = ["Folder", "as_name", "device_errors"]
 _LONGEST = 255
 """Bytes of a path; PLC code has a STRING(255) for it."""
 
+_MOST_NAMES = 100_000
+"""In a folder that is searched."""
+
 _PLACES = {
     0: "",
     1: "",
@@ -63,22 +66,41 @@ class Folder:
             raise _nothing(name)
         return self._inside(parts, name, itself)
 
-    def matching(self, pattern: bytes, place: int) -> list[Path]:
-        """What a pattern means, sorted: wildcards only in its last part; without them that path."""
+    def matching(self, pattern: bytes, place: int) -> tuple[Path, list[str]]:
+        """A folder, and the names in it that a pattern means, sorted.
+
+        Wildcards stand in the last part only; without them it means the one name. Whether what a
+        name stands for is in the folder at all, `holds` tells. Raises DeviceError as `path` does,
+        0x70A for a folder with too many names.
+        """
         parts = self._parts(pattern, place)
         if any(_WILD.search(part) for part in parts[:-1]):
             raise _nothing(pattern)
         if not parts or not _WILD.search(parts[-1]):
             path = self._inside(parts, pattern, False)
-            return [path] if path.exists() else []
+            return path.parent, [path.name] if path.exists() else []
         folder = self._inside(parts[:-1], pattern, False)
         if not folder.is_dir():
-            return []
+            return folder, []
         matches = re.compile(translate(_folded(parts[-1]).replace("[", "[[]"))).match
-        if parts[-1] == "*.*":  # every name, as ever
-            matches = re.compile("").match
-        found = (folder / entry.name for entry in folder.iterdir() if matches(_folded(entry.name)))
-        return sorted(path for path in found if self._holds(path))
+        everything = parts[-1] in ("*", "*.*")  # the latter is every name, as ever
+        found = []
+        with os.scandir(folder) as entries:
+            for number, entry in enumerate(entries):
+                if number >= _MOST_NAMES:
+                    raise DeviceError(
+                        ReturnCode.DEVICE_NO_MEMORY, f"more than {_MOST_NAMES} names in a folder"
+                    )
+                if everything or matches(_folded(entry.name)):
+                    found.append(entry.name)
+        return folder, sorted(found)
+
+    def holds(self, path: Path) -> bool:
+        """Whether what is found at `path` is in the folder, and no link that leads out."""
+        try:
+            return not path.is_symlink() or path.resolve().is_relative_to(self.root)
+        except (OSError, RuntimeError):
+            return False
 
     def last_name(self, name: bytes, place: int) -> str:
         """The last part of a name that `path` takes, spelled as the client does."""
@@ -113,12 +135,6 @@ class Folder:
                     raise _nothing(name)
         return path
 
-    def _holds(self, path: Path) -> bool:
-        try:
-            return path.resolve().is_relative_to(self.root)
-        except (OSError, RuntimeError):
-            return False
-
 
 def _spelled(folder: Path, name: str) -> str:
     """How `name` is spelled in `folder`; one that is not there is new and stays as it is."""
@@ -136,6 +152,8 @@ def _spelled(folder: Path, name: str) -> str:
 
 def _folded(name: str) -> str:
     """Without case: sign by sign, so that no other letters become alike (ß is not ss)."""
+    if name.isascii():
+        return name.upper()
     return "".join(upper if len(upper := sign.upper()) == 1 else sign for sign in name)
 
 

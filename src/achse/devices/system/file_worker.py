@@ -1,0 +1,120 @@
+"""File services beside the loop: one thread does what clients ask of the disk, a client at a time.
+
+A folder of many files, a large file or a slow disk may take seconds. The loop hands the work over
+and answers when it is done; clients take turns, and what one client asks is done in its order.
+"""
+
+import asyncio
+import threading
+from collections import OrderedDict, deque
+from collections.abc import Callable
+from contextlib import suppress
+
+from achse.ams import DeviceError
+from achse.codes import ReturnCode
+from achse.server.deferred import Answer, Deferred, Result
+
+__all__ = ["FileWorker"]
+
+_PER_CLIENT = 64
+"""Requests of one client that may wait."""
+
+_BYTES = 64 * 1024 * 1024
+"""Data of requests that may wait, all together; a single larger one goes if none does."""
+
+_PATIENCE = 1.0
+"""Seconds that `stop` waits for what is being done: a disk may hang."""
+
+
+def _nobody(_: Result) -> None:
+    """Nobody wants to know the result."""
+
+
+class FileWorker:
+    """The thread, from construction to `stop`; to be used in the thread of `loop` only."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+        self._waiting: OrderedDict[bytes, deque[tuple[int, Result, Answer]]] = OrderedDict()
+        self._bytes = 0
+        self._changed = threading.Condition()
+        self._stopped = False
+        self._thread = threading.Thread(target=self._work, name="file services", daemon=True)
+        self._thread.start()
+
+    def later(self, client: bytes, size: int, job: Result) -> Deferred:
+        """The answer to a request with `size` bytes of data: that of `job`, later.
+
+        Raises DeviceError 0x708 if too much waits already.
+        """
+        with self._changed:
+            waiting = len(self._waiting.get(client, ()))
+            if waiting >= _PER_CLIENT or (self._bytes and self._bytes + size > _BYTES):
+                raise DeviceError(ReturnCode.BUSY, f"{waiting} file requests of the client wait")
+        return Deferred(lambda answer: self._put(client, size, job, answer))
+
+    def end_client(self, client: bytes, job: Callable[[], None]) -> None:
+        """Forget what a client still wants, and do `job` after what is being done."""
+        with self._changed:
+            for size, _, _ in self._waiting.pop(client, ()):
+                self._bytes -= size
+        self.do(client, job)
+
+    def do(self, client: bytes, job: Callable[[], None]) -> None:
+        """Do `job` in turn."""
+
+        def done() -> bytes:
+            job()
+            return b""
+
+        self._put(client, 0, done, _nobody)
+
+    def stop(self) -> None:
+        """Forget all that waits and end the thread."""
+        with self._changed:
+            self._stopped = True
+            self._waiting.clear()
+            self._changed.notify()
+        self._thread.join(_PATIENCE)
+
+    def _put(self, client: bytes, size: int, job: Result, answer: Answer) -> None:
+        with self._changed:
+            self._waiting.setdefault(client, deque()).append((size, job, answer))
+            self._bytes += size
+            self._changed.notify()
+
+    def _take(self) -> tuple[int, Result, Answer] | None:
+        """The next job: the oldest of the client that has waited longest for its turn."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._stopped or self._waiting)
+            if self._stopped:
+                return None
+            client, jobs = self._waiting.popitem(last=False)
+            taken = jobs.popleft()
+            if jobs:
+                self._waiting[client] = jobs
+            return taken
+
+    def _work(self) -> None:
+        while (taken := self._take()) is not None:
+            size, job, answer = taken
+            result = _done(job)
+            with self._changed:
+                self._bytes -= size
+            if answer is not _nobody:
+                with suppress(RuntimeError):  # the loop has ended
+                    self._loop.call_soon_threadsafe(answer, result)
+
+
+def _done(job: Result) -> Result:
+    """Do a job; what then gives its value, or raises what went wrong."""
+    try:
+        value = job()
+    except Exception as failure:
+        refusal = failure
+
+        def fail() -> bytes:
+            raise refusal
+
+        return fail
+    return lambda: value
