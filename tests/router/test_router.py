@@ -97,6 +97,19 @@ def test_a_number_that_is_no_port_is_refused_and_leaves_nothing(router: Router, 
     assert router.ports == []
 
 
+def test_a_reserved_port_is_for_who_releases_it(router: Router) -> None:
+    router.reserve([851, FIRST_CLIENT_PORT])
+    with pytest.raises(RouterError) as refusal:
+        router.register(851, Inbox())
+    assert refusal.value.code == 0x506
+    assert router.register(0, Inbox()).port == FIRST_CLIENT_PORT + 1
+    assert router.ports == [FIRST_CLIENT_PORT + 1]
+    router.release(851)
+    assert router.register(851, Inbox()) == PLC
+    router.release(851)
+    assert router.ports == [851, FIRST_CLIENT_PORT + 1]
+
+
 def test_free_ports_count_up_and_are_not_reused_at_once(router: Router) -> None:
     first = router.register(0, Inbox())
     assert first == AmsAddress.of(OURS, FIRST_CLIENT_PORT)

@@ -2,12 +2,15 @@
 
 import math
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from achse.ams import AmsAddress
+from achse.ams import AdsState, AmsAddress, Frame, RouterError
 from achse.motion.kernel import cycles
 from achse.native.compiled import Kernel
 from achse.station import ConfigError, Station
@@ -273,3 +276,55 @@ def test_the_characteristic_of_a_drive_is_a_table_of_the_configuration() -> None
 def test_a_table_that_no_drive_could_use(table: Any, axis: Any, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         station(table=[{"id": 7} | table], axis=[{"id": 1, "name": "X"} | axis])
+
+
+steps = st.lists(
+    st.one_of(
+        st.sampled_from(["restart", "configure", "advance", "break", "mend"]),
+        st.sampled_from([500, 501, 851, 801, 852, 100, 10_000, 26_000, 300]),
+    ),
+    max_size=30,
+)
+
+
+@settings(max_examples=25)
+@given(drawn=steps)
+def test_configured_ports_stay_the_stations_through_restarts(
+    drawn: list[str | int], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """Clients register any port at any moment; before, one had 851 after a restart."""
+    folder = tmp_path_factory.mktemp("ports")
+    source = folder / "gvl.st"
+    source.write_text("VAR_GLOBAL a : INT; END_VAR")
+    document = {
+        "plc": [{"sources": "gvl.st", "also": [801]}],
+        "axis": [{"id": 1, "name": "X"}],
+        "nc": {"kernel": "interpreted"},
+    }
+    station = Station(parse(document, "a.toml"), base=folder)
+    configured = set(station.router.ports)
+    taken: set[int] = set()
+    for step in drawn:
+        if isinstance(step, int):
+            with suppress(RouterError):
+                station.router.register(step, Nobody())
+                taken.add(step)
+        elif step == "advance":
+            station.advance(0.3)
+        elif step in ("break", "mend"):
+            source.write_text(f"VAR_GLOBAL a : {'INT' if step == 'mend' else 'NONE'}; END_VAR")
+        else:
+            getattr(station, step)()
+    assert not taken & configured
+    source.write_text("VAR_GLOBAL a : INT; END_VAR")
+    station.restart()
+    station.advance(1.0)
+    assert station.state is AdsState.RUN
+    assert set(station.router.ports) == configured | taken
+
+
+class Nobody:
+    """Whoever wants a port."""
+
+    def deliver(self, frame: Frame) -> bool:
+        return True

@@ -5,7 +5,7 @@ else here happens only when that look-up misses. Nothing in here waits or does I
 """
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from itertools import chain
 
 from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame, NetId, RouterError
@@ -50,6 +50,7 @@ class Router:
         self.net_id = net_id
         self.routes = RouteTable(own=(net_id, LOOPBACK_NET_ID))
         self._ports: set[int] = set()
+        self._reserved: set[int] = set()
         self._local: dict[bytes, Endpoint] = {}
         self._routes: dict[bytes, Endpoint] = {}
         self._learned: dict[bytes, dict[Endpoint, None]] = {}
@@ -71,12 +72,12 @@ class Router:
     def register(self, port: int, endpoint: Endpoint) -> AmsAddress:
         """Put `endpoint` on a local port; 0 takes the next free one from 32768 up.
 
-        Raises RouterError ROUTER_PORT_IN_USE (0x506) if the port is taken, ROUTER_NO_MORE_QUEUES
-        (0x508) if all are; ValueError for a number that is no port.
+        Raises RouterError ROUTER_PORT_IN_USE (0x506) if the port is taken or reserved,
+        ROUTER_NO_MORE_QUEUES (0x508) if all are; ValueError for a number that is no port.
         """
         if port == 0:
             port = self._free_port()
-        elif port in self._ports:
+        elif port in self._ports or port in self._reserved:
             raise RouterError(ReturnCode.ROUTER_PORT_IN_USE, f"port {port}")
         address = AmsAddress.of(self.net_id, port)
         self._ports.add(port)
@@ -84,12 +85,20 @@ class Router:
         self._local[AmsAddress.of(LOOPBACK_NET_ID, port)] = endpoint
         return address
 
+    def reserve(self, ports: Iterable[int]) -> None:
+        """Keep ports for who releases them: until then nobody registers there."""
+        self._reserved.update(ports)
+
+    def release(self, port: int) -> None:
+        """Let the next one register at a port that was reserved. Unknown is not an error."""
+        self._reserved.discard(port)
+
     def _free_port(self) -> int:
         candidates = chain(
             range(self._next_port, 0x1_0000), range(FIRST_CLIENT_PORT, self._next_port)
         )
         for port in candidates:
-            if port not in self._ports:
+            if port not in self._ports and port not in self._reserved:
                 self._next_port = port + 1 if port < 0xFFFF else FIRST_CLIENT_PORT
                 return port
         raise RouterError(ReturnCode.ROUTER_NO_MORE_QUEUES, "all client ports are taken")

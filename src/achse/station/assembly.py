@@ -35,7 +35,7 @@ from achse.station.pacing import Pace
 from achse.station.phases import NcPhase, NotificationPhase, PlcPhase, upkeep
 from achse.station.plcs import PlcSource, collection_paused
 
-__all__ = ["NC_PORTS", "Parts", "assemble", "idle", "permanent"]
+__all__ = ["NC_PORTS", "Parts", "assemble", "idle", "leave", "permanent"]
 
 NC_PORTS = (500, 501)
 """NC and its SAF task; both answer for the same axes."""
@@ -126,13 +126,20 @@ def assemble(
     try:
         return _assemble(config, base, clock, epoch_ns, devices, attach, pace)
     except ConfigError:
-        for device in devices[len(kept) :]:
-            device.detach()
+        leave(devices[len(kept) :], router)
         raise
+
+
+def leave(devices: Iterable[Device], router: Router) -> None:
+    """Take devices off their ports, which stay reserved for those that come after them."""
+    for device in devices:
+        router.reserve(address.port for address in device.addresses)
+        device.detach()
 
 
 def _attach(device: Device, router: Router, port: int, config: StationConfig) -> None:
     device.limit(config.limits.limits())
+    router.release(port)
     try:
         device.attach(router, port)
     except RouterError as taken:

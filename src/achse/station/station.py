@@ -203,9 +203,8 @@ class Station:
 
     def _leave(self) -> None:
         self.save()
-        for device in self.devices:
-            if device not in self._kept:
-                device.detach()
+        gone = [device for device in self.devices if device not in self._kept]
+        assembly.leave(gone, self.router)
         self._take(self._idle(self._kept))
         self._system.ads_state = AdsState.STOP
 

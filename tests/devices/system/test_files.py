@@ -299,7 +299,7 @@ def test_an_open_file_is_not_watched(client: Any, refused: Any) -> None:
 async def test_no_file_service_holds_the_loop(
     device: SystemDevice, router: Router, root: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whatever the disk takes, others are answered; before, 30,000 files took 2.4 s of everybody."""
+    """Whatever the disk takes, others are answered; before, 30,000 files took 2.4 s of all."""
     let_go = threading.Event()
     matching = Folder.matching
 
