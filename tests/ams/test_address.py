@@ -35,7 +35,7 @@ def test_text_and_back(net_id: NetId, port: int) -> None:
 @given(net_ids, ports)
 def test_a_slice_of_a_frame_finds_the_same_dictionary_entry(net_id: NetId, port: int) -> None:
     address = AmsAddress.of(net_id, port)
-    assert {address: "device"}[bytes(address)] == "device"
+    assert dict[bytes, str]({address: "device"})[bytes(address)] == "device"
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import asyncio
 import struct
 from collections.abc import Callable, Coroutine, Iterator
+from functools import partial
 from typing import Any
 
 import pytest
@@ -139,7 +140,7 @@ class Peer:
             else:
                 del self.notifications[number]
 
-    def asked(self, kind: type, group: int | None = None) -> list[Any]:
+    def asked(self, kind: type[Any], group: int | None = None) -> list[Any]:
         """The requests of one kind so far."""
         return [r for r in self.requests if type(r) is kind and group in (None, r[0])]
 
@@ -153,7 +154,7 @@ class Peer:
         if self.error:
             self.reply(frame.reply(error=self.error))
             return
-        kind = type(request)
+        kind: type[Any] = type(request)
         first: bytes | None = None
         try:
             if frame.command == Command.READ_DEVICE_INFO:
@@ -167,15 +168,15 @@ class Peer:
                 payload = ResultResponse(0).encode()
             elif kind is ReadWriteRequest:
                 payload = DataResponse(0, self.read_write(*request)).encode()
-            elif kind is AddNotificationRequest:
+            elif isinstance(request, AddNotificationRequest):
                 number = self.add(request)
                 payload = AddNotificationResponse(0, number).encode()
                 first = self.first_sample(number)
-            elif kind is DeleteNotificationRequest:
+            elif isinstance(request, DeleteNotificationRequest):
                 self.delete(request.handle)
                 payload = ResultResponse(0).encode()
             else:
-                assert kind is WriteControlRequest
+                assert isinstance(request, WriteControlRequest)
                 self.state = (request.ads_state, request.device_state)
                 payload = ResultResponse(0).encode()
         except DeviceError as error:
@@ -194,6 +195,10 @@ class Peer:
         assert self.link is not None
         data = encode_stream([(filetime, list(samples))])
         self.link.user.received(Frame(self.link.address, ADDRESS, 8, 4, 0, 0, data))
+
+    def push_first(self, number: int) -> None:
+        """Send the first sample of a subscription."""
+        self.push((number, self.first_sample(number)))
 
     def change(self, name: str, data: bytes) -> None:
         """Give a variable a value and tell its subscribers."""
@@ -286,13 +291,13 @@ class Peer:
             case 0xF085:
                 outcomes = []
                 for position in range(0, 40 * offset, 40):
-                    part = AddNotificationRequest.decode(data[position : position + 40])
-                    outcomes.append(self._outcome(lambda p: struct.pack("<I", self.add(p)), part))
+                    wanted = AddNotificationRequest.decode(data[position : position + 40])
+                    outcomes.append(self._outcome(lambda p: struct.pack("<I", self.add(p)), wanted))
                 loop = asyncio.get_running_loop()
                 for result, number in outcomes:
                     if result == 0:
                         key = int.from_bytes(number, "little")
-                        loop.call_soon(lambda k=key: self.push((k, self.first_sample(k))))
+                        loop.call_soon(partial(self.push_first, key))
                 return b"".join(struct.pack("<I", r) + n.ljust(4, b"\0") for r, n in outcomes)
             case 0xF086:
                 return b"".join(
@@ -350,7 +355,7 @@ class Peer:
             "<IIIIIHHHHH",
             size, 0x4040, offset, len(data), adst, 0, 0, len(name), len(type_name), 0,
         )  # fmt: skip
-        return (head + texts).ljust(size, b"\0")
+        return (head + texts).ljust(size, b"\0")  # type: ignore[no-any-return]
 
     def _table(self) -> bytes:
         return b"".join(self.entry(name) for name in self.variables)

@@ -233,9 +233,9 @@ def test_frames_of_one_turn_leave_in_one_write(run_for_real: Run) -> None:
     async def main() -> None:
         async with deaf() as port:
             link = await TcpDialer("127.0.0.1", port, mode="direct").open(User())
-            writes: list[bytes] = []
+            writes: list[Any] = []
             assert link._transport is not None
-            link._transport.write = writes.append  # type: ignore[method-assign]
+            link._transport.write = writes.append  # type: ignore[method-assign, assignment]
             frames = [state_request(link, number) for number in range(5)]
             for frame in frames:
                 link.send(frame)

@@ -100,19 +100,17 @@ def test_a_router_error_is_one_of_its_own(run: Run, peer: Any) -> None:
 def test_a_response_that_is_none_is_a_decode_error(run: Run, peer: Any, payload: bytes) -> None:
     async def main() -> None:
         async with target_of(peer) as target:
-            peer.reply, reply = (
-                lambda frame: reply(
-                    frame.__class__(
-                        frame.target,
-                        frame.source,
-                        frame.command,
-                        frame.flags,
-                        0,
-                        frame.invoke_id,
-                        payload,
-                    )
-                ),
-                peer.reply,
+            reply: Any = peer.reply
+            peer.reply = lambda frame: reply(
+                frame.__class__(
+                    frame.target,
+                    frame.source,
+                    frame.command,
+                    frame.flags,
+                    0,
+                    frame.invoke_id,
+                    payload,
+                )
             )
             with pytest.raises(DecodeError, match="read 0x4020:0x0"):
                 await target.read_raw(0x4020, 0, 4)

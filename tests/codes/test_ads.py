@@ -47,7 +47,7 @@ def test_hresults() -> None:
     assert ReturnCode.SYMBOL_NOT_FOUND.hresult == 0x98110710
     assert ReturnCode.S_PENDING.hresult == 0x203
     assert ReturnCode.SOCKET_TIMED_OUT.hresult is None
-    assert ReturnCode(0x98110710) is ReturnCode.SYMBOL_NOT_FOUND
+    assert ReturnCode(0x98110710) is ReturnCode.SYMBOL_NOT_FOUND  # type: ignore[call-arg]
 
 
 @pytest.mark.parametrize("number", [0x4650, 0x40, -1, 0xFFFFFFFF])

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from typing import Any
 
 import pytest
 
@@ -19,7 +20,7 @@ def drive() -> VirtualDrive:
 def machine() -> Callable[..., Machine]:
     """`machine(position)`: limit switches at ±1,000,000 inc, home switch from -6,000 to 30,000."""
 
-    def build(position: float = 0.0, **changes: object) -> Machine:
+    def build(position: float = 0.0, **changes: Any) -> Machine:
         switches = Switches(
             negative_stop=-1_200_000,
             negative_limit=-1_000_000,

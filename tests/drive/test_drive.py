@@ -1,6 +1,7 @@
 """The drive as a slave hosts it: process data, states, sync supervision, emergencies."""
 
 import struct
+from typing import Any
 
 import pytest
 
@@ -13,7 +14,7 @@ RX = struct.Struct("<HbHiHI")  # 1600h
 TX = struct.Struct("<HHbiHiiI")  # 1A00h
 
 
-def _op(sync0_ns: int = 0, **options: object) -> Drive:
+def _op(sync0_ns: int = 0, **options: Any) -> Drive:
     drive = Drive(**options)
     for state in (AlState.PREOP, AlState.SAFEOP, AlState.OP):
         assert drive.enter(state, sync0_ns, OK) is OK
@@ -172,7 +173,7 @@ def test_long_steps_are_done_in_cycles(elapsed: int) -> None:
     assert drive.step(0) is OK
 
 
-def test_bytes_in_and_out(aborts) -> None:
+def test_bytes_in_and_out(aborts: Any) -> None:
     drive = Drive()
     drive.write_object(0x6081, 0, bytes.fromhex("40420f00"))
     assert drive.read_object(0x6081, 0) == bytes.fromhex("40420f00")
@@ -185,7 +186,7 @@ def test_bytes_in_and_out(aborts) -> None:
         drive.read_object(0x7000, 0)
 
 
-def test_presets_are_checked(aborts) -> None:
+def test_presets_are_checked(aborts: Any) -> None:
     with aborts(AbortCode.VALUE_RANGE):
         Drive(parameters={0x605A: 5})
     with aborts(AbortCode.NO_OBJECT):

@@ -1,5 +1,7 @@
 """Process data inside the kernel: the same bytes as outside it."""
 
+from typing import Any, cast
+
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -9,7 +11,7 @@ from achse.drive.compiled import Bank, CompiledRecord
 from achse.drive.exchange import exchange, pack_inputs, unpack_outputs
 from achse.drive.mapping import ProcessData
 from achse.drive.objects import ROWS, DataType
-from achse.drive.record import FIELDS, LAYOUT, SlotsRecord
+from achse.drive.record import FIELDS, LAYOUT, DriveFields, SlotsRecord
 
 WHOLE = [row for row in ROWS if row.pdo and row.type is not DataType.F32]
 RECEIVABLE = [row for row in WHOLE if row.receivable]
@@ -18,14 +20,19 @@ RECEIVABLE = [row for row in WHOLE if row.receivable]
 class WordsRecord:
     """A record over a plain list of words, as the compiled one is over an array."""
 
+    words: list[int]
+    outputs: list[int]
+    inputs: list[int]
+    fresh_outputs: int
+
     def __init__(self) -> None:
         object.__setattr__(self, "words", [0] * LAYOUT.words)
 
-    def __getattr__(self, name: str) -> object:
+    def __getattr__(self, name: str) -> Any:
         at, size = FIELDS[name].offset, FIELDS[name].length
         return self.words[at : at + size] if size else self.words[at]
 
-    def __setattr__(self, name: str, value: object) -> None:
+    def __setattr__(self, name: str, value: Any) -> None:
         at = FIELDS[name].offset
         if isinstance(value, list):
             self.words[at : at + len(value)] = value
@@ -50,26 +57,26 @@ def _signed_words(data: bytes) -> list[int]:
 
 
 @given(st.lists(st.sampled_from(RECEIVABLE), max_size=8, unique=True), st.binary(min_size=32))
-def test_outputs_are_unpacked_as_struct_does(rows: list, noise: bytes) -> None:
+def test_outputs_are_unpacked_as_struct_does(rows: list[Any], noise: bytes) -> None:
     data = ProcessData(tuple(rows))
     record = WordsRecord()
     _map(record, "received", data)
     record.outputs = _signed_words(noise[: data.size])
-    unpack_outputs(record, record.words, 0)
+    unpack_outputs(cast(DriveFields, record), record.words, 0)
     expected = data.layout.unpack(noise[: data.size])
     assert tuple(record.words[FIELDS[place].offset] for place in data.places) == expected
     assert record.fresh_outputs == 1
 
 
 @given(st.lists(st.sampled_from(WHOLE), max_size=8, unique=True), st.data())
-def test_inputs_are_packed_as_struct_does(rows: list, draw: st.DataObject) -> None:
+def test_inputs_are_packed_as_struct_does(rows: list[Any], draw: st.DataObject) -> None:
     data = ProcessData(tuple(rows))
     record = WordsRecord()
     _map(record, "sent", data)
     values = [draw.draw(st.integers(int(row.type.least), int(row.type.most))) for row in rows]
     for row, value in zip(rows, values, strict=True):
         record.words[FIELDS[row.field].offset] = value
-    pack_inputs(record, record.words, 0)
+    pack_inputs(cast(DriveFields, record), record.words, 0)
     assert record.inputs == _signed_words(data.layout.pack(*values))
 
 
@@ -92,7 +99,7 @@ def test_cycles_run_between_outputs_and_inputs() -> None:
     st.data(),
 )
 def test_both_kernels_exchange_the_same_bytes(
-    received: list, sent: list, draw: st.DataObject
+    received: list[Any], sent: list[Any], draw: st.DataObject
 ) -> None:
     """Whatever is mapped, floating-point objects included."""
     values = [

@@ -69,10 +69,10 @@ def test_inputs_are_held_by_name(drive: VirtualDrive) -> None:
     drive.faults.input(InputBit.I3, True)
     drive.faults.overtravel(positive=True)
     drive.cycle()
-    assert drive.get(0x60FD) & 0xFF_FFFF == InputBit.I3 | InputBit.POSITIVE_LIMIT
+    assert int(drive.get(0x60FD)) & 0xFF_FFFF == InputBit.I3 | InputBit.POSITIVE_LIMIT
     drive.faults.overtravel(positive=True, on=False)
     drive.cycle()
-    assert drive.get(0x60FD) & 0xFF_FFFF == InputBit.I3
+    assert int(drive.get(0x60FD)) & 0xFF_FFFF == InputBit.I3
 
 
 def test_a_load_pushes(drive: VirtualDrive) -> None:

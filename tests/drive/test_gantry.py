@@ -17,18 +17,18 @@ def test_activation_regulation_motion_deactivation() -> None:
     assert drive.get(0x3056) == LINK | READY | NEAR
     drive.set(0x3057, 1)
     drive.enable(Mode.CYCLIC_POSITION)
-    assert drive.get(0x3056) & (ACTIVE | POWERED) == ACTIVE | POWERED
+    assert int(drive.get(0x3056)) & (ACTIVE | POWERED) == ACTIVE | POWERED
     drive.set(0x3057, 11)
     drive.run(1.0)
-    assert drive.get(0x3056) & (HOMED | REGULATED) == HOMED | REGULATED
+    assert int(drive.get(0x3056)) & (HOMED | REGULATED) == HOMED | REGULATED
     drive.put(0x3058, 5_000)
     drive.run(1.0)
     assert drive.get(0x3059) == 5_000
-    assert drive.get(0x3056) & IN_PLACE
-    assert not drive.get(0x3056) & NEAR
+    assert int(drive.get(0x3056)) & IN_PLACE
+    assert not int(drive.get(0x3056)) & NEAR
     drive.set(0x3057, 2)
     drive.cycle(2)
-    assert not drive.get(0x3056) & (ACTIVE | POWERED | REGULATED)
+    assert not int(drive.get(0x3056)) & (ACTIVE | POWERED | REGULATED)
 
 
 def test_an_alarm_of_the_other_drive_is_one_of_this_drive() -> None:
@@ -38,11 +38,11 @@ def test_an_alarm_of_the_other_drive_is_one_of_this_drive() -> None:
     drive.faults.yaw_alarm()
     drive.cycle(3)
     assert drive.get(0x603F) == Alarm.GANTRY_SYSTEM_SLAVE_ALARM.code
-    assert drive.get(0x3056) & (ALARM | READY) == ALARM
+    assert int(drive.get(0x3056)) & (ALARM | READY) == ALARM
 
 
 def test_sto_ends_readiness() -> None:
     drive = VirtualDrive(Machine(gantry=True))
     drive.faults.sto()
     drive.cycle()
-    assert not drive.get(0x3056) & READY
+    assert not int(drive.get(0x3056)) & READY

@@ -6,10 +6,10 @@ from hypothesis import strategies as st
 
 from achse.drive import Mode, VirtualDrive
 from achse.drive.kernel import cycle, cycles
-from achse.drive.record import FIELDS, SlotsRecord
+from achse.drive.record import FIELDS, DriveFields
 
 
-def _record() -> SlotsRecord:
+def _record() -> DriveFields:
     return VirtualDrive().record
 
 

@@ -1,6 +1,7 @@
 """Machine descriptions: numbers of the plant, encoders after power-on, what cannot be."""
 
 import math
+from typing import Any
 
 import pytest
 
@@ -121,6 +122,6 @@ def test_stops_hold_the_machine() -> None:
         ({"motor": Motor(max_speed=math.inf)}, "motor.max_speed"),
     ],
 )
-def test_what_cannot_be_is_refused(changes: dict[str, object], named: str) -> None:
+def test_what_cannot_be_is_refused(changes: dict[str, Any], named: str) -> None:
     with pytest.raises(MachineError, match=named):
         Machine(**changes)

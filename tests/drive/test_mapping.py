@@ -2,6 +2,7 @@
 
 import struct
 from collections.abc import Iterable
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -64,7 +65,7 @@ def test_the_example_of_the_manual(preop: Drive) -> None:
 
 
 @pytest.mark.parametrize("state", [AlState.SAFEOP, AlState.OP])
-def test_no_change_in_safeop_or_op(preop: Drive, aborts, state: AlState) -> None:
+def test_no_change_in_safeop_or_op(preop: Drive, aborts: Any, state: AlState) -> None:
     preop.enter(state, 0, AlStatus.NO_ERROR)
     for index, subindex, value in (
         (0x1C12, 0, 0),
@@ -76,14 +77,14 @@ def test_no_change_in_safeop_or_op(preop: Drive, aborts, state: AlState) -> None
             preop.set(index, value, subindex)
 
 
-def test_the_assignment_comes_off_first(preop: Drive, aborts) -> None:
+def test_the_assignment_comes_off_first(preop: Drive, aborts: Any) -> None:
     with aborts(AbortCode.UNSUPPORTED_ACCESS):
         preop.set(0x1600, 0)
     with aborts(AbortCode.UNSUPPORTED_ACCESS):
         preop.set(0x1C12, 0x1601, 1)
 
 
-def test_the_count_goes_to_0_before_entries_change(preop: Drive, aborts) -> None:
+def test_the_count_goes_to_0_before_entries_change(preop: Drive, aborts: Any) -> None:
     _off(preop)
     with aborts(AbortCode.UNSUPPORTED_ACCESS):
         preop.set(0x1600, 0x607F0020, 7)
@@ -101,7 +102,7 @@ def test_the_count_goes_to_0_before_entries_change(preop: Drive, aborts) -> None
         0x00000008,  # padding
     ],
 )
-def test_unsupported_objects(preop: Drive, aborts, entry: int) -> None:
+def test_unsupported_objects(preop: Drive, aborts: Any, entry: int) -> None:
     _off(preop)
     preop.set(0x1600, 0)
     with aborts(AbortCode.NO_OBJECT):
@@ -117,7 +118,7 @@ def _map_9(drive: Drive, index: int) -> None:
 
 @pytest.mark.parametrize(("assignment", "index"), [(0x1C12, 0x1600), (0x1C13, 0x1A03)])
 def test_too_many_objects_are_found_when_the_assignment_comes_on(
-    preop: Drive, aborts, assignment: int, index: int
+    preop: Drive, aborts: Any, assignment: int, index: int
 ) -> None:
     with aborts(AbortCode.VALUE_RANGE):  # assigned: no step of the procedure
         preop.set(0x1600, 9)
@@ -133,7 +134,7 @@ def test_too_many_objects_are_found_when_the_assignment_comes_on(
     assert MAX_BYTES in (preop.output_size, preop.input_size)
 
 
-def test_an_object_twice_is_found_when_the_assignment_comes_on(preop: Drive, aborts) -> None:
+def test_an_object_twice_is_found_when_the_assignment_comes_on(preop: Drive, aborts: Any) -> None:
     _off(preop)
     preop.set(0x1600, 0)
     preop.set(0x1600, 0x60400010, 2)
@@ -142,7 +143,7 @@ def test_an_object_twice_is_found_when_the_assignment_comes_on(preop: Drive, abo
         preop.set(0x1C12, 1)
 
 
-def test_an_empty_entry_is_found_when_the_assignment_comes_on(preop: Drive, aborts) -> None:
+def test_an_empty_entry_is_found_when_the_assignment_comes_on(preop: Drive, aborts: Any) -> None:
     _off(preop)
     preop.set(0x1600, 0)
     preop.set(0x1600, 7)
@@ -150,7 +151,7 @@ def test_an_empty_entry_is_found_when_the_assignment_comes_on(preop: Drive, abor
         preop.set(0x1C12, 1)
 
 
-def test_too_many_bytes_are_found_when_the_assignment_comes_on(preop: Drive, aborts) -> None:
+def test_too_many_bytes_are_found_when_the_assignment_comes_on(preop: Drive, aborts: Any) -> None:
     _off(preop)
     _map(preop, 0x1A00, [0x3201 + n << 16 | 0x20 for n in range(8)])
     preop.set(0x1C13, 1)
@@ -167,7 +168,7 @@ def test_too_many_bytes_are_found_when_the_assignment_comes_on(preop: Drive, abo
 
 @pytest.mark.parametrize("strict", [True, False])
 def test_a_stored_mapping_that_does_not_fit_is_not_assigned(strict: bool) -> None:
-    kept = {0x1600_00: 9, 0x1C12_01: 0x1600, 0x1C13_01: 0x1234}
+    kept: dict[int, float] = {0x1600_00: 9, 0x1C12_01: 0x1600, 0x1C13_01: 0x1234}
     drive = Drive(store=kept, strict_mapping=strict)
     drive.power_cycle()
     assert (drive.get(0x1C12), drive.output_size) == (0, 0)
@@ -178,7 +179,7 @@ def test_a_stored_mapping_that_does_not_fit_is_not_assigned(strict: bool) -> Non
     ("index", "subindex", "value"),
     [(0x1C12, 0, 2), (0x1C12, 1, 0x1604), (0x1C13, 1, 0x1600)],
 )
-def test_ranges(preop: Drive, aborts, index: int, subindex: int, value: int) -> None:
+def test_ranges(preop: Drive, aborts: Any, index: int, subindex: int, value: int) -> None:
     _off(preop)
     with aborts(AbortCode.VALUE_RANGE):
         preop.set(index, value, subindex)
@@ -221,7 +222,7 @@ def test_a_stored_mapping_is_back_after_a_power_cycle() -> None:
 
 
 def test_a_stored_mapping_is_there_in_the_next_run_of_the_program() -> None:
-    kept = {0x1A01_00: 1, 0x1A01_01: 0x60410010, 0x1C13_00: 1, 0x1C13_01: 0x1A01}
+    kept: dict[int, float] = {0x1A01_00: 1, 0x1A01_01: 0x60410010, 0x1C13_00: 1, 0x1C13_01: 0x1A01}
     drive = Drive(store=kept)
     assert (drive.get(0x1C13, 1), drive.get(0x1A01), drive.input_size) == (0x1A01, 1, 2)
     assert drive.read_inputs() == drive.record.statusword.to_bytes(2, "little")

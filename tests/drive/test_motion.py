@@ -176,7 +176,7 @@ def test_in_torque_modes_too_a_limit_switch_stops_with_6085h(
     drive = VirtualDrive(machine(900_000), parameters={0x6085: rate, 0x6087: 10**6})
     drive.enable(mode)
     drive.put(0x6071, 300)
-    drive.wait(lambda: drive.get(0x60FD) & 2, 1, "limit switch")
+    drive.wait(lambda: int(drive.get(0x60FD)) & 2, 1, "limit switch")
     speed = drive.get(0x606C)
     drive.put(0x6071, torque)
     drive.run(speed / rate + 0.05)

@@ -59,7 +59,8 @@ def test_every_state_with_every_command(state: PowerState, command: str) -> None
     record = _at(state)
     record.controlword = WORDS[command]
     number = advance(record, 0, 0)
-    assert (PowerState(record.power_state), number) == expected
+    state = next(each for each in PowerState if each == record.power_state)
+    assert (state, number) == expected
 
 
 @pytest.mark.parametrize("state", list(PowerState))

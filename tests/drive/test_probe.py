@@ -57,8 +57,8 @@ def test_the_continuous_sequence_of_the_manual(drive: VirtualDrive) -> None:
         _stand_at(drive, position)
         _pulse(drive)
         assert drive.get(0x60BA) == position
-        assert drive.get(0x60B9) & (ON | STORED) == ON | STORED
-        toggles.append(drive.get(0x60B9) & TOGGLE)
+        assert int(drive.get(0x60B9)) & (ON | STORED) == ON | STORED
+        toggles.append(int(drive.get(0x60B9)) & TOGGLE)
     assert toggles == [TOGGLE, 0, TOGGLE]
     drive.put(0x60B8, ON | CONTINUOUS)
     drive.cycle()

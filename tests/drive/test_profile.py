@@ -71,7 +71,7 @@ def test_ramps(start: float, target: float, up: float, down: float, dt: float) -
     record = SlotsRecord()
     record.demand_velocity = start
     ramp_velocity(record, target, up, down, dt)
-    if start * target < 0:
+    if min(start, target) < 0 < max(start, target):
         needed = abs(start) / down + abs(target) / up
     else:
         needed = abs(target - start) / (down if abs(target) < abs(start) else up)

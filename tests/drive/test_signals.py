@@ -30,10 +30,10 @@ def test_each_input_can_be_held_on_and_off(drive: VirtualDrive, bit: InputBit) -
     for state in (True, False):
         drive.faults.input(bit, state)
         drive.cycle()
-        assert bool(drive.get(0x60FD) & bit) is state
+        assert bool(int(drive.get(0x60FD)) & bit) is state
     drive.faults.input(bit, None)
     drive.cycle()
-    assert bool(drive.get(0x60FD) & bit) is (bit in InputBit.SF1 | InputBit.SF2)
+    assert bool(int(drive.get(0x60FD)) & bit) is (bit in InputBit.SF1 | InputBit.SF2)
 
 
 def test_bits_are_those_of_the_manual() -> None:
@@ -43,7 +43,7 @@ def test_bits_are_those_of_the_manual() -> None:
 def test_safety_inputs_show(drive: VirtualDrive) -> None:
     drive.faults.sto()
     drive.cycle()
-    assert not drive.get(0x60FD) & (InputBit.SF1 | InputBit.SF2)
+    assert not int(drive.get(0x60FD)) & (InputBit.SF1 | InputBit.SF2)
 
 
 def test_requests_pass_the_mask(drive: VirtualDrive) -> None:

@@ -27,11 +27,11 @@ def test_position_error_too_big(drive: VirtualDrive) -> None:
     drive.set(0x251E, 50)
     drive.faults.jam()
     drive.enable(Mode.CYCLIC_POSITION)
-    warned = 0
+    warned: float = 0
     for n in range(1, 200):
         drive.put(0x607A, 500 * n)
         drive.cycle()
-        if drive.get(0x3110) & Warn.POSITION_DEVIATION_OVERFLOW.mask and not warned:
+        if int(drive.get(0x3110)) & Warn.POSITION_DEVIATION_OVERFLOW.mask and not warned:
             warned = drive.get(0x60F4)
         if drive.power_state is not PowerState.OPERATION_ENABLED:
             break
@@ -46,7 +46,7 @@ def test_overload_warns_and_trips() -> None:
     drive.enable(Mode.CYCLIC_TORQUE)
     drive.put(0x6071, 2_000)
     start = drive.time_ns
-    drive.wait(lambda: drive.get(0x3110) & Warn.OVERLOAD.mask, 5)
+    drive.wait(lambda: int(drive.get(0x3110)) & Warn.OVERLOAD.mask, 5)
     assert (drive.time_ns - start) / 1e9 == pytest.approx(1.6, abs=0.01)
     assert _fault(drive) is Alarm.CONTINUOUS_OVERLOAD
     assert (drive.time_ns - start) / 1e9 == pytest.approx(2.0, abs=0.01)

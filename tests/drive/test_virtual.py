@@ -1,6 +1,7 @@
 """VirtualDrive: whole manoeuvres in one call."""
 
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -58,6 +59,6 @@ def test_it_goes_down_and_up_again(drive: VirtualDrive) -> None:
         assert drive.state == state
 
 
-def test_put_checks_ranges(drive: VirtualDrive, aborts) -> None:
+def test_put_checks_ranges(drive: VirtualDrive, aborts: Any) -> None:
     with aborts(AbortCode.VALUE_RANGE):
         drive.put(0x6040, 0x1_0000)

@@ -196,7 +196,7 @@ def test_branches_are_passed_in_the_order_of_their_ports() -> None:
     order = [names[id(slave)] for slave in segment.reachable]
     assert order == ["root", "three", "behind three", "one", "two"]
     assert status(slaves["root"]) == 0xAAF3
-    times = [slave.esc.clock.port_delays for slave in segment.reachable]
+    times: list[Any] = [slave.esc.clock.port_delays for slave in segment.reachable]
     root, third, _, first, second = times
     assert root[0] < third[0] < third[1] < root[3] < first[0] < root[1] < second[0] < root[2]
 

@@ -2,6 +2,7 @@
 
 import struct
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -20,7 +21,7 @@ def word(image: bytes, address: int, count: int = 1) -> tuple[int, ...]:
 
 
 def categories(image: bytes) -> dict[int, bytes]:
-    found = {}
+    found: dict[Any, Any] = {}
     position = 0x80
     while True:
         kind, length = struct.unpack_from("<HH", image, position)

@@ -415,7 +415,12 @@ def test_after_a_pause_the_watchdog_expires_where_it_should(line: Callable[..., 
     stepped: list[tuple[int, AlState]] = []
     slave = master.segment.slaves[0]
     step = application.step
-    slave._step = lambda ns: (stepped.append((ns, application.state)), step(ns))[1]
+
+    def noted(ns: int) -> Any:
+        stepped.append((ns, application.state))
+        return step(ns)
+
+    slave._step = noted
     master.advance(1000)
     in_op = sum(ns for ns, state in stepped if state is O)
     assert 99_750_000 <= in_op <= 100_250_000

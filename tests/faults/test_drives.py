@@ -7,7 +7,7 @@ import pytest
 
 from achse.codes import AlState, AlStatus
 from achse.drive import Alarm, Drive, PowerState
-from achse.faults.drives import DRIVE_FAULTS
+from achse.faults.drives import DRIVE_FAULTS, MailboxDelay
 from achse.faults.fault import FaultError
 from achse.testing import SegmentReach
 
@@ -32,7 +32,7 @@ def test_an_alarm_lasts_and_is_reset_after_it(bus: Any) -> None:
 
 
 SIGNALS: dict[str, tuple[dict[str, Any], Callable[[Drive], object]]] = {
-    "warning": ({"code": "AL.910"}, lambda drive: drive.get(0x3110) & 1 << 2),
+    "warning": ({"code": "AL.910"}, lambda drive: int(drive.get(0x3110)) & 1 << 2),
     "encoder_loss": ({"code": "AL.840"}, lambda drive: drive.get(0x603F) == 0xFF25),
     "sto": ({}, lambda drive: drive.record.safety_1 == drive.record.safety_2 == 0),
     "safety": ({}, lambda drive: drive.record.safety_1 != drive.record.safety_2),
@@ -183,6 +183,7 @@ def test_a_fault_that_cannot_be_is_told(bus: Any, fields: dict[str, Any], told: 
 def test_tables_of_files_may_have_times_as_texts() -> None:
     table = {"kind": "mailbox_delay", "at": "1s", "lasting": "500ms", "by": "20ms"}
     fault = DRIVE_FAULTS.of_table(table)
+    assert isinstance(fault, MailboxDelay)
     assert (fault.at, fault.lasting, fault.by) == (1.0, 0.5, pytest.approx(0.02))
     with pytest.raises(FaultError, match="at: expected a number, got 'soon'"):
         DRIVE_FAULTS.of_table(table | {"at": "soon"})

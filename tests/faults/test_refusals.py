@@ -1,6 +1,7 @@
 """Errors on a symbol or service, whichever way it is read."""
 
 import struct
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -19,7 +20,7 @@ def test_an_error_on_a_symbol_meets_name_handle_address_and_sums(
     (handle,) = struct.unpack("<I", plc.exchange(0xF003, 0, 4, NAME))
     group, offset, size = struct.unpack("<III", plc.exchange(0xF007, 0, 12, NAME))
     station.faults.add("error", symbol="main.ncounter", code=0x706)
-    asks = {
+    asks: dict[str, Callable[[], Any]] = {
         "name": lambda: plc.exchange(0xF004, 0, 4, NAME),
         "handle": lambda: plc.read(0xF005, handle, 4),
         "address": lambda: plc.read(group, offset, size),

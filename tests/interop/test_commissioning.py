@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-pyads = pytest.importorskip("pyads", exc_type=Exception)
+pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
 SPEED = 4.0
 AXIS = 1

@@ -16,7 +16,7 @@ import pytest
 
 from achse.testing import LiveStation
 
-pyads = pytest.importorskip("pyads", exc_type=Exception)
+pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
 NPM = Path(__file__).parent / "npm"
 INT, UDINT = "GVL.nInt", "MAIN.nCounter"

@@ -9,7 +9,7 @@ import pytest
 from achse.station import StationConfig
 from achse.testing import LiveStation
 
-pyads = pytest.importorskip("pyads", exc_type=Exception)
+pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
 OPEN, CLOSE, READ, FIND, DELETE = 120, 121, 122, 133, 131
 FOR_READING, ANYWHERE = 0x1_0001, 0x1_0000

@@ -9,7 +9,7 @@ import pytest
 from achse.station import StationConfig
 from achse.testing import LiveStation
 
-pyads = pytest.importorskip("pyads", exc_type=Exception)
+pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
 NO_MORE_PORTS, NO_MORE_HANDLES = 0x508, 0x716
 

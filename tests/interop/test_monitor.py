@@ -11,7 +11,7 @@ import pytest
 
 from achse.testing import LiveStation
 
-pyads = pytest.importorskip("pyads", exc_type=Exception)
+pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
 POINT = "(fX := 1.0, fY := 2.0, sName := 'home', bValid := TRUE)"
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-pyads = pytest.importorskip("pyads", exc_type=Exception)
+pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
 EXTREMES = {
     "GVL.bBool": ("BOOL", True, False),

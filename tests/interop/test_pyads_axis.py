@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-pyads = pytest.importorskip("pyads", exc_type=Exception)
+pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
 ACCELERATION, JERK = 1500.0, 2250.0
 TOLERANCE = 1 + 1e-6

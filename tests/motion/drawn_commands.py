@@ -22,7 +22,7 @@ STOPS = [StartType.HALT, StartType.HALT, StartType.STOP_AND_LOCK]
 
 
 def decades(dice: random.Random, low: float, high: float) -> float:
-    return 10.0 ** dice.uniform(low, high)
+    return float(10.0 ** dice.uniform(low, high))
 
 
 def axis_values(dice: random.Random) -> dict[str, float]:

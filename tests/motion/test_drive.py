@@ -1,5 +1,6 @@
 """Simulated drive against its equations."""
 
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -365,10 +366,11 @@ def test_a_filtered_drive_does_not_jump_when_its_position_loop_comes_back(
     )
     axis = rig.axis
     torque = 0x3001, 0, 0, 0, 100.0, 0.0, V, -V, 0.0, 0.0, 0.0
-    for begin, end in [
+    phases: list[tuple[Callable[[], int], Callable[[Any], int]]] = [
         (lambda: commands.start_torque_control(axis, *torque), commands.stop),
         (lambda: commands.start_drive_output(axis, 2, 0.5 * V), commands.stop_drive_output),
-    ]:
+    ]
+    for begin, end in phases:
         before = axis.actual_position
         assert begin() == 0
         rig.until(lambda axis, goal=before + 20.0: axis.actual_position > goal)

@@ -36,7 +36,7 @@ def accelerating(make_rig: Any, **values: float) -> Any:
 
 
 def fastest_until_rest(rig: Any) -> float:
-    top = 0.0
+    top: float = 0.0
     for _ in range(60_000):
         rig.run(1)
         top = max(top, abs(rig.axis.set_velocity))
@@ -103,7 +103,7 @@ def test_a_braking_axis_keeps_what_the_weaker_jerk_can_release(rig: Any) -> None
         assert rig.axis.set_velocity >= 0.0
 
 
-WITHDRAWN: dict[str, Callable[[Any], None]] = {
+WITHDRAWN: dict[str, Callable[[Any], object]] = {
     "enable": lambda axis: setattr(axis, "control_dword", 6),
     "feed enable": lambda axis: setattr(axis, "control_dword", 5),
     "reset": lambda axis: commands.reset(axis),

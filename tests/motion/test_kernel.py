@@ -188,7 +188,8 @@ def _act(axis: Axis, dice: random.Random) -> int:
     """One random command or change; its answer."""
     position = dice.uniform(-900.0, 900.0)
     velocity = 10 ** dice.uniform(-1, 4)
-    dynamics = [dice.choice([0.0, 10 ** dice.uniform(2, 5)]) for _ in range(3)]
+    dynamics: Any = [dice.choice([0.0, 10 ** dice.uniform(2, 5)]) for _ in range(3)]
+    acceleration, deceleration, jerk = dynamics
     kind = dice.choice([1, 2, 3, 4, 5, 261, 517, 773, 4096, 8192])
     match dice.randrange(16):
         case 0 | 1 | 2 | 3:
@@ -196,7 +197,7 @@ def _act(axis: Axis, dice: random.Random) -> int:
             if kind > 5:
                 position = abs(position) % axis.encoder_modulo_factor
             return commands.universal_start(
-                axis, kind, position, velocity, *dynamics, buffer_mode=mode
+                *(axis, kind, position, velocity, acceleration, deceleration, jerk, mode)
             )
         case 4:
             return commands.start(axis, kind, position, velocity)

@@ -300,7 +300,7 @@ def test_motion_states_and_bits_of_a_move(rig: Any) -> None:
     assert axis.motion_state == MotionState.INACTIVE
     assert rig.has(StateBit.NOT_MOVING)
     commands.start(axis, 1, 400.0, V)
-    seen = []
+    seen: list[Any] = []
     while not seen or axis.set_motion_phase:
         rig.run(1)
         if not seen or axis.motion_state != seen[-1]:

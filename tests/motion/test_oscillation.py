@@ -50,7 +50,7 @@ def test_reversing_without_pause_never_stands(make_rig: Any) -> None:
     rig = make_rig(**DYNAMICS)
     commands.start_reversing(rig.axis, 1, 100.0, -50.0, V, 0.0)
     rig.run(1)
-    directions = []
+    directions: list[float] = []
     for _ in range(cycles(4 * move_time(150.0), rig.dt)):
         before = rig.axis.set_velocity
         rig.run(1)

@@ -56,7 +56,8 @@ def test_no_override_turns_a_chain_of_blended_moves_or_leads_it_too_far(seed: in
         strength = [10.0 ** dice.uniform(1.5, 4.0) for _ in range(2)]
         mode = dice.randrange(18, 22) if n else 0
         jerk = 10.0 ** dice.uniform(3.0, 5.5)
-        code = commands.universal_start(axis, 2, way, velocity, *strength, jerk, mode)
+        first, last = strength
+        code = commands.universal_start(axis, 2, way, velocity, first, last, jerk, mode)
         assert code == 0, hex(code)
     often = dice.choice([0.001, 0.01, 0.05])
     cycles = 0

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -177,7 +178,7 @@ def aim_all(cases: Sequence[Case]) -> None:
             g[3] = g[0] + factor * stopping_distance(g[1], g[2], g[7], g[8])
 
 
-def run(function, cases, factors=0.0):
+def run(function: Any, cases: Any, factors: Any = 0.0) -> Any:
     """The records after machine code of `function` worked on them, as floats and as integers."""
     memory = np.zeros((len(cases), CASE.words))
     memory[:, :GIVEN] = cases
@@ -186,7 +187,7 @@ def run(function, cases, factors=0.0):
     return memory, memory.view(np.int64)
 
 
-def planned(cases):
+def planned(cases: Any) -> Any:
     """Times, jerks, number of segments and verdict of each case."""
     reals, wholes = run(plan_all, cases)
     return (
@@ -195,21 +196,21 @@ def planned(cases):
     )
 
 
-def aim_near_stop(cases, factors):
+def aim_near_stop(cases: Any, factors: Any) -> Any:
     cases[:] = run(aim_all, cases, factors)[0][:, :GIVEN]
 
 
 @cache
-def _machine_code(function):
+def _machine_code(function: Any) -> Any:
     return Kernel(function.__name__, function, {Case: CASE}).function
 
 
-def _column(name):
+def _column(name: Any) -> Any:
     slot = CASE.fields[name]
     return slice(slot.offset, slot.offset + slot.length) if slot.length else slot.offset
 
 
-def generate(seed, count, wild):
+def generate(seed: Any, count: Any, wild: Any) -> Any:
     """Rows (p, v, a, target, end velocity, top, acc, dec, jerk) over decades, half near a stop.
 
     Not wild: starts up to about the limits; wild: velocity up to 100, acceleration
@@ -217,10 +218,10 @@ def generate(seed, count, wild):
     """
     rng = np.random.default_rng(seed)
 
-    def decades(low, high):
+    def decades(low: Any, high: Any) -> Any:
         return 10.0 ** rng.uniform(low, high, count)
 
-    def sometimes(share, value):
+    def sometimes(share: Any, value: Any) -> Any:
         return np.where(rng.random(count) < share, value, 0.0)
 
     top = decades(-3, 4)
@@ -242,7 +243,7 @@ def generate(seed, count, wild):
     return cases
 
 
-def kept(cases):
+def kept(cases: Any) -> Any:
     """Plan all cases; every promise is kept. Their numbers of segments."""
     _, _, counts, verdicts = planned(cases)
     broken = np.flatnonzero(verdicts)
@@ -251,13 +252,13 @@ def kept(cases):
 
 
 @pytest.mark.parametrize("wild", [False, True])
-def test_generated_cases_arrive_without_breaking_a_limit(wild):
+def test_generated_cases_arrive_without_breaking_a_limit(wild: Any) -> None:
     cases = generate(1, CASES, wild)
     counts = kept(cases)
     assert counts.min() >= 0, cases[counts.argmin()].tolist()
 
 
-def test_a_target_short_of_the_last_jerk_phase_is_reached_by_returning():
+def test_a_target_short_of_the_last_jerk_phase_is_reached_by_returning() -> None:
     """There v - a²/2j is zero but for rounding: braking on and releasing are the same."""
     cases = generate(6, CASES, False)
     rng = np.random.default_rng(7)
@@ -272,7 +273,7 @@ def test_a_target_short_of_the_last_jerk_phase_is_reached_by_returning():
     assert counts.min() >= 0, cases[counts.argmin()].tolist()
 
 
-def test_generated_end_velocities_are_met_or_refused():
+def test_generated_end_velocities_are_met_or_refused() -> None:
     cases = generate(2, CASES, False)
     cases[:, 4] = cases[:, 5] * np.random.default_rng(3).uniform(0.0, 1.0, CASES)
     counts = kept(cases)
@@ -280,7 +281,7 @@ def test_generated_end_velocities_are_met_or_refused():
     assert (counts > 0).sum() > 0.3 * CASES
 
 
-def test_an_end_velocity_above_the_limit_is_reached_by_a_last_rise():
+def test_an_end_velocity_above_the_limit_is_reached_by_a_last_rise() -> None:
     cases = generate(8, CASES, False)
     dice = np.random.default_rng(9)
     cases[:, 4] = cases[:, 5] * 10.0 ** dice.uniform(0.0, 2.0, CASES)
@@ -295,7 +296,7 @@ def test_an_end_velocity_above_the_limit_is_reached_by_a_last_rise():
     assert (counts > 0).sum() > 0.3 * CASES
 
 
-def test_compiled_and_interpreted_results_are_bit_identical():
+def test_compiled_and_interpreted_results_are_bit_identical() -> None:
     cases = generate(4, 4000, True)
     cases[::3, 4] = 0.5 * cases[::3, 5]
     cases[::5, 4] = 3.0 * cases[::5, 5]
@@ -316,7 +317,7 @@ def test_compiled_and_interpreted_results_are_bit_identical():
         assert ramps[i, _column("results")].tolist() == list(expected)
 
 
-def test_replanning_on_the_way_keeps_the_arrival_time():
+def test_replanning_on_the_way_keeps_the_arrival_time() -> None:
     """A profile planned again from any of its own states is the rest of itself."""
     for case in generate(5, 2000, False).tolist():
         p, v, a, target, end, *limits = case
@@ -355,7 +356,7 @@ fractions = (st.floats(-1.0, 1.0) | st.floats(-1e-9, 1e-9)).map(
 
 
 @st.composite
-def situations(draw):
+def situations(draw: Any) -> Any:
     top = draw(st.floats(-3.0, 4.0).map(lambda e: 10.0**e))
     acc = top * draw(st.floats(-2.0, 3.0).map(lambda e: 10.0**e))
     dec = acc * draw(st.just(1.0) | st.floats(0.01, 100.0))
@@ -373,7 +374,7 @@ def situations(draw):
 
 @given(situations())
 @settings(max_examples=400, deadline=None)
-def test_any_situation_arrives_without_breaking_a_limit(case):
+def test_any_situation_arrives_without_breaking_a_limit(case: Any) -> None:
     p, v, a, target, end, top, acc, dec, jerk = case
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     n = plan_to_position(t, j, *case)
@@ -383,7 +384,7 @@ def test_any_situation_arrives_without_breaking_a_limit(case):
 
 @given(situations())
 @settings(max_examples=200, deadline=None)
-def test_the_mirrored_situation_gives_the_mirrored_profile(case):
+def test_the_mirrored_situation_gives_the_mirrored_profile(case: Any) -> None:
     p, v, a, target, end, *limits = case
     assume(p != target or v != 0.0 or a != 0.0)
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
@@ -396,7 +397,9 @@ def test_the_mirrored_situation_gives_the_mirrored_profile(case):
 
 @given(situations(), fractions)
 @settings(max_examples=300, deadline=None)
-def test_a_velocity_ramp_ends_at_its_velocity_without_breaking_a_limit(case, share):
+def test_a_velocity_ramp_ends_at_its_velocity_without_breaking_a_limit(
+    case: Any, share: Any
+) -> None:
     _, v, a, _, _, top, acc, dec, jerk = case
     goal = 2.0 * share * top
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
@@ -415,7 +418,7 @@ def test_a_velocity_ramp_ends_at_its_velocity_without_breaking_a_limit(case, sha
 
 @given(situations())
 @settings(max_examples=300, deadline=None)
-def test_stopping_distance_and_time_are_those_of_the_stop(case):
+def test_stopping_distance_and_time_are_those_of_the_stop(case: Any) -> None:
     _, v, a, _, _, _, _, dec, jerk = case
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     # An acceleration limit beyond the start acceleration leaves the stop one braking ramp.
@@ -432,7 +435,7 @@ def test_stopping_distance_and_time_are_those_of_the_stop(case):
 # ---- named examples, expected values by hand
 
 
-def test_a_long_move_has_the_seven_textbook_phases():
+def test_a_long_move_has_the_seven_textbook_phases() -> None:
     """1000 mm at 200 mm/s, 500 mm/s², 2500 mm/s³: 0.2 s jerk, 0.2 s hold, cruise, mirrored."""
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     n = plan_to_position(t, j, 0.0, 0.0, 0.0, 1000.0, 0.0, 200.0, 500.0, 500.0, 2500.0)
@@ -443,7 +446,7 @@ def test_a_long_move_has_the_seven_textbook_phases():
     assert duration(t, n) == pytest.approx(5.6)
 
 
-def test_a_short_move_is_jerk_only():
+def test_a_short_move_is_jerk_only() -> None:
     """2 j t³ = distance for four equal phases: 0.002 mm at 1000 mm/s³ take 4 * 0.01 s."""
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     n = plan_to_position(t, j, 5.0, 0.0, 0.0, 4.998, 0.0, 100.0, 1e4, 1e4, 1000.0)
@@ -451,7 +454,7 @@ def test_a_short_move_is_jerk_only():
     assert t[:n] == pytest.approx([0.01] * 4)
 
 
-def test_acceleration_and_deceleration_follow_the_direction_of_travel():
+def test_acceleration_and_deceleration_follow_the_direction_of_travel() -> None:
     for sign in (1.0, -1.0):
         t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
         n = plan_to_position(t, j, 0.0, 0.0, 0.0, sign * 1e3, 0.0, 200.0, 1000.0, 100.0, 1e4)
@@ -459,7 +462,7 @@ def test_acceleration_and_deceleration_follow_the_direction_of_travel():
         assert j[0] == sign * 1e4
 
 
-def test_a_target_behind_is_reached_through_rest():
+def test_a_target_behind_is_reached_through_rest() -> None:
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     n = plan_to_position(t, j, 0.0, 100.0, 0.0, -50.0, 0.0, 200.0, 1000.0, 500.0, 1e4)
     p, v, a = end_state(t, j, 3, 0.0, 100.0, 0.0)
@@ -468,7 +471,7 @@ def test_a_target_behind_is_reached_through_rest():
     assert end_state(t, j, n, 0.0, 100.0, 0.0)[0] == pytest.approx(-50.0, abs=1e-12)
 
 
-def test_a_reduced_override_slows_down_with_the_deceleration():
+def test_a_reduced_override_slows_down_with_the_deceleration() -> None:
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     n = plan_to_position(t, j, 0.0, 200.0, 0.0, 1000.0, 0.0, 100.0, 1000.0, 500.0, 1e4)
     assert n == 7
@@ -476,7 +479,7 @@ def test_a_reduced_override_slows_down_with_the_deceleration():
     assert end_state(t, j, 3, 0.0, 200.0, 0.0)[1:] == (pytest.approx(100.0), 0.0)
 
 
-def test_between_braking_on_and_releasing_first_the_deceleration_is_eased():
+def test_between_braking_on_and_releasing_first_the_deceleration_is_eased() -> None:
     """From 100 mm/s with -400 mm/s² there are distances that neither alone can meet."""
     v, a, dec, jerk = 100.0, -400.0, 500.0, 4000.0
     brake_on = stopping_distance(v, a, dec, jerk)
@@ -496,14 +499,14 @@ def test_between_braking_on_and_releasing_first_the_deceleration_is_eased():
         before = duration(t, n)
 
 
-def test_at_the_target_nothing_is_planned():
+def test_at_the_target_nothing_is_planned() -> None:
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     assert plan_to_position(t, j, 7.0, 0.0, 0.0, 7.0, 0.0, 100.0, 1e3, 1e3, 1e4) == 0
     assert plan_to_velocity(t, j, 50.0, 0.0, 50.0, 1e3, 1e3, 1e4) == 0
     assert plan_to_velocity(t, j, 0.0, 0.0, 0.0, 1e3, 1e3, 1e4) == 0
 
 
-def test_a_velocity_ramp_through_zero_rests_between():
+def test_a_velocity_ramp_through_zero_rests_between() -> None:
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     n = plan_to_velocity(t, j, 100.0, 0.0, -100.0, 1000.0, 500.0, 1e4)
     assert n == 5  # the way back just touches its acceleration limit
@@ -512,7 +515,7 @@ def test_a_velocity_ramp_through_zero_rests_between():
     assert end_state(t, j, n, 0.0, 100.0, 0.0)[1:] == (pytest.approx(-100.0), 0.0)
 
 
-def test_an_end_velocity_above_the_limit_is_reached_just_before_the_target():
+def test_an_end_velocity_above_the_limit_is_reached_just_before_the_target() -> None:
     """1000 mm at 100 mm/s, out at 300 mm/s: 500 mm/s² and 2500 mm/s³ give 0.4 and 0.6 s ramps."""
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     n = plan_to_position(t, j, 0.0, 0.0, 0.0, 1000.0, 300.0, 100.0, 500.0, 500.0, 2500.0)
@@ -522,7 +525,7 @@ def test_an_end_velocity_above_the_limit_is_reached_just_before_the_target():
     assert end_state(t, j, n, 0.0, 0.0, 0.0) == pytest.approx((1000.0, 300.0, 0.0))
 
 
-def test_where_both_ramps_do_not_fit_one_weaker_ramp_takes_the_way():
+def test_where_both_ramps_do_not_fit_one_weaker_ramp_takes_the_way() -> None:
     """75 mm to 300 mm/s at a mean of 150 mm/s take 0.5 s; a strength of 750 mm/s² fits that."""
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     n = plan_to_position(t, j, 0.0, 0.0, 0.0, 75.0, 300.0, 100.0, 800.0, 800.0, 7500.0)
@@ -533,7 +536,7 @@ def test_where_both_ramps_do_not_fit_one_weaker_ramp_takes_the_way():
 
 @given(situations())
 @settings(max_examples=300, deadline=None)
-def test_the_highest_velocity_is_that_of_a_ramp_over_the_distance(case):
+def test_the_highest_velocity_is_that_of_a_ramp_over_the_distance(case: Any) -> None:
     _, v, _, _, _, top, acc, _, jerk = case
     lowest, change = abs(v), top
     time = 2.0 * math.sqrt(change / jerk)
@@ -551,7 +554,7 @@ def test_the_highest_velocity_is_that_of_a_ramp_over_the_distance(case):
 
 @given(situations())
 @settings(max_examples=300, deadline=None)
-def test_the_reachable_velocity_is_reached_and_no_higher_one(case):
+def test_the_reachable_velocity_is_reached_and_no_higher_one(case: Any) -> None:
     _, v, a, _, _, top, acc, dec, jerk = case
     v = max(abs(v), 1e-3 * top)
     a = min(max(a, -dec, -math.sqrt(2.0 * jerk * v)), acc)
@@ -569,7 +572,7 @@ def test_the_reachable_velocity_is_reached_and_no_higher_one(case):
     assert plan_to_position(t, j, 0.0, v, a, distance, more, more, acc, dec, jerk) < 0
 
 
-def test_bad_numbers_are_refused_by_name():
+def test_bad_numbers_are_refused_by_name() -> None:
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     good = [0.0, 0.0, 0.0, 10.0, 0.0, 100.0, 1e3, 1e3, 1e4]
     for index in (5, 6, 7, 8):

@@ -9,6 +9,7 @@ rule, which may take longer than ours.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
@@ -26,14 +27,14 @@ CASES = 100_000
 ORACLE_POSITION_ERROR = 1e-8  # mm
 
 
-def generate(seed, count):
+def generate(seed: Any, count: Any) -> Any:
     """Rows (p, v, a, target, top, acc, dec, jerk) in mm and s, three in four travelling forward."""
     rng = np.random.default_rng(seed)
 
-    def decades(low, high):
+    def decades(low: Any, high: Any) -> Any:
         return 10.0 ** rng.uniform(low, high, count)
 
-    def sometimes(share, value):
+    def sometimes(share: Any, value: Any) -> Any:
         return np.where(rng.random(count) < share, value, 0.0)
 
     top = decades(-1, 3.5)
@@ -64,7 +65,7 @@ def generate(seed, count):
     return rows
 
 
-def test_no_longer_than_ruckig_wherever_the_direction_is_kept():
+def test_no_longer_than_ruckig_wherever_the_direction_is_kept() -> None:
     otg, given, trajectory = Ruckig(1), InputParameter(1), Trajectory(1)
     given.target_velocity = [0.0]
     given.target_acceleration = [0.0]

@@ -155,9 +155,9 @@ class Player:
 
     def position(self, kind: int) -> float:
         if kind > StartType.MODULO:
-            return self.dice.uniform(0.0, 0.999) * self.axis.encoder_modulo_factor
+            return float(self.dice.uniform(0.0, 0.999) * self.axis.encoder_modulo_factor)
         share = self.dice.uniform(-1.0, 1.0)
-        return share * share * share * self.reach
+        return float(share * share * share * self.reach)
 
     def dynamics(self) -> tuple[float, float, float]:
         axis, dice = self.axis, self.dice

@@ -66,7 +66,7 @@ def stopping_way(v: float, a: float, deceleration: float, jerk: float) -> float:
                 break
         way += v * step
         v += a * step
-    return 1.01 * way + 2.0 * max(v, 0.0) * step
+    return float(1.01 * way + 2.0 * max(v, 0.0) * step)
 
 
 SEEN = (
@@ -146,8 +146,8 @@ class Observer:
         now, states = self.look()
         jerks = self.jerk.copy()  # a command that begins within the cycle finds those of before
         wanted = self.commanded.copy()
-        for i in np.flatnonzero(states[:, NUMBER] != self.states[:, NUMBER]):
-            self.learn(int(i))
+        for number in np.flatnonzero(states[:, NUMBER] != self.states[:, NUMBER]):
+            self.learn(int(number))
         wanted = np.maximum(wanted, self.commanded)
         _, v0, a0, shift0, *_ = self.before.T
         p1, v1, a1, shift1, low, high, top = now.T
@@ -224,11 +224,12 @@ class Observer:
 
     def watch_faults(self, now: Any, states: Any, closed: Any) -> None:
         """A fault brakes at least with the strongest of default and fast axis stop."""
-        for i in np.flatnonzero((states[:, ERROR] != 0) & (self.states[:, ERROR] == 0) & closed):
+        new = (states[:, ERROR] != 0) & (self.states[:, ERROR] == 0) & closed
+        for i in map(int, np.flatnonzero(new)):
             p, v, a = max(self.before[i, :3], now[i, :3], key=lambda state: abs(float(state[1])))
             sign = 1.0 if v >= 0.0 else -1.0
             way = stopping_way(abs(v), a * sign, *self.players[i].ramp()) + 3.0 * abs(v) * DT
-            self.faults[int(i)] = p, sign, way + abs(a) * DT * DT + 1e-9
+            self.faults[i] = p, sign, way + abs(a) * DT * DT + 1e-9
             self.seen_faults += 1
         for i, (begin, sign, way) in list(self.faults.items()):
             rests = states[i, PHASE] in (MotionPhase.NONE, *MOVING)

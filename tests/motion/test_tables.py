@@ -128,7 +128,7 @@ def test_a_drive_takes_no_table_that_is_no_characteristic() -> None:
     ],
 )
 def test_a_configured_table_that_cannot_be(
-    points: list[Any], values: dict[str, float], message: str
+    points: list[Any], values: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(TableError, match=message):
         build(points=points, **values)

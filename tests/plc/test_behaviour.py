@@ -12,7 +12,9 @@ from achse.plc.behaviour import with_behaviour
 
 
 def _block(name: str, base: StructType[Any] | None = None) -> StructType[Any]:
-    members = [Variable(INT, name="nCalls")] if base is None else [Variable(LREAL, name="fMore")]
+    members: list[Variable[Any, Any]] = (
+        [Variable(INT, name="nCalls")] if base is None else [Variable(LREAL, name="fMore")]
+    )
     return StructType(name, members, kind=Kind.FUNCTION_BLOCK, base=base, methods=[Method("Add")])
 
 
@@ -71,7 +73,9 @@ class FB_More:
 
 def test_a_program_and_its_blocks_run_their_python_classes() -> None:
     units = with_behaviour(_units(), [FB_More, Main, FB_Base])
-    plc = PlcRuntime([Task("T", 1_000_000, [units[0]])], units[1:])
+    program = units[0]
+    assert issubclass(program, Program)
+    plc = PlcRuntime([Task("T", 1_000_000, [program])], units[1:])
     plc.run_due(3_000_000)
     assert plc.failure == ""
     main: Any = plc.instance("Main")

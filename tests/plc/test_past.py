@@ -138,7 +138,7 @@ def test_python_attributes_and_the_state_of_blocks_stay(plc: PlcRuntime) -> None
     new = plc.unit(MAIN2)
     assert (new.nCounter, new.starts, new.fresh) == (3, ["first", "grown"], True)
     assert (new.fbCount.nCalls, new.fbCount.history, new.fbCount.nShared) == (4, [7], 33)
-    assert new.gvl is plc.unit(GVL2)  # type: ignore[comparison-overlap]
+    assert new.gvl is plc.unit(GVL2)
     plc.run_due(40 * MS)
     assert new.nCounter == 13
 

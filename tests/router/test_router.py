@@ -232,14 +232,27 @@ def test_an_answer_goes_back_the_way_the_request_came(router: Router) -> None:
     assert [len(way.frames) for way in ways] == [1, 1]
 
 
-def test_when_the_way_is_closed_the_address_counts(router: Router) -> None:
+@pytest.mark.parametrize(("command", "flags"), [(8, 4), (2, 5)])
+def test_what_is_for_a_closed_way_is_lost_whoever_has_the_address_now(
+    router: Router, command: int, flags: int
+) -> None:
     closed, again = Inbox(), Inbox()
     closed.open = False
     router.learn(CLIENT, again)
-    notification = Frame(CLIENT, PLC, 8)
-    notification.via = closed
-    assert router.deliver(notification)
-    assert again.frames == [notification]
+    frame = Frame(CLIENT, PLC, command, flags)
+    frame.via = closed
+    assert not router.deliver(frame)
+    assert (again.frames, router.lost_frames) == ([], 1)
+
+
+def test_who_listens_hears_of_connections_that_end(router: Router) -> None:
+    ended: list[object] = []
+    way = Inbox()
+    router.on_way_closed(ended.append)
+    router.close_way(way)
+    router.ignore_way_closed(ended.append)
+    router.close_way(way)
+    assert ended == [way]
 
 
 def test_the_way_goes_before_the_address(router: Router) -> None:

@@ -1,5 +1,6 @@
 """The route table: each name and each NetId once, and who may come in."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -130,11 +131,12 @@ def test_a_change_that_cannot_be_kept_is_not_made() -> None:
         raise OSError("full")
 
     table.keep = refuse
-    for change in (
+    changes: list[Callable[[], object]] = [
         lambda: table.add(MILL),
         lambda: table.add(replace(MILL, net_id=PRESS.net_id)),
         lambda: table.remove("press"),
-    ):
+    ]
+    for change in changes:
         with pytest.raises(OSError, match="full"):
             change()
         assert (list(table), table.to(PRESS.net_id), heard) == ([PRESS], PRESS, [])

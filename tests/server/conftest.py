@@ -231,7 +231,7 @@ class Bench:
         return decode_response(Frame(self.me, self.address, command, 5, data=data))
 
     def read(self, group: int, offset: int, length: int, **way: Any) -> tuple[int, bytes]:
-        return tuple(self.ask(ReadRequest(group, offset, length), **way))  # type: ignore[return-value]
+        return tuple(self.ask(ReadRequest(group, offset, length), **way))
 
     def write(self, group: int, offset: int, data: bytes, **way: Any) -> int:
         return int(self.ask(WriteRequest(group, offset, data), **way).result)
@@ -239,7 +239,7 @@ class Bench:
     def exchange(
         self, group: int, offset: int, length: int, data: bytes, **way: Any
     ) -> tuple[int, bytes]:
-        return tuple(self.ask(ReadWriteRequest(group, offset, length, data), **way))  # type: ignore[return-value]
+        return tuple(self.ask(ReadWriteRequest(group, offset, length, data), **way))
 
     def handle(self, name: str, **way: Any) -> int:
         result, data = self.exchange(0xF003, 0, 4, name.encode(), **way)

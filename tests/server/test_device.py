@@ -343,15 +343,49 @@ def test_a_client_out_of_reach_is_dropped_after_a_minute(bench: Any) -> None:
     assert list(bench.device.symbols.clients) == []
 
 
-def test_a_client_that_comes_back_in_time_keeps_its_subscriptions(bench: Any) -> None:
+def test_what_was_made_over_a_connection_ends_with_it_though_the_address_is_used_again(
+    bench: Any,
+) -> None:
     remote = AmsAddress("192.168.0.9.1.1:30001")
-    first, _ = bench.join()
-    bench.router.learn(remote, first)
-    handle = bench.subscribe("MAIN.nCounter", mode=3, source=remote, origin=first)
+    first, second = bench.join()[0], bench.join()[0]
+    ways = [{"source": remote, "origin": way} for way in (first, second)]
+    handles = []
+    for way in ways:
+        bench.router.learn(remote, way["origin"])
+        handles.append(bench.handle("MAIN.nCounter", **way))
+        bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10, **way)
+    second.frames.clear()
     bench.router.forget(remote, first)
-    first.open = False
-    bench.tick(40_000)
-    second, _ = bench.join()
-    bench.router.learn(remote, second)
-    bench.tick(40_000)
-    assert {sample[1] for sample in bench.samples(second)} == {handle}
+    bench.router.close_way(first)
+    assert len(bench.device.notifications) == 1
+    bench.tick(1000)
+    assert {sample[1] for sample in bench.samples(second)} == {2}
+    results = [bench.read(0xF005, handle, 4, **ways[1])[0] for handle in handles]
+    assert results == [0x710, 0]
+    bench.router.close_way(second)
+    bench.tick(1000)
+    assert (len(bench.device.notifications), bench.device.symbols.count) == (0, 0)
+    usage = bench.device.notifications.usage
+    assert (usage.notifications, usage.watched, usage.queued) == (0, 0, 0)
+
+
+def test_much_that_was_made_over_a_connection_ends_in_slices(bench: Any) -> None:
+    remote = AmsAddress("192.168.0.9.1.1:30001")
+    way, _ = bench.join()
+    notifications = bench.device.notifications
+    for _ in range(5000):
+        notifications.add(remote, bench.address, way, lambda: b"x", 1, 3, 0, 0)
+    notifications.send_first()
+    for _ in range(25_000):
+        bench.handle("MAIN.nCounter", source=remote, origin=way)
+    way.frames.clear()
+    bench.router.close_way(way)
+    assert (len(notifications), list(notifications.clients)) == (0, [])
+    assert len(notifications._subscriptions) == 4000
+    assert bench.device.symbols.count == 15_000
+    assert bench.raw(7, struct.pack("<I", 1), source=remote) == struct.pack("<I", 0x714)
+    bench.tick(50)
+    assert len(notifications._subscriptions) == 0
+    bench.tick(3000)
+    assert bench.device.symbols.count == 0
+    assert way.frames == []

@@ -176,4 +176,4 @@ def test_what_is_kept_is_counted_to_the_byte(
         assert kept(bench) <= 8 * STAMP
     bench.device.end_clients()
     bench.tick(100)
-    assert kept(bench) == notifications._watched == 0
+    assert kept(bench) == notifications.usage.watched == 0

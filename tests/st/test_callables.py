@@ -1,5 +1,7 @@
 """What of a block clients may call."""
 
+from typing import Any
+
 from achse.iec import BOOL, INT, LREAL, StructType
 from achse.st.declare import declare
 from achse.st.parser import parse
@@ -22,7 +24,7 @@ END_FUNCTION_BLOCK
 """
 
 
-def block() -> StructType[object]:
+def block() -> StructType[Any]:
     found = declare([parse(BLOCK)]).types["fb"]
     assert isinstance(found, StructType)
     return found

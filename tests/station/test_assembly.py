@@ -82,7 +82,7 @@ def test_each_phase_runs_at_its_own_cycle(folder: Path) -> None:
     built.advance(0.1)
     assert built.nc is not None
     assert built.nc.cycle_count == 50
-    (count,) = [unit.instance for unit in built.plcs[851].units if unit.name == "Count"]
+    count: Any = built.plcs[851].instance("Count")
     assert count.nValue == 20
 
 

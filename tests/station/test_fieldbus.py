@@ -1,6 +1,9 @@
 """A segment on a link, moved by the wall clock or by its frames."""
 
+import gc
+import os
 import socket
+import time
 
 import pytest
 from hypothesis import given
@@ -21,7 +24,7 @@ class Script:
         self.replies: list[bytes | None] = []
         self.losses = 0
         self.now_ns = 10**12
-        monkeypatch.setattr(fieldbus.time, "monotonic_ns", lambda: self.now_ns)
+        monkeypatch.setattr(time, "monotonic_ns", lambda: self.now_ns)
 
     def exchange(self, answer: Answer, timeout_s: float) -> bool:
         packet = self.packets.pop(0)
@@ -89,11 +92,11 @@ def test_real_time_is_asked_for_and_may_be_refused(
         if not allowed:
             raise PermissionError
 
-    monkeypatch.setattr(fieldbus.os, "sched_setscheduler", set_scheduler, raising=False)
-    monkeypatch.setattr(fieldbus.os, "sched_param", int, raising=False)
+    monkeypatch.setattr(os, "sched_setscheduler", set_scheduler, raising=False)
+    monkeypatch.setattr(os, "sched_param", int, raising=False)
     for number, name in enumerate(("SCHED_FIFO", "SCHED_RESET_ON_FORK", "SCHED_OTHER")):
-        monkeypatch.setattr(fieldbus.os, name, 1 << number, raising=False)
-    monkeypatch.setattr(fieldbus.gc, "freeze", lambda: None)
+        monkeypatch.setattr(os, name, 1 << number, raising=False)
+    monkeypatch.setattr(gc, "freeze", lambda: None)
     assert fieldbus.answer_promptly() is allowed
     assert asked == [0]
 
@@ -117,8 +120,8 @@ class Scheduler:
         self.asked: list[bool] = []
         self.now_ns = self.used_ns = 0
         monkeypatch.setattr(fieldbus, "_run_first", self.run_first)
-        monkeypatch.setattr(fieldbus.time, "monotonic_ns", lambda: self.now_ns)
-        monkeypatch.setattr(fieldbus.time, "process_time_ns", lambda: self.used_ns)
+        monkeypatch.setattr(time, "monotonic_ns", lambda: self.now_ns)
+        monkeypatch.setattr(time, "process_time_ns", lambda: self.used_ns)
 
     def run_first(self, first: bool) -> bool:
         self.asked.append(first)

@@ -357,7 +357,7 @@ async def ask_over_udp(network: Network, wish: Asked) -> int | None:
     endpoint = network.discovery
     assert endpoint is not None
     answers: list[int] = []
-    endpoint._send = lambda datagram, _: answers.append(status_of(datagram))  # type: ignore[method-assign]
+    endpoint._send = lambda datagram, addr: answers.append(status_of(datagram))  # type: ignore[method-assign]
     wanted = RouteRequest(wish.name, NetId(wish.net_id), "10.5.5.5", "Administrator", wish.password)
     service = DiscoveryService.ADD_ROUTE if wish.add else DiscoveryService.DELETE_ROUTE
     datagram = wanted.encode(NetId(wish.sender), service)

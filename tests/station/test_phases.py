@@ -6,6 +6,7 @@ from typing import Any
 
 from achse.motion import AxisParameters, Nc
 from achse.plc import PlcRuntime, Task
+from achse.server import SampleBudget
 from achse.station.cycle import Place
 from achse.station.pacing import Pace
 from achse.station.phases import ChangePhase, NcPhase, NotificationPhase, PlcPhase, upkeep
@@ -76,12 +77,13 @@ def _device(due_ns: float, told: list[Any]) -> Any:
 
 
 def test_notifications_are_due_with_the_first_sample_of_any_device() -> None:
+    budget = SampleBudget(1000)
     told: list[Any] = []
-    phase = NotificationPhase([_device(due, told) for due in (130.0, math.inf, 120.0)], 100)
+    phase = NotificationPhase([_device(due, told) for due in (130.0, math.inf, 120.0)], 100, budget)
     assert phase.due_ns == 20
     phase.step(20)
     assert told == [(120.0, 120)]
-    assert NotificationPhase([], 100).due_ns == math.inf
+    assert NotificationPhase([], 100, budget).due_ns == math.inf
 
 
 def test_upkeep_is_once_a_second_in_whole_ticks() -> None:

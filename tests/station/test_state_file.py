@@ -141,7 +141,8 @@ def test_killed_at_any_system_call_the_old_or_the_new_is_there(
     change(tmp_path, 0)()
     assert found(tmp_path) == 1
     old = (tmp_path / "state").read_bytes()
-    seen, number = [], 0
+    seen: list[Any] = []
+    number = 0
     while killed_at(number, change(tmp_path, 1)):
         seen.append(found(tmp_path))
         (tmp_path / "state").write_bytes(old)

@@ -323,7 +323,7 @@ def test_leaving_ends_the_cycle_and_leaves_no_task(speed: float) -> None:
         async with station.running("127.0.0.1", 0, speed=speed):
             await asyncio.sleep(0)
         await asyncio.sleep(0)
-        return asyncio.all_tasks() - {asyncio.current_task()}  # type: ignore[arg-type]
+        return asyncio.all_tasks() - {asyncio.current_task()}
 
     assert asyncio.run(main()) == set()
 
@@ -367,7 +367,7 @@ class Watched(NamedTuple):
 
     def mode(self) -> tuple[int, int, int]:
         """ADS state, device state and restart index of the state block."""
-        return tuple(self.system.get(0xF0, 0, "<HHH"))  # type: ignore[return-value]
+        return tuple(self.system.get(0xF0, 0, "<HHH"))
 
 
 @pytest.fixture

@@ -106,7 +106,12 @@ def test_our_tcp_conforms() -> None:
         while not listener.connections:  # noqa: ASYNC110
             await asyncio.sleep(0)
         (connection,) = listener.connections
-        listener.router.deliver = lambda frame: bool(server.frames.append(frame)) or True  # type: ignore[method-assign]
+
+        def deliver(frame: Frame) -> bool:
+            server.frames.append(frame)
+            return True
+
+        listener.router.deliver = deliver  # type: ignore[method-assign]
         server.send = connection.deliver
         yield client, server
         link.close()

@@ -20,7 +20,7 @@ def test_our_drive_conforms(machine: Machine) -> None:
 
 
 def test_a_drive_that_has_stored_another_mapping_conforms() -> None:
-    kept = {0x1600_00: 0, 0x1A01_00: 1, 0x1A01_01: 0x60410010, 0x1C13_01: 0x1A01}
+    kept: dict[int, float] = {0x1600_00: 0, 0x1A01_00: 1, 0x1A01_01: 0x60410010, 0x1C13_01: 0x1A01}
     check_drive(SegmentReach(Segment([Slave(Drive(store=kept))])))
 
 

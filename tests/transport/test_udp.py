@@ -159,7 +159,7 @@ async def test_a_flood_from_one_host_does_not_crowd_out_another() -> None:
 async def test_what_has_no_password_waits_for_no_check() -> None:
     async with endpoint(Known()) as router:
         sent: list[int] = []
-        router._send = lambda what, _: sent.append(status_of(what))  # type: ignore[method-assign]
+        router._send = lambda datagram, addr: sent.append(status_of(datagram))  # type: ignore[method-assign]
         for lacking in ({"password": ""}, {"user": ""}):
             data = WANTED._replace(**lacking).encode(THEIRS).encode()  # type: ignore[arg-type]
             router.datagram_received(data, ("127.0.0.1", 9))

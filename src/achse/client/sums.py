@@ -20,6 +20,7 @@ from achse.ams.commands import (
     WriteRequest,
     decode_response,
 )
+from achse.codes import ReservedGroup
 
 __all__ = [
     "MAX_BYTES",
@@ -165,16 +166,32 @@ def _unpack_handles(parts: Sequence[Part], data: bytes) -> list[Outcome]:
 
 
 _SUMS: dict[type[Part], _Sum] = {
-    ReadRequest: _Sum(0xF080, Command.READ, _pack_reads, _results_and_reads, _unpack_reads),
-    WriteRequest: _Sum(0xF081, Command.WRITE, _pack_writes, _results_and_reads, _unpack_results),
+    ReadRequest: _Sum(
+        ReservedGroup.SUM_READ, Command.READ, _pack_reads, _results_and_reads, _unpack_reads
+    ),
+    WriteRequest: _Sum(
+        ReservedGroup.SUM_WRITE, Command.WRITE, _pack_writes, _results_and_reads, _unpack_results
+    ),
     ReadWriteRequest: _Sum(
-        0xF082, Command.READ_WRITE, _pack_read_writes, _pairs_and_reads, _unpack_read_writes
+        ReservedGroup.SUM_READ_WRITE,
+        Command.READ_WRITE,
+        _pack_read_writes,
+        _pairs_and_reads,
+        _unpack_read_writes,
     ),
     AddNotificationRequest: _Sum(
-        0xF085, Command.ADD_NOTIFICATION, _pack_reads, _pairs_and_reads, _unpack_handles
+        ReservedGroup.SUM_ADD_NOTIFICATION,
+        Command.ADD_NOTIFICATION,
+        _pack_reads,
+        _pairs_and_reads,
+        _unpack_handles,
     ),
     DeleteNotificationRequest: _Sum(
-        0xF086, Command.DELETE_NOTIFICATION, _pack_reads, _results_and_reads, _unpack_results
+        ReservedGroup.SUM_DELETE_NOTIFICATION,
+        Command.DELETE_NOTIFICATION,
+        _pack_reads,
+        _results_and_reads,
+        _unpack_results,
     ),
 }
 

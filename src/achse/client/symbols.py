@@ -23,7 +23,7 @@ from achse.ams.commands import ReadWriteRequest, WriteRequest
 from achse.client.raw import NOT_OFFERED, RawTarget
 from achse.client.subscription import Place, Subscription, Timing
 from achse.client.sums import Outcome
-from achse.codes import ReturnCode
+from achse.codes import ReservedGroup, ReturnCode
 from achse.iec import USINT, DeclarationError, IecDecodeError, IecPathError
 from achse.iec.datatypes import DataTypeEntry, decode_types
 from achse.iec.names import name_within
@@ -124,7 +124,7 @@ class SymbolBook:
         self._coding = info.coding
         table = b""
         if info.symbol_bytes:
-            table = await self._device.read_raw(0xF00B, 0, info.symbol_bytes)
+            table = await self._device.read_raw(ReservedGroup.SYMBOL_TABLE, 0, info.symbol_bytes)
         return _decoded(decode_symbols, table, info.coding)
 
     async def all_types(self) -> TypeTable:
@@ -141,7 +141,9 @@ class SymbolBook:
         handle = self._methods.get(key)
         if handle is None:
             edition = self._edition
-            data = await self._device.read_write_raw(0xF003, 0, 4, self._wire_name(path))
+            data = await self._device.read_write_raw(
+                ReservedGroup.SYMBOL_HANDLE_BY_NAME, 0, 4, self._wire_name(path)
+            )
             if len(data) < 4:
                 raise DecodeError(f"handle of {path}: 4 bytes, got {len(data)}")
             handle = int.from_bytes(data[:4], "little")
@@ -200,11 +202,18 @@ class SymbolBook:
         self.clear()
 
     def _handles(self) -> list[int]:
-        places = [place.offset for place in self._places.values() if place.group == 0xF005]
+        places = [
+            place.offset
+            for place in self._places.values()
+            if place.group == ReservedGroup.SYMBOL_VALUE_BY_HANDLE
+        ]
         return [*places, *self._methods.values()]
 
     async def _release(self, handles: Iterable[int]) -> None:
-        parts = [WriteRequest(0xF006, 0, handle.to_bytes(4, "little")) for handle in handles]
+        parts = [
+            WriteRequest(ReservedGroup.RELEASE_SYMBOL_HANDLE, 0, handle.to_bytes(4, "little"))
+            for handle in handles
+        ]
         with contextlib.suppress(AdsError):
             await self._device.send_each(parts)
 
@@ -237,7 +246,10 @@ class SymbolBook:
                 found.append((wish, entry))
         await self._fetch_types(entry.type_name for _, entry in found)
         handles = await self._device.send_each(
-            [ReadWriteRequest(0xF003, 0, 4, wish.wire_name) for wish, _ in found]
+            [
+                ReadWriteRequest(ReservedGroup.SYMBOL_HANDLE_BY_NAME, 0, 4, wish.wire_name)
+                for wish, _ in found
+            ]
         )
         for (wish, entry), handle in zip(found, handles, strict=True):
             try:
@@ -256,7 +268,7 @@ class SymbolBook:
         if handle.result:
             raise DeviceError(handle.result, f"handle of symbol {wish.name}")
         number = int.from_bytes(handle.data[:4], "little")
-        return Place(wish.name, 0xF005, number, entry.size, type)
+        return Place(wish.name, ReservedGroup.SYMBOL_VALUE_BY_HANDLE, number, entry.size, type)
 
     def _wire_name(self, name: str) -> bytes:
         try:
@@ -267,7 +279,12 @@ class SymbolBook:
     async def _fetch_entries(self, wishes: Sequence[_Wish]) -> list[SymbolEntry | AdsError]:
         if self._entries is None:
             outcomes = await self._device.send_each(
-                [ReadWriteRequest(0xF009, 0, _ENTRY_LENGTH, wish.wire_name) for wish in wishes]
+                [
+                    ReadWriteRequest(
+                        ReservedGroup.SYMBOL_ENTRY_BY_NAME, 0, _ENTRY_LENGTH, wish.wire_name
+                    )
+                    for wish in wishes
+                ]
             )
             if not any(outcome.result in NOT_OFFERED for outcome in outcomes):
                 return [
@@ -325,7 +342,9 @@ class SymbolBook:
             self._asked.update(missing)
             outcomes = await self._device.send_each(
                 [
-                    ReadWriteRequest(0xF011, 0, _TYPE_LENGTH, self._wire_name(name))
+                    ReadWriteRequest(
+                        ReservedGroup.TYPE_ENTRY_BY_NAME, 0, _TYPE_LENGTH, self._wire_name(name)
+                    )
                     for name in missing
                 ]
             )
@@ -351,7 +370,7 @@ class SymbolBook:
     async def _upload_types(self) -> None:
         try:
             info = await self._upload_info()
-            table = await self._device.read_raw(0xF00E, 0, info.type_bytes)
+            table = await self._device.read_raw(ReservedGroup.TYPE_TABLE, 0, info.type_bytes)
         except DeviceError as error:
             if error.code not in NOT_OFFERED:
                 raise
@@ -363,18 +382,18 @@ class SymbolBook:
 
     async def _upload_info(self) -> UploadInfo:
         try:
-            data = await self._device.read_raw(0xF00F, 0, 64)
+            data = await self._device.read_raw(ReservedGroup.TABLE_SIZES, 0, 64)
         except DeviceError as error:
             if error.code not in NOT_OFFERED:
                 raise
-            data = await self._device.read_raw(0xF00C, 0, 8)
+            data = await self._device.read_raw(ReservedGroup.SYMBOL_TABLE_SIZE, 0, 8)
         return _decoded(UploadInfo.decode, data)
 
     async def _watch_version(self) -> None:
         """Tell everybody when the symbols of the device change; older devices cannot say."""
 
         async def locate() -> Sequence[Place]:
-            return [Place("symbol version", 0xF008, 0, 1, USINT)]
+            return [Place("symbol version", ReservedGroup.SYMBOL_VERSION, 0, 1, USINT)]
 
         seen: int | None = None
         with contextlib.suppress(AdsError):

@@ -19,7 +19,7 @@ from achse.client.session import Session
 from achse.client.subscription import Place, Subscription, Timing
 from achse.client.sums import Outcome
 from achse.client.symbols import SymbolBook
-from achse.codes import ReturnCode
+from achse.codes import ReservedGroup, ReturnCode
 from achse.iec import (
     IecDecodeError,
     IecPathError,
@@ -282,7 +282,9 @@ class Target(RawTarget):
 
     async def _call(self, path: str, method: Method, data: bytes) -> bytes:
         handle = await self._soon(self._book.method_handle(path))
-        return await self.read_write_raw(0xF005, handle, method.answer_size, data)
+        return await self.read_write_raw(
+            ReservedGroup.SYMBOL_VALUE_BY_HANDLE, handle, method.answer_size, data
+        )
 
     async def _method(self, name: str, method: str) -> Method:
         type = resolved(await self.type_of(name))

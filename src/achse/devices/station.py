@@ -8,7 +8,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Protocol
 
-from achse.ams import DeviceError, RouterError
+from achse.ams import DeviceError, Endpoint, RouterError
 from achse.codes import ReturnCode
 from achse.router import Router
 from achse.router.tap import Tap, Taps, encode_batch
@@ -79,7 +79,7 @@ class StationService(Device):
     def __init__(self, station: ServedStation, taps: Taps) -> None:
         self._station = station
         self._all_taps = taps
-        self._taps: dict[int, tuple[bytes, Tap]] = {}
+        self._taps: dict[int, tuple[bytes, Endpoint | None, Tap]] = {}
         self._last_tap = 0
         super().__init__(
             "achse station",
@@ -133,18 +133,18 @@ class StationService(Device):
     # taps ------------------------------------------------------------------------------------
 
     def _open_tap(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
-        if sum(owner == client for owner, _ in self._taps.values()) >= _TAPS_PER_CLIENT:
+        if sum(owner == client for owner, _, _ in self._taps.values()) >= _TAPS_PER_CLIENT:
             raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{_TAPS_PER_CLIENT} taps are open")
         try:
             tap = self._all_taps.open()
         except RouterError as refusal:
             raise DeviceError(ReturnCode.NO_MORE_HANDLES, refusal.context) from None
         self._last_tap += 1
-        self._taps[self._last_tap] = (client, tap)
+        self._taps[self._last_tap] = (client, self._way(), tap)
         return self._last_tap.to_bytes(4, "little")
 
     def _tap(self, number: int, client: bytes) -> Tap:
-        owner, tap = self._taps.get(number, (None, None))
+        owner, _, tap = self._taps.get(number, (None, None, None))
         if tap is None or owner != client:
             raise DeviceError(ReturnCode.NOT_FOUND, f"tap {number}")
         return tap
@@ -158,14 +158,22 @@ class StationService(Device):
 
     def end_client(self, client: bytes) -> None:
         """Close what a client left open."""
-        for number, (owner, tap) in list(self._taps.items()):
+        for number, (owner, _, tap) in list(self._taps.items()):
             if owner == client:
                 tap.close()
                 del self._taps[number]
         super().end_client(client)
 
+    def end_way(self, way: Endpoint) -> None:
+        """Close what was opened over a connection that is gone."""
+        for number, (_, opened_by, tap) in list(self._taps.items()):
+            if opened_by is way:
+                tap.close()
+                del self._taps[number]
+        super().end_way(way)
+
     def _clients(self) -> set[bytes]:
-        return super()._clients() | {owner for owner, _ in self._taps.values()}
+        return super()._clients() | {owner for owner, _, _ in self._taps.values()}
 
 
 def faults_group(faults: Callable[[], FaultList]) -> RawGroup:

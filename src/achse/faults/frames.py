@@ -4,12 +4,11 @@ from typing import Annotated, Literal
 
 from achse.ams import Command, Frame
 from achse.ams.commands import ERROR_PADDING, RESULT
+from achse.codes import ReservedGroup
 from achse.faults.fault import ActiveFault, Moment, Undo, number
 from achse.faults.gate import FrameFault, FrameGate, Onward
 from achse.faults.refusals import Refusal
 from achse.faults.selection import (
-    BY_HANDLE,
-    BY_NAME,
     Code,
     Selection,
     Sided,
@@ -159,7 +158,14 @@ class Error(_FrameKind):
         selection: Selection = self.selection(site.target)
         if self.symbol:
             device, symbol = self.found_symbol(site.target)
-            places = [(device, group) for group in (BY_NAME, BY_HANDLE, symbol.index_group)]
+            places = [
+                (device, group)
+                for group in (
+                    ReservedGroup.SYMBOL_VALUE_BY_NAME,
+                    ReservedGroup.SYMBOL_VALUE_BY_HANDLE,
+                    symbol.index_group,
+                )
+            ]
         else:
             assert self.group is not None
             places = [(device, self.group) for device in devices_at(self.port, site.target)]

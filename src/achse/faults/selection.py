@@ -7,15 +7,13 @@ from typing import Annotated, Any
 from pydantic import model_validator
 
 from achse.ams import AmsAddress, Command, Frame, NetId
-from achse.codes import NcError, ReturnCode
+from achse.codes import NcError, ReservedGroup, ReturnCode
 from achse.faults.fault import CountedFault, FaultError, number, text
 from achse.faults.target import Target
 from achse.server import Device, Symbol
 from achse.server.symbols import decode_name
 
 __all__ = [
-    "BY_HANDLE",
-    "BY_NAME",
     "COMMANDS",
     "Code",
     "PortNumber",
@@ -27,9 +25,6 @@ __all__ = [
     "host_of",
     "port_of",
 ]
-
-BY_NAME, BY_HANDLE = 0xF004, 0xF005
-"""Index groups by which variables are read and written."""
 
 COMMANDS = {command.name.lower(): command for command in Command}
 """What `command` may name."""
@@ -133,9 +128,9 @@ class _Touch:
         if group == self._group:
             return offset < self._end and self._start < offset + max(length, 1)
         symbol: Symbol | None = None
-        if group == BY_HANDLE:
+        if group == ReservedGroup.SYMBOL_VALUE_BY_HANDLE:
             symbol = self._symbols.held(offset)
-        elif group == BY_NAME:
+        elif group == ReservedGroup.SYMBOL_VALUE_BY_NAME:
             symbol = self._symbols.source.resolve(decode_name(data))
         return (
             symbol is not None

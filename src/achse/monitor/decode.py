@@ -20,6 +20,8 @@ from achse.ams.commands import (
 from achse.ams.errors import describe_code
 from achse.ams.notification import NotificationStream
 from achse.client.sums import Outcome, Part
+from achse.codes import ReservedGroup
+from achse.codes.groups import NAMED
 from achse.monitor.names import Names
 from achse.monitor.parts import outcomes_of, parts_of
 from achse.router.tap import Captured
@@ -30,9 +32,10 @@ __all__ = ["Decoder", "Exchange", "Item"]
 _PENDING = 10_000
 """Requests without an answer that are remembered; the oldest are told as unanswered."""
 
-_AREAS = frozenset((*range(0x4000, 0x4100), *range(0xF020, 0xF040)))
+_AREAS = frozenset(
+    (*range(0x4000, 0x4100), *range(ReservedGroup.INPUTS, ReservedGroup.CLEAR_INPUTS))
+)
 """Memory and process images, where the offset is an address."""
-_BY_NAME = (0xF003, 0xF004, 0xF007, 0xF009, 0xF011)
 
 
 class _Watched(NamedTuple):
@@ -225,7 +228,7 @@ class Decoder:
             case WriteRequest():
                 verb, data = "write", part.data
             case ReadWriteRequest():
-                verb = "ask" if group in _BY_NAME else "read/write"
+                verb = "ask" if group in NAMED else "read/write"
                 layout = "" if row is None else row.response_layout
             case AddNotificationRequest():
                 verb = "watch"
@@ -235,9 +238,9 @@ class Decoder:
                     self._watched[key] = _Watched(symbol, service, group, layout)
                 data = b""
         name = symbol
-        if row is not None and (not name or group in _BY_NAME):
+        if row is not None and (not name or group in NAMED):
             name = f"{_service(row, group, offset)} {name}".strip()
-        if group == 0xF006 and isinstance(part, WriteRequest):
+        if group == ReservedGroup.RELEASE_SYMBOL_HANDLE and isinstance(part, WriteRequest):
             handle = int.from_bytes(part.data, "little")
             held = self.names.symbols(device).held(handle) or f"0x{handle:X}"
             verb, name, data = "release", f"handle of {held}", b""
@@ -251,9 +254,9 @@ class Decoder:
         """
         group, offset = part.index_group, part.index_offset
         known = self.names.symbols(device)
-        if group in (0xF005, 0xF010):
+        if group in (ReservedGroup.SYMBOL_VALUE_BY_HANDLE, ReservedGroup.SYMBOL_NOTIFICATION):
             return known.held(offset)
-        if group in _BY_NAME:
+        if group in NAMED:
             return known.text(part.data) if isinstance(part, ReadWriteRequest) else ""
         match part:
             case WriteRequest(data=data):
@@ -267,28 +270,35 @@ class Decoder:
         assert not isinstance(part, DeleteNotificationRequest)
         group, device = part.index_group, request.target
         match group, part:
-            case 0xF003, ReadWriteRequest():
+            case ReservedGroup.SYMBOL_HANDLE_BY_NAME, ReadWriteRequest():
                 self.names.learn(device).learn_handle(symbol, data)
-            case 0xF007, ReadWriteRequest():
+            case ReservedGroup.SYMBOL_INFO_BY_NAME, ReadWriteRequest():
                 self.names.learn(device).learn_place(symbol, data)
-            case 0xF008, ReadRequest():
+            case ReservedGroup.SYMBOL_VERSION, ReadRequest():
                 self.names.learn(device).learn_version(data)
-            case 0xF00F, ReadRequest():
+            case ReservedGroup.TABLE_SIZES, ReadRequest():
                 self.names.learn(device).learn_info(data)
-            case (0xF00B | 0xF00E, ReadRequest()) | (0xF009 | 0xF011, ReadWriteRequest()):
+            case (ReservedGroup.SYMBOL_TABLE | ReservedGroup.TYPE_TABLE, ReadRequest()) | (
+                ReservedGroup.SYMBOL_ENTRY_BY_NAME | ReservedGroup.TYPE_ENTRY_BY_NAME,
+                ReadWriteRequest(),
+            ):
                 offset = part.index_offset if isinstance(part, ReadRequest) else 0
                 self.names.learn(device).learn_table(request.source, group, offset, data)
 
     def _value(self, device: bytes, group: int, symbol: str, data: bytes, layout: str) -> str:
         """What was read, written or sampled, as people read it."""
-        if group == 0xF003:
+        if group == ReservedGroup.SYMBOL_HANDLE_BY_NAME:
             return f"handle 0x{int.from_bytes(data[:4], 'little'):X}"
-        if group in (0xF009, 0xF011):
-            type = self.names.symbols(device).type_of(symbol) if group == 0xF009 else None
+        if group in (ReservedGroup.SYMBOL_ENTRY_BY_NAME, ReservedGroup.TYPE_ENTRY_BY_NAME):
+            type = (
+                self.names.symbols(device).type_of(symbol)
+                if group == ReservedGroup.SYMBOL_ENTRY_BY_NAME
+                else None
+            )
             return type.name if type else f"{len(data)} bytes"
-        if group in (0xF00B, 0xF00E):
+        if group in (ReservedGroup.SYMBOL_TABLE, ReservedGroup.TYPE_TABLE):
             return f"{len(data)} bytes"
-        if not symbol or group == 0xF007:
+        if not symbol or group == ReservedGroup.SYMBOL_INFO_BY_NAME:
             return self.names.text_of(data, None, layout)
         # A symbol's value has its type or none; a layout of the same size would be chance.
         return self.names.text_of(data, self.names.symbols(device).type_of(symbol), "")
@@ -318,7 +328,7 @@ class Decoder:
     def _sample(self, frame: Frame, handle: int, data: bytes) -> Item:
         device = frame.source
         watched = self._watched.get((frame.target, device, handle), _NOTHING)
-        if watched.group == 0xF008 and data:
+        if watched.group == ReservedGroup.SYMBOL_VERSION and data:
             self.names.learn(device).learn_version(data)
         value = ""
         if data:

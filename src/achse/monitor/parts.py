@@ -13,6 +13,8 @@ from achse.ams.commands import (
     decode_request,
 )
 from achse.client.sums import Outcome, Part, outcome, unpack
+from achse.codes import ReservedGroup
+from achse.codes.groups import SUMS
 
 __all__ = ["outcomes_of", "parts_of"]
 
@@ -35,7 +37,7 @@ def parts_of(request: Frame) -> list[Part]:
     decoded = decode_request(request)
     if not isinstance(decoded, _PLACED):
         return []
-    if isinstance(decoded, ReadWriteRequest) and 0xF080 <= decoded.index_group <= 0xF086:
+    if isinstance(decoded, ReadWriteRequest) and decoded.index_group in SUMS:
         try:
             return _split(decoded)
         except struct.error as failure:
@@ -45,10 +47,14 @@ def parts_of(request: Frame) -> list[Part]:
 
 def _split(request: ReadWriteRequest) -> list[Part]:
     group, count, _, data = request
-    if group in (0xF080, 0xF083, 0xF084):
+    if group in (
+        ReservedGroup.SUM_READ,
+        ReservedGroup.SUM_READ_WITH_LENGTHS,
+        ReservedGroup.SUM_READ_SHORT,
+    ):
         return [ReadRequest(*_READ.unpack_from(data, 12 * i)) for i in range(count)]
-    if group in (0xF081, 0xF082):
-        layout = _READ if group == 0xF081 else _READ_WRITE
+    if group in (ReservedGroup.SUM_WRITE, ReservedGroup.SUM_READ_WRITE):
+        layout = _READ if group == ReservedGroup.SUM_WRITE else _READ_WRITE
         position = layout.size * count
         parts: list[Part] = []
         for i in range(count):
@@ -60,7 +66,7 @@ def _split(request: ReadWriteRequest) -> list[Part]:
             else:
                 parts.append(WriteRequest(group_of_part, offset, content))
         return parts
-    if group == 0xF085:
+    if group == ReservedGroup.SUM_ADD_NOTIFICATION:
         return [AddNotificationRequest.decode(data[40 * i : 40 * i + 40]) for i in range(count)]
     return [DeleteNotificationRequest.decode(data[4 * i : 4 * i + 4]) for i in range(count)]
 
@@ -73,11 +79,11 @@ def outcomes_of(request: Frame, parts: Sequence[Part], response: Frame) -> list[
     if whole.result:
         return [Outcome(whole.result, b"")] * len(parts)
     group = int.from_bytes(request.data[:4], "little")
-    if request.command != Command.READ_WRITE or not 0xF080 <= group <= 0xF086:
+    if request.command != Command.READ_WRITE or group not in SUMS:
         return [whole] * len(parts)
     if not parts:
         return []
-    if group in (0xF083, 0xF084):
+    if group in (ReservedGroup.SUM_READ_WITH_LENGTHS, ReservedGroup.SUM_READ_SHORT):
         return _results_with_lengths(len(parts), whole.data)
     return unpack(parts, whole.data)
 

@@ -21,6 +21,8 @@ from achse.ams.commands import (
 )
 from achse.ams.notification import NotificationStream
 from achse.client.sums import Outcome, Part
+from achse.codes import ReservedGroup
+from achse.codes.groups import NAMED
 from achse.monitor.decode import Decoder, Exchange
 from achse.monitor.names import Names
 from achse.monitor.parts import outcomes_of, parts_of
@@ -28,9 +30,6 @@ from achse.router.tap import Captured
 from achse.server import RowFacts
 
 __all__ = ["Key", "RecordedDevice", "Recording", "differences", "symbol_name"]
-
-HANDLE_BY_NAME, VALUE_BY_HANDLE, RELEASE_HANDLE, WATCH_BY_HANDLE = 0xF003, 0xF005, 0xF006, 0xF010
-BY_NAME = frozenset((0xF003, 0xF004, 0xF007, 0xF009, 0xF011))
 
 
 class Key(NamedTuple):
@@ -64,18 +63,18 @@ class RecordedDevice:
             return Key(Command.DELETE_NOTIFICATION, 0, 0, b"")
         group, offset = part.index_group, part.index_offset
         name = b""
-        if group in (VALUE_BY_HANDLE, WATCH_BY_HANDLE):
+        if group in (ReservedGroup.SYMBOL_VALUE_BY_HANDLE, ReservedGroup.SYMBOL_NOTIFICATION):
             name, offset = self.names.get(offset, b""), 0
         match part:
             case ReadRequest():
                 return Key(Command.READ, group, offset, name)
             case WriteRequest(data=data):
-                if group == RELEASE_HANDLE:
+                if group == ReservedGroup.RELEASE_SYMBOL_HANDLE:
                     data = self.names.get(int.from_bytes(data, "little"), b"")
                     return Key(Command.WRITE, group, 0, data)
                 return Key(Command.WRITE, group, offset, name)
             case ReadWriteRequest(data=data):
-                asked = symbol_name(data) if group in BY_NAME else name + data
+                asked = symbol_name(data) if group in NAMED else name + data
                 return Key(Command.READ_WRITE, group, offset, asked)
             case AddNotificationRequest():
                 return Key(Command.ADD_NOTIFICATION, group, offset, name)
@@ -152,7 +151,7 @@ class Recording:
             device.answers.setdefault(key, []).append(result)
             if result.result:
                 continue
-            if key.group == HANDLE_BY_NAME and len(result.data) >= 4:
+            if key.group == ReservedGroup.SYMBOL_HANDLE_BY_NAME and len(result.data) >= 4:
                 handle = int.from_bytes(result.data[:4], "little")
                 device.handles.setdefault(key.name, handle)
                 device.names[handle] = key.name
@@ -246,7 +245,7 @@ def _answers(recording: Recording, names: Names) -> dict[tuple[int, str], list[s
 
 def _values(exchange: Exchange) -> Iterator[tuple[str, str]]:
     for item in exchange.items:
-        if item.group == HANDLE_BY_NAME or item.verb in ("watch", "unwatch"):
+        if item.group == ReservedGroup.SYMBOL_HANDLE_BY_NAME or item.verb in ("watch", "unwatch"):
             value = "done"
         else:
             value = item.value or "done"

@@ -8,12 +8,9 @@ from collections.abc import AsyncIterator, Callable
 
 from achse.ams import AdsState, Command, DeviceError
 from achse.client.sums import Outcome
-from achse.codes import ReturnCode
+from achse.codes import ReservedGroup, ReturnCode
+from achse.codes.groups import NAMED, SUMS
 from achse.monitor.recording import (
-    HANDLE_BY_NAME,
-    RELEASE_HANDLE,
-    VALUE_BY_HANDLE,
-    WATCH_BY_HANDLE,
     Key,
     RecordedDevice,
     Recording,
@@ -28,7 +25,6 @@ __all__ = ["Replay", "ReplayDevice"]
 
 log = logging.getLogger("achse.replay")
 
-_STATE = 0xF100
 _TICK = 0.005
 """Seconds between looks at what samples are due."""
 
@@ -91,11 +87,21 @@ class ReplayDevice(Device):
         self._told: set[Key] = set()
         info, state = recorded.info, recorded.state
         groups = {key.group for key in (*recorded.answers, *recorded.samples)}
-        groups -= {_STATE, 0, *range(0xF080, 0xF087)}
+        groups -= {ReservedGroup.DEVICE, 0, *SUMS}
         super().__init__(
             "Replay" if info is None else info.name,
             (0, 0, 0) if info is None else (info.major, info.minor, info.build),
-            [_Recorded(self, groups | {VALUE_BY_HANDLE, RELEASE_HANDLE, WATCH_BY_HANDLE})],
+            [
+                _Recorded(
+                    self,
+                    groups
+                    | {
+                        ReservedGroup.SYMBOL_VALUE_BY_HANDLE,
+                        ReservedGroup.RELEASE_SYMBOL_HANDLE,
+                        ReservedGroup.SYMBOL_NOTIFICATION,
+                    },
+                )
+            ],
             clock=clock,
             task_cycle_ns=_GRID_NS,
             ads_state=AdsState.RUN if state is None else AdsState(state.ads_state),
@@ -138,7 +144,7 @@ class _Recorded(IndexGroup):
         return iter(())
 
     def _key(self, command: Command, group: int, offset: int) -> Key:
-        if group in (VALUE_BY_HANDLE, WATCH_BY_HANDLE):
+        if group in (ReservedGroup.SYMBOL_VALUE_BY_HANDLE, ReservedGroup.SYMBOL_NOTIFICATION):
             name = self._recorded.names.get(offset)
             if name is None:
                 raise DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"handle 0x{offset:X}")
@@ -173,22 +179,22 @@ class _Recorded(IndexGroup):
         return read
 
     def write(self, group: int, offset: int, data: bytes, client: bytes) -> None:
-        if group == RELEASE_HANDLE:
+        if group == ReservedGroup.RELEASE_SYMBOL_HANDLE:
             return  # each name has one handle here
         self._device.next(self._key(Command.WRITE, group, offset))
 
     def read_write(
         self, group: int, offset: int, read_length: int, data: bytes, client: bytes
     ) -> bytes:
-        if group == VALUE_BY_HANDLE:
+        if group == ReservedGroup.SYMBOL_VALUE_BY_HANDLE:
             key = self._key(Command.READ_WRITE, group, offset)
             key = key._replace(name=key.name + data)
-        elif group in (0xF003, 0xF004, 0xF007, 0xF009, 0xF011):
+        elif group in NAMED:
             key = Key(Command.READ_WRITE, group, offset, symbol_name(data))
         else:
             key = Key(Command.READ_WRITE, group, offset, data)
         answer = self._device.next(key)
-        if group == HANDLE_BY_NAME:
+        if group == ReservedGroup.SYMBOL_HANDLE_BY_NAME:
             first = self._recorded.handles[key.name].to_bytes(4, "little")
             answer = first + answer[4:]
         return answer[:read_length]

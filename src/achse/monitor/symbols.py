@@ -11,6 +11,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
+from achse.codes import ReservedGroup
 from achse.iec import IecDecodeError, IecError, IecType, resolved
 from achse.iec.arrays import ArrayType
 from achse.iec.datatypes import DataTypeEntry
@@ -117,7 +118,7 @@ class KnownSymbols:
         """An upload (0xF00B, 0xF00E) or a piece of one, or single entries (0xF009, 0xF011)."""
         if offset & _PIECE:
             data = self._joined(client, group, offset & ~_PIECE, data)
-        if group in (0xF00E, 0xF011):
+        if group in (ReservedGroup.TYPE_TABLE, ReservedGroup.TYPE_ENTRY_BY_NAME):
             self.learn_types(self._decoded(DataTypeEntry, data))
         else:
             for entry in self._decoded(SymbolEntry, data):

@@ -55,6 +55,7 @@ class Router:
         self._routes: dict[bytes, Endpoint] = {}
         self._learned: dict[bytes, dict[Endpoint, None]] = {}
         self._close_listeners: list[Callable[[AmsAddress], None]] = []
+        self._way_listeners: list[Callable[[Endpoint], None]] = []
         self._gate: Gate | None = None
         self._watcher: Watcher | None = None
         self._attended = False
@@ -127,6 +128,22 @@ class Router:
         """Undo `on_port_closed`. Unknown is no error."""
         self._close_listeners = [each for each in self._close_listeners if each != listener]
 
+    def on_way_closed(self, listener: Callable[[Endpoint], None]) -> None:
+        """Call `listener` with each connection that ends from now on."""
+        self._way_listeners.append(listener)
+
+    def ignore_way_closed(self, listener: Callable[[Endpoint], None]) -> None:
+        """Undo `on_way_closed`. Unknown is not an error."""
+        self._way_listeners = [each for each in self._way_listeners if each != listener]
+
+    def close_way(self, way: Endpoint) -> None:
+        """A connection has ended: what clients made over it ends with it.
+
+        The next one from the same address may be another client's.
+        """
+        for listener in self._way_listeners:
+            listener(way)
+
     # routes ----------------------------------------------------------------------------------
 
     def add_route(self, net_id: NetId, endpoint: Endpoint) -> None:
@@ -182,8 +199,12 @@ class Router:
 
     def _pass(self, frame: Frame) -> bool:
         via = frame.via
-        if via is not None and via.deliver(frame):
-            return True
+        if via is not None:
+            if via.deliver(frame):
+                return True
+            if frame.flags & 1 or frame.command == Command.NOTIFICATION:
+                self.lost_frames += 1  # whoever has that address now did not ask for it
+                return False
         endpoint = self._local.get(frame.target)
         if endpoint is None:
             endpoint = self._beyond(frame)

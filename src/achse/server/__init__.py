@@ -3,6 +3,7 @@
 A device is a `Device` with groups of rows over its state; see `rows` for what a row says.
 """
 
+from achse.server.budget import SampleBudget
 from achse.server.device import DIRECT_CODES_OF_A_PLC, Device, DeviceRouter
 from achse.server.limits import Limits
 from achse.server.rows import (
@@ -20,6 +21,7 @@ from achse.server.rows import (
 )
 from achse.server.symbols import Symbol, SymbolSource, UploadInfo
 from achse.server.table import AreaGroup, Group, IndexGroup, ObjectGroup, RawGroup, ServiceTable
+from achse.server.usage import Usage
 
 __all__ = [
     "BYTES",
@@ -41,9 +43,11 @@ __all__ = [
     "RawGroup",
     "Repeated",
     "RowFacts",
+    "SampleBudget",
     "Service",
     "ServiceTable",
     "Symbol",
     "SymbolSource",
     "UploadInfo",
+    "Usage",
 ]

@@ -22,7 +22,7 @@ from achse.ams.commands import (
     AddNotificationRequest,
 )
 from achse.ams.commands import READ_WRITE as READ_WRITE_HEADER
-from achse.codes import ReturnCode
+from achse.codes import ReservedGroup, ReturnCode
 from achse.server import rows
 from achse.server.deferred import Deferred, Result
 from achse.server.limits import Limits
@@ -31,6 +31,7 @@ from achse.server.rows import Layout, Service
 from achse.server.sums import SumCommands
 from achse.server.symbols import SymbolServices, SymbolSource
 from achse.server.table import Group, IndexGroup, ServiceTable
+from achse.server.usage import Usage
 
 __all__ = ["DIRECT_CODES_OF_A_PLC", "STATE_SERVICES", "Device", "DeviceRouter"]
 
@@ -43,7 +44,7 @@ DIRECT_CODES_OF_A_PLC: Mapping[int, ReturnCode] = {
 """A real PLC answers 0x701 where others say 0x702 or 0x703, except inside sum commands."""
 
 _OK = RESULT.pack(0)
-_SYMBOLIC = (0xF005, 0xF010)
+_SYMBOLIC = (ReservedGroup.SYMBOL_VALUE_BY_HANDLE, ReservedGroup.SYMBOL_NOTIFICATION)
 _LAST_STATE = max(AdsState)
 _NO_RESPONSE = 0x0002
 
@@ -62,6 +63,10 @@ class DeviceRouter(Protocol):
     def on_port_closed(self, listener: Callable[[AmsAddress], None]) -> None: ...
 
     def ignore_port_closed(self, listener: Callable[[AmsAddress], None]) -> None: ...
+
+    def on_way_closed(self, listener: Callable[[Endpoint], None]) -> None: ...
+
+    def ignore_way_closed(self, listener: Callable[[Endpoint], None]) -> None: ...
 
 
 STATE_SERVICES = (
@@ -115,11 +120,11 @@ class Device:
         self.limits = limits or Limits()
         self.notifications = Notifications(clock, self.task_cycle, self.limits)
         self.addresses: list[AmsAddress] = []
-        self.symbols = None if symbols is None else SymbolServices(symbols, self.limits)
+        self.symbols = None if symbols is None else SymbolServices(symbols, self.limits, self._way)
         single = ServiceTable(
             (
                 *groups,
-                Group(0xF100, STATE_SERVICES, self),
+                Group(ReservedGroup.DEVICE, STATE_SERVICES, self),
                 *(() if self.symbols is None else self.symbols.groups()),
             )
         )
@@ -157,6 +162,7 @@ class Device:
             self._router = router
             self.notifications.sender = router
             router.on_port_closed(self.end_client)
+            router.on_way_closed(self.end_way)
         elif self._router is not router:
             raise ValueError("a device is attached to one router")
         address = router.register(port, self)
@@ -170,6 +176,7 @@ class Device:
             for address in self.addresses:
                 router.unregister(address.port)
             router.ignore_port_closed(self.end_client)
+            router.ignore_way_closed(self.end_way)
         self.addresses.clear()
         self.end_clients()
 
@@ -312,8 +319,18 @@ class Device:
     def limit(self, limits: Limits) -> None:
         """Keep to other limits from now on; what clients hold already stays."""
         self.limits = self.notifications.limits = limits
+        self.notifications.usage.budget.per_second = limits.samples
         if self.symbols is not None:
             self.symbols.limits = limits
+
+    def share(self, usage: Usage) -> None:
+        """Count what clients hold together with other devices, before there are any.
+
+        The one who ticks the notifications serves the budget then.
+        """
+        self.notifications.share(usage)
+        if self.symbols is not None:
+            self.symbols.usage = usage
 
     def replace(self, index_group: int, group: IndexGroup | None) -> IndexGroup | None:
         """Let `group` answer for `index_group`, alone and in sums; what answered before.
@@ -392,6 +409,16 @@ class Device:
             self.symbols.release_all(client)
         self._unreachable_since.pop(client, None)
 
+    def end_way(self, way: Endpoint) -> None:
+        """Drop what was made over a connection that is gone: addresses are used again."""
+        self.notifications.end_way(way)
+        if self.symbols is not None:
+            self.symbols.release_way(way)
+
+    def _way(self) -> Endpoint | None:
+        """By which connection the request came that is being answered."""
+        return None if self._request is None else self._request.origin
+
     def end_notifications(self) -> None:
         """End all subscriptions: restart, configuration mode, download."""
         self.notifications.end_all()
@@ -413,6 +440,8 @@ class Device:
         Called with the time (unix ns) about once a second.
         """
         router = self._router
+        if self.symbols is not None:
+            self.symbols.clear()
         if router is None:
             return
         since = self._unreachable_since

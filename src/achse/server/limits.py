@@ -1,4 +1,4 @@
-"""How much one client may hold of a device, and all clients together."""
+"""How much one client may hold of a device, and all clients together of a station."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,8 @@ __all__ = ["Limits"]
 class Limits:
     """Limits per client address, and for all together (`all_…`): addresses cost nothing.
 
-    They are generous: the manuals recommend 550 notifications.
+    The latter hold for all devices that share a `Usage`. They are generous: the manuals recommend
+    550 notifications.
     """
 
     handles: int = 65_536
@@ -45,6 +46,10 @@ class Limits:
     all_queue_bytes: int = 1 << 27
     """Bytes of samples kept for all clients together, not read or within their largest delay;
     beyond, those with the most of them lose theirs."""
+
+    samples: int = 4_000_000
+    """Samples a second for all clients together, see `Beat.cost`; those who ask for more get them
+    late. The order of magnitude is half a processor."""
 
     log_lines: int = 50
     """Lines a second that one host may write into the log (logger and event logger); twice as many

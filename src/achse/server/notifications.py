@@ -6,6 +6,7 @@ the manuals print ms; first sample and life time as recorded from real targets.
 
 import logging
 import math
+from collections import deque
 from collections.abc import Callable, Iterable
 from heapq import heapify, heappop, heappush, heapreplace
 from typing import Protocol
@@ -16,6 +17,7 @@ from achse.codes import ReturnCode
 from achse.server.limits import Limits
 from achse.server.subscriptions import Batch, Beat, Channel, Pulse, Subscription, hint
 from achse.server.table import Reader
+from achse.server.usage import Usage
 
 __all__ = ["IN_CONTEXT", "Notifications", "Sender"]
 
@@ -42,6 +44,9 @@ IN_CONTEXT = frozenset(
     )
 )
 
+_FREED_AT_ONCE = 1000
+"""Subscriptions of a client that is gone that are cleared per tick."""
+
 
 class Sender(Protocol):
     """What notifications need of the router."""
@@ -51,10 +56,25 @@ class Sender(Protocol):
     def reaches(self, address: bytes) -> bool: ...
 
 
+class _Holding:
+    """What one client address has subscribed."""
+
+    __slots__ = ("channels", "count", "watched")
+
+    def __init__(self) -> None:
+        self.channels: dict[Channel, None] = {}
+        self.count = 0
+        self.watched = 0
+        """Bytes of one sample of each."""
+
+
 class Notifications:
     """The subscriptions of one device.
 
-    `tick` drives everything; `send_first` is called once the answer to an Add is on its way.
+    `tick` drives everything; `send_first` is called once the answer to an Add is on its way. What
+    belongs to a client or connection that is gone is silent at once and cleared within some ticks.
+    Those that `share` a usage leave it to the one who ticks them to `serve` its budget then.
+
     `clock` gives unix ns, `task_cycle(context)` the cycle in ns of the task that a notification
     follows (context 0: the default task).
     """
@@ -67,6 +87,9 @@ class Notifications:
     ) -> None:
         self.sender: Sender | None = None
         self.limits = limits
+        self.usage = Usage(limits)
+        self.usage.members.add(self)
+        self._shares = False
         self.dropped = 0
         """Samples lost to clients that did not read."""
         self.refused = 0
@@ -79,10 +102,12 @@ class Notifications:
         self._clock = clock
         self._epoch = clock()
         self._subscriptions: dict[int, Subscription] = {}
-        self._by_client: dict[bytes, dict[int, Subscription]] = {}
-        self._bytes: dict[bytes, int] = {}
-        self._watched = 0
-        """Bytes of one sample of every subscription."""
+        self._clients: dict[bytes, _Holding] = {}
+        self._ways: dict[Endpoint, dict[Channel, None]] = {}
+        self._over: deque[Channel] = deque()
+        """Channels whose client or connection is gone, with subscriptions to clear."""
+        self._count = 0
+        """Subscriptions that are not over."""
         self._channels: dict[tuple[bytes, bytes, Endpoint | None], Channel] = {}
         self._pulses: dict[tuple[int, int], Pulse] = {}
         self._due: list[tuple[int, int, Pulse]] = []
@@ -102,17 +127,32 @@ class Notifications:
         self._warned: set[bytes] = set()
 
     def __len__(self) -> int:
-        return len(self._subscriptions)
+        return self._count
+
+    def share(self, usage: Usage) -> None:
+        """Count what clients hold in `usage`, and sample within its budget, from now on."""
+        assert not self._subscriptions
+        self.usage, self._shares = usage, True
+        usage.members.add(self)
 
     @property
     def clients(self) -> Iterable[bytes]:
         """The addresses that hold subscriptions."""
-        return self._by_client
+        return self._clients
+
+    def _keep(self, size: int) -> None:
+        """So many bytes of samples are kept in addition."""
+        self.queued += size
+        self.usage.queued += size
 
     @property
     def sample_sizes(self) -> Iterable[int]:
         """Bytes of a sample of each subscription."""
-        return (subscription.length for subscription in self._subscriptions.values())
+        return (
+            subscription.length
+            for channel in self._channels.values()
+            for subscription in channel.subscriptions.values()
+        )
 
     # adding and deleting ---------------------------------------------------------------------
 
@@ -144,36 +184,46 @@ class Notifications:
         handle = self._new_handle()
         subscription = Subscription(handle, client, batch, read, first, length, symbolic)
         batch.subscriptions += 1
-        batch.channel.subscriptions += 1
-        self._subscriptions[handle] = subscription
-        self._by_client.setdefault(client, {})[handle] = subscription
-        self._bytes[client] = self._bytes.get(client, 0) + length
-        self._watched += length
+        self._subscriptions[handle] = batch.channel.subscriptions[handle] = subscription
+        self._hold(batch.channel, 1, length)
+        self.usage.notifications += 1
         if mode != TransmissionMode.CLIENT_ONCE:
             beat = self._beat(batch, self._task_cycle(context), cycle_time * 100)
-            subscription.beat = beat
-            (beat.on_change if mode in _ON_CHANGE else beat.cyclic).add(subscription)
+            beat.add(subscription, on_change=mode in _ON_CHANGE)
         self.fresh.append(subscription)
         if _SHORTEST < cycle_time < _MILLISECOND or _SHORTEST < max_delay < _MILLISECOND:
             self._diagnose(client, cycle_time, max_delay)
         return handle
 
     def _make_sure_of_room(self, client: bytes, length: int) -> None:
-        limits = self.limits
-        held, everybody = len(self._by_client.get(client, ())), len(self._subscriptions)
-        if held >= limits.notifications or everybody >= limits.all_notifications:
+        limits, usage = self.limits, self.usage
+        holding = self._clients.get(client)
+        held, watched = (holding.count, holding.watched) if holding is not None else (0, 0)
+        if held >= limits.notifications or usage.notifications >= limits.all_notifications:
             self.refused += 1
             raise DeviceError(
                 ReturnCode.NO_MORE_HANDLES,
-                f"{held} notifications of the client, {everybody} of all",
+                f"{held} notifications of the client, {usage.notifications} of all",
             )
         if (
             length > limits.sample_bytes
-            or self._bytes.get(client, 0) + length > limits.watched_bytes
-            or self._watched + length > limits.all_watched_bytes
+            or watched + length > limits.watched_bytes
+            or usage.watched + length > limits.all_watched_bytes
         ):
             self.refused += 1
             raise DeviceError(ReturnCode.INVALID_WATCH_SIZE, f"{length} bytes")
+
+    def _hold(self, channel: Channel, count: int, length: int) -> None:
+        """So many subscriptions and bytes of samples more are held by a client."""
+        holding = self._clients.get(channel.client)
+        if holding is None:
+            holding = self._clients[channel.client] = _Holding()
+        holding.channels[channel] = None
+        holding.count += count
+        holding.watched += length
+        channel.watched += length
+        self._count += count
+        self.usage.watched += length
 
     def _new_handle(self) -> int:
         handle = self._next_handle
@@ -187,6 +237,8 @@ class Notifications:
         channel = self._channels.get(key)
         if channel is None:
             channel = self._channels[key] = Channel(client, server, via)
+            if via is not None:
+                self._ways.setdefault(via, {})[channel] = None
         batch = channel.batches.get(delay)
         if batch is None:
             batch = channel.batches[delay] = Batch(channel, delay)
@@ -201,9 +253,9 @@ class Notifications:
         key = (cycle, task_cycle)
         beat = batch.beats.get(key)
         if beat is None:
-            pulse = self._pulse(cycle, self._on_grid(task_cycle))
-            beat = batch.beats[key] = Beat(batch, key, pulse)
-            pulse.beats[beat] = None
+            pulses = (full.pulse for full in batch.full if full.key == key)
+            pulse = next(pulses, None) or self._pulse(cycle, self._on_grid(task_cycle))
+            beat = Beat(batch, key, pulse)
         return beat
 
     def _pulse(self, cycle: int, last: int) -> Pulse:
@@ -235,43 +287,78 @@ class Notifications:
 
     def delete(self, handle: int, client: bytes) -> None:
         """End a subscription; raises DeviceError 0x714 if the client has no such handle."""
-        subscription = self._by_client.get(client, {}).pop(handle, None)
-        if subscription is None:
+        subscription = self._subscriptions.get(handle)
+        if subscription is None or subscription.client != client or subscription.batch.channel.over:
             raise DeviceError(ReturnCode.NOTIFICATION_HANDLE_INVALID, f"handle {handle}")
-        self._bytes[client] -= subscription.length
-        self._remove(subscription)
-        if not self._by_client[client]:
-            self._forget(client)
-
-    def _remove(self, subscription: Subscription) -> None:
-        del self._subscriptions[subscription.handle]
-        self._watched -= subscription.length
         self._stop(subscription)
         batch = subscription.batch
         channel = batch.channel
+        del self._subscriptions[handle], channel.subscriptions[handle]
+        self.usage.notifications -= 1
+        self._hold(channel, -1, -subscription.length)
         batch.subscriptions -= 1
         if not batch.subscriptions:
             del channel.batches[batch.max_delay]
             self._drop(batch)
-        channel.subscriptions -= 1
         if not channel.subscriptions:
-            del self._channels[channel.key]
-            self._waiting.pop(channel, None)
-            self.queued -= channel.discard()
+            self._end(channel)
+
+    def _end(self, channel: Channel) -> None:
+        """Nothing more is sent here; what there is of it is cleared in slices."""
+        channel.over = channel.away = True
+        del self._channels[channel.key]
+        if channel.via is not None:
+            ways = self._ways[channel.via]
+            del ways[channel]
+            if not ways:
+                del self._ways[channel.via]
+        self._waiting.pop(channel, None)
+        for batch in channel.batches.values():
+            for beat in (*batch.beats.values(), *batch.full):
+                beat.leave()
+                self._tidy_up(beat.pulse)
+            batch.beats.clear()
+            batch.full.clear()
+            batch.subscriptions = 0
+            self._drop(batch)
+        self._keep(-channel.discard())
+        holding = self._clients[channel.client]
+        self._hold(channel, -len(channel.subscriptions), -channel.watched)
+        del holding.channels[channel]
+        if not holding.channels:
+            del self._clients[channel.client]
+            self._warned.discard(channel.client)
+        if channel.subscriptions:
+            self._over.append(channel)
+            self.due_ns = 0
+
+    def _clear(self, count: float = math.inf) -> None:
+        """Clear up to `count` subscriptions of clients that are gone."""
+        over = self._over
+        while over and count > 0:
+            subscriptions = over[0].subscriptions
+            while subscriptions and count > 0:
+                handle, subscription = subscriptions.popitem()
+                subscription.beat = None
+                del self._subscriptions[handle]
+                self.usage.notifications -= 1
+                count -= 1
+            if not subscriptions:
+                over.popleft()
 
     def _stop(self, subscription: Subscription) -> None:
         """Take no more samples; a beat without any leaves its pulse, that without any goes too."""
         beat = subscription.beat
-        if beat is None:
-            return
-        subscription.beat = None
-        if not beat.discard(subscription):
-            del beat.batch.beats[beat.key]
-            pulse = beat.pulse
-            del pulse.beats[beat]
-            if not pulse.beats:
-                del self._pulses[pulse.key]
-                self._idle += 1
+        if beat is not None:
+            subscription.beat = None
+            if not beat.discard(subscription):
+                self._tidy_up(beat.pulse)
+
+    def _tidy_up(self, pulse: Pulse) -> None:
+        """Forget a pulse without beats."""
+        if not pulse.beats:
+            del self._pulses[pulse.key]
+            self._idle += 1
             if self._idle > 64 and self._idle > len(self._due) // 2:
                 self._due = [entry for entry in self._due if entry[2].beats]
                 heapify(self._due)
@@ -282,30 +369,34 @@ class Notifications:
         if batch.deadline is None:
             return
         batch.deadline = None
-        self.queued -= batch.discard()
+        self._keep(-batch.discard())
         self._dropped += 1
         if self._dropped > 64 and self._dropped > len(self._deadlines) // 2:
             self._deadlines = [entry for entry in self._deadlines if entry[0] == entry[2].deadline]
             heapify(self._deadlines)
             self._dropped = 0
 
-    def _forget(self, client: bytes) -> None:
-        del self._by_client[client]
-        del self._bytes[client]
-        self._warned.discard(client)
-
     def end_client(self, client: bytes) -> None:
         """End what belongs to an address that is gone."""
-        held = self._by_client.get(client)
-        if held is not None:
-            for subscription in held.values():
-                self._remove(subscription)
-            self._forget(client)
+        holding = self._clients.get(client)
+        if holding is not None:
+            for channel in list(holding.channels):
+                self._end(channel)
+            self._clear(_FREED_AT_ONCE)
+
+    def end_way(self, way: Endpoint) -> None:
+        """End what was subscribed over a connection that is gone."""
+        channels = self._ways.get(way)
+        if channels is not None:
+            for channel in list(channels):
+                self._end(channel)
+            self._clear(_FREED_AT_ONCE)
 
     def end_all(self) -> None:
         """End every subscription: restart, configuration mode or download."""
-        for client in list(self._by_client):
-            self.end_client(client)
+        for channel in list(self._channels.values()):
+            self._end(channel)
+        self._clear()
 
     def end_symbolic(self) -> None:
         """Symbol handles are out of date: hint at it, take no more samples of them.
@@ -313,7 +404,8 @@ class Notifications:
         The notification handles stay until they are deleted.
         """
         for subscription in self._subscriptions.values():
-            if subscription.symbolic and subscription.beat is not None:
+            over = subscription.batch.channel.over
+            if subscription.symbolic and subscription.beat is not None and not over:
                 self._stop(subscription)
                 self._open_batch(subscription.batch)
                 hint(subscription)
@@ -329,7 +421,8 @@ class Notifications:
         """Send the value at the time of the Add, or hold it up to the largest delay."""
         fresh, self.fresh = self.fresh, []
         for subscription in fresh:
-            if self._subscriptions.get(subscription.handle) is subscription:
+            channel = subscription.batch.channel
+            if channel.subscriptions.get(subscription.handle) is subscription and not channel.over:
                 self._open_batch(subscription.batch)
                 subscription.batch.take(subscription.header, subscription.last or b"")
         now = self._clock()
@@ -338,7 +431,9 @@ class Notifications:
 
     def tick(self, now: int) -> None:
         """Take the samples due at `now` (unix ns) and send what may not wait longer."""
-        due = self._due
+        due, budget = self._due, self.usage.budget
+        if due and due[0][0] <= now:
+            budget.refill(now)
         while due and due[0][0] <= now:
             time, sequence, pulse = due[0]
             if not pulse.beats:
@@ -347,6 +442,11 @@ class Notifications:
                 continue
             cycle = pulse.cycle
             heapreplace(due, (time + ((now - time) // cycle + 1) * cycle, sequence, pulse))
+            if budget.waiting or pulse.cost > budget.left:
+                for beat in pulse.beats:
+                    budget.put(self, beat)
+                continue
+            budget.left -= pulse.cost
             for beat in pulse.beats:
                 batch = beat.batch
                 if batch.channel.away and not self._is_back(batch.channel):
@@ -355,12 +455,31 @@ class Notifications:
                 beat.sample()
                 if batch.count and not before:
                     self._open.append(batch)
+        if self._over:
+            self._clear(_FREED_AT_ONCE)
+        if budget.waiting and not self._shares:
+            budget.serve(now)
+        self.send(now)
+
+    def sample(self, beat: Beat) -> int:
+        """Take the samples of a beat that waited, unless nobody is there for them; their cost."""
+        batch = beat.batch
+        if batch.channel.away and not self._is_back(batch.channel):
+            return 1
+        before = batch.count
+        beat.sample()
+        if batch.count and not before:
+            self._open.append(batch)
+        return beat.cost
+
+    def send(self, now: int) -> None:
+        """Send what is sampled and may not wait longer."""
         if self._open or self._waiting or (self._deadlines and self._deadlines[0][0] <= now):
             self._send(now, now)
         self._look_ahead()
 
     def _look_ahead(self) -> None:
-        if self._open or self._waiting:
+        if self._open or self._waiting or self._over or self.usage.budget.waiting:
             self.due_ns = 0
             return
         self.due_ns = self._due[0][0] if self._due else math.inf
@@ -378,7 +497,7 @@ class Notifications:
                     continue
                 before = batch.size
                 batch.close_stamp(filetime, frame_bytes)
-                self.queued += batch.size - before
+                self._keep(batch.size - before)
                 if batch.max_delay == 0 or batch.size >= frame_bytes:
                     batch.release()
                     ready[batch.channel] = None
@@ -397,27 +516,30 @@ class Notifications:
             self._waiting = {}
             for channel in ready:
                 self._send_channel(channel)
-        if self.queued > self.limits.all_queue_bytes:
-            self._make_room()
+        if self.usage.queued > self.limits.all_queue_bytes:
+            self.usage.make_room(self.limits.all_queue_bytes)
 
-    def _make_room(self) -> None:
-        """Drop what is kept for the clients with the most of it; a quarter of the room is left."""
-        enough = self.limits.all_queue_bytes * 3 // 4
-        for channel in sorted(self._channels.values(), key=lambda each: each.kept, reverse=True):
-            if self.queued <= enough:
-                return
-            if not channel.dropped:
-                log.warning(
-                    "samples for %s are dropped: too much is kept for all clients together",
-                    _name(channel.client),
-                    extra=channel.reader,
-                )
-            lost = channel.dropped
-            self.queued -= channel.discard()
-            self.dropped += channel.dropped - lost
+    @property
+    def channels(self) -> Iterable[Channel]:
+        """The ways to clients with subscriptions."""
+        return self._channels.values()
+
+    def drop(self, channel: Channel) -> None:
+        """Drop what is kept for a client: too much is kept for all together."""
+        if not channel.dropped:
+            log.warning(
+                "samples for %s are dropped: too much is kept for all clients together",
+                _name(channel.client),
+                extra=channel.reader,
+            )
+        lost = channel.dropped
+        self._keep(-channel.discard())
+        self.dropped += channel.dropped - lost
 
     def _is_back(self, channel: Channel) -> bool:
         """Whether a client to whom no way led is there again: its samples go on."""
+        if channel.over:
+            return False
         assert self.sender is not None
         channel.away = not self.sender.reaches(channel.client)
         return not channel.away
@@ -425,7 +547,7 @@ class Notifications:
     def _send_channel(self, channel: Channel) -> None:
         limits = self.limits
         if self._channels.get(channel.key) is not channel:
-            self.queued -= channel.discard()  # nobody is subscribed any more
+            self._keep(-channel.discard())  # nobody is subscribed any more
             return
         while channel.queue:
             if channel.congested:
@@ -437,19 +559,19 @@ class Notifications:
                             _name(channel.client),
                             extra=channel.reader,
                         )
-                    self.queued -= channel.queued
+                    before = channel.queued
                     self.dropped += channel.shorten(limits.queue_bytes)
-                    self.queued += channel.queued
+                    self._keep(channel.queued - before)
                 return
-            self.queued -= channel.queued
+            before = channel.queued
             frame = channel.frame(limits.frame_bytes)
-            self.queued += channel.queued
+            self._keep(channel.queued - before)
             try:
                 if self.sender is not None:
                     channel.away = not self.sender.deliver(frame)
             except Exception:  # a fault of one client in this process is no fault of the cycle
                 log.exception("%s failed to take its notifications", _name(channel.client))
-        if channel.dropped:
+        if channel.dropped and not channel.congested:
             log.warning(
                 "%s reads again, %d samples were dropped",
                 *(_name(channel.client), channel.dropped),

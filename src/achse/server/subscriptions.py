@@ -25,6 +25,12 @@ __all__ = ["Batch", "Beat", "Channel", "Pulse", "Series", "Subscription", "hint"
 
 log = logging.getLogger("achse.server")
 
+_FRAME_COST, _CALL_COST, _BYTES_OF_ONE = 64, 8, 256
+"""In samples: a frame, a value that lies nowhere in memory, and how many bytes are one more."""
+
+_FULL = 2048
+"""Cost from which on a beat takes no further subscriptions: what is sampled in one go."""
+
 _STREAM = struct.Struct("<II")
 _STAMP = struct.Struct("<QI")
 _SAMPLE = struct.Struct("<II")
@@ -34,7 +40,7 @@ class Subscription:
     """One notification handle."""
 
     __slots__ = (
-        "batch", "beat", "client", "failing", "handle", "header", "last", "length", "read",
+        "batch", "beat", "client", "cost", "failing", "handle", "header", "last", "length", "read",
         "symbolic",
     )  # fmt: skip
 
@@ -57,6 +63,8 @@ class Subscription:
         self.header = _SAMPLE.pack(handle, length)
         self.last: bytes | None = self.fit(first)
         self.failing = False
+        self.cost = (1 if isinstance(read, Place) else _CALL_COST) + length // _BYTES_OF_ONE
+        """See `Beat.cost`."""
         self.beat: Beat | None = None
         """When it is sampled; None if nothing more will come."""
 
@@ -94,8 +102,8 @@ class Channel:
     """The way to one client as it asked: its address, ours as it wrote it, its connection."""
 
     __slots__ = (
-        "away", "batches", "client", "dropped", "key", "queue", "queued", "server",
-        "subscriptions", "via",
+        "away", "batches", "client", "dropped", "key", "over", "queue", "queued", "server",
+        "subscriptions", "via", "watched",
     )  # fmt: skip
 
     def __init__(self, client: bytes, server: bytes, via: Endpoint | None) -> None:
@@ -103,7 +111,10 @@ class Channel:
         self.server = server
         self.via = via
         self.key = (client, server, via)
-        self.subscriptions = 0
+        self.subscriptions: dict[int, Subscription] = {}
+        """By handle."""
+        self.watched = 0
+        """Bytes of one sample of each of them."""
         self.batches: dict[int, Batch] = {}
         self.queue: deque[tuple[int, bytes]] = deque()
         """Encoded stamps ready to go, each with its number of samples."""
@@ -112,6 +123,8 @@ class Channel:
         """Samples lost since the client last read."""
         self.away = False
         """True while no way leads to the client: nothing is sampled for it."""
+        self.over = False
+        """True once the client or its connection is gone: its subscriptions are being cleared."""
 
     @property
     def congested(self) -> bool:
@@ -173,7 +186,7 @@ class Batch:
     """Samples of one channel with one largest delay, gathered until it has passed."""
 
     __slots__ = (
-        "beats", "channel", "count", "deadline", "max_delay", "parts", "size", "stamps",
+        "beats", "channel", "count", "deadline", "full", "max_delay", "parts", "size", "stamps",
         "subscriptions",
     )  # fmt: skip
 
@@ -182,6 +195,9 @@ class Batch:
         self.max_delay = max_delay
         self.subscriptions = 0
         self.beats: dict[tuple[int, int], Beat] = {}
+        """Those that take further subscriptions, by cycle and the task's."""
+        self.full: dict[Beat, None] = {}
+        """Those that do not."""
         self.count = 0
         """Samples of this moment, whose bytes are `parts`: header and data of each."""
         self.parts: list[bytes] = []
@@ -328,22 +344,61 @@ class Series:
 
 
 class Beat:
-    """Subscriptions of one batch that are due with `pulse`; `key` is their cycle and the task's."""
+    """Subscriptions of one batch that are due with `pulse`; `key` is their cycle and the task's.
 
-    __slots__ = ("batch", "cyclic", "key", "on_change", "pulse")
+    `cost` is what it takes to sample and send them, as many samples: 1 for a value that lies in
+    memory, 8 for another, 1 more for each 256 bytes, and 64 for the frame.
+    """
+
+    __slots__ = ("batch", "cost", "cyclic", "key", "on_change", "pulse", "waits")
 
     def __init__(self, batch: Batch, key: tuple[int, int], pulse: "Pulse") -> None:
         self.batch = batch
         self.key = key
         self.pulse = pulse
+        self.cost = _FRAME_COST
+        self.waits = False
+        """True while it is due and the budget does not reach."""
         self.cyclic = Series(on_change=False)
         self.on_change = Series(on_change=True)
+        batch.beats[key] = self
+        pulse.beats[self] = None
+        pulse.cost += self.cost
+
+    @property
+    def samples(self) -> int:
+        """How many subscriptions it has."""
+        return len(self.cyclic.subscriptions) + len(self.on_change.subscriptions)
+
+    def add(self, subscription: Subscription, *, on_change: bool) -> None:
+        """Sample it from now on."""
+        (self.on_change if on_change else self.cyclic).add(subscription)
+        subscription.beat = self
+        self.cost += subscription.cost
+        self.pulse.cost += subscription.cost
+        if self.cost >= _FULL:
+            del self.batch.beats[self.key]
+            self.batch.full[self] = None
 
     def discard(self, subscription: Subscription) -> bool:
-        """Sample it no more; whether others are left."""
+        """Sample it no more; whether others are left. Without any it leaves batch and pulse."""
         self.cyclic.discard(subscription)
         self.on_change.discard(subscription)
-        return bool(self.cyclic.subscriptions or self.on_change.subscriptions)
+        self.cost -= subscription.cost
+        self.pulse.cost -= subscription.cost
+        if self.cyclic.subscriptions or self.on_change.subscriptions:
+            return True
+        if self in self.batch.full:
+            del self.batch.full[self]
+        else:
+            del self.batch.beats[self.key]
+        self.leave()
+        return False
+
+    def leave(self) -> None:
+        """Be due no more."""
+        del self.pulse.beats[self]
+        self.pulse.cost -= self.cost
 
     def sample(self) -> None:
         """Take all samples that are to be sent."""
@@ -355,11 +410,13 @@ class Beat:
 class Pulse:
     """Beats that are due together; `key` is their cycle and phase in ns."""
 
-    __slots__ = ("beats", "cycle", "key")
+    __slots__ = ("beats", "cost", "cycle", "key")
 
     def __init__(self, key: tuple[int, int]) -> None:
         self.key = key
         self.cycle = key[0]
+        self.cost = 0
+        """That of all its beats."""
         self.beats: dict[Beat, None] = {}
 
 

@@ -12,7 +12,8 @@ from typing import Protocol
 
 from achse.ams import DeviceError
 from achse.ams.commands import ADD_NOTIFICATION_BODY, AddNotificationRequest
-from achse.codes import ReturnCode
+from achse.codes import ReservedGroup, ReturnCode
+from achse.codes.groups import SUMS
 from achse.server.table import IndexGroup, RawGroup, ServiceTable
 
 __all__ = ["MAX_PARTS", "NotificationTarget", "SumCommands"]
@@ -28,7 +29,6 @@ MAX_ANSWER = 1 << 24
 _PART = struct.Struct("<III")
 _PART_2 = struct.Struct("<IIII")
 _WORD = struct.Struct("<I")
-_SUMS = range(0xF080, 0xF087)
 
 
 class NotificationTarget(Protocol):
@@ -56,7 +56,7 @@ class SumCommands:
         """The rows: one per command."""
         for index_group, name, run, request, response, description in (
             (
-                0xF080,
+                ReservedGroup.SUM_READ,
                 "sum read",
                 self._read,
                 "(group, offset, length)[n]",
@@ -64,7 +64,7 @@ class SumCommands:
                 "Many reads (ADSIGRP_SUMUP_READ). Offset 0: no results, data only.",
             ),
             (
-                0xF081,
+                ReservedGroup.SUM_WRITE,
                 "sum write",
                 self._write,
                 "(group, offset, length)[n], data",
@@ -72,7 +72,7 @@ class SumCommands:
                 "Many writes (ADSIGRP_SUMUP_WRITE).",
             ),
             (
-                0xF082,
+                ReservedGroup.SUM_READ_WRITE,
                 "sum read write",
                 self._read_write,
                 "(group, offset, read length, write length)[n], data",
@@ -80,7 +80,7 @@ class SumCommands:
                 "Many read-writes (ADSIGRP_SUMUP_READWRITE).",
             ),
             (
-                0xF083,
+                ReservedGroup.SUM_READ_WITH_LENGTHS,
                 "sum read ex",
                 self._read_ex,
                 "(group, offset, length)[n]",
@@ -88,7 +88,7 @@ class SumCommands:
                 "Many reads (ADSIGRP_SUMUP_READEX).",
             ),
             (
-                0xF084,
+                ReservedGroup.SUM_READ_SHORT,
                 "sum read ex 2",
                 self._read_ex_2,
                 "(group, offset, length)[n]",
@@ -96,7 +96,7 @@ class SumCommands:
                 "Many reads (ADSIGRP_SUMUP_READEX2).",
             ),
             (
-                0xF085,
+                ReservedGroup.SUM_ADD_NOTIFICATION,
                 "sum add notification",
                 self._add_notifications,
                 "Add Notification body[n]",
@@ -104,7 +104,7 @@ class SumCommands:
                 "Many subscriptions (ADSIGRP_SUMUP_ADDDEVNOTE).",
             ),
             (
-                0xF086,
+                ReservedGroup.SUM_DELETE_NOTIFICATION,
                 "sum delete notification",
                 self._delete_notifications,
                 "UINT32 handle[n]",
@@ -124,7 +124,7 @@ class SumCommands:
             )
 
     def _find(self, group: int) -> IndexGroup:
-        if group in _SUMS:
+        if group in SUMS:
             raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, "a sum command inside another")
         return self._services.find(group)
 

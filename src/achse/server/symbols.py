@@ -9,10 +9,11 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
-from achse.ams import DeviceError
-from achse.codes import ReturnCode
+from achse.ams import DeviceError, Endpoint
+from achse.codes import ReservedGroup, ReturnCode
 from achse.server.limits import Limits
 from achse.server.table import IndexGroup, RawGroup, Reader
+from achse.server.usage import Usage
 
 __all__ = ["Symbol", "SymbolServices", "SymbolSource", "UploadInfo", "decode_name"]
 
@@ -25,6 +26,9 @@ _UPLOAD_INFO = struct.Struct("<II")
 _UPLOAD_INFO_2 = struct.Struct("<9I28x")
 _FIRST_HANDLE = 0x1B80_0001
 """Handles are opaque; this start only keeps them apart from notification handles in a log."""
+
+_FREED_AT_ONCE = 10_000
+"""Handles of a connection that is gone that are cleared in one go."""
 
 _PIECE = 0x8000_0000
 """Table uploads in pieces: this bit in the offset, the byte position in the others."""
@@ -129,13 +133,14 @@ def _refuse_method() -> bytes:
 
 
 class _Handle:
-    """A symbol as one client holds it."""
+    """A symbol as one client holds it, who asked over the connection `way`."""
 
-    __slots__ = ("client", "read", "symbol")
+    __slots__ = ("client", "read", "symbol", "way")
 
-    def __init__(self, symbol: Symbol, client: bytes) -> None:
+    def __init__(self, symbol: Symbol, client: bytes, way: Endpoint | None) -> None:
         self.symbol = symbol
         self.client = client
+        self.way = way
         self.read: Reader = symbol.read if symbol.call is None else _refuse_method
 
 
@@ -143,18 +148,29 @@ class SymbolServices:
     """The symbol services of one device, with the handles its clients hold.
 
     Handles are opaque and not zero, in a number space of their own; each belongs to the client
-    address that asked for it. After a change of the symbol table the old ones answer 0x711 until
-    released.
+    address that asked for it, and ends with the connection by which it asked. After a change of the
+    symbol table the old ones answer 0x711 until released. `way()` is the connection of the request
+    that is being answered.
     """
 
-    def __init__(self, source: SymbolSource, limits: Limits) -> None:
+    def __init__(
+        self,
+        source: SymbolSource,
+        limits: Limits,
+        way: Callable[[], Endpoint | None] = lambda: None,
+    ) -> None:
         self.source = source
         self.limits = limits
+        self.usage = Usage(limits)
+        self._way = way
         self.refused = 0
         """Handles that were not given because too many are out."""
         self._handles: dict[int, _Handle] = {}
-        self._stale: dict[int, bytes] = {}
-        self._held: dict[bytes, set[int]] = {}
+        self._stale: dict[int, _Handle] = {}
+        self._held: dict[bytes, dict[Endpoint | None, set[int]]] = {}
+        self._clients_by_way: dict[Endpoint, set[bytes]] = {}
+        self._over: list[set[int]] = []
+        """Handles whose client or connection is gone, which are still to be cleared."""
         self._next = _FIRST_HANDLE
 
     @property
@@ -165,7 +181,7 @@ class SymbolServices:
     def groups(self) -> Iterator[IndexGroup]:
         """The rows: one per index group."""
         yield RawGroup(
-            0xF003,
+            ReservedGroup.SYMBOL_HANDLE_BY_NAME,
             "symbol handle by name",
             read_write=self._handle_by_name,
             request="name",
@@ -174,7 +190,7 @@ class SymbolServices:
             source="002, 003",
         )
         yield RawGroup(
-            0xF004,
+            ReservedGroup.SYMBOL_VALUE_BY_NAME,
             "symbol value by name",
             read_write=self._value_by_name,
             request="name",
@@ -183,7 +199,7 @@ class SymbolServices:
             source="002",
         )
         yield RawGroup(
-            0xF005,
+            ReservedGroup.SYMBOL_VALUE_BY_HANDLE,
             "symbol value by handle",
             read=self._read_value,
             write=self._write_value,
@@ -197,7 +213,7 @@ class SymbolServices:
             source="000, 002, 003",
         )
         yield RawGroup(
-            0xF006,
+            ReservedGroup.RELEASE_SYMBOL_HANDLE,
             "release symbol handle",
             write=self._release_handle,
             request="UINT32 handle",
@@ -205,7 +221,7 @@ class SymbolServices:
             source="000, 002, 003",
         )
         yield RawGroup(
-            0xF007,
+            ReservedGroup.SYMBOL_INFO_BY_NAME,
             "symbol info by name",
             read_write=self._info_by_name,
             request="name",
@@ -213,14 +229,14 @@ class SymbolServices:
             description="Where the value of a symbol lies.",
         )
         yield RawGroup(
-            0xF008,
+            ReservedGroup.SYMBOL_VERSION,
             "symbol version",
             read=lambda offset, length, client: bytes((self.source.version & 0xFF,)),
             response="UINT8",
             description="Changes with each download and online change; can be subscribed.",
         )
         yield RawGroup(
-            0xF009,
+            ReservedGroup.SYMBOL_ENTRY_BY_NAME,
             "symbol entry by name",
             read_write=lambda offset, length, data, client: self._resolve(data).entry(),
             request="name",
@@ -228,7 +244,7 @@ class SymbolServices:
             description="All facts of one symbol.",
         )
         yield RawGroup(
-            0xF00B,
+            ReservedGroup.SYMBOL_TABLE,
             "symbol table",
             read=lambda offset, length, client: _piece(self.source.symbol_table(), offset, length),
             last_offset=0xFFFF_FFFF,
@@ -236,14 +252,14 @@ class SymbolServices:
             description="Upload of all symbols; offset 0x80000000 + position for pieces.",
         )
         yield RawGroup(
-            0xF00C,
+            ReservedGroup.SYMBOL_TABLE_SIZE,
             "symbol table size",
             read=self._upload_info,
             response="UINT32 count, bytes",
             description="What to expect from 0xF00B.",
         )
         yield RawGroup(
-            0xF00E,
+            ReservedGroup.TYPE_TABLE,
             "data type table",
             read=lambda offset, length, client: _piece(self.source.type_table(), offset, length),
             last_offset=0xFFFF_FFFF,
@@ -251,14 +267,14 @@ class SymbolServices:
             description="Upload of all data types; offset 0x80000000 + position for pieces.",
         )
         yield RawGroup(
-            0xF00F,
+            ReservedGroup.TABLE_SIZES,
             "table sizes",
             read=self._upload_info_2,
             response="UINT32[16]",
             description="Counts and bytes of both tables, code page, flags.",
         )
         yield RawGroup(
-            0xF010,
+            ReservedGroup.SYMBOL_NOTIFICATION,
             "symbol notification",
             watch=self._watch_value,
             context=self._context,
@@ -266,7 +282,7 @@ class SymbolServices:
             description="Notification of a handle; offset = handle. Add Notification only.",
         )
         yield RawGroup(
-            0xF011,
+            ReservedGroup.TYPE_ENTRY_BY_NAME,
             "data type entry by name",
             read_write=self._type_by_name,
             request="name",
@@ -292,36 +308,57 @@ class SymbolServices:
         while handle in self._handles or handle in self._stale:
             handle = handle + 1 & 0xFFFF_FFFF or 1
         self._next = handle + 1 & 0xFFFF_FFFF or 1
-        self._handles[handle] = _Handle(symbol, client)
-        self._held.setdefault(client, set()).add(handle)
+        way = self._way()
+        self._handles[handle] = _Handle(symbol, client, way)
+        self._held.setdefault(client, {}).setdefault(way, set()).add(handle)
+        if way is not None:
+            self._clients_by_way.setdefault(way, set()).add(client)
+        self.usage.handles += 1
         return _HANDLE.pack(handle) if read_length == 4 else _handle_and_type(handle, symbol)
 
     def _make_sure_of_room(self, client: bytes) -> None:
-        held = len(self._held.get(client, ()))
-        if held >= self.limits.handles or self.count >= self.limits.all_handles:
+        held = sum(map(len, self._held.get(client, {}).values()))
+        if held >= self.limits.handles or self.usage.handles >= self.limits.all_handles:
             self.refused += 1
             raise DeviceError(
-                ReturnCode.NO_MORE_HANDLES, f"{held} handles of the client, {self.count} of all"
+                ReturnCode.NO_MORE_HANDLES,
+                f"{held} handles of the client, {self.usage.handles} of all",
             )
 
     def _release_handle(self, offset: int, data: bytes, client: bytes) -> None:
         if len(data) != 4:
             raise DeviceError(ReturnCode.INVALID_SIZE, f"a handle is 4 bytes, got {len(data)}")
         (handle,) = _HANDLE.unpack(data)
-        held = self._held.get(client, set())
-        if handle not in held:
+        entry = self._handles.get(handle) or self._stale.get(handle)
+        ways = self._held.get(client, {})
+        if entry is None or handle not in (held := ways.get(entry.way, set())):
             raise DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"handle 0x{handle:X}")
         self._drop(handle)
         held.remove(handle)
         if not held:
-            del self._held[client]
+            self._forget(client, entry.way)
 
     def _drop(self, handle: int) -> None:
         if self._handles.pop(handle, None) is None:
             del self._stale[handle]
+        self.usage.handles -= 1
+
+    def _forget(self, client: bytes, way: Endpoint | None) -> set[int]:
+        """The client holds nothing by this way any more; what it held."""
+        ways = self._held[client]
+        handles = ways.pop(way)
+        if not ways:
+            del self._held[client]
+        if way is not None:
+            clients = self._clients_by_way[way]
+            clients.remove(client)
+            if not clients:
+                del self._clients_by_way[way]
+        return handles
 
     def _missing(self, handle: int, client: bytes) -> DeviceError:
-        if self._stale.get(handle) == client:
+        stale = self._stale.get(handle)
+        if stale is not None and stale.client == client:
             return DeviceError(ReturnCode.SYMBOL_VERSION_INVALID, f"handle 0x{handle:X}")
         return DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"handle 0x{handle:X}")
 
@@ -343,12 +380,32 @@ class SymbolServices:
 
     def release_all(self, client: bytes) -> None:
         """Forget the handles of a client that is gone."""
-        for handle in self._held.pop(client, ()):
-            self._drop(handle)
+        for way in list(self._held.get(client, ())):
+            self._over.append(self._forget(client, way))
+        self.clear()
+
+    def release_way(self, way: Endpoint) -> None:
+        """Forget the handles that were asked for by a connection that is gone."""
+        clients = self._clients_by_way.get(way)
+        if clients is not None:
+            for client in list(clients):
+                self._over.append(self._forget(client, way))
+            self.clear()
+
+    def clear(self) -> None:
+        """Clear some of the handles of those who are gone; called about once a second."""
+        count = _FREED_AT_ONCE
+        while self._over and count:
+            handles = self._over[-1]
+            while handles and count:
+                self._drop(handles.pop())
+                count -= 1
+            if not handles:
+                self._over.pop()
 
     def invalidate(self) -> None:
         """The symbol table has changed: every handle is out of date."""
-        self._stale.update((handle, entry.client) for handle, entry in self._handles.items())
+        self._stale.update(self._handles)
         self._handles.clear()
 
     # values ----------------------------------------------------------------------------------

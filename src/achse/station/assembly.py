@@ -23,7 +23,7 @@ from achse.motion.tables import TableError, TableParameters
 from achse.native.sampling import KERNEL as SAMPLING
 from achse.plc import PlcRuntime
 from achse.router import Router
-from achse.server import Device
+from achse.server import Device, Usage
 from achse.station.config import (
     AxisConfig,
     ConfigError,
@@ -72,10 +72,11 @@ def permanent(
     clock: Callable[[], int],
     control: StationControl,
     devices: Callable[[], Sequence[Device]],
+    usage: Usage,
 ) -> Sequence[Device]:
     """Make what stays through restarts, the system service first. Raises ConfigError.
 
-    `devices()` gives all devices that are there now.
+    `devices()` gives all devices that are there now, which count what clients hold in `usage`.
     """
     root = None
     if config.system.root is not None:
@@ -97,6 +98,7 @@ def permanent(
         (EventLoggerDevice(clock=clock), EVENT_LOGGER_PORT),
     ]
     for device, port in kept:
+        device.share(usage)
         _attach(device, router, port, config)
     return [device for device, _ in kept]
 
@@ -107,6 +109,7 @@ def assemble(
     base: Path,
     clock: Callable[[], int],
     epoch_ns: int,
+    usage: Usage,
     kept: Sequence[Device] = (),
     pace: Callable[[], Pace | None] = lambda: None,
 ) -> Parts:
@@ -119,12 +122,13 @@ def assemble(
     devices = list(kept)
 
     def attach(device: Device, *ports: int) -> None:
+        device.share(usage)
         devices.append(device)
         for port in ports:
             _attach(device, router, port, config)
 
     try:
-        return _assemble(config, base, clock, epoch_ns, devices, attach, pace)
+        return _assemble(config, base, clock, epoch_ns, usage, devices, attach, pace)
     except ConfigError:
         leave(devices[len(kept) :], router)
         raise
@@ -152,6 +156,7 @@ def _assemble(
     base: Path,
     clock: Callable[[], int],
     epoch_ns: int,
+    usage: Usage,
     devices: Sequence[Device],
     attach: Callable[..., None],
     pace: Callable[[], Pace | None],
@@ -187,29 +192,42 @@ def _assemble(
         raise ConfigError(
             f"cycles: expected multiples of a tick of {_SHORTEST_TICK_NS} ns or more, got {told}"
         )
-    phases += _last_phases(devices, tick_ns, clock, epoch_ns)
+    phases += _last_phases(devices, tick_ns, clock, epoch_ns, usage, pace)
     return Parts(nc, plcs, devices, phases, tick_ns, digests, sources)
 
 
-def idle(devices: Sequence[Device], tick_ns: int, clock: Callable[[], int], epoch_ns: int) -> Parts:
+def idle(
+    devices: Sequence[Device],
+    tick_ns: int,
+    clock: Callable[[], int],
+    epoch_ns: int,
+    usage: Usage,
+    pace: Callable[[], Pace | None] = lambda: None,
+) -> Parts:
     """A station of nothing but `devices`: in CONFIG, or shut down."""
     return Parts(
         nc=None,
         plcs={},
         sources={},
         devices=devices,
-        phases=_last_phases(devices, tick_ns, clock, epoch_ns),
+        phases=_last_phases(devices, tick_ns, clock, epoch_ns, usage, pace),
         tick_ns=tick_ns,
         digests=(),
     )
 
 
 def _last_phases(
-    devices: Iterable[Device], tick_ns: int, clock: Callable[[], int], epoch_ns: int
+    devices: Iterable[Device],
+    tick_ns: int,
+    clock: Callable[[], int],
+    epoch_ns: int,
+    usage: Usage,
+    pace: Callable[[], Pace | None],
 ) -> Sequence[Phase]:
     """What `devices` have to tell their clients, and now and then whether these are still there."""
     listed = list(devices)
-    return [NotificationPhase(listed, epoch_ns), upkeep(listed, tick_ns, clock)]
+    told = NotificationPhase(listed, epoch_ns, usage.budget, pace)
+    return [told, upkeep(listed, tick_ns, clock)]
 
 
 def _nc(config: StationConfig) -> Nc:

@@ -282,7 +282,7 @@ _LIMITS = Limits()
 
 class LimitsConfig(_Section):
     """[limits]: how much one client may hold of each device, and leave unread; `all_…` is for all
-    clients of a device together."""
+    clients and devices together."""
 
     handles: int = Field(default=_LIMITS.handles, ge=1)
     """Symbol handles (0x716 beyond)."""
@@ -311,6 +311,9 @@ class LimitsConfig(_Section):
     """Taps of all clients together (0x716 beyond)."""
     tap_bytes: int = Field(default=16 * 1024 * 1024, ge=1024)
     """Bytes that are kept for all taps together; beyond, the oldest frames are lost to them."""
+    samples: int = Field(default=_LIMITS.samples, ge=1000)
+    """Samples a second for all clients together (a frame counts as 64); those who ask for more get
+    theirs late."""
     log_lines: int = Field(default=_LIMITS.log_lines, ge=1)
     """Lines a second that one host may write into the log by ports 100 and 110."""
     all_log_lines: int = Field(default=_LIMITS.all_log_lines, ge=1)
@@ -330,6 +333,7 @@ class LimitsConfig(_Section):
             all_watched_bytes=self.all_watched_bytes,
             queue_bytes=self.queue_bytes,
             all_queue_bytes=self.all_queue_bytes,
+            samples=self.samples,
             log_lines=self.log_lines,
             all_log_lines=self.all_log_lines,
             unreachable_ns=self.unreachable_time,

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 from achse.motion import Nc
 from achse.plc import PlcRuntime
-from achse.server import Device
+from achse.server import Device, SampleBudget
 from achse.station.cycle import CyclicPhase, Phase, Place
 from achse.station.pacing import NcTask, Pace
 
@@ -92,10 +92,19 @@ class NotificationPhase(Phase):
 
     place, name = Place.NOTIFICATIONS, "notifications"
 
-    def __init__(self, devices: Sequence[Device], epoch_ns: int) -> None:
-        """`epoch_ns` is the time of the devices' clocks at station time 0."""
+    def __init__(
+        self,
+        devices: Sequence[Device],
+        epoch_ns: int,
+        budget: SampleBudget,
+        pace: Callable[[], Pace | None] = lambda: None,
+    ) -> None:
+        """`epoch_ns` is the time of the devices' clocks at station time 0, `budget` that which they
+        share; `pace()` is how the station follows the wall clock, None in virtual time."""
         self._notifications = [device.notifications for device in devices]
         self._epoch_ns = epoch_ns
+        self._budget = budget
+        self._pace = pace
 
     @property
     def due_ns(self) -> float:
@@ -112,6 +121,11 @@ class NotificationPhase(Phase):
         for notifications in self._notifications:
             if notifications.due_ns <= now:
                 notifications.tick(now)
+        if self._budget.waiting:
+            self._budget.serve(now)
+        pace = self._pace()
+        if pace is not None:
+            self._budget.press(pace.behind_ns)
 
 
 def upkeep(devices: Sequence[Device], tick_ns: int, clock: Callable[[], int]) -> CyclicPhase:

@@ -23,7 +23,7 @@ from achse.motion import Nc
 from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.router.tap import Taps
-from achse.server import Device
+from achse.server import Device, Usage
 from achse.station import assembly
 from achse.station.agenda import Agenda
 from achse.station.config import ConfigError, StationConfig, load
@@ -82,11 +82,16 @@ class Station:
             limit=limits.tap_bytes,
             most=limits.taps,
         )
+        self.usage = Usage(limits.limits())
+        """What clients hold of all devices together."""
         self.service = StationService(self, taps)
+        self.service.limit(limits.limits())
+        self.service.share(self.usage)
         self.service.attach(self.router, SERVICE_PORT)
         self._kept = (
             *assembly.permanent(
-                *(self.config, self.router, self._base, self.clock, self, lambda: self.devices)
+                *(self.config, self.router, self._base, self.clock, self, lambda: self.devices),
+                self.usage,
             ),
             self.service,
         )
@@ -142,8 +147,8 @@ class Station:
 
     def _assemble(self) -> assembly.Parts:
         return assembly.assemble(
-            *(self.config, self.router, self._base, self.clock, self.epoch_ns, self._kept),
-            lambda: self.pace,
+            *(self.config, self.router, self._base, self.clock, self.epoch_ns, self.usage),
+            *(self._kept, lambda: self.pace),
         )
 
     @property
@@ -284,7 +289,9 @@ class Station:
         self._phases = parts.phases
 
     def _idle(self, devices: Sequence[Device]) -> assembly.Parts:
-        return assembly.idle(devices, self.tick_ns, self.clock, self.epoch_ns)
+        return assembly.idle(
+            *(devices, self.tick_ns, self.clock, self.epoch_ns, self.usage), lambda: self.pace
+        )
 
     def at(self, due_ns: int, action: Callable[[], None]) -> None:
         """Call `action` at a station time, before the NC; with the next tick if that is over."""

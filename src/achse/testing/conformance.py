@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.ams.commands import ERROR_PADDING
-from achse.codes import ReturnCode
+from achse.codes import ReservedGroup, ReturnCode
 from achse.router import Router
 from achse.server import READ, READ_WRITE, WRITE, Device, RowFacts
 
@@ -105,15 +105,15 @@ def _basics(client: _Client) -> Iterator[str]:
             yield f"{command.name} with {data.hex(' ')} is not refused"
         elif len(answer.data) != size:
             yield f"a refused {command.name} has {len(answer.data)} bytes, expected {size}"
-    parts = b"".join(_PLACE.pack(group, 0, 2) for group in (0xF100, nowhere))
-    sum_data = struct.pack("<4I", 0xF080, 2, 12, len(parts)) + parts
+    parts = b"".join(_PLACE.pack(group, 0, 2) for group in (ReservedGroup.DEVICE, nowhere))
+    sum_data = struct.pack("<4I", ReservedGroup.SUM_READ, 2, 12, len(parts)) + parts
     answer = client.ask(Command.READ_WRITE, sum_data)
     if len(answer.data) != 20 or answer.data[8:12] != bytes(4) or answer.data[12:16] == bytes(4):
         yield f"a sum read of a good and a bad part answers {answer.data.hex(' ')}"
 
 
 def _notifications(client: _Client) -> Iterator[str]:
-    body = struct.pack("<6I16x", 0xF100, 0, 4, 4, 0, 100_000)
+    body = struct.pack("<6I16x", ReservedGroup.DEVICE, 0, 4, 4, 0, 100_000)
     answer = client.ask(Command.ADD_NOTIFICATION, body)
     samples = [frame for frame in client.frames if frame.command == Command.NOTIFICATION]
     if len(answer.data) != 8 or any(answer.data[:4]):

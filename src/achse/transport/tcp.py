@@ -184,6 +184,7 @@ class TcpConnection(asyncio.Protocol):
 
     def _leave(self) -> None:
         """From here on the peer is unreachable and holds nothing."""
+        was_open = self._open
         self._open = False
         self._out.clear()
         self._out_size = 0
@@ -193,6 +194,8 @@ class TcpConnection(asyncio.Protocol):
         self._sources.clear()
         while self.registered:
             self._router.unregister(self.registered.pop().port)
+        if was_open:
+            self._router.close_way(self)
 
     @property
     def sources(self) -> Iterable[bytes]:

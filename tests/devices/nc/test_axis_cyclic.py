@@ -258,17 +258,17 @@ def test_there_are_no_preparation_entries(bench: Any) -> None:
     assert bench.get(0x4301, 0xB6, "<I") == 0
 
 
-def enable(bench: Any, control: int) -> None:
+def enable(bench: Any, control: int) -> Any:
     bench.put(C, 0x01, NUMBER, control)
     bench.run(0.01)
 
 
-def move(bench: Any, kind: int, position: float = 0.0, velocity: float = 100.0) -> None:
+def move(bench: Any, kind: int, position: float = 0.0, velocity: float = 100.0) -> Any:
     bench.start(position, velocity, start_type=kind)
     bench.run(0.5)
 
 
-def stop(bench: Any) -> None:
+def stop(bench: Any) -> Any:
     bench.write(F, 0x02)
     bench.until_rest()
     bench.run(0.1)
@@ -279,7 +279,7 @@ def fail(bench: Any) -> None:
     bench.run(0.01)
 
 
-def reset(bench: Any) -> None:
+def reset(bench: Any) -> Any:
     bench.write(F, 0x01)
     bench.run(0.01)
 

@@ -2,6 +2,7 @@
 
 import struct
 from collections.abc import Mapping
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -143,8 +144,10 @@ def test_fields_stand_at_their_offsets(
     axis.encoder_latch_active = axis.encoder_probe_active[4] = axis.encoder_probe_valid[0] = 1
     axis.encoder_probe_counter[0], axis.encoder_probe_counter[4] = 4, 3
     axis.encoder_probe_counter[7] = 0x105
-    offsets = {row[form]: row[:2] for row in fields.values() if row[form] is not None}
-    expected = placed(size, {**offsets, **again})  # type: ignore[arg-type]
+    offsets: dict[Any, tuple[str, float]] = {
+        row[form]: row[:2] for row in fields.values() if row[form] is not None
+    }
+    expected = placed(size, {**offsets, **again})
     assert structure.size == size
     assert structure.encode(axis).hex() == expected.hex()
     shown = structure.decode(expected)

@@ -117,7 +117,9 @@ def call(device: PlcDevice, path: str, data: bytes = b"", length: int = 64) -> b
 def refused(what: Any, *arguments: Any) -> ReturnCode:
     with pytest.raises(DeviceError) as caught:
         what(*arguments)
-    return caught.value.return_code
+    code = caught.value.return_code
+    assert code is not None
+    return code
 
 
 # methods ------------------------------------------------------------------------------------------

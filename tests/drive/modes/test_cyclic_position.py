@@ -37,7 +37,7 @@ def test_each_target_is_reached_within_its_cycle(csp: VirtualDrive) -> None:
 
 
 def test_the_axis_follows_a_sine(csp: VirtualDrive) -> None:
-    worst = 0
+    worst: float = 0
     for n in range(2_000):
         csp.put(0x607A, round(100_000 - 100_000 * math.cos(math.tau * n / 1_000)))
         csp.cycle()

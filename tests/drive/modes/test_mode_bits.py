@@ -193,7 +193,7 @@ for _mode in ("pp", "pv", "tq"):
         drive.put(0x60FF, 100_000)
         drive.put(0x6071, 50)
         there = drive.control(0x1F, 500)
-        return there & halted(MODES[mode], 3_000).statusword & REACHED
+        return bool(there & halted(MODES[mode], 3_000).statusword & REACHED)
 
 
 @shows("all", STATUS, "10", "0")
@@ -390,7 +390,7 @@ def _acknowledged() -> bool:
     for _ in range(2):  # one runs, two wait
         drive.control(0x0F)
         drive.control(0x1F)
-    return taken & drive.control(0x0F) & BIT_12
+    return bool(taken & drive.control(0x0F) & BIT_12)
 
 
 for _mode in ("pp", "csp"):

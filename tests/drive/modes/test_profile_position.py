@@ -103,7 +103,7 @@ def test_relative_is_from_the_target_before(pp: VirtualDrive) -> None:
 def test_a_set_point_without_bit_5_waits_for_the_one_that_runs(pp: VirtualDrive) -> None:
     _setpoint(pp, 300_000)
     _setpoint(pp, 500_000)
-    highest = 0
+    highest: float = 0
     while pp.record.buffer_count:
         pp.cycle()
         highest = max(highest, pp.get(0x6062))
@@ -117,7 +117,7 @@ def test_bit_5_replaces_the_one_that_runs(pp: VirtualDrive) -> None:
     _setpoint(pp, 3_000_000)
     pp.run(0.3)
     _setpoint(pp, -100_000, 0x20)
-    furthest = 0
+    furthest: float = 0
     while not pp.statusword & REACHED:
         pp.cycle()
         furthest = max(furthest, pp.get(0x6062))
@@ -128,7 +128,7 @@ def test_bit_5_replaces_the_one_that_runs(pp: VirtualDrive) -> None:
 def test_bit_9_passes_the_set_point_without_stopping(pp: VirtualDrive) -> None:
     _setpoint(pp, 400_000)
     _setpoint(pp, 800_000, 0x200)
-    slowest = V
+    slowest: float = V
     while pp.get(0x6062) < 700_000:
         pp.cycle()
         if pp.get(0x6062) > 200_000:
@@ -141,7 +141,7 @@ def test_bit_9_passes_the_set_point_without_stopping(pp: VirtualDrive) -> None:
 def test_the_other_direction_stops_at_the_set_point_before(pp: VirtualDrive) -> None:
     _setpoint(pp, 400_000)
     _setpoint(pp, 0, 0x200)
-    highest = 0
+    highest: float = 0
     while not pp.statusword & REACHED:
         pp.cycle()
         highest = max(highest, pp.get(0x6062))

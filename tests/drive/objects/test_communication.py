@@ -1,5 +1,7 @@
 """Communication objects: identity, storing, synchronisation."""
 
+from typing import Any
+
 from achse.codes import AbortCode, AlState, AlStatus
 from achse.drive import Drive, Identity, VirtualDrive
 from achse.drive.objects.communication import DEFAULT_MAPPINGS, SAVE
@@ -32,7 +34,7 @@ def test_save_takes_its_time_and_outlasts_a_power_cycle() -> None:
     assert drive.get(0x6085) == 123_456
 
 
-def test_only_save_saves(aborts) -> None:
+def test_only_save_saves(aborts: Any) -> None:
     drive = VirtualDrive()
     with aborts(AbortCode.VALUE_RANGE):
         drive.set(0x1010, 0x64616F6C, 1)

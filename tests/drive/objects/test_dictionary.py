@@ -3,7 +3,7 @@
 import csv
 import struct
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -155,7 +155,9 @@ def test_a_fresh_drive_holds_the_default_or_a_value_allowed(
 
 
 @pytest.mark.parametrize("listed", [row for row in SINGLE if row["access"] == "ro"], ids=_id)
-def test_what_is_read_only_refuses_writes(reach: Reach, aborts, listed: dict[str, str]) -> None:
+def test_what_is_read_only_refuses_writes(
+    reach: Reach, aborts: Any, listed: dict[str, str]
+) -> None:
     index, subindex = divmod(_key(listed), 256)
     with aborts(AbortCode.READ_ONLY):
         reach.write(index, subindex, reach.read(index, subindex))
@@ -172,7 +174,7 @@ WRITTEN = {0x1010: [0x6576_6173], 0x605D: [1, 2]}
 
 
 @pytest.mark.parametrize("listed", [row for row in SINGLE if row["access"] == "rw"], ids=_id)
-def test_writes_keep_to_the_range(aborts, listed: dict[str, str]) -> None:
+def test_writes_keep_to_the_range(aborts: Any, listed: dict[str, str]) -> None:
     reach = Reach()
     index, subindex = divmod(_key(listed), 256)
     kind = DICTIONARY[_key(listed)].type
@@ -205,7 +207,7 @@ def test_writes_keep_to_the_range(aborts, listed: dict[str, str]) -> None:
 
 
 @pytest.mark.parametrize("listed", AREAS, ids=lambda row: row["index"])
-def test_areas(reach: Reach, aborts, listed: dict[str, str]) -> None:
+def test_areas(reach: Reach, aborts: Any, listed: dict[str, str]) -> None:
     first, _, last = listed["index"].partition("-")
     low, high = int(first, 16), int(last or first, 16)
     if listed["subindex"] == "-":
@@ -225,7 +227,7 @@ def test_rows_ascend_and_tell_what_they_are() -> None:
     assert all(row.doc.endswith(".") for row in ROWS)
 
 
-def test_unknown_entries(aborts) -> None:
+def test_unknown_entries(aborts: Any) -> None:
     with aborts(AbortCode.NO_OBJECT):
         find(0x5000, 0)
     with aborts(AbortCode.NO_OBJECT):

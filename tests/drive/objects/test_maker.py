@@ -1,5 +1,7 @@
 """Maker's objects: reset, turns of the encoder, general objects, parameters that act."""
 
+from typing import Any
+
 import pytest
 
 from achse.codes import AbortCode, AlState
@@ -120,7 +122,7 @@ def test_gear_acts_after_a_reset_and_warns_until_then(drive: VirtualDrive) -> No
     drive.set(0x2210, 10_000)
     drive.set(0x220E, TURN)
     drive.cycle()
-    assert drive.get(0x3110) & Warn.RESTART_REQUIRED.mask
+    assert int(drive.get(0x3110)) & Warn.RESTART_REQUIRED.mask
     assert drive.get(0x4096) == 0x941
     assert drive.statusword & 0x80
     drive.set(0x3216, 1)
@@ -167,7 +169,7 @@ def test_position_trigger_is_shown_in_the_software_state(drive: VirtualDrive) ->
     assert drive.get(0x3056) == 1 << 4
 
 
-def test_not_supported_is_not_readable(aborts) -> None:
+def test_not_supported_is_not_readable(aborts: Any) -> None:
     for index in (0x3002, 0x3055, 0x3100, 0x3104, 0x607D):
         with aborts(AbortCode.UNSUPPORTED_ACCESS):
             VirtualDrive().read_object(index, 0)

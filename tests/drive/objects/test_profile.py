@@ -1,5 +1,7 @@
 """Objects of profile 402: what writing them obeys beyond the range."""
 
+from typing import Any
+
 import pytest
 
 from achse.codes import AbortCode, AlState
@@ -10,7 +12,7 @@ def test_supported_modes_word() -> None:
     assert VirtualDrive().get(0x6502) == 0x0000_03AD
 
 
-def test_halt_option_1_is_for_pp(drive: VirtualDrive, aborts) -> None:
+def test_halt_option_1_is_for_pp(drive: VirtualDrive, aborts: Any) -> None:
     drive.set(0x605D, 1)
     drive.set(0x605D, 2)
     for mode in (Mode.PROFILE_VELOCITY, Mode.PROFILE_TORQUE, Mode.HOMING):
@@ -34,7 +36,7 @@ def test_halt_option_1_is_for_pp(drive: VirtualDrive, aborts) -> None:
     ],
 )
 def test_option_codes(
-    drive: VirtualDrive, aborts, index: int, allowed: tuple[int, ...], refused: tuple[int, ...]
+    drive: VirtualDrive, aborts: Any, index: int, allowed: tuple[int, ...], refused: tuple[int, ...]
 ) -> None:
     for value in allowed:
         drive.set(index, value)
@@ -44,7 +46,7 @@ def test_option_codes(
             drive.set(index, value)
 
 
-def test_the_homing_method_stays_while_homing_runs(aborts) -> None:
+def test_the_homing_method_stays_while_homing_runs(aborts: Any) -> None:
     drive = VirtualDrive(Machine(switches=Switches(home=(0, 1), positive_limit=10**7)))
     drive.set(0x6098, 34)
     drive.enable(Mode.HOMING)

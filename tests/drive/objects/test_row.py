@@ -1,5 +1,7 @@
 """Object rows: types, ranges and where values live."""
 
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -43,7 +45,7 @@ def test_names_have_an_object_and_an_entry() -> None:
     assert (plain.object_name, plain.entry_name) == ("Controlword", "Controlword")
 
 
-def test_values_limit_more_than_the_range(aborts) -> None:
+def test_values_limit_more_than_the_range(aborts: Any) -> None:
     row = ObjectRow(1, 0, "Option", DataType.I16, Access.RW, "One.", "halt_option", values=(0, 2))
     drive = VirtualDrive()
     row.put(drive, 2)
@@ -52,7 +54,7 @@ def test_values_limit_more_than_the_range(aborts) -> None:
         row.put(drive, 1)
 
 
-def test_nothing_but_finite_numbers(aborts) -> None:
+def test_nothing_but_finite_numbers(aborts: Any) -> None:
     row = ObjectRow(1, 0, "Real", DataType.F32, Access.RW, "One.", "general_f0")
     with aborts(AbortCode.VALUE_RANGE):
         row.check(float("nan"))
@@ -61,7 +63,7 @@ def test_nothing_but_finite_numbers(aborts) -> None:
 
 
 @pytest.mark.parametrize("count", [256, 300, -1, float("inf")])
-def test_what_judges_itself_still_has_its_type(aborts, count: float) -> None:
+def test_what_judges_itself_still_has_its_type(aborts: Any, count: float) -> None:
     """The number of entries of 1600h, whose range the procedure judges."""
     with aborts(AbortCode.VALUE_RANGE):
         find(0x1600, 0).check(count)

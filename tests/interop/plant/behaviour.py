@@ -7,7 +7,7 @@ class MAIN:
     """Counts its cycles."""
 
     nCycles: int  # noqa: N815
-    gvl: "GVL"  # noqa: F821
+    gvl: "GVL"  # type: ignore[name-defined]  # noqa: F821
 
     def cycle(self) -> None:
         self.nCycles += 1

@@ -76,7 +76,7 @@ def test_an_update_needs_a_continuous_command(rig: Any) -> None:
 
 def test_a_relative_torque_may_need_the_other_feed_enable(make_rig: Any) -> None:
     rig = make_rig(control_dword=3)
-    commands.start_torque_control(rig.axis, *TORQUE.values())
+    commands.start_torque_control(rig.axis, *TORQUE.values())  # type: ignore[arg-type]
     rig.run(1)
     less = TORQUE | {"kind": 0x3002, "torque": -50.0}
     assert commands.start_torque_control(rig.axis, *less.values()) == 0  # type: ignore[arg-type]

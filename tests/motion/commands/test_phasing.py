@@ -28,7 +28,7 @@ from achse.motion import commands
         ((1, 0, 0, 1.0, 10.0, 1.0, 1.0, 1.0, 0, 5.0), NcError.FUNCTION_NOT_AVAILABLE),
     ],
 )
-def test_refusals(rig: Any, arguments: tuple[float, ...], error: NcError) -> None:
+def test_refusals(rig: Any, arguments: tuple[Any, ...], error: NcError) -> None:
     code = commands.start_phasing(rig.axis, *arguments)
     assert NcError.of(code) is error
     assert rig.axis.phasing_active == 0

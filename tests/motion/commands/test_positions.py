@@ -73,7 +73,7 @@ def make(request: pytest.FixtureRequest, make_rig: Any) -> Any:
 
 def machine(axis: Any) -> float:
     """Where the motor stands, whatever positions are called."""
-    return axis.plant_position * axis.encoder_scaling_factor
+    return float(axis.plant_position * axis.encoder_scaling_factor)
 
 
 @pytest.mark.parametrize(("kind", "value"), [(1, 500.0), (2, 400.0)])

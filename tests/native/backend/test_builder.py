@@ -261,4 +261,4 @@ def test_what_does_not_fit_is_refused() -> None:
         (lambda: body.call(module.callback("c", [])), "so it faults too"),
     ):
         with pytest.raises(InstructionError, match=reason):
-            refused()  # type: ignore[no-untyped-call]
+            refused()

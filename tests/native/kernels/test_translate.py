@@ -1,6 +1,7 @@
 """Which functions make a kernel, and how it is called."""
 
 from collections.abc import Sequence
+from types import FunctionType
 from typing import Any
 
 import pytest
@@ -14,7 +15,12 @@ class Wheel:
     """A record."""
 
 
-WHEEL = Layout("wheel", {}, 0)
+WHEEL: Layout[Any] = Layout("wheel", {}, 0)
+
+
+def _function(callable: Any) -> FunctionType:
+    assert isinstance(callable, FunctionType)
+    return callable
 
 
 def turn(wheels: Sequence[Wheel], by: float, count: int) -> float:
@@ -38,7 +44,7 @@ def _two(a: float) -> tuple[float, float]:
 
 
 def test_a_sequence_is_an_address_and_a_length() -> None:
-    signature = interface_of(turn, {Wheel: WHEEL}).functions[ENTRY].signature
+    signature = interface_of(_function(turn), {Wheel: WHEEL}).functions[ENTRY].signature
     assert signature == Signature((ADDRESS, I64, F64, I64), (F64,))
 
 
@@ -53,7 +59,7 @@ def test_parameters_have_kinds(function: Any, reason: str) -> None:
 
 def test_a_tuple_does_not_leave_machine_code() -> None:
     with pytest.raises(TranslationError, match="cannot be called from outside"):
-        interface_of(_two, {})
+        interface_of(_function(_two), {})
 
 
 def test_only_functions_of_modules_are_translated() -> None:
@@ -61,7 +67,7 @@ def test_only_functions_of_modules_are_translated() -> None:
         return a
 
     with pytest.raises(TranslationError, match="not a function of a module"):
-        translate(inner, {})
+        translate(_function(inner), {})
 
 
 def test_what_is_called_is_taken_in_once(written: Any) -> None:

@@ -1,11 +1,15 @@
 # ruff: noqa: N815 -- IEC names carry their prefix
 """Differences between symbol files, one line each."""
 
+from typing import Any
+
 from achse.iec import DINT, INT, LREAL, IecType, Struct, Variable, iec_type, var
 from achse.st.symbolfiles import FileVariable, SymbolFile, differences
 
 
-def _file(*variables: tuple[str, IecType[object], str], types: tuple[IecType[object], ...] = ()):  # type: ignore[no-untyped-def]
+def _file(
+    *variables: tuple[str, IecType[Any], str], types: tuple[IecType[Any], ...] = ()
+) -> SymbolFile:
     items = [FileVariable(name, Variable(type, name=name, at=at)) for name, type, at in variables]
     return SymbolFile("P", items, types)
 

@@ -1,6 +1,8 @@
 # ruff: noqa: N801, N815 -- IEC names carry their prefix
 """Initial values in symbol files: literals by path, both ways."""
 
+from typing import Any
+
 import pytest
 
 from achse.iec import ARRAY, BOOL, INT, STRING, TIME, IecType, Struct, iec_type, var
@@ -18,7 +20,7 @@ class ST_Part(Struct):
 PART = iec_type(ST_Part)
 
 
-def _image(type: IecType[object], xml: str) -> bytes | None:
+def _image(type: IecType[Any], xml: str) -> bytes | None:
     return initial_image(type, parse_xml(f"<Default>{xml}</Default>".encode(), "f"))
 
 

@@ -1,6 +1,8 @@
 # ruff: noqa: N801, N802, N815 -- IEC names carry their prefix
 """What is written as .tmc reads back as the same types, variables and initial values."""
 
+from datetime import timedelta
+
 from achse.iec import (
     ARRAY,
     BIT,
@@ -60,7 +62,7 @@ class FB_Axis(FB_Base, comment="moves"):
     aInner = var(ARRAY(ST_Inner, (1, 2), (-1, 0)))
     pBack = var(pointer_to(ARRAY(INT, (0, 3))))
     rName = var(reference_to(STRING(80)))
-    tWait = var(TIME, 1500, persistent=True)
+    tWait = var(TIME, timedelta(milliseconds=1500), persistent=True)
     uRaw = var(U_Raw)
 
     @method(outputs={"stOut": ST_Inner}, aIn=ARRAY(INT, (0, 2)))

@@ -6,6 +6,7 @@ With the rows themselves this is the coverage page, `docs/coverage/nc.md`. Sourc
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
+from achse.codes import ReservedGroup
 from achse.devices.nc.device import AXIS_GROUPS
 from achse.devices.nc.unserved import OF_CHANNELS_AND_GROUPS
 from achse.server import RowFacts
@@ -272,7 +273,7 @@ def coverage(rows: Iterable[RowFacts]) -> Iterator[Covered]:
     served = (
         Covered(row.index_group, row.index_offset, str(row.access), row.name, _answer(row))
         for row in rows
-        if row.index_group < 0xF000
+        if row.index_group < min(ReservedGroup)
     )
     yield from sorted((*served, *UNSERVED))
 

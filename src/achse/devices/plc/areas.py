@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from achse.ams import DeviceError
-from achse.codes import ReturnCode
+from achse.codes import PlcGroup, ReservedGroup, ReturnCode
 from achse.native.memory import Place
 from achse.plc import Area, Memory, MemoryRangeError, Region
 from achse.server import BYTES, READ, WRITE, AreaGroup, Group, IndexGroup, Layout, Service
@@ -33,15 +33,33 @@ class AreaGroups:
 AREA_GROUPS = {
     groups.area: groups
     for groups in (
-        AreaGroups(Area.FLAG, "flag memory %M", 0x4020, 0x4021, 0x4025),
-        # 0x4031 and 0x4041 are in no manual: bits of BIT variables need an address as well.
-        AreaGroups(Area.RETAIN, "retain data", 0x4030, 0x4031, 0x4035),
-        AreaGroups(Area.DATA, "data", 0x4040, 0x4041, 0x4045),
         AreaGroups(
-            Area.INPUT, "inputs %I", 0xF020, 0xF021, 0xF025, 0xF040, 0x1_F400, "000, 002, 003"
+            Area.FLAG, "flag memory %M", PlcGroup.FLAGS, PlcGroup.FLAG_BITS, PlcGroup.FLAGS_SIZE
+        ),
+        # 0x4031 and 0x4041 are in no manual: bits of BIT variables need an address as well.
+        AreaGroups(
+            Area.RETAIN, "retain data", PlcGroup.RETAIN, PlcGroup.RETAIN_BITS, PlcGroup.RETAIN_SIZE
+        ),
+        AreaGroups(Area.DATA, "data", PlcGroup.DATA, PlcGroup.DATA_BITS, PlcGroup.DATA_SIZE),
+        AreaGroups(
+            Area.INPUT,
+            "inputs %I",
+            ReservedGroup.INPUTS,
+            ReservedGroup.INPUT_BITS,
+            ReservedGroup.INPUTS_SIZE,
+            ReservedGroup.CLEAR_INPUTS,
+            0x1_F400,
+            "000, 002, 003",
         ),
         AreaGroups(
-            Area.OUTPUT, "outputs %Q", 0xF030, 0xF031, 0xF035, 0xF050, 0x3_E800, "000, 002, 003"
+            Area.OUTPUT,
+            "outputs %Q",
+            ReservedGroup.OUTPUTS,
+            ReservedGroup.OUTPUT_BITS,
+            ReservedGroup.OUTPUTS_SIZE,
+            ReservedGroup.CLEAR_OUTPUTS,
+            0x3_E800,
+            "000, 002, 003",
         ),
     )
 }

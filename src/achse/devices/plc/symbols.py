@@ -6,7 +6,7 @@ from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 from achse.ams import DeviceError
-from achse.codes import ReturnCode
+from achse.codes import ReservedGroup, ReturnCode
 from achse.devices.plc.areas import AREA_GROUPS
 from achse.devices.plc.calls import PropertyAccess, caller, property_access
 from achse.iec import IecIndexError, IecPathError, IecType, Record, Variable
@@ -22,7 +22,6 @@ from achse.server import UploadInfo
 __all__ = ["PlcSymbol", "PlcSymbols", "Spot"]
 
 _ADDRESS_TYPES = {Area.INPUT: "Input", Area.OUTPUT: "Output"}
-_PROPERTIES = 0xF019
 """The index group in the entries of properties: they are reached by handle only."""
 
 
@@ -90,7 +89,7 @@ class PlcSymbol:
     @property
     def _place(self) -> tuple[int, int]:
         if isinstance(self._spot, PropertyAccess):
-            return _PROPERTIES, 0
+            return ReservedGroup.PROPERTY, 0
         spot = self._spot if isinstance(self._spot, Spot) else self._spot()
         groups = AREA_GROUPS[spot.region.area]
         if spot.bit is None:

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from achse.codes import PlcGroup, ReservedGroup
 from achse.iec.arrays import ArrayType
 from achse.iec.declare import GlobalVariables, Program
 from achse.iec.derived import InterfaceType, PointerType
@@ -26,16 +27,16 @@ __all__ = [
 ]
 
 MEMORY_GROUPS: Mapping[int, tuple[str, bool]] = {
-    0x4020: ("M", False),
-    0x4021: ("M", True),
-    0x4030: ("R", False),
-    0x4031: ("R", True),
-    0x4040: ("D", False),
-    0x4041: ("D", True),
-    0xF020: ("I", False),
-    0xF021: ("I", True),
-    0xF030: ("Q", False),
-    0xF031: ("Q", True),
+    PlcGroup.FLAGS: ("M", False),
+    PlcGroup.FLAG_BITS: ("M", True),
+    PlcGroup.RETAIN: ("R", False),
+    PlcGroup.RETAIN_BITS: ("R", True),
+    PlcGroup.DATA: ("D", False),
+    PlcGroup.DATA_BITS: ("D", True),
+    ReservedGroup.INPUTS: ("I", False),
+    ReservedGroup.INPUT_BITS: ("I", True),
+    ReservedGroup.OUTPUTS: ("Q", False),
+    ReservedGroup.OUTPUT_BITS: ("Q", True),
 }
 """The area of an `Address` that an index group means, and whether its offsets count bits."""
 

@@ -13,7 +13,7 @@ HOMED, BUSY = 1 << 1, 1 << 11
 def test_an_axis_homes_and_the_plc_sees_each_step(make_bench: Any) -> None:
     bench = make_bench(encoder_reference_position=25.0, simulation_cam_end=-5.0)
     bench.write(F, 0x10, b"")
-    steps = []
+    steps: list[Any] = []
     for _ in range(2000):
         status, step = struct.unpack("<I12xI", bench.read(CYCLIC, 0x80, 256)[:20])
         assert step == bench.get(CYCLIC, 0xB4, "<I")

@@ -29,7 +29,7 @@ MOVES: dict[str, Callable[[Any, int, float, float], None]] = {
 }
 
 
-MISTAKES = {
+MISTAKES: dict[str, Any] = {
     "velocity zero": ({}, (1, 100.0, 0.0), 0x4221),
     "velocity negative": ({}, (1, 100.0, -1.0), 0x4221),
     "velocity above the maximum": ({}, (1, 100.0, 2000.1), 0x4221),

@@ -30,10 +30,10 @@ def alias(master: Any, found: Found) -> None:
     master.config_init()
     drive = master.slaves[0]
     words = bytearray(configuration(drive))
-    found["valid"] = words[14] == checksum(words)
+    found["valid"] = words[14] == checksum(bytes(words))
     found["vendor"] = int.from_bytes(drive.eeprom_read(8), "little")
     words[8:10] = ALIAS.to_bytes(2, "little")
-    words[14] = checksum(words)
+    words[14] = checksum(bytes(words))
     for word in (4, 7):
         drive.eeprom_write(word, bytes(words[2 * word : 2 * word + 2]))
     found["written"] = configuration(drive) == bytes(words)

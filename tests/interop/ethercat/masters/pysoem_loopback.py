@@ -3,6 +3,7 @@
 import json
 import sys
 import time
+from collections.abc import Callable
 from typing import Any
 
 import pysoem
@@ -24,7 +25,7 @@ def main() -> None:
 
 def exchange(master: Any) -> int:
     master.send_processdata()
-    return master.receive_processdata(500_000)
+    return int(master.receive_processdata(500_000))
 
 
 def watchdog(master: Any, milliseconds: float) -> None:
@@ -47,11 +48,12 @@ def run(master: Any, found: dict[str, Any]) -> None:
     found["short"] = first.sdo_read(0x2000, 0).decode()
     found["complete"] = first.sdo_read(0x1C12, 0, 64, True).hex()
     found["aborts"] = {}
-    for name, call in {
+    calls: dict[str, Callable[[], object]] = {
         "no object": lambda: first.sdo_read(0x5000, 0),
         "no subindex": lambda: first.sdo_read(0x1018, 9),
         "read-only": lambda: first.sdo_write(0x1018, 1, bytes(4)),
-    }.items():
+    }
+    for name, call in calls.items():
         try:
             call()
         except pysoem.SdoError as error:

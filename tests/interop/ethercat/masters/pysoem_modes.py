@@ -84,7 +84,7 @@ def modes(master: Any, found: Found) -> None:
 
 def home(axis: Axis, drive: Any, found: Found) -> None:
     """Method 33: to the next index pulse in negative direction."""
-    found["hm"] = result = {"mode": axis.enter(HM)}
+    result: dict[str, Any] = {"mode": axis.enter(HM)}
     drive.sdo_write(0x6098, 0, struct.pack("<b", 33))
     drive.sdo_write(0x6099, 2, struct.pack("<I", 60_000))
     drive.sdo_write(0x607C, 0, struct.pack("<i", 1000))
@@ -98,7 +98,8 @@ def home(axis: Axis, drive: Any, found: Found) -> None:
 
 def position(axis: Axis, drive: Any, found: Found) -> None:
     """Absolute, then relative; the handshake of each."""
-    found["pp"] = result = {"mode": axis.enter(PP)}
+    result: dict[str, Any] = {"mode": axis.enter(PP)}
+    found["pp"] = result
     drive.sdo_write(0x6081, 0, struct.pack("<I", 200_000))
     drive.sdo_write(0x6083, 0, struct.pack("<I", 2_000_000))
     drive.sdo_write(0x6084, 0, struct.pack("<I", 2_000_000))
@@ -115,7 +116,8 @@ def position(axis: Axis, drive: Any, found: Found) -> None:
 
 
 def velocity(axis: Axis, drive: Any, found: Found) -> None:
-    found["pv"] = result = {"mode": axis.enter(PV)}
+    result: dict[str, Any] = {"mode": axis.enter(PV)}
+    found["pv"] = result
     axis.velocity = 150_000
     axis.cycle(20)
     result["reached"] = axis.until(REACHED, REACHED)
@@ -129,7 +131,8 @@ def velocity(axis: Axis, drive: Any, found: Found) -> None:
 def torque(axis: Axis, drive: Any, found: Found) -> None:
     drive.sdo_write(0x6087, 0, struct.pack("<I", 10_000))
     axis.torque = 0
-    found["tq"] = result = {"mode": axis.enter(TQ)}
+    result: dict[str, Any] = {"mode": axis.enter(TQ)}
+    found["tq"] = result
     axis.torque = 60
     axis.cycle(50)
     result["6077h"] = axis.inputs[4]

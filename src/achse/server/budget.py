@@ -1,0 +1,205 @@
+"""The budget of samples: how much all devices sample, and who waits when clients ask for more.
+
+A budget grows with time. Where it lasts, each sample is taken when it is due. Where it does not,
+hosts share it, and of one host its connections: the one that was served least comes next, so that
+whoever asks for little gets all of it in time, and whoever asks for too much gets it late. A sample
+that is due again while it waits is taken once.
+"""
+
+import logging
+from collections import deque
+from heapq import heappop, heappush
+from typing import TYPE_CHECKING
+
+from achse.ams import AmsAddress
+from achse.server.subscriptions import Beat, Channel
+
+if TYPE_CHECKING:
+    from achse.server.notifications import Notifications
+
+__all__ = ["SampleBudget"]
+
+log = logging.getLogger("achse.server")
+
+_SECOND = 1_000_000_000
+
+_BURSTS = 50
+"""A fiftieth of a second's budget may be used at once."""
+
+_LEAST = 0.02
+"""Share of the budget that is left however far the station is behind."""
+
+_BEHIND_NS = 10_000_000
+"""A station that is this late takes fewer samples."""
+
+_TOLD_NS = 60_000_000_000
+"""How often it is told that somebody asks for too much."""
+
+
+Order = list[tuple[int, int, object]]
+"""A heap of those who wait: what each will have got after its next turn, a number, the key."""
+
+
+class _Owner:
+    """Who waits for samples, or has waited: a connection, or a host with its connections.
+
+    `served` is what it got, counted from what the others had got when it came.
+    """
+
+    def __init__(self, served: int) -> None:
+        self.served = served
+        self.waits = False
+
+
+class _Line(_Owner):
+    """A connection, or a client in this process."""
+
+    def __init__(self, served: int) -> None:
+        super().__init__(served)
+        self.beats: deque[tuple[Notifications, Beat]] = deque()
+
+    @property
+    def next_cost(self) -> int:
+        """That of the beat whose turn is next."""
+        return self.beats[0][1].cost
+
+
+class _Host(_Owner):
+    """All connections of one host."""
+
+    def __init__(self, served: int) -> None:
+        super().__init__(served)
+        self.lines: dict[object, _Line] = {}
+        self.order: Order = []
+        self.level = 0
+        """What the line that was served last had got before."""
+
+    @property
+    def next_cost(self) -> int:
+        """That of the beat whose turn is next."""
+        return self.lines[self.order[0][2]].next_cost
+
+
+class SampleBudget:
+    """What may be sampled, in samples; see `Beat.cost` for what counts as how many.
+
+    `per_second` is what comes in a second, a fiftieth of it may be used at once.
+    """
+
+    def __init__(self, per_second: int) -> None:
+        self.per_second = per_second
+        self.left = per_second // _BURSTS
+        """Samples that may be taken now; below 0 after one that was larger than what was left."""
+        self.waiting = 0
+        """Beats that are due and not served."""
+        self.late = 0
+        """Samples that were due again before they were taken, so far: they are missing."""
+        self.share = 1.0
+        """Of the budget: less while the station is behind the clock."""
+        self._since: int | None = None
+        self._told: int | None = None
+        self._hosts: dict[object, _Host] = {}
+        self._order: list[tuple[int, int, object]] = []
+        self._level = 0
+        self._number = 0
+
+    def refill(self, now: int) -> None:
+        """Add what has come up to `now`, ns."""
+        since, self._since = self._since, now
+        if since is not None and now > since:
+            gain = int((now - since) * self.per_second * self.share) // _SECOND
+            self.left = min(self.left + gain, max(self.per_second // _BURSTS, gain))
+
+    def press(self, behind_ns: float) -> None:
+        """Called each tick of a station that follows the wall clock, with how late it is."""
+        if behind_ns > _BEHIND_NS:
+            self.share = max(self.share * 0.9, _LEAST)
+        elif self.share < 1.0:
+            self.share = min(self.share + 0.01, 1.0)
+
+    # those who wait --------------------------------------------------------------------------
+
+    def put(self, notifications: "Notifications", beat: Beat) -> None:
+        """Let a beat wait for its turn."""
+        channel = beat.batch.channel
+        if beat.waits:
+            self.late += beat.samples
+            self._tell(channel)
+            return
+        beat.waits = True
+        self.waiting += 1
+        place, key = _host(channel), channel.via or channel.client
+        host = self._hosts.get(place)
+        if host is None:
+            host = self._hosts[place] = _Host(self._level)
+        line = host.lines.get(key)
+        if line is None:
+            line = host.lines[key] = _Line(host.level)
+        line.beats.append((notifications, beat))
+        if not line.waits:
+            line.served = max(line.served, host.level)
+            self._enter(host.order, line, key, line.next_cost)
+        if not host.waits:
+            host.served = max(host.served, self._level)
+            self._enter(self._order, host, place, host.next_cost)
+
+    def _enter(self, order: Order, owner: _Owner, key: object, cost: int) -> None:
+        owner.waits = True
+        self._number += 1
+        heappush(order, (owner.served + cost, self._number, key))
+
+    def serve(self, now: int) -> None:
+        """Take samples of those who wait, as far as the budget goes, and send them."""
+        self.refill(now)
+        served: dict[Notifications, None] = {}
+        while self.left > 0 and self._order:
+            place = heappop(self._order)[2]
+            host = self._hosts[place]
+            key = heappop(host.order)[2]
+            line = host.lines[key]
+            notifications, beat = line.beats.popleft()
+            beat.waits = False
+            self.waiting -= 1
+            cost = notifications.sample(beat)
+            served[notifications] = None
+            self.left -= cost
+            host.level, self._level = line.served, host.served
+            line.served += cost
+            host.served += cost
+            line.waits = host.waits = False
+            if line.beats:
+                self._enter(host.order, line, key, line.next_cost)
+            if host.order:
+                self._enter(self._order, host, place, host.next_cost)
+        self._forget()
+        for notifications in served:
+            notifications.send(now)
+
+    def _forget(self) -> None:
+        """Forget those who do not wait and have got no more than those who do."""
+        if not self.waiting:
+            self._hosts.clear()
+        for place, host in list(self._hosts.items()):
+            if len(host.lines) > 2 * len(host.order) + 64:
+                kept = {
+                    key: line
+                    for key, line in host.lines.items()
+                    if line.waits or line.served > host.level
+                }
+                host.lines = kept
+            if not host.waits and host.served <= self._level:
+                del self._hosts[place]
+
+    def _tell(self, channel: Channel) -> None:
+        now = self._since or 0
+        if self._told is None or now - self._told >= _TOLD_NS:
+            self._told = now
+            log.warning(
+                "%s asks for more samples than there is time for: they come late",
+                AmsAddress(channel.client) if channel.client else "a client in this process",
+                extra=channel.reader,
+            )
+
+
+def _host(channel: Channel) -> object:
+    return getattr(channel.via, "peer_host", "") or channel.client

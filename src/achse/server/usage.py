@@ -1,0 +1,45 @@
+"""What all clients hold of all devices together: the limits `all_…` are for the sum."""
+
+from collections.abc import Iterable
+from typing import Protocol
+from weakref import WeakSet
+
+from achse.server.budget import SampleBudget
+from achse.server.limits import Limits
+from achse.server.subscriptions import Channel
+
+__all__ = ["Keeper", "Usage"]
+
+
+class Keeper(Protocol):
+    """Keeps samples for clients."""
+
+    @property
+    def channels(self) -> Iterable[Channel]: ...
+
+    def drop(self, channel: Channel) -> None:
+        """Drop what is kept for a client."""
+        ...
+
+
+class Usage:
+    """What clients hold of all devices that share this."""
+
+    def __init__(self, limits: Limits) -> None:
+        self.handles = 0
+        self.notifications = 0
+        self.watched = 0
+        """Bytes of one sample of every subscription."""
+        self.queued = 0
+        """Bytes of samples that are kept."""
+        self.budget = SampleBudget(limits.samples)
+        self.members: WeakSet[Keeper] = WeakSet()
+
+    def make_room(self, limit: int) -> None:
+        """Drop samples of the clients for whom most is kept, until a quarter of `limit` is free."""
+        kept = [(channel.kept, each, channel) for each in self.members for channel in each.channels]
+        kept.sort(key=lambda entry: entry[0], reverse=True)
+        for _, keeper, channel in kept:
+            if self.queued <= limit * 3 // 4:
+                return
+            keeper.drop(channel)

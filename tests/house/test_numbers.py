@@ -1,0 +1,56 @@
+"""A number that has a name is written by its name: no row's or member's number stands bare."""
+
+import io
+import tokenize
+from collections.abc import Iterable
+from enum import IntEnum
+from pathlib import Path
+
+import pytest
+
+from achse.codes import PlcGroup, ReservedGroup
+
+HOME = Path("src/achse/codes")
+"""Where names get their numbers."""
+
+NAMES: dict[str, tuple[Iterable[IntEnum], tuple[str, ...]]] = {
+    "index groups": ([*ReservedGroup, *PlcGroup], ("src/achse",)),
+}
+"""What has names, and where its numbers mean nothing else."""
+
+BARE: dict[str, set[str]] = {}
+"""Numbers that may stand bare in a file, because they mean something else there."""
+
+
+def _bare(root: Path, path: Path, numbers: set[int]) -> list[str]:
+    """Hexadecimal numbers of a file that are among `numbers`, each with its line."""
+    with io.StringIO((root / path).read_text(encoding="utf-8")) as text:
+        return [
+            f"{path}:{token.start[0]}: {token.string}"
+            for token in tokenize.generate_tokens(text.readline)
+            if token.type == tokenize.NUMBER
+            and token.string[:2].lower() == "0x"
+            and int(token.string, 16) in numbers
+            and token.string not in BARE.get(str(path), ())
+        ]
+
+
+@pytest.mark.parametrize("kind", NAMES)
+def test_numbers_with_a_name_are_written_by_name(
+    kind: str, root: Path, modules: list[Path]
+) -> None:
+    members, rooms = NAMES[kind]
+    numbers = {int(member) for member in members}
+    bare = [
+        each
+        for path in modules
+        if str(path).startswith(rooms) and HOME not in path.parents
+        for each in _bare(root, path, numbers)
+    ]
+    assert not bare, "\n".join(bare)
+
+
+def test_the_exceptions_are_needed(root: Path, modules: list[Path]) -> None:
+    for name, allowed in BARE.items():
+        assert Path(name) in modules
+        assert all(number in (root / name).read_text(encoding="utf-8") for number in allowed)

@@ -1,0 +1,166 @@
+"""Who asks for more samples than there is time for gets them late; nobody else notices."""
+
+from collections.abc import Callable
+from itertools import chain
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from achse.ams import AmsAddress, Frame
+from achse.ams.notification import NotificationStream
+from achse.server import Limits, SampleBudget
+
+MS = 1_000_000
+SECOND = 1_000_000_000
+TICK_MS = 10
+FRAME, CALL = 64, 8
+"""Cost of a frame, and of a value that is computed, in samples."""
+
+
+class Way:
+    """A connection of a host; notes which handles came in which frame."""
+
+    def __init__(self, host: str, number: int = 1) -> None:
+        self.peer_host = host
+        self.address = AmsAddress(f"{host}.1.1:{30_000 + number}")
+        self.frames: list[Frame] = []
+        self.count = 0
+
+    def deliver(self, frame: Frame) -> bool:
+        self.frames.append(frame)
+        return True
+
+    def samples(self) -> int:
+        """How many have come since the last call."""
+        frames, self.frames = self.frames, []
+        stamps = [stamp for f in frames for stamp in NotificationStream.decode(f.data).stamps]
+        return sum(len(stamp.samples) for stamp in stamps)
+
+
+def subscribe(bench: Any, way: Way, count: int, *, cycle_ms: int = 0, length: int = 1) -> None:
+    notifications = bench.device.notifications
+    for _ in range(count):
+        cycle = cycle_ms * 10_000
+        notifications.add(way.address, bench.address, way, lambda: b"x", length, 3, 0, cycle)
+    notifications.send_first()
+    way.frames.clear()
+
+
+def test_what_comes_in_a_second_and_at_once() -> None:
+    budget = SampleBudget(1000)
+    assert budget.left == 20
+    budget.left = 0
+    budget.refill(0)
+    budget.refill(5 * MS)
+    assert budget.left == 5
+    budget.refill(SECOND)
+    assert budget.left == 995  # a tick as long as that gives what is due to it
+    budget.refill(SECOND + MS)
+    assert budget.left == 20
+
+
+def test_a_station_behind_the_clock_samples_less_until_it_keeps_up() -> None:
+    budget = SampleBudget(1000)
+    budget.press(9 * MS)
+    assert budget.share == 1
+    for _ in range(100):
+        budget.press(11 * MS)
+    assert budget.share == 0.02
+    budget.left = 0
+    budget.refill(0)
+    budget.refill(SECOND)
+    assert budget.left == 20
+    for _ in range(98):
+        budget.press(0)
+    assert budget.share == pytest.approx(1)
+
+
+def test_one_who_asks_for_everything_delays_nobody_else(
+    make_bench: Callable[..., Any], caplog: pytest.LogCaptureFixture
+) -> None:
+    """20,000 subscriptions at each cycle, of a fifth of which there is time."""
+    bench = make_bench(Limits(samples=4_000_000))
+    greedy, modest = Way("10.0.0.1"), Way("10.0.0.2")
+    subscribe(bench, greedy, 20_000)
+    subscribe(bench, modest, 10)
+    each_tick = []
+    for _ in range(50):
+        bench.tick(TICK_MS)
+        assert modest.samples() == 10
+        each_tick.append(greedy.samples())
+    assert 4_000 <= sum(each_tick[10:]) / 40 <= 5_000
+    assert bench.device.notifications.usage.budget.late > 0
+    assert caplog.text.count("asks for more samples") == 1
+    assert f"{greedy.address} asks" in caplog.text
+
+
+def test_connections_of_one_host_share_what_the_host_gets(make_bench: Callable[..., Any]) -> None:
+    bench = make_bench(Limits(samples=400_000))
+    many = [Way("10.0.0.1", number) for number in range(50)]
+    alone = Way("10.0.0.2")
+    neighbour = Way("10.0.0.1", 99)
+    for way in many:
+        subscribe(bench, way, 200)
+    subscribe(bench, alone, 10)
+    subscribe(bench, neighbour, 1)
+    for _ in range(10):
+        bench.tick(TICK_MS)
+    alone.samples()
+    bench.tick(1000)
+    assert 990 <= alone.samples() <= 1010
+    counts = [way.samples() for way in many]
+    assert max(counts) <= 2.5 * min(counts)
+    assert neighbour.samples() > 10
+
+
+@settings(max_examples=40)
+@given(
+    per_second=st.integers(20_000, 400_000),
+    hosts=st.lists(
+        st.lists(
+            st.tuples(st.integers(1, 60), st.sampled_from((0, 10, 20, 50)), st.integers(1, 1000)),
+            min_size=1,
+            max_size=3,
+        ),
+        min_size=1,
+        max_size=4,
+    ),
+)
+def test_in_any_mix_the_budget_holds_and_whoever_asks_for_no_more_than_a_share_misses_nothing(
+    make_bench: Callable[..., Any],
+    per_second: int,
+    hosts: list[list[tuple[int, int, int]]],
+) -> None:
+    """Connections of hosts, each with a number of subscriptions, a cycle and a size."""
+    bench = make_bench(Limits(samples=per_second))
+    notifications = bench.device.notifications
+    budget = notifications.usage.budget
+    ways: list[tuple[Way, float, bool]] = []
+    beats: list[int] = []
+    for number, lines in enumerate(hosts):
+        for line, (count, cycle, length) in enumerate(lines):
+            way = Way(f"10.0.0.{number}", line)
+            subscribe(bench, way, count, cycle_ms=cycle, length=length)
+            cost = FRAME + count * (CALL + length // 256)
+            beats.append(cost)
+            rate = 1000 / max(cycle, TICK_MS)
+            share = per_second / len(hosts) / len(lines)
+            ways.append((way, count * rate, cost * rate <= 0.9 * share))
+    spent = 0
+    for _ in range(100):
+        bench.now += TICK_MS * MS
+        before = budget.left
+        notifications.tick(bench.now)
+        gain = min(before + per_second // 100, per_second // 50)
+        spent += gain - budget.left
+        assert budget.left > -max(beats)
+        assert budget.waiting <= sum(len(pulse.beats) for pulse in notifications._pulses.values())
+    assert spent <= per_second + per_second // 50 + max(beats)
+    patient = max(beats) <= per_second / 100 / len(hosts)
+    for (way, wanted, is_modest), (count, _, _) in zip(ways, chain(*hosts), strict=True):
+        came = way.samples()
+        assert came <= wanted + count
+        if is_modest and patient:
+            assert came >= wanted - 4 * count
