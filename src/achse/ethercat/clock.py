@@ -1,4 +1,4 @@
-"""Distributed clock of one slave: local time, system time, SYNC0/1 and latches, 0x0900 to 0x09CF.
+"""Distributed clock of one slave: local time, system time, SYNC0/1 and latches.
 
 Times are integer nanoseconds. All slaves of a segment see one true time; each has its own local
 time, which may start elsewhere, drift and jitter.
@@ -7,22 +7,15 @@ time, which may start elsewhere, drift and jitter.
 from collections.abc import Callable
 from random import Random
 
+from achse.ethercat.registers import Register
+
 __all__ = ["DistributedClock", "Instant"]
 
 _U32 = 0xFFFF_FFFF
 _U64 = 0xFFFF_FFFF_FFFF_FFFF
 
-_OFFSET = 0x0920
-_DELAY = 0x0928
-_DIFFERENCE = 0x092C
-_ACTIVATION = 0x0981
-_START = 0x0990
-_NEXT_SYNC1 = 0x0998
-_SYNC0_CYCLE = 0x09A0
-_SYNC1_CYCLE = 0x09A4
-_LATCH_CONTROL = 0x09A8
-_LATCH_STATUS = 0x09AE
-_LATCH_TIMES = 0x09B0
+_TIME, _DIFFERENCE = Register.SYSTEM_TIME.place, Register.SYSTEM_TIME_DIFFERENCE.place
+"""Written in each cycle of the bus, where looking up a member would take as long as the rest."""
 
 _CYCLIC = 0x01
 _SYNC0 = 0x02
@@ -109,10 +102,10 @@ class DistributedClock:
         return now_ns + self.offset_ns + drift + self._offset + self._correction & _U64
 
     def registers_written(self) -> None:
-        """0x0920 or 0x0928 is written: offset and delay of the system time."""
+        """System time offset or delay is written: offset and delay of the system time."""
         memory = self._memory
-        self._offset = int.from_bytes(memory[_OFFSET : _OFFSET + 8], "little")
-        self._delay = int.from_bytes(memory[_DELAY : _DELAY + 4], "little")
+        self._offset = Register.SYSTEM_TIME_OFFSET.get(memory)
+        self._delay = Register.SYSTEM_TIME_DELAY.get(memory)
         self._move()
 
     def passing_time(self) -> int:
@@ -120,19 +113,20 @@ class DistributedClock:
         return self.system_time(self.time.now_ns + self.arrival_ns)
 
     def latch_receive_times(self) -> None:
-        """A frame writes 0x0900: note when it passes each port (0x0900, 0x0904, …, 0x0918)."""
+        """A frame writes receive time port 0: note when it passes each port and the unit."""
         memory = self._memory
         jitter = self._dice.randint(-self.jitter_ns, self.jitter_ns) if self.jitter_ns else 0
         now_ns = self.time.now_ns + jitter
         for port, delay in enumerate(self.port_delays):
             if delay is not None:
                 local = self.local_time(now_ns + delay) & _U32
-                memory[0x0900 + 4 * port : 0x0904 + 4 * port] = local.to_bytes(4, "little")
+                first = Register.RECEIVE_TIME_PORT_0 + 4 * port
+                memory[first : first + 4] = local.to_bytes(4, "little")
         local = self.local_time(now_ns + self.arrival_ns) & _U64
-        memory[0x0918:0x0920] = local.to_bytes(8, "little")
+        Register.RECEIVE_TIME_UNIT.set(memory, local)
 
     def feed(self, data: bytes | bytearray) -> None:
-        """The reference time passes by (write to 0x0910): compare, and steer the system time."""
+        """The reference time passes by, as a write: compare, and steer the system time."""
         self.compare(int.from_bytes(data, "little"), 8 * len(data))
 
     def compare(self, reference: int, bits: int = 64) -> None:
@@ -151,40 +145,40 @@ class DistributedClock:
         self._rate = self._difference = 0
 
     def refresh_times(self) -> None:
-        """Bring 0x0910 and 0x092C up to date."""
+        """Bring system time and its difference up to date."""
         memory = self._memory
-        memory[0x0910:0x0918] = self.passing_time().to_bytes(8, "little")
+        memory[_TIME] = self.passing_time().to_bytes(8, "little")
         difference = min(abs(self._difference), 0x7FFF_FFFF)
         if self._difference < 0:
             difference |= 0x8000_0000
-        memory[_DIFFERENCE : _DIFFERENCE + 4] = difference.to_bytes(4, "little")
+        memory[_DIFFERENCE] = difference.to_bytes(4, "little")
 
     # SYNC0
 
     def activate(self) -> None:
-        """0x0981 is written: arm SYNC0 for its start time, which must lie in the future."""
+        """Activation is written: arm SYNC0 for its start time, which must lie in the future."""
         memory = self._memory
         self.cycle_ns = 0
         self._next_sync0 = self._next_sync1 = None
         if self.sync0_on:
-            self.cycle_ns = int.from_bytes(memory[_SYNC0_CYCLE : _SYNC0_CYCLE + 4], "little")
-            start = int.from_bytes(memory[_START : _START + 8], "little")
+            self.cycle_ns = Register.SYNC0_CYCLE.get(memory)
+            start = Register.START_TIME.get(memory)
             if self.cycle_ns and start >= self.system_time(self.time.now_ns):
                 self._next_sync0 = start
-                if memory[_ACTIVATION] & _SYNC1:
+                if memory[Register.ACTIVATION] & _SYNC1:
                     self._activate_sync1(start)
         self._move()
 
     def _activate_sync1(self, start: int) -> None:
         """SYNC1 follows a SYNC0 event by its cycle time; the next SYNC0 behind it starts anew."""
-        delay = int.from_bytes(self._memory[_SYNC1_CYCLE : _SYNC1_CYCLE + 4], "little")
+        delay = Register.SYNC1_CYCLE.get(self._memory)
         self._sync1_period = (delay // self.cycle_ns + 1) * self.cycle_ns
         self._next_sync1 = start + delay
 
     @property
     def sync0_on(self) -> bool:
         """The master has switched SYNC0 on, whether or not it comes."""
-        return self._memory[_ACTIVATION] & (_CYCLIC | _SYNC0) == _CYCLIC | _SYNC0
+        return self._memory[Register.ACTIVATION] & (_CYCLIC | _SYNC0) == _CYCLIC | _SYNC0
 
     def _move(self) -> None:
         """The next event is at another time than it was."""
@@ -213,13 +207,12 @@ class DistributedClock:
         return self.sync0_due_ns
 
     def refresh_start(self) -> None:
-        """While they run, 0x0990 and 0x0998 are the times of the next SYNC0 and SYNC1 event."""
+        """While they run, start time and next SYNC1 are those of the next events."""
         if self._next_sync0 is not None:
-            value = self._next_sync0 & _U64
-            self._memory[_START : _START + 8] = value.to_bytes(8, "little")
+            Register.START_TIME.set(self._memory, self._next_sync0 & _U64)
         if self._next_sync1 is not None:
             value = self._after(self._next_sync1, self._sync1_period) & _U64
-            self._memory[_NEXT_SYNC1 : _NEXT_SYNC1 + 8] = value.to_bytes(8, "little")
+            Register.NEXT_SYNC1.set(self._memory, value)
 
     def _after(self, event: int, period: int) -> int:
         """The next event from now on of those that come every `period`."""
@@ -257,11 +250,11 @@ class DistributedClock:
         edge = 0 if rising else 1
         memory = self._memory
         bit = 1 << edge
-        single = memory[_LATCH_CONTROL + unit] & bit
-        if single and memory[_LATCH_STATUS + unit] & bit:
+        single = memory[Register.LATCH_CONTROL + unit] & bit
+        if single and memory[Register.LATCH_STATUS + unit] & bit:
             return False
-        memory[_LATCH_STATUS + unit] |= bit
-        address = _LATCH_TIMES + 16 * unit + 8 * edge
+        memory[Register.LATCH_STATUS + unit] |= bit
+        address = Register.LATCH_TIMES + 16 * unit + 8 * edge
         system = self.system_time(self.time.now_ns)
         memory[address : address + 8] = system.to_bytes(8, "little")
         return True
@@ -269,13 +262,13 @@ class DistributedClock:
     @property
     def latched(self) -> bool:
         """A latch time waits to be read."""
-        return bool(self._memory[_LATCH_STATUS] & 3 or self._memory[_LATCH_STATUS + 1] & 3)
+        return bool(Register.LATCH_STATUS.get(self._memory) & 0x0303)
 
     def latch_times_read(self, first: int, end: int) -> None:
         """The master read `first` to `end` - 1: times whose first byte it read are released."""
         for slot in range(4):
-            if first <= _LATCH_TIMES + 8 * slot < end:
-                self._memory[_LATCH_STATUS + slot // 2] &= ~(1 << slot % 2)
+            if first <= Register.LATCH_TIMES + 8 * slot < end:
+                self._memory[Register.LATCH_STATUS + slot // 2] &= ~(1 << slot % 2)
 
 
 def _clamped(value: int) -> int:

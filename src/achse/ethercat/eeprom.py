@@ -1,10 +1,11 @@
-"""The EEPROM behind registers 0x0500 to 0x050F: the master reads and writes the SII image."""
+"""The EEPROM behind the EEPROM registers: the master reads and writes the SII image."""
 
-__all__ = ["Eeprom", "checksum"]
+from achse.ethercat.registers import Register
 
-_CONTROL = 0x0502
-_ADDRESS = 0x0504
-_DATA = 0x0508
+__all__ = ["COMMAND", "Eeprom", "checksum"]
+
+_CONTROL, COMMAND, _ADDRESS, _DATA = (Register.EEPROM + offset for offset in (0, 1, 2, 6))
+"""Parts of the register: control and status, the command in it, word address, data."""
 
 _WRITE_ENABLE = 0x0001
 _READS_EIGHT_BYTES = 0x0040
@@ -44,12 +45,12 @@ class Eeprom:
 
     @property
     def owned_by_application(self) -> bool:
-        """The master gave the EEPROM to the PDI (0x0500 bit 0); its commands are refused."""
-        return bool(self._memory[0x0500] & 1)
+        """The master gave the EEPROM to the PDI; its commands are refused."""
+        return bool(self._memory[Register.EEPROM_CONFIGURATION] & 1)
 
     def command(self, first: int, end: int) -> None:
         """Registers `first` to `end` - 1 have been written; do what control asks for."""
-        if first >= _ADDRESS or end <= _CONTROL + 1:
+        if first >= _ADDRESS or end <= COMMAND:
             self._set_status()
             return
         memory = self._memory

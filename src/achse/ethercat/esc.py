@@ -7,10 +7,11 @@ below "the application's side"; or it looks by itself, through `pdi_access`.
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 from achse.codes import AlState, AlStatus
 from achse.ethercat.clock import DistributedClock, Instant
-from achse.ethercat.eeprom import Eeprom
+from achse.ethercat.eeprom import COMMAND, Eeprom
 from achse.ethercat.fmmu import Fmmu
 from achse.ethercat.pdi import AlEvent, Pdi, PdiAccess
 from achse.ethercat.registers import (
@@ -18,9 +19,9 @@ from achse.ethercat.registers import (
     FMMUS,
     RAM_BASE,
     RAM_KIB,
-    REGISTERS,
     SM_BASE,
     SYNC_MANAGERS,
+    Register,
 )
 from achse.ethercat.syncmanager import SyncManager
 
@@ -37,8 +38,35 @@ _PDI = 0x03
 
 _PDI_WATCHDOG = 0x02
 
+_PORTS = 0b00_00_11_11
+"""Port descriptor: ports 0 and 1 are MII."""
+
+_DL_CONTROL, _STATION, _SYSTEM_TIME = (
+    int(each) for each in (Register.DL_CONTROL, Register.STATION_ADDRESS, Register.SYSTEM_TIME)
+)
+"""What each datagram asks for; numbers, since looking up a member takes longer than the rest."""
+
+_LOOP_CONTROL, _ALIAS_USE = _DL_CONTROL + 1, _DL_CONTROL + 3
+"""Bytes of DL control: what the ports do, whether the alias is in use."""
+
 _ERROR = 0x0010
 _ID_LOADED = 0x0020
+
+
+_Action: TypeAlias = "Callable[[Esc, int, int], None]"
+_ACTIONS: dict[Register, _Action] = {}
+"""What happens when a register was written, from its first to its last byte that was."""
+
+
+def _when_written(*registers: Register) -> Callable[[_Action], _Action]:
+    """Binds a method of the controller to the registers whose writing it answers."""
+
+    def bind(action: _Action) -> _Action:
+        for register in registers:
+            _ACTIONS[register] = action
+        return action
+
+    return bind
 
 
 class Esc:
@@ -99,12 +127,12 @@ class Esc:
         """Registers at their defaults, configuration area taken over from the EEPROM."""
         memory = self.memory
         memory[:] = bytes(_MEMORY_SIZE)
-        for address, size, _, _, default in REGISTERS:
-            memory[address : address + size] = default.to_bytes(size, "little")
-        memory[0x0004] = len(self.fmmus)
-        memory[0x0005] = len(self.sync_managers)
-        memory[0x0006] = (self.ram_end - RAM_BASE) // 1024
-        memory[0x0007] = 0x0F  # ports 0 and 1 MII
+        for register in Register:
+            register.set(memory, register.default)
+        Register.FMMU_COUNT.set(memory, len(self.fmmus))
+        Register.SYNC_MANAGER_COUNT.set(memory, len(self.sync_managers))
+        Register.RAM_SIZE.set(memory, (self.ram_end - RAM_BASE) // 1024)
+        Register.PORT_DESCRIPTOR.set(memory, _PORTS)
         self.fmmus = [Fmmu.decode(bytes(16))] * len(self.fmmus)
         for sync_manager in self.sync_managers:
             sync_manager.locked = True
@@ -117,7 +145,7 @@ class Esc:
         self._loop_control = 0
         self._reload()
         self.clock.reset()
-        self._watchdog_written(0x0400, 0x0402)
+        self._watchdog_written(Register.WATCHDOG_DIVIDER, Register.WATCHDOG_DIVIDER.end)
         self.rerouted()
 
     def _reload(self) -> None:
@@ -126,14 +154,13 @@ class Esc:
         self.eeprom.command(0, 0)
         words = self.eeprom.image
         alias = self._alias.to_bytes(2, "little") if self._alias else words[8:10]
-        memory[0x0110] &= ~_PDI
+        memory[Register.DL_STATUS] &= ~_PDI
         if self.eeprom.valid:
-            memory[0x0140:0x0142] = words[0:2]
-            memory[0x0150:0x0152] = words[2:4]
-            memory[0x0152:0x0154] = words[6:8]
-            memory[0x0982:0x0984] = words[4:6]
-            memory[0x0012:0x0014] = alias
-            memory[0x0110] |= _PDI
+            memory[Register.PDI_CONTROL : Register.ESC_CONFIGURATION.end] = words[0:2]
+            memory[Register.PDI_CONFIGURATION.place] = words[2:4] + words[6:8]
+            memory[Register.PULSE_LENGTH.place] = words[4:6]
+            memory[Register.STATION_ALIAS.place] = alias
+            memory[Register.DL_STATUS] |= _PDI
 
     # the master's side
 
@@ -160,7 +187,7 @@ class Esc:
 
     def write(self, address: int, data: bytes | bytearray) -> bool:
         """Write `data` at `address`; False if nothing was written."""
-        if address == 0x0910:
+        if address == _SYSTEM_TIME:
             self.clock.feed(data[:8])
             return True
         end = address + len(data)
@@ -255,29 +282,9 @@ class Esc:
 
     def _rows(self) -> list[tuple[int, int, Callable[[int, int], None]]]:
         """What the master may write, ascending: first address, end, and what then happens."""
-        acts: dict[int, Callable[[int, int], None]] = {
-            0x0010: self._mapping_written,
-            0x0040: self._reset_written,
-            0x0100: self._dl_control_written,
-            0x0120: self._al_control_written,
-            0x0200: self._mask_written,
-            0x0300: lambda _, __: self._clear(0x0300, 0x030C),
-            0x030C: lambda _, __: self._clear(0x030C, 0x030E),
-            0x0310: lambda _, __: self._clear(0x0310, 0x0314),
-            0x0400: self._watchdog_written,
-            0x0410: self._watchdog_written,
-            0x0420: self._watchdog_written,
-            0x0442: lambda _, __: self._clear(0x0442, 0x0444),
-            0x0502: self._eeprom_written,
-            0x0900: lambda _, __: self.clock.latch_receive_times(),
-            0x0920: lambda _, __: self.clock.registers_written(),
-            0x0928: lambda _, __: self.clock.registers_written(),
-            0x0930: lambda _, __: self.clock.restart_loop(),
-            0x0981: lambda _, __: self.clock.activate(),
-        }
         rows = [
-            (row.address, row.address + row.size, acts.get(row.address, _plain))
-            for row in REGISTERS
+            (int(row), row.end, _ACTIONS[row].__get__(self) if row in _ACTIONS else _plain)
+            for row in Register
             if row.writable
         ]
         rows.append((FMMU_BASE, FMMU_BASE + 16 * len(self.fmmus), self._fmmu_written))
@@ -287,44 +294,74 @@ class Esc:
             rows.append((base + 6, base + 7, self._sync_manager_written))
         return sorted(rows, key=lambda row: row[0])
 
-    def _clear(self, first: int, end: int) -> None:
-        self.memory[first:end] = bytes(end - first)
+    @_when_written(
+        Register.RX_ERRORS,
+        Register.PROCESSING_ERRORS,
+        Register.LOST_LINKS,
+        Register.WATCHDOG_COUNTERS,
+    )
+    def _counters_written(self, first: int, end: int) -> None:
+        """A write clears all counters of the register, whatever it writes and where."""
+        register = max(each for each in Register if each <= first)
+        register.set(self.memory, 0)
 
+    @_when_written(Register.RECEIVE_TIME_PORT_0)
+    def _receive_times_written(self, first: int, end: int) -> None:
+        self.clock.latch_receive_times()
+
+    @_when_written(Register.SYSTEM_TIME_OFFSET, Register.SYSTEM_TIME_DELAY)
+    def _system_time_written(self, first: int, end: int) -> None:
+        self.clock.registers_written()
+
+    @_when_written(Register.SPEED_COUNTER_START)
+    def _speed_counter_written(self, first: int, end: int) -> None:
+        self.clock.restart_loop()
+
+    @_when_written(Register.ACTIVATION)
+    def _activation_written(self, first: int, end: int) -> None:
+        self.clock.activate()
+
+    @_when_written(Register.STATION_ADDRESS)
     def _mapping_written(self, first: int, end: int) -> None:
         self.remapped()
 
+    @_when_written(Register.DL_CONTROL)
     def _dl_control_written(self, first: int, end: int) -> None:
         self.remapped()
-        if self.memory[0x0101] != self._loop_control:
-            self._loop_control = self.memory[0x0101]
+        if self.memory[_LOOP_CONTROL] != self._loop_control:
+            self._loop_control = self.memory[_LOOP_CONTROL]
             self.rerouted()
 
+    @_when_written(Register.RESET)
     def _reset_written(self, first: int, end: int) -> None:
         """'R', 'E', 'S' in three writes reset the controller."""
-        letter = self.memory[0x0040]
+        letter = self.memory[Register.RESET]
         expected = b"RES"[self._reset_progress]
         self._reset_progress = self._reset_progress + 1 if letter == expected else 0
         if self._reset_progress == 3:
             self._reset_progress = 0
             self.pdi.reset()
 
+    @_when_written(Register.AL_CONTROL)
     def _al_control_written(self, first: int, end: int) -> None:
         if self.operational:
             self.al_events |= AlEvent.AL_CONTROL
-            self.pdi.al_control(self.memory[0x0120] | self.memory[0x0121] << 8)
+            self.pdi.al_control(Register.AL_CONTROL.get(self.memory))
 
+    @_when_written(Register.ECAT_EVENT_MASK)
     def _mask_written(self, first: int, end: int) -> None:
         self._update_irq()
 
+    @_when_written(Register.WATCHDOG_DIVIDER, Register.PDI_WATCHDOG, Register.PROCESS_WATCHDOG)
     def _watchdog_written(self, first: int, end: int) -> None:
-        divider = self.memory[0x0400] | self.memory[0x0401] << 8
-        tick = 40 * (divider + 2)
-        self.pdi_watchdog_ns = tick * (self.memory[0x0410] | self.memory[0x0411] << 8)
-        self.watchdog_ns = tick * (self.memory[0x0420] | self.memory[0x0421] << 8)
+        tick = 40 * (Register.WATCHDOG_DIVIDER.get(self.memory) + 2)
+        self.pdi_watchdog_ns = tick * Register.PDI_WATCHDOG.get(self.memory)
+        self.watchdog_ns = tick * Register.PROCESS_WATCHDOG.get(self.memory)
         self.pdi.timing_changed()
 
+    @_when_written(Register.EEPROM)
     def _eeprom_written(self, first: int, end: int) -> None:
-        reload = self.memory[0x0503] & 0x07 == 4 and first <= 0x0503 < end
+        reload = self.memory[COMMAND] & 0x07 == 4 and first <= COMMAND < end
         self.eeprom.command(first, end)
         if reload:
             self._reload()
@@ -354,19 +391,19 @@ class Esc:
     def _live_blocks(self) -> dict[int, Callable[[int, int], None]]:
         """Blocks of 16 bytes whose content is brought up to date before it is read."""
         blocks: dict[int, Callable[[int, int], None]] = {
-            0x021: self._refresh_events,
-            0x022: self._refresh_events,
-            0x091: lambda _, __: self.clock.refresh_times(),
-            0x092: lambda _, __: self.clock.refresh_times(),
-            0x099: lambda _, __: self.clock.refresh_start(),
+            Register.ECAT_EVENT_REQUEST >> 4: self._refresh_events,
+            Register.AL_EVENT_REQUEST >> 4: self._refresh_events,
+            Register.SYSTEM_TIME >> 4: lambda _, __: self.clock.refresh_times(),
+            Register.SYSTEM_TIME_DIFFERENCE >> 4: lambda _, __: self.clock.refresh_times(),
+            Register.START_TIME >> 4: lambda _, __: self.clock.refresh_start(),
         }
         for block in range(len(self.sync_managers) + 1 >> 1):
             blocks[(SM_BASE >> 4) + block] = self._refresh_sync_managers
         return blocks
 
     def _refresh_events(self, first: int, end: int) -> None:
-        self.memory[0x0210:0x0212] = self.event_request.to_bytes(2, "little")
-        self.memory[0x0220:0x0224] = self.al_event_request.to_bytes(4, "little")
+        Register.ECAT_EVENT_REQUEST.set(self.memory, self.event_request)
+        Register.AL_EVENT_REQUEST.set(self.memory, self.al_event_request)
 
     def _refresh_sync_managers(self, first: int, end: int) -> None:
         for sync_manager in self.sync_managers:
@@ -380,7 +417,7 @@ class Esc:
 
     @property
     def event_request(self) -> int:
-        """Register 0x0210: latch, DL status, AL status, a message in SyncManager n."""
+        """ECAT event request: latch, DL status, AL status, a message in SyncManager n."""
         request = self.events
         for sync_manager in self.sync_managers:
             if sync_manager.full and not sync_manager.to_application:
@@ -389,7 +426,7 @@ class Esc:
 
     @property
     def al_event_request(self) -> int:
-        """Register 0x0220, the events to the device; see `AlEvent`."""
+        """AL event request, the events to the device; see `AlEvent`."""
         request = int(self.al_events)
         if self.events & _EVENT_LATCH:
             request |= AlEvent.LATCH
@@ -411,7 +448,7 @@ class Esc:
         self._update_irq()
 
     def _update_irq(self) -> None:
-        mask = self.memory[0x0200] | self.memory[0x0201] << 8
+        mask = Register.ECAT_EVENT_MASK.get(self.memory)
         irq = self.event_request & mask if mask else 0
         if irq != self.irq:
             self.irq = irq
@@ -419,9 +456,9 @@ class Esc:
 
     def _events_read(self, first: int, end: int) -> None:
         """The master read what has changed: the event is over."""
-        if first <= 0x0130 < end:
+        if first <= Register.AL_STATUS < end:
             self.events &= ~_EVENT_AL_STATUS
-        if first <= 0x0110 < end:
+        if first <= Register.DL_STATUS < end:
             self.events &= ~_EVENT_DL_STATUS
         if self.events & _EVENT_LATCH:
             self.clock.latch_times_read(first, end)
@@ -438,8 +475,8 @@ class Esc:
         if identification and not number:
             status |= _ID_LOADED
             number = identification
-        self.memory[0x0130:0x0132] = status.to_bytes(2, "little")
-        self.memory[0x0134:0x0136] = number.to_bytes(2, "little")
+        Register.AL_STATUS.set(self.memory, status)
+        Register.AL_STATUS_CODE.set(self.memory, number)
         self._raise_event(_EVENT_AL_STATUS)
 
     def set_links(self, linked: Sequence[bool]) -> list[bool]:
@@ -448,23 +485,23 @@ class Esc:
         Loop control (DL control bits 8..15, two for each port): 0 and 1 open with the link,
         2 always open, 3 closed.
         """
-        status = self.memory[0x0110] & _PDI
-        control = self.memory[0x0101]
+        status = self.memory[Register.DL_STATUS] & _PDI
+        control = self.memory[_LOOP_CONTROL]
         opened = []
         for port, link in enumerate(linked):
             mode = control >> 2 * port & 3
             is_open = mode == 2 or (link and mode != 3)
             opened.append(is_open)
             status |= link << 4 + port | (not is_open) << 8 + 2 * port | link << 9 + 2 * port
-        if status != int.from_bytes(self.memory[0x0110:0x0112], "little"):
-            self.memory[0x0110:0x0112] = status.to_bytes(2, "little")
+        if status != Register.DL_STATUS.get(self.memory):
+            Register.DL_STATUS.set(self.memory, status)
             self._raise_event(_EVENT_DL_STATUS)
         return opened
 
     def open_with_link(self, port: int | None = None) -> None:
         """Let a port (all, if none is given) open with its link again, as after power-up."""
         kept = 0 if port is None else ~(3 << 2 * port)
-        self.memory[0x0101] = self._loop_control = self.memory[0x0101] & kept
+        self.memory[_LOOP_CONTROL] = self._loop_control = self.memory[_LOOP_CONTROL] & kept
 
     def count(self, address: int) -> None:
         """Count up an error counter, which stops at 255."""
@@ -492,42 +529,44 @@ class Esc:
     @property
     def destroys_foreign(self) -> bool:
         """Frames of other protocols are not forwarded (DL control bit 0)."""
-        return bool(self.memory[0x0100] & 1)
+        return bool(self.memory[_DL_CONTROL] & 1)
 
     @property
     def operational(self) -> bool:
         """The EEPROM was loaded without error, the PDI answers."""
-        return bool(self.memory[0x0110] & 1)
+        return bool(self.memory[Register.DL_STATUS] & 1)
 
     @property
     def station(self) -> int:
         """Configured station address."""
-        return self.memory[0x0010] | self.memory[0x0011] << 8
+        return self.memory[_STATION] | self.memory[_STATION + 1] << 8
 
     @property
     def alias(self) -> int:
         """Configured station alias."""
-        return self.memory[0x0012] | self.memory[0x0013] << 8
+        return Register.STATION_ALIAS.get(self.memory)
 
     def answers_to(self, station: int) -> bool:
         """Whether a configured address means this slave: its own, or its alias if in use."""
-        return self.station == station or bool(self.memory[0x0103] & 1 and self.alias == station)
+        return self.station == station or bool(
+            self.memory[_ALIAS_USE] & 1 and self.alias == station
+        )
 
     def set_watchdog(self, expired: bool) -> None:
         """Show the state of the process data watchdog; expiries are counted."""
-        if expired and self.memory[0x0440] & 1:
-            self.count(0x0442)
+        if expired and self.memory[Register.PROCESS_WATCHDOG_STATUS] & 1:
+            self.count(Register.WATCHDOG_COUNTERS)
             self.al_events |= AlEvent.WATCHDOG
-        self.memory[0x0440] = not expired
+        self.memory[Register.PROCESS_WATCHDOG_STATUS] = not expired
 
     def pdi_alive(self, alive: bool = True) -> None:
         """The device did something, or nothing for longer than its watchdog allows."""
-        if not alive and self.memory[0x0110] & _PDI_WATCHDOG:
-            self.count(0x0443)
-            self.memory[0x0110] &= ~_PDI_WATCHDOG
+        if not alive and self.memory[Register.DL_STATUS] & _PDI_WATCHDOG:
+            self.count(Register.WATCHDOG_COUNTERS + 1)
+            self.memory[Register.DL_STATUS] &= ~_PDI_WATCHDOG
             self._raise_event(_EVENT_DL_STATUS)
-        elif alive and self.operational and not self.memory[0x0110] & _PDI_WATCHDOG:
-            self.memory[0x0110] |= _PDI_WATCHDOG
+        elif alive and self.operational and not self.memory[Register.DL_STATUS] & _PDI_WATCHDOG:
+            self.memory[Register.DL_STATUS] |= _PDI_WATCHDOG
             self._raise_event(_EVENT_DL_STATUS)
 
 

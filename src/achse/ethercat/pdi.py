@@ -8,7 +8,7 @@ from enum import IntFlag
 from typing import TYPE_CHECKING, Protocol
 
 from achse.codes import AlState, AlStatus
-from achse.ethercat.registers import RAM_BASE, SM_BASE
+from achse.ethercat.registers import RAM_BASE, SM_BASE, Register
 
 if TYPE_CHECKING:
     from achse.ethercat.esc import Esc
@@ -17,7 +17,7 @@ __all__ = ["AlEvent", "Pdi", "PdiAccess"]
 
 
 class AlEvent(IntFlag):
-    """Bits of AL event request and mask, 0x0220 and 0x0204; from bit 8 on SyncManagers."""
+    """Bits of AL event request and mask; from bit 8 on SyncManagers."""
 
     AL_CONTROL = 0x01
     LATCH = 0x02
@@ -65,8 +65,8 @@ class Pdi(Protocol):
 
 _ERROR = 0x10
 _STATES = {int(state): state for state in AlState}
-_OWN = ((0x0012, 2), (0x0204, 4))
-"""Registers that only the device writes: alias, AL event mask."""
+_OWN = (Register.STATION_ALIAS, Register.AL_EVENT_MASK)
+"""Registers that only the device writes."""
 
 
 class PdiAccess:
@@ -77,8 +77,8 @@ class PdiAccess:
 
     @property
     def request(self) -> AlEvent:
-        """What has happened, through the mask 0x0204: what the interrupt line shows."""
-        mask = int.from_bytes(self._esc.memory[0x0204:0x0208], "little")
+        """What has happened, through the AL event mask: what the interrupt line shows."""
+        mask = Register.AL_EVENT_MASK.get(self._esc.memory)
         return AlEvent(self._esc.al_event_request & mask)
 
     def read(self, address: int, length: int) -> bytes:
@@ -98,15 +98,15 @@ class PdiAccess:
                     return data
             return bytes(esc.memory[address:end])
         data = esc.look(address, length)
-        if address <= 0x0120 < end:
+        if address <= Register.AL_CONTROL < end:
             esc.acknowledge(AlEvent.AL_CONTROL)
-        if address <= 0x0440 < end:
+        if address <= Register.PROCESS_WATCHDOG_STATUS < end:
             esc.acknowledge(AlEvent.WATCHDOG)
         if address < SM_BASE + 8 * len(esc.sync_managers) and end > SM_BASE:
             esc.acknowledge(AlEvent.SYNC_MANAGERS)
-        if address <= 0x098E < end:
+        if address <= Register.SYNC_STATUS < end:
             esc.clock.sync0_seen()
-        if address <= 0x098F < end:
+        if address <= Register.SYNC_STATUS + 1 < end:
             esc.clock.sync1_seen()
         return data
 
@@ -132,15 +132,15 @@ class PdiAccess:
                     sync_manager.number, bytes(esc.memory[sync_manager.start : sync_manager.end])
                 )
             return True
-        if address == 0x0130 and len(data) >= 2:
+        if address == Register.AL_STATUS and len(data) >= 2:
             state = _STATES.get(data[0] & 0x0F)
             code = AlStatus.of(int.from_bytes(data[4:6], "little"))
             if state is None or code is None:
                 return False
             esc.set_al_status(state, code if data[0] & _ERROR else AlStatus.NO_ERROR)
             return True
-        for register, size in _OWN:
-            if register <= address and end <= register + size:
+        for register in _OWN:
+            if register <= address and end <= register.end:
                 esc.memory[address:end] = data
                 return True
         return False

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from achse.ethercat.clock import Instant
 from achse.ethercat.frame import Addressing, Command, FrameError, datagram_offsets, payload_offset
 from achse.ethercat.logical import Plan
+from achse.ethercat.registers import Register
 from achse.ethercat.slave import Slave
 
 __all__ = ["Counters", "Disturbance", "Segment"]
@@ -26,9 +27,8 @@ _PORT_ORDER = (3, 1, 2)
 """In which order a frame leaves a slave after it came in by port 0."""
 
 _FIRST_PORT = 1
-_SYSTEM_TIME = 0x0910
-_PROCESSING_ERRORS = 0x030C
-_LOST_LINKS = 0x0310
+_SYSTEM_TIME = int(Register.SYSTEM_TIME)
+"""A number, since it is asked for with each datagram."""
 _MAX_PLANS = 256
 
 _COMMANDS = {int(command): command for command in Command}
@@ -132,9 +132,9 @@ class Segment:
         place = self._place(slave)
         if place.whole:
             place.whole = False
-            slave.esc.count(_LOST_LINKS)
+            slave.esc.count(Register.LOST_LINKS)
             if place.parent is not None:
-                place.parent.slave.esc.count(_LOST_LINKS + place.port)
+                place.parent.slave.esc.count(Register.LOST_LINKS + place.port)
             self._route()
 
     def repair_link(self, slave: Slave) -> None:
@@ -264,7 +264,7 @@ class Segment:
         except FrameError:
             counters.malformed += 1
             for slave in self._order:
-                slave.esc.count(_PROCESSING_ERRORS)
+                slave.esc.count(Register.PROCESSING_ERRORS)
             return frame
         if self.cycle_ns and any(_LRD <= frame[offset] <= _LRW for offset in offsets):
             self.advance(self.time.now_ns + self.cycle_ns)
