@@ -12,7 +12,8 @@ import time
 from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.ams.commands import DataResponse, ReadRequest
 from achse.router import Router
-from achse.transport.tcp import TcpConnection, TcpListener
+from achse.transport.connection import TcpConnection
+from achse.transport.tcp import TcpListener
 
 PLC = AmsAddress("127.0.0.1.1.1:851")
 CLIENT = AmsAddress("127.0.0.1.1.1:30000")
@@ -31,6 +32,9 @@ class Sink(asyncio.Transport):
 
     def get_write_buffer_size(self) -> int:
         return 0
+
+    def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
+        pass
 
     def abort(self) -> None:
         pass

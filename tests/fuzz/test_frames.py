@@ -9,7 +9,8 @@ import pytest
 from achse.ams import AmsAddress, Connection, DecodeError, Frame, NetId
 from achse.ams.commands import decode_request
 from achse.router import Router
-from achse.transport.tcp import TcpConnection, TcpListener
+from achse.transport.connection import TcpConnection
+from achse.transport.tcp import TcpListener
 
 COUNT = 20_000
 
@@ -79,6 +80,9 @@ class _Transport(asyncio.Transport):
 
     def get_write_buffer_size(self) -> int:
         return 0
+
+    def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
+        pass
 
     def close(self) -> None:
         self.open = False

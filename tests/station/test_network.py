@@ -27,7 +27,7 @@ from achse.station.network import (
     is_reachable_from_outside,
     what_everybody_may,
 )
-from achse.transport.tcp import TcpConnection
+from achse.transport.connection import TcpConnection
 from achse.transport.udp import change_route, scan
 
 PRESS = {"name": "press", "net_id": "5.9.9.9.1.1", "host": "10.0.0.9"}
@@ -280,6 +280,9 @@ class Wire(asyncio.Transport):
 
     def get_extra_info(self, name: str, default: Any = None) -> Any:
         return (self.host, 40_000) if name == "peername" else default
+
+    def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
+        pass
 
     def write(self, data: Any) -> None:
         self.written += bytes(data)

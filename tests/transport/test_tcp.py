@@ -12,8 +12,10 @@ import pytest
 
 from achse.ams import AmsAddress, Connection, Event, Frame, NetId, TcpCommand, TcpMessage
 from achse.router import FIRST_CLIENT_PORT, LOOPBACK_NET_ID, Router
-from achse.transport import tcp
-from achse.transport.tcp import TcpConnection, TcpListener
+from achse.transport import connection, tcp
+from achse.transport.connection import TcpConnection
+from achse.transport.held import Held
+from achse.transport.tcp import TcpListener
 
 OURS = NetId("5.1.2.3.1.1")
 PLC = AmsAddress.of(OURS, 851)
@@ -482,7 +484,7 @@ async def test_of_unfinished_packets_that_are_too_much_together_the_largest_goes
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     mb = 1 << 20
-    async with running(max_held=8 * mb) as station, peers(station, 3) as (large, small, last):
+    async with running(held=Held(8 * mb)) as station, peers(station, 3) as (large, small, last):
         half = request(1, bytes(32 * mb)).encode_tcp()
         large.send(half[: 4 * mb])
         small.send(half[: 3 * mb])
@@ -510,6 +512,9 @@ class _Deaf(asyncio.Transport):
     def get_write_buffer_size(self) -> int:
         return self.waiting
 
+    def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
+        pass
+
     def abort(self) -> None:
         self.aborted = True
 
@@ -517,7 +522,7 @@ class _Deaf(asyncio.Transport):
 async def test_a_closed_peer_that_does_not_read_is_cut_off(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(tcp, "_LINGER", 0.0)
+    monkeypatch.setattr(connection, "_LINGER", 0.0)
     async with running() as station, peers(station) as (peer,):
         station.device.size = 16 * 1024 * 1024
         peer.reader._transport.pause_reading()  # type: ignore[attr-defined]

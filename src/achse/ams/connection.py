@@ -93,6 +93,10 @@ class Connection:
         if position < end:
             self._pending += data[position:]
 
+    def drop(self) -> None:
+        """Forget the bytes held: nothing more is received."""
+        self._pending = bytearray()
+
     def _check_service(self, command: int, length: int) -> None:
         if command not in _TCP_COMMANDS:
             raise DecodeError(f"AMS/TCP command 0x{command:04X} is not known")

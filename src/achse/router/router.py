@@ -51,6 +51,7 @@ class Router:
         self.routes = RouteTable(own=(net_id, LOOPBACK_NET_ID))
         self._ports: set[int] = set()
         self._reserved: set[int] = set()
+        self._client_ports = 0
         self._local: dict[bytes, Endpoint] = {}
         self._routes: dict[bytes, Endpoint] = {}
         self._learned: dict[bytes, dict[Endpoint, None]] = {}
@@ -82,6 +83,7 @@ class Router:
             raise RouterError(ReturnCode.ROUTER_PORT_IN_USE, f"port {port}")
         address = AmsAddress.of(self.net_id, port)
         self._ports.add(port)
+        self._client_ports += port >= FIRST_CLIENT_PORT
         self._local[address] = endpoint
         self._local[AmsAddress.of(LOOPBACK_NET_ID, port)] = endpoint
         return address
@@ -110,6 +112,7 @@ class Router:
             return
         address = AmsAddress.of(self.net_id, port)
         self._ports.remove(port)
+        self._client_ports -= port >= FIRST_CLIENT_PORT
         self._local.pop(address)
         self._local.pop(AmsAddress.of(LOOPBACK_NET_ID, port), None)
         for listener in self._close_listeners:
@@ -119,6 +122,11 @@ class Router:
     def ports(self) -> list[int]:
         """The local ports in use, ascending."""
         return sorted(self._ports)
+
+    @property
+    def free_ports(self) -> int:
+        """Client ports (32768 up) that nobody holds."""
+        return 0x1_0000 - FIRST_CLIENT_PORT - self._client_ports
 
     def on_port_closed(self, listener: Callable[[AmsAddress], None]) -> None:
         """Call `listener` with the address of each local port that is freed from now on."""

@@ -24,7 +24,7 @@ from achse.router.access import PasswordHash
 from achse.router.routes import Route
 from achse.server import Limits
 from achse.station.documents import check_depth, parse_toml
-from achse.transport.tcp import DEFAULT_MAX_HELD
+from achse.transport.held import DEFAULT_MAX_HELD
 
 __all__ = [
     "AxisConfig",
@@ -107,6 +107,8 @@ class RouterConfig(_Section):
     strict: bool = False
     """As the original does it: one TCP connection per remote host, and clients need a route."""
     max_connections: int = Field(default=4096, ge=1)
+    max_connections_per_host: int = Field(default=2048, ge=1)
+    """Of these, those of one host; further ones are refused with 0x508."""
     max_length: int = Field(default=64 * 1024 * 1024, ge=64)
     """Longest packet taken, bytes."""
     udp_port: int | None = Field(default=None, ge=0, le=65535)
@@ -305,8 +307,9 @@ class LimitsConfig(_Section):
     unread_bytes: int = Field(default=64 * 1024 * 1024, ge=65_536)
     """Bytes of answers and samples on a connection that is not read; beyond, it is cut off."""
     held_bytes: int = Field(default=DEFAULT_MAX_HELD, ge=1024 * 1024)
-    """Bytes that all connections together leave unread, or send of packets without their end;
-    beyond, the connection with the most of them is cut off."""
+    """Bytes that all connections together leave unread, or send of packets without their end, and
+    that wait for a route; beyond, those with the most of them are cut off until an eighth of it is
+    free."""
     taps: int = Field(default=32, ge=1)
     """Taps of all clients together (0x716 beyond)."""
     tap_bytes: int = Field(default=16 * 1024 * 1024, ge=1024)

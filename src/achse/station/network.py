@@ -16,6 +16,7 @@ from achse.router.routes import Route, RouteError
 from achse.router.static_routes import parse_static_routes, static_routes
 from achse.station.config import ConfigError, StationConfig
 from achse.station.state_file import StateFile
+from achse.transport.held import Held
 from achse.transport.host_names import HostNames
 from achse.transport.reason import reason
 from achse.transport.tcp import TCP_PORT, TcpListener
@@ -137,7 +138,8 @@ class Network:
             max_length=config.router.max_length,
             max_connections=config.router.max_connections,
             max_backlog=config.limits.unread_bytes,
-            max_held=config.limits.held_bytes,
+            max_per_host=config.router.max_connections_per_host,
+            held=Held(config.limits.held_bytes),
         )
         self.discovery: DiscoveryEndpoint | None = None
         self.uplinks: Uplinks | None = None
@@ -182,7 +184,10 @@ class Network:
             await self.listener.close()
             raise
         self.uplinks = Uplinks(
-            self._router, local_host=self.listener.host, max_length=config.max_length
+            self._router,
+            local_host=self.listener.host,
+            max_length=config.max_length,
+            held=self.listener.held,
         )
         self.uplinks.start()
 

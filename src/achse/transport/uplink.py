@@ -16,8 +16,9 @@ from achse.ams.connection import DEFAULT_MAX_LENGTH, Event
 from achse.codes import ReturnCode
 from achse.router import Router
 from achse.router.routes import Route
+from achse.transport.connection import TcpConnection
+from achse.transport.held import Held
 from achse.transport.reason import reason
-from achse.transport.tcp import TcpConnection
 
 __all__ = ["Uplink", "Uplinks"]
 
@@ -57,6 +58,7 @@ class Uplink:
         max_backlog: int = 64 * 1024 * 1024,
         queue_frames: int = 1024,
         queue_bytes: int = 4 * 1024 * 1024,
+        held: Held | None = None,
     ) -> None:
         self.router = router
         self.route = route
@@ -65,12 +67,12 @@ class Uplink:
         self.max_backlog = max_backlog
         self.queue_frames = queue_frames
         self.queue_bytes = queue_bytes
+        self.held = held or Held()
         self.loop = asyncio.get_running_loop()
         self.refused = 0
         """Frames that could not go."""
         self._connection: TcpConnection | None = None
-        self._queue: deque[Frame] = deque()
-        self._queued = 0
+        self._queue = _Queue(self)
         self._dialling: asyncio.Task[None] | None = None
         self._retry: asyncio.TimerHandle | None = None
         self._pause = 0.0
@@ -92,24 +94,25 @@ class Uplink:
         connection = self._connection
         size = 32 + len(frame.data)
         if self.route.max_fragment and size > self.route.max_fragment:
-            return self._refuse(frame, ReturnCode.INVALID_AMS_FRAGMENT)
+            return self.refuse(frame, ReturnCode.INVALID_AMS_FRAGMENT)
         if connection is not None:
             if not frame.flags & _NO_ANSWER:
                 self._last_request = self.loop.time()
                 if connection.congested:
-                    return self._refuse(frame, ReturnCode.ROUTER_MAILBOX_FULL)
+                    return self.refuse(frame, ReturnCode.ROUTER_MAILBOX_FULL)
             return connection.deliver(frame)
         if self._dialling is None and self.loop.time() < self._not_before:
-            return self._refuse(frame, ReturnCode.HOST_UNREACHABLE)
-        if len(self._queue) >= self.queue_frames or self._queued + size > self.queue_bytes:
-            return self._refuse(frame, ReturnCode.ROUTER_MAILBOX_FULL)
-        self._queue.append(frame)
-        self._queued += size
+            return self.refuse(frame, ReturnCode.HOST_UNREACHABLE)
+        queue = self._queue
+        if len(queue.frames) >= self.queue_frames or queue.held + size > self.queue_bytes:
+            return self.refuse(frame, ReturnCode.ROUTER_MAILBOX_FULL)
+        queue.put(frame, size)
         self._last_request = self.loop.time()
         self._dial()
         return True
 
-    def _refuse(self, frame: Frame, code: ReturnCode) -> bool:
+    def refuse(self, frame: Frame, code: ReturnCode) -> bool:
+        """Answer `code` to a request that cannot go; True, as `deliver` says it."""
         self.refused += 1
         if not frame.flags & _NO_ANSWER and frame.command != Command.NOTIFICATION:
             log.info(
@@ -159,9 +162,7 @@ class Uplink:
 
     def _failed(self, reason: str) -> None:
         self._back_off("%s cannot be reached: %s", self.route.host, reason)
-        waiting, self._queue, self._queued = self._queue, deque(), 0
-        for frame in waiting:
-            self._refuse(frame, ReturnCode.HOST_UNREACHABLE)
+        self._queue.refuse(ReturnCode.HOST_UNREACHABLE)
 
     def _back_off(self, what: str, *details: str) -> None:
         """Say so once, and try again by and by unless nobody has wanted to go there for a while."""
@@ -187,10 +188,9 @@ class Uplink:
         log.info("route %s: connected to %s", self.route.name, connection.peer)
         self._connection = connection
         self._opened_at = self.loop.time()
-        waiting, self._queue, self._queued = self._queue, deque(), 0
-        for frame in waiting:
+        for frame in self._queue.take():
             if not connection.deliver(frame):
-                self._refuse(frame, ReturnCode.TARGET_MACHINE_NOT_FOUND)
+                self.refuse(frame, ReturnCode.TARGET_MACHINE_NOT_FOUND)
 
     def closed(self, connection: TcpConnection) -> None:
         """The connection is gone."""
@@ -200,9 +200,6 @@ class Uplink:
                 self._pause = 0.0
             if not self._closed:
                 self._back_off("connection to %s lost", connection.peer)
-
-    def grown(self) -> None:
-        """There is but one connection, and it has limits of its own."""
 
     async def close(self) -> None:
         """End the connection and stop dialling; what waits is refused."""
@@ -214,19 +211,51 @@ class Uplink:
             dialling.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await dialling
-        waiting, self._queue = self._queue, deque()
-        for frame in waiting:
-            self._refuse(frame, ReturnCode.HOST_UNREACHABLE)
+        self._queue.refuse(ReturnCode.HOST_UNREACHABLE)
         if self._connection is not None:
             self._connection.abort()
             await asyncio.sleep(0)
 
 
+class _Queue:
+    """Frames that wait for a connection; they count for what all connections hold."""
+
+    def __init__(self, uplink: Uplink) -> None:
+        self.frames: deque[Frame] = deque()
+        self.held = 0
+        """Bytes of them."""
+        self._uplink = uplink
+
+    def put(self, frame: Frame, size: int) -> None:
+        self.frames.append(frame)
+        self.held += size
+        self._uplink.held.count(self, self.held)
+
+    def take(self) -> deque[Frame]:
+        """All of them; none waits any more."""
+        frames, self.frames, self.held = self.frames, deque(), 0
+        self._uplink.held.count(self, 0)
+        return frames
+
+    def refuse(self, code: ReturnCode) -> None:
+        """Answer `code` to all of them."""
+        for frame in self.take():
+            self._uplink.refuse(frame, code)
+
+    def cut(self, reason: str, *details: object) -> None:
+        """They take too much room."""
+        log.warning("route %s: what waits is refused: " + reason, self._uplink.route.name, *details)
+        self.refuse(ReturnCode.ROUTER_MAILBOX_FULL)
+
+
 class Uplinks:
     """The uplinks of a router, one for each route of its table, from `start` to `close`."""
 
-    def __init__(self, router: Router, *, local_host: str = "", max_length: int) -> None:
+    def __init__(
+        self, router: Router, *, local_host: str = "", max_length: int, held: Held | None = None
+    ) -> None:
         self.router = router
+        self.held = held or Held()
         self.local_host = local_host
         self.max_length = max_length
         self._uplinks: dict[NetId, Uplink] = {}
@@ -256,7 +285,10 @@ class Uplinks:
             closing.add_done_callback(self._closing.discard)
         if new is not None:
             uplink = Uplink(
-                self.router, new, local_host=self.local_host, max_length=self.max_length
+                *(self.router, new),
+                local_host=self.local_host,
+                max_length=self.max_length,
+                held=self.held,
             )
             self._uplinks[new.net_id] = uplink
             self.router.add_route(new.net_id, uplink)

@@ -1,0 +1,67 @@
+"""The outgoing half of a connection, without a socket: what is gathered, and what is held back."""
+
+from collections import deque
+
+__all__ = ["Outbox"]
+
+_HOLD = 0.01
+"""Seconds that notifications wait behind the answer to an Add: pyads and others drop a sample that
+comes before they have noted its handle."""
+
+
+class Outbox:
+    """Packets for a peer, until somebody takes them to send. Times in seconds of any clock."""
+
+    __slots__ = ("_gathered", "_held", "_until", "held_size", "size")
+
+    def __init__(self) -> None:
+        self.size = 0
+        """Bytes that are gathered: `take` gives them."""
+        self.held_size = 0
+        """Bytes that are held back: `release` gathers them."""
+        self._gathered: list[bytes] = []
+        self._held: deque[tuple[float, bytes]] = deque()
+        self._until = 0.0
+
+    def put(self, packet: bytes) -> None:
+        """Gather a packet."""
+        self._gathered.append(packet)
+        self.size += len(packet)
+
+    def added(self, now: float) -> None:
+        """The answer to an Add is gathered: notifications wait a moment from `now` on."""
+        self._until = now + _HOLD
+
+    def hold(self, packet: bytes, now: float) -> bool:
+        """Keep a notification back if an Add was answered a moment ago, or others are kept."""
+        if not self._held and now >= self._until:
+            return False
+        self._held.append((self._until, packet))
+        self.held_size += len(packet)
+        return True
+
+    @property
+    def due(self) -> float | None:
+        """When `release` has something to do next; None if nothing is held back."""
+        return self._held[0][0] if self._held else None
+
+    def release(self, now: float) -> None:
+        """Gather the notifications that have waited long enough, in order."""
+        held = self._held
+        while held and held[0][0] <= now:
+            packet = held.popleft()[1]
+            self.held_size -= len(packet)
+            self.put(packet)
+
+    def take(self) -> bytes:
+        """All that is gathered, as bytes to send."""
+        gathered = self._gathered
+        self._gathered = []
+        self.size = 0
+        return b"".join(gathered) if len(gathered) > 1 else gathered[0]
+
+    def clear(self) -> None:
+        """Forget all: the peer is gone."""
+        self._gathered.clear()
+        self._held.clear()
+        self.size = self.held_size = 0
