@@ -266,6 +266,8 @@ def test_variables_by_reference() -> None:
     assert [(m.type.name, m.section) for m in found.members] == [
         (reference_to(INT).name, Section.IN_OUT),
         (reference_to(INT).name, Section.IN_OUT),
+        ("DINT", Section.LOCAL),  # the bounds of b, which a call brings along
+        ("DINT", Section.LOCAL),
     ]
 
 

@@ -15,6 +15,7 @@ from achse.st.cursor import Unexpected
 from achse.st.functions import called, is_standard
 from achse.st.literals import literal_value
 from achse.st.tree import (
+    Address,
     Assign,
     Binary,
     Call,
@@ -115,7 +116,7 @@ class Evaluator:
                 return self._part(tree)
             case Call():
                 return self._call(tree)
-            case Assign() | Dereference() | Index() | This() | Super() | TypeOperand():
+            case Address() | Assign() | Dereference() | Index() | This() | Super() | TypeOperand():
                 raise NotConstant(tree.at)
             case Binary():
                 raise AssertionError("walked by value")

@@ -14,7 +14,6 @@ from typing import Any
 
 from achse.iec.declare import GlobalVariables, Program, Typelike
 from achse.iec.layout import TC3_X64, LayoutRules
-from achse.iec.structs import Kind, Record, RecordMeta
 from achse.iec.structs import Unit as UnitRecord
 from achse.iec.types import IecType
 from achse.iec.variables import Address as Place
@@ -59,6 +58,8 @@ class Declarations:
     programs: Mapping[str, type[Program]]
     trees: Mapping[str, Unit]
     """The syntax tree of every unit, functions included."""
+    names: Resolver
+    """What every name means, for the checker."""
 
     @property
     def units(self) -> list[type[UnitRecord]]:
@@ -115,7 +116,6 @@ class _Declarer(Resolver):
     ) -> None:
         super().__init__(types, constants, rules, further)
         self._addresses: dict[str, tuple[Address, Source]] = {}
-        self._units: dict[str, type[Record]] = {}
 
     def declare(self) -> Declarations:
         own = [entry for entry in self.entries.values() if not entry.is_library]
@@ -139,6 +139,7 @@ class _Declarer(Resolver):
             {key: unit for key, unit in self._units.items() if issubclass(unit, GlobalVariables)},
             {key: unit for key, unit in self._units.items() if issubclass(unit, Program)},
             {entry.name.lower(): entry.tree for entry in own},
+            self,
         )
 
     def _declare(self, entry: Entry) -> None:
@@ -146,14 +147,7 @@ class _Declarer(Resolver):
         if isinstance(tree, TypeDeclaration | FunctionBlock | Interface):
             self.entry_type(entry, tree.at)
         elif isinstance(tree, GlobalList | ProgramTree):
-            scope = self.scope(entry)
-            parts = () if isinstance(tree, GlobalList) else tree.parts
-            kind = Kind.UNIT
-            iec = self.record(kind, entry.name, tree.blocks, scope, tree.note, tree.at, None, parts)
-            base = GlobalVariables if isinstance(tree, GlobalList) else Program
-            members = {member.name: member for member in iec.members}
-            name = entry.name.rpartition(".")[2]
-            self._units[entry.name.lower()] = RecordMeta(name, (base,), members, iec=iec)  # type: ignore[assignment]
+            self.unit(entry)
         elif isinstance(tree, Function):
             self._check_inside(tree.blocks, tree.returns, self.scope(entry))
 
@@ -195,7 +189,7 @@ class _Declarer(Resolver):
             with self.inside(scope.source):
                 if returns is not None:
                     self.type_of(returns, scope, scope.owner)
-                self.variables(blocks, scope)
+                self.records.variables(blocks, scope)
         except Failed:
             pass
 
@@ -212,7 +206,7 @@ class _Declarer(Resolver):
                 if not isinstance(declaration.initial, Expression):
                     continue
                 try:
-                    self._of_variable(scope, (block, declaration), [name.name.lower()], name.at)
+                    self.constant_of(scope, (block, declaration), [name.name.lower()], name.at)
                 except (Failed, NotConstant, Unexpected):
                     # Told already, or told where the variable is made.
                     continue

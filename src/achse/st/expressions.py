@@ -1,8 +1,9 @@
 """Expressions: a Pratt parser, driven by how strongly each operator binds."""
 
 from achse.st.cursor import DEEPEST, Cursor, Unexpected
-from achse.st.lexer import LITERALS, NAME
+from achse.st.lexer import ADDRESS, LITERALS, NAME
 from achse.st.tree import (
+    Address,
     Argument,
     ArrayInitial,
     Assign,
@@ -132,6 +133,9 @@ class ExpressionParser(Cursor):
             # A unit may be called String after all: `String.Concat(…)`.
             self.position += 1
             return self._postfix(Name(self.words[self.position - 1], at))
+        if kind == ADDRESS:
+            self.position += 1
+            return self._postfix(Address(self.words[self.position - 1], at))
         if kind in _TYPES:
             return TypeOperand(self.type_spec(), at)
         raise self.unexpected("an expression")

@@ -12,7 +12,7 @@ from achse.st.literals import malformed
 from achse.st.pragmas import Conditions
 from achse.st.words import KEYWORDS, SIGNS
 
-__all__ = ["END", "LITERALS", "NAME", "Defines", "Tokens", "scan"]
+__all__ = ["ADDRESS", "END", "LITERALS", "NAME", "Defines", "Tokens", "scan"]
 
 Defines = Mapping[str, str] | Iterable[str]
 

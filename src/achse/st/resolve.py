@@ -1,12 +1,13 @@
 """Declared types: from the syntax tree to the type objects that Python declarations give."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from enum import IntEnum
 from typing import Any
 
 from achse.iec.arrays import ArrayType, Bounds
-from achse.iec.declare import Typelike
+from achse.iec.declare import GlobalVariables, Typelike
+from achse.iec.declare import Program as ProgramRecord
 from achse.iec.derived import (
     AliasType,
     InterfaceType,
@@ -20,26 +21,20 @@ from achse.iec.enums import EnumType
 from achse.iec.layout import LayoutRules
 from achse.iec.names import with_coding
 from achse.iec.strings import STRING, WSTRING
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import Kind, Record, RecordMeta, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Address as Place
-from achse.iec.variables import Section, StartValue, Variable
-from achse.st.callables import methods_of, properties_of
 from achse.st.cursor import Unexpected
 from achse.st.given import FurtherTypes, GivenTypes
-from achse.st.initials import InitialValues, Left
+from achse.st.records import LARGEST, Records
 from achse.st.scopes import Entry, Failed, Scope, Scopes, attributes_of
-from achse.st.starts import StartValues, start_value
 from achse.st.tree import (
     NO_NOTE,
     Address,
     ArrayInitial,
     ArrayOf,
-    Declaration,
     EnumOf,
-    Expression,
     Initial,
-    Name,
     NamedType,
     Note,
     PointerTo,
@@ -51,27 +46,18 @@ from achse.st.tree import (
     Subrange,
     TypeSpec,
     UnionOf,
-    VarBlock,
 )
-from achse.st.units import FunctionBlock, Interface, Part, TypeDeclaration
+from achse.st.units import (
+    FunctionBlock,
+    GlobalList,
+    Interface,
+    Program,
+    TypeDeclaration,
+)
 from achse.st.values import Constant
 
-__all__ = ["LARGEST", "Resolver", "generics_of"]
+__all__ = ["Resolver", "generics_of"]
 
-LARGEST = 1 << 28
-"""The largest type in bytes; a mistyped bound shall not take the memory of the machine."""
-
-_SECTIONS = {
-    "VAR": Section.LOCAL,
-    "VAR_INPUT": Section.INPUT,
-    "VAR_OUTPUT": Section.OUTPUT,
-    "VAR_IN_OUT": Section.IN_OUT,
-    "VAR_GLOBAL": Section.GLOBAL,
-    "VAR_STAT": Section.STATIC,
-}
-"""Sections whose variables belong to the unit; those of VAR_TEMP live for one call, those of
-VAR_INST belong to a method."""
-_DECLARED_ELSEWHERE = ("VAR_EXTERNAL", "VAR_CONFIG")
 _RESERVED = ("mro",)
 
 
@@ -99,13 +85,15 @@ class Resolver(Scopes):
         self._strings: dict[tuple[str, int], IecType[Any]] = {}
         self._arrays: dict[tuple[object, ...], IecType[Any]] = {}
         self._inner: dict[tuple[int, str], IecType[Any]] = {}
+        self._units: dict[str, type[Record]] = {}
+        self.records = Records(self)
 
     # specifications ------------------------------------------------------------------------
 
     def type_of(self, spec: TypeSpec, scope: Scope, hint: str) -> IecType[Any]:
         match spec:
             case NamedType():
-                return self._named(spec, scope)
+                return self.named(spec, scope)
             case StringOf(family, length):
                 count = 80 if length is None else self.integer(length, scope, "a length")
                 if (family, count) not in self._strings:
@@ -121,9 +109,9 @@ class Resolver(Scopes):
                     self._arrays[key] = made
                 return self._arrays[key]
             case PointerTo(target):
-                return self._pointer(PointerType, target, scope, hint, spec.at)
+                return self.pointer(PointerType, target, scope, hint, spec.at)
             case ReferenceTo(target):
-                return self._pointer(ReferenceType, target, scope, hint, spec.at)
+                return self.pointer(ReferenceType, target, scope, hint, spec.at)
             case Subrange():
                 return self._subrange(spec, scope)
             case EnumOf() | StructOf() | UnionOf():
@@ -149,7 +137,8 @@ class Resolver(Scopes):
     def _limits(self, part: Range, scope: Scope, what: str) -> tuple[int, int]:
         return self.integer(part.low, scope, what), self.integer(part.high, scope, what)
 
-    def _named(self, spec: NamedType, scope: Scope) -> IecType[Any]:
+    def named(self, spec: NamedType, scope: Scope) -> IecType[Any]:
+        """The type of a name. Raises `Unexpected` and `Failed`."""
         if spec.generics:
             return self._found(spec, scope)
         key = (spec.name, scope.space)
@@ -198,15 +187,16 @@ class Resolver(Scopes):
         return found
 
     def _subrange(self, spec: Subrange, scope: Scope) -> IecType[Any]:
-        base = resolved(self._named(spec.base, scope))
+        base = resolved(self.named(spec.base, scope))
         if not isinstance(base, IntegerType):
             raise Unexpected(spec.base.at, f"a sub-range of whole numbers, got {base.name}")
         low, high = self._limits(spec.limits, scope, "a limit")
         return self.made(lambda: SubrangeType(base, low, high), spec.at)
 
-    def _pointer(
+    def pointer(
         self, kind: type[PointerType], target: TypeSpec, scope: Scope, hint: str, at: int
     ) -> PointerType:
+        """A pointer or reference."""
         name = self._text(target, scope, hint)
         # Followed when asked for, not now: a structure may point to its own kind.
         made = kind(
@@ -221,7 +211,7 @@ class Resolver(Scopes):
             case NamedType(name):
                 entry = self.find(name, scope.space)
                 if entry is None:
-                    return self._named(spec, scope).name
+                    return self.named(spec, scope).name
                 return self._instance(entry, spec, scope).name if spec.generics else entry.name
             case ArrayOf(_, element):
                 inner = ",".join(map(str, self._bounds(spec, scope)))
@@ -254,9 +244,40 @@ class Resolver(Scopes):
                     name.lower(): Constant(number, found) for name, number in found.numbers.items()
                 }
             else:
-                found = self._record(spec, scope, hint, NO_NOTE, None)
+                found = self.records.of_structure(spec, scope, hint, NO_NOTE, None)
             self._inner[key] = found
         return found
+
+    # units -----------------------------------------------------------------------------------
+
+    def unit(self, entry: Entry) -> type[Record]:
+        """The class of a program or variable list, made when it is first asked for.
+
+        Raises `Failed` and `Unexpected`.
+        """
+        key = entry.name.lower()
+        if key not in self._units:
+            tree = entry.tree
+            assert isinstance(tree, GlobalList | Program)
+            scope = self.scope(entry)
+            parts = () if isinstance(tree, GlobalList) else tree.parts
+            kind = Kind.UNIT
+            iec = self.records.record(
+                kind, entry.name, tree.blocks, scope, tree.note, tree.at, None, parts
+            )
+            base = GlobalVariables if isinstance(tree, GlobalList) else ProgramRecord
+            members = {member.name: member for member in iec.members}
+            name = entry.name.rpartition(".")[2]
+            self._units[key] = RecordMeta(name, (base,), members, iec=iec)  # type: ignore[assignment]
+        return self._units[key]
+
+    def entry_of(self, type: IecType[Any]) -> Entry | None:
+        """The unit that declares a type; None if no source does."""
+        key = type.name.lower()
+        for found in (self.entries.get(key), self._instances.get(key)):
+            if found is not None and found.type is type:
+                return found
+        return None
 
     # declared types ------------------------------------------------------------------------
 
@@ -286,7 +307,7 @@ class Resolver(Scopes):
         if isinstance(tree, TypeDeclaration):
             return self._declared(tree, entry)
         if isinstance(tree, FunctionBlock):
-            return self._block(tree, entry)
+            return self.records.of_block(tree, entry)
         if isinstance(tree, Interface):
             return InterfaceType(entry.name, self.rules.pointer_size)
         return None
@@ -302,7 +323,7 @@ class Resolver(Scopes):
             return self._enum(spec, scope, entry.name, tree.note, tree.initial)
         type: IecType[Any]
         if isinstance(spec, StructOf | UnionOf):
-            type = self._record(spec, scope, entry.name, tree.note, tree.extends)
+            type = self.records.of_structure(spec, scope, entry.name, tree.note, tree.extends)
         else:
             made = self.type_of(spec, scope, entry.name)
             if attributes.get("TcEncoding", "").upper() == "UTF-8":
@@ -318,14 +339,15 @@ class Resolver(Scopes):
                     spec.at,
                 )
         if tree.initial is not None:
-            value, left = self.initial_value(type, tree.initial, scope)
+            value, left = self.records.initial_value(type, tree.initial, scope)
             if left:
                 raise Unexpected(tree.initial.at, "the initial value of a type is a constant")
             type.default = type.encode(value)
         return type
 
-    def _base(self, named: NamedType, scope: Scope, kind: Kind) -> StructType[Any]:
-        base = self._named(named, scope)
+    def base(self, named: NamedType, scope: Scope, kind: Kind) -> StructType[Any]:
+        """The type that another extends. Raises `Unexpected` if there is none of that kind."""
+        base = self.named(named, scope)
         if not isinstance(base, StructType) or base.kind is not kind:
             raise Unexpected(named.at, f"{base.name} is no {kind.value} that can be extended")
         return base
@@ -333,7 +355,7 @@ class Resolver(Scopes):
     def _enum(
         self, spec: EnumOf, scope: Scope, name: str, note: Note, initial: Initial | None
     ) -> EnumType[Any]:
-        base = INT if spec.base is None else resolved(self._named(spec.base, scope))
+        base = INT if spec.base is None else resolved(self.named(spec.base, scope))
         if not isinstance(base, IntegerType):
             at = spec.at if spec.base is None else spec.base.at
             raise Unexpected(at, f"an enumeration counts in a type of integers, not in {base.name}")
@@ -369,163 +391,7 @@ class Resolver(Scopes):
             initial=start,
         )
 
-    # records -------------------------------------------------------------------------------
-
-    def _record(
-        self,
-        spec: StructOf | UnionOf,
-        scope: Scope,
-        name: str,
-        note: Note,
-        extends: NamedType | None,
-    ) -> StructType[Any]:
-        block = VarBlock("VAR", (), spec.members, NO_NOTE, spec.at)
-        kind = Kind.STRUCT if isinstance(spec, StructOf) else Kind.UNION
-        base = None if extends is None else self._base(extends, scope, kind)
-        return self.record(kind, name, [block], scope, note, spec.at, base)
-
-    def _block(self, tree: FunctionBlock, entry: Entry) -> StructType[Any]:
-        scope = self.scope(entry)
-        kind = Kind.FUNCTION_BLOCK
-        base = None if tree.extends is None else self._base(tree.extends, scope, kind)
-        for interface in tree.implements:
-            if not isinstance(self._named(interface, scope), InterfaceType):
-                raise Unexpected(interface.at, f"{interface.name} is no interface")
-        blocks, note, at = tree.blocks, tree.note, tree.at
-        return self.record(kind, entry.name, blocks, scope, note, at, base, tree.parts)
-
-    def record(
-        self,
-        kind: Kind,
-        name: str,
-        blocks: Iterable[VarBlock],
-        scope: Scope,
-        note: Note,
-        at: int,
-        base: StructType[Any] | None = None,
-        parts: Sequence[Part] = (),
-    ) -> StructType[Any]:
-        """The type of a structure, function block, program or list with these variables."""
-        methods, properties = methods_of(self, parts, scope), properties_of(self, parts, scope)
-        members: list[Variable[Any, Any]] = []
-        taken = {member.name.lower() for member in base.members} if base else set()
-        for variable, place in self.variables(blocks, scope):
-            if variable.name.lower() in taken:
-                raise Unexpected(place, f"{name} has two variables named {variable.name}")
-            if variable.name.startswith("__"):
-                raise Unexpected(place, "names with two underscores in front are reserved")
-            taken.add(variable.name.lower())
-            members.append(variable)
-        made: StructType[Any] = self.made(
-            lambda: StructType(
-                name,
-                members,
-                kind=kind,
-                base=base,
-                rules=self.rules,
-                methods=methods,
-                properties=properties,
-                comment=note.comment,
-                attributes=attributes_of(note),
-            ),
-            at,
-        )
-        if made.size > LARGEST:
-            raise Unexpected(at, f"{name} has {made.size} bytes, more than {LARGEST}")
-        return made
-
-    def variables(
-        self, blocks: Iterable[VarBlock], scope: Scope
-    ) -> list[tuple[Variable[Any, Any], int]]:
-        """The variables that belong to a unit, and where each is declared.
-
-        A fault costs one of them, so that those of the others are told, too; then `Failed`.
-        """
-        found = []
-        failed = False
-        for block in blocks:
-            if block.section in _DECLARED_ELSEWHERE:
-                continue
-            for declaration in block.variables:
-                self._depth += 1
-                try:
-                    made = self._declaration(block, declaration, scope)
-                except Unexpected as fault:
-                    self.report(scope.source, fault.at, fault.message)
-                    failed = True
-                except Failed:
-                    failed = True
-                else:
-                    if block.section in _SECTIONS:
-                        found += made
-                finally:
-                    self._depth -= 1
-        if failed:
-            raise Failed
-        return found
-
-    def _declaration(
-        self, block: VarBlock, tree: Declaration, scope: Scope
-    ) -> list[tuple[Variable[Any, Any], int]]:
-        hint = f"{scope.owner}.{tree.names[0].name}"
-        attributes = attributes_of(tree.note)
-        qualifiers = block.qualifiers
-        type = self._variable_type(block, tree, scope, hint)
-        if attributes and attributes.get("TcEncoding", "").upper() == "UTF-8":
-            type = with_coding(type, "utf-8")
-        initial, start_values = self._initial(type, tree, scope)
-        found = []
-        for item in tree.names:
-            variable: Variable[Any, Any] = Variable(
-                type,
-                initial,
-                name=item.name,
-                section=_SECTIONS.get(block.section, Section.LOCAL),
-                at=self.address_of(f"{scope.owner}.{item.name}", tree.address) or "",
-                retain="RETAIN" in qualifiers,
-                persistent="PERSISTENT" in qualifiers,
-                constant="CONSTANT" in qualifiers,
-                comment=tree.note.comment,
-                attributes=attributes,
-                start_values=start_values,
-            )
-            found.append((variable, item.at))
-        return found
-
-    def _initial(
-        self, type: IecType[Any], tree: Declaration, scope: Scope
-    ) -> tuple[object, Sequence[StartValue]]:
-        """The initial value of a variable, and what belongs over it when memory is laid out."""
-        if tree.initial is None and not tree.arguments:
-            return None, ()
-        initial: object = None
-        left: list[Left] = []
-        if tree.initial is not None and not tree.is_reference:
-            initial, left = self.initial_value(type, tree.initial, scope)
-        starts = [start_value(self, scope, part) for part in left]
-        if isinstance(tree.initial, Expression) and tree.is_reference:
-            if not isinstance(resolved(type), ReferenceType):
-                raise Unexpected(tree.initial.at, f"REF= binds a reference, not a {type.name}")
-            self.check_names(tree.initial, scope)
-            part = Left(type, 0, None, tree.initial)
-            starts.append(start_value(self, scope, part, StartValues.address))
-        if tree.arguments:
-            first = tree.arguments
-            at = first.at if isinstance(first, ArrayInitial) else first[0].at
-            part = Left(type, 0, None, Name("FB_init", at))
-            starts.append(start_value(self, scope, part, StartValues.arguments))
-        return initial, starts
-
-    def _variable_type(
-        self, block: VarBlock, tree: Declaration, scope: Scope, hint: str
-    ) -> IecType[Any]:
-        if block.section != "VAR_IN_OUT":
-            return self.type_of(tree.type, scope, hint)
-        target = tree.type
-        if isinstance(target, ArrayOf) and None in target.dimensions:
-            # ARRAY [*]: of an array of any length all that is known is its elements.
-            target = target.element
-        return self._pointer(ReferenceType, target, scope, hint, tree.names[0].at)
+    # where variables are ---------------------------------------------------------------------
 
     def address_of(self, name: str, address: Address | None) -> Place | None:
         """Where a variable lies that says so."""
@@ -533,16 +399,6 @@ class Resolver(Scopes):
             return None
         text = address.text
         return self.made(lambda: Place.parse(text), address.at)
-
-    def initial_value(
-        self, type: IecType[Any], tree: Initial, scope: Scope
-    ) -> tuple[object, list[Left]]:
-        """The initial value, and the parts of it that are no constants."""
-        values = InitialValues(self.evaluator(scope), self.has_property)
-        value = values.value(type, tree)
-        if value is not None:
-            self.made(lambda: type.encode(value), tree.at)
-        return value, values.left
 
 
 def generics_of(entry: Entry) -> list[str]:

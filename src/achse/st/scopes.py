@@ -119,8 +119,10 @@ class Scopes:
         self.faults: dict[Fault, None] = {}
         self.entries: dict[str, Entry] = {}
         self._given_constants = {name.lower(): value for name, value in constants.items()}
-        self._globals: dict[str, list[tuple[Scope, Declared]]] = {}
-        self._loose_values: dict[str, list[Entry]] = {}
+        self.globals: dict[str, list[tuple[Scope, Declared]]] = {}
+        """Variables that need no list in front, by name in lower case."""
+        self.loose_values: dict[str, list[Entry]] = {}
+        """Enumerations by the values that need no type in front."""
         self._scopes: dict[int, Scope] = {}
         self._depth = 0
 
@@ -154,10 +156,10 @@ class Scopes:
         if isinstance(unit, GlobalList):
             scope = self.scope(entry)
             for key, declared in scope.variables.items():
-                self._globals.setdefault(key, []).append((scope, declared))
+                self.globals.setdefault(key, []).append((scope, declared))
         elif isinstance(unit, TypeDeclaration) and isinstance(unit.type, EnumOf):
             for value in unit.type.values:
-                self._loose_values.setdefault(value.name.lower(), []).append(entry)
+                self.loose_values.setdefault(value.name.lower(), []).append(entry)
 
     def find(self, name: str, space: str = "") -> Entry | None:
         """The unit of a name as seen from a name space. Names of libraries in front of it that
@@ -209,6 +211,15 @@ class Scopes:
         except Unexpected as fault:
             self.report(source, fault.at, fault.message)
             raise Failed from None
+        finally:
+            self._depth -= 1
+
+    @contextmanager
+    def deeper(self) -> Iterator[None]:
+        """One level deeper, without another source."""
+        self._depth += 1
+        try:
+            yield
         finally:
             self._depth -= 1
 
@@ -276,31 +287,34 @@ class Scopes:
         keys = [part.lower() for part in path]
         if len(keys) == 1 and keys[0] in scope.values:
             return scope.values[keys[0]]
-        own = self._own(keys[0], scope)
+        own = self.own(keys[0], scope)
         if own is not None and not (len(keys) == 2 and self._is_enum(keys[0], scope.space)):
-            return self._of_variable(*own, keys, at)
+            return self.constant_of(*own, keys, at)
         if self.is_inherited(keys[0], scope):
             raise NotConstant(at)
         if len(keys) == 1:
-            return self._global(keys[0], path[0], at)
+            return self.global_constant(keys[0], path[0], at)
         if (found := self._qualified(keys, scope.space, at)) is not None:
             return found
-        if keys[0] in self._globals:
+        if keys[0] in self.globals:
             raise NotConstant(at)
         if keys[-1] in self._given_constants:
             return self._given_constant(keys[-1], at)
+        if len(keys) > 1 and (keys[-1] in self.globals or keys[-1] in self.loose_values):
+            # The name of a library in front, which nothing here declares.
+            return self.global_constant(keys[-1], path[-1], at)
         raise Unexpected(at, f"no constant or variable is named '{'.'.join(path)[:80]}'")
 
     def variable(self, path: Path, scope: Scope) -> tuple[Scope, list[str]] | None:
         """Where the variable is declared that a path begins with, and the names from it on."""
         keys = [part.lower() for part in path]
-        if (own := self._own(keys[0], scope)) is not None:
+        if (own := self.own(keys[0], scope)) is not None:
             return own[0], keys
         for cut in range(1, len(keys)):
             entry = self.find(".".join(keys[:cut]), scope.space)
             if entry is not None and keys[cut] in self.scope(entry).variables:
                 return self.scope(entry), keys[cut:]
-        if found := self._globals.get(keys[0]):
+        if found := self.globals.get(keys[0]):
             return found[0][0], keys
         return None
 
@@ -315,7 +329,7 @@ class Scopes:
         tree = None if entry is None else entry.tree
         return isinstance(tree, TypeDeclaration) and isinstance(tree.type, EnumOf | NamedType)
 
-    def _own(self, key: str, scope: Scope) -> tuple[Scope, Declared] | None:
+    def own(self, key: str, scope: Scope) -> tuple[Scope, Declared] | None:
         """The variable of that name in a scope or in those it extends."""
         for here in _with_bases(scope):
             if key in here.variables:
@@ -330,14 +344,15 @@ class Scopes:
                 return isinstance(base, StructType) and base.has_member(key)
         return False
 
-    def _global(self, key: str, name: str, at: int) -> Constant:
-        found = self._globals.get(key, ())
+    def global_constant(self, key: str, name: str, at: int) -> Constant:
+        """The constant that a name means where nothing nearer has it. Raises `NotConstant`."""
+        found = self.globals.get(key, ())
         if len(found) > 1:
             places = " and ".join(scope.owner for scope, _ in found[:3])
             raise Unexpected(at, f"'{name}' is declared in {places}: which one is meant?")
         if found:
-            return self._of_variable(*found[0], [key], at)
-        values = self._loose_values.get(key, ())
+            return self.constant_of(*found[0], [key], at)
+        values = self.loose_values.get(key, ())
         if len(values) > 1:
             places = " and ".join(entry.name for entry in values[:3])
             raise Unexpected(at, f"'{name}' is a value of {places}: which one is meant?")
@@ -370,7 +385,7 @@ class Scopes:
                 scope = self.scope(entry)
                 if keys[cut] not in scope.variables:
                     raise Unexpected(at, f"{entry.name} has no variable '{keys[cut][:80]}'")
-                return self._of_variable(scope, scope.variables[keys[cut]], keys[cut:], at)
+                return self.constant_of(scope, scope.variables[keys[cut]], keys[cut:], at)
         return None
 
     def _enum_value(self, entry: Entry, key: str, at: int) -> Constant:
@@ -391,7 +406,8 @@ class Scopes:
             raise NotConstant(at)
         return Constant(value)
 
-    def _of_variable(self, scope: Scope, declared: Declared, keys: list[str], at: int) -> Constant:
+    def constant_of(self, scope: Scope, declared: Declared, keys: list[str], at: int) -> Constant:
+        """The value of a constant. Raises `NotConstant` for other variables, and `Failed`."""
         block, declaration = declared
         initial = declaration.initial
         key = keys[0]

@@ -217,6 +217,14 @@ class Assign:
 
 
 @node
+class Address:
+    """`%IX0.3`, `%Q*`: after AT in a declaration, or in a body."""
+
+    text: str
+    at: int = place()
+
+
+@node
 class TypeOperand:
     """A type where a value could stand: `__NEW(POINTER TO INT)`, `SIZEOF(STRING(80))`. Of a type
     with a plain name only its place tells that it is one."""
@@ -239,6 +247,7 @@ Expression: TypeAlias = (
     | Unary
     | Binary
     | Assign
+    | Address
     | TypeOperand
 )
 
@@ -547,14 +556,6 @@ TypeSpec: TypeAlias = (
 )
 
 # Variables ----------------------------------------------------------------------------------
-
-
-@node
-class Address:
-    """`AT %IX0.3`."""
-
-    text: str
-    at: int = place()
 
 
 @node

@@ -60,8 +60,8 @@ POINTER = Read(Storage(FrameBase(), 8, PointerType(INT), name="p"), PointerType(
     [
         (Known(b"abc", STRING(3)), "b'abc'"),
         (AddressOf(LOCAL, PointerType(INT)), "ADR(x)"),
-        (Shortcut(True, Read(BIT, BOOL), Known(True, BOOL), BOOL), "AND_THEN(bOn.3, True)"),
-        (Latched(BIT, Known(True, BOOL), False, BOOL), "bOn.3 R= True"),
+        (Shortcut(True, Read(BIT, BOOL), Known(True, BOOL), BOOL), "AND_THEN(bOn, True)"),
+        (Latched(BIT, Known(True, BOOL), False, BOOL), "bOn R= True"),
         (Computed(Operator.NEG, (Read(LOCAL, INT),), INT), "NEG.INT(x)"),
         (Read(Storage(PointerBase(POINTER), 4, INT), INT), "p^+4"),
         (

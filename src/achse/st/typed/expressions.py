@@ -9,7 +9,7 @@ from achse.st.typed.places import Storage
 
 __all__ = [
     "AddressOf",
-    "AnyRecord",
+    "Composed",
     "Computed",
     "Conversion",
     "Converted",
@@ -47,7 +47,7 @@ class Conversion(Enum):
     """REAL or LREAL to integer or time: nearest whole number, halves away from zero, through 64
     bits, then cut. Out of 64 bits: LINT's lowest; NaN: 0."""
     TRUNCATE = "TRUNCATE"
-    """REAL or LREAL to integer: towards zero, otherwise as ROUND."""
+    """REAL or LREAL to DINT or LINT: towards zero; out of range, and NaN: the lowest number."""
     TO_BOOL = "TO_BOOL"
     """Anything with a number: whether it is not 0."""
     FROM_BOOL = "FROM_BOOL"
@@ -71,7 +71,7 @@ class Operator(Enum):
     Integers wrap to the type of the result; REAL is computed in double precision and rounded once.
     """
 
-    # Arithmetic.
+    # Arithmetic. ADD, MUL, AND, OR, XOR: two or more operands, from left to right.
     ADD = "ADD"
     SUB = "SUB"
     MUL = "MUL"
@@ -122,10 +122,6 @@ class Operator(Enum):
     ASIN = "ASIN"
     ACOS = "ACOS"
     ATAN = "ATAN"
-    ATAN2 = "ATAN2"
-    FLOOR = "FLOOR"
-    """Towards minus infinity, still a real; `FLOOR(x)` of the source converts after it."""
-    CEIL = "CEIL"
     # Texts: positions count from 1; operands are cut to 255 characters, results too.
     LEN = "LEN"
     """INT of a text."""
@@ -287,13 +283,18 @@ class Invocation:
 
 
 @node
-class AnyRecord:
-    """The argument of an ANY input: a record {TypeClass, pValue, diSize} about a storage."""
+class Composed:
+    """A record made on the spot: `image`, with each of `parts` put over it at its offset.
 
-    storage: Storage
-    type_class: int
-    size: int
+    An ANY input is one ({TypeClass, pValue, diSize}: only pValue is a part), and so is what
+    `__VARINFO` gives.
+    """
+
+    image: bytes
+    parts: "tuple[tuple[int, TypedValue], ...]"
+    """(offset in bytes, value of an elementary type)."""
     type: IecType[Any]
+    """A StructType of `len(image)` bytes."""
     at: int = place()
 
 
@@ -360,7 +361,7 @@ TypedValue: TypeAlias = (
     | Stored
     | Latched
     | Invocation
-    | AnyRecord
+    | Composed
     | EnumName
     | Created
     | Deleted

@@ -69,7 +69,7 @@ class FrameBase:
 @node
 class CalleeBase:
     """In arguments only: the start of the frame of the function or method that is called, or of
-    the instance whose body is called."""
+    the instance whose body or action is called."""
 
 
 @node

@@ -6,7 +6,7 @@ from enum import Enum
 from functools import cached_property
 from typing import Any
 
-from achse.iec.structs import StructType
+from achse.iec.structs import StructType, Unit
 from achse.iec.variables import Variable
 from achse.st.source import Fault, Location, Source
 from achse.st.typed.places import StaticBase
@@ -122,6 +122,8 @@ class TypedUnit(TypedRecord):
     is_program: bool = False
     body: str = ""
     """Key of the program's routine."""
+    declared: type[Unit] | None = None
+    """Its class, for the PLC to place: those of libraries are declared only when they are used."""
     slot: int = 50_000
     """Attribute `global_init_slot`: units come to life in this order, then as declared."""
 

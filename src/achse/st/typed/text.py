@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from achse.st.typed.expressions import (
     AddressOf,
-    AnyRecord,
+    Composed,
     Computed,
     Converted,
     Created,
@@ -76,8 +76,9 @@ def text_of(value: TypedValue) -> str:
             return f"{storage_text(storage)} {'S=' if sets else 'R='} {text_of(latched)}"
         case Invocation():
             return _invocation(value)
-        case AnyRecord(storage, type_class, size):
-            return f"ANY({type_class}, ADR({storage_text(storage)}), {size})"
+        case Composed(_, parts, type):
+            inside = ", ".join(f"+{offset} := {text_of(part)}" for offset, part in parts)
+            return f"{type.name}({inside})"
         case EnumName(operand):
             return f"NAME({text_of(operand)})"
         case Created(of, count):
@@ -122,7 +123,7 @@ def storage_text(storage: Storage) -> str:
         head += f"+{storage.offset}"
     for step in storage.steps:
         head += f"[{text_of(step.index)}]"
-    return head if storage.bit is None else f"{head}.{storage.bit}"
+    return head
 
 
 def place_of(storage: Storage) -> str:

@@ -1,0 +1,179 @@
+"""Assignments: `:=`, `REF=`, `S=`, `R=`, alone and in chains."""
+
+from typing import TYPE_CHECKING, Any
+
+from achse.iec.derived import (
+    AliasType,
+    PointerType,
+    SubrangeType,
+)
+from achse.iec.elementary import BOOL, DINT, BoolType, IntegerType
+from achse.iec.structs import StructType
+from achse.iec.types import IecType
+from achse.st.check.conversions import converted
+from achse.st.check.kinds import common_integer, is_interface, same_shape
+from achse.st.check.meanings import PropertyUse
+from achse.st.check.operands import Operand, known
+from achse.st.cursor import Unexpected
+from achse.st.tree import Assign, Expression
+from achse.st.typed.expressions import Computed, Known, Latched, Operator, Read, Stored, TypedValue
+from achse.st.typed.places import PointerBase, Storage, flat
+
+if TYPE_CHECKING:
+    from achse.st.check.body import RoutineBody
+
+__all__ = ["Assignments", "subrange_of"]
+
+
+def subrange_of(type: IecType[Any]) -> SubrangeType | None:
+    """The sub-range that a declared type is, if it is one."""
+    while isinstance(type, AliasType):
+        if isinstance(type, SubrangeType):
+            return type
+        type = type.base
+    return None
+
+
+class Assignments:
+    """Checks the assignments of one routine."""
+
+    def __init__(self, body: "RoutineBody") -> None:
+        self._body = body
+
+    def assign(self, tree: Assign) -> Operand:
+        """An assignment; as a value it is what was assigned. Raises `Unexpected`."""
+        if tree.operator == "REF=":
+            return self._bind(tree)
+        body = self._body
+        target = body.expressions.meaning(tree.target)
+        if isinstance(target, PropertyUse):
+            return self._to_property(target, tree)
+        target = body.expressions.as_operand(target, tree.target.at)
+        storage = target.storage
+        if storage is None:
+            raise Unexpected(tree.at, "expected a variable before the assignment, got a value")
+        body.check_writable(target, tree.target.at)
+        value = body.expressions.operand(tree.value)
+        if tree.operator != ":=":
+            return self._latch(tree, storage, target, value)
+        return self.store(storage, target.type, value, tree.value.at, tree.at)
+
+    def store(
+        self, storage: Storage, type: IecType[Any], value: Operand, value_at: int, at: int
+    ) -> Operand:
+        """A value put into a variable of a type."""
+        body = self._body
+        found = body.converter.implicit(value, type, value_at)
+        limits = subrange_of(type)
+        if limits is not None:
+            number = found.value if isinstance(found, Known) else limits.low
+            if isinstance(number, int) and not limits.low <= number <= limits.high:
+                body.warn(value_at, f"{number} is outside {limits.name}")
+            found = body.checks.in_range(found, value, limits, value_at)
+        stored = Stored(storage, found, storage.type, at)
+        return Operand(stored, type, storage)
+
+    def _to_property(self, use: PropertyUse, tree: Assign) -> Operand:
+        body = self._body
+        if tree.operator != ":=":
+            raise Unexpected(tree.at, f"{tree.operator} takes a variable, got a property")
+        if not body.calls.has_set(use):
+            # A property of a REFERENCE is read, and what it leads to is written.
+            target = body.calls.read_property(use)
+            if target.storage is None or not isinstance(target.storage.base, PointerBase):
+                raise Unexpected(
+                    tree.at, f"property {use.tree.name} has no SET: it cannot be written"
+                )
+            value = body.expressions.operand(tree.value)
+            return self.store(target.storage, target.type, value, tree.value.at, tree.at)
+        value = body.expressions.operand(tree.value)
+        return Operand(body.calls.write_property(use, value, tree.value.at), value.type)
+
+    def _latch(self, tree: Assign, storage: Storage, target: Operand, value: Operand) -> Operand:
+        """`S=` and `R=`: they pass their value on, whatever the variable becomes."""
+        if not isinstance(target.flat, BoolType):
+            raise Unexpected(tree.at, f"{tree.operator} takes a BOOL, got a {target.type.name}")
+        truth = self._body.truth(value, tree.value.at)
+        return Operand(Latched(storage, truth, tree.operator == "S=", BOOL, tree.at), BOOL)
+
+    # references ------------------------------------------------------------------------------
+
+    def _bind(self, tree: Assign) -> Operand:
+        """`r REF= x`: where a reference leads."""
+        body = self._body
+        target = body.expressions.meaning(tree.target)
+        if isinstance(target, PropertyUse):
+            value = body.expressions.operand(tree.value)
+            return Operand(body.calls.write_property(target, value, tree.value.at), value.type)
+        operand = body.expressions.as_operand(target, tree.target.at)
+        storage = operand.reference
+        if storage is None:
+            if isinstance(operand.flat, PointerType) and operand.storage is not None:
+                storage = operand.storage
+            else:
+                raise Unexpected(
+                    tree.target.at, f"REF= binds a REFERENCE, got a {operand.type.name}"
+                )
+        address = self.bound_address(storage.type, operand.type, tree.value)
+        return Operand(Stored(storage, address, storage.type, tree.at), operand.type)
+
+    def bound_address(
+        self, pointer: IecType[Any], target: IecType[Any], tree: Expression
+    ) -> TypedValue:
+        """The address that a reference to `target` is bound to."""
+        body = self._body
+        value = body.expressions.operand(tree)
+        if value.is_constant and value.constant == 0 and value.storage is None:
+            return Known(0, pointer, tree.at)
+        is_address = isinstance(value.flat, PointerType) and not is_interface(value.flat)
+        if is_address and not isinstance(flat(target), PointerType):
+            # An address as it is: `ref REF= pointer` is taken by the vendor's compiler.
+            body.warn(tree.at, "REF= takes a variable, got a pointer: write ^ after it")
+            return value.value
+        wanted = flat(target)
+        if not same_shape(value.flat, wanted):
+            is_record = isinstance(wanted, StructType) or isinstance(value.flat, StructType)
+            if is_record or wanted.size != value.flat.size:
+                message = f"a REFERENCE TO {target.name} is bound to a {value.type.name}"
+                body.warn(tree.at, message)
+        return body.paths.address(value, pointer, tree.at)
+
+    # old value out, new value in ---------------------------------------------------------------
+
+    def exchanged(self, tree: Expression, value: TypedValue | None, at: int) -> Operand:
+        """TEST_AND_SET: the variable becomes 1; its old value is the result."""
+        body = self._body
+        operand = body.expressions.operand(tree)
+        storage = operand.storage
+        if storage is None or not isinstance(storage.type, IntegerType | BoolType):
+            raise Unexpected(at, f"TEST_AND_SET takes a whole number, got a {operand.type.name}")
+        new = value or known(1, storage.type, at).value
+        if isinstance(storage.type, BoolType):
+            new = Known(True, BOOL, at)
+        return self._old_of(storage, operand, new, at)
+
+    def added(self, pointer: Expression, summand: Expression, at: int) -> Operand:
+        """`__XADD`: adds to what a pointer leads to; its old value is the result."""
+        body = self._body
+        place = body.expressions.operand(pointer)
+        type = place.flat
+        if not isinstance(type, PointerType) or not isinstance(flat(type.target), IntegerType):
+            raise Unexpected(at, f"__XADD takes a pointer to a whole number, got {place.type.name}")
+        target = flat(type.target)
+        storage = Storage(PointerBase(place.value), 0, target, at=at)
+        operand = Operand(Read(storage, target, at), type.target, storage)
+        more = body.expressions.operand(summand)
+        machine = common_integer(target, target)
+        values = (converted(operand.value, machine, at), converted(more.value, machine, at))
+        total = converted(Computed(Operator.ADD, values, machine, at), target, at)
+        return self._old_of(storage, operand, total, at)
+
+    def _old_of(self, storage: Storage, operand: Operand, new: TypedValue, at: int) -> Operand:
+        """The old value, kept in a temporary while the new one is stored: SEL takes the first."""
+        body = self._body
+        type = operand.flat
+        kept = body.frame.storage(body.frame.temporary(type), at)
+        old = Stored(kept, Read(storage, type, at), type, at)
+        stored = Stored(storage, new, type, at)
+        found = Computed(Operator.MUX, (Known(0, DINT, at), old, stored), type, at)
+        return Operand(found, operand.type)

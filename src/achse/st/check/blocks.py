@@ -1,0 +1,123 @@
+"""Blocks: the methods, properties and actions of a unit with its bases, and its interfaces."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from achse.iec.derived import InterfaceType
+from achse.iec.structs import StructType
+from achse.st.resolve import Resolver
+from achse.st.scopes import Entry
+from achse.st.tree import NamedType
+from achse.st.units import FunctionBlock, Interface, Part, Program
+
+__all__ = ["Blocks", "FoundPart"]
+
+
+class FoundPart(NamedTuple):
+    """A part, and the unit that declares it."""
+
+    entry: Entry
+    part: Part
+
+
+class Blocks:
+    """Finds parts by name, each block looked through once."""
+
+    def __init__(self, names: Resolver) -> None:
+        self._names = names
+        self._own: dict[int, dict[str, Part]] = {}
+        self._interfaces: dict[int, frozenset[str]] = {}
+
+    def base(self, entry: Entry) -> Entry | None:
+        """The block that a block extends, if a source declares it."""
+        tree = entry.tree
+        if not isinstance(tree, FunctionBlock) or tree.extends is None:
+            return None
+        found = self._names.find(tree.extends.name, entry.space)
+        if found is not None and isinstance(found.tree, FunctionBlock) and found is not entry:
+            return found
+        return None
+
+    def chain(self, entry: Entry) -> list[Entry]:
+        """The block and its bases, the most derived first."""
+        found: list[Entry] = []
+        here: Entry | None = entry
+        while here is not None and here not in found:
+            found.append(here)
+            here = self.base(here)
+        return found
+
+    def bases_of_interface(self, entry: Entry) -> Iterator[Entry]:
+        """The interfaces that an interface extends, all of them."""
+        seen: set[int] = {id(entry)}
+        waiting = [entry]
+        while waiting:
+            here = waiting.pop()
+            tree = here.tree
+            if not isinstance(tree, Interface):
+                continue
+            for named in tree.extends:
+                found = self._interface(named, here)
+                if found is not None and id(found) not in seen:
+                    seen.add(id(found))
+                    waiting.append(found)
+                    yield found
+
+    def _interface(self, named: NamedType, where: Entry) -> Entry | None:
+        found = self._names.find(named.name, where.space)
+        return found if found is not None and isinstance(found.tree, Interface) else None
+
+    def own_parts(self, entry: Entry) -> dict[str, Part]:
+        """The parts that a unit declares itself, by name in lower case."""
+        found = self._own.get(id(entry))
+        if found is None:
+            tree = entry.tree
+            parts = tree.parts if isinstance(tree, FunctionBlock | Program | Interface) else ()
+            found = self._own[id(entry)] = {part.name.lower(): part for part in parts}
+        return found
+
+    def part(self, entry: Entry, key: str) -> FoundPart | None:
+        """The part of that name, in lower case: the unit's own, or of the nearest base."""
+        for here in self.chain(entry):
+            if key in self.own_parts(here):
+                return FoundPart(here, self.own_parts(here)[key])
+        if isinstance(entry.tree, Interface):
+            for here in self.bases_of_interface(entry):
+                if key in self.own_parts(here):
+                    return FoundPart(here, self.own_parts(here)[key])
+        return None
+
+    def interfaces(self, entry: Entry) -> frozenset[str]:
+        """The keys of all interfaces that a block (or interface) has, its bases' included."""
+        found = self._interfaces.get(id(entry))
+        if found is None:
+            self._interfaces[id(entry)] = frozenset()
+            keys: set[str] = set()
+            for here in self.chain(entry):
+                for named in getattr(here.tree, "implements", ()):
+                    one = self._interface(named, here)
+                    if one is not None:
+                        keys.add(one.name.lower())
+                        keys |= {base.name.lower() for base in self.bases_of_interface(one)}
+                    else:
+                        keys.add(named.name.lower())
+            if isinstance(entry.tree, Interface):
+                keys |= {base.name.lower() for base in self.bases_of_interface(entry)}
+            found = self._interfaces[id(entry)] = frozenset(keys)
+        return found
+
+    def implements(self, type: StructType[Any], interface: InterfaceType) -> bool | None:
+        """Whether a function block has an interface; None if its declaration is not known."""
+        entry = self._names.entry_of(type)
+        if entry is None:
+            return None
+        wanted = interface.name.lower()
+        if wanted in self.interfaces(entry):
+            return True
+        # Every block has the interface from which the vendor's own come; and a base without
+        # sources may have any.
+        if wanted in ("iqueryinterface", "__system.iqueryinterface"):
+            return True
+        last = self.chain(entry)[-1].tree
+        unknown = isinstance(last, FunctionBlock) and last.extends is not None
+        return None if unknown else False

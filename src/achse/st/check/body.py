@@ -1,0 +1,101 @@
+"""One routine while it is being checked: what its parts share."""
+
+from typing import TYPE_CHECKING, Any
+
+from achse.iec.elementary import BOOL, INT, BoolType
+from achse.iec.structs import StructType
+from achse.st.check.assignments import Assignments
+from achse.st.check.builtins import Builtins
+from achse.st.check.calls import Calls
+from achse.st.check.checks import ImplicitChecks
+from achse.st.check.conversions import Converter, converted
+from achse.st.check.expressions import Expressions
+from achse.st.check.initials import Initials
+from achse.st.check.names import Names
+from achse.st.check.operands import Operand
+from achse.st.check.operators import Operators
+from achse.st.check.paths import Paths
+from achse.st.check.signatures import Signature
+from achse.st.check.statements import StatementChecker
+from achse.st.check.system import SystemOperators
+from achse.st.cursor import Unexpected
+from achse.st.source import Source
+from achse.st.typed.expressions import TypedValue
+from achse.st.typed.places import FrameBase, Storage
+
+if TYPE_CHECKING:
+    from achse.st.check.checking import Checking
+
+__all__ = ["RoutineBody"]
+
+
+class RoutineBody:
+    """Everything about one routine: its signature and frame, and one object for each concern."""
+
+    def __init__(self, checking: "Checking", signature: Signature) -> None:
+        self.checking = checking
+        self.signature = signature
+        self.frame = signature.frame
+        self.scope = signature.scope
+        self.this: StructType[Any] | None = signature.this
+        self.failed = False
+        self.converter = Converter(self.warn, checking.blocks.implements)
+        self.names = Names(self)
+        self.paths = Paths(self)
+        self.operators = Operators(self)
+        self.builtins = Builtins(self)
+        self.system = SystemOperators(self)
+        self.calls = Calls(self)
+        self.checks = ImplicitChecks(self)
+        self.assignments = Assignments(self)
+        self.expressions = Expressions(self)
+        self.statements = StatementChecker(self)
+        self.initials = Initials(self)
+        self.life = checking.life
+
+    @property
+    def source(self) -> Source:
+        return self.signature.source
+
+    # what is told ----------------------------------------------------------------------------
+
+    def warn(self, at: int, message: str) -> None:
+        """Keep a warning; those about libraries are not the user's."""
+        if not self.signature.entry.is_library:
+            self.checking.warn(self.source, at, message)
+
+    def fault(self, at: int, message: str) -> None:
+        """Keep a fault; the routine cannot run."""
+        self.failed = True
+        self.checking.fault(self.source, at, message)
+
+    def missing_in_out(self, signature: Signature, name: str, at: int) -> None:
+        """A VAR_IN_OUT without an argument."""
+        raise Unexpected(at, f"{signature.name} is called without its VAR_IN_OUT {name}")
+
+    # what several parts need -----------------------------------------------------------------
+
+    def truth(self, operand: Operand, at: int) -> TypedValue:
+        """A BOOL. Raises `Unexpected` for anything else."""
+        if isinstance(operand.flat, BoolType):
+            return operand.value
+        if operand.loose and operand.constant in (0, 1):
+            return self.converter.implicit(operand, BOOL, at)
+        raise Unexpected(at, f"expected a BOOL, got a {operand.type.name}")
+
+    def widened(self, operand: Operand, at: int) -> Operand:
+        """A plain whole number at the type it has by itself: INT at least."""
+        if operand.flat.size >= INT.size:
+            return operand
+        return Operand(converted(operand.value, INT, at), INT)
+
+    def check_writable(self, operand: Operand, at: int) -> None:
+        """Raise `Unexpected` for constants."""
+        storage = operand.storage
+        if storage is not None and storage.is_constant:
+            raise Unexpected(at, f"{storage.name} is CONSTANT: nothing can be assigned to it")
+
+    def mark_addressed(self, storage: Storage) -> None:
+        """Note that a variable of the frame needs memory."""
+        if isinstance(storage.base, FrameBase):
+            self.frame.addressed.add(storage.name.partition(".")[0].partition("[")[0].lower())

@@ -1,0 +1,477 @@
+"""Checking a project: every routine that can be called, from the user's own units outwards."""
+
+from collections import deque
+from collections.abc import Iterable
+from typing import Any
+
+from achse.iec.derived import PointerType
+from achse.iec.structs import Kind, StructType, Unit
+from achse.iec.types import IecType
+from achse.st.check.blocks import Blocks
+from achse.st.check.body import RoutineBody
+from achse.st.check.life import Life, element_of
+from achse.st.check.signatures import Routines, Signature, attributes_in
+from achse.st.cursor import Unexpected
+from achse.st.declare import Declarations
+from achse.st.resolve import Resolver, generics_of
+from achse.st.scopes import Entry, Failed
+from achse.st.source import Fault, Source
+from achse.st.typed.places import StaticBase
+from achse.st.typed.project import (
+    InitCall,
+    Routine,
+    RoutineKind,
+    TypedBlock,
+    TypedInterface,
+    TypedProject,
+    TypedRecord,
+    TypedUnit,
+)
+from achse.st.typed.statements import LifeEvent, TypedStatement
+from achse.st.units import (
+    Action,
+    Function,
+    FunctionBlock,
+    GlobalList,
+    Interface,
+    Method,
+    Program,
+    Property,
+)
+
+__all__ = ["Checking", "check"]
+
+_SLOT = 50_000
+_SLOT_OF_CONSTANTS = 49_990
+
+
+def check(declarations: Declarations, *, given: Iterable[type[Unit]] = ()) -> TypedProject:
+    """The typed form of all that a project declares, with every fault and warning.
+
+    `given` are programs and variable lists that the runtime declares in Python. Raises nothing:
+    what is at fault is told, and left out.
+    """
+    return Checking(declarations.names, given).project()
+
+
+class Checking:
+    """What all routines of a project share while they are checked."""
+
+    def __init__(self, names: Resolver, given: Iterable[type[Unit]] = ()) -> None:
+        self.names = names
+        self.routines = Routines(names)
+        self.blocks = Blocks(names)
+        self.life = Life(self)
+        self.given_units: dict[str, type[Unit]] = {
+            unit.__iec__.name.lower(): unit for unit in given
+        }
+        self._given_variables = {
+            member.name.lower(): (unit.__iec__, member.name.lower())
+            for unit in self.given_units.values()
+            for member in unit.__iec__.members
+        }
+        self.current: RoutineBody
+        self._pointers: dict[int, PointerType] = {}
+        self._functions: dict[str, Signature | None] = {}
+        self._known_faults = len(names.faults)
+        self._faults: dict[Fault, None] = {}
+        self._warnings: dict[Fault, None] = {}
+        self._waiting: deque[Signature] = deque()
+        self._asked: set[str] = set()
+        self._notes: dict[str, dict[str, str]] = {}
+        self._done: dict[str, Routine] = {}
+        self._left_out: dict[str, str] = {}
+        self._records: dict[str, TypedRecord] = {}
+        self._blocks: dict[str, TypedBlock] = {}
+        self._units: dict[str, TypedUnit] = {}
+        self._statics: list[StaticBase] = []
+        self._record_queue: deque[StructType[Any]] = deque()
+        self._asked_records: set[str] = set()
+        self._life_queue: deque[tuple[StructType[Any], LifeEvent]] = deque()
+
+    # what routines ask for -------------------------------------------------------------------
+
+    def warn(self, source: Source, at: int, message: str) -> None:
+        """Keep a warning, each once."""
+        self._warnings.setdefault(source.fault(at, message))
+
+    def fault(self, source: Source, at: int, message: str) -> None:
+        """Keep a fault, each once."""
+        self._faults.setdefault(source.fault(at, message))
+
+    def pointer_to(self, type: IecType[Any]) -> PointerType:
+        """`POINTER TO type`."""
+        found = self._pointers.get(id(type))
+        if found is None:
+            found = self._pointers[id(type)] = PointerType(type, self.names.rules.pointer_size)
+        return found
+
+    def given_variable(self, key: str) -> tuple[StructType[Any], str] | None:
+        """A variable that the runtime declares, by its name alone."""
+        return self._given_variables.get(key)
+
+    def unit(self, entry: Entry, at: int) -> StructType[Any]:
+        """The record of a program or variable list; a library's is declared now."""
+        declared = self.names.unit(entry)
+        key = entry.name.lower()
+        if key not in self._units:
+            self._unit(entry)
+        return declared.__iec__
+
+    def function(self, key: str) -> Signature | None:
+        """A function of the user's own, by its name in lower case."""
+        if key not in self._functions:
+            entry = self.names.entries.get(key)
+            found = None
+            if entry is not None and isinstance(entry.tree, Function) and not entry.is_library:
+                try:
+                    found = self.routines.of_function(entry)
+                except (Failed, Unexpected):
+                    found = None
+            self._functions[key] = found
+        return self._functions[key]
+
+    def require(self, signature: Signature) -> None:
+        """Have a routine checked, because something calls it."""
+        if signature.key not in self._asked:
+            self._asked.add(signature.key)
+            self._waiting.append(signature)
+
+    def require_record(self, type: StructType[Any]) -> None:
+        """Have the routines and tables of a record made, because there is one."""
+        key = type.name.lower()
+        if key not in self._asked_records:
+            self._asked_records.add(key)
+            self._record_queue.append(type)
+
+    def without_source(self, name: str) -> None:
+        """Note a block of which only the variables are known."""
+        self._left_out.setdefault(name.lower(), f"no source of {name} is here")
+
+    # the project -----------------------------------------------------------------------------
+
+    def project(self) -> TypedProject:
+        """Check everything, and what it needs of libraries."""
+        own = [entry for entry in self.names.entries.values() if not entry.is_library]
+        for entry in own:
+            self._guarded(entry, self._begin)
+        self._work()
+        interfaces = self._interfaces()
+        faults = [*list(self.names.faults)[self._known_faults :], *self._faults]
+        for entry in own:
+            self._check_block(entry)
+        faults = sorted(dict.fromkeys(faults + list(self._faults)), key=lambda one: one.location)
+        units = sorted(self._units.values(), key=lambda unit: unit.slot)
+        return TypedProject(
+            self._done,
+            self._blocks,
+            self._records,
+            {unit.type.name.lower(): unit for unit in units},
+            interfaces,
+            tuple(self._statics),
+            tuple(sorted(self._init_calls(), key=lambda call: call.slot)),
+            tuple(faults),
+            tuple(sorted(self._warnings, key=lambda one: one.location)),
+            self._left_out,
+        )
+
+    def _guarded(self, entry: Entry, work: Any) -> None:
+        try:
+            work(entry)
+        except Failed:
+            pass
+        except Unexpected as fault:
+            self.fault(entry.source, fault.at, fault.message)
+
+    def _begin(self, entry: Entry) -> None:
+        """Ask for everything that a unit of the user's own has."""
+        tree = entry.tree
+        if isinstance(tree, Function):
+            self.require(self.routines.of_function(entry))
+        elif isinstance(tree, FunctionBlock):
+            if not generics_of(entry) or "<" in entry.name:
+                type = self.names.entry_type(entry, tree.at)
+                assert isinstance(type, StructType)
+                self.require_record(type)
+        elif isinstance(tree, Program | GlobalList):
+            self.unit(entry, tree.at)
+
+    def _work(self) -> None:
+        while self._waiting or self._record_queue or self._life_queue:
+            while self._record_queue:
+                type = self._record_queue.popleft()
+                entry = self.names.entry_of(type)
+                if entry is not None:
+                    self._guarded(entry, self._record)
+            while self._life_queue:
+                self._live(*self._life_queue.popleft())
+            if self._waiting:
+                self._check_routine(self._waiting.popleft())
+
+    # units -----------------------------------------------------------------------------------
+
+    def _unit(self, entry: Entry) -> None:
+        tree = entry.tree
+        key = entry.name.lower()
+        declared = self.names.unit(entry)
+        iec = declared.__iec__
+        is_program = isinstance(tree, Program)
+        attributes = attributes_in(tree)
+        slot = _SLOT
+        if isinstance(tree, GlobalList) and all("CONSTANT" in b.qualifiers for b in tree.blocks):
+            slot = _SLOT_OF_CONSTANTS
+        if attributes.get("global_init_slot", "").isdecimal():
+            slot = int(attributes["global_init_slot"])
+        create, exit, reinit = self._life_of(iec)
+        self._units[key] = TypedUnit(
+            iec,
+            create,
+            exit,
+            reinit,
+            is_program=is_program,
+            body=key if is_program else "",
+            slot=slot,
+            declared=declared,  # type: ignore[arg-type]
+        )
+        for member in iec.members:
+            inner = element_of(member.type)
+            if inner is not None:
+                self.require_record(inner)
+        if isinstance(tree, Program):
+            self.require(self.routines.of_body(entry))
+            self._require_parts(entry)
+
+    def _require_parts(self, entry: Entry) -> None:
+        """Have all methods, properties and actions of a unit checked."""
+        for part in self.blocks.own_parts(entry).values():
+            try:
+                if isinstance(part, Method):
+                    self.require(self.routines.of_method(entry, part))
+                elif isinstance(part, Action):
+                    self.require(self.routines.of_action(entry, part))
+                elif isinstance(part, Property):
+                    for get in (True, False):
+                        found = self.routines.of_accessor(entry, part, get=get)
+                        if found is not None:
+                            self.require(found)
+            except Failed:
+                continue
+            except Unexpected as fault:
+                self.fault(entry.source, fault.at, fault.message)
+
+    # records and blocks ----------------------------------------------------------------------
+
+    def _life_of(self, type: StructType[Any]) -> tuple[str, str, str]:
+        """The keys of the routines of a record's life; they are made later."""
+        keys = []
+        for event in LifeEvent:
+            if self.life.needs(type, event):
+                keys.append(self.life.signature(type, event).key)
+                self._life_queue.append((type, event))
+            else:
+                keys.append("")
+        create, exit, reinit = keys
+        return create, exit, reinit
+
+    def _record(self, entry: Entry) -> None:
+        type = entry.type
+        assert isinstance(type, StructType)
+        for member in type.members:
+            inner = element_of(member.type)
+            if inner is not None:
+                self.require_record(inner)
+        if type.kind is Kind.FUNCTION_BLOCK:
+            self._block(entry, type)
+            return
+        if any(self.life.needs(type, event) for event in LifeEvent):
+            self._records[entry.name.lower()] = TypedRecord(type, *self._life_of(type))
+
+    def _block(self, entry: Entry, type: StructType[Any]) -> None:
+        tree = entry.tree
+        assert isinstance(tree, FunctionBlock)
+        base = self.blocks.base(entry)
+        if base is not None and base.type is not None:
+            assert isinstance(base.type, StructType)
+            self.require_record(base.type)
+        table: dict[str, str] = {}
+        for here in reversed(self.blocks.chain(entry)):
+            for key, part in self.blocks.own_parts(here).items():
+                owner = here.name.lower()
+                if isinstance(part, Property):
+                    table.pop(f"__get{key}" if part.get else "", None)
+                    if part.get is not None:
+                        table[f"__get{key}"] = f"{owner}.__get{key}"
+                    if part.set is not None:
+                        table[f"__set{key}"] = f"{owner}.__set{key}"
+                else:
+                    table[key] = f"{owner}.{key}"
+        table[""] = entry.name.lower()
+        after_init = [
+            f"{here.name.lower()}.{key}"
+            for here in reversed(self.blocks.chain(entry))
+            for key, part in self.blocks.own_parts(here).items()
+            if isinstance(part, Method) and self._is_after_init(here, part)
+        ]
+        create, exit, reinit = self._life_of(type)
+        self._blocks[entry.name.lower()] = TypedBlock(
+            type,
+            create,
+            exit,
+            reinit,
+            number=len(self._blocks) + 1,
+            base="" if base is None else base.name.lower(),
+            interfaces=self.blocks.interfaces(entry),
+            table=table,
+            after_init=tuple(dict.fromkeys(after_init)),
+            is_abstract="ABSTRACT" in tree.modifiers,
+        )
+        self.require(self.routines.of_body(entry))
+        self._require_parts(entry)
+
+    def _is_after_init(self, entry: Entry, method: Method) -> bool:
+        name = "call_after_init"
+        return name in attributes_in(method) and name in attributes_in(entry.tree)
+
+    def _interfaces(self) -> dict[str, TypedInterface]:
+        found = {}
+        for key, entry in self.names.entries.items():
+            if not isinstance(entry.tree, Interface):
+                continue
+            methods: dict[str, str] = {}
+            for owner in (*self.blocks.bases_of_interface(entry), entry):
+                for name, part in self.blocks.own_parts(owner).items():
+                    prefix = owner.name.lower()
+                    if isinstance(part, Property):
+                        if part.get is not None:
+                            methods[f"__get{name}"] = f"{prefix}.__get{name}"
+                        if part.set is not None:
+                            methods[f"__set{name}"] = f"{prefix}.__set{name}"
+                    else:
+                        methods[name] = f"{prefix}.{name}"
+            found[key] = TypedInterface(entry.name, self.blocks.interfaces(entry), methods)
+        return found
+
+    def _check_block(self, entry: Entry) -> None:
+        """Whether a block has all that its interfaces and abstract bases ask for."""
+        tree = entry.tree
+        if not isinstance(tree, FunctionBlock) or "ABSTRACT" in tree.modifiers:
+            return
+        for key in sorted(self.blocks.interfaces(entry)):
+            interface = self.names.entries.get(key)
+            if interface is None:
+                continue
+            for name, part in self.blocks.own_parts(interface).items():
+                if self.blocks.part(entry, name) is None:
+                    what = f"{entry.name} implements {interface.name} without its {part.name}"
+                    last = self.blocks.chain(entry)[-1].tree
+                    if not (isinstance(last, FunctionBlock) and last.extends is not None):
+                        self.fault(entry.source, tree.at, what)
+        for here in self.blocks.chain(entry)[1:]:
+            for name, part in self.blocks.own_parts(here).items():
+                found = self.blocks.part(entry, name)
+                if found is not None and found.part is part and _is_abstract(part):
+                    what = f"{entry.name} leaves {here.name}.{part.name} abstract"
+                    self.fault(entry.source, tree.at, what)
+
+    def _init_calls(self) -> list[InitCall]:
+        name = "call_after_global_init_slot"
+        found = []
+        for routine in self._done.values():
+            note = self._notes.get(routine.key, {})
+            if note.get(name, "").strip().isdecimal():
+                owner = routine.owner if routine.this is not None else ""
+                found.append(InitCall(int(note[name]), routine.key, owner))
+        return found
+
+    # routines --------------------------------------------------------------------------------
+
+    def _check_routine(self, signature: Signature) -> None:
+        entry = signature.entry
+        self._notes[signature.key] = attributes_in(signature.tree)
+        body = RoutineBody(self, signature)
+        self.current = body
+        builtin = "builtin" in self._notes[signature.key] or "builtin" in attributes_in(entry.tree)
+        if signature.is_abstract and not signature.body:
+            return
+        if signature.body is None and not builtin:
+            self._left_out[signature.key] = "its body is not Structured Text"
+            self.warn(entry.source, signature.tree.at, f"{signature.name} has no ST body")
+            return
+        opening = self._opening(body)
+        statements = body.statements.routine(signature.body or ())
+        self._finish(body, opening, None if builtin else statements, builtin)
+
+    def _opening(self, body: RoutineBody) -> tuple[TypedStatement, ...]:
+        """What locals start with that no image can say."""
+        found: list[TypedStatement] = []
+        for declaration, variable in body.signature.starts:
+            storage = body.frame.storage(variable, declaration.names[0].at)
+            starts = bool(variable.start_values)
+            try:
+                found += self.life.created(body, storage, variable.type, declaration, starts)
+            except Unexpected as fault:
+                body.fault(fault.at, fault.message)
+            except Failed:
+                body.failed = True
+        return tuple(found)
+
+    def _live(self, type: StructType[Any], event: LifeEvent) -> None:
+        signature = self.life.signature(type, event)
+        if signature.key in self._asked:
+            return
+        self._asked.add(signature.key)
+        body = RoutineBody(self, signature)
+        self.current = body
+        statements: list[TypedStatement] = []
+        try:
+            statements = self.life.statements(body, type, event)
+        except Unexpected as fault:
+            body.fault(fault.at, fault.message)
+        except Failed:
+            body.failed = True
+        self._finish(body, (), tuple(statements), False)
+
+    def _finish(
+        self,
+        body: RoutineBody,
+        opening: tuple[TypedStatement, ...],
+        statements: tuple[TypedStatement, ...] | None,
+        builtin: bool,
+    ) -> None:
+        signature = body.signature
+        if body.failed:
+            self._left_out[signature.key] = "it has faults"
+            return
+        self._statics += signature.statics.values()
+        owner = "" if signature.kind is RoutineKind.FUNCTION else signature.entry.name.lower()
+        in_frame = signature.kind not in (RoutineKind.BODY, RoutineKind.PROGRAM)
+        parameters = []
+        if in_frame:
+            for parameter in signature.parameters:
+                parameters += [parameter.variable, *parameter.bounds]
+        addressed = set(body.frame.addressed)
+        addressed |= {
+            variable.name.lower()
+            for variable in body.frame.variables
+            if variable.type.is_view or variable.type.size > 8
+        }
+        self._done[signature.key] = Routine(
+            signature.key,
+            signature.name,
+            signature.kind,
+            owner,
+            signature.source,
+            signature.tree.at,
+            signature.this,
+            tuple(parameters),
+            signature.result,
+            body.frame.structure(),
+            opening,
+            statements,
+            builtin,
+            frozenset(addressed),
+        )
+
+
+def _is_abstract(part: Method | Property | Action) -> bool:
+    return "ABSTRACT" in getattr(part, "modifiers", ())

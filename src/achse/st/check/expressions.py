@@ -1,0 +1,265 @@
+"""Expressions: from the tree to values, one construct after the other."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from achse.iec.derived import InterfaceType, resolved
+from achse.iec.elementary import BOOL, BYTE, DWORD, LWORD, WORD
+from achse.iec.enums import EnumType
+from achse.iec.errors import IecError, IecValueError
+from achse.iec.structs import Kind, StructType
+from achse.iec.types import IecType
+from achse.iec.variables import Address as Place
+from achse.st.check.meanings import (
+    BaseInstance,
+    BuiltinName,
+    Callee,
+    Meaning,
+    PropertyUse,
+    SpaceName,
+    TypeName,
+    UnitName,
+)
+from achse.st.check.operands import Operand, constant_operand
+from achse.st.cursor import Unexpected
+from achse.st.literals import literal_value
+from achse.st.tree import (
+    Address,
+    Assign,
+    Binary,
+    Call,
+    Dereference,
+    Expression,
+    GlobalName,
+    Index,
+    Literal,
+    Member,
+    Name,
+    PartOf,
+    Super,
+    This,
+    TypeOperand,
+    Unary,
+)
+from achse.st.typed.expressions import Read
+from achse.st.typed.places import ImageBase, Storage
+from achse.st.values import Constant
+
+if TYPE_CHECKING:
+    from achse.st.check.body import RoutineBody
+
+__all__ = ["Expressions"]
+
+
+class Expressions:
+    """Checks the expressions of one routine."""
+
+    def __init__(self, body: "RoutineBody") -> None:
+        self._body = body
+
+    def operand(self, tree: Expression) -> Operand:
+        """An expression as a value. Raises `Unexpected` and `Failed`."""
+        found = self.meaning(tree)
+        if isinstance(found, Operand):
+            return found
+        return self.as_operand(found, tree.at)
+
+    def as_operand(self, found: Meaning, at: int) -> Operand:
+        """A meaning as a value: a property is read, a function is called."""
+        match found:
+            case Operand():
+                return found
+            case PropertyUse():
+                return self._body.calls.read_property(found)
+            case Callee() | BuiltinName():
+                return self.called_without_arguments(found, at)
+            case BaseInstance():
+                this = self._body.names.this_operand(at)
+                assert this is not None
+                return this
+            case TypeName(name=name) | UnitName(name=name):
+                raise Unexpected(at, f"{name} is not a value")
+            case SpaceName(name, place):
+                raise self._body.names.unknown(name, place)
+
+    def called_without_arguments(self, found: Meaning, at: int) -> Operand:
+        """What is called without parentheses, as older sources do."""
+        if isinstance(found, Callee):
+            return self._body.calls.invoke(found, (), at)
+        if isinstance(found, BuiltinName):
+            return self._body.builtins.call(found.name, (), at)
+        return self.as_operand(found, at)
+
+    def meaning(self, tree: Expression) -> Meaning:
+        """What an expression is: a value, or what a name can be besides."""
+        if isinstance(tree, Binary):
+            return self._chain(tree)
+        return _READERS[type(tree)](self, tree)
+
+    def type_operand(self, tree: Expression) -> IecType[Any] | None:
+        """The type that an expression names; None if it is a value."""
+        if isinstance(tree, TypeOperand):
+            body = self._body
+            return body.checking.names.type_of(tree.type, body.scope, body.signature.name)
+        if isinstance(tree, Name | Member):
+            found = self.meaning_or_type(tree)
+            if isinstance(found, TypeName):
+                return found.type
+        return None
+
+    def meaning_or_type(self, tree: Name | Member) -> Meaning:
+        """As `meaning`, but a name of a type that is one of a function too is the type."""
+        found = self.meaning(tree)
+        if isinstance(found, BuiltinName):
+            type = self._body.checking.names.given.find(found.name, tree.at)
+            if type is not None:
+                return TypeName(type, None, found.name, tree.at)
+        return found
+
+    # leaves ----------------------------------------------------------------------------------
+
+    def _literal(self, tree: Literal) -> Meaning:
+        try:
+            type, value, enum = literal_value(tree.text)
+        except (IecValueError, ValueError) as error:
+            raise Unexpected(tree.at, str(error)) from None
+        if enum:
+            return self._enum_literal(enum, value, tree.at)
+        is_bits = type is None and isinstance(value, int) and "#" in tree.text
+        return constant_operand(Constant(value, type), tree.at, is_bits=is_bits)
+
+    def _enum_literal(self, enum: str, value: object, at: int) -> Meaning:
+        """`E_State#Idle`, `E_State#2`."""
+        body = self._body
+        found = body.names.find(enum, at)
+        real = resolved(found.type) if isinstance(found, TypeName) else None
+        if not isinstance(real, EnumType):
+            raise Unexpected(at, f"'{enum[:80]}' is not an enumeration")
+        if isinstance(value, str):
+            for name, number in real.numbers.items():
+                if name.lower() == value.lower():
+                    return constant_operand(Constant(number, real), at)
+            raise Unexpected(at, f"{real.name} has no value '{value[:80]}'")
+        assert isinstance(value, int)
+        return constant_operand(Constant(value, real), at)
+
+    def _name(self, tree: Name) -> Meaning:
+        body = self._body
+        if not tree.name:
+            raise Unexpected(tree.at, "an expression is missing")
+        found = body.names.find(tree.name, tree.at)
+        if found is not None:
+            return found
+        special = body.builtins.variable(tree.name, tree.at)
+        return SpaceName(tree.name, tree.at) if special is None else special
+
+    def _global_name(self, tree: GlobalName) -> Meaning:
+        found = self._body.names.outer(tree.name, tree.at)
+        return SpaceName(tree.name, tree.at) if found is None else found
+
+    def _address(self, tree: Address) -> Meaning:
+        """`%MW10` in a body."""
+        try:
+            place = Place.parse(tree.text)
+        except IecError as error:
+            raise Unexpected(tree.at, str(error)) from None
+        if place.byte is None:
+            raise Unexpected(tree.at, f"{tree.text} stands in declarations only")
+        type = BOOL if place.bit is not None else _WIDTHS.get(place.width, BYTE)
+        base = ImageBase(place.area)
+        storage = Storage(base, place.byte, type, place.bit, name=tree.text, at=tree.at)
+        return Operand(Read(storage, type, tree.at), type, storage)
+
+    def _this(self, tree: This) -> Meaning:
+        body = self._body
+        address = body.names.this_address(tree.at)
+        if address is None:
+            raise Unexpected(tree.at, "THIS is in function blocks only")
+        assert body.this is not None
+        return Operand(address, body.checking.pointer_to(body.this))
+
+    def _super(self, tree: Super) -> Meaning:
+        return self._body.paths.base_instance(tree.at)
+
+    def _type(self, tree: TypeOperand) -> Meaning:
+        type = self.type_operand(tree)
+        assert type is not None
+        return TypeName(type, None, type.name, tree.at)
+
+    # steps -----------------------------------------------------------------------------------
+
+    def _member(self, tree: Member) -> Meaning:
+        return self._body.paths.member(tree)
+
+    def _part_of(self, tree: PartOf) -> Meaning:
+        return self._body.paths.part_of(tree)
+
+    def _index(self, tree: Index) -> Meaning:
+        return self._body.paths.index(tree)
+
+    def _dereference(self, tree: Dereference) -> Meaning:
+        return self._body.paths.dereference(tree)
+
+    def _call(self, tree: Call) -> Meaning:
+        return self._body.calls.call(tree)
+
+    # operators -------------------------------------------------------------------------------
+
+    def _chain(self, tree: Expression) -> Operand:
+        """Long sums lean to the left: that side is walked, not descended."""
+        chain: list[Binary] = []
+        while isinstance(tree, Binary):
+            chain.append(tree)
+            tree = tree.left
+        operators = self._body.operators
+        left = self.operand(tree)
+        for node in reversed(chain):
+            left = operators.binary(node.operator, left, self.operand(node.right), node.at)
+        return left
+
+    def _unary(self, tree: Unary) -> Meaning:
+        return self._body.operators.unary(tree.operator, self.operand(tree.operand), tree.at)
+
+    def _assign(self, tree: Assign) -> Meaning:
+        return self._body.assignments.assign(tree)
+
+    # callable --------------------------------------------------------------------------------
+
+    def callee(self, tree: Expression) -> Meaning:
+        """What is called: a routine, an instance, a program."""
+        found = self.meaning(tree)
+        if isinstance(found, PropertyUse):
+            found = self._body.calls.read_property(found)
+        if isinstance(found, Operand) and not _is_instance(found) and isinstance(tree, Name):
+            # The result of a function has the name that calls it.
+            routine = self._body.names.routine(tree.name, tree.at)
+            if routine is not None:
+                return routine
+        return found
+
+
+def _is_instance(operand: Operand) -> bool:
+    type = operand.flat
+    if isinstance(type, InterfaceType):
+        return False
+    return isinstance(type, StructType) and type.kind is Kind.FUNCTION_BLOCK
+
+
+_WIDTHS: dict[str, IecType[Any]] = {"B": BYTE, "W": WORD, "D": DWORD, "L": LWORD}
+
+_READERS: dict[type, Callable[[Expressions, Any], Meaning]] = {
+    Address: Expressions._address,
+    Literal: Expressions._literal,
+    Name: Expressions._name,
+    GlobalName: Expressions._global_name,
+    This: Expressions._this,
+    Super: Expressions._super,
+    Member: Expressions._member,
+    PartOf: Expressions._part_of,
+    Index: Expressions._index,
+    Dereference: Expressions._dereference,
+    Call: Expressions._call,
+    Unary: Expressions._unary,
+    Assign: Expressions._assign,
+    TypeOperand: Expressions._type,
+}

@@ -1,0 +1,164 @@
+"""Initial values as code: what a declaration says of a variable that no image of bytes can."""
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from achse.iec.arrays import ArrayType
+from achse.iec.derived import ReferenceType, resolved
+from achse.iec.structs import StructType
+from achse.iec.types import IecType
+from achse.st.check.meanings import PropertyUse
+from achse.st.check.names import replaced
+from achse.st.check.operands import Operand, read
+from achse.st.cursor import Unexpected
+from achse.st.scopes import Failed
+from achse.st.tree import (
+    ArrayInitial,
+    Call,
+    Declaration,
+    Expression,
+    Initial,
+    Repeated,
+    StructInitial,
+)
+from achse.st.typed.expressions import Known, Stored
+from achse.st.typed.places import Storage, flat
+from achse.st.typed.statements import Do, TypedStatement
+
+if TYPE_CHECKING:
+    from achse.st.check.body import RoutineBody
+
+__all__ = ["Initials"]
+
+
+class Initials:
+    """Makes the statements that give variables their first value, in one routine."""
+
+    def __init__(self, body: "RoutineBody") -> None:
+        self._body = body
+
+    def statements(
+        self,
+        storage: Storage,
+        type: IecType[Any],
+        declaration: Declaration,
+        *,
+        all_of_it: bool = False,
+    ) -> list[TypedStatement]:
+        """The assignments of a declaration; without `all_of_it` those that are not constant."""
+        initial = declaration.initial
+        if initial is None:
+            return []
+        body = self._body
+        try:
+            if declaration.is_reference or isinstance(resolved(type), ReferenceType):
+                if not isinstance(initial, Expression):
+                    raise Unexpected(initial.at, "a REFERENCE is bound to a variable")
+                real = resolved(type)
+                target = real.target if isinstance(real, ReferenceType) else type
+                address = body.assignments.bound_address(storage.type, target, initial)
+                return [Do(Stored(storage, address, storage.type, initial.at), initial.at)]
+            return list(self._values(storage, type, initial, all_of_it))
+        except Unexpected as fault:
+            body.fault(fault.at, fault.message)
+        except Failed:
+            body.failed = True
+        return []
+
+    def _values(
+        self, storage: Storage, type: IecType[Any], initial: Initial, all_of_it: bool
+    ) -> Iterator[TypedStatement]:
+        real = resolved(type)
+        if isinstance(initial, StructInitial):
+            yield from self._members(storage, real, initial, all_of_it)
+        elif isinstance(initial, ArrayInitial):
+            if isinstance(real, ArrayType):
+                yield from self._elements(storage, real, initial, all_of_it)
+        else:
+            value = self._body.expressions.operand(initial)
+            stored = self._body.assignments.store(storage, type, value, initial.at, initial.at)
+            node = stored.value
+            assert isinstance(node, Stored)
+            if all_of_it or not isinstance(node.value, Known):
+                yield Do(node, initial.at)
+
+    def _members(
+        self, storage: Storage, type: IecType[Any], initial: StructInitial, all_of_it: bool
+    ) -> Iterator[TypedStatement]:
+        if not isinstance(type, StructType):
+            return
+        body = self._body
+        for item in initial.members:
+            if type.has_member(item.name):
+                member = type.member(item.name)
+                place = replaced(
+                    storage,
+                    offset=storage.offset + member.offset,
+                    type=flat(member.type),
+                    bit=member.bit,
+                    name=f"{storage.name}.{member.name}",
+                    at=item.at,
+                )
+                if isinstance(resolved(member.type), ReferenceType):
+                    real = resolved(member.type)
+                    assert isinstance(real, ReferenceType)
+                    if isinstance(item.value, Expression):
+                        address = body.assignments.bound_address(real, real.target, item.value)
+                        yield Do(Stored(place, address, real, item.at), item.at)
+                    continue
+                yield from self._values(place, member.type, item.value, all_of_it)
+                continue
+            whole = read(storage, type, item.at)
+            found = body.paths.member_of(whole, item.name, item.at)
+            if not isinstance(found, PropertyUse) or not isinstance(item.value, Expression):
+                raise Unexpected(item.at, f"{type.name} has no member '{item.name[:80]}'")
+            value = body.expressions.operand(item.value)
+            yield Do(body.calls.write_property(found, value, item.at), item.at)
+
+    def _elements(
+        self, storage: Storage, type: ArrayType[Any], initial: ArrayInitial, all_of_it: bool
+    ) -> Iterator[TypedStatement]:
+        element = type.element
+        for position, value in enumerate(self._flattened(type, initial.values)):
+            if position >= type.count:
+                return
+            place = replaced(
+                storage,
+                offset=storage.offset + position * element.size,
+                type=flat(element),
+                name=f"{storage.name}[{position}]",
+            )
+            yield from self._values(place, element, value, all_of_it)
+
+    def _flattened(
+        self, type: ArrayType[Any], values: Sequence[Initial | Repeated]
+    ) -> Iterator[Initial]:
+        """The values in order, repeated ones as often as they count."""
+        nested = isinstance(resolved(type.element), ArrayType)
+        for item in values:
+            if isinstance(item, ArrayInitial) and not nested:
+                yield from self._flattened(type, item.values)
+            elif isinstance(item, Repeated):
+                count = self._count(item.count)
+                for _ in range(count):
+                    yield from item.values
+            elif isinstance(item, Call) and self._counts(item):
+                for _ in range(self._count(item.of)):
+                    for argument in item.arguments:
+                        if argument.value is not None:
+                            yield argument.value
+            else:
+                yield item
+
+    def _counts(self, item: Call) -> bool:
+        """Whether `cCount(0)` is a repetition and not a call."""
+        if any(argument.name for argument in item.arguments):
+            return False
+        found = self._body.expressions.meaning(item.of)
+        return isinstance(found, Operand) and isinstance(found.constant, int)
+
+    def _count(self, tree: Expression) -> int:
+        value = self._body.expressions.operand(tree).constant
+        if not isinstance(value, int):
+            raise Unexpected(tree.at, "how often a value repeats is a constant")
+        return value

@@ -1,0 +1,167 @@
+"""Kinds of flat types, and the type that operands of an operator meet at."""
+
+from typing import Any
+
+from achse.iec.arrays import ArrayType
+from achse.iec.derived import InterfaceType, PointerType
+from achse.iec.elementary import (
+    BYTE,
+    DINT,
+    DWORD,
+    INT,
+    LINT,
+    LREAL,
+    LWORD,
+    REAL,
+    SINT,
+    UDINT,
+    UINT,
+    ULINT,
+    USINT,
+    WORD,
+    IntegerType,
+    RealType,
+)
+from achse.iec.strings import StringType
+from achse.iec.structs import StructType
+from achse.iec.times import LTIME, TIME, TimeType
+from achse.iec.types import IecType
+
+__all__ = [
+    "BITS",
+    "SIGNED",
+    "UNSIGNED",
+    "common_integer",
+    "common_real",
+    "counted",
+    "duration_of",
+    "extends",
+    "is_date",
+    "is_duration",
+    "is_interface",
+    "is_number",
+    "is_pointer",
+    "is_signed",
+    "is_text",
+    "is_whole",
+    "natural",
+    "promoted",
+    "same_shape",
+]
+
+SIGNED: dict[int, IntegerType] = {1: SINT, 2: INT, 4: DINT, 8: LINT}
+UNSIGNED: dict[int, IntegerType] = {1: USINT, 2: UINT, 4: UDINT, 8: ULINT}
+BITS: dict[int, IntegerType] = {1: BYTE, 2: WORD, 4: DWORD, 8: LWORD}
+"""Integer types by their size in bytes."""
+
+_DURATIONS = ("TIME", "LTIME")
+
+
+def is_signed(type: IntegerType) -> bool:
+    """Whether a type of integers has numbers below 0."""
+    return type.low < 0
+
+
+def is_whole(type: IecType[Any]) -> bool:
+    """Whether values are counts in a number of bits: integers, times, pointers."""
+    return isinstance(type, IntegerType | TimeType | PointerType)
+
+
+def is_number(type: IecType[Any]) -> bool:
+    """Whether values are numbers that arithmetic takes."""
+    return isinstance(type, IntegerType | RealType)
+
+
+def is_text(type: IecType[Any]) -> bool:
+    """Whether it is a STRING or WSTRING."""
+    return isinstance(type, StringType)
+
+
+def is_pointer(type: IecType[Any]) -> bool:
+    """Whether it is a pointer, reference or interface."""
+    return isinstance(type, PointerType)
+
+
+def is_interface(type: IecType[Any]) -> bool:
+    """Whether it is a variable of an interface."""
+    return isinstance(type, InterfaceType)
+
+
+def is_duration(type: IecType[Any]) -> bool:
+    """Whether it is TIME or LTIME."""
+    return isinstance(type, TimeType) and type.name in _DURATIONS
+
+
+def is_date(type: IecType[Any]) -> bool:
+    """Whether it is a date, a time of day, or both."""
+    return isinstance(type, TimeType) and type.name not in _DURATIONS
+
+
+def counted(type: IecType[Any]) -> IntegerType:
+    """The integer type that the bits of a value are: of a pointer or time the unsigned one."""
+    return type if isinstance(type, IntegerType) else UNSIGNED[type.size]
+
+
+def promoted(type: IecType[Any]) -> IntegerType:
+    """The type a single operand computes in: DINT at least."""
+    whole = counted(type)
+    return DINT if whole.size < DINT.size else whole
+
+
+def common_integer(left: IecType[Any], right: IecType[Any]) -> IntegerType:
+    """The type that two integers compute in.
+
+    As recorded of a real controller: below 32 bits everything is DINT; else the wider width,
+    signed if either is.
+    """
+    first, second = counted(left), counted(right)
+    size = max(first.size, second.size)
+    if size < DINT.size:
+        return DINT
+    if first is second:
+        return first
+    return (SIGNED if is_signed(first) or is_signed(second) else UNSIGNED)[size]
+
+
+def common_real(left: IecType[Any], right: IecType[Any]) -> RealType:
+    """The type that numbers compute in of which at least one is real."""
+    return LREAL if LREAL in (left, right) else REAL
+
+
+def natural(value: int) -> IntegerType:
+    """The smallest type that holds a whole number: unsigned for what is not below 0."""
+    for size in (1, 2, 4, 8):
+        type = (SIGNED if value < 0 else UNSIGNED)[size]
+        if type.low <= value <= type.high:
+            return type
+    return LINT if value < 0 else ULINT
+
+
+def same_shape(left: IecType[Any], right: IecType[Any]) -> bool:
+    """Whether all bytes of a value of one type mean the same in the other."""
+    if left is right:
+        return True
+    if isinstance(left, ArrayType) and isinstance(right, ArrayType):
+        return left.count == right.count and same_shape(left.element, right.element)
+    if isinstance(left, StructType) and isinstance(right, StructType):
+        return left.guid == right.guid or extends(left, right)
+    if isinstance(left, PointerType) and isinstance(right, PointerType):
+        return left.size == right.size
+    if isinstance(left, IntegerType) and isinstance(right, IntegerType):
+        return left.name == right.name
+    return left.guid == right.guid
+
+
+def extends(derived: StructType[Any], base: StructType[Any]) -> bool:
+    """Whether one record has all of another at its beginning, because it extends it."""
+    here: StructType[Any] | None = derived
+    while here is not None:
+        if here is base or here.guid == base.guid:
+            return True
+        here = here.base
+    return False
+
+
+def duration_of(date: IecType[Any]) -> TimeType[Any]:
+    """The type of a difference of dates: TIME; LTIME of the 64-bit ones."""
+    return TIME if date.size == TIME.size else LTIME

@@ -1,0 +1,373 @@
+"""Life cycle: the routines that bring records, blocks and units to life and end it.
+
+For each record that needs one the checker makes `create` (blocks inside, start values, FB_init),
+`exit` (FB_exit) and `reinit` (FB_reinit) as routines of kind LIFE, in the documented order:
+
+- create: what the base does; then own variables as declared, each block inside with its FB_init,
+  the values of its declaration and its methods with call_after_init; then the own FB_init.
+- exit: the own FB_exit, then that of blocks inside, then what the base does.
+- reinit: blocks inside, then FB_reinit of the most derived block (it calls its base's itself).
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from achse.iec.arrays import ArrayType
+from achse.iec.derived import resolved
+from achse.iec.elementary import BOOL
+from achse.iec.structs import Kind, StructType
+from achse.iec.types import IecType
+from achse.iec.variables import Section, Variable
+from achse.st.check.frames import Frame
+from achse.st.check.signatures import Parameter, Signature
+from achse.st.scopes import Entry, Scope
+from achse.st.tree import Argument, ArrayInitial, Call, Declaration, StructOf
+from achse.st.typed.expressions import AddressOf, DirectTarget, Invocation, Known, Read, Stored
+from achse.st.typed.places import CalleeBase, InstanceBase, Storage, UnitBase, flat
+from achse.st.typed.project import RoutineKind
+from achse.st.typed.statements import Do, LifeEvent, LifeStep, TypedStatement
+from achse.st.units import FunctionBlock, GlobalList, Method, Program, TypeDeclaration
+
+if TYPE_CHECKING:
+    from achse.st.check.body import RoutineBody
+    from achse.st.check.checking import Checking
+
+__all__ = ["Life"]
+
+_FLAGS = ("bInitRetains", "bInCopyCode")
+_ROUTINES = {
+    LifeEvent.CREATE: ("__create", "fb_init"),
+    LifeEvent.EXIT: ("__exit", "fb_exit"),
+    LifeEvent.REINIT: ("__reinit", "fb_reinit"),
+}
+
+
+class Life:
+    """Knows what needs life, and makes its routines."""
+
+    def __init__(self, checking: "Checking") -> None:
+        self._checking = checking
+        self._needs: dict[tuple[int, LifeEvent], bool] = {}
+        self._signatures: dict[str, Signature | None] = {}
+
+    # what is needed --------------------------------------------------------------------------
+
+    def needs(self, type: StructType[Any], event: LifeEvent) -> bool:
+        """Whether there is anything to do for a record, apart from its header."""
+        key = (id(type), event)
+        found = self._needs.get(key)
+        if found is None:
+            self._needs[key] = False
+            found = self._needs[key] = self._is_needed(type, event)
+        return found
+
+    def _is_needed(self, type: StructType[Any], event: LifeEvent) -> bool:
+        if type.base is not None and self.needs(type.base, event):
+            return True
+        if self._own_method(type, event) is not None:
+            return True
+        for member in type.own_members:
+            if event is LifeEvent.CREATE and member.start_values:
+                return True
+            inner = element_of(member.type)
+            if inner is None:
+                continue
+            if event is LifeEvent.CREATE and self.is_block(inner):
+                return True
+            if self.needs(inner, event):
+                return True
+        return False
+
+    def is_block(self, type: StructType[Any]) -> bool:
+        """Whether a record is a function block whose source is known."""
+        return type.kind is Kind.FUNCTION_BLOCK and self._checking.names.entry_of(type) is not None
+
+    def _own_method(self, type: StructType[Any], event: LifeEvent) -> Method | None:
+        """FB_init and the like, if the block declares it itself."""
+        entry = self._checking.names.entry_of(type)
+        if entry is None or not isinstance(entry.tree, FunctionBlock):
+            return None
+        part = self._checking.blocks.own_parts(entry).get(_ROUTINES[event][1])
+        return part if isinstance(part, Method) else None
+
+    def init_method(self, type: StructType[Any]) -> tuple[Entry, Method] | None:
+        """The FB_init that takes the arguments of a declaration: the most derived one."""
+        entry = self._checking.names.entry_of(type)
+        found = None if entry is None else self._checking.blocks.part(entry, "fb_init")
+        if found is not None and isinstance(found.part, Method):
+            return found.entry, found.part
+        return None
+
+    # signatures ------------------------------------------------------------------------------
+
+    def signature(self, type: StructType[Any], event: LifeEvent) -> Signature:
+        """The routine of a record: its parameters are the flags and what FB_init has more."""
+        name = f"{type.name}.{_ROUTINES[event][0]}"
+        key = name.lower()
+        known = self._signatures.get(key)
+        if known is not None:
+            return known
+        entry = self.entry(type)
+        names = self._checking.names
+        frame = Frame(name, names.rules)
+        this = None if type.kind is Kind.UNIT else type
+        tree: Any = entry.tree
+        scope = Scope(entry.source, name, entry.space, names.scope(entry))
+        made = Signature(key, name, RoutineKind.LIFE, entry, tree, scope, frame, this)
+        flags = {LifeEvent.CREATE: _FLAGS, LifeEvent.EXIT: _FLAGS[1:], LifeEvent.REINIT: ()}
+        for flag in flags[event]:
+            variable = frame.add(Variable(BOOL, name=flag, section=Section.INPUT))
+            made.parameters.append(Parameter(variable, "VAR_INPUT", BOOL, has_initial=True))
+        if event is LifeEvent.CREATE:
+            found = self.init_method(type)
+            if found is not None:
+                self._further_parameters(made, *found)
+        self._signatures[key] = made
+        return made
+
+    def _further_parameters(self, made: Signature, entry: Entry, tree: Method) -> None:
+        init = self._checking.routines.of_method(entry, tree)
+        for parameter in init.parameters:
+            if parameter.variable.name.lower() in {flag.lower() for flag in _FLAGS}:
+                continue
+            variable = made.frame.add(parameter.variable.copy())
+            made.parameters.append(
+                Parameter(
+                    variable,
+                    parameter.section,
+                    parameter.type,
+                    parameter.is_constant,
+                    (),
+                    parameter.has_initial,
+                )
+            )
+
+    def entry(self, type: StructType[Any]) -> Entry:
+        """The unit that declares a record, or a program or list by its name."""
+        found = self._checking.names.entry_of(type)
+        return self._checking.names.entries[type.name.lower()] if found is None else found
+
+    # steps -----------------------------------------------------------------------------------
+
+    def arguments(
+        self, type: StructType[Any], written: Sequence[Argument], at: int
+    ) -> tuple[Stored, ...]:
+        """Arguments for `create` of a record made by `__NEW`: the flags are those of a start."""
+        return self._arguments(None, type, written, at)
+
+    def _arguments(
+        self,
+        body: "RoutineBody | None",
+        type: StructType[Any],
+        written: Sequence[Argument],
+        at: int,
+    ) -> tuple[Stored, ...]:
+        body = body or self._checking.current
+        found: list[Stored] = []
+        if not self.needs(type, LifeEvent.CREATE):
+            return ()
+        signature = self.signature(type, LifeEvent.CREATE)
+        found += [self._flag(body, parameter, at) for parameter in signature.parameters[:2]]
+        if written:
+            rest = signature.parameters[2:]
+            inputs, _ = body.calls.bound(None, rest, CalleeBase(), written, at)
+            found += inputs
+        return tuple(found)
+
+    def _flag(self, body: "RoutineBody", parameter: Parameter, at: int) -> Stored:
+        """A flag: that of the running `create`, else as at a start."""
+        name = parameter.variable.name
+        place = Storage(CalleeBase(), parameter.variable.offset, BOOL, name=name, at=at)
+        own = body.frame.find(name.lower())
+        if own is not None and body.signature.kind is RoutineKind.LIFE:
+            return Stored(place, Read(body.frame.storage(own, at), BOOL, at), BOOL, at)
+        return Stored(place, Known(name == _FLAGS[0], BOOL, at), BOOL, at)
+
+    def created(
+        self,
+        body: "RoutineBody",
+        storage: Storage,
+        type: IecType[Any],
+        declaration: Declaration,
+        starts: bool,
+    ) -> Iterator[TypedStatement]:
+        """What brings a variable to life, with the values of its declaration."""
+        at = declaration.names[0].at
+        inner = element_of(type)
+        if inner is None or not (self.is_block(inner) or self.needs(inner, LifeEvent.CREATE)):
+            if starts:
+                yield from body.initials.statements(storage, type, declaration)
+            return
+        self._checking.require_record(inner)
+        count = 1 if inner.size == 0 else flat(type).size // inner.size
+        all_of_it = self.init_method(inner) is not None
+        values = tuple(
+            body.initials.statements(storage, type, declaration, all_of_it=all_of_it)
+            if starts or all_of_it
+            else ()
+        )
+        element = Storage(storage.base, storage.offset, inner, name=storage.name, at=at)
+        each = list(self._written(declaration, count))
+        if count == 1:
+            given = self._arguments(body, inner, each[0], at)
+            yield LifeStep(LifeEvent.CREATE, element, inner, 1, inner.size, given, values, at)
+            return
+        if all(written == each[0] for written in each):
+            given = self._arguments(body, inner, each[0], at)
+            size = inner.size
+            yield LifeStep(LifeEvent.CREATE, element, inner, count, size, given, (), at)
+        else:
+            for number, written in enumerate(each):
+                offset = storage.offset + number * inner.size
+                one = Storage(storage.base, offset, inner, name=f"{storage.name}[{number}]", at=at)
+                given = self._arguments(body, inner, written, at)
+                yield LifeStep(LifeEvent.CREATE, one, inner, 1, inner.size, given, (), at)
+        yield from values
+
+    def _written(self, declaration: Declaration, count: int) -> Iterator[tuple[Argument, ...]]:
+        """The arguments of FB_init for each element of a variable."""
+        arguments = declaration.arguments
+        if not isinstance(arguments, ArrayInitial):
+            yield from (arguments for _ in range(count))
+            return
+        given = [_as_arguments(value) for value in arguments.values]
+        for number in range(count):
+            yield given[number] if number < len(given) else ()
+
+    # bodies ----------------------------------------------------------------------------------
+
+    def statements(
+        self, body: "RoutineBody", type: StructType[Any], event: LifeEvent
+    ) -> list[TypedStatement]:
+        """The body of a routine of life."""
+        if event is LifeEvent.CREATE:
+            return [
+                *self._of_base(body, type, event),
+                *self._of_members(body, type, event),
+                *self._own_call(body, type, event),
+            ]
+        if event is LifeEvent.EXIT:
+            return [
+                *self._own_call(body, type, event),
+                *self._of_members(body, type, event),
+                *self._of_base(body, type, event),
+            ]
+        return [*self._of_base(body, type, event), *self._of_members(body, type, event)]
+
+    def _of_base(
+        self, body: "RoutineBody", type: StructType[Any], event: LifeEvent
+    ) -> Iterator[TypedStatement]:
+        base = type.base
+        if base is None or not self.needs(base, event):
+            return
+        self._checking.require_record(base)
+        callee = self.signature(base, event)
+        yield self._call(body, callee)
+
+    def _call(self, body: "RoutineBody", callee: Signature) -> TypedStatement:
+        """A call on this instance that passes parameters on by name."""
+        at = body.signature.entry.tree.at
+        inputs = []
+        for parameter in callee.parameters:
+            own = body.frame.find(parameter.variable.name.lower())
+            if own is None:
+                continue
+            kind = flat(own.type)
+            place = Storage(
+                CalleeBase(), parameter.variable.offset, kind, name=parameter.variable.name, at=at
+            )
+            value = Read(body.frame.storage(own, at), kind, at)
+            inputs.append(Stored(place, value, kind, at))
+        assert body.this is not None
+        this = Storage(InstanceBase(), 0, body.this, at=at)
+        address = AddressOf(this, self._checking.pointer_to(body.this), at)
+        target = DirectTarget(callee.key)
+        return Do(Invocation(target, address, tuple(inputs), (), None, None, at), at)
+
+    def _own_call(
+        self, body: "RoutineBody", type: StructType[Any], event: LifeEvent
+    ) -> Iterator[TypedStatement]:
+        tree = self._own_method(type, event)
+        if tree is None:
+            return
+        callee = self._checking.routines.of_method(self.entry(type), tree)
+        self._checking.require(callee)
+        yield self._call(body, callee)
+
+    def _of_members(
+        self, body: "RoutineBody", type: StructType[Any], event: LifeEvent
+    ) -> Iterator[TypedStatement]:
+        declared = self._declarations(type)
+        for member in type.own_members:
+            found = declared.get(member.name.lower())
+            if not member.in_memory or member.section is Section.IN_OUT or found is None:
+                continue
+            storage = self._place(type, member, found.names[0].at)
+            if event is LifeEvent.CREATE:
+                yield from self.created(
+                    body, storage, member.type, found, bool(member.start_values)
+                )
+                continue
+            inner = element_of(member.type)
+            if inner is None or not self.needs(inner, event):
+                continue
+            self._checking.require_record(inner)
+            count = flat(member.type).size // inner.size
+            element = Storage(storage.base, storage.offset, inner, name=member.name)
+            flags: tuple[Stored, ...] = ()
+            if event is LifeEvent.EXIT:
+                parameter = self.signature(inner, event).parameters[0]
+                flags = (self._flag(body, parameter, storage.at),)
+            yield LifeStep(event, element, inner, count, inner.size, flags, (), storage.at)
+
+    def _place(self, type: StructType[Any], member: Variable[Any, Any], at: int) -> Storage:
+        kind = flat(member.type)
+        if type.kind is Kind.UNIT:
+            return Storage(UnitBase(type.name, member), 0, kind, name=member.name, at=at)
+        base = InstanceBase()
+        return Storage(base, member.offset, kind, member.bit, name=member.name, at=at)
+
+    def _declarations(self, type: StructType[Any]) -> dict[str, Declaration]:
+        """The declarations of a record's own members, by name in lower case."""
+        tree = self.entry(type).tree
+        found: dict[str, Declaration] = {}
+        declarations: list[Declaration] = []
+        if isinstance(tree, FunctionBlock | Program | GlobalList):
+            declarations = [item for block in tree.blocks for item in block.variables]
+        elif isinstance(tree, TypeDeclaration) and isinstance(tree.type, StructOf):
+            declarations = list(tree.type.members)
+        for item in declarations:
+            for name in item.names:
+                found.setdefault(name.name.lower(), item)
+        if isinstance(tree, FunctionBlock | Program):
+            for part in tree.parts:
+                for block in part.blocks if isinstance(part, Method) else ():
+                    for item in block.variables if block.section == "VAR_INST" else ():
+                        for name in item.names:
+                            found[f"__{part.name}__{name.name}".lower()] = item
+        return found
+
+
+def element_of(type: IecType[Any]) -> StructType[Any] | None:
+    """The record that a variable is, or that its elements are; None for anything else."""
+    real = resolved(type)
+    while isinstance(real, ArrayType):
+        real = resolved(real.element)
+    if isinstance(real, StructType) and real.kind is not Kind.UNION:
+        return real
+    return None
+
+
+def _as_arguments(value: object) -> tuple[Argument, ...]:
+    """`(nPort := 3)` of an array of blocks, which reads like a structure or a value in brackets."""
+    members = getattr(value, "members", None)
+    if members is not None:
+        return tuple(
+            Argument(item.name, item.value, False, item.at)
+            for item in members
+            if not isinstance(item.value, ArrayInitial)
+        )
+    if isinstance(value, Call):
+        return value.arguments
+    at = getattr(value, "at", 0)
+    return (Argument("", value, False, at),)  # type: ignore[arg-type]

@@ -1,0 +1,96 @@
+"""Meanings: what a name or a path can be besides a value."""
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from achse.iec.structs import StructType
+from achse.iec.types import IecType
+from achse.st.check.operands import Operand
+from achse.st.check.signatures import Signature
+from achse.st.scopes import Entry
+from achse.st.typed.expressions import TypedValue
+from achse.st.units import Property
+
+__all__ = [
+    "BaseInstance",
+    "BuiltinName",
+    "Callee",
+    "Meaning",
+    "PropertyUse",
+    "SpaceName",
+    "TypeName",
+    "UnitName",
+]
+
+
+@dataclass(slots=True, eq=False)
+class TypeName:
+    """A type: before a dot (an enumeration), in SIZEOF and __NEW."""
+
+    type: IecType[Any]
+    entry: Entry | None
+    name: str
+    at: int
+
+
+@dataclass(slots=True, eq=False)
+class UnitName:
+    """A program or variable list."""
+
+    name: str
+    entry: Entry | None
+    """None of a unit that the runtime has."""
+    type: StructType[Any] | None
+    at: int
+
+
+@dataclass(slots=True, eq=False)
+class SpaceName:
+    """A name that means nothing by itself: of a library, of a name space."""
+
+    name: str
+    at: int
+
+
+@dataclass(slots=True, eq=False)
+class Callee:
+    """A function, method, action or program to be called."""
+
+    signature: Signature
+    instance: TypedValue | None
+    is_exact: bool
+    """Whether it is this routine, whatever the instance is."""
+    at: int
+
+
+@dataclass(slots=True, eq=False)
+class PropertyUse:
+    """A property of an instance (or program): its GET or SET is called."""
+
+    entry: Entry
+    tree: Property
+    instance: TypedValue | None
+    is_exact: bool
+    at: int
+
+
+@dataclass(slots=True, eq=False)
+class BuiltinName:
+    """A function of the language: MAX, SHL, TO_INT, ADR …"""
+
+    name: str
+    """In upper case."""
+    at: int
+
+
+@dataclass(slots=True, eq=False)
+class BaseInstance:
+    """`SUPER^`: this instance as its base sees it."""
+
+    entry: Entry
+    at: int
+
+
+Meaning: TypeAlias = (
+    Operand | TypeName | UnitName | SpaceName | Callee | PropertyUse | BuiltinName | BaseInstance
+)

@@ -1,0 +1,364 @@
+"""Names: what one means inside a routine, from the nearest declaration to the farthest."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any
+
+from achse.iec.derived import ReferenceType, resolved
+from achse.iec.structs import StructType
+from achse.iec.variables import Variable
+from achse.st.check.builtins import is_builtin
+from achse.st.check.meanings import (
+    BuiltinName,
+    Callee,
+    Meaning,
+    PropertyUse,
+    SpaceName,
+    TypeName,
+    UnitName,
+)
+from achse.st.check.operands import Operand, constant_operand, read
+from achse.st.cursor import Unexpected
+from achse.st.scopes import Declared, Entry, Scope
+from achse.st.tree import ArrayInitial, StructInitial
+from achse.st.typed.expressions import AddressOf, Read, TypedValue
+from achse.st.typed.places import InstanceBase, StaticBase, Storage, UnitBase, flat
+from achse.st.units import (
+    Action,
+    Function,
+    FunctionBlock,
+    GlobalList,
+    Interface,
+    Method,
+    Program,
+    Property,
+    TypeDeclaration,
+)
+from achse.st.values import Constant, NotConstant
+
+if TYPE_CHECKING:
+    from achse.st.check.body import RoutineBody
+
+__all__ = ["Names"]
+
+_EXTERNAL = ("VAR_EXTERNAL", "VAR_CONFIG", "VAR_GENERIC")
+
+
+class Names:
+    """Looks names up for one routine."""
+
+    def __init__(self, body: "RoutineBody") -> None:
+        self._body = body
+        self._names = body.checking.names
+
+    # single names ----------------------------------------------------------------------------
+
+    def find(self, name: str, at: int) -> Meaning | None:
+        """What a name means, seen from the inside of the routine."""
+        key = name.lower()
+        return self.variable(key, at) or self._own_part(key, at) or self.outer(name, at)
+
+    def outer(self, name: str, at: int) -> Meaning | None:
+        """What a name means globally: what a dot in front asks for."""
+        key = name.lower()
+        body = self._body
+        found = self._global(key, at)
+        if found is not None:
+            return found
+        entry = self._names.find(name, body.scope.space)
+        if entry is not None:
+            return self.of_entry(entry, at)
+        given = body.checking.given_variable(key)
+        if given is not None:
+            return self.of_given(given[0], given[1], at)
+        if key in body.checking.given_units:
+            unit = body.checking.given_units[key]
+            return UnitName(unit.__iec__.name, None, unit.__iec__, at)
+        if is_builtin(name):
+            return BuiltinName(name.upper(), at)
+        type = self._names.given.find(name, at)
+        return None if type is None else TypeName(type, None, name, at)
+
+    def of_entry(self, entry: Entry, at: int) -> Meaning:
+        """A unit as a meaning."""
+        body = self._body
+        tree = entry.tree
+        if isinstance(tree, Function):
+            return Callee(body.checking.routines.of_function(entry), None, True, at)
+        if isinstance(tree, TypeDeclaration | FunctionBlock | Interface):
+            return TypeName(self._names.entry_type(entry, at), entry, entry.name, at)
+        if isinstance(tree, GlobalList | Program):
+            return UnitName(entry.name, entry, None, at)
+        return SpaceName(entry.name, at)
+
+    def unknown(self, name: str, at: int) -> Unexpected:
+        """The fault of a name that means nothing."""
+        near = get_close_matches(name.lower(), list(self._known_keys()), 1, 0.8)
+        meant = f"; near: {near[0]}" if near else ""
+        return Unexpected(at, f"nothing is named '{name[:80]}' here{meant}")
+
+    def _known_keys(self) -> Iterator[str]:
+        here: Scope | None = self._body.scope
+        seen: set[int] = set()
+        while here is not None and id(here) not in seen:
+            seen.add(id(here))
+            yield from here.variables
+            here = here.base
+        yield from self._names.globals
+        yield from self._names.entries
+
+    # variables -------------------------------------------------------------------------------
+
+    def variable(self, key: str, at: int) -> Operand | None:
+        """A variable of the routine, of its instance, or of its unit."""
+        body = self._body
+        signature = body.signature
+        placed = body.frame.find(key)
+        if placed is not None:
+            return self._of_frame(placed, key, at)
+        found = self._names.own(key, body.scope)
+        if found is None:
+            value = self._inner_value(key, at)
+            if value is not None:
+                return value
+            this = body.this
+            if this is not None and this.has_member(key):
+                return self.member_of_instance(this.member(key), at)
+            return None
+        here, declared = found
+        section = declared[0].section
+        if section in _EXTERNAL:
+            if section == "VAR_GENERIC" and key in here.constants:
+                constant = here.constants[key]
+                return None if constant is None else constant_operand(constant, at)
+            return None
+        constant = self.constant(here, declared, key, at)
+        storage_of: Operand | None = None
+        if key in signature.members and body.this is not None and here is body.scope:
+            storage_of = self.member_of_instance(body.this.member(signature.members[key]), at)
+        elif here is body.scope and key in signature.statics:
+            storage_of = self._static(signature.statics[key], at)
+        elif body.this is not None and body.this.has_member(key):
+            storage_of = self.member_of_instance(body.this.member(key), at)
+        elif self._names.is_placed(here):
+            storage_of = self.of_unit(here.owner, key, at)
+        if storage_of is None:
+            raise Unexpected(at, f"{declared[1].names[0].name} cannot be reached from here")
+        return self._with_constant(storage_of, declared, constant, at)
+
+    def _of_frame(self, placed: Variable[Any, Any], key: str, at: int) -> Operand:
+        body = self._body
+        found = read(body.frame.storage(placed, at), placed.type, at)
+        parameter = body.signature.parameter(key)
+        if parameter is not None and parameter.bounds:
+            found.bounds = tuple(
+                Read(body.frame.storage(item, at), flat(item.type), at) for item in parameter.bounds
+            )
+        return found
+
+    def _inner_value(self, key: str, at: int) -> Operand | None:
+        """A value of an enumeration that is declared where a variable is."""
+        here: Scope | None = self._body.scope
+        while here is not None:
+            if key in here.values:
+                return constant_operand(here.values[key], at)
+            here = here.base
+        return None
+
+    def constant(self, scope: Scope, declared: Declared, key: str, at: int) -> Constant | None:
+        """The value of a variable declared CONSTANT, if it is a single value that is known."""
+        block, declaration = declared
+        if "CONSTANT" not in block.qualifiers:
+            return None
+        if isinstance(declaration.initial, ArrayInitial | StructInitial):
+            return None
+        try:
+            return self._names.constant_of(scope, declared, [key], at)
+        except NotConstant:
+            return None
+
+    def _with_constant(
+        self, found: Operand, declared: Declared, constant: Constant | None, at: int
+    ) -> Operand:
+        if constant is None:
+            if "CONSTANT" in declared[0].qualifiers and found.storage is not None:
+                found.storage = replaced(found.storage, is_constant=True)
+            return found
+        value = constant_operand(constant, at)
+        if value.text is None:
+            value.type = found.type
+        if found.storage is not None:
+            value.storage = replaced(found.storage, is_constant=True)
+        return value
+
+    def member_of_instance(self, member: Variable[Any, Any], at: int) -> Operand:
+        """A variable of the instance the routine runs on."""
+        body = self._body
+        assert body.this is not None
+        if not member.in_memory:
+            return self._static(self.static_of(body.this, member), at)
+        storage = Storage(
+            InstanceBase(), member.offset, flat(member.type), member.bit, name=member.name, at=at
+        )
+        found = read(storage, member.type, at)
+        self.add_bounds(found, Storage(InstanceBase(), 0, body.this), body.this, member, at)
+        return found
+
+    def add_bounds(
+        self,
+        found: Operand,
+        whole: Storage,
+        type: StructType[Any],
+        member: Variable[Any, Any],
+        at: int,
+    ) -> None:
+        """The bounds of a VAR_IN_OUT of ARRAY [*] that a block keeps."""
+        if not isinstance(resolved(member.type), ReferenceType):
+            return
+        bounds: list[TypedValue] = []
+        number = 1
+        while type.has_member(f"__{member.name}_lower{number}"):
+            for which in ("lower", "upper"):
+                bound = type.member(f"__{member.name}_{which}{number}")
+                place = replaced(
+                    whole,
+                    offset=whole.offset + bound.offset,
+                    type=flat(bound.type),
+                    name=bound.name,
+                )
+                bounds.append(Read(place, place.type, at))
+            number += 1
+        if bounds:
+            found.bounds = tuple(bounds)
+
+    def static_of(self, type: StructType[Any], member: Variable[Any, Any]) -> StaticBase:
+        """The one place of a VAR_STAT variable of a block."""
+        here: StructType[Any] | None = type
+        while here is not None:
+            if any(own is member for own in here.own_members):
+                return StaticBase(here.name, member)
+            here = here.base
+        return StaticBase(type.name, member)
+
+    def _static(self, base: StaticBase, at: int) -> Operand:
+        variable = base.variable
+        storage = Storage(base, 0, flat(variable.type), name=variable.name, at=at)
+        return read(storage, variable.type, at)
+
+    def of_unit(self, owner: str, key: str, at: int) -> Operand:
+        """A variable of a program or variable list."""
+        entry = self._names.entries[owner.lower()]
+        iec = self._body.checking.unit(entry, at)
+        return self.of_given(iec, key, at)
+
+    def of_given(self, iec: StructType[Any], key: str, at: int) -> Operand:
+        if not iec.has_member(key):
+            raise Unexpected(at, f"{iec.name} has no variable '{key}'")
+        member = iec.member(key)
+        if not member.in_memory:
+            return self._static(StaticBase(iec.name, member), at)
+        type = flat(member.type)
+        storage = Storage(UnitBase(iec.name, member), 0, type, name=member.name, at=at)
+        found = read(storage, member.type, at)
+        if isinstance(resolved(member.type), ReferenceType):
+            number = 1
+            bounds: list[TypedValue] = []
+            while iec.has_member(f"__{member.name}_lower{number}"):
+                for which in ("lower", "upper"):
+                    bound = iec.member(f"__{member.name}_{which}{number}")
+                    place = Storage(UnitBase(iec.name, bound), 0, flat(bound.type), name=bound.name)
+                    bounds.append(Read(place, place.type, at))
+                number += 1
+            if bounds:
+                found.bounds = tuple(bounds)
+        return found
+
+    def _global(self, key: str, at: int) -> Meaning | None:
+        """A variable of a list, or a value of an enumeration, that needs nothing in front."""
+        names = self._names
+        found = names.globals.get(key, ())
+        if len(found) > 1:
+            places = " and ".join(scope.owner for scope, _ in found[:3])
+            raise Unexpected(at, f"'{key}' is declared in {places}: which one is meant?")
+        if found:
+            return self.of_list(found[0][0], found[0][1], key, at)
+        if key in names.entries and key not in names.loose_values:
+            return None
+        try:
+            return constant_operand(names.global_constant(key, key, at), at)
+        except NotConstant:
+            return None
+        except Unexpected as fault:
+            if "which one" in fault.message:
+                raise
+            return None
+
+    def of_list(self, scope: Scope, declared: Declared, key: str, at: int) -> Operand:
+        """A variable of a list or program, by its declaration."""
+        constant = self.constant(scope, declared, key, at)
+        return self._with_constant(self.of_unit(scope.owner, key, at), declared, constant, at)
+
+    def this_operand(self, at: int) -> Operand | None:
+        """`THIS^`, in routines that have one."""
+        this = self._body.this
+        if this is None:
+            return None
+        storage = Storage(InstanceBase(), 0, this, at=at)
+        return Operand(Read(storage, this, at), this, storage)
+
+    # parts -----------------------------------------------------------------------------------
+
+    def _own_part(self, key: str, at: int) -> Meaning | None:
+        """A method, property or action of the routine's own block or program."""
+        body = self._body
+        entry = body.signature.entry
+        found = body.checking.blocks.part(entry, key)
+        if found is None:
+            return None
+        instance = self.this_address(at)
+        return self.of_part(entry, key, instance, False, at)
+
+    def routine(self, name: str, at: int) -> Meaning | None:
+        """A function, method or built-in of that name, though a variable has it, too."""
+        key = name.lower()
+        found = self._own_part(key, at)
+        if found is None:
+            entry = self._names.find(name, self._body.scope.space)
+            found = None if entry is None else self.of_entry(entry, at)
+        if found is None and is_builtin(name):
+            return BuiltinName(name.upper(), at)
+        return found if isinstance(found, Callee) else None
+
+    def this_address(self, at: int) -> TypedValue | None:
+        """The address of the instance, in routines that have one."""
+        this = self._body.this
+        if this is None:
+            return None
+        storage = Storage(InstanceBase(), 0, this, at=at)
+        return AddressOf(storage, self._body.checking.pointer_to(this), at)
+
+    def of_part(
+        self, entry: Entry, key: str, instance: TypedValue | None, is_exact: bool, at: int
+    ) -> Meaning | None:
+        """The part of a unit with that name, on an instance. Raises `Failed`."""
+        body = self._body
+        found = body.checking.blocks.part(entry, key)
+        if found is None:
+            return None
+        owner, part = found
+        is_exact = is_exact or isinstance(owner.tree, Program)
+        routines = body.checking.routines
+        if isinstance(part, Method):
+            final = "FINAL" in part.modifiers or "PRIVATE" in part.modifiers
+            signature = routines.of_method(owner, part)
+            return Callee(signature, instance, is_exact or final, at)
+        if isinstance(part, Action):
+            return Callee(routines.of_action(owner, part), instance, is_exact, at)
+        assert isinstance(part, Property)
+        return PropertyUse(owner, part, instance, is_exact, at)
+
+
+def replaced(storage: Storage, **changes: Any) -> Storage:
+    """The same storage with other values of some fields."""
+    return replace(storage, **changes)

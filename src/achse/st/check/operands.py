@@ -1,0 +1,147 @@
+"""Operands: what an expression is while it is being checked."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from achse.iec.derived import PointerType, ReferenceType, resolved
+from achse.iec.elementary import BOOL, LREAL, BoolType, RealType
+from achse.iec.strings import STRING, StringType
+from achse.iec.types import IecType
+from achse.st.check.kinds import natural
+from achse.st.typed.expressions import AddressOf, Known, Read, TypedValue
+from achse.st.typed.places import PointerBase, Storage, flat
+from achse.st.values import Constant
+
+__all__ = ["Operand", "address_of", "constant_operand", "followed_value", "known", "read", "texted"]
+
+
+@dataclass(slots=True, eq=False)
+class Operand:
+    """A value with the type it is declared with, and the storage it is read from, if any."""
+
+    value: TypedValue
+    type: IecType[Any]
+    """As declared: an enumeration or sub-range is still one. An INT + INT is an INT here, though
+    the value is computed as DINT."""
+    storage: Storage | None = None
+    loose: bool = False
+    """A constant without a certain type: it takes that of what it meets."""
+    soft: bool = False
+    """An LREAL only because of literals in it: it goes into a REAL without a word."""
+    text: str | None = None
+    """Of a text constant, as it can be coded again."""
+    reference: Storage | None = None
+    """The REFERENCE (or VAR_IN_OUT) variable itself, if the storage is what that leads to."""
+    bounds: tuple[TypedValue, ...] = ()
+    """Of an ARRAY [*]: lower and upper bound of each dimension; the storage is of an element."""
+    is_bits: bool = False
+    """A constant written as bits: 16#FF, 2#1010."""
+
+    @property
+    def flat(self) -> IecType[Any]:
+        """The type of the value."""
+        type = self.value.type
+        assert type is not None
+        return type
+
+    @property
+    def constant(self) -> int | float | bool | bytes | None:
+        """The value, if it is known."""
+        return self.value.value if isinstance(self.value, Known) else None
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether the value is known."""
+        return isinstance(self.value, Known)
+
+
+def read(storage: Storage, type: IecType[Any], at: int) -> Operand:
+    """What is in a storage; behind a reference what that leads to."""
+    real = resolved(type)
+    if isinstance(real, ReferenceType):
+        return followed(storage, real, at)
+    return Operand(Read(storage, storage.type, at), type, storage)
+
+
+def followed(storage: Storage, type: PointerType, at: int) -> Operand:
+    """What the reference in a storage leads to."""
+    target = type.target
+    there = Storage(
+        PointerBase(Read(storage, storage.type, at)), 0, flat(target), name=storage.name, at=at
+    )
+    found = read(there, target, at)
+    if found.reference is None:
+        found.reference = storage
+    return found
+
+
+def followed_value(value: TypedValue, type: PointerType, at: int) -> Operand:
+    """What a reference that is a value (of a method, of a property) leads to."""
+    target = type.target
+    return read(Storage(PointerBase(value), 0, flat(target), at=at), target, at)
+
+
+def address_of(storage: Storage, type: IecType[Any], at: int) -> TypedValue:
+    """The address of a storage; of what a pointer leads to, the pointer's value."""
+    if isinstance(storage.base, PointerBase) and not storage.offset and not storage.steps:
+        return storage.base.address
+    pointer = PointerType(storage.type, type.size) if not isinstance(type, PointerType) else type
+    return AddressOf(storage, pointer, at)
+
+
+def known(
+    value: int | float | bool, type: IecType[Any], at: int, *, loose: bool = False
+) -> Operand:
+    """A constant."""
+    return Operand(Known(value, flat(type), at), type, loose=loose)
+
+
+def texted(text: str, type: StringType, at: int) -> Operand:
+    """A text constant, in the shortest type that holds it."""
+    made = type_of_text(text, type)
+    return Operand(Known(coded(text, made), made, at), made, loose=True, text=text)
+
+
+def type_of_text(text: str, type: StringType) -> StringType:
+    """The type of a text constant."""
+    if type.unit == 1:
+        try:
+            return STRING(len(text.encode("cp1252")))
+        except UnicodeEncodeError:
+            return STRING(len(text.encode()), "utf-8")
+    return type.__class__(len(text))
+
+
+def coded(text: str, type: StringType) -> bytes:
+    """The bytes of a text in a type, cut to its length."""
+    if type.unit == 2:
+        return text.encode("utf-16-le", "surrogatepass")[: 2 * type.length]
+    data = text.encode("utf-8" if type.coding == "utf-8" else "cp1252", "replace")
+    return data[: type.length]
+
+
+def constant_operand(constant: Constant, at: int, *, is_bits: bool = False) -> Operand:
+    """What the evaluator of constants found, as an operand."""
+    value, type = constant
+    if isinstance(value, str):
+        real = None if type is None else flat(type)
+        found = texted(value, real if isinstance(real, StringType) else STRING(), at)
+        if type is not None and not is_bits:
+            found.loose = True
+        return found
+    if isinstance(value, bool):
+        return known(value, BOOL if type is None else type, at)
+    if isinstance(value, float):
+        if type is None:
+            return Operand(Known(value, LREAL, at), LREAL, loose=True, soft=True)
+        return known(value, type, at)
+    if type is None or is_bits:
+        found = known(value, natural(value) if type is None else type, at, loose=True)
+        found.is_bits = is_bits
+        return found
+    real = flat(type)
+    if isinstance(real, RealType):
+        return known(float(value), type, at)
+    if isinstance(real, BoolType):
+        return known(bool(value), type, at)
+    return known(value, type, at)

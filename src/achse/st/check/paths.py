@@ -1,0 +1,518 @@
+"""Paths: members, elements, bits, and what pointers lead to."""
+
+from typing import TYPE_CHECKING, Any
+
+from achse.iec.arrays import ArrayType
+from achse.iec.derived import InterfaceType, PointerType, ReferenceType, resolved
+from achse.iec.elementary import BOOL, BYTE, DINT, DWORD, LINT, LWORD, WORD, BoolType, IntegerType
+from achse.iec.enums import EnumType
+from achse.iec.strings import StringType
+from achse.iec.structs import Kind, StructType
+from achse.iec.types import IecType
+from achse.st.check.conversions import converted
+from achse.st.check.folding import folded
+from achse.st.check.kinds import counted
+from achse.st.check.meanings import (
+    BaseInstance,
+    Meaning,
+    PropertyUse,
+    SpaceName,
+    TypeName,
+    UnitName,
+)
+from achse.st.check.names import replaced
+from achse.st.check.operands import Operand, address_of, constant_operand, known, read
+from achse.st.cursor import Unexpected
+from achse.st.tree import Dereference, Index, Member, PartOf, Super, This
+from achse.st.typed.expressions import (
+    Computed,
+    Known,
+    Operator,
+    Read,
+    TypedValue,
+)
+from achse.st.typed.places import (
+    IndexStep,
+    InstanceBase,
+    PointerBase,
+    Storage,
+    TemporaryBase,
+    flat,
+)
+from achse.st.values import Constant
+
+if TYPE_CHECKING:
+    from achse.st.check.body import RoutineBody
+
+__all__ = ["Paths"]
+
+_PARTS: dict[str, IecType[Any]] = {"X": BOOL, "B": BYTE, "W": WORD, "D": DWORD, "L": LWORD}
+
+
+class Paths:
+    """Follows the steps of paths in one routine."""
+
+    def __init__(self, body: "RoutineBody") -> None:
+        self._body = body
+
+    # storages --------------------------------------------------------------------------------
+
+    def storage(self, operand: Operand, at: int) -> Storage:
+        """Where an operand is; a value is put into a temporary."""
+        if operand.storage is not None:
+            return operand.storage
+        variable = self._body.frame.temporary(operand.flat)
+        base = TemporaryBase(variable, operand.value)
+        return Storage(base, 0, operand.flat, name=variable.name, at=at)
+
+    def address(self, operand: Operand, type: IecType[Any], at: int) -> TypedValue:
+        """The address of an operand."""
+        storage = self.storage(operand, at)
+        if storage.bit is not None:
+            raise Unexpected(at, f"a bit has no address: {storage.name}")
+        self._body.mark_addressed(storage)
+        return address_of(storage, type, at)
+
+    def is_exact(self, storage: Storage) -> bool:
+        """Whether an instance is of the declared block itself, not of one that extends it."""
+        is_this = isinstance(storage.base, InstanceBase) and storage.type is self._body.this
+        return not isinstance(storage.base, PointerBase) and not is_this
+
+    # members ---------------------------------------------------------------------------------
+
+    def member(self, tree: Member) -> Meaning:
+        """`of.name`."""
+        whole = self._body.expressions.meaning(tree.of)
+        at = tree.at
+        match whole:
+            case Operand():
+                return self.member_of(whole, tree.name, at)
+            case TypeName():
+                return self._of_type(whole, tree.name, at)
+            case UnitName():
+                return self._of_unit(whole, tree.name, at)
+            case SpaceName():
+                return self._of_space(whole, tree.name, at)
+            case PropertyUse():
+                return self.member_of(self._body.calls.read_property(whole), tree.name, at)
+            case BaseInstance():
+                return self._of_base(whole, tree.name, at)
+            case _:
+                callee = self._body.expressions.called_without_arguments(whole, at)
+                return self.member_of(callee, tree.name, at)
+
+    def member_of(self, whole: Operand, name: str, at: int) -> Meaning:
+        """A member, method, property or action of an operand."""
+        type = whole.flat
+        key = name.lower()
+        if isinstance(type, StructType):
+            if type.has_member(key):
+                return self._variable_of(whole, type, key, at)
+            part = self._part_of(whole, type, key, at)
+            if part is not None:
+                return part
+            raise Unexpected(at, f"{type.name} has no member '{name[:80]}'")
+        if isinstance(type, InterfaceType):
+            return self._of_interface(whole, type, key, name, at)
+        enum = resolved(whole.type)
+        if isinstance(enum, EnumType):
+            # The variable has the name of its type, or stands for it.
+            for value, number in enum.numbers.items():
+                if value.lower() == key:
+                    return constant_operand(Constant(number, enum), at)
+        if isinstance(type, IntegerType):
+            return self._named_bit(whole, name, at)
+        if isinstance(type, PointerType):
+            target = type.target.name
+            raise Unexpected(at, f"a POINTER TO {target} has no members; write ^ before the dot")
+        raise Unexpected(at, f"a {whole.type.name} has no members, asked for '{name[:80]}'")
+
+    def _variable_of(self, whole: Operand, type: StructType[Any], key: str, at: int) -> Operand:
+        member = type.member(key)
+        names = self._body.names
+        entry = self._body.checking.names.entry_of(type)
+        constant = None
+        if member.constant and entry is not None:
+            scope = self._body.checking.names.scope(entry)
+            own = self._body.checking.names.own(key, scope)
+            if own is not None:
+                constant = names.constant(own[0], own[1], key, at)
+        if not member.in_memory:
+            base = names.static_of(type, member)
+            storage = Storage(base, 0, flat(member.type), name=member.name, at=at)
+        else:
+            outer = self.storage(whole, at)
+            prefix = f"{outer.name}." if outer.name else ""
+            storage = replaced(
+                outer,
+                offset=outer.offset + member.offset,
+                type=flat(member.type),
+                bit=member.bit,
+                is_constant=outer.is_constant or member.constant,
+                name=f"{prefix}{member.name}",
+                at=at,
+            )
+        found = read(storage, member.type, at)
+        if isinstance(resolved(member.type), ReferenceType) and whole.storage is not None:
+            names.add_bounds(found, whole.storage, type, member, at)
+        if constant is not None:
+            value = constant_operand(constant, at)
+            if value.text is None:
+                value.type = found.type
+            value.storage = storage
+            return value
+        return found
+
+    def _part_of(self, whole: Operand, type: StructType[Any], key: str, at: int) -> Meaning | None:
+        """A method, property or action of an instance."""
+        if type.kind is not Kind.FUNCTION_BLOCK:
+            return None
+        entry = self._body.checking.names.entry_of(type)
+        if entry is None:
+            if key in {method.name.lower() for method in type.methods}:
+                raise Unexpected(at, f"no source of {type.name} is here to call '{key}' of")
+            return None
+        storage = self.storage(whole, at)
+        is_exact = self.is_exact(storage)
+        pointer = self._body.checking.pointer_to(type)
+        address = self.address(whole, pointer, at)
+        found = self._body.names.of_part(entry, key, address, is_exact, at)
+        if isinstance(found, Operand | TypeName):
+            return None
+        return found
+
+    def _of_interface(
+        self, whole: Operand, type: InterfaceType, key: str, name: str, at: int
+    ) -> Meaning:
+        entry = self._body.checking.names.entry_of(type)
+        if entry is not None:
+            found = self._body.names.of_part(entry, key, whole.value, False, at)
+            if found is not None:
+                return found
+        raise Unexpected(at, f"{type.name} has no method or property '{name[:80]}'")
+
+    def _of_base(self, base: BaseInstance, name: str, at: int) -> Meaning:
+        body = self._body
+        key = name.lower()
+        address = body.names.this_address(at)
+        found = body.names.of_part(base.entry, key, address, True, at)
+        if found is not None:
+            return found
+        if body.this is not None and body.this.has_member(key):
+            return body.names.member_of_instance(body.this.member(key), at)
+        raise Unexpected(at, f"{base.entry.name} has no member '{name[:80]}'")
+
+    def _of_type(self, whole: TypeName, name: str, at: int) -> Meaning:
+        key = name.lower()
+        real = resolved(whole.type)
+        if isinstance(real, EnumType):
+            for value, number in real.numbers.items():
+                if value.lower() == key:
+                    return constant_operand(Constant(number, real), at)
+            raise Unexpected(at, f"{real.name} has no value '{name[:80]}'")
+        names = self._body.checking.names
+        if whole.entry is not None and isinstance(real, StructType) and real.has_member(key):
+            member = real.member(key)
+            scope = names.scope(whole.entry)
+            own = names.own(key, scope)
+            if own is not None:
+                constant = self._body.names.constant(own[0], own[1], key, at)
+                if constant is not None:
+                    return constant_operand(constant, at)
+            if not member.in_memory:
+                base = self._body.names.static_of(real, member)
+                storage = Storage(base, 0, flat(member.type), name=member.name, at=at)
+                return read(storage, member.type, at)
+        space = f"{whole.name}.{name}"
+        entry = names.find(space)
+        if entry is not None:
+            return self._body.names.of_entry(entry, at)
+        raise Unexpected(at, f"{whole.name} is a type; it has no '{name[:80]}' without a variable")
+
+    def _of_unit(self, whole: UnitName, name: str, at: int) -> Meaning:
+        key = name.lower()
+        body = self._body
+        if whole.entry is None:
+            assert whole.type is not None
+            return body.names.of_given(whole.type, key, at)
+        names = body.checking.names
+        scope = names.scope(whole.entry)
+        if key in scope.variables:
+            declared = scope.variables[key]
+            if declared[0].section not in ("VAR_EXTERNAL", "VAR_CONFIG", "VAR_TEMP"):
+                return body.names.of_list(scope, declared, key, at)
+        found = body.names.of_part(whole.entry, key, None, True, at)
+        if found is not None:
+            return found
+        if key in scope.values:
+            return constant_operand(scope.values[key], at)
+        inner = names.find(f"{whole.name}.{name}")
+        if inner is not None and inner is not whole.entry:
+            return body.names.of_entry(inner, at)
+        raise Unexpected(at, f"{whole.name} has no variable '{name[:80]}'")
+
+    def _of_space(self, whole: SpaceName, name: str, at: int) -> Meaning:
+        """What a library's name stands before: the same as without it."""
+        body = self._body
+        path = f"{whole.name}.{name}"
+        entry = body.checking.names.find(path, body.scope.space)
+        if entry is not None:
+            return body.names.of_entry(entry, at)
+        found = body.names.outer(name, at)
+        if found is not None:
+            return found
+        return SpaceName(path, whole.at)
+
+    # bits ------------------------------------------------------------------------------------
+
+    def _named_bit(self, whole: Operand, name: str, at: int) -> Operand:
+        """`x.cBit`: a constant names the bit."""
+        found = self._body.names.find(name, at)
+        if isinstance(found, Operand) and isinstance(found.constant, int):
+            return self.part(whole, "X", found.constant, at)
+        raise Unexpected(
+            at, f"a {whole.type.name} has no members, and no constant is '{name[:80]}'"
+        )
+
+    def part_of(self, tree: PartOf) -> Operand:
+        """`of.3`, `of.%B1`."""
+        whole = self._body.expressions.operand(tree.of)
+        return self.part(whole, tree.width, tree.number, tree.at)
+
+    def part(self, whole: Operand, width: str, number: int, at: int) -> Operand:
+        """A bit, byte, word … of an integer."""
+        type = whole.flat
+        if not isinstance(type, IntegerType):
+            raise Unexpected(at, f"a bit of a whole number, got a {whole.type.name}")
+        part = _PARTS[width]
+        count = 8 * type.size if width == "X" else type.size // part.size
+        if not 0 <= number < count:
+            raise Unexpected(at, f"a {whole.type.name} has parts 0..{count - 1}, got {number}")
+        if whole.is_constant or whole.storage is None:
+            return self._computed_part(whole, part, number, at)
+        storage = whole.storage
+        self._body.mark_addressed(storage)
+        if width == "X":
+            place = replaced(
+                storage,
+                offset=storage.offset + number // 8,
+                bit=number % 8,
+                type=BOOL,
+                name=f"{storage.name}.{number}",
+                at=at,
+            )
+        else:
+            place = replaced(
+                storage,
+                offset=storage.offset + number * part.size,
+                type=part,
+                name=f"{storage.name}.%{width}{number}",
+                at=at,
+            )
+        return Operand(Read(place, part, at), part, place)
+
+    def _computed_part(self, whole: Operand, part: IecType[Any], number: int, at: int) -> Operand:
+        bits = 1 if isinstance(part, BoolType) else 8 * part.size
+        value = whole.constant
+        if isinstance(value, int):
+            found = value >> bits * number & (1 << bits) - 1
+            return known(bool(found), BOOL, at) if bits == 1 else known(found, part, at)
+        wide: IecType[Any] = LWORD
+        shifted = Computed(
+            Operator.SHR,
+            (converted(whole.value, wide, at), Known(bits * number, DINT, at)),
+            wide,
+            at,
+        )
+        if bits > 1:
+            return Operand(converted(shifted, part, at), part)
+        one = Computed(Operator.AND, (shifted, Known(1, wide, at)), wide, at)
+        return Operand(converted(one, BOOL, at), BOOL)
+
+    # elements --------------------------------------------------------------------------------
+
+    def index(self, tree: Index) -> Operand:
+        """`of[i, j]`."""
+        whole = self._body.expressions.operand(tree.of)
+        indices = [(self._index_value(item), item.at) for item in tree.indices]
+        at = tree.at
+        if whole.bounds:
+            return self._open_element(whole, indices, at)
+        while indices:
+            type = whole.flat
+            if isinstance(type, ArrayType):
+                count = len(type.dimensions)
+                if len(indices) < count:
+                    raise Unexpected(at, f"{type.name} takes {count} indices, got {len(indices)}")
+                whole = self._element(whole, type, indices[:count], at)
+                indices = indices[count:]
+            elif isinstance(type, PointerType) and not isinstance(type, InterfaceType):
+                whole = self._pointed_element(whole, type, indices[0], at)
+                indices = indices[1:]
+            elif isinstance(type, StringType):
+                whole = self._character(whole, type, indices[0], at)
+                indices = indices[1:]
+            else:
+                raise Unexpected(at, f"a {whole.type.name} has no elements")
+        return whole
+
+    def _index_value(self, tree: Any) -> TypedValue:
+        operand = self._body.expressions.operand(tree)
+        if not isinstance(operand.flat, IntegerType):
+            raise Unexpected(tree.at, f"an index is a whole number, got a {operand.type.name}")
+        wide = LINT if counted(operand.flat).high > DINT.high else DINT
+        if operand.is_constant:
+            wide = DINT
+        return converted(operand.value, wide, tree.at)
+
+    def _element(
+        self,
+        whole: Operand,
+        type: ArrayType[Any],
+        indices: list[tuple[TypedValue, int]],
+        at: int,
+    ) -> Operand:
+        outer = self.storage(whole, at)
+        offset = outer.offset
+        steps = list(outer.steps)
+        name = outer.name
+        written = []
+        for (index, place), bounds, stride in zip(
+            indices, type.dimensions, type.strides, strict=True
+        ):
+            if isinstance(index, Known):
+                number = index.value
+                assert isinstance(number, int)
+                if not bounds.first <= number <= bounds.last:
+                    raise Unexpected(place, f"index {number} is outside {bounds} of {type.name}")
+                offset += (number - bounds.first) * stride
+                written.append(str(number))
+                continue
+            first, last = Known(bounds.first, DINT, place), Known(bounds.last, DINT, place)
+            checked = self._body.checks.bounds(index, first, last, place)
+            steps.append(IndexStep(checked, first, last, stride, place))
+        if written and len(written) == len(indices):
+            name = f"{name}[{','.join(written)}]"
+        storage = replaced(
+            outer,
+            offset=offset,
+            steps=tuple(steps),
+            type=flat(type.element),
+            name=name,
+            at=at,
+        )
+        self._body.mark_addressed(storage)
+        return read(storage, type.element, at)
+
+    def _open_element(
+        self, whole: Operand, indices: list[tuple[TypedValue, int]], at: int
+    ) -> Operand:
+        """An element of an ARRAY [*]: its bounds are in hidden variables."""
+        count = len(whole.bounds) // 2
+        if len(indices) != count:
+            raise Unexpected(at, f"this ARRAY [*] takes {count} indices, got {len(indices)}")
+        outer = self.storage(whole, at)
+        size = whole.flat.size
+        # The stride of all dimensions but the last shows at run time only: one step for all.
+        position: TypedValue | None = None
+        for number, (index, place) in enumerate(indices):
+            lower, upper = whole.bounds[2 * number : 2 * number + 2]
+            checked = self._body.checks.bounds(index, lower, upper, place)
+            if count == 1:
+                step = IndexStep(checked, lower, upper, size, place)
+                storage = replaced(outer, steps=(*outer.steps, step), at=at)
+                return read(storage, whole.type, at)
+            inside = _dint(Operator.SUB, checked, lower, place)
+            if position is None:
+                position = inside
+                continue
+            one = Known(1, DINT, place)
+            span = _dint(Operator.ADD, _dint(Operator.SUB, upper, lower, place), one, place)
+            before = _dint(Operator.MUL, position, span, place)
+            position = _dint(Operator.ADD, before, inside, place)
+        assert position is not None
+        first: TypedValue = Known(0, DINT, at)
+        last: TypedValue = Known(1, DINT, at)
+        for number in range(count):
+            lower, upper = whole.bounds[2 * number : 2 * number + 2]
+            span = _dint(
+                Operator.ADD, _dint(Operator.SUB, upper, lower, at), Known(1, DINT, at), at
+            )
+            last = _dint(Operator.MUL, last, span, at)
+        last = _dint(Operator.SUB, last, Known(1, DINT, at), at)
+        step = IndexStep(position, first, last, size, at)
+        return read(replaced(outer, steps=(*outer.steps, step), at=at), whole.type, at)
+
+    def _pointed_element(
+        self,
+        whole: Operand,
+        type: PointerType,
+        index: tuple[TypedValue, int],
+        at: int,
+    ) -> Operand:
+        """`p[i]`: the i-th element from where a pointer leads."""
+        target = type.target
+        base = PointerBase(self._body.checks.pointer(whole.value, type, at))
+        name = whole.storage.name if whole.storage is not None else ""
+        value, place = index
+        if isinstance(value, Known):
+            assert isinstance(value.value, int)
+            storage = Storage(base, value.value * target.size, flat(target), name=f"{name}^", at=at)
+        else:
+            step = IndexStep(value, Known(0, DINT, place), None, target.size, place)
+            storage = Storage(base, 0, flat(target), steps=(step,), name=f"{name}^", at=at)
+        return read(storage, target, at)
+
+    def _character(
+        self, whole: Operand, type: StringType, index: tuple[TypedValue, int], at: int
+    ) -> Operand:
+        """`s[i]`: the i-th byte (of a WSTRING word) of a text, from 0."""
+        outer = self.storage(whole, at)
+        element: IecType[Any] = BYTE if type.unit == 1 else WORD
+        value, place = index
+        if isinstance(value, Known):
+            assert isinstance(value.value, int)
+            if not 0 <= value.value <= type.length:
+                raise Unexpected(place, f"index {value.value} is outside 0..{type.length}")
+            offset = outer.offset + value.value * type.unit
+            storage = replaced(outer, offset=offset, type=element, at=at)
+        else:
+            first, last = Known(0, DINT, place), Known(type.length, DINT, place)
+            step = IndexStep(value, first, last, type.unit, place)
+            storage = replaced(outer, steps=(*outer.steps, step), type=element, at=at)
+        self._body.mark_addressed(storage)
+        return Operand(Read(storage, element, at), element, storage)
+
+    # pointers --------------------------------------------------------------------------------
+
+    def dereference(self, tree: Dereference) -> Meaning:
+        """`of^`."""
+        body = self._body
+        at = tree.at
+        if isinstance(tree.of, This):
+            this = body.names.this_operand(at)
+            if this is None:
+                raise Unexpected(at, "THIS is in the methods and bodies of function blocks only")
+            return this
+        if isinstance(tree.of, Super):
+            return self.base_instance(at)
+        pointer = body.expressions.operand(tree.of)
+        type = pointer.flat
+        if not isinstance(type, PointerType) or isinstance(type, InterfaceType):
+            raise Unexpected(at, f"{pointer.type.name} is not a pointer: ^ leads nowhere")
+        checked = body.checks.pointer(pointer.value, type, at)
+        name = pointer.storage.name if pointer.storage is not None else ""
+        storage = Storage(PointerBase(checked), 0, flat(type.target), name=f"{name}^", at=at)
+        return read(storage, type.target, at)
+
+    def base_instance(self, at: int) -> BaseInstance:
+        """`SUPER^`."""
+        body = self._body
+        base = body.checking.blocks.base(body.signature.entry)
+        if base is None or body.this is None:
+            raise Unexpected(at, f"{body.signature.entry.name} extends no block: SUPER is nothing")
+        return BaseInstance(base, at)
+
+
+def _dint(operator: Operator, left: TypedValue, right: TypedValue, at: int) -> TypedValue:
+    return folded(Computed(operator, (left, right), DINT, at))

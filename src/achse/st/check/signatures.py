@@ -1,0 +1,324 @@
+"""Signatures: what a routine is called with and keeps, without its body."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from achse.iec.derived import ReferenceType
+from achse.iec.elementary import DINT
+from achse.iec.structs import StructType
+from achse.iec.types import IecType
+from achse.iec.variables import Section, Variable
+from achse.st.check.frames import Frame
+from achse.st.cursor import Unexpected
+from achse.st.records import bound_names, instance_name
+from achse.st.resolve import Resolver
+from achse.st.scopes import Entry, Failed, Scope, attributes_of
+from achse.st.source import Source
+from achse.st.tree import NO_NOTE, Declaration, TypeSpec, VarBlock
+from achse.st.typed.places import StaticBase
+from achse.st.typed.project import RoutineKind
+from achse.st.units import (
+    Accessor,
+    Action,
+    Body,
+    Function,
+    FunctionBlock,
+    Interface,
+    Method,
+    Program,
+    Property,
+    Unit,
+)
+
+__all__ = ["Parameter", "Routines", "Signature", "SignatureTree", "attributes_in"]
+
+SignatureTree: TypeAlias = Function | FunctionBlock | Program | Method | Accessor | Action
+
+_PARAMETERS = ("VAR_INPUT", "VAR_IN_OUT", "VAR_OUTPUT")
+_LOCALS = ("VAR", "VAR_TEMP")
+
+
+@dataclass(slots=True, eq=False)
+class Parameter:
+    """A parameter as it is declared."""
+
+    variable: Variable[Any, Any]
+    """In the frame, or in the record of a block or program."""
+    section: str
+    """VAR_INPUT, VAR_OUTPUT or VAR_IN_OUT."""
+    type: IecType[Any]
+    """As declared; of a VAR_IN_OUT that of what it leads to."""
+    is_constant: bool = False
+    """VAR_IN_OUT CONSTANT, which takes values, too."""
+    bounds: tuple[Variable[Any, Any], ...] = ()
+    """Of an ARRAY [*]: hidden variables for the lower and upper bound of each dimension."""
+    has_initial: bool = False
+
+
+@dataclass(slots=True, eq=False)
+class Signature:
+    """A routine without its body."""
+
+    key: str
+    name: str
+    kind: RoutineKind
+    entry: Entry
+    """The unit it belongs to."""
+    tree: SignatureTree
+    scope: Scope
+    frame: Frame
+    this: StructType[Any] | None
+    parameters: list[Parameter] = field(default_factory=list)
+    result: Variable[Any, Any] | None = None
+    statics: dict[str, StaticBase] = field(default_factory=dict)
+    members: dict[str, str] = field(default_factory=dict)
+    """VAR_INST variables: their names in the record of the block."""
+    starts: list[tuple[Declaration, Variable[Any, Any]]] = field(default_factory=list)
+    """Locals whose first value takes code."""
+    accessor_of: Property | None = None
+
+    @property
+    def source(self) -> Source:
+        return self.entry.source
+
+    @property
+    def body(self) -> Body:
+        return self.tree.body
+
+    @property
+    def modifiers(self) -> tuple[str, ...]:
+        own: tuple[str, ...] = getattr(self.tree, "modifiers", ())
+        return own if self.accessor_of is None else own + self.accessor_of.modifiers
+
+    @property
+    def is_abstract(self) -> bool:
+        return "ABSTRACT" in self.modifiers or isinstance(self.entry.tree, Interface)
+
+    def parameter(self, key: str) -> Parameter | None:
+        """The parameter of that name, in lower case."""
+        return next((item for item in self.parameters if item.variable.name.lower() == key), None)
+
+
+class Routines:
+    """Makes signatures, each when it is first asked for."""
+
+    def __init__(self, names: Resolver) -> None:
+        self._names = names
+        self._known: dict[str, Signature | None] = {}
+
+    def of_function(self, entry: Entry) -> Signature:
+        """A function. Raises `Failed`."""
+        tree = entry.tree
+        assert isinstance(tree, Function)
+        scope = self._names.scope(entry)
+        return self._made(
+            entry.name, RoutineKind.FUNCTION, entry, tree, scope, None, tree.returns, tree.name
+        )
+
+    def of_body(self, entry: Entry) -> Signature:
+        """The body of a function block or program. Raises `Failed`."""
+        tree = entry.tree
+        assert isinstance(tree, FunctionBlock | Program)
+        kind = RoutineKind.BODY if isinstance(tree, FunctionBlock) else RoutineKind.PROGRAM
+        scope = self._names.scope(entry)
+        return self._made(entry.name, kind, entry, tree, scope, self.this(entry), None, "")
+
+    def of_method(self, entry: Entry, tree: Method) -> Signature:
+        """A method of a block, program or interface. Raises `Failed`."""
+        name = f"{entry.name}.{tree.name}"
+        scope = self._inside(entry, name, tree.blocks)
+        kind = RoutineKind.METHOD
+        this = self.this(entry)
+        return self._made(name, kind, entry, tree, scope, this, tree.returns, tree.name)
+
+    def of_action(self, entry: Entry, tree: Action) -> Signature:
+        """An action. Raises `Failed`."""
+        name = f"{entry.name}.{tree.name}"
+        scope = self._inside(entry, name, ())
+        return self._made(name, RoutineKind.ACTION, entry, tree, scope, self.this(entry), None, "")
+
+    def of_accessor(self, entry: Entry, tree: Property, *, get: bool) -> Signature | None:
+        """GET or SET of a property; None if it has none. Raises `Failed`."""
+        accessor = tree.get if get else tree.set
+        if accessor is None:
+            return None
+        name = f"{entry.name}.{'__get' if get else '__set'}{tree.name}"
+        known = self._known.get(name.lower())
+        if known is not None:
+            return known
+        scope = self._inside(entry, name, accessor.blocks)
+        kind = RoutineKind.GET if get else RoutineKind.SET
+        returns = tree.type if get else None
+        this = self.this(entry)
+        made = self._made(name, kind, entry, accessor, scope, this, returns, tree.name, tree)
+        made.accessor_of = tree
+        return made
+
+    def this(self, entry: Entry) -> StructType[Any] | None:
+        """The record of the instances that routines of a unit run on. Raises `Failed`."""
+        if isinstance(entry.tree, FunctionBlock):
+            type = self._names.entry_type(entry, entry.tree.at)
+            assert isinstance(type, StructType)
+            return type
+        return None
+
+    def _inside(self, entry: Entry, name: str, blocks: Iterable[VarBlock]) -> Scope:
+        outer = self._names.scope(entry)
+        scope = Scope(entry.source, name, entry.space, outer)
+        for block in blocks:
+            for declaration in block.variables:
+                for item in declaration.names:
+                    scope.variables.setdefault(item.name.lower(), (block, declaration))
+        return scope
+
+    # frames ----------------------------------------------------------------------------------
+
+    def _made(
+        self,
+        name: str,
+        kind: RoutineKind,
+        entry: Entry,
+        tree: SignatureTree,
+        scope: Scope,
+        this: StructType[Any] | None,
+        returns: TypeSpec | None,
+        result: str,
+        property: Property | None = None,
+    ) -> Signature:
+        key = name.lower()
+        if key in self._known:
+            known = self._known[key]
+            if known is None:
+                raise Failed
+            return known
+        self._known[key] = None
+        frame = Frame(name, self._names.rules)
+        made = Signature(key, name, kind, entry, tree, scope, frame, this)
+        with self._names.inside(entry.source):
+            if returns is not None:
+                type = self._names.type_of(returns, scope, name)
+                made.result = frame.add(Variable(type, name=result, section=Section.OUTPUT))
+            if kind is RoutineKind.SET and property is not None:
+                type = self._names.type_of(property.type, scope, name)
+                value = frame.add(Variable(type, name=property.name, section=Section.INPUT))
+                made.parameters.append(Parameter(value, "VAR_INPUT", type))
+            self._fill(made, tuple(getattr(tree, "blocks", ())))
+        self._known[key] = made
+        return made
+
+    def _fill(self, made: Signature, blocks: tuple[VarBlock, ...]) -> None:
+        """Put the variables of a routine where they belong."""
+        in_record = made.kind in (RoutineKind.BODY, RoutineKind.PROGRAM)
+        if in_record:
+            self._parameters_of_record(made)
+        else:
+            for block in blocks:
+                if block.section in _PARAMETERS:
+                    for declaration in block.variables:
+                        self._parameter(made, block, declaration)
+        for block in blocks:
+            for declaration in block.variables:
+                self._local(made, block, declaration, in_record)
+
+    def _local(
+        self, made: Signature, block: VarBlock, declaration: Declaration, in_record: bool
+    ) -> None:
+        names = self._names
+        section = block.section
+        if in_record and section != "VAR_TEMP":
+            return
+        if section == "VAR_INST" and made.this is not None:
+            method = made.name.rpartition(".")[2]
+            for item in declaration.names:
+                made.members[item.name.lower()] = instance_name(method, item.name)
+            return
+        if section in ("VAR_STAT", "VAR_INST") or (
+            section in _LOCALS and "CONSTANT" in block.qualifiers
+        ):
+            for variable, _ in names.records.declared(block, declaration, made.scope):
+                base = StaticBase(made.name, variable)
+                made.statics[variable.name.lower()] = base
+            return
+        if section not in _LOCALS:
+            return
+        for variable, at in names.records.declared(block, declaration, made.scope):
+            if made.frame.find(variable.name.lower()) is not None:
+                raise Unexpected(at, f"{made.name} has two variables named {variable.name}")
+            placed = made.frame.add(variable)
+            if declaration.initial is not None or declaration.arguments or placed.type.is_view:
+                made.starts.append((declaration, placed))
+
+    def _parameter(self, made: Signature, block: VarBlock, declaration: Declaration) -> None:
+        names = self._names
+        for variable, at in names.records.declared(block, declaration, made.scope):
+            if made.frame.find(variable.name.lower()) is not None:
+                raise Unexpected(at, f"{made.name} has two variables named {variable.name}")
+            placed = made.frame.add(variable)
+            bounds = [made.frame.hidden(name, DINT) for name in _bounds(declaration, placed)]
+            made.parameters.append(
+                Parameter(
+                    placed,
+                    block.section,
+                    _declared_type(placed, block.section),
+                    "CONSTANT" in block.qualifiers,
+                    tuple(bounds),
+                    declaration.initial is not None,
+                )
+            )
+            if declaration.initial is not None and variable.start_values:
+                made.starts.append((declaration, placed))
+
+    def _parameters_of_record(self, made: Signature) -> None:
+        """Those of a block (with its bases) or a program: members of its record."""
+        record = made.this
+        if record is None:
+            record = self._names.unit(made.entry).__iec__
+        scopes = list(_scopes(made.scope))
+        for member in record.members:
+            for scope in scopes:
+                found = scope.variables.get(member.name.lower())
+                if found is None or found[0].section not in _PARAMETERS:
+                    continue
+                block, declaration = found
+                bounds = tuple(record.member(name) for name in _bounds(declaration, member))
+                made.parameters.append(
+                    Parameter(
+                        member,
+                        block.section,
+                        _declared_type(member, block.section),
+                        "CONSTANT" in block.qualifiers,
+                        bounds,
+                        True,
+                    )
+                )
+                break
+
+
+def _declared_type(variable: Variable[Any, Any], section: str) -> IecType[Any]:
+    if section == "VAR_IN_OUT":
+        assert isinstance(variable.type, ReferenceType)
+        return variable.type.target
+    return variable.type
+
+
+def _bounds(declaration: Declaration, variable: Variable[Any, Any]) -> list[str]:
+    """The hidden variables with the bounds of an ARRAY [*], lower and upper by dimension."""
+    one = f"__{variable.name}_".lower()
+    return [name for name in bound_names(declaration) if name.lower().startswith(one)]
+
+
+def _scopes(scope: Scope) -> Iterator[Scope]:
+    """A scope and those of its bases."""
+    seen: set[int] = set()
+    here: Scope | None = scope
+    while here is not None and id(here) not in seen:
+        yield here
+        seen.add(id(here))
+        here = here.base
+
+
+def attributes_in(tree: SignatureTree | Unit) -> dict[str, str]:
+    """The attributes of a unit or part, by name in lower case."""
+    note = getattr(tree, "note", NO_NOTE)
+    return {name.lower(): value for name, value in attributes_of(note).items()}

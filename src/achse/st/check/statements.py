@@ -1,0 +1,387 @@
+"""Statements: from the tree to the typed form. A fault costs the statement it is in."""
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from achse.iec.derived import resolved
+from achse.iec.elementary import BOOL, DINT, USINT, BoolType, IntegerType
+from achse.iec.enums import EnumType
+from achse.iec.types import IecType
+from achse.st.check.conversions import converted
+from achse.st.check.folding import cut, folded
+from achse.st.check.kinds import counted
+from achse.st.check.meanings import PropertyUse
+from achse.st.check.operands import Operand, known
+from achse.st.cursor import Unexpected
+from achse.st.scopes import Failed
+from achse.st.tree import (
+    Assign,
+    Branch,
+    Call,
+    Case,
+    Choice,
+    Continue,
+    Dereference,
+    Exit,
+    Expression,
+    For,
+    GlobalName,
+    If,
+    Index,
+    Jump,
+    Label,
+    Member,
+    Name,
+    Range,
+    RepeatUntil,
+    Return,
+    Statement,
+    Statements,
+    Try,
+    While,
+)
+from achse.st.typed.expressions import (
+    Computed,
+    Invocation,
+    Known,
+    Operator,
+    Read,
+    Stored,
+    TypedValue,
+)
+from achse.st.typed.statements import (
+    Conditional,
+    ConditionLoop,
+    CountedLoop,
+    Do,
+    JumpMark,
+    JumpTo,
+    LoopExit,
+    LoopNext,
+    Protected,
+    RoutineExit,
+    Selection,
+    TypedBranch,
+    TypedChoice,
+    TypedStatement,
+    TypedStatements,
+)
+
+if TYPE_CHECKING:
+    from achse.st.check.body import RoutineBody
+
+__all__ = ["StatementChecker"]
+
+
+class StatementChecker:
+    """Checks the statements of one routine."""
+
+    def __init__(self, body: "RoutineBody") -> None:
+        self._body = body
+        self._loops = 0
+        self._labels: list[set[str]] = []
+        self._all_labels: set[str] = set()
+
+    def routine(self, statements: Statements) -> TypedStatements:
+        """The whole body of a routine."""
+        self._all_labels = {label.name.lower() for label in _labels_within(statements)}
+        return self.sequence(statements)
+
+    def sequence(self, statements: Statements) -> TypedStatements:
+        """Statements that follow each other."""
+        found: list[TypedStatement] = []
+        if self._all_labels:
+            own = {item.name.lower() for item in statements if isinstance(item, Label)}
+            self._labels.append(own)
+        for statement in statements:
+            try:
+                typed = _CHECKS[type(statement)](self, statement)
+            except Unexpected as fault:
+                self._body.fault(fault.at, fault.message)
+            except Failed:
+                self._body.failed = True
+            else:
+                if typed is not None:
+                    found.append(typed)
+        if self._all_labels:
+            self._labels.pop()
+        return tuple(found)
+
+    # simple ----------------------------------------------------------------------------------
+
+    def _assign(self, tree: Assign) -> TypedStatement:
+        return Do(self._body.assignments.assign(tree).value, tree.at)
+
+    def _call(self, tree: Call) -> TypedStatement:
+        return Do(self._body.calls.call(tree).value, tree.of.at)
+
+    def _bare(self, tree: Expression) -> TypedStatement | None:
+        """A name alone: a call without parentheses, or nothing that does anything."""
+        body = self._body
+        found = body.expressions.meaning(tree)
+        if isinstance(found, PropertyUse):
+            return Do(body.calls.read_property(found).value, tree.at)
+        if isinstance(found, Operand) and not isinstance(found.value, Invocation):
+            body.warn(tree.at, "this does nothing: it is neither an assignment nor a call")
+            return None
+        return Do(body.calls.statement(found, tree.at).value, tree.at)
+
+    def _return(self, tree: Return) -> TypedStatement:
+        return RoutineExit(tree.at)
+
+    def _exit(self, tree: Exit) -> TypedStatement:
+        if not self._loops:
+            raise Unexpected(tree.at, "EXIT is not in a loop")
+        return LoopExit(tree.at)
+
+    def _continue(self, tree: Continue) -> TypedStatement:
+        if not self._loops:
+            raise Unexpected(tree.at, "CONTINUE is not in a loop")
+        return LoopNext(tree.at)
+
+    def _jump(self, tree: Jump) -> TypedStatement:
+        key = tree.label.lower()
+        if not any(key in labels for labels in self._labels):
+            if key in self._all_labels:
+                raise Unexpected(tree.at, f"JMP cannot go into a block: {tree.label} is in one")
+            raise Unexpected(tree.at, f"no label is named '{tree.label[:80]}' here")
+        return JumpTo(key, tree.at)
+
+    def _label(self, tree: Label) -> TypedStatement:
+        return JumpMark(tree.name.lower(), tree.at)
+
+    # choices ---------------------------------------------------------------------------------
+
+    def _condition(self, tree: Expression) -> TypedValue:
+        """A BOOL; a fault in it is told, and the rest goes on."""
+        body = self._body
+        try:
+            return body.truth(body.expressions.operand(tree), tree.at)
+        except Unexpected as fault:
+            body.fault(fault.at, fault.message)
+        except Failed:
+            body.failed = True
+        return Known(False, BOOL, tree.at)
+
+    def _if(self, tree: If) -> TypedStatement:
+        branches = tuple(self._branch(branch) for branch in tree.branches)
+        return Conditional(branches, self.sequence(tree.otherwise), tree.at)
+
+    def _branch(self, tree: Branch) -> TypedBranch:
+        return TypedBranch(self._condition(tree.condition), self.sequence(tree.body), tree.at)
+
+    def _case(self, tree: Case) -> TypedStatement:
+        body = self._body
+        selector: Operand | None = None
+        try:
+            selector = body.expressions.operand(tree.selector)
+            if not isinstance(selector.flat, IntegerType | BoolType):
+                name = selector.type.name
+                raise Unexpected(
+                    tree.selector.at, f"CASE takes a whole number or enumeration, got a {name}"
+                )
+        except Unexpected as fault:
+            body.fault(fault.at, fault.message)
+            selector = None
+        except Failed:
+            body.failed = True
+        type = DINT if selector is None else selector.flat
+        machine = USINT if isinstance(type, BoolType) else type
+        taken: dict[tuple[int, int], int] = {}
+        choices = tuple(self._choice(choice, selector, machine, taken) for choice in tree.choices)
+        otherwise = self.sequence(tree.otherwise)
+        if selector is None:
+            return RoutineExit(tree.at)  # The fault is told; nothing of this runs.
+        value = converted(selector.value, machine, tree.at)
+        return Selection(value, choices, otherwise, tree.at)
+
+    def _choice(
+        self,
+        tree: Choice,
+        selector: Operand | None,
+        machine: IecType[Any],
+        taken: dict[tuple[int, int], int],
+    ) -> TypedChoice:
+        body = self._body
+        labels: list[tuple[int, int]] = []
+        for label in tree.labels:
+            try:
+                if isinstance(label, Range):
+                    low = self._case_value(label.low, selector, machine)
+                    high = self._case_value(label.high, selector, machine)
+                    if high < low:
+                        raise Unexpected(label.at, f"the range {low}..{high} runs backwards")
+                else:
+                    low = high = self._case_value(label, selector, machine)
+                if (low, high) in taken:
+                    body.warn(label.at, f"label {low} is there already: this one is never taken")
+                taken[low, high] = label.at
+                labels.append((low, high))
+            except Unexpected as fault:
+                body.fault(fault.at, fault.message)
+            except Failed:
+                body.failed = True
+        return TypedChoice(tuple(labels), self.sequence(tree.body), tree.at)
+
+    def _case_value(self, tree: Expression, selector: Operand | None, machine: IecType[Any]) -> int:
+        operand = self._body.expressions.operand(tree)
+        value = operand.constant
+        if not isinstance(value, int):
+            raise Unexpected(tree.at, "a label of CASE is a constant whole number")
+        value = int(value)
+        whole = counted(machine)
+        if not whole.low <= value <= whole.high:
+            if operand.is_bits:
+                return cut(value, machine)
+            name = "selector" if selector is None else selector.type.name
+            self._body.warn(tree.at, f"{value} does not fit into a {name}: it is never taken")
+        enum = None if selector is None else resolved(selector.type)
+        if isinstance(enum, EnumType) and operand.loose and value not in enum.numbers.values():
+            self._body.warn(tree.at, f"{value} is not a value of {enum.name}")
+        return value
+
+    # loops -----------------------------------------------------------------------------------
+
+    def _inside_loop(self, statements: Statements) -> TypedStatements:
+        self._loops += 1
+        try:
+            return self.sequence(statements)
+        finally:
+            self._loops -= 1
+
+    def _while(self, tree: While) -> TypedStatement:
+        condition = self._condition(tree.condition)
+        return ConditionLoop(condition, self._inside_loop(tree.body), True, tree.at)
+
+    def _repeat(self, tree: RepeatUntil) -> TypedStatement:
+        inside = self._inside_loop(tree.body)
+        until = self._condition(tree.condition)
+        again = folded(Computed(Operator.NOT, (until,), BOOL, tree.at))
+        return ConditionLoop(again, inside, False, tree.at)
+
+    def _for(self, tree: For) -> TypedStatement:
+        body = self._body
+        try:
+            start, beyond, advance = self._head(tree)
+        except Unexpected as fault:
+            body.fault(fault.at, fault.message)
+            return ConditionLoop(Known(False, BOOL), self._inside_loop(tree.body), True, tree.at)
+        except Failed:
+            body.failed = True
+            return ConditionLoop(Known(False, BOOL), self._inside_loop(tree.body), True, tree.at)
+        return CountedLoop(start, beyond, advance, self._inside_loop(tree.body), tree.at)
+
+    def _head(self, tree: For) -> tuple[Stored, TypedValue, Stored]:
+        body = self._body
+        at = tree.at
+        counter = body.expressions.operand(tree.variable)
+        storage = counter.storage
+        type = counter.flat
+        if storage is None or not isinstance(type, IntegerType):
+            raise Unexpected(
+                tree.variable.at, f"FOR counts a whole number, got {counter.type.name}"
+            )
+        body.check_writable(counter, tree.variable.at)
+        first = body.expressions.operand(tree.first)
+        start = Stored(
+            storage, body.converter.implicit(first, counter.type, tree.first.at), type, at
+        )
+        last = body.expressions.operand(tree.last)
+        if not isinstance(last.flat, IntegerType):
+            raise Unexpected(tree.last.at, f"FOR ends at a whole number, got a {last.type.name}")
+        if not last.is_constant and last.type.size > type.size:
+            message = f"FOR ends at a {last.type.name}, wider than its counter {counter.type.name}"
+            body.warn(tree.last.at, message)
+        step = known(1, counter.type, at, loose=True)
+        if tree.step is not None:
+            step = body.expressions.operand(tree.step)
+            if not isinstance(step.flat, IntegerType):
+                raise Unexpected(tree.step.at, f"FOR steps by a whole number, got {step.type.name}")
+        # The counter is read where it is, also if it leads through a pointer or an index.
+        now = Operand(Read(storage, type, at), counter.type, storage)
+        beyond = self._beyond(now, last, step, at)
+        total = body.operators.binary("+", now, step, at)
+        advance = Stored(storage, converted(total.value, type, at), type, at)
+        return start, beyond, advance
+
+    def _beyond(self, counter: Operand, last: Operand, step: Operand, at: int) -> TypedValue:
+        """Whether the counter is behind the end, in the direction of the step."""
+        operators = self._body.operators
+        if isinstance(step.constant, int):
+            sign = Operator.LT if step.constant < 0 else Operator.GT
+            return operators.compared(sign, counter, last, at).value
+        down = operators.compared(Operator.LT, step, known(0, DINT, at, loose=True), at).value
+        over = operators.compared(Operator.GT, counter, last, at).value
+        assert isinstance(over, Computed)
+        # The end is evaluated once, whichever way it goes.
+        left, right = over.operands
+        type = right.type
+        assert type is not None
+        frame = self._body.frame
+        kept = frame.storage(frame.temporary(type), at)
+        stored = Stored(kept, right, type, at)
+        over = Computed(Operator.GT, (left, stored), BOOL, at)
+        under = Computed(Operator.LT, (left, Read(kept, type, at)), BOOL, at)
+        return Computed(Operator.SEL, (down, over, under), BOOL, at)
+
+    # exceptions ------------------------------------------------------------------------------
+
+    def _try(self, tree: Try) -> TypedStatement:
+        body = self._body
+        code = None
+        if tree.exception is not None:
+            operand = body.expressions.operand(tree.exception)
+            code = operand.storage
+            if code is None or not isinstance(operand.flat, IntegerType):
+                raise Unexpected(tree.exception.at, "__CATCH takes a variable for the code")
+        return Protected(
+            self.sequence(tree.body),
+            code,
+            self.sequence(tree.handler),
+            self.sequence(tree.final),
+            bool(tree.handler) or tree.exception is not None,
+            tree.at,
+        )
+
+
+def _labels_within(statements: Statements) -> Iterator[Label]:
+    """All labels of a body, however deep."""
+    for statement in statements:
+        match statement:
+            case Label():
+                yield statement
+            case If(branches, otherwise):
+                for branch in branches:
+                    yield from _labels_within(branch.body)
+                yield from _labels_within(otherwise)
+            case Case(_, choices, otherwise):
+                for choice in choices:
+                    yield from _labels_within(choice.body)
+                yield from _labels_within(otherwise)
+            case For() | While() | RepeatUntil():
+                yield from _labels_within(statement.body)
+            case Try(inside, _, handler, final):
+                for part in (inside, handler, final):
+                    yield from _labels_within(part)
+
+
+_CHECKS: dict[type[Statement], Callable[[StatementChecker, Any], TypedStatement | None]] = {
+    Assign: StatementChecker._assign,
+    Call: StatementChecker._call,
+    Name: StatementChecker._bare,
+    GlobalName: StatementChecker._bare,
+    Member: StatementChecker._bare,
+    Dereference: StatementChecker._bare,
+    Index: StatementChecker._bare,
+    If: StatementChecker._if,
+    Case: StatementChecker._case,
+    For: StatementChecker._for,
+    While: StatementChecker._while,
+    RepeatUntil: StatementChecker._repeat,
+    Try: StatementChecker._try,
+    Exit: StatementChecker._exit,
+    Continue: StatementChecker._continue,
+    Return: StatementChecker._return,
+    Jump: StatementChecker._jump,
+    Label: StatementChecker._label,
+}

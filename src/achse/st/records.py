@@ -1,0 +1,272 @@
+"""Records: the types of structures, function blocks, programs and lists, with their variables."""
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from achse.iec.derived import InterfaceType, ReferenceType, resolved
+from achse.iec.elementary import DINT
+from achse.iec.names import with_coding
+from achse.iec.structs import Kind, StructType
+from achse.iec.types import IecType
+from achse.iec.variables import Section, StartValue, Variable
+from achse.st.callables import methods_of, properties_of
+from achse.st.cursor import Unexpected
+from achse.st.initials import InitialValues, Left
+from achse.st.scopes import Entry, Failed, Scope, attributes_of
+from achse.st.starts import StartValues, start_value
+from achse.st.tree import (
+    NO_NOTE,
+    ArrayInitial,
+    ArrayOf,
+    Declaration,
+    Expression,
+    Initial,
+    Name,
+    NamedType,
+    Note,
+    StructOf,
+    UnionOf,
+    VarBlock,
+)
+from achse.st.units import FunctionBlock, Method, Part
+
+if TYPE_CHECKING:
+    from achse.st.resolve import Resolver
+
+__all__ = ["LARGEST", "Records", "bound_names", "instance_name"]
+
+LARGEST = 1 << 28
+"""The largest type in bytes; a mistyped bound shall not take the memory of the machine."""
+
+_SECTIONS = {
+    "VAR": Section.LOCAL,
+    "VAR_INPUT": Section.INPUT,
+    "VAR_OUTPUT": Section.OUTPUT,
+    "VAR_IN_OUT": Section.IN_OUT,
+    "VAR_GLOBAL": Section.GLOBAL,
+    "VAR_STAT": Section.STATIC,
+}
+"""Sections whose variables belong to the unit; those of VAR_TEMP live for one call, those of
+VAR_INST belong to a method."""
+_DECLARED_ELSEWHERE = ("VAR_EXTERNAL", "VAR_CONFIG")
+
+
+class Records:
+    """Makes the types of records for a resolver, which makes those of their variables."""
+
+    def __init__(self, types: "Resolver") -> None:
+        self._types = types
+
+    def of_structure(
+        self,
+        spec: StructOf | UnionOf,
+        scope: Scope,
+        name: str,
+        note: Note,
+        extends: NamedType | None,
+    ) -> StructType[Any]:
+        """A structure or union."""
+        block = VarBlock("VAR", (), spec.members, NO_NOTE, spec.at)
+        kind = Kind.STRUCT if isinstance(spec, StructOf) else Kind.UNION
+        base = None if extends is None else self._types.base(extends, scope, kind)
+        return self.record(kind, name, [block], scope, note, spec.at, base)
+
+    def of_block(self, tree: FunctionBlock, entry: Entry) -> StructType[Any]:
+        """A function block."""
+        scope = self._types.scope(entry)
+        kind = Kind.FUNCTION_BLOCK
+        base = None if tree.extends is None else self._types.base(tree.extends, scope, kind)
+        for interface in tree.implements:
+            if not isinstance(self._types.named(interface, scope), InterfaceType):
+                raise Unexpected(interface.at, f"{interface.name} is no interface")
+        blocks, note, at = tree.blocks, tree.note, tree.at
+        return self.record(kind, entry.name, blocks, scope, note, at, base, tree.parts)
+
+    def _of_methods(self, parts: Iterable[Part], scope: Scope) -> list[Variable[Any, Any]]:
+        """The VAR_INST variables of methods, which each instance of the block keeps."""
+        found = []
+        for part in parts:
+            for block in part.blocks if isinstance(part, Method) else ():
+                for declaration in block.variables if block.section == "VAR_INST" else ():
+                    for variable, _ in self.declared(block, declaration, scope):
+                        variable.name = instance_name(part.name, variable.name)
+                        found.append(variable)
+        return found
+
+    def record(
+        self,
+        kind: Kind,
+        name: str,
+        blocks: Iterable[VarBlock],
+        scope: Scope,
+        note: Note,
+        at: int,
+        base: StructType[Any] | None = None,
+        parts: Sequence[Part] = (),
+    ) -> StructType[Any]:
+        """The type of a structure, function block, program or list with these variables."""
+        blocks = list(blocks)
+        methods, properties = (
+            methods_of(self._types, parts, scope),
+            properties_of(self._types, parts, scope),
+        )
+        members: list[Variable[Any, Any]] = []
+        taken = {member.name.lower() for member in base.members} if base else set()
+        for variable, place in self.variables(blocks, scope):
+            if variable.name.lower() in taken:
+                raise Unexpected(place, f"{name} has two variables named {variable.name}")
+            if variable.name.startswith("__"):
+                raise Unexpected(place, "names with two underscores in front are reserved")
+            taken.add(variable.name.lower())
+            members.append(variable)
+        if kind is not Kind.STRUCT:
+            members += self._of_methods(parts, scope)
+            members += _bounds_of(blocks)
+        made: StructType[Any] = self._types.made(
+            lambda: StructType(
+                name,
+                members,
+                kind=kind,
+                base=base,
+                rules=self._types.rules,
+                methods=methods,
+                properties=properties,
+                comment=note.comment,
+                attributes=attributes_of(note),
+            ),
+            at,
+        )
+        if made.size > LARGEST:
+            raise Unexpected(at, f"{name} has {made.size} bytes, more than {LARGEST}")
+        return made
+
+    def variables(
+        self, blocks: Iterable[VarBlock], scope: Scope
+    ) -> list[tuple[Variable[Any, Any], int]]:
+        """The variables that belong to a unit, and where each is declared.
+
+        A fault costs one of them, so that those of the others are told, too; then `Failed`.
+        """
+        found = []
+        failed = False
+        for block in blocks:
+            if block.section in _DECLARED_ELSEWHERE:
+                continue
+            for declaration in block.variables:
+                try:
+                    with self._types.deeper():
+                        made = self.declared(block, declaration, scope)
+                except Unexpected as fault:
+                    self._types.report(scope.source, fault.at, fault.message)
+                    failed = True
+                except Failed:
+                    failed = True
+                else:
+                    if block.section in _SECTIONS:
+                        found += made
+        if failed:
+            raise Failed
+        return found
+
+    def declared(
+        self, block: VarBlock, tree: Declaration, scope: Scope
+    ) -> list[tuple[Variable[Any, Any], int]]:
+        """The variables of one declaration, and where each is named."""
+        hint = f"{scope.owner}.{tree.names[0].name}"
+        attributes = attributes_of(tree.note)
+        qualifiers = block.qualifiers
+        type = self._variable_type(block, tree, scope, hint)
+        if attributes and attributes.get("TcEncoding", "").upper() == "UTF-8":
+            type = with_coding(type, "utf-8")
+        initial, start_values = self._initial(type, tree, scope)
+        found = []
+        for item in tree.names:
+            variable: Variable[Any, Any] = Variable(
+                type,
+                initial,
+                name=item.name,
+                section=_SECTIONS.get(block.section, Section.LOCAL),
+                at=self._types.address_of(f"{scope.owner}.{item.name}", tree.address) or "",
+                retain="RETAIN" in qualifiers,
+                persistent="PERSISTENT" in qualifiers,
+                constant="CONSTANT" in qualifiers,
+                comment=tree.note.comment,
+                attributes=attributes,
+                start_values=start_values,
+            )
+            found.append((variable, item.at))
+        return found
+
+    def _initial(
+        self, type: IecType[Any], tree: Declaration, scope: Scope
+    ) -> tuple[object, Sequence[StartValue]]:
+        """The initial value of a variable, and what belongs over it when memory is laid out."""
+        if tree.initial is None and not tree.arguments:
+            return None, ()
+        initial: object = None
+        left: list[Left] = []
+        if tree.initial is not None and not tree.is_reference:
+            initial, left = self.initial_value(type, tree.initial, scope)
+        starts = [start_value(self._types, scope, part) for part in left]
+        if isinstance(tree.initial, Expression) and tree.is_reference:
+            if not isinstance(resolved(type), ReferenceType):
+                raise Unexpected(tree.initial.at, f"REF= binds a reference, not a {type.name}")
+            self._types.check_names(tree.initial, scope)
+            part = Left(type, 0, None, tree.initial)
+            starts.append(start_value(self._types, scope, part, StartValues.address))
+        if tree.arguments:
+            first = tree.arguments
+            at = first.at if isinstance(first, ArrayInitial) else first[0].at
+            part = Left(type, 0, None, Name("FB_init", at))
+            starts.append(start_value(self._types, scope, part, StartValues.arguments))
+        return initial, starts
+
+    def _variable_type(
+        self, block: VarBlock, tree: Declaration, scope: Scope, hint: str
+    ) -> IecType[Any]:
+        if block.section != "VAR_IN_OUT":
+            return self._types.type_of(tree.type, scope, hint)
+        target = tree.type
+        if isinstance(target, ArrayOf) and None in target.dimensions:
+            # ARRAY [*]: of an array of any length all that is known is its elements.
+            target = target.element
+        return self._types.pointer(ReferenceType, target, scope, hint, tree.names[0].at)
+
+    def initial_value(
+        self, type: IecType[Any], tree: Initial, scope: Scope
+    ) -> tuple[object, list[Left]]:
+        """The initial value, and the parts of it that are no constants."""
+        values = InitialValues(self._types.evaluator(scope), self._types.has_property)
+        value = values.value(type, tree)
+        if value is not None:
+            self._types.made(lambda: type.encode(value), tree.at)
+        return value, values.left
+
+
+def instance_name(method: str, variable: str) -> str:
+    """The name that a VAR_INST variable of a method has in the record of its block."""
+    return f"__{method}__{variable}"
+
+
+def bound_names(declaration: Declaration) -> list[str]:
+    """The hidden variables with the bounds of a VAR_IN_OUT of ARRAY [*]: lower and upper of each
+    dimension, for each name. None for other types."""
+    spec = declaration.type
+    if not (isinstance(spec, ArrayOf) and None in spec.dimensions):
+        return []
+    return [
+        f"__{item.name}_{which}{number + 1}"
+        for item in declaration.names
+        for number in range(len(spec.dimensions))
+        for which in ("lower", "upper")
+    ]
+
+
+def _bounds_of(blocks: Iterable[VarBlock]) -> list[Variable[Any, Any]]:
+    return [
+        Variable(DINT, name=name)
+        for block in blocks
+        if block.section == "VAR_IN_OUT"
+        for declaration in block.variables
+        for name in bound_names(declaration)
+    ]

@@ -1,0 +1,77 @@
+"""The type that two integers meet at, and types whose bytes mean the same."""
+
+import pytest
+
+from achse.iec.arrays import ArrayType, Bounds
+from achse.iec.derived import PointerType
+from achse.iec.elementary import (
+    BYTE,
+    DINT,
+    DWORD,
+    INT,
+    LINT,
+    LREAL,
+    LWORD,
+    REAL,
+    SINT,
+    UDINT,
+    UINT,
+    ULINT,
+    USINT,
+    IntegerType,
+)
+from achse.iec.structs import Kind, StructType
+from achse.iec.types import IecType
+from achse.iec.variables import Variable
+from achse.st.check.kinds import common_integer, common_real, natural, promoted, same_shape
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "expected"),
+    [
+        (SINT, USINT, DINT),
+        (BYTE, BYTE, DINT),
+        (INT, DINT, DINT),
+        (UINT, UDINT, UDINT),
+        (INT, UDINT, DINT),
+        (DWORD, DWORD, DWORD),
+        (UDINT, ULINT, ULINT),
+        (DINT, ULINT, LINT),
+        (LWORD, SINT, LINT),
+    ],
+)
+def test_integers_meet(left: IntegerType, right: IntegerType, expected: IntegerType) -> None:
+    assert common_integer(left, right) is expected
+    assert common_integer(right, left) is expected
+
+
+def test_one_operand_is_dint_at_least() -> None:
+    assert [promoted(type) for type in (BYTE, INT, UDINT, LINT)] == [DINT, DINT, UDINT, LINT]
+
+
+def test_reals_meet_at_the_wider() -> None:
+    assert common_real(REAL, REAL) is REAL
+    assert common_real(REAL, LREAL) is LREAL
+
+
+@pytest.mark.parametrize(
+    ("value", "type"),
+    [(0, USINT), (255, USINT), (256, UINT), (-1, SINT), (-129, INT), (1 << 40, ULINT)],
+)
+def test_a_number_has_the_smallest_type_that_holds_it(value: int, type: IntegerType) -> None:
+    assert natural(value) is type
+
+
+def test_shapes() -> None:
+    base: StructType[object] = StructType("FB_A", [], kind=Kind.FUNCTION_BLOCK)  # type: ignore[type-var]
+    derived: StructType[object] = StructType(  # type: ignore[type-var]
+        "FB_B", [Variable(INT, name="n")], kind=Kind.FUNCTION_BLOCK, base=base
+    )
+    rows: list[tuple[IecType[object], IecType[object], bool]] = [
+        (derived, base, True),
+        (base, derived, False),
+        (ArrayType(INT, [Bounds(0, 1)]), ArrayType(INT, [Bounds(5, 6)]), True),
+        (ArrayType(INT, [Bounds(0, 1)]), ArrayType(UINT, [Bounds(0, 1)]), False),
+        (PointerType(INT), PointerType(LREAL), True),
+    ]  # type: ignore[list-item]
+    assert [same_shape(left, right) for left, right, _ in rows] == [row[2] for row in rows]

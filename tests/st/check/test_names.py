@@ -1,0 +1,97 @@
+"""Names: the nearest declaration wins, and what means nothing is told."""
+
+from collections.abc import Callable
+
+import pytest
+
+from achse.st.typed.expressions import Stored
+from achse.st.typed.project import TypedProject
+from achse.st.typed.statements import Do
+from achse.st.typed.text import lines_of, place_of
+
+UNITS = """
+VAR_GLOBAL
+    nGlobal : INT;
+END_VAR
+VAR_GLOBAL CONSTANT
+    cMax : INT := 5;
+    cTable : ARRAY [0..1] OF INT := [1, 2];
+END_VAR
+{attribute 'qualified_only'}
+TYPE E_State : (Idle, Run := 7); END_TYPE
+TYPE E_Loose : (Red, Green); END_TYPE
+FUNCTION F_Own : INT
+    F_Own := 1;
+    F_Own := F_Own + F_Own();
+END_FUNCTION
+"""
+
+Lines = Callable[..., list[str]]
+
+ROWS = [
+    ("n : INT;", "n := nGlobal;", "n := nGlobal;"),
+    ("n : INT;", "n := GVL.nGlobal;", "n := nGlobal;"),
+    ("nGlobal : LINT;", "nGlobal := .nGlobal;", "nGlobal := EXTEND.LINT(nGlobal);"),
+    ("n : INT;", "n := cMax;", "n := 5;"),
+    ("n : INT;", "n := cTable[1];", "n := cTable[1];"),
+    ("n : INT;", "n := E_State.Run;", "n := 7;"),
+    ("n : INT;", "n := E_State#Run;", "n := 7;"),
+    ("n : INT;", "n := Green;", "n := 1;"),
+    ("n : INT;", "n := Tc2_Nowhere.cMax;", "n := 5;"),
+    ("n : INT;", "n := MAIN.n;", "n := n;"),
+    ("n : INT;", "n := F_Own();", "n := f_own();"),
+    ("n : INT;", "n := Run;", "fault: nothing is named 'Run' here"),
+    ("n : INT;", "n := nGlobl;", "fault: nothing is named 'nGlobl' here; near: nglobal"),
+    ("n : INT;", "n := F_Won();",
+     "fault: no function or instance is named 'F_Won'; near: f_own"),
+    ("n : INT;", "cMax := 3;", "fault: cMax is CONSTANT: nothing can be assigned to it"),
+    ("n : INT;", "cTable[0] := 3;",
+     "fault: cTable[0] is CONSTANT: nothing can be assigned to it"),
+    ("n : INT;", "n := E_State;", "fault: E_State is not a value"),
+    ("n : INT;", "n := THIS^.n;",
+     "fault: THIS is in the methods and bodies of function blocks only"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("variables", "statement", "expected"), ROWS)
+def test_names(lines: Lines, variables: str, statement: str, expected: str) -> None:
+    assert lines(variables, statement, UNITS) == [expected]
+
+
+def test_the_name_of_a_function_is_its_result_and_calls_it(
+    typed: Callable[[str], TypedProject],
+) -> None:
+    project = typed(UNITS)
+    assert list(lines_of(project.routines["f_own"].body or ()))[1] == (
+        "F_Own := CUT.INT(ADD.DINT(EXTEND.DINT(F_Own), EXTEND.DINT(f_own())));"
+    )
+
+
+def test_every_variable_is_a_place(typed: Callable[[str], TypedProject]) -> None:
+    project = typed(
+        """
+        FUNCTION_BLOCK FB EXTENDS FB_Base
+        VAR a : BYTE; b : INT; END_VAR
+        VAR_STAT s : INT; END_VAR
+        VAR_TEMP t : INT; END_VAR
+        VAR_IN_OUT r : INT; END_VAR
+        inherited := a := 1; b := 2; s := 3; t := 4; r := 5; global := 6; %MW10 := 7;
+        METHOD M VAR x : INT; END_VAR VAR_INST i : INT; END_VAR VAR_STAT m : INT; END_VAR
+        x := 1; i := 2; m := 3;
+        END_METHOD
+        END_FUNCTION_BLOCK
+        FUNCTION_BLOCK FB_Base VAR inherited : BYTE; END_VAR END_FUNCTION_BLOCK
+        VAR_GLOBAL global : INT; END_VAR
+        """
+    )
+    assert not project.faults
+    found = []
+    for key in ("fb", "fb.m"):
+        for statement in project.routines[key].body or ():
+            assert isinstance(statement, Do)
+            assert isinstance(statement.value, Stored)
+            found.append(place_of(statement.value.storage))
+    assert found == [
+        "this+8", "this+18", "static FB.s", "frame", "pointer", "GVL.global", "%M+10",
+        "frame", "this+32", "static FB.M.m",
+    ]  # fmt: skip
