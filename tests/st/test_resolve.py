@@ -10,7 +10,8 @@ from achse.iec.derived import InterfaceType, PointerType, ReferenceType, Subrang
 from achse.iec.layout import TC2_X86, TC3_X64, LayoutRules
 from achse.st.cursor import Unexpected
 from achse.st.parser import parse
-from achse.st.resolve import LARGEST, Resolver, generics_of
+from achse.st.records import LARGEST
+from achse.st.resolve import Resolver, generics_of
 from achse.st.scopes import Entry, Failed
 from achse.st.source import Source
 from achse.st.tree import Address
@@ -268,7 +269,7 @@ def test_variables_belong_to_a_unit_by_their_section() -> None:
     )
     unit = entry(types, "FB")
     assert isinstance(unit.tree, FunctionBlock)
-    found = [made for made, _ in types.variables(unit.tree.blocks, types.scope(unit))]
+    found = [made for made, _ in types.records.variables(unit.tree.blocks, types.scope(unit))]
     assert [(made.name, made.section) for made in found] == [
         ("a", Section.INPUT),
         ("b", Section.INPUT),

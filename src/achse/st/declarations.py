@@ -281,6 +281,21 @@ class DeclarationParser(StatementParser):
             position += 1
         return self.kinds[position] != "END_VAR"
 
+    def _initial_of(self, spec: TypeSpec) -> Initial:
+        """The initial value; that of an array may stand without brackets, as in TwinCAT 2:
+        `:= 1, 2, 3(0);`, `:= (a := 0), (a := 1);`."""
+        start = self.position
+        initial = self.initial()
+        kind = self.kinds[self.position]
+        if kind != "," and not (kind == "(" and isinstance(spec, ArrayOf)):
+            return initial
+        self.position = start
+        at = self.at
+        values = [self.element()]
+        while self.take(","):
+            values.append(self.element())
+        return ArrayInitial(tuple(values), at)
+
     def _declaration(self) -> Declaration:
         kinds = self.kinds
         first = self.position
@@ -313,7 +328,7 @@ class DeclarationParser(StatementParser):
             kind = kinds[self.position]
         if kind == ":=":
             self.position += 1
-            initial = self.initial()
+            initial = self._initial_of(spec)
         elif kind == NAME and self.setter() == "REF=":
             self.position += 2
             initial = self.expression()

@@ -241,14 +241,15 @@ class ExpressionParser(Cursor):
         self.deeper()
         values: list[Initial | Repeated] = []
         while self.kinds[self.position] != "]":
-            values.append(self._element())
+            values.append(self.element())
             if not self.take(","):
                 break
         self.expect("]", "',' or ']'")
         self.depth -= 1
         return ArrayInitial(tuple(values), at)
 
-    def _element(self) -> Initial | Repeated:
+    def element(self) -> Initial | Repeated:
+        """One value of an array, or several: `3(0)`. Raises `Unexpected`."""
         value = self._count() or self.initial()
         at = self.at
         # A name before the bracket reads as a call; which it is shows in what the name means.

@@ -2,6 +2,7 @@
 
 import gc
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
 from achse.st.cursor import Unexpected
@@ -140,6 +141,10 @@ class Parser(DeclarationParser):
                     found += self.type_declarations()
                 elif kind == ";":
                     self.position += 1
+                elif kind == "ACTION" and found and isinstance(found[-1], FunctionBlock | Program):
+                    # TwinCAT 2 writes the actions of a unit after its end.
+                    unit = found[-1]
+                    found[-1] = replace(unit, parts=(*unit.parts, self.action()))
                 else:
                     found.append(self._unit(kind))
             except Unexpected as fault:

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from achse.st.expressions import BINDING, UNARY_BINDING
 from achse.st.tree import (
     NO_NOTE,
+    Address,
     Argument,
     ArrayInitial,
     ArrayOf,
@@ -141,6 +142,8 @@ def _operand(tree: Expression, power: int) -> str:
             return f"{_path(of)}^"
         case Call(of, arguments):
             return f"{_path(of)}{_arguments(arguments)}"
+        case Address(text):
+            return text
         case TypeOperand(type):
             return print_type(type)
         case Binary():

@@ -80,7 +80,7 @@ class StatementParser(ExpressionParser):
         if kind == ":=":
             at = self.starts[self.position]
             self.position += 1
-            statement: Statement = Assign(":=", target, self.expression(), at)
+            statement: Statement = Assign(":=", target, self._assigned(), at)
         elif kind == ";" and isinstance(target, _CALLABLE):
             self.position += 1
             return target
@@ -90,7 +90,7 @@ class StatementParser(ExpressionParser):
         elif (sign := self.setter()) is not None:
             at = self.at
             self.position += 2
-            statement = Assign(sign, target, self.expression(), at)
+            statement = Assign(sign, target, self._assigned(), at)
         elif isinstance(target, _CALLABLE):
             if not isinstance(target, Call) and kind in ("=", "name", "integer"):
                 raise self.unexpected("':='")
@@ -101,6 +101,19 @@ class StatementParser(ExpressionParser):
             )
         self.expect_end(";")
         return statement
+
+    def _assigned(self) -> Expression:
+        """What is assigned; `b S= c` in it goes on with the chain: `a := b S= c`."""
+        value = self.expression()
+        sign = self.setter()
+        if sign is None:
+            return value
+        at = self.at
+        self.position += 2
+        self.deeper()
+        rest = self._assigned()
+        self.depth -= 1
+        return _with_last(value, lambda last: Assign(sign, last, rest, at))
 
     def setter(self) -> str | None:
         """`S=`, `R=` or `REF=` if one comes next: a name and a sign that touch each other."""
@@ -297,6 +310,13 @@ class StatementParser(ExpressionParser):
         label = self.name("the name of a label")
         self.expect_end(";")
         return Jump(label.name, at)
+
+
+def _with_last(tree: Expression, made: Callable[[Expression], Expression]) -> Expression:
+    """A chain `a := b := c` with another expression in place of its last one."""
+    if isinstance(tree, Assign):
+        return Assign(tree.operator, tree.target, _with_last(tree.value, made), tree.at)
+    return made(tree)
 
 
 _BLOCKS: dict[str, Callable[[StatementParser], Statement]] = {

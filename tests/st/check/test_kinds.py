@@ -1,5 +1,7 @@
 """The type that two integers meet at, and types whose bytes mean the same."""
 
+from typing import Any
+
 import pytest
 
 from achse.iec.arrays import ArrayType, Bounds
@@ -63,15 +65,15 @@ def test_a_number_has_the_smallest_type_that_holds_it(value: int, type: IntegerT
 
 
 def test_shapes() -> None:
-    base: StructType[object] = StructType("FB_A", [], kind=Kind.FUNCTION_BLOCK)  # type: ignore[type-var]
-    derived: StructType[object] = StructType(  # type: ignore[type-var]
+    base: StructType[Any] = StructType("FB_A", [], kind=Kind.FUNCTION_BLOCK)
+    derived: StructType[Any] = StructType(
         "FB_B", [Variable(INT, name="n")], kind=Kind.FUNCTION_BLOCK, base=base
     )
-    rows: list[tuple[IecType[object], IecType[object], bool]] = [
+    rows: list[tuple[IecType[Any], IecType[Any], bool]] = [
         (derived, base, True),
         (base, derived, False),
         (ArrayType(INT, [Bounds(0, 1)]), ArrayType(INT, [Bounds(5, 6)]), True),
         (ArrayType(INT, [Bounds(0, 1)]), ArrayType(UINT, [Bounds(0, 1)]), False),
         (PointerType(INT), PointerType(LREAL), True),
-    ]  # type: ignore[list-item]
+    ]
     assert [same_shape(left, right) for left, right, _ in rows] == [row[2] for row in rows]

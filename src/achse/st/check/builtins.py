@@ -150,7 +150,7 @@ class Builtins:
                 return self._name_of(operand, enum, target, at)
             if source is None and operand.loose and isinstance(operand.flat, IntegerType):
                 operand = body.widened(operand, at)
-            shown = flat_text(target)
+            shown = target
             return Operand(converted(operand.value, shown, at), shown)
         value = operand.value
         if source is not None and _is_plain(operand.flat) and _is_plain(source):
@@ -174,7 +174,7 @@ class Builtins:
         for name, number in enum.numbers.items():
             data = name.encode("cp1252", "replace")
             names.setdefault(number, data if target.unit == 1 else name.encode("utf-16-le"))
-        shown = flat_text(target)
+        shown = target
         value = EnumName(operand.value, tuple(names.items()), shown, at)
         return Operand(value, shown)
 
@@ -402,8 +402,3 @@ def _is_address(operand: Operand) -> bool:
 
 def _size(type: IecType[Any]) -> int:
     return type.size
-
-
-def flat_text(target: StringType) -> StringType:
-    """The type of a text made by a conversion: with the default length, or the longest."""
-    return target

@@ -30,7 +30,6 @@ from achse.st.typed.expressions import (
     DirectTarget,
     Invocation,
     Known,
-    Read,
     Stored,
     TableTarget,
     TypedValue,
@@ -151,7 +150,7 @@ class Calls:
         checking.require(signature)
         if callee.is_exact and signature.is_abstract and signature.kind is not RoutineKind.BODY:
             raise Unexpected(at, f"{signature.name} is abstract: it has no body to call")
-        name = table_name(signature)
+        name = _table_name(signature)
         instance = callee.instance
         if instance is None or callee.is_exact:
             target: DirectTarget | TableTarget = DirectTarget(signature.key)
@@ -423,7 +422,7 @@ class Calls:
         return Stored(into.storage, value, into.storage.type, at)
 
 
-def table_name(signature: Signature) -> str:
+def _table_name(signature: Signature) -> str:
     """The name of a routine in the table of its block."""
     if signature.kind is RoutineKind.BODY:
         return ""
@@ -454,8 +453,3 @@ def _target_of(type: IecType[Any]) -> IecType[Any]:
 
 
 _NOTHING: IecType[Any] = IecType("nothing", 0, 1, 0)
-
-
-def unread(value: TypedValue) -> bool:
-    """Whether a value is only read and does nothing."""
-    return isinstance(value, Known | Read)

@@ -306,12 +306,6 @@ class Checking:
                 else:
                     table[key] = f"{owner}.{key}"
         table[""] = entry.name.lower()
-        after_init = [
-            f"{here.name.lower()}.{key}"
-            for here in reversed(self.blocks.chain(entry))
-            for key, part in self.blocks.own_parts(here).items()
-            if isinstance(part, Method) and self._is_after_init(here, part)
-        ]
         create, exit, reinit = self._life_of(type)
         self._blocks[entry.name.lower()] = TypedBlock(
             type,
@@ -322,15 +316,25 @@ class Checking:
             base="" if base is None else base.name.lower(),
             interfaces=self.blocks.interfaces(entry),
             table=table,
-            after_init=tuple(dict.fromkeys(after_init)),
+            after_init=self._after_init(entry),
             is_abstract="ABSTRACT" in tree.modifiers,
         )
         self.require(self.routines.of_body(entry))
         self._require_parts(entry)
 
-    def _is_after_init(self, entry: Entry, method: Method) -> bool:
+    def _after_init(self, entry: Entry) -> tuple[str, ...]:
+        """The methods with call_after_init; the block needs the attribute itself."""
         name = "call_after_init"
-        return name in attributes_in(method) and name in attributes_in(entry.tree)
+        if name not in attributes_in(entry.tree):
+            return ()
+        methods: dict[str, str] = {}
+        for here in reversed(self.blocks.chain(entry)):
+            for key, part in self.blocks.own_parts(here).items():
+                if isinstance(part, Method) and name in attributes_in(part):
+                    methods[key] = f"{here.name.lower()}.{key}"
+                elif isinstance(part, Method):
+                    methods.pop(key, None)
+        return tuple(methods.values())
 
     def _interfaces(self) -> dict[str, TypedInterface]:
         found = {}

@@ -21,6 +21,7 @@ from achse.st.check.meanings import (
     UnitName,
 )
 from achse.st.check.operands import Operand, constant_operand
+from achse.st.constants import path_of
 from achse.st.cursor import Unexpected
 from achse.st.literals import literal_value
 from achse.st.tree import (
@@ -43,6 +44,7 @@ from achse.st.tree import (
 )
 from achse.st.typed.expressions import Read
 from achse.st.typed.places import ImageBase, Storage
+from achse.st.units import FunctionBlock, TypeDeclaration
 from achse.st.values import Constant
 
 if TYPE_CHECKING:
@@ -106,6 +108,16 @@ class Expressions:
             if isinstance(found, TypeName):
                 return found.type
         return None
+
+    def declared_type(self, tree: Expression) -> IecType[Any] | None:
+        """The type that a name means where only a type can stand, whatever else has the name."""
+        path = path_of(tree)
+        if path is not None:
+            body = self._body
+            entry = body.checking.names.find(".".join(path), body.scope.space)
+            if entry is not None and isinstance(entry.tree, TypeDeclaration | FunctionBlock):
+                return body.checking.names.entry_type(entry, tree.at)
+        return self.type_operand(tree)
 
     def meaning_or_type(self, tree: Name | Member) -> Meaning:
         """As `meaning`, but a name of a type that is one of a function too is the type."""

@@ -14,7 +14,7 @@ from achse.st.check.kinds import counted, is_signed
 from achse.st.typed.expressions import Computed, Conversion, Converted, Known, Operator, TypedValue
 from achse.st.values import UNITS_NS
 
-__all__ = ["cut", "folded", "rounded"]
+__all__ = ["cut", "folded", "real", "rescaled", "rounded"]
 
 _INDEFINITE = -(1 << 63)
 """What a real that no 64-bit integer holds becomes, before it is cut."""

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
     from achse.st.check.checking import Checking
 
-__all__ = ["Life"]
+__all__ = ["Life", "element_of"]
 
 _FLAGS = ("bInitRetains", "bInCopyCode")
 _ROUTINES = {
@@ -252,7 +252,28 @@ class Life:
                 *self._of_members(body, type, event),
                 *self._of_base(body, type, event),
             ]
-        return [*self._of_base(body, type, event), *self._of_members(body, type, event)]
+        return [*self._of_all_members(body, type, event), *self._last_call(body, type, event)]
+
+    def _of_all_members(
+        self, body: "RoutineBody", type: StructType[Any], event: LifeEvent
+    ) -> Iterator[TypedStatement]:
+        """Of bases, too: their own routine would call their FB_reinit."""
+        if type.base is not None:
+            yield from self._of_all_members(body, type.base, event)
+        yield from self._of_members(body, type, event)
+
+    def _last_call(
+        self, body: "RoutineBody", type: StructType[Any], event: LifeEvent
+    ) -> Iterator[TypedStatement]:
+        """The method of the most derived block."""
+        entry = self._checking.names.entry_of(type)
+        if entry is None:
+            return
+        found = self._checking.blocks.part(entry, _ROUTINES[event][1])
+        if found is not None and isinstance(found.part, Method):
+            callee = self._checking.routines.of_method(found.entry, found.part)
+            self._checking.require(callee)
+            yield self._call(body, callee)
 
     def _of_base(
         self, body: "RoutineBody", type: StructType[Any], event: LifeEvent

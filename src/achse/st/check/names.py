@@ -40,7 +40,7 @@ from achse.st.values import Constant, NotConstant
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["Names"]
+__all__ = ["Names", "replaced"]
 
 _EXTERNAL = ("VAR_EXTERNAL", "VAR_CONFIG", "VAR_GENERIC")
 

@@ -12,7 +12,16 @@ from achse.st.typed.expressions import AddressOf, Known, Read, TypedValue
 from achse.st.typed.places import PointerBase, Storage, flat
 from achse.st.values import Constant
 
-__all__ = ["Operand", "address_of", "constant_operand", "followed_value", "known", "read", "texted"]
+__all__ = [
+    "Operand",
+    "address_of",
+    "coded",
+    "constant_operand",
+    "followed_value",
+    "known",
+    "read",
+    "texted",
+]
 
 
 @dataclass(slots=True, eq=False)
@@ -59,11 +68,11 @@ def read(storage: Storage, type: IecType[Any], at: int) -> Operand:
     """What is in a storage; behind a reference what that leads to."""
     real = resolved(type)
     if isinstance(real, ReferenceType):
-        return followed(storage, real, at)
+        return _followed(storage, real, at)
     return Operand(Read(storage, storage.type, at), type, storage)
 
 
-def followed(storage: Storage, type: PointerType, at: int) -> Operand:
+def _followed(storage: Storage, type: PointerType, at: int) -> Operand:
     """What the reference in a storage leads to."""
     target = type.target
     there = Storage(
@@ -98,11 +107,11 @@ def known(
 
 def texted(text: str, type: StringType, at: int) -> Operand:
     """A text constant, in the shortest type that holds it."""
-    made = type_of_text(text, type)
+    made = _type_of_text(text, type)
     return Operand(Known(coded(text, made), made, at), made, loose=True, text=text)
 
 
-def type_of_text(text: str, type: StringType) -> StringType:
+def _type_of_text(text: str, type: StringType) -> StringType:
     """The type of a text constant."""
     if type.unit == 1:
         try:
@@ -144,4 +153,4 @@ def constant_operand(constant: Constant, at: int, *, is_bits: bool = False) -> O
         return known(float(value), type, at)
     if isinstance(real, BoolType):
         return known(bool(value), type, at)
-    return known(value, type, at)
+    return known(int(value), type, at)

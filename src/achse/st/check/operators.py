@@ -46,7 +46,7 @@ from achse.st.typed.places import flat
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["Operators"]
+__all__ = ["Operators", "converted_or_same"]
 
 _ARITHMETIC = {
     "+": Operator.ADD,
@@ -216,7 +216,7 @@ class Operators:
             return self._with_loose(right, left)
         if right.loose:
             return self._with_loose(left, right)
-        return common_integer(a, b), formal_of(left.type, right.type)
+        return common_integer(a, b), _formal_of(left.type, right.type)
 
     def _with_loose(self, typed: Operand, loose: Operand) -> tuple[IecType[Any], IecType[Any]]:
         """A constant takes the type of what it meets, if that holds it."""
@@ -263,7 +263,7 @@ class Operators:
         soft = machine is LREAL and all(
             item.soft or item.loose or item.flat is not LREAL for item in (left, right)
         )
-        return Operand(chained(operator, values, machine, at), formal, soft=soft)
+        return Operand(_chained(operator, values, machine, at), formal, soft=soft)
 
     def _check_strict(self, operand: Operand, at: int) -> None:
         enum = resolved(operand.type)
@@ -441,7 +441,7 @@ class Operators:
             converted_or_same(left.value, machine, at),
             converted_or_same(right.value, machine, at),
         )
-        return Operand(chained(operator, pair, machine, at), formal)
+        return Operand(_chained(operator, pair, machine, at), formal)
 
     def _shortcut(self, sign: str, left: Operand, right: Operand, at: int) -> Operand:
         first, second = self._body.truth(left, at), self._body.truth(right, at)
@@ -454,7 +454,7 @@ class Operators:
 _CHAINS = (Operator.ADD, Operator.MUL, Operator.AND, Operator.OR, Operator.XOR)
 
 
-def chained(
+def _chained(
     operator: Operator, values: tuple[TypedValue, TypedValue], type: IecType[Any], at: int
 ) -> TypedValue:
     """Two operands; where the left one is the same operator it goes on: `a + b + c` is one node."""
@@ -476,7 +476,7 @@ def converted_or_same(value: TypedValue, type: IecType[Any], at: int) -> TypedVa
     return converted(value, type, at)
 
 
-def formal_of(left: IecType[Any], right: IecType[Any]) -> IecType[Any]:
+def _formal_of(left: IecType[Any], right: IecType[Any]) -> IecType[Any]:
     """The declared type of two integers together: the larger, signed if both do not agree."""
     a, b = counted(flat(left)), counted(flat(right))
     if a.size != b.size:

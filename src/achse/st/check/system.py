@@ -8,10 +8,8 @@ from achse.iec.derived import InterfaceType, PointerType, resolved
 from achse.iec.elementary import BOOL, BYTE, DINT, UDINT, IntegerType
 from achse.iec.strings import STRING
 from achse.iec.structs import Kind, StructType
-from achse.iec.types import IecType
 from achse.iec.variables import Variable
 from achse.st.check.anytype import type_class
-from achse.st.check.calls import is_any
 from achse.st.check.conversions import converted
 from achse.st.check.folding import folded
 from achse.st.check.meanings import TypeName
@@ -31,7 +29,7 @@ from achse.st.typed.expressions import (
     Stored,
     TypedValue,
 )
-from achse.st.typed.places import PointerBase, Storage, flat
+from achse.st.typed.places import PointerBase, flat
 from achse.st.typed.project import RoutineKind
 
 if TYPE_CHECKING:
@@ -185,7 +183,7 @@ class SystemOperators:
         arguments: tuple[Argument, ...] = ()
         if isinstance(first, Call):
             arguments, first = first.arguments, first.of
-        type = body.expressions.type_operand(first)
+        type = body.expressions.declared_type(first)
         if type is None:
             raise Unexpected(first.at, "__NEW takes a type")
         count: TypedValue | None = None
@@ -330,13 +328,3 @@ def _path(tree: Expression) -> str:
     if isinstance(tree, Index):
         return _path(tree.of)
     return tree.name if isinstance(tree, Name) else ""
-
-
-def any_type(type: IecType[Any]) -> bool:
-    """Whether a type is ANY or one of its kinds."""
-    return is_any(type)
-
-
-def storage_of(pointer: TypedValue, type: IecType[Any], at: int) -> Storage:
-    """What a pointer leads to."""
-    return Storage(PointerBase(pointer), 0, flat(type), at=at)

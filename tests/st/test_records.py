@@ -1,0 +1,30 @@
+"""Records: members of a block that no client sees, but its methods need."""
+
+from achse.iec.structs import StructType
+from achse.st.declare import declare
+from achse.st.parser import parse
+
+
+def test_variables_of_methods_and_bounds_are_at_the_end_of_the_instance() -> None:
+    block = declare(
+        [
+            parse(
+                """
+                FUNCTION_BLOCK FB
+                VAR n : INT; END_VAR
+                VAR_IN_OUT a : ARRAY [*] OF INT; END_VAR
+                METHOD M VAR_INST k : DINT := 5; END_VAR END_METHOD
+                END_FUNCTION_BLOCK
+                """
+            )
+        ]
+    ).types["fb"]
+    assert isinstance(block, StructType)
+    assert [(member.name, member.offset) for member in block.members] == [
+        ("n", 8),
+        ("a", 16),
+        ("__M__k", 24),
+        ("__a_lower1", 28),
+        ("__a_upper1", 32),
+    ]
+    assert block.default[24] == 5
