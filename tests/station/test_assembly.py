@@ -278,6 +278,29 @@ def test_a_table_that_no_drive_could_use(table: Any, axis: Any, message: str) ->
         station(table=[{"id": 7} | table], axis=[{"id": 1, "name": "X"} | axis])
 
 
+@pytest.mark.parametrize(
+    ("document", "what"),
+    [
+        ({"system": {"root": "."}}, "the configuration's folder"),
+        ({"system": {"root": ".."}}, "the configuration's folder"),
+        (
+            {"system": {"root": "files"}, "router": {"static_routes": "files/r.xml"}},
+            "router.static_routes",
+        ),
+        ({"system": {"root": "files", "persistent_data": "files/s"}}, "system.persistent_data"),
+        ({"system": {"root": "link"}}, "the configuration's folder"),
+    ],
+)
+def test_clients_are_not_shown_what_the_station_reads_itself(
+    tmp_path: Path, document: dict[str, Any], what: str
+) -> None:
+    """Who may write a station.toml, or a behaviour beside it, runs code with our rights."""
+    (tmp_path / "files").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path)
+    with pytest.raises(ConfigError, match=f"a folder for clients alone, .* has {what}"):
+        Station(parse(document, "a.toml"), base=tmp_path)
+
+
 steps = st.lists(
     st.one_of(
         st.sampled_from(["restart", "configure", "advance", "break", "mend"]),

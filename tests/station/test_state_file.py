@@ -135,7 +135,7 @@ def parameter_found(folder: Path) -> object:
 def test_killed_at_any_system_call_the_old_or_the_new_is_there(
     tmp_path: Path,
     change: Callable[[Path, int], Callable[[], object]],
-    found: Callable[[Path], object],
+    found: Callable[[Path], Any],
 ) -> None:
     """Every file that a station writes, by what writes and reads it."""
     change(tmp_path, 0)()

@@ -112,3 +112,17 @@ def test_names_of_this_computer_have_addresses_others_none() -> None:
     assert "127.0.0.1" in addresses_of("localhost")
     assert addresses_of("no.such.host.invalid") == ()
     assert addresses_of("a" * 300 + ".b") == ()
+
+
+async def test_names_are_looked_up_again_every_minute(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert host_names._AGAIN == 60.0
+    monkeypatch.setattr(host_names, "_AGAIN", 0.001)
+    routes, names = RouteTable([MILL]), Names(mill_local=["10.0.0.3"])
+    async with looking_up(routes, names) as looked_up:
+        await looked_up.known(60)
+        names.addresses["mill.local"] = ["10.0.0.9"]
+        async with asyncio.timeout(60):
+            while len(names.asked) < 5:  # noqa: ASYNC110
+                await asyncio.sleep(0.001)
+        await asyncio.sleep(0)
+        assert routes.admission(MILL.net_id, "10.0.0.9") is Admission.ROUTED

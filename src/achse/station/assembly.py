@@ -83,6 +83,7 @@ def permanent(
         root = base / config.system.root
         if not root.is_dir():
             raise ConfigError(f"system.root: expected a folder, got {str(root)!r}")
+        _check_root(root.resolve(), config, base)
     system = SystemDevice(
         clock=clock,
         control=control,
@@ -101,6 +102,20 @@ def permanent(
         device.share(usage)
         _attach(device, router, port, config)
     return [device for device, _ in kept]
+
+
+def _check_root(root: Path, config: StationConfig, base: Path) -> None:
+    """Raise ConfigError if clients could write what the station reads at its next start."""
+    own = {
+        "the configuration's folder": base,
+        "router.static_routes": config.router.static_routes,
+        "system.persistent_data": config.system.persistent_data,
+    }
+    for what, name in own.items():
+        if name is not None and (base / name).resolve().is_relative_to(root):
+            raise ConfigError(
+                f"system.root: expected a folder for clients alone, {str(root)!r} has {what}"
+            )
 
 
 def assemble(
