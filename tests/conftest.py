@@ -234,6 +234,35 @@ def refused() -> Callable[[int], AbstractContextManager[None]]:
     return demand
 
 
+TESTS = Path(__file__).parent
+SLOW_FILES = frozenset((TESTS / "data" / "slow_files.txt").read_text(encoding="utf-8").split())
+"""What `-m quick` leaves out; benchmarks/test_times.py measures and writes it."""
+
+SLOW_ROOMS = frozenset({"benchmarks", "docs", "fuzz", "hostile", "house", "interop"})
+
+
+def _is_quick(path: Path) -> bool:
+    """Whether a file belongs to the quick tier: all others are as slow as they are."""
+    name = path.relative_to(TESTS.parent).as_posix()
+    return name not in SLOW_FILES and path.relative_to(TESTS).parts[0] not in SLOW_ROOMS
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """With `-m quick` slow files are not even imported."""
+    if config.option.markexpr != "quick" or not collection_path.is_relative_to(TESTS):
+        return None
+    if collection_path.suffix != ".py":
+        return collection_path.name in SLOW_ROOMS or None
+    return None if _is_quick(collection_path) else True
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Every test of a quick file is marked so."""
+    for item in items:
+        if item.path.is_relative_to(TESTS) and _is_quick(item.path):
+            item.add_marker(pytest.mark.quick)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
     """Run a test that is a coroutine in a loop of its own."""

@@ -30,6 +30,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "st_parse.py": (["1000"], rf"lexer +{NUMBER} lines/s"),
     "sums.py": (["3"], rf"the same in the device, without TCP +{NUMBER} ms"),
     "symbols_upload.py": (["500"], r"pyads get_all_symbols .*, 502 symbols"),
+    "test_times.py": (["tests/ams/test_states.py"], rf"{NUMBER} s  the 1 quick files of this run"),
     "users_file.py": (["1"], rf"achse_station, 15 lines +{NUMBER} s, processor +{NUMBER} s"),
     "virtual_time.py": (["0.1", "1"], rf"axes moving +{NUMBER} × real time"),
 }
