@@ -353,13 +353,6 @@ def test_subscriptions_of_clients_that_vanish(scene: Callable[..., Scene]) -> No
     assert attacked.attack("returning")["foreign"] == 0
 
 
-def test_connections_of_one_host(scene: Callable[..., Scene], free_host: Callable[[], str]) -> None:
-    attacked = scene(router="max_connections = 500")
-    told = attacked.attack("connections")
-    assert 0 < told["open"] < 500
-    assert asked_from(free_host(), attacked.station).error == 0
-
-
 def test_datagrams(scene: Callable[..., Scene]) -> None:
     """Garbage and guesses crowd nobody out: a search is answered, so is who knows the password."""
     attacked = scene(router=USERS)
@@ -377,6 +370,16 @@ def test_datagrams(scene: Callable[..., Scene]) -> None:
     assert asyncio.run(get_in()) == 0, "not while the attack went on"
     found = asyncio.run(scan([attacked.station.host], seconds=10.0, all_of_them=False))
     assert [str(info.net_id) for info, _ in found] == [attacked.station.net_id]
+
+
+def test_files(scene: Callable[..., Scene], tmp_path: Path) -> None:
+    attacked = scene()
+    many = tmp_path / "files" / "many"
+    many.mkdir()
+    for number in range(30_000):
+        (many / f"{number}.txt").touch()
+    told = attacked.attack("files")
+    assert told["answers"] > 0
 
 
 def test_loops_of_routes(

@@ -265,8 +265,8 @@ async def samples(place: Place) -> None:
 async def connections(place: Place) -> None:
     """Connections from one host, as many as there are, kept open and idle."""
     kept: list[Attacker] = place.more.setdefault("kept", [])
-    go_on = lasting()
-    while go_on() and len(kept) < 1000:
+    before = len(kept)
+    while len(kept) < before + 700:
         with contextlib.suppress(OSError):
             kept += await asyncio.gather(*(place.dial() for _ in range(50)))
         await asyncio.sleep(0)
