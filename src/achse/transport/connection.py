@@ -332,7 +332,8 @@ class TcpConnection(asyncio.Protocol):
 
     def _put(self, packet: bytes) -> None:
         out = self._out
-        out.put(packet)
+        out.gathered.append(packet)
+        out.size += len(packet)
         if out.size > _FLUSH_SIZE:
             self._flush()
         elif not self._receiving:

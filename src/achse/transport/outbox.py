@@ -12,20 +12,21 @@ comes before they have noted its handle."""
 class Outbox:
     """Packets for a peer, until somebody takes them to send. Times in seconds of any clock."""
 
-    __slots__ = ("_gathered", "_held", "_until", "held_size", "size")
+    __slots__ = ("_held", "_until", "gathered", "held_size", "size")
 
     def __init__(self) -> None:
         self.size = 0
         """Bytes that are gathered: `take` gives them."""
         self.held_size = 0
         """Bytes that are held back: `release` gathers them."""
-        self._gathered: list[bytes] = []
+        self.gathered: list[bytes] = []
+        """Packets in order; `put` adds one."""
         self._held: deque[tuple[float, bytes]] = deque()
         self._until = 0.0
 
     def put(self, packet: bytes) -> None:
         """Gather a packet."""
-        self._gathered.append(packet)
+        self.gathered.append(packet)
         self.size += len(packet)
 
     def added(self, now: float) -> None:
@@ -55,13 +56,13 @@ class Outbox:
 
     def take(self) -> bytes:
         """All that is gathered, as bytes to send."""
-        gathered = self._gathered
-        self._gathered = []
+        gathered = self.gathered
+        self.gathered = []
         self.size = 0
         return b"".join(gathered) if len(gathered) > 1 else gathered[0]
 
     def clear(self) -> None:
         """Forget all: the peer is gone."""
-        self._gathered.clear()
+        self.gathered.clear()
         self._held.clear()
         self.size = self.held_size = 0
