@@ -5,6 +5,7 @@ import typer
 from achse.cli import (
     ads,
     axis,
+    check,
     docs,
     drive,
     excite,
@@ -31,6 +32,7 @@ app = typer.Typer(
 
 run.register(app)
 docs.register(app)
+check.register(app)
 app.add_typer(ads.ads, name="ads")
 app.add_typer(axis.axis, name="axis")
 app.add_typer(drive.drive, name="drive")

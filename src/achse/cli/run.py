@@ -1,4 +1,4 @@
-"""`achse run` starts a station; `achse check` looks at its configuration only."""
+"""`achse run` starts a station; its configuration may be looked at only."""
 
 import asyncio
 import contextlib
@@ -19,17 +19,14 @@ from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 if TYPE_CHECKING:
     from achse.station import Station
 
-__all__ = ["ending_signals", "fail", "register"]
+__all__ = ["check_configuration", "ending_signals", "fail", "register"]
 
 log = logging.getLogger("achse.cli")
-
-ConfigFile = Annotated[Path, typer.Argument(help="A station.toml.", show_default=False)]
 
 
 def register(app: typer.Typer) -> None:
     """Add the commands of this module to `app`."""
     app.command()(run)
-    app.command()(check)
 
 
 def run(
@@ -94,11 +91,8 @@ def run(
     raise typer.Exit(code)
 
 
-def check(file: ConfigFile) -> None:
-    """Validate a station.toml without starting it.
-
-    Warnings name what the sources of a PLC say and only a running program could do.
-    """
+def check_configuration(file: Path) -> None:
+    """Validate a station.toml without starting it."""
     station = _station(file, None, wall_clock=False)
     for warning in station.warnings:
         print(f"warning: {warning}", file=sys.stderr)

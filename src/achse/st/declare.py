@@ -40,7 +40,7 @@ from achse.st.units import (
 from achse.st.units import Program as ProgramTree
 from achse.st.values import NotConstant
 
-__all__ = ["Declarations", "declare"]
+__all__ = ["Declarations", "declare", "examine"]
 
 _HINT = (
     "types of libraries come from `libraries`: their sources, or declarations that stand in for"
@@ -82,16 +82,42 @@ def declare(
     no harm. `types` and `constants` are those of libraries that come without sources, by name;
     `further` has types that are in neither.
     """
-    sources, libraries = list(sources), list(libraries)
+    sources = list(sources)
     faults = [fault for parsed in sources for fault in parsed.faults]
     if faults:
         raise SourceError(faults)
+    found, fault = examine(
+        sources,
+        libraries=libraries,
+        types=types,
+        constants=constants,
+        rules=rules,
+        further=further,
+    )
+    if fault is not None:
+        raise fault
+    return found
+
+
+def examine(
+    sources: Iterable[Parsed],
+    *,
+    libraries: Iterable[Parsed] = (),
+    types: Mapping[str, Typelike] | None = None,
+    constants: Mapping[str, object] | None = None,
+    rules: LayoutRules = TC3_X64,
+    further: FurtherTypes | None = None,
+) -> tuple[Declarations, SourceError | None]:
+    """What can be declared of the sources, and what cannot, if there is any: as `declare`, for
+    those who want to go on and look at the rest."""
+    sources, libraries = list(sources), list(libraries)
     declarer = _Declarer(types or {}, constants or {}, rules, further)
     declarer.add(sources)
     declarer.add(libraries, is_library=True)
     declarer.add([standard_library()], is_library=True)
     found = declarer.declare()
-    faults = list(declarer.faults)
+    faults = [fault for parsed in sources for fault in parsed.faults]
+    faults += declarer.faults
     named = {id(entry.source) for entry in declarer.entries.values() if entry.type is not None}
     faults += [
         fault
@@ -99,9 +125,9 @@ def declare(
         if faults or id(parsed.source) in named
         for fault in parsed.faults
     ]
-    if faults:
-        raise SourceError(faults, _HINT if declarer.unknown_types else "")
-    return found
+    if not faults:
+        return found, None
+    return found, SourceError(faults, _HINT if declarer.unknown_types else "")
 
 
 class _Declarer(Resolver):

@@ -13,7 +13,7 @@ from urllib.parse import unquote
 
 from achse.iec.declare import Typelike
 from achse.iec.layout import TC3_X64, TC3_X86, LayoutRules
-from achse.st.declare import Declarations, declare
+from achse.st.declare import Declarations, examine
 from achse.st.envelope import TaskDeclaration, parse_envelope, read_task
 from achse.st.lexer import Defines
 from achse.st.parser import Parsed, parse
@@ -25,6 +25,7 @@ __all__ = [
     "SUFFIXES",
     "SYMBOL_FILE",
     "Project",
+    "examine_project",
     "load_project",
     "parse_file",
     "source_files",
@@ -70,24 +71,50 @@ def load_project(
     those of the platform that a `.tmc` is for, else of 64 bits. `defines` are what
     `{IF defined (…)}` finds. Raises `SourceError` with every fault of every file.
     """
+    project, fault = examine_project(
+        path,
+        libraries=libraries,
+        types=types,
+        constants=constants,
+        rules=rules,
+        defines=defines,
+    )
+    if fault is not None:
+        raise fault
+    return project
+
+
+def examine_project(
+    path: str | Path,
+    *,
+    libraries: Iterable[str | Path] = (),
+    types: Mapping[str, Typelike] | None = None,
+    constants: Mapping[str, object] | None = None,
+    rules: LayoutRules | None = None,
+    defines: Defines = (),
+) -> tuple[Project, SourceError | None]:
+    """What can be read and declared of a project, and what cannot: as `load_project`, for those
+    who want to go on and look at the rest. Raises `SourceError` if nothing can be read at all."""
     faults: list[Fault] = []
     others = [Path(item) for item in libraries]
     named = [item for item in others if item.suffix.lower() == SYMBOL_FILE]
     sources, tasks = _read(Path(path), defines, faults)
-    faults += [fault for parsed in sources for fault in parsed.faults]
     found = [
         parsed for item in others if item not in named for parsed in _read(item, defines, faults)[0]
     ]
-    if faults:
-        raise SourceError(faults)
     files = [(item, item.name) for item in (*named, *symbol_files(Path(path)))]
     further = LibraryTypes((_content(*item), item[1]) for item in files)
     if rules is None:
         rules = TC3_X86 if further.pointer_size == 4 else TC3_X64
-    declared = declare(
+    declared, error = examine(
         sources, libraries=found, types=types, constants=constants, rules=rules, further=further
     )
-    return Project(declared, tuple(tasks), tuple(sources), rules)
+    if error is not None:
+        faults += error.faults
+    project = Project(declared, tuple(tasks), tuple(sources), rules)
+    if not faults:
+        return project, None
+    return project, SourceError(faults, "" if error is None else error.hint)
 
 
 def symbol_files(path: Path) -> list[Path]:

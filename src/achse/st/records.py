@@ -1,6 +1,6 @@
 """Records: the types of structures, function blocks, programs and lists, with their variables."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from achse.iec.derived import InterfaceType, ReferenceType, resolved
@@ -28,12 +28,12 @@ from achse.st.tree import (
     UnionOf,
     VarBlock,
 )
-from achse.st.units import FunctionBlock, Method, Part
+from achse.st.units import Accessor, FunctionBlock, Method, Part, Property
 
 if TYPE_CHECKING:
     from achse.st.resolve import Resolver
 
-__all__ = ["LARGEST", "Records", "bound_names", "instance_name"]
+__all__ = ["LARGEST", "Records", "bound_names", "instance_name", "instance_variables"]
 
 LARGEST = 1 << 28
 """The largest type in bytes; a mistyped bound shall not take the memory of the machine."""
@@ -85,12 +85,10 @@ class Records:
     def _of_methods(self, parts: Iterable[Part], scope: Scope) -> list[Variable[Any, Any]]:
         """The VAR_INST variables of methods, which each instance of the block keeps."""
         found = []
-        for part in parts:
-            for block in part.blocks if isinstance(part, Method) else ():
-                for declaration in block.variables if block.section == "VAR_INST" else ():
-                    for variable, _ in self.declared(block, declaration, scope):
-                        variable.name = instance_name(part.name, variable.name)
-                        found.append(variable)
+        for name, block, declaration in instance_variables(parts):
+            for variable, _ in self.declared(block, declaration, scope):
+                variable.name = instance_name(name, variable.name)
+                found.append(variable)
         return found
 
     def record(
@@ -246,6 +244,21 @@ class Records:
 def instance_name(method: str, variable: str) -> str:
     """The name that a VAR_INST variable of a method has in the record of its block."""
     return f"__{method}__{variable}"
+
+
+def instance_variables(parts: Iterable[Part]) -> Iterator[tuple[str, VarBlock, Declaration]]:
+    """The VAR_INST declarations of methods and accessors, with the name of each."""
+    for part in parts:
+        called: list[tuple[str, Method | Accessor | None]] = []
+        if isinstance(part, Method):
+            called = [(part.name, part)]
+        elif isinstance(part, Property):
+            called = [(f"__get{part.name}", part.get), (f"__set{part.name}", part.set)]
+        for name, tree in called:
+            for block in () if tree is None else tree.blocks:
+                if block.section == "VAR_INST":
+                    for declaration in block.variables:
+                        yield name, block, declaration
 
 
 def bound_names(declaration: Declaration) -> list[str]:

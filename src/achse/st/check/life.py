@@ -20,6 +20,7 @@ from achse.iec.types import IecType
 from achse.iec.variables import Section, Variable
 from achse.st.check.frames import Frame
 from achse.st.check.signatures import Parameter, Signature
+from achse.st.records import instance_name, instance_variables
 from achse.st.scopes import Entry, Scope
 from achse.st.tree import Argument, ArrayInitial, Call, Declaration, StructOf
 from achse.st.typed.expressions import AddressOf, DirectTarget, Invocation, Known, Read, Stored
@@ -361,11 +362,9 @@ class Life:
             for name in item.names:
                 found.setdefault(name.name.lower(), item)
         if isinstance(tree, FunctionBlock | Program):
-            for part in tree.parts:
-                for block in part.blocks if isinstance(part, Method) else ():
-                    for item in block.variables if block.section == "VAR_INST" else ():
-                        for name in item.names:
-                            found[f"__{part.name}__{name.name}".lower()] = item
+            for method, _, item in instance_variables(tree.parts):
+                for name in item.names:
+                    found[instance_name(method, name.name).lower()] = item
         return found
 
 

@@ -8,6 +8,7 @@ from achse.iec.elementary import BOOL, LREAL, BoolType, RealType
 from achse.iec.strings import STRING, StringType
 from achse.iec.types import IecType
 from achse.st.check.kinds import natural
+from achse.st.cursor import Unexpected
 from achse.st.typed.expressions import AddressOf, Known, Read, TypedValue
 from achse.st.typed.places import PointerBase, Storage, flat
 from achse.st.values import Constant
@@ -48,9 +49,10 @@ class Operand:
 
     @property
     def flat(self) -> IecType[Any]:
-        """The type of the value."""
+        """The type of the value. Raises `Unexpected` for a call that gives none."""
         type = self.value.type
-        assert type is not None
+        if type is None:
+            raise Unexpected(self.value.at, "this call gives no value")
         return type
 
     @property

@@ -144,7 +144,9 @@ class Operators:
         machine = first.flat
         if len(operands) == 1 and isinstance(machine, IntegerType):
             machine = promoted(machine)
-        return [converted_or_same(item.value, machine, at) for item in operands], first.type
+        values = [converted_or_same(item.value, machine, at) for item in operands]
+        same = all(item.type is operands[0].type for item in operands)
+        return values, operands[0].type if same else first.type
 
     def _meeting(self, left: Operand, right: Operand, at: int) -> tuple[IecType[Any], IecType[Any]]:
         """The type that two operands compute in, and that of the result as declared."""

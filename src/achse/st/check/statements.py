@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from achse.iec.derived import resolved
 from achse.iec.elementary import BOOL, DINT, USINT, BoolType, IntegerType
 from achse.iec.enums import EnumType
+from achse.iec.errors import IecError
 from achse.iec.types import IecType
 from achse.st.check.conversions import converted
 from achse.st.check.folding import cut, folded
@@ -100,6 +101,8 @@ class StatementChecker:
                 self._body.fault(fault.at, fault.message)
             except Failed:
                 self._body.failed = True
+            except IecError as error:
+                self._body.fault(statement.at, str(error))
             else:
                 if typed is not None:
                     found.append(typed)

@@ -207,6 +207,8 @@ class SystemOperators:
         self._take("__DELETE", trees, 1, at)
         operand = body.expressions.operand(trees[0])
         storage = operand.reference or operand.storage
+        if storage is None and isinstance(operand.flat, PointerType):
+            storage = body.paths.storage(operand, at)  # __DELETE(THIS)
         if storage is None or not isinstance(storage.type, PointerType):
             raise Unexpected(at, f"__DELETE takes a pointer variable, got a {operand.type.name}")
         return Operand(Deleted(storage, None, at), operand.type)
