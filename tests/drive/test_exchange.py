@@ -5,12 +5,12 @@ from typing import Any, cast
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.codes import AlState, AlStatus
+from achse.codes import AlState, AlStatus, DataType
 from achse.drive import VirtualDrive
 from achse.drive.compiled import Bank, CompiledRecord
 from achse.drive.exchange import exchange, pack_inputs, unpack_outputs
 from achse.drive.mapping import ProcessData
-from achse.drive.objects import ROWS, DataType
+from achse.drive.objects import ROWS
 from achse.drive.record import FIELDS, LAYOUT, DriveFields, SlotsRecord
 
 WHOLE = [row for row in ROWS if row.pdo and row.type is not DataType.F32]

@@ -1,6 +1,7 @@
 """The interface between a slave controller and what sits behind it."""
 
-from achse.ethercat import Application, DataType, Loopback, ObjectAccess, ObjectCode
+from achse.codes import DataType
+from achse.ethercat import Application, Loopback, ObjectAccess, ObjectCode
 
 
 def test_an_application_is_one_by_its_form() -> None:

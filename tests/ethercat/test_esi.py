@@ -4,8 +4,9 @@ from xml.etree import ElementTree
 
 import pytest
 
+from achse.codes import DataType
 from achse.drive import Drive
-from achse.ethercat import DataType, Loopback, ObjectAccess, ObjectEntry, Slave, build_sii, describe
+from achse.ethercat import Loopback, ObjectAccess, ObjectEntry, Slave, build_sii, describe
 from achse.ethercat.esi import build_esi
 
 Element = ElementTree.Element

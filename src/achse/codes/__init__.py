@@ -1,6 +1,7 @@
 """Numbers with names, read by every other room: errors, states, index groups."""
 
 from achse.codes.ads import ReturnCode
+from achse.codes.cia import DataType
 from achse.codes.ethercat import AlState, AlStatus, ErrorLight
 from achse.codes.groups import PlcGroup, ReservedGroup
 from achse.codes.nc import NcError
@@ -10,6 +11,7 @@ __all__ = [
     "AbortCode",
     "AlState",
     "AlStatus",
+    "DataType",
     "ErrorLight",
     "NcError",
     "PlcGroup",

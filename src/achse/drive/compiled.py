@@ -7,9 +7,9 @@ who reads inputs, lets all do theirs.
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from achse.codes import DataType
 from achse.drive.exchange import exchange
 from achse.drive.mapping import ProcessData
-from achse.drive.objects import DataType
 from achse.drive.record import FIELDS, LAYOUT, DriveFields, SlotsRecord
 from achse.native.compiled import Kernel
 from achse.native.declare import pack

@@ -13,6 +13,7 @@ from struct import Struct
 from typing import TYPE_CHECKING
 
 from achse.codes import AbortCode, AlState, AlStatus, SdoAbort
+from achse.codes.cia import Number
 from achse.drive.alarms import Alarm, Warn
 from achse.drive.faults import Faults
 from achse.drive.kernel import cycle
@@ -20,7 +21,6 @@ from achse.drive.machine import EncoderKind, Machine, apply, power_up, scale
 from achse.drive.mapping import PdoMapping, ProcessData
 from achse.drive.objects import OBJECTS, ROWS, find
 from achse.drive.objects.dictionary import Object
-from achse.drive.objects.row import Number
 from achse.drive.power import PowerState
 from achse.drive.record import FIELDS, DriveFields, SlotsRecord, collector, distributor
 

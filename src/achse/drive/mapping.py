@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 
 from achse.codes import AbortCode, SdoAbort
+from achse.codes.cia import Number
 from achse.drive.objects.communication import (
     DEFAULT_MAPPINGS,
     RX_ASSIGNMENT,
@@ -19,7 +20,7 @@ from achse.drive.objects.communication import (
     TX_PDOS,
 )
 from achse.drive.objects.dictionary import DICTIONARY
-from achse.drive.objects.row import Number, ObjectRow
+from achse.drive.objects.row import ObjectRow
 from achse.drive.record import ENTRIES
 
 __all__ = ["MAX_BYTES", "PdoMapping", "ProcessData"]

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from typing import Any
 
 from achse.codes import AlState, AlStatus
+from achse.codes.cia import Number
 from achse.drive.drive import Drive
 from achse.drive.modes import Mode
 from achse.drive.objects import find
-from achse.drive.objects.row import Number
 from achse.drive.power import PowerState
 
 __all__ = ["DriveTimeout", "VirtualDrive"]

@@ -6,7 +6,6 @@ A frame goes through `Segment.process`; each `Slave` is a slave controller (`Esc
 
 from achse.ethercat.application import (
     Application,
-    DataType,
     Identity,
     ObjectAccess,
     ObjectCode,
@@ -26,7 +25,6 @@ __all__ = [
     "AlEvent",
     "Application",
     "Command",
-    "DataType",
     "Datagram",
     "Disturbance",
     "Esc",

@@ -12,7 +12,6 @@ from achse.codes import AlState, AlStatus
 
 __all__ = [
     "Application",
-    "DataType",
     "Identity",
     "ObjectAccess",
     "ObjectCode",
@@ -28,27 +27,6 @@ class ObjectCode(IntEnum):
     VAR = 7
     ARRAY = 8
     RECORD = 9
-
-
-class DataType(IntEnum):
-    """Data types of the object dictionary."""
-
-    BOOL = 0x01
-    I8 = 0x02
-    I16 = 0x03
-    I32 = 0x04
-    U8 = 0x05
-    U16 = 0x06
-    U32 = 0x07
-    REAL32 = 0x08
-    VISIBLE_STRING = 0x09
-    OCTET_STRING = 0x0A
-    REAL64 = 0x11
-    I64 = 0x15
-    U64 = 0x1B
-    PDO_MAPPING = 0x21
-    IDENTITY = 0x23
-    SYNC_MANAGER_PARAMETER = 0x29
 
 
 class ObjectAccess(IntFlag):

@@ -6,8 +6,8 @@ Elements and their order follow EtherCATInfo.xsd. Numbers beginning with #x are 
 from collections.abc import Iterable
 from xml.etree import ElementTree
 
+from achse.codes import DataType
 from achse.ethercat.application import (
-    DataType,
     ObjectAccess,
     ObjectCode,
     ObjectDescription,
@@ -39,8 +39,8 @@ _BASE_TYPES = {
     DataType.U16: "UINT",
     DataType.U32: "UDINT",
     DataType.U64: "ULINT",
-    DataType.REAL32: "REAL",
-    DataType.REAL64: "LREAL",
+    DataType.F32: "REAL",
+    DataType.F64: "LREAL",
 }
 
 _OBJECT_0_BITS = 16

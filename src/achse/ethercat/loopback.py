@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from achse.codes import AbortCode, AlState, AlStatus, SdoAbort
-from achse.ethercat.application import DataType, ObjectAccess, ObjectCode
+from achse.codes import AbortCode, AlState, AlStatus, DataType, SdoAbort
+from achse.ethercat.application import ObjectAccess, ObjectCode
 
 __all__ = ["Entry", "Loopback", "LoopbackIdentity", "Object"]
 

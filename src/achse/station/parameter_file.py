@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Iterator, Mapping, MutableMapping
 from pathlib import Path
 
-from achse.codes import SdoAbort
-from achse.drive.objects import DataType, find
+from achse.codes import DataType, SdoAbort
+from achse.drive.objects import find
 from achse.station.state_file import StateFile
 
 __all__ = ["ParameterFile", "ParameterFileError"]

@@ -6,10 +6,10 @@ Sources: 001 §2.4, 2.5, 2.6.1, 2.8, 2.10.1, §3.1, §3.2.1.
 import struct
 from collections.abc import Callable, Iterator
 
-from achse.codes import AbortCode, AlState, AlStatus, SdoAbort
+from achse.codes import AbortCode, AlState, AlStatus, DataType, SdoAbort
 from achse.drive import Mode, PowerState, state_of
 from achse.drive.modes import SUPPORTED_MODES
-from achse.drive.objects import ROWS, Access, DataType
+from achse.drive.objects import ROWS, Access
 from achse.drive.objects.communication import DEFAULT_MAPPINGS
 from achse.testing.conformance import ConformanceError
 from achse.testing.reach import DriveReach

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from achse.codes import AbortCode, AlState, SdoAbort
+from achse.codes import AbortCode, AlState, DataType, SdoAbort
 from achse.drive import Drive
-from achse.drive.objects import DICTIONARY, OBJECTS, ROWS, DataType, find
+from achse.drive.objects import DICTIONARY, OBJECTS, ROWS, find
 from achse.ethercat import Segment, Slave
 from achse.testing import SegmentReach
 
@@ -53,7 +53,7 @@ class Reach(SegmentReach):
         found = self.information(_GET_ENTRY, struct.pack("<HBB", index, subindex, _ALL))
         _, _, info, number, bits, access = struct.unpack_from("<HBBHHH", found)
         assert info == _ALL
-        kind = next(each for each in DataType if each.number == number)
+        kind = next(each for each in DataType if each == number)
         assert bits == kind.bits
         size = bits // 8
         default, least, most = (

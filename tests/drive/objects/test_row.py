@@ -3,39 +3,10 @@
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from achse.codes import AbortCode
+from achse.codes import AbortCode, DataType
 from achse.drive import VirtualDrive
-from achse.drive.objects import Access, DataType, ObjectRow, find
-
-
-@pytest.mark.parametrize(
-    ("kind", "least", "most", "number"),
-    [
-        (DataType.I8, -128, 127, 2),
-        (DataType.I16, -32768, 32767, 3),
-        (DataType.I32, -(2**31), 2**31 - 1, 4),
-        (DataType.U8, 0, 255, 5),
-        (DataType.U16, 0, 65535, 6),
-        (DataType.U32, 0, 2**32 - 1, 7),
-    ],
-)
-def test_types(kind: DataType, least: int, most: int, number: int) -> None:
-    assert (kind.least, kind.most, kind.number) == (least, most, number)
-    assert kind.unpack(kind.pack(least)) == least
-    assert kind.unpack(kind.pack(most)) == most
-
-
-@given(st.sampled_from(list(DataType)), st.data())
-def test_values_travel_unchanged(kind: DataType, data: st.DataObject) -> None:
-    if kind is DataType.F32:
-        value: float = data.draw(st.floats(width=32, allow_nan=False, allow_infinity=False))
-    else:
-        value = data.draw(st.integers(int(kind.least), int(kind.most)))
-    assert kind.unpack(kind.pack(value)) == value
-    assert len(kind.pack(value)) * 8 == kind.bits
+from achse.drive.objects import Access, ObjectRow, find
 
 
 def test_names_have_an_object_and_an_entry() -> None:

@@ -134,7 +134,7 @@ def test_pysoem_lists_the_whole_dictionary_and_reads_it_both_ways(
             else:
                 assert (name, data_type, bits, access) == (
                     row.entry_name[:LONGEST_NAME],
-                    row.type.number,
+                    row.type,
                     row.type.bits,
                     row.access_word,
                 )

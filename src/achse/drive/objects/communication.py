@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from achse.codes import AbortCode, SdoAbort
-from achse.drive.objects.row import Access, DataType, Holder, ObjectRow
+from achse.codes import AbortCode, DataType, SdoAbort
+from achse.drive.objects.row import Access, Holder, ObjectRow
 from achse.drive.record import ENTRIES
 
 __all__ = [

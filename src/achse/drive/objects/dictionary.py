@@ -74,7 +74,7 @@ def _entry(row: ObjectRow) -> Entry:
     return Entry(
         row.subindex,
         row.entry_name,
-        kind.number,
+        kind,
         kind.bits,
         row.access_word,
         kind.pack(row.default),

@@ -6,8 +6,9 @@ drives, the drive's own user manual is not among the sources. Indices of `UNSUPP
 not supported: access answers UNSUPPORTED_ACCESS, and the object list leaves them out.
 """
 
+from achse.codes import DataType
 from achse.drive.alarms import Warn
-from achse.drive.objects.row import Access, DataType, Holder, ObjectRow
+from achse.drive.objects.row import Access, Holder, ObjectRow
 
 __all__ = ["MAKER", "UNSUPPORTED"]
 

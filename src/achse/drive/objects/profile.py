@@ -1,8 +1,8 @@
 """Objects of profile 402, 6000h to 6FFFh. Source: 001 §3.2, table 3.2.1 and 3.4.1."""
 
-from achse.codes import AbortCode, SdoAbort
+from achse.codes import AbortCode, DataType, SdoAbort
 from achse.drive.modes import SUPPORTED_MODES
-from achse.drive.objects.row import Access, DataType, Holder, ObjectRow
+from achse.drive.objects.row import Access, Holder, ObjectRow
 
 __all__ = ["PROFILE"]
 

@@ -6,61 +6,16 @@ field of the drive record, a constant, or what two functions read and write.
 """
 
 import math
-import struct
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum, IntEnum
+from enum import IntEnum
 from typing import Any, Protocol
 
-from achse.codes import AbortCode, SdoAbort
+from achse.codes import AbortCode, DataType, SdoAbort
+from achse.codes.cia import Number
 from achse.drive.record import DriveFields
 
-__all__ = ["Access", "DataType", "Holder", "Number", "ObjectRow", "PdoTable"]
-
-Number = int | float
-
-
-class DataType(Enum):
-    """A data type of the dictionary: its CiA number, `struct` code and bits."""
-
-    number: int
-    form: str
-    bits: int
-
-    def __new__(cls, number: int, form: str) -> "DataType":
-        member = object.__new__(cls)
-        member._value_ = number
-        member.number = number
-        member.form = form
-        member.bits = 8 * struct.calcsize(form)
-        return member
-
-    I8 = (0x02, "<b")
-    I16 = (0x03, "<h")
-    I32 = (0x04, "<i")
-    U8 = (0x05, "<B")
-    U16 = (0x06, "<H")
-    U32 = (0x07, "<I")
-    F32 = (0x08, "<f")
-
-    @property
-    def least(self) -> Number:
-        if self is DataType.F32:
-            return -3.4028234663852886e38
-        return -(1 << self.bits - 1) if self.form[1].islower() else 0
-
-    @property
-    def most(self) -> Number:
-        if self is DataType.F32:
-            return 3.4028234663852886e38
-        return (1 << (self.bits - 1 if self.form[1].islower() else self.bits)) - 1
-
-    def pack(self, value: Number) -> bytes:
-        return struct.pack(self.form, value)
-
-    def unpack(self, data: bytes) -> Number:
-        value: Number = struct.unpack(self.form, data)[0]
-        return value
+__all__ = ["Access", "Holder", "ObjectRow", "PdoTable"]
 
 
 class Access(IntEnum):
