@@ -4,6 +4,7 @@ A frame goes through `Segment.process`; each `Slave` is a slave controller (`Esc
 `Application` behind it. Nothing here opens a socket or reads a clock.
 """
 
+from achse.codes import DataType
 from achse.ethercat.application import (
     Application,
     Identity,
@@ -25,6 +26,7 @@ __all__ = [
     "AlEvent",
     "Application",
     "Command",
+    "DataType",
     "Datagram",
     "Disturbance",
     "Esc",

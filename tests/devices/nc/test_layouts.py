@@ -8,14 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from achse.devices.nc.axis_structures import NC_TO_PLC_TC2, NC_TO_PLC_TC3, PLC_TO_NC
 from achse.devices.nc.layouts import (
     INT32,
-    NC_TO_PLC_TC2,
-    NC_TO_PLC_TC3,
     NO_DATA,
     ONLINE_TC2,
     ONLINE_TC3,
-    PLC_TO_NC,
     UINT8,
     UINT16,
     UINT32,

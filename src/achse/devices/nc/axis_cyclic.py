@@ -8,13 +8,11 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError
+from achse.devices.nc.axis_structures import NC_TO_PLC_TC2, NC_TO_PLC_TC3, PLC_TO_NC
 from achse.devices.nc.binding import in_sub_range, parameter, per_element, shown
 from achse.devices.nc.io_structures import DRIVE_IO, ENCODER_IO
 from achse.devices.nc.layouts import (
     INT32,
-    NC_TO_PLC_TC2,
-    NC_TO_PLC_TC3,
-    PLC_TO_NC,
     REAL64,
     UINT8,
     UINT16,

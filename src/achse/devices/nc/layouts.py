@@ -16,13 +16,10 @@ from achse.server import Codec, Layout
 __all__ = [
     "INT32",
     "INT64",
-    "NC_TO_PLC_TC2",
-    "NC_TO_PLC_TC3",
     "NOTHING",
     "NO_DATA",
     "ONLINE_TC2",
     "ONLINE_TC3",
-    "PLC_TO_NC",
     "REAL64",
     "UINT8",
     "UINT16",
@@ -213,95 +210,3 @@ _ONLINE_SINCE_TC3 = (
 _NAME = "NCAXISSTATE_ONLINESTRUCT"
 ONLINE_TC2 = AxisStructure(_NAME, _ONLINE, aligned=False, size=112)
 ONLINE_TC3 = AxisStructure(_NAME, _ONLINE + _ONLINE_SINCE_TC3, aligned=True, size=256)
-
-_STATES = (
-    ("I", "state_dword"),
-    ("I", "error_code"),
-    ("I", "motion_state"),
-    ("I", "operation_mode_feedback"),
-    ("I", "homing_state"),
-    ("I", "coupling_state"),
-    ("4x", ""),  # SVB entries: a single axis has no preparation table
-    ("I", "buffer_count"),
-    ("I", "axis_id"),
-)
-
-_MODE_TC2 = (("I", "operation_mode_state_dword"),)
-_MODE_TC3 = (("I", "operation_mode_and_cycle"),)
-
-_POSITION = (
-    ("d", "actual_position"),
-    ("d", "actual_position_modulo"),
-)
-
-_LOOPS = (
-    ("H", "active_control_loop"),
-    ("H", "active_control_loop"),  # as commanded: a switch is carried out at once
-)
-
-_MOTION = (
-    ("i", "actual_modulo_turns"),
-    ("d", "actual_velocity"),
-    ("d", "following_error"),
-    ("d", "set_position"),
-    ("d", "set_velocity"),
-    ("d", "set_acceleration"),
-    ("d", "target_position"),
-    ("d", "set_position_modulo"),
-    ("i", "set_modulo_turns"),
-    ("H", "set_command_number"),
-    ("H", "set_command_state"),
-)
-
-_SINCE_TC3 = (
-    ("d", "set_jerk"),
-    ("d", "set_torque"),
-    ("d", "drive_actual_torque"),
-    ("4x", ""),  # StateDWord2: avoiding collision, for movers on one track
-    ("I", "touch_probe_inputs"),
-    ("I", "touch_probe_status"),
-    ("I", "touch_probe_counters"),
-    ("24x", ""),  # cam coupling
-    ("d", "drive_actual_torque_derivative"),
-    ("d", "set_torque_derivative"),
-    ("d", "phasing_position"),
-    ("d", "set_torque_offset"),
-    ("d", "actual_position_uncorrected"),
-    ("d", "actual_acceleration"),
-    ("I", "dc_time_stamp"),
-    ("d", "user_data"),
-)
-
-_NAME = "NCTOPLC_AXIS_REF"
-NC_TO_PLC_TC2 = AxisStructure(
-    _NAME, _STATES + _MODE_TC2 + _LOOPS + _POSITION + _MOTION, aligned=False, size=128
-)
-NC_TO_PLC_TC3 = AxisStructure(
-    _NAME,
-    _STATES + _MODE_TC3 + _POSITION + _LOOPS + _MOTION + _SINCE_TC3,
-    aligned=True,
-    size=256,
-)
-
-_FROM_PLC = (
-    ("I", "control_dword"),
-    ("I", "velocity_override"),
-    ("I", "operation_mode"),
-    ("I", "operation_mode_dword"),
-    ("d", "operation_mode_value"),
-    ("d", "actual_position_correction"),
-    ("d", "external_set_position"),
-    ("d", "external_set_velocity"),
-    ("d", "external_set_acceleration"),
-    ("i", "external_set_direction"),
-    ("4x", ""),
-    ("d", "external_controller_component"),
-    ("d", "gear_ratio_1"),
-    ("d", "gear_ratio_2"),
-    ("d", "gear_ratio_3"),
-    ("d", "gear_ratio_4"),
-    ("8x", ""),  # MapState, PlcCycleControl, PlcCycleCount: between a PLC and its NC
-    ("d", "external_set_torque"),
-)
-PLC_TO_NC = AxisStructure("PLCTONC_AXIS_REF", _FROM_PLC, aligned=False, size=128)
-"""Both TwinCAT 2 and 3; the last 24 bytes of the former are reserved."""

@@ -10,8 +10,12 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
-from achse.devices.nc.axis_types import NCTOPLC_AXIS_REF, PLCTONC_AXIS_REF
-from achse.devices.nc.layouts import NC_TO_PLC_TC3, PLC_TO_NC
+from achse.devices.nc.axis_structures import (
+    NC_TO_PLC_TC3,
+    NCTOPLC_AXIS_REF,
+    PLC_TO_NC,
+    PLCTONC_AXIS_REF,
+)
 from achse.iec import DINT, LREAL, UDINT, IecPathError, IecType, iec_type
 from achse.iec.datatypes import encode_types
 from achse.iec.describe import describe_type, types_within

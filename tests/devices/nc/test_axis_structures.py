@@ -1,7 +1,11 @@
 """The IEC structures of the axis interface have the bytes of its layouts."""
 
-from achse.devices.nc.axis_types import NCTOPLC_AXIS_REF, PLCTONC_AXIS_REF
-from achse.devices.nc.layouts import NC_TO_PLC_TC3, PLC_TO_NC
+from achse.devices.nc.axis_structures import (
+    NC_TO_PLC_TC3,
+    NCTOPLC_AXIS_REF,
+    PLC_TO_NC,
+    PLCTONC_AXIS_REF,
+)
 from achse.iec import iec_type
 from achse.motion import AxisParameters, Nc
 
