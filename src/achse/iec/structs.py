@@ -10,7 +10,13 @@ from functools import cached_property
 from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from achse.iec.arrays import Array
-from achse.iec.errors import DeclarationError, IecDecodeError, IecPathError, IecValueError
+from achse.iec.errors import (
+    DeclarationError,
+    IecDecodeError,
+    IecPathError,
+    IecValueError,
+    UnboundError,
+)
 from achse.iec.layout import TC3_X64, Layout, LayoutRules, Spot, overlaid, pack_of, sequential
 from achse.iec.methods import Method, Property
 from achse.iec.types import Adst, Buffer, IecType, no_attributes
@@ -391,9 +397,21 @@ class Union(Record, kind=Kind.UNION):
 
 
 class FunctionBlock(Record, kind=Kind.FUNCTION_BLOCK):
-    """Base of function blocks; may keep Python attributes beside its variables."""
+    """Base of function blocks; may keep Python attributes beside its variables.
+
+    Calling one sets the inputs that are named and runs its body, if it has one in Structured
+    Text: `fb(bExecute=True)`.
+    """
 
     __slots__ = ("__dict__", "__weakref__")
+
+    def __call__(self, **inputs: object) -> None:
+        for name, value in inputs.items():
+            self[name] = value
+        invoke = getattr(self.__iec_buffer__, "invoke", None)
+        if invoke is None:
+            raise UnboundError(f"{type(self).__iec__.name} has no body in Structured Text here")
+        invoke(self, "", ())
 
 
 class Unit(Record, kind=Kind.UNIT):

@@ -2,13 +2,14 @@
 
 import hashlib
 import mmap
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from enum import Enum
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
-from achse.iec import Buffer, Place, Variable
+from achse.iec import Buffer, Place, Record, Variable
 
 __all__ = [
+    "ADDRESS_BITS",
     "DEFAULT_SIZES",
     "Area",
     "AreaFullError",
@@ -27,6 +28,10 @@ class Area(Enum):
     FLAG = "%M"
     RETAIN = "retain"
     DATA = "data"
+    STACK = "stack"
+    """Frames of running calls, as far as their variables need an address."""
+    HEAP = "heap"
+    """What `__NEW` made."""
 
 
 _AREAS = tuple(Area)
@@ -37,6 +42,8 @@ DEFAULT_SIZES = {
     Area.FLAG: 0x1_0000,
     Area.RETAIN: 0x1_0000,
     Area.DATA: 0x1_0000,
+    Area.STACK: 0,
+    Area.HEAP: 0,
 }
 """Bytes per area at the start (64 KiB is the documented range of %M offsets). Retain and data grow
 with what is allocated in them, process image and flags where declarations say how far."""
@@ -45,7 +52,7 @@ _GROWTH = 0x1_0000
 _HEADROOM = 1024
 """Memory behind the last variable: clients read a STRING by its address with 1024 bytes."""
 
-_ADDRESS_BITS = 28
+ADDRESS_BITS = 28
 """Each area has a range of 256 MiB in the address space of pointers, the first one above NULL."""
 
 SPARSE = 1 << 22
@@ -76,18 +83,25 @@ class MemoryRangeError(IndexError):
         )
 
 
-class Bytes(bytearray):
-    """The memory of an area, which knows where the VAR_STAT variables of its PLC lie."""
+Invoke: TypeAlias = Callable[[Record, str, tuple[Any, ...]], Any]
+"""Runs the Structured Text of a record: its body (no name) or the method of that name."""
 
-    __slots__ = ("statics",)
+
+class Bytes(bytearray):
+    """The memory of an area. It knows where the VAR_STAT variables of its PLC are, and who runs
+    the Structured Text of the blocks in it."""
+
+    __slots__ = ("invoke", "statics")
 
     statics: dict[Variable[Any, Any], Place]
+    invoke: Invoke
 
 
 class _SparseBytes(mmap.mmap):
     """The same for an area whose pages come from the system when they are first written to."""
 
     statics: dict[Variable[Any, Any], Place]
+    invoke: Invoke
 
 
 def _zeros(size: int) -> Bytes:
@@ -152,9 +166,9 @@ class Region:
     def place(self, offset: int, size: int) -> None:
         """Take the bytes at a fixed offset; they may overlap others, as on a real PLC."""
         end = offset + size
-        if end > 1 << _ADDRESS_BITS:
+        if end > 1 << ADDRESS_BITS:
             raise AreaFullError(
-                f"{self.area.value} has at most {1 << _ADDRESS_BITS} bytes, bytes"
+                f"{self.area.value} has at most {1 << ADDRESS_BITS} bytes, bytes"
                 f" {offset}..{end - 1} do not fit"
             )
         if end + _HEADROOM * self._grows > len(self.data):
@@ -265,7 +279,7 @@ class Region:
 
 
 class Memory:
-    """The five areas of one PLC: `memory[Area.FLAG].read(4, 2)`.
+    """The areas of one PLC: `memory[Area.FLAG].read(4, 2)`.
 
     `sizes` overrides DEFAULT_SIZES by area, in bytes.
     """
@@ -298,15 +312,27 @@ class Memory:
 
     def address(self, area: Area, offset: int) -> int:
         """What a pointer to that byte holds: never 0, and within 32 bits."""
-        return (_AREAS.index(area) + 1 << _ADDRESS_BITS) + offset
+        return (_AREAS.index(area) + 1 << ADDRESS_BITS) + offset
 
     def at(self, address: int) -> tuple[Region, int] | None:
         """Where a pointer points; None if it is no address of a byte in any area."""
-        number, offset = divmod(address, 1 << _ADDRESS_BITS)
+        number, offset = divmod(address, 1 << ADDRESS_BITS)
         if not 1 <= number <= len(_AREAS):
             return None
         region = self.regions[_AREAS[number - 1]]
         return (region, offset) if offset < len(region) else None
+
+    def address_of(self, buffer: Buffer, offset: int) -> int:
+        """What a pointer to a byte of an area holds, by the area's memory. KeyError."""
+        for area, region in self.regions.items():
+            if region.data is buffer:
+                return self.address(area, offset)
+        raise KeyError("not memory of this PLC")
+
+    def let_invoke(self, invoke: Invoke) -> None:
+        """Say who runs the Structured Text of the blocks in this memory."""
+        for region in self.regions.values():
+            region.data.invoke = invoke
 
     def hold_initial(self) -> None:
         """Take the present content of all areas as what `reset` restores."""

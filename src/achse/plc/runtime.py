@@ -6,16 +6,20 @@ import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum
 from operator import attrgetter
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from achse.iec import DeclarationError, PointerType, Program
 from achse.iec.structs import Unit
+from achse.plc.code.faults import FaultReport, report_of
 from achse.plc.memory import Area, AreaFullError, Memory
 from achse.plc.past import Past
 from achse.plc.program import PlacedUnit, PlacedVariable, place, place_statics
 from achse.plc.starts import put_start_values
 from achse.plc.system_info import SystemInfo, system_info_list
 from achse.plc.task import Stopwatch, Task
+
+if TYPE_CHECKING:
+    from achse.plc.bodies import Bodies  # half of a start; only Structured Text needs it
 
 __all__ = ["PlcRuntime", "PlcState", "PlcStateError"]
 
@@ -47,7 +51,7 @@ class PlcRuntime:
     task calls. The same program in two tasks is one instance. `name`, `project`, `port` and
     `timestamp` (seconds since 1970) are what `_AppInfo` shows. `stopwatch` measures execution
     times; without one they are 0, and every run is the same as the last. `pointer_size` is 8, or
-    4 for the declarations of a 32-bit PLC.
+    4 for the declarations of a 32-bit PLC. `bodies` is what the Structured Text does.
 
     It is in RUN after construction. Time is handed in: call `run_due(now_ns)` as time goes on.
     """
@@ -64,6 +68,7 @@ class PlcRuntime:
         memory: Memory | None = None,
         stopwatch: Stopwatch | None = None,
         pointer_size: int = 8,
+        bodies: "Bodies | None" = None,
     ) -> None:
         if not tasks:
             raise ValueError("a PLC has at least one task")
@@ -79,6 +84,10 @@ class PlcRuntime:
         self._state_listeners: list[Callable[[PlcState], None]] = []
         self.failure = ""
         """The traceback that led to EXCEPTION."""
+        self.fault: FaultReport | None = None
+        """The same in short, with the place in the Structured Text."""
+        self.bodies = bodies
+        self._running: Task = tasks[0]
         self.warnings: tuple[str, ...] = ()
         """Initial values that only a running program would give, with file, line and column."""
         self.online_changes = 0
@@ -94,14 +103,30 @@ class PlcRuntime:
         self._by_priority = sorted(tasks, key=attrgetter("priority"))
         self._next = min(self._by_priority, key=_due)
         self._place()
-        self._start()
+        if bodies is None:
+            self._start()
+            return
+        try:
+            self._start()
+        except Exception as failure:
+            self._fail("the start failed", failure)
 
     def _place(self) -> None:
         programs = [program for task in self.tasks for program in task.programs]
+        of_code = [] if self.bodies is None else self.bodies.declared
         declared = dict.fromkeys([self._system, *self._globals, *programs])
+        names = {unit.__iec__.name.lower() for unit in declared}
+        declared |= {unit: None for unit in of_code if unit.__iec__.name.lower() not in names}
         self.units = place(declared, self.memory)
         self._statics = place_statics(self.units, self.memory)
         self.warnings = put_start_values(self.units, self._statics, self.memory)
+        if self.bodies is not None:
+            self.bodies.settle(
+                self.memory,
+                self.variables,
+                lambda: self._running.time_ns,
+                lambda: self._indices[self._running] + 1,
+            )
         self.memory.hold_initial()
         self._by_class: dict[type[Unit], PlacedUnit] = {
             type(unit.instance): unit for unit in self.units
@@ -168,15 +193,23 @@ class PlcRuntime:
     def _cycle(self, task: Task) -> None:
         task.begin()
         self._info.show_task(self._indices[task], task)
+        self._running = task
+        if self.bodies is not None:
+            self.bodies.begin_cycle()
         try:
             task.cycle(self.stopwatch)
-        except Exception:
-            self._fail(f"task {task.name} stopped in cycle {task.cycle_count}")
+        except Exception as failure:
+            self._fail(f"task {task.name} stopped in cycle {task.cycle_count}", failure)
 
-    def _fail(self, what: str) -> None:
-        self.failure = traceback.format_exc()
+    def _fail(self, what: str, failure: Exception) -> None:
+        self.failure = "".join(traceback.format_exception(failure))
+        if self.bodies is not None:
+            self.fault = report_of(failure, self.bodies.paths)
         self._enter(PlcState.EXCEPTION)
-        log.exception("%s: %s", self.name, what)
+        if self.fault is not None and self.fault.path:
+            log.error("%s: %s: %s", self.name, what, self.fault)
+        else:
+            log.error("%s: %s", self.name, what, exc_info=failure)
 
     # states ----------------------------------------------------------------------------------
 
@@ -185,6 +218,7 @@ class PlcRuntime:
         globals: Iterable[type[Unit]] | None = None,
         programs: Mapping[str, Sequence[type[Program]]] | None = None,
         sizes: Mapping[Area, int] | None = None,
+        bodies: "Bodies | None" = None,
     ) -> None:
         """Go on with other declarations, and tell clients: symbol version and count go up.
 
@@ -196,13 +230,16 @@ class PlcRuntime:
         references declared with an address, as what they lead to may have moved. The process
         image and the state of the PLC stay.
 
-        Raises `DeclarationError` if the declarations cannot be placed; nothing has changed then.
+        With `bodies`, programs do what these say from the next cycle on. Where only they changed,
+        no instance is touched. Raises `DeclarationError` if the declarations cannot be placed;
+        nothing has changed then.
         """
         if globals is not None or programs is not None:
             self._redeclare(
                 self._globals if globals is None else tuple(globals),
                 dict(programs or {}),
                 sizes or {},
+                bodies,
             )
         self.online_changes += 1
         self._info.show_online_changes(self.online_changes)
@@ -214,6 +251,7 @@ class PlcRuntime:
         globals: tuple[type[Unit], ...],
         programs: dict[str, Sequence[type[Program]]],
         sizes: Mapping[Area, int],
+        bodies: "Bodies | None",
     ) -> None:
         names = [task.name for task in self.tasks]
         if unknown := programs.keys() - set(names):
@@ -226,10 +264,20 @@ class PlcRuntime:
         trial = Memory(self.memory.sizes)
         trial.grow(sizes)
         place_statics(place(declared, trial), trial)
+        if self.bodies is not None:
+            self.bodies.release()
         try:
             self.memory.grow({area: len(region) for area, region in trial.regions.items()})
         except AreaFullError as failure:
             raise DeclarationError(str(failure)) from None
+        finally:
+            if self.bodies is not None:
+                self.bodies.resume()
+        if self.bodies is not None:
+            self._end_lives()
+            self.bodies.release()
+        if bodies is not None:
+            self.bodies = bodies
         past = Past.of(self.memory, self.units, self.variables)
         firsts = {task: task.first_cycle for task in self.tasks}
         self._globals = globals
@@ -238,12 +286,17 @@ class PlcRuntime:
         self.memory.begin_anew()
         self._place()
         try:
-            self._start()
+            self._start(copying=True)
             past.restore_attributes(self.units)
-        except Exception:
-            self._fail("the start after an online change failed")
+        except Exception as failure:
+            self._fail("the start after an online change failed", failure)
         past.restore_values(self.memory, self.variables)
         put_start_values(self.units, self._statics, self.memory, of=PointerType)
+        if self.bodies is not None and self.state is not PlcState.EXCEPTION:
+            try:
+                self.bodies.reinit()
+            except Exception as failure:
+                self._fail("FB_reinit after an online change failed", failure)
         for task, first in firsts.items():
             task.first_cycle = first
             self._info.show_task(self._indices[task], task)
@@ -281,17 +334,28 @@ class PlcRuntime:
         A cold reset spares retain and persistent variables, `origin` does not.
         """
         self.memory.reset(origin=origin)
+        if self.bodies is not None:
+            self.bodies.reset()
         self.restarts += 1
         self.failure = ""
+        self.fault = None
         self._enter(PlcState.STOP)
         for task in self.tasks:
             task.clear_counters()
         try:
             self._start()
-        except Exception:
-            self._fail("the start after a reset failed")
+        except Exception as failure:
+            self._fail("the start after a reset failed", failure)
 
-    def _start(self) -> None:
+    def _end_lives(self) -> None:
+        """FB_exit of all instances, before an online change."""
+        assert self.bodies is not None
+        try:
+            self.bodies.exit(copying=True)
+        except Exception as failure:
+            self._fail("FB_exit before an online change failed", failure)
+
+    def _start(self, *, copying: bool = False) -> None:
         partners: dict[object, object] = {PlcRuntime: self, "PlcRuntime": self}
         for unit in self.units:
             partners[type(unit.instance)] = partners[type(unit.instance).__name__] = unit.instance
@@ -301,11 +365,18 @@ class PlcRuntime:
             unit.start(partners | {Task: task, "Task": task})
         for task in self.tasks:
             task.first_cycle = True
-            cycles = [
-                getattr(self._by_class[program].instance, "cycle", None)
-                for program in task.programs
-            ]
+            cycles = [self._cycle_of(program) for program in task.programs]
             task.calls = [cycle for cycle in cycles if callable(cycle)]
+        if self.bodies is not None:
+            self.bodies.create(retains=not copying, copying=copying)
+
+    def _cycle_of(self, program: type[Program]) -> object:
+        """What a task calls of a program: what Python does, else its Structured Text."""
+        unit = self._by_class[program]
+        own = getattr(unit.instance, "cycle", None)
+        if callable(own) or self.bodies is None:
+            return own
+        return self.bodies.cycle_of(unit.name)
 
     def digest(self) -> bytes:
         """A hash of memory, state, and tasks with their counters, 16 bytes.

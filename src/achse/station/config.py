@@ -196,6 +196,11 @@ class PlcConfig(_Section):
     libraries: Sequence[str] = ()
     """Sources of libraries, folders or files like `sources`, or `.tmc` files with their types; of
     them only what is named counts."""
+    execute: bool = True
+    """Whether the programs of `sources` run; if not, they are declared only."""
+    floating_point_exceptions: bool = True
+    """The task option of that name: a REAL divided by 0, the root of -1 stop the program; if off
+    they are infinity and NaN."""
     symbols: str | None = None
     """A symbol file, `.tmc` or `.tpy`."""
     behaviour: Sequence[str] = ()

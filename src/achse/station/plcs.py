@@ -4,20 +4,26 @@ import gc
 import hashlib
 import importlib
 import importlib.util
+import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from achse.iec import DeclarationError, GlobalVariables, IecType, Program
 from achse.iec.structs import Unit
 from achse.plc import DEFAULT_SIZES, Area, Memory, PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
 from achse.plc.memory import SPARSE
+from achse.plc.system_info import system_info_list
 from achse.st.symbolfiles import FileTask, read_symbol_file
 from achse.station.config import ConfigError, PlcConfig, TaskConfig
+
+if TYPE_CHECKING:
+    from achse.plc.bodies import Bodies
+    from achse.st.declare import Declarations
 
 __all__ = ["PlcSource", "collection_paused"]
 
@@ -33,6 +39,10 @@ _HEADROOM = 1024
 _REST = 1 << 20
 """Bytes behind the last variable at an address, for those without; an area that far does not
 grow."""
+
+_SHOWN_FAULTS = 20
+
+log = logging.getLogger("achse.plc")
 
 T = TypeVar("T")
 
@@ -63,6 +73,8 @@ class _Declared:
     tasks: Sequence[FileTask] = ()
     project: str = "achse"
     pointer_size: int = 8
+    declarations: "Declarations | None" = None
+    """Of sources: what a check makes bodies of."""
 
 
 class PlcSource:
@@ -96,19 +108,45 @@ class PlcSource:
                 port=config.port,
                 memory=Memory(sizes),
                 pointer_size=declared.pointer_size,
+                bodies=self._bodies(declared),
             ),
         )
+
+    def _bodies(self, declared: _Declared) -> "Bodies | None":
+        """What the sources do; None if there are none, or `execute` is off.
+
+        What is at fault in a body is told in the log; that routine is left out.
+        """
+        if declared.declarations is None or not self.config.execute:
+            return None
+        from achse.plc.bodies import Bodies
+        from achse.st.check import check  # as above
+
+        system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)
+        project = check(declared.declarations, given=[system])
+        for fault in project.faults[:_SHOWN_FAULTS]:
+            log.warning("%s: %s", self.key, fault)
+        if len(project.faults) > _SHOWN_FAULTS:
+            log.warning(
+                "%s: %d more errors in bodies: achse check %s shows all",
+                self.key,
+                len(project.faults) - _SHOWN_FAULTS,
+                self.config.sources,
+            )
+        return Bodies(project, exceptions=self.config.floating_point_exceptions)
 
     @collection_paused()
     def reload(self, plc: PlcRuntime) -> None:
         """Read the declarations again and let the running PLC go on with them."""
-        _, tasks, globals, programs = self._read()
+        declared, tasks, globals, programs = self._read()
         if [(task.name, task.cycle_ns) for task in tasks] != [
             (task.name, task.cycle_ns) for task in plc.tasks
         ]:
             raise ConfigError(f"{self.key}: tasks and their cycles take a restart to change")
         sizes = _sizes([*globals, *(one for of_task in programs.values() for one in of_task)])
-        self._checked("", lambda: plc.online_change(globals, programs, sizes))
+        self._checked(
+            "", lambda: plc.online_change(globals, programs, sizes, self._bodies(declared))
+        )
 
     def stamps(self) -> Mapping[Path, tuple[int, int]]:
         """The files that the declarations come from, with their time of change and size."""
@@ -187,6 +225,7 @@ class PlcSource:
                 ],
                 root.resolve().stem,
                 project.rules.pointer_size,
+                declarations,
             )
         if config.symbols is not None:
             path = self.base / config.symbols

@@ -3,26 +3,40 @@
 import inspect
 import logging
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.iec import IecDecodeError, IecError, Method, Property, Record
 from achse.iec.paths import Index, Member, Step
 
+if TYPE_CHECKING:
+    from achse.plc.bodies import Bodies
+
 __all__ = ["PropertyAccess", "caller", "property_access"]
 
 log = logging.getLogger("achse.plc")
 
 
-def caller(unit: Record, steps: Sequence[Step], method: Method) -> Callable[[bytes], bytes]:
-    """A function that calls the Python method behind a declared one, on the living object."""
+def caller(
+    unit: Record, steps: Sequence[Step], method: Method, bodies: "Bodies | None" = None
+) -> Callable[[bytes], bytes]:
+    """A function that calls what is behind a declared method, on the living object: its
+    Structured Text, or the Python method of its name.
+    """
 
     def call(data: bytes) -> bytes:
         try:
             arguments = method.decode_inputs(data)
         except IecDecodeError as failure:
             raise DeviceError(ReturnCode.INVALID_SIZE, str(failure)) from None
+        if bodies is not None:
+            try:
+                answer = bodies.call_encoded(_living(unit, steps), method, data)
+            except Exception as failure:
+                raise _failed(f"method {method.name}", failure) from None
+            if answer is not None:
+                return answer
         body = _python_method(_living(unit, steps), method)
         answers = len(method.outputs) + (method.returns is not None)
         try:

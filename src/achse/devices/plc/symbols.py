@@ -260,7 +260,8 @@ class PlcSymbols:
         first = root.steps
         call = None
         if location.method is not None and unit is not None:
-            call = caller(unit, (*first, *steps[:-1]), location.method)
+            steps_to = (*first, *steps[:-1])
+            call = caller(unit, steps_to, location.method, self.plc.bodies)
         if location.property is not None and unit is not None:
             return PlcSymbol(
                 placed.name + rest,

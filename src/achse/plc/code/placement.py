@@ -1,0 +1,61 @@
+"""Placement: where in PLC memory the storages of a typed project are."""
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+from achse.iec.variables import Variable
+from achse.plc.memory import Area, Memory
+from achse.plc.program import PlacedVariable
+from achse.st.typed.places import ImageBase, StaticBase, UnitBase
+
+__all__ = ["MissingPlaceError", "Placement", "Spot"]
+
+_IMAGES = {"I": Area.INPUT, "Q": Area.OUTPUT, "M": Area.FLAG}
+
+
+class MissingPlaceError(KeyError):
+    """A variable of the project has no memory in this PLC."""
+
+
+class Spot(NamedTuple):
+    """Where a variable is; `bit` of those at a bit address."""
+
+    area: Area
+    offset: int
+    bit: int | None = None
+
+
+class Placement:
+    """The places of all variables of units and of VAR_STAT variables."""
+
+    def __init__(self, memory: Memory, variables: Iterable[PlacedVariable]) -> None:
+        self.memory = memory
+        self._by_name = {placed.name.lower(): placed for placed in variables}
+        self._own_statics: dict[Variable[Any, Any], Spot] = {}
+
+    def spot(self, base: UnitBase | StaticBase | ImageBase) -> Spot:
+        """Where a base begins. Raises `MissingPlaceError`."""
+        if isinstance(base, ImageBase):
+            return Spot(_IMAGES[base.area], 0)
+        if isinstance(base, StaticBase):
+            own = self._own_statics.get(base.variable)
+            if own is not None:
+                return own
+            name = f"{base.owner}.{base.variable.name}"
+        else:
+            name = f"{base.unit}.{base.variable.name}"
+        placed = self._by_name.get(name.lower())
+        if placed is None:
+            raise MissingPlaceError(name)
+        return Spot(placed.area, placed.offset, placed.bit)
+
+    def add_static(self, base: StaticBase) -> None:
+        """Give a VAR_STAT variable of a function or method its memory, unless it has some."""
+        try:
+            self.spot(base)
+        except MissingPlaceError:
+            variable = base.variable
+            region = self.memory[Area.DATA]
+            offset = region.allocate(variable.type.size, variable.type.alignment)
+            region.write(offset, variable.initial_bytes())
+            self._own_statics[variable] = Spot(Area.DATA, offset)

@@ -1,0 +1,139 @@
+"""Routines as Python functions: head, frame, body, and the places of their lines."""
+
+import ast
+from collections.abc import Mapping
+from types import CodeType, FunctionType
+from typing import Any, cast
+
+from achse.iec.variables import Variable
+from achse.plc.code.calls import known_from, outputs_of, parameters_of
+from achse.plc.code.expressions import Expressions
+from achse.plc.code.linker import Linker
+from achse.plc.code.source import Piece, SourceLine, SourceLines
+from achse.plc.code.statements import Statements
+from achse.plc.code.storages import local_name
+from achse.plc.code.views import OFFSET_MASK
+from achse.plc.memory import ADDRESS_BITS
+from achse.st.typed.places import FrameBase, Storage, flat
+from achse.st.typed.project import Routine, RoutineKind
+
+__all__ = ["compiled", "emit_routine", "source_of"]
+
+
+def source_of(routine: Routine, linker: Linker) -> str:
+    """The Python source of a routine, for those who want to see it."""
+    return "\n".join(line.text for line in emit_routine(routine, linker))
+
+
+def emit_routine(routine: Routine, linker: Linker) -> list[SourceLine]:
+    """The lines of the Python function that a routine is.
+
+    Raises `TooDeepError` for loops inside each other deeper than Python takes.
+    """
+    of = Expressions(routine, linker)
+    body = SourceLines()
+    statements = Statements(of, body)
+    body.place(routine.at)
+    statements.block((*routine.opening, *(routine.body or ())))
+    body.indent()
+    if routine.result is not None or outputs_of(routine):
+        statements.leave()
+    needs_frame = of.needs_frame or any(
+        field.name.lower() in routine.addressed for field in routine.frame.fields
+    )
+    head = SourceLines()
+    head.place(routine.at)
+    parameters = parameters_of(routine) if routine.kind in _WITH_PARAMETERS else []
+    names = [*(["this"] if routine.this is not None else []), *map(local_name, parameters)]
+    head.add(f"def {linker.name_of(routine.key)}({', '.join(names)}):")
+    head.indent()
+    head.add("F[0] = fuel = F[0] - 1")
+    head.add("if fuel < 0: exhausted()")
+    _instance(head, routine, of)
+    _locals(head, routine, of, {parameter.name for parameter in parameters})
+    if not needs_frame:
+        return head.lines + body.lines
+    return head.lines + _framed(routine, of, body.lines, parameters)
+
+
+_WITH_PARAMETERS = frozenset(
+    {RoutineKind.FUNCTION, RoutineKind.METHOD, RoutineKind.GET, RoutineKind.SET, RoutineKind.LIFE}
+)
+
+
+def _instance(head: SourceLines, routine: Routine, of: Expressions) -> None:
+    """Where the instance is: its views, and where it begins in them."""
+    if routine.this is None or not (
+        of.instance_formats or any(base == "t" for base, _ in of.bases)
+    ):
+        return
+    alignment = routine.this.alignment
+    head.add(f"o = this & {OFFSET_MASK}")
+    if alignment > 1:
+        head.add(f"if o & {alignment - 1}: misaligned(this)")
+    for code in sorted(of.instance_formats):
+        head.add(f"t_{code} = A_{code}[this >> {ADDRESS_BITS}]")
+    for base, size in sorted(of.bases):
+        if base == "t":
+            head.add(f"t{size} = o" if size == 1 else f"t{size} = o >> {size.bit_length() - 1}")
+
+
+def _locals(head: SourceLines, routine: Routine, of: Expressions, parameters: set[str]) -> None:
+    """Variables that are Python's, with what they start with."""
+    image = routine.frame.default
+    for field in routine.frame.fields:
+        if field.name in parameters or field.name.lower() in routine.addressed:
+            continue
+        start = known_from(image[field.offset : field.offset + field.type.size], flat(field.type))
+        head.add(f"{local_name(field)} = {of.value(start).text}")
+
+
+def _framed(
+    routine: Routine,
+    of: Expressions,
+    body: list[SourceLine],
+    parameters: list[Variable[Any, Any]],
+) -> list[SourceLine]:
+    """The body with a frame in memory around it."""
+    stores = []
+    for parameter in parameters:
+        if parameter.name.lower() in routine.addressed:
+            storage = Storage(FrameBase(), parameter.offset, flat(parameter.type))
+            stores.append(of.storages.store_statement(storage, Piece(local_name(parameter))))
+    lines = SourceLines()
+    lines.place(routine.at)
+    lines.indent()
+    lines.add(f"f = enter({routine.frame.size}, {of.linker.constant(routine.frame.default)})")
+    for base, size in sorted(of.bases):
+        if base == "f":
+            lines.add(f"f{size} = f" if size == 1 else f"f{size} = f >> {size.bit_length() - 1}")
+    lines.add("try:")
+    lines.indent()
+    for store in stores:
+        lines.add(store)
+    for line in body:
+        lines.place(line.at)
+        lines.add(line.text.removeprefix("    "))
+    lines.dedent()
+    lines.add("finally:")
+    lines.indent()
+    lines.add("leave(f)")
+    return lines.lines
+
+
+def compiled(
+    routine: Routine, lines: list[SourceLine], namespace: dict[str, Any], names: Mapping[str, str]
+) -> FunctionType:
+    """The function, whose lines are those of the Structured Text."""
+    tree = ast.parse("\n".join(line.text for line in lines))
+    offsets = {line.at: routine.locate(line.at).line for line in lines}
+    places = [offsets[line.at] for line in lines]
+    for node in ast.walk(tree):
+        if hasattr(node, "lineno"):
+            place = cast("ast.stmt", node)
+            place.lineno = place.end_lineno = places[place.lineno - 1]
+            place.col_offset = place.end_col_offset = 0
+    module = compile(tree, routine.source.path, "exec")
+    code = next(one for one in module.co_consts if isinstance(one, CodeType))
+    code = code.replace(co_name=routine.name, co_qualname=routine.name)
+    return FunctionType(code, namespace, names[routine.key])

@@ -1,0 +1,101 @@
+"""Python source in the making: pieces of expressions with their precedence, lines with places."""
+
+from typing import NamedTuple
+
+from achse.iec.elementary import IntegerType
+
+__all__ = ["ATOM", "Piece", "Precedence", "SourceLine", "SourceLines", "exact", "joined"]
+
+
+class Precedence:
+    """How tight operators of Python bind; a piece is put in parentheses where it must be."""
+
+    CHOICE = 5
+    OR = 8
+    AND = 10
+    NOT = 15
+    COMPARE = 20
+    BIT_OR = 30
+    BIT_XOR = 35
+    BIT_AND = 40
+    SHIFT = 45
+    ADD = 50
+    MUL = 60
+    UNARY = 70
+    ATOM = 100
+
+
+ATOM = Precedence.ATOM
+
+_LARGEST = 1 << 256
+
+
+class Piece(NamedTuple):
+    """An expression. Of whole numbers `low` and `high` say what it can be.
+
+    A whole number outside its type is right in the low bits of the type, and has to be made
+    `exact` where more than these counts. A `loose` real is not rounded to REAL yet.
+    """
+
+    text: str
+    level: int = ATOM
+    low: int = 0
+    high: int = 0
+    loose: bool = False
+
+    def at(self, level: int) -> str:
+        """The text as an operand that binds at least that tight."""
+        return self.text if self.level >= level else f"({self.text})"
+
+
+def joined(left: Piece, operator: str, right: Piece, level: int, low: int, high: int) -> Piece:
+    """Two operands of an operator that groups from the left."""
+    text = f"{left.at(level)} {operator} {right.at(level + 1)}"
+    if low < -_LARGEST or high > _LARGEST:
+        return Piece(f"({text}) & {_LARGEST - 1}", Precedence.BIT_AND, 0, _LARGEST - 1)
+    return Piece(text, level, low, high)
+
+
+def exact(piece: Piece, type: IntegerType) -> Piece:
+    """A whole number cut to the bits of a type, if it can be outside."""
+    if type.low <= piece.low and piece.high <= type.high:
+        return piece
+    mask = (1 << 8 * type.size) - 1
+    if type.low == 0:
+        text = f"{piece.at(Precedence.BIT_AND)} & {mask}"
+        return Piece(text, Precedence.BIT_AND, 0, type.high)
+    half = type.high + 1
+    text = f"({piece.at(Precedence.ADD)} + {half} & {mask}) - {half}"
+    return Piece(text, Precedence.ADD, type.low, type.high)
+
+
+class SourceLine(NamedTuple):
+    """One line of Python, and where in the Structured Text it comes from."""
+
+    text: str
+    at: int
+
+
+class SourceLines:
+    """Lines with their indentation."""
+
+    def __init__(self) -> None:
+        self.lines: list[SourceLine] = []
+        self._depth = 0
+        self._at = 0
+
+    def place(self, at: int) -> None:
+        """Lines from now on come from there."""
+        self._at = at
+
+    def add(self, text: str) -> None:
+        """One more line."""
+        self.lines.append(SourceLine("    " * self._depth + text, self._at))
+
+    def indent(self) -> None:
+        """Lines from now on are inside the last one."""
+        self._depth += 1
+
+    def dedent(self) -> None:
+        """The inside ends."""
+        self._depth -= 1
