@@ -405,7 +405,9 @@ class FunctionBlock(Record, kind=Kind.FUNCTION_BLOCK):
 
     __slots__ = ("__dict__", "__weakref__")
 
-    def __call__(self, **inputs: object) -> None:
+    def __call__(self, *args: Any, **inputs: Any) -> Any:
+        if args:
+            raise TypeError(f"{type(self).__iec__.name} takes inputs by name")
         for name, value in inputs.items():
             self[name] = value
         invoke = getattr(self.__iec_buffer__, "invoke", None)

@@ -29,7 +29,9 @@ class Bench:
     """One program `MAIN` with variables of the given types, and its body."""
 
     def __init__(self, types: Mapping[str, IecType[Any]], **options: Any) -> None:
-        members = {name: Variable(type, name=name) for name, type in types.items()}
+        members: dict[str, Variable[Any, Any]] = {
+            name: Variable(type, name=name) for name, type in types.items()
+        }
         self.type: StructType[Any] = StructType("MAIN", members, kind=Kind.UNIT)
         unit: Any = RecordMeta("MAIN", (Program,), dict(members), iec=self.type)
         self.memory = Memory()

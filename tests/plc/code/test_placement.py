@@ -1,5 +1,7 @@
 """Where storages of a typed project are."""
 
+from typing import Any
+
 import pytest
 
 from achse.iec.elementary import DINT
@@ -11,7 +13,7 @@ from achse.st.typed.places import ImageBase, StaticBase, UnitBase
 
 
 def test_units_statics_and_images_have_their_place() -> None:
-    variable = Variable(DINT, 7, name="n")
+    variable: Variable[Any, Any] = Variable(DINT, 7, name="n")
     memory = Memory()
     placement = Placement(memory, [PlacedVariable("MAIN.n", variable, Area.FLAG, 12, 3)])
     assert placement.spot(UnitBase("Main", variable)) == Spot(Area.FLAG, 12, 3)

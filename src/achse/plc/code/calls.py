@@ -154,8 +154,7 @@ class Calls:
         of = self._of
         arguments: list[str] = []
         name = of.linker.name_of(routine.key)
-        if routine.this is not None:
-            assert call.instance is not None
+        if call.instance is not None:
             address = of.exact_value(call.instance).text
             if isinstance(call.target, DirectTarget):
                 arguments.append(address)

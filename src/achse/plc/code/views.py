@@ -33,8 +33,6 @@ def _cast(view: "memoryview[Any]", code: Format) -> "memoryview[Any]":
 _NOTHING: "dict[str, memoryview[Any]]" = {
     code: _cast(memoryview(bytearray()), code) for code in FORMATS
 }
-    code: _cast(memoryview(bytearray()), code) for code in FORMATS
-}
 
 
 class Views:

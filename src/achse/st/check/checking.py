@@ -396,6 +396,7 @@ class Checking:
         self.current = body
         builtin = "builtin" in self._notes[signature.key] or "builtin" in attributes_in(entry.tree)
         if signature.is_abstract and not signature.body:
+            self._finish(body, (), None, False)
             return
         if signature.body is None and not builtin:
             self._left_out[signature.key] = "its body is not Structured Text"
