@@ -33,18 +33,18 @@ BUDGET = 20_000_000
 """Loop passes and calls that one cycle of a task may take."""
 
 
-class Jump(Exception):
+class _Jump(Exception):
     """JMP, on its way to its mark."""
 
     def __init__(self, label: str) -> None:
         self.label = label
 
 
-class LoopLeft(Exception):
+class _LoopLeft(Exception):
     """EXIT, on its way out of a list with marks."""
 
 
-class LoopGoesOn(Exception):
+class _LoopGoesOn(Exception):
     """CONTINUE, on its way out of a list with marks."""
 
 
@@ -87,9 +87,9 @@ class Execution:
             **pointer_operations(self.views),
             "F": self._fuel,
             "CATCHABLE": CATCHABLE,
-            "Jump": Jump,
-            "LoopLeft": LoopLeft,
-            "LoopGoesOn": LoopGoesOn,
+            "Jump": _Jump,
+            "LoopLeft": _LoopLeft,
+            "LoopGoesOn": _LoopGoesOn,
             "composed": _composed,
             "begin_block": self._begin_block,
             "caught": self._caught,

@@ -44,7 +44,7 @@ def whole(value: float) -> int:
     return found if value >= 0 else -found
 
 
-def truncated(value: float, lowest: int) -> int:
+def _truncated(value: float, lowest: int) -> int:
     """A real as a DINT or LINT, towards zero; NaN and out of range: the lowest number."""
     return int(value) if lowest - 1.0 < value < -float(lowest) else lowest
 
@@ -77,22 +77,22 @@ def out_of_bounds(index: int, first: int, last: int) -> int:
     raise PlcFault(ExceptionCode.ARRAYBOUNDS, f"index {index}, the array has {first}..{last}")
 
 
-def limited(low: Any, value: Any, high: Any) -> Any:
+def _limited(low: Any, value: Any, high: Any) -> Any:
     """LIMIT: MIN(MAX(value, low), high)."""
     return min(max(value, low), high)
 
 
-def chosen(which: int, *values: Any) -> Any:
+def _chosen(which: int, *values: Any) -> Any:
     """MUX: out of range takes the last."""
     return values[which] if 0 <= which < len(values) else values[-1]
 
 
-def selected(which: bool, no: Any, yes: Any) -> Any:
+def _selected(which: bool, no: Any, yes: Any) -> Any:
     """SEL."""
     return yes if which else no
 
 
-def raise_exception(code: int) -> None:
+def _raise_exception(code: int) -> None:
     """F_RaiseException."""
     raise PlcFault(code, "raised by the program")
 
@@ -100,15 +100,15 @@ def raise_exception(code: int) -> None:
 OPERATIONS: dict[str, Callable[..., Any]] = {
     "single": single,
     "whole": whole,
-    "truncated": truncated,
+    "truncated": _truncated,
     "quotient": quotient,
     "remainder": remainder,
     "rotated": rotated,
     "out_of_bounds": out_of_bounds,
-    "limited": limited,
-    "chosen": chosen,
-    "selected": selected,
-    "raise_exception": raise_exception,
+    "limited": _limited,
+    "chosen": _chosen,
+    "selected": _selected,
+    "raise_exception": _raise_exception,
     "atan": math.atan,
 }
 """Names in emitted code that do not depend on the task option."""

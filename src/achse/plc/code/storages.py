@@ -253,7 +253,7 @@ class Storages:
             where.local is None
             and where.bit is None
             and isinstance(type, BoolType | RealType | IntegerType)
-        ) or (where.local is None and counted_or_none(type) is not None and where.bit is None):
+        ) or (where.local is None and _counted_or_none(type) is not None and where.bit is None):
             code, stored = self._for_memory(type, value)
             place = self._place(where, code)
             if place is not None:
@@ -280,7 +280,7 @@ class Storages:
                 return Piece(f"store_bytes({address}, {value.text})")
             return Piece(f"store_parts({address}, {value.text}, {self._of.linker.constant(parts)})")
         # The value goes on to the next link of a chain, so it must be what a read would give.
-        whole = counted_or_none(type)
+        whole = _counted_or_none(type)
         if whole is not None:
             value = exact(value, whole)
             code, stored = whole.code, value.text
@@ -300,7 +300,7 @@ class Storages:
     def _for_memory(self, type: IecType[Any], value: Piece) -> tuple[str, str]:
         """The format to store a number with, and the number: cut in the unsigned view, where a
         number outside its type needs no sign."""
-        whole = counted_or_none(type)
+        whole = _counted_or_none(type)
         if whole is None:
             return format_of(type), value.text
         if whole.low <= value.low and value.high <= whole.high:
@@ -311,7 +311,7 @@ class Storages:
         return whole.code.upper(), f"{value.at(Precedence.BIT_AND)} & {mask}"
 
     def _for_local(self, type: IecType[Any], value: Piece) -> Piece:
-        whole = counted_or_none(type)
+        whole = _counted_or_none(type)
         return _rounded(type, value) if whole is None else exact(value, whole)
 
     def _store_local(self, where: _Where, type: IecType[Any], value: Piece) -> Piece:
@@ -344,7 +344,7 @@ class Storages:
         return Piece(f"latch({self._address(where).text}, {mask}, {value.text}, {sets})")
 
 
-def counted_or_none(type: IecType[Any]) -> IntegerType | None:
+def _counted_or_none(type: IecType[Any]) -> IntegerType | None:
     """The integer type that a value counts in; None for what is not a whole number."""
     if isinstance(type, BoolType | RealType | StringType | StructType | ArrayType):
         return None

@@ -116,7 +116,7 @@ def recoded(text: bytes, source: StringType, target: StringType) -> bytes:
     return _coded(_decoded(text, source), target)
 
 
-def real_text(value: float, type: IecType[Any]) -> str:
+def _real_text(value: float, type: IecType[Any]) -> str:
     """A real as the conversions write it: `3.0`, `1E08`, `1E-05`; about 7 digits of a REAL."""
     if math.isnan(value):
         return "NaN"
@@ -134,7 +134,7 @@ def text_written(value: Any, source: IecType[Any], target: StringType) -> bytes:
     if isinstance(source, BoolType):
         text = "TRUE" if value else "FALSE"
     elif isinstance(source, RealType):
-        text = real_text(value, source)
+        text = _real_text(value, source)
     elif isinstance(source, TimeType):
         text = format_value(source, source.decode(value.to_bytes(source.size, "little")))
     else:
