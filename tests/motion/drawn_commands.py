@@ -30,7 +30,8 @@ def axis_values(dice: random.Random) -> dict[str, float]:
     top = decades(dice, 0.0, 3.3)
     strongest = top * decades(dice, 0.0, 2.5)
     fault = dice.choice([0.0, 0.0, strongest * decades(dice, -2.0, 1.0)])
-    window = top * decades(dice, -1.0, 1.0)
+    brake = min(fault or strongest, strongest) * decades(dice, -2.0, 0.0)
+    window = top * top / brake * decades(dice, -1.0, 1.0)
     return {
         "max_velocity": top,
         "jog_velocity_slow": 0.2 * top,
@@ -73,7 +74,7 @@ class Player:
     def __init__(self, axis: Axis, dice: random.Random) -> None:
         self.axis = axis
         self.dice = dice
-        self.reach = axis.max_velocity * decades(dice, -2.0, 0.3)
+        self.reach = axis.encoder_soft_limit_max * decades(dice, -1.0, 0.3)
         self.at_first = axis.max_velocity, axis.encoder_soft_limit_min, axis.encoder_soft_limit_max
         self.given = 0
         self.accepted = 0
@@ -125,7 +126,7 @@ class Player:
             (3.0, self.dynamics_of_the_axis),
         ]
         self.moves = [move for _, move in moves]
-        self.weights = [weight for weight, _ in moves]
+        self.weights = [weight * decades(dice, -1.0, 1.0) for weight, _ in moves]
 
     def act(self) -> None:
         """One random command; what held the axis before is first cleared away, mostly."""
@@ -171,7 +172,7 @@ class Player:
         if kind > StartType.MODULO:
             return self.dice.uniform(0.0, 0.999) * self.axis.encoder_modulo_factor
         share = self.dice.uniform(-1.0, 1.0)
-        return share * share * share * self.reach
+        return share * abs(share) * self.reach
 
     def jerk(self) -> float:
         return self.axis.max_velocity * decades(self.dice, -2.0, 6.0)

@@ -167,3 +167,59 @@ def test_what_an_acceleration_still_adds(make_rig: Any) -> None:
     assert run_out(rig.axis) == pytest.approx(60.0)
     assert fastest(make_rig(max_velocity=700.0).axis) == 700.0
     assert fastest(make_rig(drive_reference_velocity=500.0).axis) == 500.0
+
+
+def test_a_stopped_compensation_keeps_the_axis_maximum(make_rig: Any) -> None:
+    """Main motion and compensation, both still accelerating, are stopped at any time."""
+    for cycles in range(2, 60, 3):
+        rig = make_rig(max_velocity=120.0, default_acceleration=1500.0)
+        assert commands.universal_start(rig.axis, 3, 0.0, 110.0, 0.0, 0.0, STEEP) == 0
+        rig.run(10)
+        asked = commands.Compensation(1, 20_000.0, 20_000.0, 100.0, 110.0, 20.0, 100.0)
+        assert commands.start_superposition(rig.axis, asked)[0] in (0, 0x4243)
+        rig.run(cycles)
+        v = rig.axis.set_velocity
+        assert commands.universal_start(rig.axis, 8192, 0.0, 0.0, 0.0, WEAK, WEAK) == 0
+        top = max(state[1] for state in rig.trace(200))
+        assert top <= min(120.0, v + 1500.0**2 / (2.0 * STEEP)) * (1.0 + 1e-9)
+
+
+def test_a_stop_takes_no_external_acceleration_over(make_rig: Any) -> None:
+    """The feed gains 50,000 mm/s²; the axis by itself would need half a minute to release that."""
+    rig = make_rig(controller_following_error_position_monitoring_enable=0)
+    axis = rig.axis
+    assert commands.start_external_setpoint(axis, 1, 0.0) == 0
+    for n in range(1, 6):
+        axis.external_set_acceleration = 50_000.0
+        axis.external_set_velocity = 50_000.0 * n * rig.dt
+        axis.external_set_position = 25_000.0 * (n * rig.dt) ** 2
+        rig.run(1)
+    assert axis.set_velocity == pytest.approx(500.0)
+    commands.stop_external_setpoint(axis)
+    assert fastest_until_rest(rig) <= 500.0
+
+
+def test_own_and_external_motion_keep_the_maximum_together(make_rig: Any) -> None:
+    rig = make_rig(
+        allow_motion_commands_with_external_setpoint=1,
+        controller_following_error_position_monitoring_enable=0,
+    )
+    axis = rig.axis
+    assert commands.start_external_setpoint(axis, 1, 0.0) == 0
+    assert commands.universal_start(axis, 3, 0.0, 1500.0) == 0
+    top = 0.0
+    for n in range(1, 2000):
+        axis.external_set_velocity = min(float(n), 1000.0)
+        axis.external_set_position += axis.external_set_velocity * rig.dt
+        rig.run(1)
+        top = max(top, axis.set_velocity)
+    assert axis.error_code == 0x4359
+    assert 1500.0 < top <= 2000.0 * (1.0 + 1e-6)
+
+
+def test_a_smaller_maximum_holds_for_what_runs(make_rig: Any) -> None:
+    rig = make_rig()
+    assert commands.universal_start(rig.axis, 3, 0.0, 500.0) == 0
+    assert commands.universal_start(rig.axis, 4, 0.0, 400.0, buffer_mode=1) == 0
+    rig.axis.max_velocity = 200.0
+    assert max(abs(state[1]) for state in rig.trace(3000)) <= 200.0 * (1.0 + 1e-9)

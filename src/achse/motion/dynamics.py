@@ -12,7 +12,15 @@ from math import sqrt
 from achse.motion.record import AxisFields
 from achse.motion.segments import segment_acceleration, segment_position, segment_velocity
 
-__all__ = ["STEEPEST", "fastest", "fault_deceleration", "fault_jerk", "release", "run_out"]
+__all__ = [
+    "STEEPEST",
+    "drop_foreign",
+    "fastest",
+    "fault_deceleration",
+    "fault_jerk",
+    "release",
+    "run_out",
+]
 
 STEEPEST = 1e12
 """Strongest deceleration and jerk that the planner takes; as a jerk it is no limit."""
@@ -66,6 +74,20 @@ def run_out(ax: AxisFields) -> float:
         return v
     way = a * a / (2.0 * ax.running_jerk)
     return v + way if a > 0.0 else v - way
+
+
+def drop_foreign(ax: AxisFields, foreign: float) -> None:
+    """End a part of the set acceleration that no jerk limits.
+
+    What makes the axis faster ends at once; what makes it slower is taken away before rest.
+    """
+    v = ax.set_velocity
+    if foreign * v >= 0.0:
+        ax.set_acceleration -= foreign
+    elif ax.set_acceleration * v < 0.0:
+        steep = ax.set_acceleration * ax.set_acceleration / abs(v)
+        if steep > 2.0 * ax.running_jerk:
+            ax.running_jerk = steep
 
 
 def release(ax: AxisFields, jerk: float) -> float:

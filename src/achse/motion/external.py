@@ -7,7 +7,7 @@ together are no faster than the axis may be (0x4359).
 Kernel source: compiled as it stands, see `compiled`.
 """
 
-from achse.motion.dynamics import fastest, run_out
+from achse.motion.dynamics import drop_foreign, fastest, run_out
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import displace, fail, generate
 from achse.motion.states import MotionPhase
@@ -33,20 +33,10 @@ _INCONSISTENT = 1e-3
 
 
 def leave_external(ax: AxisFields) -> None:
-    """Take no further external set points; what the axis does now is its own motion.
-
-    No jerk limits an external acceleration. One that makes the axis faster ends at once, one that
-    makes it slower is taken away before the axis rests.
-    """
+    """Take no further external set points; what the axis does now is its own motion."""
     ax.external_setpoint_active = 0
     ax.limit_watch = 1
-    foreign = ax.external_acceleration
-    if foreign * ax.set_velocity >= 0.0:
-        ax.set_acceleration -= foreign
-    else:
-        steep = ax.set_acceleration * ax.set_acceleration / abs(ax.set_velocity)
-        if steep > 2.0 * ax.running_jerk:
-            ax.running_jerk = steep
+    drop_foreign(ax, ax.external_acceleration)
     ax.external_velocity = 0.0
     ax.external_acceleration = 0.0
     ax.external_jerk = 0.0

@@ -10,6 +10,7 @@ Kernel source: compiled as it stands, see `compiled`.
 
 from math import cos, pi, sin
 
+from achse.motion.dynamics import fastest
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import absorb, begin_job, generate
 from achse.motion.states import CommandState, MotionPhase, StartType
@@ -98,6 +99,11 @@ def _step(ax: AxisFields, dt: float) -> None:
     if not pausing:
         velocity = ax.step_velocity_1 if stage == 0 else ax.step_velocity_2
         velocity *= _override(ax)
+        top = fastest(ax)
+        if velocity > top:
+            velocity = top
+        elif velocity < -top:
+            velocity = -top
     if stage == _STEP_STAGES:
         ax.set_velocity = 0.0
         _finish(ax)
@@ -140,8 +146,12 @@ def _ease(ax: AxisFields, dt: float) -> float:
 
     Returns by how much they grew.
     """
-    most = ax.default_acceleration * dt / (ax.sine_base_velocity + ax.sine_velocity)
-    growth = _override(ax) - ax.sine_share
+    amplitude = ax.sine_base_velocity + ax.sine_velocity
+    most = ax.default_acceleration * dt / amplitude
+    share = _override(ax)
+    if share * amplitude > fastest(ax):
+        share = fastest(ax) / amplitude
+    growth = share - ax.sine_share
     if growth > most:
         growth = most
     elif growth < -most:

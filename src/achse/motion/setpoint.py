@@ -7,7 +7,7 @@ hands over to the next command, or goes on at its segment end velocity.
 Kernel source: compiled as it stands, see `compiled`.
 """
 
-from achse.motion.dynamics import fastest, fault_deceleration, fault_jerk
+from achse.motion.dynamics import drop_foreign, fastest, fault_deceleration, fault_jerk
 from achse.motion.limits import table_passes
 from achse.motion.planning import (
     TO_CONSTANT_VELOCITY,
@@ -119,10 +119,10 @@ def begin_job(
 def absorb(ax: AxisFields) -> None:
     """What moved on top of the main motion is part of the set point from now on.
 
-    Its acceleration, which no jerk limits, ends at once; its velocity stays.
+    Its velocity stays; its acceleration, which no jerk limits, does not.
     """
     ax.compensating = 0
-    ax.set_acceleration -= ax.superposed_acceleration
+    drop_foreign(ax, ax.superposed_acceleration)
     ax.superposed_velocity = 0.0
     ax.superposed_acceleration = 0.0
 
