@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from achse.drive import VirtualDrive as VirtualDrive
     from achse.testing.addresses import free_host as free_host
+    from achse.testing.axis_conformance import AxisReach as AxisReach
+    from achse.testing.axis_conformance import check_axis as check_axis
     from achse.testing.clock import ManualClock as ManualClock
     from achse.testing.clock import VirtualTimeLoop as VirtualTimeLoop
     from achse.testing.conformance import ConformanceError as ConformanceError
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from achse.testing.reach import SegmentReach as SegmentReach
 
 __all__ = [
+    "AxisReach",
     "ConformanceError",
     "DriveReach",
     "FakeDevice",
@@ -40,6 +43,7 @@ __all__ = [
     "SegmentReach",
     "VirtualDrive",
     "VirtualTimeLoop",
+    "check_axis",
     "check_device",
     "check_drive",
     "check_transport",
@@ -47,6 +51,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "AxisReach": "achse.testing.axis_conformance",
     "ConformanceError": "achse.testing.conformance",
     "DriveReach": "achse.testing.reach",
     "FakeDevice": "achse.testing.device",
@@ -60,6 +65,7 @@ _HOMES = {
     "SegmentReach": "achse.testing.reach",
     "VirtualDrive": "achse.drive",
     "VirtualTimeLoop": "achse.testing.clock",
+    "check_axis": "achse.testing.axis_conformance",
     "check_device": "achse.testing.conformance",
     "check_drive": "achse.testing.drive_conformance",
     "check_transport": "achse.testing.conformance",
