@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from achse.codes import PlcGroup, ReservedGroup
+from achse.codes import NcError, PlcGroup, ReservedGroup
 from achse.ethercat.registers import Register
 
 HOMES = (Path("src/achse/codes"), Path("src/achse/ethercat/registers.py"))
@@ -16,6 +16,8 @@ HOMES = (Path("src/achse/codes"), Path("src/achse/ethercat/registers.py"))
 
 NAMES: dict[str, tuple[Iterable[IntEnum], tuple[str, ...]]] = {
     "index groups": ([*ReservedGroup, *PlcGroup], ("src/achse",)),
+    # a round number is an index group
+    "NC errors": ([each for each in NcError if each % 0x100], ("src/achse/devices/nc",)),
     "registers": ([each for each in Register if each >= 0x100], ("src/achse/ethercat",)),
 }
 """What has names, and where its numbers mean nothing else."""

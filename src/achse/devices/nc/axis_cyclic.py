@@ -124,17 +124,18 @@ _STRUCTURE = Service(
 AXIS_CYCLIC = (
     *per_element(
         _FROM_PLC,
-        parameter(0x01, UINT32, 0x4003, "control_dword", symbol="ControlDWord"),
+        parameter(0x01, UINT32, NcError.REQUEST_PARAMETER, "control_dword", symbol="ControlDWord"),
         _control_bit(0x02, ControlBit.ENABLE, "controller_enable", "controller enable"),
         _control_bit(0x03, ControlBit.FEED_ENABLE_PLUS, "feed_enable_plus", "feed enable plus"),
         _control_bit(0x04, ControlBit.FEED_ENABLE_MINUS, "feed_enable_minus", "feed enable minus"),
         _control_bit(0x07, ControlBit.HOMING_SENSOR, "homing_cam", "homing cam"),
         parameter(
-            0x21, UINT32, 0x42CE, "velocity_override", maximum=FULL_OVERRIDE, symbol="OverrideV"
+            0x21, UINT32, NcError.OVERRIDE_INVALID,
+            "velocity_override", maximum=FULL_OVERRIDE, symbol="OverrideV"
         ),
-        parameter(0x22, UINT32, 0x4003, "operation_mode"),
-        parameter(0x25, REAL64, 0x4003, "actual_position_correction"),
-        parameter(0x26, REAL64, 0x4003, "external_controller_component"),
+        parameter(0x22, UINT32, NcError.REQUEST_PARAMETER, "operation_mode"),
+        parameter(0x25, REAL64, NcError.REQUEST_PARAMETER, "actual_position_correction"),
+        parameter(0x26, REAL64, NcError.REQUEST_PARAMETER, "external_controller_component"),
         _EXTERNAL_SET_POINT,
         _state_byte(0x71, 1),
         _state_byte(0x72, 2),

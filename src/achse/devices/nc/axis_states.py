@@ -183,7 +183,7 @@ AXIS_STATES = (
     shown(0x2D, UINT32, "initialize_command_counter"),
     shown(0x2E, UINT32, "reset_command_counter"),
     shown(0x30, REAL64, "set_torque_derivative"),
-    parameter(0x31, REAL64, 0x4003, "set_torque_offset", symbol="TorqueOffset"),
+    parameter(0x31, REAL64, NcError.REQUEST_PARAMETER, "set_torque_offset", symbol="TorqueOffset"),
     shown(0x40, UINT32, "setpoint_correction_counter"),
     shown(0x50, UINT32, "set_motion_phase"),
     shown(0x51, UINT16, "axis_disabled"),
