@@ -94,6 +94,8 @@ class RoutineBody:
         storage = operand.storage
         if storage is not None and storage.is_constant:
             raise Unexpected(at, f"{storage.name} is CONSTANT: nothing can be assigned to it")
+        if operand.outside:
+            self.warn(at, f"{operand.outside} is not an input: only its block should write it")
 
     def mark_addressed(self, storage: Storage) -> None:
         """Note that a variable of the frame needs memory."""

@@ -1,5 +1,6 @@
 """Checking a project: every routine that can be called, from the user's own units outwards."""
 
+import gc
 from collections import deque
 from collections.abc import Iterable
 from typing import Any
@@ -9,6 +10,7 @@ from achse.iec.structs import Kind, StructType, Unit
 from achse.iec.types import IecType
 from achse.st.check.blocks import Blocks
 from achse.st.check.body import RoutineBody
+from achse.st.check.contracts import Contracts
 from achse.st.check.life import Life, element_of
 from achse.st.check.signatures import Routines, Signature, attributes_in
 from achse.st.cursor import Unexpected
@@ -51,7 +53,14 @@ def check(declarations: Declarations, *, given: Iterable[type[Unit]] = ()) -> Ty
     `given` are programs and variable lists that the runtime declares in Python. Raises nothing:
     what is at fault is told, and left out.
     """
-    return Checking(declarations.names, given).project()
+    # The typed form has no cycles: the collector would walk the growing one again and again.
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        return Checking(declarations.names, given).project()
+    finally:
+        if collects:
+            gc.enable()
 
 
 class Checking:
@@ -158,8 +167,9 @@ class Checking:
         self._work()
         interfaces = self._interfaces()
         faults = [*list(self.names.faults)[self._known_faults :], *self._faults]
+        contracts = Contracts(self.names, self.blocks, self.routines, self.fault)
         for entry in own:
-            self._check_block(entry)
+            contracts.check(entry)
         faults = sorted(dict.fromkeys(faults + list(self._faults)), key=lambda one: one.location)
         units = sorted(self._units.values(), key=lambda unit: unit.slot)
         return TypedProject(
@@ -355,28 +365,6 @@ class Checking:
             found[key] = TypedInterface(entry.name, self.blocks.interfaces(entry), methods)
         return found
 
-    def _check_block(self, entry: Entry) -> None:
-        """Whether a block has all that its interfaces and abstract bases ask for."""
-        tree = entry.tree
-        if not isinstance(tree, FunctionBlock) or "ABSTRACT" in tree.modifiers:
-            return
-        for key in sorted(self.blocks.interfaces(entry)):
-            interface = self.names.entries.get(key)
-            if interface is None:
-                continue
-            for name, part in self.blocks.own_parts(interface).items():
-                if self.blocks.part(entry, name) is None:
-                    what = f"{entry.name} implements {interface.name} without its {part.name}"
-                    last = self.blocks.chain(entry)[-1].tree
-                    if not (isinstance(last, FunctionBlock) and last.extends is not None):
-                        self.fault(entry.source, tree.at, what)
-        for here in self.blocks.chain(entry)[1:]:
-            for name, part in self.blocks.own_parts(here).items():
-                found = self.blocks.part(entry, name)
-                if found is not None and found.part is part and _is_abstract(part):
-                    what = f"{entry.name} leaves {here.name}.{part.name} abstract"
-                    self.fault(entry.source, tree.at, what)
-
     def _init_calls(self) -> list[InitCall]:
         name = "call_after_global_init_slot"
         found = []
@@ -476,7 +464,3 @@ class Checking:
             builtin,
             frozenset(addressed),
         )
-
-
-def _is_abstract(part: Method | Property | Action) -> bool:
-    return "ABSTRACT" in getattr(part, "modifiers", ())

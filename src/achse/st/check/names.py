@@ -31,6 +31,7 @@ from achse.st.units import (
     GlobalList,
     Interface,
     Method,
+    Part,
     Program,
     Property,
     TypeDeclaration,
@@ -51,6 +52,8 @@ class Names:
     def __init__(self, body: "RoutineBody") -> None:
         self._body = body
         self._names = body.checking.names
+        self._found: dict[str, Operand] = {}
+        """Variables looked up already: a body names the same few again and again."""
 
     # single names ----------------------------------------------------------------------------
 
@@ -112,6 +115,15 @@ class Names:
 
     def variable(self, key: str, at: int) -> Operand | None:
         """A variable of the routine, of its instance, or of its unit."""
+        known = self._found.get(key)
+        if known is not None:
+            return known
+        found = self._variable(key, at)
+        if found is not None:
+            self._found[key] = found
+        return found
+
+    def _variable(self, key: str, at: int) -> Operand | None:
         body = self._body
         signature = body.signature
         placed = body.frame.find(key)
@@ -319,6 +331,16 @@ class Names:
         instance = self.this_address(at)
         return self.of_part(entry, key, instance, False, at)
 
+    def _check_access(self, owner: Entry, part: Part, at: int) -> None:
+        """Raise `Unexpected` for a part that is not for this routine to use."""
+        modifiers = getattr(part, "modifiers", ())
+        here = self._body.signature.entry
+        name = f"{owner.name}.{part.name}"
+        if "PRIVATE" in modifiers and here is not owner:
+            raise Unexpected(at, f"{name} is PRIVATE: only {owner.name} uses it")
+        if "PROTECTED" in modifiers and owner not in self._body.checking.blocks.chain(here):
+            raise Unexpected(at, f"{name} is PROTECTED: only blocks that extend it use it")
+
     def routine(self, name: str, at: int) -> Meaning | None:
         """A function, method or built-in of that name, though a variable has it, too."""
         key = name.lower()
@@ -347,10 +369,12 @@ class Names:
         if found is None:
             return None
         owner, part = found
+        self._check_access(owner, part, at)
         is_exact = is_exact or isinstance(owner.tree, Program)
         routines = body.checking.routines
         if isinstance(part, Method):
             final = "FINAL" in part.modifiers or "PRIVATE" in part.modifiers
+            final = final and not isinstance(owner.tree, Interface)
             signature = routines.of_method(owner, part)
             return Callee(signature, instance, is_exact or final, at)
         if isinstance(part, Action):

@@ -44,6 +44,8 @@ class Operand:
     """The REFERENCE (or VAR_IN_OUT) variable itself, if the storage is what that leads to."""
     bounds: tuple[TypedValue, ...] = ()
     """Of an ARRAY [*]: lower and upper bound of each dimension; the storage is of an element."""
+    outside: str = ""
+    """The variable of another block, by its name, if it is not an input of that."""
     is_bits: bool = False
     """A constant written as bits: 16#FF, 2#1010."""
 

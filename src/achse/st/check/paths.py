@@ -9,6 +9,7 @@ from achse.iec.enums import EnumType
 from achse.iec.strings import StringType
 from achse.iec.structs import Kind, StructType
 from achse.iec.types import IecType
+from achse.iec.variables import Section
 from achse.st.check.conversions import converted
 from achse.st.check.folding import folded
 from achse.st.check.kinds import counted
@@ -153,6 +154,10 @@ class Paths:
                 at=at,
             )
         found = read(storage, member.type, at)
+        is_own = isinstance(storage.base, InstanceBase) and whole.flat is self._body.this
+        is_input = member.section in (Section.INPUT, Section.IN_OUT)
+        if type.kind is Kind.FUNCTION_BLOCK and not is_own and not is_input:
+            found.outside = f"{type.name}.{member.name}"
         if isinstance(resolved(member.type), ReferenceType) and whole.storage is not None:
             names.add_bounds(found, whole.storage, type, member, at)
         if constant is not None:

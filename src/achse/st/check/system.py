@@ -86,7 +86,8 @@ class SystemOperators:
         pointer = body.checking.pointer_to(operand.type)
         if operand.storage is not None and operand.storage.bit is not None:
             body.warn(at, "a bit has no address: ADR gives that of its byte")
-            operand.storage = replaced(operand.storage, bit=None)
+            storage = replaced(operand.storage, bit=None)
+            operand = Operand(operand.value, operand.type, storage)
         return Operand(body.paths.address(operand, pointer, trees[0].at), pointer)
 
     def _bit_address(self, trees: list[Expression], at: int) -> Operand:

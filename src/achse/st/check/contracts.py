@@ -1,0 +1,117 @@
+"""Contracts of blocks: what interfaces, abstract bases and overridden methods ask for."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from achse.iec.types import IecType
+from achse.st.check.blocks import Blocks
+from achse.st.check.kinds import same_shape
+from achse.st.check.signatures import Routines, Signature
+from achse.st.cursor import Unexpected
+from achse.st.resolve import Resolver
+from achse.st.scopes import Entry, Failed
+from achse.st.source import Source
+from achse.st.typed.places import flat
+from achse.st.units import Action, FunctionBlock, Method, Part, Property
+
+__all__ = ["Contracts"]
+
+Tell = Callable[[Source, int, str], None]
+
+_OF_THEIR_OWN = ("fb_init", "fb_exit", "fb_reinit")
+"""Methods that are not called through a table: a derived block may take more parameters."""
+
+
+class Contracts:
+    """Checks blocks against what they extend and implement."""
+
+    def __init__(self, names: Resolver, blocks: Blocks, routines: Routines, fault: Tell) -> None:
+        self._names = names
+        self._blocks = blocks
+        self._routines = routines
+        self._fault = fault
+
+    def check(self, entry: Entry) -> None:
+        """Tell what a block lacks, and which of its methods do not fit those they override."""
+        tree = entry.tree
+        if not isinstance(tree, FunctionBlock):
+            return
+        for part in tree.parts:
+            if isinstance(part, Method) and part.name.lower() not in _OF_THEIR_OWN:
+                self._check_override(entry, part)
+        if "ABSTRACT" in tree.modifiers:
+            return
+        for name in self._missing(entry):
+            self._fault(entry.source, tree.at, name)
+
+    def _missing(self, entry: Entry) -> Iterator[str]:
+        """What interfaces and abstract bases ask for and nothing gives."""
+        last = self._blocks.chain(entry)[-1].tree
+        is_known = not (isinstance(last, FunctionBlock) and last.extends is not None)
+        for interface in self._interfaces(entry):
+            for name, part in self._blocks.own_parts(interface).items():
+                if is_known and self._blocks.part(entry, name) is None:
+                    yield f"{entry.name} implements {interface.name} without its {part.name}"
+        for base in self._blocks.chain(entry)[1:]:
+            for name, part in self._blocks.own_parts(base).items():
+                found = self._blocks.part(entry, name)
+                if found is not None and found.part is part and _is_abstract(part):
+                    yield f"{entry.name} leaves {base.name}.{part.name} abstract"
+
+    def _interfaces(self, entry: Entry) -> list[Entry]:
+        keys = sorted(self._blocks.interfaces(entry))
+        return [self._names.entries[key] for key in keys if key in self._names.entries]
+
+    def _check_override(self, entry: Entry, part: Method) -> None:
+        """A method takes and gives what the one it overrides does: calls go through a table."""
+        key = part.name.lower()
+        for owner in (*self._blocks.chain(entry)[1:], *self._interfaces(entry)):
+            other = self._blocks.own_parts(owner).get(key)
+            if not isinstance(other, Method):
+                continue
+            if "FINAL" in other.modifiers and isinstance(owner.tree, FunctionBlock):
+                self._fault(entry.source, part.at, f"{owner.name}.{other.name} is FINAL")
+            try:
+                own = self._routines.of_method(entry, part)
+                wanted = self._routines.of_method(owner, other)
+            except (Failed, Unexpected):
+                continue
+            difference = _difference(own, wanted)
+            if difference:
+                message = f"{own.name} overrides {wanted.name}, but {difference}"
+                self._fault(entry.source, part.at, message)
+                return
+
+
+def _difference(own: Signature, wanted: Signature) -> str:
+    """How a method's parameters differ from another's; empty if they do not."""
+    if len(own.parameters) != len(wanted.parameters):
+        return f"takes {len(own.parameters)} parameters instead of {len(wanted.parameters)}"
+    for mine, theirs in zip(own.parameters, wanted.parameters, strict=True):
+        name = mine.variable.name
+        if mine.section != theirs.section:
+            return f"its {name} is a {mine.section} instead of a {theirs.section}"
+        if not _alike(mine.variable.type, theirs.variable.type):
+            return f"its {name} is a {mine.type.name} instead of a {theirs.type.name}"
+    mine_type = None if own.result is None else own.result.type
+    their_type = None if wanted.result is None else wanted.result.type
+    if mine_type is None or their_type is None:
+        if mine_type is not their_type:
+            return f"gives {_named(mine_type)} instead of {_named(their_type)}"
+    elif not _alike(mine_type, their_type):
+        return f"gives a {mine_type.name} instead of a {their_type.name}"
+    return ""
+
+
+def _alike(mine: IecType[Any], theirs: IecType[Any]) -> bool:
+    return same_shape(flat(mine), flat(theirs))
+
+
+def _named(type: IecType[Any] | None) -> str:
+    return "nothing" if type is None else f"a {type.name}"
+
+
+def _is_abstract(part: Part) -> bool:
+    return isinstance(part, Method | Property | Action) and "ABSTRACT" in getattr(
+        part, "modifiers", ()
+    )
