@@ -9,12 +9,12 @@ from collections.abc import Iterable, Mapping
 from itertools import accumulate, compress
 
 from achse.st.literals import malformed
-from achse.st.pragmas import Conditions
+from achse.st.pragmas import Conditions, ProjectDefines
 from achse.st.words import KEYWORDS, SIGNS
 
 __all__ = ["ADDRESS", "END", "LITERALS", "NAME", "Defines", "Tokens", "scan"]
 
-Defines = Mapping[str, str] | Iterable[str]
+Defines = Mapping[str, str] | Iterable[str] | ProjectDefines
 
 NAME = "name"
 INTEGER = "integer"

@@ -3,15 +3,17 @@
 `{attribute 'name' := 'value'}` belongs to the declaration it stands before. Of the rest,
 `{define X}`, `{undefine X}` and `{IF …} {ELSIF …} {ELSE} {END_IF}` decide which tokens there are;
 conditions are `defined (X)`, `project_defined (X)`, `hasvalue (X, 'v')`, NOT, AND, OR and
-parentheses. Any other test (`hastype`, `defined (variable: x)`, …) asks what only a compiler
-knows, and is false. Every other pragma (`region`, `warning`, `info`, …) is for the editor and is
-passed over.
+parentheses. `defined (variable: x)`, `hastype (variable: x, T)`, `hasattribute (pou: p, 'a')` and
+`hasconstantvalue (c, 'v')` ask for what a project declares: `ProjectDefines` knows it, without one
+they are false. Every other pragma (`region`, `warning`, `info`, …) is for the editor and is passed
+over.
 """
 
 import re
 from collections.abc import Iterable, Mapping
+from typing import Protocol
 
-__all__ = ["Conditions", "attribute_of"]
+__all__ = ["Conditions", "ProjectDefines", "asks_for_declarations", "attribute_of"]
 
 _QUOTED = r"""(?:'((?:[^'$]|\$.)*)'|"((?:[^"$]|\$.)*)")"""
 _ATTRIBUTE = re.compile(
@@ -22,6 +24,11 @@ _DIRECTIVE = re.compile(
 )
 _DEFINE = re.compile(r"\s*(\w+)\s*(?::?=?\s*'(.*)')?\s*", re.DOTALL)
 _WORD = re.compile(r"\s*(\w+|'[^']*'|[^\w\s'])")
+_ASKING = re.compile(
+    r"""\{\s*(?:ELS)?IF\b[^}]*\b(?:hastype|hasattribute|hasconstantvalue|defined)\s*
+    \(\s*\w+\s*[:,]""",
+    re.IGNORECASE | re.VERBOSE,
+)
 _ESCAPED = re.compile(r"\$(.)", re.DOTALL)
 _DEEPEST = 16
 
@@ -35,10 +42,44 @@ def attribute_of(pragma: str) -> tuple[str, str] | None:
     return name.strip(), _ESCAPED.sub(r"\1", value)
 
 
+class ProjectDefines(Protocol):
+    """Defines, and what a project declares: for tests that only a compiler can answer."""
+
+    @property
+    def defines(self) -> Mapping[str, str]:
+        """Names that are defined, with their values."""
+        ...
+
+    def is_declared(self, kind: str, name: str) -> bool:
+        """Whether there is a variable, type or pou of that name."""
+        ...
+
+    def attribute(self, kind: str, name: str, attribute: str) -> str | None:
+        """The value of an attribute of a variable, type or pou; None if it has none."""
+        ...
+
+    def type_name(self, variable: str) -> str:
+        """The type of a variable as declared; empty if there is none."""
+        ...
+
+    def constant(self, name: str) -> str | None:
+        """The initial value of a variable as declared."""
+        ...
+
+
+def asks_for_declarations(text: str) -> bool:
+    """Whether a condition in a text can only be answered when all declarations are known."""
+    return _ASKING.search(text) is not None
+
+
 class Conditions:
     """Follows the pragmas of one text and tells which parts of it count."""
 
-    def __init__(self, defines: Mapping[str, str] | Iterable[str] = ()) -> None:
+    def __init__(self, defines: Mapping[str, str] | Iterable[str] | ProjectDefines = ()) -> None:
+        self._project: ProjectDefines | None = None
+        if not isinstance(defines, Mapping | Iterable):
+            self._project = defines
+            defines = defines.defines
         pairs = defines.items() if isinstance(defines, Mapping) else ((key, "") for key in defines)
         self._defines = {name.lower(): value for name, value in pairs}
         self._open: list[tuple[bool, bool]] = []
@@ -75,7 +116,7 @@ class Conditions:
         holds = True
         if condition is not None:
             words = _WORD.findall(condition)
-            holds, rest = _either(words, self._defines, 0)
+            holds, rest = _either(words, (self._defines, self._project), 0)
             if rest:
                 holds, problem = False, "expected a condition like defined (X) AND NOT defined (Y)"
         self.counts = outer and not taken and holds
@@ -94,35 +135,36 @@ class Conditions:
 
 
 Words = list[str]
+_Known = tuple[Mapping[str, str], ProjectDefines | None]
 _Truth = tuple[bool, Words]
 """A truth, and the words after the condition; a condition that is none leaves words over."""
 
 
-def _either(words: Words, defines: Mapping[str, str], depth: int) -> _Truth:
-    truth, words = _both(words, defines, depth)
+def _either(words: Words, known: _Known, depth: int) -> _Truth:
+    truth, words = _both(words, known, depth)
     while words and words[0].upper() == "OR":
-        other, words = _both(words[1:], defines, depth)
+        other, words = _both(words[1:], known, depth)
         truth = truth or other
     return truth, words
 
 
-def _both(words: Words, defines: Mapping[str, str], depth: int) -> _Truth:
-    truth, words = _test(words, defines, depth)
+def _both(words: Words, known: _Known, depth: int) -> _Truth:
+    truth, words = _test(words, known, depth)
     while words and words[0].upper() == "AND":
-        other, words = _test(words[1:], defines, depth)
+        other, words = _test(words[1:], known, depth)
         truth = truth and other
     return truth, words
 
 
-def _test(words: Words, defines: Mapping[str, str], depth: int) -> _Truth:
+def _test(words: Words, known: _Known, depth: int) -> _Truth:
     wrong = (False, ["?"])
     if not words or depth > _DEEPEST:
         return wrong
     if words[0].upper() == "NOT":
-        truth, words = _test(words[1:], defines, depth + 1)
+        truth, words = _test(words[1:], known, depth + 1)
         return not truth, words
     if words[0] == "(":
-        truth, words = _either(words[1:], defines, depth + 1)
+        truth, words = _either(words[1:], known, depth + 1)
         return (truth, words[1:]) if words[:1] == [")"] else wrong
     if words[1:2] != ["("] or ")" not in words:
         return wrong
@@ -130,8 +172,51 @@ def _test(words: Words, defines: Mapping[str, str], depth: int) -> _Truth:
     inside = words[2:end]
     test = words[0].lower()
     truth = False
+    defines, project = known
     if test in ("defined", "project_defined") and len(inside) == 1:
         truth = inside[0].lower() in defines
     elif test == "hasvalue" and len(inside) == 3:
         truth = defines.get(inside[0].lower()) == inside[2].strip("'")
+    elif project is not None:
+        truth = _declared(test, inside, project)
     return truth, words[end + 1 :]
+
+
+def _declared(test: str, inside: Words, project: ProjectDefines) -> bool:
+    """A test of what the project declares: `variable: x`, and what it is compared with."""
+    kind, name, rest = "variable", "", inside
+    if inside[1:2] == [":"]:
+        kind, rest = inside[0].lower(), inside[2:]
+    cut = rest.index(",") if "," in rest else len(rest)
+    name, rest = "".join(rest[:cut]), rest[cut + 1 :]
+    value = "".join(rest).strip("'")
+    if test == "defined":
+        return project.is_declared(kind, name)
+    if test == "hastype":
+        return project.type_name(name).replace(" ", "").lower() == value.lower()
+    if test == "hasattribute":
+        attribute, _, wanted = value.partition(",")
+        found = project.attribute(kind, name, attribute.strip("' "))
+        return found is not None and (not wanted or found == wanted.strip("' "))
+    if test == "hasconstantvalue":
+        constant, _, sign = value.partition(",")
+        return _compared(project.constant(name), constant.strip("' "), sign.strip("' ") or "=")
+    return False
+
+
+def _compared(found: str | None, wanted: str, sign: str) -> bool:
+    if found is None:
+        return False
+    try:
+        left, right = float(found), float(wanted)
+    except ValueError:
+        return sign in ("=", "==") and found.strip("'").lower() == wanted.lower()
+    return {
+        "=": left == right,
+        "==": left == right,
+        "<": left < right,
+        ">": left > right,
+        "<=": left <= right,
+        ">=": left >= right,
+        "<>": left != right,
+    }.get(sign, False)

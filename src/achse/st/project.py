@@ -15,8 +15,10 @@ from achse.iec.declare import Typelike
 from achse.iec.layout import TC3_X64, TC3_X86, LayoutRules
 from achse.st.declare import Declarations, examine
 from achse.st.envelope import TaskDeclaration, parse_envelope, read_task
+from achse.st.facts import DeclaredFacts
 from achse.st.lexer import Defines
 from achse.st.parser import Parsed, parse
+from achse.st.pragmas import asks_for_declarations
 from achse.st.source import Fault, Location, Source, SourceError
 from achse.st.symbolfiles.library import LibraryTypes
 from achse.st.xml import parse_xml
@@ -135,15 +137,28 @@ def _read(
     """The sources and tasks of one project; which of them cannot be read goes into `faults`."""
     sources: list[Parsed] = []
     tasks: list[TaskDeclaration] = []
+    asking: list[tuple[int, Path, str]] = []
     for file, name in source_files(path):
         try:
             if file.suffix.lower() == _TASK:
                 tasks.append(read_task(parse_xml(_content(file, name), name)))
-            else:
-                sources.append(parse_file(file, name, defines=defines))
+                continue
+            parsed = parse_file(file, name, defines=defines)
         except SourceError as error:
             faults += error.faults
+            continue
+        if asks_for_declarations(parsed.source.text):
+            asking.append((len(sources), file, name))
+        sources.append(parsed)
+    known = defines if isinstance(defines, Mapping) else dict.fromkeys(_names(defines), "")
+    for index, file, name in asking:
+        facts = DeclaredFacts(known, sources[index], sources)
+        sources[index] = parse_file(file, name, defines=facts)
     return sources, tasks
+
+
+def _names(defines: Defines) -> Iterable[str]:
+    return defines if isinstance(defines, Iterable) else defines.defines
 
 
 def source_files(path: Path) -> list[tuple[Path, str]]:
