@@ -8,6 +8,7 @@ import asyncio
 import functools
 import hashlib
 import inspect
+import os
 import re
 import struct
 from collections.abc import Callable
@@ -29,6 +30,7 @@ from achse.cli import drive, monitor
 from achse.cli.axis import ALL_ENABLES, FULL_OVERRIDE
 from achse.cli.nc import CYCLIC, PARAMETERS, chosen
 from achse.devices.system.device import _REFUSED
+from achse.devices.system.routes import RouteEntry
 from achse.ethercat import Command, Datagram, Frame, Loopback, Segment, Slave
 from achse.router.access import Users, hash_password
 from achse.router.routes import Route, RouteTable
@@ -290,7 +292,7 @@ elsewhere(
     "Beside an attack a good client is answered in time.",
     *(
         f"{HOSTILE}::test_{attack}"
-        for attack in ("taps", "logging", "routes", "connections_of_one_host", "loops_of_routes")
+        for attack in ("taps", "logging", "routes", "files", "loops_of_routes")
     ),
 )
 elsewhere(
@@ -522,6 +524,27 @@ def test_where_drives_and_monitors_listen() -> None:
     watch = inspect.signature(monitor.monitor).parameters
     assert watch["host"].default == "127.0.0.1"
     assert not [name for name in (*serve, *watch) if "password" in name or "user" in name]
+
+
+@proves(
+    "Whoever may change routes holds the station up while the disk takes the file, so that the"
+    " answer is true."
+)
+def test_a_change_of_routes_is_on_the_disk_when_it_is_answered(
+    tmp_path: Path, client_of: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept: list[int] = []
+    fsync = os.fsync
+
+    def keep(number: int) -> None:
+        kept.append(number)
+        fsync(number)
+
+    monkeypatch.setattr(os, "fsync", keep)
+    built = station(tmp_path, router={"static_routes": "r.xml", "routes_over_ads": True})
+    route = Route(name="me", net_id=NetId("5.8.8.8.1.1"), host="10.0.0.8")
+    client_of(built.router, 10_000).write(801, 0, RouteEntry.of(route).encode())
+    assert (len(kept), "10.0.0.8" in (tmp_path / "r.xml").read_text()) == (2, True)
 
 
 @proves("EtherCAT has no senders to tell apart, and whoever reaches the wire commands the drives.")

@@ -186,6 +186,55 @@ def test_ads_client_follows_a_restart(node: Callable[..., Any], press: Any) -> N
     assert told["value"] == "axis"
 
 
+BY_A_TOOL = (
+    bytes([192, 0, 2, 7, 1, 1, 1, 0, 0x20])
+    + bytes(23)
+    + bytes([10, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0])
+    + b"192.0.2.7\0mill\0"
+)
+"""How a C# tool writes a route to group 801."""
+
+
+@pytest.mark.parametrize("permitted", [False, True])
+def test_routes_over_ads_change_where_the_user_permits_it(
+    witness: Callable[[str], None],
+    tmp_path: Path,
+    start_station: Callable[..., AbstractContextManager[Any]],
+    permitted: bool,
+) -> None:
+    """With a password for UDP in the configuration, which opened ADS as well before."""
+    witness("pyads")
+    import pyads
+
+    (tmp_path / "a.toml").write_text(
+        f'[router]\nroutes_over_ads = {str(permitted).lower()}\nstatic_routes = "r.xml"\n'
+        f'[router.users]\n{USER} = "{hash_password(PASSWORD)}"\n'
+    )
+    with (
+        start_station(str(tmp_path / "a.toml")) as station,
+        pyads.Connection(station.net_id, 10_000, station.host) as system,
+    ):
+
+        def write(group: int, data: bytes) -> int:
+            try:
+                system.write(group, 0, [*data], pyads.PLCTYPE_BYTE * len(data))
+            except pyads.ADSError as refusal:
+                return int(refusal.err_code)
+            return 0
+
+        def kept() -> list[str]:
+            file = tmp_path / "r.xml"
+            return [route.name for route in parse_static_routes(file.read_text())]
+
+        assert write(801, BY_A_TOOL) == (0 if permitted else 0x723)
+        if permitted:
+            assert kept() == ["mill"]
+        assert write(802, b"mill\0") == (0 if permitted else 0x723)
+        if permitted:
+            assert kept() == []
+        assert (tmp_path / "r.xml").exists() is permitted
+
+
 STRICT_CLIENT = """
 import sys
 import pyads

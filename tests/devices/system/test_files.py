@@ -389,7 +389,8 @@ def test_beside_the_loop_answers_are_the_same(
         return group, offset, struct.pack("<iI", number, 0) if group == 124 else name
 
     async def run(beside: bool) -> list[object]:
-        root = tmp_path_factory.mktemp("same")
+        root = tmp_path_factory.mktemp("same") / "root"
+        root.mkdir()
         (root / "a.txt").write_bytes(b"first\r\nsecond\n")
         router = Router(NetId("5.1.2.3.1.1"))
         device = SystemDevice(clock=lambda: 0, root=root)

@@ -96,8 +96,16 @@ class RouteServices:
     def groups(self) -> Iterable[IndexGroup]:
         """The index groups."""
         layout = "NetId, UINT transport, UDINT flags, timeout, fragment, lengths, host, name"
-        yield RawGroup(801, "add route", write=self._add, request=layout)
-        yield RawGroup(802, "remove route", write=self._remove, request="name with NUL")
+        permission = (
+            "0x723 without routes_over_ads in [router], and for routes of the configuration."
+        )
+        yield RawGroup(801, "add route", write=self._add, request=layout, description=permission)
+        yield RawGroup(
+            *(802, "remove route"),
+            write=self._remove,
+            request="name with NUL",
+            description=permission,
+        )
         yield RawGroup(
             803,
             "list routes",
