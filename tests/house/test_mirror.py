@@ -19,6 +19,7 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/devices/nc/test_every_row.py": "every row of the NC, asked at random",
     "tests/drive/modes/test_mode_bits.py": "every bit of controlword and statusword in each mode",
     "tests/motion/test_profile_oracle.py": "planner and ruckig, case by case",
+    "tests/motion/test_wrong_parameters.py": "NC and machine, which are set up alike or not",
     "tests/motion/test_random_commands.py": "all commands and the kernel, at random",
     "tests/motion/test_random_dynamics.py": "what all commands and faults may make of a velocity",
 }

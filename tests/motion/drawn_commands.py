@@ -132,7 +132,7 @@ class Player:
         """One random command; what held the axis before is first cleared away, mostly."""
         axis, dice = self.axis, self.dice
         if dice.random() < 0.5:
-            axis.simulation_not_ready = axis.simulation_io_invalid = 0
+            axis.machine.not_ready = axis.machine.io_invalid = 0
             axis.axis_disabled = axis.drive_output_disabled = 0
         if (axis.error_code or axis.motion_locked) and dice.random() < 0.8:
             commands.release_lock(axis)

@@ -5,12 +5,15 @@ import sys
 
 from achse.motion import curves
 from achse.motion.compiled import KERNEL
+from achse.motion.machine.record import AMPLIFIER, SENSOR
 from achse.motion.record import LAYOUT
 from achse.native.memory import Rows
 
 
 def test_no_axes_are_no_work() -> None:
-    KERNEL.function(Rows(LAYOUT, 0).address, 0, Rows(curves.LAYOUT, 0).address, 0, 0.002, 3)
+    layouts = LAYOUT, SENSOR, AMPLIFIER, curves.LAYOUT
+    rows = [Rows(layout, 0) for layout in layouts]
+    KERNEL.function(*(part for each in rows for part in (each.address, 0)), 0.002, 3)
 
 
 def test_motion_needs_no_compiler() -> None:

@@ -82,7 +82,7 @@ def test_the_dead_band_is_not_corrected(make_rig: Any) -> None:
 
 FREE = {
     "controller_following_error_position_monitoring_enable": 0,
-    "encoder_scaling_factor": 1e-9,
+    "encoder_scaling_factor": 1e-8,
     "encoder_velocity_filter_time": 0.0,
     "simulation_time_constant": 0.0,
 }
@@ -92,7 +92,7 @@ FREE = {
 def blocked(make_rig: Any, error: float, **values: float) -> Any:
     """A rig whose motor is stuck `error` behind its set position, at rest."""
     rig = make_rig(simulation_blocked=1, **(FREE | values))
-    rig.axis.plant_position = -error / 1e-9
+    rig.axis.machine.position = -error
     return rig
 
 

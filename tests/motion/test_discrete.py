@@ -144,7 +144,7 @@ def test_without_enable_the_brake_holds(two_speeds: Any) -> None:
     rig.axis.control_dword = 0
     rig.seconds(0.1 + 0.1)
     assert rig.axis.drive_control_byte == BRAKE
-    assert rig.axis.plant_velocity == 0.0
+    assert rig.axis.machine.velocity == 0.0
     assert rig.axis.error_code == 0x4260
 
 
@@ -175,7 +175,7 @@ def test_a_stepper_arrives_by_whole_steps(stepper: Any) -> None:
     while rig.axis.set_motion_phase or rig.axis.set_position == 0.0:
         rig.run(1)
         steps.add(rig.axis.stepper_step)
-        assert rig.axis.plant_position * 1e-4 == pytest.approx(rig.axis.stepper_step * STEP)
+        assert rig.axis.machine.position == pytest.approx(rig.axis.stepper_step * STEP)
     rig.seconds(2.0)
     assert rig.axis.stepper_step == round(10.0 / STEP)
     assert steps == set(range(max(steps) + 1))
@@ -307,10 +307,10 @@ def test_a_direct_output_switches_the_speed(
     assert commands.start_drive_output(axis, 1, percent) == 0
     rig.seconds(0.2)
     assert axis.drive_control_byte == control
-    assert axis.plant_velocity == pytest.approx(speed * axis.drive_full)
+    assert axis.machine.velocity == pytest.approx(speed * axis.drive_full)
     assert commands.change_drive_output(axis, 1, 0.0) == 0
     rig.run(1)
-    assert (axis.drive_control_byte, axis.plant_velocity) == (0x80, 0.0)
+    assert (axis.drive_control_byte, axis.machine.velocity) == (0x80, 0.0)
     assert commands.stop_drive_output(axis) == 0
     rig.run(2)
     assert axis.set_motion_phase == MotionPhase.NONE
@@ -322,9 +322,9 @@ def test_a_released_brake_lets_the_motor_run_out(make_rig: Any) -> None:
     rig.seconds(0.5)
     commands.release_brake(rig.axis, 1)
     commands.change_drive_output(rig.axis, 1, 0.0)
-    before = rig.axis.plant_velocity
+    before = rig.axis.machine.velocity
     rig.run(1)
-    assert rig.axis.plant_velocity == pytest.approx(before * (1.0 - rig.dt / (0.1 + rig.dt)))
+    assert rig.axis.machine.velocity == pytest.approx(before * (1.0 - rig.dt / (0.1 + rig.dt)))
 
 
 def test_commands_wait_for_those_before(two_speeds: Any) -> None:

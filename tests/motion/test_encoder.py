@@ -27,9 +27,10 @@ def test_increments_scale_into_positions(make_rig: Any, direction: int) -> None:
     assert rig.axis.actual_position == pytest.approx(57.0)
 
 
-def test_the_hardware_counter_wraps_at_32_bits(rig: Any) -> None:
-    rig.axis.plant_position = float(2**31 + 5)
-    rig.run(1)
+def test_the_hardware_counter_wraps_at_32_bits(make_rig: Any) -> None:
+    rig = make_rig(control_dword=0)
+    for count in (2.0**30, 2.0**31 + 5.0):
+        place(rig, count)
     assert rig.axis.encoder_software_increments == 2**31 + 5
     assert rig.axis.encoder_hardware_increments == -(2**31) + 5
 
@@ -57,7 +58,7 @@ def test_modulo_positions_count_turns_below_zero(rig: Any) -> None:
 
 def place(rig: Any, counts: float) -> None:
     """Put the motor of a disabled axis somewhere and look at it for a cycle."""
-    rig.axis.plant_position = counts
+    rig.axis.machine.position = counts * rig.axis.sensor.way
     rig.axis.resting = 0
     rig.run(1)
 

@@ -279,7 +279,7 @@ def test_in_torque_mode_the_torque_comes_from_outside(make_rig: Any) -> None:
     axis.external_set_torque = 200.0
     rig.run(50)
     assert axis.set_torque == 200.0
-    assert axis.plant_velocity == pytest.approx(0.2 * 1000.0 * 50 * rig.dt, rel=0.05)
+    assert axis.machine.velocity == pytest.approx(0.2 * 1000.0 * 50 * rig.dt, rel=0.05)
     assert axis.set_position == axis.actual_position
     assert commands.stop_external_setpoint(axis) == 0
     rig.until_rest()

@@ -153,17 +153,17 @@ def _look(axis: Axis, dice: random.Random) -> int:
         case 0 | 1 | 2:
             axis.encoder_reference_mode = dice.randrange(1, 8)
             axis.encoder_homing_cam_search_inverse = dice.randrange(2)
-            axis.simulation_cam_end = dice.uniform(-50.0, 50.0)
-            axis.simulation_cam_begin = axis.simulation_cam_end - dice.choice([1.0, 1e6])
+            axis.machine.cam_end = dice.uniform(-50.0, 50.0)
+            axis.machine.cam_begin = axis.machine.cam_end - dice.choice([1.0, 1e6])
             return commands.home(axis)
         case 3 | 4:
-            axis.simulation_cam_input, axis.simulation_mark_input = 1, dice.randrange(3)
+            axis.machine.cam_input, axis.machine.mark_input = 1, dice.randrange(3)
             source = dice.choice([0, 1, 2, 128, 129])
             return commands.activate_touch_probe(axis, unit, edge, dice.randrange(1, 3), source)
         case 5:
             return commands.deactivate_touch_probe(axis, unit, edge)
         case 6:
-            axis.simulation_drive_inputs = dice.randrange(16)
+            axis.machine.drive_inputs = dice.randrange(16)
         case 7:
             way = dice.uniform(-30.0, 30.0)
             return dice.choice(
@@ -224,7 +224,7 @@ def _act(axis: Axis, dice: random.Random) -> int:
         case 8:
             axis.control_dword = dice.choice([7, 7, 7, 7, 3, 5, 0])
         case 9:
-            axis.simulation_blocked = dice.random() < 0.1
+            axis.machine.blocked = dice.random() < 0.1
         case 10:
             return commands.set_actual_position(axis, dice.choice([1, 2, 5]), position)
         case 11:
@@ -238,7 +238,7 @@ def _act(axis: Axis, dice: random.Random) -> int:
             axis.allow_motion_commands_with_external_setpoint = dice.randrange(2)
         case _:
             axis.control_dword = 7
-            axis.simulation_blocked = 0
+            axis.machine.blocked = 0
             return commands.reset(axis) + commands.release_lock(axis)
     return 0
 

@@ -18,6 +18,8 @@ from achse.motion.states import EncoderType
 
 V = 200.0
 
+FULL_COUNTER = 4_000_000_000_000_000_000
+
 
 def fails(rig: Any, error: NcError, seconds: float = 10.0) -> int:
     """Cycles until the axis shows this error."""
@@ -248,10 +250,12 @@ def test_a_delayed_reaction_announces_the_error(make_rig: Any) -> None:
 
 
 def test_the_encoder_counter_does_not_overflow(rig: Any) -> None:
-    rig.axis.plant_position = 5e18
+    rig.axis.encoder_software_increments = FULL_COUNTER
+    rig.axis.encoder_data -= 1  # one more was counted
     fails(rig, NcError.ENCODER_OVERFLOW)
     commands.reset(rig.axis)
-    rig.axis.plant_position = -5e18
+    rig.axis.encoder_software_increments = -FULL_COUNTER
+    rig.axis.encoder_data += 1
     fails(rig, NcError.ENCODER_UNDERFLOW)
 
 
@@ -473,6 +477,8 @@ def test_status_bits_show_their_cause(make_rig: Any, field: str, bit: StateBit) 
     rig = make_rig(control_dword=0)
     assert not rig.has(bit)
     setattr(rig.axis, field, 1)
+    if field.startswith("simulation"):
+        rig.run(1)
     show_state(rig.axis)
     assert rig.has(bit)
 

@@ -200,7 +200,7 @@ def test_persistent_data_survive_a_restart(compiled: bool) -> None:
         assert axis.set_position == pytest.approx(axis.actual_position, abs=1e-3)
         assert axis.homed == persistent
         # the machine stands where it stood: its cam, 50 mm below the first zero, lies 120 mm away
-        assert axis.encoder_machine_zero * axis.encoder_scaling_factor == pytest.approx(-70.0)
+        assert axis.sensor.zero * axis.encoder_scaling_factor == pytest.approx(-70.0)
         assert commands.start(axis, 2, 5.0, 200.0) == 0
         for _ in range(500):
             after.cycle()

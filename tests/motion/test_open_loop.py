@@ -50,7 +50,7 @@ def test_an_output_goes_to_the_drive_as_it_is(rig: Any, kind: int, value: float)
     assert axis.drive_output_percent == pytest.approx(10.0)
     assert axis.controller_output == 0.0
     rig.seconds(1.0)
-    assert axis.plant_velocity == pytest.approx(220.0)
+    assert axis.machine.velocity == pytest.approx(220.0)
     assert axis.actual_velocity == pytest.approx(220.0, rel=1e-3)
     assert axis.set_position == axis.actual_position
     assert axis.following_error == 0.0
@@ -66,7 +66,7 @@ def test_an_output_can_be_changed_and_stopped(rig: Any) -> None:
     rig.seconds(0.5)
     assert commands.change_drive_output(axis, 1, -10.0) == 0
     rig.seconds(0.5)
-    assert axis.plant_velocity == pytest.approx(-220.0)
+    assert axis.machine.velocity == pytest.approx(-220.0)
     p, v = axis.set_position, axis.set_velocity
     assert commands.stop_drive_output(axis) == 0
     trace = rig.trace(1)
@@ -92,7 +92,7 @@ def test_a_drive_that_takes_positions_takes_an_output_too(make_rig: Any) -> None
     rig = make_rig(simulation_ideal=1)
     commands.start_drive_output(rig.axis, 2, 100.0)
     rig.seconds(0.5)
-    assert rig.axis.plant_velocity == pytest.approx(100.0)
+    assert rig.axis.machine.velocity == pytest.approx(100.0)
     commands.stop_drive_output(rig.axis)
     before = rig.axis.actual_position
     for _ in range(300):
@@ -138,7 +138,7 @@ def test_a_torque_accelerates_the_motor(make_rig: Any) -> None:
     assert axis.drive_operation_mode == 1
     assert axis.set_torque == 100.0
     assert axis.drive_actual_torque == pytest.approx(100.0)
-    assert axis.plant_velocity == pytest.approx(0.1 * FULL * t)
+    assert axis.machine.velocity == pytest.approx(0.1 * FULL * t)
     assert axis.actual_position == pytest.approx(0.05 * FULL * t * t, rel=0.02)
     assert axis.set_position == axis.actual_position
     assert axis.following_error == 0.0
@@ -156,10 +156,10 @@ def test_a_torque_against_a_load_holds_it(make_rig: Any) -> None:
     assert rig.axis.drive_actual_torque == pytest.approx(150.0, abs=1.0)  # position control holds
     torque(rig, 150.0)
     rig.seconds(1.0)
-    assert abs(rig.axis.plant_velocity) < 1.0
+    assert abs(rig.axis.machine.velocity) < 1.0
     torque(rig, 50.0)
     rig.seconds(0.1)
-    assert rig.axis.plant_velocity == pytest.approx(-0.1 * FULL * 0.1, rel=0.05)
+    assert rig.axis.machine.velocity == pytest.approx(-0.1 * FULL * 0.1, rel=0.05)
 
 
 def test_the_set_torque_runs_along_its_ramp(make_rig: Any) -> None:
@@ -192,7 +192,7 @@ def test_the_velocity_stays_within_its_limits(make_rig: Any, sign: float) -> Non
     rig = make_rig(**MOTOR)
     torque(rig, sign * 200.0, high=100.0, low=-100.0)
     rig.seconds(1.0)
-    assert rig.axis.plant_velocity == sign * 100.0
+    assert rig.axis.machine.velocity == sign * 100.0
     assert rig.axis.drive_actual_torque == pytest.approx(0.0, abs=1e-9)  # nothing accelerates it
     assert rig.has(StateBit.DRIVE_LIMIT_ACTIVE)
 
@@ -203,19 +203,19 @@ def test_a_velocity_beyond_its_limit_is_braked(make_rig: Any) -> None:
     rig.seconds(2.0)
     torque(rig, 0.0, high=100.0, low=-100.0, deceleration=400.0)
     rig.run(100)
-    assert rig.axis.plant_velocity == pytest.approx(300.0 - 400.0 * 100 * rig.dt, rel=0.01)
+    assert rig.axis.machine.velocity == pytest.approx(300.0 - 400.0 * 100 * rig.dt, rel=0.01)
     rig.seconds(0.5)
-    assert rig.axis.plant_velocity == 100.0
+    assert rig.axis.machine.velocity == 100.0
 
 
 def test_velocity_changes_keep_the_limits_of_acceleration(make_rig: Any) -> None:
     rig = make_rig(**MOTOR)
     torque(rig, 500.0, acceleration=250.0, deceleration=500.0)
     rig.run(100)
-    assert rig.axis.plant_velocity == pytest.approx(250.0 * 100 * rig.dt)
+    assert rig.axis.machine.velocity == pytest.approx(250.0 * 100 * rig.dt)
     torque(rig, -500.0, acceleration=250.0, deceleration=500.0)
     rig.run(20)
-    assert rig.axis.plant_velocity == pytest.approx(50.0 - 500.0 * 20 * rig.dt)
+    assert rig.axis.machine.velocity == pytest.approx(50.0 - 500.0 * 20 * rig.dt)
 
 
 def test_ramp_and_limits_are_updated_while_the_command_runs(make_rig: Any) -> None:
@@ -227,7 +227,7 @@ def test_ramp_and_limits_are_updated_while_the_command_runs(make_rig: Any) -> No
     assert rig.axis.command_counter == number
     rig.seconds(1.0)
     assert rig.axis.set_torque == 100.0
-    assert rig.axis.plant_velocity == 30.0
+    assert rig.axis.machine.velocity == 30.0
 
 
 @pytest.mark.parametrize("how", ["halt", "stop", "start"])
@@ -236,7 +236,7 @@ def test_position_control_takes_over_smoothly(make_rig: Any, how: str) -> None:
     axis = rig.axis
     torque(rig, 100.0, high=150.0)
     rig.seconds(1.5)
-    assert axis.plant_velocity == 150.0
+    assert axis.machine.velocity == 150.0
     match how:
         case "halt":
             commands.universal_start(axis, 8192, 0.0, 0.0)
@@ -267,10 +267,10 @@ def test_after_an_error_the_drive_stays_in_torque_mode_without_torque(make_rig: 
     axis.simulation_not_ready = 0
     commands.reset(axis)
     rig.run(1)
-    before = axis.plant_velocity
+    before = axis.machine.velocity
     rig.seconds(0.1)
     assert (axis.drive_operation_mode, axis.set_torque) == (1, 0.0)
-    assert axis.plant_velocity == pytest.approx(before - 0.05 * FULL * 0.1, rel=0.1)  # falls
+    assert axis.machine.velocity == pytest.approx(before - 0.05 * FULL * 0.1, rel=0.1)  # falls
     assert commands.set_drive_operation_mode(axis, 0) == 0
     rig.seconds(0.5)
     assert abs(axis.actual_velocity) < 1.0
@@ -292,12 +292,12 @@ def test_torque_takes_over_from_a_move(make_rig: Any) -> None:
     commands.universal_start(rig.axis, 3, 0.0, 200.0)
     commands.universal_start(rig.axis, 1, 900.0, 200.0, buffer_mode=1)
     rig.seconds(0.5)
-    before = rig.axis.plant_velocity
+    before = rig.axis.machine.velocity
     assert torque(rig, 0.0) == 0
     assert rig.axis.buffer_count == 0
     rig.seconds(1.0)
-    assert rig.axis.plant_velocity == pytest.approx(rig.axis.actual_velocity, rel=1e-3)
-    assert rig.axis.plant_velocity >= before - 1.0
+    assert rig.axis.machine.velocity == pytest.approx(rig.axis.actual_velocity, rel=1e-3)
+    assert rig.axis.machine.velocity >= before - 1.0
 
 
 def test_reset_in_torque_mode_takes_the_torque_away(make_rig: Any) -> None:
@@ -320,8 +320,9 @@ def test_velocity_and_position_mode_choose_the_interface(
     commands.universal_start(rig.axis, 1, 100.0, 200.0)
     rig.run(2)
     for _ in range(200):
+        before = rig.axis.set_position
         rig.run(1)
-        assert rig.axis.actual_position == pytest.approx(rig.axis.set_position, abs=1e-4)
+        assert rig.axis.actual_position == pytest.approx(before, abs=1e-4)
     rig.until_rest()
     assert commands.set_drive_operation_mode(rig.axis, velocity) == 0
     commands.universal_start(rig.axis, 1, 0.0, 200.0)
@@ -346,16 +347,16 @@ def test_a_dynamic_container_tells_how_the_velocity_goes_on(make_rig: Any, compi
         rig.until(lambda axis: axis.set_velocity == velocity)
         rig.run(5)
         errors.append(rig.axis.following_error)
-    assert errors[0] - errors[1] == pytest.approx(velocity * rig.dt / 2.0, rel=1e-6)
+    assert errors[0] - errors[1] == pytest.approx(velocity * rig.dt / 2.0, rel=1e-3)
 
 
 def test_a_torque_with_dynamic_container_is_a_torque(make_rig: Any) -> None:
     rig = make_rig(**MOTOR)
     assert commands.set_drive_operation_mode(rig.axis, 17) == 0
     torque(rig, 100.0)
-    before = rig.axis.plant_velocity
+    before = rig.axis.machine.velocity
     rig.run(100)
-    gained = rig.axis.plant_velocity - before
+    gained = rig.axis.machine.velocity - before
     assert rig.axis.drive_operation_mode == 17
     assert gained == pytest.approx(0.1 * FULL * 100 * rig.dt, rel=1e-3)
     assert commands.home(rig.axis) != 0
@@ -368,7 +369,7 @@ def test_a_drive_that_takes_positions_takes_a_torque_too(make_rig: Any) -> None:
     rig = make_rig(**MOTOR, controller_type=9, drive_type=9)
     torque(rig, 100.0)
     rig.run(100)
-    assert rig.axis.plant_velocity == pytest.approx(0.1 * FULL * 100 * rig.dt)
+    assert rig.axis.machine.velocity == pytest.approx(0.1 * FULL * 100 * rig.dt)
     commands.universal_start(rig.axis, 1, 100.0, 50.0)
     before = rig.axis.actual_position
     for _ in range(3000):

@@ -8,26 +8,32 @@ from achse.motion.remains import Remains
 
 def nc(persistent: int) -> Nc:
     values = {"persistent_data_enable": persistent}
-    return Nc(2_000_000, [AxisParameters(1, values=values, encoder_ids=(1, 2))], compiled=False)
+    second = {"encoder_scaling_factor": 1e-3, "encoder_count_direction": 1}
+    axis = AxisParameters(1, values=values, encoder_ids=(1, 2), elements=[second])
+    return Nc(2_000_000, [axis], compiled=False)
 
 
 @pytest.mark.parametrize("persistent", [0, 1])
 def test_the_machine_stands_where_it_stood_and_the_axis_knows_it_or_not(persistent: int) -> None:
     axis = nc(persistent).axis(1)
-    Remains([500.0, -300.0], 12.5, 1).give(axis)
-    assert [encoder.encoder_machine_zero for encoder in axis.encoders] == [500.0, -300.0]
+    Remains([500.0, -50.0], 12.5, 1).give(axis)
+    assert axis.machine.position == pytest.approx(-0.05)
+    assert [encoder.sensor.zero for encoder in axis.encoders] == pytest.approx([500.0, -50.0])
     assert (axis.actual_position, axis.set_position) == (12.5 * persistent,) * 2
     assert axis.homed == persistent
 
 
 def test_remains_of_remains_are_the_same() -> None:
     axis = nc(1).axis(1)
-    left = Remains([500.0, -300.0], 12.5, 1)
+    left = Remains([500.0, -50.0], 12.5, 1)
     left.give(axis)
-    assert Remains.of(axis) == left
+    again = Remains.of(axis)
+    assert again.zeros == pytest.approx(left.zeros)
+    assert (again.position, again.homed) == (left.position, left.homed)
 
 
 def test_fewer_encoders_than_there_were() -> None:
     axis = nc(1).axis(1)
     Remains([500.0], 1.0, 0).give(axis)
-    assert [encoder.encoder_machine_zero for encoder in axis.encoders] == [500.0, 0.0]
+    assert axis.machine.position == pytest.approx(-0.05)
+    assert [encoder.sensor.zero for encoder in axis.encoders] == pytest.approx([500.0, -50.0])

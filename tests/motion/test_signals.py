@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 
 from achse.motion import AxisParameters, ControlBit, Nc, StateBit, commands
-from achse.motion.signals import drive_inputs, homing_cam
+from achse.motion.machine.signals import drive_inputs
+from achse.motion.signals import homing_cam
 
 RISING, FALLING = 0, 1
 SINGLE, CONTINUOUS = 1, 2
@@ -194,7 +195,9 @@ def test_inputs_are_those_of_hand_cam_and_mark(rig: Any) -> None:
         axis.simulation_cam_input, axis.simulation_mark_input = cam, mark
         axis.simulation_drive_inputs = hand
         axis.simulation_mark_begin, axis.simulation_mark_end = -1.0, 1.0
-        assert drive_inputs(axis, axis) == inputs
+        assert drive_inputs(axis.machine) == inputs
+        rig.run(1)
+        assert axis.drive_io.state8 == inputs
         assert homing_cam(axis) == (cam == 0)
 
 
@@ -212,7 +215,7 @@ def test_a_rotary_table_meets_its_mark_each_turn(make_rig: Any, compiled: bool) 
     move(rig, -6.0, 1000.0)
     assert latched(rig, 1, RISING) == (1, 1, pytest.approx(-5.0, abs=1e-9), 5)
     assert latched(rig, 1, FALLING) == (1, 1, pytest.approx(350.0, abs=1e-9), 4)
-    assert drive_inputs(rig.axis, rig.axis) == 1
+    assert drive_inputs(rig.axis.machine) == 1
 
 
 def test_a_source_that_is_no_input_says_nothing(make: Any) -> None:
@@ -252,7 +255,7 @@ def test_a_limit_switch_blocks_the_drive_and_lets_it_back_where_that_is_accepted
     assert axis.error_code == 0x4650
     rig.seconds(1.0)
     assert 20.0 <= side * axis.actual_position <= 22.0
-    assert axis.plant_velocity == 0.0
+    assert axis.machine.velocity == 0.0
     assert commands.reset(axis) == 0
     rig.seconds(0.1)
     assert (axis.error_code, axis.loop_closed) == (0, 0)

@@ -1,6 +1,6 @@
 """Characteristic tables: what they may be, who uses them, and what drives make of them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import pytest
@@ -17,11 +17,17 @@ VALVE = [(-1.0, -1.0), (-0.1, -0.4), (0.0, 0.0), (0.1, 0.5), (1.0, 1.0)]
 ENABLED = {"control_dword": 7, "velocity_override": 1_000_000, "drive_reference_velocity": 1000.0}
 
 
-def build(compiled: bool = False, points: Sequence[Any] = VALVE, **values: float) -> Nc:
-    """Axis 1 with two drives, table 3 of `points`."""
+def build(
+    compiled: bool = False,
+    points: Sequence[Any] = VALVE,
+    second: Mapping[str, float] | None = None,
+    **values: float,
+) -> Nc:
+    """Axis 1 with two drives, the other one with the values `second`; table 3 of `points`."""
+    axis = AxisParameters(1, values=ENABLED | values, drive_ids=(1, 2), elements=[second or {}])
     nc = Nc(
         2_000_000,
-        [AxisParameters(1, values=ENABLED | values, drive_ids=(1, 2)), AxisParameters(5)],
+        [axis, AxisParameters(5)],
         tables=[TableParameters(3, points, "valve")],
         compiled=compiled,
     )
@@ -151,7 +157,7 @@ def test_the_output_goes_through_the_table_and_the_valve_is_its_inverse(
     axis = travel(build(compiled, drive_table_id=3), velocity)
     assert axis.drive_output_percent == pytest.approx(velocity / 10.0, abs=0.02)
     assert axis.drive_output_percent_nonlinear == pytest.approx(output, abs=0.05)
-    assert axis.plant_velocity == pytest.approx(velocity, rel=1e-2)
+    assert axis.machine.velocity == pytest.approx(velocity, rel=1e-2)
 
 
 def test_a_spline_bends_between_the_points() -> None:
@@ -192,7 +198,7 @@ def test_a_valve_with_a_curve_of_its_own_needs_the_right_table() -> None:
             compiled=False,
         )
         nc.cycle(2)
-        assert travel(nc, 100.0).plant_velocity == pytest.approx(reached, rel=1e-6)
+        assert travel(nc, 100.0).machine.velocity == pytest.approx(reached, rel=1e-6)
         assert nc.tables.user_count(4) == 1
 
 
@@ -231,9 +237,8 @@ def test_both_kernels_read_the_same_curve(interpolation: int) -> None:
 
 
 def test_another_control_loop_brings_its_own_table() -> None:
-    nc = build()
+    nc = build(second={"drive_table_id": 3})
     axis = nc.axis(1)
-    nc.tables.choose(nc.element("drive", 2), 3)
     assert axis.curve_count == 0
     exchange_control_loop(axis, 1)
     assert (axis.drive_table_id, axis.curve_count) == (3, len(VALVE))
@@ -250,4 +255,4 @@ def test_a_drive_whose_loop_is_open_has_no_output() -> None:
     axis.control_dword = 0
     nc.cycle(500)
     assert (axis.loop_closed, axis.drive_output_percent_nonlinear) == (0, 0.0)
-    assert axis.plant_velocity == 0.0
+    assert axis.machine.velocity == 0.0

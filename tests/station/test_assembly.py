@@ -118,7 +118,7 @@ def test_the_machine_of_a_modulo_axis_is_a_rotary_table(
     built = station(axis=[{"id": 1, "name": "C", "unit": "degree", "modulo": True, **values}])
     assert built.nc is not None
     made = built.nc.axis(1)
-    assert (made.simulation_period, made.simulation_cam_begin) == (period, begin)
+    assert (made.machine.period, made.machine.cam_begin) == (period, begin)
 
 
 def test_words_of_enumerations_and_flags() -> None:

@@ -2,22 +2,24 @@
 
 An `Axis` has every record field as an attribute holding a Python float, int or indexable array.
 Changing one wakes a resting axis, so that the next cycle sees the change; changing a parameter lets
-it compute what follows from its parameters.
+it compute what follows from its parameters. The parameters of its simulated machine are attributes
+too, by their names in a configuration (`simulation_load_torque`).
 """
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from achse.motion.record import (
-    FIELDS,
-    AxisFields,
-    Field,
-    Role,
-    SlotsRecord,
-    pack_record,
+from achse.motion.machine.hardware import (
+    AmplifierView,
+    DriveIoView,
+    EncoderIoView,
+    MachineView,
+    SensorView,
 )
-from achse.motion.signals import drive_inputs, probe_counts, probe_status
-from achse.native.memory import Place, RowView, reader
+from achse.motion.machine.record import PARAMETERS
+from achse.motion.record import LAYOUT, AxisFields, Field, Role
+from achse.motion.signals import probe_counts, probe_status
+from achse.motion.views import View, views_of
+from achse.native.memory import Place
 
 __all__ = ["Axis", "ObjectAxis", "WordsAxis"]
 
@@ -34,7 +36,7 @@ else:
         pass
 
 
-class Axis(_Fields):
+class Axis(View, _Fields):
     """One axis of the NC: its names and, by attribute, every field of its record.
 
     Further encoders, controllers and drives of an axis are records of their own, of which only the
@@ -56,6 +58,29 @@ class Axis(_Fields):
     drive_ids: tuple[int, ...]
     tables: "Tables"
     """All tables of the NC, which the owner of elements knows."""
+    machine: MachineView
+    """The simulated machine that the axis moves, of elements too."""
+    sensor: SensorView
+    """What its encoder is at the machine."""
+    amplifier: AmplifierView
+    """What its drive is at the machine."""
+    encoder_io: EncoderIoView
+    drive_io: DriveIoView
+
+    def changed(self, field: Field) -> None:
+        """Wake; a parameter lets the next cycle compute what follows from it."""
+        if field.name != "resting" and self.resting:
+            self.resting = 0
+        if field.role is Role.PARAMETER:
+            self.adapt = 1
+
+    def equip(self, machine: MachineView, number: int) -> None:
+        """Work with sensor and amplifier `number` of a machine."""
+        self.machine = machine
+        self.sensor = machine.sensors[number]
+        self.amplifier = machine.amplifiers[number]
+        self.link("encoder_io", self.sensor.io)
+        self.link("drive_io", self.amplifier.io)
 
     def describe(self, name: str, unit: str, owner: "Axis | None" = None) -> None:
         """Give the axis, or an element of `owner`, its name and that of its position unit."""
@@ -85,6 +110,11 @@ class Axis(_Fields):
         return self.actual_position - self.encoder_position_correction
 
     @property
+    def drive_actual_velocity(self) -> float:
+        """Velocity as the drive itself knows it, in its own direction."""
+        return self.drive_io.data_in3 / (self.drive_velocity_scaling or 1.0)
+
+    @property
     def dc_time_stamp(self) -> int:
         """Time of the last cycle in ns, the low 32 bits."""
         return self.set_cycle_counter * self.cycle_ns & 0xFFFF_FFFF
@@ -97,7 +127,7 @@ class Axis(_Fields):
     @property
     def touch_probe_inputs(self) -> int:
         """StateDWord3: the inputs of touch probes 1 and 2 in bits 0 and 1."""
-        return drive_inputs(self, self) & 0b11
+        return self.drive_io.state8 & 0b11
 
     @property
     def touch_probe_status(self) -> int:
@@ -116,8 +146,7 @@ class Axis(_Fields):
             case 0x1_0012:
                 return self.encoder_actual_position_unfiltered - self.encoder_position_correction
             case 0x1_0014:
-                velocity = self.plant_velocity
-                return -velocity if self.drive_motor_polarity else velocity
+                return self.drive_actual_velocity
             case 0x1_0017:
                 return self.encoder_set_position_offset
         return 0.0
@@ -126,70 +155,28 @@ class Axis(_Fields):
         """Where the first `size` bytes of a field lie; None if the record is no memory."""
         return None
 
-    def pack(self) -> bytes:
-        """All fields as bytes, in record order, equal for both forms of the record."""
-        raise NotImplementedError
-
     def __repr__(self) -> str:
         return f"<Axis {self.axis_id} {self.name!r} at {self.actual_position:g} {self.unit}>"
 
 
-class ObjectAxis(Axis):
-    """An axis whose record is a `SlotsRecord`."""
-
-    def __init__(self, record: SlotsRecord) -> None:
-        self._record = record
-
-    def pack(self) -> bytes:
-        return pack_record(self._record)
+ObjectAxis, WordsAxis = views_of(Axis, LAYOUT)
+"""An axis whose record is a `SlotsRecord`, and one whose record is in memory."""
 
 
-class WordsAxis(RowView, Axis):
-    """An axis whose record lies in memory."""
+def _of_the_machine(part: str, name: str) -> property:
+    """A parameter of the machine, by its name in a configuration."""
 
-    def pack(self) -> bytes:
-        return self.row.tobytes()
+    def read(axis: Axis) -> float:
+        value: float = getattr(getattr(axis, part), name)
+        return value
 
+    def write(axis: Axis, value: float) -> None:
+        setattr(getattr(axis, part), name, value)
+        if axis.owner.resting:
+            axis.owner.resting = 0
 
-def _object_property(row: Field) -> property:
-    name = row.name
-    read: Callable[[Any], Any] = eval(f"lambda axis: axis._record.{name}")
-    if row.length:
-        return property(read)
-
-    def write(axis: Any, value: float) -> None:
-        record = axis._record
-        if getattr(record, name) != value:
-            record.resting = 0
-            if adapts:
-                record.adapt = 1
-            setattr(record, name, kind(value))
-
-    adapts = row.role is Role.PARAMETER
-    kind = float if row.is_real else int
     return property(read, write)
 
 
-def _words_property(row: Field) -> property:
-    first = row.offset
-    words = "reals" if row.is_real else "wholes"
-    resting, adapt = FIELDS["resting"].offset, FIELDS["adapt"].offset
-    adapts = row.role is Role.PARAMETER
-    if row.length:
-        return property(reader(row))
-
-    def write(axis: Any, value: float) -> None:
-        memory = getattr(axis, words)
-        if memory[first] != value:
-            axis.wholes[resting] = 0
-            if adapts:
-                axis.wholes[adapt] = 1
-            memory[first] = kind(value)
-
-    kind = float if row.is_real else int
-    return property(reader(row), write)
-
-
-for _row in FIELDS.values():
-    setattr(ObjectAxis, _row.name, _object_property(_row))
-    setattr(WordsAxis, _row.name, _words_property(_row))
+for _name, (_part, _field) in PARAMETERS.items():
+    setattr(Axis, _name, _of_the_machine(_part, _field.name))

@@ -4,6 +4,7 @@ from math import isfinite
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
+from achse.motion.port import STATUS_ERROR
 from achse.motion.states import AxisType, ControlBit, StartType
 
 __all__ = [
@@ -65,7 +66,7 @@ def why_not_permitted(axis: Axis, direction: float) -> int:
     blocked = axis.limit_switch != 0 and not (
         control & ControlBit.ACCEPT_BLOCKED_DRIVE and direction * axis.limit_switch < 0.0
     )
-    if axis.simulation_not_ready or blocked:
+    if axis.drive_status & STATUS_ERROR or blocked:
         return NcError.DRIVE_NOT_READY_AT_START.number
     return OK
 

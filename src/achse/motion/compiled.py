@@ -2,11 +2,22 @@
 
 from achse.motion import curves
 from achse.motion.kernel import cycles
+from achse.motion.machine.record import AMPLIFIER, MACHINE, SENSOR, Amplifier, Machine, Sensor
 from achse.motion.record import LAYOUT, AxisFields
 from achse.native.compiled import Kernel
 
 __all__ = ["KERNEL"]
 
-KERNEL = Kernel("motion", cycles, {AxisFields: LAYOUT, curves.Piece: curves.LAYOUT})
-"""Called with address and number of the records and of the pieces of curves, the cycle time in
-seconds, how many cycles."""
+KERNEL = Kernel(
+    "motion",
+    cycles,
+    {
+        AxisFields: LAYOUT,
+        Sensor: SENSOR,
+        Amplifier: AMPLIFIER,
+        Machine: MACHINE,
+        curves.Piece: curves.LAYOUT,
+    },
+)
+"""Called with address and number of the axes, of their sensors and amplifiers and of the pieces of
+curves, the cycle time in seconds, how many cycles."""

@@ -147,10 +147,10 @@ def _calibrate_offset(ax: AxisFields, part: float, full: float, dt: float) -> fl
 def _observe(ax: AxisFields, dt: float) -> None:
     """Luenberger observer of position, velocity and acceleration beyond the motor model.
 
-    Its three poles lie at 1 / (1 + 2 pi f0 dt); the axis unit counts as the motor's radian.
+    Its three poles lie at 1 / (1 + 2 pi f0 dt). What the drive reports as its torque counts as the
+    current of the motor in A, and the axis unit as the motor's radian.
     """
-    torque = ax.drive_actual_torque * 1e-3 * ax.simulation_full_torque_acceleration
-    current = torque * ax.controller_motor_inertia / ax.controller_motor_torque_constant
+    current = ax.drive_actual_torque
     ax.controller_observer_motor_current = current
     model = current * ax.controller_motor_torque_constant / ax.controller_motor_inertia
     acceleration = ax.controller_observer_correction_factor * model + ax.controller_observer_memory
@@ -307,9 +307,22 @@ def _put_out(ax: AxisFields, output: float) -> None:
         ax.drive_output_peak_positive = output
 
 
+def _hold_difference(ax: AxisFields) -> None:
+    """Peaks of the difference between the following errors of a master and of this slave."""
+    difference = ax.following_error_difference
+    if difference < ax.following_error_difference_peak_negative:
+        ax.following_error_difference_peak_negative = difference
+    if difference > ax.following_error_difference_peak_positive:
+        ax.following_error_difference_peak_positive = difference
+
+
 def control(ax: AxisFields, dt: float) -> None:
     """Controller: following error to drive output."""
     error = ax.set_position - ax.actual_position
+    if (
+        ax.drive_ideal and ax.loop_closed and ax.set_motion_phase != _DRIVE_OUTPUT
+    ):  # the drive has had a cycle to go there
+        error = ax.sent_position - ax.actual_position
     late = ax.setpoint_velocity_position_delay
     if late > 0.0:
         error -= late * (ax.set_velocity - 0.5 * late * ax.set_acceleration)
@@ -320,6 +333,8 @@ def control(ax: AxisFields, dt: float) -> None:
         ax.following_error_peak_negative = error
     if error > ax.following_error_peak_positive:
         ax.following_error_peak_positive = error
+    if ax.following_error_difference != 0.0:
+        _hold_difference(ax)
     if ax.loop_closed == 0:
         _silence(ax)
         return

@@ -1,9 +1,9 @@
 """Curves: points joined by polynomials, piece behind piece, in memory that the kernel reads.
 
-`linear` and `spline` join points, `value_at` reads. Places outside the points have the value of the
-nearest.
+`linear` and `spline` join points, `value_at` and `place_of` read. Places outside the points have
+the value of the nearest.
 
-Kernel source: `value_at` is compiled as it stands, see `compiled`.
+Kernel source: `value_at` and `place_of` are compiled as they stand, see `compiled`.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 from achse.native.declare import Slot, lay_out
 
-__all__ = ["LAYOUT", "Piece", "Points", "linear", "piece_at", "spline", "value_at"]
+__all__ = ["LAYOUT", "Piece", "Points", "linear", "piece_at", "place_of", "spline", "value_at"]
 
 Points: TypeAlias = Sequence[tuple[float, float]]
 """Places, strictly rising, and the value at each; two at least, a spline takes three."""
@@ -29,6 +29,9 @@ class Piece:
     square: float = 0.0
     cube: float = 0.0
 
+
+_HALVINGS = 50
+"""Steps of a search within a piece: to the last bits of a place."""
 
 LAYOUT = lay_out("piece", [Piece], Slot)
 """One piece in memory."""
@@ -54,6 +57,33 @@ def value_at(pieces: Sequence[Piece], first: int, count: int, place: float) -> f
     if way <= 0.0:
         return piece.value
     return piece.value + way * (piece.slope + way * (piece.square + way * piece.cube))
+
+
+def place_of(pieces: Sequence[Piece], first: int, count: int, value: float) -> float:
+    """Place where that curve, which rises, has a value; the nearest end for one beyond."""
+    low = first
+    high = first + count
+    while high - low > 1:
+        middle = (low + high) // 2
+        if pieces[middle].value <= value:
+            low = middle
+        else:
+            high = middle
+    piece = pieces[low]
+    if low == first + count - 1 or value <= piece.value:
+        return piece.begin
+    way = pieces[low + 1].begin - piece.begin
+    if piece.square == 0.0 and piece.cube == 0.0:
+        return piece.begin + (value - piece.value) / piece.slope
+    near = 0.0
+    for _ in range(_HALVINGS):
+        middle_way = 0.5 * (near + way)
+        rise = middle_way * (piece.slope + middle_way * (piece.square + middle_way * piece.cube))
+        if piece.value + rise <= value:
+            near = middle_way
+        else:
+            way = middle_way
+    return piece.begin + near
 
 
 def linear(points: Points) -> list[Piece]:

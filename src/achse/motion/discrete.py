@@ -11,7 +11,6 @@ from math import ceil
 
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import pass_switch_position, take_next
-from achse.motion.signals import outward
 from achse.motion.states import CommandState, MotionPhase, StepperMode
 from achse.motion.targets import overrun
 
@@ -38,6 +37,9 @@ _RUNNING_OUT = 6
 
 _RAPID_ABOVE = 50.0
 """Start velocity, and override and output in percent, above which an axis runs at rapid speed."""
+
+_CREEP_SHARE = 0.1
+"""Creep velocity that the NC shows, of the rapid one; it does not know that of the motor."""
 
 _SLOWEST_OVERRIDE = 100
 """0.01 %; an override below is standstill."""
@@ -183,9 +185,11 @@ def _obey(ax: AxisFields) -> None:
 
 
 def _put_out(ax: AxisFields) -> float:
-    """Control bytes of the phase; returns the velocity that the motor is switched to."""
+    """Control bytes of the phase; returns the velocity that they ask for."""
     phase = ax.switch_phase
     plus = ax.switch_direction > 0.0
+    if ax.drive_motor_polarity:
+        plus = not plus
     control = _BRAKE if phase == _BRAKED and ax.brake_released == 0 else _BRAKE_OPEN
     further = control
     velocity = 0.0
@@ -196,16 +200,16 @@ def _put_out(ax: AxisFields) -> float:
     elif phase in (_CREEP, _APPROACH):
         control |= _PLUS_LOW if plus else _MINUS_LOW
         further |= _LOW
-        velocity = ax.drive_full * ax.simulation_creep_velocity
+        velocity = ax.drive_full * _CREEP_SHARE
     if velocity > 0.0:
         further |= _PLUS if plus else _MINUS
     ax.drive_control_byte = control
     ax.drive_extended_control_byte = further
-    return velocity if plus else -velocity
+    return velocity if ax.switch_direction > 0.0 else -velocity
 
 
 def run_two_speeds(ax: AxisFields, dt: float) -> None:
-    """Set point, output and motor of a two-speed axis."""
+    """Set point and output of a two-speed axis."""
     if ax.loop_closed == 0:
         _enter(ax, _BRAKED)
     else:
@@ -248,16 +252,6 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
             ax.remaining_distance += abs(ax.loop_distance)
     elif velocity != 0.0:
         ax.target_position = ax.actual_position
-    if ax.limit_switch != 0 and outward(ax, velocity):
-        velocity = 0.0
-    moved = ax.plant_velocity
-    moved += (velocity - moved) * (dt / (ax.simulation_time_constant + dt))
-    if (ax.switch_phase == _BRAKED and ax.brake_released == 0) or ax.simulation_blocked:
-        moved = 0.0
-    ax.plant_velocity = moved
-    if ax.drive_motor_polarity:
-        moved = -moved
-    ax.plant_position += moved * dt / ax.encoder_scaling_factor
 
 
 def show_speed(ax: AxisFields) -> None:
@@ -293,7 +287,7 @@ def _mask(ax: AxisFields) -> int:
 
 
 def run_stepper(ax: AxisFields, dt: float) -> None:
-    """Move a stepper motor by at most one step, at the frequency that its output asks for.
+    """Turn a stepper motor by at most one step, at the frequency that its output asks for.
 
     The frequency is that of one step in a whole number of cycles, never faster than the output,
     never slower than the minimum velocity; it stays for the configured number of steps. Less than
@@ -305,11 +299,9 @@ def run_stepper(ax: AxisFields, dt: float) -> None:
     missing = ax.controller_output != 0.0 and (
         abs(ax.following_error) > 0.5 * ax.stepper_step_scaling
     )
-    stuck = ax.simulation_blocked or (ax.limit_switch != 0 and outward(ax, output))
-    if (speed <= 0.5 * slowest and not missing) or stuck or speed == 0.0:
+    if (speed <= 0.5 * slowest and not missing) or speed == 0.0:
         ax.stepper_wait = 0
         ax.stepper_level = 0
-        ax.plant_velocity = 0.0
     else:
         if speed < slowest:
             speed = slowest
@@ -333,12 +325,7 @@ def run_stepper(ax: AxisFields, dt: float) -> None:
         if ax.stepper_wait <= 0:
             ax.stepper_wait = ax.stepper_level
             ax.stepper_level_steps += 1
-            ax.stepper_step += direction
-            way = direction * ax.stepper_step_scaling
-            if ax.drive_motor_polarity:
-                way = -way
-            ax.plant_position += way / ax.encoder_scaling_factor
-        ax.plant_velocity = direction * ax.stepper_step_scaling / (ax.stepper_level * dt)
+            ax.stepper_step += -direction if ax.drive_motor_polarity else direction
     if ax.stepper_operation_mode in (_TWO_PHASE, _ONE_TWO_PHASE):
         control = _mask(ax)
         if ax.stepper_level == 0:
@@ -348,6 +335,6 @@ def run_stepper(ax: AxisFields, dt: float) -> None:
     else:
         ax.drive_control_byte = 0
         further = _FREQUENCY if ax.stepper_step % 2 else 0
-        if output > 0.0:
+        if (output > 0.0) != (ax.drive_motor_polarity != 0):
             further |= _FORWARD
         ax.drive_extended_control_byte = further

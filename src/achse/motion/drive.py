@@ -1,8 +1,8 @@
-"""Simulated drive: from the output of the axis to the position and torque of the motor.
+"""Drive: from the output of the axis to the outputs of its hardware, and what that reports.
 
-A velocity drive follows its output with a dead time and a first-order lag, against load and
-friction. A drive with position interface stands where the set position is, filtered and
-extrapolated as its parameters say. In torque mode the motor obeys its torque alone.
+An analog drive gets its share of the full output, by way of its characteristic; a digital one the
+set values with its weights; one with position interface the set position, filtered and extrapolated
+as its parameters say.
 
 Kernel source: compiled as it stands, see `compiled`.
 """
@@ -11,15 +11,25 @@ from collections.abc import Sequence
 from math import floor
 
 from achse.motion.curves import Piece, value_at
+from achse.motion.port import (
+    LIMIT_MAX,
+    LIMIT_MIN,
+    STATUS_INVALID,
+    STATUS_LIMITED,
+    within_32_bits,
+    wrapped,
+)
 from achse.motion.record import DRIVE_DELAY, FILTER_ORDER, AxisFields
-from achse.motion.signals import outward
 from achse.motion.states import (
+    ANALOG_DRIVES,
+    DISCRETE_DRIVES,
     POSITION_MODES,
     TORQUE_MODES,
     VELOCITY_CONTAINER_MODES,
     VELOCITY_MODES,
     AxisType,
     ControllerType,
+    DriveOperationMode,
     DriveType,
     MotionPhase,
     OutputFilter,
@@ -28,15 +38,15 @@ from achse.motion.states import (
 __all__ = [
     "adapt_drive",
     "characteristic",
-    "drive",
-    "drive_command",
     "fill_filter",
-    "place_motor",
     "position_output",
+    "put_out",
+    "put_out_bytes",
+    "read_drive",
 ]
 
 _STILL = 1e-9
-"""A velocity below this without output is zero."""
+"""A torque below this is none."""
 
 _SERCOS = ControllerType.SERCOS_POSITION.value
 _TCOM = ControllerType.TCOM_POSITION.value
@@ -49,6 +59,9 @@ _PROFIDRIVE = DriveType.PROVIDRIVE_MC.value
 _TORQUE_JOB = MotionPhase.TORQUE.value
 _DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
 
+_POSITION = DriveOperationMode.POSITION_FEEDBACK1.value
+_VELOCITY = DriveOperationMode.VELOCITY_FEEDBACK1.value
+
 _AVERAGE = OutputFilter.MOVING_AVERAGE.value
 _P_TN = OutputFilter.P_TN.value
 
@@ -57,18 +70,31 @@ _BY_ACCELERATION = 2
 
 
 def adapt_drive(ax: AxisFields, dt: float) -> None:
-    """Derive what follows from the parameters of drive and simulation."""
+    """Derive what follows from the parameters of the drive."""
     ideal = ax.simulation_ideal
     if ax.controller_type in (_SERCOS, _TCOM):
         ideal = 1
-    if ax.drive_operation_mode in VELOCITY_MODES:
+    mode = ax.drive_operation_mode
+    ax.drive_adapted_mode = mode
+    if mode in VELOCITY_MODES:
         ideal = 0
-    elif ax.drive_operation_mode in POSITION_MODES:
+    elif mode in POSITION_MODES:
         ideal = 1
-    if ax.drive_type == _STEPPER or ax.axis_type == _TWO_SPEEDS:
+    discrete = ax.drive_type in DISCRETE_DRIVES or ax.axis_type == _TWO_SPEEDS
+    if discrete:
         ideal = 0
+    if ideal and ax.drive_ideal == 0:
+        ax.sent_position = ax.set_position
     ax.drive_ideal = ideal
-    delay = floor((ax.simulation_dead_time + ax.drive_velocity_output_delay) / dt + 0.5)
+    digital = ideal
+    if (
+        mode in TORQUE_MODES
+        or mode in VELOCITY_CONTAINER_MODES
+        or (ax.drive_type not in ANALOG_DRIVES and not discrete)
+    ):
+        digital = 1
+    ax.drive_digital = digital
+    delay = floor(ax.drive_velocity_output_delay / dt + 0.5)
     ax.drive_delay = delay if delay < DRIVE_DELAY else DRIVE_DELAY
     gain = 0.0
     if ax.drive_type == _PROFIDRIVE:
@@ -79,16 +105,9 @@ def adapt_drive(ax: AxisFields, dt: float) -> None:
         ax.drive_type == _NONLINEAR
         or gain > 0.0
         or ax.curve_count > 0
-        or ax.valve_count > 0
         or ax.drive_output_offset != 0.0
-        or ax.simulation_drift != 0.0
-        or ax.simulation_load_torque != 0.0
-        or ax.simulation_friction_torque != 0.0
         or ax.drive_output_filter_type != 0
         or ax.drive_dead_time_compensation_mode != 0
-        or ax.drive_actual_torque_scaling != 1.0
-        or ax.drive_actual_torque_filter_time > 0.0
-        or ax.drive_actual_torque_derivative_filter_time > 0.0
     ):
         special = 1
     count = 1 if ax.drive_output_filter_type == _P_TN else 0
@@ -115,25 +134,24 @@ def fill_filter(ax: AxisFields) -> None:
     ax.drive_filtered_set_acceleration = 0.0
 
 
-def _torque_lasts(ax: AxisFields) -> bool:
-    """Whether the torque shown must be computed although the velocity stands."""
-    return (
-        ax.drive_actual_torque != 0.0
-        or ax.drive_actual_torque_derivative != 0.0
-        or ax.drive_special != 0
-    )
-
-
-def _show_torque(ax: AxisFields, before: float, velocity: float, dt: float) -> None:
-    """Torque of the motor: what accelerates it, against load and friction."""
-    scale = 1e-3 * ax.simulation_full_torque_acceleration
-    torque = (velocity - before) / dt / scale + ax.simulation_load_torque
-    if velocity > 0.0:
-        torque += ax.simulation_friction_torque
-    elif velocity < 0.0:
-        torque -= ax.simulation_friction_torque
+def read_drive(ax: AxisFields, dt: float) -> None:
+    """Take what the drive reports: its limit switches and its torque, scaled and filtered."""
+    io = ax.drive_io
+    io.news = 0
+    ax.drive_status = io.state1
+    ax.io_invalid = (io.state4 | ax.encoder_io.state4) & STATUS_INVALID
+    ax.limit_switch = 0
+    if io.state2:
+        if io.state2 & LIMIT_MAX:
+            ax.limit_switch = 1
+        elif io.state2 & LIMIT_MIN:
+            ax.limit_switch = -1
     before = ax.drive_actual_torque
-    torque *= ax.drive_actual_torque_scaling
+    if io.data_in2 == 0 and before == 0.0 and ax.drive_actual_torque_derivative == 0.0:
+        return
+    torque = io.data_in2 * ax.drive_actual_torque_scaling
+    if ax.drive_motor_polarity:
+        torque = -torque
     torque = before + (torque - before) * (dt / (ax.drive_actual_torque_filter_time + dt))
     if abs(torque - before) < _STILL:
         torque = before
@@ -142,20 +160,6 @@ def _show_torque(ax: AxisFields, before: float, velocity: float, dt: float) -> N
     before = ax.drive_actual_torque_derivative
     rate = before + (rate - before) * (dt / (ax.drive_actual_torque_derivative_filter_time + dt))
     ax.drive_actual_torque_derivative = 0.0 if abs(rate) < _STILL else rate
-
-
-def place_motor(ax: AxisFields, position: float, dt: float) -> None:
-    """Put the motor where the encoder will read `position` (the ideal drive)."""
-    way = position - ax.encoder_position_offset - ax.encoder_set_position_offset
-    way -= ax.encoder_position_correction
-    if ax.limit_switch * (way - ax.plant_position * ax.encoder_scale) > 0.0:
-        ax.plant_velocity = 0.0
-        return
-    ax.plant_position = way / ax.encoder_scale
-    before = ax.plant_velocity
-    ax.plant_velocity = ax.set_velocity
-    if before != ax.set_velocity or _torque_lasts(ax):
-        _show_torque(ax, before, ax.set_velocity, dt)
 
 
 def position_output(ax: AxisFields, dt: float) -> float:
@@ -215,112 +219,117 @@ def characteristic(ax: AxisFields, share: float) -> float:
     return y
 
 
-def drive_command(ax: AxisFields, pieces: Sequence[Piece]) -> float:
-    """Velocity that the drive's output means, which goes through its characteristic.
+def _characteristic_share(ax: AxisFields, share: float, pieces: Sequence[Piece]) -> float:
+    """Share of full output that an analog drive gets: by way of its characteristic, with offset.
 
-    The valve of the simulated drive is the inverse of that, or has a curve of its own. While the
-    loop is open there is no output, whatever characteristic and offset make of 0.
+    While the loop is open there is no output, whatever characteristic and offset make of 0.
     """
-    if ax.drive_special == 0:
-        return ax.drive_output
-    full = ax.drive_full
-    command = 0.0
-    share = 0.0
-    if ax.loop_closed:
-        command = ax.drive_output + ax.drive_output_offset * full
-        share = ax.drive_output / full
-        if ax.curve_count > 0:
-            share = value_at(pieces, ax.curve_first, ax.curve_count, share)
-        elif ax.drive_type == _NONLINEAR:
-            share = characteristic(ax, share)
-        share += ax.drive_output_offset
+    if ax.loop_closed == 0:
+        ax.drive_output_percent_nonlinear = 0.0
+        return 0.0
+    if ax.curve_count > 0:
+        share = value_at(pieces, ax.curve_first, ax.curve_count, share)
+    elif ax.drive_type == _NONLINEAR:
+        share = characteristic(ax, share)
+    share += ax.drive_output_offset
     ax.drive_output_percent_nonlinear = 100.0 * share
-    if ax.valve_count > 0:
-        return full * value_at(pieces, ax.valve_first, ax.valve_count, share)
-    return command
+    return share
 
 
-def _within_limits(ax: AxisFields, velocity: float, moved: float, dt: float) -> float:
-    """What the limits of the torque command leave of a change of velocity.
-
-    Beyond a velocity limit the drive brakes with the deceleration of the command, or of the axis.
-    """
-    change = moved - velocity
-    most = ax.torque_acceleration if change * velocity >= 0.0 else ax.torque_deceleration
-    if most > 0.0 and abs(change) > most * dt:
-        moved = velocity + (most * dt if change > 0.0 else -most * dt)
-    brake = ax.torque_deceleration
-    if brake == 0.0:
-        brake = ax.default_deceleration
-    if moved > ax.torque_velocity_high:
-        ax.drive_limit_active = 1
-        moved = max(ax.torque_velocity_high, min(moved, velocity - brake * dt))
-    elif moved < ax.torque_velocity_low:
-        ax.drive_limit_active = 1
-        moved = min(ax.torque_velocity_low, max(moved, velocity + brake * dt))
-    return moved
-
-
-def _loaded(ax: AxisFields, command: float, velocity: float, dt: float) -> float:
-    """Velocity after this cycle of a drive with load, friction, drift, position loop or torque
-    interface."""
-    command += ax.simulation_drift
-    if ax.loop_closed and ax.set_motion_phase != _DRIVE_OUTPUT:
-        command += ax.drive_dsc_gain * ax.following_error
-    torque = ax.set_torque_offset - ax.simulation_load_torque
-    friction = ax.simulation_friction_torque
-    lag = ax.simulation_time_constant
-    scale = 1e-3 * ax.simulation_full_torque_acceleration
-    if ax.drive_operation_mode in TORQUE_MODES:
-        if ax.loop_closed:
-            torque += ax.set_torque
-        push = dt * scale
-        pull = 0.0
-    else:
-        push = scale * lag * dt / (lag + dt)
-        pull = (command - velocity) * dt / (lag + dt)
-    moved = velocity + pull + torque * push
-    if friction > 0.0:  # brakes, at most to rest
-        if moved > friction * push:
-            moved -= friction * push
-        elif moved < -friction * push:
-            moved += friction * push
-        else:
-            moved = 0.0
-    if ax.set_motion_phase == _TORQUE_JOB:
-        moved = _within_limits(ax, velocity, moved, dt)
-    return moved
-
-
-def drive(ax: AxisFields, command: float, dt: float) -> None:
-    """Move the motor until the next cycle, as `drive_command` says.
-
-    A dynamic container tells the drive how the velocity goes on in this cycle, not only its begin.
-    """
-    if ax.loop_closed and ax.drive_operation_mode in VELOCITY_CONTAINER_MODES:
-        command += 0.5 * dt * ax.controller_velocity_feedforward_weight * ax.set_acceleration
+def _late(ax: AxisFields, output: float) -> float:
+    """The velocity output after its delay."""
     delay = ax.drive_delay
-    if delay > 0:
-        slot = ax.delay_index % delay
-        delayed = ax.delay_output[slot]
-        ax.delay_output[slot] = command
-        ax.delay_index = (slot + 1) % delay
-        command = delayed
-    if ax.limit_switch != 0 and outward(ax, command):
-        command = 0.0
-    before = ax.plant_velocity
-    if ax.drive_special or ax.drive_operation_mode in TORQUE_MODES or ax.set_torque_offset != 0.0:
-        velocity = _loaded(ax, command, before, dt)
-    else:
-        velocity = before + (command - before) * (dt / (ax.simulation_time_constant + dt))
-    if abs(velocity) < _STILL and command == 0.0:
-        velocity = 0.0
-    if ax.simulation_blocked:
-        velocity = 0.0
-    ax.plant_velocity = velocity
-    if velocity != before or _torque_lasts(ax):
-        _show_torque(ax, before, velocity, dt)
-    if velocity != 0.0:
+    if delay == 0:
+        return output
+    slot = ax.delay_index % delay
+    late = ax.delay_output[slot]
+    ax.delay_output[slot] = output
+    ax.delay_index = (slot + 1) % delay
+    return late
+
+
+def _turned(ax: AxisFields, value: float) -> int:
+    """A set value as the drive gets it, whose motor may turn the other way round."""
+    return within_32_bits(-value if ax.drive_motor_polarity else value)
+
+
+def _put_out_torque(ax: AxisFields) -> None:
+    """Set torque, and the limits of the command where one runs."""
+    io = ax.drive_io
+    torque = ax.set_torque - ax.set_torque_derivative * ax.drive_torque_output_delay
+    io.data_out5 = _turned(ax, torque * ax.drive_set_torque_scaling)
+    limited = 1 if ax.set_motion_phase == _TORQUE_JOB else 0
+    io.ctrl2 = limited
+    if limited:
+        high, low = ax.torque_velocity_high, ax.torque_velocity_low
         if ax.drive_motor_polarity:
-            velocity = -velocity
-        ax.plant_position += velocity * dt / ax.encoder_scaling_factor
+            high, low = -low, -high
+        io.data_out1 = within_32_bits(high * ax.drive_velocity_scaling)
+        io.data_out2 = within_32_bits(low * ax.drive_velocity_scaling)
+        io.data_out3 = within_32_bits(ax.torque_acceleration * ax.drive_acceleration_scaling)
+        io.data_out6 = within_32_bits(ax.torque_deceleration * ax.drive_acceleration_scaling)
+        if io.state1 & STATUS_LIMITED:
+            ax.drive_limit_active = 1
+
+
+def _put_out_set_values(ax: AxisFields, dt: float) -> None:
+    """Position, velocity, acceleration and following error, weighted as the drive wants them."""
+    io = ax.drive_io
+    scale = ax.encoder_scale
+    position = position_output(ax, dt) if ax.drive_special else ax.set_position
+    ax.sent_position = ax.set_position + ax.drive_dead_time_position_correction
+    if ax.drive_dsc_gain > 0.0 and ax.drive_ideal == 0:
+        io.data_out1 = ax.drive_dsc_kpc
+    else:
+        way = position - ax.encoder_position_offset - ax.encoder_set_position_offset
+        way = (way - ax.encoder_position_correction) / ax.encoder_scaling_factor
+        if ax.drive_motor_polarity:
+            way = -way
+        io.data_out1 = wrapped(floor(way * ax.drive_position_scaling + 0.5))
+    output = _late(ax, ax.drive_output)
+    io.data_out2 = _turned(ax, output * ax.drive_velocity_scaling)
+    acceleration = ax.set_acceleration - ax.set_jerk * ax.drive_acceleration_output_delay
+    io.data_out3 = _turned(ax, acceleration * ax.drive_acceleration_scaling)
+    error = ax.following_error / abs(scale) * ax.drive_dsc_xerr_scaling
+    io.data_out6 = _turned(ax, error)
+    if io.data_out5 != 0 or ax.set_torque != 0.0 or ax.set_torque_derivative != 0.0:
+        torque = ax.set_torque - ax.set_torque_derivative * ax.drive_torque_output_delay
+        io.data_out5 = _turned(ax, torque * ax.drive_set_torque_scaling)
+
+
+def put_out(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
+    """Write the outputs of a servo drive."""
+    io = ax.drive_io
+    io.fresh = 1
+    io.ctrl1 = ax.loop_closed
+    if io.data_out4 != 0 or ax.set_torque_offset != 0.0:
+        io.data_out4 = _turned(ax, ax.set_torque_offset * ax.drive_torque_offset_scaling)
+    if ax.drive_digital == 0:
+        io.ctrl3 = 0
+        share = ax.drive_output / ax.drive_full
+        if ax.drive_special:
+            share = _characteristic_share(ax, share, pieces)
+        if ax.drive_delay > 0:
+            share = _late(ax, share)
+        if ax.drive_motor_polarity:
+            share = -share
+        io.data_out1 = within_32_bits(share * ax.drive_output_mask)
+        return
+    mode = ax.drive_operation_mode
+    if ax.set_motion_phase == _DRIVE_OUTPUT and mode not in TORQUE_MODES:
+        mode = _VELOCITY
+    elif mode == 0:
+        mode = _POSITION if ax.drive_ideal else _VELOCITY
+    io.ctrl3 = mode
+    if mode in TORQUE_MODES:
+        _put_out_torque(ax)
+    else:
+        _put_out_set_values(ax, dt)
+
+
+def put_out_bytes(ax: AxisFields) -> None:
+    """Write the outputs of a discrete drive."""
+    io = ax.drive_io
+    io.fresh = 1
+    io.ctrl1 = ax.drive_control_byte
+    io.ctrl2 = ax.drive_extended_control_byte

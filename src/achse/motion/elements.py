@@ -20,17 +20,9 @@ from achse.motion.record import FIELDS
 
 __all__ = ["control_loop_count", "exchange_control_loop"]
 
-_OF_THE_MOTOR = {"plant_velocity"}
-"""There is one motor, whatever encoder looks at it."""
-
 
 def _fields(*sections: type) -> tuple[str, ...]:
-    return tuple(
-        name
-        for section in sections
-        for name in section.__annotations__
-        if name not in _OF_THE_MOTOR
-    )
+    return tuple(name for section in sections for name in section.__annotations__)
 
 
 _PARTS = (
@@ -44,19 +36,11 @@ _PARTS = (
                 EncoderMemory,
                 TouchProbeMemory,
             ),
-            "plant_position",
             "homed",
         ),
     ),
     ("controllers", _fields(ControllerParameters, ControllerState, ControllerMemory)),
-    (
-        "drives",
-        tuple(
-            name
-            for name in _fields(DriveParameters, DriveState, DriveInternal)
-            if name != "plant_position"
-        ),
-    ),
+    ("drives", _fields(DriveParameters, DriveState, DriveInternal)),
 )
 """Attribute of the axis with the elements of a part, and the fields of the part."""
 
@@ -82,6 +66,15 @@ def exchange_control_loop(axis: Axis, loop: int) -> None:
         if other is axis:
             continue
         _exchange(axis, other, names)
+        if part == "encoders":
+            axis.sensor, other.sensor = other.sensor, axis.sensor
+        elif part == "drives":
+            other.drive_io.ctrl1 = axis.drive_io.ctrl1 = 0
+            axis.amplifier, other.amplifier = other.amplifier, axis.amplifier
+            axis.machine.driver = axis.amplifier.number
+        for each in (axis, other):
+            each.link("encoder_io", each.sensor.io)
+            each.link("drive_io", each.amplifier.io)
         elements[elements.index(axis)], elements[loop] = other, axis
     axis.active_control_loop = loop
 

@@ -1,13 +1,14 @@
-"""Encoder: from the motor's position to actual position, velocity and acceleration.
+"""Encoder: from the count of the hardware to actual position, velocity and acceleration.
 
-The encoder counts whole increments of the motor's position. What goes beyond scaling and filters
-(masks, directions, corrections, dead time, noise) is computed only on axes that use it.
+What goes beyond scaling and filters (masks, directions, corrections, dead time) is computed only on
+axes that use it.
 
 Kernel source: compiled as it stands, see `compiled`.
 """
 
 from math import floor
 
+from achse.motion.port import wrapped
 from achse.motion.record import POSITION_HISTORY, AxisFields
 from achse.motion.setpoint import fail
 from achse.motion.targets import modulo_part
@@ -17,7 +18,7 @@ __all__ = ["adapt_encoder", "measure", "read_counter"]
 _STILL = 1e-9
 """A filtered velocity or acceleration below this is zero."""
 
-_FULL_COUNTER = 4.0e18
+_FULL_COUNTER = 4_000_000_000_000_000_000
 """Increments that the software counter holds, either way."""
 
 _FULL_MASK = 0xFFFF_FFFF
@@ -39,7 +40,7 @@ _COUNTER_OVERFLOW = 0x4451
 
 
 def _raw_count(ax: AxisFields, count: int) -> int:
-    """What the hardware shows of `count`: within the mask, without the bits filtered out."""
+    """What is evaluated of a count: within the mask, without the bits filtered out."""
     period = ax.encoder_mask + 1
     raw = count % period & (_FULL_MASK ^ ax.encoder_raw_value_filter_mask)
     if ax.encoder_sign_interpretation == _SIGNED and 2 * raw >= period:
@@ -47,16 +48,14 @@ def _raw_count(ax: AxisFields, count: int) -> int:
     return raw
 
 
-def _begin_anew(ax: AxisFields) -> None:
+def _begin_again(ax: AxisFields) -> None:
     """Take the position from the hardware as at the start: what was set or counted is lost."""
-    count = floor(ax.plant_position + 0.5)
-    raw = _raw_count(ax, count)
+    ax.encoder_data = ax.encoder_io.data_in1
+    raw = _raw_count(ax, ax.encoder_data)
     if raw > 0x7FFF_FFFF and ax.encoder_reference_system != _ABSOLUTE:
         raw -= 0x1_0000_0000
-    ax.plant_position += raw - count
-    ax.encoder_signal_position += raw - count
-    ax.encoder_machine_zero += raw - count
     ax.encoder_software_increments = raw
+    ax.encoder_watched_count = raw
     ax.encoder_set_position_offset = 0.0
     ax.encoder_actual_position_filtered = raw * ax.encoder_scale + ax.encoder_position_offset
     if ax.encoder_is_absolute == 0:
@@ -69,7 +68,7 @@ def adapt_encoder(ax: AxisFields) -> None:
     scale = ax.encoder_scaling_factor
     ax.encoder_scale = -scale if ax.encoder_count_direction else scale
     if ax.encoder_reinitialization_state:
-        _begin_anew(ax)
+        _begin_again(ax)
     special = 0
     if (
         ax.encoder_mask != _FULL_MASK
@@ -83,28 +82,17 @@ def adapt_encoder(ax: AxisFields) -> None:
         or (ax.backlash_compensation_enable != 0 and ax.backlash != 0.0)
         or ax.encoder_dead_time_compensation_mode != 0
         or ax.encoder_dead_time_position_correction != 0.0
-        or ax.encoder_simulation_noise_scaling > 0.0
     ):
         special = 1
-    if special:
-        ax.encoder_raw = _raw_count(ax, floor(ax.plant_position + 0.5))
-        if ax.encoder_noise == 0:
-            ax.encoder_noise = ax.axis_id + 1
-    elif ax.encoder_special:
-        ax.plant_position = float(ax.encoder_software_increments)
     ax.encoder_special = special
 
 
 def read_counter(ax: AxisFields) -> int:
-    """The software count by way of the hardware's: overflow, masks, directions, noise."""
-    position = ax.plant_position
-    if ax.encoder_simulation_noise_scaling > 0.0:
-        noise = (ax.encoder_noise * 1_103_515_245 + 12_345) % 0x8000_0000
-        ax.encoder_noise = noise
-        position += ax.encoder_simulation_noise_scaling * (noise / 1_073_741_824.0 - 1.0)
-    raw = _raw_count(ax, floor(position + 0.5))
-    moved = raw - ax.encoder_raw
+    """The software count by way of the hardware's: overflow, masks, directions."""
+    raw = _raw_count(ax, ax.encoder_io.data_in1)
+    moved = raw - _raw_count(ax, ax.encoder_data)
     ax.encoder_raw = raw
+    ax.encoder_data = ax.encoder_io.data_in1
     if ax.encoder_reference_system == _ABSOLUTE:
         return raw
     period = ax.encoder_mask + 1
@@ -146,11 +134,18 @@ def _correct(ax: AxisFields, dt: float) -> float:
 
 def measure(ax: AxisFields, dt: float) -> None:
     """Read the encoder: actual position, velocity and acceleration."""
-    if abs(ax.plant_position) > _FULL_COUNTER:
-        fail(ax, _COUNTER_OVERFLOW if ax.plant_position > 0.0 else _COUNTER_UNDERFLOW, 1)
-        ax.plant_position = _FULL_COUNTER if ax.plant_position > 0.0 else -_FULL_COUNTER
     special = ax.encoder_special
-    count = read_counter(ax) if special else floor(ax.plant_position + 0.5)
+    if special:
+        count = read_counter(ax)
+    else:
+        data = ax.encoder_io.data_in1
+        count = ax.encoder_software_increments
+        if data != ax.encoder_data:
+            count += wrapped(data - ax.encoder_data)
+            ax.encoder_data = data
+    if abs(count) > _FULL_COUNTER:
+        fail(ax, _COUNTER_OVERFLOW if count > 0 else _COUNTER_UNDERFLOW, 1)
+        count = ax.encoder_software_increments
     moved = count - ax.encoder_software_increments
     ax.encoder_software_increments = count
     scale = ax.encoder_scale
@@ -167,7 +162,7 @@ def measure(ax: AxisFields, dt: float) -> None:
         velocity += _correct(ax, dt) / dt
         position += ax.encoder_position_correction
     else:
-        ax.encoder_hardware_increments = ((count + 0x8000_0000) & _FULL_MASK) - 0x8000_0000
+        ax.encoder_hardware_increments = ax.encoder_data
     ax.encoder_actual_position_unfiltered = position
     filter_time = ax.encoder_position_filter_time
     if filter_time > 0.0:

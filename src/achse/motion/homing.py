@@ -9,7 +9,7 @@ Kernel source: compiled as it stands, see `compiled`.
 
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import arrived, end_homing, fail, shift_origin
-from achse.motion.signals import LATCHED, WAITS, begin_watch, homing_cam
+from achse.motion.signals import LATCHED, begin_watch, homing_cam
 from achse.motion.states import CommandState, HomingState, MotionPhase, ReferenceMode
 
 __all__ = ["cam_direction", "home", "pulse_direction"]
@@ -68,8 +68,7 @@ def _arm(ax: AxisFields) -> None:
         _stop(ax)
     else:
         ax.homing_latch_begin = position
-        ax.homing_latch = WAITS
-        begin_watch(ax, ax)
+        begin_watch(ax)
         ax.homing_state = _AWAIT_LATCH
 
 

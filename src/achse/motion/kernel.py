@@ -1,6 +1,7 @@
 """The axis cycle: one step of every axis, the same source plain and compiled.
 
-Order within a cycle: encoder, enables, set point, controller, supervision, drive, status.
+The hardware gives its inputs, the NC works, the hardware carries out what it says. Order within
+the cycle of an axis: encoder, enables, set point, controller, supervision, outputs, status.
 """
 
 from collections.abc import Sequence
@@ -8,11 +9,13 @@ from collections.abc import Sequence
 from achse.motion.controller import adapt_controller, control
 from achse.motion.curves import Piece
 from achse.motion.discrete import run_stepper, run_two_speeds, show_speed
-from achse.motion.drive import adapt_drive, drive, drive_command, place_motor, position_output
+from achse.motion.drive import adapt_drive, put_out, put_out_bytes, read_drive
 from achse.motion.encoder import adapt_encoder, measure
 from achse.motion.external import follow_external
 from achse.motion.homing import home
 from achse.motion.limits import adapt_limits
+from achse.motion.machine.kernel import carry_out, give_inputs
+from achse.motion.machine.record import Amplifier, Sensor
 from achse.motion.monitoring import (
     operation_mode,
     settle,
@@ -26,7 +29,7 @@ from achse.motion.oscillation import oscillate, position_in_turn
 from achse.motion.phasing import shift_phase
 from achse.motion.record import POSITION_HISTORY, AxisFields
 from achse.motion.setpoint import generate
-from achse.motion.signals import limit_switch, watch
+from achse.motion.signals import arm, watch
 from achse.motion.states import TORQUE_MODES, AxisType, DriveType, MotionPhase
 from achse.motion.superposition import generate_superposed
 
@@ -65,11 +68,11 @@ def begin(ax: AxisFields, dt: float) -> None:
     show_state(ax)
 
 
-def _sense(ax: AxisFields, machine: AxisFields, dt: float) -> None:
-    """Read the encoder, and whatever its latches wait for along the machine."""
+def _sense(ax: AxisFields, dt: float) -> None:
+    """Read the encoder, and what its latches took."""
     measure(ax, dt)
     if ax.encoder_latch_active or ax.homing_latch:
-        watch(ax, machine)
+        watch(ax)
 
 
 def _lead(ax: AxisFields, dt: float) -> None:
@@ -94,21 +97,27 @@ def _lead(ax: AxisFields, dt: float) -> None:
         oscillate(ax, dt)
 
 
+def _asleep(ax: AxisFields) -> bool:
+    """Whether the axis rests on: nobody has written to it, and no input has changed."""
+    if ax.encoder_io.news == 0 and ax.drive_io.news == 0:
+        return True
+    ax.resting = 0
+    ax.quiet_cycles = 0
+    return False
+
+
 def cycle(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
     """One cycle of one axis; `pieces` are those of all curves."""
     ax.set_cycle_counter += 1
-    if ax.resting:
+    if ax.resting and _asleep(ax):
         return
-    if ax.adapt:
-        adapt(ax, dt)
+    ax.encoder_io.news = 0
     if ax.drive_operation_mode in TORQUE_MODES:
         choose_loop(ax)
-    ideal = ax.drive_ideal
-    if ax.drive_operation_mode in TORQUE_MODES or ax.set_motion_phase == _DRIVE_OUTPUT:
-        ideal = 0
-    if ideal == 0:
-        _sense(ax, ax, dt)
-    ax.limit_switch = limit_switch(ax)
+    if ax.adapt or ax.drive_operation_mode != ax.drive_adapted_mode:
+        adapt(ax, dt)
+    _sense(ax, dt)
+    read_drive(ax, dt)
     supervise_enable(ax, dt)
     if ax.phasing_active:
         shift_phase(ax, dt)
@@ -118,48 +127,36 @@ def cycle(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
         run_two_speeds(ax, dt)
         supervise_motion(ax, dt)
         supervise_arrival(ax, dt)
+        put_out_bytes(ax)
         show_state(ax)
         show_speed(ax)
-        settle(ax)
-        return
-    _lead(ax, dt)
-    if ideal:
-        place_motor(ax, position_output(ax, dt) if ax.drive_special else ax.set_position, dt)
-        _sense(ax, ax, dt)
-    control(ax, dt)
-    supervise_motion(ax, dt)
-    supervise_arrival(ax, dt)
-    command = drive_command(ax, pieces)
-    if ax.drive_type == _STEPPER:
-        run_stepper(ax, dt)
-    elif ideal == 0:
-        drive(ax, command, dt)
-    show_state(ax)
+    else:
+        _lead(ax, dt)
+        control(ax, dt)
+        supervise_motion(ax, dt)
+        supervise_arrival(ax, dt)
+        if ax.drive_type == _STEPPER:
+            run_stepper(ax, dt)
+            put_out_bytes(ax)
+        else:
+            put_out(ax, pieces, dt)
+        show_state(ax)
+    arm(ax)
     settle(ax)
 
 
 def follow(ax: AxisFields, owner: AxisFields, dt: float) -> None:
-    """One cycle of a further element of an axis: its encoder sees the same motor.
-
-    A stepper moves by whole steps, whatever velocity their frequency means.
-    """
+    """One cycle of a further element of an axis: its encoder looks at the same motor."""
     ax.set_cycle_counter = owner.set_cycle_counter
     if ax.adapt:
         adapt(ax, dt)
-    elif owner.resting:
+    elif owner.resting and ax.encoder_io.news == 0:
         return
+    ax.encoder_io.news = 0
     ax.set_velocity = owner.set_velocity
     ax.actual_position_correction = owner.actual_position_correction
-    _sense(ax, owner, dt)
-    ax.plant_velocity = owner.plant_velocity
-    way = owner.plant_velocity * dt
-    if owner.drive_type == _STEPPER:
-        way = (owner.stepper_step - ax.stepper_step) * owner.stepper_step_scaling
-        ax.stepper_step = owner.stepper_step
-    if way != 0.0:
-        if owner.drive_motor_polarity:
-            way = -way
-        ax.plant_position += way / ax.encoder_scaling_factor
+    _sense(ax, dt)
+    arm(ax)
 
 
 def cycle_all(axes: Sequence[AxisFields], pieces: Sequence[Piece], dt: float) -> None:
@@ -172,7 +169,16 @@ def cycle_all(axes: Sequence[AxisFields], pieces: Sequence[Piece], dt: float) ->
             follow(ax, axes[i - ax.element_number], dt)
 
 
-def cycles(axes: Sequence[AxisFields], pieces: Sequence[Piece], dt: float, count: int) -> None:
-    """`count` cycles of all axes."""
+def cycles(
+    axes: Sequence[AxisFields],
+    sensors: Sequence[Sensor],
+    amplifiers: Sequence[Amplifier],
+    pieces: Sequence[Piece],
+    dt: float,
+    count: int,
+) -> None:
+    """`count` cycles of all axes on simulated machines: inputs, NC, outputs."""
     for _ in range(count):
+        give_inputs(sensors, amplifiers)
         cycle_all(axes, pieces, dt)
+        carry_out(sensors, amplifiers, pieces, dt)

@@ -7,6 +7,11 @@ from math import floor
 
 from achse.motion.dynamics import STEEPEST
 from achse.motion.limits import TOLERANCE, running_into
+from achse.motion.port import (
+    STATUS_ERROR,
+    STATUS_FAST_STOP,
+    STATUS_READY,
+)
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import arrived, drop_job, fail, stop_fast
 from achse.motion.states import (
@@ -154,7 +159,7 @@ def _watch_signals(ax: AxisFields, dt: float) -> None:
     """The fast-stop signal of the drive and the validity of the I/O data."""
     kind = ax.fast_axis_stop_signal_type
     if kind != 0:
-        signal = ax.simulation_fast_stop_signal
+        signal = 1 if ax.drive_io.state4 & STATUS_FAST_STOP else 0
         rising = signal == 1 and ax.drive_signal_before == 0
         falling = signal == 0 and ax.drive_signal_before == 1
         ax.drive_signal_before = signal
@@ -165,7 +170,7 @@ def _watch_signals(ax: AxisFields, dt: float) -> None:
             or (kind == _LOW and signal == 0)
         ) and ax.set_motion_phase != _NO_JOB:
             stop_fast(ax)
-    if ax.simulation_io_invalid:
+    if ax.io_invalid:
         ax.drive_io_time += dt
         if ax.loop_closed and ax.drive_io_time > _IO_CYCLES * dt:
             fail(ax, _IO_DATA_INVALID, 1)
@@ -194,16 +199,17 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
 
     Without its enable a moving axis brakes under control and only then opens the loop.
     """
-    if ax.fast_axis_stop_signal_type != 0 or ax.simulation_io_invalid or ax.drive_io_time > 0.0:
+    if ax.fast_axis_stop_signal_type != 0 or ax.io_invalid or ax.drive_io_time > 0.0:
         _watch_signals(ax, dt)
     if ax.external_error != 0:
         fail(ax, ax.external_error, 0)
         ax.external_error = 0
     enables = ax.control_dword
     phase = ax.set_motion_phase
-    ready = ax.simulation_not_ready == 0
-    if ax.limit_switch != 0 and enables & _ACCEPT_BLOCKED == 0:
-        ready = False
+    status = ax.drive_status
+    ready = status & STATUS_READY != 0
+    if ax.limit_switch != 0 and enables & _ACCEPT_BLOCKED:
+        ready = status & STATUS_ERROR == 0
     closed = ax.loop_closed
     if enables & _ENABLE and ready and ax.axis_disabled == 0 and ax.drive_output_disabled == 0:
         if ax.error_code == 0:
@@ -480,9 +486,9 @@ def show_state(ax: AxisFields) -> None:
         state |= _PHASING
     if ax.encoder_latch_valid:
         state |= _LATCH_VALID
-    if ax.simulation_io_invalid:
+    if ax.io_invalid:
         state |= _IO_INVALID
-    if ax.simulation_not_ready:
+    if ax.drive_status & STATUS_ERROR:
         state |= _DRIVE_ERROR
     if ax.drive_limit_active:
         state |= _LIMIT_ACTIVE
@@ -501,7 +507,6 @@ def settle(ax: AxisFields) -> None:
     """Let the axis rest when a whole row of cycles changed nothing."""
     if (
         ax.set_motion_phase == _NO_JOB
-        and ax.plant_velocity == 0.0
         and ax.drive_output == 0.0
         and ax.actual_acceleration == 0.0
         and ax.actual_velocity == 0.0
@@ -516,7 +521,6 @@ def settle(ax: AxisFields) -> None:
         and ax.drive_actual_torque_derivative == 0.0
         and ax.drive_io_time == 0.0
         and ax.controller_special == 0
-        and (ax.encoder_special == 0 or ax.encoder_simulation_noise_scaling == 0.0)
     ):
         ax.quiet_cycles += 1
         if ax.quiet_cycles >= _QUIET + ax.drive_delay + ax.filter_count:

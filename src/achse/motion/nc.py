@@ -7,17 +7,20 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from achse.motion import curves
-from achse.motion.axis import Axis, ObjectAxis, WordsAxis
+from achse.motion.axis import Axis
 from achse.motion.compiled import KERNEL
 from achse.motion.kernel import begin
-from achse.motion.record import FIELDS, LAYOUT, Role, SlotsRecord, pack_record
+from achse.motion.machine.hardware import Hardware, begin_machine, fit
+from achse.motion.machine.record import PARAMETERS as MACHINE_PARAMETERS
+from achse.motion.record import FIELDS, LAYOUT, Field, Role, SlotsRecord
 from achse.motion.remains import Remains
 from achse.motion.states import choices_of
 from achse.motion.tables import TableParameters, Tables
+from achse.motion.views import Store
 from achse.native.declare import pack
 from achse.native.memory import Rows
 
-__all__ = ["HIGHEST_AXIS_ID", "AxisParameters", "AxisParametersError", "Nc"]
+__all__ = ["HIGHEST_AXIS_ID", "AxisParameters", "AxisParametersError", "Nc", "configurable"]
 
 HIGHEST_AXIS_ID = 255
 """Of encoders, controllers and drives too."""
@@ -27,6 +30,13 @@ MOST_ELEMENTS = 9
 
 _EVERY_FIELD = ("",)
 _ELEMENT_FIELDS = ("encoder_", "controller_", "drive_", "simulation_")
+
+_SIMULATION = "simulation_"
+
+_MOST_INCREMENTS = 2.0e9
+"""Output at full velocity that a double word holds."""
+
+_MOST_WEIGHT = FIELDS["drive_velocity_scaling"].most
 
 _PLAIN_AXIS_NS = 5_000
 """What one axis costs per cycle without machine code, about."""
@@ -97,12 +107,11 @@ class AxisParameters:
 
     def _check(self, values: Mapping[str, float], parts: tuple[str, ...]) -> None:
         for name, value in values.items():
-            row = FIELDS.get(name)
+            row = configurable(name)
             if (
                 row is None
-                or row.role not in _CONFIGURABLE
-                or name == "axis_id"
                 or not name.startswith(parts)
+                or (parts is _ELEMENT_FIELDS and not _of_an_element(name))
             ):
                 raise AxisParametersError(f"axis {self.axis_id}: no parameter {name!r}")
             if not row.least <= value <= row.most or not math.isfinite(value):
@@ -121,12 +130,14 @@ class AxisParameters:
                 )
 
     def apply(self, axis: Axis) -> None:
-        """Write all values into a fresh axis."""
+        """Write all values of the NC into a fresh axis."""
         axis.axis_id = self.axis_id
         axis.describe(self.name or f"Axis {self.axis_id}", self.unit)
         _set(axis, self.values)
         if "drive_reference_velocity" not in self.values:
             axis.drive_reference_velocity = 1.1 * axis.max_velocity
+        if "drive_velocity_scaling" not in self.values:
+            axis.drive_velocity_scaling = _increments_per_second(axis)
 
     def apply_element(self, number: int, axis: Axis, owner: Axis) -> None:
         """Write the values of element `number` > 0 of `owner` into a fresh record."""
@@ -134,13 +145,50 @@ class AxisParameters:
         axis.element_number = number
         axis.describe(f"{owner.name} {number + 1}", self.unit, owner)
         axis.drive_reference_velocity = owner.drive_reference_velocity
-        if number <= len(self.elements):
-            _set(axis, self.elements[number - 1])
+        values = self.elements[number - 1] if number <= len(self.elements) else {}
+        _set(axis, values)
+        if "drive_velocity_scaling" not in values:
+            axis.drive_velocity_scaling = _increments_per_second(axis)
+
+    def equip(self, axis: Axis, hardware: Hardware) -> None:
+        """Build the machine of a fresh axis and its elements: as they are set up, but for what is
+        said of the machine itself."""
+        count = len(axis.records)
+        machine = hardware.build(count, count)
+        for number, element in enumerate(axis.records):
+            element.equip(machine, number)
+        fit(machine, axis, axis.records)
+        for element, values in zip(axis.records, (self.values, *self.elements), strict=False):
+            for name, value in values.items():
+                if name in MACHINE_PARAMETERS:
+                    setattr(element, name, value)
+
+
+def configurable(name: str) -> Field | None:
+    """The field of the NC or of its machine that a configuration sets by this name."""
+    if name in MACHINE_PARAMETERS:
+        return MACHINE_PARAMETERS[name][1]
+    row = FIELDS.get(name)
+    return row if row is not None and row.role in _CONFIGURABLE and name != "axis_id" else None
+
+
+def _of_an_element(name: str) -> bool:
+    """Whether each encoder, controller and drive has this value; the rest is one for an axis."""
+    if name in MACHINE_PARAMETERS:
+        return MACHINE_PARAMETERS[name][0] != "machine"
+    return not name.startswith(_SIMULATION)
+
+
+def _increments_per_second(axis: Axis) -> float:
+    """Weight of a velocity output in increments a second, as far as a double word goes."""
+    full = axis.drive_reference_velocity / axis.drive_reference_output
+    return min(1.0 / axis.encoder_scaling_factor, _MOST_INCREMENTS / full, _MOST_WEIGHT)
 
 
 def _set(axis: Axis, values: Mapping[str, float]) -> None:
     for name, value in values.items():
-        setattr(axis, name, value)
+        if name not in MACHINE_PARAMETERS:
+            setattr(axis, name, value)
     if {"encoder_scaling_numerator", "encoder_scaling_denominator"} & values.keys():
         axis.encoder_scaling_factor = (
             axis.encoder_scaling_numerator / axis.encoder_scaling_denominator
@@ -182,42 +230,34 @@ class Nc:
         self.compiled = compiled
         count = sum(1 + parameters.element_count for parameters in configured)
         self._cycles: Callable[[int], None]
-        views: list[Axis]
         self.tables = Tables(lambda: self._axes.values())
         self.tables.laid_out = self._take_curves
-        if compiled:
-            self._rows = Rows(LAYOUT, count)
-            fresh_record = pack_record(SlotsRecord())
-            views = []
-            for index in range(count):
-                axis = WordsAxis(self._rows, index)
-                axis.row[:] = fresh_record
-                views.append(axis)
-        else:
-            self._records = [SlotsRecord() for _ in range(count)]
-            views = [ObjectAxis(record) for record in self._records]
+        self._records = Store(Axis, LAYOUT, SlotsRecord, count, compiled=compiled)
+        self._hardware = Hardware(len(configured), count, count, compiled=compiled)
         self._axes: dict[int, Axis] = {}
         self._owners: dict[str, dict[int, tuple[Axis, int]]] = {
             "encoder": {}, "controller": {}, "drive": {},
         }  # fmt: skip
-        fresh = iter(views)
+        fresh = iter(self._records.views)
         for parameters in configured:
             self._add(parameters, fresh)
         for table in tables:
             self.tables.add_configured(table)
         self.tables.lay_out()
+        self.tables.build_valves()
 
     def _take_curves(self) -> None:
         """Let the kernel read the curves as they are now."""
         pieces = self.tables.pieces
+        arguments = *self._records.arguments, *self._hardware.arguments
         if not self.compiled:
-            self._cycles = partial(KERNEL.plain, self._records, pieces, self._dt)
+            self._cycles = partial(KERNEL.plain, *arguments, pieces, self._dt)
             return
         self._curves = Rows(curves.LAYOUT, len(pieces))
         for index, piece in enumerate(pieces):
             self._curves.row(index)[:] = pack(curves.LAYOUT, piece)
         self._cycles = KERNEL.bind(
-            *(self._rows.address, self._rows.count),
+            *arguments,
             *(self._curves.address, self._curves.count),
             self._dt,
         )
@@ -225,17 +265,20 @@ class Nc:
     def _add(self, parameters: AxisParameters, fresh: Iterator[Axis]) -> None:
         """Set up one axis and its elements in the next records."""
         axis = next(fresh)
+        elements = [next(fresh) for _ in range(parameters.element_count)]
         if parameters.axis_id in self._axes:
             raise AxisParametersError(f"axis id {parameters.axis_id} is given twice")
         parameters.apply(axis)
-        axis.cycle_ns = self.cycle_ns
+        for each in (axis, *elements):
+            each.cycle_ns = self.cycle_ns
         axis.tables = self.tables
-        begin(axis, self._dt)
-        self._axes[parameters.axis_id] = axis
-        for number in range(1, 1 + parameters.element_count):
-            element = next(fresh)
+        for number, element in enumerate(elements, 1):
             parameters.apply_element(number, element, axis)
-            begin(element, self._dt)
+        parameters.equip(axis, self._hardware)
+        begin_machine(axis.machine)
+        for each in (axis, *elements):
+            begin(each, self._dt)
+        self._axes[parameters.axis_id] = axis
         axis.take_elements(*parameters.ids().values())
         for kind, ids in parameters.ids().items():
             for number, id in enumerate(ids):
@@ -302,6 +345,8 @@ class Nc:
         for axis in self._axes.values():
             for element in axis.records:
                 state.update(element.pack())
+        for record in self._hardware.records():
+            state.update(record.pack())
         for table in self.tables:
             state.update(table.values)
         return state.digest()

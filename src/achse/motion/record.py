@@ -24,10 +24,10 @@ from achse.motion.fields.drive import (
     DRIVE_DELAY,
     FILTER_ORDER,
     DriveInput,
+    DriveInterface,
     DriveInternal,
     DriveParameters,
     DriveState,
-    SimulationParameters,
 )
 from achse.motion.fields.encoder import (
     POSITION_HISTORY,
@@ -41,8 +41,8 @@ from achse.motion.fields.encoder import (
 )
 from achse.motion.fields.functions import FunctionInput
 from achse.motion.fields.generators import GeneratorMemory, GeneratorSwitch
+from achse.motion.fields.hardware import HardwareLinks
 from achse.motion.fields.homing import HomingMemory
-from achse.motion.fields.machine import MachineMemory, MachineParameters
 from achse.motion.fields.monitoring import MonitoringInternal
 from achse.motion.fields.setpoint import (
     COMMAND_BUFFER,
@@ -80,8 +80,7 @@ class AxisFields(
     EncoderParameters,
     ControllerParameters,
     DriveParameters,
-    SimulationParameters,
-    MachineParameters,
+    DriveInterface,
     CyclicInput,
     FunctionInput,
     DriveInput,
@@ -103,7 +102,7 @@ class AxisFields(
     HomingMemory,
     ControllerMemory,
     DriveInternal,
-    MachineMemory,
+    HardwareLinks,
 ):
     """All fields of an axis, in the order of the record."""
 
@@ -119,12 +118,12 @@ _ROLES: dict[type, Role] = {
 LAYOUT = lay_out("axis record", AxisFields.__bases__, Field)
 """One record in memory."""
 
-FIELDS = LAYOUT.fields
-"""Every field by name, in record order."""
+FIELDS = {name: row for name, row in LAYOUT.fields.items() if row.refers is None}
+"""Every value by name, in record order."""
 
 for _section in AxisFields.__bases__:
     for _name in _section.__annotations__:
-        FIELDS[_name].role = _ROLES[_section.__bases__[0]]
+        LAYOUT.fields[_name].role = _ROLES[_section.__bases__[0]]
 
 if TYPE_CHECKING:
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from achse.motion.axis import Axis
+from achse.motion.machine.hardware import place_machine
 from achse.motion.setpoint import shift_origin
 
 __all__ = ["Remains"]
@@ -22,7 +23,7 @@ class Remains:
     @classmethod
     def of(cls, axis: Axis) -> "Remains":
         """What is left of an axis now."""
-        zeros = [each.encoder_machine_zero - each.plant_position for each in axis.encoders]
+        zeros = [-axis.machine.position / each.sensor.way for each in axis.encoders]
         return cls(zeros, axis.actual_position, axis.homed)
 
     def give(self, axis: Axis) -> None:
@@ -31,8 +32,8 @@ class Remains:
         With persistent data (0x4000:0x30) it knows its position and the homed flag; else it has
         forgotten both and counts from 0 where its machine stands.
         """
-        for encoder, zero in zip(axis.encoders, self.zeros, strict=False):
-            encoder.encoder_machine_zero = zero
+        if self.zeros:
+            place_machine(axis.machine, -self.zeros[0] * axis.sensor.way)
         if axis.persistent_data_enable:
             axis.homed = self.homed
             shift_origin(axis, self.position - axis.actual_position)

@@ -451,6 +451,7 @@ def shift_setpoint(ax: AxisFields, shift: float) -> None:
     ax.limit_watch = 1
     ax.external_origin += shift
     ax.switch_start += shift
+    ax.sent_position += shift
     ax.drive_filtered_set_position += shift
     for i in range(ax.filter_count):
         ax.filter_ring[i] += shift

@@ -6,6 +6,8 @@ Source: 002 §6.5 and the cyclic axis interface (004 §5.1); the status bits 15 
 from enum import IntEnum
 
 __all__ = [
+    "ANALOG_DRIVES",
+    "DISCRETE_DRIVES",
     "POSITION_MODES",
     "TORQUE_MODES",
     "VELOCITY_CONTAINER_MODES",
@@ -528,6 +530,21 @@ class DriveOperationMode(IntEnum):
     SOE_SECONDARY_6 = 106
     SOE_SECONDARY_7 = 107
 
+
+ANALOG_DRIVES = (
+    DriveType.M2400_DAC1.value,
+    DriveType.M2400_DAC2.value,
+    DriveType.M2400_DAC3.value,
+    DriveType.M2400_DAC4.value,
+    DriveType.MDP_252.value,
+    DriveType.MDP_252_NONLINEAR.value,
+    DriveType.UNIVERSAL.value,
+    DriveType.NC_BACKPLANE.value,
+)
+"""Drives whose output is a share of the full one."""
+
+DISCRETE_DRIVES = (DriveType.RAPID_CREEP.value, DriveType.STEPPER.value)
+"""Drives whose outputs are control bytes."""
 
 TORQUE_MODES = (
     DriveOperationMode.TORQUE.value,

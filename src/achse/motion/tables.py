@@ -17,6 +17,7 @@ from achse.motion.states import CharacteristicInterpolation, TableSubType, Table
 
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
+    from achse.motion.machine.hardware import AmplifierView
 
 __all__ = ["HIGHEST_TABLE_ID", "Table", "TableError", "TableParameters", "Tables"]
 
@@ -174,6 +175,8 @@ class Tables:
         self._tables: dict[int, Table] = {}
         self.pieces: list[Piece] = []
         """All curves, one behind the other."""
+        self._valves: list[tuple[AmplifierView, list[Piece]]] = []
+        """Valves whose curve is that of their drive's table at the start, inverted."""
         self.laid_out: Callable[[], None] = lambda: None
         """Told when `pieces` are others."""
 
@@ -275,9 +278,19 @@ class Tables:
     def _used(self) -> Iterator[tuple["Axis", int, int]]:
         """Table and interpolation of each drive and valve, with its axis."""
         for axis in self._axes():
-            yield axis, axis.simulation_table_id, CharacteristicInterpolation.LINEAR
             for drive in axis.drives:
+                yield axis, drive.amplifier.table_id, CharacteristicInterpolation.LINEAR
                 yield axis, drive.drive_table_id, drive.drive_table_interpolation_type
+
+    def build_valves(self) -> None:
+        """Let the valve of each drive that has a table now be the inverse of it from now on."""
+        for axis in self._axes():
+            for drive in axis.drives:
+                if drive.drive_table_id and not drive.amplifier.table_id:
+                    table = self.find(drive.drive_table_id)
+                    curve = table.curve(drive.drive_table_interpolation_type)
+                    self._valves.append((drive.amplifier, curve))
+        self.lay_out()
 
     def lay_out(self) -> None:
         """Give each drive the curve of its table. Raises TableError, and changes nothing then."""
@@ -293,10 +306,15 @@ class Tables:
             places[table_id, interpolation] = len(pieces), len(curve)
             pieces += curve
         self.pieces = pieces
+        for amplifier, curve in self._valves:
+            amplifier.valve_first, amplifier.valve_count = len(pieces), len(curve)
+            amplifier.valve_inverse = 1
+            pieces += curve
         for axis in self._axes():
-            valve = axis.simulation_table_id, CharacteristicInterpolation.LINEAR
-            axis.valve_first, axis.valve_count = places[valve]
             for drive in axis.drives:
+                valve = drive.amplifier.table_id, CharacteristicInterpolation.LINEAR
+                if drive.amplifier.table_id:
+                    drive.amplifier.valve_first, drive.amplifier.valve_count = places[valve]
                 key = drive.drive_table_id, drive.drive_table_interpolation_type
                 drive.curve_first, drive.curve_count = places[key]
                 drive.adapt = 1

@@ -17,6 +17,8 @@ from achse.devices.plc import PlcDevice
 from achse.devices.router import RouterDevice
 from achse.devices.system import StationControl, SystemDevice
 from achse.motion import AxisParameters, AxisParametersError, Nc
+from achse.motion.machine.record import PARAMETERS as MACHINE_PARAMETERS
+from achse.motion.nc import configurable
 from achse.motion.record import FIELDS
 from achse.motion.states import TableSubType, choices_of
 from achse.motion.tables import TableError, TableParameters
@@ -267,7 +269,7 @@ def _table(table: TableConfig) -> TableParameters:
 def _rotary(values: Mapping[str, float]) -> dict[str, float]:
     """The machine of a modulo axis, unless it is described: a turn, and a cam that is no longer."""
     turn = values.get("encoder_modulo_factor", FIELDS["encoder_modulo_factor"].default)
-    end = values.get("simulation_cam_end", FIELDS["simulation_cam_end"].default)
+    end = values.get("simulation_cam_end", MACHINE_PARAMETERS["simulation_cam_end"][1].default)
     cam = {"simulation_period": turn, "simulation_cam_begin": end - 0.05 * turn}
     return cam | dict(values)
 
@@ -276,7 +278,8 @@ def _numbers(parameters: Mapping[str, Any], key: str) -> dict[str, float]:
     """Parameters as numbers; an enumeration may be given by its word, a flag as true or false."""
     numbers: dict[str, float] = {}
     for name, value in parameters.items():
-        unit = FIELDS[name].unit if name in FIELDS else ""
+        field = configurable(name)
+        unit = field.unit if field is not None else ""
         choices = choices_of(unit)
         words = choices.__members__ if choices is not None else {}
         if isinstance(value, str) and value.upper() in words:

@@ -296,7 +296,7 @@ def test_user_data_show_the_chosen_state(bench: Any, refused: Any) -> None:
     axis.encoder_set_position_offset = 0.0
     for offset, value in (
         (0x1_0012, axis.encoder_actual_position_unfiltered),
-        (0x1_0014, axis.plant_velocity),
+        (0x1_0014, axis.drive_actual_velocity),
         (0x1_0017, 0.0),
         (0, 0.0),
     ):

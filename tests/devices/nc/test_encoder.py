@@ -192,7 +192,7 @@ def test_the_scaling_has_two_components(make_bench: Any, refused: Any) -> None:
     assert bench.get(0x4001, 0x1_0006, "<d") == 0.125
     bench.put(0x5001, 0x06, "<d", 0.5)
     assert bench.get(0x5001, 0x25, "<dd") == (0.5, 1.0)
-    bench.axis.plant_position = 100.0
+    bench.axis.machine.position = 100.0 * bench.axis.sensor.way
     bench.run(0.002)
     assert bench.get(0x5101, 0x02, "<d") == 50.0
     for data in ((0.0, 1.0), (1.0, -1.0), (1e-12, 1e30), (1.0, nan)):
@@ -254,7 +254,7 @@ def test_dead_time_as_the_encoder_shows_it(bench: Any) -> None:
 
 def test_the_modulo_reduction(bench: Any) -> None:
     bench.axis.control_dword = 0
-    bench.axis.plant_position = 800e4
+    bench.axis.machine.position = 800e4 * bench.axis.sensor.way
     bench.run(0.002)
     assert bench.get(0x5101, 0x0E, "<d") == pytest.approx(-720.0)
 

@@ -11,10 +11,11 @@ ENCODER, DRIVE, AXIS = 0x5301, 0x7301, 0x4301
 
 
 def test_the_encoder_input(bench: Any) -> None:
-    bench.axis.plant_position = 123_456.0
+    bench.axis.machine.position = 123_456.0 * bench.axis.sensor.way
     bench.axis.control_dword = 0
     bench.run(0.002)
     bench.axis.simulation_io_invalid = 1
+    bench.run(0.002)
     data = bench.read(ENCODER, 0x80, 40)
     values = struct.unpack("<iiBBBBiiiiBBBBii", data)
     assert values[0] == 123_456
@@ -26,7 +27,7 @@ def test_the_encoder_input(bench: Any) -> None:
 
 def test_the_long_encoder_input(bench: Any) -> None:
     bench.axis.control_dword = 0
-    bench.axis.plant_position = -5.0
+    bench.axis.machine.position = -5.0 * bench.axis.sensor.way
     bench.run(0.002)
     values = struct.unpack("<8Q6Hi", bench.read(ENCODER, 0x80, 80))
     assert values[0] == 0xFFFF_FFFF - 4
@@ -88,7 +89,8 @@ def test_bits_beyond_the_structure(bench: Any, refused: Any) -> None:
             bench.put(group, 0x01, "<III", 40, 1, 1)
 
 
-def test_an_analog_drive_gets_its_share_of_the_mask(bench: Any) -> None:
+def test_an_analog_drive_gets_its_share_of_the_mask(make_bench: Any) -> None:
+    bench = make_bench(drive_output_mask=0x7FFF)
     bench.start(1e5, 1100.0)
     bench.until(lambda: bench.axis.set_velocity == 1100.0)
     bench.run(0.3)

@@ -138,7 +138,7 @@ def test_fields_stand_at_their_offsets(
     axis.set_cycle_counter = 3
     axis.user_data_state_offset = 0x1_0017
     axis.encoder_set_position_offset = 77.5
-    axis.simulation_drive_inputs = 0b110
+    axis.drive_io.state8 = 0b110
     axis.encoder_latch_active = axis.encoder_probe_active[4] = axis.encoder_probe_valid[0] = 1
     axis.encoder_probe_counter[0], axis.encoder_probe_counter[4] = 4, 3
     axis.encoder_probe_counter[7] = 0x105

@@ -159,6 +159,8 @@ def test_a_drive_uses_a_table_until_it_is_removed(filled: Any, refused: Any) -> 
         filled.write(F + 7, 0x20000)
     with refused(0x4A06):
         filled.put(P + 7, 0x20, "<IId", 0, 0, 2.0)
+    filled.axis.controller_position_kv = 0.0  # a linear valve gets five times as much
+    filled.axis.controller_following_error_position_monitoring_enable = 0
     filled.put(0x4301, 0x01, "<I", 7)
     filled.run(0.01)
     filled.start(0.0, 110.0, start_type=3)
@@ -166,7 +168,7 @@ def test_a_drive_uses_a_table_until_it_is_removed(filled: Any, refused: Any) -> 
     assert filled.get(0x7101, 0x03, "<d") == pytest.approx(5.0, abs=0.01)
     assert filled.get(0x7101, 0x13, "<d") == pytest.approx(25.0, abs=0.05)
     assert filled.get(0x7101, 0x14, "<d") == pytest.approx(2.5, abs=0.005)
-    assert filled.get(0x7301, 0, "<i") == pytest.approx(0.25 * 0x7FFF, rel=1e-3)
+    assert filled.get(0x7301, 0, "<i") == pytest.approx(0.25 * 0x7FFF_FFFF, rel=1e-3)
     with refused(0x4652):
         filled.put(0x7201, 0x102, "<I", 7)
     filled.write(0x4201, 0x02)

@@ -56,6 +56,7 @@ def test_the_single_latch(bench: Any) -> None:
 def test_inputs_of_the_probes_are_those_of_the_drive(bench: Any) -> None:
     for inputs in range(4):
         bench.axis.simulation_drive_inputs = inputs
+        bench.run(0.002)
         assert bench.get(E, 0x212, "<H") == inputs & 1
         assert bench.get(E, 0x213, "<H") == inputs >> 1
 

@@ -73,7 +73,7 @@ def make(request: pytest.FixtureRequest, make_rig: Any) -> Any:
 
 def machine(axis: Any) -> float:
     """Where the motor stands, whatever positions are called."""
-    return float(axis.plant_position * axis.encoder_scaling_factor)
+    return float(axis.machine.position)
 
 
 @pytest.mark.parametrize(("kind", "value"), [(1, 500.0), (2, 400.0)])
@@ -255,7 +255,7 @@ def test_a_reinitialised_encoder_knows_the_hardware_alone(make: Any) -> None:
     rig.seconds(1.0)
     commands.set_actual_position(rig.axis, 1, 700.0)
     commands.set_homed_flag(rig.axis, 1)
-    rig.refuses(NcError.PLC_AXIS_ENABLED, commands.reinitialize_encoder)
+    rig.refuses(NcError.FUNCTION_NOT_ALLOWED, commands.reinitialize_encoder)
     rig.axis.control_dword = 0
     rig.run(2)
     assert rig.axis.initialize_command_counter == 0

@@ -33,6 +33,7 @@ def test_an_edge_can_be_waited_for_once_at_a_time(rig: Any) -> None:
 
 def test_source_0_is_the_input_of_the_probe(rig: Any) -> None:
     commands.activate_touch_probe(rig.axis, 3, 0, 1, 0)
+    rig.run(1)
     rig.axis.simulation_drive_inputs = 0b100
     rig.run(1)
     assert rig.axis.encoder_probe_valid[2] == 1

@@ -15,7 +15,6 @@ from achse.devices.nc.layouts import INT32, REAL64, UINT8, UINT16, UINT32, Text
 from achse.devices.nc.tables import answered
 from achse.motion import Axis
 from achse.motion.record import DRIVE_DELAY
-from achse.motion.signals import drive_inputs
 from achse.motion.states import AxisType, ControlBit, OutputFilter
 from achse.motion.tables import HIGHEST_TABLE_ID
 from achse.server import READ, READ_WRITE, WRITE, Service
@@ -187,7 +186,7 @@ def _digital_input(drive: Axis, number: int) -> int:
         raise DeviceError(
             NcError.REQUEST_PARAMETER.number, f"input {number}, expected 1..{DIGITAL_INPUTS}"
         )
-    return drive_inputs(drive.owner, drive.owner) >> (number - 1) & 1
+    return drive.owner.drive_io.state8 >> (number - 1) & 1
 
 
 DRIVE_STATES = (

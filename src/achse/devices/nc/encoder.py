@@ -13,6 +13,7 @@ from achse.devices.nc.binding import error_state, in_sub_range, not_while_enable
 from achse.devices.nc.layouts import INT32, INT64, REAL64, UINT16, UINT32, Text
 from achse.devices.nc.touch_probe import TOUCH_PROBE
 from achse.motion import Axis
+from achse.motion.machine.record import PARAMETERS as MACHINE_PARAMETERS
 from achse.motion.record import POSITION_HISTORY
 from achse.server import READ, WRITE, Layout, Repeated, Service
 
@@ -75,6 +76,8 @@ def _set_tolerance_window(encoder: Axis, window: float) -> None:
         )
     encoder.encoder_modulo_tolerance_window = window
 
+
+_, NOISE = MACHINE_PARAMETERS["encoder_simulation_noise_scaling"]
 
 ENCODER_PARAMETERS = (
     Service(0x01, "encoder_id", READ, UINT32, "id of the encoder", "1", read=_id),
@@ -145,7 +148,18 @@ ENCODER_PARAMETERS = (
     parameter(0x107, UINT32, NcError.ENCODER_REFERENCE_MODE, "reference_mode"),
     parameter(0x108, UINT32, NcError.ENCODER_HOMING_MASK, "encoder_sub_mask", write=_set_sub_mask),
     parameter(0x109, UINT32, NcError.ENCODER_REFERENCE_MODE, "homing_sensor_source"),
-    parameter(0x110, REAL64, NcError.REQUEST_PARAMETER, "simulation_noise_scaling"),
+    Service(
+        0x110,
+        "simulation_noise_scaling",
+        READ | WRITE,
+        REAL64,
+        NOISE.doc,
+        NOISE.unit,
+        field="encoder_simulation_noise_scaling",
+        minimum=NOISE.least,
+        maximum=NOISE.most,
+        code=NcError.REQUEST_PARAMETER.number,
+    ),
 )
 
 
@@ -178,10 +192,6 @@ def _history(encoder: Axis) -> list[tuple[int, float]]:
         )
         for age in range(POSITION_HISTORY - 1, -1, -1)
     ]
-
-
-def _drive_velocity(encoder: Axis) -> float:
-    return -encoder.plant_velocity if encoder.drive_motor_polarity else encoder.plant_velocity
 
 
 ENCODER_STATES = (
@@ -221,7 +231,7 @@ ENCODER_STATES = (
     shown(0x13, REAL64, "actual_position_filtered"),
     Service(
         0x14, "drive_actual_velocity", READ, REAL64, "velocity as the drive itself knows it",
-        "mm/s", read=_drive_velocity,
+        "mm/s", read=attrgetter("drive_actual_velocity"),
     ),
     shown(0x15, REAL64, "actual_velocity_unfiltered"),
     Service(

@@ -1,8 +1,8 @@
 """I/O structures of encoders and drives, 0x5300 and 0x7300 + ID. Source: 002 §6.4.5.4, §6.4.7.4.
 
-The inputs are those of the simulated hardware. The NC writes its own fields of an output structure
-in each cycle; what a client writes stays in all others. The first 12 bytes are the mandatory part,
-which is read and written alone too.
+What the hardware port carries (`achse.motion.port`). The NC writes its own fields of an output
+structure in each cycle; what a client writes stays in all others. The first 12 bytes are the
+mandatory part, which is read and written alone too.
 """
 
 import struct
@@ -11,8 +11,7 @@ from collections.abc import Callable
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.motion import Axis
-from achse.motion.signals import drive_inputs
-from achse.motion.states import AxisType, DriveType
+from achse.motion.states import DISCRETE_DRIVES, AxisType
 from achse.server import READ, WRITE, Layout, Service
 
 __all__ = ["DRIVE_CYCLIC", "DRIVE_IO", "ENCODER_CYCLIC", "ENCODER_IO"]
@@ -28,26 +27,26 @@ _ENCODER_IN_LONG = struct.Struct("<8Q6Hi")
 _DRIVE_IN = struct.Struct("<iiBBBBiiiiBBBBii")
 _DRIVE_OUT = struct.Struct("<iiBB")
 _DRIVE_OUT_REST = struct.Struct("<iiii")
+_ENCODER_OUT_REST = struct.Struct("<BBBB")
+_ENCODER_OUT_LONG = struct.Struct("<HHHH")
 
 _HIGHEST = 0x7FFF_FFFF
 
 _ABSOLUTE_TIMES = 1 << 0
 
-_ANALOG = {
-    DriveType.M2400_DAC1, DriveType.M2400_DAC2, DriveType.M2400_DAC3, DriveType.M2400_DAC4,
-    DriveType.MDP_252, DriveType.MDP_252_NONLINEAR, DriveType.UNIVERSAL, DriveType.NC_BACKPLANE,
-}  # fmt: skip
-_DISCRETE = {DriveType.RAPID_CREEP, DriveType.STEPPER}
+_UPPER = 0x8000_0000
+_FULL = 0xFFFF_FFFF
+_WIDE = 0xFFFF_FFFF_FFFF_FFFF
 
 
-def _int32(value: float) -> int:
-    """The nearest increment within 32 bits."""
-    return round(max(-_HIGHEST - 1.0, min(value, float(_HIGHEST))))
+def _signed(count: int) -> int:
+    """The lower double word of a count, with its sign."""
+    return ((count & _FULL) ^ _UPPER) - _UPPER
 
 
-def _io_state(axis: Axis) -> int:
-    """Bit 0 the data are invalid (WcState), bit 1 changes with each new value (InputToggle)."""
-    return int(axis.owner.simulation_io_invalid) | (axis.owner.set_cycle_counter & 1) << 1
+def _io_state(axis: Axis, state: int) -> int:
+    """State 4: bit 0 the data are invalid (WcState), bit 1 changes with each new value."""
+    return state | (axis.owner.set_cycle_counter & 1) << 1
 
 
 def _time(axis: Axis) -> int:
@@ -65,11 +64,12 @@ class _EncoderInput:
     name = f"NCENCODERSTRUCT_IN2 ({IO_SIZE} bytes)"
 
     def encode(self, axis: Axis) -> bytes:
+        io = axis.encoder_io
         return _ENCODER_IN.pack(
-            axis.encoder_hardware_increments,
-            _int32(axis.encoder_latch_hardware_increments),
-            axis.encoder_latch_active | axis.encoder_latch_valid << 1, 0, 0, _io_state(axis),
-            0, 0, 0, 0, 0, 0, 0, 0, _time(axis), 0,
+            _signed(io.data_in1), _signed(io.data_in2),
+            io.state1, io.state2, io.state3, _io_state(axis, io.state4),
+            *map(_signed, (io.data_in3, io.data_in4, io.data_in5, io.data_in6)),
+            io.state5, io.state6, io.state7, io.state8, _time(axis), 0,
         )  # fmt: skip
 
     def decode(self, data: bytes) -> tuple[int, ...]:
@@ -83,12 +83,12 @@ class _EncoderInputLong:
     name = f"NCENCODERSTRUCT_IN3 ({LONG_IO_SIZE} bytes)"
 
     def encode(self, axis: Axis) -> bytes:
+        io = axis.encoder_io
+        probes = (io.data_in3, io.data_in4, io.data_in5, io.data_in6)
         return _ENCODER_IN_LONG.pack(
-            axis.encoder_hardware_increments & axis.encoder_mask,
-            axis.encoder_latch_hardware_increments & axis.encoder_mask,
-            0, 0, 0, 0, 0, 0,
-            axis.encoder_latch_active | axis.encoder_latch_valid << 1, 0, 0, 0, 0, _io_state(axis),
-            _time(axis),
+            io.data_in1 & _FULL, io.data_in2 & _FULL, *(each & _WIDE for each in probes), 0, 0,
+            io.state1, io.state2, io.state5 | io.state6 << 8, io.state7 | io.state8 << 8, 0,
+            _io_state(axis, io.state4), _time(axis),
         )  # fmt: skip
 
     def decode(self, data: bytes) -> tuple[int, ...]:
@@ -96,76 +96,61 @@ class _EncoderInputLong:
 
 
 class _DriveInput:
-    """Position and torque of the motor, status; bit 7 of status 4 is the fast-stop signal.
-
-    Status 8 shows the digital inputs.
-    """
+    """Position, torque and velocity of the motor, status, digital inputs."""
 
     size = IO_SIZE
     name = f"NCDRIVESTRUCT_IN2 ({IO_SIZE} bytes)"
 
     def encode(self, axis: Axis) -> bytes:
-        torque = axis.drive_actual_torque / (axis.drive_actual_torque_scaling or 1.0)
-        ready = axis.owner.simulation_not_ready == 0 and axis.owner.limit_switch == 0
-        status = int(ready) | axis.owner.loop_closed << 1
+        io = axis.drive_io
         return _DRIVE_IN.pack(
-            axis.encoder_hardware_increments, _int32(torque),
-            status, 0, 0, axis.owner.simulation_fast_stop_signal << 7,
-            0, 0, 0, 0,
-            0, 0, 0, drive_inputs(axis, axis.owner), 0, 0,
+            _signed(io.data_in1), io.data_in2,
+            io.state1, io.state2, io.state3, _io_state(axis, io.state4),
+            io.data_in3, 0, 0, 0, 0, 0, 0, io.state8, 0, 0,
         )  # fmt: skip
 
     def decode(self, data: bytes) -> tuple[int, ...]:
         return _DRIVE_IN.unpack(data)
 
 
-def _analog(axis: Axis) -> tuple[int, int]:
-    """The output of an analog drive: its share of the output mask."""
-    percent = (
-        axis.drive_output_percent_nonlinear if axis.drive_special else axis.drive_output_percent
-    )
-    return _int32(percent / 100.0 * axis.drive_output_mask), 0
-
-
-def _digital(axis: Axis) -> tuple[int, int]:
-    """Set position in increments and set velocity, weighted as the drive wants them."""
-    owner = axis.owner
-    position = owner.set_position - axis.encoder_position_offset - axis.encoder_set_position_offset
-    increments = position / axis.encoder_scale * axis.drive_position_scaling
-    return _int32(increments), _int32(axis.drive_output * axis.drive_velocity_scaling)
-
-
-def _further(axis: Axis) -> tuple[int, int, int, int]:
-    """Acceleration, torque offset, set torque, following error; each delayed and weighted."""
-    owner = axis.owner
-    acceleration = owner.set_acceleration - owner.set_jerk * axis.drive_acceleration_output_delay
-    torque = owner.set_torque - owner.set_torque_derivative * axis.drive_torque_output_delay
-    return (
-        _int32(acceleration * axis.drive_acceleration_scaling),
-        _int32(owner.set_torque_offset * axis.drive_torque_offset_scaling),
-        _int32(torque * axis.drive_set_torque_scaling),
-        _int32(owner.following_error / axis.encoder_scale * axis.drive_dsc_xerr_scaling),
-    )
-
-
 def _drive_output(axis: Axis) -> bytes:
     """The whole structure: what clients wrote, and above it what the NC writes."""
     image = bytearray(b"".join(_DWORD.pack(word) for word in axis.drive_output_image))
-    kind = axis.drive_type
-    if kind in _DISCRETE or axis.owner.axis_type == AxisType.DISCRETE_RAPID_CREEP:
-        outputs = 0, 0
-        control = axis.drive_control_byte, axis.drive_extended_control_byte
-    else:
-        outputs = _analog(axis) if kind in _ANALOG else _digital(axis)
-        control = axis.owner.loop_closed, image[9]
-    _DRIVE_OUT.pack_into(image, 0, *outputs, *control)
-    if kind not in _ANALOG and kind not in _DISCRETE:
-        _DRIVE_OUT_REST.pack_into(image, 12, *_further(axis))
+    io = axis.drive_io
+    if axis.drive_type in DISCRETE_DRIVES or axis.owner.axis_type == AxisType.DISCRETE_RAPID_CREEP:
+        _DRIVE_OUT.pack_into(image, 0, 0, 0, io.ctrl1, io.ctrl2)
+        return bytes(image)
+    digital = axis.drive_digital
+    control2 = io.ctrl2 if digital else image[9]
+    _DRIVE_OUT.pack_into(image, 0, io.data_out1, io.data_out2, io.ctrl1, control2)
+    if digital:
+        image[10] = io.ctrl3
+        _DRIVE_OUT_REST.pack_into(image, 12, io.data_out3, io.data_out4, io.data_out5, io.data_out6)
     return bytes(image)
 
 
+def _encoder_image(axis: Axis) -> bytearray:
+    return bytearray(b"".join(_DWORD.pack(word) for word in axis.encoder_output_image))
+
+
 def _encoder_output(axis: Axis) -> bytes:
-    return b"".join(_DWORD.pack(word) for word in axis.encoder_output_image)
+    """What clients wrote, and above it the controls of latches while these wait."""
+    image = _encoder_image(axis)
+    if axis.encoder_armed:
+        io = axis.encoder_io
+        image[8] = io.ctrl1
+        _ENCODER_OUT_REST.pack_into(image, 28, io.ctrl5, io.ctrl6, io.ctrl7, io.ctrl8)
+    return bytes(image)
+
+
+def _encoder_output_long(axis: Axis) -> bytes:
+    """The same with the controls of the 64-bit structure, two touch probes in each."""
+    image = _encoder_image(axis)
+    if axis.encoder_armed:
+        io = axis.encoder_io
+        probes = io.ctrl5 | io.ctrl6 << 8, io.ctrl7 | io.ctrl8 << 8
+        _ENCODER_OUT_LONG.pack_into(image, 64, io.ctrl1, 0, *probes)
+    return bytes(image)
 
 
 class _Output:
@@ -237,7 +222,7 @@ _ENCODER_OUT = (
     _Output("NCENCODERSTRUCT_OUT", SHORT_IO_SIZE, _encoder_output),
     _Output("NCENCODERSTRUCT_OUT2", IO_SIZE, _encoder_output),
 )
-_ENCODER_OUT_LONG = _Output("NCENCODERSTRUCT_OUT3", LONG_IO_SIZE, _encoder_output)
+_ENCODER_OUTPUT_LONG = _Output("NCENCODERSTRUCT_OUT3", LONG_IO_SIZE, _encoder_output_long)
 _DRIVE_OUTPUTS = (
     _Output("NCDRIVESTRUCT_OUT", SHORT_IO_SIZE, _drive_output),
     _Output("NCDRIVESTRUCT_OUT2", IO_SIZE, _drive_output),
@@ -257,7 +242,9 @@ ENCODER_IO = (
 """As the axis shows them."""
 
 ENCODER_CYCLIC = (
-    _output((*_ENCODER_OUT, _ENCODER_OUT_LONG), "encoder_output_image", "outputs of the encoder"),
+    _output(
+        (*_ENCODER_OUT, _ENCODER_OUTPUT_LONG), "encoder_output_image", "outputs of the encoder"
+    ),
     _bits("encoder_output_image"),
     _input((_EncoderInput(), _EncoderInputLong()), "inputs of the encoder"),
 )

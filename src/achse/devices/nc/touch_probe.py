@@ -14,7 +14,6 @@ from achse.devices.nc import binding
 from achse.devices.nc.layouts import REAL64, UINT16, UINT32, UINT64, OfAxis
 from achse.motion import Axis
 from achse.motion.record import TOUCH_PROBES
-from achse.motion.signals import drive_inputs
 from achse.server import READ, READ_WRITE, Layout, Service
 
 __all__ = ["TOUCH_PROBE"]
@@ -53,7 +52,7 @@ def _positions(encoder: Axis) -> list[float]:
 
 
 def _input(number: int) -> Callable[[Axis], int]:
-    return lambda encoder: drive_inputs(encoder, encoder.owner) >> (number - 1) & 1
+    return lambda encoder: encoder.owner.drive_io.state8 >> (number - 1) & 1
 
 
 def _flags(offset: int, name: str, four: str, read: Callable[[Axis], Any], doc: str) -> Service:

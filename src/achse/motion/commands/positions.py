@@ -11,6 +11,8 @@ from achse.motion.axis import Axis
 from achse.motion.checks import FARTHEST, OK
 from achse.motion.commands.homing import end_application_request
 from achse.motion.commands.queue import busy
+from achse.motion.machine.hardware import count_from
+from achse.motion.port import wrapped
 from achse.motion.setpoint import shift_encoder, shift_origin, shift_setpoint
 from achse.motion.states import (
     ActualPositionType,
@@ -132,10 +134,9 @@ def set_actual_position_in_drive(encoder: Axis, position_type: int, position: fl
     steps = round(shift / encoder.encoder_scale)
     _rename(encoder, steps * encoder.encoder_scale)
     encoder.encoder_set_position_offset -= steps * encoder.encoder_scale
-    encoder.plant_position += steps
     encoder.encoder_software_increments += steps
-    encoder.encoder_machine_zero += steps
-    encoder.encoder_signal_position += steps
+    encoder.encoder_data = wrapped(encoder.encoder_data + steps)
+    count_from(encoder.sensor, encoder.amplifier, steps)
     encoder.adapt = 1
     return OK
 

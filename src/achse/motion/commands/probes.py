@@ -4,7 +4,7 @@ from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import FARTHEST, OK
 from achse.motion.record import PROBE_EDGES, TOUCH_PROBES
-from achse.motion.signals import begin_watch, latch_probe
+from achse.motion.signals import latch_probe, probe_state
 from achse.motion.states import EncoderType, ProbeMode, ReferenceMode, SignalSource
 
 __all__ = [
@@ -42,8 +42,8 @@ def _homing_holds_latch(encoder: Axis, edge: int) -> bool:
 
 
 def _activate(encoder: Axis, edge: int, continuous: bool, source: int) -> None:
-    if not encoder.encoder_latch_active and not encoder.homing_latch:
-        begin_watch(encoder, encoder.owner)
+    probe = edge % TOUCH_PROBES
+    encoder.encoder_probe_seen[probe] = probe_state(encoder, probe)
     encoder.encoder_probe_active[edge] = 1
     encoder.encoder_probe_valid[edge] = 0
     encoder.encoder_probe_counter[edge] = 0

@@ -107,7 +107,7 @@ class ControllerParameters(Parameters):
     controller_motor_torque_constant: float = real(
         1.0, "Nm/A", "torque constant of the motor", 1e-12
     )
-    controller_motor_inertia: float = real(1e-3, "kg m²", "moment of inertia", 1e-12)
+    controller_motor_inertia: float = real(0.05, "kg m²", "moment of inertia", 1e-12)
     controller_observer_bandwidth: float = real(
         500.0, "Hz", "bandwidth of the observer", 100.0, 2000.0
     )

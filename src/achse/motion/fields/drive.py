@@ -1,4 +1,4 @@
-"""Fields of a drive: parameters, output, and the motor that stands for the real one."""
+"""Fields of a drive: parameters, what functions ask of it, output."""
 
 from achse.motion.fields.declare import (
     Inputs,
@@ -16,14 +16,14 @@ __all__ = [
     "DRIVE_DELAY",
     "FILTER_ORDER",
     "DriveInput",
+    "DriveInterface",
     "DriveInternal",
     "DriveParameters",
     "DriveState",
-    "SimulationParameters",
 ]
 
 DRIVE_DELAY = 64
-"""Longest dead time of the simulated drive, in cycles; also that of the output filter."""
+"""Longest delay of an output, in cycles; also that of the output filter."""
 
 FILTER_ORDER = 10
 """Highest order of the output filter."""
@@ -43,7 +43,7 @@ class DriveParameters(Parameters):
     drive_mode: int = whole(1, "1", "mode of the drive, 1 = standard", 1, 1)
     drive_input_address_offset: int = whole(0, "byte", "place in the I/O input image")
     drive_output_address_offset: int = whole(0, "byte", "place in the I/O output image")
-    drive_output_mask: int = whole(0x7FFF, "INC", "largest output in increments", 1)
+    drive_output_mask: int = whole(0x7FFF_FFFF, "INC", "largest output in increments", 1)
     drive_control_dword: int = whole(0, "bits", "operation modes of the drive")
     drive_reset_counter: int = whole(5, "1", "cycles of a reset", 5)
     drive_dead_time_compensation_mode: int = whole(
@@ -109,33 +109,10 @@ class DriveParameters(Parameters):
     )
 
 
-class SimulationParameters(Parameters):
-    """The simulated drive and its faults; configuration only, no service."""
+class DriveInterface(Parameters):
+    """What the NC is configured to know of the drive beyond its type; no service."""
 
-    simulation_ideal: int = flag(0, "the drive follows the set position without error")
-    simulation_time_constant: float = real(
-        0.004, "s", "first-order lag of the drive's velocity", 0.0, 10.0
-    )
-    simulation_dead_time: float = real(
-        0.0, "s", "delay from output to drive, 64 cycles at most", 0.0, 1.0
-    )
-    simulation_blocked: int = flag(0, "the motor is stuck (fault injection)")
-    simulation_not_ready: int = flag(0, "the drive reports not ready (fault injection)")
-    simulation_io_invalid: int = flag(0, "I/O data are invalid (fault injection)")
-    simulation_drive_inputs: int = whole(0, "bits", "digital inputs 1..8 of the drive", 0, 255)
-    simulation_fast_stop_signal: int = flag(0, "bit 7 of drive status 4")
-    simulation_creep_velocity: float = real(
-        0.1, "1", "creep velocity of a two-speed drive, of its rapid one", 1e-3, 1.0
-    )
-    simulation_table_id: int = whole(
-        0, "1", "characteristic of the valve, output to velocity; 0 = the inverse of the NC's", 0
-    )
-    simulation_drift: float = real(0.0, "mm/s", "velocity of the drive at output 0")
-    simulation_full_torque_acceleration: float = real(
-        20_000.0, "mm/s²", "acceleration at 100 % torque", 1e-3
-    )
-    simulation_load_torque: float = real(0.0, "1000 = 100 %", "load against positive movement")
-    simulation_friction_torque: float = real(0.0, "1000 = 100 %", "friction while moving", 0.0)
+    simulation_ideal: int = flag(0, "the drive takes positions, whatever its type and controller")
 
 
 class DriveInput(Inputs):
@@ -172,11 +149,13 @@ class DriveState(States):
 
 
 class DriveInternal(Memory):
-    """What the drive derives from its parameters, and the simulated motor."""
+    """What the drive derives from its parameters, and keeps from cycle to cycle."""
 
     drive_special: int = flag(0, "more than a linear velocity drive is in use")
     drive_ideal: int = flag(0, "the drive takes positions and follows them")
-    drive_delay: int = whole(0, "1", "cycles from output to drive")
+    drive_digital: int = flag(0, "the outputs are weighted set values, not a share of full output")
+    drive_adapted_mode: int = whole(0, "DriveOperationMode", "operation mode this is derived for")
+    drive_delay: int = whole(0, "1", "cycles by which the velocity output is late")
     drive_dsc_gain: float = real(0.0, "1/s", "gain of a position loop in the drive, 0 = none")
     drive_full: float = real(2200.0, "mm/s", "velocity at 100 % output")
     drive_signal_before: int = flag(0, "fast-stop signal of the cycle before")
@@ -195,8 +174,6 @@ class DriveInternal(Memory):
     switch_direction: float = real(0.0, "1", "its direction")
     switch_start: float = real(0.0, "mm", "where its stop began")
     switch_time: float = real(0.0, "s", "time in that phase")
-
-    plant_position: float = real(0.0, "INC", "position of the motor")
-    plant_velocity: float = real(0.0, "mm/s", "velocity of the motor")
-    delay_index: int = whole(0, "1", "next slot of the dead-time line")
-    delay_output: list[float] = reals(DRIVE_DELAY, "mm/s", "outputs under way to the drive")
+    sent_position: float = real(0.0, "mm", "set position of the last output, before its filter")
+    delay_index: int = whole(0, "1", "next slot of the delay line")
+    delay_output: list[float] = reals(DRIVE_DELAY, "mm/s", "velocity outputs that are late")

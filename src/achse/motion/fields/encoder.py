@@ -77,9 +77,6 @@ class EncoderParameters(Parameters):
     encoder_homing_sensor_source: int = whole(
         0, "HomingSensorSource", "where the homing cam comes from", 0, 16
     )
-    encoder_simulation_noise_scaling: float = real(
-        0.0, "INC", "amplitude of the noise on the count", 0.0, 1e6
-    )
     encoder_position_offset: float = real(0.0, "mm", "added to the scaled count", -1e9, 1e9)
     encoder_count_direction: int = flag(0, "counting direction is inverted")
     encoder_is_absolute: int = flag(0, "encoder is absolute: its position cannot be set")
@@ -150,13 +147,14 @@ class TouchProbeState(States):
 
 
 class TouchProbeMemory(Memory):
-    """What an active latch waits for, and the signals of the cycle before."""
+    """What an active latch waits for, and what the hardware showed of it before."""
 
     encoder_probe_continuous: list[int] = wholes(PROBE_EDGES, "0/1", "goes on after an edge")
     encoder_probe_source: list[int] = wholes(PROBE_EDGES, "SignalSource", "its signal")
-    encoder_signal_position: float = real(0.0, "INC", "position of the motor a cycle before")
-    encoder_signal_inputs: int = whole(0, "bits", "digital inputs of the drive a cycle before")
-    encoder_machine_zero: float = real(0.0, "INC", "count at the zero of the machine")
+    encoder_armed: int = flag(0, "the hardware has been told to watch a signal")
+    encoder_probe_seen: list[int] = wholes(TOUCH_PROBES, "bits", "states of probes last seen")
+    encoder_homing_seen: int = whole(0, "bits", "state of the homing latch as last seen")
+    encoder_watched_count: int = whole(0, "INC", "count a cycle before, for the software sync")
 
 
 class EncoderMemory(Memory):
@@ -164,7 +162,7 @@ class EncoderMemory(Memory):
 
     encoder_special: int = flag(0, "functions beyond scaling and filters are in use")
     encoder_scale: float = real(1e-4, "mm/INC", "scaling with the sign of the direction")
-    encoder_raw: int = whole(0, "INC", "count as it was last read")
-    encoder_noise: int = whole(0, "1", "state of the noise")
+    encoder_data: int = whole(0, "INC", "count as the hardware showed it last")
+    encoder_raw: int = whole(0, "INC", "the same within the mask")
     encoder_backlash_side: float = real(0.0, "1", "direction of the last movement")
     encoder_history: list[float] = reals(POSITION_HISTORY, "mm", "actual positions, a ring")

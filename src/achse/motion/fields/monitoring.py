@@ -12,6 +12,8 @@ class MonitoringInternal(Memory):
     element_number: int = whole(0, "1", "records back to the axis this is an element of, 0 = none")
     resting: int = flag(0, "nothing changes until somebody writes to the record")
     quiet_cycles: int = whole(0, "1", "cycles without a change")
+    drive_status: int = whole(0, "bits", "state 1 of the drive")
+    io_invalid: int = flag(0, "encoder or drive has no valid data")
     limit_switch: int = whole(0, "1", "hardware limit switch the axis stands on: -1, 0 none, 1")
     output_cut: int = flag(0, "an error opened the control loop; reset closes it")
     following_error_time: float = real(0.0, "s", "time above the position window")
