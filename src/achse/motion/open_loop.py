@@ -7,18 +7,13 @@ until a motion command or function 0x63 leads it back (002 §6.4.4.3, 0x2D).
 Kernel source: compiled as it stands, see `compiled`.
 """
 
+from achse.codes import NcError
 from achse.motion.drive import fill_filter
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import fail
 from achse.motion.states import MotionPhase
 
 __all__ = ["choose_loop", "follow_axis", "run_torque"]
-
-_NO_JOB = MotionPhase.NONE.value
-_EXTERNAL = MotionPhase.EXTERNAL.value
-_TORQUE_JOB = MotionPhase.TORQUE.value
-
-_DATA_INVALID = 0x422C
 
 _LARGEST = 1e10
 """Torques beyond are none."""
@@ -38,7 +33,7 @@ def follow_axis(ax: AxisFields) -> None:
 
 def choose_loop(ax: AxisFields) -> None:
     """A motion of the position loop leads the drive out of torque mode."""
-    if ax.set_motion_phase not in (_NO_JOB, _EXTERNAL, _TORQUE_JOB):
+    if ax.set_motion_phase not in (MotionPhase.NONE, MotionPhase.EXTERNAL, MotionPhase.TORQUE):
         ax.drive_operation_mode = ax.torque_mode_before
         ax.torque_mode_before = 0
         ax.set_torque = 0.0
@@ -49,7 +44,7 @@ def choose_loop(ax: AxisFields) -> None:
 def run_torque(ax: AxisFields, dt: float) -> None:
     """One cycle in torque mode: the set torque runs along its ramp, or comes from outside."""
     before = ax.set_torque
-    if ax.set_motion_phase == _TORQUE_JOB:
+    if ax.set_motion_phase == MotionPhase.TORQUE:
         torque = ax.torque_target
         most = ax.torque_ramp * dt
         if most > 0.0:
@@ -59,12 +54,12 @@ def run_torque(ax: AxisFields, dt: float) -> None:
                 torque = before - most
         ax.set_torque = torque
         ax.set_torque_derivative = (torque - before) / dt
-    elif ax.set_motion_phase == _EXTERNAL:
+    elif ax.set_motion_phase == MotionPhase.EXTERNAL:
         if not (
             abs(ax.external_set_torque) <= _LARGEST
             and abs(ax.external_set_torque_derivative) <= _LARGEST
         ):
-            fail(ax, _DATA_INVALID, 0)
+            fail(ax, NcError.EXTERNAL_SETPOINT_DATA, 0)
             return
         ax.set_torque = ax.external_set_torque
         ax.set_torque_derivative = ax.external_set_torque_derivative

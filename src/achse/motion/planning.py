@@ -45,11 +45,6 @@ TO_LIMIT = 3
 TO_PAUSE = 4
 """What follows the table, `table_end`."""
 
-_POSITIONING = MotionPhase.POSITIONING.value
-_ENDLESS = MotionPhase.ENDLESS.value
-_STOPPING = MotionPhase.STOPPING.value
-_HOMING = MotionPhase.HOMING.value
-
 _FULL_OVERRIDE = 1_000_000
 
 _NEARLY = 1.0 - 1e-9
@@ -193,11 +188,11 @@ def _find_limit(ax: AxisFields) -> int:
     limit = highest_rest(ax) if forth else lowest_rest(ax)
     if abs(limit) == inf or ax.job_direction == 0.0:
         return 0
-    if ax.set_motion_phase == _POSITIONING:
+    if ax.set_motion_phase == MotionPhase.POSITIONING:
         border = ax.border_position
         if (border <= limit) if forth else (border >= limit):
             return 0
-    elif ax.set_motion_phase not in (_ENDLESS, _HOMING):
+    elif ax.set_motion_phase not in (MotionPhase.ENDLESS, MotionPhase.HOMING):
         return 0
     ax.border_position = limit
     ax.border_velocity = 0.0
@@ -228,10 +223,10 @@ def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
     count = END_VELOCITY_UNREACHABLE
     back = 0.0
     velocity = ax.job_direction * limit
-    if phase == _STOPPING or bounded < 0:
+    if phase == MotionPhase.STOPPING or bounded < 0:
         limit = 0.0
         velocity = 0.0
-    if limit > 0.0 and (phase == _POSITIONING or bounded > 0):
+    if limit > 0.0 and (phase == MotionPhase.POSITIONING or bounded > 0):
         if ax.loop_outward:
             back = _way_back(ax, limit)
         end_velocity = ax.border_velocity * share
@@ -240,10 +235,10 @@ def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
             end_velocity = top
         count = _plan_to_border(ax, limit, end_velocity)
         ax.table_end = TO_LIMIT if bounded else TO_TARGET
-    blended = phase == _POSITIONING and ax.border_velocity > 0.0
+    blended = phase == MotionPhase.POSITIONING and ax.border_velocity > 0.0
     to_speed = count == END_VELOCITY_UNREACHABLE
     if to_speed:
-        if phase == _POSITIONING and limit > 0.0:  # near the border, and too fast for it
+        if phase == MotionPhase.POSITIONING and limit > 0.0:  # near the border, and too fast for it
             limit = ax.border_velocity * share
             if limit > abs(ax.plan_velocity):
                 limit = abs(ax.plan_velocity)
@@ -260,7 +255,7 @@ def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
         ax.table_release = 0
     if to_speed and blended:
         ax.border_time = _time_to_border(ax, count)
-    if phase == _POSITIONING:
+    if phase == MotionPhase.POSITIONING:
         ax.remaining_time = duration(ax.segment_time, count) + back
     return count
 
@@ -287,7 +282,7 @@ def _fill_within_limits(ax: AxisFields, limit: float, share: float, bounded: int
     ax.limit_reached = passes(ax, 0, count, p, v, a)
     if bounded < 0:
         ax.limit_reached = 1 if ax.job_direction > 0.0 else -1
-    elif ax.set_motion_phase == _STOPPING:  # and is never weakened again
+    elif ax.set_motion_phase == MotionPhase.STOPPING:  # and is never weakened again
         ax.job_deceleration = strongest
         ax.job_jerk = steepest
     elif share > 0.0:
@@ -300,7 +295,7 @@ def plan(ax: AxisFields) -> int:
 
     Put off for the next command if this one is done.
     """
-    if ax.set_motion_phase == _POSITIONING:
+    if ax.set_motion_phase == MotionPhase.POSITIONING:
         look_ahead(ax)
         if _is_past_border(ax):
             ax.border_time = 0.0
@@ -325,12 +320,12 @@ def plan(ax: AxisFields) -> int:
     limit = commanded * share
     bounded = 0
     limited = ax.limited == 1 and ax.external_setpoint_active == 0
-    if phase == _POSITIONING:
+    if phase == MotionPhase.POSITIONING:
         overrun(ax)
         ax.job_direction = 1.0 if ax.border_position >= ax.set_position else -1.0
     if limited:
         bounded = _find_limit(ax)
-    if phase == _POSITIONING and ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
+    if phase == MotionPhase.POSITIONING and ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
         if ax.job_peak_velocity == 0.0:
             strongest = ax.table_deceleration
             steepest = ax.table_jerk
@@ -354,7 +349,7 @@ def plan(ax: AxisFields) -> int:
         count = _fill(ax, limit, share, 0)
     if count < 0:
         return count
-    if phase == _POSITIONING and ax.job_peak_velocity == 0.0:
+    if phase == MotionPhase.POSITIONING and ax.job_peak_velocity == 0.0:
         ax.job_peak_velocity = _peak_velocity(ax, ax.set_velocity, ax.set_acceleration, count)
     if ax.table_release == 0:
         ax.running_jerk = ax.table_jerk
@@ -369,7 +364,7 @@ def plan(ax: AxisFields) -> int:
 
 def _braking(ax: AxisFields) -> int:
     """Whether a positioning that ends at rest is in its last ramp."""
-    if ax.set_motion_phase != _POSITIONING or ax.border_velocity > 0.0:
+    if ax.set_motion_phase != MotionPhase.POSITIONING or ax.border_velocity > 0.0:
         return 0
     way = ax.border_position - ax.set_position
     if way * ax.set_velocity <= 0.0:
@@ -384,7 +379,9 @@ def _braking(ax: AxisFields) -> int:
 def follow_override(ax: AxisFields) -> None:
     """Ask for a new table after a change of the override, unless braking has begun."""
     phase = ax.set_motion_phase
-    if phase in (_ENDLESS, _HOMING) or (phase == _POSITIONING and not _braking(ax)):
+    if phase in (MotionPhase.ENDLESS, MotionPhase.HOMING) or (
+        phase == MotionPhase.POSITIONING and not _braking(ax)
+    ):
         ax.replan = 1
     else:
         ax.planned_override = ax.velocity_override

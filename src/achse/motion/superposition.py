@@ -18,8 +18,6 @@ from achse.motion.states import MotionPhase
 
 __all__ = ["generate_superposed", "superposed_speed", "superposed_way"]
 
-_NO_JOB = MotionPhase.NONE.value
-
 
 def superposed_way(ax: AxisFields, t: float) -> float:
     """Additional way, without sign, at process time `t`."""
@@ -100,7 +98,7 @@ def generate_superposed(ax: AxisFields, dt: float) -> None:
     t = _cover(ax, (ax.set_position - begin) * ax.superposition_direction, room, dt)
     pace = ax.set_velocity * ax.superposition_direction
     standing = pace <= 0.0 and ax.planned_override != 0
-    if t >= ax.superposition_end or standing or ax.set_motion_phase == _NO_JOB:
+    if t >= ax.superposition_end or standing or ax.set_motion_phase == MotionPhase.NONE:
         absorb(ax)
         return
     gain = ax.set_acceleration * ax.superposition_direction

@@ -17,19 +17,6 @@ from achse.motion.states import BufferMode, StartType
 
 __all__ = ["NOWHERE", "look_ahead", "modulo_part", "overrun", "resolve_target"]
 
-_RELATIVE = StartType.RELATIVE.value
-_ENDLESS_POSITIVE = StartType.ENDLESS_POSITIVE.value
-_ENDLESS_NEGATIVE = StartType.ENDLESS_NEGATIVE.value
-_HALT = StartType.HALT.value
-_MODULO = StartType.MODULO.value
-_MODULO_SHORTEST = StartType.MODULO_SHORTEST.value
-_MODULO_POSITIVE = StartType.MODULO_POSITIVE.value
-_MODULO_NEGATIVE = StartType.MODULO_NEGATIVE.value
-
-_BLENDING_LOW = BufferMode.BLENDING_LOW.value
-_BLENDING_PREVIOUS = BufferMode.BLENDING_PREVIOUS.value
-_BLENDING_NEXT = BufferMode.BLENDING_NEXT.value
-_BLENDING_HIGH = BufferMode.BLENDING_HIGH.value
 
 NOWHERE = inf
 """The blending position of a command that has none."""
@@ -52,25 +39,25 @@ def resolve_target(ax: AxisFields, start_type: int, position: float, start: floa
     Type 5 (old form): the sign gives the direction, whole periods in the value are extra turns.
     Types 517 and 773 go straight back when the target lies behind within the tolerance window.
     """
-    if start_type == _RELATIVE:
+    if start_type == StartType.RELATIVE:
         return start + position
     period = ax.encoder_modulo_factor
-    if start_type == _MODULO:
+    if start_type == StartType.MODULO:
         turns = floor(abs(position) / period) * period
         if position < 0.0:
             return start - modulo_part(start + position, period) - turns
         return start + modulo_part(position - start, period) + turns
-    if start_type == _MODULO_SHORTEST:
+    if start_type == StartType.MODULO_SHORTEST:
         way = modulo_part(position - start, period)
         if way > 0.5 * period:
             way -= period
         return start + way
-    if start_type == _MODULO_POSITIVE:
+    if start_type == StartType.MODULO_POSITIVE:
         way = modulo_part(position - start, period)
         if period - way <= ax.encoder_modulo_tolerance_window:
             way -= period
         return start + way
-    if start_type == _MODULO_NEGATIVE:
+    if start_type == StartType.MODULO_NEGATIVE:
         way = modulo_part(start - position, period)
         if period - way <= ax.encoder_modulo_tolerance_window:
             way -= period
@@ -89,13 +76,13 @@ def _wanted_velocity(ax: AxisFields, i: int, before: float, end: float) -> float
         return end
     own = ax.buffer_velocity[i]
     mode = ax.buffer_mode[i]
-    if mode == _BLENDING_PREVIOUS:
+    if mode == BufferMode.BLENDING_PREVIOUS:
         return before
-    if mode == _BLENDING_NEXT:
+    if mode == BufferMode.BLENDING_NEXT:
         return own
-    if mode == _BLENDING_LOW:
+    if mode == BufferMode.BLENDING_LOW:
         return own if own < before else before
-    if mode == _BLENDING_HIGH:
+    if mode == BufferMode.BLENDING_HIGH:
         return own if own > before else before
     return 0.0
 
@@ -148,10 +135,10 @@ def look_ahead(ax: AxisFields) -> None:
         before = ax.buffer_velocity[i]
         end_velocity = ax.buffer_end_velocity[i]
         start_type = ax.buffer_start_type[i]
-        if start_type in (_ENDLESS_POSITIVE, _ENDLESS_NEGATIVE):
-            forth = start_type == _ENDLESS_POSITIVE
+        if start_type in (StartType.ENDLESS_POSITIVE, StartType.ENDLESS_NEGATIVE):
+            forth = start_type == StartType.ENDLESS_POSITIVE
             border, end_velocity = _end_of_endless(ax, here, forth, before)
-        elif start_type == _HALT:
+        elif start_type == StartType.HALT:
             forth = direction > 0.0
             border, end_velocity = _end_of_endless(ax, here, forth, 0.0)
         else:
