@@ -23,6 +23,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "frames.py": (["2000"], rf"64 per portion: +{NUMBER}/s  bare +{NUMBER}/s"),
     "nc_cycle.py": (["0.02"], rf"255 +plain +{NUMBER} +{NUMBER} +{NUMBER}"),
     "outstanding.py": (["320", "1"], rf"achse station +{NUMBER} answers/s"),
+    "own_coverage.py": (["codes"], rf"{NUMBER} % +\d+ statements  codes/ by its own tests"),
     "planner.py": (["--cases", "50"], rf"any state +{NUMBER} +{NUMBER} +{NUMBER} +{NUMBER}"),
     "reads.py": (["50", "1"], rf"achse station +{NUMBER} reads/s +median latency +{NUMBER} µs"),
     "same_run.py": (["--seconds", "10", "--turns", "30"], r"[1-9]\d* frames, \d+ lines, hash \w+"),

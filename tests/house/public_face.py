@@ -1,6 +1,6 @@
 """What users see of achse, one line each: names, commands with their options, keys, faults.
 
-`python tests/house/public_face.py` writes tests/data/public_face.txt anew.
+`python -m tests.house.public_face` writes tests/data/public_face.txt anew.
 """
 
 from collections.abc import Iterator

@@ -27,7 +27,7 @@ def test_what_users_see_is_listed() -> None:
     new = [f"+ {line}" for line in now if line not in listed]
     assert not gone + new, (
         "what users see is another than tests/data/public_face.txt says: write a line into "
-        "CHANGELOG.md, then call `python tests/house/public_face.py`\n" + "\n".join(gone + new)
+        "CHANGELOG.md, then call `python -m tests.house.public_face`\n" + "\n".join(gone + new)
     )
 
 
