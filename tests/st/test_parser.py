@@ -147,6 +147,31 @@ def test_variable_lists_of_a_file_are_one_list() -> None:
     assert unit.note.attributes == (("qualified_only", ""),)
 
 
+def test_actions_may_stand_after_their_unit() -> None:
+    parsed = parse(
+        "FUNCTION_BLOCK FB VAR n : INT; END_VAR END_FUNCTION_BLOCK\n"
+        "ACTION One: n := 1; END_ACTION\nACTION Two: n := 2; END_ACTION\n"
+        "PROGRAM MAIN END_PROGRAM ACTION Three: ; END_ACTION"
+    ).check()
+    found = [[part.name for part in unit.parts] for unit in parsed.units if hasattr(unit, "parts")]
+    assert found == [["One", "Two"], ["Three"]]
+    assert parse("ACTION Lost: ; END_ACTION").faults
+
+
+@pytest.mark.parametrize(
+    ("written", "bracketed"),
+    [
+        ("1, 2, 3", "[1, 2, 3]"),
+        ("1, 2(0)", "[1, 2(0)]"),
+        ("3(0)", "[3(0)]"),
+        ("(a := 0), (a := 1)", "[(a := 0), (a := 1)]"),
+    ],
+)
+def test_arrays_begin_without_brackets_too(written: str, bracketed: str) -> None:
+    text = "VAR_GLOBAL a : ARRAY [0..2] OF T := {}; END_VAR"
+    assert parse(text.format(written)).check().units == parse(text.format(bracketed)).units
+
+
 def test_conditions_leave_out_what_does_not_count() -> None:
     text = """PROGRAM P
 {IF defined (SIM)} a := 1; {ELSIF hasvalue (N, '2')} a := 2; {ELSE} a := 3; {END_IF}

@@ -206,12 +206,21 @@ class ExpressionParser(Cursor):
         at = self.starts[position]
         if self.kinds[position] == NAME:
             sign = self.kinds[position + 1]
+            if sign == NAME and self._is_bound(position + 1):
+                self.position = position + 3
+                return Argument(self.words[position], self.expression(), False, at)
             if sign == ":=" or sign == "=>":
                 self.position = position + 2
                 empty = self.kinds[position + 2] in (",", ")")
                 value = None if empty else self.expression()
                 return Argument(self.words[position], value, sign == "=>", at)
         return Argument("", self.expression(), False, at)
+
+    def _is_bound(self, position: int) -> bool:
+        """Whether `REF=` stands there: a word and a sign that touch each other."""
+        if self.words[position].upper() != "REF" or self.kinds[position + 1] != "=":
+            return False
+        return self.starts[position] + 3 == self.starts[position + 1]
 
     # initial values ------------------------------------------------------------------------
 

@@ -32,6 +32,13 @@ def test_assignments(lines: Lines, variables: str, statement: str, expected: lis
     assert lines(variables, statement) == expected
 
 
+def test_a_block_may_forbid_copies(lines: Lines) -> None:
+    block = "{attribute 'no_assign'} FUNCTION_BLOCK FB END_FUNCTION_BLOCK"
+    assert lines("a, b : FB;", "a := b;", block) == [
+        "fault: FB has attribute no_assign: it is not copied"
+    ]
+
+
 def test_a_condition_may_assign(lines: Lines) -> None:
     assert lines("a : BOOL; n : INT;", "IF (a := n > 3) THEN RETURN; END_IF")[0] == (
         "IF a := GT.BOOL(EXTEND.DINT(n), 3)"

@@ -59,6 +59,7 @@ ROWS = [
     ("d := F_Any(n);", "d := f_any(callee.x := AnyType(+8 := ADR(n)));"),
     ("d := F_Any(5);", "d := f_any(callee.x := AnyType(+8 := ADR(<__t1 := 5>)));"),
     ("n := F_Ref(n);", "n := f_ref(callee.r := ADR(n));"),
+    ("n := F_Ref(r REF= n);", "n := f_ref(callee.r := ADR(n));"),
     ("fb(i := 1, io := n, q => m);",
      "ADR(fb)->fb(callee.i := 1, callee.io := ADR(n) => m := callee.q);"),
     ("fb(io := n, i := );", "ADR(fb)->fb(callee.io := ADR(n));"),
@@ -90,6 +91,14 @@ ROWS = [
 @pytest.mark.parametrize(("statement", "expected"), ROWS)
 def test_calls(lines: Lines, statement: str, expected: str) -> None:
     assert lines(VARIABLES, statement, UNITS) == [expected]
+
+
+def test_a_function_that_gives_nothing_is_false(lines: Lines) -> None:
+    assert lines(VARIABLES, "b := F_Swap(n, m);", UNITS) == [
+        "b := f_swap(callee.x := ADR(n), callee.y := ADR(m));",
+        "warning: F_Swap gives no value: FALSE is taken",
+    ]
+    assert lines(VARIABLES, "n := fb(io := n);", UNITS) == ["fault: this call gives no value"]
 
 
 def test_an_input_without_initial_value_is_missed(lines: Lines) -> None:

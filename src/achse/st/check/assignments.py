@@ -14,6 +14,7 @@ from achse.st.check.conversions import converted
 from achse.st.check.kinds import common_integer, is_interface, same_shape
 from achse.st.check.meanings import PropertyUse
 from achse.st.check.operands import Operand, known
+from achse.st.check.signatures import attributes_in
 from achse.st.cursor import Unexpected
 from achse.st.tree import Assign, Expression
 from achse.st.typed.expressions import Computed, Known, Latched, Operator, Read, Stored, TypedValue
@@ -64,6 +65,8 @@ class Assignments:
         """A value put into a variable of a type."""
         body = self._body
         found = body.converter.implicit(value, type, value_at)
+        if isinstance(storage.type, StructType):
+            self._check_copy(storage.type, at)
         limits = subrange_of(type)
         if limits is not None:
             number = found.value if isinstance(found, Known) else limits.low
@@ -72,6 +75,12 @@ class Assignments:
             found = body.checks.in_range(found, value, limits, value_at)
         stored = Stored(storage, found, storage.type, at)
         return Operand(stored, type, storage)
+
+    def _check_copy(self, type: StructType[Any], at: int) -> None:
+        """Raise `Unexpected` for blocks that are not to be copied."""
+        entry = self._body.checking.names.entry_of(type)
+        if entry is not None and "no_assign" in attributes_in(entry.tree):
+            raise Unexpected(at, f"{entry.name} has attribute no_assign: it is not copied")
 
     def _to_property(self, use: PropertyUse, tree: Assign) -> Operand:
         body = self._body

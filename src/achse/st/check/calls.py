@@ -1,15 +1,16 @@
 """Calls: which routine is called, and what goes into which parameter."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import AliasType, ReferenceType, resolved
-from achse.iec.elementary import DINT
+from achse.iec.elementary import BOOL, DINT
 from achse.iec.strings import StringType
 from achse.iec.structs import Kind, StructType
 from achse.iec.types import IecType
-from achse.iec.variables import Section
+from achse.iec.variables import Section, Variable
 from achse.st.check.anytype import any_record
 from achse.st.check.kinds import same_shape
 from achse.st.check.meanings import (
@@ -167,6 +168,21 @@ class Calls:
         if isinstance(real, ReferenceType):
             return followed_value(value, real, at)
         return Operand(value, result.type)
+
+    def valued(self, operand: Operand, at: int) -> Operand:
+        """A call of a function that gives nothing, where a value is needed: a BOOL, FALSE."""
+        call = operand.value
+        signature = None
+        if isinstance(call, Invocation) and isinstance(call.target, DirectTarget):
+            signature = self._body.checking.routines.known(call.target.routine)
+        if signature is None or signature.kind not in (RoutineKind.FUNCTION, RoutineKind.METHOD):
+            raise Unexpected(at, "this call gives no value")
+        assert isinstance(call, Invocation)
+        self._body.warn(at, f"{signature.name} gives no value: FALSE is taken")
+        if signature.nothing is None:
+            signature.nothing = signature.frame.hidden("__nothing", BOOL)
+        result = _variable_place(signature.nothing, at)
+        return Operand(replace(call, result=result, type=BOOL), BOOL)
 
     def block(self, operand: Operand, arguments: Sequence[Argument], at: int) -> Operand:
         """A function block instance."""
@@ -437,6 +453,11 @@ def _place(parameter: Parameter, at: int, unit: str = "") -> Storage:
         return Storage(UnitBase(unit, variable), 0, type, name=variable.name, at=at)
     base = CalleeBase()
     return Storage(base, variable.offset, type, variable.bit, name=variable.name, at=at)
+
+
+def _variable_place(variable: Variable[Any, Any], at: int) -> Storage:
+    type = flat(variable.type)
+    return Storage(CalleeBase(), variable.offset, type, name=variable.name, at=at)
 
 
 def _beside(place: Storage, variable: Any) -> Storage:

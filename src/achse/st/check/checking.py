@@ -3,7 +3,7 @@
 import gc
 from collections import deque
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 from achse.iec.derived import PointerType
 from achse.iec.structs import Kind, StructType, Unit
@@ -63,6 +63,15 @@ def check(declarations: Declarations, *, given: Iterable[type[Unit]] = ()) -> Ty
             gc.enable()
 
 
+class _Checked(NamedTuple):
+    """A body after it was checked."""
+
+    body: RoutineBody
+    opening: tuple[TypedStatement, ...]
+    statements: tuple[TypedStatement, ...] | None
+    builtin: bool
+
+
 class Checking:
     """What all routines of a project share while they are checked."""
 
@@ -88,6 +97,7 @@ class Checking:
         self._waiting: deque[Signature] = deque()
         self._asked: set[str] = set()
         self._notes: dict[str, dict[str, str]] = {}
+        self._checked: list[_Checked] = []
         self._done: dict[str, Routine] = {}
         self._left_out: dict[str, str] = {}
         self._records: dict[str, TypedRecord] = {}
@@ -165,6 +175,9 @@ class Checking:
         for entry in own:
             self._guarded(entry, self._begin)
         self._work()
+        self._done = {
+            checked.body.signature.key: self._routine(checked) for checked in self._checked
+        }
         interfaces = self._interfaces()
         faults = [*list(self.names.faults)[self._known_faults :], *self._faults]
         contracts = Contracts(self.names, self.blocks, self.routines, self.fault)
@@ -436,6 +449,12 @@ class Checking:
             self._left_out[signature.key] = "it has faults"
             return
         self._statics += signature.statics.values()
+        self._checked.append(_Checked(body, opening, statements, builtin))
+
+    def _routine(self, checked: "_Checked") -> Routine:
+        """A routine that is checked. Its frame is complete only when all callers are, too."""
+        body = checked.body
+        signature = body.signature
         owner = "" if signature.kind is RoutineKind.FUNCTION else signature.entry.name.lower()
         in_frame = signature.kind not in (RoutineKind.BODY, RoutineKind.PROGRAM)
         parameters = []
@@ -448,7 +467,7 @@ class Checking:
             for variable in body.frame.variables
             if variable.type.is_view or variable.type.size > 8
         }
-        self._done[signature.key] = Routine(
+        return Routine(
             signature.key,
             signature.name,
             signature.kind,
@@ -457,10 +476,10 @@ class Checking:
             signature.tree.at,
             signature.this,
             tuple(parameters),
-            signature.result,
+            signature.result or signature.nothing,
             body.frame.structure(),
-            opening,
-            statements,
-            builtin,
+            checked.opening,
+            checked.statements,
+            checked.builtin,
             frozenset(addressed),
         )

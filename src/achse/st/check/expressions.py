@@ -62,9 +62,11 @@ class Expressions:
     def operand(self, tree: Expression) -> Operand:
         """An expression as a value. Raises `Unexpected` and `Failed`."""
         found = self.meaning(tree)
-        if isinstance(found, Operand):
-            return found
-        return self.as_operand(found, tree.at)
+        if not isinstance(found, Operand):
+            found = self.as_operand(found, tree.at)
+        if found.value.type is None:
+            return self._body.calls.valued(found, tree.at)
+        return found
 
     def as_operand(self, found: Meaning, at: int) -> Operand:
         """A meaning as a value: a property is read, a function is called."""

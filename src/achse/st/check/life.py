@@ -59,6 +59,8 @@ class Life:
         found = self._needs.get(key)
         if found is None:
             self._needs[key] = False
+            if type.kind is not Kind.UNIT and self._checking.names.entry_of(type) is None:
+                return False  # Declared where a variable is, or without sources.
             found = self._needs[key] = self._is_needed(type, event)
         return found
 

@@ -71,6 +71,8 @@ class Signature:
     this: StructType[Any] | None
     parameters: list[Parameter] = field(default_factory=list)
     result: Variable[Any, Any] | None = None
+    nothing: Variable[Any, Any] | None = None
+    """A hidden BOOL, where something takes the value of a function that gives none."""
     statics: dict[str, StaticBase] = field(default_factory=dict)
     members: dict[str, str] = field(default_factory=dict)
     """VAR_INST variables: their names in the record of the block."""
@@ -154,6 +156,10 @@ class Routines:
         made = self._made(name, kind, entry, accessor, scope, this, returns, tree.name, tree)
         made.accessor_of = tree
         return made
+
+    def known(self, key: str) -> Signature | None:
+        """The signature of that key, if it was asked for."""
+        return self._known.get(key)
 
     def this(self, entry: Entry) -> StructType[Any] | None:
         """The record of the instances that routines of a unit run on. Raises `Failed`."""
