@@ -13,6 +13,7 @@ from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.ams.commands import DataResponse, ReadRequest
 from achse.router import Router
 from achse.transport.connection import TcpConnection
+from achse.transport.peer import Peer
 from achse.transport.tcp import TcpListener
 
 PLC = AmsAddress("127.0.0.1.1.1:851")
@@ -96,7 +97,7 @@ async def main() -> None:
     await listener.open(port=0)
     read = Frame(PLC, CLIENT, Command.READ, data=ReadRequest(0x4020, 0, 4).encode()).encode_tcp()
     for size in (1, 64):
-        ours = rate(TcpConnection(listener), read * size, size, frames)
+        ours = rate(TcpConnection(Peer(listener)), read * size, size, frames)
         bare = rate(BareResponder(), read * size, size, frames)
         print(f"{size:3} per portion: {ours:9,.0f}/s  bare {bare:9,.0f}/s  ratio {ours / bare:.2f}")
     await listener.close()

@@ -10,6 +10,7 @@ from achse.ams import AmsAddress, Connection, DecodeError, Frame, NetId
 from achse.ams.commands import decode_request
 from achse.router import Router
 from achse.transport.connection import TcpConnection
+from achse.transport.peer import Peer
 from achse.transport.tcp import TcpListener
 
 COUNT = 20_000
@@ -118,7 +119,7 @@ def test_connection_and_router_stand_them(frames: ModuleType) -> None:
         listener = TcpListener(router)
         await listener.open(port=0)
         connections = 0
-        transport, connection = _Transport(), TcpConnection(listener)
+        transport, connection = _Transport(), TcpConnection(Peer(listener))
         connection.connection_made(transport)
         for data in islice(frames.mixed(7), COUNT):
             connection.data_received(data)
@@ -128,7 +129,7 @@ def test_connection_and_router_stand_them(frames: ModuleType) -> None:
                     assert isinstance(answer, Frame)
                     assert answer.is_response
                 connections += 1
-                transport, connection = _Transport(), TcpConnection(listener)
+                transport, connection = _Transport(), TcpConnection(Peer(listener))
                 connection.connection_made(transport)
         connection.connection_lost(None)
         assert connections > 10

@@ -28,6 +28,7 @@ from achse.station.network import (
     what_everybody_may,
 )
 from achse.transport.connection import TcpConnection
+from achse.transport.peer import Peer
 from achse.transport.udp import change_route, scan
 
 PRESS = {"name": "press", "net_id": "5.9.9.9.1.1", "host": "10.0.0.9"}
@@ -337,7 +338,7 @@ wishes = st.builds(
 async def ask_over_ads(network: Network, wish: Asked) -> int | None:
     """The result; None if the connection is closed instead."""
     wire = Wire(wish.host)
-    connection = TcpConnection(network.listener)
+    connection = TcpConnection(Peer(network.listener))
     connection.connection_made(wire)
     route = Route(name=wish.name, net_id=NetId(wish.net_id), host="10.5.5.5")
     data = RouteEntry.of(route).encode() if wish.add else wish.name.encode() + b"\0"
@@ -350,7 +351,7 @@ async def ask_over_ads(network: Network, wish: Asked) -> int | None:
     connection.data_received(request.encode_tcp())
     await asyncio.sleep(0)
     result = int.from_bytes(wire.written[38:42], "little") if wire.written else None
-    connection.abort()
+    connection.peer.abort()
     connection.connection_lost(None)
     return result
 

@@ -12,9 +12,11 @@ import pytest
 
 from achse.ams import AmsAddress, Connection, Event, Frame, NetId, TcpCommand, TcpMessage
 from achse.router import FIRST_CLIENT_PORT, LOOPBACK_NET_ID, Router
-from achse.transport import connection, tcp
+from achse.transport import peer as peer_module
+from achse.transport import tcp
 from achse.transport.connection import TcpConnection
 from achse.transport.held import Held
+from achse.transport.peer import Peer as Far
 from achse.transport.tcp import TcpListener
 
 OURS = NetId("5.1.2.3.1.1")
@@ -48,11 +50,11 @@ class Station(TcpListener):
         self.router.register(851, self.device)
         self.freed: asyncio.Queue[int] = asyncio.Queue()
         self.router.on_port_closed(lambda address: self.freed.put_nowait(address.port))
-        self.went: asyncio.Queue[TcpConnection] = asyncio.Queue()
+        self.went: asyncio.Queue[Far] = asyncio.Queue()
 
-    def closed(self, connection: TcpConnection) -> None:
-        super().closed(connection)
-        self.went.put_nowait(connection)
+    def closed(self, peer: Far) -> None:
+        super().closed(peer)
+        self.went.put_nowait(peer)
 
 
 class Peer:
@@ -459,8 +461,8 @@ async def test_a_peer_that_vanished_is_looked_for() -> None:
     async with running() as station, peers(station) as (peer,):
         await peer.ask(request())
         [connection] = station.connections
-        assert connection._transport is not None
-        accepted = connection._transport.get_extra_info("socket")
+        line: Any = connection._line
+        accepted = line.get_extra_info("socket")
         assert accepted.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE) == 1
 
 
@@ -471,7 +473,7 @@ async def test_answers_to_one_burst_do_not_gather_beyond_the_backlog() -> None:
     station._server = await station.loop.create_server(asyncio.Protocol, "127.0.0.1", 0)
     station.device.size = 1024 * 1024
     transport = _Deaf()
-    connection = TcpConnection(station)
+    connection = TcpConnection(Far(station))
     connection.connection_made(transport)
     connection.data_received(b"".join(request(i).encode_tcp() for i in range(1000)))
     assert transport.aborted
@@ -522,7 +524,7 @@ class _Deaf(asyncio.Transport):
 async def test_a_closed_peer_that_does_not_read_is_cut_off(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(connection, "_LINGER", 0.0)
+    monkeypatch.setattr(peer_module, "_LINGER", 0.0)
     async with running() as station, peers(station) as (peer,):
         station.device.size = 16 * 1024 * 1024
         peer.reader._transport.pause_reading()  # type: ignore[attr-defined]

@@ -175,6 +175,8 @@ class Notifications:
         Raises DeviceError 0x713 for the mode, 0x716 for too many, 0x717 for too much, and what
         `read` raises.
         """
+        if not getattr(via, "connected", True):
+            raise DeviceError(ReturnCode.CLIENT_UNKNOWN, "its connection has ended")
         if mode not in _MODES:
             raise DeviceError(ReturnCode.TRANSMISSION_MODE_NOT_SUPPORTED, f"mode {mode}")
         self._make_sure_of_room(client, length)

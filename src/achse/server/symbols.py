@@ -302,13 +302,15 @@ class SymbolServices:
     def _handle_by_name(self, offset: int, read_length: int, data: bytes, client: bytes) -> bytes:
         if read_length < 4:
             raise DeviceError(ReturnCode.INVALID_SIZE, f"a handle is 4 bytes, asked {read_length}")
+        way = self._way()
+        if not getattr(way, "connected", True):
+            raise DeviceError(ReturnCode.CLIENT_UNKNOWN, "its connection has ended")
         symbol = self._resolve(data)
         self._make_sure_of_room(client)
         handle = self._next
         while handle in self._handles or handle in self._stale:
             handle = handle + 1 & 0xFFFF_FFFF or 1
         self._next = handle + 1 & 0xFFFF_FFFF or 1
-        way = self._way()
         self._handles[handle] = _Handle(symbol, client, way)
         self._held.setdefault(client, {}).setdefault(way, set()).add(handle)
         if way is not None:

@@ -7,11 +7,13 @@ import asyncio
 import ipaddress
 import logging
 from collections import Counter
+from typing import cast
 
 from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.router import Router
 from achse.transport.connection import TcpConnection
 from achse.transport.held import Held
+from achse.transport.peer import Peer
 from achse.transport.refusal import NO_ROOM, Refusals
 
 __all__ = ["TCP_PORT", "TcpListener"]
@@ -67,7 +69,7 @@ class TcpListener:
         """Connections closed because their peer did not read, or left packets unfinished."""
         self.host = ""
         self.port = 0
-        self.connections: set[TcpConnection] = set()
+        self.connections: set[Peer] = set()
         self.loop: asyncio.AbstractEventLoop
         self._server: asyncio.Server | None = None
         self._refusals = Refusals()
@@ -80,7 +82,7 @@ class TcpListener:
         """Listen on `host`:`port`; 0 takes a free one, see `self.port`. OSError if it is taken."""
         self.loop = asyncio.get_running_loop()
         self._server = await self.loop.create_server(
-            lambda: TcpConnection(self), host, port, start_serving=False
+            lambda: TcpConnection(Peer(self)), host, port, start_serving=False
         )
         self.host, self.port = self._server.sockets[0].getsockname()[:2]
         await self._server.start_serving()
@@ -106,56 +108,54 @@ class TcpListener:
         """Peers on this host may register ports, others if that is allowed."""
         return self.external_registration or _is_loopback(host)
 
-    def opened(self, connection: TcpConnection) -> None:
+    def opened(self, peer: Peer) -> None:
         """A connection came up: apply the limit and the one-per-host rule."""
         if self._server is None:
-            connection.abort()
+            peer.abort()
             return
         replaced = [
             other
             for other in self.connections
-            if self.strict and other.peer_host == connection.peer_host and not other.registered
+            if self.strict and other.peer_host == peer.peer_host and not other.registered
         ]
-        host = connection.peer_host
+        host = peer.peer_host
         if not self.accepting:
-            self._refuse(connection)
+            self._refuse(peer)
         elif len(self.connections) - len(replaced) >= self.max_connections:
-            self._refuse(connection, "", "max_connections", self.max_connections)
+            self._refuse(peer, "", "max_connections", self.max_connections)
         elif self._per_host[host] - len(replaced) >= self.max_per_host:
-            self._refuse(connection, host, "max_connections_per_host", self.max_per_host)
+            self._refuse(peer, host, "max_connections_per_host", self.max_per_host)
         else:
             for other in replaced:
-                other.warn("%s replaces it", connection.peer)
+                other.warn("%s replaces it", peer.peer)
                 other.close()
-            self.connections.add(connection)
+            self.connections.add(peer)
             self._per_host[host] += 1
 
-    def _refuse(
-        self, connection: TcpConnection, whose: str = "", name: str = "", limit: int = 0
-    ) -> None:
+    def _refuse(self, peer: Peer, whose: str = "", name: str = "", limit: int = 0) -> None:
         """Turn a connection away; the log is told once, until there is room again."""
         self.refused += 1
         if not name:
-            connection.warn("no connections are taken now")
-            connection.abort()
+            peer.warn("no connections are taken now")
+            peer.abort()
             return
         if whose not in self._full:
             self._full.add(whose)
             log.warning(
                 "no room for %s: refused with 0x%X %s, as whoever comes%s until some have left;"
                 " [router] %s is %d",
-                *(connection.peer, NO_ROOM.number, NO_ROOM.name),
+                *(peer.peer, NO_ROOM.number, NO_ROOM.name),
                 *(f" from {whose}" if whose else "", name, limit),
-                extra={"client": "", "peer": connection.peer},
+                extra={"client": "", "peer": peer.peer},
             )
-        self._refusals.add(connection.give_up(), self.loop)
+        self._refusals.add(cast(asyncio.Transport, peer.give_up()), self.loop)
 
-    def closed(self, connection: TcpConnection) -> None:
+    def closed(self, peer: Peer) -> None:
         """A connection went down."""
-        if connection in self.connections:
-            self.connections.remove(connection)
-            self._left(connection.peer_host)
-        self.cut_off += connection.cut_off
+        if peer in self.connections:
+            self.connections.remove(peer)
+            self._left(peer.peer_host)
+        self.cut_off += peer.cut_off
         if not self.connections:
             self._last_closed.set()
 

@@ -18,6 +18,7 @@ from achse.router import Router
 from achse.router.routes import Route
 from achse.transport.connection import TcpConnection
 from achse.transport.held import Held
+from achse.transport.peer import Peer
 from achse.transport.reason import reason
 
 __all__ = ["Uplink", "Uplinks"]
@@ -71,7 +72,7 @@ class Uplink:
         self.loop = asyncio.get_running_loop()
         self.refused = 0
         """Frames that could not go."""
-        self._connection: TcpConnection | None = None
+        self._connection: Peer | None = None
         self._queue = _Queue(self)
         self._dialling: asyncio.Task[None] | None = None
         self._retry: asyncio.TimerHandle | None = None
@@ -133,12 +134,12 @@ class Uplink:
         if self._retry is not None:
             self._retry.cancel()
         host, port = self.route.endpoint()
-        make = TcpConnection if self.route.nat_net_id is None else _NatConnection
+        make = Peer if self.route.nat_net_id is None else _NatPeer
         leave_by = (self.local_host, 0) if self._may_leave_by_it(host) else None
         try:
             async with asyncio.timeout(self.route.timeout):
                 await self.loop.create_connection(
-                    lambda: make(self), host, port, local_addr=leave_by
+                    lambda: TcpConnection(make(self)), host, port, local_addr=leave_by
                 )
         except TimeoutError:
             self._failed(f"no answer within {self.route.timeout:g} s")
@@ -180,26 +181,26 @@ class Uplink:
         """A remote router registers no ports here."""
         return False
 
-    def opened(self, connection: TcpConnection) -> None:
+    def opened(self, peer: Peer) -> None:
         """The connection is up: send what waited for it."""
         if self._closed:
-            connection.abort()
+            peer.abort()
             return
-        log.info("route %s: connected to %s", self.route.name, connection.peer)
-        self._connection = connection
+        log.info("route %s: connected to %s", self.route.name, peer.peer)
+        self._connection = peer
         self._opened_at = self.loop.time()
         for frame in self._queue.take():
-            if not connection.deliver(frame):
+            if not peer.deliver(frame):
                 self.refuse(frame, ReturnCode.TARGET_MACHINE_NOT_FOUND)
 
-    def closed(self, connection: TcpConnection) -> None:
+    def closed(self, peer: Peer) -> None:
         """The connection is gone."""
-        if connection is self._connection:
+        if peer is self._connection:
             self._connection = None
             if self.loop.time() - self._opened_at > _SETTLED:
                 self._pause = 0.0
             if not self._closed:
-                self._back_off("connection to %s lost", connection.peer)
+                self._back_off("connection to %s lost", peer.peer)
 
     async def close(self) -> None:
         """End the connection and stop dialling; what waits is refused."""
@@ -294,7 +295,7 @@ class Uplinks:
             self.router.add_route(new.net_id, uplink)
 
 
-class _NatConnection(TcpConnection):
+class _NatPeer(Peer):
     """A connection to a router that has another NetId than the one by which we know it."""
 
     def __init__(self, owner: Uplink) -> None:

@@ -1,0 +1,486 @@
+"""The peer at the far end of a connection, without a socket: bytes in, frames out, and back.
+
+What is learned, gathered, held back, asked and answered is decided here. What carries the bytes is
+a `Line`, and who calls back at a time are `Turns`: a TCP transport and its loop, a serial line, a
+test.
+
+Source: reference traffic for the port service (0x1000, 0x0001, 0x1002); 000 §3.2.
+"""
+
+import logging
+from collections.abc import Callable, Iterable
+from typing import Protocol
+
+from achse.ams import (
+    AmsAddress,
+    Command,
+    Connection,
+    DecodeError,
+    Endpoint,
+    Flags,
+    Frame,
+    RouterError,
+    TcpCommand,
+    TcpMessage,
+)
+from achse.codes import ReturnCode
+from achse.router import Router
+from achse.router.routes import Admission
+from achse.transport.exchanges import Exchanges
+from achse.transport.held import Held
+from achse.transport.outbox import Outbox
+
+__all__ = ["Line", "Peer", "PeerOwner", "Turns"]
+
+log = logging.getLogger("achse.tcp")
+
+_LEARNED_PER_CONNECTION = 1024
+"""More source addresses than this on one connection are no client; the oldest is forgotten."""
+
+_AGAIN_NS = 10_000_000_000
+"""Circles of routes are told again after this time."""
+
+_CONGESTED = 1024 * 1024
+"""Bytes waiting for a peer at which devices keep notifications back."""
+
+_FLUSH_SIZE = 256 * 1024
+"""Answers are written once per turn of the loop, or when this many bytes have gathered."""
+
+_SMALL = 4096
+"""Gathered bytes below this are not counted until they are written, with the same turn."""
+
+_PORTS_PER_CONNECTION = 256
+"""Local ports of one peer; the programs of a computer share a connection at times."""
+
+_PORTS_LEFT = 8192
+"""So many client ports are only for peers that have none: they last for every connection."""
+
+_LINGER = 5.0
+"""Seconds a closed connection has to take the rest of what was sent to it."""
+
+
+class Line(Protocol):
+    """What carries bytes to a peer, in order."""
+
+    def write(self, data: bytes, /) -> None:
+        """Send `data`, or keep it until the peer takes it."""
+        ...
+
+    def get_write_buffer_size(self) -> int:
+        """Bytes that the peer has not taken yet."""
+        ...
+
+    def close(self) -> None:
+        """End once the peer has taken everything."""
+        ...
+
+    def abort(self) -> None:
+        """End at once."""
+        ...
+
+
+class Turns(Protocol):
+    """Who calls back: at the end of this turn, or at a time in seconds."""
+
+    def time(self) -> float: ...
+
+    def call_soon(self, callback: Callable[[], object], /) -> object: ...
+
+    def call_at(self, when: float, callback: Callable[[], object], /) -> object: ...
+
+
+class PeerOwner(Protocol):
+    """Who accepted or dialled a connection, and its limits."""
+
+    router: Router
+    max_length: int
+    max_backlog: int
+    routes_required: bool
+    held: Held
+
+    @property
+    def loop(self) -> Turns: ...
+
+    def serves_ports(self, host: str) -> bool:
+        """Whether a peer at `host` may register ports here."""
+        ...
+
+    def opened(self, peer: "Peer") -> None:
+        """Its line is there."""
+        ...
+
+    def closed(self, peer: "Peer") -> None:
+        """Its line is gone."""
+        ...
+
+
+class Peer:
+    """The far end of one connection; for the router it is an endpoint.
+
+    The one who has the line calls `begin` when it is there, `receive` with what came, `count` when
+    more or less of what was written waits, `close` when nothing more comes, and `ended` when it is
+    gone. Frames for the peer are gathered and written once per turn. A peer that does not read is
+    cut off when more than `max_backlog` bytes wait for it.
+    """
+
+    def __init__(self, owner: PeerOwner) -> None:
+        self.owner = owner
+        self._router = owner.router
+        self._stream = Connection(owner.max_length)
+        self._sources: dict[bytes, None] = {}
+        self._last_source = b""
+        self._refused: set[bytes] = set()
+        self._exchanges = Exchanges()
+        self._circles_told = -_AGAIN_NS
+        self._out = Outbox()
+        self._counted = 0
+        """Bytes that `owner.held` counts for this peer."""
+        self._flush_due = False
+        self._receiving = False
+        self.cut_off = False
+        """True once the peer was closed because it took too much room."""
+        self._open = False
+        self._line: Line | None = None
+        self.registered: list[AmsAddress] = []
+        """Local ports that the peer holds."""
+        self.peer = "?"
+        self.peer_host = ""
+
+    # the line ----------------------------------------------------------------------------------
+
+    def begin(self, line: Line, host: str = "", port: int = 0) -> None:
+        """Bytes go by `line` from now on; its far end is at `host`:`port`, if that is known."""
+        self._line = line
+        self._open = True
+        if host:
+            self.peer_host = host
+            self.peer = f"{host}:{port}"
+        self.owner.opened(self)
+
+    def ended(self) -> None:
+        """The line is gone."""
+        self._line = None
+        self._leave()
+        self.owner.closed(self)
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes as they come."""
+        if not self._open:
+            return
+        router = self._router
+        self._receiving = True
+        try:
+            for event in self._stream.receive(data):
+                if isinstance(event, Frame):
+                    event.origin = self
+                    if event.source != self._last_source and not self._learn(event.source):
+                        break
+                    if self._refused and self._refuse(event):
+                        continue
+                    if event.is_response:
+                        event.via = self._exchanges.take(event)
+                    elif event.command == Command.NOTIFICATION:
+                        event.via = self._exchanges.answered(event)
+                    try:
+                        router.deliver(event)
+                    except Exception:  # a fault of one frame is not one of its connection
+                        self._apologize(event)
+                else:
+                    self._serve(event)
+                if not self._open:
+                    break
+        except DecodeError as failure:
+            self._turn_out("%s", failure)
+        finally:
+            self._receiving = False
+            self._flush()
+            if self._stream.pending or self._counted:
+                self.count()
+
+    def _apologize(self, frame: Frame) -> None:
+        """Something in here broke over this frame: tell the log and whoever asked."""
+        log.exception(
+            "a frame of %s to %s could not be delivered",
+            *(AmsAddress(frame.source), AmsAddress(frame.target)),
+            extra=frame.sender,
+        )
+        backwards = frame.is_response or frame.command == Command.NOTIFICATION
+        if not backwards and not frame.flags & Flags.NO_RESPONSE:
+            self.deliver(frame.reply(error=ReturnCode.INTERNAL_ERROR.number))
+
+    def _leave(self) -> None:
+        """From here on the peer is unreachable and holds nothing."""
+        was_open = self._open
+        self._open = False
+        self._out.clear()
+        self._stream.drop()
+        self._exchanges.clear()
+        for source in self._sources:
+            self._router.forget(source, self)
+        self._sources.clear()
+        while self.registered:
+            self._router.unregister(self.registered.pop().port)
+        self.count()
+        if was_open:
+            self._router.close_way(self)
+
+    @property
+    def connected(self) -> bool:
+        """False once nothing more comes from the peer or goes to it."""
+        return self._open
+
+    @property
+    def sources(self) -> Iterable[bytes]:
+        """The AMS addresses that the peer sent from."""
+        return self._sources
+
+    # addresses -------------------------------------------------------------------------------
+
+    def _learn(self, source: bytes) -> bool:
+        """Note where `source` is; False if it may not come here and the connection ends."""
+        router = self._router
+        self._last_source = source
+        ours = router.is_local(source[:6]) and self.owner.serves_ports(self.peer_host)
+        if source not in self._sources and not ours:
+            admission = router.routes.admission(source[:6], self.peer_host)
+            if admission is Admission.ONE_WAY:
+                self._refused.add(source)
+            elif admission is Admission.UNKNOWN and self.owner.routes_required:
+                client = AmsAddress(source).net_id
+                self._turn_out(
+                    "client %s from %s has no route here; add it with"
+                    " `achse ads route add` or a [[route]] in the station's configuration:"
+                    ' net_id = "%s", host = "%s"',
+                    *(client, self.peer_host, client, self.peer_host),
+                )
+                return False
+        self._sources[source] = None
+        self._router.learn(source, self)
+        if len(self._sources) > _LEARNED_PER_CONNECTION:
+            oldest = next(iter(self._sources))
+            del self._sources[oldest]
+            self._refused.discard(oldest)
+            self._router.forget(oldest, self)
+        return True
+
+    def _refuse(self, frame: Frame) -> bool:
+        """Refuse a request from the far end of a one-way route."""
+        backwards = frame.is_response or frame.command == Command.NOTIFICATION
+        if backwards or frame.source not in self._refused:
+            return False
+        if not frame.flags & Flags.NO_RESPONSE:
+            self.deliver(frame.reply(error=ReturnCode.DEVICE_ACCESS_DENIED.number))
+        return True
+
+    def _note(self, asker: Endpoint, request: Frame) -> ReturnCode | None:
+        """Remember who asks the far end; what refuses the request, None if it may go.
+
+        One for a port of ours cannot circle: the server behind this connection registered it.
+        """
+        circles = not self._router.is_local(request.target[:6])
+        now = int(self.owner.loop.time() * 1e9)
+        refusal = self._exchanges.ask(asker, request, now, circles=circles)
+        if refusal is ReturnCode.TARGET_MACHINE_NOT_FOUND and now >= self._circles_told + _AGAIN_NS:
+            self._circles_told = now
+            log.warning(
+                "requests of %s to %s go in circles by way of %s: look at the routes",
+                *(AmsAddress(request.source), AmsAddress(request.target), self.peer),
+                extra=request.sender,
+            )
+        return refusal
+
+    # the port service of a local router --------------------------------------------------------
+
+    def _serve(self, message: TcpMessage) -> None:
+        if not self.owner.serves_ports(self.peer_host):
+            self._turn_out("it is not on this host, port service refused")
+        elif message.command is TcpCommand.PORT_CONNECT and len(message.data) == 2:
+            self._register(int.from_bytes(message.data, "little"))
+        elif message.command is TcpCommand.PORT_CLOSE and len(message.data) == 2:
+            self._unregister(int.from_bytes(message.data, "little"))
+        elif message.command is TcpCommand.GET_LOCAL_NET_ID:
+            self._send(TcpMessage(TcpCommand.GET_LOCAL_NET_ID, bytes(self._router.net_id)))
+        elif message.command is not TcpCommand.ROUTER_NOTE:
+            self._turn_out(
+                "%s with %d bytes of data is no port service",
+                *(message.command.name, len(message.data)),
+            )
+
+    def _register(self, port: int) -> None:
+        held = len(self.registered)
+        if held and (held >= _PORTS_PER_CONNECTION or self._router.free_ports <= _PORTS_LEFT):
+            self._turn_out("it holds %d ports, further ones are for others", held)
+            return
+        try:
+            address = self._router.register(port, self)
+        except RouterError as refusal:
+            self._turn_out("%s", refusal)
+            return
+        self.registered.append(address)
+        self._send(TcpMessage(TcpCommand.PORT_CONNECT, bytes(address)))
+
+    def _unregister(self, port: int) -> None:
+        """Free a port of this peer. With the last one gone its connection ends: clients wait."""
+        address = AmsAddress.of(self._router.net_id, port)
+        if address in self.registered:
+            self.registered.remove(address)
+            self._router.unregister(port)
+            if not self.registered:
+                self.close()
+
+    # out ---------------------------------------------------------------------------------------
+
+    def deliver(self, frame: Frame) -> bool:
+        """Send `frame` to the peer; False if the connection is gone.
+
+        A request for a peer that leaves too much unread is answered with 0x502 instead.
+        """
+        if not self._open:
+            return False
+        asker = frame.origin
+        if asker and not (frame.is_response or frame.command == Command.NOTIFICATION):
+            quiet = frame.flags & Flags.NO_RESPONSE
+            refusal = ReturnCode.ROUTER_MAILBOX_FULL if self.congested and not quiet else None
+            refusal = refusal or self._note(asker, frame)
+            if refusal is ReturnCode.ROUTER_MAILBOX_FULL and not quiet:
+                self._router.deliver(frame.reply(error=refusal.number))
+                return True
+            if refusal is not None:
+                return False
+        packet = frame.encode_tcp()
+        if frame.command == Command.ADD_NOTIFICATION and frame.is_response:
+            self._out.added(self.owner.loop.time())
+        elif frame.command == Command.NOTIFICATION and self._hold(packet):
+            return True
+        self._put(packet)
+        return True
+
+    def break_off(self, frame: Frame) -> None:
+        """Send the first half of `frame`, then end the connection: a cable pulled in between."""
+        packet = frame.encode_tcp()
+        self._out.put(packet[: len(packet) // 2])
+        self.close()
+
+    def _put(self, packet: bytes) -> None:
+        out = self._out
+        out.gathered.append(packet)
+        out.size += len(packet)
+        if out.size > _FLUSH_SIZE:
+            self._flush()
+        elif not self._receiving:
+            if not self._flush_due:
+                self._flush_due = True
+                self.owner.loop.call_soon(self._flush)
+            if out.size > _SMALL:
+                self.count()
+
+    def _hold(self, packet: bytes) -> bool:
+        """Keep a notification back if it must not come yet."""
+        out, loop = self._out, self.owner.loop
+        waited = out.due is not None
+        if not out.hold(packet, loop.time()):
+            return False
+        if not waited:
+            self._release_at(out.due)
+        self.count()
+        return True
+
+    def _release_at(self, due: float | None) -> None:
+        if due is not None:
+            self.owner.loop.call_at(due, self._release)
+
+    def _release(self) -> None:
+        """Send the notifications that have waited long enough, in order."""
+        out, due = self._out, self._out.due
+        if self._open and due is not None:
+            out.release(max(self.owner.loop.time(), due))  # timers may be early by their resolution
+            self._release_at(out.due)
+            self._flush()
+
+    @property
+    def congested(self) -> bool:
+        """True while the peer leaves so much unread that notifications had better wait."""
+        line = self._line
+        return line is not None and line.get_write_buffer_size() > _CONGESTED
+
+    @property
+    def backlog(self) -> int:
+        """Bytes that the peer has not taken yet."""
+        line = self._line
+        return self._out.size + (0 if line is None else line.get_write_buffer_size())
+
+    @property
+    def held(self) -> int:
+        """Bytes kept for the peer: those it has not taken, and packets that lack their end.
+
+        Those of a closed connection count until they are gone.
+        """
+        return 0 if self.cut_off else self.backlog + self._out.held_size + self._stream.pending
+
+    def count(self) -> None:
+        """What is kept may have changed."""
+        held = self.held
+        if held != self._counted:
+            self._counted = held
+            self.owner.held.count(self, held)
+
+    def cut(self, reason: str, *details: object) -> None:
+        """Close at once because the peer takes too much room."""
+        self.warn(reason, *details)
+        self.cut_off = True
+        self.abort()
+
+    def _send(self, message: TcpMessage) -> None:
+        self._out.put(message.encode_tcp())
+
+    def _flush(self) -> None:
+        self._flush_due = False
+        out, line = self._out, self._line
+        if not out.size or line is None:
+            return
+        line.write(out.take())
+        unread = line.get_write_buffer_size()
+        if unread > self.owner.max_backlog:
+            self.cut("it does not read what it asked for")
+        elif unread or self._counted:
+            self.count()
+
+    @property
+    def client(self) -> str:
+        """The AMS address that the peer last sent from, or else registered; "" if neither."""
+        address = self._last_source or next(iter(self.registered), b"")
+        return str(AmsAddress(address)) if address else ""
+
+    def warn(self, reason: str, *details: object) -> None:
+        """Log why the connection ends, and whose it is."""
+        client = self.client
+        whom = f"{self.peer}, client {client}" if client else self.peer
+        facts = {"client": client, "peer": self.peer}
+        log.warning("closing %s: " + reason, whom, *details, extra=facts)
+
+    def _turn_out(self, reason: str, *details: object) -> None:
+        self.warn(reason, *details)
+        self.close()
+
+    def give_up(self) -> Line:
+        """The line, for somebody else to use: nothing more comes or goes here."""
+        line, self._line = self._line, None
+        assert line is not None
+        self._leave()
+        return line
+
+    def abort(self) -> None:
+        """Close at once; what waits for the peer is lost."""
+        self._leave()
+        if self._line is not None:
+            self._line.abort()
+
+    def close(self) -> None:
+        """Send what is due and close; a peer that does not take it in time is cut off."""
+        self._flush()
+        if self._open and self._line is not None:
+            self._leave()
+            self._line.close()
+            if self._line.get_write_buffer_size():
+                turns = self.owner.loop
+                turns.call_at(turns.time() + _LINGER, self.abort)
