@@ -5,7 +5,7 @@ from pathlib import Path
 TABLES = {Path("src/achse/motion/fields")}
 """Folders of declarations; the test of the module that puts them together walks them all."""
 
-OF_THE_PROJECT = {"house", "docs", "interop", "benchmarks", "fuzz", "replay"}
+OF_THE_PROJECT = {"house", "docs", "interop", "benchmarks", "fuzz", "libraries", "replay"}
 """Rooms of tests/ whose subject is the project as a whole, not one module."""
 
 NEED_NO_TEST_FILE: dict[str, str] = {

@@ -1,6 +1,7 @@
 """Bodies: what the Structured Text of a PLC does, from the first instance to the last."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from typing import Any
 
 from achse.iec.arrays import ArrayType
@@ -8,8 +9,9 @@ from achse.iec.derived import resolved
 from achse.iec.methods import Method
 from achse.iec.structs import Kind, Record, StructType, Unit
 from achse.iec.types import IecType
+from achse.plc.builtins import BLOCKS, FUNCTIONS, BlockBody, FunctionBody
 from achse.plc.code.calls import encoded_from, known_from, outputs_of
-from achse.plc.code.execution import BUDGET, Builtins, Execution
+from achse.plc.code.execution import BUDGET, Execution
 from achse.plc.memory import Memory
 from achse.plc.program import PlacedVariable
 from achse.st.typed.places import flat
@@ -22,9 +24,8 @@ class Bodies:
     """The routines of a typed project in one PLC.
 
     `budget`: loop passes and calls that one cycle may take before it is stopped.
-    `exceptions`: the task option "floating point exceptions". `builtins`: Python functions for
-    routines that have no Structured Text, by key. `clock_ns` and `task_index` are of the cycle
-    that runs.
+    `exceptions`: the task option "floating point exceptions". `functions` and `blocks`: what
+    routines of libraries do that have no Structured Text, by key.
     """
 
     def __init__(
@@ -33,12 +34,16 @@ class Bodies:
         *,
         budget: int = BUDGET,
         exceptions: bool = True,
-        builtins: Builtins | None = None,
+        functions: Mapping[str, FunctionBody] = FUNCTIONS,
+        blocks: Mapping[str, BlockBody] = BLOCKS,
     ) -> None:
         self.project = project
         self.budget = budget
         self.exceptions = exceptions
-        self.builtins = dict(builtins or {})
+        self.functions = functions
+        self.blocks = blocks
+        self._clock_ns: Callable[[], int] = int
+        self._task_index: Callable[[], int] = int
         self.execution: Execution | None = None
         self._records: dict[int, Record] = {}
         self._memory: Memory | None = None
@@ -79,18 +84,55 @@ class Bodies:
     ) -> None:
         """All variables have their place: make the code for them."""
         self._memory = memory
+        self._clock_ns, self._task_index = clock_ns, task_index
         self._variables = list(variables)
         self.execution = Execution(
             self.project,
             memory,
             self._variables,
-            builtins={**self._python_bodies(), **self.builtins},
+            builtins={**self._builtin_bodies(), **self._python_bodies()},
             clock_ns=clock_ns,
             task_index=task_index,
             budget=self.budget,
             exceptions=self.exceptions,
         )
         memory.let_invoke(self._invoked)
+
+    def _builtin_bodies(self) -> Mapping[str, Callable[..., Any]]:
+        """The built-in routines that the project uses."""
+        found: dict[str, Callable[..., Any]] = {}
+        for key, routine in self.project.routines.items():
+            if not routine.builtin:
+                continue
+            if key in self.functions:
+                found[key] = partial(self.functions[key], self)
+            elif key in self.blocks and routine.this is not None:
+                found[key] = partial(self._run_block, self.blocks[key], routine.this)
+        return found
+
+    def _run_block(self, body: BlockBody, type: StructType[Any], address: int) -> None:
+        body(self, self.record_at(address, type))
+
+    # what built-in routines see --------------------------------------------------------------
+
+    def load_bytes(self, address: int, size: int) -> bytes:
+        """Bytes of PLC memory; raises ACCESS_VIOLATION."""
+        found: bytes = self._running().namespace["load_bytes"](address, size)
+        return found
+
+    def store_bytes(self, address: int, data: bytes) -> object:
+        """Put bytes into PLC memory; raises ACCESS_VIOLATION."""
+        return self._running().namespace["store_bytes"](address, data)
+
+    @property
+    def time_ns(self) -> int:
+        """The time of the running cycle."""
+        return self._clock_ns()
+
+    @property
+    def task_number(self) -> int:
+        """The running task, from 1."""
+        return self._task_index()
 
     def _python_bodies(self) -> Mapping[str, Callable[..., Any]]:
         """Function blocks and methods that a Python class does: it replaces the source."""

@@ -23,7 +23,7 @@ from achse.st.parser import Parsed
 from achse.st.resolve import Resolver, generics_of
 from achse.st.scopes import Entry, Failed, Scope
 from achse.st.source import Source, SourceError
-from achse.st.standard import standard_library
+from achse.st.standard import standard_libraries
 from achse.st.tree import Address, Expression, TypeSpec, VarBlock
 from achse.st.units import (
     Accessor,
@@ -114,7 +114,7 @@ def examine(
     declarer = _Declarer(types or {}, constants or {}, rules, further)
     declarer.add(sources)
     declarer.add(libraries, is_library=True)
-    declarer.add([standard_library()], is_library=True)
+    declarer.add(standard_libraries(), is_library=True)
     found = declarer.declare()
     faults = [fault for parsed in sources for fault in parsed.faults]
     faults += declarer.faults

@@ -1,199 +1,22 @@
-"""What every PLC project can name without declaring it: the standard function blocks and types.
+"""What every PLC project can name without declaring it: the libraries that come with achse."""
 
-Written as the sources they come from, as far as their memory goes; their bodies come with the
-execution of Structured Text.
-"""
-
+from collections.abc import Sequence
 from functools import cache
 
+from achse import libraries
 from achse.st.parser import Parsed, parse
 from achse.st.source import Source
 
-__all__ = ["standard_library"]
-
-_TIMER = """
-FUNCTION_BLOCK {name}
-VAR_INPUT
-    IN : BOOL;
-    PT : {time};
-END_VAR
-VAR_OUTPUT
-    Q : BOOL;
-    ET : {time};
-END_VAR
-VAR
-    {memory}
-    StartTime : {time};
-END_VAR
-END_FUNCTION_BLOCK
-"""
-_TRIGGER = """
-FUNCTION_BLOCK {name}
-VAR_INPUT CLK : BOOL; END_VAR
-VAR_OUTPUT Q : BOOL; END_VAR
-VAR M : BOOL; END_VAR
-END_FUNCTION_BLOCK
-"""
-_REST = """
-FUNCTION_BLOCK CTU
-VAR_INPUT CU, RESET : BOOL; PV : WORD; END_VAR
-VAR_OUTPUT Q : BOOL; CV : WORD; END_VAR
-VAR M : BOOL; END_VAR
-END_FUNCTION_BLOCK
-
-FUNCTION_BLOCK CTD
-VAR_INPUT CD, LOAD : BOOL; PV : WORD; END_VAR
-VAR_OUTPUT Q : BOOL; CV : WORD; END_VAR
-VAR M : BOOL; END_VAR
-END_FUNCTION_BLOCK
-
-FUNCTION_BLOCK CTUD
-VAR_INPUT CU, CD, RESET, LOAD : BOOL; PV : WORD; END_VAR
-VAR_OUTPUT QU, QD : BOOL; CV : WORD; END_VAR
-VAR MU, MD : BOOL; END_VAR
-END_FUNCTION_BLOCK
-
-FUNCTION_BLOCK SR
-VAR_INPUT SET1, RESET : BOOL; END_VAR
-VAR_OUTPUT Q1 : BOOL; END_VAR
-END_FUNCTION_BLOCK
-
-FUNCTION_BLOCK RS
-VAR_INPUT SET, RESET1 : BOOL; END_VAR
-VAR_OUTPUT Q1 : BOOL; END_VAR
-END_FUNCTION_BLOCK
-
-FUNCTION_BLOCK SEMA
-VAR_INPUT CLAIM, RELEASE : BOOL; END_VAR
-VAR_OUTPUT BUSY : BOOL; END_VAR
-VAR X : BOOL; END_VAR
-END_FUNCTION_BLOCK
-
-FUNCTION_BLOCK GETCURTASKINDEX
-VAR_OUTPUT index : BYTE; END_VAR
-END_FUNCTION_BLOCK
-
-FUNCTION_BLOCK GETCPUCOUNTER
-VAR_OUTPUT cpuCntLoDW, cpuCntHiDW : UDINT; END_VAR
-END_FUNCTION_BLOCK
-
-{attribute 'qualified_only'}
-TYPE TYPE_CLASS : (
-    TYPE_BOOL, TYPE_BIT, TYPE_BYTE, TYPE_WORD, TYPE_DWORD, TYPE_LWORD, TYPE_SINT, TYPE_INT,
-    TYPE_DINT, TYPE_LINT, TYPE_USINT, TYPE_UINT, TYPE_UDINT, TYPE_ULINT, TYPE_REAL, TYPE_LREAL,
-    TYPE_STRING, TYPE_WSTRING, TYPE_TIME, TYPE_DATE, TYPE_DATEANDTIME, TYPE_TIMEOFDAY,
-    TYPE_POINTER, TYPE_REFERENCE, TYPE_SUBRANGE, TYPE_ENUM, TYPE_ARRAY, TYPE_PARAMS,
-    TYPE_USERDEF, TYPE_NONE, TYPE_ANY, TYPE_ANYBIT, TYPE_ANYDATE, TYPE_ANYINT, TYPE_ANYNUM,
-    TYPE_ANYREAL, TYPE_LAZY, TYPE_LTIME, TYPE_BITCONST, TYPE_INTERFACE
-) DWORD;
-END_TYPE
-
-{attribute 'qualified_only'}
-TYPE MEMORY_AREA : (
-    MEM_UNKNOWN := -1, MEM_MEMORY, MEM_INPUT, MEM_OUTPUT, MEM_RETAIN, MEM_GLOBAL, MEM_LOCAL
-) DINT;
-END_TYPE
-
-{attribute 'qualified_only'}
-TYPE ExceptionCode : (
-    RTSEXCPT_NOEXCEPTION,
-    RTSEXCPT_WATCHDOG := 16#10, RTSEXCPT_HARDWAREWATCHDOG, RTSEXCPT_IO_CONFIG_ERROR,
-    RTSEXCPT_PROGRAMCHECKSUM, RTSEXCPT_FIELDBUS_ERROR, RTSEXCPT_IOUPDATE_ERROR,
-    RTSEXCPT_CYCLE_TIME_EXCEED, RTSEXCPT_ONLCHANGE_PROGRAM_EXCEEDED, RTSEXCPT_UNRESOLVED_EXTREFS,
-    RTSEXCPT_DOWNLOAD_REJECTED, RTSEXCPT_BOOTPROJECT_REJECTED_DUE_RETAIN_ERROR,
-    RTSEXCPT_LOADBOOTPROJECT_FAILED, RTSEXCPT_OUT_OF_MEMORY, RTSEXCPT_RETAIN_MEMORY_ERROR,
-    RTSEXCPT_BOOTPROJECT_CRASH,
-    RTSEXCPT_BOOTPROJECTTARGETMISMATCH := 16#21, RTSEXCPT_SCHEDULEERROR,
-    RTSEXCPT_FILE_CHECKSUM_ERR, RTSEXCPT_RETAIN_IDENTITY_MISMATCH,
-    RTSEXCPT_IEC_TASK_CONFIG_ERROR, RTSEXCPT_APP_TARGET_MISMATCH,
-    RTSEXCPT_ILLEGAL_INSTRUCTION := 16#50, RTSEXCPT_ACCESS_VIOLATION, RTSEXCPT_PRIV_INSTRUCTION,
-    RTSEXCPT_IN_PAGE_ERROR, RTSEXCPT_STACK_OVERFLOW, RTSEXCPT_INVALID_DISPOSITION,
-    RTSEXCPT_INVALID_HANDLE, RTSEXCPT_GUARD_PAGE, RTSEXCPT_DOUBLE_FAULT, RTSEXCPT_INVALID_OPCODE,
-    RTSEXCPT_MISALIGNMENT := 16#100, RTSEXCPT_ARRAYBOUNDS, RTSEXCPT_DIVIDEBYZERO,
-    RTSEXCPT_OVERFLOW, RTSEXCPT_NONCONTINUABLE, RTSEXCPT_PROCESSORLOAD_WATCHDOG,
-    RTSEXCPT_FPU_ERROR := 16#150, RTSEXCPT_FPU_DENORMAL_OPERAND, RTSEXCPT_FPU_DIVIDEBYZERO,
-    RTSEXCPT_FPU_INEXACT_RESULT, RTSEXCPT_FPU_INVALID_OPERATION, RTSEXCPT_FPU_OVERFLOW,
-    RTSEXCPT_FPU_STACK_CHECK, RTSEXCPT_FPU_UNDERFLOW,
-    RTSEXCPT_BREAKPOINT := 16#200,
-    RTSEXCPT_UNKNOWN := 16#7FFFFFFF
-) UDINT;
-END_TYPE
-
-TYPE
-    TypeClass : TYPE_CLASS;
-    AnyType : STRUCT
-        typeclass : TYPE_CLASS;
-        pvalue : POINTER TO BYTE;
-        diSize : DINT;
-    END_STRUCT
-    // Of TwinCAT 3: a public manual page of the operator __VARINFO; what it leaves open is CODESYS.
-    VAR_INFO : STRUCT
-        ByteAddress : DWORD;
-        ByteOffset : DWORD;
-        Area : DINT;
-        BitNo : INT;
-        BitSize : INT;
-        BitAddress : UDINT;
-        TypeClass : TYPE_CLASS;
-        TypeName : STRING(79);
-        NumElements : UDINT;
-        BaseTypeClass : TYPE_CLASS;
-        ElemBitSize : UDINT;
-        MemoryArea : MEMORY_AREA;
-        Symbol : STRING(39);
-        Comment : STRING(79);
-    END_STRUCT
-    ANY : AnyType;
-    ANY_BIT : AnyType;
-    ANY_DATE : AnyType;
-    ANY_INT : AnyType;
-    ANY_NUM : AnyType;
-    ANY_REAL : AnyType;
-    ANY_STRING : AnyType;
-    ST_LibVersion : STRUCT
-        iMajor, iMinor, iBuild, iRevision : UINT;
-        nFlags : DWORD;
-        sVersion : STRING(23);
-    END_STRUCT
-    T_MaxString : STRING(255);
-    T_AmsNetId : STRING(23);
-    T_AmsPort : UINT;
-    T_IPv4Addr : STRING(15);
-    AMSNETID : ARRAY [0..5] OF BYTE;
-    AMSADDR : STRUCT
-        netId : AMSNETID;
-        port : UINT;
-    END_STRUCT
-    OTCID : UDINT;
-    BOOL32 : UDINT;
-    GUID : STRUCT
-        Data1 : UDINT;
-        Data2 : UINT;
-        Data3 : UINT;
-        Data4 : ARRAY [0..7] OF BYTE;
-    END_STRUCT
-    CLSID : GUID;
-    IID : GUID;
-END_TYPE
-
-INTERFACE IQueryInterface
-END_INTERFACE
-
-VAR_GLOBAL CONSTANT
-    PI : LREAL := 3.1415926535897932384626433832795;
-    MAX_STRING_LENGTH : UDINT := 255;
-END_VAR
-"""
+__all__ = ["standard_libraries"]
 
 
 @cache
-def standard_library() -> Parsed:
-    """The declarations, read once."""
-    parts = []
-    for prefix, time in (("", "TIME"), ("L", "LTIME")):
-        for kind in ("TON", "TOF", "TP"):
-            memory = "" if kind == "TP" else "M : BOOL;"
-            parts.append(_TIMER.format(name=prefix + kind, time=time, memory=memory))
-    parts += [_TRIGGER.format(name=name) for name in ("R_TRIG", "F_TRIG")]
-    source = Source("".join([*parts, _REST]), "<standard library>")
-    return parse(source, name="StandardConstants").check()
+def standard_libraries() -> Sequence[Parsed]:
+    """The declarations of all libraries, read once. Raises `SourceError` for a faulty file.
+
+    The variables of a file without a list around them are in a list of its name.
+    """
+    return tuple(
+        parse(Source(text, name), name=name.rpartition("/")[2].removesuffix(".st")).check()
+        for name, text in libraries.sources()
+    )

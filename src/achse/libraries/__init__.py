@@ -1,0 +1,28 @@
+"""PLC libraries as Structured Text: a library is a folder, adding one is adding files.
+
+What needs the system itself is declared with attribute `builtin`, without body; a Python function
+of the same name in `achse.plc.builtins`, or in the device that serves it, does it.
+"""
+
+from collections.abc import Iterator
+from importlib.resources import files
+
+__all__ = ["names", "sources"]
+
+
+def names() -> list[str]:
+    """The libraries there are: names of folders, in lower case."""
+    return sorted(item.name for item in files(__package__).iterdir() if _is_library(item.name))
+
+
+def sources() -> Iterator[tuple[str, str]]:
+    """All files in a fixed order: `tc2_standard/timers.st` and its text."""
+    for library in names():
+        folder = files(__package__) / library
+        for item in sorted(folder.iterdir(), key=lambda item: item.name):
+            if item.name.endswith(".st"):
+                yield f"{library}/{item.name}", item.read_text(encoding="utf-8")
+
+
+def _is_library(name: str) -> bool:
+    return "." not in name and not name.startswith("_")

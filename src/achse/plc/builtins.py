@@ -1,0 +1,84 @@
+"""What library routines without Structured Text do: Python functions by the key of the routine.
+
+A function takes the values of its inputs and gives its result. A block takes its instance as a
+record, with attributes for inputs and outputs.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+__all__ = ["BLOCKS", "FUNCTIONS", "BlockBody", "FunctionBody", "Surroundings"]
+
+
+class Surroundings(Protocol):
+    """What a built-in sees of the PLC it runs in."""
+
+    def load_bytes(self, address: int, size: int) -> bytes:
+        """Raises ACCESS_VIOLATION where there is no memory."""
+        ...
+
+    def store_bytes(self, address: int, data: bytes) -> object:
+        """Raises ACCESS_VIOLATION where there is no memory."""
+        ...
+
+    @property
+    def time_ns(self) -> int:
+        """The time of the running cycle."""
+        ...
+
+    @property
+    def task_number(self) -> int:
+        """The running task, from 1."""
+        ...
+
+
+FunctionBody = Callable[..., Any]
+BlockBody = Callable[[Surroundings, Any], None]
+
+
+def _memory_copy(plc: Surroundings, target: int, source: int, count: int) -> int:
+    if not (target and source and count):
+        return 0
+    plc.store_bytes(target, plc.load_bytes(source, count))
+    return count
+
+
+def _memory_set(plc: Surroundings, target: int, fill: int, count: int) -> int:
+    if not (target and count):
+        return 0
+    plc.load_bytes(target, count)  # all of it is there, before so many bytes are made
+    plc.store_bytes(target, bytes([fill]) * count)
+    return count
+
+
+def _memory_compare(plc: Surroundings, first: int, second: int, count: int) -> int:
+    if not (first and second and count):
+        return 0
+    left, right = plc.load_bytes(first, count), plc.load_bytes(second, count)
+    return (left > right) - (left < right)
+
+
+def _task_index(plc: Surroundings, block: Any) -> None:
+    block.index = plc.task_number
+
+
+def _cpu_counter(plc: Surroundings, block: Any) -> None:
+    """The counter has 100 ns; it counts the time of the station."""
+    count = plc.time_ns // 100
+    block.cpuCntLoDW = count & 0xFFFF_FFFF
+    block.cpuCntHiDW = count >> 32 & 0xFFFF_FFFF
+
+
+FUNCTIONS: Mapping[str, FunctionBody] = {
+    "memcpy": _memory_copy,
+    "memmove": _memory_copy,
+    "memset": _memory_set,
+    "memcmp": _memory_compare,
+}
+"""Functions, called with the surroundings and the values of their inputs."""
+
+BLOCKS: Mapping[str, BlockBody] = {
+    "getcurtaskindex": _task_index,
+    "getcpucounter": _cpu_counter,
+}
+"""Bodies of function blocks, called with the surroundings and the instance."""
