@@ -14,24 +14,13 @@ from achse.motion.states import ControllerType, DriveType, MotionPhase
 
 __all__ = ["adapt_controller", "control", "reset_controller"]
 
-_P = ControllerType.P_POSITION.value
-_PP = ControllerType.PP_POSITION.value
-_PID = ControllerType.PID_POSITION.value
-_P_VELOCITY = ControllerType.P_VELOCITY.value
-_PI_VELOCITY = ControllerType.PI_VELOCITY.value
-_SERCOS = ControllerType.SERCOS_POSITION.value
-_STEPPER = DriveType.STEPPER.value
-_TCOM = ControllerType.TCOM_POSITION.value
-
-_DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
-
 
 def adapt_controller(ax: AxisFields) -> None:
     """Derive what follows from the parameters of controller and drive."""
     ax.drive_full = ax.drive_reference_velocity / ax.drive_reference_output
     special = 0
     if (
-        ax.controller_type != _P
+        ax.controller_type != ControllerType.P_POSITION
         or ax.controller_acceleration_feedforward_ka != 0.0
         or ax.controller_position_error_filter_time != 0.0
         or ax.controller_auto_offset_enable != 0
@@ -87,7 +76,7 @@ def _dead_band(ax: AxisFields) -> float:
     band = ax.controller_position_dead_band
     if ax.set_motion_phase == 0:
         grid = ax.encoder_scaling_factor
-        if ax.drive_type == _STEPPER and grid < ax.stepper_step_scaling:
+        if ax.drive_type == DriveType.STEPPER and grid < ax.stepper_step_scaling:
             grid = ax.stepper_step_scaling
         if band < 0.5001 * grid:
             return 0.5001 * grid
@@ -201,7 +190,7 @@ def _velocity_loop(ax: AxisFields, goal: float, full: float, dt: float) -> float
     derivative = 0.0
     ax.controller_velocity_i_limit_active = 0
     ax.controller_velocity_d_limit_active = 0
-    if ax.controller_type == _PI_VELOCITY:
+    if ax.controller_type == ControllerType.PI_VELOCITY:
         tn = ax.controller_velocity_tn
         if tn > 0.0:
             integral = ax.controller_velocity_i_part
@@ -246,23 +235,26 @@ def _special(ax: AxisFields, error: float, full: float, dt: float) -> float:
     if abs(error) <= _dead_band(ax):
         error = 0.0
     kv = ax.controller_position_kv
-    if kind == _PP:
+    if kind == ControllerType.PP_POSITION:
         speed = abs(ax.set_velocity)
         threshold = ax.controller_position_kv_velocity_threshold * full
         share = speed / threshold if speed < threshold else 1.0
         kv += (ax.controller_position_kv_fast - kv) * share
     ax.controller_position_kv_interpolated = kv
-    if kind in (_SERCOS, _TCOM) or ax.drive_dsc_gain > 0.0:
+    if (
+        kind in (ControllerType.SERCOS_POSITION, ControllerType.TCOM_POSITION)
+        or ax.drive_dsc_gain > 0.0
+    ):
         part = 0.0  # the position loop is closed in the drive
         ax.controller_position_p_part = 0.0
-    elif kind == _PID:
+    elif kind == ControllerType.PID_POSITION:
         part = _position_pid(ax, error, full, dt)
     else:
         part = kv * error
         ax.controller_position_p_part = part
-        if kind == _P and ax.controller_auto_offset_enable:
+        if kind == ControllerType.P_POSITION and ax.controller_auto_offset_enable:
             part += _calibrate_offset(ax, part, full, dt)
-    if kind in (_P_VELOCITY, _PI_VELOCITY):
+    if kind in (ControllerType.P_VELOCITY, ControllerType.PI_VELOCITY):
         goal = part + ax.controller_velocity_feedforward_weight * ax.set_velocity
         part = _velocity_loop(ax, goal, full, dt)
     ax.controller_acceleration_feedforward = (
@@ -272,9 +264,9 @@ def _special(ax: AxisFields, error: float, full: float, dt: float) -> float:
     held = 0
     if abs(part) > limit:
         held = 1
-    if kind == _PID:
+    if kind == ControllerType.PID_POSITION:
         ax.controller_position_arw_active = held
-    elif kind == _PI_VELOCITY:
+    elif kind == ControllerType.PI_VELOCITY:
         ax.controller_velocity_arw_active = held
     return part
 
@@ -320,7 +312,7 @@ def control(ax: AxisFields, dt: float) -> None:
     """Controller: following error to drive output."""
     error = ax.set_position - ax.actual_position
     if (
-        ax.drive_ideal and ax.loop_closed and ax.set_motion_phase != _DRIVE_OUTPUT
+        ax.drive_ideal and ax.loop_closed and ax.set_motion_phase != MotionPhase.DRIVE_OUTPUT
     ):  # the drive has had a cycle to go there
         error = ax.sent_position - ax.actual_position
     late = ax.setpoint_velocity_position_delay
@@ -338,7 +330,7 @@ def control(ax: AxisFields, dt: float) -> None:
     if ax.loop_closed == 0:
         _silence(ax)
         return
-    if ax.set_motion_phase == _DRIVE_OUTPUT:
+    if ax.set_motion_phase == MotionPhase.DRIVE_OUTPUT:
         _silence(ax)
         _put_out(ax, ax.direct_output)
         return
@@ -346,7 +338,7 @@ def control(ax: AxisFields, dt: float) -> None:
     feedforward = ax.controller_velocity_feedforward_weight * ax.set_velocity
     if ax.controller_special:
         part = _special(ax, error, full, dt)
-        if ax.controller_type in (_P_VELOCITY, _PI_VELOCITY):
+        if ax.controller_type in (ControllerType.P_VELOCITY, ControllerType.PI_VELOCITY):
             feedforward = 0.0
         feedforward += ax.controller_acceleration_feedforward
     else:

@@ -16,16 +16,6 @@ from achse.motion.targets import overrun
 
 __all__ = ["run_stepper", "run_two_speeds", "show_speed"]
 
-_NO_JOB = MotionPhase.NONE.value
-_POSITIONING = MotionPhase.POSITIONING.value
-_ENDLESS = MotionPhase.ENDLESS.value
-_STOPPING = MotionPhase.STOPPING.value
-_HOMING = MotionPhase.HOMING.value
-_DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
-
-_ACTIVE = CommandState.ACTIVE.value
-_DONE = CommandState.DONE.value
-
 _BRAKED = 0
 _RELEASING = 1
 _RAPID = 2
@@ -43,9 +33,6 @@ _CREEP_SHARE = 0.1
 
 _SLOWEST_OVERRIDE = 100
 """0.01 %; an override below is standstill."""
-
-_TWO_PHASE = StepperMode.TWO_PHASE.value
-_ONE_TWO_PHASE = StepperMode.ONE_TWO_PHASE.value
 
 _MINUS_HIGH = 1 << 0
 _MINUS_LOW = 1 << 1
@@ -70,9 +57,9 @@ def _enter(ax: AxisFields, phase: int) -> None:
 
 def _direction(ax: AxisFields) -> float:
     """Where the job leads from here."""
-    if ax.set_motion_phase in (_ENDLESS, _HOMING) and ax.job_direction != 0.0:
+    if ax.set_motion_phase in (MotionPhase.ENDLESS, MotionPhase.HOMING) and ax.job_direction != 0.0:
         return ax.job_direction
-    if ax.set_motion_phase == _POSITIONING:
+    if ax.set_motion_phase == MotionPhase.POSITIONING:
         return 1.0 if ax.border_position >= ax.actual_position else -1.0
     return ax.switch_direction
 
@@ -80,7 +67,9 @@ def _direction(ax: AxisFields) -> float:
 def _stopping(ax: AxisFields) -> bool:
     """Whether the axis is to come to rest, for good or as a step of homing."""
     phase = ax.set_motion_phase
-    return phase == _STOPPING or (phase == _HOMING and ax.job_direction == 0.0)
+    return phase == MotionPhase.STOPPING or (
+        phase == MotionPhase.HOMING and ax.job_direction == 0.0
+    )
 
 
 def _main_speed(ax: AxisFields) -> int:
@@ -108,19 +97,21 @@ def _finish(ax: AxisFields) -> None:
     """
     _enter(ax, _BRAKED)
     phase = ax.set_motion_phase
-    if phase == _ENDLESS or (phase == _POSITIONING and _way(ax) > _braking_way(ax)):
+    if phase == MotionPhase.ENDLESS or (
+        phase == MotionPhase.POSITIONING and _way(ax) > _braking_way(ax)
+    ):
         return
     if ax.loop_outward:
         ax.loop_outward = 0
         ax.replan = 1
         return
-    if phase != _POSITIONING:
+    if phase != MotionPhase.POSITIONING:
         ax.target_position = ax.actual_position
-    if phase == _HOMING:
+    if phase == MotionPhase.HOMING:
         return
-    if ax.set_command_state == _ACTIVE:
-        ax.set_command_state = _DONE
-    ax.set_motion_phase = _NO_JOB
+    if ax.set_command_state == CommandState.ACTIVE:
+        ax.set_command_state = CommandState.DONE
+    ax.set_motion_phase = MotionPhase.NONE
     ax.switch_armed = 0
     ax.remaining_distance = 0.0
 
@@ -147,7 +138,7 @@ def _choose(ax: AxisFields, dt: float) -> None:
         if ax.switch_phase == _RELEASING and ax.switch_time >= ax.brake_release_delay:
             _enter(ax, main)
     elif phase != _RUNNING_OUT:
-        if ax.set_motion_phase == _POSITIONING:
+        if ax.set_motion_phase == MotionPhase.POSITIONING:
             way = _way(ax)
             plus = ax.switch_direction > 0.0
             creep = ax.creep_distance_positive if plus else ax.creep_distance_negative
@@ -214,15 +205,15 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
         _enter(ax, _BRAKED)
     else:
         if ax.buffer_count > 0 and (
-            ax.set_motion_phase == _NO_JOB
-            or (ax.set_motion_phase == _ENDLESS and ax.switch_phase in (_RAPID, _CREEP))
+            ax.set_motion_phase == MotionPhase.NONE
+            or (ax.set_motion_phase == MotionPhase.ENDLESS and ax.switch_phase in (_RAPID, _CREEP))
         ):
             take_next(ax)
         if ax.replan:
             ax.replan = 0
             ax.switch_start = ax.actual_position
             ax.border_position = ax.target_position
-            if ax.set_motion_phase == _POSITIONING:
+            if ax.set_motion_phase == MotionPhase.POSITIONING:
                 overrun(ax)
             if (
                 not _stopping(ax)
@@ -230,9 +221,9 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
                 and _direction(ax) != ax.switch_direction
             ):
                 _enter(ax, _BRAKED)
-        if ax.set_motion_phase == _DRIVE_OUTPUT:
+        if ax.set_motion_phase == MotionPhase.DRIVE_OUTPUT:
             _obey(ax)
-        elif ax.set_motion_phase != _NO_JOB:
+        elif ax.set_motion_phase != MotionPhase.NONE:
             _choose(ax, dt)
         else:  # a reset may have taken the job away
             _enter(ax, _BRAKED)
@@ -246,7 +237,7 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
     ax.following_error_velocity = 0.0
     ax.drive_output = velocity
     ax.drive_output_percent = 100.0 * velocity / ax.drive_full
-    if ax.set_motion_phase == _POSITIONING:
+    if ax.set_motion_phase == MotionPhase.POSITIONING:
         ax.remaining_distance = abs(ax.border_position - ax.actual_position)
         if ax.loop_outward:
             ax.remaining_distance += abs(ax.loop_distance)
@@ -258,7 +249,7 @@ def show_speed(ax: AxisFields) -> None:
     """AxisState of a two-speed axis: 1 moving, 2 switching to creep, 3 creeping near, 4 braking."""
     phase = ax.switch_phase
     state = 0
-    if ax.set_motion_phase != _NO_JOB:
+    if ax.set_motion_phase != MotionPhase.NONE:
         state = 1
         if phase == _SWITCHING:
             state = 2
@@ -271,7 +262,7 @@ def show_speed(ax: AxisFields) -> None:
 
 def _mask(ax: AxisFields) -> int:
     """Control byte of the present step."""
-    count = 4 if ax.stepper_operation_mode == _TWO_PHASE else 6
+    count = 4 if ax.stepper_operation_mode == StepperMode.TWO_PHASE else 6
     cycle = ax.stepper_step % count
     if cycle == 0:
         return ax.drive_stepper_mask_cycle1
@@ -326,7 +317,7 @@ def run_stepper(ax: AxisFields, dt: float) -> None:
             ax.stepper_wait = ax.stepper_level
             ax.stepper_level_steps += 1
             ax.stepper_step += -direction if ax.drive_motor_polarity else direction
-    if ax.stepper_operation_mode in (_TWO_PHASE, _ONE_TWO_PHASE):
+    if ax.stepper_operation_mode in (StepperMode.TWO_PHASE, StepperMode.ONE_TWO_PHASE):
         control = _mask(ax)
         if ax.stepper_level == 0:
             control |= ax.drive_stepper_mask_holding_current

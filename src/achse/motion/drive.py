@@ -48,23 +48,6 @@ __all__ = [
 _STILL = 1e-9
 """A torque below this is none."""
 
-_SERCOS = ControllerType.SERCOS_POSITION.value
-_TCOM = ControllerType.TCOM_POSITION.value
-
-_TWO_SPEEDS = AxisType.DISCRETE_RAPID_CREEP.value
-_STEPPER = DriveType.STEPPER.value
-_NONLINEAR = DriveType.MDP_252_NONLINEAR.value
-_PROFIDRIVE = DriveType.PROVIDRIVE_MC.value
-
-_TORQUE_JOB = MotionPhase.TORQUE.value
-_DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
-
-_POSITION = DriveOperationMode.POSITION_FEEDBACK1.value
-_VELOCITY = DriveOperationMode.VELOCITY_FEEDBACK1.value
-
-_AVERAGE = OutputFilter.MOVING_AVERAGE.value
-_P_TN = OutputFilter.P_TN.value
-
 _BY_VELOCITY = 1
 _BY_ACCELERATION = 2
 
@@ -72,7 +55,7 @@ _BY_ACCELERATION = 2
 def adapt_drive(ax: AxisFields, dt: float) -> None:
     """Derive what follows from the parameters of the drive."""
     ideal = ax.simulation_ideal
-    if ax.controller_type in (_SERCOS, _TCOM):
+    if ax.controller_type in (ControllerType.SERCOS_POSITION, ControllerType.TCOM_POSITION):
         ideal = 1
     mode = ax.drive_operation_mode
     ax.drive_adapted_mode = mode
@@ -80,7 +63,7 @@ def adapt_drive(ax: AxisFields, dt: float) -> None:
         ideal = 0
     elif mode in POSITION_MODES:
         ideal = 1
-    discrete = ax.drive_type in DISCRETE_DRIVES or ax.axis_type == _TWO_SPEEDS
+    discrete = ax.drive_type in DISCRETE_DRIVES or ax.axis_type == AxisType.DISCRETE_RAPID_CREEP
     if discrete:
         ideal = 0
     if ideal and ax.drive_ideal == 0:
@@ -97,12 +80,12 @@ def adapt_drive(ax: AxisFields, dt: float) -> None:
     delay = floor(ax.drive_velocity_output_delay / dt + 0.5)
     ax.drive_delay = delay if delay < DRIVE_DELAY else DRIVE_DELAY
     gain = 0.0
-    if ax.drive_type == _PROFIDRIVE:
+    if ax.drive_type == DriveType.PROVIDRIVE_MC:
         gain = ax.drive_dsc_kpc * 1e-3 * ax.drive_dsc_xerr_scaling
     ax.drive_dsc_gain = gain
     special = 0
     if (
-        ax.drive_type == _NONLINEAR
+        ax.drive_type == DriveType.MDP_252_NONLINEAR
         or gain > 0.0
         or ax.curve_count > 0
         or ax.drive_output_offset != 0.0
@@ -110,8 +93,8 @@ def adapt_drive(ax: AxisFields, dt: float) -> None:
         or ax.drive_dead_time_compensation_mode != 0
     ):
         special = 1
-    count = 1 if ax.drive_output_filter_type == _P_TN else 0
-    if ax.drive_output_filter_type == _AVERAGE:
+    count = 1 if ax.drive_output_filter_type == OutputFilter.P_TN else 0
+    if ax.drive_output_filter_type == OutputFilter.MOVING_AVERAGE:
         count = floor(ax.drive_output_filter_time / dt + 0.5)
         if count > DRIVE_DELAY:
             count = DRIVE_DELAY
@@ -167,7 +150,7 @@ def position_output(ax: AxisFields, dt: float) -> float:
     position = ax.set_position
     if ax.loop_closed == 0:
         fill_filter(ax)
-    elif ax.drive_output_filter_type == _AVERAGE and ax.filter_count > 0:
+    elif ax.drive_output_filter_type == OutputFilter.MOVING_AVERAGE and ax.filter_count > 0:
         i = ax.filter_index
         ax.filter_ring[i] = position
         ax.filter_index = (i + 1) % ax.filter_count
@@ -175,7 +158,7 @@ def position_output(ax: AxisFields, dt: float) -> float:
         for i in range(ax.filter_count):
             total += ax.filter_ring[i] - position  # differences keep far positions exact
         position += total / ax.filter_count
-    elif ax.drive_output_filter_type == _P_TN and ax.drive_output_filter_order > 0:
+    elif ax.drive_output_filter_type == OutputFilter.P_TN and ax.drive_output_filter_order > 0:
         order = ax.drive_output_filter_order
         weight = dt / (ax.drive_output_filter_time / order + dt)
         for i in range(order):
@@ -229,7 +212,7 @@ def _characteristic_share(ax: AxisFields, share: float, pieces: Sequence[Piece])
         return 0.0
     if ax.curve_count > 0:
         share = value_at(pieces, ax.curve_first, ax.curve_count, share)
-    elif ax.drive_type == _NONLINEAR:
+    elif ax.drive_type == DriveType.MDP_252_NONLINEAR:
         share = characteristic(ax, share)
     share += ax.drive_output_offset
     ax.drive_output_percent_nonlinear = 100.0 * share
@@ -258,7 +241,7 @@ def _put_out_torque(ax: AxisFields) -> None:
     io = ax.drive_io
     torque = ax.set_torque - ax.set_torque_derivative * ax.drive_torque_output_delay
     io.data_out5 = _turned(ax, torque * ax.drive_set_torque_scaling)
-    limited = 1 if ax.set_motion_phase == _TORQUE_JOB else 0
+    limited = 1 if ax.set_motion_phase == MotionPhase.TORQUE else 0
     io.ctrl2 = limited
     if limited:
         high, low = ax.torque_velocity_high, ax.torque_velocity_low
@@ -316,10 +299,14 @@ def put_out(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
         io.data_out1 = within_32_bits(share * ax.drive_output_mask)
         return
     mode = ax.drive_operation_mode
-    if ax.set_motion_phase == _DRIVE_OUTPUT and mode not in TORQUE_MODES:
-        mode = _VELOCITY
+    if ax.set_motion_phase == MotionPhase.DRIVE_OUTPUT and mode not in TORQUE_MODES:
+        mode = DriveOperationMode.VELOCITY_FEEDBACK1
     elif mode == 0:
-        mode = _POSITION if ax.drive_ideal else _VELOCITY
+        mode = (
+            DriveOperationMode.POSITION_FEEDBACK1
+            if ax.drive_ideal
+            else DriveOperationMode.VELOCITY_FEEDBACK1
+        )
     io.ctrl3 = mode
     if mode in TORQUE_MODES:
         _put_out_torque(ax)

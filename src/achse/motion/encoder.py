@@ -8,6 +8,7 @@ Kernel source: compiled as it stands, see `compiled`.
 
 from math import floor
 
+from achse.codes import NcError
 from achse.motion.port import wrapped
 from achse.motion.record import POSITION_HISTORY, AxisFields
 from achse.motion.setpoint import fail
@@ -34,9 +35,6 @@ _WITH_VELOCITY = 2
 
 _BY_VELOCITY = 1
 _BY_ACCELERATION = 2
-
-_COUNTER_UNDERFLOW = 0x4450
-_COUNTER_OVERFLOW = 0x4451
 
 
 def _raw_count(ax: AxisFields, count: int) -> int:
@@ -144,7 +142,7 @@ def measure(ax: AxisFields, dt: float) -> None:
             count += wrapped(data - ax.encoder_data)
             ax.encoder_data = data
     if abs(count) > _FULL_COUNTER:
-        fail(ax, _COUNTER_OVERFLOW if count > 0 else _COUNTER_UNDERFLOW, 1)
+        fail(ax, NcError.ENCODER_OVERFLOW if count > 0 else NcError.ENCODER_UNDERFLOW, 1)
         count = ax.encoder_software_increments
     moved = count - ax.encoder_software_increments
     ax.encoder_software_increments = count

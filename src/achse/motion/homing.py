@@ -7,25 +7,13 @@ stands its braking distance beyond.
 Kernel source: compiled as it stands, see `compiled`.
 """
 
+from achse.codes import NcError
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import arrived, end_homing, fail, shift_origin
 from achse.motion.signals import LATCHED, begin_watch, homing_cam
 from achse.motion.states import CommandState, HomingState, MotionPhase, ReferenceMode
 
 __all__ = ["cam_direction", "home", "pulse_direction"]
-
-_TOWARDS_CAM = HomingState.TOWARDS_CAM.value
-_AWAIT_CAM = HomingState.AWAIT_CAM.value
-_LEAVE_CAM = HomingState.LEAVE_CAM.value
-_AWAIT_CAM_OFF = HomingState.AWAIT_CAM_OFF.value
-_AWAIT_LATCH = HomingState.AWAIT_LATCH.value
-_SET_POSITION = HomingState.SET_POSITION.value
-
-_CAM_ONLY = ReferenceMode.HOMING_SENSOR_ONLY.value
-_DONE = CommandState.DONE.value
-_NO_JOB = MotionPhase.NONE.value
-
-_CAM_LEFT_EARLY = 0x4253
 
 
 def cam_direction(ax: AxisFields) -> float:
@@ -62,52 +50,52 @@ def _stands(ax: AxisFields) -> bool:
 def _arm(ax: AxisFields) -> None:
     """Off the cam: latch here, or with the sync pulse still to come."""
     position = ax.encoder_actual_position_unfiltered
-    if ax.encoder_reference_mode == _CAM_ONLY:
+    if ax.encoder_reference_mode == ReferenceMode.HOMING_SENSOR_ONLY:
         ax.homing_latch_position = position
-        ax.homing_state = _SET_POSITION
+        ax.homing_state = HomingState.SET_POSITION
         _stop(ax)
     else:
         ax.homing_latch_begin = position
         begin_watch(ax)
-        ax.homing_state = _AWAIT_LATCH
+        ax.homing_state = HomingState.AWAIT_LATCH
 
 
 def home(ax: AxisFields) -> None:
     """The step of a homing sequence that this cycle takes; the set-point generator moves."""
     state = ax.homing_state
     cam = homing_cam(ax)
-    if state == _TOWARDS_CAM:
+    if state == HomingState.TOWARDS_CAM:
         if cam == 0 and ax.job_direction == 0.0:
             _run(ax, ax.homing_velocity_towards_cam, cam_direction(ax))
         if ax.homing_begins:
             ax.homing_begins = 0  # the first cycle shows this step to those that read cyclically
         elif cam:
-            ax.homing_state = _LEAVE_CAM
+            ax.homing_state = HomingState.LEAVE_CAM
             _stop(ax)
         else:
-            ax.homing_state = _AWAIT_CAM
-    elif state == _AWAIT_CAM:
+            ax.homing_state = HomingState.AWAIT_CAM
+    elif state == HomingState.AWAIT_CAM:
         if cam:
-            ax.homing_state = _LEAVE_CAM
+            ax.homing_state = HomingState.LEAVE_CAM
             _stop(ax)
-    elif state == _LEAVE_CAM:
+    elif state == HomingState.LEAVE_CAM:
         if _stands(ax):
             if cam:
-                ax.homing_state = _AWAIT_CAM_OFF
+                ax.homing_state = HomingState.AWAIT_CAM_OFF
                 _run(ax, ax.homing_velocity_off_cam, pulse_direction(ax))
             else:
-                fail(ax, _CAM_LEFT_EARLY, 0)
-    elif state == _AWAIT_CAM_OFF:
+                fail(ax, NcError.HOMING_CAM_LEFT_EARLY, 0)
+    elif state == HomingState.AWAIT_CAM_OFF:
         if cam == 0:
             _arm(ax)
-    elif state == _AWAIT_LATCH:
+    elif state == HomingState.AWAIT_LATCH:
         if ax.homing_latch == LATCHED:
-            ax.homing_state = _SET_POSITION
+            ax.homing_state = HomingState.SET_POSITION
             _stop(ax)
-    elif state == _SET_POSITION and _stands(ax):
+    elif state == HomingState.SET_POSITION and _stands(ax):
         ax.target_position = ax.set_position
         end_homing(ax)
         shift_origin(ax, ax.encoder_reference_position - ax.homing_latch_position)
         ax.homed = 1
-        ax.set_motion_phase = _NO_JOB
-        ax.set_command_state = _DONE
+        ax.set_motion_phase = MotionPhase.NONE
+        ax.set_command_state = CommandState.DONE

@@ -35,12 +35,6 @@ from achse.motion.superposition import generate_superposed
 
 __all__ = ["adapt", "begin", "cycle", "cycle_all", "cycles", "follow"]
 
-_TWO_SPEEDS = AxisType.DISCRETE_RAPID_CREEP.value
-_STEPPER = DriveType.STEPPER.value
-_HOMING = MotionPhase.HOMING.value
-_EXTERNAL = MotionPhase.EXTERNAL.value
-_DRIVE_OUTPUT = MotionPhase.DRIVE_OUTPUT.value
-
 
 def adapt(ax: AxisFields, dt: float) -> None:
     """Compute what follows from the parameters; done in the first cycle after a change."""
@@ -82,8 +76,8 @@ def _lead(ax: AxisFields, dt: float) -> None:
         run_torque(ax, dt)
     elif ax.external_setpoint_active:
         follow_external(ax, dt)
-    elif phase < _EXTERNAL:
-        if phase == _HOMING:
+    elif phase < MotionPhase.EXTERNAL:
+        if phase == MotionPhase.HOMING:
             home(ax)
         if ax.compensating:
             generate_superposed(ax, dt)
@@ -91,7 +85,7 @@ def _lead(ax: AxisFields, dt: float) -> None:
             generate(ax, dt)
         if ax.reversing_number:
             position_in_turn(ax)
-    elif phase == _DRIVE_OUTPUT:
+    elif phase == MotionPhase.DRIVE_OUTPUT:
         follow_axis(ax)
     else:
         oscillate(ax, dt)
@@ -121,8 +115,8 @@ def cycle(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
     supervise_enable(ax, dt)
     if ax.phasing_active:
         shift_phase(ax, dt)
-    if ax.axis_type == _TWO_SPEEDS:
-        if ax.set_motion_phase == _HOMING:
+    if ax.axis_type == AxisType.DISCRETE_RAPID_CREEP:
+        if ax.set_motion_phase == MotionPhase.HOMING:
             home(ax)
         run_two_speeds(ax, dt)
         supervise_motion(ax, dt)
@@ -135,7 +129,7 @@ def cycle(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
         control(ax, dt)
         supervise_motion(ax, dt)
         supervise_arrival(ax, dt)
-        if ax.drive_type == _STEPPER:
+        if ax.drive_type == DriveType.STEPPER:
             run_stepper(ax, dt)
             put_out_bytes(ax)
         else:

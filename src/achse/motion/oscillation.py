@@ -17,15 +17,6 @@ from achse.motion.states import CommandState, MotionPhase, StartType
 
 __all__ = ["oscillate", "position_in_turn"]
 
-_NO_JOB = MotionPhase.NONE.value
-_STOPPING = MotionPhase.STOPPING.value
-_REVERSING = MotionPhase.REVERSING.value
-_VELOCITY_STEPS = MotionPhase.VELOCITY_STEPS.value
-
-_ACTIVE = CommandState.ACTIVE.value
-_DONE = CommandState.DONE.value
-_ABSOLUTE = StartType.ABSOLUTE.value
-
 _STILL = 1e-6
 """A sequence whose velocity is below ends without a ramp."""
 
@@ -35,11 +26,14 @@ _STEP_STAGES = 4
 
 def position_in_turn(ax: AxisFields) -> None:
     """After each cycle of a reversing command: at a target the pause begins."""
-    if ax.set_command_number != ax.reversing_number or ax.set_command_state not in (_ACTIVE, _DONE):
+    if ax.set_command_number != ax.reversing_number or ax.set_command_state not in (
+        CommandState.ACTIVE,
+        CommandState.DONE,
+    ):
         ax.reversing_number = 0
-    elif ax.set_motion_phase == _NO_JOB and ax.buffer_count == 0:
-        ax.set_motion_phase = _REVERSING
-        ax.set_command_state = _ACTIVE
+    elif ax.set_motion_phase == MotionPhase.NONE and ax.buffer_count == 0:
+        ax.set_motion_phase = MotionPhase.REVERSING
+        ax.set_command_state = CommandState.ACTIVE
         ax.generator_time = 0.0
         ax.job_timing = 0
 
@@ -48,8 +42,8 @@ def _pause(ax: AxisFields, dt: float) -> None:
     """Wait at a target, then go to the other one; a command that waits is let in."""
     ax.generator_time += dt
     if ax.buffer_count > 0:
-        ax.set_motion_phase = _NO_JOB
-        ax.set_command_state = _DONE
+        ax.set_motion_phase = MotionPhase.NONE
+        ax.set_command_state = CommandState.DONE
         return
     if ax.generator_time < ax.generator_pause + 0.5 * dt:
         return
@@ -59,7 +53,7 @@ def _pause(ax: AxisFields, dt: float) -> None:
     begin_job(
         ax,
         ax.reversing_number,
-        _ABSOLUTE,
+        StartType.ABSOLUTE,
         target,
         ax.job_velocity,
         ax.job_acceleration,
@@ -80,14 +74,14 @@ def _override(ax: AxisFields) -> float:
 def _finish(ax: AxisFields) -> None:
     """The sequence is complete: brake where the axis still moves."""
     absorb(ax)
-    ax.set_command_state = _DONE
+    ax.set_command_state = CommandState.DONE
     if abs(ax.set_velocity) < _STILL:
         ax.set_velocity = 0.0
         ax.set_acceleration = 0.0
         ax.set_jerk = 0.0
-        ax.set_motion_phase = _NO_JOB
+        ax.set_motion_phase = MotionPhase.NONE
     else:
-        ax.set_motion_phase = _STOPPING
+        ax.set_motion_phase = MotionPhase.STOPPING
         ax.replan = 1
 
 
@@ -168,7 +162,7 @@ def _swing(ax: AxisFields, dt: float) -> None:
         ax.sine_frequency *= ax.sine_frequency_ratio
     if ax.generator_round == ax.generator_rounds:
         _finish(ax)
-        if ax.set_motion_phase == _STOPPING:
+        if ax.set_motion_phase == MotionPhase.STOPPING:
             generate(ax, dt)
         return
     ax.generator_time += dt
@@ -196,9 +190,9 @@ def _swing(ax: AxisFields, dt: float) -> None:
 
 def oscillate(ax: AxisFields, dt: float) -> None:
     """One cycle of a pause in reversing, of velocity steps or of the sine."""
-    if ax.set_motion_phase == _REVERSING:
+    if ax.set_motion_phase == MotionPhase.REVERSING:
         _pause(ax, dt)
-    elif ax.set_motion_phase == _VELOCITY_STEPS:
+    elif ax.set_motion_phase == MotionPhase.VELOCITY_STEPS:
         _step(ax, dt)
     else:
         _swing(ax, dt)

@@ -30,17 +30,6 @@ WAITS = 1
 LATCHED = 2
 """States of the latch of a homing sequence."""
 
-_PLC_CAM = ControlBit.HOMING_SENSOR.value
-_FIRST_LOW = HomingSensorSource.DIGITAL_INPUT_1_LOW.value
-
-_INDEX = SignalSource.ZERO_PULSE.value
-
-_HARDWARE_SYNC = ReferenceMode.HARDWARE_SYNC.value
-_LATCH_RISING = ReferenceMode.HARDWARE_LATCH_1_RISING.value
-_LATCH_FALLING = ReferenceMode.HARDWARE_LATCH_1_FALLING.value
-_SOFTWARE_SYNC = ReferenceMode.SOFTWARE_SYNC.value
-_DRIVE_FALLING = ReferenceMode.HARDWARE_LATCH_1_FALLING_DRIVE.value
-
 _TURNED = 1 << 1
 """Bit of a latch's state that turns over with its edge; of a probe's falling edge the next one."""
 
@@ -51,11 +40,15 @@ def homing_cam(ax: AxisFields) -> int:
     """Whether the reference cam is closed, as the configured source says."""
     source = ax.encoder_homing_sensor_source
     if source == 0:
-        return 1 if ax.control_dword & _PLC_CAM or ax.encoder_io.state2 & CAM_CLOSED else 0
+        return (
+            1
+            if ax.control_dword & ControlBit.HOMING_SENSOR or ax.encoder_io.state2 & CAM_CLOSED
+            else 0
+        )
     inputs = ax.drive_io.state8
-    if source < _FIRST_LOW:
+    if source < HomingSensorSource.DIGITAL_INPUT_1_LOW:
         return inputs >> (source - 1) & 1
-    return 1 - (inputs >> (source - _FIRST_LOW) & 1)
+    return 1 - (inputs >> (source - HomingSensorSource.DIGITAL_INPUT_1_LOW) & 1)
 
 
 def _increments(ax: AxisFields, count: int) -> int:
@@ -143,7 +136,7 @@ def _probe_data(ax: AxisFields, probe: int) -> int:
 
 def _signal(source: int) -> int:
     """A signal as the hardware is told."""
-    if source == _INDEX:
+    if source == SignalSource.ZERO_PULSE:
         return LATCH_INDEX
     return source if source < LATCH_INDEX else LATCH_DRIVE_DEFINED
 
@@ -151,15 +144,15 @@ def _signal(source: int) -> int:
 def _sync_signal(ax: AxisFields) -> int:
     """What the hardware watches for the sync pulse of homing; 0 if the NC counts itself."""
     mode = ax.encoder_reference_mode
-    if mode == _SOFTWARE_SYNC:
+    if mode == ReferenceMode.SOFTWARE_SYNC:
         return 0
-    if mode == _HARDWARE_SYNC:
+    if mode == ReferenceMode.HARDWARE_SYNC:
         return 1 if ax.encoder_external_sync_pulse else LATCH_INDEX
-    if mode == _LATCH_RISING:
+    if mode == ReferenceMode.HARDWARE_LATCH_1_RISING:
         return 1
-    if mode == _LATCH_FALLING:
+    if mode == ReferenceMode.HARDWARE_LATCH_1_FALLING:
         return 1 | LATCH_FALLING
-    if mode == _DRIVE_FALLING:
+    if mode == ReferenceMode.HARDWARE_LATCH_1_FALLING_DRIVE:
         return LATCH_DRIVE_DEFINED | LATCH_FALLING
     return LATCH_DRIVE_DEFINED
 
@@ -208,7 +201,7 @@ def _software_pulse(ax: AxisFields) -> int:
 
 def _watch_homing(ax: AxisFields) -> None:
     increments = ax.encoder_watched_count
-    if ax.encoder_reference_mode == _SOFTWARE_SYNC:
+    if ax.encoder_reference_mode == ReferenceMode.SOFTWARE_SYNC:
         increments = _software_pulse(ax)
         if increments == ax.encoder_watched_count:
             ax.encoder_watched_count = ax.encoder_software_increments

@@ -20,8 +20,6 @@ NOWHERE = inf
 INPUTS = 8
 """Digital inputs of a drive."""
 
-_DRIVE_INDEX = SignalSource.ZERO_PULSE.value
-
 
 def _inside(place: float, begin: float, end: float, period: float) -> bool:
     """Whether a place is on a stretch of the machine."""
@@ -120,7 +118,7 @@ def edge(s: Sensor, source: int, falling: int) -> float:
     """Place at which a signal has this edge on the way of this cycle, else NOWHERE."""
     if source == LATCH_DRIVE_DEFINED:
         source = s.machine.latch_source
-        if source == _DRIVE_INDEX:
+        if source == SignalSource.ZERO_PULSE:
             source = LATCH_INDEX
         elif source > INPUTS:
             return NOWHERE
