@@ -113,7 +113,7 @@ class Observer:
         """Farthest positions, below and above, that soft limits leave open."""
         self.slack = np.zeros(count)
         self.unsure = np.zeros(count, bool)
-        """A compensation has hidden with which jerk the acceleration of the table was made."""
+        """What moves on top has hidden with which jerk the acceleration of the table was made."""
         self.faults: dict[int, tuple[float, float, float]] = {}
         """Axes that a fault brakes: where, in which direction, how far at most."""
         self.cycles = self.seen_faults = 0
@@ -222,17 +222,18 @@ class Observer:
                 bound = f"{most[i]} {lowest[i]} … {highest[i]}"
                 self.tell(what, i, now, bound)
         self.watch_faults(now, states, closed & ~open_loop)
-        fresh = (a1 * v1 > 0.0) & (a0 * v0 <= 0.0) | (np.abs(a1) <= 1.01 * DT * self.active_jerk)
+        fresh = np.abs(a1) <= 1.01 * DT * self.active_jerk  # made with the jerk of what works
         self.jerk = np.where(fresh, self.active_jerk, self.jerk)
-        self.unsure = bent | (self.unsure & ~fresh)
-        self.jerk = np.where(bent, np.minimum(self.jerk, self.active_jerk), self.jerk)
+        hidden = bent | led | sine
+        self.unsure = hidden | (self.unsure & ~fresh)
+        self.jerk = np.where(hidden, np.minimum(self.jerk, self.active_jerk), self.jerk)
         self.before, self.states = now, states
 
     def watch_faults(self, now: Any, states: Any, closed: Any) -> None:
         """A fault brakes at least with the strongest of default and fast axis stop."""
         new = (states[:, ERROR] != 0) & (self.states[:, ERROR] == 0) & closed
         for i in map(int, np.flatnonzero(new)):
-            p, v, a = max(self.before[i, :3], now[i, :3], key=lambda state: abs(float(state[1])))
+            p, v, a = max(now[i, :3], self.before[i, :3], key=lambda state: abs(float(state[1])))
             sign = 1.0 if v >= 0.0 else -1.0
             if self.states[i, EXTERNAL]:  # what comes from outside ends at once
                 a = (

@@ -36,6 +36,7 @@ def leave_external(ax: AxisFields) -> None:
     """Take no further external set points; what the axis does now is its own motion."""
     ax.external_setpoint_active = 0
     ax.limit_watch = 1
+    ax.abrupt = 1
     drop_foreign(ax, ax.external_acceleration)
     ax.external_velocity = 0.0
     ax.external_acceleration = 0.0

@@ -5,7 +5,6 @@ Kernel source: compiled as it stands, see `compiled`.
 
 from math import floor
 
-from achse.motion.dynamics import STEEPEST
 from achse.motion.limits import TOLERANCE, running_into
 from achse.motion.port import (
     STATUS_ERROR,
@@ -296,20 +295,17 @@ def _at_limit(ax: AxisFields) -> int:
 def _supervise_limits(ax: AxisFields, dt: float) -> None:
     """Soft limits end every motion. A delayed reaction waits only where the axis stands by then."""
     where = _at_limit(ax)
-    abrupt = 0
     if ax.compensating or ax.external_setpoint_active or ax.set_motion_phase > _REVERSING:
-        abrupt = running_into(ax, dt)
-        if abrupt != 0:
-            where = abrupt
+        ahead = running_into(ax, dt)
+        if ahead != 0:
+            where = ahead
     if where == 0:
         return
     code = _not_found(ax, _SOFT_LIMIT_MAX_PASSED if where > 0 else _SOFT_LIMIT_MIN_PASSED)
     if ax.set_velocity == 0.0:
         report(ax, code, 0)
-        return
-    fail(ax, code, 0)
-    if abrupt != 0:
-        ax.job_jerk = STEEPEST
+    else:
+        fail(ax, code, 0)
 
 
 def supervise_motion(ax: AxisFields, dt: float) -> None:

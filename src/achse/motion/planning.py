@@ -14,7 +14,7 @@ Kernel source, in the language of `achse.native`.
 
 from math import inf
 
-from achse.motion.dynamics import fastest, fault_deceleration, fault_jerk, release
+from achse.motion.dynamics import STEEPEST, fastest, fault_deceleration, fault_jerk, release
 from achse.motion.limits import highest_rest, lowest_rest, passes
 from achse.motion.profile import (
     END_VELOCITY_UNREACHABLE,
@@ -263,7 +263,8 @@ def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
 def _fill_within_limits(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
     """`_fill`, but where the ramp of the job would lead across a soft limit, a stop before it.
 
-    The stop has the strongest ramp of the axis; from rest the job goes on with its own.
+    The stop has the strongest ramp of the axis, and no jerk limit where there was none; from rest
+    the job goes on with its own.
     """
     strongest = fault_deceleration(ax)
     steepest = fault_jerk(ax)
@@ -280,6 +281,11 @@ def _fill_within_limits(ax: AxisFields, limit: float, share: float, bounded: int
     ax.table_jerk = steepest
     count = _fill(ax, limit, share, -1)
     ax.limit_reached = passes(ax, 0, count, p, v, a)
+    if ax.limit_reached and ax.abrupt:
+        steepest = STEEPEST
+        ax.table_jerk = steepest
+        count = _fill(ax, limit, share, -1)
+        ax.limit_reached = passes(ax, 0, count, p, v, a)
     if bounded < 0:
         ax.limit_reached = 1 if ax.job_direction > 0.0 else -1
     elif ax.set_motion_phase == MotionPhase.STOPPING:  # and is never weakened again
@@ -351,6 +357,7 @@ def plan(ax: AxisFields) -> int:
         return count
     if phase == MotionPhase.POSITIONING and ax.job_peak_velocity == 0.0:
         ax.job_peak_velocity = _peak_velocity(ax, ax.set_velocity, ax.set_acceleration, count)
+    ax.abrupt = 0
     if ax.table_release == 0:
         ax.running_jerk = ax.table_jerk
     ax.segment_count = count

@@ -107,4 +107,5 @@ class SetpointInternal(Memory):
     plan_position: float = real(0.0, "mm", "where the table begins behind its release")
     plan_velocity: float = real(0.0, "mm/s", "velocity there")
     plan_acceleration: float = real(0.0, "mm/s²", "acceleration there")
+    abrupt: int = flag(0, "the axis moves as no jerk limits; a stop before a soft limit may, too")
     planned_fastest: float = real(0.0, "mm/s", "largest velocity the table was made for")
