@@ -145,7 +145,9 @@ def test_types_that_rest_on_each_other(
         plc.read(0xF00E, 0, 1 << 22)
         plc.read_write(0xF009, 0, 1 << 16, b"a.g\0")
 
-    assert outcome(station, None, ConfigError) == "taken" or count > 20
+    came = outcome(station, None, ConfigError)
+    assert came == "taken" or count > 20 or "range" in kinds  # there are no ranges of arrays
+    assert came in ("taken", "refused")
 
 
 @settings(max_examples=40)
