@@ -1,8 +1,18 @@
 """Operators: widths, signs and results as recorded of real controllers (execution facts, §2)."""
 
 from collections.abc import Callable
+from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from achse.st.check import check
+from achse.st.check.folding import folded
+from achse.st.declare import declare
+from achse.st.parser import parse
+from achse.st.typed.expressions import Computed, Converted, Known, Read, Stored, TypedValue
+from achse.st.typed.statements import Do
 
 Lines = Callable[..., list[str]]
 
@@ -94,3 +104,125 @@ def test_a_strict_enumeration_is_not_computed_with(lines: Lines) -> None:
 def test_long_sums_are_walked(lines: Lines) -> None:
     (line,) = lines("n : DINT;", f"n := {' + '.join(['n'] * 900)};")
     assert line.count(", ") == 899
+
+
+# any expression of integers, against the rules in words -----------------------------------------
+
+WIDTHS = {
+    "SINT": (8, True), "USINT": (8, False), "BYTE": (8, False), "INT": (16, True),
+    "UINT": (16, False), "WORD": (16, False), "DINT": (32, True), "UDINT": (32, False),
+    "DWORD": (32, False), "LINT": (64, True), "ULINT": (64, False), "LWORD": (64, False),
+}  # fmt: skip
+"""Bits and sign of the types; variable `v_int` is an INT."""
+
+Shape = tuple[int, bool]
+Tree = Any
+
+
+def bits(value: int, shape: Shape) -> int:
+    width, signed = shape
+    value &= (1 << width) - 1
+    return value - (1 << width) if signed and value >> (width - 1) else value
+
+
+def meet(left: Shape, right: Shape) -> Shape:
+    if left[0] < 32 and right[0] < 32:
+        return 32, True
+    return max(left[0], right[0]), left[1] or right[1]
+
+
+def expected(tree: Tree, values: dict[str, int]) -> tuple[int, Shape]:
+    """What the execution facts say: §2, rows on widths, signs, division, MOD, NOT."""
+    if isinstance(tree, str):
+        return values[tree], WIDTHS[tree]
+    if len(tree) == 2:
+        value, shape = expected(tree[1], values)
+        if tree[0] == "NOT":
+            unsigned = (shape[0], False)
+            return bits(~value, unsigned), unsigned
+        wide = (max(shape[0], 32), True)
+        return bits(-bits(value, wide), wide), wide
+    sign, left_tree, right_tree = tree
+    (left, a), (right, b) = expected(left_tree, values), expected(right_tree, values)
+    shape = meet(a, b)
+    left, right = bits(left, shape), bits(right, shape)
+    if sign in ("=", "<"):
+        return int(left == right if sign == "=" else left < right), (0, False)
+    if sign == "MOD":
+        result = 0 if right == 0 else left - right * int_quotient(left, right)
+    else:
+        result = {
+            "+": left + right, "-": left - right, "*": left * right,
+            "AND": left & right, "OR": left | right, "XOR": left ^ right,
+        }[sign]  # fmt: skip
+    return bits(result, shape), shape
+
+
+def int_quotient(left: int, right: int) -> int:
+    found = abs(left) // abs(right)
+    return found if (left < 0) == (right < 0) else -found
+
+
+def written(tree: Tree) -> str:
+    if isinstance(tree, str):
+        return f"v_{tree}"
+    if len(tree) == 2:
+        return f"{tree[0]} ({written(tree[1])})"
+    return f"({written(tree[1])} {tree[0]} {written(tree[2])})"
+
+
+def computed(value: TypedValue, values: dict[str, int]) -> int:
+    """The typed form, run: what folding makes of it when its variables are constants."""
+    match value:
+        case Read(storage, type):
+            return values[storage.name.removeprefix("v_")]
+        case Converted(operand, type, rule):
+            known = Known(computed(operand, values), operand.type or type)
+            return number(folded(Converted(known, type, rule)))
+        case Computed(operator, operands, type):
+            first, *rest = (Known(computed(one, values), one.type or type) for one in operands)
+            result: TypedValue = first
+            if not rest:
+                result = folded(Computed(operator, (first,), type))
+            for one in rest:
+                result = folded(Computed(operator, (result, one), type))
+            return number(result)
+    raise AssertionError(value)
+
+
+def number(value: TypedValue) -> int:
+    assert isinstance(value, Known)
+    assert isinstance(value.value, int)
+    return int(value.value)
+
+
+NUMBERS = st.recursive(
+    st.sampled_from(sorted(WIDTHS)),
+    lambda inner: st.one_of(
+        st.tuples(st.sampled_from(["+", "-", "*", "MOD", "AND", "OR", "XOR"]), inner, inner),
+        st.tuples(st.sampled_from(["NOT", "-"]), inner),
+    ),
+    max_leaves=8,
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.data())
+def test_any_expression_of_integers(data: st.DataObject) -> None:
+    tree = data.draw(NUMBERS)
+    if data.draw(st.booleans()):
+        tree = (data.draw(st.sampled_from(["=", "<"])), tree, data.draw(NUMBERS))
+    values = {
+        name: bits(data.draw(st.integers(-(1 << 63), (1 << 64) - 1)), shape)
+        for name, shape in WIDTHS.items()
+    }
+    declared = "; ".join(f"v_{name} : {name}" for name in WIDTHS)
+    is_truth = isinstance(tree, tuple) and tree[0] in ("=", "<")
+    result = f"r : {'BOOL' if is_truth else 'LINT'}"
+    source = f"PROGRAM MAIN VAR {declared}; {result}; END_VAR r := {written(tree)}; END_PROGRAM"
+    (statement,) = check(declare([parse(source).check()])).routines["main"].body or ()
+    assert isinstance(statement, Do)
+    assert isinstance(statement.value, Stored)
+    found = computed(statement.value.value, values)
+    value, _ = expected(tree, values)
+    assert found == (value if is_truth else bits(value, (64, True)))
