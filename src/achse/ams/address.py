@@ -2,6 +2,8 @@
 
 Both are `bytes`, so that a raw slice of a frame finds the same dictionary entry as a parsed
 address: routing never builds an object.
+
+Source: 000 §3.2.
 """
 
 import struct

@@ -1,4 +1,7 @@
-"""ADS states and notification transmission modes."""
+"""ADS states and notification transmission modes.
+
+Source: 000 §3.2.3.4 (Read State) and §3.2.3.6; numbers of modes and states from public client code.
+"""
 
 from enum import IntEnum
 

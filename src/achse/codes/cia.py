@@ -1,4 +1,7 @@
-"""Data types of an object dictionary, by their CiA number."""
+"""Data types of an object dictionary, by their CiA number.
+
+Source: 001 §2.6; CiA 301, data types of the object dictionary.
+"""
 
 import struct
 from enum import IntEnum

@@ -2,6 +2,8 @@
 
 A device implements this by structure; it imports nothing of EtherCAT. The codes both sides need
 (`AlState`, `AlStatus`, `AbortCode`, `SdoAbort`) are in `achse.codes`.
+
+Source: ETG.1000.6, what a device does behind its controller.
 """
 
 from collections.abc import Iterable, Sequence

@@ -2,6 +2,8 @@
 
 Times are integer nanoseconds. All slaves of a segment see one true time; each has its own local
 time, which may start elsewhere, drift and jitter.
+
+Source: ETG.1000.4 §6.8, tables 60 and 61.
 """
 
 from collections.abc import Callable

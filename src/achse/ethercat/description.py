@@ -1,4 +1,7 @@
-"""What masters and configurators want to know of a slave: the source of SII image and ESI file."""
+"""What masters and configurators want to know of a slave: the source of SII image and ESI file.
+
+Source: 001 §2.2; ETG.2000 and ETG.2010 for what a description has.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

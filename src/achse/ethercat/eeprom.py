@@ -1,4 +1,7 @@
-"""The EEPROM behind the EEPROM registers: the master reads and writes the SII image."""
+"""The EEPROM behind the EEPROM registers: the master reads and writes the SII image.
+
+Source: ETG.1000.4 §6.4.
+"""
 
 from achse.ethercat.registers import Register
 

@@ -3,6 +3,8 @@
 The master reads and writes by `read` and `write`; both say whether the access counts. The device
 side is a `Pdi`: it is called when something happened, and answers by the attributes and methods
 below "the application's side"; or it looks by itself, through `pdi_access`.
+
+Source: ETG.1000.4 §6.1 to §6.8.
 """
 
 from bisect import bisect_right

@@ -1,4 +1,7 @@
-"""FMMUs: bits of the logical address space that are bits of a slave's memory."""
+"""FMMUs: bits of the logical address space that are bits of a slave's memory.
+
+Source: ETG.1000.4 §6.6, table 57.
+"""
 
 import struct
 from typing import NamedTuple

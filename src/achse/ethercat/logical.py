@@ -1,6 +1,8 @@
 """Logical datagrams: which bytes of a datagram go to and come from which slave, planned once.
 
 A plan holds for one command, address and length until a slave reports that its mapping changed.
+
+Source: ETG.1000.4 §6.6; working counters 001 table 2.3.1.1.
 """
 
 from collections.abc import Callable, Iterable

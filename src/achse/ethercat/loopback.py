@@ -1,4 +1,7 @@
-"""The smallest application: what the master puts out comes back as input one local cycle later."""
+"""The smallest application: what the master puts out comes back as input one local cycle later.
+
+Source: ETG.1000.4, §6.7 for its buffers.
+"""
 
 from dataclasses import dataclass, field
 

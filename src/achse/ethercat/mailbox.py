@@ -1,6 +1,8 @@
 """Mailbox: messages between master and slave, by protocol, with counters and repeats.
 
 The header is 6 bytes: length, station address, channel and priority, type and counter.
+
+Source: 001 §2.6; ETG.1000.4 §6.7 for the SyncManagers in mailbox mode.
 """
 
 import struct

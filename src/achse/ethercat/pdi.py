@@ -2,6 +2,8 @@
 
 A device of this package is called when something happened (`Pdi`). One that looks by itself, as
 firmware does, reads the AL event request and the registers through `PdiAccess`.
+
+Source: ETG.1000.4 §6.1.5, §6.1.6 and §6.3.
 """
 
 from enum import IntFlag

@@ -2,6 +2,8 @@
 
 A register that is `writable` counts as written for the working counter; bytes without one are
 read-only. What a write does is bound to the register in `achse.ethercat.esc`.
+
+Source: ETG.1000.4 §6; each register has its clause.
 """
 
 from enum import IntEnum

@@ -1,6 +1,8 @@
 """SDO information: the list of objects, and what each object and entry is.
 
 Messages here begin behind the CoE header: operation, reserved, fragments left (u16), data.
+
+Source: 001 §2.6; ETG.1000.6 for the fields.
 """
 
 import struct

@@ -2,6 +2,8 @@
 
 `process` takes a frame as it leaves the master and gives it as it comes back; it knows no clock
 but `advance`.
+
+Source: 001 §2.3; ETG.1000.4 §6.1.4 for ports and their order.
 """
 
 import struct

@@ -2,6 +2,8 @@
 
 A buffer or mailbox changes owner when its last byte is accessed. What is refused here is not
 counted by the working counter; that is all a master learns of it.
+
+Source: ETG.1000.4 §6.7, table 59.
 """
 
 from collections.abc import Callable

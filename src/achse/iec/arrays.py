@@ -1,4 +1,7 @@
-"""Arrays of any dimensions and bounds: plain lists as values, indexed views in memory."""
+"""Arrays of any dimensions and bounds: plain lists as values, indexed views in memory.
+
+Source: IEC 61131-3 (2013) table 11, no. 4; table 15.
+"""
 
 import struct
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,4 +1,7 @@
-"""Data type entries on the wire (0xF00E, 0xF011), with members, methods and enumeration values."""
+"""Data type entries on the wire (0xF00E, 0xF011), with members, methods and enumeration values.
+
+Source: recorded traffic of TwinCAT 3.1 targets and the code of public clients; no manual prints it.
+"""
 
 import struct
 from collections.abc import Iterable

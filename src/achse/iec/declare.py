@@ -15,6 +15,8 @@
             self.aValues[3] = 5
 
 Type checkers see `self.nCounter` as int, `self.stAxis` as ST_Axis, `self.aValues[3]` as int.
+
+Source: IEC 61131-3 (2013) tables 11, 13, 40 and 47.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -1,4 +1,7 @@
-"""Types made of one other type: aliases, sub-ranges, pointers, references, interfaces."""
+"""Types made of one other type: aliases, sub-ranges, pointers, references, interfaces.
+
+Source: IEC 61131-3 (2013) table 11, no. 3 and 8; pointers and interfaces as in TwinCAT 3.
+"""
 
 from collections.abc import Callable, Mapping
 from functools import cached_property

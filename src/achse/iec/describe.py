@@ -1,4 +1,7 @@
-"""Types as data type entries: what a target says of its types in the upload."""
+"""Types as data type entries: what a target says of its types in the upload.
+
+Source: recorded traffic of TwinCAT 3.1 targets and the code of public clients; no manual prints it.
+"""
 
 from collections.abc import Iterable
 from typing import Any

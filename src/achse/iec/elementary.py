@@ -1,4 +1,7 @@
-"""The elementary numeric types of IEC 61131-3, one row each."""
+"""The elementary numeric types of IEC 61131-3, one row each.
+
+Source: IEC 61131-3 (2013) table 10.
+"""
 
 import struct
 from collections.abc import Mapping

@@ -1,4 +1,7 @@
-"""The parts that symbol and type entries are made of: lengths, texts, bounds, attributes."""
+"""The parts that symbol and type entries are made of: lengths, texts, bounds, attributes.
+
+Source: recorded traffic of TwinCAT 3.1 targets and the code of public clients; no manual prints it.
+"""
 
 import struct
 from collections.abc import Iterable, Mapping

@@ -1,4 +1,7 @@
-"""Enumerations: named values of an integer type, as Python enum members."""
+"""Enumerations: named values of an integer type, as Python enum members.
+
+Source: IEC 61131-3 (2013) table 11, no. 1 and 2.
+"""
 
 from collections.abc import Mapping
 from enum import IntEnum

@@ -1,4 +1,7 @@
-"""Values as IEC 61131-3 literal text: `T#1h2m3s`, `16#FF`, `TRUE`, `'text'`, `[1, 2, 3]`."""
+"""Values as IEC 61131-3 literal text: `T#1h2m3s`, `16#FF`, `TRUE`, `'text'`, `[1, 2, 3]`.
+
+Source: IEC 61131-3 (2013) tables 5, 6, 8 and 9.
+"""
 
 import re
 from collections.abc import Callable

@@ -1,4 +1,7 @@
-"""Type names as text: elementary types by name, and `ARRAY [0..3] OF STRING(20)` taken apart."""
+"""Type names as text: elementary types by name, and `ARRAY [0..3] OF STRING(20)` taken apart.
+
+Source: IEC 61131-3 (2013) tables 10 and 11.
+"""
 
 import re
 from collections.abc import Callable, Mapping

@@ -2,6 +2,8 @@
 
 A path is parsed into steps, and steps are followed from a type to an offset. Case does not
 matter.
+
+Source: IEC 61131-3 (2013) tables 11, 16 and 17.
 """
 
 import re

@@ -1,4 +1,7 @@
-"""STRING(n) of 8-bit text, WSTRING(n) of UTF-16LE, both ended by a NUL."""
+"""STRING(n) of 8-bit text, WSTRING(n) of UTF-16LE, both ended by a NUL.
+
+Source: IEC 61131-3 (2013) table 10, no. 13 and 14; bytes as in TwinCAT 3.
+"""
 
 from functools import lru_cache
 

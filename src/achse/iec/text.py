@@ -1,4 +1,7 @@
-"""Text as PLC bytes: cp1252 or UTF-8 for STRING and table texts, UTF-16LE for WSTRING."""
+"""Text as PLC bytes: cp1252 or UTF-8 for STRING and table texts, UTF-16LE for WSTRING.
+
+Source: recorded traffic of TwinCAT 3.1 targets.
+"""
 
 import codecs
 from typing import Literal, TypeAlias

@@ -1,4 +1,7 @@
-"""The root of all IEC types: a name, a size, and values as bytes."""
+"""The root of all IEC types: a name, a size, and values as bytes.
+
+Source: IEC 61131-3 (2013) table 10 and 11.
+"""
 
 import hashlib
 from collections.abc import Iterable, Mapping

@@ -1,4 +1,7 @@
-"""Types of a target, built from its uploaded type entries when they are asked for."""
+"""Types of a target, built from its uploaded type entries when they are asked for.
+
+Source: recorded traffic of TwinCAT 3.1 targets and the code of public clients; no manual prints it.
+"""
 
 from collections.abc import Iterable, Iterator, Mapping
 from enum import IntEnum

@@ -1,4 +1,7 @@
-"""Declared variables: type, initial value and address, and access to the value in memory."""
+"""Declared variables: type, initial value and address, and access to the value in memory.
+
+Source: IEC 61131-3 (2013) tables 13, 14 and 16.
+"""
 
 import re
 import struct

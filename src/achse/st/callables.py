@@ -1,4 +1,7 @@
-"""Methods and properties that clients may call: those whose declaration says so."""
+"""Methods and properties that clients may call: those whose declaration says so.
+
+Source: IEC 61131-3 (2013) table 48; the pragma as in TwinCAT 3.
+"""
 
 from collections.abc import Iterable
 

@@ -1,4 +1,7 @@
-"""Constant expressions: their value."""
+"""Constant expressions: their value.
+
+Source: IEC 61131-3 (2013) tables 5 and 71.
+"""
 
 import math
 import operator

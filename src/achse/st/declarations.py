@@ -1,4 +1,7 @@
-"""Declarations: types, variables and their blocks."""
+"""Declarations: types, variables and their blocks.
+
+Source: IEC 61131-3 (2013) tables 11, 13 and 14.
+"""
 
 from collections.abc import Collection
 

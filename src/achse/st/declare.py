@@ -6,6 +6,8 @@ other. What comes out are the objects of `achse.iec.declare`: record classes, en
 
 Initial values that are no constants (`ADR(x)`, of a variable, of a function) become start values
 of their variables: the PLC works them out when it lays out its memory.
+
+Source: IEC 61131-3 (2013) tables 11, 13, 40 and 47.
 """
 
 from collections.abc import Iterable, Mapping

@@ -1,4 +1,7 @@
-"""Expressions: a Pratt parser, driven by how strongly each operator binds."""
+"""Expressions: a Pratt parser, driven by how strongly each operator binds.
+
+Source: IEC 61131-3 (2013) table 71.
+"""
 
 from achse.st.cursor import DEEPEST, Cursor, Unexpected
 from achse.st.lexer import ADDRESS, LITERALS, NAME

@@ -2,6 +2,8 @@
 
 Functions of IEC 61131-3 and of the operators beside them, by name: `MAX(1, 2)`, `SEL(b, 1, 2)`,
 `CONCAT('a', 'b')`, `TO_INT(1.5)`, `TIME_TO_DINT(T#1s)`. None of them has a state.
+
+Source: IEC 61131-3 (2013) tables 22 to 36.
 """
 
 import math

@@ -1,4 +1,7 @@
-"""Initial values: what a declaration says, as the Python value its type encodes."""
+"""Initial values: what a declaration says, as the Python value its type encodes.
+
+Source: IEC 61131-3 (2013) tables 11 and 14.
+"""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple

@@ -1,4 +1,7 @@
-"""What a literal says: its type, if it names one, and its value."""
+"""What a literal says: its type, if it names one, and its value.
+
+Source: IEC 61131-3 (2013) tables 5, 6, 8 and 9.
+"""
 
 import re
 from functools import lru_cache

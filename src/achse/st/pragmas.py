@@ -7,6 +7,8 @@ parentheses. `defined (variable: x)`, `hastype (variable: x, T)`, `hasattribute 
 `hasconstantvalue (c, 'v')` ask for what a project declares: `ProjectDefines` knows it, without one
 they are false. Every other pragma (`region`, `warning`, `info`, …) is for the editor and is passed
 over.
+
+Source: IEC 61131-3 (2013) table 4; attributes and conditions as in TwinCAT 3.
 """
 
 import re

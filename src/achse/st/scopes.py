@@ -1,4 +1,7 @@
-"""Names: what is declared where, and the constants that names stand for."""
+"""Names: what is declared where, and the constants that names stand for.
+
+Source: IEC 61131-3 (2013) tables 11 and 13.
+"""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress

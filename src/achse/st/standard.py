@@ -1,4 +1,7 @@
-"""What every PLC project can name without declaring it: the libraries that come with achse."""
+"""What every PLC project can name without declaring it: the libraries that come with achse.
+
+Source: IEC 61131-3 (2013) tables 43 to 46.
+"""
 
 from collections.abc import Sequence
 from functools import cache

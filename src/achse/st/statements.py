@@ -1,4 +1,7 @@
-"""Statements: bodies of programs, function blocks, functions, methods and actions."""
+"""Statements: bodies of programs, function blocks, functions, methods and actions.
+
+Source: IEC 61131-3 (2013) table 72.
+"""
 
 from collections.abc import Callable
 

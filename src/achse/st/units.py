@@ -1,4 +1,7 @@
-"""The syntax tree of Structured Text: the units that a source consists of."""
+"""The syntax tree of Structured Text: the units that a source consists of.
+
+Source: IEC 61131-3 (2013) tables 19, 40, 47, 48 and 51.
+"""
 
 from typing import TypeAlias
 

@@ -1,4 +1,7 @@
-"""Values of constant expressions, and how one becomes the value of a declared type."""
+"""Values of constant expressions, and how one becomes the value of a declared type.
+
+Source: IEC 61131-3 (2013) tables 5, 6, 8, 9 and 10.
+"""
 
 import math
 from collections.abc import Callable, Sequence

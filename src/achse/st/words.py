@@ -1,4 +1,7 @@
-"""The words and signs of Structured Text that mean something to the parser."""
+"""The words and signs of Structured Text that mean something to the parser.
+
+Source: IEC 61131-3 (2013) tables 71 and 72; further words as in TwinCAT 3.
+"""
 
 __all__ = [
     "ACCESS",

@@ -1,0 +1,47 @@
+"""Modules that hold facts of a manual, a standard or recorded traffic say where these come from."""
+
+import ast
+from pathlib import Path
+
+ROOMS = ("ams", "codes", "ethercat", "iec", "st")
+"""Rooms whose matter is given from outside."""
+
+TO_COME = ("st/check", "st/typed", "st/symbolfiles")
+"""The checker and its typed form rest on the syntax tree, whose modules have their sources; symbol
+files name theirs where they are read."""
+
+OURS = {
+    "ams/connection.py": "the state of a stream is our own; frames have their source",
+    "ams/errors.py": "our tree of errors",
+    "iec/errors.py": "our tree of errors",
+    "st/cursor.py": "a parser's own tool",
+    "st/facts.py": "what a project declares, looked up",
+    "st/given.py": "puts together what others declare",
+    "st/printer.py": "the other way round of the parser",
+    "st/project.py": "how a folder of sources is read is our choice",
+    "st/records.py": "makes the types of achse.iec",
+    "st/resolve.py": "makes the types of achse.iec",
+    "st/source.py": "how faults are shown is our choice",
+    "st/starts.py": "when initial values are worked out is our choice",
+    "st/xml.py": "a reader of XML",
+}
+"""Modules without a source, and why."""
+
+
+def test_facts_name_their_source(root: Path, modules: list[Path]) -> None:
+    silent = []
+    for path in modules:
+        place = path.relative_to("src/achse").as_posix()
+        if not place.startswith(tuple(f"{room}/" for room in ROOMS)):
+            continue
+        if path.name == "__init__.py" or place in OURS or place.startswith(TO_COME):
+            continue
+        text = (root / path).read_text(encoding="utf-8")
+        head = ast.get_docstring(ast.parse(text)) or ""
+        if not any(sign in head for sign in ("Source", "§", "table ")):
+            silent.append(place)
+    assert not silent, f"no source in the docstring of: {', '.join(silent)}"
+
+
+def test_the_exceptions_are_needed(root: Path) -> None:
+    assert [name for name in OURS if not (root / "src" / "achse" / name).exists()] == []
