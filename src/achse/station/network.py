@@ -21,7 +21,7 @@ from achse.transport.host_names import HostNames
 from achse.transport.reason import reason
 from achse.transport.tcp import TCP_PORT, TcpListener
 from achse.transport.udp import DiscoveryEndpoint
-from achse.transport.uplink import Uplinks
+from achse.transport.uplinks import Uplinks
 
 __all__ = [
     "Network",

@@ -30,7 +30,7 @@ from achse.transport.exchanges import Exchanges
 from achse.transport.held import Held
 from achse.transport.outbox import Outbox
 
-__all__ = ["Line", "Peer", "PeerOwner", "Turns"]
+__all__ = ["Line", "Peer", "PeerOwner", "Timer", "Turns"]
 
 log = logging.getLogger("achse.tcp")
 
@@ -79,6 +79,12 @@ class Line(Protocol):
         ...
 
 
+class Timer(Protocol):
+    """A call to come."""
+
+    def cancel(self) -> None: ...
+
+
 class Turns(Protocol):
     """Who calls back: at the end of this turn, or at a time in seconds."""
 
@@ -86,7 +92,7 @@ class Turns(Protocol):
 
     def call_soon(self, callback: Callable[[], object], /) -> object: ...
 
-    def call_at(self, when: float, callback: Callable[[], object], /) -> object: ...
+    def call_at(self, when: float, callback: Callable[[], object], /) -> Timer: ...
 
 
 class PeerOwner(Protocol):

@@ -1,0 +1,98 @@
+"""Uplinks over TCP: the routes of a router, each dialled when it is needed."""
+
+import asyncio
+import ipaddress
+from collections.abc import Iterator
+
+from achse.ams import NetId
+from achse.router import Router
+from achse.router.routes import Route
+from achse.transport.connection import TcpConnection
+from achse.transport.held import Held
+from achse.transport.reason import reason
+from achse.transport.uplink import Uplink
+
+__all__ = ["Uplinks"]
+
+
+class Uplinks:
+    """The uplinks of a router, one for each route of its table, from `start` to `close`."""
+
+    def __init__(
+        self, router: Router, *, local_host: str = "", max_length: int, held: Held | None = None
+    ) -> None:
+        self.router = router
+        self.held = held or Held()
+        self.local_host = local_host
+        self.max_length = max_length
+        self._uplinks: dict[NetId, Uplink] = {}
+        self._dialling: dict[Uplink, asyncio.Task[None]] = {}
+
+    def __iter__(self) -> Iterator[Uplink]:
+        return iter(list(self._uplinks.values()))
+
+    def start(self) -> None:
+        """Follow the router's table of routes."""
+        for route in self.router.routes:
+            self._changed(None, route)
+        self.router.routes.on_change(self._changed)
+
+    async def close(self) -> None:
+        """End all connections."""
+        self.router.routes.ignore(self._changed)
+        for route in self.router.routes:
+            self._changed(route, None)
+        await asyncio.gather(*self._dialling.values(), return_exceptions=True)
+        await asyncio.sleep(0)
+
+    def _changed(self, old: Route | None, new: Route | None) -> None:
+        if old is not None and (uplink := self._uplinks.pop(old.net_id, None)) is not None:
+            self.router.remove_route(old.net_id)
+            uplink.close()
+            if uplink in self._dialling:
+                self._dialling[uplink].cancel()
+        if new is not None:
+            loop = asyncio.get_running_loop()
+            way = (self.router, new, loop, self._dial)
+            uplink = Uplink(*way, max_length=self.max_length, held=self.held)
+            self._uplinks[new.net_id] = uplink
+            self.router.add_route(new.net_id, uplink)
+
+    # dialling ----------------------------------------------------------------------------------
+
+    def _dial(self, uplink: Uplink) -> None:
+        dialling = asyncio.get_running_loop().create_task(self._connect(uplink))
+        self._dialling[uplink] = dialling
+        dialling.add_done_callback(lambda task: self._dialled(uplink, task))
+
+    def _dialled(self, uplink: Uplink, task: "asyncio.Task[None]") -> None:
+        if self._dialling.get(uplink) is task:
+            del self._dialling[uplink]
+
+    async def _connect(self, uplink: Uplink) -> None:
+        route = uplink.route
+        host, port = route.endpoint()
+        try:
+            async with asyncio.timeout(route.timeout):
+                await asyncio.get_running_loop().create_connection(
+                    lambda: TcpConnection(uplink.make_peer()),
+                    *(host, port),
+                    local_addr=(self.local_host, 0) if self._may_leave_by_it(host) else None,
+                )
+        except TimeoutError:
+            uplink.failed(f"no answer within {route.timeout:g} s")
+        except OSError as failure:
+            uplink.failed(reason(failure))
+        except UnicodeError as failure:
+            uplink.failed(str(failure))
+
+    def _may_leave_by_it(self, host: str) -> bool:
+        """Whether a connection to `host` can come from the address at which we listen.
+
+        The other side knows us by it; but from a loopback address only such ones can be reached.
+        """
+        try:
+            ours, theirs = ipaddress.ip_address(self.local_host), ipaddress.ip_address(host)
+        except ValueError:
+            return False
+        return not ours.is_unspecified and ours.is_loopback == theirs.is_loopback
