@@ -3,22 +3,32 @@
 import io
 import tokenize
 from collections.abc import Iterable
-from enum import IntEnum
 from pathlib import Path
 
 import pytest
 
-from achse.codes import NcError, PlcGroup, ReservedGroup
+from achse.codes import NcError, PlcGroup, ReservedGroup, ReturnCode
 from achse.ethercat.registers import Register
 
 HOMES = (Path("src/achse/codes"), Path("src/achse/ethercat/registers.py"))
 """Where names get their numbers."""
 
-NAMES: dict[str, tuple[Iterable[IntEnum], tuple[str, ...]]] = {
+NAMES: dict[str, tuple[Iterable[int], tuple[str, ...]]] = {
     "index groups": ([*ReservedGroup, *PlcGroup], ("src/achse",)),
+    "return codes": (
+        [code.number for code in ReturnCode if 0x700 <= code.number < 0x800],
+        (
+            *("src/achse/ams", "src/achse/client", "src/achse/cli", "src/achse/devices/plc"),
+            *("src/achse/devices/system", "src/achse/faults", "src/achse/monitor"),
+            *("src/achse/router", "src/achse/server", "src/achse/station", "src/achse/transport"),
+        ),
+    ),
     # a round number is an index group
     "NC errors": ([each for each in NcError if each % 0x100], ("src/achse/devices/nc",)),
-    "registers": ([each for each in Register if each >= 0x100], ("src/achse/ethercat",)),
+    "registers": (
+        [each for each in Register if each >= 0x100],
+        ("src/achse/ethercat", "src/achse/testing/reach.py"),
+    ),
 }
 """What has names, and where its numbers mean nothing else."""
 

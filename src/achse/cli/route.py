@@ -11,6 +11,7 @@ from achse.cli.output import print_json, print_table
 from achse.cli.run import fail
 from achse.cli.scan import Udp
 from achse.cli.target import Json, client_command
+from achse.codes import ReturnCode
 
 if TYPE_CHECKING:
     from achse.client import Client
@@ -26,7 +27,7 @@ _LONGEST = 1024
 _MOST = 4096
 """No router has as many routes; a target that never comes to an end has made them up."""
 
-_END = (0x716, 0x70C)
+_END = (ReturnCode.NO_MORE_HANDLES.number, ReturnCode.NOT_FOUND.number)
 """How a router says that there are no more routes."""
 
 route = typer.Typer(no_args_is_help=True, help="Routes of a router, ours or a real one.")

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 from achse.codes import AbortCode, AlState, SdoAbort
 from achse.ethercat import Command, Datagram, Frame, Segment
 from achse.ethercat.description import LAYOUT
+from achse.ethercat.registers import FMMU_BASE, SM_BASE, Register
 
 __all__ = ["DriveReach", "PysoemReach", "ReachError", "SegmentReach"]
 
@@ -83,7 +84,9 @@ class SegmentReach:
         self._counter = 0
         self._logical = 0x0100_0000 * (position + 1)
         self._sizes = (0, 0)
-        self._send(Command.APWR, -position, 0x0010, self._station.to_bytes(2, "little"))
+        self._send(
+            Command.APWR, -position, Register.STATION_ADDRESS, self._station.to_bytes(2, "little")
+        )
 
     def _send(self, command: Command, address: int, offset: int, data: bytes) -> Datagram:
         reply = self.segment.process(Frame([Datagram.at(command, address, offset, data)]).encode())
@@ -99,7 +102,7 @@ class SegmentReach:
 
     def watchdog(self, seconds: float) -> None:
         """Set the process data watchdog, in steps of 0.1 ms."""
-        self._put(0x0420, round(seconds * 1e4).to_bytes(2, "little"))
+        self._put(Register.PROCESS_WATCHDOG, round(seconds * 1e4).to_bytes(2, "little"))
 
     def pause(self, seconds: float) -> None:
         """Let virtual time pass."""
@@ -121,7 +124,7 @@ class SegmentReach:
         message = message.ljust(_MAILBOX_OUT.length, b"\0")
         self._until(lambda: self._put(_MAILBOX_OUT.start, message), "place in the mailbox")
         while True:
-            self._until(lambda: self._get(0x080D, 1)[0] & _FULL, "answer")
+            self._until(lambda: self._get(SM_BASE + 8 + 5, 1)[0] & _FULL, "answer")
             answer = self._get(_MAILBOX_IN.start, _MAILBOX_IN.length)
             length, _, _, kind = _MAILBOX.unpack_from(answer)
             body = answer[_MAILBOX.size : _MAILBOX.size + length]
@@ -161,10 +164,10 @@ class SegmentReach:
         present = self._status()[0]
         if state & 0x0F == AlState.PREOP and present & 0x0F == AlState.INIT:
             areas = ((_MAILBOX_OUT, _MAILBOX_OUT.length), (_MAILBOX_IN, _MAILBOX_IN.length))
-            self._put(0x0800, b"".join(_channel(*area) for area in areas))
+            self._put(SM_BASE, b"".join(_channel(*area) for area in areas))
         if state & 0x0F == AlState.SAFEOP and present & 0x0F == AlState.PREOP:
             self._map()
-        self._put(0x0120, state.to_bytes(2, "little"))
+        self._put(Register.AL_CONTROL, state.to_bytes(2, "little"))
         for _ in range(round(0.2 / self.cycle_s)):
             status, code = self._status()
             if status & 0x0F == state & 0x0F or status & _ERROR:
@@ -173,13 +176,13 @@ class SegmentReach:
         return status, code
 
     def _status(self) -> tuple[int, int]:
-        data = self._get(0x0130, 6)
+        data = self._get(Register.AL_STATUS, 6)
         return data[0] | data[1] << 8, data[4] | data[5] << 8
 
     def _map(self) -> None:
         """Set SyncManagers 2 and 3 and their FMMUs up for what is mapped."""
         sizes = self._sizes = (self._mapped(0x1C12), self._mapped(0x1C13))
-        self._put(0x0810, _channel(_OUTPUTS, sizes[0]) + _channel(_INPUTS, sizes[1]))
+        self._put(SM_BASE + 16, _channel(_OUTPUTS, sizes[0]) + _channel(_INPUTS, sizes[1]))
         mapping = b"".join(
             struct.pack("<IHBBHBBB3x", logical, size, 0, 7, area.start, 0, direction, 1)
             for logical, size, area, direction in (
@@ -187,7 +190,7 @@ class SegmentReach:
                 (self._logical + sizes[0], sizes[1], _INPUTS, 1),
             )
         )
-        self._put(0x0600, mapping)
+        self._put(FMMU_BASE, mapping)
 
     def _mapped(self, assignment: int) -> int:
         """Bytes of the process data in one direction."""
