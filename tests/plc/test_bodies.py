@@ -87,3 +87,45 @@ def test_a_fault_in_fb_init_is_an_exception_not_a_crash() -> None:
     assert plc.fault is not None
     assert plc.fault.name == "DIVIDEBYZERO"
     assert plc.fault.routine == "FB_Inner.FB_init"
+
+
+CALLED = """
+FUNCTION_BLOCK FB_Tank
+VAR nLevel : DINT; END_VAR
+{attribute 'TcRpcEnable'}
+METHOD Fill : BOOL
+VAR_INPUT nLitres : INT; sWho : STRING(10); END_VAR
+VAR_OUTPUT nNow : DINT; sSaid : STRING(10); END_VAR
+nLevel := nLevel + nLitres;
+nNow := nLevel;
+sSaid := sWho;
+Fill := nLevel > 5;
+END_METHOD
+{attribute 'monitoring' := 'call'}
+PROPERTY Twice : DINT
+GET
+Twice := nLevel * 2;
+END_GET
+SET
+nLevel := Twice / 2;
+END_SET
+END_PROPERTY
+END_FUNCTION_BLOCK
+PROGRAM MAIN
+VAR a : FB_Tank; END_VAR
+END_PROGRAM
+"""
+
+
+def test_clients_call_methods_and_properties_by_their_bytes() -> None:
+    plc = _plc(CALLED)
+    assert plc.bodies is not None
+    tank = plc.instance("MAIN")["a"]
+    method = type(tank).__iec__.method("Fill")
+    data = b"\x07\0" + b"me".ljust(11, b"\0")
+    answer = plc.bodies.call_encoded(tank, method, data)
+    assert answer == b"\1" + b"\x07\0\0\0" + b"me".ljust(11, b"\0")
+    assert plc.bodies.get_encoded(tank, "Twice") == b"\x0e\0\0\0"
+    assert plc.bodies.set_encoded(tank, "Twice", b"\x14\0\0\0")
+    assert tank["nLevel"] == 10
+    assert plc.bodies.get_encoded(tank, "Other") is None

@@ -1,6 +1,6 @@
 """Bodies: what the Structured Text of a PLC does, from the first instance to the last."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -236,21 +236,47 @@ class Bodies:
 
     def call_encoded(self, record: Record, method: Method, data: bytes) -> bytes | None:
         """A method as clients call it, values as bytes; None if no Structured Text does it."""
-        block = self.block_of(record.__class__.__iec__)
-        key = None if block is None else block.table.get(method.name.lower())
-        routine = None if key is None else self.project.routines.get(key)
-        if routine is None or routine.body is None:
+        routine = self._routine(record, method.name)
+        if routine is None:
             return None
-        assert self._memory is not None
-        address = self._memory.address_of(record.__iec_buffer__, record.__iec_offset__)
         values = []
         for parameter in method.inputs:
             type = resolved(parameter.type)
             values.append(known_from(data[: type.size], flat(type)).value)
             data = data[type.size :]
+        return _answer(routine, self._call(routine, record, values))
+
+    def get_encoded(self, record: Record, name: str) -> bytes | None:
+        """A property as clients read it; None if no Structured Text gives it."""
+        routine = self._routine(record, f"__get{name}")
+        return None if routine is None else _answer(routine, self._call(routine, record, ()))
+
+    def set_encoded(self, record: Record, name: str, data: bytes) -> bool:
+        """A property as clients write it; FALSE if no Structured Text takes it."""
+        routine = self._routine(record, f"__set{name}")
+        if routine is None:
+            return False
+        value = known_from(data, flat(resolved(routine.parameters[0].type))).value
+        self._call(routine, record, (value,))
+        return True
+
+    def _routine(self, record: Record, name: str) -> Routine | None:
+        """The Structured Text of a block's method or of a program's; None without any."""
+        type = record.__class__.__iec__
+        block = self.block_of(type)
+        owner = f"{type.name}.{name}".lower()
+        key = owner if block is None else block.table.get(name.lower(), "")
+        routine = self.project.routines.get(key)
+        return None if routine is None or routine.body is None else routine
+
+    def _call(self, routine: Routine, record: Record, values: Sequence[Any]) -> Any:
         self.begin_cycle()
-        given = self._running().function(routine.key)(address, *values)
-        return _answer(routine, given)
+        function = self._running().function(routine.key)
+        if routine.this is None:
+            return function(*values)
+        assert self._memory is not None
+        address = self._memory.address_of(record.__iec_buffer__, record.__iec_offset__)
+        return function(address, *values)
 
     def _invoked(self, record: Record, name: str, values: tuple[Any, ...]) -> Any:
         """A call of Structured Text from Python: of a block's body (no name) or a method."""

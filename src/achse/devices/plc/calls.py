@@ -59,8 +59,11 @@ class PropertyAccess(NamedTuple):
     write: Callable[[bytes], None]
 
 
-def property_access(unit: Record, steps: Sequence[Step], declared: Property) -> PropertyAccess:
-    """GET and SET of a property by the Python property of its name, on the living object.
+def property_access(
+    unit: Record, steps: Sequence[Step], declared: Property, bodies: "Bodies | None" = None
+) -> PropertyAccess:
+    """GET and SET of a property, on the living object: its Structured Text, or the Python
+    property of its name.
 
     Without a GET (a SET) in the declaration, reading (writing) is refused with 0x704.
     """
@@ -70,6 +73,13 @@ def property_access(unit: Record, steps: Sequence[Step], declared: Property) -> 
         if not declared.readable:
             raise DeviceError(ReturnCode.INVALID_ACCESS, f"{declared.name} has no GET")
         target = _living(unit, steps)
+        if bodies is not None:
+            try:
+                given = bodies.get_encoded(target, declared.name)
+            except Exception as failure:
+                raise _failed(f"property {declared.name}", failure) from None
+            if given is not None:
+                return given
         getter = _python_property(target, declared).fget
         try:
             return type.encode(getter(target))  # type: ignore[misc]
@@ -80,12 +90,21 @@ def property_access(unit: Record, steps: Sequence[Step], declared: Property) -> 
 
     def write(data: bytes) -> None:
         target = _living(unit, steps)
-        setter = _python_property(target, declared).fset
-        if setter is None or not declared.writable:
+        if not declared.writable:
             raise DeviceError(ReturnCode.INVALID_ACCESS, f"{declared.name} has no SET")
         rest = read()[len(data) :] if declared.readable and len(data) < type.size else b""
+        whole = (data + rest).ljust(type.size, b"\0")
+        if bodies is not None:
+            try:
+                if bodies.set_encoded(target, declared.name, whole):
+                    return
+            except Exception as failure:
+                raise _failed(f"property {declared.name}", failure) from None
+        setter = _python_property(target, declared).fset
+        if setter is None:
+            raise DeviceError(ReturnCode.INVALID_ACCESS, f"{declared.name} has no SET")
         try:
-            setter(target, type.decode((data + rest).ljust(type.size, b"\0")))
+            setter(target, type.decode(whole))
         except DeviceError:
             raise
         except IecError as failure:

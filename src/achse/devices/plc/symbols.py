@@ -266,7 +266,7 @@ class PlcSymbols:
             return PlcSymbol(
                 placed.name + rest,
                 location.type,
-                property_access(unit, (*first, *steps[:-1]), location.property),
+                property_access(unit, (*first, *steps[:-1]), location.property, self.plc.bodies),
                 context,
                 read_only=not location.property.writable,
                 comment=location.property.comment,

@@ -1,0 +1,151 @@
+"""Time per executed statement of Structured Text, beside a C program of the same body.
+
+The body is 100 groups of ten statements: assignments of DINT, INT, WORD, LREAL and BOOL, IF, a
+checked array index, MOD, SHL, a conversion that rounds. All forms must end with the same sum.
+Usage: python benchmarks/st_run.py [GROUPS] [SECONDS]
+"""
+
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from achse.plc.bodies import Bodies
+from achse.plc.runtime import PlcRuntime
+from achse.plc.task import Task
+from achse.st.check import check
+from achse.st.declare import declare
+from achse.st.parser import parse
+from achse.st.source import Source
+
+STATEMENTS = 10
+"""Executed per group, the branch of the IF included."""
+
+HEAD = """PROGRAM MAIN
+VAR
+    d : DINT; n : INT; w : WORD; f : LREAL; b : BOOL; a : ARRAY[0..99] OF INT; i : INT;
+END_VAR
+"""
+GROUP = """i := {index};
+d := d + n * 3;
+n := n + 7;
+w := SHL(w, 1) XOR d;
+f := f * 0.5 + d;
+b := d > n;
+IF b THEN a[i] := n; ELSE a[i] := n - d; END_IF
+d := d MOD 100003;
+n := LREAL_TO_INT(f);
+"""
+
+C_HEAD = """#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+static struct {
+    int32_t d; int16_t n; uint16_t w; double f; uint8_t b; int16_t a[100]; int16_t i;
+} m;
+static int64_t whole(double x) {
+    if (x != x) return 0;
+    if (!(x >= -9223372036854775808.0 && x < 9223372036854775808.0)) return INT64_MIN;
+    double y = x < 0 ? -x : x;
+    int64_t k = (int64_t)y;
+    k += y - (double)k >= 0.5;
+    return x < 0 ? -k : k;
+}
+static void cycle(void) {
+"""
+C_GROUP = """m.i = {index};
+m.d = (int32_t)((uint32_t)m.d + (uint32_t)((int32_t)m.n * 3));
+m.n = (int16_t)(m.n + 7);
+m.w = (uint16_t)((((uint32_t)m.w) << 1) ^ (uint32_t)m.d);
+m.f = m.f * 0.5 + m.d;
+m.b = m.d > m.n;
+if (m.i < 0 || m.i > 99) abort();
+if (m.b) m.a[m.i] = m.n; else m.a[m.i] = (int16_t)(m.n - m.d);
+m.d = m.d % 100003;
+m.n = (int16_t)whole(m.f);
+"""
+C_TAIL = """}
+int main(int argc, char **argv) {
+    long cycles = atol(argv[1]);
+    struct timespec t0, t1;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t0);
+    for (long k = 0; k < cycles; k++) cycle();
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t1);
+    long sum = m.d + m.n + m.w;
+    for (int k = 0; k < 100; k++) sum += m.a[k];
+    printf("%.9f %ld\\n", (t1.tv_sec - t0.tv_sec) + (t1.tv_nsec - t0.tv_nsec) * 1e-9, sum);
+}
+"""
+
+
+def station(groups: int) -> tuple[PlcRuntime, float]:
+    """The PLC, and how long it took from the text to the first cycle."""
+    body = "".join(GROUP.format(index=number % 100) for number in range(groups))
+    began = time.process_time()
+    project = declare([parse(Source(HEAD + body + "END_PROGRAM\n", "bench.st"), name="GVL")])
+    task = Task("PlcTask", 10_000_000, [project.programs["main"]])
+    plc = PlcRuntime([task], project.units, bodies=Bodies(check(project), budget=1 << 40))
+    assert plc.failure == "", plc.failure
+    return plc, time.process_time() - began
+
+
+def total(plc: PlcRuntime) -> int:
+    """The sum that all forms must have."""
+    main = plc.instance("MAIN")
+    return int(main["d"] + main["n"] + main["w"] + sum(main["a"]))
+
+
+def measured(plc: PlcRuntime, seconds: float) -> tuple[int, float]:
+    """Cycles run, and the processor time of one in seconds."""
+    task, cycles, spent = plc.tasks[0], 0, 0.0
+    while spent < seconds or cycles < 3:
+        began = time.process_time()
+        plc.run_due(task.due_ns + 9 * task.cycle_ns)
+        spent += time.process_time() - began
+        cycles += 10
+    assert plc.failure == "", plc.failure
+    return cycles, spent / cycles
+
+
+def in_c(groups: int, cycles: int, option: str) -> tuple[float, int] | None:
+    """Processor time of a cycle in C, and the sum; None without a compiler."""
+    compiler = shutil.which("cc")
+    if compiler is None:
+        return None
+    body = "".join(C_GROUP.format(index=number % 100) for number in range(groups))
+    with tempfile.TemporaryDirectory() as folder:
+        source, program = Path(folder, "bench.c"), Path(folder, "bench")
+        source.write_text(C_HEAD + body + C_TAIL)
+        flags = [option, "-ffp-contract=off", "-fwrapv"]
+        subprocess.run([compiler, *flags, "-o", str(program), str(source)], check=True)
+        said = subprocess.run([program, str(cycles)], capture_output=True, text=True, check=True)
+    spent, found = said.stdout.split()
+    return float(spent) / cycles, int(found)
+
+
+def main() -> None:
+    groups = int(sys.argv[1]) if len(sys.argv) > 1 else 100
+    seconds = float(sys.argv[2]) if len(sys.argv) > 2 else 3.0
+    statements = groups * STATEMENTS
+    plc, made = station(groups)
+    print(f"{statements:,} statements, from text to first cycle {made * 1000:.0f} ms of processor")
+    cycles, of_cycle = measured(plc, seconds)
+    share = 5000 * of_cycle / statements / 0.01
+    print(
+        f"plain    {of_cycle / statements * 1e9:8.1f} ns per statement,"
+        f" 5,000 of them take {share:.1%} of a 10 ms task"
+    )
+    for option in ("-O0", "-O2"):
+        found = in_c(groups, cycles, option)
+        if found is None:
+            print(f"cc {option}: no C compiler here")
+            continue
+        assert found[1] == total(plc), (found[1], total(plc))
+        print(f"cc {option}   {found[0] / statements * 1e9:8.2f} ns per statement, the same sum")
+
+
+if __name__ == "__main__":
+    main()
