@@ -251,7 +251,7 @@ class Scopes:
 
     def has_property(self, block: str, name: str) -> bool:
         """Whether a function block of that name, or its base, has that PROPERTY."""
-        entry = self.find(block)
+        entry = self.find(block.partition("<")[0])
         while entry is not None and isinstance(tree := entry.tree, FunctionBlock):
             if any(isinstance(p, Property) and p.name.lower() == name.lower() for p in tree.parts):
                 return True

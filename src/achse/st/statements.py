@@ -293,20 +293,23 @@ class StatementParser(ExpressionParser):
         self._close("__ENDTRY")
         return Try(body, exception, handler, final, at)
 
-    def _exit(self) -> Exit:
-        at = self.expect("EXIT")
-        self.expect_end(";")
-        return Exit(at)
+    def _exit(self) -> Statement:
+        return self._leaving(Exit(self.expect("EXIT")))
 
-    def _continue(self) -> Continue:
-        at = self.expect("CONTINUE")
-        self.expect_end(";")
-        return Continue(at)
+    def _continue(self) -> Statement:
+        return self._leaving(Continue(self.expect("CONTINUE")))
 
-    def _return(self) -> Return:
-        at = self.expect("RETURN")
+    def _return(self) -> Statement:
+        return self._leaving(Return(self.expect("RETURN")))
+
+    def _leaving(self, statement: Exit | Continue | Return) -> Statement:
+        """`RETURN;`, or with a condition `RETURN(bDone);`, which is an IF around it."""
+        if self.kinds[self.position] != "(":
+            self.expect_end(";")
+            return statement
+        condition = self.expression()
         self.expect_end(";")
-        return Return(at)
+        return If((Branch(condition, (statement,), statement.at),), (), statement.at)
 
     def _jump(self) -> Jump:
         at = self.expect("JMP")

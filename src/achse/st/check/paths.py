@@ -174,9 +174,7 @@ class Paths:
             return None
         entry = self._body.checking.names.entry_of(type)
         if entry is None:
-            if key in {method.name.lower() for method in type.methods}:
-                raise Unexpected(at, f"no source of {type.name} is here to call '{key}' of")
-            return None
+            raise Unexpected(at, f"no source of {type.name} is here: '{key[:80]}' is not known")
         storage = self.storage(whole, at)
         is_exact = self.is_exact(storage)
         pointer = self._body.checking.pointer_to(type)
