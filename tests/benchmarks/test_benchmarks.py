@@ -21,6 +21,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "drive_step.py": (["100"], rf"plain +1000 µs cycle: moving +{NUMBER}, standing +{NUMBER}"),
     "ethercat_segment.py": (["0.01"], rf"32 +drives LRW\+FRMW +{NUMBER} +{NUMBER} +{NUMBER}"),
     "frames.py": (["2000"], rf"64 per portion: +{NUMBER}/s  bare +{NUMBER}/s"),
+    "machine_code.py": (["70"], rf"FAST +compiled in +{NUMBER} ms, +{NUMBER} bytes"),
     "nc_cycle.py": (["0.02"], rf"255 +plain +{NUMBER} +{NUMBER} +{NUMBER}"),
     "outstanding.py": (["320", "1"], rf"achse station +{NUMBER} answers/s"),
     "own_coverage.py": (["codes"], rf"{NUMBER} % +\d+ statements  codes/ by its own tests"),

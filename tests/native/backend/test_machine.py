@@ -1,9 +1,11 @@
 """Machine code in memory: exported functions, notes, an object file loaded twice."""
 
+import doctest
 import sys
 
 import pytest
 
+from achse.native import backend
 from achse.native.backend import (
     F64,
     I16,
@@ -16,6 +18,12 @@ from achse.native.backend import (
     identity,
 )
 from achse.native.backend.module import MATH
+
+
+def test_the_example_of_the_package_runs() -> None:
+    failed, tried = doctest.testmod(backend)
+    assert not failed
+    assert tried
 
 
 def halving() -> ModuleBuilder:

@@ -32,7 +32,7 @@ class Effort(Enum):
     """How much time the compiler takes: LLVM's level."""
 
     FAST = 0
-    """No passes, the quick selection of instructions: 40 µs per statement."""
+    """No passes, the quick selection of instructions: 40 µs for a statement."""
     FULL = 2
     """What LLVM calls O2, without loops unrolled or made vectors: floats stay as they are."""
 
