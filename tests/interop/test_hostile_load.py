@@ -9,6 +9,7 @@ import asyncio
 import json
 import queue
 import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -31,6 +32,7 @@ from achse.ams import (
     Frame,
     NetId,
     RequestTimeout,
+    TcpCommand,
 )
 from achse.ams.commands import EmptyRequest
 from achse.ams.discovery import RouteRequest
@@ -80,12 +82,10 @@ LIMITED = 3 * 16 * MEGABYTE
 
 
 def waited_s(task: Path) -> float:
-    """How long a thread, or all threads of a process, had work and no processor (Linux)."""
-    total = 0
-    for stat in task.glob("schedstat") or ():
-        with suppress(OSError):
-            total += int(stat.read_text().split()[1])
-    return total / 1e9
+    """How long a thread had work and no processor (Linux)."""
+    with suppress(OSError):  # it has ended
+        return int((task / "schedstat").read_text().split()[1]) / 1e9
+    return 0.0
 
 
 class Good:
@@ -122,8 +122,9 @@ class Good:
         return time.monotonic() - began - (self._waited() - waited)
 
     def _waited(self) -> float:
-        ours = sum(waited_s(task) for task in Path("/proc/self/task").iterdir())
-        return ours + waited_s(self.station)
+        """All threads of both: one that holds the interpreter's lock keeps the others waiting."""
+        processes = (Path("/proc/self"), self.station)
+        return sum(waited_s(task) for each in processes for task in (each / "task").iterdir())
 
     def memory(self) -> int:
         """Bytes of the station that are in memory."""
@@ -337,6 +338,10 @@ def test_routes(scene: Callable[..., Scene]) -> None:
             system.read_raw(803, 1, 1024)
 
 
+def test_held_bytes(scene: Callable[..., Scene]) -> None:
+    scene().attack("held_bytes")
+
+
 def test_subscriptions_of_clients_that_vanish(scene: Callable[..., Scene]) -> None:
     attacked = scene()
     told = attacked.attack("subscriptions")
@@ -351,6 +356,19 @@ def test_subscriptions_of_clients_that_vanish(scene: Callable[..., Scene]) -> No
             assert time.monotonic() < deadline, f"{left} subscriptions are left"
             time.sleep(0.05)
     assert attacked.attack("returning")["foreign"] == 0
+
+
+def test_samples_at_cycle_0(scene: Callable[..., Scene]) -> None:
+    attacked = scene()
+    ratio = attacked.pace(1.0)
+    attacked.attack("samples", grows=256 * MEGABYTE)
+    assert ratio() > 0.9
+
+
+def test_connections_of_one_host(scene: Callable[..., Scene], free_host: Callable[[], str]) -> None:
+    attacked = scene(router="max_connections = 500\nmax_connections_per_host = 200")
+    attacked.attack("connections")
+    assert asked_from(free_host(), attacked.station).error == 0
 
 
 def test_datagrams(scene: Callable[..., Scene]) -> None:
@@ -368,7 +386,10 @@ def test_datagrams(scene: Callable[..., Scene]) -> None:
         return -1
 
     assert asyncio.run(get_in()) == 0, "not while the attack went on"
-    found = asyncio.run(scan([attacked.station.host], seconds=10.0, all_of_them=False))
+    host = attacked.station.host
+    deadline = time.monotonic() + PATIENCE_S
+    while not (found := asyncio.run(scan([host], all_of_them=False))):
+        assert time.monotonic() < deadline, "searches are not answered"
     assert [str(info.net_id) for info, _ in found] == [attacked.station.net_id]
 
 
@@ -380,6 +401,18 @@ def test_files(scene: Callable[..., Scene], tmp_path: Path) -> None:
         (many / f"{number}.txt").touch()
     told = attacked.attack("files")
     assert told["answers"] > 0
+
+
+def test_client_ports(scene: Callable[..., Scene], free_host: Callable[[], str]) -> None:
+    attacked = scene()
+    told = attacked.attack("ports")
+    assert told["ports"] > 0
+    with socket.create_connection(
+        (attacked.station.host, attacked.station.port), 10.0, source_address=(free_host(), 0)
+    ) as connection:
+        connection.sendall(struct.pack("<HIH", TcpCommand.PORT_CONNECT, 2, 0))
+        answer = connection.recv(64)
+    assert answer[:6] == struct.pack("<HI", TcpCommand.PORT_CONNECT, 8), "no port is left"
 
 
 def test_loops_of_routes(

@@ -67,12 +67,12 @@ def test_a_station_behind_the_clock_samples_less_until_it_keeps_up() -> None:
     assert budget.share == 1
     for _ in range(100):
         budget.press(11 * MS)
-    assert budget.share == 0.02
+    assert budget.share == 0.1
     budget.left = 0
     budget.refill(0)
     budget.refill(SECOND)
-    assert budget.left == 20
-    for _ in range(98):
+    assert budget.left == 100
+    for _ in range(90):
         budget.press(0)
     assert budget.share == pytest.approx(1)
 

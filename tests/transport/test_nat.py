@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, Frame, NetId
+from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
 from achse.transport.nat import NatPeer
 
@@ -33,6 +34,7 @@ def test_only_senders_come_and_targets_go_under_another_net_id(
         max_length=1000,
         max_backlog=10_000,
         held=Held(),
+        fair_queue=FairQueue(),
         routes_required=False,
         serves_ports=lambda host: True,
         opened=lambda peer: None,

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from achse.ams import AmsAddress, Frame, NetId, TcpCommand, TcpMessage
 from achse.router import FIRST_CLIENT_PORT, Router
 from achse.transport import peer as peer_module
+from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
 from achse.transport.peer import Peer
 from achse.transport.tcp import TcpListener
@@ -62,6 +63,7 @@ class Wire:
         self.waiting = 0
         self.came = 0
         self.gone = False
+        self.paused = False
         self.peer: Peer
 
     def write(self, data: bytes | bytearray | memoryview) -> None:
@@ -82,6 +84,12 @@ class Wire:
 
     def get_write_buffer_size(self) -> int:
         return self.waiting
+
+    def pause_reading(self) -> None:
+        self.paused = True
+
+    def resume_reading(self) -> None:
+        self.paused = False
 
     def abort(self) -> None:
         self.waiting = 0
@@ -145,6 +153,77 @@ def connect_port(port: int = 0) -> bytes:
 
 
 CLIENT = AmsAddress("10.0.0.1.1.1:30000")
+
+
+class Slow(Device):
+    """Takes a millisecond for each request; notes whose it was."""
+
+    def __init__(self, router: Router, loop: Loop) -> None:
+        super().__init__(router)
+        self.loop = loop
+        self.served: list[tuple[bytes, int]] = []
+
+    def deliver(self, frame: Frame) -> bool:
+        self.loop.now += 0.001
+        self.served.append((bytes(frame.source), frame.invoke_id))
+        return super().deliver(frame)
+
+
+def numbered(source: AmsAddress, number: int) -> bytes:
+    return Frame(PLC, source, 2, 4, 0, number, bytes(4)).encode_tcp()
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 3), st.integers(1, 400), st.integers(0, 3)),
+        min_size=1,
+        max_size=12,
+    )
+)
+@settings(max_examples=50)
+def test_requests_are_done_in_order_however_much_others_ask(
+    portions: list[tuple[int, int, int]],
+) -> None:
+    """Portions of so many requests from peers at hosts; in between, turns of the loop."""
+    loop = Loop()
+    station = listener(loop, fair_queue=FairQueue(loop.time))
+    station.router.unregister(851)
+    slow = Slow(station.router, loop)
+    station.router.register(851, slow)
+    peers = [dial(station, f"10.0.0.{number // 2}", number) for number in range(4)]
+    sources = [AmsAddress(f"10.0.0.{number}.1.1:30000") for number in range(4)]
+    sent = [0] * 4
+    for number, count, turns in portions:
+        data = b"".join(numbered(sources[number], sent[number] + n) for n in range(count))
+        sent[number] += count
+        peers[number][0].receive(data)  # also from a line that was told to pause
+        for _ in range(turns):
+            loop.run()
+    for _ in range(10_000):
+        if not station.fair_queue:
+            break
+        loop.run()
+    for (peer, wire), source, count in zip(peers, sources, sent, strict=True):
+        done = [number for whose, number in slow.served if whose == bytes(source)]
+        assert done == list(range(count))
+        assert not wire.paused
+        assert (peer.held, wire.gone) == (0, False)
+
+
+def test_a_peer_that_leaves_takes_what_waits_with_it() -> None:
+    loop = Loop()
+    station = listener(loop, fair_queue=FairQueue(loop.time))
+    station.router.unregister(851)
+    slow = Slow(station.router, loop)
+    station.router.register(851, slow)
+    peer, wire = dial(station)
+    peer.receive(b"".join(numbered(CLIENT, number) for number in range(1000)))
+    assert wire.paused
+    assert peer.held > 30_000
+    peer.ended()
+    served = len(slow.served)
+    loop.run(1.0)
+    assert (len(slow.served), len(station.fair_queue), station.held.total) == (served, 0, 0)
 
 
 def test_a_thousand_small_debts_count_together() -> None:

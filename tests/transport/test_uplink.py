@@ -75,6 +75,11 @@ class Wire:
 
     abort = close
 
+    def pause_reading(self) -> None:
+        """What comes is put in by the test."""
+
+    resume_reading = pause_reading
+
 
 class Rig:
     """A router with one route, a client, and who dials when asked."""

@@ -26,8 +26,9 @@ _SECOND = 1_000_000_000
 _BURSTS = 50
 """A fiftieth of a second's budget may be used at once."""
 
-_LEAST = 0.02
-"""Share of the budget that is left however far the station is behind."""
+_LEAST = 0.1
+"""Share of the budget that is left however far the station is behind: by default more in a tick of
+10 ms than the largest beat costs, so that who asks for little is still served in each."""
 
 _BEHIND_NS = 10_000_000
 """A station that is this late takes fewer samples."""

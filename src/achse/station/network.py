@@ -188,6 +188,7 @@ class Network:
             local_host=self.listener.host,
             max_length=config.max_length,
             held=self.listener.held,
+            fair_queue=self.listener.fair_queue,
         )
         self.uplinks.start()
 

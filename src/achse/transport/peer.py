@@ -8,7 +8,8 @@ Source: reference traffic for the port service (0x1000, 0x0001, 0x1002); 000 §3
 """
 
 import logging
-from collections.abc import Callable, Iterable
+import math
+from collections.abc import Callable, Iterable, Iterator
 from typing import Protocol
 
 from achse.ams import (
@@ -17,6 +18,7 @@ from achse.ams import (
     Connection,
     DecodeError,
     Endpoint,
+    Event,
     Flags,
     Frame,
     RouterError,
@@ -27,6 +29,7 @@ from achse.codes import ReturnCode
 from achse.router import Router
 from achse.router.routes import Admission
 from achse.transport.exchanges import Exchanges
+from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
 from achse.transport.outbox import Outbox
 
@@ -55,6 +58,9 @@ _PORTS_PER_CONNECTION = 256
 _PORTS_LEFT = 8192
 """So many client ports are only for peers that have none: they last for every connection."""
 
+_QUICK = 8192
+"""Bytes whose requests are done without a look at the time."""
+
 _LINGER = 5.0
 """Seconds a closed connection has to take the rest of what was sent to it."""
 
@@ -76,6 +82,14 @@ class Line(Protocol):
 
     def abort(self) -> None:
         """End at once."""
+        ...
+
+    def pause_reading(self) -> None:
+        """Bring nothing for the present, or little."""
+        ...
+
+    def resume_reading(self) -> None:
+        """Bring on what comes."""
         ...
 
 
@@ -103,6 +117,7 @@ class PeerOwner(Protocol):
     max_backlog: int
     routes_required: bool
     held: Held
+    fair_queue: FairQueue
 
     @property
     def loop(self) -> Turns: ...
@@ -143,6 +158,13 @@ class Peer:
         """Bytes that `owner.held` counts for this peer."""
         self._flush_due = False
         self._receiving = False
+        self._events: Iterator[Event] = iter(())
+        """What came and waits to be done."""
+        self._undone = 0
+        """Bytes of that at most."""
+        self._late: list[bytes] = []
+        """What a line brings that was told to pause."""
+        self._paused = False
         self.cut_off = False
         """True once the peer was closed because it took too much room."""
         self._open = False
@@ -173,10 +195,28 @@ class Peer:
         """Take bytes as they come."""
         if not self._open:
             return
-        router = self._router
+        if self._undone:
+            self._late.append(data)
+            self._undone += len(data)
+            return
+        self._events = self._stream.receive(data)
+        if len(data) <= _QUICK:
+            self.work(math.inf)
+            return
+        self._undone = len(data)
+        if not self.owner.fair_queue.serve(self, self.owner.loop.call_soon):
+            self.count()
+            if self._line is not None:
+                self._line.pause_reading()
+                self._paused = True
+
+    def work(self, until: float) -> bool:
+        """Do what came and waits, until this moment; True when all is done."""
+        router, clock, bounded = self._router, self.owner.fair_queue.clock, until < math.inf
+        done = False
         self._receiving = True
         try:
-            for event in self._stream.receive(data):
+            for event in self._events:
                 if isinstance(event, Frame):
                     event.origin = self
                     if event.source != self._last_source and not self._learn(event.source):
@@ -193,8 +233,10 @@ class Peer:
                         self._apologize(event)
                 else:
                     self._serve(event)
-                if not self._open:
+                if not self._open or (bounded and clock() >= until):
                     break
+            else:
+                done = True
         except DecodeError as failure:
             self._turn_out("%s", failure)
         finally:
@@ -202,6 +244,17 @@ class Peer:
             self._flush()
             if self._stream.pending or self._counted:
                 self.count()
+        if done and self._late:
+            data, self._late = b"".join(self._late), []
+            self._events = self._stream.receive(data)
+            return False
+        if done and self._undone:
+            self._undone = 0
+            self.count()
+            if self._paused and self._line is not None:
+                self._line.resume_reading()
+            self._paused = False
+        return done or not self._open
 
     def _apologize(self, frame: Frame) -> None:
         """Something in here broke over this frame: tell the log and whoever asked."""
@@ -219,6 +272,8 @@ class Peer:
         was_open = self._open
         self._open = False
         self._out.clear()
+        self._events, self._undone = iter(()), 0
+        self._late.clear()
         self._stream.drop()
         self._exchanges.clear()
         for source in self._sources:
@@ -421,7 +476,9 @@ class Peer:
 
         Those of a closed connection count until they are gone.
         """
-        return 0 if self.cut_off else self.backlog + self._out.held_size + self._stream.pending
+        if self.cut_off:
+            return 0
+        return self.backlog + self._out.held_size + self._stream.pending + self._undone
 
     def count(self) -> None:
         """What is kept may have changed."""

@@ -12,6 +12,7 @@ from typing import cast
 from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.router import Router
 from achse.transport.connection import TcpConnection
+from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
 from achse.transport.peer import Peer
 from achse.transport.refusal import NO_ROOM, Refusals
@@ -35,6 +36,7 @@ class TcpListener:
     - `max_backlog`: bytes that may wait for a peer that does not read.
     - `held`: bytes that wait on all connections together, packets that lack their end included;
       beyond its limit, the connection with the most of them is closed.
+    - `fair_queue`: who is served when, of those with much to do.
     - `max_connections`: the first request on a further one is answered with 0x508, then it is
       closed. `max_per_host`: the same for those of one host.
     """
@@ -49,6 +51,7 @@ class TcpListener:
         max_length: int = DEFAULT_MAX_LENGTH,
         max_backlog: int = 64 * 1024 * 1024,
         held: Held | None = None,
+        fair_queue: FairQueue | None = None,
         max_connections: int = 4096,
         max_per_host: int = 2048,
     ) -> None:
@@ -59,6 +62,7 @@ class TcpListener:
         self.max_length = max_length
         self.max_backlog = max_backlog
         self.held = held or Held()
+        self.fair_queue = fair_queue or FairQueue()
         self.max_connections = max_connections
         self.max_per_host = max_per_host
         self.accepting = True

@@ -14,6 +14,7 @@ from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.codes import ReturnCode
 from achse.router import Router
 from achse.router.routes import Route
+from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
 from achse.transport.nat import NatPeer
 from achse.transport.peer import Peer, Timer, Turns
@@ -61,6 +62,7 @@ class Uplink:
         queue_frames: int = 1024,
         queue_bytes: int = 4 * 1024 * 1024,
         held: Held | None = None,
+        fair_queue: FairQueue | None = None,
     ) -> None:
         self.router = router
         self.route = route
@@ -70,6 +72,7 @@ class Uplink:
         self.queue_frames = queue_frames
         self.queue_bytes = queue_bytes
         self.held = held or Held()
+        self.fair_queue = fair_queue or FairQueue()
         self.refused = 0
         """Frames that could not go."""
         self._dial = dial

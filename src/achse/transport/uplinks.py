@@ -8,6 +8,7 @@ from achse.ams import NetId
 from achse.router import Router
 from achse.router.routes import Route
 from achse.transport.connection import TcpConnection
+from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
 from achse.transport.reason import reason
 from achse.transport.uplink import Uplink
@@ -19,10 +20,17 @@ class Uplinks:
     """The uplinks of a router, one for each route of its table, from `start` to `close`."""
 
     def __init__(
-        self, router: Router, *, local_host: str = "", max_length: int, held: Held | None = None
+        self,
+        router: Router,
+        *,
+        local_host: str = "",
+        max_length: int,
+        held: Held | None = None,
+        fair_queue: FairQueue | None = None,
     ) -> None:
         self.router = router
         self.held = held or Held()
+        self.fair_queue = fair_queue or FairQueue()
         self.local_host = local_host
         self.max_length = max_length
         self._uplinks: dict[NetId, Uplink] = {}
@@ -54,7 +62,9 @@ class Uplinks:
         if new is not None:
             loop = asyncio.get_running_loop()
             way = (self.router, new, loop, self._dial)
-            uplink = Uplink(*way, max_length=self.max_length, held=self.held)
+            uplink = Uplink(
+                *way, max_length=self.max_length, held=self.held, fair_queue=self.fair_queue
+            )
             self._uplinks[new.net_id] = uplink
             self.router.add_route(new.net_id, uplink)
 
