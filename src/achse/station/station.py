@@ -24,8 +24,9 @@ from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.router.tap import Taps
 from achse.server import Device, Usage
-from achse.station import assembly
 from achse.station.agenda import Agenda
+from achse.station.assembly import assemble, idle, permanent
+from achse.station.building import Ground, Parts
 from achse.station.config import ConfigError, StationConfig, load
 from achse.station.cycle import Cycle, Phase
 from achse.station.network import Network, RouteFile
@@ -88,18 +89,21 @@ class Station:
         self.service.limit(limits.limits())
         self.service.share(self.usage)
         self.service.attach(self.router, SERVICE_PORT)
-        self._kept = (
-            *assembly.permanent(
-                *(self.config, self.router, self._base, self.clock, self, lambda: self.devices),
-                self.usage,
-            ),
-            self.service,
+        self._ground = Ground(
+            config=self.config,
+            router=self.router,
+            base=self._base,
+            clock=self.clock,
+            epoch_ns=epoch_ns,
+            usage=self.usage,
+            pace=lambda: self.pace,
         )
+        self._kept = (*permanent(self._ground, self, lambda: self.devices), self.service)
         """What stays through restarts, the system service first."""
         self.pace: Pace | None = None
         """How the running station keeps up with the wall clock; None in virtual time."""
         self._persistent = PersistentData(self.config, self._base)
-        parts = self._assemble()
+        parts = assemble(self._ground, self._kept)
         if parts.nc is not None:
             self._persistent.give(parts.nc)
         self.nc: Nc | None
@@ -144,12 +148,6 @@ class Station:
     def demo(cls, *, net_id: str | None = None, epoch_ns: int = DEFAULT_EPOCH_NS) -> Self:
         """The station that `achse run` starts without a file: PLC 851, axes X, Y and C."""
         return cls.load(DEMO, net_id=net_id, epoch_ns=epoch_ns)
-
-    def _assemble(self) -> assembly.Parts:
-        return assembly.assemble(
-            *(self.config, self.router, self._base, self.clock, self.epoch_ns, self.usage),
-            *(self._kept, lambda: self.pace),
-        )
 
     @property
     def time_ns(self) -> int:
@@ -209,8 +207,8 @@ class Station:
     def _leave(self) -> None:
         self.save()
         gone = [device for device in self.devices if device not in self._kept]
-        assembly.leave(gone, self.router)
-        self._take(self._idle(self._kept))
+        self._ground.leave(gone)
+        self._take(idle(self._ground, self._kept, self.tick_ns))
         self._system.ads_state = AdsState.STOP
 
     def _enter_config(self) -> None:
@@ -218,7 +216,7 @@ class Station:
 
     def _run(self) -> None:
         try:
-            parts = self._assemble()
+            parts = assemble(self._ground, self._kept)
         except ConfigError as fault:
             log.error("the station cannot start and stays in CONFIG: %s", fault)
             self._enter_config()
@@ -244,7 +242,7 @@ class Station:
         self.save()
         for device in self.devices:
             device.detach()
-        self._take(self._idle(()))
+        self._take(idle(self._ground, (), self.tick_ns))
         self._changes.plan()
         self.ended = True
         self.cycle.halt()
@@ -278,7 +276,7 @@ class Station:
             log.warning("%s", warning)
         return {number: plc.online_changes for number, plc in self.plcs.items()}
 
-    def _take(self, parts: assembly.Parts) -> None:
+    def _take(self, parts: Parts) -> None:
         """Consist of `parts`; phases that others added stay."""
         self.nc = parts.nc
         self.plcs = parts.plcs
@@ -287,11 +285,6 @@ class Station:
         self._digests = parts.digests
         self.cycle.replace(self._phases, parts.phases)
         self._phases = parts.phases
-
-    def _idle(self, devices: Sequence[Device]) -> assembly.Parts:
-        return assembly.idle(
-            *(devices, self.tick_ns, self.clock, self.epoch_ns, self.usage), lambda: self.pace
-        )
 
     def at(self, due_ns: int, action: Callable[[], None]) -> None:
         """Call `action` at a station time, before the NC; with the next tick if that is over."""

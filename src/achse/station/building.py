@@ -1,0 +1,130 @@
+"""A station while it is put together: what each of its parts is made from, and adds.
+
+A part is a function that gets the `Building` and adds devices, phases and states; the row in
+`achse.station.assembly.PARTS` names it.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from achse.ams import RouterError
+from achse.motion import Nc
+from achse.plc import PlcRuntime
+from achse.router import Router
+from achse.server import Device, Usage
+from achse.station.config import ConfigError, StationConfig
+from achse.station.cycle import IDLE_TICK_NS, Phase
+from achse.station.pacing import Pace
+from achse.station.phases import NotificationPhase, upkeep
+from achse.station.plcs import PlcSource
+
+__all__ = ["Building", "Ground", "Parts"]
+
+_SHORTEST_TICK_NS = 10_000
+"""All cycles are multiples of one tick; a shorter one would only burn time."""
+
+
+class Ground(NamedTuple):
+    """What a station stands on, whatever it consists of."""
+
+    config: StationConfig
+    router: Router
+    base: Path
+    """Where relative names in the configuration begin."""
+    clock: Callable[[], int]
+    """Station time as Unix time, ns."""
+    epoch_ns: int
+    """The time of `clock` at station time 0."""
+    usage: Usage
+    """What clients hold of all devices together."""
+    pace: Callable[[], Pace | None]
+    """How the station follows the wall clock; None in virtual time."""
+
+    def attach(self, device: Device, *ports: int) -> None:
+        """Let a device answer at these ports, within the limits. Raises ConfigError."""
+        device.share(self.usage)
+        for port in ports:
+            device.limit(self.config.limits.limits())
+            self.router.release(port)
+            try:
+                device.attach(self.router, port)
+            except RouterError as taken:
+                raise ConfigError(f"port {port} for {device.name}: {taken}") from taken
+
+    def leave(self, devices: Iterable[Device]) -> None:
+        """Take devices off their ports, which stay reserved for those that come after them."""
+        for device in devices:
+            self.router.reserve(address.port for address in device.addresses)
+            device.detach()
+
+
+class Parts(NamedTuple):
+    """What a station consists of."""
+
+    nc: Nc | None
+    plcs: Mapping[int, PlcRuntime]
+    sources: Mapping[int, PlcSource]
+    """Where the declarations of each PLC come from."""
+    devices: Sequence[Device]
+    phases: Sequence[Phase]
+    tick_ns: int
+    digests: Sequence[Callable[[], bytes]]
+
+
+class Building:
+    """A station to be; `kept` are devices that stay through restarts."""
+
+    def __init__(self, ground: Ground, kept: Sequence[Device] = ()) -> None:
+        self.ground = ground
+        self.nc: Nc | None = None
+        self.plcs: dict[int, PlcRuntime] = {}
+        self.sources: dict[int, PlcSource] = {}
+        self._kept = tuple(kept)
+        self._devices: list[Device] = []
+        self._phases: list[Phase] = []
+        self._cycles: dict[str, int] = {}
+        self._digests: list[Callable[[], bytes]] = []
+
+    def attach(self, device: Device, *ports: int) -> None:
+        """Add a device that answers at these ports. Raises ConfigError."""
+        self._devices.append(device)
+        self.ground.attach(device, *ports)
+
+    def add_phase(self, phase: Phase, cycle_ns: int = 0) -> None:
+        """Add a phase of the cycle; the tick divides `cycle_ns`, if there is one."""
+        self._phases.append(phase)
+        if cycle_ns:
+            self._cycles[phase.name] = cycle_ns
+
+    def add_state(self, digest: Callable[[], bytes]) -> None:
+        """Add state that the hash of the station is about."""
+        self._digests.append(digest)
+
+    def finish(self, tick_ns: int | None = None) -> Parts:
+        """All that was added; `tick_ns` is that of the cycles if not given. Raises ConfigError."""
+        ground = self.ground
+        tick_ns = tick_ns or math.gcd(*self._cycles.values()) or IDLE_TICK_NS
+        if tick_ns < _SHORTEST_TICK_NS:
+            told = ", ".join(f"{name} {cycle_ns} ns" for name, cycle_ns in self._cycles.items())
+            raise ConfigError(
+                f"cycles: expected multiples of a tick of {_SHORTEST_TICK_NS} ns or more,"
+                f" got {told}"
+            )
+        devices = [*self._kept, *self._devices]
+        notify = NotificationPhase(devices, ground.epoch_ns, ground.usage.budget, ground.pace)
+        sweep = upkeep(devices, tick_ns, ground.clock)
+        return Parts(
+            nc=self.nc,
+            plcs=self.plcs,
+            sources=self.sources,
+            devices=devices,
+            phases=[*self._phases, notify, sweep],
+            tick_ns=tick_ns,
+            digests=self._digests,
+        )
+
+    def abandon(self) -> None:
+        """Undo what was attached."""
+        self.ground.leave(self._devices)

@@ -1,0 +1,51 @@
+"""The PLCs of a station: where programs come from; what cannot be is located."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from achse.station import ConfigError, Station
+from achse.station.config import parse
+
+
+def station(base: Path | None = None, **document: Any) -> Station:
+    return Station(parse(document, "a.toml"), base=base)
+
+
+def test_further_ports_answer_for_the_same_plc(folder: Path, client_of: Any) -> None:
+    built = station(folder, plc=[{"globals": ["program.py:Values"], "also": [801]}])
+    first, second = client_of(built.router, 851), client_of(built.router, 801)
+    handle = int.from_bytes(first.exchange(0xF003, 0, 4, b"Values.nGlobal\0"), "little")
+    first.put(0xF005, handle, "<h", -3)
+    handle = int.from_bytes(second.exchange(0xF003, 0, 4, b"Values.nGlobal\0"), "little")
+    assert second.get(0xF005, handle, "<h") == -3
+
+
+@pytest.mark.parametrize(
+    ("program", "message"),
+    [
+        ("program.py", r"expected module:Class or file\.py:Class, got 'program\.py'"),
+        ("nowhere.py:Count", r"nowhere\.py cannot be imported: FileNotFoundError"),
+        ("no.such.module:Count", r"no\.such\.module cannot be imported: ModuleNotFoundError"),
+        ("broken.py:Count", r"broken\.py cannot be imported: ZeroDivisionError"),
+        ("program.py:Missing", r"program\.py has no Program 'Missing'"),
+        ("program.py:Neither", r"program\.py has no Program 'Neither'"),
+        ("program.py:Values", r"program\.py has no Program 'Values'"),
+    ],
+)
+def test_a_wrong_program_is_located(folder: Path, program: str, message: str) -> None:
+    plc = [{}, {"port": 852, "task": [{}, {"programs": [program]}]}]
+    with pytest.raises(ConfigError, match=r"plc\[2\]\.task\[2\]\.programs: " + message):
+        station(folder, plc=plc)
+
+
+def test_a_wrong_variable_list_is_located(folder: Path) -> None:
+    with pytest.raises(ConfigError, match=r"plc\[1\]\.globals: .*no GlobalVariables 'Count'"):
+        station(folder, plc=[{"globals": ["program.py:Count"]}])
+
+
+def test_programs_beside_the_file_are_found(folder: Path) -> None:
+    path = folder / "station.toml"
+    path.write_text('[[plc]]\n[[plc.task]]\nprograms = ["program.py:Count"]\n', encoding="utf-8")
+    assert {unit.name for unit in Station.load(path).plcs[851].units} >= {"Count"}
