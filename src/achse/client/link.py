@@ -11,15 +11,13 @@ from typing import Any, Literal, Protocol, cast
 
 from achse.ams import (
     AmsAddress,
-    Connection,
     ConnectionLost,
     DecodeError,
     Frame,
     NetId,
-    TcpCommand,
-    TcpMessage,
 )
 from achse.router import LOOPBACK_NET_ID, Router
+from achse.transport.caller import Caller
 from achse.transport.tcp import TCP_PORT
 
 __all__ = [
@@ -95,19 +93,27 @@ class Dialer(Protocol):
 
 
 class TcpLink(asyncio.Protocol):
-    """One AMS/TCP connection. Frames of one turn of the loop leave in one write."""
+    """A `Caller` on a TCP connection. Frames of one turn of the loop leave in one write."""
 
     def __init__(self, user: LinkUser) -> None:
         self._user = user
-        self._stream = Connection()
         self._loop = asyncio.get_running_loop()
-        self._out: list[bytes] = []
-        self._transport: asyncio.Transport | None = None
         self._granted: asyncio.Future[AmsAddress] = self._loop.create_future()
-        self._registered = False
+        self._caller = Caller(user.received, self._grant)
+        self._transport: asyncio.Transport | None = None
         self._failure = ""
-        self.address = AmsAddress(bytes(8))
-        self.peer_net_id = LOOPBACK_NET_ID
+
+    @property
+    def address(self) -> AmsAddress:
+        return self._caller.address
+
+    @property
+    def peer_net_id(self) -> NetId:
+        return self._caller.peer_net_id
+
+    def take_address(self, address: AmsAddress, peer_net_id: NetId) -> None:
+        """Use an address of our own, without a port of the router."""
+        self._caller.address, self._caller.peer_net_id = address, peer_net_id
 
     # asyncio ---------------------------------------------------------------------------------
 
@@ -115,13 +121,8 @@ class TcpLink(asyncio.Protocol):
         self._transport = cast(asyncio.Transport, transport)
 
     def data_received(self, data: bytes) -> None:
-        received = self._user.received
         try:
-            for event in self._stream.receive(data):
-                if isinstance(event, Frame):
-                    received(event)
-                else:
-                    self._port_service(event)
+            self._caller.receive(data)
         except DecodeError as failure:
             self._failure = str(failure)
             self.abort()
@@ -143,20 +144,14 @@ class TcpLink(asyncio.Protocol):
     async def register(self, grant_time: float) -> None:
         """Ask the router on this host for a port; `ConnectionLost` if it grants none in time."""
         assert self._transport is not None
-        self._transport.write(TcpMessage(TcpCommand.PORT_CONNECT, bytes(2)).encode_tcp())
+        self._transport.write(self._caller.port_request())
         done, _ = await asyncio.wait((self._granted,), timeout=grant_time)
         if not done or self._granted.cancelled():
             raise ConnectionLost("the peer granted no port")
-        self.address = self._granted.result()
-        self.peer_net_id = self.address.net_id
-        self._registered = True
 
-    def _port_service(self, message: TcpMessage) -> None:
-        granted = message.command is TcpCommand.PORT_CONNECT and len(message.data) == 8
-        if granted and not self._granted.done():
-            self._granted.set_result(AmsAddress(message.data))
-        elif message.command is TcpCommand.ROUTER_NOTE:
-            log.info("router note %s", message.data.hex())
+    def _grant(self, address: AmsAddress) -> None:
+        if not self._granted.done():
+            self._granted.set_result(address)
 
     # out -------------------------------------------------------------------------------------
 
@@ -170,24 +165,21 @@ class TcpLink(asyncio.Protocol):
 
     def send(self, frame: Frame) -> None:
         """Send within this turn of the loop. After a loss frames vanish; the session knows."""
-        out = self._out
-        if not out:
+        if self._caller.send(frame):
             self._loop.call_soon(self._flush)
-        out.append(frame.encode_tcp())
 
     def _flush(self) -> None:
-        out, self._out = self._out, []
-        if self._transport is not None and out:
-            self._transport.write(b"".join(out) if len(out) > 1 else out[0])
+        data = self._caller.take()
+        if self._transport is not None and data:
+            self._transport.write(data)
 
     def close(self) -> None:
         """Give the port back and end, after what was sent."""
-        self._flush()
+        data = self._caller.last_words()
         transport, self._transport = self._transport, None
         if transport is not None:
-            if self._registered:
-                port = self.address.port.to_bytes(2, "little")
-                transport.write(TcpMessage(TcpCommand.PORT_CLOSE, port).encode_tcp())
+            if data:
+                transport.write(data)
             transport.close()
 
     def abort(self) -> None:
@@ -240,8 +232,8 @@ class TcpDialer:
                     link = await self._connect(user)
             if self.mode != "router":
                 self.mode = "direct"
-                link.address = self.source or _own_address(link)
-                link.peer_net_id = _net_id_of(link.extra("peername"))
+                address = self.source or _own_address(link)
+                link.take_address(address, _net_id_of(link.extra("peername")))
             if not link.is_open:
                 raise ConnectionLost("closed by the peer")
         except BaseException:
