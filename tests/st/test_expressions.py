@@ -167,7 +167,7 @@ def test_operators_bind_as_the_standard_says(text: str, expected: str) -> None:
 )
 def test_initial_values(text: str, expected: str) -> None:
     parser = Parser(Source(text))
-    found = parser.attempt(parser.initial)
+    found = parser.attempt(parser.expressions.initial)
     assert parser.faults == []
     assert bracketed(found) == expected
 
@@ -229,7 +229,7 @@ def test_faults_say_where_and_what(text: str, column: int, message: str) -> None
 )
 def test_faults_of_initial_values(text: str, message: str) -> None:
     parser = Parser(Source(text))
-    assert parser.attempt(parser.initial) is None
+    assert parser.attempt(parser.expressions.initial) is None
     assert parser.faults[0].message == message
 
 
@@ -237,7 +237,7 @@ def test_faults_of_initial_values(text: str, message: str) -> None:
 def test_deep_nesting_is_a_fault(opening: str) -> None:
     for depth in (DEEPEST + 1, 20_000):
         parser = Parser(Source(opening * depth + "1"))
-        assert parser.attempt(parser.initial) is None
+        assert parser.attempt(parser.expressions.initial) is None
         assert f"deeper than {DEEPEST}" in parser.faults[0].message
 
 
@@ -270,8 +270,8 @@ def test_every_node_knows_its_place() -> None:
 
 def test_an_assignment_in_brackets_may_begin_an_initial_value() -> None:
     parser = Parser(Source("(a := 0) OR b"))
-    found = parser.attempt(parser.initial)
+    found = parser.attempt(parser.expressions.initial)
     assert isinstance(found, tree.Binary)
     assert isinstance(found.left, tree.Assign)
     parser = Parser(Source("(a := 0)"))
-    assert isinstance(parser.attempt(parser.initial), tree.StructInitial)
+    assert isinstance(parser.attempt(parser.expressions.initial), tree.StructInitial)

@@ -26,7 +26,7 @@ def lookup(path: Path, at: int) -> Constant:
 def value_of(text: str, type: IecType[Any]) -> tuple[object, list[int]]:
     """The value, and the offsets of what is no constant in it."""
     parser = Parser(Source(text))
-    initial = parser.attempt(parser.initial)
+    initial = parser.attempt(parser.expressions.initial)
     assert initial is not None
     values = InitialValues(Evaluator(lookup, lambda tree: INT), lambda block, name: name == "Rate")
     value = values.value(type, initial)

@@ -189,14 +189,14 @@ def test_expressions(node: tree.Expression) -> None:
 @relaxed
 def test_initial_values(node: tree.Initial) -> None:
     parser = Parser(Source(print_initial(node)))
-    assert parser.attempt(parser.initial) == node
+    assert parser.attempt(parser.expressions.initial) == node
 
 
 @given(types)
 @relaxed
 def test_types(node: tree.TypeSpec) -> None:
     parser = Parser(Source(print_type(node)))
-    assert parser.attempt(parser.type_spec) == node
+    assert parser.attempt(parser.declarations.type_spec) == node
 
 
 @given(st.lists(statements, max_size=4).map(tuple))

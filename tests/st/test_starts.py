@@ -89,7 +89,7 @@ def values(block: bool = False) -> StartValues:
 
 
 def encoded(text: str, type: IecType[object], *, block: bool = False) -> bytes:
-    tree = Parser(Source(text)).expression()
+    tree = Parser(Source(text)).expressions.expression()
     return values(block).encoded(type, tree)
 
 
@@ -133,7 +133,7 @@ def test_addresses_of_variables(text: str, name: str, distance: int) -> None:
 
 def test_a_reference_is_bound_to_what_another_leads_to() -> None:
     reference = LAID.variable("r").type
-    tree = Parser(Source("r")).expression()
+    tree = Parser(Source("r")).expressions.expression()
     assert values().address(reference, tree) == struct.pack("<Q", LAID.variable("st").address)
 
 

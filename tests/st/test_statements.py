@@ -95,7 +95,7 @@ def test_other_spellings(text: str, expected: str) -> None:
 
 def faults_of(text: str) -> list[tuple[int, int, str]]:
     parser = Parser(Source(text))
-    parser.attempt(parser.statements)
+    parser.attempt(parser.statements.statements)
     return [(*fault.location[1:], fault.message) for fault in parser.faults]
 
 

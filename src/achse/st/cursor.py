@@ -15,6 +15,7 @@ DEEPEST = 100
 MOST_FAULTS = 100
 """How many faults of one file are reported; after so many the rest is noise."""
 _NOTHING = "the end"
+_SETTERS = frozenset(("S", "R", "REF"))
 
 
 class Unexpected(Exception):
@@ -68,6 +69,16 @@ class Cursor:
             and self.kinds[index] == NAME
             and self.words[index].upper() == word
         )
+
+    def setter(self, ahead: int = 0) -> str | None:
+        """`S=`, `R=` or `REF=` if one comes next: a name and a sign that touch each other."""
+        position = self.position + ahead
+        kinds = self.kinds
+        if kinds[position] != NAME or kinds[position + 1] != "=":
+            return None
+        word = self.words[position].upper()
+        touching = self.starts[position] + len(word) == self.starts[position + 1]
+        return f"{word}=" if touching and word in _SETTERS else None
 
     def take(self, kind: str) -> bool:
         """Go past the next token if it is of that kind."""

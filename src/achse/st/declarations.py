@@ -5,10 +5,9 @@ Source: IEC 61131-3 (2013) tables 11, 13 and 14.
 
 from collections.abc import Collection
 
-from achse.st.cursor import Unexpected
-from achse.st.expressions import BINDING
+from achse.st.cursor import Cursor, Unexpected
+from achse.st.expressions import BINDING, ExpressionParser
 from achse.st.lexer import END, NAME
-from achse.st.statements import StatementParser
 from achse.st.tree import (
     NO_NOTE,
     Address,
@@ -43,35 +42,43 @@ _IN_TYPE_NAMES = frozenset((".", "<", "("))
 _MEMBER_ENDS = frozenset(("END_STRUCT", "END_UNION"))
 
 
-class DeclarationParser(StatementParser):
-    """Reads types and variables. A fault costs the declaration it is in."""
+class DeclarationParser:
+    """Reads types and variables at a cursor. A fault costs the declaration it is in."""
+
+    def __init__(self, cursor: Cursor) -> None:
+        self._cursor = cursor
+        self.expressions = self._expressions = ExpressionParser(cursor, self.type_spec)
+        self._kinds = cursor.kinds
+        self._words = cursor.words
+        self._starts = cursor.starts
 
     # types ---------------------------------------------------------------------------------
 
     def type_spec(self) -> TypeSpec:
         """A type as it stands after the colon. Raises `Unexpected`."""
-        position = self.position
-        kind = self.kinds[position]
+        cursor = self._cursor
+        position = cursor.position
+        kind = self._kinds[position]
         if kind == NAME:
-            if self.kinds[position + 1] not in _IN_TYPE_NAMES:
-                self.position = position + 1
-                return NamedType(self.words[position], (), self.starts[position])
+            if self._kinds[position + 1] not in _IN_TYPE_NAMES:
+                cursor.position = position + 1
+                return NamedType(self._words[position], (), self._starts[position])
             named = self.type_name()
-            if self.kinds[self.position] == "(":
+            if self._kinds[cursor.position] == "(":
                 return self._subrange(named)
             return named
         if kind == "STRING" or kind == "WSTRING":
             return self._string(kind)
         if kind == "(":
             return self._enum(None)
-        self.deeper()
-        at = self.at
+        cursor.deeper()
+        at = cursor.at
         spec: TypeSpec
         if kind == "ARRAY":
             spec = self._array()
         elif kind == "POINTER" or kind == "REFERENCE":
-            self.position = position + 1
-            self.expect("TO", "TO")
+            cursor.position = position + 1
+            cursor.expect("TO", "TO")
             make = PointerTo if kind == "POINTER" else ReferenceTo
             spec = make(self.type_spec(), at)
         elif kind == "STRUCT":
@@ -79,147 +86,155 @@ class DeclarationParser(StatementParser):
         elif kind == "UNION":
             spec = UnionOf(self._members("END_UNION"), at)
         else:
-            raise self.unexpected("a type")
-        self.depth -= 1
+            raise cursor.unexpected("a type")
+        cursor.depth -= 1
         return spec
 
     def type_name(self, expected: str = "the name of a type") -> NamedType:
         """The name of a type, with its arguments if it is generic. Raises `Unexpected`."""
-        found = self.path(expected)
+        cursor = self._cursor
+        found = cursor.path(expected)
         generics: list[Expression] = []
-        if self.take("<"):
-            self.deeper()
-            generics.append(self.expression(BINDING[">"]))
-            while self.take(","):
-                generics.append(self.expression(BINDING[">"]))
-            self.expect(">", "',' or '>'")
-            self.depth -= 1
+        if cursor.take("<"):
+            cursor.deeper()
+            generics.append(self._expressions.expression(BINDING[">"]))
+            while cursor.take(","):
+                generics.append(self._expressions.expression(BINDING[">"]))
+            cursor.expect(">", "',' or '>'")
+            cursor.depth -= 1
         return NamedType(found.name, tuple(generics), found.at)
 
     def _subrange(self, named: NamedType) -> TypeSpec:
         """`INT (0..100)`; anything else in the brackets is left to the caller."""
-        position = self.position
-        if self.kinds[position + 1] == NAME and self.kinds[position + 2] == ":=":
+        cursor = self._cursor
+        position = cursor.position
+        if self._kinds[position + 1] == NAME and self._kinds[position + 2] == ":=":
             return named
-        self.position = position + 1
-        if self.kinds[self.position] == ")":
-            self.position = position
+        cursor.position = position + 1
+        if self._kinds[cursor.position] == ")":
+            cursor.position = position
             return named
-        low = self.reference()
-        if self.kinds[self.position] != "..":
-            self.position = position
+        low = self._expressions.reference()
+        if self._kinds[cursor.position] != "..":
+            cursor.position = position
             return named
-        at = self.expect("..")
-        high = self.reference()
-        self.expect(")")
+        at = cursor.expect("..")
+        high = self._expressions.reference()
+        cursor.expect(")")
         return Subrange(named, Range(low, high, at), at)
 
     def _string(self, family: str) -> StringOf:
-        at = self.at
-        self.position += 1
+        cursor = self._cursor
+        at = cursor.at
+        cursor.position += 1
         for opening, closing in ("()", "[]"):
-            if self.take(opening):
-                length = self.reference()
-                self.expect(closing)
+            if cursor.take(opening):
+                length = self._expressions.reference()
+                cursor.expect(closing)
                 return StringOf(family, length, at)
         return StringOf(family, None, at)
 
     def _array(self) -> ArrayOf:
-        at = self.expect("ARRAY")
-        self.expect("[")
+        cursor = self._cursor
+        at = cursor.expect("ARRAY")
+        cursor.expect("[")
         dimensions = [self._dimension()]
-        while self.take(","):
+        while cursor.take(","):
             dimensions.append(self._dimension())
-        self.expect("]", "',' or ']'")
-        self.expect("OF", "OF")
+        cursor.expect("]", "',' or ']'")
+        cursor.expect("OF", "OF")
         return ArrayOf(tuple(dimensions), self.type_spec(), at)
 
     def _dimension(self) -> Range | None:
-        if self.take("*"):
+        if self._cursor.take("*"):
             return None
-        low = self.reference()
-        at = self.expect("..")
-        return Range(low, self.reference(), at)
+        low = self._expressions.reference()
+        at = self._cursor.expect("..")
+        return Range(low, self._expressions.reference(), at)
 
     def _enum(self, base: NamedType | None) -> EnumOf:
-        at = self.expect("(")
+        cursor = self._cursor
+        at = cursor.expect("(")
         values: list[EnumValue] = []
-        while self.kinds[self.position] != ")":
-            first = self.position
-            name = self.name("the name of a value")
-            value = self.expression() if self.take(":=") else None
-            last = self.position - 1
-            if self.kinds[self.position] == ",":
-                last = last if self.starts[last] in self.tokens.after else self.position
-            values.append(EnumValue(name.name, value, self.note(first, last), name.at))
-            if not self.take(","):
+        while self._kinds[cursor.position] != ")":
+            first = cursor.position
+            name = cursor.name("the name of a value")
+            value = self._expressions.expression() if cursor.take(":=") else None
+            last = cursor.position - 1
+            if self._kinds[cursor.position] == ",":
+                last = last if self._starts[last] in cursor.tokens.after else cursor.position
+            values.append(EnumValue(name.name, value, cursor.note(first, last), name.at))
+            if not cursor.take(","):
                 break
-        self.expect(")", "',' or ')'")
+        cursor.expect(")", "',' or ')'")
         if not values:
             raise Unexpected(at, "expected at least one value of the enumeration")
-        if base is None and self.kinds[self.position] == NAME:
+        if base is None and self._kinds[cursor.position] == NAME:
             base = self.type_name()
         return EnumOf(tuple(values), base, at)
 
     def _members(self, end: str) -> tuple[Declaration, ...]:
-        self.position += 1
+        self._cursor.position += 1
         members = self._declarations(_MEMBER_ENDS)
-        self.expect(end, end)
+        self._cursor.expect(end, end)
         return members
 
     def type_declarations(self) -> list[TypeDeclaration]:
         """`TYPE … END_TYPE`, which may declare several types."""
-        first = self.position
-        self.expect("TYPE")
+        cursor = self._cursor
+        first = cursor.position
+        cursor.expect("TYPE")
         modifiers = self.modifiers()
         found: list[TypeDeclaration] = []
-        while self.kinds[self.position] == NAME:
-            position = self.position
-            depth = self.depth
+        while self._kinds[cursor.position] == NAME:
+            position = cursor.position
+            depth = cursor.depth
             try:
                 found.append(self._type_declaration(first if not found else position, modifiers))
             except Unexpected as fault:
-                self.report(fault)
-                self.depth = depth
-                self.skip_to(_MEMBER_ENDS, position)
-                while self.kinds[self.position] in _MEMBER_ENDS:
-                    self.position += 1
-                    self.take(";")
-        self.expect("END_TYPE", "the name of a type or END_TYPE" if not found else "END_TYPE")
-        self.take(";")
+                cursor.report(fault)
+                cursor.depth = depth
+                cursor.skip_to(_MEMBER_ENDS, position)
+                while self._kinds[cursor.position] in _MEMBER_ENDS:
+                    cursor.position += 1
+                    cursor.take(";")
+        cursor.expect("END_TYPE", "the name of a type or END_TYPE" if not found else "END_TYPE")
+        cursor.take(";")
         return found
 
     def _type_declaration(self, first: int, modifiers: tuple[str, ...]) -> TypeDeclaration:
-        start = self.position
-        name = self.name()
-        extends = self.type_name() if self.take("EXTENDS") else None
-        self.expect(":", "':'" if extends else "EXTENDS or ':'")
-        last = self.position - 1
+        cursor = self._cursor
+        start = cursor.position
+        name = cursor.name()
+        extends = self.type_name() if cursor.take("EXTENDS") else None
+        cursor.expect(":", "':'" if extends else "EXTENDS or ':'")
+        last = cursor.position - 1
         spec = self.type_spec()
-        if isinstance(spec, NamedType) and self.kinds[self.position] == "(":
+        if isinstance(spec, NamedType) and self._kinds[cursor.position] == "(":
             spec = self._enum(spec)
-        initial = self.initial() if self.take(":=") else None
+        initial = self._expressions.initial() if cursor.take(":=") else None
         if isinstance(spec, StructOf | UnionOf):
-            self.take(";")
+            cursor.take(";")
         else:
-            self.expect_end(";")
+            cursor.expect_end(";")
             if not isinstance(spec, EnumOf):
-                last = self.position - 1
-        note = self.note(first, last)
+                last = cursor.position - 1
+        note = cursor.note(first, last)
         if start != first:
-            note = _joined(note, self.note(start, start))
+            note = _joined(note, cursor.note(start, start))
         return TypeDeclaration(name.name, modifiers, extends, spec, initial, note, name.at)
 
     def modifiers(self) -> tuple[str, ...]:
         """PUBLIC, ABSTRACT and the like, as long as another name follows."""
+        cursor = self._cursor
         found = []
         while (
-            self.kinds[self.position] == NAME
-            and self.kinds[self.position + 1] == NAME
-            and self.words[self.position].upper() in MODIFIERS
+            self._kinds[cursor.position] == NAME
+            and self._kinds[cursor.position + 1] == NAME
+            and self._words[cursor.position].upper() in MODIFIERS
         ):
-            found.append(self.words[self.position].upper())
-            self.position += 1
+            found.append(self._words[cursor.position].upper())
+            cursor.position += 1
         return tuple(found)
 
     # variables -----------------------------------------------------------------------------
@@ -227,122 +242,126 @@ class DeclarationParser(StatementParser):
     def var_blocks(self, sections: Collection[str] = SECTIONS) -> tuple[VarBlock, ...]:
         """All VAR blocks that follow each other."""
         blocks = []
-        while self.kinds[self.position] in sections:
+        while self._kinds[self._cursor.position] in sections:
             blocks.append(self._var_block())
         return tuple(blocks)
 
     def _var_block(self) -> VarBlock:
-        first = self.position
-        section = self.kinds[first]
-        at = self.at
-        self.position = first + 1
+        cursor = self._cursor
+        first = cursor.position
+        section = self._kinds[first]
+        at = cursor.at
+        cursor.position = first + 1
         qualifiers: list[str] = []
         while (
-            self.kinds[self.position] == NAME
-            and self.kinds[self.position + 1] not in (":", ",", "AT", ".")
-            and self.words[self.position].upper() in QUALIFIERS
+            self._kinds[cursor.position] == NAME
+            and self._kinds[cursor.position + 1] not in (":", ",", "AT", ".")
+            and self._words[cursor.position].upper() in QUALIFIERS
         ):
-            qualifiers.append(self.words[self.position].upper())
-            self.position += 1
-        note = self.note(first, first)
+            qualifiers.append(self._words[cursor.position].upper())
+            cursor.position += 1
+        note = cursor.note(first, first)
         variables = self._declarations(frozenset())
-        if self.take("END_VAR"):
-            self.take(";")
+        if cursor.take("END_VAR"):
+            cursor.take(";")
         else:
-            self.report(self.unexpected("the name of a variable or END_VAR"))
+            cursor.report(cursor.unexpected("the name of a variable or END_VAR"))
         return VarBlock(section, tuple(qualifiers), variables, note, at)
 
     def _declarations(self, ends: frozenset[str]) -> tuple[Declaration, ...]:
         """Declarations up to a word of `ends` or of a block."""
+        cursor = self._cursor
         found: list[Declaration] = []
-        kinds = self.kinds
+        kinds = self._kinds
         while True:
-            position = self.position
+            position = cursor.position
             kind = kinds[position]
             if kind == ";":
-                self.position = position + 1
+                cursor.position = position + 1
                 continue
             if kind != NAME and (kind in BLOCK_WORDS or kind in ends or kind == END):
                 return tuple(found)
-            depth = self.depth
+            depth = cursor.depth
             try:
                 if kind != NAME or kinds[position + 1] in _IN_STATEMENTS:
                     if not ends and self._is_body():
                         return tuple(found)
                     if kind != NAME:
-                        raise self.unexpected("the name of a variable")
+                        raise cursor.unexpected("the name of a variable")
                 found.append(self._declaration())
             except Unexpected as fault:
-                self.report(fault)
-                self.depth = depth
-                self.skip_to(ends, position)
+                cursor.report(fault)
+                cursor.depth = depth
+                cursor.skip_to(ends, position)
 
     def _is_body(self) -> bool:
         """Whether END_VAR is missing and statements have begun."""
-        position = self.position
-        while self.kinds[position] not in BLOCK_WORDS and self.kinds[position] != END:
+        position = self._cursor.position
+        while self._kinds[position] not in BLOCK_WORDS and self._kinds[position] != END:
             position += 1
-        return self.kinds[position] != "END_VAR"
+        return self._kinds[position] != "END_VAR"
 
     def _initial_of(self, spec: TypeSpec) -> Initial:
         """The initial value; that of an array may stand without brackets, as in TwinCAT 2:
         `:= 1, 2, 3(0);`, `:= (a := 0), (a := 1);`."""
-        start = self.position
-        initial = self.initial()
-        kind = self.kinds[self.position]
+        cursor = self._cursor
+        start = cursor.position
+        initial = self._expressions.initial()
+        kind = self._kinds[cursor.position]
         if kind != "," and not (kind == "(" and isinstance(spec, ArrayOf)):
             return initial
-        self.position = start
-        at = self.at
-        values = [self.element()]
-        while self.take(","):
-            values.append(self.element())
+        cursor.position = start
+        at = cursor.at
+        values = [self._expressions.element()]
+        while cursor.take(","):
+            values.append(self._expressions.element())
         return ArrayInitial(tuple(values), at)
 
     def _declaration(self) -> Declaration:
-        kinds = self.kinds
-        first = self.position
-        names = [Name(self.words[first], self.starts[first])]
-        self.position = first + 1
+        cursor = self._cursor
+        kinds = self._kinds
+        first = cursor.position
+        names = [Name(self._words[first], self._starts[first])]
+        cursor.position = first + 1
         kind = kinds[first + 1]
         address = None
         if kind == ":":
-            self.position = first + 2
+            cursor.position = first + 2
         else:
             if kind == ".":
-                self.position = first
-                names = [self.path()]
-            while self.take(","):
-                names.append(self.name())
-            if self.take("AT"):
-                at = self.expect("address", "an address like %IX0.3 or %Q*")
-                address = Address(self.words[self.position - 1], at)
-            self.expect(":", "':'" if address else "',', AT or ':'")
+                cursor.position = first
+                names = [cursor.path()]
+            while cursor.take(","):
+                names.append(cursor.name())
+            if cursor.take("AT"):
+                at = cursor.expect("address", "an address like %IX0.3 or %Q*")
+                address = Address(self._words[cursor.position - 1], at)
+            cursor.expect(":", "':'" if address else "',', AT or ':'")
         spec = self.type_spec()
         arguments: tuple[Argument, ...] | ArrayInitial = ()
         initial: Initial | None = None
         is_reference = False
-        kind = kinds[self.position]
+        kind = kinds[cursor.position]
         if kind == "(":
-            arguments = self.arguments()
-            kind = kinds[self.position]
+            arguments = self._expressions.arguments()
+            kind = kinds[cursor.position]
         elif kind == "[":
-            arguments = self.array_initial()
-            kind = kinds[self.position]
+            arguments = self._expressions.array_initial()
+            kind = kinds[cursor.position]
         if kind == ":=":
-            self.position += 1
+            cursor.position += 1
             initial = self._initial_of(spec)
-        elif kind == NAME and self.setter() == "REF=":
-            self.position += 2
-            initial = self.expression()
+        elif kind == NAME and cursor.setter() == "REF=":
+            cursor.position += 2
+            initial = self._expressions.expression()
             is_reference = True
-        if kinds[self.position] == ";":
-            self.position += 1
+        if kinds[cursor.position] == ";":
+            cursor.position += 1
         else:
-            self.expect_end(";", "';'" if initial is not None else "':=' or ';'")
-        last = self.position - 1
-        if self.starts[last] in self.tokens.after or self.starts[first] in self.tokens.before:
-            note = self.note(first, last)
+            cursor.expect_end(";", "';'" if initial is not None else "':=' or ';'")
+        last = cursor.position - 1
+        if self._starts[last] in cursor.tokens.after or self._starts[first] in cursor.tokens.before:
+            note = cursor.note(first, last)
         else:
             note = NO_NOTE
         return Declaration(tuple(names), address, spec, arguments, initial, note, is_reference)

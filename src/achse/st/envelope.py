@@ -150,7 +150,7 @@ class _Envelope:
         if text is None:
             return None
         parser = Parser(self._source, *self._spans[text], self._defines)
-        return self._attempt(parser, parser.statements) or ()
+        return self._attempt(parser, parser.statements.statements) or ()
 
     def _parts(self, element: Element) -> tuple[Part, ...]:
         parts: list[Part] = []
@@ -195,11 +195,11 @@ class _Envelope:
 
 
 def _head(parser: Parser) -> Program | FunctionBlock | Function:
-    kind = parser.kinds[parser.position]
+    kind = parser.cursor.kinds[parser.cursor.position]
     if kind == "FUNCTION_BLOCK":
         return parser.function_block(whole=False)
     if kind == "FUNCTION":
         return parser.function(whole=False)
     if kind == "PROGRAM":
         return parser.program(whole=False)
-    raise parser.unexpected("PROGRAM, FUNCTION_BLOCK or FUNCTION")
+    raise parser.cursor.unexpected("PROGRAM, FUNCTION_BLOCK or FUNCTION")

@@ -3,6 +3,8 @@
 Source: IEC 61131-3 (2013) table 71.
 """
 
+from collections.abc import Callable
+
 from achse.st.cursor import DEEPEST, Cursor, Unexpected
 from achse.st.lexer import ADDRESS, LITERALS, NAME
 from achse.st.tree import (
@@ -68,105 +70,111 @@ _TYPES = frozenset(("STRING", "WSTRING", "ARRAY", "POINTER", "REFERENCE"))
 _PREFIX = frozenset(("-", "+", "NOT"))
 
 
-class ExpressionParser(Cursor):
-    """Reads expressions and initial values."""
+class ExpressionParser:
+    """Reads expressions and initial values at a cursor; `type_spec` reads a type there."""
+
+    def __init__(self, cursor: Cursor, type_spec: Callable[[], TypeSpec]) -> None:
+        self._cursor = cursor
+        self._type_spec = type_spec
+        self._kinds = cursor.kinds
+        self._words = cursor.words
+        self._starts = cursor.starts
 
     def expression(self, power: int = 0) -> Expression:
         """An expression of operators that bind stronger than `power`. Raises `Unexpected`."""
-        kinds = self.kinds
-        position = self.position
+        cursor = self._cursor
+        kinds = self._kinds
+        position = cursor.position
         kind = kinds[position]
         left: Expression
         if kind == NAME:
-            left = Name(self.words[position], self.starts[position])
-            self.position = position + 1
+            left = Name(self._words[position], self._starts[position])
+            cursor.position = position + 1
             if kinds[position + 1] in _POSTFIX:
                 left = self._postfix(left)
         elif kind in LITERALS:
-            left = Literal(kind, self.words[position], self.starts[position])
-            self.position = position + 1
+            left = Literal(kind, self._words[position], self._starts[position])
+            cursor.position = position + 1
         else:
             left = self._prefix(kind)
         length = 0
         while True:
-            position = self.position
+            position = cursor.position
             kind = kinds[position]
             binding = BINDING.get(kind, 0)
             if binding <= power:
                 return left
             length += 1
             if length > LONGEST:
-                raise Unexpected(self.at, f"more than {LONGEST} operators in a row")
-            self.position = position + 1
+                raise Unexpected(cursor.at, f"more than {LONGEST} operators in a row")
+            cursor.position = position + 1
             if binding > _NO_ASSIGNMENT:
                 right = self.expression(binding)
-                left = Binary(kind, left, right, self.starts[position])
+                left = Binary(kind, left, right, self._starts[position])
             else:
-                self.deeper()
-                left = Assign(":=", left, self.expression(), self.starts[position])
-                self.depth -= 1
+                cursor.deeper()
+                left = Assign(":=", left, self.expression(), self._starts[position])
+                cursor.depth -= 1
 
     def reference(self) -> Expression:
         """An expression up to, and without, an assignment."""
         return self.expression(_NO_ASSIGNMENT)
 
     def _prefix(self, kind: str) -> Expression:
-        at = self.at
+        cursor = self._cursor
+        at = cursor.at
         if kind in _PREFIX:
-            self.deeper()
-            self.position += 1
+            cursor.deeper()
+            cursor.position += 1
             operand = self.expression(UNARY_BINDING)
-            self.depth -= 1
+            cursor.depth -= 1
             return Unary(kind, operand, at)
         if kind == "(":
-            self.deeper()
-            self.position += 1
+            cursor.deeper()
+            cursor.position += 1
             inner = self.expression()
-            self.expect(")")
-            self.depth -= 1
+            cursor.expect(")")
+            cursor.depth -= 1
             # `(a + b).c` is none, but `(pointer + 8)^` is.
-            return self._postfix(inner) if self.kinds[self.position] == "^" else inner
+            return self._postfix(inner) if self._kinds[cursor.position] == "^" else inner
         if kind == "THIS" or kind == "SUPER":
-            self.position += 1
+            cursor.position += 1
             return self._postfix(This(at) if kind == "THIS" else Super(at))
         if kind == ".":
-            self.position += 1
-            return self._postfix(GlobalName(self.name().name, at))
-        if kind in _STRINGS and self.kinds[self.position + 1] == ".":
+            cursor.position += 1
+            return self._postfix(GlobalName(cursor.name().name, at))
+        if kind in _STRINGS and self._kinds[cursor.position + 1] == ".":
             # A unit may be called String after all: `String.Concat(…)`.
-            self.position += 1
-            return self._postfix(Name(self.words[self.position - 1], at))
+            cursor.position += 1
+            return self._postfix(Name(self._words[cursor.position - 1], at))
         if kind == ADDRESS:
-            self.position += 1
-            return self._postfix(Address(self.words[self.position - 1], at))
+            cursor.position += 1
+            return self._postfix(Address(self._words[cursor.position - 1], at))
         if kind in _TYPES:
-            return TypeOperand(self.type_spec(), at)
-        raise self.unexpected("an expression")
-
-    def type_spec(self) -> TypeSpec:
-        """A type; known one floor up."""
-        raise NotImplementedError
+            return TypeOperand(self._type_spec(), at)
+        raise cursor.unexpected("an expression")
 
     def _postfix(self, left: Expression) -> Expression:
-        kinds = self.kinds
+        cursor = self._cursor
+        kinds = self._kinds
         steps = 0
         while True:
-            position = self.position
+            position = cursor.position
             kind = kinds[position]
-            at = self.starts[position]
+            at = self._starts[position]
             if kind == ".":
                 left = self._member(left)
             elif kind == "[":
-                self.deeper()
-                self.position = position + 1
+                cursor.deeper()
+                cursor.position = position + 1
                 indices = [self.expression()]
-                while self.take(","):
+                while cursor.take(","):
                     indices.append(self.expression())
-                self.expect("]", "',' or ']'")
-                self.depth -= 1
+                cursor.expect("]", "',' or ']'")
+                cursor.depth -= 1
                 left = Index(left, tuple(indices), at)
             elif kind == "^":
-                self.position = position + 1
+                cursor.position = position + 1
                 left = Dereference(left, at)
             elif kind == "(":
                 left = Call(left, self.arguments(), at)
@@ -177,71 +185,69 @@ class ExpressionParser(Cursor):
                 raise Unexpected(at, f"a path of more than {DEEPEST} steps")
 
     def _member(self, left: Expression) -> Expression:
-        position = self.position + 1
-        kind = self.kinds[position]
-        word = self.words[position]
-        at = self.starts[position]
-        self.position = position + 1
+        cursor = self._cursor
+        position = cursor.position + 1
+        kind = self._kinds[position]
+        word = self._words[position]
+        at = self._starts[position]
+        cursor.position = position + 1
         if kind == NAME:
             return Member(left, word, at)
         if kind == "integer" and word.isdecimal() and len(word) <= 2:
             return PartOf(left, "X", int(word), at)
         if kind == "partial":
             return PartOf(left, word[1].upper(), int(word[2:]), at)
-        self.position = position
-        raise self.unexpected("a name or a bit number after '.'")
+        cursor.position = position
+        raise cursor.unexpected("a name or a bit number after '.'")
 
     def arguments(self) -> tuple[Argument, ...]:
         """`(a, nIn := b, nOut => c)`. Raises `Unexpected`."""
-        self.expect("(")
-        if self.take(")"):
+        cursor = self._cursor
+        cursor.expect("(")
+        if cursor.take(")"):
             return ()
-        self.deeper()
+        cursor.deeper()
         arguments = [self._argument()]
-        while self.take(",") and self.kinds[self.position] != ")":
+        while cursor.take(",") and self._kinds[cursor.position] != ")":
             arguments.append(self._argument())
-        self.expect(")", "',' or ')'")
-        self.depth -= 1
+        cursor.expect(")", "',' or ')'")
+        cursor.depth -= 1
         return tuple(arguments)
 
     def _argument(self) -> Argument:
-        position = self.position
-        at = self.starts[position]
-        if self.kinds[position] == NAME:
-            sign = self.kinds[position + 1]
-            if sign == NAME and self._is_bound(position + 1):
-                self.position = position + 3
-                return Argument(self.words[position], self.expression(), False, at)
+        cursor = self._cursor
+        position = cursor.position
+        at = self._starts[position]
+        if self._kinds[position] == NAME:
+            sign = self._kinds[position + 1]
+            if sign == NAME and cursor.setter(1) == "REF=":
+                cursor.position = position + 3
+                return Argument(self._words[position], self.expression(), False, at)
             if sign == ":=" or sign == "=>":
-                self.position = position + 2
-                empty = self.kinds[position + 2] in (",", ")")
+                cursor.position = position + 2
+                empty = self._kinds[position + 2] in (",", ")")
                 value = None if empty else self.expression()
-                return Argument(self.words[position], value, sign == "=>", at)
+                return Argument(self._words[position], value, sign == "=>", at)
         return Argument("", self.expression(), False, at)
-
-    def _is_bound(self, position: int) -> bool:
-        """Whether `REF=` stands there: a word and a sign that touch each other."""
-        if self.words[position].upper() != "REF" or self.kinds[position + 1] != "=":
-            return False
-        return self.starts[position] + 3 == self.starts[position + 1]
 
     # initial values ------------------------------------------------------------------------
 
     def initial(self) -> Initial:
         """What follows `:=` in a declaration. Raises `Unexpected`."""
-        position = self.position
-        if self.kinds[position] == "[":
+        cursor = self._cursor
+        position = cursor.position
+        if self._kinds[position] == "[":
             return self.array_initial()
         if self._is_structure(position):
             found = self._struct_initial()
-            if self.kinds[self.position] not in BINDING:
+            if self._kinds[cursor.position] not in BINDING:
                 return found
-            self.position = position  # `(a := 0) OR b` only begins like a structure
+            cursor.position = position  # `(a := 0) OR b` only begins like a structure
         return self.expression()
 
     def _is_structure(self, position: int) -> bool:
         """Whether `(a :=` or `()` stands there."""
-        kinds = self.kinds
+        kinds = self._kinds
         if kinds[position] != "(":
             return False
         first = kinds[position + 1]
@@ -249,60 +255,64 @@ class ExpressionParser(Cursor):
 
     def array_initial(self) -> ArrayInitial:
         """`[1, 2(0), (a := 1)]`. Raises `Unexpected`."""
-        at = self.expect("[")
-        self.deeper()
+        cursor = self._cursor
+        at = cursor.expect("[")
+        cursor.deeper()
         values: list[Initial | Repeated] = []
-        while self.kinds[self.position] != "]":
+        while self._kinds[cursor.position] != "]":
             values.append(self.element())
-            if not self.take(","):
+            if not cursor.take(","):
                 break
-        self.expect("]", "',' or ']'")
-        self.depth -= 1
+        cursor.expect("]", "',' or ']'")
+        cursor.depth -= 1
         return ArrayInitial(tuple(values), at)
 
     def element(self) -> Initial | Repeated:
         """One value of an array, or several: `3(0)`. Raises `Unexpected`."""
+        cursor = self._cursor
         value = self._count() or self.initial()
-        at = self.at
+        at = cursor.at
         # A name before the bracket reads as a call; which it is shows in what the name means.
-        if not (isinstance(value, Literal | Name | Member) and self.take("(")):
+        if not (isinstance(value, Literal | Name | Member) and cursor.take("(")):
             return value
         values: list[Initial] = []
-        self.deeper()
-        while self.kinds[self.position] != ")":
+        cursor.deeper()
+        while self._kinds[cursor.position] != ")":
             values.append(self.initial())
-            if not self.take(","):
+            if not cursor.take(","):
                 break
-        self.expect(")", "',' or ')'")
-        self.depth -= 1
+        cursor.expect(")", "',' or ')'")
+        cursor.depth -= 1
         return Repeated(value, tuple(values), at)
 
     def _count(self) -> Expression | None:
         """The name before `((a := 1))` or `([1])`, which no call takes: it counts."""
-        kinds = self.kinds
-        last = self.position
+        cursor = self._cursor
+        kinds = self._kinds
+        last = cursor.position
         while kinds[last] == NAME and kinds[last + 1] == ".":
             last += 2
         if kinds[last] != NAME or kinds[last + 1] != "(":
             return None
         if kinds[last + 2] != "[" and not self._is_structure(last + 2):
             return None
-        count: Expression = Name(self.words[self.position], self.at)
-        self.position += 1
-        while self.position <= last:
+        count: Expression = Name(self._words[cursor.position], cursor.at)
+        cursor.position += 1
+        while cursor.position <= last:
             count = self._member(count)
         return count
 
     def _struct_initial(self) -> StructInitial:
-        at = self.expect("(")
-        self.deeper()
+        cursor = self._cursor
+        at = cursor.expect("(")
+        cursor.deeper()
         members: list[MemberInitial] = []
-        while self.kinds[self.position] != ")":
-            name = self.name("the name of a member")
-            self.expect(":=")
+        while self._kinds[cursor.position] != ")":
+            name = cursor.name("the name of a member")
+            cursor.expect(":=")
             members.append(MemberInitial(name.name, self.initial(), name.at))
-            if not self.take(","):
+            if not cursor.take(","):
                 break
-        self.expect(")", "',' or ')'")
-        self.depth -= 1
+        cursor.expect(")", "',' or ')'")
+        cursor.depth -= 1
         return StructInitial(tuple(members), at)

@@ -8,10 +8,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
-from achse.st.cursor import Unexpected
+from achse.st.cursor import Cursor, Unexpected
 from achse.st.declarations import DeclarationParser
 from achse.st.lexer import END, NAME, Defines
 from achse.st.source import Fault, Source, SourceError
+from achse.st.statements import StatementParser
 from achse.st.tree import (
     NO_NOTE,
     Expression,
@@ -86,13 +87,13 @@ def parse(source: Source | str, *, name: str = "GVL", defines: Defines = ()) -> 
 def parse_expression(text: str) -> Expression:
     """One expression. Raises `SourceError`."""
     parser = Parser(Source(text))
-    return _whole(parser, parser.expression)
+    return _whole(parser, parser.expressions.expression)
 
 
 def parse_statements(text: str) -> Statements:
     """A list of statements. Raises `SourceError`."""
     parser = Parser(Source(text))
-    return _whole(parser, parser.statements)
+    return _whole(parser, parser.statements.statements)
 
 
 def _whole(parser: "Parser", read: Callable[[], P]) -> P:
@@ -102,24 +103,44 @@ def _whole(parser: "Parser", read: Callable[[], P]) -> P:
     return found
 
 
-class Parser(DeclarationParser):
-    """Reads units. A fault costs at most the unit it is in."""
+class Parser:
+    """Reads units. A fault costs at most the unit it is in.
+
+    `cursor` walks the tokens; `expressions`, `statements` and `declarations` read at it.
+    """
+
+    def __init__(
+        self, source: Source, start: int = 0, end: int | None = None, defines: Defines = ()
+    ) -> None:
+        self.cursor = self._cursor = Cursor(source, start, end, defines)
+        self.declarations = DeclarationParser(self.cursor)
+        self.expressions = self.declarations.expressions
+        self.statements = StatementParser(self.cursor, self.expressions)
+        self._kinds = self.cursor.kinds
+        self._words = self.cursor.words
+        self._starts = self.cursor.starts
+
+    @property
+    def faults(self) -> list[Fault]:
+        """The faults so far, in order of their places."""
+        return self.cursor.faults
 
     def attempt(self, read: Callable[[], P]) -> P | None:
         """What `read` finds if the text ends after it, or else nothing; the fault is reported."""
         # Trees have no cycles: the collector would walk the growing one again and again for
         # nothing, for more than half of the time a long file takes.
+        cursor = self._cursor
         collects = gc.isenabled()
         gc.disable()
         try:
             found = read()
-            self.expect(END, "the end")
+            cursor.expect(END, "the end")
         except Unexpected as fault:
-            self.report(fault)
+            cursor.report(fault)
             return None
         except RecursionError:
             # The caller's own stack left too little for what DEEPEST allows.
-            self.report(Unexpected(self.at, "this nests too deep"))
+            cursor.report(Unexpected(cursor.at, "this nests too deep"))
             return None
         finally:
             if collects:
@@ -128,22 +149,23 @@ class Parser(DeclarationParser):
 
     def units(self, name: str, end: str = END) -> tuple[Unit, ...]:
         """All units up to the end; VAR_GLOBAL blocks go into one list called `name`."""
+        cursor = self._cursor
         found: list[Unit] = []
         blocks: list[VarBlock] = []
         place = 0
-        while self.kinds[self.position] != end:
-            position = self.position
-            kind = self.kinds[position]
+        while self._kinds[cursor.position] != end:
+            position = cursor.position
+            kind = self._kinds[position]
             try:
                 if kind == END:
-                    raise self.unexpected(end)
+                    raise cursor.unexpected(end)
                 if kind in _GLOBAL_SECTIONS:
-                    place = place if blocks else self.at
-                    blocks += self.var_blocks(_GLOBAL_SECTIONS)
+                    place = place if blocks else cursor.at
+                    blocks += self.declarations.var_blocks(_GLOBAL_SECTIONS)
                 elif kind == "TYPE":
-                    found += self.type_declarations()
+                    found += self.declarations.type_declarations()
                 elif kind == ";":
-                    self.position += 1
+                    cursor.position += 1
                 elif kind == "ACTION" and found and isinstance(found[-1], FunctionBlock | Program):
                     # TwinCAT 2 writes the actions of a unit after its end.
                     unit = found[-1]
@@ -151,9 +173,9 @@ class Parser(DeclarationParser):
                 else:
                     found.append(self._unit(kind))
             except Unexpected as fault:
-                self.report(fault)
-                self.depth = 0
-                if self.kinds[self.position] == END:
+                cursor.report(fault)
+                cursor.depth = 0
+                if self._kinds[cursor.position] == END:
                     break
                 self._skip_to_unit(position, end)
         if blocks:
@@ -161,9 +183,10 @@ class Parser(DeclarationParser):
         return tuple(found)
 
     def _skip_to_unit(self, start: int, end: str) -> None:
-        self.position = max(self.position, start + 1)
-        while self.kinds[self.position] not in (*_UNIT_WORDS, END, end):
-            self.position += 1
+        cursor = self._cursor
+        cursor.position = max(cursor.position, start + 1)
+        while self._kinds[cursor.position] not in (*_UNIT_WORDS, END, end):
+            cursor.position += 1
 
     def _global_list(self, name: str, blocks: list[VarBlock], at: int) -> GlobalList:
         """The list, with what its first block is noted with: attributes count for the list."""
@@ -180,33 +203,37 @@ class Parser(DeclarationParser):
             return self.function()
         if kind == "INTERFACE":
             return self.interface()
-        if self.is_word("NAMESPACE"):
+        if self._cursor.is_word("NAMESPACE"):
             return self._namespace()
-        raise self.unexpected("TYPE, VAR_GLOBAL, FUNCTION_BLOCK, FUNCTION, PROGRAM or INTERFACE")
+        raise self._cursor.unexpected(
+            "TYPE, VAR_GLOBAL, FUNCTION_BLOCK, FUNCTION, PROGRAM or INTERFACE"
+        )
 
     def _namespace(self) -> Namespace:
-        at = self.at
-        self.position += 1
-        self.deeper()
-        if self.is_word("INTERNAL"):
-            self.position += 1
-        name = self.path()
-        depth = self.depth
+        cursor = self._cursor
+        at = cursor.at
+        cursor.position += 1
+        cursor.deeper()
+        if cursor.is_word("INTERNAL"):
+            cursor.position += 1
+        name = cursor.path()
+        depth = cursor.depth
         units = self.units(name.name.rpartition(".")[2], "END_NAMESPACE")
-        self.depth = depth - 1
-        self.take("END_NAMESPACE")
+        cursor.depth = depth - 1
+        cursor.take("END_NAMESPACE")
         return Namespace(name.name, units, at)
 
     # units ---------------------------------------------------------------------------------
 
     def function_block(self, whole: bool = True) -> FunctionBlock:
         """A function block; only its head and variables if it is not `whole`."""
+        cursor = self._cursor
         modifiers, name, note = self._opening("FUNCTION_BLOCK")
-        generic = self.var_blocks(("VAR_GENERIC",))
-        extends = self.type_name() if self.take("EXTENDS") else None
-        implements = self._type_names() if self.take("IMPLEMENTS") else ()
-        self.take(";")
-        blocks = generic + self.var_blocks()
+        generic = self.declarations.var_blocks(("VAR_GENERIC",))
+        extends = self.declarations.type_name() if cursor.take("EXTENDS") else None
+        implements = self._type_names() if cursor.take("IMPLEMENTS") else ()
+        cursor.take(";")
+        blocks = generic + self.declarations.var_blocks()
         parts, body = self._inside("END_FUNCTION_BLOCK") if whole else ((), ())
         return FunctionBlock(
             name.name, modifiers, blocks, parts, body, note, name.at, extends, implements
@@ -215,8 +242,8 @@ class Parser(DeclarationParser):
     def program(self, whole: bool = True) -> Program:
         """A program; only its head and variables if it is not `whole`."""
         modifiers, name, note = self._opening("PROGRAM")
-        self.take(";")
-        blocks = self.var_blocks()
+        self._cursor.take(";")
+        blocks = self.declarations.var_blocks()
         parts, body = self._inside("END_PROGRAM") if whole else ((), ())
         return Program(name.name, modifiers, blocks, parts, body, note, name.at)
 
@@ -224,16 +251,16 @@ class Parser(DeclarationParser):
         """A function; only its head and variables if it is not `whole`."""
         modifiers, name, note = self._opening("FUNCTION")
         returns = self._returns()
-        self.take(";")
-        blocks = self.var_blocks()
+        self._cursor.take(";")
+        blocks = self.declarations.var_blocks()
         body = self._body_up_to("END_FUNCTION") if whole else ()
         return Function(name.name, modifiers, returns, blocks, body, note, name.at)
 
     def interface(self, whole: bool = True) -> Interface:
         """An interface; only its head if it is not `whole`."""
         modifiers, name, note = self._opening("INTERFACE")
-        extends = self._type_names() if self.take("EXTENDS") else ()
-        self.take(";")
+        extends = self._type_names() if self._cursor.take("EXTENDS") else ()
+        self._cursor.take(";")
         parts: tuple[Part, ...] = ()
         if whole:
             parts = tuple(self._parts())
@@ -242,21 +269,22 @@ class Parser(DeclarationParser):
 
     def _opening(self, word: str) -> tuple[tuple[str, ...], Name, Note]:
         """What every unit and part begins with: its modifiers, name and note."""
-        first = self.position
-        self.expect(word)
-        modifiers = self.modifiers()
-        name = self.name()
-        return modifiers, name, self.note(first, self.position - 1)
+        cursor = self._cursor
+        first = cursor.position
+        cursor.expect(word)
+        modifiers = self.declarations.modifiers()
+        name = cursor.name()
+        return modifiers, name, cursor.note(first, cursor.position - 1)
 
     def _type_names(self) -> tuple[NamedType, ...]:
-        names = [self.type_name()]
+        names = [self.declarations.type_name()]
         # Editors leave a comma behind when they take the last name away.
-        while self.take(",") and self.kinds[self.position] == NAME:
-            names.append(self.type_name())
+        while self._cursor.take(",") and self._kinds[self._cursor.position] == NAME:
+            names.append(self.declarations.type_name())
         return tuple(names)
 
     def _returns(self) -> TypeSpec | None:
-        return self.type_spec() if self.take(":") else None
+        return self.declarations.type_spec() if self._cursor.take(":") else None
 
     # what is inside ------------------------------------------------------------------------
 
@@ -264,11 +292,11 @@ class Parser(DeclarationParser):
         """Methods, properties, actions and statements in any order, up to `end`."""
         parts: list[Part] = []
         body: Statements = ()
-        known = self.fault_count
+        known = self._cursor.fault_count
         while True:
             parts += self._parts()
-            body += self.statements()
-            kind = self.kinds[self.position]
+            body += self.statements.statements()
+            kind = self._kinds[self._cursor.position]
             if kind in _PART_WORDS:
                 continue
             if kind == end or kind in _AFTER_BODY:
@@ -280,10 +308,10 @@ class Parser(DeclarationParser):
     def _body_up_to(self, end: str) -> Statements:
         body: Statements = ()
         around = _AROUND.get(end, ())
-        known = self.fault_count
+        known = self._cursor.fault_count
         while True:
-            body += self.statements()
-            kind = self.kinds[self.position]
+            body += self.statements.statements()
+            kind = self._kinds[self._cursor.position]
             if kind == end or kind in _AFTER_BODY or kind in _PART_WORDS or kind in around:
                 break
             self._pass_over(end, known)
@@ -293,23 +321,25 @@ class Parser(DeclarationParser):
     def _pass_over(self, end: str, known: int) -> None:
         """Go past what stands in no body. Variables are there if the head before them is at fault,
         which makes more faults than the `known` ones and is told."""
-        if self.kinds[self.position] not in SECTIONS:
-            self.report(self.unexpected(end))
-            self.position += 1
+        cursor = self._cursor
+        if self._kinds[cursor.position] not in SECTIONS:
+            cursor.report(cursor.unexpected(end))
+            cursor.position += 1
             return
-        if self.fault_count == known:
-            self.report(self.unexpected(end))
-        self.var_blocks()
+        if cursor.fault_count == known:
+            cursor.report(cursor.unexpected(end))
+        self.declarations.var_blocks()
 
     def _end(self, end: str, expected: str = "") -> None:
-        if self.take(end):
-            self.take(";")
+        cursor = self._cursor
+        if cursor.take(end):
+            cursor.take(";")
         else:
-            self.report(self.unexpected(expected or end))
+            cursor.report(cursor.unexpected(expected or end))
 
     def _parts(self) -> list[Part]:
         parts: list[Part] = []
-        while (kind := self.kinds[self.position]) in _PART_WORDS:
+        while (kind := self._kinds[self._cursor.position]) in _PART_WORDS:
             if kind == "METHOD":
                 parts.append(self.method())
             elif kind == "PROPERTY":
@@ -322,22 +352,23 @@ class Parser(DeclarationParser):
         """A method; only its head and variables if it is not `whole`."""
         modifiers, name, note = self._opening("METHOD")
         returns = self._returns()
-        self.take(";")
-        blocks = self.var_blocks()
+        self._cursor.take(";")
+        blocks = self.declarations.var_blocks()
         body = self._body_up_to("END_METHOD") if whole else ()
         return Method(name.name, modifiers, returns, blocks, body, note, name.at)
 
     def property(self, whole: bool = True) -> Property:
         """A property; only its head if it is not `whole`."""
+        cursor = self._cursor
         modifiers, name, note = self._opening("PROPERTY")
-        self.expect(":")
-        type = self.type_spec()
-        self.take(";")
+        cursor.expect(":")
+        type = self.declarations.type_spec()
+        cursor.take(";")
         get: Accessor | None = None
         set: Accessor | None = None
         if whole:
-            while self.is_word("GET") or self.is_word("SET"):
-                if self.is_word("GET"):
+            while cursor.is_word("GET") or cursor.is_word("SET"):
+                if cursor.is_word("GET"):
                     get = self._accessor("END_GET")
                 else:
                     set = self._accessor("END_SET")
@@ -345,27 +376,31 @@ class Parser(DeclarationParser):
         return Property(name.name, modifiers, type, get, set, note, name.at)
 
     def _accessor(self, end: str) -> Accessor:
-        first = self.position
-        self.position += 1
+        first = self._cursor.position
+        self._cursor.position += 1
         accessor = self.accessor(first)
         body = self._body_up_to(end)
         return Accessor(accessor.modifiers, accessor.blocks, body, accessor.note, accessor.at)
 
     def accessor(self, first: int = 0) -> Accessor:
         """Modifiers and variables of a GET or SET, without its body."""
-        at = self.starts[first]
-        note = self.note(first, first)
+        cursor = self._cursor
+        at = self._starts[first]
+        note = cursor.note(first, first)
         words = []
-        while self.kinds[self.position] == NAME and self.words[self.position].upper() in ACCESS:
-            words.append(self.words[self.position].upper())
-            self.position += 1
-        return Accessor(tuple(words), self.var_blocks(), (), note, at)
+        while (
+            self._kinds[cursor.position] == NAME and self._words[cursor.position].upper() in ACCESS
+        ):
+            words.append(self._words[cursor.position].upper())
+            cursor.position += 1
+        return Accessor(tuple(words), self.declarations.var_blocks(), (), note, at)
 
     def action(self) -> Action:
         """An action."""
-        first = self.position
-        self.expect("ACTION")
-        name = self.name()
-        note = self.note(first, self.position - 1)
-        self.take(":")
+        cursor = self._cursor
+        first = cursor.position
+        cursor.expect("ACTION")
+        name = cursor.name()
+        note = cursor.note(first, cursor.position - 1)
+        cursor.take(":")
         return Action(name.name, self._body_up_to("END_ACTION"), note, name.at)

@@ -5,9 +5,9 @@ Source: IEC 61131-3 (2013) table 72.
 
 from collections.abc import Callable
 
-from achse.st.cursor import Unexpected
+from achse.st.cursor import Cursor, Unexpected
 from achse.st.expressions import ExpressionParser
-from achse.st.lexer import END, NAME
+from achse.st.lexer import END
 from achse.st.tree import (
     Assign,
     Branch,
@@ -48,90 +48,89 @@ _LABELS = frozenset((":", ",", "..", ":="))
 _OPENING = frozenset("([")
 _CLOSING = frozenset(")]")
 _CALLABLE = (Call, Name, GlobalName, Member, Dereference, Index)
-_SETTERS = frozenset(("S", "R", "REF"))
 
 
-class StatementParser(ExpressionParser):
-    """Reads statements. A fault costs the statement it is in; reading goes on after it."""
+class StatementParser:
+    """Reads statements at a cursor. A fault costs the statement it is in; the rest is read."""
+
+    def __init__(self, cursor: Cursor, expressions: ExpressionParser) -> None:
+        self._cursor = cursor
+        self._expressions = expressions
+        self._kinds = cursor.kinds
+        self._words = cursor.words
+        self._starts = cursor.starts
 
     def statements(self, in_case: bool = False) -> Statements:
         """All statements up to a word that ends them; in a CASE also up to a label."""
-        kinds = self.kinds
+        cursor = self._cursor
+        kinds = self._kinds
         found: list[Statement] = []
         while True:
-            position = self.position
+            position = cursor.position
             kind = kinds[position]
             if kind in _ENDS or (in_case and self._at_label()):
                 return tuple(found)
             if kind == ";":
-                self.position = position + 1
+                cursor.position = position + 1
                 continue
-            depth = self.depth
+            depth = cursor.depth
             try:
                 block = _BLOCKS.get(kind)
                 found.append(self._simple() if block is None else block(self))
             except Unexpected as fault:
-                self.report(fault)
-                self.depth = depth
-                self.skip_to(_RESUME, position)
+                cursor.report(fault)
+                cursor.depth = depth
+                cursor.skip_to(_RESUME, position)
 
     def _simple(self) -> Statement:
         """An assignment, a call or a label."""
-        position = self.position
-        target = self.reference()
-        kind = self.kinds[self.position]
+        cursor = self._cursor
+        position = cursor.position
+        target = self._expressions.reference()
+        kind = self._kinds[cursor.position]
         if kind == ":=":
-            at = self.starts[self.position]
-            self.position += 1
+            at = self._starts[cursor.position]
+            cursor.position += 1
             statement: Statement = Assign(":=", target, self._assigned(), at)
         elif kind == ";" and isinstance(target, _CALLABLE):
-            self.position += 1
+            cursor.position += 1
             return target
         elif kind == ":" and isinstance(target, Name):
-            self.position += 1
+            cursor.position += 1
             return Label(target.name, target.at)
-        elif (sign := self.setter()) is not None:
-            at = self.at
-            self.position += 2
+        elif (sign := cursor.setter()) is not None:
+            at = cursor.at
+            cursor.position += 2
             statement = Assign(sign, target, self._assigned(), at)
         elif isinstance(target, _CALLABLE):
             if not isinstance(target, Call) and kind in ("=", "name", "integer"):
-                raise self.unexpected("':='")
+                raise cursor.unexpected("':='")
             statement = target
         else:
             raise Unexpected(
-                self.starts[position], "expected an assignment or a call, got an expression"
+                self._starts[position], "expected an assignment or a call, got an expression"
             )
-        self.expect_end(";")
+        cursor.expect_end(";")
         return statement
 
     def _assigned(self) -> Expression:
         """What is assigned; `b S= c` in it goes on with the chain: `a := b S= c`."""
-        value = self.expression()
-        sign = self.setter()
+        cursor = self._cursor
+        value = self._expressions.expression()
+        sign = cursor.setter()
         if sign is None:
             return value
-        at = self.at
-        self.position += 2
-        self.deeper()
+        at = cursor.at
+        cursor.position += 2
+        cursor.deeper()
         rest = self._assigned()
-        self.depth -= 1
+        cursor.depth -= 1
         return _with_last(value, lambda last: Assign(sign, last, rest, at))
-
-    def setter(self) -> str | None:
-        """`S=`, `R=` or `REF=` if one comes next: a name and a sign that touch each other."""
-        position = self.position
-        kinds = self.kinds
-        if kinds[position] != NAME or kinds[position + 1] != "=":
-            return None
-        word = self.words[position].upper()
-        touching = self.starts[position] + len(word) == self.starts[position + 1]
-        return f"{word}=" if touching and word in _SETTERS else None
 
     def _at_label(self) -> bool:
         """Whether the next token begins the label of a CASE rather than a statement."""
-        kinds = self.kinds
-        position = self.position
+        kinds = self._kinds
+        position = self._cursor.position
         inside = 0
         while (kind := kinds[position]) not in _NO_LABEL:
             if kind in _OPENING:
@@ -146,175 +145,185 @@ class StatementParser(ExpressionParser):
     # blocks --------------------------------------------------------------------------------
 
     def _body(self, in_case: bool = False) -> Statements:
-        self.deeper()
+        self._cursor.deeper()
         body = self.statements(in_case)
-        self.depth -= 1
+        self._cursor.depth -= 1
         return body
 
     def _close(self, word: str) -> None:
         """Go past END_IF and the like; one that is missing is reported, and reading goes on."""
-        if self.take(word):
-            self.take(";")
+        cursor = self._cursor
+        if cursor.take(word):
+            cursor.take(";")
         else:
-            self.report(self.unexpected(word))
+            cursor.report(cursor.unexpected(word))
 
     def _condition(self) -> tuple[Expression, ...]:
-        return (self.expression(),)
+        return (self._expressions.expression(),)
 
     def _head(
         self, word: str, read: Callable[[], tuple[Expression, ...]], count: int = 1
     ) -> tuple[Expression, ...]:
         """What stands before THEN, OF or DO. If that is at fault the body is still read, so that
         its END is no second fault."""
-        depth, start = self.depth, self.position
+        cursor = self._cursor
+        depth, start = cursor.depth, cursor.position
         try:
             found = read()
-            self.expect(word, word)
+            cursor.expect(word, word)
         except Unexpected as fault:
-            self.report(fault)
-            self.depth = depth
-            while self.kinds[self.position] not in _HEAD_ENDS:
-                self.position += 1
-            if not self.take(word):
-                self.take(";")
-            return (Name("", self.starts[start]),) * count
+            cursor.report(fault)
+            cursor.depth = depth
+            while self._kinds[cursor.position] not in _HEAD_ENDS:
+                cursor.position += 1
+            if not cursor.take(word):
+                cursor.take(";")
+            return (Name("", self._starts[start]),) * count
         return found
 
     def _if(self) -> If:
-        at = self.at
+        cursor = self._cursor
+        at = cursor.at
         branches: list[Branch] = []
-        while self.kinds[self.position] in ("IF", "ELSIF"):
-            if branches and self.kinds[self.position] == "IF":
+        while self._kinds[cursor.position] in ("IF", "ELSIF"):
+            if branches and self._kinds[cursor.position] == "IF":
                 break
-            place = self.at
-            self.position += 1
+            place = cursor.at
+            cursor.position += 1
             (condition,) = self._head("THEN", self._condition)
             branches.append(Branch(condition, self._body(), place))
-        otherwise = self._body() if self.take("ELSE") else ()
+        otherwise = self._body() if cursor.take("ELSE") else ()
         self._close("END_IF")
         return If(tuple(branches), otherwise, at)
 
     def _case(self) -> Case:
-        at = self.expect("CASE")
+        cursor = self._cursor
+        at = cursor.expect("CASE")
         (selector,) = self._head("OF", self._condition)
         choices = []
-        while (kind := self.kinds[self.position]) not in _ENDS:
-            place = self.at
+        while (kind := self._kinds[cursor.position]) not in _ENDS:
+            place = cursor.at
             if kind == ";":
-                self.position += 1
+                cursor.position += 1
                 continue
             labels = self._labels()
             choices.append(Choice(labels, self._body(in_case=True), place))
-        otherwise = self._body() if self.take("ELSE") else ()
+        otherwise = self._body() if cursor.take("ELSE") else ()
         self._close("END_CASE")
         return Case(selector, tuple(choices), otherwise, at)
 
     def _labels(self) -> tuple[Expression | Range, ...]:
         """What stands before the colon. If that is at fault the choice is still read."""
-        depth, start = self.depth, self.position
+        cursor = self._cursor
+        depth, start = cursor.depth, cursor.position
         try:
             labels = [self._label()]
-            while self.take(","):
+            while cursor.take(","):
                 labels.append(self._label())
-            self.expect(":", "',' or ':' after the label")
+            cursor.expect(":", "',' or ':' after the label")
         except Unexpected as fault:
-            self.report(fault)
-            self.depth = depth
-            while self.kinds[self.position] not in _LABEL_ENDS:
-                self.position += 1
-            if not self.take(":"):
-                self.take(";")
-            return (Name("", self.starts[start]),)
+            cursor.report(fault)
+            cursor.depth = depth
+            while self._kinds[cursor.position] not in _LABEL_ENDS:
+                cursor.position += 1
+            if not cursor.take(":"):
+                cursor.take(";")
+            return (Name("", self._starts[start]),)
         return tuple(labels)
 
     def _label(self) -> Expression | Range:
-        label = self.reference()
-        if self.kinds[self.position] != "..":
+        label = self._expressions.reference()
+        if self._kinds[self._cursor.position] != "..":
             return label
-        at = self.expect("..")
-        return Range(label, self.reference(), at)
+        at = self._cursor.expect("..")
+        return Range(label, self._expressions.reference(), at)
 
     def _for(self) -> For:
-        at = self.expect("FOR")
+        at = self._cursor.expect("FOR")
         variable, first, last, *step = self._head("DO", self._range, 3)
         body = self._body()
         self._close("END_FOR")
         return For(variable, first, last, step[0] if step else None, body, at)
 
     def _range(self) -> tuple[Expression, ...]:
-        variable = self.reference()
-        self.expect(":=")
-        first = self.expression()
-        self.expect("TO", "TO")
-        last = self.expression()
-        if self.take("BY"):
-            return variable, first, last, self.expression()
-        if self.kinds[self.position] != "DO":
-            raise self.unexpected("BY or DO")
+        cursor = self._cursor
+        variable = self._expressions.reference()
+        cursor.expect(":=")
+        first = self._expressions.expression()
+        cursor.expect("TO", "TO")
+        last = self._expressions.expression()
+        if cursor.take("BY"):
+            return variable, first, last, self._expressions.expression()
+        if self._kinds[cursor.position] != "DO":
+            raise cursor.unexpected("BY or DO")
         return variable, first, last
 
     def _while(self) -> While:
-        at = self.expect("WHILE")
+        at = self._cursor.expect("WHILE")
         (condition,) = self._head("DO", self._condition)
         body = self._body()
         self._close("END_WHILE")
         return While(condition, body, at)
 
     def _repeat(self) -> RepeatUntil:
-        at = self.expect("REPEAT")
+        cursor = self._cursor
+        at = cursor.expect("REPEAT")
         body = self._body()
-        depth = self.depth
+        depth = cursor.depth
         condition: Expression = Name("", at)
         try:
-            self.expect("UNTIL", "UNTIL")
-            condition = self.expression()
-            self.take(";")
+            cursor.expect("UNTIL", "UNTIL")
+            condition = self._expressions.expression()
+            cursor.take(";")
         except Unexpected as fault:
-            self.report(fault)
-            self.depth = depth
-            while self.kinds[self.position] not in _ENDS:
-                self.position += 1
-            self.take("END_REPEAT")
+            cursor.report(fault)
+            cursor.depth = depth
+            while self._kinds[cursor.position] not in _ENDS:
+                cursor.position += 1
+            cursor.take("END_REPEAT")
             return RepeatUntil(body, condition, at)
         self._close("END_REPEAT")
         return RepeatUntil(body, condition, at)
 
     def _try(self) -> Try:
-        at = self.expect("__TRY")
+        cursor = self._cursor
+        at = cursor.expect("__TRY")
         body = self._body()
         exception: Expression | None = None
         handler: Statements = ()
-        if self.take("__CATCH"):
-            if self.take("("):
-                exception = self.expression()
-                self.expect(")")
+        if cursor.take("__CATCH"):
+            if cursor.take("("):
+                exception = self._expressions.expression()
+                cursor.expect(")")
             handler = self._body()
-        final = self._body() if self.take("__FINALLY") else ()
+        final = self._body() if cursor.take("__FINALLY") else ()
         self._close("__ENDTRY")
         return Try(body, exception, handler, final, at)
 
     def _exit(self) -> Statement:
-        return self._leaving(Exit(self.expect("EXIT")))
+        return self._leaving(Exit(self._cursor.expect("EXIT")))
 
     def _continue(self) -> Statement:
-        return self._leaving(Continue(self.expect("CONTINUE")))
+        return self._leaving(Continue(self._cursor.expect("CONTINUE")))
 
     def _return(self) -> Statement:
-        return self._leaving(Return(self.expect("RETURN")))
+        return self._leaving(Return(self._cursor.expect("RETURN")))
 
     def _leaving(self, statement: Exit | Continue | Return) -> Statement:
         """`RETURN;`, or with a condition `RETURN(bDone);`, which is an IF around it."""
-        if self.kinds[self.position] != "(":
-            self.expect_end(";")
+        cursor = self._cursor
+        if self._kinds[cursor.position] != "(":
+            cursor.expect_end(";")
             return statement
-        condition = self.expression()
-        self.expect_end(";")
+        condition = self._expressions.expression()
+        cursor.expect_end(";")
         return If((Branch(condition, (statement,), statement.at),), (), statement.at)
 
     def _jump(self) -> Jump:
-        at = self.expect("JMP")
-        label = self.name("the name of a label")
-        self.expect_end(";")
+        cursor = self._cursor
+        at = cursor.expect("JMP")
+        label = cursor.name("the name of a label")
+        cursor.expect_end(";")
         return Jump(label.name, at)
 
 
