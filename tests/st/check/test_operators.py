@@ -104,6 +104,8 @@ def test_a_strict_enumeration_is_not_computed_with(lines: Lines) -> None:
 def test_long_sums_are_walked(lines: Lines) -> None:
     (line,) = lines("n : DINT;", f"n := {' + '.join(['n'] * 900)};")
     assert line.count(", ") == 899
+    (line,) = lines("n : DINT;", f"n := {' - '.join(['n'] * 900)};")
+    assert line.startswith("n := ADD.DINT(n, NEG.DINT(n), NEG.DINT(n), ")
 
 
 # any expression of integers, against the rules in words -----------------------------------------

@@ -227,8 +227,10 @@ class Expressions:
             tree = tree.left
         operators = self._body.operators
         left = self.operand(tree)
+        is_long = len(chain) > _LONG
         for node in reversed(chain):
-            left = operators.binary(node.operator, left, self.operand(node.right), node.at)
+            right = self.operand(node.right)
+            left = operators.binary(node.operator, left, right, node.at, is_long=is_long)
         return left
 
     def _unary(self, tree: Unary) -> Meaning:
@@ -258,6 +260,9 @@ def _is_instance(operand: Operand) -> bool:
         return False
     return isinstance(type, StructType) and type.kind is Kind.FUNCTION_BLOCK
 
+
+_LONG = 50
+"""Operators in a row from which on a difference is a sum, so that code does not nest too deep."""
 
 _WIDTHS: dict[str, IecType[Any]] = {"B": BYTE, "W": WORD, "D": DWORD, "L": LWORD}
 

@@ -73,7 +73,9 @@ class Operators:
     def __init__(self, body: "RoutineBody") -> None:
         self._body = body
 
-    def binary(self, sign: str, left: Operand, right: Operand, at: int) -> Operand:
+    def binary(
+        self, sign: str, left: Operand, right: Operand, at: int, *, is_long: bool = False
+    ) -> Operand:
         """`left sign right`. Raises `Unexpected` if the operands do not go together."""
         if sign in _COMPARISONS:
             return self.compared(_COMPARISONS[sign], left, right, at)
@@ -83,7 +85,7 @@ class Operators:
             return self._shortcut(sign, left, right, at)
         if sign == "**":
             return self.power(left, right, at)
-        return self._arithmetic(sign, left, right, at)
+        return self._arithmetic(sign, left, right, at, is_long)
 
     def unary(self, sign: str, operand: Operand, at: int) -> Operand:
         """`-x`, `+x`, `NOT x`."""
@@ -237,7 +239,9 @@ class Operators:
 
     # arithmetic ------------------------------------------------------------------------------
 
-    def _arithmetic(self, sign: str, left: Operand, right: Operand, at: int) -> Operand:
+    def _arithmetic(
+        self, sign: str, left: Operand, right: Operand, at: int, is_long: bool
+    ) -> Operand:
         a, b = left.flat, right.flat
         operator = _ARITHMETIC[sign]
         for item in (left, right):
@@ -262,6 +266,9 @@ class Operators:
             is_zero = isinstance(values[1], Known) and values[1].value == 0
             if is_zero and isinstance(machine, IntegerType):
                 raise Unexpected(at, "a division by zero")
+        if is_long and operator is Operator.SUB:
+            negated = folded(Computed(Operator.NEG, (values[1],), machine, at))
+            operator, values = Operator.ADD, (values[0], negated)
         soft = machine is LREAL and all(
             item.soft or item.loose or item.flat is not LREAL for item in (left, right)
         )
