@@ -77,6 +77,8 @@ ROWS = [
     ("fb.PRead := n;", "fault: property PRead has no SET: it cannot be written"),
     ("fb.Where() := 3;", "ADR(fb)->fb.where()^ := 3;"),
     ("itf := own;", "itf := ADR(own);"),
+    ("b := itf = own;", "b := EQ.BOOL(itf, ADR(own));"),
+    ("fb.Where();", "ADR(fb)->fb.where();"),
     ("itf := fb;", "fault: FB does not implement I_M"),
     ("n := itf.M(1);", "n := itf->[m](callee.x := 1);"),
     ("n := itf.N();", "fault: I_M has no method or property 'N'"),

@@ -31,6 +31,7 @@ from achse.st.check.kinds import (
     duration_of,
     is_date,
     is_duration,
+    is_interface,
     is_pointer,
     is_signed,
     is_text,
@@ -406,6 +407,7 @@ class Operators:
 
     def compared(self, operator: Operator, left: Operand, right: Operand, at: int) -> Operand:
         """BOOL of a comparison."""
+        left, right = self._addressed(left, right, at), self._addressed(right, left, at)
         for item in (left, right):
             if isinstance(item.flat, StructType | ArrayType):
                 raise Unexpected(at, f"a {item.type.name} cannot be compared; compare its parts")
@@ -422,6 +424,14 @@ class Operators:
             converted_or_same(right.value, machine, at),
         )
         return Operand(folded(Computed(operator, values, BOOL, at)), BOOL)
+
+    def _addressed(self, operand: Operand, other: Operand, at: int) -> Operand:
+        """A block that is compared with an interface is its address."""
+        type = operand.flat
+        if not is_interface(other.flat) or not isinstance(type, StructType):
+            return operand
+        address = self._body.paths.address(operand, other.flat, at)
+        return Operand(address, other.type)
 
     def _bits(self, operator: Operator, left: Operand, right: Operand, at: int) -> Operand:
         a, b = left.flat, right.flat

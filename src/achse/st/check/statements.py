@@ -50,6 +50,7 @@ from achse.st.typed.expressions import (
     Stored,
     TypedValue,
 )
+from achse.st.typed.places import PointerBase
 from achse.st.typed.statements import (
     Conditional,
     ConditionLoop,
@@ -116,7 +117,11 @@ class StatementChecker:
         return Do(self._body.assignments.assign(tree).value, tree.at)
 
     def _call(self, tree: Call) -> TypedStatement:
-        return Do(self._body.calls.call(tree).value, tree.of.at)
+        value = self._body.calls.call(tree).value
+        if isinstance(value, Read) and isinstance(value.storage.base, PointerBase):
+            # What a returned REFERENCE leads to is not read: the call is all there is to do.
+            value = value.storage.base.address
+        return Do(value, tree.of.at)
 
     def _bare(self, tree: Expression) -> TypedStatement | None:
         """A name alone: a call without parentheses, or nothing that does anything."""
