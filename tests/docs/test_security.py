@@ -151,7 +151,7 @@ elsewhere(
     f"{NETWORK}::test_strict_closes_clients_without_a_route",
     f"{NETWORK}::test_who_may_change_routes",
     "tests/router/test_routes.py::test_senders_are_admitted_by_net_id_and_address",
-    "tests/transport/test_uplink.py"
+    "tests/transport/test_uplinks.py"
     "::test_where_routes_are_required_a_stranger_is_told_how_to_get_one",
 )
 elsewhere(
@@ -172,7 +172,7 @@ elsewhere(
 )
 elsewhere(
     "From the far end of a one-way route requests are refused, in a station without `strict` too.",
-    "tests/transport/test_uplink.py::test_requests_from_the_far_end_of_a_one_way_route_are_refused",
+    "tests/transport/test_uplinks.py::test_requests_from_the_far_end_of_a_one_way_route_are_refused",
     "tests/router/test_routes.py::test_a_one_way_route_refuses_also_before_its_host_is_known",
 )
 elsewhere(
