@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 SLOW = Path(__file__).parents[1] / "tests" / "data" / "slow_files.txt"
-LIMIT_S = 0.35
+LIMIT_S = 0.2
 """Seconds that all tests of a quick file take together."""
 
 
