@@ -1,14 +1,34 @@
 """Figures about a running station: who is connected, what they hold, whether it keeps up."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence, Sized
+from typing import Any, Protocol
 
-if TYPE_CHECKING:
-    from achse.station.station import Station
+from achse.router import Router
+from achse.server import Device
+from achse.station.pacing import Pace
+from achse.transport.tcp import TcpListener
 
-__all__ = ["statistics"]
+__all__ = ["CountedStation", "statistics"]
 
 
-def statistics(station: "Station") -> dict[str, Any]:
+class CountedStation(Protocol):
+    """What the figures are about."""
+
+    devices: Sequence[Device]
+    listeners: Sequence[TcpListener]
+    pace: Pace | None
+
+    @property
+    def router(self) -> Router: ...
+    @property
+    def faults(self) -> Sized: ...
+    @property
+    def time_ns(self) -> int: ...
+    @property
+    def tick_ns(self) -> int: ...
+
+
+def statistics(station: CountedStation) -> dict[str, Any]:
     """Present figures as numbers and texts; times in seconds of station time."""
     devices = []
     for device in station.devices:
