@@ -10,6 +10,7 @@ import struct
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -269,3 +270,37 @@ def test_what_only_a_running_program_could_do_is_a_warning_with_its_place(tmp_pa
         "        fMass : LREAL := F_Weigh(n);",
         "                         ^",
     ]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="closes files by number")
+@pytest.mark.parametrize("closed", ["2>&-", ">&-", "<&- >&- 2>&-"])
+def test_closed_standard_streams_do_not_matter(closed: str, free_host: Callable[[], str]) -> None:
+    host = free_host()
+    command = f"exec {shlex.join([*ACHSE, 'run', '--host', host, '--tcp-port', '48898'])} {closed}"
+    run = subprocess.Popen(
+        ["sh", "-c", command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        deadline = time.monotonic() + 60
+        while run.poll() is None and time.monotonic() < deadline:
+            with contextlib.suppress(OSError):
+                socket.create_connection((host, 48898), timeout=1).close()
+                break
+            time.sleep(0.05)
+        assert run.poll() is None
+    finally:
+        run.terminate()
+        _, errors = run.communicate(timeout=60)
+    assert (run.returncode, errors) == (0, "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
+def test_a_full_disk_behind_stdout_is_told_and_ends_nothing(tmp_path: Path) -> None:
+    with open("/dev/full", "w") as full:
+        run = subprocess.run(
+            [*ACHSE, "run", "--tcp-port", "0", "--speed", "max", "--for", "0.1"],
+            stdout=full, stderr=subprocess.PIPE, text=True, timeout=60, check=False,
+        )  # fmt: skip
+    assert run.returncode == 0
+    assert "stdout cannot be written: No space left on device" in run.stderr
+    assert "Traceback" not in run.stderr

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.ams import DeviceError
-from achse.faults.fault import FaultError
+from achse.faults.fault import MOST_FAULTS, FaultError
 from achse.station import ConfigError, Station
 
 COUNTER = "MAIN.nCounter"
@@ -159,3 +159,16 @@ def test_what_begins_while_there_is_no_plc_hits_the_one_that_comes(
     station.advance(0.5)
     assert [active.fault.kind for active in station.faults] == ["slow_cycle"]
     assert not caplog.records
+
+
+def test_a_list_has_an_end_and_what_is_cleared_leaves_nothing_on_the_agenda(
+    station: Station,
+) -> None:
+    for at in (None, 1e9):
+        for _ in range(MOST_FAULTS):
+            station.faults.add("drop", port=1, at=at, lasting=1e9)
+        with pytest.raises(FaultError, match="256 faults are there"):
+            station.faults.add("drop", port=1)
+        station.faults.clear()
+    assert not any(phase.name == "faults" for phase in station.cycle.phases)
+    station.faults.add("drop", port=1)

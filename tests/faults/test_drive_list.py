@@ -8,6 +8,7 @@ import pytest
 from achse.ethercat import Slave
 from achse.ethercat.eeprom import checksum
 from achse.faults.drives import DRIVE_FAULTS
+from achse.faults.fault import MOST_FAULTS, FaultError
 
 MS = 1_000_000
 
@@ -99,3 +100,12 @@ def test_a_load_goes_back_to_that_of_the_fault_that_lasts(bus: Any) -> None:
     assert record.external_load == 200
     bus.run(100)
     assert record.external_load == 100
+
+
+def test_a_list_has_an_end(bus: Any) -> None:
+    for _ in range(MOST_FAULTS):
+        bus.faults.add("jam", at=1e6)
+    with pytest.raises(FaultError, match="256 faults are there"):
+        bus.faults.add("jam")
+    bus.faults.clear()
+    bus.faults.add("jam")

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from achse.ams import Command
 from achse.station import Station
 
 
@@ -28,3 +29,35 @@ def test_of_several_faults_the_latest_hits_first(station: Station, client: Any) 
     station.faults.add("duplicate")
     client.send(1)
     assert [len(frame.data) for frame in client.frames] == [6, 6]  # two of it, each cut
+
+
+def test_however_many_faults_there_are_a_frame_is_hit_by_eight(
+    station: Station, client: Any
+) -> None:
+    """Forty that duplicate would make 10¹² of it."""
+    for _ in range(40):
+        station.faults.add("duplicate")
+    client.send(1)
+    assert len(client.numbers) == 2**8
+
+
+def test_few_bytes_wait_and_what_comes_then_goes_on_at_once(station: Station, client: Any) -> None:
+    station.faults.add("delay", by=100.0, side="request")
+    for number in range(17):
+        client.send(number, Command.READ_WRITE, bytes(1 << 20))
+    assert client.numbers == [15, 16]
+    station.advance(101.0)
+    assert client.numbers == list(range(15))
+    client.send(1)
+    assert client.numbers == []  # there is room again
+
+
+def test_frames_that_were_overtaken_count_as_long_as_the_agenda_has_them(
+    station: Station, client: Any
+) -> None:
+    station.faults.add("reorder", by=100.0, side="request")
+    for number in range(17):
+        client.send(number, Command.READ_WRITE, bytes(1 << 20))
+        client.send(100 + number)
+    swapped = [each for number in range(15) for each in (100 + number, number)]
+    assert client.numbers[:30] == swapped

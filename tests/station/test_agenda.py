@@ -33,3 +33,23 @@ def test_what_is_over_happens_with_the_next_tick() -> None:
     agenda.add(20, lambda: told.append(cycle.now_ns))
     cycle.go_to(100)
     assert told == [60]
+
+
+def test_what_is_forgotten_does_not_happen() -> None:
+    cycle = Cycle(10)
+    agenda = Agenda(cycle)
+    told: list[str] = []
+
+    def never() -> None:
+        told.append("never")
+
+    agenda.add(10, lambda: agenda.forget(never))
+    agenda.add(30, never)
+    cycle.go_to(100)
+    agenda.add(130, never)
+    agenda.add(120, lambda: told.append("once"))
+    agenda.forget(never)
+    agenda.forget(never)
+    cycle.go_to(200)
+    assert told == ["once"]
+    assert cycle.phases == ()

@@ -33,3 +33,15 @@ def test_64_levels_are_not_too_deep() -> None:
     check_depth(document)
     with pytest.raises(ValueError, match="deeper"):
         check_depth([document])
+
+
+@pytest.mark.parametrize("text", ["a{} = 1", "[a{}]", "[[b]]\n[[ a{} ]]", "x = {{a = 1, a{} = 2}}"])
+@pytest.mark.parametrize("part", [".a", ' . "b.c"', ".'d'", ".é"])
+def test_a_key_of_too_many_parts_is_a_value_error_at_once(text: str, part: str) -> None:
+    """The parser itself takes hours for this one."""
+    with pytest.raises(ValueError, match="it nests deeper than 64 levels"):
+        parse_toml(text.format(part * 100_000) if "é" not in part else text.format(".a" * 70))
+
+
+def test_long_texts_are_no_keys() -> None:
+    assert parse_toml(f'a = "{"b." * 100}c"') == {"a": "b." * 100 + "c"}

@@ -210,13 +210,12 @@ async def _serve(
         async with station.running(
             host, tcp_port, speed=speed, until=duration, let_everybody_in=let_everybody_in
         ) as running:
-            print(
+            _tell(
                 f"achse ready net_id={station.router.net_id}"
                 f" tcp={_endpoint(running.host, running.tcp_port)}"
                 f" speed={'max' if math.isinf(speed) else format(speed, 'g')}"
                 f" ports={','.join(map(str, station.router.ports))}"
-                f" axes={len(station.config.axis)}",
-                flush=True,
+                f" axes={len(station.config.axis)}"
             )
             interrupted = asyncio.create_task(stop.wait())
             finished = asyncio.create_task(running.finished())
@@ -225,10 +224,7 @@ async def _serve(
             if finished.done():
                 finished.result()
                 if duration is not None:
-                    print(
-                        f"achse done t={station.time_ns / 1e9:.9g} state={station.digest()}",
-                        flush=True,
-                    )
+                    _tell(f"achse done t={station.time_ns / 1e9:.9g} state={station.digest()}")
             else:
                 finished.cancel()
     except ConfigError as refusal:
@@ -248,3 +244,12 @@ async def _serve(
 
 def _endpoint(host: str, tcp_port: int) -> str:
     return f"[{host}]:{tcp_port}" if ":" in host else f"{host}:{tcp_port}"
+
+
+def _tell(line: str) -> None:
+    """One line on stdout; a station that runs does not end because nobody can take it."""
+    try:
+        print(line, flush=True)
+    except OSError as failure:
+        log.warning("stdout cannot be written: %s", failure.strerror)
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, to the end

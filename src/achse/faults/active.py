@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from achse.ams import AdsState
-from achse.faults.fault import ActiveFault, FaultError, LastingFault, Undo
+from achse.faults.fault import MOST_FAULTS, ActiveFault, FaultError, LastingFault, Undo
 from achse.faults.kinds import STATION_FAULTS
 from achse.faults.runtimes import Config
 from achse.faults.site import Site, StationFault
@@ -46,11 +46,13 @@ class Faults:
         now = self._station.time_ns
         begins = now if fault.at is None else round(fault.at * 1e9)
         fault.check(self._site)
+        if len(self._faults) >= MOST_FAULTS:
+            raise FaultError(f"{MOST_FAULTS} faults are there; clear some of them")
         self._last += 1
         active = ActiveFault(self._last, fault, begins)
         self._faults[active.number] = active
         if begins > now:
-            self._station.at(begins, lambda: self._begin(active))
+            self._plan(active, begins, lambda: self._begin(active))
         else:
             self._begin(active)
         return active
@@ -106,13 +108,21 @@ class Faults:
     def _end_in_time(self, active: ActiveFault) -> None:
         fault = active.fault
         if isinstance(fault, LastingFault) and fault.lasting is not None:
-            self.later(fault.lasting, lambda: self._finish(active))
+            end = self._station.time_ns + round(fault.lasting * 1e9)
+            self._plan(active, end, lambda: self._finish(active))
+
+    def _plan(self, active: ActiveFault, due_ns: int, action: Callable[[], None]) -> None:
+        active.planned = action
+        self._station.at(due_ns, action)
 
     def _finish(self, active: ActiveFault) -> None:
         if active.state == "over":
             return
         active.state = "over"
         self._faults.pop(active.number, None)
+        planned, active.planned = active.planned, None
+        if planned is not None:
+            self._station.forget(planned)
         undo, active.undo = active.undo, None
         if undo is not None:
             undo()

@@ -10,7 +10,7 @@ from typing import Any
 
 from achse.ethercat import Disturbance, Segment, Slave
 from achse.faults.drives import DRIVE_FAULTS, ENDLESS, CableFault, DriveFault, SlaveFault
-from achse.faults.fault import FaultError, Undo
+from achse.faults.fault import MOST_FAULTS, FaultError, Undo
 
 __all__ = ["ActiveDriveFault", "DriveFaults"]
 
@@ -70,6 +70,8 @@ class DriveFaults:
         slaves = len(self._segment.slaves)
         if isinstance(fault, SlaveFault) and fault.drive is not None and fault.drive > slaves:
             raise FaultError(f"drive: there are {slaves}, got {fault.drive}")
+        if len(self._faults) >= MOST_FAULTS:
+            raise FaultError(f"{MOST_FAULTS} faults are there; clear some of them")
         now = self._segment.time.now_ns
         begins = now if fault.at is None else round(fault.at * 1e9)
         self._last += 1

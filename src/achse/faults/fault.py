@@ -8,6 +8,7 @@ from typing import Annotated, Any, Generic, TypeVar, Union, get_args
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, TypeAdapter, ValidationError
 
 __all__ = [
+    "MOST_FAULTS",
     "ActiveFault",
     "CountedFault",
     "Fault",
@@ -23,6 +24,9 @@ __all__ = [
 
 LONGEST_S = 1_000_000_000
 """Seconds; no test waits for thirty years."""
+
+MOST_FAULTS = 256
+"""Of one list: each frame and each cycle looks at all of them, and clients add them."""
 
 Undo = Callable[[], None]
 """What ends a fault."""
@@ -254,6 +258,8 @@ class ActiveFault:
         self._every = 1 if counted is None else counted.every
         self._count = None if counted is None else counted.count
         self.undo: Undo | None = None
+        self.planned: Callable[[], None] | None = None
+        """What is on the agenda of the station for it: its begin or its end."""
 
     def take(self) -> bool:
         """Whether the frame that was selected now is hit."""

@@ -69,8 +69,7 @@ class Delay(_SidedKind):
         def arrive() -> None:
             onward(frame)
 
-        gate.later(self.by, arrive)
-        return True
+        return gate.keep(self.by, frame, arrive) or onward(frame)
 
 
 class Duplicate(_SidedKind):
@@ -98,14 +97,16 @@ class Reorder(_SidedKind):
         first = gate.held.pop(active.number, None)
         if first is not None:
             return onward(frame) and first[1](first[0])
-        entry = gate.held[active.number] = (frame, onward)
+        entry = (frame, onward)
 
         def give_up() -> None:
             if gate.held.get(active.number) is entry:
                 del gate.held[active.number]
                 onward(frame)
 
-        gate.later(_ALONE_S if self.by is None else self.by, give_up)
+        if not gate.keep(_ALONE_S if self.by is None else self.by, frame, give_up):
+            return onward(frame)
+        gate.held[active.number] = entry
         return True
 
 

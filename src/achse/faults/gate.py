@@ -17,6 +17,15 @@ SPARED_PORT = 26_000
 _REMEMBERED = 4096
 """Requests under way whose answers are to be hit; more are no sensible test."""
 
+_HITS = 8
+"""Faults that hit one frame, the latest ones; eight that duplicate make 256 of it."""
+
+_KEPT_BYTES = 16 * 1024 * 1024
+"""Frames that wait because of faults, all together; beyond, frames go on at once."""
+
+_FRAME_BYTES = 512
+"""What a frame takes beside its data."""
+
 Later = Callable[[float, Callable[[], None]], None]
 Onward = Callable[[Frame], bool]
 
@@ -34,6 +43,7 @@ class FrameGate:
         self._marked: dict[tuple[Any, ...], list[_Hit]] = {}
         self.held: dict[int, tuple[Frame, Onward]] = {}
         """By fault number: the frame that waits to be overtaken."""
+        self._kept = 0
 
     def begin(self, active: ActiveFault, fault: "FrameFault", selection: Selection) -> Undo:
         """Let the fault disturb the frames that are selected."""
@@ -48,6 +58,20 @@ class FrameGate:
             self._stand()
 
         return undo
+
+    def keep(self, seconds: float, frame: Frame, action: Callable[[], None]) -> bool:
+        """Call `action` later, for a frame that waits until then; False if too much waits."""
+        size = len(frame.data) + _FRAME_BYTES
+        if self._kept + size > _KEPT_BYTES:
+            return False
+        self._kept += size
+
+        def due() -> None:
+            self._kept -= size
+            action()
+
+        self.later(seconds, due)
+        return True
 
     def _stand(self) -> None:
         """Be in the way of the frames as long as there is something to do."""
@@ -83,7 +107,7 @@ class FrameGate:
     def _take(self, entries: list["_Entry"], selects: Callable[[Selection], bool]) -> list["_Hit"]:
         """Those of the faults that hit this frame."""
         found = [entry for entry in entries if selects(entry.selection)]
-        hits = [_Hit(entry.active, entry.fault) for entry in found if entry.active.take()]
+        hits = [_Hit(entry.active, entry.fault) for entry in found if entry.active.take()][-_HITS:]
         for hit in hits:
             if hit.active.used_up:
                 self._finish(hit.active)

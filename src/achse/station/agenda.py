@@ -28,13 +28,23 @@ class Agenda(Phase):
         heapq.heappush(self._actions, (due_ns, self._sequence, action))
         self.due_ns = self._actions[0][0]
 
+    def forget(self, action: Callable[[], None]) -> None:
+        """Do not call this `action` any more. Unknown is not an error."""
+        left = [entry for entry in self._actions if entry[2] is not action]
+        if len(left) < len(self._actions):
+            heapq.heapify(left)
+            self._actions = left
+            self._look()
+
     def step(self, now_ns: int) -> None:
         """Do what is due."""
-        actions = self._actions
-        while actions and actions[0][0] <= now_ns:
-            heapq.heappop(actions)[2]()
-        if actions:
-            self.due_ns = actions[0][0]
+        while self._actions and self._actions[0][0] <= now_ns:
+            heapq.heappop(self._actions)[2]()
+        self._look()
+
+    def _look(self) -> None:
+        if self._actions:
+            self.due_ns = self._actions[0][0]
         else:
             self.due_ns = math.inf
             self._cycle.remove(self)

@@ -290,6 +290,10 @@ class Station:
         """Call `action` at a station time, before the NC; with the next tick if that is over."""
         self._agenda.add(due_ns, action)
 
+    def forget(self, action: Callable[[], None]) -> None:
+        """Do not call an action of `at` any more. Unknown is not an error."""
+        self._agenda.forget(action)
+
     @property
     def strict(self) -> bool:
         """Whether each remote host has one TCP connection, as the configuration says."""
