@@ -49,3 +49,19 @@ def test_programs_beside_the_file_are_found(folder: Path) -> None:
     path = folder / "station.toml"
     path.write_text('[[plc]]\n[[plc.task]]\nprograms = ["program.py:Count"]\n', encoding="utf-8")
     assert {unit.name for unit in Station.load(path).plcs[851].units} >= {"Count"}
+
+
+def test_programs_of_a_station_ask_its_other_devices(tmp_path: Path) -> None:
+    (tmp_path / "a.st").write_text(
+        "PROGRAM MAIN VAR fb : ADSRDSTATE; nc : ADSREAD; n : UDINT; END_VAR"
+        " fb(PORT := AMSPORT_R3_SYSSERV, RDSTATE := TRUE);"
+        " nc(PORT := AMSPORT_R0_NC, IDXGRP := 16#4007, IDXOFFS := 1, LEN := 4,"
+        " DESTADDR := ADR(n), READ := TRUE); END_PROGRAM",
+        encoding="utf-8",
+    )
+    built = station(tmp_path, plc=[{"sources": "a.st"}], axis=[{"id": 7, "name": "X"}])
+    built.advance(0.05)
+    main: Any = built.plcs[851].instance("MAIN")
+    assert built.plcs[851].failure == ""
+    assert (main["fb"]["BUSY"], main["fb"]["ERRID"], main["fb"]["ADSSTATE"]) == (False, 0, 5)
+    assert (main["nc"]["BUSY"], main["nc"]["ERRID"], main["n"]) == (False, 0, 7)

@@ -9,7 +9,7 @@ from achse.iec.derived import resolved
 from achse.iec.methods import Method
 from achse.iec.structs import Kind, Record, StructType, Unit
 from achse.iec.types import IecType
-from achse.plc.builtins import BLOCKS, FUNCTIONS, BlockBody, FunctionBody
+from achse.plc.builtins import BLOCKS, FUNCTIONS, BlockBody, FunctionBody, Services
 from achse.plc.code.calls import encoded_from, known_from, outputs_of
 from achse.plc.code.execution import BUDGET, Execution
 from achse.plc.memory import Memory
@@ -25,7 +25,8 @@ class Bodies:
 
     `budget`: loop passes and calls that one cycle may take before it is stopped.
     `exceptions`: the task option "floating point exceptions". `functions` and `blocks`: what
-    routines of libraries do that have no Structured Text, by key.
+    routines of libraries do that have no Structured Text, by key; `services` has more of them,
+    those that need the station.
     """
 
     def __init__(
@@ -36,12 +37,14 @@ class Bodies:
         exceptions: bool = True,
         functions: Mapping[str, FunctionBody] = FUNCTIONS,
         blocks: Mapping[str, BlockBody] = BLOCKS,
+        services: Services | None = None,
     ) -> None:
         self.project = project
         self.budget = budget
         self.exceptions = exceptions
-        self.functions = functions
-        self.blocks = blocks
+        self.functions = functions if services is None else {**functions, **services.functions}
+        self.blocks = blocks if services is None else {**blocks, **services.blocks}
+        self._services = services
         self._clock_ns: Callable[[], int] = int
         self._task_index: Callable[[], int] = int
         self.execution: Execution | None = None
@@ -64,6 +67,8 @@ class Bodies:
     def reset(self) -> None:
         """Forget what programs made with `__NEW`: all variables start again."""
         self._running().heap.clear()
+        if self._services is not None:
+            self._services.forget()
 
     def release(self) -> None:
         """Let the memory grow: nothing can run until `settle`."""
@@ -86,6 +91,8 @@ class Bodies:
         self._memory = memory
         self._clock_ns, self._task_index = clock_ns, task_index
         self._variables = list(variables)
+        if self._services is not None:
+            self._services.forget()
         self.execution = Execution(
             self.project,
             memory,
@@ -227,8 +234,15 @@ class Bodies:
         return self._running().function(unit.body)
 
     def begin_cycle(self) -> None:
-        """The whole budget again."""
+        """The whole budget again, and what came from outside."""
         self._running().refuel()
+        if self._services is not None:
+            self._services.begin_cycle(self)
+
+    def end_cycle(self) -> None:
+        """What the cycle had to tell outside may leave."""
+        if self._services is not None:
+            self._services.end_cycle()
 
     def block_of(self, type: StructType[Any]) -> TypedBlock | None:
         """The block of a type."""
@@ -270,7 +284,7 @@ class Bodies:
         return None if routine is None or routine.body is None else routine
 
     def _call(self, routine: Routine, record: Record, values: Sequence[Any]) -> Any:
-        self.begin_cycle()
+        self._running().refuel()
         function = self._running().function(routine.key)
         if routine.this is None:
             return function(*values)

@@ -7,7 +7,7 @@ record, with attributes for inputs and outputs.
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-__all__ = ["BLOCKS", "FUNCTIONS", "BlockBody", "FunctionBody", "Surroundings"]
+__all__ = ["BLOCKS", "FUNCTIONS", "BlockBody", "FunctionBody", "Services", "Surroundings"]
 
 
 class Surroundings(Protocol):
@@ -34,6 +34,28 @@ class Surroundings(Protocol):
 
 FunctionBody = Callable[..., Any]
 BlockBody = Callable[[Surroundings, Any], None]
+
+
+class Services(Protocol):
+    """Built-in routines that work with what is outside of the PLC, between its cycles."""
+
+    @property
+    def functions(self) -> Mapping[str, FunctionBody]: ...
+
+    @property
+    def blocks(self) -> Mapping[str, BlockBody]: ...
+
+    def begin_cycle(self, plc: Surroundings) -> None:
+        """A cycle is about to begin: what came since the last one may be put into memory."""
+        ...
+
+    def end_cycle(self) -> None:
+        """A cycle has ended, with or without a fault."""
+        ...
+
+    def forget(self) -> None:
+        """All variables begin again, or are somewhere else now."""
+        ...
 
 
 def _memory_copy(plc: Surroundings, target: int, source: int, count: int) -> int:

@@ -200,6 +200,8 @@ class PlcRuntime:
             task.cycle(self.stopwatch)
         except Exception as failure:
             self._fail(f"task {task.name} stopped in cycle {task.cycle_count}", failure)
+        if self.bodies is not None:
+            self.bodies.end_cycle()
 
     def _fail(self, what: str, failure: Exception) -> None:
         self.failure = "".join(traceback.format_exception(failure))

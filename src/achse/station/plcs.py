@@ -23,6 +23,7 @@ from achse.station.config import ConfigError, PlcConfig, TaskConfig
 
 if TYPE_CHECKING:
     from achse.plc.bodies import Bodies
+    from achse.plc.builtins import Services
     from achse.st.declare import Declarations
 
 __all__ = ["PlcSource", "collection_paused"]
@@ -80,12 +81,16 @@ class _Declared:
 class PlcSource:
     """Where the declarations of one `[[plc]]` come from.
 
-    `key` names it in errors, `base` is where relative names begin. Everything raises
+    `key` names it in errors, `base` is where relative names begin, `services` are the library
+    routines that need the station. Everything raises
     `ConfigError` for what cannot be read or declared.
     """
 
-    def __init__(self, config: PlcConfig, key: str, base: Path) -> None:
+    def __init__(
+        self, config: PlcConfig, key: str, base: Path, services: "Services | None" = None
+    ) -> None:
         self.config = config
+        self.services = services
         self.key = key
         self.base = base
 
@@ -133,7 +138,9 @@ class PlcSource:
                 len(project.faults) - _SHOWN_FAULTS,
                 self.config.sources,
             )
-        return Bodies(project, exceptions=self.config.floating_point_exceptions)
+        return Bodies(
+            project, exceptions=self.config.floating_point_exceptions, services=self.services
+        )
 
     @collection_paused()
     def reload(self, plc: PlcRuntime) -> None:

@@ -2,12 +2,22 @@
 
 from collections.abc import Callable
 
-from achse.ams import AdsState, DeviceError
+from achse.ams import AdsState, AmsAddress, DeviceError, Frame
 from achse.codes import ReturnCode
 from achse.devices.plc.areas import area_groups
+from achse.devices.plc.requests import PlcRequests
 from achse.devices.plc.symbols import PlcSymbols
 from achse.plc import PlcRuntime, PlcState, PlcStateError
-from achse.server import DIRECT_CODES_OF_A_PLC, READ, Device, Group, Layout, Limits, Service
+from achse.server import (
+    DIRECT_CODES_OF_A_PLC,
+    READ,
+    Device,
+    DeviceRouter,
+    Group,
+    Layout,
+    Limits,
+    Service,
+)
 
 __all__ = ["PlcDevice"]
 
@@ -48,12 +58,19 @@ class PlcDevice(Device):
 
     Write Control takes RUN, STOP and RESET: the first two keep all variables, RESET initialises
     them and stops. RUN after a program error is refused with 0x712 until a RESET.
+    `requests` is what its programs ask others, from the first of its ports.
     """
 
     def __init__(
-        self, plc: PlcRuntime, *, clock: Callable[[], int], limits: Limits | None = None
+        self,
+        plc: PlcRuntime,
+        *,
+        clock: Callable[[], int],
+        limits: Limits | None = None,
+        requests: PlcRequests | None = None,
     ) -> None:
         self.plc = plc
+        self._asking = requests
         symbols = PlcSymbols(plc)
         plc.on_online_change(symbols.refresh)
         super().__init__(
@@ -69,6 +86,20 @@ class PlcDevice(Device):
         )
         plc.on_state(self._show_state)
         plc.on_online_change(self.symbols_changed)
+
+    def attach(self, router: DeviceRouter, port: int) -> AmsAddress:
+        """Answer on `port`, and ask from the first one. Raises RouterError."""
+        address = super().attach(router, port)
+        if self._asking is not None and len(self.addresses) == 1:
+            self._asking.connect(router, address)
+        return address
+
+    def deliver(self, frame: Frame) -> bool:
+        """Answer a request, or take the answer to one of the programs."""
+        if frame.flags & 1 and self._asking is not None:
+            self._asking.receive(frame)
+            return True
+        return super().deliver(frame)
 
     def _show_state(self, state: PlcState) -> None:
         self.ads_state = _ADS_STATES[state]

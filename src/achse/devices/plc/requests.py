@@ -1,0 +1,285 @@
+"""ADS requests of PLC programs: the blocks and functions of Tc2_System that ask other AMS ports.
+
+A block starts a request in a cycle; it leaves when the cycle has ended, through the router like any
+client's, from the port of the PLC. Answers are kept until the next cycle begins: only then bytes go
+to where the program wants them, so that every run in virtual time is the same.
+"""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from achse.ams import AdsError, AmsAddress, Command, Frame, NetId
+from achse.ams.commands import (
+    DataResponse,
+    EmptyRequest,
+    ReadDeviceInfoResponse,
+    ReadRequest,
+    ReadStateResponse,
+    ReadWriteRequest,
+    Request,
+    ResultResponse,
+    WriteControlRequest,
+    WriteRequest,
+)
+from achse.ams.filetime import from_unix_ns
+from achse.codes import ReturnCode
+from achse.devices.logger import LogMessage
+from achse.plc.builtins import BlockBody, FunctionBody, Surroundings
+from achse.plc.code.faults import PlcFault
+from achse.server.device import DeviceRouter
+
+__all__ = ["PlcRequests"]
+
+_LOGGER_PORT = 100
+_SENDER = "TCPLC"
+_LONGEST_MESSAGE = 253
+_MOST_OPEN = 4096
+_PLACE_OF_VALUE = re.compile(r"%[sdfSDF]")
+
+Made = tuple[Command, Request, int, int]
+"""Command, what it says, and where the answer goes: address and number of bytes."""
+
+
+@dataclass(slots=True)
+class _Open:
+    """A request under way, or its result."""
+
+    command: Command
+    target: int
+    room: int
+    deadline_ns: int
+    data: bytes | None = None
+    error: int = 0
+    done: bool = False
+    count: int = 0
+    response: ReadStateResponse | ReadDeviceInfoResponse | None = None
+
+
+class PlcRequests:
+    """What one PLC asks others. `clock`: Unix time of the station, ns, for the log."""
+
+    def __init__(self, clock: Callable[[], int]) -> None:
+        self._clock = clock
+        self._router: DeviceRouter | None = None
+        self._own = AmsAddress(bytes(8))
+        self._open: dict[int, _Open] = {}
+        self._out: list[Frame] = []
+        self._last = 0
+        self.blocks: Mapping[str, BlockBody] = {
+            "adsread": self._block("READ", _read),
+            "adsreadex": self._block("READ", _read, _count),
+            "adswrite": self._block("WRITE", _write),
+            "adsrdwrt": self._block("WRTRD", _read_write),
+            "adsrdwrtex": self._block("WRTRD", _read_write, _count),
+            "adsrdstate": self._block("RDSTATE", _read_state, _state),
+            "adsrddevinfo": self._block("RDINFO", _read_device_info, _device_info),
+            "adswrtctl": self._block("WRITE", _write_control),
+        }
+        """Function blocks of `tc2_system/ads.st`."""
+        self.functions: Mapping[str, FunctionBody] = {
+            "adslogstr": self._log,
+            "adslogdint": self._log,
+            "adsloglreal": self._log,
+        }
+        """Functions of `tc2_system/log.st`."""
+
+    def connect(self, router: DeviceRouter, own: AmsAddress) -> None:
+        """Ask through `router` from now on, as `own`."""
+        self._router, self._own = router, own
+
+    # between two cycles ----------------------------------------------------------------------
+
+    def begin_cycle(self, plc: Surroundings) -> None:
+        """Take over the answers that came, and end what took too long."""
+        for entry in self._open.values():
+            if entry.done:
+                continue
+            if entry.data is not None:
+                self._take_over(plc, entry)
+            elif entry.error or plc.time_ns >= entry.deadline_ns:
+                entry.error = entry.error or ReturnCode.CLIENT_TIMEOUT.number
+                entry.done = True
+
+    def end_cycle(self) -> None:
+        """Send what the cycle asked for."""
+        out, self._out = self._out, []
+        if self._router is None:
+            return
+        for frame in out:
+            self._router.deliver(frame)
+
+    def forget(self) -> None:
+        """Nobody wants an answer any more: variables begin again, or their places changed."""
+        self._open.clear()
+        self._out.clear()
+
+    def receive(self, frame: Frame) -> None:
+        """An answer came; it waits for the next cycle. One that nobody waits for is dropped."""
+        entry = self._open.get(frame.invoke_id)
+        if entry is None or entry.done or entry.data is not None or entry.error:
+            return
+        if frame.error:
+            entry.error = frame.error
+        elif frame.command == entry.command:
+            entry.data = frame.data
+
+    def _take_over(self, plc: Surroundings, entry: _Open) -> None:
+        entry.done = True
+        assert entry.data is not None
+        data, entry.data = entry.data, b""
+        try:
+            if entry.command in (Command.READ, Command.READ_WRITE):
+                found = DataResponse.decode(data)
+                entry.error = found.result
+                if not found.result and entry.room:
+                    taken = found.data[: entry.room]
+                    plc.store_bytes(entry.target, taken)
+                    entry.count = len(taken)
+            elif entry.command == Command.READ_STATE:
+                entry.response = ReadStateResponse.decode(data)
+                entry.error = entry.response.result
+            elif entry.command == Command.READ_DEVICE_INFO:
+                entry.response = ReadDeviceInfoResponse.decode(data)
+                entry.error = entry.response.result
+            else:
+                entry.error = ResultResponse.decode(data).result
+        except AdsError:
+            entry.error = ReturnCode.CLIENT_SYNC_RESPONSE_INVALID.number
+        except PlcFault:  # what __NEW made is gone since
+            entry.error = ReturnCode.CLIENT_INVALID_PARAMETER.number
+
+    # blocks ----------------------------------------------------------------------------------
+
+    def _block(
+        self,
+        start: str,
+        make: Callable[[Surroundings, Any], Made],
+        show: Callable[[Any, _Open], None] = lambda block, entry: None,
+    ) -> BlockBody:
+        """The body of a block: `start` is its input with the edge."""
+
+        def run(plc: Surroundings, block: Any) -> None:
+            wanted = getattr(block, start)
+            rises, block.before = wanted and not block.before, wanted
+            if block.BUSY:
+                entry = self._open.get(block.ticket)
+                if entry is None:
+                    # A reset or an online change came in between.
+                    self._end(block, ReturnCode.CLIENT_REQUEST_CANCELLED.number)
+                elif entry.done:
+                    del self._open[block.ticket]
+                    self._end(block, entry.error)
+                    if not entry.error:
+                        show(block, entry)
+            elif rises:
+                self._start(plc, block, make)
+
+        return run
+
+    def _end(self, block: Any, error: int) -> None:
+        block.BUSY = False
+        block.ERR, block.ERRID = error != 0, error
+
+    def _start(
+        self, plc: Surroundings, block: Any, make: Callable[[Surroundings, Any], Made]
+    ) -> None:
+        if hasattr(block, "COUNT_R"):
+            block.COUNT_R = 0
+        try:
+            net_id = NetId(block.NETID) if block.NETID else self._own.net_id
+        except ValueError:
+            self._end(block, ReturnCode.CLIENT_NO_AMS_ADDRESS.number)
+            return
+        try:
+            command, request, target, room = make(plc, block)
+        except _NullPointer:
+            self._end(block, ReturnCode.CLIENT_INVALID_PARAMETER.number)
+            return
+        wait_ns = round(block.TMOUT.total_seconds() * 1000) * 1_000_000
+        if len(self._open) >= _MOST_OPEN:  # of blocks that nobody calls, or that are gone
+            self._open = {ticket: one for ticket, one in self._open.items() if not one.done}
+        block.ticket = self._ask(AmsAddress.of(net_id, block.PORT), command, request)
+        self._open[block.ticket] = _Open(command, target, room, plc.time_ns + wait_ns)
+        block.BUSY, block.ERR, block.ERRID = True, False, 0
+
+    def _ask(self, target: AmsAddress, command: Command, request: Request) -> int:
+        self._last = self._last % 0xFFFF_FFFF + 1
+        frame = Frame(target, self._own, command, invoke_id=self._last, data=request.encode())
+        self._out.append(frame)
+        return self._last
+
+    # the log ---------------------------------------------------------------------------------
+
+    def _log(self, plc: Surroundings, mask: int, text: Any, value: Any) -> int:
+        shown = f"{value:.6f}" if isinstance(value, float) else _text(value)
+        found = _PLACE_OF_VALUE.sub(lambda _: shown, _text(text), count=1)[:_LONGEST_MESSAGE]
+        message = LogMessage(
+            from_unix_ns(self._clock()), mask, self._own.port, _SENDER, found
+        ).encode()
+        request = WriteRequest(1, 0, message)
+        self._ask(AmsAddress.of(self._own.net_id, _LOGGER_PORT), Command.WRITE, request)
+        return 0
+
+
+class _NullPointer(Exception):
+    """Bytes are wanted, or told, and there is no address."""
+
+
+def _text(value: Any) -> str:
+    return value.decode("cp1252", "replace") if isinstance(value, bytes) else str(value)
+
+
+def _source(plc: Surroundings, address: int, size: int) -> bytes:
+    if size and not address:
+        raise _NullPointer
+    return plc.load_bytes(address, size) if size else b""
+
+
+def _read(plc: Surroundings, block: Any) -> Made:
+    _source(plc, block.DESTADDR, block.LEN)  # it is all there, before anybody is asked
+    request = ReadRequest(block.IDXGRP, block.IDXOFFS, block.LEN)
+    return Command.READ, request, block.DESTADDR, block.LEN
+
+
+def _write(plc: Surroundings, block: Any) -> Made:
+    data = _source(plc, block.SRCADDR, block.LEN)
+    return Command.WRITE, WriteRequest(block.IDXGRP, block.IDXOFFS, data), 0, 0
+
+
+def _read_write(plc: Surroundings, block: Any) -> Made:
+    _source(plc, block.DESTADDR, block.READLEN)
+    data = _source(plc, block.SRCADDR, block.WRITELEN)
+    request = ReadWriteRequest(block.IDXGRP, block.IDXOFFS, block.READLEN, data)
+    return Command.READ_WRITE, request, block.DESTADDR, block.READLEN
+
+
+def _read_state(plc: Surroundings, block: Any) -> Made:
+    return Command.READ_STATE, EmptyRequest(), 0, 0
+
+
+def _read_device_info(plc: Surroundings, block: Any) -> Made:
+    return Command.READ_DEVICE_INFO, EmptyRequest(), 0, 0
+
+
+def _write_control(plc: Surroundings, block: Any) -> Made:
+    data = _source(plc, block.SRCADDR, block.LEN)
+    return Command.WRITE_CONTROL, WriteControlRequest(block.ADSSTATE, block.DEVSTATE, data), 0, 0
+
+
+def _count(block: Any, entry: _Open) -> None:
+    block.COUNT_R = entry.count
+
+
+def _state(block: Any, entry: _Open) -> None:
+    assert isinstance(entry.response, ReadStateResponse)
+    block.ADSSTATE, block.DEVSTATE = entry.response.ads_state, entry.response.device_state
+
+
+def _device_info(block: Any, entry: _Open) -> None:
+    """DEVVER has version, revision and build, from the lowest byte on."""
+    info = entry.response
+    assert isinstance(info, ReadDeviceInfoResponse)
+    block.DEVNAME = info.name
+    block.DEVVER = info.major | info.minor << 8 | info.build << 16
