@@ -11,15 +11,14 @@ import time
 import tracemalloc
 from collections.abc import Iterator
 from itertools import islice
-from math import inf
 from pathlib import Path
 from typing import Any
 
 from achse.ams import NetId
 from achse.ams.discovery import Datagram, OsVersion, SystemInfo, status_of
 from achse.router.access import PasswordHash, Users
+from achse.router.rate import Rates
 from achse.router.routes import RouteTable
-from achse.transport.allowance import Allowance
 from achse.transport.udp import DiscoveryEndpoint
 
 COUNT = 1_000_000
@@ -66,7 +65,7 @@ class _Answers(asyncio.DatagramTransport):
 async def _throw(count: int, seed: int, users: Users) -> tuple[int, int]:
     routes = RouteTable()
     endpoint = DiscoveryEndpoint(lambda: INFO, routes, users)
-    endpoint._allowance = endpoint._all = Allowance(time.monotonic, at_once=inf, per_second=0.0)
+    endpoint._answers = Rates(1 << 30, 1 << 30)
     answers = _Answers()
     endpoint.connection_made(answers)
     if users:

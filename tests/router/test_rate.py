@@ -15,6 +15,14 @@ def test_twice_a_second_s_worth_goes_at_once_then_so_many_a_second() -> None:
     assert sum(rate.take(100 * SECOND) for _ in range(100)) == 20
 
 
+def test_how_many_go_at_once_can_be_said() -> None:
+    rate = Rate(1, 3)
+    assert sum(rate.take(0) for _ in range(10)) == 3
+    assert sum(rate.take(10 * SECOND) for _ in range(10)) == 3
+    rates = Rates(1, 100, at_once=2, all_at_once=3)
+    assert [rates.take(key, 0) for key in "aaabb"] == [True, True, False, True, False]
+
+
 def test_keys_have_their_own_rate_and_one_together() -> None:
     rates = Rates(1, 3)
     assert [rates.take("a", 0) for _ in range(3)] == [True, True, False]

@@ -8,10 +8,10 @@ _SECOND = 1_000_000_000
 
 
 class Rate:
-    """Lets `per_second` through, and twice as many at once after a pause. Times in ns."""
+    """Lets `per_second` through, and `at_once` after a pause (twice as many). Times in ns."""
 
-    def __init__(self, per_second: int) -> None:
-        self._full = 2 * per_second * _SECOND
+    def __init__(self, per_second: int, at_once: int | None = None) -> None:
+        self._full = (2 * per_second if at_once is None else at_once) * _SECOND
         self._per_second = per_second
         self._left = self._full
         self._since: int | None = None
@@ -33,15 +33,24 @@ class Rates:
     At most `most` keys are remembered; the one not seen for longest is forgotten, and begins again.
     """
 
-    def __init__(self, per_second: int, all_per_second: int, *, most: int = 1024) -> None:
+    def __init__(
+        self,
+        per_second: int,
+        all_per_second: int,
+        *,
+        at_once: int | None = None,
+        all_at_once: int | None = None,
+        most: int = 4096,
+    ) -> None:
         self._per_second = per_second
-        self._all = Rate(all_per_second)
+        self._at_once = at_once
+        self._all = Rate(all_per_second, all_at_once)
         self._most = most
         self._each: dict[Hashable, Rate] = {}
 
     def take(self, key: Hashable, now: int) -> bool:
         """Whether one more of `key` may go at `now`."""
-        rate = self._each.pop(key, None) or Rate(self._per_second)
+        rate = self._each.pop(key, None) or Rate(self._per_second, self._at_once)
         self._each[key] = rate
         if len(self._each) > self._most:
             del self._each[next(iter(self._each))]

@@ -59,6 +59,8 @@ def statistics(station: CountedStation) -> dict[str, Any]:
         "connections_refused": sum(listener.refused for listener in station.listeners),
         "connections_cut_off": sum(listener.cut_off for listener in station.listeners),
         "queued_bytes": sum(connection.backlog for connection in connections),
+        "held_bytes": sum(listener.held.total for listener in station.listeners),
+        "samples_late": station.usage.budget.late,
         "registered_ports": len(station.router.ports),
         "lost_frames": station.router.lost_frames,
         "faults": len(station.faults),

@@ -56,10 +56,12 @@ class Outbox:
 
     def take(self) -> bytes:
         """All that is gathered, as bytes to send."""
-        gathered = self.gathered
-        self.gathered = []
-        self.size = 0
-        return b"".join(gathered) if len(gathered) > 1 else gathered[0]
+        gathered, self.size = self.gathered, 0
+        if len(gathered) == 1:
+            return gathered.pop()
+        data = b"".join(gathered)
+        gathered.clear()
+        return data
 
     def clear(self) -> None:
         """Forget all: the peer is gone."""

@@ -8,7 +8,6 @@ Source: reference traffic for the port service (0x1000, 0x0001, 0x1002); 000 §3
 """
 
 import logging
-import math
 from collections.abc import Callable, Iterable, Iterator
 from typing import Protocol
 
@@ -199,11 +198,11 @@ class Peer:
             self._late.append(data)
             self._undone += len(data)
             return
-        self._events = self._stream.receive(data)
+        events = self._stream.receive(data)
         if len(data) <= _QUICK:
-            self.work(math.inf)
+            self._do(events, None)
             return
-        self._undone = len(data)
+        self._events, self._undone = events, len(data)
         if not self.owner.fair_queue.serve(self, self.owner.loop.call_soon):
             self.count()
             if self._line is not None:
@@ -212,15 +211,29 @@ class Peer:
 
     def work(self, until: float) -> bool:
         """Do what came and waits, until this moment; True when all is done."""
-        router, clock, bounded = self._router, self.owner.fair_queue.clock, until < math.inf
-        done = False
+        done = self._do(self._events, until)
+        if done and self._late:
+            data, self._late = b"".join(self._late), []
+            self._events = self._stream.receive(data)
+            return False
+        if done and self._undone:
+            self._undone = 0
+            self.count()
+            if self._paused and self._line is not None:
+                self._line.resume_reading()
+            self._paused = False
+        return done or not self._open
+
+    def _do(self, events: Iterator[Event], until: float | None) -> bool:
+        """Do what came, until this moment if there is one; True when all is done."""
+        router = self._router
         self._receiving = True
         try:
-            for event in self._events:
+            for event in events:
                 if isinstance(event, Frame):
                     event.origin = self
                     if event.source != self._last_source and not self._learn(event.source):
-                        break
+                        return False
                     if self._refused and self._refuse(event):
                         continue
                     if event.is_response:
@@ -233,28 +246,19 @@ class Peer:
                         self._apologize(event)
                 else:
                     self._serve(event)
-                if not self._open or (bounded and clock() >= until):
-                    break
-            else:
-                done = True
+                if not self._open:
+                    return False
+                if until is not None and self.owner.fair_queue.clock() >= until:
+                    return False
+            return True
         except DecodeError as failure:
             self._turn_out("%s", failure)
+            return False
         finally:
             self._receiving = False
             self._flush()
-            if self._stream.pending or self._counted:
+            if self._counted or self._stream.pending:
                 self.count()
-        if done and self._late:
-            data, self._late = b"".join(self._late), []
-            self._events = self._stream.receive(data)
-            return False
-        if done and self._undone:
-            self._undone = 0
-            self.count()
-            if self._paused and self._line is not None:
-                self._line.resume_reading()
-            self._paused = False
-        return done or not self._open
 
     def _apologize(self, frame: Frame) -> None:
         """Something in here broke over this frame: tell the log and whoever asked."""

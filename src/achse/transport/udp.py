@@ -25,8 +25,8 @@ from achse.ams.discovery import (
 )
 from achse.codes import ReturnCode
 from achse.router.access import Users
+from achse.router.rate import Rates
 from achse.router.routes import FixedRouteError, Route, RouteError, RouteTable
-from achse.transport.allowance import Allowance
 from achse.transport.password_queue import PasswordQueue
 
 __all__ = ["ANYBODY", "DiscoveryEndpoint", "ask", "change_route", "scan"]
@@ -73,8 +73,10 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
         self._settled = settled
         self._transport: asyncio.DatagramTransport | None = None
         self._waiting: PasswordQueue[tuple[Datagram, Peer]] = PasswordQueue(time.monotonic)
-        self._allowance = Allowance(time.monotonic, at_once=_AT_ONCE, per_second=_PER_SECOND)
-        self._all = Allowance(time.monotonic, at_once=_ALL_AT_ONCE, per_second=_ALL_PER_SECOND)
+        self._clock: Callable[[], int] = time.monotonic_ns
+        self._answers = Rates(
+            _PER_SECOND, _ALL_PER_SECOND, at_once=_AT_ONCE, all_at_once=_ALL_AT_ONCE
+        )
         self._came = asyncio.Event()
         self._checker: asyncio.Task[None] | None = None
         self.host = ""
@@ -115,7 +117,7 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
             self.ignored += 1
             log.debug("a datagram from %s is no discovery: %s", addr[0], failure)
             return
-        if request.answer or not (self._allowance.take(addr[0]) and self._all.take("")):
+        if request.answer or not self._answers.take(addr[0], self._clock()):
             self.ignored += 1
         elif request.service == DiscoveryService.INFO:
             self._send(self._info().encode(request), addr)
