@@ -4,7 +4,7 @@ from collections.abc import Sequence, Sized
 from typing import Any, Protocol
 
 from achse.router import Router
-from achse.server import Device
+from achse.server import Device, Usage
 from achse.station.pacing import Pace
 from achse.transport.tcp import TcpListener
 
@@ -17,6 +17,7 @@ class CountedStation(Protocol):
     devices: Sequence[Device]
     listeners: Sequence[TcpListener]
     pace: Pace | None
+    usage: Usage
 
     @property
     def router(self) -> Router: ...
