@@ -22,12 +22,12 @@ def resolver(
     text: str, rules: LayoutRules = TC3_X64, types: Mapping[str, IecType[Any]] | None = None
 ) -> Resolver:
     made = Resolver(types or {}, {}, rules)
-    made.add([parse(Source(text)).check()])
+    made.scopes.add([parse(Source(text)).check()])
     return made
 
 
 def entry(types: Resolver, name: str) -> Entry:
-    found = types.find(name)
+    found = types.scopes.find(name)
     assert found is not None
     return found
 
@@ -42,7 +42,7 @@ def spec_type(text: str, rules: LayoutRules = TC3_X64) -> IecType[Any]:
     types = resolver(f"TYPE T : {text}; END_TYPE", rules)
     unit = entry(types, "T")
     assert isinstance(unit.tree, TypeDeclaration)
-    return types.type_of(unit.tree.type, types.scope(unit), "T")
+    return types.type_of(unit.tree.type, types.scopes.scope(unit), "T")
 
 
 def faults(text: str, name: str = "T") -> list[str]:
@@ -52,7 +52,8 @@ def faults(text: str, name: str = "T") -> list[str]:
         with pytest.raises(Failed):
             types.entry_type(entry(types, name), 0)
     return [
-        f"{fault.location.line}:{fault.location.column} {fault.message}" for fault in types.faults
+        f"{fault.location.line}:{fault.location.column} {fault.message}"
+        for fault in types.scopes.faults
     ]
 
 
@@ -201,7 +202,7 @@ def test_pointers_are_followed_when_all_is_declared() -> None:
     types = resolver("TYPE T : STRUCT p : POINTER TO T; END_STRUCT END_TYPE")
     made = types.entry_type(entry(types, "T"), 0)
     types.check_pointers()
-    assert not types.faults
+    assert not types.scopes.faults
     assert isinstance(made, StructType)
     pointer = made.member("p").type
     assert isinstance(pointer, PointerType)
@@ -211,9 +212,9 @@ def test_pointers_are_followed_when_all_is_declared() -> None:
 def test_a_pointer_to_a_type_at_fault_tells_it_when_followed() -> None:
     types = resolver("TYPE T : POINTER TO U; END_TYPE TYPE U : INT (5..1); END_TYPE")
     assert types.entry_type(entry(types, "T"), 0).size == 8
-    assert not types.faults
+    assert not types.scopes.faults
     types.check_pointers()
-    assert len(types.faults) == 1
+    assert len(types.scopes.faults) == 1
 
 
 # generic blocks -----------------------------------------------------------------------------
@@ -269,7 +270,9 @@ def test_variables_belong_to_a_unit_by_their_section() -> None:
     )
     unit = entry(types, "FB")
     assert isinstance(unit.tree, FunctionBlock)
-    found = [made for made, _ in types.records.variables(unit.tree.blocks, types.scope(unit))]
+    found = [
+        made for made, _ in types.records.variables(unit.tree.blocks, types.scopes.scope(unit))
+    ]
     assert [(made.name, made.section) for made in found] == [
         ("a", Section.INPUT),
         ("b", Section.INPUT),
@@ -294,7 +297,7 @@ def test_an_initial_value_that_is_no_constant_becomes_a_start_value() -> None:
         END_FUNCTION_BLOCK"""
     )
     block = types.entry_type(entry(types, "FB"), 0)
-    assert not types.faults
+    assert not types.scopes.faults
     assert isinstance(block, StructType)
     (start,) = block.member("p").start_values
     assert (start.type.name, start.offset, start.bit) == ("POINTER TO INT", 0, None)

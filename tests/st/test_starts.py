@@ -15,7 +15,7 @@ from achse.st.starts import StartValues
 from achse.st.values import NotConstant
 
 NAMES = Resolver({}, {}, TC3_X64)
-NAMES.add(
+NAMES.scopes.add(
     [
         parse(
             """
@@ -33,7 +33,7 @@ FUNCTION_BLOCK FB VAR own : INT; mine : DINT; END_VAR END_FUNCTION_BLOCK
 
 
 def type_named(name: str) -> IecType[object]:
-    entry = NAMES.find(name)
+    entry = NAMES.scopes.find(name)
     assert entry is not None
     return NAMES.entry_type(entry, 0)
 
@@ -42,11 +42,11 @@ class Laid:
     """The list from address 0x1000 on, with values."""
 
     def __init__(self) -> None:
-        entry = NAMES.find("<text>") or NAMES.find("GVL")
+        entry = NAMES.scopes.find("<text>") or NAMES.scopes.find("GVL")
         assert entry is not None
         self.list = entry.name
         point = type_named("ST")
-        scope = NAMES.scope(entry)
+        scope = NAMES.scopes.scope(entry)
         self.spots: dict[str, Spot] = {}
         self.memory: dict[int, bytes] = {}
         address = 0x1000
@@ -83,9 +83,9 @@ OWN = Spot(type_named("FB"), 0x2000)
 
 
 def values(block: bool = False) -> StartValues:
-    entry = NAMES.find("FB" if block else LAID.list)
+    entry = NAMES.scopes.find("FB" if block else LAID.list)
     assert entry is not None
-    return StartValues(NAMES, NAMES.scope(entry), LAID, OWN)
+    return StartValues(NAMES, NAMES.scopes.scope(entry), LAID, OWN)
 
 
 def encoded(text: str, type: IecType[object], *, block: bool = False) -> bytes:

@@ -156,10 +156,8 @@ class Bodies:
         name = "cycle" if routine.kind is RoutineKind.BODY else routine.name.rpartition(".")[2]
         if routine.kind not in (RoutineKind.BODY, RoutineKind.METHOD):
             return None
-        attribute = next((one for one in dir(this.record) if one.lower() == name.lower()), None)
-        if attribute is None or attribute in this.attribute_names:
-            return None
-        if not callable(getattr(this.record, attribute)):
+        attribute = _python_attribute(this, name)
+        if attribute is None or not callable(getattr(this.record, attribute)):
             return None
         return lambda address, *values: getattr(self.record_at(address, this), attribute)(*values)
 
@@ -281,7 +279,9 @@ class Bodies:
         owner = f"{type.name}.{name}".lower()
         key = owner if block is None else block.table.get(name.lower(), "")
         routine = self.project.routines.get(key)
-        return None if routine is None or routine.body is None else routine
+        if routine is None or routine.body is None or _python_attribute(type, name) is not None:
+            return None  # A Python class replaces the source.
+        return routine
 
     def _call(self, routine: Routine, record: Record, values: Sequence[Any]) -> Any:
         self._running().refuel()
@@ -303,6 +303,15 @@ class Bodies:
         assert self._memory is not None
         address = self._memory.address_of(record.__iec_buffer__, record.__iec_offset__)
         return self._running().function(key)(address, *values)
+
+
+def _python_attribute(type: StructType[Any], name: str) -> str | None:
+    """The attribute of a record's Python class that does what a method, GET or SET does."""
+    wanted = name.lower().removeprefix("__get").removeprefix("__set")
+    for attribute in dir(type.record):
+        if attribute.lower() == wanted and not type.has_member(attribute):
+            return attribute
+    return None
 
 
 def _answer(routine: Routine, given: Any) -> bytes:

@@ -4,19 +4,23 @@ Source: IEC 61131-3 (2013) table 48; the pragma as in TwinCAT 3.
 """
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from achse.iec.methods import Method, Parameter, Property
-from achse.st.scopes import Scope, Scopes, attributes_of
+from achse.st.scopes import Scope, attributes_of
 from achse.st.units import Method as MethodTree
 from achse.st.units import Part
 from achse.st.units import Property as PropertyTree
+
+if TYPE_CHECKING:
+    from achse.st.resolve import Resolver
 
 __all__ = ["methods_of", "properties_of"]
 
 _PARAMETERS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
 
 
-def methods_of(names: Scopes, parts: Iterable[Part], scope: Scope) -> list[Method]:
+def methods_of(names: "Resolver", parts: Iterable[Part], scope: Scope) -> list[Method]:
     """The methods with attribute `TcRpcEnable`."""
     return [
         _method(names, part, scope)
@@ -25,7 +29,7 @@ def methods_of(names: Scopes, parts: Iterable[Part], scope: Scope) -> list[Metho
     ]
 
 
-def _method(names: Scopes, tree: MethodTree, scope: Scope) -> Method:
+def _method(names: "Resolver", tree: MethodTree, scope: Scope) -> Method:
     inside = Scope(scope.source, f"{scope.owner}.{tree.name}", scope.space, scope)
     parameters = []
     for block in tree.blocks:
@@ -54,7 +58,7 @@ def _is_rpc(tree: MethodTree) -> bool:
     return any(name.lower() == "tcrpcenable" for name, _ in tree.note.attributes)
 
 
-def properties_of(names: Scopes, parts: Iterable[Part], scope: Scope) -> list[Property]:
+def properties_of(names: "Resolver", parts: Iterable[Part], scope: Scope) -> list[Property]:
     """The properties with attribute `monitoring` = `call`, on the property or on GET or SET."""
     return [
         Property(

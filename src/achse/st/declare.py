@@ -18,15 +18,14 @@ from achse.iec.declare import GlobalVariables, Program, Typelike
 from achse.iec.layout import TC3_X64, LayoutRules
 from achse.iec.structs import Unit as UnitRecord
 from achse.iec.types import IecType
-from achse.iec.variables import Address as Place
 from achse.st.cursor import Unexpected
 from achse.st.given import FurtherTypes
 from achse.st.parser import Parsed
 from achse.st.resolve import Resolver, generics_of
 from achse.st.scopes import Entry, Failed, Scope
-from achse.st.source import Source, SourceError
+from achse.st.source import SourceError
 from achse.st.standard import standard_libraries
-from achse.st.tree import Address, Expression, TypeSpec, VarBlock
+from achse.st.tree import Expression, TypeSpec, VarBlock
 from achse.st.units import (
     Accessor,
     Function,
@@ -113,14 +112,14 @@ def examine(
     """What can be declared of the sources, and what cannot, if there is any: as `declare`, for
     those who want to go on and look at the rest."""
     sources, libraries = list(sources), list(libraries)
-    declarer = _Declarer(types or {}, constants or {}, rules, further)
-    declarer.add(sources)
-    declarer.add(libraries, is_library=True)
-    declarer.add(standard_libraries(), is_library=True)
-    found = declarer.declare()
+    names = Resolver(types or {}, constants or {}, rules, further)
+    names.scopes.add(sources)
+    names.scopes.add(libraries, is_library=True)
+    names.scopes.add(standard_libraries(), is_library=True)
+    found = _Declarer(names).declare()
     faults = [fault for parsed in sources for fault in parsed.faults]
-    faults += declarer.faults
-    named = {id(entry.source) for entry in declarer.entries.values() if entry.type is not None}
+    faults += names.scopes.faults
+    named = {id(entry.source) for entry in names.scopes.entries.values() if entry.type is not None}
     faults += [
         fault
         for parsed in libraries
@@ -129,66 +128,66 @@ def examine(
     ]
     if not faults:
         return found, None
-    return found, SourceError(faults, _HINT if declarer.unknown_types else "")
+    return found, SourceError(faults, _HINT if names.unknown_types else "")
 
 
-class _Declarer(Resolver):
+class _Declarer:
     """Walks all units once, and makes what they declare."""
 
-    def __init__(
-        self,
-        types: Mapping[str, Typelike],
-        constants: Mapping[str, object],
-        rules: LayoutRules,
-        further: FurtherTypes | None,
-    ) -> None:
-        super().__init__(types, constants, rules, further)
-        self._addresses: dict[str, tuple[Address, Source]] = {}
+    def __init__(self, names: Resolver) -> None:
+        self._names = names
+        self._scopes = names.scopes
 
     def declare(self) -> Declarations:
-        own = [entry for entry in self.entries.values() if not entry.is_library]
+        own = [entry for entry in self._scopes.entries.values() if not entry.is_library]
         for entry in own:
             self._collect_addresses(entry)
         for entry in own:
             self._work_out_constants(entry)
         for entry in own:
             try:
-                with self.inside(entry.source):
+                with self._scopes.inside(entry.source):
                     if not generics_of(entry):  # Only what it is with certain values is a type.
                         self._declare(entry)
                         self._check_parts(entry)
             except Failed:
                 continue
-        self.check_pointers()
-        for name, (address, source) in self._addresses.items():
-            self.report(source, address.at, f"no variable '{name}' waits for an address")
+        self._names.check_pointers()
+        for name, (address, source) in self._names.config_addresses.items():
+            self._scopes.report(source, address.at, f"no variable '{name}' waits for an address")
         return Declarations(
-            {key: entry.type for key, entry in self.entries.items() if _is_own(entry)},  # type: ignore[misc]
-            {key: unit for key, unit in self._units.items() if issubclass(unit, GlobalVariables)},
-            {key: unit for key, unit in self._units.items() if issubclass(unit, Program)},
+            {key: entry.type for key, entry in self._scopes.entries.items() if _is_own(entry)},  # type: ignore[misc]
+            {
+                key: unit
+                for key, unit in self._names.units.items()
+                if issubclass(unit, GlobalVariables)
+            },
+            {key: unit for key, unit in self._names.units.items() if issubclass(unit, Program)},
             {entry.name.lower(): entry.tree for entry in own},
-            self,
+            self._names,
         )
 
     def _declare(self, entry: Entry) -> None:
         tree = entry.tree
         if isinstance(tree, TypeDeclaration | FunctionBlock | Interface):
-            self.entry_type(entry, tree.at)
+            self._names.entry_type(entry, tree.at)
         elif isinstance(tree, GlobalList | ProgramTree):
-            self.unit(entry)
+            self._names.unit(entry)
         elif isinstance(tree, Function):
-            self._check_inside(tree.blocks, tree.returns, self.scope(entry))
+            self._check_inside(tree.blocks, tree.returns, self._scopes.scope(entry))
 
     # what is only checked --------------------------------------------------------------------
 
     def _check_parts(self, entry: Entry) -> None:
         """Find what is wrong with methods and properties, of which no variables come."""
         parts: tuple[Part, ...] = getattr(entry.tree, "parts", ())
-        scope = self.scope(entry)
+        scope = self._scopes.scope(entry)
         names: set[str] = set()
         for part in parts:
             if part.name.lower() in names:
-                self.report(entry.source, part.at, f"{entry.name} has two parts named {part.name}")
+                self._scopes.report(
+                    entry.source, part.at, f"{entry.name} has two parts named {part.name}"
+                )
             names.add(part.name.lower())
             if isinstance(part, Method):
                 self._check_part(part, part.returns, scope, part.name)
@@ -197,7 +196,7 @@ class _Declarer(Resolver):
                 self._check_part(part.set, None, scope, part.name)
         if isinstance(entry.tree, Interface):
             for base in entry.tree.extends:
-                self.type_of(base, scope, entry.name)
+                self._names.type_of(base, scope, entry.name)
 
     def _check_part(
         self, part: Method | Accessor | None, returns: TypeSpec | None, scope: Scope, name: str
@@ -214,10 +213,10 @@ class _Declarer(Resolver):
         self, blocks: Iterable[VarBlock], returns: TypeSpec | None, scope: Scope
     ) -> None:
         try:
-            with self.inside(scope.source):
+            with self._scopes.inside(scope.source):
                 if returns is not None:
-                    self.type_of(returns, scope, scope.owner)
-                self.records.variables(blocks, scope)
+                    self._names.type_of(returns, scope, scope.owner)
+                self._names.records.variables(blocks, scope)
         except Failed:
             pass
 
@@ -225,7 +224,7 @@ class _Declarer(Resolver):
 
     def _work_out_constants(self, entry: Entry) -> None:
         """In the order they are declared, so that long chains of them stay flat."""
-        scope = self.scope(entry)
+        scope = self._scopes.scope(entry)
         for block in getattr(entry.tree, "blocks", ()):
             if "CONSTANT" not in block.qualifiers:
                 continue
@@ -234,7 +233,9 @@ class _Declarer(Resolver):
                 if not isinstance(declaration.initial, Expression):
                     continue
                 try:
-                    self.constant_of(scope, (block, declaration), [name.name.lower()], name.at)
+                    self._names.constants.constant_of(
+                        scope, (block, declaration), [name.name.lower()], name.at
+                    )
                 except (Failed, NotConstant, Unexpected):
                     # Told already, or told where the variable is made.
                     continue
@@ -247,20 +248,12 @@ class _Declarer(Resolver):
             for declaration in block.variables:
                 name, address = declaration.names[0], declaration.address
                 if address is None:
-                    self.report(entry.source, name.at, "VAR_CONFIG gives an address: AT %…")
+                    self._scopes.report(entry.source, name.at, "VAR_CONFIG gives an address: AT %…")
                 elif name.name.count(".") != 1:
                     reach = "VAR_CONFIG reaches the variables of programs and lists only"
-                    self.report(entry.source, name.at, reach)
+                    self._scopes.report(entry.source, name.at, reach)
                 else:
-                    self._addresses[name.name.lower()] = (address, entry.source)
-
-    def address_of(self, name: str, address: Address | None) -> Place | None:
-        found = super().address_of(name, address)
-        if found is not None and found.byte is None and name.lower() in self._addresses:
-            given, source = self._addresses.pop(name.lower())
-            with self.inside(source):
-                return super().address_of(name, given)
-        return found
+                    self._names.config_addresses[name.name.lower()] = (address, entry.source)
 
 
 def _is_own(entry: Entry) -> bool:

@@ -73,7 +73,7 @@ class Records:
 
     def of_block(self, tree: FunctionBlock, entry: Entry) -> StructType[Any]:
         """A function block."""
-        scope = self._types.scope(entry)
+        scope = self._types.scopes.scope(entry)
         kind = Kind.FUNCTION_BLOCK
         base = None if tree.extends is None else self._types.base(tree.extends, scope, kind)
         for interface in tree.implements:
@@ -120,7 +120,7 @@ class Records:
         if kind is not Kind.STRUCT:
             members += self._of_methods(parts, scope)
             members += _bounds_of(blocks)
-        made: StructType[Any] = self._types.made(
+        made: StructType[Any] = self._types.scopes.made(
             lambda: StructType(
                 name,
                 members,
@@ -152,10 +152,10 @@ class Records:
                 continue
             for declaration in block.variables:
                 try:
-                    with self._types.deeper():
+                    with self._types.scopes.deeper():
                         made = self.declared(block, declaration, scope)
                 except Unexpected as fault:
-                    self._types.report(scope.source, fault.at, fault.message)
+                    self._types.scopes.report(scope.source, fault.at, fault.message)
                     failed = True
                 except Failed:
                     failed = True
@@ -209,7 +209,7 @@ class Records:
         if isinstance(tree.initial, Expression) and tree.is_reference:
             if not isinstance(resolved(type), ReferenceType):
                 raise Unexpected(tree.initial.at, f"REF= binds a reference, not a {type.name}")
-            self._types.check_names(tree.initial, scope)
+            self._types.constants.check_names(tree.initial, scope)
             part = Left(type, 0, None, tree.initial)
             starts.append(start_value(self._types, scope, part, StartValues.address))
         if tree.arguments:
@@ -234,10 +234,12 @@ class Records:
         self, type: IecType[Any], tree: Initial, scope: Scope
     ) -> tuple[object, list[Left]]:
         """The initial value, and the parts of it that are no constants."""
-        values = InitialValues(self._types.evaluator(scope), self._types.has_property)
+        values = InitialValues(
+            self._types.constants.evaluator(scope), self._types.scopes.has_property
+        )
         value = values.value(type, tree)
         if value is not None:
-            self._types.made(lambda: type.encode(value), tree.at)
+            self._types.scopes.made(lambda: type.encode(value), tree.at)
         return value, values.left
 
 

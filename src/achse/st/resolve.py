@@ -26,8 +26,10 @@ from achse.iec.types import IecType
 from achse.iec.variables import Address as Place
 from achse.st.cursor import Unexpected
 from achse.st.given import FurtherTypes, GivenTypes
+from achse.st.named_constants import NamedConstants
 from achse.st.records import LARGEST, Records
 from achse.st.scopes import Entry, Failed, Scope, Scopes, attributes_of
+from achse.st.source import Source
 from achse.st.tree import (
     NO_NOTE,
     Address,
@@ -61,7 +63,7 @@ __all__ = ["Resolver", "generics_of"]
 _RESERVED = ("mro",)
 
 
-class Resolver(Scopes):
+class Resolver:
     """Makes types, each when it is first asked for.
 
     `types` are those that no source declares (of libraries, of Python code), by name; `further`
@@ -75,8 +77,12 @@ class Resolver(Scopes):
         rules: LayoutRules,
         further: FurtherTypes | None = None,
     ) -> None:
-        super().__init__(constants, GivenTypes(types, rules.pointer_size, further))
+        self.scopes = Scopes()
+        self.given = GivenTypes(types, rules.pointer_size, further)
+        self.constants = NamedConstants(self.scopes, self, self.given, constants)
         self.rules = rules
+        self.config_addresses: dict[str, tuple[Address, Source]] = {}
+        """Addresses that VAR_CONFIG gives, by `main.nspeed`, until their variable takes them."""
         self._pointers: list[tuple[PointerType, Scope, int]] = []
         self._instances: dict[str, Entry] = {}
         self.unknown_types: set[str] = set()
@@ -85,7 +91,7 @@ class Resolver(Scopes):
         self._strings: dict[tuple[str, int], IecType[Any]] = {}
         self._arrays: dict[tuple[object, ...], IecType[Any]] = {}
         self._inner: dict[tuple[int, str], IecType[Any]] = {}
-        self._units: dict[str, type[Record]] = {}
+        self.units: dict[str, type[Record]] = {}
         self.records = Records(self)
 
     # specifications ------------------------------------------------------------------------
@@ -95,7 +101,7 @@ class Resolver(Scopes):
             case NamedType():
                 return self.named(spec, scope)
             case StringOf(family, length):
-                count = 80 if length is None else self.integer(length, scope, "a length")
+                count = 80 if length is None else self.constants.integer(length, scope, "a length")
                 if (family, count) not in self._strings:
                     make = STRING if family == "STRING" else WSTRING
                     self._strings[family, count] = self._sized(lambda: make(count), spec.at)
@@ -118,7 +124,7 @@ class Resolver(Scopes):
                 return self._nameless(spec, scope, hint)
 
     def _sized(self, make: Callable[[], IecType[Any]], at: int) -> IecType[Any]:
-        type = self.made(make, at)
+        type = self.scopes.made(make, at)
         if type.size > LARGEST:
             raise Unexpected(at, f"{type.name} has {type.size} bytes, more than {LARGEST}")
         return type
@@ -135,7 +141,9 @@ class Resolver(Scopes):
         return bounds
 
     def _limits(self, part: Range, scope: Scope, what: str) -> tuple[int, int]:
-        return self.integer(part.low, scope, what), self.integer(part.high, scope, what)
+        return self.constants.integer(part.low, scope, what), self.constants.integer(
+            part.high, scope, what
+        )
 
     def named(self, spec: NamedType, scope: Scope) -> IecType[Any]:
         """The type of a name. Raises `Unexpected` and `Failed`."""
@@ -148,7 +156,7 @@ class Resolver(Scopes):
         return known
 
     def _found(self, spec: NamedType, scope: Scope) -> IecType[Any]:
-        entry = self.find(spec.name, scope.space)
+        entry = self.scopes.find(spec.name, scope.space)
         if entry is None or (entry.is_library and spec.name in self.given):
             found = self.given.find(spec.name, spec.at)
             if found is None:
@@ -162,7 +170,9 @@ class Resolver(Scopes):
 
     def _unknown(self, spec: NamedType) -> Unexpected:
         self.unknown_types.add(spec.name)
-        near = get_close_matches(spec.name, [item.name for item in self.entries.values()], 1, 0.8)
+        near = get_close_matches(
+            spec.name, [item.name for item in self.scopes.entries.values()], 1, 0.8
+        )
         meant = "".join(f"; near: {name}" for name in near)
         files = ", ".join(self.given.files)
         where = f", in the sources or in {files}" if files else ""
@@ -175,13 +185,15 @@ class Resolver(Scopes):
             raise Unexpected(spec.at, f"{entry.name} has no VAR_GENERIC")
         if len(names) != len(spec.generics):
             raise Unexpected(spec.at, f"{entry.name}<…> takes {len(names)} constants")
-        values = [self.integer(item, scope, "a generic constant") for item in spec.generics]
+        values = [
+            self.constants.integer(item, scope, "a generic constant") for item in spec.generics
+        ]
         name = f"{entry.name}<{','.join(map(str, values))}>"
         found = self._instances.get(name.lower())
         if found is None:
             found = Entry(name, entry.tree, entry.source, entry.space, entry.is_library)
             self._instances[name.lower()] = found
-            self.scope(found).constants |= {
+            self.scopes.scope(found).constants |= {
                 key: Constant(value) for key, value in zip(names, values, strict=True)
             }
         return found
@@ -191,7 +203,7 @@ class Resolver(Scopes):
         if not isinstance(base, IntegerType):
             raise Unexpected(spec.base.at, f"a sub-range of whole numbers, got {base.name}")
         low, high = self._limits(spec.limits, scope, "a limit")
-        return self.made(lambda: SubrangeType(base, low, high), spec.at)
+        return self.scopes.made(lambda: SubrangeType(base, low, high), spec.at)
 
     def pointer(
         self, kind: type[PointerType], target: TypeSpec, scope: Scope, hint: str, at: int
@@ -209,7 +221,7 @@ class Resolver(Scopes):
         """The name of a type that is not to be made yet."""
         match spec:
             case NamedType(name):
-                entry = self.find(name, scope.space)
+                entry = self.scopes.find(name, scope.space)
                 if entry is None:
                     return self.named(spec, scope).name
                 return self._instance(entry, spec, scope).name if spec.generics else entry.name
@@ -228,8 +240,8 @@ class Resolver(Scopes):
         while self._pointers:
             pointer, scope, at = self._pointers.pop()
             try:
-                with self.inside(scope.source):
-                    self.made(lambda: pointer.target, at)  # noqa: B023
+                with self.scopes.inside(scope.source):
+                    self.scopes.made(lambda: pointer.target, at)  # noqa: B023
             except Failed:
                 continue
 
@@ -256,10 +268,10 @@ class Resolver(Scopes):
         Raises `Failed` and `Unexpected`.
         """
         key = entry.name.lower()
-        if key not in self._units:
+        if key not in self.units:
             tree = entry.tree
             assert isinstance(tree, GlobalList | Program)
-            scope = self.scope(entry)
+            scope = self.scopes.scope(entry)
             parts = () if isinstance(tree, GlobalList) else tree.parts
             kind = Kind.UNIT
             iec = self.records.record(
@@ -268,13 +280,13 @@ class Resolver(Scopes):
             base = GlobalVariables if isinstance(tree, GlobalList) else ProgramRecord
             members = {member.name: member for member in iec.members}
             name = entry.name.rpartition(".")[2]
-            self._units[key] = RecordMeta(name, (base,), members, iec=iec)  # type: ignore[assignment]
-        return self._units[key]
+            self.units[key] = RecordMeta(name, (base,), members, iec=iec)  # type: ignore[assignment]
+        return self.units[key]
 
     def entry_of(self, type: IecType[Any]) -> Entry | None:
         """The unit that declares a type; None if no source does."""
         key = type.name.lower()
-        for found in (self.entries.get(key), self._instances.get(key)):
+        for found in (self.scopes.entries.get(key), self._instances.get(key)):
             if found is not None and found.type is type:
                 return found
         return None
@@ -288,10 +300,10 @@ class Resolver(Scopes):
             raise Failed
         if entry.building:
             raise Unexpected(at, f"{entry.name} contains itself")
-        self.check_depth(at)
+        self.scopes.check_depth(at)
         entry.building = True
         try:
-            with self.inside(entry.source):
+            with self.scopes.inside(entry.source):
                 entry.type = self._built(entry)
         except Failed:
             entry.failed = True
@@ -313,7 +325,7 @@ class Resolver(Scopes):
         return None
 
     def _declared(self, tree: TypeDeclaration, entry: Entry) -> IecType[Any]:
-        scope = self.scope(entry)
+        scope = self.scopes.scope(entry)
         spec = tree.type
         attributes = attributes_of(tree.note)
         comment = tree.note.comment
@@ -334,7 +346,7 @@ class Resolver(Scopes):
                     base, low, high, name=entry.name, comment=comment, attributes=attributes
                 )
             else:
-                type = self.made(
+                type = self.scopes.made(
                     lambda: AliasType(entry.name, made, comment=comment, attributes=attributes),
                     spec.at,
                 )
@@ -369,7 +381,9 @@ class Resolver(Scopes):
             if key in _RESERVED or (item.name.startswith("_") and item.name.endswith("_")):
                 raise Unexpected(item.at, f"'{item.name}' cannot name a value: Python keeps it")
             if item.value is not None:
-                following = self.integer(item.value, inside, "the value of an enumeration")
+                following = self.constants.integer(
+                    item.value, inside, "the value of an enumeration"
+                )
             if not base.low <= following <= base.high:
                 raise Unexpected(item.at, f"{item.name} = {following} is no {base.name}")
             numbers[item.name] = following
@@ -379,7 +393,7 @@ class Resolver(Scopes):
         if isinstance(initial, ArrayInitial | StructInitial):
             raise Unexpected(initial.at, f"{name} takes one of its values")
         if initial is not None:
-            start = self.integer(initial, inside, "the initial value")
+            start = self.constants.integer(initial, inside, "the initial value")
         members: Any = IntEnum(name, numbers)  # type: ignore[misc]
         return EnumType(
             members,
@@ -397,8 +411,15 @@ class Resolver(Scopes):
         """Where a variable lies that says so."""
         if address is None:
             return None
-        text = address.text
-        return self.made(lambda: Place.parse(text), address.at)
+        found = self._parsed(address)
+        if found.byte is None and name.lower() in self.config_addresses:
+            given, source = self.config_addresses.pop(name.lower())
+            with self.scopes.inside(source):
+                return self._parsed(given)
+        return found
+
+    def _parsed(self, address: Address) -> Place:
+        return self.scopes.made(lambda: Place.parse(address.text), address.at)
 
 
 def generics_of(entry: Entry) -> list[str]:

@@ -6,7 +6,7 @@ and methods take a running program.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import InterfaceType, PointerType, ReferenceType, resolved
@@ -23,11 +23,14 @@ from achse.iec.variables import Spot, StartValue, Surroundings
 from achse.st.constants import path_of
 from achse.st.cursor import Unexpected
 from achse.st.initials import Left
-from achse.st.scopes import Scope, Scopes
+from achse.st.scopes import Scope
 from achse.st.source import SourceError
 from achse.st.tree import Call, Dereference, Expression, Member, This
 from achse.st.tree import Index as IndexTree
 from achse.st.values import Constant, NotConstant, fitted
+
+if TYPE_CHECKING:
+    from achse.st.resolve import Resolver
 
 __all__ = ["StartValues", "start_value"]
 
@@ -41,12 +44,14 @@ class StartValues:
     methods raise `NotConstant` for what takes a running program, and `Unexpected`.
     """
 
-    def __init__(self, names: Scopes, scope: Scope, surroundings: Surroundings, own: Spot) -> None:
+    def __init__(
+        self, names: "Resolver", scope: Scope, surroundings: Surroundings, own: Spot
+    ) -> None:
         self._names = names
         self._scope = scope
         self._surroundings = surroundings
         self._own = own
-        self._evaluator = names.evaluator(scope, self._constant)
+        self._evaluator = names.constants.evaluator(scope, self._constant)
 
     def encoded(self, type: IecType[Any], tree: Expression) -> bytes:
         """The value of an expression, as a variable of `type` holds it."""
@@ -125,11 +130,11 @@ class StartValues:
 
     def _named(self, path: tuple[str, ...], at: int) -> Spot:
         """The variable `a.b.c`: of the own record, of a list or of a program."""
-        found = self._names.variable(path, self._scope)
-        if found is None and not self._names.is_inherited(path[0].lower(), self._scope):
+        found = self._names.scopes.variable(path, self._scope)
+        if found is None and not self._names.constants.is_inherited(path[0].lower(), self._scope):
             raise NotConstant(at)
         owner, rest = found or (self._scope, list(path))
-        if self._names.is_placed(owner):
+        if self._names.scopes.is_placed(owner):
             try:
                 spot = self._surroundings.variable(f"{owner.owner}.{rest[0]}")
             except KeyError:
@@ -165,7 +170,7 @@ class StartValues:
 
 
 def start_value(
-    names: Scopes,
+    names: "Resolver",
     scope: Scope,
     part: Left,
     work_out: Callable[[StartValues, IecType[Any], Expression], bytes] = StartValues.encoded,

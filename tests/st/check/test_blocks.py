@@ -23,7 +23,7 @@ BLOCKS = Blocks(NAMES)
 
 
 def test_the_nearest_part_is_found() -> None:
-    derived = NAMES.entries["fb_b"]
+    derived = NAMES.scopes.entries["fb_b"]
     assert [entry.name for entry in BLOCKS.chain(derived)] == ["FB_B", "FB_A"]
     go, stop = BLOCKS.part(derived, "go"), BLOCKS.part(derived, "stop")
     assert go is not None
@@ -33,15 +33,15 @@ def test_the_nearest_part_is_found() -> None:
 
 
 def test_an_interface_has_the_methods_of_those_it_extends() -> None:
-    found = BLOCKS.part(NAMES.entries["i_b"], "go")
+    found = BLOCKS.part(NAMES.scopes.entries["i_b"], "go")
     assert found is not None
     assert found.entry.name == "I_A"
 
 
 def test_interfaces_are_inherited() -> None:
-    assert BLOCKS.interfaces(NAMES.entries["fb_b"]) == {"i_a", "i_b"}
-    blocks = [NAMES.entries[key].type for key in ("fb_b", "fb_c")]
-    interface = NAMES.entries["i_a"].type
+    assert BLOCKS.interfaces(NAMES.scopes.entries["fb_b"]) == {"i_a", "i_b"}
+    blocks = [NAMES.scopes.entries[key].type for key in ("fb_b", "fb_c")]
+    interface = NAMES.scopes.entries["i_a"].type
     assert isinstance(interface, InterfaceType)
     answers = [BLOCKS.implements(b, interface) for b in blocks if isinstance(b, StructType)]
     assert answers == [True, False]

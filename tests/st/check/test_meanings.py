@@ -43,7 +43,7 @@ END_FUNCTION_BLOCK
 def test_meanings(text: str, kind: type) -> None:
     names = declare([parse(SOURCE)]).names
     checking = Checking(names)
-    body = RoutineBody(checking, checking.routines.of_body(names.entries["fb"]))
+    body = RoutineBody(checking, checking.routines.of_body(names.scopes.entries["fb"]))
     assert type(body.expressions.meaning(parse_expression(text))) is kind
 
 

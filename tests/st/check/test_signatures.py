@@ -28,7 +28,7 @@ ROUTINES = Routines(NAMES)
 
 
 def test_a_function_has_result_parameters_and_locals_in_its_frame() -> None:
-    made = ROUTINES.of_function(NAMES.entries["f"])
+    made = ROUTINES.of_function(NAMES.scopes.entries["f"])
     assert [variable.name for variable in made.frame.variables] == [
         "F", "a", "b", "c", "__c_lower1", "__c_upper1", "__c_lower2", "__c_upper2", "d", "e",
     ]  # fmt: skip
@@ -40,18 +40,18 @@ def test_a_function_has_result_parameters_and_locals_in_its_frame() -> None:
     ]
     assert set(made.statics) == {"f", "g"}
     assert made.kind is RoutineKind.FUNCTION
-    assert ROUTINES.of_function(NAMES.entries["f"]) is made
+    assert ROUTINES.of_function(NAMES.scopes.entries["f"]) is made
     assert "builtin" in attributes_in(made.tree)
 
 
 def test_the_body_of_a_block_has_its_parameters_in_the_instance() -> None:
-    made = ROUTINES.of_body(NAMES.entries["fb"])
+    made = ROUTINES.of_body(NAMES.scopes.entries["fb"])
     assert [variable.name for variable in made.frame.variables] == ["t"]
     assert [(item.variable.name, item.variable.offset) for item in made.parameters] == [("i", 8)]
 
 
 def test_methods_keep_their_var_inst_in_the_block() -> None:
-    entry = NAMES.entries["fb"]
+    entry = NAMES.scopes.entries["fb"]
     assert isinstance(entry.tree, FunctionBlock)
     method, accessor = entry.tree.parts
     assert isinstance(method, Method)

@@ -33,7 +33,7 @@ class Blocks:
         tree = entry.tree
         if not isinstance(tree, FunctionBlock) or tree.extends is None:
             return None
-        found = self._names.find(tree.extends.name, entry.space)
+        found = self._names.scopes.find(tree.extends.name, entry.space)
         if found is not None and isinstance(found.tree, FunctionBlock) and found is not entry:
             return found
         return None
@@ -64,7 +64,7 @@ class Blocks:
                     yield found
 
     def _interface(self, named: NamedType, where: Entry) -> Entry | None:
-        found = self._names.find(named.name, where.space)
+        found = self._names.scopes.find(named.name, where.space)
         return found if found is not None and isinstance(found.tree, Interface) else None
 
     def own_parts(self, entry: Entry) -> dict[str, Part]:

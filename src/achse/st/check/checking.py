@@ -91,7 +91,7 @@ class Checking:
         self.current: RoutineBody
         self._pointers: dict[int, PointerType] = {}
         self._functions: dict[str, Signature | None] = {}
-        self._known_faults = len(names.faults)
+        self._known_faults = len(names.scopes.faults)
         self._faults: dict[Fault, None] = {}
         self._warnings: dict[Fault, None] = {}
         self._waiting: deque[Signature] = deque()
@@ -140,7 +140,7 @@ class Checking:
     def function(self, key: str) -> Signature | None:
         """A function of the user's own, by its name in lower case."""
         if key not in self._functions:
-            entry = self.names.entries.get(key)
+            entry = self.names.scopes.entries.get(key)
             found = None
             if entry is not None and isinstance(entry.tree, Function) and not entry.is_library:
                 try:
@@ -171,7 +171,7 @@ class Checking:
 
     def project(self) -> TypedProject:
         """Check everything, and what it needs of libraries."""
-        own = [entry for entry in self.names.entries.values() if not entry.is_library]
+        own = [entry for entry in self.names.scopes.entries.values() if not entry.is_library]
         for entry in own:
             self._guarded(entry, self._begin)
         self._work()
@@ -179,7 +179,7 @@ class Checking:
             checked.body.signature.key: self._routine(checked) for checked in self._checked
         }
         interfaces = self._interfaces()
-        faults = [*list(self.names.faults)[self._known_faults :], *self._faults]
+        faults = [*list(self.names.scopes.faults)[self._known_faults :], *self._faults]
         contracts = Contracts(self.names, self.blocks, self.routines, self.fault)
         for entry in own:
             contracts.check(entry)
@@ -361,7 +361,7 @@ class Checking:
 
     def _interfaces(self) -> dict[str, TypedInterface]:
         found = {}
-        for key, entry in self.names.entries.items():
+        for key, entry in self.names.scopes.entries.items():
             if not isinstance(entry.tree, Interface):
                 continue
             methods: dict[str, str] = {}

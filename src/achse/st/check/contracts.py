@@ -60,7 +60,8 @@ class Contracts:
 
     def _interfaces(self, entry: Entry) -> list[Entry]:
         keys = sorted(self._blocks.interfaces(entry))
-        return [self._names.entries[key] for key in keys if key in self._names.entries]
+        entries = self._names.scopes.entries
+        return [entries[key] for key in keys if key in entries]
 
     def _check_override(self, entry: Entry, part: Method) -> None:
         """A method takes and gives what the one it overrides does: calls go through a table."""

@@ -116,7 +116,7 @@ class Expressions:
         path = path_of(tree)
         if path is not None:
             body = self._body
-            entry = body.checking.names.find(".".join(path), body.scope.space)
+            entry = body.checking.names.scopes.find(".".join(path), body.scope.space)
             if entry is not None and isinstance(entry.tree, TypeDeclaration | FunctionBlock):
                 return body.checking.names.entry_type(entry, tree.at)
         return self.type_operand(tree)

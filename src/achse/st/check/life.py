@@ -115,7 +115,7 @@ class Life:
         frame = Frame(name, names.rules)
         this = None if type.kind is Kind.UNIT else type
         tree: Any = entry.tree
-        scope = Scope(entry.source, name, entry.space, names.scope(entry))
+        scope = Scope(entry.source, name, entry.space, names.scopes.scope(entry))
         made = Signature(key, name, RoutineKind.LIFE, entry, tree, scope, frame, this)
         flags = {LifeEvent.CREATE: _FLAGS, LifeEvent.EXIT: _FLAGS[1:], LifeEvent.REINIT: ()}
         for flag in flags[event]:
@@ -148,7 +148,7 @@ class Life:
     def entry(self, type: StructType[Any]) -> Entry:
         """The unit that declares a record, or a program or list by its name."""
         found = self._checking.names.entry_of(type)
-        return self._checking.names.entries[type.name.lower()] if found is None else found
+        return self._checking.names.scopes.entries[type.name.lower()] if found is None else found
 
     # steps -----------------------------------------------------------------------------------
 

@@ -69,7 +69,7 @@ class Names:
         found = self._global(key, at)
         if found is not None:
             return found
-        entry = self._names.find(name, body.scope.space)
+        entry = self._names.scopes.find(name, body.scope.space)
         if entry is not None:
             return self.of_entry(entry, at)
         given = body.checking.given_variable(key)
@@ -108,8 +108,8 @@ class Names:
             seen.add(id(here))
             yield from here.variables
             here = here.base
-        yield from self._names.globals
-        yield from self._names.entries
+        yield from self._names.scopes.globals
+        yield from self._names.scopes.entries
 
     # variables -------------------------------------------------------------------------------
 
@@ -129,7 +129,7 @@ class Names:
         placed = body.frame.find(key)
         if placed is not None:
             return self._of_frame(placed, key, at)
-        found = self._names.own(key, body.scope)
+        found = self._names.scopes.own(key, body.scope)
         if found is None:
             value = self._inner_value(key, at)
             if value is not None:
@@ -153,7 +153,7 @@ class Names:
             storage_of = self._static(signature.statics[key], at)
         elif body.this is not None and body.this.has_member(key):
             storage_of = self.member_of_instance(body.this.member(key), at)
-        elif self._names.is_placed(here):
+        elif self._names.scopes.is_placed(here):
             storage_of = self.of_unit(here.owner, key, at)
         if storage_of is None:
             raise Unexpected(at, f"{declared[1].names[0].name} cannot be reached from here")
@@ -186,7 +186,7 @@ class Names:
         if isinstance(declaration.initial, ArrayInitial | StructInitial):
             return None
         try:
-            return self._names.constant_of(scope, declared, [key], at)
+            return self._names.constants.constant_of(scope, declared, [key], at)
         except NotConstant:
             return None
 
@@ -260,7 +260,7 @@ class Names:
 
     def of_unit(self, owner: str, key: str, at: int) -> Operand:
         """A variable of a program or variable list."""
-        entry = self._names.entries[owner.lower()]
+        entry = self._names.scopes.entries[owner.lower()]
         iec = self._body.checking.unit(entry, at)
         return self.of_given(iec, key, at)
 
@@ -289,16 +289,16 @@ class Names:
     def _global(self, key: str, at: int) -> Meaning | None:
         """A variable of a list, or a value of an enumeration, that needs nothing in front."""
         names = self._names
-        found = names.globals.get(key, ())
+        found = names.scopes.globals.get(key, ())
         if len(found) > 1:
             places = " and ".join(scope.owner for scope, _ in found[:3])
             raise Unexpected(at, f"'{key}' is declared in {places}: which one is meant?")
         if found:
             return self.of_list(found[0][0], found[0][1], key, at)
-        if key in names.entries and key not in names.loose_values:
+        if key in names.scopes.entries and key not in names.scopes.loose_values:
             return None
         try:
-            return constant_operand(names.global_constant(key, key, at), at)
+            return constant_operand(names.constants.global_constant(key, key, at), at)
         except NotConstant:
             return None
         except Unexpected as fault:
@@ -346,7 +346,7 @@ class Names:
         key = name.lower()
         found = self._own_part(key, at)
         if found is None:
-            entry = self._names.find(name, self._body.scope.space)
+            entry = self._names.scopes.find(name, self._body.scope.space)
             found = None if entry is None else self.of_entry(entry, at)
         if found is None and is_builtin(name):
             return BuiltinName(name.upper(), at)

@@ -134,8 +134,8 @@ class Paths:
         entry = self._body.checking.names.entry_of(type)
         constant = None
         if member.constant and entry is not None:
-            scope = self._body.checking.names.scope(entry)
-            own = self._body.checking.names.own(key, scope)
+            scope = self._body.checking.names.scopes.scope(entry)
+            own = self._body.checking.names.scopes.own(key, scope)
             if own is not None:
                 constant = names.constant(own[0], own[1], key, at)
         if not member.in_memory:
@@ -216,8 +216,8 @@ class Paths:
         names = self._body.checking.names
         if whole.entry is not None and isinstance(real, StructType) and real.has_member(key):
             member = real.member(key)
-            scope = names.scope(whole.entry)
-            own = names.own(key, scope)
+            scope = names.scopes.scope(whole.entry)
+            own = names.scopes.own(key, scope)
             if own is not None:
                 constant = self._body.names.constant(own[0], own[1], key, at)
                 if constant is not None:
@@ -227,7 +227,7 @@ class Paths:
                 storage = Storage(base, 0, flat(member.type), name=member.name, at=at)
                 return read(storage, member.type, at)
         space = f"{whole.name}.{name}"
-        entry = names.find(space)
+        entry = names.scopes.find(space)
         if entry is not None:
             return self._body.names.of_entry(entry, at)
         raise Unexpected(at, f"{whole.name} is a type; it has no '{name[:80]}' without a variable")
@@ -239,7 +239,7 @@ class Paths:
             assert whole.type is not None
             return body.names.of_given(whole.type, key, at)
         names = body.checking.names
-        scope = names.scope(whole.entry)
+        scope = names.scopes.scope(whole.entry)
         if key in scope.variables:
             declared = scope.variables[key]
             if declared[0].section not in ("VAR_EXTERNAL", "VAR_CONFIG", "VAR_TEMP"):
@@ -249,7 +249,7 @@ class Paths:
             return found
         if key in scope.values:
             return constant_operand(scope.values[key], at)
-        inner = names.find(f"{whole.name}.{name}")
+        inner = names.scopes.find(f"{whole.name}.{name}")
         if inner is not None and inner is not whole.entry:
             return body.names.of_entry(inner, at)
         raise Unexpected(at, f"{whole.name} has no variable '{name[:80]}'")
@@ -258,7 +258,7 @@ class Paths:
         """What a library's name stands before: the same as without it."""
         body = self._body
         path = f"{whole.name}.{name}"
-        entry = body.checking.names.find(path, body.scope.space)
+        entry = body.checking.names.scopes.find(path, body.scope.space)
         if entry is not None:
             return body.names.of_entry(entry, at)
         found = body.names.outer(name, at)

@@ -113,7 +113,7 @@ class Routines:
         """A function. Raises `Failed`."""
         tree = entry.tree
         assert isinstance(tree, Function)
-        scope = self._names.scope(entry)
+        scope = self._names.scopes.scope(entry)
         return self._made(
             entry.name, RoutineKind.FUNCTION, entry, tree, scope, None, tree.returns, tree.name
         )
@@ -123,7 +123,7 @@ class Routines:
         tree = entry.tree
         assert isinstance(tree, FunctionBlock | Program)
         kind = RoutineKind.BODY if isinstance(tree, FunctionBlock) else RoutineKind.PROGRAM
-        scope = self._names.scope(entry)
+        scope = self._names.scopes.scope(entry)
         return self._made(entry.name, kind, entry, tree, scope, self.this(entry), None, "")
 
     def of_method(self, entry: Entry, tree: Method) -> Signature:
@@ -170,7 +170,7 @@ class Routines:
         return None
 
     def _inside(self, entry: Entry, name: str, blocks: Iterable[VarBlock]) -> Scope:
-        outer = self._names.scope(entry)
+        outer = self._names.scopes.scope(entry)
         scope = Scope(entry.source, name, entry.space, outer)
         for block in blocks:
             for declaration in block.variables:
@@ -201,7 +201,7 @@ class Routines:
         self._known[key] = None
         frame = Frame(name, self._names.rules)
         made = Signature(key, name, kind, entry, tree, scope, frame, this)
-        with self._names.inside(entry.source):
+        with self._names.scopes.inside(entry.source):
             if returns is not None:
                 type = self._names.type_of(returns, scope, name)
                 made.result = frame.add(Variable(type, name=result, section=Section.OUTPUT))
