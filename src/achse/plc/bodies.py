@@ -156,7 +156,7 @@ class Bodies:
         name = "cycle" if routine.kind is RoutineKind.BODY else routine.name.rpartition(".")[2]
         if routine.kind not in (RoutineKind.BODY, RoutineKind.METHOD):
             return None
-        attribute = _python_attribute(this, name)
+        attribute = _python_attribute(this.record, name)
         if attribute is None or not callable(getattr(this.record, attribute)):
             return None
         return lambda address, *values: getattr(self.record_at(address, this), attribute)(*values)
@@ -279,7 +279,7 @@ class Bodies:
         owner = f"{type.name}.{name}".lower()
         key = owner if block is None else block.table.get(name.lower(), "")
         routine = self.project.routines.get(key)
-        if routine is None or routine.body is None or _python_attribute(type, name) is not None:
+        if routine is None or routine.body is None or _python_attribute(record.__class__, name):
             return None  # A Python class replaces the source.
         return routine
 
@@ -305,11 +305,11 @@ class Bodies:
         return self._running().function(key)(address, *values)
 
 
-def _python_attribute(type: StructType[Any], name: str) -> str | None:
+def _python_attribute(record: type[Record], name: str) -> str | None:
     """The attribute of a record's Python class that does what a method, GET or SET does."""
     wanted = name.lower().removeprefix("__get").removeprefix("__set")
-    for attribute in dir(type.record):
-        if attribute.lower() == wanted and not type.has_member(attribute):
+    for attribute in dir(record):
+        if attribute.lower() == wanted and not record.__iec__.has_member(attribute):
             return attribute
     return None
 
