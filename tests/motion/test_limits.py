@@ -207,3 +207,25 @@ def test_limits_in_force(make_rig: Any) -> None:
     axis.encoder_soft_limit_min_enable = 1
     adapt_limits(axis)
     assert (lowest_rest(axis), highest_rest(axis)) == (-5.0, float("inf"))
+
+
+def test_a_velocity_step_towards_a_limit_does_not_begin(make_rig: Any) -> None:
+    """100 mm/s take 100² / 3000 mm; the pause between two steps lets a limit come in between."""
+    rig = make_rig(encoder_soft_limit_max=12.0)
+    axis = rig.axis
+    assert commands.start_velocity_steps(axis, 1, V, -V, 0.1, 0.1, 0) == 0
+    rig.until(lambda axis: axis.set_velocity < 0.0)
+    rig.until(lambda axis: axis.set_velocity == 0.0)
+    axis.encoder_soft_limit_max_enable = 1
+    rig.until(lambda axis: axis.error_code)
+    assert axis.error_code == 0x4463
+    assert highest_until_rest(rig) <= 12.0
+
+
+@pytest.mark.parametrize("override", [990_000, 1_000_000])
+def test_a_smaller_maximum_holds_whatever_the_override(make_rig: Any, override: int) -> None:
+    rig = make_rig(velocity_override=override)
+    assert commands.start(rig.axis, 1, 1000.0, 300.0) == 0
+    rig.seconds(0.1)
+    rig.axis.max_velocity = 150.0
+    assert max(state[1] for state in rig.trace(3000)) <= 150.0 * (1.0 + 1e-9)

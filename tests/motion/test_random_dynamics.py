@@ -52,6 +52,8 @@ def stopping_way(v: float, a: float, deceleration: float, jerk: float) -> float:
     """Way from (v, a), v >= 0, to rest with this ramp; integrated, so a little more is added."""
     if v <= 0.0:
         return 0.0
+    if a < 0.0:  # made by a stronger jerk, which takes it away in time, too
+        jerk = max(jerk, a * a / (2.0 * v))
     peak = min(deceleration, (v * jerk + a * a) ** 0.5)
     step = (v / peak + (peak + abs(a)) / jerk) / 300.0
     way = 0.0
@@ -139,6 +141,7 @@ class Observer:
 
     def cycle(self) -> None:
         """One cycle, and the judgement on it."""
+        before = self.jerk.copy()
         for i, player in enumerate(self.players):
             if player.acted:
                 self.learn(i)
@@ -148,8 +151,10 @@ class Observer:
         now, states = self.look()
         jerks = self.jerk.copy()  # a command that begins within the cycle finds those of before
         wanted = self.commanded.copy()
-        for number in np.flatnonzero(states[:, NUMBER] != self.states[:, NUMBER]):
-            self.learn(int(number))
+        for i in map(int, np.flatnonzero(states[:, NUMBER] != self.states[:, NUMBER])):
+            if states[i, PHASE] != MotionPhase.STOPPING:  # what was changed is over already
+                jerks[i] = self.jerk[i] = before[i]
+            self.learn(i)
         wanted = np.maximum(wanted, self.commanded)
         _, v0, a0, shift0, *_ = self.before.T.copy()
         p1, v1, a1, shift1, low, high, top = now.T

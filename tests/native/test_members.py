@@ -85,3 +85,27 @@ def test_what_a_kernel_reaches(written: Any) -> None:
     found = dict(reached(module.run))
     assert {"run", "helper", "other", "Phase", "Bit", "Text"} <= found.keys()
     assert "unused" not in found
+
+
+TABLE = """
+def work(n: int) -> int:
+    return n + Phase.HOMING
+
+ROWS = (("first", (Phase.NONE, 3), work), ("second", (4,), work))
+
+def run(n: int) -> int:
+    for row in ROWS:
+        if n in row[1]:
+            return row[2](n)
+    return 0
+"""
+
+
+def test_what_the_rows_of_a_table_hold_is_reached(written: Any) -> None:
+    module = written(TABLE, Phase=Phase)
+    found = [thing for _, thing in reached(module.run)]
+    assert module.work in found
+    assert "first" in found
+    assert (Phase.NONE, 3) in found
+    fold_members(module.run)
+    assert module.run(3) == 10

@@ -11,8 +11,8 @@ from achse.motion.curves import Piece
 from achse.motion.discrete import run_stepper, run_two_speeds, show_speed
 from achse.motion.drive import adapt_drive, put_out, put_out_bytes, read_drive
 from achse.motion.encoder import adapt_encoder, measure
-from achse.motion.external import follow_external
-from achse.motion.homing import home
+from achse.motion.generators.homing import home
+from achse.motion.generators.table import hand_over, lead
 from achse.motion.limits import adapt_limits
 from achse.motion.machine.kernel import carry_out, give_inputs
 from achse.motion.machine.record import Amplifier, Sensor
@@ -24,14 +24,10 @@ from achse.motion.monitoring import (
     supervise_enable,
     supervise_motion,
 )
-from achse.motion.open_loop import choose_loop, follow_axis, run_torque
-from achse.motion.oscillation import oscillate, position_in_turn
 from achse.motion.phasing import shift_phase
 from achse.motion.record import POSITION_HISTORY, AxisFields
-from achse.motion.setpoint import generate
 from achse.motion.signals import arm, watch
-from achse.motion.states import TORQUE_MODES, AxisType, DriveType, MotionPhase
-from achse.motion.superposition import generate_superposed
+from achse.motion.states import AxisType, DriveType, MotionPhase
 
 __all__ = ["adapt", "begin", "cycle", "cycle_all", "cycles", "follow"]
 
@@ -69,28 +65,6 @@ def _sense(ax: AxisFields, dt: float) -> None:
         watch(ax)
 
 
-def _lead(ax: AxisFields, dt: float) -> None:
-    """Set point of this cycle, by whatever makes it."""
-    phase = ax.set_motion_phase
-    if ax.drive_operation_mode in TORQUE_MODES:
-        run_torque(ax, dt)
-    elif ax.external_setpoint_active:
-        follow_external(ax, dt)
-    elif phase < MotionPhase.EXTERNAL:
-        if phase == MotionPhase.HOMING:
-            home(ax)
-        if ax.compensating:
-            generate_superposed(ax, dt)
-        else:
-            generate(ax, dt)
-        if ax.reversing_number:
-            position_in_turn(ax)
-    elif phase == MotionPhase.DRIVE_OUTPUT:
-        follow_axis(ax)
-    else:
-        oscillate(ax, dt)
-
-
 def _asleep(ax: AxisFields) -> bool:
     """Whether the axis rests on: nobody has written to it, and no input has changed."""
     if ax.encoder_io.news == 0 and ax.drive_io.news == 0:
@@ -106,8 +80,8 @@ def cycle(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
     if ax.resting and _asleep(ax):
         return
     ax.encoder_io.news = 0
-    if ax.drive_operation_mode in TORQUE_MODES:
-        choose_loop(ax)
+    if ax.external_setpoint_active or ax.drive_operation_mode:
+        hand_over(ax)
     if ax.adapt or ax.drive_operation_mode != ax.drive_adapted_mode:
         adapt(ax, dt)
     _sense(ax, dt)
@@ -125,7 +99,7 @@ def cycle(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
         show_state(ax)
         show_speed(ax)
     else:
-        _lead(ax, dt)
+        lead(ax, dt)
         control(ax, dt)
         supervise_motion(ax, dt)
         supervise_arrival(ax, dt)

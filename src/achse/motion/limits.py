@@ -106,12 +106,11 @@ def table_passes(ax: AxisFields) -> int:
     )
 
 
-def running_into(ax: AxisFields, dt: float) -> int:
-    """Whether the axis must brake now to rest before a limit: 1 upper, -1 lower, 0 not yet.
+def running_into(ax: AxisFields, v: float, dt: float) -> int:
+    """Whether an axis at `v` must brake now to rest before a limit: 1 upper, -1 lower, 0 not yet.
 
     For motions without a table: no jerk limits them, nor their stop.
     """
-    v = ax.set_velocity
     sign = 1.0 if v > 0.0 else -1.0
     room = ax.limit_high - ax.set_position if v > 0.0 else ax.set_position - ax.limit_low
     if v == 0.0 or room == inf:

@@ -5,6 +5,13 @@ Kernel source: compiled as it stands, see `compiled`.
 
 from math import floor
 
+from achse.motion.generators.table import (
+    CONTINUOUS,
+    TRAVELLING,
+    UNPLANNED,
+    along_the_set_point,
+    heading,
+)
 from achse.motion.limits import TOLERANCE, running_into
 from achse.motion.port import (
     STATUS_ERROR,
@@ -177,22 +184,6 @@ def _watch_signals(ax: AxisFields, dt: float) -> None:
         ax.drive_io_time = 0.0
 
 
-def _direction(ax: AxisFields) -> float:
-    """Where the set point moves, by its sign; an external one may say so without a velocity."""
-    if ax.set_velocity == 0.0 and ax.external_setpoint_active:
-        return float(ax.external_set_direction)
-    return ax.set_velocity
-
-
-def _heading(ax: AxisFields) -> float:
-    """Where the axis is to move, by its sign."""
-    if ax.set_motion_phase == _TORQUE:
-        return ax.set_torque
-    if ax.set_motion_phase == _DRIVE_OUTPUT:
-        return ax.direct_output
-    return _direction(ax)
-
-
 def supervise_enable(ax: AxisFields, dt: float) -> None:
     """Close and open the control loop; while it is open the set point follows the axis.
 
@@ -214,10 +205,10 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
         if ax.error_code == 0:
             closed = 1
             if phase != _NO_JOB:
-                heading = _heading(ax)
-                if heading > 0.0 and enables & _FEED_ENABLE_PLUS == 0:
+                direction = heading(ax)
+                if direction > 0.0 and enables & _FEED_ENABLE_PLUS == 0:
                     fail(ax, _FEED_PLUS_WITHDRAWN, 0)
-                elif heading < 0.0 and enables & _FEED_ENABLE_MINUS == 0:
+                elif direction < 0.0 and enables & _FEED_ENABLE_MINUS == 0:
                     fail(ax, _FEED_MINUS_WITHDRAWN, 0)
     else:
         if phase != _NO_JOB and ax.error_code == 0:
@@ -284,7 +275,7 @@ def _at_limit(ax: AxisFields) -> int:
     ax.limit_reached = 0
     if where != 0:
         return where
-    direction = _direction(ax)
+    direction = along_the_set_point(ax)
     if direction > 0.0 and ax.set_position > ax.limit_high + TOLERANCE:
         return 1
     if direction < 0.0 and ax.set_position < ax.limit_low - TOLERANCE:
@@ -295,8 +286,8 @@ def _at_limit(ax: AxisFields) -> int:
 def _supervise_limits(ax: AxisFields, dt: float) -> None:
     """Soft limits end every motion. A delayed reaction waits only where the axis stands by then."""
     where = _at_limit(ax)
-    if ax.compensating or ax.external_setpoint_active or ax.set_motion_phase > _REVERSING:
-        ahead = running_into(ax, dt)
+    if ax.compensating or ax.external_setpoint_active or UNPLANNED[ax.set_motion_phase]:
+        ahead = running_into(ax, ax.set_velocity, dt)
         if ahead != 0:
             where = ahead
     if where == 0:
@@ -337,8 +328,7 @@ def supervise_arrival(ax: AxisFields, dt: float) -> None:
     phase = ax.set_motion_phase
     way = abs(ax.target_position - ax.actual_position)
     travelling = (
-        phase in (_ENDLESS, _STOPPING)
-        or phase > _REVERSING
+        TRAVELLING[phase] == 1
         or (phase == _HOMING and ax.set_velocity != 0.0)
         or ax.loop_outward == 1
     )
@@ -429,18 +419,18 @@ def show_state(ax: AxisFields) -> None:
     else:
         motion = _RUNNING
         a = ax.set_acceleration
-        heading = _direction(ax)
-        if heading > 0.0:
+        facing = along_the_set_point(ax)
+        if facing > 0.0:
             state |= _POSITIVE
             direction = 1.0
-        elif heading < 0.0:
+        elif facing < 0.0:
             state |= _NEGATIVE
             direction = -1.0
             a = -a
         if phase != _STOPPING:
             if ax.planned_override == 0 and v == 0.0:
                 motion = _OVERRIDE_ZERO
-            if phase in (_ENDLESS, _EXTERNAL) or phase > _REVERSING:
+            if CONTINUOUS[phase]:
                 state |= _CONTINUOUS
         if v != 0.0:
             if ax.set_jerk == 0.0 and abs(a) <= 1e-9 * ax.job_acceleration:

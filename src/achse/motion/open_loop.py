@@ -1,26 +1,20 @@
-"""Motion in open loop: direct drive output and torque mode; the set point follows the axis.
+"""Open loop: while no position is controlled the set point follows the axis.
 
 So the position loop takes over smoothly whenever it comes back: by a stop, by a motion command or
-because an error brakes the axis. After an error that opens the loop a drive stays in torque mode,
-until a motion command or function 0x63 leads it back (002 §6.4.4.3, 0x2D).
+because an error brakes the axis.
 
 Kernel source: compiled as it stands, see `compiled`.
 """
 
-from achse.codes import NcError
 from achse.motion.drive import fill_filter
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import fail
-from achse.motion.states import MotionPhase
 
-__all__ = ["choose_loop", "follow_axis", "run_torque"]
-
-_LARGEST = 1e10
-"""Torques beyond are none."""
+__all__ = ["follow_axis"]
 
 
 def follow_axis(ax: AxisFields) -> None:
-    """The set point is where the axis is and as fast as it is; the output filter stands there."""
+    """The set point is where the axis is and as fast as it is; the output filter is there, too."""
+    ax.abrupt = 1
     ax.set_position = ax.actual_position
     ax.set_velocity = ax.actual_velocity
     ax.set_acceleration = 0.0
@@ -29,42 +23,3 @@ def follow_axis(ax: AxisFields) -> None:
     ax.planned_override = ax.velocity_override
     if ax.filter_count > 0:
         fill_filter(ax)
-
-
-def choose_loop(ax: AxisFields) -> None:
-    """A motion of the position loop leads the drive out of torque mode."""
-    if ax.set_motion_phase not in (MotionPhase.NONE, MotionPhase.EXTERNAL, MotionPhase.TORQUE):
-        ax.drive_operation_mode = ax.torque_mode_before
-        ax.torque_mode_before = 0
-        ax.set_torque = 0.0
-        ax.set_torque_derivative = 0.0
-        ax.adapt = 1
-
-
-def run_torque(ax: AxisFields, dt: float) -> None:
-    """One cycle in torque mode: the set torque runs along its ramp, or comes from outside."""
-    before = ax.set_torque
-    if ax.set_motion_phase == MotionPhase.TORQUE:
-        torque = ax.torque_target
-        most = ax.torque_ramp * dt
-        if most > 0.0:
-            if torque > before + most:
-                torque = before + most
-            elif torque < before - most:
-                torque = before - most
-        ax.set_torque = torque
-        ax.set_torque_derivative = (torque - before) / dt
-    elif ax.set_motion_phase == MotionPhase.EXTERNAL:
-        if not (
-            abs(ax.external_set_torque) <= _LARGEST
-            and abs(ax.external_set_torque_derivative) <= _LARGEST
-        ):
-            fail(ax, NcError.EXTERNAL_SETPOINT_DATA, 0)
-            return
-        ax.set_torque = ax.external_set_torque
-        ax.set_torque_derivative = ax.external_set_torque_derivative
-        ax.external_position = ax.external_set_position
-        ax.external_origin = ax.actual_position - ax.external_position
-    else:
-        ax.external_setpoint_active = 0
-    follow_axis(ax)

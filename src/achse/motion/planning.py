@@ -342,7 +342,8 @@ def plan(ax: AxisFields) -> int:
             ax.job_peak_velocity = _peak_velocity(ax, ax.plan_velocity, ax.plan_acceleration, count)
             ax.table_deceleration = strongest
             ax.table_jerk = steepest
-        limit = ax.job_peak_velocity * share
+        if ax.job_peak_velocity < commanded:
+            limit = ax.job_peak_velocity * share
     if limit < _SLOWEST:
         limit = _SLOWEST
     if override == 0 and not _braking(ax):

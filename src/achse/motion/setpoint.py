@@ -52,7 +52,6 @@ _POSITIONING = MotionPhase.POSITIONING.value
 _ENDLESS = MotionPhase.ENDLESS.value
 _STOPPING = MotionPhase.STOPPING.value
 _HOMING = MotionPhase.HOMING.value
-_REVERSING = MotionPhase.REVERSING.value
 
 _ACTIVE = CommandState.ACTIVE.value
 _DONE = CommandState.DONE.value
@@ -122,7 +121,7 @@ def absorb(ax: AxisFields) -> None:
 
     Its velocity stays; its acceleration, which no jerk limits, does not.
     """
-    if ax.compensating or ax.set_motion_phase > _REVERSING:
+    if ax.compensating:
         ax.abrupt = 1
     ax.compensating = 0
     drop_foreign(ax, ax.superposed_acceleration)

@@ -84,11 +84,24 @@ def reached(entry: FunctionType) -> Iterator[tuple[str, object]]:
         spaces += (vars(spaces[0][name]) for name in names if _is_module(spaces[0].get(name)))
         for name in names:
             for thing in (space[name] for space in spaces if name in space):
-                if not isinstance(thing, FunctionType):
-                    yield name, thing
-                elif thing not in known:
-                    known.add(thing)
-                    waiting.append(thing)
+                for part in _parts(thing):
+                    if not isinstance(part, FunctionType):
+                        yield name, part
+                    elif part not in known:
+                        known.add(part)
+                        waiting.append(part)
+
+
+def _parts(thing: object) -> Iterator[object]:
+    """The thing itself; of a table, what its rows hold."""
+    if isinstance(thing, tuple) and any(isinstance(row, tuple) for row in thing):
+        for row in thing:
+            yield from _parts(row)
+    elif isinstance(thing, tuple) and any(isinstance(part, FunctionType) for part in thing):
+        for part in thing:
+            yield from _parts(part)
+    else:
+        yield thing
 
 
 def _is_module(thing: object) -> bool:

@@ -63,9 +63,54 @@ def nothing(a: float) -> None:
         return
     return None
 """
+TABLE = """
+from typing import NamedTuple, Callable
+
+
+class Row(NamedTuple):
+    numbers: tuple[int, ...]
+    share: float
+    work: Callable[[float, float], float]
+
+
+def grow(a: float, share: float) -> float:
+    return a + share
+
+
+def shrink(a: float, share: float) -> float:
+    return a - 2.0 * share
+
+
+ROWS = (Row((1, 2), 0.5, grow), Row((3,), 0.25, shrink), Row((4, 5), 0.125, grow))
+
+
+def first(a: float, n: int) -> float:
+    for row in ROWS:
+        if n in row.numbers:
+            return row.work(a, row.share)
+    return a
+
+
+def some(a: float, n: int) -> float:
+    for row in ROWS:
+        if row.share < 0.2:
+            break
+        if n == 3:
+            continue
+        a = row.work(a, row.share)
+    for row in ROWS:
+        a += row.share
+    return a
+
+
+def always(a: float, n: int) -> float:
+    for row in ROWS:
+        return row.work(a, row.share)
+    return a
+"""
 OUTSIDE = {
     "    with a:\n        pass": "With",
-    "    for i in (1, 2):\n        pass": "counts over a range",
+    "    for i in (1, 2):\n        pass": "goes through a table",
     "    for i in range(0, 9, n):\n        pass": "constant", "    raise ValueError": "Raise",
     "    x = 1\n    x = (1, 2)": "x holds values", "    del a": "Delete",
     "    x, y = 1, 2, 3": "2 values expected", "    a[0] = 1": "not a sequence",
@@ -91,6 +136,14 @@ def test_names_and_tuples(written: Any, compiled: Any) -> None:
     for a, b in ((2.0, 3.25), (0.5, 2.0), (0.5, 0.25), (-7.0, 9.0)):
         assert run(a, b) == module.run(a, b)
     assert compiled(module.nothing)(1.0) is None
+
+
+@pytest.mark.parametrize("name", ["first", "some", "always"])
+def test_a_loop_goes_through_the_rows_of_a_table(written: Any, compiled: Any, name: str) -> None:
+    function = getattr(written(TABLE), name)
+    run = compiled(function)
+    for n in range(7):
+        assert run(1.5, n) == function(1.5, n)
 
 
 @pytest.mark.parametrize(("text", "reason"), OUTSIDE.items())

@@ -7,7 +7,7 @@ from achse.motion.axis import Axis
 from achse.motion.checks import ENDLESS, OK
 from achse.motion.commands.generators import begin_generator, why_no_generator
 from achse.motion.commands.starts import universal_start
-from achse.motion.external import leave_external
+from achse.motion.generators.external import leave_external
 from achse.motion.setpoint import begin_stop
 from achse.motion.states import BufferMode, CommandState, MotionPhase, StartType
 

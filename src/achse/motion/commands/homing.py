@@ -5,7 +5,7 @@ from achse.motion.axis import Axis
 from achse.motion.checks import OK, why_no_command, why_not_velocity
 from achse.motion.commands.generators import begin_generator, why_no_generator
 from achse.motion.commands.queue import busy
-from achse.motion.homing import cam_direction, pulse_direction
+from achse.motion.generators.homing import cam_direction, pulse_direction
 from achse.motion.record import TOUCH_PROBES
 from achse.motion.states import (
     TORQUE_MODES,

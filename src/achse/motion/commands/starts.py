@@ -1,6 +1,7 @@
 """Starts: moves that begin now, or that wait for those accepted before."""
 
 from math import isfinite
+from typing import NamedTuple
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
@@ -32,6 +33,8 @@ from achse.motion.targets import NOWHERE, look_ahead, resolve_target
 
 __all__ = ["start", "universal_start"]
 
+_HALTS = (StartType.HALT, StartType.STOP_AND_LOCK)
+
 _BLENDING = {
     BufferMode.BLENDING_LOW,
     BufferMode.BLENDING_PREVIOUS,
@@ -54,19 +57,23 @@ def start(
     None takes the axis default; an explicit value must be positive.
     """
     own = dynamics(axis, 0.0, 0.0, 0.0)
-    acceleration = own[0] if acceleration is None else acceleration
-    deceleration = own[1] if deceleration is None else deceleration
-    jerk = own[2] if jerk is None else jerk
+    given = (
+        own[0] if acceleration is None else acceleration,
+        own[1] if deceleration is None else deceleration,
+        own[2] if jerk is None else jerk,
+    )
     code = (
         why_no_command(axis)
         or (occupied(axis) and NcError.GROUP_BUSY.number)
-        or why_not_dynamics(axis, acceleration, deceleration, jerk)
+        or why_not_dynamics(axis, *given)
     )
     if code:
         return code
-    if start_type in (StartType.HALT, StartType.STOP_AND_LOCK):
+    if start_type in _HALTS:
         return NcError.START_TYPE.number
-    return universal_start(axis, start_type, position, velocity, acceleration, deceleration, jerk)
+    code, move = _as_move(axis, start_type, position, velocity)
+    code = code or why_not_velocity(axis, move.velocity)
+    return code or _accept(axis, move, *given)
 
 
 def universal_start(
@@ -95,27 +102,69 @@ def universal_start(
     Both velocities are 0 … `velocity` (0x4286), 0 being not given.
     """
     acceleration, deceleration, jerk = dynamics(axis, acceleration, deceleration, jerk)
-    if start_type in (StartType.HALT, StartType.STOP_AND_LOCK):
+    if start_type in _HALTS:
         later = start_type == StartType.HALT and buffer_mode == BufferMode.BUFFERED
         if later and occupied(axis):
             return _halt_later(axis, acceleration, deceleration, jerk)
         return halt(axis, start_type, deceleration, jerk, buffer_mode)
-    if start_type in JOGS:
-        if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
-            return NcError.AXIS_INCOMPATIBLE.number
-        start_type, position, velocity = as_plain_start(axis, start_type, velocity)
-    if start_type not in StartType.__members__.values():
-        return NcError.START_TYPE.number
+    code, move = _as_move(axis, start_type, position, velocity)
+    if code:
+        return code
     if buffer_mode not in BufferMode.__members__.values():
         return NcError.FUNCTION_NOT_AVAILABLE.number
     code = (
         why_no_command(axis)
-        or why_not_velocity(axis, velocity)
+        or why_not_velocity(axis, move.velocity)
         or why_not_dynamics(axis, acceleration, deceleration, jerk)
-        or why_not_position(axis, start_type, position)
-        or _why_not_segment(
-            velocity, blending_position, segment_start_velocity, segment_end_velocity
-        )
+    )
+    return code or _accept(
+        axis,
+        move,
+        acceleration,
+        deceleration,
+        jerk,
+        buffer_mode,
+        blending_position,
+        segment_start_velocity,
+        segment_end_velocity,
+    )
+
+
+class _Move(NamedTuple):
+    """A start type with a target or a direction, and its velocity."""
+
+    start_type: int
+    position: float
+    velocity: float
+
+
+def _as_move(axis: Axis, start_type: int, position: float, velocity: float) -> tuple[int, _Move]:
+    """What a start asks for, a jog as what it stands for; a number refuses it."""
+    move = _Move(start_type, position, velocity)
+    if start_type in JOGS:
+        if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
+            return NcError.AXIS_INCOMPATIBLE.number, move
+        move = _Move(*as_plain_start(axis, start_type, velocity))
+    elif start_type not in StartType.__members__.values():
+        return NcError.START_TYPE.number, move
+    return OK, move
+
+
+def _accept(
+    axis: Axis,
+    move: _Move,
+    acceleration: float,
+    deceleration: float,
+    jerk: float,
+    buffer_mode: int = BufferMode.ABORTING,
+    blending_position: float | None = None,
+    segment_start_velocity: float = 0.0,
+    segment_end_velocity: float = 0.0,
+) -> int:
+    """Begin a move or let it wait; command, velocity and dynamics have been checked."""
+    start_type, position, velocity = move
+    code = why_not_position(axis, start_type, position) or _why_not_segment(
+        velocity, blending_position, segment_start_velocity, segment_end_velocity
     )
     if code:
         return code

@@ -69,6 +69,8 @@ class Expressions(Arithmetic):
         super().__init__(unit, function, code)
         self.local_names = local_names
         self.names: dict[str, Local] = {}
+        self.rows: dict[str, object] = {}
+        """Of each loop over a table around, the row that its name stands for."""
         self._kinds: dict[ast.expr, Kind] = {}
 
     # -- kinds -------------------------------------------------------------------------------
@@ -144,6 +146,8 @@ class Expressions(Arithmetic):
     def static(self, node: ast.expr) -> tuple[bool, Any]:
         """What a name outside the function stands for, if it is one."""
         if isinstance(node, ast.Name):
+            if node.id in self.rows:
+                return True, self.rows[node.id]
             if node.id in self.local_names:
                 return False, None
             scope = self.function.__globals__

@@ -59,7 +59,7 @@ class Body(Expressions):
 
     def _write(self) -> None:
         self.code.clear()
-        self.names, self._loops = {}, []
+        self.names, self.rows, self._loops = {}, {}, []
         self._kinds.clear()
         first = 0
         for name, kind in zip(self._callee.names, self._callee.kinds, strict=True):
@@ -176,16 +176,36 @@ class Body(Expressions):
             self.code.jump(again)
         self._loops.pop()
 
+    def each(self, node: ast.For, rows: tuple[object, ...]) -> None:
+        """`for` over the rows of a table of the module: the body once for each of them."""
+        if not isinstance(node.target, ast.Name):
+            raise self.refusal(node, "a loop over a table has one name")
+        end = self.code.label()
+        for row in rows:
+            self.rows[node.target.id] = row
+            self._kinds.clear()
+            following = self.code.label()
+            self.repeat(node.body, following, end)
+            self.code.begin(following)
+        self.rows.pop(node.target.id, None)
+        self._kinds.clear()
+        self.code.jump(end)
+        self.code.begin(end)
+
     def count(self, node: ast.For) -> None:
-        """`for` over a `range`, evaluated once before the loop."""
+        """`for` over a `range`, evaluated once before the loop, or over a table of rows."""
         call = node.iter
+        known, rows = self.static(call) if isinstance(call, ast.Name) else (False, None)
+        if known and isinstance(rows, tuple):
+            self.each(node, rows)
+            return
         if not (
             isinstance(call, ast.Call)
             and isinstance(node.target, ast.Name)
             and self.static(call.func) == (True, range)
             and 1 <= len(call.args) <= 3
         ):
-            raise self.refusal(node, "a loop counts over a range")
+            raise self.refusal(node, "a loop counts over a range or goes through a table")
         code = self.code
         step = self.as_int(call.args[2]) if len(call.args) == 3 else code.constant(I64, 1)
         if not step.is_constant or step.text == "0":

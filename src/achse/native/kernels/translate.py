@@ -4,8 +4,9 @@ A kernel is functions on records whose parameters and results are annotated. `tr
 one of them and takes in whatever it calls. What a function refers to beyond its own names (numbers,
 tuples of numbers, enumerations, functions) is looked up in its module as it is now.
 
-The language: assignments, also to several names; `if`, `while`, `for … in range(…)`, `break`,
-`continue`, `return`; numbers, comparisons, `and`, `or`, `not`, `in` a tuple; fields, records that
+The language: assignments, also to several names; `if`, `while`, `for … in range(…)`, `for row in
+TABLE` (a tuple of the module, whose rows may hold numbers and functions), `break`, `continue`,
+`return`; numbers, comparisons, `and`, `or`, `not`, `in` a tuple; fields, records that
 fields refer to, elements of sequences and of a `bytearray`; `abs`, `min`, `max`, `len`, `int`,
 `float`, `bool`, `round` and most of `math`. Anything else is a `TranslationError`. Float arithmetic
 is that of IEEE 754 and of the C library, operation by operation as Python does it, so that results

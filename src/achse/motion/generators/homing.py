@@ -4,16 +4,17 @@ The sequence is that of 004 §5.1.1: towards the cam, stop on it, off the cam, l
 stop, and only then set the position, so that the mark has the reference position and the axis
 stands its braking distance beyond.
 
-Kernel source: compiled as it stands, see `compiled`.
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
 from achse.codes import NcError
+from achse.motion.generators import moves
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import arrived, end_homing, fail, shift_origin
 from achse.motion.signals import LATCHED, begin_watch, homing_cam
 from achse.motion.states import CommandState, HomingState, MotionPhase, ReferenceMode
 
-__all__ = ["cam_direction", "home", "pulse_direction"]
+__all__ = ["cam_direction", "home", "pulse_direction", "step"]
 
 
 def cam_direction(ax: AxisFields) -> float:
@@ -99,3 +100,9 @@ def home(ax: AxisFields) -> None:
         ax.homed = 1
         ax.set_motion_phase = MotionPhase.NONE
         ax.set_command_state = CommandState.DONE
+
+
+def step(ax: AxisFields, dt: float) -> None:
+    """One cycle: what the sequence wants now, moved like any move."""
+    home(ax)
+    moves.step(ax, dt)

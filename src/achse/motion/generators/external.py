@@ -4,7 +4,7 @@ Alone, the set position is the external one. Where motion commands are allowed m
 motion and the external one add up; afterwards the axis keeps the distance it went by itself. Both
 together are no faster than the axis may be (0x4359).
 
-Kernel source: compiled as it stands, see `compiled`.
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
 from achse.motion.dynamics import drop_foreign, fastest, run_out
@@ -12,7 +12,7 @@ from achse.motion.record import AxisFields
 from achse.motion.setpoint import displace, fail, generate
 from achse.motion.states import MotionPhase
 
-__all__ = ["follow_external", "leave_external"]
+__all__ = ["end", "leads", "leave_external", "step"]
 
 _NO_JOB = MotionPhase.NONE.value
 _STOPPING = MotionPhase.STOPPING.value
@@ -47,6 +47,17 @@ def _is_over(ax: AxisFields) -> bool:
     """Whether a stop or an error has ended it."""
     phase = ax.set_motion_phase
     return phase == _STOPPING or (phase == _NO_JOB and ax.buffer_count == 0)
+
+
+def leads(ax: AxisFields) -> bool:
+    """As long as it is active, whatever else moves on top of it."""
+    return ax.external_setpoint_active == 1
+
+
+def end(ax: AxisFields) -> None:
+    """Give the lead back once a stop or an error has ended it."""
+    if _is_over(ax):
+        leave_external(ax)
 
 
 def _fault(ax: AxisFields, way: float, dt: float) -> int:
@@ -89,7 +100,7 @@ def _take(ax: AxisFields, way: float, dt: float) -> None:
     ax.external_jerk = ax.external_set_jerk
 
 
-def follow_external(ax: AxisFields, dt: float) -> None:
+def step(ax: AxisFields, dt: float) -> None:
     """One cycle while the external generator is active."""
     way = ax.external_set_position - ax.external_position
     if not _is_over(ax):

@@ -1,0 +1,19 @@
+"""Direct output: the drive gets a velocity past the position controller (0x26 … 0x28).
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from achse.motion.open_loop import follow_axis
+from achse.motion.record import AxisFields
+
+__all__ = ["heading", "step"]
+
+
+def heading(ax: AxisFields) -> float:
+    """Where the output drives the axis."""
+    return ax.direct_output
+
+
+def step(ax: AxisFields, dt: float) -> None:
+    """The set point follows the axis meanwhile."""
+    follow_axis(ax)

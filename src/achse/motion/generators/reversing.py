@@ -1,0 +1,53 @@
+"""Reversing: positioning between two targets in turn, with a pause at each (0x25).
+
+While it moves its phase is that of a positioning, while it pauses REVERSING.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from achse.motion.record import AxisFields
+from achse.motion.setpoint import begin_job, generate
+from achse.motion.states import CommandState, MotionPhase, StartType
+
+__all__ = ["position_in_turn", "step"]
+
+
+def position_in_turn(ax: AxisFields) -> None:
+    """After each cycle of a reversing command: at a target the pause begins."""
+    if ax.set_command_number != ax.reversing_number or ax.set_command_state not in (
+        CommandState.ACTIVE,
+        CommandState.DONE,
+    ):
+        ax.reversing_number = 0
+    elif ax.set_motion_phase == MotionPhase.NONE and ax.buffer_count == 0:
+        ax.set_motion_phase = MotionPhase.REVERSING
+        ax.set_command_state = CommandState.ACTIVE
+        ax.generator_time = 0.0
+        ax.job_timing = 0
+
+
+def step(ax: AxisFields, dt: float) -> None:
+    """One cycle of the pause at a target, then to the other one; a command that waits is let in."""
+    ax.generator_time += dt
+    if ax.buffer_count > 0:
+        ax.set_motion_phase = MotionPhase.NONE
+        ax.set_command_state = CommandState.DONE
+        return
+    if ax.generator_time < ax.generator_pause + 0.5 * dt:
+        return
+    here = ax.set_position
+    target = ax.reversing_target
+    ax.reversing_target = here
+    begin_job(
+        ax,
+        ax.reversing_number,
+        StartType.ABSOLUTE,
+        target,
+        ax.job_velocity,
+        ax.job_acceleration,
+        ax.job_deceleration,
+        ax.job_jerk,
+        0.0,
+    )
+    generate(ax, dt)
+    position_in_turn(ax)

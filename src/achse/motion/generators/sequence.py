@@ -1,0 +1,34 @@
+"""What sequences of the NC have in common: the override scales them, and they come to an end.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from achse.motion.record import AxisFields
+from achse.motion.setpoint import absorb
+from achse.motion.states import CommandState, MotionPhase
+
+__all__ = ["finish", "override_share"]
+
+_STILL = 1e-6
+"""A sequence whose velocity is below ends without a ramp."""
+
+
+def override_share(ax: AxisFields) -> float:
+    """The override in force, 1 = 100 %."""
+    ax.planned_override = ax.velocity_override
+    share = ax.velocity_override / 1e6
+    return share if share < 1.0 else 1.0
+
+
+def finish(ax: AxisFields) -> None:
+    """The sequence is complete: brake where the axis still moves."""
+    absorb(ax)
+    ax.set_command_state = CommandState.DONE
+    if abs(ax.set_velocity) < _STILL:
+        ax.set_velocity = 0.0
+        ax.set_acceleration = 0.0
+        ax.set_jerk = 0.0
+        ax.set_motion_phase = MotionPhase.NONE
+    else:
+        ax.set_motion_phase = MotionPhase.STOPPING
+        ax.replan = 1

@@ -1,0 +1,192 @@
+"""The table of generators: who makes the set point, what begins it, what it means for the axis.
+
+A new way of making set points is a module with a `step` and a row here. The kernel goes through the
+rows; machine code has one branch for each.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from achse.motion.generators import (
+    direct_output,
+    external,
+    homing,
+    moves,
+    reversing,
+    sine,
+    torque,
+    velocity_steps,
+)
+from achse.motion.record import AxisFields
+from achse.motion.states import MotionPhase
+
+__all__ = [
+    "CONTINUOUS",
+    "GENERATORS",
+    "TRAVELLING",
+    "UNPLANNED",
+    "Generator",
+    "along_the_set_point",
+    "hand_over",
+    "heading",
+    "lead",
+]
+
+
+def _by_phase_alone(ax: AxisFields) -> bool:
+    """It leads in its phases only."""
+    return False
+
+
+def _stays(ax: AxisFields) -> None:
+    """There is nothing to give back."""
+
+
+def along_the_set_point(ax: AxisFields) -> float:
+    """Where the set point moves, by its sign; an external one may say so without a velocity."""
+    if ax.set_velocity == 0.0 and ax.external_setpoint_active:
+        return float(ax.external_set_direction)
+    return ax.set_velocity
+
+
+class Generator(NamedTuple):
+    """A way of making set points."""
+
+    name: str
+    phases: tuple[int, ...]
+    """`MotionPhase` in which it makes the set point."""
+    begin: tuple[str, ...]
+    """The functions of `achse.motion.commands` that begin it."""
+    step: Callable[[AxisFields, float], None]
+    """Position, velocity and acceleration of this cycle."""
+    end: Callable[[AxisFields], None] = _stays
+    """Before each cycle in which it `leads`: give the lead back, if it is over."""
+    leads: Callable[[AxisFields], bool] = _by_phase_alone
+    """Whether it makes the set point in any phase."""
+    heading: Callable[[AxisFields], float] = along_the_set_point
+    """Where it drives the axis, by its sign."""
+    planned: bool = True
+    """Whether tables of limited jerk make it, which end before soft limits."""
+    travelling: tuple[int, ...] = ()
+    """Phases in which no target is waited for."""
+    continuous: tuple[int, ...] = ()
+    """Phases that StateDWord shows as continuous motion."""
+
+
+GENERATORS = (
+    Generator(
+        "move",
+        (
+            MotionPhase.NONE,
+            MotionPhase.POSITIONING,
+            MotionPhase.ENDLESS,
+            MotionPhase.STOPPING,
+        ),
+        ("start", "universal_start", "start_special", "stop"),
+        moves.step,
+        travelling=(MotionPhase.ENDLESS, MotionPhase.STOPPING),
+        continuous=(MotionPhase.ENDLESS,),
+    ),
+    Generator("homing", (MotionPhase.HOMING,), ("home",), homing.step),
+    Generator("reversing", (MotionPhase.REVERSING,), ("start_reversing",), reversing.step),
+    Generator(
+        "torque",
+        (MotionPhase.TORQUE,),
+        ("start_torque_control",),
+        torque.step,
+        torque.end,
+        torque.leads,
+        torque.heading,
+        planned=False,
+        travelling=(MotionPhase.TORQUE,),
+        continuous=(MotionPhase.TORQUE,),
+    ),
+    Generator(
+        "external set points",
+        (MotionPhase.EXTERNAL,),
+        ("start_external_setpoint",),
+        external.step,
+        external.end,
+        external.leads,
+        planned=False,
+        continuous=(MotionPhase.EXTERNAL,),
+    ),
+    Generator(
+        "velocity steps",
+        (MotionPhase.VELOCITY_STEPS,),
+        ("start_velocity_steps",),
+        velocity_steps.step,
+        planned=False,
+        travelling=(MotionPhase.VELOCITY_STEPS,),
+        continuous=(MotionPhase.VELOCITY_STEPS,),
+    ),
+    Generator(
+        "sine",
+        (MotionPhase.SINE,),
+        ("start_sine_oscillation",),
+        sine.step,
+        planned=False,
+        travelling=(MotionPhase.SINE,),
+        continuous=(MotionPhase.SINE,),
+    ),
+    Generator(
+        "direct output",
+        (MotionPhase.DRIVE_OUTPUT,),
+        ("start_drive_output",),
+        direct_output.step,
+        heading=direct_output.heading,
+        planned=False,
+        travelling=(MotionPhase.DRIVE_OUTPUT,),
+        continuous=(MotionPhase.DRIVE_OUTPUT,),
+    ),
+)
+"""Each phase belongs to one row; of those that lead in any phase, the first does."""
+
+_LEADING = tuple(row for row in GENERATORS if row.leads is not _by_phase_alone)
+
+
+def _by_phase(phases: set[int]) -> tuple[int, ...]:
+    """1 for the phases that are in the set, at their numbers."""
+    return tuple(int(number in phases) for number in range(max(MotionPhase) + 1))
+
+
+UNPLANNED = _by_phase({phase for row in GENERATORS if not row.planned for phase in row.phases})
+"""By phase: no table knows where it leads."""
+
+TRAVELLING = _by_phase({phase for row in GENERATORS for phase in row.travelling})
+"""By phase: no target is waited for."""
+
+CONTINUOUS = _by_phase({phase for row in GENERATORS for phase in row.continuous})
+"""By phase: StateDWord shows a continuous motion."""
+
+
+def hand_over(ax: AxisFields) -> None:
+    """Before the cycle: what led in any phase gives the lead back where it is over."""
+    for row in _LEADING:
+        if row.leads(ax):
+            row.end(ax)
+
+
+def lead(ax: AxisFields, dt: float) -> None:
+    """Set point of this cycle, by the generator whose turn it is."""
+    if ax.external_setpoint_active or ax.drive_operation_mode:
+        for row in _LEADING:
+            if row.leads(ax):
+                row.step(ax, dt)
+                return
+    phase = ax.set_motion_phase
+    for row in GENERATORS:
+        if phase in row.phases:
+            row.step(ax, dt)
+            return
+
+
+def heading(ax: AxisFields) -> float:
+    """Where the axis is to move, by its sign."""
+    phase = ax.set_motion_phase
+    for row in GENERATORS:
+        if phase in row.phases:
+            return row.heading(ax)
+    return 0.0

@@ -1,0 +1,69 @@
+"""Torque: the drive obeys a torque, along its ramp or from outside (0x2D).
+
+The set point follows the axis.
+
+After an error that opens the loop a drive stays in torque mode, until a motion command or function
+0x63 leads it back (002 §6.4.4.3, 0x2D).
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from achse.codes import NcError
+from achse.motion.open_loop import follow_axis
+from achse.motion.record import AxisFields
+from achse.motion.setpoint import fail
+from achse.motion.states import TORQUE_MODES, MotionPhase
+
+__all__ = ["end", "heading", "leads", "step"]
+
+_LARGEST = 1e10
+"""Torques beyond are none."""
+
+
+def leads(ax: AxisFields) -> bool:
+    """In torque mode, with a torque command or without."""
+    return ax.drive_operation_mode in TORQUE_MODES
+
+
+def heading(ax: AxisFields) -> float:
+    """Where the torque pushes."""
+    return ax.set_torque
+
+
+def end(ax: AxisFields) -> None:
+    """A motion of the position loop leads the drive out of torque mode."""
+    if ax.set_motion_phase not in (MotionPhase.NONE, MotionPhase.EXTERNAL, MotionPhase.TORQUE):
+        ax.drive_operation_mode = ax.torque_mode_before
+        ax.torque_mode_before = 0
+        ax.set_torque = 0.0
+        ax.set_torque_derivative = 0.0
+        ax.adapt = 1
+
+
+def step(ax: AxisFields, dt: float) -> None:
+    """One cycle in torque mode: the set torque runs along its ramp, or comes from outside."""
+    before = ax.set_torque
+    if ax.set_motion_phase == MotionPhase.TORQUE:
+        torque = ax.torque_target
+        most = ax.torque_ramp * dt
+        if most > 0.0:
+            if torque > before + most:
+                torque = before + most
+            elif torque < before - most:
+                torque = before - most
+        ax.set_torque = torque
+        ax.set_torque_derivative = (torque - before) / dt
+    elif ax.set_motion_phase == MotionPhase.EXTERNAL:
+        if not (
+            abs(ax.external_set_torque) <= _LARGEST
+            and abs(ax.external_set_torque_derivative) <= _LARGEST
+        ):
+            fail(ax, NcError.EXTERNAL_SETPOINT_DATA, 0)
+            return
+        ax.set_torque = ax.external_set_torque
+        ax.set_torque_derivative = ax.external_set_torque_derivative
+        ax.external_position = ax.external_set_position
+        ax.external_origin = ax.actual_position - ax.external_position
+    else:
+        ax.external_setpoint_active = 0
+    follow_axis(ax)

@@ -1,0 +1,55 @@
+"""Velocity steps: constant velocities and pauses by turns, without ramps (0x32).
+
+The answer of the axis to a step is what they are made for.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from achse.motion.dynamics import fastest
+from achse.motion.generators.sequence import finish, override_share
+from achse.motion.limits import running_into
+from achse.motion.record import AxisFields
+
+__all__ = ["step"]
+
+_STAGES = 4
+"""First velocity, pause, second velocity, pause."""
+
+
+def step(ax: AxisFields, dt: float) -> None:
+    """One cycle of a velocity or a pause."""
+    ax.abrupt = 1
+    stage = ax.generator_stage
+    pausing = stage % 2 == 1
+    velocity = 0.0
+    if not pausing:
+        velocity = ax.step_velocity_1 if stage == 0 else ax.step_velocity_2
+        velocity *= override_share(ax)
+        top = fastest(ax)
+        if velocity > top:
+            velocity = top
+        elif velocity < -top:
+            velocity = -top
+        if ax.limited:  # a jump is not braked in time
+            ax.limit_reached = running_into(ax, velocity, dt)
+            if ax.limit_reached != 0:
+                velocity = 0.0
+    if stage == _STAGES:
+        ax.set_velocity = 0.0
+        finish(ax)
+        return
+    ax.set_velocity = velocity
+    ax.set_position += velocity * dt
+    ax.target_position = ax.set_position
+    ax.generator_time += dt
+    duration = ax.generator_pause if pausing else ax.generator_duration
+    while ax.generator_time >= duration - 0.5 * dt:
+        ax.generator_time = 0.0
+        stage += 1
+        if stage == _STAGES:
+            ax.generator_round += 1
+            if ax.generator_round == ax.generator_rounds:
+                break
+            stage = 0
+        duration = ax.generator_pause if stage % 2 == 1 else ax.generator_duration
+    ax.generator_stage = stage
