@@ -13,7 +13,15 @@ import time
 from achse.codes import AlState
 from achse.drive import Drive
 from achse.drive.compiled import Bank
-from achse.ethercat import Application, Command, Datagram, Frame, Loopback, Segment, Slave
+from achse.ethercat import (
+    Application,
+    Datagram,
+    DatagramCommand,
+    EthercatFrame,
+    Loopback,
+    Segment,
+    Slave,
+)
 
 CYCLE_NS = 1_000_000
 BATCH = 50
@@ -46,9 +54,9 @@ def in_op(applications: list[Application], *, dc: bool) -> Segment:
     segment = Segment(map(Slave, applications), cycle_ns=CYCLE_NS)
 
     def send(*datagrams: Datagram) -> bytes:
-        reply = segment.process(Frame(datagrams).encode())
+        reply = segment.process(EthercatFrame(datagrams).encode())
         assert reply is not None
-        return Frame.decode(reply).datagrams[0].data
+        return EthercatFrame.decode(reply).datagrams[0].data
 
     outputs, inputs = 0, sum(each.output_size for each in applications)
     for position, (slave, application) in enumerate(zip(segment.slaves, applications, strict=True)):
@@ -74,25 +82,27 @@ def in_op(applications: list[Application], *, dc: bool) -> Segment:
         )
         outputs += application.output_size
         inputs += application.input_size
-        send(Datagram.at(Command.APWR, -position, 0x0010, station.to_bytes(2, "little")))
-        send(Datagram.at(Command.FPWR, station, 0x0800, mailboxes))
-        send(Datagram.at(Command.FPWR, station, 0x0120, b"\x02\x00"))
-        send(Datagram.at(Command.FPWR, station, 0x0810, buffers))
-        send(Datagram.at(Command.FPWR, station, 0x0600, mapping))
+        send(Datagram.at(DatagramCommand.APWR, -position, 0x0010, station.to_bytes(2, "little")))
+        send(Datagram.at(DatagramCommand.FPWR, station, 0x0800, mailboxes))
+        send(Datagram.at(DatagramCommand.FPWR, station, 0x0120, b"\x02\x00"))
+        send(Datagram.at(DatagramCommand.FPWR, station, 0x0810, buffers))
+        send(Datagram.at(DatagramCommand.FPWR, station, 0x0600, mapping))
         if dc:
-            send(Datagram.at(Command.BWR, 0, 0x0900, bytes(4)))
+            send(Datagram.at(DatagramCommand.BWR, 0, 0x0900, bytes(4)))
             times = [
-                int.from_bytes(send(Datagram.at(Command.FPRD, each, 0x0900, bytes(4))), "little")
+                int.from_bytes(
+                    send(Datagram.at(DatagramCommand.FPRD, each, 0x0900, bytes(4))), "little"
+                )
                 for each in (REFERENCE, station)
             ]
             delay = (times[1] - times[0]).to_bytes(4, "little")
-            send(Datagram.at(Command.FPWR, station, 0x0928, delay))
-            send(Datagram.at(Command.FPWR, station, 0x0990, (10**6).to_bytes(8, "little")))
-            send(Datagram.at(Command.FPWR, station, 0x09A0, CYCLE_NS.to_bytes(4, "little")))
-            send(Datagram.at(Command.FPWR, station, 0x0981, b"\x03"))
-        send(Datagram.at(Command.FPWR, station, 0x0120, b"\x04\x00"))
-    send(Datagram(Command.LRW, 0, bytes(inputs)))
-    send(Datagram.at(Command.BWR, 0, 0x0120, b"\x08\x00"))
+            send(Datagram.at(DatagramCommand.FPWR, station, 0x0928, delay))
+            send(Datagram.at(DatagramCommand.FPWR, station, 0x0990, (10**6).to_bytes(8, "little")))
+            send(Datagram.at(DatagramCommand.FPWR, station, 0x09A0, CYCLE_NS.to_bytes(4, "little")))
+            send(Datagram.at(DatagramCommand.FPWR, station, 0x0981, b"\x03"))
+        send(Datagram.at(DatagramCommand.FPWR, station, 0x0120, b"\x04\x00"))
+    send(Datagram(DatagramCommand.LRW, 0, bytes(inputs)))
+    send(Datagram.at(DatagramCommand.BWR, 0, 0x0120, b"\x08\x00"))
     assert all(slave.state is AlState.OP for slave in segment.slaves)
     return segment
 
@@ -102,12 +112,12 @@ def cyclic_frames(segment: Segment, outputs: bytes, *, dc: bool) -> list[bytes]:
     data = b"".join(outputs[: each.application.output_size] for each in segment.slaves)
     data += bytes(sum(each.application.input_size for each in segment.slaves))
     parts = [
-        [Datagram(Command.LRW, first, data[first : first + 1400])]
+        [Datagram(DatagramCommand.LRW, first, data[first : first + 1400])]
         for first in range(0, len(data), 1400)
     ]
     if dc:
-        parts[0].append(Datagram.at(Command.FRMW, REFERENCE, 0x0910, bytes(8)))
-    return [Frame(part).encode() for part in parts]
+        parts[0].append(Datagram.at(DatagramCommand.FRMW, REFERENCE, 0x0910, bytes(8)))
+    return [EthercatFrame(part).encode() for part in parts]
 
 
 def moving(segment: Segment, *, dc: bool) -> list[list[bytes]]:

@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, DecodeError, NetId
 from achse.ams.discovery import (
-    Datagram,
+    DiscoveryPacket,
     DiscoveryService,
     OsVersion,
     RouteRequest,
-    SystemInfo,
+    RouterInfo,
     Tag,
     answer_with,
     info_request,
@@ -36,7 +36,7 @@ def test_a_search_has_the_recorded_24_bytes() -> None:
 
 
 def test_an_add_route_of_a_python_client_is_understood() -> None:
-    datagram = Datagram.decode(PYADS_ADD_ROUTE)
+    datagram = DiscoveryPacket.decode(PYADS_ADD_ROUTE)
     assert datagram.service == DiscoveryService.ADD_ROUTE
     assert not datagram.answer
     assert datagram.source == AmsAddress("10.0.0.7.1.1:10000")
@@ -52,28 +52,28 @@ def test_an_add_route_is_written_as_it_was_recorded() -> None:
 
 @pytest.mark.parametrize("status", [0, 0x704, 0x706])
 def test_the_answer_to_an_add_route_has_exactly_32_bytes(status: int) -> None:
-    request = Datagram.decode(PYADS_ADD_ROUTE)._replace(invoke_id=77)
+    request = DiscoveryPacket.decode(PYADS_ADD_ROUTE)._replace(invoke_id=77)
     data = answer_with(request, OURS, status).encode()
     assert len(data) == 32
     assert data[26:28] == b"\4\0"
     assert struct.unpack_from("<III", data) == (0x71146603, 77, 0x80000006)
-    assert status_of(Datagram.decode(data)) == status
+    assert status_of(DiscoveryPacket.decode(data)) == status
 
 
 def test_an_info_answer_has_its_tags_in_the_recorded_order_and_size() -> None:
-    info = SystemInfo(OURS, "CX-1234", (3, 1, 4024), OsVersion(10, 0, 19045, 2, "x"), "ab" * 32)
+    info = RouterInfo(OURS, "CX-1234", (3, 1, 4024), OsVersion(10, 0, 19045, 2, "x"), "ab" * 32)
     datagram = info.encode(info_request(OURS))
     assert [number for number, _ in datagram.tags] == [5, 4, 3, 18]
     assert [len(data) for _, data in datagram.tags] == [8, 276, 4, 65]
     data = datagram.encode()
     assert data[8:12] == b"\1\0\0\x80"
     assert data[12:18] == OURS
-    assert SystemInfo.decode(Datagram.decode(data)) == info
+    assert RouterInfo.decode(DiscoveryPacket.decode(data)) == info
 
 
 def test_an_answer_without_tags_still_names_its_sender() -> None:
-    answer = Datagram(1, AmsAddress.of(OURS, 10_000), (), True)
-    assert SystemInfo.decode(answer) == SystemInfo(OURS, "")
+    answer = DiscoveryPacket(1, AmsAddress.of(OURS, 10_000), (), True)
+    assert RouterInfo.decode(answer) == RouterInfo(OURS, "")
     with pytest.raises(DecodeError, match="status"):
         status_of(answer)
 
@@ -90,25 +90,25 @@ def test_an_answer_without_tags_still_names_its_sender() -> None:
 )
 def test_what_is_no_datagram_says_so(data: bytes, reason: str) -> None:
     with pytest.raises(DecodeError, match=reason):
-        Datagram.decode(data)
+        DiscoveryPacket.decode(data)
 
 
 def test_a_tag_beyond_its_length_field_is_refused() -> None:
     with pytest.raises(ValueError, match="65535"):
-        Datagram(1, AmsAddress.of(OURS, 1), [(5, bytes(0x1_0000))]).encode()
+        DiscoveryPacket(1, AmsAddress.of(OURS, 1), [(5, bytes(0x1_0000))]).encode()
 
 
 def test_tags_of_a_wrong_size_are_as_if_absent() -> None:
     tags = [(Tag.NET_ID, b"12345"), (Tag.OPTIONS, b"1"), (Tag.VERSION, b""), (Tag.OS_VERSION, b"1")]
-    datagram = Datagram(6, AmsAddress.of(OURS, 10_000), tags)
+    datagram = DiscoveryPacket(6, AmsAddress.of(OURS, 10_000), tags)
     assert RouteRequest.decode(datagram) == RouteRequest("", None)
-    assert SystemInfo.decode(datagram) == SystemInfo(OURS, "")
+    assert RouterInfo.decode(datagram) == RouterInfo(OURS, "")
 
 
 texts = st.text(st.characters(codec="cp1252", exclude_characters="\0"), max_size=40)
 net_ids = st.binary(min_size=6, max_size=6).map(NetId)
 datagrams = st.builds(
-    Datagram,
+    DiscoveryPacket,
     st.integers(0, 0x7FFF_FFFF),
     st.binary(min_size=8, max_size=8).map(AmsAddress),
     st.lists(st.tuples(st.integers(0, 0xFFFF), st.binary(max_size=60)), max_size=20),
@@ -118,8 +118,8 @@ datagrams = st.builds(
 
 
 @given(datagrams, st.binary(max_size=5))
-def test_a_datagram_survives_the_wire(datagram: Datagram, tail: bytes) -> None:
-    assert Datagram.decode(datagram.encode() + tail) == datagram
+def test_a_datagram_survives_the_wire(datagram: DiscoveryPacket, tail: bytes) -> None:
+    assert DiscoveryPacket.decode(datagram.encode() + tail) == datagram
 
 
 @given(st.binary(max_size=100), st.booleans())
@@ -127,16 +127,16 @@ def test_any_bytes_decode_or_raise_decode_error(data: bytes, begins_well: bool) 
     if begins_well:
         data = info_request(OURS).encode()[:20] + data
     try:
-        datagram = Datagram.decode(data)
+        datagram = DiscoveryPacket.decode(data)
     except DecodeError:
         return
     RouteRequest.decode(datagram)
-    SystemInfo.decode(datagram)
+    RouterInfo.decode(datagram)
 
 
 @given(st.builds(RouteRequest, texts, net_ids, texts, texts, texts, st.booleans()), net_ids)
 def test_a_route_request_survives_the_wire(request: RouteRequest, source: NetId) -> None:
-    assert RouteRequest.decode(Datagram.decode(request.encode(source).encode())) == request
+    assert RouteRequest.decode(DiscoveryPacket.decode(request.encode(source).encode())) == request
 
 
 versions = st.builds(
@@ -147,9 +147,9 @@ versions = st.builds(
 )  # fmt: skip
 
 
-@given(st.builds(SystemInfo, net_ids, texts,
+@given(st.builds(RouterInfo, net_ids, texts,
                  st.tuples(st.integers(0, 255), st.integers(0, 255), st.integers(0, 65535)),
                  versions, st.text("0123456789abcdef", max_size=64)))  # fmt: skip
-def test_system_info_survives_the_wire(info: SystemInfo) -> None:
+def test_system_info_survives_the_wire(info: RouterInfo) -> None:
     data = info.encode(info_request(OURS)).encode()
-    assert SystemInfo.decode(Datagram.decode(data)) == info
+    assert RouterInfo.decode(DiscoveryPacket.decode(data)) == info

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from achse.ams import DecodeError, NotificationStream, Sample, Stamp
+from achse.ams import DecodeError, NotificationSample, NotificationStream, Stamp
 from achse.ams.notification import encode_stream
 
 u32 = st.integers(0, 0xFFFFFFFF)
-samples = st.builds(Sample, u32, st.binary(max_size=12))
+samples = st.builds(NotificationSample, u32, st.binary(max_size=12))
 stamps = st.builds(Stamp, st.integers(0, 2**64 - 1), st.lists(samples, max_size=4).map(tuple))
 streams = st.lists(stamps, max_size=4).map(tuple).map(NotificationStream)
 
@@ -22,7 +22,9 @@ RECORDED = bytes.fromhex(
 
 
 def test_a_recorded_stream() -> None:
-    expected = NotificationStream((Stamp(0x01D6E1354B5164B0, (Sample(1, bytes(range(16))),)),))
+    expected = NotificationStream(
+        (Stamp(0x01D6E1354B5164B0, (NotificationSample(1, bytes(range(16))),)),)
+    )
     assert len(RECORDED) == 44
     assert NotificationStream.decode(RECORDED) == expected
     assert expected.encode() == RECORDED
@@ -35,7 +37,9 @@ def test_bytes_and_back(stream: NotificationStream) -> None:
 
 def test_plain_tuples_and_lists_encode_the_same() -> None:
     assert encode_stream([(5, [(1, b"a"), (2, b"")])]) == (
-        NotificationStream((Stamp(5, (Sample(1, b"a"), Sample(2, b""))),)).encode()
+        NotificationStream(
+            (Stamp(5, (NotificationSample(1, b"a"), NotificationSample(2, b""))),)
+        ).encode()
     )
 
 

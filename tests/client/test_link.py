@@ -9,7 +9,7 @@ import pytest
 
 from achse.ams import AmsAddress, ConnectionLost, Frame, NetId, TcpCommand, TcpMessage
 from achse.ams.commands import ReadStateResponse
-from achse.client.link import Link, RouterDialer, TcpDialer
+from achse.client.link import ClientLink, RouterDialer, TcpDialer
 from achse.router import Router
 from achse.transport.tcp import TcpListener
 
@@ -29,10 +29,10 @@ class User:
     def received(self, frame: Frame) -> None:
         self.frames.put_nowait(frame)
 
-    def lost(self, link: Link, reason: str) -> None:
+    def lost(self, link: ClientLink, reason: str) -> None:
         self.losses.put_nowait(reason)
 
-    def held(self, link: Link, full: bool) -> None:
+    def held(self, link: ClientLink, full: bool) -> None:
         self.full.append(full)
 
 
@@ -102,11 +102,11 @@ async def deaf(granting: bytes = b"", closing: bool = False) -> AsyncIterator[in
         await server.wait_closed()
 
 
-def state_request(link: Link, invoke_id: int = 1) -> Frame:
+def state_request(link: ClientLink, invoke_id: int = 1) -> Frame:
     return Frame(PLC, link.address, 4, invoke_id=invoke_id)
 
 
-async def ask(user: User, link: Link) -> Frame:
+async def ask(user: User, link: ClientLink) -> Frame:
     link.send(state_request(link))
     return await user.frames.get()
 

@@ -13,7 +13,7 @@ from achse.ams import AmsAddress, ConnectionLost, DeviceError, TransmissionMode
 from achse.ams.commands import AddNotificationRequest, DeleteNotificationRequest
 from achse.client.raw import RawTarget
 from achse.client.session import Backoff, Session
-from achse.client.subscription import Place, Sample, Subscription, Timing
+from achse.client.subscription import Sample, Subscription, Timing, VariableLocation
 from achse.iec import UDINT
 
 Run = Callable[[Any], Any]
@@ -35,8 +35,8 @@ def subscription(
 ) -> Subscription:
     """A subscription to values at 0x4020."""
 
-    async def locate() -> Sequence[Place]:
-        return [Place(f"v{offset}", 0x4020, offset, 4, UDINT) for offset in offsets]
+    async def locate() -> Sequence[VariableLocation]:
+        return [VariableLocation(f"v{offset}", 0x4020, offset, 4, UDINT) for offset in offsets]
 
     return Subscription(target, locate, timing, depth)
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from achse.ams import AmsAddress, Frame, NetId
 from achse.devices.logger import EventLoggerDevice, LoggerDevice, LogMessage, MessageType
 from achse.router import Router
-from achse.server import Limits
+from achse.server import ClientLimits
 
 MESSAGE = LogMessage(116_444_736_000_000_000, MessageType.ERROR, 500, "TCNC", "'Axis 1' stopped")
 TICK = 10_000_000
@@ -129,7 +129,7 @@ def test_whoever_writes_the_log_gets_so_many_lines_a_second_and_no_more(
     router, keep = Router(NetId("5.1.2.3.1.1")), Keep()
     devices = [LoggerDevice(clock=lambda: now), EventLoggerDevice(clock=lambda: now)]
     for device, port in zip(devices, (100, 110), strict=True):
-        device.limit(Limits(log_lines=each, all_log_lines=everybody))
+        device.limit(ClientLimits(log_lines=each, all_log_lines=everybody))
         device.attach(router, port)
     hosts = [Host(f"10.0.0.{number}") for number in range(6)]
     target = logging.getLogger("achse.logger")

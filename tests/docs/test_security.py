@@ -23,7 +23,7 @@ from achse.ams.discovery import (
     DiscoveryService,
     OsVersion,
     RouteRequest,
-    SystemInfo,
+    RouterInfo,
     info_request,
 )
 from achse.cli import drive, monitor
@@ -31,7 +31,7 @@ from achse.cli.axis import ALL_ENABLES, FULL_OVERRIDE
 from achse.cli.nc import CYCLIC, PARAMETERS, chosen
 from achse.devices.system.device import _REFUSED
 from achse.devices.system.routes import RouteEntry
-from achse.ethercat import Command, Datagram, Frame, Loopback, Segment, Slave
+from achse.ethercat import Datagram, DatagramCommand, EthercatFrame, Loopback, Segment, Slave
 from achse.router.access import Users, hash_password
 from achse.router.routes import Route, RouteTable
 from achse.station import ConfigError, Station
@@ -453,7 +453,7 @@ def test_python_is_run_only_if_the_configuration_names_it(tmp_path: Path) -> Non
 @proves("A computer gets 200 answers to UDP datagrams at once and 50 a second after that.")
 async def test_answers_to_datagrams() -> None:
     now = 0
-    info = SystemInfo(NetId("5.1.2.3.1.1"), "press", (3, 1, 4024), OsVersion(6, 1, 0, 0, ""))
+    info = RouterInfo(NetId("5.1.2.3.1.1"), "press", (3, 1, 4024), OsVersion(6, 1, 0, 0, ""))
     endpoint = DiscoveryEndpoint(lambda: info, RouteTable())
     endpoint._clock = lambda: now
     sent: list[str] = []
@@ -548,8 +548,8 @@ def test_a_change_of_routes_is_on_the_disk_when_it_is_answered(
 @proves("EtherCAT has no senders to tell apart, and whoever reaches the wire commands the drives.")
 def test_any_master_commands_a_slave() -> None:
     segment = Segment([Slave(Loopback())])
-    write = Frame([Datagram.at(Command.BWR, 0, 0x2000, b"\x66")]).encode()
+    write = EthercatFrame([Datagram.at(DatagramCommand.BWR, 0, 0x2000, b"\x66")]).encode()
     for sender in (b"\x02\0\0\0\0\x01", b"\x66\x66\x66\x66\x66\x66"):
         reply = segment.process(write[:6] + sender + write[12:])
         assert reply is not None
-        assert Frame.decode(reply).datagrams[0].counter == 1
+        assert EthercatFrame.decode(reply).datagrams[0].counter == 1

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from achse.codes import AbortCode, SdoAbort
-from achse.drive import Machine, Switches, VirtualDrive
+from achse.drive import Mechanics, Switches, VirtualDrive
 
 
 @pytest.fixture
@@ -17,10 +17,10 @@ def drive() -> VirtualDrive:
 
 
 @pytest.fixture
-def machine() -> Callable[..., Machine]:
+def machine() -> Callable[..., Mechanics]:
     """`machine(position)`: limit switches at ±1,000,000 inc, home switch from -6,000 to 30,000."""
 
-    def build(position: float = 0.0, **changes: Any) -> Machine:
+    def build(position: float = 0.0, **changes: Any) -> Mechanics:
         switches = Switches(
             negative_stop=-1_200_000,
             negative_limit=-1_000_000,
@@ -29,7 +29,7 @@ def machine() -> Callable[..., Machine]:
             positive_stop=1_200_000,
             probe=(50_000, 60_000),
         )
-        return Machine(switches=switches, position=position, **changes)
+        return Mechanics(switches=switches, position=position, **changes)
 
     return build
 

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 
 from achse.codes import AlState
-from achse.drive import Alarm, Machine, Mode, Switches, VirtualDrive
+from achse.drive import Alarm, Mechanics, Mode, Switches, VirtualDrive
 from achse.drive.compiled import Bank
 from achse.drive.record import FIELDS, ExchangeFields
 from achse.native.compiled import checked_builds
 
-MACHINE = Machine(
+MACHINE = Mechanics(
     switches=Switches(-1_200_000, -1_000_000, (-6_000, 30_000), 1_000_000, 1_200_000, (500, 900)),
     gantry=True,
 )

@@ -11,7 +11,7 @@ from achse.drive.compiled import Bank, CompiledRecord
 from achse.drive.exchange import exchange, pack_inputs, unpack_outputs
 from achse.drive.mapping import ProcessData
 from achse.drive.objects import ROWS
-from achse.drive.record import FIELDS, LAYOUT, DriveFields, SlotsRecord
+from achse.drive.record import FIELDS, LAYOUT, DriveFields, DriveSlots
 
 WHOLE = [row for row in ROWS if row.pdo and row.type is not DataType.F32]
 RECEIVABLE = [row for row in WHOLE if row.receivable]
@@ -82,7 +82,7 @@ def test_inputs_are_packed_as_struct_does(rows: list[Any], draw: st.DataObject) 
 
 def test_cycles_run_between_outputs_and_inputs() -> None:
     record = VirtualDrive().record
-    assert isinstance(record, SlotsRecord)
+    assert isinstance(record, DriveSlots)
     words = [0] * LAYOUT.words
     record.attention = 1
     assert exchange([record], words) == 0

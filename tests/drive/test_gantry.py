@@ -1,6 +1,6 @@
 """Gantry objects: commands, yaw axis and state bits."""
 
-from achse.drive import Alarm, Machine, Mode, VirtualDrive
+from achse.drive import Alarm, Mechanics, Mode, VirtualDrive
 
 LINK, POWERED, ALARM, ACTIVE = 1 << 5, 1 << 6, 1 << 7, 1 << 8
 HOMED, NEAR, REGULATED, IN_PLACE, READY = 1 << 9, 1 << 10, 1 << 11, 1 << 12, 1 << 13
@@ -13,7 +13,7 @@ def test_without_a_link_nothing_is_active(drive: VirtualDrive) -> None:
 
 
 def test_activation_regulation_motion_deactivation() -> None:
-    drive = VirtualDrive(Machine(gantry=True))
+    drive = VirtualDrive(Mechanics(gantry=True))
     assert drive.get(0x3056) == LINK | READY | NEAR
     drive.set(0x3057, 1)
     drive.enable(Mode.CYCLIC_POSITION)
@@ -32,7 +32,7 @@ def test_activation_regulation_motion_deactivation() -> None:
 
 
 def test_an_alarm_of_the_other_drive_is_one_of_this_drive() -> None:
-    drive = VirtualDrive(Machine(gantry=True))
+    drive = VirtualDrive(Mechanics(gantry=True))
     drive.set(0x3057, 1)
     drive.enable(Mode.CYCLIC_POSITION)
     drive.faults.yaw_alarm()
@@ -42,7 +42,7 @@ def test_an_alarm_of_the_other_drive_is_one_of_this_drive() -> None:
 
 
 def test_sto_ends_readiness() -> None:
-    drive = VirtualDrive(Machine(gantry=True))
+    drive = VirtualDrive(Mechanics(gantry=True))
     drive.faults.sto()
     drive.cycle()
     assert not int(drive.get(0x3056)) & READY

@@ -9,8 +9,8 @@ from achse.drive import (
     Encoder,
     EncoderKind,
     Load,
-    Machine,
     MachineError,
+    Mechanics,
     Mode,
     Motor,
     MotorKind,
@@ -22,7 +22,7 @@ from achse.drive import (
 def test_the_plant_of_a_rotary_motor() -> None:
     motor = Motor(rated_torque=2.0, inertia=1e-4, max_speed=3000.0)
     load = Load(inertia=3e-4, coulomb=0.1, viscous=1e-3, gravity=0.4)
-    drive = VirtualDrive(Machine(motor=motor, load=load, encoder=Encoder(resolution=10_000)))
+    drive = VirtualDrive(Mechanics(motor=motor, load=load, encoder=Encoder(resolution=10_000)))
     record = drive.record
     counts = 10_000 / math.tau
     assert record.max_velocity == pytest.approx(50 * 10_000)
@@ -35,7 +35,7 @@ def test_the_plant_of_a_rotary_motor() -> None:
 
 def test_the_plant_of_a_linear_motor() -> None:
     motor = Motor(MotorKind.LINEAR, 120.0, 2.1, 3.5, inertia=2.0, max_speed=5.0)
-    machine = Machine(
+    machine = Mechanics(
         motor=motor,
         load=Load(inertia=4.0, coulomb=0.0, viscous=0.0),
         encoder=Encoder(resolution=1_000_000, index_pitch=20_000),
@@ -61,7 +61,7 @@ def test_the_plant_of_a_linear_motor() -> None:
     ],
 )
 def test_what_encoders_know_after_power_on(kind: EncoderKind, shown: int) -> None:
-    machine = Machine(encoder=Encoder(kind=kind), position=3 * 131_072 + 12_345)
+    machine = Mechanics(encoder=Encoder(kind=kind), position=3 * 131_072 + 12_345)
     drive = VirtualDrive(machine)
     assert drive.get(0x6063) == shown
     drive.enable(Mode.PROFILE_VELOCITY)
@@ -82,11 +82,13 @@ def test_what_encoders_know_after_power_on(kind: EncoderKind, shown: int) -> Non
 
 def test_a_multi_turn_counter_wraps() -> None:
     encoder = Encoder(kind=EncoderKind.MULTI_TURN, turns=16)
-    assert VirtualDrive(Machine(encoder=encoder, position=9 * 131_072)).get(0x6063) == -7 * 131_072
+    assert (
+        VirtualDrive(Mechanics(encoder=encoder, position=9 * 131_072)).get(0x6063) == -7 * 131_072
+    )
 
 
 def test_dual_loop_shows_the_scale_and_has_position_modes_only() -> None:
-    drive = VirtualDrive(Machine(encoder=Encoder(dual_loop=True, scale_ratio=0.5)))
+    drive = VirtualDrive(Mechanics(encoder=Encoder(dual_loop=True, scale_ratio=0.5)))
     drive.enable(Mode.CYCLIC_POSITION)
     for n in range(100):
         drive.put(0x607A, 100 * n)
@@ -103,7 +105,7 @@ def test_dual_loop_shows_the_scale_and_has_position_modes_only() -> None:
 
 
 def test_stops_hold_the_machine() -> None:
-    drive = VirtualDrive(Machine(switches=Switches(negative_stop=-5_000, positive_stop=5_000)))
+    drive = VirtualDrive(Mechanics(switches=Switches(negative_stop=-5_000, positive_stop=5_000)))
     drive.enable(Mode.PROFILE_TORQUE)
     for sign in (1, -1):
         drive.put(0x6071, sign * 300)
@@ -124,4 +126,4 @@ def test_stops_hold_the_machine() -> None:
 )
 def test_what_cannot_be_is_refused(changes: dict[str, Any], named: str) -> None:
     with pytest.raises(MachineError, match=named):
-        Machine(**changes)
+        Mechanics(**changes)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from achse.codes import AlState
-from achse.drive import Machine, Mode, PowerState, VirtualDrive
+from achse.drive import Mechanics, Mode, PowerState, VirtualDrive
 from achse.drive.modes import (
     ModeForm,
     cyclic_position,
@@ -134,7 +134,7 @@ def test_other_commands_switch_off_at_once(word: int, state: PowerState) -> None
 )
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_limit_switch_stops_and_lets_go_the_other_way(
-    machine: Callable[..., Machine], mode: Mode, direction: int
+    machine: Callable[..., Mechanics], mode: Mode, direction: int
 ) -> None:
     drive = VirtualDrive(
         machine(970_000 * direction), parameters={0x6085: 20_000_000, 0x6087: 10**6}
@@ -169,7 +169,7 @@ def test_a_limit_switch_stops_and_lets_go_the_other_way(
 @pytest.mark.parametrize("mode", [Mode.PROFILE_TORQUE, Mode.CYCLIC_TORQUE])
 @pytest.mark.parametrize("torque", [300, 0])
 def test_in_torque_modes_too_a_limit_switch_stops_with_6085h(
-    machine: Callable[..., Machine], mode: Mode, torque: int
+    machine: Callable[..., Mechanics], mode: Mode, torque: int
 ) -> None:
     """However hard the torque pushes, and also an axis that only runs on."""
     rate = 100_000_000

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from achse.drive import Load, Machine, Mode, Motor, VirtualDrive
+from achse.drive import Load, Mechanics, Mode, Motor, VirtualDrive
 from achse.drive.plant import PART, move, prepare, torque_limits
-from achse.drive.record import SlotsRecord
+from achse.drive.record import DriveSlots
 
 FREE = Load(coulomb=0.0, viscous=0.0)
 
@@ -15,7 +15,7 @@ def _speed_step(
     load: Load, parameters: dict[int, int] | None = None
 ) -> tuple[list[float], VirtualDrive]:
     presets = {0x6083: 2**32 - 1, 0x6084: 2**32 - 1, **(parameters or {})}
-    drive = VirtualDrive(Machine(load=load), cycle=125e-6, parameters=presets)
+    drive = VirtualDrive(Mechanics(load=load), cycle=125e-6, parameters=presets)
     drive.enable(Mode.PROFILE_VELOCITY)
     drive.put(0x60FF, 200_000)
     trace = []
@@ -47,7 +47,7 @@ def test_the_velocity_loop_integral_time_takes_a_load_away() -> None:
     """Pt101, 0.01 ms: the error a sudden load makes dies out with it."""
 
     def error(integral_time: int) -> float:
-        drive = VirtualDrive(Machine(load=FREE), parameters={0x2100: 400, 0x2101: integral_time})
+        drive = VirtualDrive(Mechanics(load=FREE), parameters={0x2100: 400, 0x2101: integral_time})
         drive.enable(Mode.CYCLIC_VELOCITY)
         drive.cycle(200)
         drive.faults.load(500)
@@ -71,7 +71,7 @@ def test_a_position_step_of_the_profile_does_not_overshoot_much() -> None:
 
 
 def test_current_is_a_first_order_lag() -> None:
-    drive = VirtualDrive(Machine(motor=Motor(torque_time=1e-3)), cycle=125e-6)
+    drive = VirtualDrive(Mechanics(motor=Motor(torque_time=1e-3)), cycle=125e-6)
     drive.faults.jam()
     drive.enable(Mode.CYCLIC_TORQUE)
     drive.set(0x60C2, 25, 1)
@@ -115,10 +115,10 @@ def test_a_coasting_motor_comes_to_rest() -> None:
 
 def test_gravity_is_held_and_falls_when_off() -> None:
     load = Load(gravity=0.3)
-    drive = VirtualDrive(Machine(load=load))
+    drive = VirtualDrive(Mechanics(load=load))
     drive.run(0.01)
     assert drive.get(0x606C) < 0, "a vertical axis without brake falls"
-    drive = VirtualDrive(Machine(load=load, brake=True))
+    drive = VirtualDrive(Mechanics(load=load, brake=True))
     drive.run(0.5)
     assert drive.position == 0
     drive.enable(Mode.CYCLIC_POSITION)
@@ -139,7 +139,7 @@ def test_a_torque_limit_acts_is_shown_and_loses_the_set_point() -> None:
 
 
 def test_torque_limits_are_the_smallest_of_all() -> None:
-    record = SlotsRecord()
+    record = DriveSlots()
     record.peak_torque = 2_000.0
     record.max_torque, record.positive_torque_limit, record.negative_torque_limit = 3_000, 900, 5000
     assert torque_limits(record) == (2_000.0, 900.0)
@@ -147,7 +147,7 @@ def test_torque_limits_are_the_smallest_of_all() -> None:
 
 @pytest.mark.parametrize("cycle", [125e-6, 250e-6, 500e-6, 1e-3])
 def test_parts_are_at_most_125_us(cycle: float) -> None:
-    record = SlotsRecord()
+    record = DriveSlots()
     record.torque_time = 1e-3
     prepare(record, cycle)
     assert cycle / record.substeps <= PART * (1 + 1e-9)

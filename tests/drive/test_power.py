@@ -9,7 +9,7 @@ import pytest
 from achse.codes import AlState, AlStatus
 from achse.drive import Alarm, Mode, PowerState, VirtualDrive, state_of
 from achse.drive.power import COMMANDS, TRANSITIONS, PowerEvent, advance
-from achse.drive.record import SlotsRecord
+from achse.drive.record import DriveSlots
 
 # Tables 3.2.1.1 and 3.2.1.2 of the manual once more, by hand: state -> command -> state.
 S = PowerState
@@ -40,8 +40,8 @@ WORDS = {
 }
 
 
-def _at(state: PowerState) -> SlotsRecord:
-    record = SlotsRecord()
+def _at(state: PowerState) -> DriveSlots:
+    record = DriveSlots()
     record.power_state = state
     record.communication = AlState.OP
     record.standing = 0

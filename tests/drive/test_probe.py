@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import pytest
 
-from achse.drive import Alarm, Encoder, EncoderKind, Machine, Mode, VirtualDrive
+from achse.drive import Alarm, Encoder, EncoderKind, Mechanics, Mode, VirtualDrive
 from achse.drive.probe import index_crossed, latch
-from achse.drive.record import SlotsRecord
+from achse.drive.record import DriveSlots
 
 ON, CONTINUOUS, INDEX, RISING, FALLING = 0x01, 0x02, 0x04, 0x10, 0x20
 STORED, FELL, TOGGLE = 0x02, 0x04, 0x80
@@ -91,7 +91,7 @@ def test_the_falling_edge(drive: VirtualDrive) -> None:
     ],
 )
 def test_a_probe_on_the_machine_is_latched_where_it_is(
-    machine: Callable[..., Machine], edge: int, target: int, index: int, position: int
+    machine: Callable[..., Mechanics], edge: int, target: int, index: int, position: int
 ) -> None:
     """Exactly, however fast the axis moves."""
     start = 0 if target > 0 else 150_000
@@ -107,7 +107,7 @@ def test_a_probe_on_the_machine_is_latched_where_it_is(
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_the_index_pulse(direction: int) -> None:
-    drive = VirtualDrive(Machine(position=1_000 * direction))
+    drive = VirtualDrive(Mechanics(position=1_000 * direction))
     drive.enable(Mode.PROFILE_POSITION)
     drive.put(0x60B8, ON | CONTINUOUS | INDEX | RISING)
     drive.put(0x607A, 300_000 * direction)
@@ -137,7 +137,7 @@ def test_the_probe_is_off_in_hm(drive: VirtualDrive) -> None:
 
 
 def test_the_probe_with_an_absolute_encoder_is_an_error() -> None:
-    drive = VirtualDrive(Machine(encoder=Encoder(kind=EncoderKind.SINGLE_TURN)))
+    drive = VirtualDrive(Mechanics(encoder=Encoder(kind=EncoderKind.SINGLE_TURN)))
     drive.put(0x60B8, ON | RISING)
     drive.cycle(3)
     assert drive.get(0x603F) == Alarm.PARAMETER_SETTING_ERROR.code
@@ -155,7 +155,7 @@ def test_the_error_map_is_refreshed_on_request(drive: VirtualDrive) -> None:
 
 
 def test_an_index_is_crossed_once_whichever_way() -> None:
-    record = SlotsRecord()
+    record = DriveSlots()
     record.index_pitch, record.index_offset = 100.0, 10.0
     for before, after, index in (
         (105.0, 115.0, 110.0),
@@ -170,7 +170,7 @@ def test_an_index_is_crossed_once_whichever_way() -> None:
 
 
 def test_nothing_is_latched_while_off() -> None:
-    record = SlotsRecord()
+    record = DriveSlots()
     record.probe_input = 1
     latch(record)
     assert record.probe_status == 0

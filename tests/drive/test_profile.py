@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.drive.profile import follow, plan, ramp_velocity, rate_of, stop
-from achse.drive.record import SlotsRecord
+from achse.drive.record import DriveSlots
 
 rates = st.floats(1e3, 1e8)
 speeds = st.floats(1e2, 1e7)
@@ -15,8 +15,8 @@ speeds = st.floats(1e2, 1e7)
 
 def _planned(
     start: float, target: float, end: float, velocity: float, up: float, down: float
-) -> SlotsRecord:
-    record = SlotsRecord()
+) -> DriveSlots:
+    record = DriveSlots()
     record.demand_velocity = start
     plan(record, target, end, velocity, up, down)
     return record
@@ -68,7 +68,7 @@ def test_an_end_velocity_is_met_as_far_as_possible(
 
 @given(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6), rates, rates, st.floats(1e-4, 1.0))
 def test_ramps(start: float, target: float, up: float, down: float, dt: float) -> None:
-    record = SlotsRecord()
+    record = DriveSlots()
     record.demand_velocity = start
     ramp_velocity(record, target, up, down, dt)
     if min(start, target) < 0 < max(start, target):
@@ -85,7 +85,7 @@ def test_ramps(start: float, target: float, up: float, down: float, dt: float) -
 
 
 def test_a_ramp_covers_the_way_of_its_triangle() -> None:
-    record = SlotsRecord()
+    record = DriveSlots()
     record.demand_velocity = 1000.0
     stop(record, 2000.0, 2.0)
     assert (record.demand, record.demand_velocity) == (pytest.approx(250.0), 0.0)

@@ -4,7 +4,7 @@ from achse.drive.objects import ROWS
 from achse.drive.record import (
     FIELDS,
     DriveFields,
-    SlotsRecord,
+    DriveSlots,
     collector,
     distributor,
 )
@@ -21,7 +21,7 @@ def test_defaults_are_of_the_declared_kind() -> None:
 
 
 def test_records_share_no_arrays() -> None:
-    first, second = SlotsRecord(), SlotsRecord()
+    first, second = DriveSlots(), DriveSlots()
     first.plan_time[0] = 1.0
     assert second.plan_time[0] == FIELDS["plan_time"].default == 0.0
 
@@ -36,7 +36,7 @@ def test_every_row_lives_in_a_field_or_elsewhere() -> None:
 
 
 def test_collecting_and_distributing() -> None:
-    record = SlotsRecord()
+    record = DriveSlots()
     for names in ((), ("controlword",), ("controlword", "general_f0", "statusword")):
         values = tuple(range(7, 7 + len(names)))
         distributor(record, names)(values)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from achse.drive import InputBit, Load, Machine, Mode, OutputFunction, VirtualDrive
+from achse.drive import InputBit, Load, Mechanics, Mode, OutputFunction, VirtualDrive
 from achse.drive.signals import rotation_threshold
 
 
@@ -19,7 +19,7 @@ from achse.drive.signals import rotation_threshold
     ],
 )
 def test_switches_along_the_way(
-    machine: Callable[..., Machine], position: int, bits: InputBit
+    machine: Callable[..., Mechanics], position: int, bits: InputBit
 ) -> None:
     drive = VirtualDrive(machine(position))
     assert drive.get(0x60FD) == bits | InputBit.SF1 | InputBit.SF2
@@ -54,7 +54,7 @@ def test_requests_pass_the_mask(drive: VirtualDrive) -> None:
 
 
 def test_requests_and_status_outputs_are_ored() -> None:
-    drive = VirtualDrive(Machine(outputs=(OutputFunction.SERVO_READY, OutputFunction.ALARM)))
+    drive = VirtualDrive(Mechanics(outputs=(OutputFunction.SERVO_READY, OutputFunction.ALARM)))
     drive.put(0x60FE, 0x0004_0000, 1)
     drive.put(0x60FE, 0x001F_0000, 2)
     drive.cycle()
@@ -66,7 +66,7 @@ def test_requests_and_status_outputs_are_ored() -> None:
 
 def test_status_outputs_show_what_they_are_assigned_to() -> None:
     functions = (OutputFunction.WARNING, OutputFunction.IN_POSITION, OutputFunction.ROTATION)
-    drive = VirtualDrive(Machine(outputs=functions))
+    drive = VirtualDrive(Mechanics(outputs=functions))
     drive.enable(Mode.PROFILE_POSITION)
     drive.run(0.1)
     assert drive.record.digital_outputs == 0x0002_0000
@@ -86,7 +86,7 @@ def test_rotation_levels() -> None:
 
 
 def test_the_brake_follows_the_drive_and_60feh_while_off() -> None:
-    machine = Machine(load=Load(gravity=0.3), brake=True, outputs=(OutputFunction.BRAKE,))
+    machine = Mechanics(load=Load(gravity=0.3), brake=True, outputs=(OutputFunction.BRAKE,))
     drive = VirtualDrive(machine)
     drive.cycle()
     assert drive.record.brake_engaged
@@ -105,7 +105,7 @@ def test_the_brake_follows_the_drive_and_60feh_while_off() -> None:
 
 def test_the_rotation_output_follows_its_level() -> None:
     """Pt502, 1/min."""
-    machine = Machine(outputs=(OutputFunction.ROTATION,))
+    machine = Mechanics(outputs=(OutputFunction.ROTATION,))
     for level, shown in ((50, True), (150, False)):
         drive = VirtualDrive(machine, parameters={0x2502: level})
         drive.enable(Mode.CYCLIC_VELOCITY)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from achse.drive import Alarm, Machine, Mode, Motor, PowerState, VirtualDrive, Warn
+from achse.drive import Alarm, Mechanics, Mode, Motor, PowerState, VirtualDrive, Warn
 from achse.drive.supervision import SAFETY_MISMATCH_TIME
 
 LIMIT = 0x0800
@@ -41,7 +41,7 @@ def test_position_error_too_big(drive: VirtualDrive) -> None:
 
 def test_overload_warns_and_trips() -> None:
     """Twice the rated torque is borne for overload_time."""
-    drive = VirtualDrive(Machine(motor=Motor(overload_time=2.0)))
+    drive = VirtualDrive(Mechanics(motor=Motor(overload_time=2.0)))
     drive.faults.jam()
     drive.enable(Mode.CYCLIC_TORQUE)
     drive.put(0x6071, 2_000)
@@ -64,7 +64,7 @@ def test_rated_torque_is_borne_for_ever(drive: VirtualDrive) -> None:
 
 
 def test_over_speed() -> None:
-    drive = VirtualDrive(Machine(motor=Motor(max_speed=60.0)))
+    drive = VirtualDrive(Mechanics(motor=Motor(max_speed=60.0)))
     drive.enable(Mode.CYCLIC_TORQUE)
     drive.faults.load(-2_900)  # something pulls
     assert _fault(drive) is Alarm.OVER_SPEED
@@ -157,6 +157,6 @@ def test_the_voltage_bit_follows_the_manual_or_the_profile() -> None:
         assert bool(drive.statusword & 0x10) is not bool(bit)
 
 
-def test_a_switch_in_the_machine_warns(machine: Callable[..., Machine]) -> None:
+def test_a_switch_in_the_machine_warns(machine: Callable[..., Mechanics]) -> None:
     drive = VirtualDrive(machine(1_050_000))
     assert drive.get(0x3110) == Warn.POSITIVE_LIMIT.mask

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.codes import AbortCode, AlState
-from achse.drive import Alarm, DriveTimeout, Machine, Mode, PowerState, VirtualDrive
+from achse.drive import Alarm, DriveTimeout, Mechanics, Mode, PowerState, VirtualDrive
 
 
 def test_it_is_in_op_and_moves(drive: VirtualDrive) -> None:
@@ -25,7 +25,7 @@ def test_time_is_virtual(drive: VirtualDrive) -> None:
     assert drive.time_ns - start == 2_500_000_000
 
 
-def test_it_homes(machine: Callable[..., Machine]) -> None:
+def test_it_homes(machine: Callable[..., Mechanics]) -> None:
     drive = VirtualDrive(machine())
     drive.enable(Mode.HOMING)
     drive.home(34, offset=500)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 from achse.codes import AlState
-from achse.ethercat import Command, Datagram, Frame, Loopback, Segment, Slave
+from achse.ethercat import Datagram, DatagramCommand, EthercatFrame, Loopback, Segment, Slave
 
 STATION = 0x1001
 LOGICAL_INPUTS = 0x100
@@ -26,17 +26,17 @@ class Master:
 
     def send(self, *datagrams: Datagram) -> list[Datagram]:
         """Send datagrams in one frame; as they come back."""
-        reply = self.segment.process(Frame(datagrams).encode())
+        reply = self.segment.process(EthercatFrame(datagrams).encode())
         assert reply is not None, "the frame is lost"
-        return list(Frame.decode(reply).datagrams)
+        return list(EthercatFrame.decode(reply).datagrams)
 
-    def one(self, command: Command, station: int, offset: int, data: bytes) -> Datagram:
+    def one(self, command: DatagramCommand, station: int, offset: int, data: bytes) -> Datagram:
         """One datagram to the memory of a slave."""
         return self.send(Datagram.at(command, station, offset, data))[0]
 
     def read(self, offset: int, length: int, station: int = STATION) -> bytes:
         """Read registers or memory; the access must count."""
-        reply = self.one(Command.FPRD, station, offset, bytes(length))
+        reply = self.one(DatagramCommand.FPRD, station, offset, bytes(length))
         assert reply.counter == 1, f"reading 0x{offset:04X} is refused"
         return reply.data
 
@@ -45,13 +45,13 @@ class Master:
 
     def write(self, offset: int, data: bytes, station: int = STATION) -> int:
         """Write registers or memory; the working counter."""
-        return self.one(Command.FPWR, station, offset, data).counter
+        return self.one(DatagramCommand.FPWR, station, offset, data).counter
 
     def address(self) -> None:
         """Give each slave its station address, 0x1001 on."""
         for position in range(len(self.segment.reachable)):
             station = (STATION + position).to_bytes(2, "little")
-            self.one(Command.APWR, -position, 0x0010, station)
+            self.one(DatagramCommand.APWR, -position, 0x0010, station)
 
     def request(self, state: int, station: int = STATION) -> tuple[int, int]:
         """Ask for a state; AL status and code afterwards."""
@@ -93,14 +93,14 @@ class Master:
                 assert self.request(AlState.SAFEOP, station) == (AlState.SAFEOP, 0)
             if state == AlState.OP:
                 size = len(self.segment.slaves) * 4
-                self.send(Datagram(Command.LWR, 0, bytes(size)))
+                self.send(Datagram(DatagramCommand.LWR, 0, bytes(size)))
                 assert self.request(AlState.OP, station) == (AlState.OP, 0)
 
     def exchange(self, outputs: bytes) -> tuple[bytes, int]:
         """Write outputs and read inputs as two datagrams of a frame; the sum of the counters."""
         out, into = self.send(
-            Datagram(Command.LWR, 0, outputs),
-            Datagram(Command.LRD, LOGICAL_INPUTS, bytes(len(outputs))),
+            Datagram(DatagramCommand.LWR, 0, outputs),
+            Datagram(DatagramCommand.LRD, LOGICAL_INPUTS, bytes(len(outputs))),
         )
         return into.data, out.counter + into.counter
 

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.codes import AlState
-from achse.ethercat import Command, Datagram
+from achse.ethercat import Datagram, DatagramCommand
 
 STATION = 0x1001
 
@@ -18,7 +18,7 @@ def receive_times(master: Any, station: int) -> list[int]:
 
 def configure(master: Any, count: int) -> None:
     """Offsets and delays as masters compute them from the receive times, for a line."""
-    master.one(Command.BWR, 0, 0x0900, bytes(4))
+    master.one(DatagramCommand.BWR, 0, 0x0900, bytes(4))
     times = [receive_times(master, STATION + n) for n in range(count)]
     round_trips = [each[1] - each[0] for each in times[:-1]] + [0]
     delay = 0
@@ -39,7 +39,7 @@ def system_times(master: Any, count: int) -> list[int]:
 def cycle(master: Any) -> None:
     """A millisecond passes, then the reference time goes to all."""
     master.advance(1)
-    master.send(Datagram.at(Command.FRMW, STATION, 0x0910, bytes(8)))
+    master.send(Datagram.at(DatagramCommand.FRMW, STATION, 0x0910, bytes(8)))
 
 
 def differences(master: Any, count: int) -> list[int]:
@@ -51,7 +51,7 @@ def test_receive_times_grow_along_the_frames_path(line: Callable[..., Any]) -> N
     master = line(3)
     master.address()
     master.advance(5)
-    master.one(Command.BWR, 0, 0x0900, bytes(4))
+    master.one(DatagramCommand.BWR, 0, 0x0900, bytes(4))
     first, second, third = (receive_times(master, STATION + n) for n in range(3))
     assert first[0] < second[0] < third[0] < second[1] < first[1]
     assert third[1] == 0  # nothing behind the last
@@ -83,7 +83,7 @@ def test_the_time_loop_follows_a_drifting_slave(line: Callable[..., Any], drift_
     assert abs(differences(master, 2)[1]) <= 64
     for _ in range(500):
         master.advance(1)  # without comparison it runs away, 50 ns each millisecond
-    master.send(Datagram.at(Command.FRMW, STATION, 0x0910, bytes(8)))
+    master.send(Datagram.at(DatagramCommand.FRMW, STATION, 0x0910, bytes(8)))
     away = differences(master, 2)[1]
     assert 0.9 * 500 * 50 < away * drift_ppb / 50_000 < 1.1 * 500 * 50
 
@@ -161,7 +161,7 @@ def test_jitter_moves_receive_times_only(master: Any) -> None:
     master.advance(1)
     seen = set()
     for _ in range(20):
-        master.one(Command.BWR, 0, 0x0900, bytes(4))
+        master.one(DatagramCommand.BWR, 0, 0x0900, bytes(4))
         seen.add(master.number(0x0900, 4) - 1_000_000 - clock.arrival_ns)
     assert len(seen) > 3
     assert max(map(abs, seen)) <= 50

@@ -37,11 +37,11 @@ def test_control_address_and_data_are_read_in_one_access(master: Any) -> None:
 
 
 def test_a_broadcast_reads_all(line: Callable[..., Any]) -> None:
-    from achse.ethercat import Command
+    from achse.ethercat import DatagramCommand
 
     master = line(3)
     master.address()
-    assert master.one(Command.BWR, 0, 0x0502, struct.pack("<HI", READ, 0x0E)).counter == 3
+    assert master.one(DatagramCommand.BWR, 0, 0x0502, struct.pack("<HI", READ, 0x0E)).counter == 3
     assert [master.number(0x0508, 4, 0x1001 + n) for n in range(3)] == [0, 1, 2]
 
 

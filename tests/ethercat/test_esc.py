@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.codes import AlState
-from achse.ethercat import Command, Loopback, Slave
+from achse.ethercat import DatagramCommand, Loopback, Slave
 from achse.ethercat.esc import Esc
 
 STATION = 0x1001
@@ -146,7 +146,7 @@ def test_reset_needs_three_letters_in_order(master: Any) -> None:
         master.write(0x0040, bytes((letter,)))
     assert master.segment.slaves[0].state is AlState.OP
     for letter in b"RES":
-        master.one(Command.APWR, 0, 0x0040, bytes((letter,)))
+        master.one(DatagramCommand.APWR, 0, 0x0040, bytes((letter,)))
     slave = master.segment.slaves[0]
     assert slave.state is AlState.INIT
     assert master.line[0].state is AlState.INIT
@@ -162,9 +162,9 @@ def test_the_alias_comes_from_the_switches_else_from_the_eeprom(esc: Esc) -> Non
 def test_the_alias_is_an_address_once_the_master_says_so(master: Any) -> None:
     slave = Slave(Loopback(), alias=0x25)
     master.segment.attach(slave)
-    assert master.one(Command.FPRD, 0x25, 0x0000, bytes(1)).counter == 0
-    master.one(Command.BWR, 0, 0x0103, b"\x01")
-    assert master.one(Command.FPRD, 0x25, 0x0000, bytes(1)).counter == 1
+    assert master.one(DatagramCommand.FPRD, 0x25, 0x0000, bytes(1)).counter == 0
+    master.one(DatagramCommand.BWR, 0, 0x0103, b"\x01")
+    assert master.one(DatagramCommand.FPRD, 0x25, 0x0000, bytes(1)).counter == 1
 
 
 def test_al_status_is_an_event_until_it_is_read(master: Any) -> None:
@@ -181,9 +181,9 @@ def test_al_status_is_an_event_until_it_is_read(master: Any) -> None:
 def test_an_unmasked_event_is_in_every_datagram(master: Any) -> None:
     master.read(0x0110, 2)
     master.write(0x0200, b"\x04\x00")
-    assert master.one(Command.FPRD, STATION, 0x0000, bytes(1)).irq == 0
+    assert master.one(DatagramCommand.FPRD, STATION, 0x0000, bytes(1)).irq == 0
     slave = Slave(Loopback())
     master.segment.attach(slave)
-    assert master.one(Command.FPRD, STATION, 0x0000, bytes(1)).irq == 0x04
+    assert master.one(DatagramCommand.FPRD, STATION, 0x0000, bytes(1)).irq == 0x04
     master.read(0x0110, 2)
-    assert master.one(Command.FPRD, STATION, 0x0000, bytes(1)).irq == 0
+    assert master.one(DatagramCommand.FPRD, STATION, 0x0000, bytes(1)).irq == 0

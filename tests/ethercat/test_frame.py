@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from achse.ethercat.frame import (
     Addressing,
-    Command,
     Datagram,
-    Frame,
+    DatagramCommand,
+    EthercatFrame,
     FrameError,
     datagram_offsets,
     payload_offset,
@@ -30,7 +30,7 @@ datagrams = st.builds(
     circulating=st.booleans(),
 )
 frames = st.builds(
-    Frame,
+    EthercatFrame,
     st.lists(datagrams, min_size=1, max_size=7),
     source=st.binary(min_size=6, max_size=6),
     destination=st.binary(min_size=6, max_size=6),
@@ -38,12 +38,12 @@ frames = st.builds(
 
 
 def test_the_commands_are_the_manuals() -> None:
-    assert " ".join(command.name for command in Command) == COMMANDS
-    assert [int(command) for command in Command] == list(range(15))
+    assert " ".join(command.name for command in DatagramCommand) == COMMANDS
+    assert [int(command) for command in DatagramCommand] == list(range(15))
 
 
-@pytest.mark.parametrize("command", Command)
-def test_a_commands_name_says_what_it_does(command: Command) -> None:
+@pytest.mark.parametrize("command", DatagramCommand)
+def test_a_commands_name_says_what_it_does(command: DatagramCommand) -> None:
     way = {
         "A": Addressing.POSITION,
         "F": Addressing.STATION,
@@ -58,38 +58,38 @@ def test_a_commands_name_says_what_it_does(command: Command) -> None:
 
 
 @given(frames)
-def test_decoding_undoes_encoding(frame: Frame) -> None:
-    assert Frame.decode(frame.encode()) == frame
-    payload = Frame.decode_payload(frame.encode_payload())
+def test_decoding_undoes_encoding(frame: EthercatFrame) -> None:
+    assert EthercatFrame.decode(frame.encode()) == frame
+    payload = EthercatFrame.decode_payload(frame.encode_payload())
     assert payload.datagrams == frame.datagrams
 
 
 def test_the_wire() -> None:
-    frame = Frame([Datagram.at(Command.BRD, 0, 0x0130, bytes(2), index=7)])
+    frame = EthercatFrame([Datagram.at(DatagramCommand.BRD, 0, 0x0130, bytes(2), index=7)])
     assert frame.encode() == bytes.fromhex(
         "ffffffffffff 020000000000 88a4 0e10 07 07 0000 3001 0200 0000 0000 0000"
     )
 
 
 def test_padding_of_the_network_card_is_no_datagram() -> None:
-    frame = Frame([Datagram(Command.NOP, 0, b"tag")])
+    frame = EthercatFrame([Datagram(DatagramCommand.NOP, 0, b"tag")])
     padded = frame.encode().ljust(60, b"\0")
-    assert Frame.decode(padded) == frame
+    assert EthercatFrame.decode(padded) == frame
 
 
 def test_a_vlan_tag_moves_the_header() -> None:
-    packet = Frame([Datagram(Command.NOP, 0, b"")]).encode()
+    packet = EthercatFrame([Datagram(DatagramCommand.NOP, 0, b"")]).encode()
     tagged = packet[:12] + b"\x81\x00\x20\x01" + packet[12:]
     assert payload_offset(packet) == 14
     assert payload_offset(tagged) == 18
-    assert Frame.decode(tagged).datagrams == Frame.decode(packet).datagrams
+    assert EthercatFrame.decode(tagged).datagrams == EthercatFrame.decode(packet).datagrams
 
 
 @pytest.mark.parametrize("packet", [b"", bytes(14), b"\xff" * 12 + b"\x08\x00" + bytes(40)])
 def test_other_protocols_are_not_ethercat(packet: bytes) -> None:
     assert payload_offset(packet) is None
     with pytest.raises(FrameError, match="EtherType"):
-        Frame.decode(packet)
+        EthercatFrame.decode(packet)
 
 
 @pytest.mark.parametrize("kind", [0, 4, 5, 15])
@@ -117,12 +117,12 @@ def test_broken_structure_is_told(payload: str, complaint: str) -> None:
 
 def test_a_frame_has_limits() -> None:
     with pytest.raises(FrameError, match="at least one"):
-        Frame([]).encode()
-    Frame([Datagram(Command.NOP, 0, bytes(1486))]).encode()
+        EthercatFrame([]).encode()
+    EthercatFrame([Datagram(DatagramCommand.NOP, 0, bytes(1486))]).encode()
     with pytest.raises(FrameError, match="1498"):
-        Frame([Datagram(Command.NOP, 0, bytes(1487))]).encode()
+        EthercatFrame([Datagram(DatagramCommand.NOP, 0, bytes(1487))]).encode()
 
 
 def test_adp_and_ado() -> None:
-    datagram = Datagram.at(Command.APRD, -3, 0x0130, b"")
+    datagram = Datagram.at(DatagramCommand.APRD, -3, 0x0130, b"")
     assert (datagram.adp, datagram.ado) == (0xFFFD, 0x0130)

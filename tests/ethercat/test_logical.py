@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.codes import AlState
-from achse.ethercat import Command, Datagram, Loopback, Slave
+from achse.ethercat import Datagram, DatagramCommand, Loopback, Slave
 from achse.ethercat.esc import Esc
 from achse.ethercat.fmmu import Fmmu
 from achse.ethercat.logical import Plan
 
 INPUTS = 0x100
-C = Command
+C = DatagramCommand
 
 
 @pytest.fixture

@@ -151,9 +151,9 @@ def test_a_waiting_message_is_an_event(master: Any) -> None:
     master.bring(AlState.PREOP)
     master.write(0x0200, b"\x20\x00")
     master.post(SDO_READ_VENDOR)
-    from achse.ethercat import Command, Datagram
+    from achse.ethercat import Datagram, DatagramCommand
 
-    assert master.send(Datagram(Command.NOP, 0, b""))[0].irq == 0x20
+    assert master.send(Datagram(DatagramCommand.NOP, 0, b""))[0].irq == 0x20
     assert master.number(0x0210, 2) & 0x20
     master.fetch()
-    assert master.send(Datagram(Command.NOP, 0, b""))[0].irq == 0
+    assert master.send(Datagram(DatagramCommand.NOP, 0, b""))[0].irq == 0

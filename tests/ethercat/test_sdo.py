@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.codes import AbortCode
-from achse.ethercat.loopback import Entry, Loopback, Object
+from achse.ethercat.loopback import Loopback, LoopbackEntry, LoopbackObject
 from achse.ethercat.sdo import MAX_TRANSFER, SdoServer
 
 CAPACITY = 48
@@ -207,13 +207,13 @@ class Mapping(Loopback):
     def __init__(self) -> None:
         super().__init__()
         rw, u8, u16 = 0x3F, 5, 6
-        numbers = [Entry(n, f"Entry {n}", u16, 16, rw) for n in range(1, 5)]
-        entries = (Entry(0, "Count", u8, 8, rw), *numbers)
-        self.mapping = Object(0x1C12, "List", 8, u16, entries)
+        numbers = [LoopbackEntry(n, f"Entry {n}", u16, 16, rw) for n in range(1, 5)]
+        entries = (LoopbackEntry(0, "Count", u8, 8, rw), *numbers)
+        self.mapping = LoopbackObject(0x1C12, "List", 8, u16, entries)
         self.values = {0: b"\x02", 1: b"11", 2: b"22", 3: b"33", 4: b"44"}
         self.writes: list[tuple[int, bytes]] = []
 
-    def objects(self) -> tuple[Object, ...]:
+    def objects(self) -> tuple[LoopbackObject, ...]:
         rest = [each for each in super().objects() if each.index != 0x1C12]
         return (*rest, self.mapping)
 

@@ -8,11 +8,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.codes import AlState
-from achse.ethercat import Command, Datagram, Disturbance, Frame, Loopback, Segment, Slave
+from achse.ethercat import (
+    Datagram,
+    DatagramCommand,
+    Disturbance,
+    EthercatFrame,
+    Loopback,
+    Segment,
+    Slave,
+)
 
 STATION = 0x1001
 RAM = 0x2000
-C = Command
+C = DatagramCommand
 
 
 @pytest.fixture
@@ -144,26 +152,26 @@ def test_a_frame_of_another_type_passes(three: Any) -> None:
 
 
 def test_the_source_address_is_marked_on_the_way_back(three: Any) -> None:
-    frame = Frame([Datagram(C.NOP, 0, b"")], source=bytes.fromhex("101112131415")).encode()
+    frame = EthercatFrame([Datagram(C.NOP, 0, b"")], source=bytes.fromhex("101112131415")).encode()
     reply = three.segment.process(frame)
     assert reply[6:12] == bytes.fromhex("121112131415")
     assert (reply[:6], reply[12:]) == (frame[:6], frame[12:])
 
 
 def test_padding_and_vlan_tag_stay(three: Any) -> None:
-    frame = Frame([Datagram.at(C.BRD, 0, 0, bytes(1))]).encode()
+    frame = EthercatFrame([Datagram.at(C.BRD, 0, 0, bytes(1))]).encode()
     tagged = (frame[:12] + b"\x81\x00\x20\x05" + frame[12:]).ljust(64, b"\xaa")
     reply = three.segment.process(tagged)
     assert len(reply) == 64
     assert reply[12:16] == tagged[12:16]
     assert reply[-20:] == b"\xaa" * 20
-    assert Frame.decode(reply).datagrams[0].counter == 3
+    assert EthercatFrame.decode(reply).datagrams[0].counter == 3
 
 
 def test_udp_payloads(three: Any) -> None:
-    payload = Frame([Datagram.at(C.BRD, 0, 0, bytes(1))]).encode_payload()
+    payload = EthercatFrame([Datagram.at(C.BRD, 0, 0, bytes(1))]).encode_payload()
     reply = three.segment.process_payload(payload)
-    assert Frame.decode_payload(reply).datagrams[0].counter == 3
+    assert EthercatFrame.decode_payload(reply).datagrams[0].counter == 3
 
 
 # topology
@@ -180,7 +188,7 @@ def test_dl_status_shows_the_line(three: Any) -> None:
 
 def test_an_empty_segment_returns_nothing() -> None:
     segment = Segment()
-    assert segment.process(Frame([Datagram(C.NOP, 0, b"")]).encode()) is None
+    assert segment.process(EthercatFrame([Datagram(C.NOP, 0, b"")]).encode()) is None
     assert segment.counters.lost == 1
 
 
@@ -233,7 +241,7 @@ def test_a_broken_link_hides_what_is_behind_until_it_is_mended(three: Any) -> No
 def test_the_cable_to_the_master_can_break(three: Any) -> None:
     first = three.segment.slaves[0]
     three.segment.break_link(first)
-    assert three.segment.process(Frame([Datagram(C.NOP, 0, b"")]).encode()) is None
+    assert three.segment.process(EthercatFrame([Datagram(C.NOP, 0, b"")]).encode()) is None
     three.segment.repair_link(first)
     assert three.one(C.BRD, 0, 0, b"\0").counter == 3
 
@@ -244,23 +252,25 @@ def test_the_master_closes_and_opens_a_port(three: Any) -> None:
     three.write(0x0101, b"\x00")
     assert len(three.segment.reachable) == 3
     three.write(0x0101, b"\x08", 0x1003)  # port 1 of the last slave always open: into the void
-    assert three.segment.process(Frame([Datagram(C.NOP, 0, b"")]).encode()) is None
+    assert three.segment.process(EthercatFrame([Datagram(C.NOP, 0, b"")]).encode()) is None
 
 
 def test_a_frame_that_does_not_come_back_has_passed_the_slaves_before(three: Any) -> None:
     """A master can undo what it held open, though it sees no answer; before, nothing could."""
-    void = Frame([Datagram.at(C.FPWR, 0x1002, 0x0101, b"\x20")]).encode()  # port 2, without link
+    void = EthercatFrame(
+        [Datagram.at(C.FPWR, 0x1002, 0x0101, b"\x20")]
+    ).encode()  # port 2, without link
     assert three.segment.process(void) is not None
     assert three.segment.reachable == three.segment.slaves
-    again = Frame([Datagram.at(C.FPWR, 0x1002, 0x0101, b"\x00")]).encode()
+    again = EthercatFrame([Datagram.at(C.FPWR, 0x1002, 0x0101, b"\x00")]).encode()
     assert three.segment.process(again) is None
     assert three.one(C.BRD, 0, 0, b"\0").counter == 3
 
 
 def test_what_is_lost_passes_no_slave_behind_the_open_port(three: Any) -> None:
-    three.segment.process(Frame([Datagram.at(C.FPWR, 0x1001, 0x0101, b"\x80")]).encode())
+    three.segment.process(EthercatFrame([Datagram.at(C.FPWR, 0x1001, 0x0101, b"\x80")]).encode())
     assert three.segment.reachable == three.segment.slaves[:1], "port 3 comes before port 1"
-    write = Frame([Datagram.at(C.BWR, 0, RAM, b"\x7f")]).encode()
+    write = EthercatFrame([Datagram.at(C.BWR, 0, RAM, b"\x7f")]).encode()
     assert three.segment.process(write) is None
     assert memory(three) == [0x7F, 2, 4]
 
@@ -270,18 +280,18 @@ def test_what_is_lost_passes_no_slave_behind_the_open_port(three: Any) -> None:
     st.sampled_from([C.APWR, C.BWR]),
 )
 def test_whatever_dl_control_does_the_link_opens_the_segment(
-    writes: list[tuple[int, int]], command: Command
+    writes: list[tuple[int, int]], command: DatagramCommand
 ) -> None:
     """Any loop control of any slave in any order; then the cable to the master is pulled."""
     segment = Segment(Slave(Loopback()) for _ in range(3))
     for position, control in writes:
-        frame = Frame([Datagram.at(command, -position & 0xFFFF, 0x0101, bytes((control,)))])
+        frame = EthercatFrame([Datagram.at(command, -position & 0xFFFF, 0x0101, bytes((control,)))])
         segment.process(frame.encode())
     segment.break_link(segment.slaves[0])
     segment.repair_link(segment.slaves[0])
-    reply = segment.process(Frame([Datagram.at(C.BRD, 0, 0, b"\0")]).encode())
+    reply = segment.process(EthercatFrame([Datagram.at(C.BRD, 0, 0, b"\0")]).encode())
     assert reply is not None
-    assert Frame.decode(reply).datagrams[0].counter == 3
+    assert EthercatFrame.decode(reply).datagrams[0].counter == 3
 
 
 def test_a_mended_cable_opens_its_own_ports_only(three: Any) -> None:
@@ -309,7 +319,7 @@ def test_time_goes_on_behind_a_broken_link(line: Callable[..., Any]) -> None:
 
 def test_lost_frames(three: Any) -> None:
     three.segment.disturbance = Disturbance(lose=2)
-    frame = Frame([Datagram.at(C.BWR, 0, RAM, b"\x33")]).encode()
+    frame = EthercatFrame([Datagram.at(C.BWR, 0, RAM, b"\x33")]).encode()
     assert three.segment.process(frame) is None
     assert three.segment.process(frame) is None
     assert three.segment.process(frame) is not None

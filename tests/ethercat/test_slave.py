@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.codes import AlState, AlStatus, ErrorLight
-from achse.ethercat import Command, Datagram, Loopback, Slave
+from achse.ethercat import Datagram, DatagramCommand, Loopback, Slave
 from achse.ethercat.statemachine import TRANSITIONS, Light, Transition
 from achse.ethercat.statemachine import request as meaning_of
 
@@ -34,7 +34,7 @@ def test_each_request_in_each_state(line: Callable[..., Any], state: AlState, nu
     if state is P:
         master.process_data()
     if state is S:
-        master.send(Datagram(Command.LWR, 0, bytes(4)))
+        master.send(Datagram(DatagramCommand.LWR, 0, bytes(4)))
     meaning = meaning_of(state, number)
     if isinstance(meaning, Transition):
         assert master.request(number) == (number, 0)
@@ -68,7 +68,7 @@ def test_acknowledgement_and_request_go_together(
     master.bring(state)
     master.mailboxes() if state is I else master.process_data()
     if wanted is O:
-        master.send(Datagram(Command.LWR, 0, bytes(4)))
+        master.send(Datagram(DatagramCommand.LWR, 0, bytes(4)))
     master.request(0)
     assert master.request(wanted | ACKNOWLEDGE) == (wanted, 0)
 
@@ -80,7 +80,7 @@ def test_the_application_may_refuse_the_way_up(line: Callable[..., Any], state: 
     master.bring(below)
     master.mailboxes() if below is I else master.process_data()
     if state is O:
-        master.send(Datagram(Command.LWR, 0, bytes(4)))
+        master.send(Datagram(DatagramCommand.LWR, 0, bytes(4)))
     master.line[0].refuse = AlStatus.SYNC_CYCLE
     assert master.request(state) == (below | ERROR, 0x0035)
     assert master.request(state | ACKNOWLEDGE) == (state, 0)
@@ -359,7 +359,7 @@ def test_reading_inputs_does_not_feed_the_watchdog(line: Callable[..., Any]) -> 
     master.bring(O)
     for _ in range(12):
         master.advance(10)
-        master.send(Datagram(Command.LRD, 0x100, bytes(4)))
+        master.send(Datagram(DatagramCommand.LRD, 0x100, bytes(4)))
     assert master.status() == (S | ERROR, 0x001B)
 
 

@@ -75,12 +75,12 @@ class Bus:
         self.faults.tick()
 
     def counter(
-        self, command: ethercat.Command = ethercat.Command.BRD, address: int = 0
+        self, command: ethercat.DatagramCommand = ethercat.DatagramCommand.BRD, address: int = 0
     ) -> int | None:
         reply = self.segment.process(
-            ethercat.Frame([Datagram.at(command, address, 0, bytes(1))]).encode()
+            ethercat.EthercatFrame([Datagram.at(command, address, 0, bytes(1))]).encode()
         )
-        return None if reply is None else ethercat.Frame.decode(reply).datagrams[0].counter
+        return None if reply is None else ethercat.EthercatFrame.decode(reply).datagrams[0].counter
 
 
 @pytest.fixture

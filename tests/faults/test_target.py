@@ -1,11 +1,11 @@
 """A station is what faults can hit."""
 
-from achse.faults.target import Target
+from achse.faults.target import FaultyStation
 from achse.station import Station
 
 
 def test_a_station_is_a_target() -> None:
-    target: Target = Station.demo()
+    target: FaultyStation = Station.demo()
     happened: list[int] = []
     target.at(4_000_000, lambda: happened.append(target.time_ns))
     assert not target.strict

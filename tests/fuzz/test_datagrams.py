@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from achse.ams import NetId
-from achse.ams.discovery import Datagram, OsVersion, SystemInfo, status_of
+from achse.ams.discovery import DiscoveryPacket, OsVersion, RouterInfo, status_of
 from achse.router.access import PasswordHash, Users
 from achse.router.rate import Rates
 from achse.router.routes import RouteTable
@@ -23,7 +23,7 @@ from achse.transport.udp import DiscoveryEndpoint
 
 COUNT = 1_000_000
 HASH = PasswordHash(2, 1, 1, bytes(3), bytes(16))
-INFO = SystemInfo(NetId("5.1.2.3.1.1"), "press", (3, 1, 4024), OsVersion(6, 1, 0, 0, "Linux"))
+INFO = RouterInfo(NetId("5.1.2.3.1.1"), "press", (3, 1, 4024), OsVersion(6, 1, 0, 0, "Linux"))
 
 
 def _datagrams(seed: int) -> Iterator[bytes]:
@@ -49,10 +49,10 @@ class _Answers(asyncio.DatagramTransport):
         return ("127.0.0.1", 1)
 
     def sendto(self, data: bytes | bytearray | memoryview, addr: Any = None) -> None:
-        answer = Datagram.decode(bytes(data))
+        answer = DiscoveryPacket.decode(bytes(data))
         assert answer.answer
         if answer.service == 1:
-            assert SystemInfo.decode(answer) == INFO
+            assert RouterInfo.decode(answer) == INFO
         else:
             assert len(data) == 32
             assert status_of(answer) in (0x701, 0x704)

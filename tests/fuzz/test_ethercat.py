@@ -9,7 +9,15 @@ import pytest
 
 from achse.codes import AlState
 from achse.drive import Drive
-from achse.ethercat import Command, Datagram, Frame, FrameError, Loopback, Segment, Slave
+from achse.ethercat import (
+    Datagram,
+    DatagramCommand,
+    EthercatFrame,
+    FrameError,
+    Loopback,
+    Segment,
+    Slave,
+)
 from achse.ethercat.frame import datagram_offsets
 from achse.testing import SegmentReach
 
@@ -40,12 +48,14 @@ class GoodMaster:
 
     def __init__(self, segment: Segment) -> None:
         self.segment = segment
-        self.cyclic = Frame([Datagram(Command.LRW, 0, bytes(8 * SLAVES))]).encode()
+        self.cyclic = EthercatFrame([Datagram(DatagramCommand.LRW, 0, bytes(8 * SLAVES))]).encode()
 
-    def send(self, command: Command, address: int, offset: int, data: bytes) -> Datagram:
-        reply = self.segment.process(Frame([Datagram.at(command, address, offset, data)]).encode())
+    def send(self, command: DatagramCommand, address: int, offset: int, data: bytes) -> Datagram:
+        reply = self.segment.process(
+            EthercatFrame([Datagram.at(command, address, offset, data)]).encode()
+        )
         assert reply is not None
-        return Frame.decode(reply).datagrams[0]
+        return EthercatFrame.decode(reply).datagrams[0]
 
     def bring_to_op(self) -> None:
         for slave in self.segment.slaves:  # what only a power cycle undoes
@@ -61,20 +71,20 @@ class GoodMaster:
                     (4 * (SLAVES + position), 0x1300, 1),
                 )
             )
-            self.send(Command.APWR, -position, 0x0010, station.to_bytes(2, "little"))
-            self.send(Command.FPWR, station, 0x0800, channels)
-            self.send(Command.FPWR, station, 0x0600, mapping.ljust(48, b"\0"))
+            self.send(DatagramCommand.APWR, -position, 0x0010, station.to_bytes(2, "little"))
+            self.send(DatagramCommand.FPWR, station, 0x0800, channels)
+            self.send(DatagramCommand.FPWR, station, 0x0600, mapping.ljust(48, b"\0"))
             for state in (AlState.PREOP, AlState.SAFEOP):
-                self.send(Command.FPWR, station, 0x0120, bytes((state | 0x10, 0)))
+                self.send(DatagramCommand.FPWR, station, 0x0120, bytes((state | 0x10, 0)))
         self.cycle()
-        self.send(Command.BWR, 0, 0x0120, bytes((AlState.OP, 0)))
+        self.send(DatagramCommand.BWR, 0, 0x0120, bytes((AlState.OP, 0)))
         assert self.cycle() == 3 * SLAVES
         assert all(slave.state is AlState.OP for slave in self.segment.slaves)
 
     def cycle(self) -> int:
         reply = self.segment.process(self.cyclic)
         assert reply is not None
-        return Frame.decode(reply).datagrams[0].counter
+        return EthercatFrame.decode(reply).datagrams[0].counter
 
 
 def hostile(seed: int) -> Iterator[bytes]:
@@ -159,10 +169,12 @@ def test_drives_bear_hostile_frames_and_messages() -> None:
         segment.process(packet)
         for station in (0x1001, 0x1002):
             for command, address, data in (
-                (Command.FPWR, 0x1000, message),
-                (Command.FPRD, 0x1100, bytes(256)),
+                (DatagramCommand.FPWR, 0x1000, message),
+                (DatagramCommand.FPRD, 0x1100, bytes(256)),
             ):
-                segment.process(Frame([Datagram.at(command, station, address, data)]).encode())
+                segment.process(
+                    EthercatFrame([Datagram.at(command, station, address, data)]).encode()
+                )
         segment.advance(segment.time.now_ns + 100_000)
         if count % 500 == 0:
             for slave in segment.slaves:

@@ -24,7 +24,7 @@ from achse.iec.declare import (
 from achse.iec.elementary import BOOL, DINT, INT, LREAL, UDINT
 from achse.iec.enums import Enumeration
 from achse.iec.errors import DeclarationError, IecValueError, UnboundError
-from achse.iec.structs import FunctionBlock, Kind, Struct, bind
+from achse.iec.structs import FunctionBlock, RecordKind, Struct, bind
 from achse.iec.times import TIME
 from achse.iec.variables import Address, Place, Section
 
@@ -152,7 +152,7 @@ def test_lists_have_a_name_of_their_own() -> None:
     bind(gvl)
     assert gvl.nGlobal == 3
     assert iec_type(GVL).name == "GVL_Test"
-    assert MAIN.__iec__.kind is Kind.UNIT
+    assert MAIN.__iec__.kind is RecordKind.UNIT
 
 
 def test_methods_are_part_of_the_type() -> None:

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.iec.entries import (
-    Cursor,
+    EntryReader,
     attribute_bytes,
     open_entry,
     padded_entry,
@@ -22,7 +22,7 @@ ATTRIBUTES = st.lists(
 @given(ATTRIBUTES)
 def test_attributes_come_back(attributes: list[tuple[str, str]]) -> None:
     data = attribute_bytes(attributes, "cp1252")
-    cursor = Cursor(data, 0, len(data), "thing")
+    cursor = EntryReader(data, 0, len(data), "thing")
     assert cursor.attributes(len(attributes)) == tuple(attributes)
     assert cursor.left == 0
 
@@ -34,7 +34,7 @@ def test_an_attribute_as_bytes() -> None:
 @given(st.binary(max_size=40), st.binary(min_size=1, max_size=9))
 def test_entries_give_back_body_and_tail(body: bytes, tail: bytes) -> None:
     for entry, rest in ((padded_entry(body), b""), (open_entry(body, tail), tail)):
-        cursor = Cursor.entry(entry, 0, len(entry), "thing", "cp1252")
+        cursor = EntryReader.entry(entry, 0, len(entry), "thing", "cp1252")
         assert cursor.take(len(body)) == body
         if rest == b"" or any(rest):
             assert cursor.tail() == rest
@@ -46,11 +46,11 @@ def test_entries_give_back_body_and_tail(body: bytes, tail: bytes) -> None:
 )
 def test_an_announced_length_must_be_there(data: bytes) -> None:
     with pytest.raises(IecDecodeError, match=r"a thing (announces|ends)"):
-        Cursor.entry(data, 0, len(data), "thing", "cp1252")
+        EntryReader.entry(data, 0, len(data), "thing", "cp1252")
 
 
 def test_reading_beyond_the_end_is_refused() -> None:
-    cursor = Cursor(b"abc", 0, 3, "thing")
+    cursor = EntryReader(b"abc", 0, 3, "thing")
     with pytest.raises(IecDecodeError, match="a thing ends 4294967292 bytes too early"):
         cursor.take(0xFFFF_FFFF)
     with pytest.raises(IecDecodeError, match="a thing ends 1 bytes too early"):

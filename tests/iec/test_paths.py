@@ -13,11 +13,11 @@ from achse.iec.elementary import BIT, BOOL, INT, LREAL, WORD
 from achse.iec.errors import IecIndexError, IecPathError
 from achse.iec.paths import (
     Bit,
-    Call,
     Deref,
-    Index,
-    Location,
-    Member,
+    PathIndex,
+    PathMember,
+    PathMethod,
+    ResolvedPath,
     follow,
     locate,
     parse_path,
@@ -53,23 +53,23 @@ BLOCK = iec_type(Block)
 
 def test_the_steps_of_a_path() -> None:
     assert parse_path("MAIN.st.a[3].x") == (
-        Member("MAIN"),
-        Member("st"),
-        Member("a"),
-        Index((3,)),
-        Member("x"),
+        PathMember("MAIN"),
+        PathMember("st"),
+        PathMember("a"),
+        PathIndex((3,)),
+        PathMember("x"),
     )
-    assert parse_path("a[ -1 , +2 ][007]") == (Member("a"), Index((-1, 2)), Index((7,)))
+    assert parse_path("a[ -1 , +2 ][007]") == (PathMember("a"), PathIndex((-1, 2)), PathIndex((7,)))
     assert parse_path("p^^.w.15") == (
-        Member("p"),
+        PathMember("p"),
         Deref(),
         Deref(),
-        Member("w"),
+        PathMember("w"),
         Bit(15),
     )
-    assert parse_path("fb#Do") == (Member("fb"), Call("Do"))
-    assert parse_path("[1]") == (Index((1,)),)
-    assert parse_path(".Grün") == (Member("Grün"),)
+    assert parse_path("fb#Do") == (PathMember("fb"), PathMethod("Do"))
+    assert parse_path("[1]") == (PathIndex((1,)),)
+    assert parse_path(".Grün") == (PathMember("Grün"),)
 
 
 @pytest.mark.parametrize(
@@ -102,23 +102,23 @@ def test_what_is_no_path_is_refused_with_its_place(path: str, message: str) -> N
 @pytest.mark.parametrize(
     ("path", "expected"),
     [
-        ("WFLAGS", Location(WORD, 8)),
-        ("wFlags.3", Location(BIT, 8, 3)),
-        ("wFlags.11", Location(BIT, 9, 3)),
-        ("b1", Location(BIT, 10, 1)),
-        ("aGrid[-1,1]", Location(INT, 12)),
-        ("aGrid[0,2]", Location(INT, 18)),
-        ("aGrid[0][2]", Location(INT, 18)),
-        ("aaRow[6][1]", Location(INT, 30)),
-        ("aaRow[6,1]", Location(INT, 30)),
-        ("apoints[3].Y", Location(LREAL, 72)),
-        ("pPoint^.y", Location(LREAL, 8, None, (80,))),
-        ("rPoint.y", Location(LREAL, 8, None, (88,))),
-        ("rPoint^.y", Location(LREAL, 8, None, (88,))),
-        ("iAny", Location(BLOCK.member("iAny").type, 96)),
+        ("WFLAGS", ResolvedPath(WORD, 8)),
+        ("wFlags.3", ResolvedPath(BIT, 8, 3)),
+        ("wFlags.11", ResolvedPath(BIT, 9, 3)),
+        ("b1", ResolvedPath(BIT, 10, 1)),
+        ("aGrid[-1,1]", ResolvedPath(INT, 12)),
+        ("aGrid[0,2]", ResolvedPath(INT, 18)),
+        ("aGrid[0][2]", ResolvedPath(INT, 18)),
+        ("aaRow[6][1]", ResolvedPath(INT, 30)),
+        ("aaRow[6,1]", ResolvedPath(INT, 30)),
+        ("apoints[3].Y", ResolvedPath(LREAL, 72)),
+        ("pPoint^.y", ResolvedPath(LREAL, 8, None, (80,))),
+        ("rPoint.y", ResolvedPath(LREAL, 8, None, (88,))),
+        ("rPoint^.y", ResolvedPath(LREAL, 8, None, (88,))),
+        ("iAny", ResolvedPath(BLOCK.member("iAny").type, 96)),
     ],
 )
-def test_paths_lead_to_offsets(path: str, expected: Location) -> None:
+def test_paths_lead_to_offsets(path: str, expected: ResolvedPath) -> None:
     assert locate(BLOCK, path) == expected
 
 
@@ -179,7 +179,7 @@ def test_any_text_leads_somewhere_or_is_refused(path: str) -> None:
 
 
 def test_no_steps_lead_to_the_start() -> None:
-    assert follow(BLOCK, ()) == Location(BLOCK, 0)
+    assert follow(BLOCK, ()) == ResolvedPath(BLOCK, 0)
 
 
 SYMBOLS = {"main", "main.st", "main.a", "gvl.axis.pos", "constants.b"}
@@ -216,7 +216,7 @@ class Shared(FunctionBlock, name="FB_Shared"):
 def test_a_static_variable_is_a_start_of_its_own() -> None:
     shared = iec_type(Shared)
     location = locate(ArrayType(shared, [Bounds(0, 3)]), "[2].stAll.y")
-    assert location == Location(LREAL, 8, None, (), None, shared.member("stAll"))
+    assert location == ResolvedPath(LREAL, 8, None, (), None, shared.member("stAll"))
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from achse.native.compiled import Kernel
-from achse.native.declare import Layout
+from achse.native.declare import RecordLayout
 
 NUMBER = itertools.count()
 
@@ -48,7 +48,9 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., ModuleTyp
 def compiled() -> Callable[..., Callable[..., Any]]:
     """Makes machine code of a function."""
 
-    def make(function: FunctionType, layouts: Mapping[type, Layout[Any]] | None = None) -> Any:
+    def make(
+        function: FunctionType, layouts: Mapping[type, RecordLayout[Any]] | None = None
+    ) -> Any:
         return Kernel("test", function, layouts or {}).function
 
     return make

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.native.declare import Slot, lay_out
-from achse.native.memory import Place, Rows, RowView, field_property, gather, reader
+from achse.native.memory import MemoryCell, Rows, RowView, field_property, gather, reader
 
 
 class Wheel:
@@ -59,7 +59,7 @@ def test_a_view_knows_the_places_of_its_fields() -> None:
 MEMORIES = [memoryview(bytearray(range(20))), memoryview(bytearray(range(100, 110)))]
 
 PLACES = st.builds(
-    lambda n, offset, size: Place(MEMORIES[n], offset, min(size, len(MEMORIES[n]) - offset)),
+    lambda n, offset, size: MemoryCell(MEMORIES[n], offset, min(size, len(MEMORIES[n]) - offset)),
     st.integers(0, 1), st.integers(0, 9), st.integers(0, 12),
 )  # fmt: skip
 CALLS = st.integers().map(lambda value: lambda: value)
@@ -76,7 +76,7 @@ def test_a_gather_gives_what_each_reader_gives(readers: list[Any]) -> None:
 
 def test_a_gather_reads_equal_places_once_and_overlapping_ones_too() -> None:
     memory = MEMORIES[0]
-    whole, same, part = Place(memory, 4, 8), Place(memory, 4, 8), Place(memory, 6, 2)
+    whole, same, part = MemoryCell(memory, 4, 8), MemoryCell(memory, 4, 8), MemoryCell(memory, 6, 2)
     values = gather([part, whole, same])()
     assert values == (bytes(memory[6:8]), bytes(memory[4:12]), bytes(memory[4:12]))
     assert values[1] is values[2]

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.iec import INT, LREAL, DeclarationError, GlobalVariables, Method, Program, Variable
-from achse.iec.structs import Kind, RecordMeta, StructType
+from achse.iec.structs import RecordKind, RecordMeta, StructType
 from achse.plc import PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
 
@@ -15,7 +15,9 @@ def _block(name: str, base: StructType[Any] | None = None) -> StructType[Any]:
     members: list[Variable[Any, Any]] = (
         [Variable(INT, name="nCalls")] if base is None else [Variable(LREAL, name="fMore")]
     )
-    return StructType(name, members, kind=Kind.FUNCTION_BLOCK, base=base, methods=[Method("Add")])
+    return StructType(
+        name, members, kind=RecordKind.FUNCTION_BLOCK, base=base, methods=[Method("Add")]
+    )
 
 
 def _units() -> list[Any]:
@@ -27,11 +29,11 @@ def _units() -> list[Any]:
             Variable(base, name="fbOne"),
             Variable(_block("FB_More", base), name="fbTwo"),
         ],
-        kind=Kind.UNIT,
+        kind=RecordKind.UNIT,
     )
     namespace = {item.name: item for item in iec.members}
     main = RecordMeta("MAIN", (Program,), namespace, iec=iec)
-    gvl: StructType[Any] = StructType("GVL", [Variable(INT, name="nLimit")], kind=Kind.UNIT)
+    gvl: StructType[Any] = StructType("GVL", [Variable(INT, name="nLimit")], kind=RecordKind.UNIT)
     return [
         main,
         RecordMeta("GVL", (GlobalVariables,), {i.name: i for i in gvl.members}, iec=gvl),

@@ -19,12 +19,12 @@ from achse.iec import (
     Struct,
     var,
 )
-from achse.iec.structs import Unit
+from achse.iec.structs import StaticRecord
 from achse.plc.memory import Area, Memory
 from achse.plc.program import PlacedUnit, place
 
 
-def started(*declared: type[Unit], memory: Memory | None = None) -> list[PlacedUnit]:
+def started(*declared: type[StaticRecord], memory: Memory | None = None) -> list[PlacedUnit]:
     memory = memory or Memory()
     units = place(declared, memory)
     memory.hold_initial()

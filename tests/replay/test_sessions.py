@@ -10,7 +10,7 @@ import pytest
 
 from achse.ams import Connection
 from achse.drive import Drive
-from achse.ethercat import Frame as EthercatFrame
+from achse.ethercat import EthercatFrame as EthercatFrame
 from achse.ethercat import Loopback, Segment, Slave
 from achse.station import Station
 

@@ -21,12 +21,12 @@ from achse.server import (
     READ,
     WRITE,
     AreaGroup,
+    ClientLimits,
     Device,
     Group,
     Layout,
-    Limits,
     Service,
-    UploadInfo,
+    TableSizes,
 )
 
 MS = 1_000_000
@@ -95,8 +95,8 @@ class Source:
             raise DeviceError(0x721)
         return self.symbols.get(name.lower())
 
-    def upload_info(self) -> UploadInfo:
-        return UploadInfo(symbol_count=2, type_count=1)
+    def upload_info(self) -> TableSizes:
+        return TableSizes(symbol_count=2, type_count=1)
 
     def symbol_table(self) -> bytes:
         return bytes(range(160))
@@ -146,7 +146,7 @@ class PlcLike(Device):
 class Bench:
     """One device, one registered client, and the station's clock."""
 
-    def __init__(self, limits: Limits | None = None, **options: Any) -> None:
+    def __init__(self, limits: ClientLimits | None = None, **options: Any) -> None:
         self.now = START
         self.machine = Machine()
         self.memory = bytearray(range(64))

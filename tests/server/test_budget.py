@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, Frame
 from achse.ams.notification import NotificationStream
-from achse.server import Limits, SampleBudget
+from achse.server import ClientLimits, SampleBudget
 
 MS = 1_000_000
 SECOND = 1_000_000_000
@@ -81,7 +81,7 @@ def test_one_who_asks_for_everything_delays_nobody_else(
     make_bench: Callable[..., Any], caplog: pytest.LogCaptureFixture
 ) -> None:
     """20,000 subscriptions at each cycle, of a fifth of which there is time."""
-    bench = make_bench(Limits(samples=4_000_000))
+    bench = make_bench(ClientLimits(samples=4_000_000))
     greedy, modest = Way("10.0.0.1"), Way("10.0.0.2")
     subscribe(bench, greedy, 20_000)
     subscribe(bench, modest, 10)
@@ -97,7 +97,7 @@ def test_one_who_asks_for_everything_delays_nobody_else(
 
 
 def test_connections_of_one_host_share_what_the_host_gets(make_bench: Callable[..., Any]) -> None:
-    bench = make_bench(Limits(samples=400_000))
+    bench = make_bench(ClientLimits(samples=400_000))
     many = [Way("10.0.0.1", number) for number in range(50)]
     alone = Way("10.0.0.2")
     neighbour = Way("10.0.0.1", 99)
@@ -134,7 +134,7 @@ def test_in_any_mix_the_budget_holds_and_whoever_asks_for_no_more_than_a_share_m
     hosts: list[list[tuple[int, int, int]]],
 ) -> None:
     """Connections of hosts, each with a number of subscriptions, a cycle and a size."""
-    bench = make_bench(Limits(samples=per_second))
+    bench = make_bench(ClientLimits(samples=per_second))
     notifications = bench.device.notifications
     budget = notifications.usage.budget
     ways: list[tuple[Way, float, bool]] = []

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ams import DeviceError
-from achse.server import Limits
+from achse.server import ClientLimits
 
 
 def add(bench: Any, length: int, **way: Any) -> int:
@@ -18,7 +18,7 @@ def add(bench: Any, length: int, **way: Any) -> int:
 
 
 def test_notifications_per_client(make_bench: Callable[..., Any]) -> None:
-    bench = make_bench(Limits(notifications=2))
+    bench = make_bench(ClientLimits(notifications=2))
     assert [add(bench, 1) for _ in range(3)] == [0, 0, 0x716]
     other, address = bench.join()
     assert add(bench, 1, source=address, origin=other) == 0
@@ -28,13 +28,13 @@ def test_notifications_per_client(make_bench: Callable[..., Any]) -> None:
 
 @pytest.mark.parametrize("length", [9, 0xFFFF_FFFF])
 def test_bytes_of_one_sample(make_bench: Callable[..., Any], length: int) -> None:
-    bench = make_bench(Limits(sample_bytes=8))
+    bench = make_bench(ClientLimits(sample_bytes=8))
     assert add(bench, 8) == 0
     assert add(bench, length) == 0x717
 
 
 def test_bytes_of_all_samples_of_a_client(make_bench: Callable[..., Any]) -> None:
-    bench = make_bench(Limits(watched_bytes=10))
+    bench = make_bench(ClientLimits(watched_bytes=10))
     assert [add(bench, 6), add(bench, 5), add(bench, 4)] == [0, 0x717, 0]
     bench.raw(7, struct.pack("<I", 1))
     assert add(bench, 6) == 0
@@ -45,13 +45,13 @@ def test_the_defaults_let_a_thousand_per_port_through(bench: Any) -> None:
 
 
 def test_bytes_of_one_answer(make_bench: Callable[..., Any]) -> None:
-    bench = make_bench(Limits(answer_bytes=16))
+    bench = make_bench(ClientLimits(answer_bytes=16))
     assert bench.raw(2, struct.pack("<III", 0x4020, 0, 8))[:4] == bytes(4)
     assert bench.raw(2, struct.pack("<III", 0x4020, 0, 9))[:8] == b"\x05\x07" + bytes(6)
 
 
 def test_many_addresses_hold_no_more_than_all_may(make_bench: Callable[..., Any]) -> None:
-    bench = make_bench(Limits(all_notifications=3))
+    bench = make_bench(ClientLimits(all_notifications=3))
     notifications = bench.device.notifications
 
     def add(client: bytes) -> int:
@@ -69,7 +69,7 @@ def handle(bench: Any, **way: Any) -> int:
 
 
 def test_handles_of_one_client_and_of_all(make_bench: Callable[..., Any]) -> None:
-    bench = make_bench(Limits(handles=2, all_handles=3))
+    bench = make_bench(ClientLimits(handles=2, all_handles=3))
     assert [handle(bench) for _ in range(3)] == [0, 0, 0x716]
     other, address = bench.join()
     way = {"source": address, "origin": other}
@@ -82,7 +82,7 @@ def test_handles_of_one_client_and_of_all(make_bench: Callable[..., Any]) -> Non
 
 
 def test_bytes_of_all_samples_of_all_clients(make_bench: Callable[..., Any]) -> None:
-    bench = make_bench(Limits(all_watched_bytes=10))
+    bench = make_bench(ClientLimits(all_watched_bytes=10))
     other, address = bench.join()
     assert add(bench, 6) == 0
     assert add(bench, 5, source=address, origin=other) == 0x717
@@ -93,7 +93,7 @@ def test_bytes_of_all_samples_of_all_clients(make_bench: Callable[..., Any]) -> 
 
 
 def test_other_limits_count_from_now_on(bench: Any) -> None:
-    bench.device.limit(Limits(all_handles=1))
+    bench.device.limit(ClientLimits(all_handles=1))
     assert [handle(bench), handle(bench)] == [0, 0x716]
 
 
@@ -108,7 +108,7 @@ def kept(bench: Any) -> int:
 def test_samples_kept_for_all_clients_have_a_limit_and_the_greediest_lose_theirs(
     make_bench: Callable[..., Any], caplog: pytest.LogCaptureFixture
 ) -> None:
-    bench = make_bench(Limits(all_queue_bytes=12 * STAMP))
+    bench = make_bench(ClientLimits(all_queue_bytes=12 * STAMP))
     slow = [bench.join() for _ in range(3)]
     for number, (client, address) in enumerate(slow, 1):
         bench.subscribe(
@@ -133,7 +133,7 @@ def test_samples_kept_for_all_clients_have_a_limit_and_the_greediest_lose_theirs
 
 
 def test_samples_within_their_largest_delay_count_as_well(make_bench: Callable[..., Any]) -> None:
-    bench = make_bench(Limits(all_queue_bytes=12 * STAMP))
+    bench = make_bench(ClientLimits(all_queue_bytes=12 * STAMP))
     bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10, delay_ms=1000)
     bench.tick(110)
     assert kept(bench) == 12 * STAMP
@@ -155,7 +155,7 @@ def test_samples_within_their_largest_delay_count_as_well(make_bench: Callable[.
 def test_what_is_kept_is_counted_to_the_byte(
     make_bench: Callable[..., Any], steps: list[tuple[str, int]]
 ) -> None:
-    bench = make_bench(Limits(queue_bytes=3 * STAMP, all_queue_bytes=8 * STAMP))
+    bench = make_bench(ClientLimits(queue_bytes=3 * STAMP, all_queue_bytes=8 * STAMP))
     clients = [bench.join() for _ in range(3)]
     notifications = bench.device.notifications
     for what, number in steps:

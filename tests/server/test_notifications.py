@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from achse.ams import AmsAddress, Connection, Frame, TcpCommand, TcpMessage
 from achse.ams.commands import AddNotificationRequest
 from achse.ams.notification import NotificationStream
-from achse.server import Limits
+from achse.server import ClientLimits
 from achse.transport.tcp import TcpListener
 
 FILETIME_OF_START = 116_444_736_000_000_000 + 18_000_000_000_000_000
@@ -232,7 +232,7 @@ def test_a_delayed_and_a_prompt_subscription_do_not_disturb_each_other(bench: An
 
 
 def test_a_batch_that_grows_large_does_not_wait(make_bench: Callable[..., Any]) -> None:
-    bench = make_bench(Limits(frame_bytes=240))
+    bench = make_bench(ClientLimits(frame_bytes=240))
     bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10, delay_ms=10_000)
     bench.tick(90)
     (frame,) = bench.client.frames
@@ -243,7 +243,7 @@ def test_a_batch_that_grows_large_does_not_wait(make_bench: Callable[..., Any]) 
 
 
 def test_many_samples_of_a_cycle_go_in_several_frames(make_bench: Callable[..., Any]) -> None:
-    bench = make_bench(Limits(frame_bytes=1000))
+    bench = make_bench(ClientLimits(frame_bytes=1000))
     body = struct.pack("<IIIIII16x", 0x4020, 0, 4, 3, 0, 0)
     bench.exchange(0xF085, 200, 1600, body * 200)
     assert max(len(frame.data) for frame in bench.client.frames) < 1100
@@ -414,7 +414,7 @@ def test_usual_times_need_no_word(bench: Any, caplog: pytest.LogCaptureFixture) 
 def test_a_slow_reader_loses_its_oldest_samples_and_disturbs_nobody(
     make_bench: Callable[..., Any], caplog: pytest.LogCaptureFixture
 ) -> None:
-    bench = make_bench(Limits(queue_bytes=240))
+    bench = make_bench(ClientLimits(queue_bytes=240))
     counter = bench.source.symbols["main.ncounter"]
     slow, address = bench.join()
     bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=10, source=address, origin=slow)
@@ -435,7 +435,7 @@ def test_a_slow_reader_loses_its_oldest_samples_and_disturbs_nobody(
 
 def test_over_tcp_too_a_slow_reader_disturbs_nobody(make_bench: Callable[..., Any]) -> None:
     """Half a megabyte per cycle: the one that reads gets all, the other one loses some."""
-    bench = make_bench(Limits(queue_bytes=1 << 20))
+    bench = make_bench(ClientLimits(queue_bytes=1 << 20))
     big = bench.source.symbols["main.big"] = type(bench.source.symbols["main.text"])(1 << 19)
 
     async def run() -> None:

@@ -12,8 +12,8 @@ from achse.ams import DeviceError
 from achse.ams.notification import NotificationStream
 from achse.native.compiled import compiler_installed
 from achse.native.declare import Slot, lay_out
-from achse.native.memory import Place, Rows
-from achse.server.subscriptions import Batch, Beat, Channel, Pulse, Series, Subscription, hint
+from achse.native.memory import MemoryCell, Rows
+from achse.server.subscriptions import Batch, Beat, Channel, NotificationHandle, Pulse, Series, hint
 
 CLIENT = bytes(8)
 
@@ -28,9 +28,9 @@ def batch(channel: Channel) -> Batch:
     return Batch(channel, 0)
 
 
-def subscription(batch: Batch, values: list[bytes], length: int = 2) -> Subscription:
+def subscription(batch: Batch, values: list[bytes], length: int = 2) -> NotificationHandle:
     """One whose value is the last of `values`."""
-    return Subscription(7, CLIENT, batch, lambda: values[-1], values[-1], length, False)
+    return NotificationHandle(7, CLIENT, batch, lambda: values[-1], values[-1], length, False)
 
 
 def decoded(channel: Channel, size: int = 1000) -> list[Any]:
@@ -87,19 +87,21 @@ class Failing:
         return bytes(MEMORY[self.at : self.at + 2])
 
 
-def fixed(word: int, size: int) -> Place:
+def fixed(word: int, size: int) -> MemoryCell:
     """A place that machine code reads."""
-    return Place(MEMORY, 8 * word, size, ROWS.address + 8 * word)
+    return MemoryCell(MEMORY, 8 * word, size, ROWS.address + 8 * word)
 
 
 READERS = st.builds(Failing, st.integers(0, 20)) | st.builds(
-    partial(Place, MEMORY), st.integers(0, 20), st.integers(0, 4)
+    partial(MemoryCell, MEMORY), st.integers(0, 20), st.integers(0, 4)
 )
 if compiler_installed():
     READERS |= st.builds(fixed, st.integers(0, 2), st.integers(0, 8))
 
 
-def one_by_one(members: dict[int, Subscription], last: dict[int, Any], always: bool) -> list[bytes]:
+def one_by_one(
+    members: dict[int, NotificationHandle], last: dict[int, Any], always: bool
+) -> list[bytes]:
     """What a series has to send, from the definition of the modes."""
     parts = []
     for handle, member in members.items():
@@ -128,7 +130,7 @@ def test_values_taken_together_are_sent_as_if_taken_one_by_one(
         match data.draw(st.sampled_from(["add", "discard", "write", "sample", "sample"])):
             case "add":
                 read, length = data.draw(READERS), data.draw(st.integers(0, 4))
-                member = Subscription(handle, CLIENT, batch, read, b"first", length, False)
+                member = NotificationHandle(handle, CLIENT, batch, read, b"first", length, False)
                 series.add(member)
                 members[handle], last[handle] = member, member.last
             case "discard" if members:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from achse.server import Limits
+from achse.server import ClientLimits
 from achse.server.symbols import decode_name
 
 # handles ---------------------------------------------------------------------------------------
@@ -71,7 +71,7 @@ def test_a_handle_belongs_to_the_client_that_asked(bench: Any) -> None:
 
 
 def test_handles_are_limited_per_client(make_bench: Callable[..., Any]) -> None:
-    bench = make_bench(Limits(handles=2))
+    bench = make_bench(ClientLimits(handles=2))
     first = bench.handle("MAIN.nCounter")
     bench.handle("MAIN.text")
     assert bench.exchange(0xF003, 0, 4, b"MAIN.text") == (0x716, b"")

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, DeviceError, Frame
-from achse.server import Limits, Usage
+from achse.server import ClientLimits, Usage
 
 MS = 1_000_000
 
@@ -32,7 +32,7 @@ class Way:
 def make_devices(make_bench: Callable[..., Any]) -> Callable[..., Any]:
     """Several devices that share one usage, each with its router and clock at the same time."""
 
-    def make(limits: Limits, count: int = 3) -> tuple[Usage, list[Any]]:
+    def make(limits: ClientLimits, count: int = 3) -> tuple[Usage, list[Any]]:
         usage = Usage(limits)
         benches = [make_bench(limits) for _ in range(count)]
         for bench in benches:
@@ -43,7 +43,7 @@ def make_devices(make_bench: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def test_limits_for_all_hold_for_all_devices(make_devices: Callable[..., Any]) -> None:
-    usage, benches = make_devices(Limits(all_notifications=5, all_handles=4))
+    usage, benches = make_devices(ClientLimits(all_notifications=5, all_handles=4))
     added = handles = 0
     for bench in benches:
         for _ in range(3):
@@ -62,7 +62,7 @@ def test_limits_for_all_hold_for_all_devices(make_devices: Callable[..., Any]) -
 def test_too_much_kept_goes_where_most_is_kept_in_whatever_device(
     make_devices: Callable[..., Any],
 ) -> None:
-    usage, benches = make_devices(Limits(all_queue_bytes=2000), 2)
+    usage, benches = make_devices(ClientLimits(all_queue_bytes=2000), 2)
     ways = [Way(), Way()]
     for bench, way, length in zip(benches, ways, (4, 60), strict=True):
         way.congested = True
@@ -95,7 +95,7 @@ STEPS = st.lists(
 @given(
     steps=STEPS,
     limits=st.builds(
-        Limits,
+        ClientLimits,
         handles=st.integers(1, 20),
         all_handles=st.integers(1, 40),
         notifications=st.integers(1, 10),
@@ -109,7 +109,7 @@ STEPS = st.lists(
     ),
 )
 def test_whatever_connections_do_no_sum_exceeds_its_limit_and_no_frame_goes_astray(
-    make_devices: Callable[..., Any], steps: list[tuple[Any, ...]], limits: Limits
+    make_devices: Callable[..., Any], steps: list[tuple[Any, ...]], limits: ClientLimits
 ) -> None:
     """Eight connections with four addresses between them (two share each) at three devices."""
     usage, benches = make_devices(limits)
@@ -169,7 +169,7 @@ def test_whatever_connections_do_no_sum_exceeds_its_limit_and_no_frame_goes_astr
     assert usage.budget.waiting == 0 or usage.budget.left <= 0
 
 
-def _check(usage: Usage, benches: list[Any], limits: Limits) -> None:
+def _check(usage: Usage, benches: list[Any], limits: ClientLimits) -> None:
     everything = [bench.device.notifications for bench in benches]
     symbols = [bench.device.symbols for bench in benches]
     assert usage.handles == sum(each.count for each in symbols) <= limits.all_handles

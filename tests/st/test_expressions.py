@@ -43,7 +43,7 @@ def bracketed(node: object) -> str:
             return f"<{type.__class__.__name__}>"
         case tree.ArrayInitial(values):
             return f"[{','.join(map(bracketed, values))}]"
-        case tree.Repeated(count, values):
+        case tree.Repetition(count, values):
             return f"{bracketed(count)}*{{{','.join(map(bracketed, values))}}}"
         case tree.StructInitial(members):
             return f"{{{','.join(f'{m.name}:={bracketed(m.value)}' for m in members)}}}"

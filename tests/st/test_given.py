@@ -10,7 +10,7 @@ from achse.iec import BOOL, DINT, INT, EnumType, IecType
 from achse.iec.errors import DeclarationError
 from achse.st.cursor import Unexpected
 from achse.st.given import GivenTypes
-from achse.st.source import Fault, Location, SourceError
+from achse.st.source import Diagnostic, Location, SourceError
 
 
 class Side(IntEnum):
@@ -30,7 +30,7 @@ class File:
         if name == "T_Two":
             raise DeclarationError("T_Two is A.T_Two or B.T_Two")
         if name == "T_Bad":
-            raise SourceError([Fault(Location("plant.tmc", 3, 5), "no type")])
+            raise SourceError([Diagnostic(Location("plant.tmc", 3, 5), "no type")])
         return SIDE if name == "E_Side" else None
 
     def enumerations(self, value: str) -> Sequence[EnumType[Any]]:

@@ -7,7 +7,7 @@ from achse.iec.layout import TC3_X64
 from achse.st.cursor import Unexpected
 from achse.st.parser import parse, parse_expression
 from achse.st.resolve import Resolver
-from achse.st.scopes import Entry, Failed, Scope
+from achse.st.scopes import DeclaredUnit, Failed, Scope
 from achse.st.source import Source
 from achse.st.values import Constant, NotConstant
 
@@ -43,7 +43,7 @@ def scopes(text: str = PROJECT, **constants: object) -> Resolver:
     return made
 
 
-def entry(names: Resolver, name: str) -> Entry:
+def entry(names: Resolver, name: str) -> DeclaredUnit:
     found = names.scopes.find(name)
     assert found is not None
     return found

@@ -84,9 +84,9 @@ initials: Draw = st.recursive(
         st.builds(
             tree.ArrayInitial,
             st.lists(
-                inner.filter(lambda item: not isinstance(item, tree.Repeated))
+                inner.filter(lambda item: not isinstance(item, tree.Repetition))
                 | st.builds(
-                    tree.Repeated,
+                    tree.Repetition,
                     st.just(tree.Literal("integer", "3")),
                     st.lists(inner, max_size=2).map(tuple),
                 ),
@@ -134,7 +134,7 @@ notes = st.builds(
 declarations = st.builds(
     tree.Declaration,
     st.lists(names.map(tree.Name), min_size=1, max_size=2).map(tuple),
-    st.none() | st.sampled_from(["%I*", "%QX1.5", "%MD4"]).map(tree.Address),
+    st.none() | st.sampled_from(["%I*", "%QX1.5", "%MD4"]).map(tree.DirectAddress),
     types,
     st.just(()),
     st.none() | initials,

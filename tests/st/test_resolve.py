@@ -12,9 +12,9 @@ from achse.st.cursor import Unexpected
 from achse.st.parser import parse
 from achse.st.records import LARGEST
 from achse.st.resolve import Resolver, generics_of
-from achse.st.scopes import Entry, Failed
+from achse.st.scopes import DeclaredUnit, Failed
 from achse.st.source import Source
-from achse.st.tree import Address
+from achse.st.tree import DirectAddress
 from achse.st.units import FunctionBlock, TypeDeclaration
 
 
@@ -26,7 +26,7 @@ def resolver(
     return made
 
 
-def entry(types: Resolver, name: str) -> Entry:
+def entry(types: Resolver, name: str) -> DeclaredUnit:
     found = types.scopes.find(name)
     assert found is not None
     return found
@@ -307,9 +307,9 @@ def test_an_initial_value_that_is_no_constant_becomes_a_start_value() -> None:
 def test_addresses_are_read_or_a_fault() -> None:
     types = resolver("")
     assert types.address_of("MAIN.a", None) is None
-    place = types.address_of("MAIN.a", Address("%MB4"))
+    place = types.address_of("MAIN.a", DirectAddress("%MB4"))
     assert place is not None
     assert str(place) == "%MB4"
     with pytest.raises(Unexpected) as caught:
-        types.address_of("MAIN.a", Address("%MB4.1.2", 9))
+        types.address_of("MAIN.a", DirectAddress("%MB4.1.2", 9))
     assert caught.value.at == 9

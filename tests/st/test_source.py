@@ -1,7 +1,7 @@
 """Places in sources, and how faults are shown."""
 
 from achse.iec.errors import DeclarationError
-from achse.st.source import Fault, Location, Piece, Source, SourceError
+from achse.st.source import Diagnostic, Location, Source, SourceError, SourceSegment
 
 
 def test_offsets_become_lines_and_columns() -> None:
@@ -14,7 +14,7 @@ def test_offsets_become_lines_and_columns() -> None:
 
 
 def test_pieces_keep_their_own_places() -> None:
-    source = Source("ab\ncd\nef\ngh", "x", [Piece(0, 10, 5), Piece(6, 20, 3)])
+    source = Source("ab\ncd\nef\ngh", "x", [SourceSegment(0, 10, 5), SourceSegment(6, 20, 3)])
     assert source.locate(1) == Location("x", 10, 6)
     assert source.locate(3) == Location("x", 11, 1)
     assert source.locate(5) == Location("x", 11, 3)
@@ -35,8 +35,8 @@ def test_a_line_that_does_not_help_is_left_out() -> None:
 
 
 def test_faults_come_in_order_and_not_without_end() -> None:
-    faults = [Fault(Location("b", line, 1), "no") for line in range(50, 0, -1)]
-    error = SourceError([*faults, Fault(Location("a", 9, 9), "first")])
+    faults = [Diagnostic(Location("b", line, 1), "no") for line in range(50, 0, -1)]
+    error = SourceError([*faults, Diagnostic(Location("a", 9, 9), "first")])
     assert isinstance(error, DeclarationError)
     assert error.faults[0].message == "first"
     assert [fault.location.line for fault in error.faults[1:]] == list(range(1, 51))

@@ -6,7 +6,7 @@ import pytest
 
 from achse.iec import DINT, INT, IecType, StructType
 from achse.iec.layout import TC3_X64
-from achse.iec.variables import Spot
+from achse.iec.variables import PointedValue
 from achse.st.cursor import Unexpected
 from achse.st.parser import Parser, parse
 from achse.st.resolve import Resolver
@@ -47,7 +47,7 @@ class Laid:
         self.list = entry.name
         point = type_named("ST")
         scope = NAMES.scopes.scope(entry)
-        self.spots: dict[str, Spot] = {}
+        self.spots: dict[str, PointedValue] = {}
         self.memory: dict[int, bytes] = {}
         address = 0x1000
         values = {
@@ -62,13 +62,13 @@ class Laid:
         for name in scope.variables:
             _, tree = scope.variables[name]
             bit = 5 if name == "c" else None
-            self.spots[name] = Spot(NAMES.type_of(tree.type, scope, name), address, bit)
+            self.spots[name] = PointedValue(NAMES.type_of(tree.type, scope, name), address, bit)
             self.memory[address] = values.get(name, bytes(8))
             address += 0x10
         self.memory[0x2000] = bytes(8) + struct.pack("<hxxi", 21, 22)
         assert isinstance(point, StructType)
 
-    def variable(self, name: str) -> Spot:
+    def variable(self, name: str) -> PointedValue:
         return self.spots[name.rpartition(".")[2].lower()]
 
     def read(self, address: int, size: int) -> bytes:
@@ -79,7 +79,7 @@ class Laid:
 
 
 LAID = Laid()
-OWN = Spot(type_named("FB"), 0x2000)
+OWN = PointedValue(type_named("FB"), 0x2000)
 
 
 def values(block: bool = False) -> StartValues:

@@ -8,7 +8,7 @@ import pytest
 from achse.station import ConfigError, Station, assembly
 from achse.station.building import Building
 from achse.station.config import parse
-from achse.station.cycle import CyclicPhase, Place
+from achse.station.cycle import CyclicPhase, PhasePlace
 
 
 def station(base: Path | None = None, **document: Any) -> Station:
@@ -50,7 +50,7 @@ def test_a_part_is_a_function_and_a_row(monkeypatch: pytest.MonkeyPatch) -> None
     seen: list[int] = []
 
     def make_scope(building: Building) -> None:
-        phase = CyclicPhase(Place.SCOPE, "scope", 3_000_000, seen.append)
+        phase = CyclicPhase(PhasePlace.SCOPE, "scope", 3_000_000, seen.append)
         building.add_phase(phase, phase.cycle_ns)
         building.add_state(lambda: len(seen).to_bytes(4, "little"))
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from achse.station.cycle import Cycle, CyclicPhase, Phase, Place
+from achse.station.cycle import Cycle, CyclicPhase, Phase, PhasePlace
 
 Log = list[tuple[int, str]]
 
@@ -14,7 +14,7 @@ Log = list[tuple[int, str]]
 class Once(Phase):
     """A phase with something to do at one moment."""
 
-    def __init__(self, place: Place, due_ns: float, act: Callable[[int], None]) -> None:
+    def __init__(self, place: PhasePlace, due_ns: float, act: Callable[[int], None]) -> None:
         self.place, self.name, self.act = place, "once", act
         self.due = due_ns
 
@@ -30,7 +30,7 @@ class Once(Phase):
 class Counted(Phase):
     """A phase that catches up: how many of its cycles were done at each step."""
 
-    place, name = Place.NC, "counted"
+    place, name = PhasePlace.NC, "counted"
     catches_up = True
     due_ns = 0
 
@@ -49,18 +49,18 @@ class Counted(Phase):
         self.steps.append((now_ns, count))
 
 
-def logged(log: Log, place: Place, cycle_ns: int) -> CyclicPhase:
+def logged(log: Log, place: PhasePlace, cycle_ns: int) -> CyclicPhase:
     return CyclicPhase(place, place.name, cycle_ns, lambda now: log.append((now, place.name)))
 
 
 def test_what_is_due_at_a_moment_goes_by_place_and_then_by_order_of_adding() -> None:
     log: Log = []
     cycle = Cycle(1)
-    for place in reversed(Place):
+    for place in reversed(PhasePlace):
         cycle.add(logged(log, place, 10))
-    cycle.add(CyclicPhase(Place.NC, "second", 10, lambda now: log.append((now, "second"))))
+    cycle.add(CyclicPhase(PhasePlace.NC, "second", 10, lambda now: log.append((now, "second"))))
     cycle.go_to(10)
-    names = [place.name for place in Place]
+    names = [place.name for place in PhasePlace]
     names.insert(names.index("NC") + 1, "second")
     assert log == [(10, name) for name in names]
 
@@ -68,10 +68,10 @@ def test_what_is_due_at_a_moment_goes_by_place_and_then_by_order_of_adding() -> 
 def test_only_due_moments_are_gone_to_and_those_between_ticks_wait() -> None:
     log: Log = []
     cycle = Cycle(4)
-    cycle.add(Once(Place.SCOPE, 9, lambda now: log.append((now, "once"))))
-    cycle.add(logged(log, Place.PLC, 20))
+    cycle.add(Once(PhasePlace.SCOPE, 9, lambda now: log.append((now, "once"))))
+    cycle.add(logged(log, PhasePlace.PLC, 20))
     turns: list[int] = []
-    cycle.add(Once(Place.UPKEEP, math.inf, turns.append))
+    cycle.add(Once(PhasePlace.UPKEEP, math.inf, turns.append))
     cycle.go_to(42)
     assert log == [(12, "once"), (20, "PLC"), (40, "PLC")]
     assert cycle.now_ns == 42
@@ -82,8 +82,8 @@ def test_going_on_in_one_go_is_going_on_tick_by_tick(seed: int) -> None:
     """Whatever the cycles, and whoever comes before or behind the phase that catches up."""
     draw = random.Random(seed)
     tick = draw.choice((1, 5, 7))
-    wanted = [(draw.choice(list(Place)), tick * draw.randint(1, 12)) for _ in range(4)]
-    moments = [(draw.choice(list(Place)), draw.randint(1, 400)) for _ in range(5)]
+    wanted = [(draw.choice(list(PhasePlace)), tick * draw.randint(1, 12)) for _ in range(4)]
+    moments = [(draw.choice(list(PhasePlace)), draw.randint(1, 400)) for _ in range(5)]
     follower_cycle = tick * draw.randint(1, 5)
     end = tick * draw.randint(50, 100)
     histories = []
@@ -116,10 +116,10 @@ def test_a_phase_that_catches_up_is_asked_once_for_the_time_between() -> None:
     cycle = Cycle(1)
     follower = Counted(2)
     cycle.add(follower)
-    cycle.add(logged(log, Place.PLC, 10))
+    cycle.add(logged(log, PhasePlace.PLC, 10))
     cycle.go_to(20)
     assert follower.steps == [(10, 5), (20, 5)]
-    cycle.add(Once(Place.FAULTS, 25, lambda now: log.append((now, "fault"))))
+    cycle.add(Once(PhasePlace.FAULTS, 25, lambda now: log.append((now, "fault"))))
     cycle.go_to(30)
     assert follower.steps[2:] == [(24, 2), (30, 3)]
     assert follower.count == 15
@@ -129,12 +129,12 @@ def test_after_a_change_of_state_the_rest_of_the_moment_is_that_of_the_new_phase
     log: Log = []
     cycle = Cycle(1)
     old, new = (
-        logged(log, Place.NC, 5),
-        CyclicPhase(Place.NC, "new", 5, lambda now: log.append((now, "new"))),
+        logged(log, PhasePlace.NC, 5),
+        CyclicPhase(PhasePlace.NC, "new", 5, lambda now: log.append((now, "new"))),
     )
     cycle.add(old)
-    cycle.add(logged(log, Place.SCOPE, 5))
-    cycle.add(Once(Place.CHANGES, 10, lambda now: cycle.replace((old,), (new,))))
+    cycle.add(logged(log, PhasePlace.SCOPE, 5))
+    cycle.add(Once(PhasePlace.CHANGES, 10, lambda now: cycle.replace((old,), (new,))))
     cycle.go_to(15)
     assert [entry for entry in log if entry[1] != "SCOPE"] == [(5, "NC"), (10, "new"), (15, "new")]
     assert [now for now, name in log if name == "SCOPE"] == [5, 10, 15]
@@ -144,7 +144,7 @@ def test_a_phase_added_between_two_moments_begins_with_the_next() -> None:
     log: Log = []
     cycle = Cycle(5)
     cycle.go_to(10)
-    late = logged(log, Place.PLC, 5)
+    late = logged(log, PhasePlace.PLC, 5)
     cycle.add(late)
     cycle.step()
     cycle.remove(late)
@@ -157,8 +157,8 @@ def test_a_phase_added_between_two_moments_begins_with_the_next() -> None:
 def test_halt_ends_the_going_after_the_moment() -> None:
     log: Log = []
     cycle = Cycle(1)
-    cycle.add(Once(Place.NC, 3, lambda now: cycle.halt()))
-    cycle.add(logged(log, Place.SCOPE, 1))
+    cycle.add(Once(PhasePlace.NC, 3, lambda now: cycle.halt()))
+    cycle.add(logged(log, PhasePlace.SCOPE, 1))
     cycle.go_to(10)
     assert cycle.now_ns == 3
     assert log[-1] == (3, "SCOPE")
@@ -169,13 +169,13 @@ def test_halt_ends_the_going_after_the_moment() -> None:
 def test_what_was_asked_for_after_its_turn_is_done_with_the_next_tick() -> None:
     log: Log = []
     cycle = Cycle(5)
-    late = Once(Place.FAULTS, math.inf, lambda now: log.append((now, "late")))
+    late = Once(PhasePlace.FAULTS, math.inf, lambda now: log.append((now, "late")))
     cycle.add(late)
-    cycle.add(Once(Place.SCOPE, 10, lambda now: setattr(late, "due", 7)))
+    cycle.add(Once(PhasePlace.SCOPE, 10, lambda now: setattr(late, "due", 7)))
     cycle.go_to(30)
     assert log == [(15, "late")]
 
 
 def test_a_cycle_takes_time() -> None:
     with pytest.raises(ValueError, match="phase mine: expected a cycle above 0 ns, got 0"):
-        CyclicPhase(Place.NC, "mine", 0, print)
+        CyclicPhase(PhasePlace.NC, "mine", 0, print)

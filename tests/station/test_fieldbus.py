@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.ethercat import Command, Datagram, Frame, Loopback, Segment, Slave
+from achse.ethercat import Datagram, DatagramCommand, EthercatFrame, Loopback, Segment, Slave
 from achse.station import fieldbus
 from achse.transport.ethernet import Answer, UdpLink
 
-BRD = Frame([Datagram.at(Command.BRD, 0, 0, bytes(1))])
+BRD = EthercatFrame([Datagram.at(DatagramCommand.BRD, 0, 0, bytes(1))])
 
 
 class Script:
@@ -52,7 +52,10 @@ def test_frames_are_answered_in_time(monkeypatch: pytest.MonkeyPatch, cycle_ns: 
     segment = Segment([Slave(Loopback()), Slave(Loopback())], cycle_ns=cycle_ns)
     link = Script([BRD.encode(), None, None, BRD.encode()], monkeypatch)
     fieldbus.serve_segment(segment, link, link.running)
-    assert [Frame.decode(reply or b"").datagrams[0].counter for reply in link.replies] == [2, 2]
+    assert [EthercatFrame.decode(reply or b"").datagrams[0].counter for reply in link.replies] == [
+        2,
+        2,
+    ]
     assert segment.time.now_ns == (0 if cycle_ns else 4_000_000)
 
 
@@ -105,11 +108,13 @@ def test_a_segment_closed_by_dl_control_opens_again_with_the_link(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Before, one frame that held all ports open made the segment dark until the program ended."""
-    void = Frame([Datagram.at(Command.BWR, 0, 0x0101, b"\xaa")]).encode()
+    void = EthercatFrame([Datagram.at(DatagramCommand.BWR, 0, 0x0101, b"\xaa")]).encode()
     segment = Segment([Slave(Loopback()), Slave(Loopback())])
     link = Script([BRD.encode(), void, BRD.encode(), b"down", BRD.encode()], monkeypatch)
     fieldbus.serve_segment(segment, link, link.running)
-    counters = [reply and Frame.decode(reply).datagrams[0].counter for reply in link.replies]
+    counters = [
+        reply and EthercatFrame.decode(reply).datagrams[0].counter for reply in link.replies
+    ]
     assert counters == [2, 2, None, 2]
 
 
@@ -177,6 +182,6 @@ def test_udp_payloads_are_answered() -> None:
         master.sendto(BRD.encode_payload(), link.address)
         rounds = iter([True, False])
         fieldbus.serve_segment(segment, link, lambda: next(rounds))
-        reply = Frame.decode_payload(master.recv(2000))
+        reply = EthercatFrame.decode_payload(master.recv(2000))
     assert reply.datagrams[0].counter == 1
     link.close()

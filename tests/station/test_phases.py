@@ -7,7 +7,7 @@ from typing import Any
 from achse.motion import AxisParameters, Nc
 from achse.plc import PlcRuntime, Task
 from achse.server import SampleBudget
-from achse.station.cycle import Place
+from achse.station.cycle import PhasePlace
 from achse.station.pacing import Pace
 from achse.station.phases import ChangePhase, NcPhase, NotificationPhase, PlcPhase, upkeep
 
@@ -60,7 +60,7 @@ def test_late_cycles_are_those_of_the_pace() -> None:
 def test_a_plc_is_due_with_its_next_task() -> None:
     plc = PlcRuntime([Task("Fast", 3 * MS), Task("Slow", 5 * MS)])
     phase = PlcPhase(plc)
-    assert (phase.place, phase.name, phase.due_ns) == (Place.PLC, "plc 851", 3 * MS)
+    assert (phase.place, phase.name, phase.due_ns) == (PhasePlace.PLC, "plc 851", 3 * MS)
     phase.begin(1)
     phase.step(3 * MS)
     assert phase.due_ns == 5 * MS

@@ -16,7 +16,7 @@ from achse.ams.commands import WriteControlRequest
 from achse.motion import commands
 from achse.station import Station
 from achse.station.config import parse
-from achse.station.cycle import CyclicPhase, Place
+from achse.station.cycle import CyclicPhase, PhasePlace
 from achse.station.station import DEFAULT_EPOCH_NS
 
 CYCLE = 0.002
@@ -335,7 +335,7 @@ def test_a_broken_phase_is_told(speed: float, caplog: pytest.LogCaptureFixture) 
 
     async def main() -> None:
         station = Station.demo()
-        station.cycle.add(CyclicPhase(Place.SCOPE, "broken", 10_000_000, broken))
+        station.cycle.add(CyclicPhase(PhasePlace.SCOPE, "broken", 10_000_000, broken))
         async with station.running("127.0.0.1", 0, speed=speed) as running:
             with pytest.raises(ArithmeticError, match="at 10000000"):
                 await asyncio.wait_for(running.finished(), 10)
@@ -460,7 +460,7 @@ def test_equal_restarts_give_equal_states() -> None:
 
 def test_a_phase_that_somebody_added_goes_on_through_a_restart(watched: Watched) -> None:
     calls: list[int] = []
-    watched.station.cycle.add(CyclicPhase(Place.INPUTS, "mine", 100_000_000, calls.append))
+    watched.station.cycle.add(CyclicPhase(PhasePlace.INPUTS, "mine", 100_000_000, calls.append))
     watched.station.restart()
     watched.station.advance(1.0)
     assert len(calls) == 10
@@ -541,7 +541,7 @@ def test_time_in_one_go_is_time_tick_by_tick(client_of: Any, kernel: str) -> Non
         nc = client_of(station.router, 501)
         system = client_of(station.router, 10_000)
         calls: list[int] = []
-        mine = CyclicPhase(Place.INPUTS, "mine", 14_000_000, calls.append)
+        mine = CyclicPhase(PhasePlace.INPUTS, "mine", 14_000_000, calls.append)
         station.cycle.add(mine)
         history: list[Any] = []
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from achse.codes import AlStatus
-from achse.drive import Drive, Machine, Motor, MotorKind
+from achse.drive import Drive, Mechanics, Motor, MotorKind
 from achse.ethercat import Segment, Slave
 from achse.testing import ConformanceError, SegmentReach, check_drive
 
@@ -14,8 +14,8 @@ def reach(drive: Drive) -> SegmentReach:
     return SegmentReach(Segment([Slave(drive)]))
 
 
-@pytest.mark.parametrize("machine", [Machine(), Machine(Motor(MotorKind.DIRECT_DRIVE))])
-def test_our_drive_conforms(machine: Machine) -> None:
+@pytest.mark.parametrize("machine", [Mechanics(), Mechanics(Motor(MotorKind.DIRECT_DRIVE))])
+def test_our_drive_conforms(machine: Mechanics) -> None:
     check_drive(reach(Drive(machine)))
 
 

@@ -9,7 +9,7 @@ import pytest
 from achse.ams import AdsError, DeviceError
 from achse.faults.fault import FaultError
 from achse.station import Station, StationConfig
-from achse.station.cycle import CyclicPhase, Place
+from achse.station.cycle import CyclicPhase, PhasePlace
 from achse.testing import LiveStation
 
 COUNTER = "MAIN.nCounter"
@@ -106,7 +106,7 @@ def test_a_broken_cycle_is_told_at_the_end(caplog: pytest.LogCaptureFixture) -> 
     def breaks(_: int) -> None:
         raise ArithmeticError("broken")
 
-    bad = CyclicPhase(Place.SCOPE, "bad", station.station.tick_ns, breaks)
+    bad = CyclicPhase(PhasePlace.SCOPE, "bad", station.station.tick_ns, breaks)
     station.run(station.station.cycle.add, bad)
     while station.station.cycle.phases and not caplog.records:
         time.sleep(0.005)

@@ -19,7 +19,7 @@ from achse.ams import (
 )
 from achse.router import Router
 from achse.transport import refusal
-from achse.transport.refusal import Refusals
+from achse.transport.refusal import RefusedConnections
 from achse.transport.tcp import TcpListener
 
 PLC = AmsAddress("5.1.2.3.1.1:851")
@@ -42,7 +42,7 @@ class Full:
     """A listener that refuses everybody."""
 
     def __init__(self) -> None:
-        self.refusals = Refusals()
+        self.refusals = RefusedConnections()
         self.arrived: asyncio.Queue[None] = asyncio.Queue()
         self.address: tuple[str, int] = ("", 0)
         self._open: list[asyncio.StreamWriter] = []

@@ -10,11 +10,11 @@ import pytest
 
 from achse.ams import AmsAddress, NetId, RequestTimeout
 from achse.ams.discovery import (
-    Datagram,
+    DiscoveryPacket,
     DiscoveryService,
     OsVersion,
     RouteRequest,
-    SystemInfo,
+    RouterInfo,
     info_request,
     status_of,
 )
@@ -24,7 +24,7 @@ from achse.transport.udp import ANYBODY, DiscoveryEndpoint, ask, change_route, s
 
 OURS = NetId("5.1.2.3.1.1")
 THEIRS = NetId("10.0.0.7.1.1")
-INFO = SystemInfo(OURS, "press", (3, 1, 4024), OsVersion(6, 1, 0, 0, "Linux"))
+INFO = RouterInfo(OURS, "press", (3, 1, 4024), OsVersion(6, 1, 0, 0, "Linux"))
 HASH = PasswordHash.parse("scrypt:2:1:1:AAAA:vHB3h6wZ/jDHYcTGNXKxOg==")
 WANTED = RouteRequest("me", THEIRS, "10.0.0.7", "Administrator", "1")
 
@@ -122,7 +122,7 @@ async def test_what_is_refused(users: Users | None, wanted: RouteRequest, status
 
 async def test_other_services_are_not_supported_and_answers_not_answered() -> None:
     async with endpoint() as router:
-        other = Datagram(99, AmsAddress.of(ANYBODY, 10_000))
+        other = DiscoveryPacket(99, AmsAddress.of(ANYBODY, 10_000))
         async for answer, _ in ask(["127.0.0.1"], other, seconds=1, port=router.port):
             assert status_of(answer) == 0x701
             break
@@ -140,7 +140,7 @@ async def test_a_flood_from_one_host_does_not_crowd_out_another() -> None:
         answered: list[tuple[str, int]] = []
         done = asyncio.Event()
 
-        def send(datagram: Datagram, addr: tuple[Any, ...]) -> None:
+        def send(datagram: DiscoveryPacket, addr: tuple[Any, ...]) -> None:
             answered.append((addr[0], status_of(datagram)))
             if addr[0] == "10.0.0.7":
                 done.set()

@@ -15,7 +15,7 @@ from achse.ams.errors import (
     RouterError,
 )
 from achse.ams.frame import Command, Endpoint, Flags, Frame, TcpCommand, TcpMessage
-from achse.ams.notification import NotificationStream, Sample, Stamp
+from achse.ams.notification import NotificationSample, NotificationStream, Stamp
 from achse.ams.states import AdsState, TransmissionMode
 
 __all__ = [
@@ -32,10 +32,10 @@ __all__ = [
     "Flags",
     "Frame",
     "NetId",
+    "NotificationSample",
     "NotificationStream",
     "RequestTimeout",
     "RouterError",
-    "Sample",
     "Stamp",
     "TcpCommand",
     "TcpMessage",

@@ -18,11 +18,11 @@ __all__ = [
     "COOKIE",
     "OWN_PORT",
     "UDP_PORT",
-    "Datagram",
+    "DiscoveryPacket",
     "DiscoveryService",
     "OsVersion",
     "RouteRequest",
-    "SystemInfo",
+    "RouterInfo",
     "Tag",
     "answer_with",
     "info_request",
@@ -74,7 +74,7 @@ class Tag(IntEnum):
     FINGERPRINT = 18
 
 
-class Datagram(NamedTuple):
+class DiscoveryPacket(NamedTuple):
     """One datagram: service number, sender, and tags as (number, bytes) in their order."""
 
     service: int
@@ -94,7 +94,7 @@ class Datagram(NamedTuple):
         return b"".join(parts)
 
     @classmethod
-    def decode(cls, data: bytes) -> "Datagram":
+    def decode(cls, data: bytes) -> "DiscoveryPacket":
         """A datagram from its bytes; raises DecodeError. Bytes behind the last tag are ignored."""
         if len(data) < _HEADER.size:
             raise DecodeError(f"a datagram has {_HEADER.size} bytes or more, got {len(data)}")
@@ -143,14 +143,14 @@ def _as_text(text: str) -> bytes:
     return text.encode("cp1252", "replace") + b"\0"
 
 
-def info_request(source: NetId) -> Datagram:
+def info_request(source: NetId) -> DiscoveryPacket:
     """The search: whoever hears it tells about itself."""
-    return Datagram(DiscoveryService.INFO, AmsAddress.of(source, OWN_PORT))
+    return DiscoveryPacket(DiscoveryService.INFO, AmsAddress.of(source, OWN_PORT))
 
 
-def answer_with(request: Datagram, net_id: NetId, status: int) -> Datagram:
+def answer_with(request: DiscoveryPacket, net_id: NetId, status: int) -> DiscoveryPacket:
     """The answer to adding or deleting a route: 32 bytes with an ADS return code."""
-    return Datagram(
+    return DiscoveryPacket(
         request.service,
         AmsAddress.of(net_id, OWN_PORT),
         ((Tag.STATUS, _U32.pack(status)),),
@@ -159,7 +159,7 @@ def answer_with(request: Datagram, net_id: NetId, status: int) -> Datagram:
     )
 
 
-def status_of(answer: Datagram) -> int:
+def status_of(answer: DiscoveryPacket) -> int:
     """The ADS return code in an answer; raises DecodeError without one."""
     status = answer.number(Tag.STATUS)
     if status is None:
@@ -177,7 +177,7 @@ class OsVersion(NamedTuple):
     text: str = ""
 
 
-class SystemInfo(NamedTuple):
+class RouterInfo(NamedTuple):
     """What a router tells about itself."""
 
     net_id: NetId
@@ -187,7 +187,7 @@ class SystemInfo(NamedTuple):
     fingerprint: str = ""
     """SHA-256 of the certificate, 64 hex characters; empty without one."""
 
-    def encode(self, request: Datagram) -> Datagram:
+    def encode(self, request: DiscoveryPacket) -> DiscoveryPacket:
         """The answer to `request`; tags in the order that real targets have."""
         os = self.os_version
         text = os.text.encode("utf-16-le")[:254]
@@ -198,10 +198,10 @@ class SystemInfo(NamedTuple):
             (Tag.FINGERPRINT, _as_text(self.fingerprint)),
         )
         source = AmsAddress.of(self.net_id, OWN_PORT)
-        return Datagram(DiscoveryService.INFO, source, tags, True, request.invoke_id)
+        return DiscoveryPacket(DiscoveryService.INFO, source, tags, True, request.invoke_id)
 
     @classmethod
-    def decode(cls, answer: Datagram) -> "SystemInfo":
+    def decode(cls, answer: DiscoveryPacket) -> "RouterInfo":
         """What an answer tells; tags it lacks, or has in another size, stay empty."""
         version = answer.tag(Tag.VERSION) or b""
         major, minor, build = _VERSION.unpack(version) if len(version) == 4 else (0, 0, 0)
@@ -234,7 +234,7 @@ class RouteRequest(NamedTuple):
 
     def encode(
         self, source: NetId, service: DiscoveryService = DiscoveryService.ADD_ROUTE
-    ) -> Datagram:
+    ) -> DiscoveryPacket:
         """The request as the C++ library orders its tags."""
         tags: Iterable[tuple[int, bytes | None]] = (
             (Tag.ROUTE_NAME, _as_text(self.name)),
@@ -244,14 +244,14 @@ class RouteRequest(NamedTuple):
             (Tag.HOST, _as_text(self.host) if self.host else None),
             (Tag.OPTIONS, _U32.pack(_TEMPORARY) if self.temporary else None),
         )
-        return Datagram(
+        return DiscoveryPacket(
             service,
             AmsAddress.of(source, OWN_PORT),
             [(number, bytes(data)) for number, data in tags if data is not None],
         )
 
     @classmethod
-    def decode(cls, request: Datagram) -> "RouteRequest":
+    def decode(cls, request: DiscoveryPacket) -> "RouteRequest":
         """What a request says, in whatever order."""
         return cls(
             request.text(Tag.ROUTE_NAME),

@@ -9,14 +9,14 @@ from typing import NamedTuple, Self
 
 from achse.ams.errors import DecodeError
 
-__all__ = ["NotificationStream", "Sample", "Stamp", "encode_stream"]
+__all__ = ["NotificationSample", "NotificationStream", "Stamp", "encode_stream"]
 
 _STREAM = struct.Struct("<II")
 _STAMP = struct.Struct("<QI")
 _SAMPLE = struct.Struct("<II")
 
 
-class Sample(NamedTuple):
+class NotificationSample(NamedTuple):
     """The value of one subscription."""
 
     handle: int
@@ -27,7 +27,7 @@ class Stamp(NamedTuple):
     """Samples of one moment; `filetime` in 100 ns since 1601 UTC."""
 
     filetime: int
-    samples: tuple[Sample, ...]
+    samples: tuple[NotificationSample, ...]
 
 
 class NotificationStream(NamedTuple):
@@ -62,7 +62,7 @@ class NotificationStream(NamedTuple):
                         raise DecodeError(
                             f"a sample announces {size} bytes, {len(data) - position} are left"
                         )
-                    samples.append(Sample(handle, data[position : position + size]))
+                    samples.append(NotificationSample(handle, data[position : position + size]))
                     position += size
                 stamps.append(Stamp(filetime, tuple(samples)))
         except struct.error:

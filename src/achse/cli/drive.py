@@ -343,7 +343,7 @@ def _drive(kind: str) -> "Drive":
 def _drives(
     types: Sequence[str], store: Path | None, compiled: bool, *, strict: bool
 ) -> list["Drive"]:
-    from achse.drive import Drive, Identity
+    from achse.drive import Drive, DriveIdentity
     from achse.drive.machine import MACHINES
     from achse.station.parameter_file import ParameterFile, ParameterFileError
 
@@ -363,7 +363,7 @@ def _drives(
     return [
         Drive(
             machine=MACHINES[kind],
-            identity=Identity(serial_number=number),
+            identity=DriveIdentity(serial_number=number),
             store=kept.of(number),
             strict_mapping=strict,
             compiled=bank,

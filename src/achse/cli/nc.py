@@ -21,8 +21,8 @@ __all__ = [
     "FUNCTIONS",
     "PARAMETERS",
     "STATES",
-    "Area",
     "NcAxis",
+    "ServiceGroup",
     "UnknownAxis",
     "axes_of",
     "chosen",
@@ -47,19 +47,19 @@ class UnknownAxis(AdsError):
     """No axis of the NC has that id or name."""
 
 
-class Area(NamedTuple):
+class ServiceGroup(NamedTuple):
     """An index group, or the first of one per axis id, and its services by name."""
 
     base: int
     rows: dict[str, Service]
 
     @classmethod
-    def of(cls, base: int, rows: Iterable[Service]) -> "Area":
+    def of(cls, base: int, rows: Iterable[Service]) -> "ServiceGroup":
         return cls(base, {row.name: row for row in rows})
 
 
-PARAMETERS, STATES, FUNCTIONS, CYCLIC = (Area.of(*group[:2]) for group in AXIS_GROUPS[:4])
-_RING0_STATES = Area.of(*RING0_GROUPS[1])
+PARAMETERS, STATES, FUNCTIONS, CYCLIC = (ServiceGroup.of(*group[:2]) for group in AXIS_GROUPS[:4])
+_RING0_STATES = ServiceGroup.of(*RING0_GROUPS[1])
 
 
 def motion_state(state_dword: int) -> str:
@@ -85,13 +85,13 @@ class NcAxis:
         self.name = name
         self.unit = unit
 
-    async def read(self, area: Area, service: str, *, element: int = 0) -> Any:
+    async def read(self, area: ServiceGroup, service: str, *, element: int = 0) -> Any:
         """The value of a service, of sub-element `element`; structures as dictionaries by field."""
         row = area.rows[service]
         with self._refusing(row):
             return await _read(self.nc, area.base + self.axis_id, row, element)
 
-    async def write(self, area: Area, service: str, *values: Any, element: int = 0) -> None:
+    async def write(self, area: ServiceGroup, service: str, *values: Any, element: int = 0) -> None:
         """Write a value, of sub-element `element`, or call a function."""
         row = area.rows[service]
         with self._refusing(row):
@@ -99,7 +99,7 @@ class NcAxis:
                 area.base + self.axis_id, _offset(row, element), _encoded(row, values)
             )
 
-    async def exchange(self, area: Area, service: str, *values: Any) -> Any:
+    async def exchange(self, area: ServiceGroup, service: str, *values: Any) -> Any:
         """Call a function that answers."""
         row = area.rows[service]
         response = _layouts(row.response)[-1]

@@ -17,7 +17,7 @@ from achse.cli.target import Json, client_command
 
 if TYPE_CHECKING:
     from achse.ams import DeviceError
-    from achse.cli.nc import Area, NcAxis
+    from achse.cli.nc import NcAxis, ServiceGroup
     from achse.client import Client
     from achse.server import RowFacts, Service
 
@@ -34,7 +34,7 @@ Element = Annotated[
 class Shown(NamedTuple):
     """A service of an axis with its value, or with the refusal that came instead."""
 
-    area: "Area"
+    area: "ServiceGroup"
     row: "Service"
     value: Any
     refusal: "DeviceError | None" = None
@@ -111,7 +111,7 @@ async def set_parameter(
         print_table([_line(item, one)])
 
 
-def _values(element: int) -> Iterator[tuple["Area", "Service"]]:
+def _values(element: int) -> Iterator[tuple["ServiceGroup", "Service"]]:
     """What an axis shows as single values; structures repeat them.
 
     Beyond the first element these are those of its encoder, controller and drive.
@@ -127,7 +127,7 @@ def _values(element: int) -> Iterator[tuple["Area", "Service"]]:
                 yield area, row
 
 
-async def _look(item: "NcAxis", area: "Area", row: "Service", element: int) -> Shown:
+async def _look(item: "NcAxis", area: "ServiceGroup", row: "Service", element: int) -> Shown:
     """A refusal is an answer too: the axis may have no such part."""
     from achse.ams import DeviceError
 

@@ -22,8 +22,8 @@ from achse.transport.tcp import TCP_PORT
 
 __all__ = [
     "GRANT_TIME",
+    "ClientLink",
     "Dialer",
-    "Link",
     "LinkUser",
     "Mode",
     "RouterDialer",
@@ -48,16 +48,16 @@ class LinkUser(Protocol):
         """A frame came."""
         ...
 
-    def lost(self, link: "Link", reason: str) -> None:
+    def lost(self, link: "ClientLink", reason: str) -> None:
         """The link ended without our asking."""
         ...
 
-    def held(self, link: "Link", full: bool) -> None:
+    def held(self, link: "ClientLink", full: bool) -> None:
         """The way out is full, or has room again."""
         ...
 
 
-class Link(Protocol):
+class ClientLink(Protocol):
     """An open way to a router. `address` is ours on it, `peer_net_id` the NetId at its end."""
 
     @property
@@ -87,7 +87,7 @@ class Dialer(Protocol):
         """Where it dials, for messages."""
         ...
 
-    async def open(self, user: LinkUser) -> Link:
+    async def open(self, user: LinkUser) -> ClientLink:
         """Open a link for `user`; raises `ConnectionLost` or `OSError`."""
         ...
 

@@ -23,7 +23,7 @@ from achse.ams import (
     RouterError,
 )
 from achse.ams.commands import RESULT
-from achse.client.link import Dialer, Link
+from achse.client.link import ClientLink, Dialer
 from achse.client.requests import Requests, describe_request
 from achse.transport.reason import reason
 
@@ -136,8 +136,8 @@ class Session:
         self.losses = 0
         """How often the link was lost."""
         self._loop = asyncio.get_running_loop()
-        self._link: Link | None = None
-        self._ready: Link | None = None
+        self._link: ClientLink | None = None
+        self._ready: ClientLink | None = None
         self._opened = asyncio.Event()
         self._why = "not opened"
         self._closed = False
@@ -150,7 +150,7 @@ class Session:
 
     # life ------------------------------------------------------------------------------------
 
-    async def open(self) -> Link:
+    async def open(self) -> ClientLink:
         """Dial once; raises `ConnectionLost` if that fails."""
         try:
             async with asyncio.timeout(self.timeout):
@@ -199,7 +199,7 @@ class Session:
         return self._closed
 
     @property
-    def link(self) -> Link | None:
+    def link(self) -> ClientLink | None:
         """The link, None while there is none."""
         return self._link
 
@@ -222,7 +222,7 @@ class Session:
         elif frame.command == Command.NOTIFICATION:
             self._distribute(frame)
 
-    def lost(self, link: Link, reason: str) -> None:
+    def lost(self, link: ClientLink, reason: str) -> None:
         """The link ended: fail what is under way, dial again."""
         if link is not self._link or self._closed:
             return
@@ -241,7 +241,7 @@ class Session:
         else:
             self.spawn(self._dial_again(self.backoff))
 
-    def held(self, link: Link, full: bool) -> None:
+    def held(self, link: ClientLink, full: bool) -> None:
         """The link's way out is full, or has room again."""
         if link is self._link:
             if full:
@@ -294,7 +294,7 @@ class Session:
             raise RouterError(response.error, describe_request(request))
         return response
 
-    async def _next_link(self, deadline: float, time_limit: float) -> Link:
+    async def _next_link(self, deadline: float, time_limit: float) -> ClientLink:
         try:
             async with asyncio.timeout_at(deadline):
                 while (link := self._ready) is None:

@@ -29,7 +29,7 @@ from achse.client.sums import Outcome
 from achse.codes import ReturnCode
 from achse.iec import IecDecodeError, IecType
 
-__all__ = ["Place", "Sample", "Subscription", "Timing"]
+__all__ = ["Sample", "Subscription", "Timing", "VariableLocation"]
 
 _PASSING = frozenset(
     code.number
@@ -49,7 +49,7 @@ LONGEST_TIME = 429.4967295
 """Seconds that fit into the 32 bits of a notification's times."""
 
 
-class Place(NamedTuple):
+class VariableLocation(NamedTuple):
     """Where a variable lies, how long it is and which type its bytes are."""
 
     name: str
@@ -107,7 +107,7 @@ class _Channel:
 
     __slots__ = ("_subscription", "place")
 
-    def __init__(self, subscription: "Subscription", place: Place) -> None:
+    def __init__(self, subscription: "Subscription", place: VariableLocation) -> None:
         self._subscription = subscription
         self.place = place
 
@@ -126,10 +126,10 @@ class Subscription:
     def __init__(
         self,
         target: RawTarget,
-        locate: Callable[[], Awaitable[Sequence[Place]]],
+        locate: Callable[[], Awaitable[Sequence[VariableLocation]]],
         timing: Timing,
         depth: int = 10_000,
-        forget: Callable[[Place], None] | None = None,
+        forget: Callable[[VariableLocation], None] | None = None,
     ) -> None:
         if depth < 1:
             raise ValueError(f"a subscription holds at least 1 sample, got {depth}")
@@ -143,7 +143,7 @@ class Subscription:
         self._timing = timing
         self._depth = depth
         self._forget = forget
-        self._queue: deque[tuple[Place, int, bytes, int]] = deque()
+        self._queue: deque[tuple[VariableLocation, int, bytes, int]] = deque()
         self._lost = 0
         self._seen_interruptions = 0
         self._round = 0
@@ -295,7 +295,7 @@ class Subscription:
 
     # samples ---------------------------------------------------------------------------------
 
-    def push(self, place: Place, filetime: int, data: bytes) -> None:
+    def push(self, place: VariableLocation, filetime: int, data: bytes) -> None:
         """Queue one sample. Data without bytes says that its handle is dead (000 §3.2.3.8)."""
         if not data and place.length:
             self.interrupt()

@@ -21,7 +21,7 @@ from achse.ams import (
 )
 from achse.ams.commands import ReadWriteRequest, WriteRequest
 from achse.client.raw import NOT_OFFERED, RawTarget
-from achse.client.subscription import Place, Subscription, Timing
+from achse.client.subscription import Subscription, Timing, VariableLocation
 from achse.client.sums import Outcome
 from achse.codes import ReservedGroup, ReturnCode
 from achse.iec import USINT, DeclarationError, IecDecodeError, IecPathError
@@ -49,7 +49,7 @@ class _Wish(NamedTuple):
 
     name: str
     wire_name: bytes
-    place: "asyncio.Future[Place]"
+    place: "asyncio.Future[VariableLocation]"
 
 
 class SymbolBook:
@@ -64,7 +64,7 @@ class SymbolBook:
         self._watch = watch
         self._kept = False
         self._coding: Coding = "cp1252"
-        self._places: dict[str, Place] = {}
+        self._places: dict[str, VariableLocation] = {}
         self._methods: dict[str, int] = {}
         self._types = TypeTable()
         self._asked: set[str] = set()
@@ -74,11 +74,11 @@ class SymbolBook:
 
     # asking ----------------------------------------------------------------------------------
 
-    def known(self, name: str) -> Place | None:
+    def known(self, name: str) -> VariableLocation | None:
         """The place of symbol `name`, if it has been asked for before."""
         return self._places.get(fold(name))
 
-    async def place(self, name: str) -> Place:
+    async def place(self, name: str) -> VariableLocation:
         """The place of symbol `name`: its handle in 0xF005, size and type.
 
         Raises `DeviceError` 0x710 if the device does not know it.
@@ -96,12 +96,12 @@ class SymbolBook:
             self._wanted[key] = wish
         return await asyncio.shield(wish.place)
 
-    async def places(self, names: Sequence[str]) -> list[Place | AdsError]:
+    async def places(self, names: Sequence[str]) -> list[VariableLocation | AdsError]:
         """The place of each, named as asked, or why there is none."""
         found = await asyncio.gather(*map(self.place, names), return_exceptions=True)
-        places: list[Place | AdsError] = []
+        places: list[VariableLocation | AdsError] = []
         for name, item in zip(names, found, strict=True):
-            if isinstance(item, Place):
+            if isinstance(item, VariableLocation):
                 places.append(item if item.name == name else item._replace(name=name))
             elif isinstance(item, AdsError):
                 places.append(item)
@@ -109,7 +109,7 @@ class SymbolBook:
                 raise item
         return places
 
-    async def locate(self, names: Sequence[str]) -> list[Place]:
+    async def locate(self, names: Sequence[str]) -> list[VariableLocation]:
         """The places of `names`; raises for the first that has none."""
         places = []
         for item in await self.places(names):
@@ -157,7 +157,7 @@ class SymbolBook:
 
     # forgetting ------------------------------------------------------------------------------
 
-    def forget(self, place: Place) -> None:
+    def forget(self, place: VariableLocation) -> None:
         """This one is out of date; the next who asks gets a new one."""
         key = fold(place.name)
         known = self._places.get(key)
@@ -261,14 +261,18 @@ class SymbolBook:
                 self._places[fold(wish.name)] = place
             wish.place.set_result(place)
 
-    def _placed(self, wish: _Wish, entry: SymbolEntry, handle: Outcome) -> Place:
+    def _placed(self, wish: _Wish, entry: SymbolEntry, handle: Outcome) -> VariableLocation:
         type = _decoded(self._types.symbol_type, entry)
         if handle.result in NOT_OFFERED:
-            return Place(wish.name, entry.index_group, entry.index_offset, entry.size, type)
+            return VariableLocation(
+                wish.name, entry.index_group, entry.index_offset, entry.size, type
+            )
         if handle.result:
             raise DeviceError(handle.result, f"handle of symbol {wish.name}")
         number = int.from_bytes(handle.data[:4], "little")
-        return Place(wish.name, ReservedGroup.SYMBOL_VALUE_BY_HANDLE, number, entry.size, type)
+        return VariableLocation(
+            wish.name, ReservedGroup.SYMBOL_VALUE_BY_HANDLE, number, entry.size, type
+        )
 
     def _wire_name(self, name: str) -> bytes:
         try:
@@ -392,8 +396,8 @@ class SymbolBook:
     async def _watch_version(self) -> None:
         """Tell everybody when the symbols of the device change; older devices cannot say."""
 
-        async def locate() -> Sequence[Place]:
-            return [Place("symbol version", ReservedGroup.SYMBOL_VERSION, 0, 1, USINT)]
+        async def locate() -> Sequence[VariableLocation]:
+            return [VariableLocation("symbol version", ReservedGroup.SYMBOL_VERSION, 0, 1, USINT)]
 
         seen: int | None = None
         with contextlib.suppress(AdsError):
@@ -430,7 +434,7 @@ def _loose_entry(data: bytes, coding: Coding) -> SymbolEntry | None:
     )
 
 
-def _seen(future: "asyncio.Future[Place]") -> None:
+def _seen(future: "asyncio.Future[VariableLocation]") -> None:
     """Look at the error, so that nobody complains if those who asked have left."""
     if not future.cancelled():
         future.exception()

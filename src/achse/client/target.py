@@ -16,7 +16,7 @@ from achse.ams import (
 from achse.ams.commands import ReadRequest, WriteRequest
 from achse.client.raw import STALE, RawTarget
 from achse.client.session import Session
-from achse.client.subscription import Place, Subscription, Timing
+from achse.client.subscription import Subscription, Timing, VariableLocation
 from achse.client.sums import Outcome
 from achse.client.symbols import SymbolBook
 from achse.codes import ReservedGroup, ReturnCode
@@ -103,7 +103,7 @@ class Target(RawTarget):
     async def read(self, name: str) -> Any:
         """The value of symbol `name`: number, text, time, enum member, record, list."""
 
-        async def read(place: Place) -> Any:
+        async def read(place: VariableLocation) -> Any:
             return place.value(await self.read_raw(place.group, place.offset, place.length))
 
         return await self._at(name, "read", read)
@@ -111,12 +111,12 @@ class Target(RawTarget):
     async def write(self, name: str, value: object) -> None:
         """Set symbol `name`; IecValueError if `value` is none of its type."""
 
-        async def write(place: Place) -> None:
+        async def write(place: VariableLocation) -> None:
             await self.write_raw(place.group, place.offset, _encoded(place, value))
 
         await self._at(name, "write", write)
 
-    async def _at(self, name: str, verb: str, act: Callable[[Place], Awaitable[V]]) -> V:
+    async def _at(self, name: str, verb: str, act: Callable[[VariableLocation], Awaitable[V]]) -> V:
         """Do `act` where `name` lies; once more if it turns out to lie elsewhere now."""
         place = self._book.known(name)
         if place is None:
@@ -197,8 +197,9 @@ class Target(RawTarget):
         self,
         verb: str,
         names: Sequence[str],
-        part: Callable[[Place], ReadRequest] | Callable[[Place], WriteRequest],
-    ) -> list[tuple[Place | None, Outcome | AdsError]]:
+        part: Callable[[VariableLocation], ReadRequest]
+        | Callable[[VariableLocation], WriteRequest],
+    ) -> list[tuple[VariableLocation | None, Outcome | AdsError]]:
         """Send `part` for each symbol; those whose handle is out of date are tried once more."""
         outcomes = await self._try_each(verb, names, part)
         again = [
@@ -220,14 +221,15 @@ class Target(RawTarget):
         self,
         verb: str,
         names: Sequence[str],
-        part: Callable[[Place], ReadRequest] | Callable[[Place], WriteRequest],
-    ) -> list[tuple[Place | None, Outcome | AdsError]]:
+        part: Callable[[VariableLocation], ReadRequest]
+        | Callable[[VariableLocation], WriteRequest],
+    ) -> list[tuple[VariableLocation | None, Outcome | AdsError]]:
         places = await self._soon(self._book.places(names))
-        found = [place for place in places if isinstance(place, Place)]
+        found = [place for place in places if isinstance(place, VariableLocation)]
         outcomes = iter(await self.send_each([part(place) for place in found]))
-        results: list[tuple[Place | None, Outcome | AdsError]] = []
+        results: list[tuple[VariableLocation | None, Outcome | AdsError]] = []
         for name, place in zip(names, places, strict=True):
-            if not isinstance(place, Place):
+            if not isinstance(place, VariableLocation):
                 results.append((None, place))
                 continue
             outcome = next(outcomes)
@@ -350,18 +352,18 @@ class Target(RawTarget):
         as_type = OpaqueType("bytes", type, 1, 0) if isinstance(type, int) else iec_type(type)
         place = _place(group, offset, as_type)
 
-        async def locate() -> Sequence[Place]:
+        async def locate() -> Sequence[VariableLocation]:
             return [place]
 
         timing = Timing.of(_mode(mode), max_delay, cycle_time)
         return Subscription(self, locate, timing, depth)
 
 
-def _place(group: int, offset: int, type: IecType[Any]) -> Place:
-    return Place(f"0x{group:X}:0x{offset:X}", group, offset, type.size, type)
+def _place(group: int, offset: int, type: IecType[Any]) -> VariableLocation:
+    return VariableLocation(f"0x{group:X}:0x{offset:X}", group, offset, type.size, type)
 
 
-def _encoded(place: Place, value: object) -> bytes:
+def _encoded(place: VariableLocation, value: object) -> bytes:
     try:
         return place.type.encode(value)
     except IecValueError as error:

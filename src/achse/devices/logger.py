@@ -15,7 +15,7 @@ from achse.ams.commands import AddNotificationRequest
 from achse.ams.filetime import from_unix_ns
 from achse.codes import ReturnCode
 from achse.router.rate import Rates
-from achse.server import Device, IndexGroup, Limits, RawGroup, ServiceTable
+from achse.server import ClientLimits, Device, IndexGroup, RawGroup, ServiceTable
 from achse.server.table import Reader
 
 __all__ = ["EventLoggerDevice", "LogMessage", "LoggerDevice", "MessageType"]
@@ -97,7 +97,7 @@ class _Chronicler(Device):
         super().__init__(name, (3, 1, 4024), groups, clock=clock)
         self._rates = _rates(self.limits)
 
-    def limit(self, limits: Limits) -> None:
+    def limit(self, limits: ClientLimits) -> None:
         """Keep to other limits from now on."""
         super().limit(limits)
         self._rates = _rates(limits)
@@ -127,7 +127,7 @@ class _Chronicler(Device):
             self._left_out = 0
 
 
-def _rates(limits: Limits) -> Rates:
+def _rates(limits: ClientLimits) -> Rates:
     return Rates(limits.log_lines, limits.all_log_lines)
 
 

@@ -1,14 +1,14 @@
 """The virtual CiA 402 servo drive: objects, process data and a step, with no bus inside."""
 
 from achse.drive.alarms import Alarm, Warn
-from achse.drive.drive import Drive, Identity
-from achse.drive.faults import Faults
+from achse.drive.drive import Drive, DriveIdentity
+from achse.drive.faults import FaultSwitches
 from achse.drive.machine import (
     Encoder,
     EncoderKind,
     Load,
-    Machine,
     MachineError,
+    Mechanics,
     Motor,
     MotorKind,
     Switches,
@@ -21,15 +21,15 @@ from achse.drive.virtual import DriveTimeout, VirtualDrive
 __all__ = [
     "Alarm",
     "Drive",
+    "DriveIdentity",
     "DriveTimeout",
     "Encoder",
     "EncoderKind",
-    "Faults",
-    "Identity",
+    "FaultSwitches",
     "InputBit",
     "Load",
-    "Machine",
     "MachineError",
+    "Mechanics",
     "Mode",
     "Motor",
     "MotorKind",

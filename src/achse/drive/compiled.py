@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from achse.codes import DataType
 from achse.drive.exchange import exchange
 from achse.drive.mapping import ProcessData
-from achse.drive.record import FIELDS, LAYOUT, DriveFields, SlotsRecord
+from achse.drive.record import FIELDS, LAYOUT, DriveFields, DriveSlots
 from achse.native.compiled import Kernel
 from achse.native.declare import pack
 from achse.native.memory import Rows, RowView, field_property
@@ -85,7 +85,7 @@ class CompiledRecord(RowView, _Fields):
         self.attend = attend
         self.mapped = False
         """Whether the kernel knows the mapping of the process data."""
-        self.row[:] = pack(LAYOUT, SlotsRecord())
+        self.row[:] = pack(LAYOUT, DriveSlots())
 
     def map(self, received: ProcessData, sent: ProcessData) -> None:
         """Take the mapping over, unless it holds floating-point objects, which go around."""

@@ -15,19 +15,19 @@ from typing import TYPE_CHECKING
 from achse.codes import AbortCode, AlState, AlStatus, SdoAbort
 from achse.codes.cia import Number
 from achse.drive.alarms import Alarm, Warn
-from achse.drive.faults import Faults
+from achse.drive.faults import FaultSwitches
 from achse.drive.kernel import cycle
-from achse.drive.machine import EncoderKind, Machine, apply, power_up, scale
+from achse.drive.machine import EncoderKind, Mechanics, apply, power_up, scale
 from achse.drive.mapping import PdoMapping, ProcessData
 from achse.drive.objects import OBJECTS, ROWS, find
 from achse.drive.objects.dictionary import Object
 from achse.drive.power import PowerState
-from achse.drive.record import FIELDS, DriveFields, SlotsRecord, collector, distributor
+from achse.drive.record import FIELDS, DriveFields, DriveSlots, collector, distributor
 
 if TYPE_CHECKING:
     from achse.drive.compiled import Bank, CompiledRecord
 
-__all__ = ["LONGEST_CYCLE_NS", "Drive", "Identity"]
+__all__ = ["LONGEST_CYCLE_NS", "Drive", "DriveIdentity"]
 
 LONGEST_CYCLE_NS = 1_000_000
 """A longer step is done in equal cycles of at most this; the plant's parts are 125 µs or less."""
@@ -74,7 +74,7 @@ _IDLE, _SENT, _RUNNING, _DONE, _REFUSED, _FAILED = 0, 1, 2, 4, 16, 32
 
 
 @dataclass(frozen=True, slots=True)
-class Identity:
+class DriveIdentity:
     """Object 1018h."""
 
     vendor_id: int = 0xAAAA
@@ -99,10 +99,10 @@ class Drive:
 
     def __init__(
         self,
-        machine: Machine | None = None,
+        machine: Mechanics | None = None,
         *,
         name: str = "Virtual servo drive",
-        identity: Identity | None = None,
+        identity: DriveIdentity | None = None,
         parameters: Mapping[int | tuple[int, int], Number] | None = None,
         store: MutableMapping[int, Number] | None = None,
         strict_mapping: bool = True,
@@ -110,8 +110,8 @@ class Drive:
         compiled: "bool | Bank" = False,
     ) -> None:
         self.name = name
-        self.identity = identity or Identity()
-        self.machine = machine or Machine()
+        self.identity = identity or DriveIdentity()
+        self.machine = machine or Mechanics()
         self._record: DriveFields
         self._compiled: CompiledRecord | None = None
         self._turn = -1
@@ -121,8 +121,8 @@ class Drive:
             bank = machine_code.Bank(1) if compiled is True else compiled
             self._record = self._compiled = machine_code.CompiledRecord(bank, self._attend)
         else:
-            self._record = SlotsRecord()
-        self.faults = Faults(self)
+            self._record = DriveSlots()
+        self.faults = FaultSwitches(self)
         self.local = False
         """Somebody operates the drive at its panel: it is not in communication mode (0x8000)."""
         self.state = AlState.INIT

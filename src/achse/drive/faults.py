@@ -10,7 +10,7 @@ from achse.drive.alarms import Alarm, Warn
 from achse.drive.record import DriveFields
 from achse.drive.signals import InputBit
 
-__all__ = ["Faults"]
+__all__ = ["FaultSwitches"]
 
 
 class _Faulty(Protocol):
@@ -20,7 +20,7 @@ class _Faulty(Protocol):
     def record(self) -> DriveFields: ...
 
 
-class Faults:
+class FaultSwitches:
     """The switches behind one drive."""
 
     def __init__(self, drive: _Faulty) -> None:

@@ -18,8 +18,8 @@ __all__ = [
     "Encoder",
     "EncoderKind",
     "Load",
-    "Machine",
     "MachineError",
+    "Mechanics",
     "Motor",
     "MotorKind",
     "Switches",
@@ -114,7 +114,7 @@ class Switches:
 
 
 @dataclass(frozen=True, slots=True)
-class Machine:
+class Mechanics:
     """Everything behind the drive."""
 
     motor: Motor = field(default_factory=Motor)
@@ -175,23 +175,23 @@ class Machine:
         return round(100.0 * self.load.inertia / self.motor.inertia)
 
 
-MACHINES: Mapping[str, Machine] = {
-    "linear": Machine(
+MACHINES: Mapping[str, Mechanics] = {
+    "linear": Mechanics(
         Motor(MotorKind.LINEAR, 100.0, 2.5, inertia=1.0, max_speed=3.0),
         Load(inertia=4.0, coulomb=2.0, viscous=5.0),
         Encoder(resolution=1_000_000, index_pitch=20_000),
     ),
-    "direct": Machine(
+    "direct": Mechanics(
         Motor(MotorKind.DIRECT_DRIVE, 10.0, 3.0, inertia=5e-3, max_speed=300.0),
         Load(inertia=2e-2, coulomb=0.1, viscous=1e-3),
         Encoder(resolution=1 << 20),
     ),
-    "ac": Machine(),
+    "ac": Mechanics(),
 }
 """A usual machine of each motor kind of 3000h."""
 
 
-def apply(machine: Machine, d: DriveFields) -> None:
+def apply(machine: Mechanics, d: DriveFields) -> None:
     """Write the plant's numbers into a record whose gear is set (see `scale`)."""
     motor, load, encoder = machine.motor, machine.load, machine.encoder
     permille = 1000.0 / motor.rated_torque
@@ -224,7 +224,7 @@ def apply(machine: Machine, d: DriveFields) -> None:
     d.step_time = 0.0  # what depends on it is computed anew
 
 
-def scale(machine: Machine, d: DriveFields) -> None:
+def scale(machine: Mechanics, d: DriveFields) -> None:
     """Take the electronic gear over and place the switches, whose positions are in inc."""
     d.counts_per_inc = d.gear_numerator / d.gear_denominator
     d.inc_per_count = d.gear_denominator / d.gear_numerator
@@ -245,7 +245,7 @@ def scale(machine: Machine, d: DriveFields) -> None:
     d.probe_from, d.probe_to = (position * counts for position in switches.probe or (0.0, 0.0))
 
 
-def power_up(machine: Machine, d: DriveFields, cleared_turns: int) -> None:
+def power_up(machine: Mechanics, d: DriveFields, cleared_turns: int) -> None:
     """What the encoder says after power-on: count 0, the count within a turn, or turns and count.
 
     `cleared_turns` is the turn of the machine at which the multi-turn counter was cleared.

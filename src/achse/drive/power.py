@@ -21,7 +21,7 @@ __all__ = [
     "CommandPattern",
     "PowerEvent",
     "PowerState",
-    "Transition",
+    "PowerTransition",
     "advance",
     "state_of",
     "supply_ready",
@@ -90,7 +90,7 @@ FAULT_RESET_BIT = 0x0080
 
 
 @dataclass(frozen=True, slots=True)
-class Transition:
+class PowerTransition:
     """One row of table 3.2.1.1."""
 
     number: int
@@ -103,32 +103,32 @@ _NOT_READY, _DISABLED, _READY, _ON, _ENABLED, _QUICK, _REACTION, _FAULT = PowerS
 
 TRANSITIONS = (
     # 0 is power-on or reset: a fresh record
-    Transition(1, _NOT_READY, PowerEvent.AUTOMATIC, _DISABLED),
-    Transition(2, _DISABLED, PowerEvent.SHUTDOWN, _READY),
-    Transition(3, _READY, PowerEvent.SWITCH_ON, _ON),
-    Transition(3, _READY, PowerEvent.ENABLE_OPERATION, _ON),  # 4 follows by itself
-    Transition(4, _ON, PowerEvent.ENABLE_OPERATION, _ENABLED),
-    Transition(5, _ENABLED, PowerEvent.SWITCH_ON, _ON),
-    Transition(6, _ON, PowerEvent.SHUTDOWN, _READY),
-    Transition(7, _READY, PowerEvent.QUICK_STOP, _DISABLED),
-    Transition(7, _READY, PowerEvent.DISABLE_VOLTAGE, _DISABLED),
-    Transition(7, _READY, PowerEvent.COMMUNICATION_INIT, _DISABLED),
-    Transition(8, _ENABLED, PowerEvent.SHUTDOWN, _READY),
-    Transition(9, _ENABLED, PowerEvent.DISABLE_VOLTAGE, _DISABLED),
-    Transition(9, _ENABLED, PowerEvent.COMMUNICATION_INIT, _DISABLED),
-    Transition(10, _ON, PowerEvent.QUICK_STOP, _DISABLED),
-    Transition(10, _ON, PowerEvent.DISABLE_VOLTAGE, _DISABLED),
-    Transition(10, _ON, PowerEvent.COMMUNICATION_INIT, _DISABLED),
-    Transition(11, _ENABLED, PowerEvent.QUICK_STOP, _QUICK),
-    Transition(12, _QUICK, PowerEvent.AUTOMATIC, _DISABLED),
-    Transition(12, _QUICK, PowerEvent.DISABLE_VOLTAGE, _DISABLED),
-    Transition(12, _QUICK, PowerEvent.COMMUNICATION_INIT, _DISABLED),
+    PowerTransition(1, _NOT_READY, PowerEvent.AUTOMATIC, _DISABLED),
+    PowerTransition(2, _DISABLED, PowerEvent.SHUTDOWN, _READY),
+    PowerTransition(3, _READY, PowerEvent.SWITCH_ON, _ON),
+    PowerTransition(3, _READY, PowerEvent.ENABLE_OPERATION, _ON),  # 4 follows by itself
+    PowerTransition(4, _ON, PowerEvent.ENABLE_OPERATION, _ENABLED),
+    PowerTransition(5, _ENABLED, PowerEvent.SWITCH_ON, _ON),
+    PowerTransition(6, _ON, PowerEvent.SHUTDOWN, _READY),
+    PowerTransition(7, _READY, PowerEvent.QUICK_STOP, _DISABLED),
+    PowerTransition(7, _READY, PowerEvent.DISABLE_VOLTAGE, _DISABLED),
+    PowerTransition(7, _READY, PowerEvent.COMMUNICATION_INIT, _DISABLED),
+    PowerTransition(8, _ENABLED, PowerEvent.SHUTDOWN, _READY),
+    PowerTransition(9, _ENABLED, PowerEvent.DISABLE_VOLTAGE, _DISABLED),
+    PowerTransition(9, _ENABLED, PowerEvent.COMMUNICATION_INIT, _DISABLED),
+    PowerTransition(10, _ON, PowerEvent.QUICK_STOP, _DISABLED),
+    PowerTransition(10, _ON, PowerEvent.DISABLE_VOLTAGE, _DISABLED),
+    PowerTransition(10, _ON, PowerEvent.COMMUNICATION_INIT, _DISABLED),
+    PowerTransition(11, _ENABLED, PowerEvent.QUICK_STOP, _QUICK),
+    PowerTransition(12, _QUICK, PowerEvent.AUTOMATIC, _DISABLED),
+    PowerTransition(12, _QUICK, PowerEvent.DISABLE_VOLTAGE, _DISABLED),
+    PowerTransition(12, _QUICK, PowerEvent.COMMUNICATION_INIT, _DISABLED),
     *(
-        Transition(13, source, PowerEvent.ERROR, _REACTION)
+        PowerTransition(13, source, PowerEvent.ERROR, _REACTION)
         for source in (_NOT_READY, _DISABLED, _READY, _ON, _ENABLED, _QUICK)
     ),
-    Transition(14, _REACTION, PowerEvent.AUTOMATIC, _FAULT),
-    Transition(15, _FAULT, PowerEvent.FAULT_RESET, _DISABLED),
+    PowerTransition(14, _REACTION, PowerEvent.AUTOMATIC, _FAULT),
+    PowerTransition(15, _FAULT, PowerEvent.FAULT_RESET, _DISABLED),
 )
 """Table 3.2.1.1 with the commands of table 3.2.1.2; what is not listed changes nothing."""
 

@@ -1,6 +1,6 @@
 """The drive record: every value of one drive, declared once, all of them 64 bits wide.
 
-`DriveFields` is the table; from it come a class with `__slots__` (`SlotsRecord`), a layout in
+`DriveFields` is the table; from it come a class with `__slots__` (`DriveSlots`), a layout in
 memory (`LAYOUT`) and the static type of both, so that the kernel means the same on either form. A
 list in a declaration is an array, copied for every record.
 
@@ -23,12 +23,12 @@ __all__ = [
     "LAYOUT",
     "ControlFields",
     "DriveFields",
+    "DriveSlots",
     "ExchangeFields",
     "InputFields",
     "MotionFields",
     "ParameterFields",
     "PlantFields",
-    "SlotsRecord",
     "StateFields",
     "collector",
     "distributor",
@@ -354,11 +354,11 @@ FIELDS = LAYOUT.fields
 
 if TYPE_CHECKING:
 
-    class SlotsRecord(DriveFields):
+    class DriveSlots(DriveFields):
         pass
 
 else:
-    SlotsRecord = plain_record(LAYOUT)
+    DriveSlots = plain_record(LAYOUT)
 
 
 def collector(record: Any, fields: Sequence[str]) -> Callable[[], tuple[Any, ...]]:

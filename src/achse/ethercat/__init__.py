@@ -15,7 +15,7 @@ from achse.ethercat.application import (
 )
 from achse.ethercat.description import SlaveDescription, describe
 from achse.ethercat.esc import Esc
-from achse.ethercat.frame import Command, Datagram, Frame, FrameError
+from achse.ethercat.frame import Datagram, DatagramCommand, EthercatFrame, FrameError
 from achse.ethercat.loopback import Loopback
 from achse.ethercat.pdi import AlEvent, Pdi, PdiAccess
 from achse.ethercat.segment import Disturbance, Segment
@@ -25,12 +25,12 @@ from achse.ethercat.slave import Slave
 __all__ = [
     "AlEvent",
     "Application",
-    "Command",
     "DataType",
     "Datagram",
+    "DatagramCommand",
     "Disturbance",
     "Esc",
-    "Frame",
+    "EthercatFrame",
     "FrameError",
     "Identity",
     "Loopback",

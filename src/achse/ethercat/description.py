@@ -12,12 +12,12 @@ from achse.ethercat.application import Application, ObjectAccess, ObjectDescript
 __all__ = [
     "LAYOUT",
     "OPERATION_MODES",
-    "Area",
-    "Layout",
     "OperationMode",
     "Pdo",
     "PdoEntry",
     "SlaveDescription",
+    "SyncManagerArea",
+    "SyncManagerLayout",
     "describe",
 ]
 
@@ -29,7 +29,7 @@ _OUTPUTS, _INPUTS = 2, 3
 
 
 @dataclass(frozen=True)
-class Area:
+class SyncManagerArea:
     """The memory of one SyncManager; process data lengths follow the mapping."""
 
     start: int
@@ -38,17 +38,20 @@ class Area:
 
 
 @dataclass(frozen=True)
-class Layout:
+class SyncManagerLayout:
     """Memory of the four SyncManagers: mailboxes from and to the master, outputs, inputs."""
 
-    mailbox_out: Area
-    mailbox_in: Area
-    outputs: Area
-    inputs: Area
+    mailbox_out: SyncManagerArea
+    mailbox_in: SyncManagerArea
+    outputs: SyncManagerArea
+    inputs: SyncManagerArea
 
 
-LAYOUT = Layout(
-    Area(0x1000, 256, 0x26), Area(0x1100, 256, 0x22), Area(0x1200, 32, 0x64), Area(0x1300, 32, 0x20)
+LAYOUT = SyncManagerLayout(
+    SyncManagerArea(0x1000, 256, 0x26),
+    SyncManagerArea(0x1100, 256, 0x22),
+    SyncManagerArea(0x1200, 32, 0x64),
+    SyncManagerArea(0x1300, 32, 0x20),
 )
 """The layout offered; the manual gives lengths of process data only (32 bytes each at most)."""
 
@@ -100,7 +103,7 @@ class SlaveDescription:
     product_code: int
     revision_number: int
     serial_number: int
-    layout: Layout
+    layout: SyncManagerLayout
     rx_pdos: tuple[Pdo, ...]
     tx_pdos: tuple[Pdo, ...]
     output_size: int
@@ -108,7 +111,7 @@ class SlaveDescription:
     objects: tuple[ObjectDescription, ...]
 
 
-def describe(application: Application, layout: Layout = LAYOUT) -> SlaveDescription:
+def describe(application: Application, layout: SyncManagerLayout = LAYOUT) -> SlaveDescription:
     """The description of an application, with its present mapping as the default."""
     objects = tuple(application.objects())
     by_index = {each.index: each for each in objects}

@@ -15,7 +15,7 @@ from achse.ethercat.application import (
     ObjectDescription,
     ObjectEntry,
 )
-from achse.ethercat.description import OPERATION_MODES, Area, Pdo, SlaveDescription
+from achse.ethercat.description import OPERATION_MODES, Pdo, SlaveDescription, SyncManagerArea
 from achse.ethercat.registers import FMMUS, RAM_KIB, SYNC_MANAGERS
 from achse.ethercat.sii import SII_SIZE, build_sii
 
@@ -145,7 +145,7 @@ def _info(info: ElementTree.Element) -> None:
 
 def _sync_managers(device: ElementTree.Element, description: SlaveDescription) -> None:
     layout = description.layout
-    rows: tuple[tuple[str, Area, int], ...] = (
+    rows: tuple[tuple[str, SyncManagerArea, int], ...] = (
         ("MBoxOut", layout.mailbox_out, layout.mailbox_out.length),
         ("MBoxIn", layout.mailbox_in, layout.mailbox_in.length),
         ("Outputs", layout.outputs, description.output_size),

@@ -14,9 +14,9 @@ __all__ = [
     "MAX_FRAME",
     "UDP_PORT",
     "Addressing",
-    "Command",
     "Datagram",
-    "Frame",
+    "DatagramCommand",
+    "EthercatFrame",
     "FrameError",
     "datagram_offsets",
     "payload_offset",
@@ -58,7 +58,7 @@ class Addressing(IntEnum):
     LOGICAL = 4
 
 
-class Command(IntEnum):
+class DatagramCommand(IntEnum):
     """The datagram commands (001 table 2.3.1.1): who is addressed, who reads, who writes."""
 
     addressing: Addressing
@@ -74,7 +74,7 @@ class Command(IntEnum):
         reads: bool = False,
         writes: bool = False,
         multiple: bool = False,
-    ) -> "Command":
+    ) -> "DatagramCommand":
         member = int.__new__(cls, number)
         member._value_ = number
         member.addressing = addressing
@@ -119,7 +119,12 @@ class Datagram:
 
     @classmethod
     def at(
-        cls, command: Command, position_or_station: int, offset: int, data: bytes, index: int = 0
+        cls,
+        command: DatagramCommand,
+        position_or_station: int,
+        offset: int,
+        data: bytes,
+        index: int = 0,
     ) -> "Datagram":
         """A datagram to the memory of a slave: ADP and ADO."""
         return cls(command, (position_or_station & 0xFFFF) | offset << 16, data, index)
@@ -178,7 +183,7 @@ def datagram_offsets(packet: bytes | bytearray, start: int) -> list[int]:
 
 
 @dataclass(slots=True)
-class Frame:
+class EthercatFrame:
     """Datagrams in one Ethernet frame or UDP packet."""
 
     datagrams: Sequence[Datagram]
@@ -212,7 +217,7 @@ class Frame:
         return b"".join(parts)
 
     @classmethod
-    def decode(cls, packet: bytes) -> "Frame":
+    def decode(cls, packet: bytes) -> "EthercatFrame":
         """The frame in an Ethernet frame; raises `FrameError`."""
         start = payload_offset(packet)
         if start is None:
@@ -220,7 +225,7 @@ class Frame:
         return cls(list(_datagrams(packet, start)), packet[6:12], packet[:6])
 
     @classmethod
-    def decode_payload(cls, payload: bytes) -> "Frame":
+    def decode_payload(cls, payload: bytes) -> "EthercatFrame":
         """The frame in a UDP payload; raises `FrameError`."""
         return cls(list(_datagrams(payload, 0)))
 

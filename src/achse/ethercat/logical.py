@@ -11,7 +11,7 @@ from itertools import pairwise
 
 from achse.ethercat.esc import Esc
 from achse.ethercat.fmmu import Transfer
-from achse.ethercat.frame import Command
+from achse.ethercat.frame import DatagramCommand
 from achse.ethercat.registers import RAM_BASE
 
 __all__ = ["Plan"]
@@ -32,7 +32,9 @@ class Plan:
 
     __slots__ = ("_parts", "count", "exact", "gives", "span", "takes")
 
-    def __init__(self, escs: Iterable[Esc], command: Command, address: int, length: int) -> None:
+    def __init__(
+        self, escs: Iterable[Esc], command: DatagramCommand, address: int, length: int
+    ) -> None:
         self.takes: list[_Take] = []
         self.gives: list[_Give] = []
         self.count = 0
@@ -62,7 +64,7 @@ class Plan:
         self.span = _span([part for _, part in self.gives])
         """The part of the data that `gives` fill one after the other without gap, if they do."""
 
-    def exchange(self, command: Command, data: bytearray) -> int:
+    def exchange(self, command: DatagramCommand, data: bytearray) -> int:
         """Exchange `data` with each slave in turn, bit by bit; the increment of the counter."""
         count = 0
         for esc, writes, reads in self._parts:
@@ -81,7 +83,7 @@ class Plan:
         return count
 
 
-def _increment(command: Command, read: bool, wrote: bool) -> int:
+def _increment(command: DatagramCommand, read: bool, wrote: bool) -> int:
     """How far one slave moves the working counter (001 table 2.3.2.1)."""
     return read + wrote * (2 if command.reads and command.writes else 1)
 

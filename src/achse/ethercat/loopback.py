@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from achse.codes import AbortCode, AlState, AlStatus, DataType, SdoAbort
 from achse.ethercat.application import ObjectAccess, ObjectCode
 
-__all__ = ["Entry", "Loopback", "LoopbackIdentity", "Object"]
+__all__ = ["Loopback", "LoopbackEntry", "LoopbackIdentity", "LoopbackObject"]
 
 _RO = int(ObjectAccess.READ)
 _RW = int(ObjectAccess.READ | ObjectAccess.WRITE)
@@ -26,7 +26,7 @@ class LoopbackIdentity:
 
 
 @dataclass(frozen=True)
-class Entry:
+class LoopbackEntry:
     """One entry of the dictionary."""
 
     subindex: int
@@ -40,14 +40,14 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Object:
+class LoopbackObject:
     """One object of the dictionary."""
 
     index: int
     name: str
     code: int
     data_type: int
-    entries: tuple[Entry, ...] = field(default=())
+    entries: tuple[LoopbackEntry, ...] = field(default=())
 
 
 class Loopback:
@@ -81,7 +81,7 @@ class Loopback:
             for entry in each.entries
         }
 
-    def _dictionary(self, size: int) -> tuple[Object, ...]:
+    def _dictionary(self, size: int) -> tuple[LoopbackObject, ...]:
         numbers = (0xC0_DE_00_01, *vars(self.identity).values())
         name = self.name.encode()
         return (
@@ -92,7 +92,9 @@ class Loopback:
                 "Identity",
                 DataType.IDENTITY,
                 [
-                    Entry(subindex, text, DataType.U32, 32, _RO, number.to_bytes(4, "little"))
+                    LoopbackEntry(
+                        subindex, text, DataType.U32, 32, _RO, number.to_bytes(4, "little")
+                    )
                     for subindex, (text, number) in enumerate(vars(self.identity).items(), start=1)
                 ],
             ),
@@ -103,19 +105,21 @@ class Loopback:
             _list(0x1C00, "SyncManager types", [1, 2, 3, 4], 8),
             _list(0x1C12, "Outputs assignment", [0x1600], 16),
             _list(0x1C13, "Inputs assignment", [0x1A00], 16),
-            Object(
+            LoopbackObject(
                 0x2000,
                 "Text",
                 ObjectCode.VAR,
                 DataType.VISIBLE_STRING,
-                (Entry(0, "Text", DataType.VISIBLE_STRING, 8 * 256, _RW, b""),),
+                (LoopbackEntry(0, "Text", DataType.VISIBLE_STRING, 8 * 256, _RW, b""),),
             ),
             _record(
                 0x6000,
                 "Inputs",
                 DataType.U8,
                 [
-                    Entry(1 + n, f"Input {n}", DataType.U8, 8, _RO | ObjectAccess.TX_PDO, b"\0")
+                    LoopbackEntry(
+                        1 + n, f"Input {n}", DataType.U8, 8, _RO | ObjectAccess.TX_PDO, b"\0"
+                    )
                     for n in range(size)
                 ],
             ),
@@ -124,13 +128,15 @@ class Loopback:
                 "Outputs",
                 DataType.U8,
                 [
-                    Entry(1 + n, f"Output {n}", DataType.U8, 8, _RW | ObjectAccess.RX_PDO, b"\0")
+                    LoopbackEntry(
+                        1 + n, f"Output {n}", DataType.U8, 8, _RW | ObjectAccess.RX_PDO, b"\0"
+                    )
                     for n in range(size)
                 ],
             ),
         )
 
-    def objects(self) -> tuple[Object, ...]:
+    def objects(self) -> tuple[LoopbackObject, ...]:
         """The dictionary."""
         return self._objects
 
@@ -159,7 +165,7 @@ class Loopback:
             outputs[subindex - 1] = data[0]
             self._outputs = bytes(outputs)
 
-    def _entry(self, index: int, subindex: int) -> Entry:
+    def _entry(self, index: int, subindex: int) -> LoopbackEntry:
         for each in self._objects:
             if each.index == index:
                 for entry in each.entries:
@@ -201,20 +207,20 @@ class Loopback:
         return self.emergencies.pop(0) if self.emergencies else None
 
 
-def _variable(index: int, name: str, data_type: int, value: bytes) -> Object:
-    entry = Entry(0, name, data_type, 8 * len(value), _RO, value)
-    return Object(index, name, ObjectCode.VAR, data_type, (entry,))
+def _variable(index: int, name: str, data_type: int, value: bytes) -> LoopbackObject:
+    entry = LoopbackEntry(0, name, data_type, 8 * len(value), _RO, value)
+    return LoopbackObject(index, name, ObjectCode.VAR, data_type, (entry,))
 
 
-def _record(index: int, name: str, data_type: int, entries: list[Entry]) -> Object:
-    count = Entry(0, "Number of entries", DataType.U8, 8, _RO, bytes((len(entries),)))
-    return Object(index, name, ObjectCode.RECORD, data_type, (count, *entries))
+def _record(index: int, name: str, data_type: int, entries: list[LoopbackEntry]) -> LoopbackObject:
+    count = LoopbackEntry(0, "Number of entries", DataType.U8, 8, _RO, bytes((len(entries),)))
+    return LoopbackObject(index, name, ObjectCode.RECORD, data_type, (count, *entries))
 
 
-def _list(index: int, name: str, numbers: list[int], bits: int) -> Object:
+def _list(index: int, name: str, numbers: list[int], bits: int) -> LoopbackObject:
     data_type = {8: DataType.U8, 16: DataType.U16, 32: DataType.U32}[bits]
     entries = [
-        Entry(n, f"Entry {n}", data_type, bits, _RO, number.to_bytes(bits // 8, "little"))
+        LoopbackEntry(n, f"Entry {n}", data_type, bits, _RO, number.to_bytes(bits // 8, "little"))
         for n, number in enumerate(numbers, 1)
     ]
     return _record(index, name, data_type, entries)

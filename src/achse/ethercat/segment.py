@@ -11,7 +11,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from achse.ethercat.clock import Instant
-from achse.ethercat.frame import Addressing, Command, FrameError, datagram_offsets, payload_offset
+from achse.ethercat.frame import (
+    Addressing,
+    DatagramCommand,
+    FrameError,
+    datagram_offsets,
+    payload_offset,
+)
 from achse.ethercat.logical import Plan
 from achse.ethercat.registers import Register
 from achse.ethercat.slave import Slave
@@ -33,8 +39,8 @@ _SYSTEM_TIME = int(Register.SYSTEM_TIME)
 """A number, since it is asked for with each datagram."""
 _MAX_PLANS = 256
 
-_COMMANDS = {int(command): command for command in Command}
-_LRD, _LRW = int(Command.LRD), int(Command.LRW)
+_COMMANDS = {int(command): command for command in DatagramCommand}
+_LRD, _LRW = int(DatagramCommand.LRD), int(DatagramCommand.LRW)
 
 
 @dataclass(slots=True)
@@ -320,7 +326,7 @@ class Segment:
     def _physical(self, buffer: bytearray, offset: int) -> None:
         number, _, adp, ado, length, _ = _DATAGRAM.unpack_from(buffer, offset)
         command = _COMMANDS.get(number)
-        if command is None or command is Command.NOP:
+        if command is None or command is DatagramCommand.NOP:
             return
         begin = offset + 10
         end = begin + (length & 0x7FF)
@@ -353,7 +359,7 @@ class Segment:
                 else:
                     count += slave.esc.write(ado, buffer[begin:end])
         elif not command.writes:
-            merge = command is Command.BRD
+            merge = command is DatagramCommand.BRD
             for slave in addressed:
                 count += _read(slave, buffer, ado, begin, end, merge)
         elif not command.reads:
@@ -361,7 +367,7 @@ class Segment:
             for slave in addressed:
                 count += slave.esc.write(ado, data)
         else:
-            merge = command is Command.BRW
+            merge = command is DatagramCommand.BRW
             for slave in addressed:
                 data = bytes(buffer[begin:end])
                 count += _read(slave, buffer, ado, begin, end, merge)

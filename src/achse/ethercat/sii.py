@@ -6,7 +6,7 @@ Source: ETG.2010; words that masters were seen to read.
 import struct
 from collections.abc import Iterable
 
-from achse.ethercat.description import OPERATION_MODES, Area, Pdo, SlaveDescription
+from achse.ethercat.description import OPERATION_MODES, Pdo, SlaveDescription, SyncManagerArea
 from achse.ethercat.eeprom import checksum
 
 __all__ = ["SII_SIZE", "build_sii"]
@@ -104,8 +104,8 @@ def _category(kind: int, data: bytes) -> bytes:
 
 def _sync_managers(description: SlaveDescription) -> bytes:
     layout = description.layout
-    outputs = Area(layout.outputs.start, description.output_size, layout.outputs.control)
-    inputs = Area(layout.inputs.start, description.input_size, layout.inputs.control)
+    outputs = SyncManagerArea(layout.outputs.start, description.output_size, layout.outputs.control)
+    inputs = SyncManagerArea(layout.inputs.start, description.input_size, layout.inputs.control)
     return b"".join(
         struct.pack("<HHBBBB", area.start, area.length, area.control, 0, 1, kind)
         for kind, area in enumerate((layout.mailbox_out, layout.mailbox_in, outputs, inputs), 1)

@@ -9,7 +9,7 @@ from achse.codes import AlState, AlStatus, ErrorLight
 from achse.ethercat.application import Application
 from achse.ethercat.clock import Instant
 from achse.ethercat.coe import CoeServer
-from achse.ethercat.description import LAYOUT, Area, Layout, describe
+from achse.ethercat.description import LAYOUT, SyncManagerArea, SyncManagerLayout, describe
 from achse.ethercat.esc import Esc
 from achse.ethercat.mailbox import MailboxProtocol, MailboxServer
 from achse.ethercat.pdi import AlEvent
@@ -51,7 +51,7 @@ class Slave:
         *,
         alias: int = 0,
         sii: bytes | None = None,
-        layout: Layout = LAYOUT,
+        layout: SyncManagerLayout = LAYOUT,
     ) -> None:
         self.application = application
         self.layout = layout
@@ -229,7 +229,7 @@ class Slave:
         lost = clock.sync0_on and clock.sync0_due_ns is None
         return AlStatus.SYNCHRONIZATION if lost else _NO_ERROR
 
-    def _placed(self, sync_manager: SyncManager, area: Area) -> bool:
+    def _placed(self, sync_manager: SyncManager, area: SyncManagerArea) -> bool:
         """Mode and direction are right, three buffers fit into memory, no mailbox is overlaid."""
         return (
             _fits(sync_manager, area)
@@ -429,7 +429,7 @@ class Slave:
             self._settle(self.state, AlStatus.WATCHDOG)
 
 
-def _fits(sync_manager: SyncManager, area: Area) -> bool:
+def _fits(sync_manager: SyncManager, area: SyncManagerArea) -> bool:
     """Mode and direction are as described."""
     return sync_manager.control & _MODE_AND_DIRECTION == area.control & _MODE_AND_DIRECTION
 

@@ -13,7 +13,7 @@ from achse.faults.fault import MOST_FAULTS, ActiveFault, FaultError, LastingFaul
 from achse.faults.kinds import STATION_FAULTS
 from achse.faults.runtimes import Config
 from achse.faults.site import Site, StationFault
-from achse.faults.target import Target
+from achse.faults.target import FaultyStation
 
 __all__ = ["Faults"]
 
@@ -23,7 +23,7 @@ log = logging.getLogger("achse.faults")
 class Faults:
     """The faults of one station: `station.faults.add("drop", port=851, count=1)`."""
 
-    def __init__(self, station: Target) -> None:
+    def __init__(self, station: FaultyStation) -> None:
         self._station = station
         self._faults: dict[int, ActiveFault] = {}
         self._last = 0

@@ -21,13 +21,13 @@ __all__ = [
     "ClockDrift",
     "ClockJitter",
     "DriveFault",
-    "Eeprom",
+    "EepromChecksum",
     "EncoderLoss",
     "Hang",
     "Input",
     "Jam",
     "LinkBreak",
-    "Load",
+    "LoadTorque",
     "LocalControl",
     "LostFrames",
     "MailboxDelay",
@@ -285,7 +285,7 @@ class MainPower(SlaveFault):
         return lambda: drive.faults.main_power(True)
 
 
-class Load(SlaveFault):
+class LoadTorque(SlaveFault):
     """Something pushes against positive direction with `by` ‰ of rated torque."""
 
     kind: Literal["load"] = "load"
@@ -391,7 +391,7 @@ class LinkBreak(SlaveFault):
         return lambda: segment.repair_link(slave)
 
 
-class Eeprom(SlaveFault):
+class EepromChecksum(SlaveFault):
     """The checksum of the EEPROM is wrong. The drive sees it when the controller is reset or loads
     the EEPROM anew, and comes back when it does so after the fault."""
 
@@ -436,7 +436,7 @@ DRIVE_FAULTS: FaultKinds[DriveFault] = FaultKinds(
     Overtravel,
     Input,
     MainPower,
-    Load,
+    LoadTorque,
     Jam,
     YawAlarm,
     LocalControl,
@@ -445,7 +445,7 @@ DRIVE_FAULTS: FaultKinds[DriveFault] = FaultKinds(
     LostFrames,
     WrongCounter,
     LinkBreak,
-    Eeprom,
+    EepromChecksum,
     ClockDrift,
     ClockJitter,
     last=("drive", "code", "side", "by"),

@@ -9,7 +9,7 @@ from pydantic import model_validator
 from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.codes import NcError, ReservedGroup, ReturnCode
 from achse.faults.fault import CountedFault, FaultError, number, text
-from achse.faults.target import Target
+from achse.faults.target import FaultyStation
 from achse.server import Device, Symbol
 from achse.server.symbols import decode_name
 
@@ -64,7 +64,7 @@ class RequestFault(CountedFault):
             return f"0x{value:X}" + (f" ({row.name})" if row else "")
         return f"0x{value:X}" if name in ("group", "offset") else str(value)
 
-    def found_symbol(self, target: Target) -> tuple[Device, Symbol]:
+    def found_symbol(self, target: FaultyStation) -> tuple[Device, Symbol]:
         """The variable, and the device that has it; raises FaultError."""
         for device in devices_at(self.port, target):
             if device.symbols is not None:
@@ -73,7 +73,7 @@ class RequestFault(CountedFault):
                     return device, symbol
         raise FaultError(f"symbol: no device of the station has {self.symbol!r}")
 
-    def selection(self, target: Target) -> "Selection":
+    def selection(self, target: FaultyStation) -> "Selection":
         """What is hit at the station as it is now; raises FaultError."""
         found = self.found_symbol(target) if self.symbol else None
         return Selection(self, None if found is None else _Touch(*found))
@@ -86,7 +86,7 @@ class Sided(CountedFault):
     """`answer` (the request was carried out) or `request`."""
 
 
-def devices_at(port: int | None, target: Target) -> list[Device]:
+def devices_at(port: int | None, target: FaultyStation) -> list[Device]:
     """The device at a port, or all; raises FaultError."""
     devices = [
         device

@@ -7,7 +7,7 @@ from achse.faults.fault import ActiveFault, Fault, FaultError, Undo
 from achse.faults.gate import FrameGate, Later
 from achse.faults.refusals import Refusals
 from achse.faults.selection import devices_at
-from achse.faults.target import Target
+from achse.faults.target import FaultyStation
 from achse.plc import PlcRuntime
 from achse.server import Device
 
@@ -30,7 +30,9 @@ class Setting(NamedTuple):
 class Site:
     """The place where faults begin and end."""
 
-    def __init__(self, target: Target, later: Later, finish: Callable[[ActiveFault], None]) -> None:
+    def __init__(
+        self, target: FaultyStation, later: Later, finish: Callable[[ActiveFault], None]
+    ) -> None:
         self.target = target
         self.gate = FrameGate(target.router, later, finish)
         self.refusals = Refusals()

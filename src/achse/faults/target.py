@@ -9,10 +9,10 @@ from achse.router import Router
 from achse.server import Device
 from achse.transport.tcp import TcpListener
 
-__all__ = ["Target"]
+__all__ = ["FaultyStation"]
 
 
-class Target(Protocol):
+class FaultyStation(Protocol):
     """A station as faults see it. What it consists of may be another after a restart."""
 
     listeners: Sequence[TcpListener]

@@ -63,7 +63,16 @@ from achse.iec.errors import (
 )
 from achse.iec.methods import Method, Parameter, Property
 from achse.iec.strings import STRING, WSTRING
-from achse.iec.structs import FunctionBlock, Kind, Record, Struct, StructType, Union, bind, plain
+from achse.iec.structs import (
+    FunctionBlock,
+    Record,
+    RecordKind,
+    Struct,
+    StructType,
+    Union,
+    bind,
+    plain,
+)
 from achse.iec.times import (
     DATE,
     DATE_AND_TIME,
@@ -134,7 +143,6 @@ __all__ = [
     "IecType",
     "IecValueError",
     "InterfaceType",
-    "Kind",
     "Method",
     "Nanoseconds",
     "OpaqueType",
@@ -144,6 +152,7 @@ __all__ = [
     "Program",
     "Property",
     "Record",
+    "RecordKind",
     "ReferenceType",
     "Section",
     "Struct",

@@ -11,7 +11,7 @@ from typing import Self
 
 from achse.iec.entries import (
     BOUNDS,
-    Cursor,
+    EntryReader,
     attribute_bytes,
     open_entry,
     padded_entry,
@@ -141,7 +141,7 @@ class ParameterEntry:
         return open_entry(b"".join(parts), self.tail)
 
     @classmethod
-    def read(cls, parent: Cursor) -> Self:
+    def read(cls, parent: EntryReader) -> Self:
         """The entry at the cursor's position; moves it on."""
         cursor = parent.child("parameter entry")
         size, alignment, adst, flags, reserved, guid, length_is, *lengths = cursor.unpack(
@@ -210,7 +210,7 @@ class MethodEntry:
         return open_entry(b"".join(parts), self.tail)
 
     @classmethod
-    def read(cls, parent: Cursor) -> Self:
+    def read(cls, parent: EntryReader) -> Self:
         """The entry at the cursor's position; moves it on."""
         cursor = parent.child("method entry")
         version, index, size, alignment, reserved, guid, adst, flags, *lengths, count = (
@@ -253,7 +253,7 @@ class EnumNote:
         return _U16.pack(2 + len(body)) + body
 
     @classmethod
-    def read(cls, parent: Cursor) -> Self:
+    def read(cls, parent: EntryReader) -> Self:
         cursor = parent.child("enumeration note", width=2)
         length, count = cursor.unpack(_NOTE_HEAD)
         return cls(cursor.text(length), cursor.attributes(count), cursor.take(cursor.left))
@@ -342,14 +342,14 @@ class DataTypeEntry:
     @classmethod
     def decode(cls, data: bytes, coding: Coding = "cp1252") -> Self:
         """The type entry at the start of `data`. Raises `IecDecodeError`."""
-        return cls._type(Cursor.entry(data, 0, len(data), "type entry", coding))
+        return cls._type(EntryReader.entry(data, 0, len(data), "type entry", coding))
 
     @classmethod
-    def _type(cls, cursor: Cursor) -> Self:
+    def _type(cls, cursor: EntryReader) -> Self:
         return cls._read(cursor, 0)
 
     @classmethod
-    def _read(cls, cursor: Cursor, depth: int) -> Self:
+    def _read(cls, cursor: EntryReader, depth: int) -> Self:
         if depth > _DEEPEST:
             raise IecDecodeError(f"a type entry nests members deeper than {_DEEPEST}")
         version, hash_value, type_hash, size, offset, adst, flags, *lengths, dims, count = (
@@ -420,7 +420,7 @@ def decode_types(data: bytes, coding: Coding = "cp1252") -> list[DataTypeEntry]:
     types = []
     position = 0
     while position < len(data):
-        cursor = Cursor.entry(data, position, len(data), "type entry", coding)
+        cursor = EntryReader.entry(data, position, len(data), "type entry", coding)
         types.append(DataTypeEntry._type(cursor))
         position = cursor.end
     return types

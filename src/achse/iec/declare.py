@@ -27,7 +27,7 @@ from achse.iec.derived import PointerType, ReferenceType
 from achse.iec.enums import Enumeration, EnumType
 from achse.iec.errors import DeclarationError
 from achse.iec.methods import Method, Parameter
-from achse.iec.structs import Kind, Record, StructType, Unit
+from achse.iec.structs import Record, RecordKind, StaticRecord, StructType
 from achse.iec.types import IecType, no_attributes
 from achse.iec.variables import Address, Section, Variable
 
@@ -55,13 +55,13 @@ Typelike = IecType[Any] | type[Record] | type[Enumeration]
 """Whatever names a type in a declaration."""
 
 
-class Program(Unit, kind=Kind.UNIT):
+class Program(StaticRecord, kind=RecordKind.UNIT):
     """Base of programs. Class argument `name` if it is not the class name."""
 
     __slots__ = ()
 
 
-class GlobalVariables(Unit, kind=Kind.UNIT):
+class GlobalVariables(StaticRecord, kind=RecordKind.UNIT):
     """Base of global variable lists. Class argument `name` if it is not the class name."""
 
     __slots__ = ()

@@ -28,7 +28,7 @@ from achse.iec.derived import (
 from achse.iec.entries import fitting, fitting_attributes
 from achse.iec.enums import EnumType
 from achse.iec.methods import Method, Parameter
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import Adst, IecType
 from achse.iec.variables import Variable
 
@@ -99,7 +99,7 @@ def describe_type(type: IecType[Any]) -> DataTypeEntry:
         type_name = type.base.name
     elif isinstance(type, StructType):
         # Of a program only what lies in its own memory: the rest are symbols elsewhere.
-        shown = type.fields if type.kind is Kind.UNIT else type.members
+        shown = type.fields if type.kind is RecordKind.UNIT else type.members
         members = tuple(_member(item, index) for index, item in enumerate(shown))
         if type.methods:
             flags |= TypeFlag.METHODS

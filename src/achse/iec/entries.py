@@ -12,7 +12,7 @@ from achse.iec.text import Coding, decode_text, encode_text
 
 __all__ = [
     "BOUNDS",
-    "Cursor",
+    "EntryReader",
     "attribute_bytes",
     "fitting",
     "fitting_attributes",
@@ -30,7 +30,7 @@ _U32 = struct.Struct("<I")
 _PAIR = struct.Struct("<BB")
 
 
-class Cursor:
+class EntryReader:
     """Reads `data` from `position` up to `end`; every fault is an `IecDecodeError`.
 
     `what` names the thing being read, for the message.
@@ -51,7 +51,7 @@ class Cursor:
     @classmethod
     def entry(
         cls, data: bytes, position: int, limit: int, what: str, coding: Coding, *, width: int = 4
-    ) -> "Cursor":
+    ) -> "EntryReader":
         """A cursor over one entry that starts with its own length, placed after the length."""
         cursor = cls(data, position, limit, what, coding)
         length = cursor.u32() if width == 4 else cursor.u16()
@@ -104,9 +104,11 @@ class Cursor:
         first, count = self.unpack(BOUNDS)
         return first, count
 
-    def child(self, what: str, width: int = 4) -> "Cursor":
+    def child(self, what: str, width: int = 4) -> "EntryReader":
         """A cursor over the entry at this position, which moves on behind it."""
-        child = Cursor.entry(self.data, self.position, self.end, what, self.coding, width=width)
+        child = EntryReader.entry(
+            self.data, self.position, self.end, what, self.coding, width=width
+        )
         self.position = child.end
         return child
 

@@ -17,10 +17,10 @@ __all__ = [
     "TC2_X86",
     "TC3_X64",
     "TC3_X86",
-    "Layout",
     "LayoutRules",
+    "MemberOffset",
     "Occupant",
-    "Spot",
+    "TypeLayout",
     "align",
     "overlaid",
     "pack_of",
@@ -53,19 +53,19 @@ class Occupant(Protocol):
     def is_bit(self) -> bool: ...
 
 
-class Spot(NamedTuple):
+class MemberOffset(NamedTuple):
     """Byte offset of a member, and its bit in that byte if it is a BIT."""
 
     offset: int
     bit: int | None = None
 
 
-class Layout(NamedTuple):
+class TypeLayout(NamedTuple):
     """Size and alignment of the whole, and the spot of each member in order."""
 
     size: int
     alignment: int
-    spots: tuple[Spot, ...]
+    spots: tuple[MemberOffset, ...]
 
 
 def align(offset: int, alignment: int) -> int:
@@ -83,39 +83,39 @@ def pack_of(pack_mode: str) -> int:
 
 def sequential(
     members: Iterable[Occupant], pack: int, *, start: int = 0, alignment: int = 1
-) -> Layout:
+) -> TypeLayout:
     """Members one after the other.
 
     `start` and `alignment` are those of what lies before them: a base structure or the table
     pointer of a function block.
     """
     position = start
-    spots: list[Spot] = []
+    spots: list[MemberOffset] = []
     next_bit = 8
     for member in members:
         if member.is_bit:
             if next_bit == 8:
                 next_bit = 0
                 position += 1
-            spots.append(Spot(position - 1, next_bit))
+            spots.append(MemberOffset(position - 1, next_bit))
             next_bit += 1
             continue
         next_bit = 8
         needed = min(member.alignment, pack)
         alignment = max(alignment, needed)
         position = align(position, needed)
-        spots.append(Spot(position))
+        spots.append(MemberOffset(position))
         position += member.size
-    return Layout(align(position, alignment), alignment, tuple(spots))
+    return TypeLayout(align(position, alignment), alignment, tuple(spots))
 
 
-def overlaid(members: Iterable[Occupant], pack: int) -> Layout:
+def overlaid(members: Iterable[Occupant], pack: int) -> TypeLayout:
     """Members all at the start: a union."""
     alignment = 1
     size = 0
-    spots: list[Spot] = []
+    spots: list[MemberOffset] = []
     for member in members:
         alignment = max(alignment, min(member.alignment, pack))
         size = max(size, member.size)
-        spots.append(Spot(0, 0 if member.is_bit else None))
-    return Layout(align(size, alignment), alignment, tuple(spots))
+        spots.append(MemberOffset(0, 0 if member.is_bit else None))
+    return TypeLayout(align(size, alignment), alignment, tuple(spots))

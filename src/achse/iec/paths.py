@@ -23,11 +23,11 @@ from achse.iec.variables import Variable
 
 __all__ = [
     "Bit",
-    "Call",
     "Deref",
-    "Index",
-    "Location",
-    "Member",
+    "PathIndex",
+    "PathMember",
+    "PathMethod",
+    "ResolvedPath",
     "Step",
     "follow",
     "locate",
@@ -37,14 +37,14 @@ __all__ = [
 
 
 @dataclass(frozen=True, slots=True)
-class Member:
+class PathMember:
     """`.name`, or the first name of a path."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
-class Index:
+class PathIndex:
     """`[i, j]`."""
 
     indices: tuple[int, ...]
@@ -63,16 +63,16 @@ class Bit:
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class PathMethod:
     """`#Method`."""
 
     name: str
 
 
-Step: TypeAlias = Member | Index | Deref | Bit | Call
+Step: TypeAlias = PathMember | PathIndex | Deref | Bit | PathMethod
 
 
-class Location(NamedTuple):
+class ResolvedPath(NamedTuple):
     """Where a path leads: a type at an offset.
 
     `hops` are the pointers on the way: each is an offset, from the start or from what the
@@ -109,7 +109,7 @@ def parse_path(text: str) -> tuple[Step, ...]:
     position = 0
     first = _NAME.match(text)
     if first is not None:
-        steps.append(Member(first[0]))
+        steps.append(PathMember(first[0]))
         position = first.end()
     while position < len(text):
         step, position = _step(text, position)
@@ -132,7 +132,7 @@ def _step(text: str, position: int) -> tuple[Step, int]:
         raise _fault(text, position - 1, "'.', '[', '^' or '#'")
     found = _NAME.match(text, position)
     if found is not None:
-        return (Member if sign == "." else Call)(found[0]), found.end()
+        return (PathMember if sign == "." else PathMethod)(found[0]), found.end()
     number = _NUMBER.match(text, position) if sign == "." else None
     if number is None:
         raise _fault(text, position, "a name")
@@ -155,7 +155,7 @@ def _index(text: str, position: int) -> tuple[Step, int]:
         position = found.end()
         sign = text[position : position + 1]
         if sign == "]":
-            return Index(tuple(indices)), position + 1
+            return PathIndex(tuple(indices)), position + 1
         if sign != ",":
             raise _fault(text, position, "',' or ']'")
         position += 1
@@ -189,14 +189,14 @@ def split_symbol(path: str, symbols: Container[str]) -> tuple[str, str]:
     raise IecPathError(f"no symbol is named {path.strip()[:80]!r}")
 
 
-def locate(type: IecType[Any], path: str) -> Location:
+def locate(type: IecType[Any], path: str) -> ResolvedPath:
     """Follow the text of a path from a type: `locate(st, "a[3].x")` or `locate(st, ".a[3].x")`."""
     return follow(type, parse_path(path))
 
 
-def follow(type: IecType[Any], steps: Iterable[Step]) -> Location:
+def follow(type: IecType[Any], steps: Iterable[Step]) -> ResolvedPath:
     """Follow steps from a type. Raises `IecPathError` where they lead out of it."""
-    location = Location(type, 0)
+    location = ResolvedPath(type, 0)
     for step in steps:
         if location.method is not None:
             raise IecPathError(f"nothing follows a method: {step}")
@@ -208,7 +208,7 @@ def follow(type: IecType[Any], steps: Iterable[Step]) -> Location:
     return location
 
 
-def _next(location: Location, step: Step) -> Location:
+def _next(location: ResolvedPath, step: Step) -> ResolvedPath:
     type = resolved(location.type)
     if isinstance(step, Deref):
         if not isinstance(type, PointerType) or isinstance(type, InterfaceType):
@@ -217,20 +217,20 @@ def _next(location: Location, step: Step) -> Location:
     if isinstance(type, ReferenceType):
         # A reference is followed by itself.
         return _next(_pointee(location, type), step)
-    if isinstance(step, Member):
+    if isinstance(step, PathMember):
         if not isinstance(type, StructType):
             raise IecPathError(f"{location.type.name} has no member {step.name[:80]!r}")
         if (found := type.property_named(step.name)) is not None:
             return location._replace(type=found.type, property=found)
         member = type.member(step.name)
         if not member.in_memory:
-            return Location(member.type, 0, member.bit, static=member)
+            return ResolvedPath(member.type, 0, member.bit, static=member)
         if member.apart:
             raise IecPathError(f"{member.name} of {type.name} lies apart: it has no offset")
         return location._replace(
             type=member.type, offset=location.offset + member.offset, bit=member.bit
         )
-    if isinstance(step, Index):
+    if isinstance(step, PathIndex):
         return _element(location, type, step.indices)
     if isinstance(step, Bit):
         if not isinstance(type, IntegerType) or step.number >= 8 * type.size:
@@ -242,12 +242,12 @@ def _next(location: Location, step: Step) -> Location:
     return location._replace(method=type.method(step.name))
 
 
-def _pointee(location: Location, type: PointerType) -> Location:
+def _pointee(location: ResolvedPath, type: PointerType) -> ResolvedPath:
     hops = (*location.hops, location.offset)
     return location._replace(type=type.target, offset=0, hops=hops)
 
 
-def _element(location: Location, type: IecType[Any], indices: tuple[int, ...]) -> Location:
+def _element(location: ResolvedPath, type: IecType[Any], indices: tuple[int, ...]) -> ResolvedPath:
     if not isinstance(type, ArrayType):
         raise IecPathError(f"{location.type.name} is no array: [{indices[0]}] leads nowhere")
     # `a[1,2]` also reaches into an array of arrays, as `a[1][2]` does into two dimensions.
@@ -255,4 +255,4 @@ def _element(location: Location, type: IecType[Any], indices: tuple[int, ...]) -
     offset = location.offset + type.position(here)
     part = type.element if len(here) == len(type.dimensions) else type.row(len(here))
     found = location._replace(type=part, offset=offset)
-    return _next(found, Index(beyond)) if beyond else found
+    return _next(found, PathIndex(beyond)) if beyond else found

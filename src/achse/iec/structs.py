@@ -19,30 +19,38 @@ from achse.iec.errors import (
     IecValueError,
     UnboundError,
 )
-from achse.iec.layout import TC3_X64, Layout, LayoutRules, Spot, overlaid, pack_of, sequential
+from achse.iec.layout import (
+    TC3_X64,
+    LayoutRules,
+    MemberOffset,
+    TypeLayout,
+    overlaid,
+    pack_of,
+    sequential,
+)
 from achse.iec.methods import Method, Property
 from achse.iec.types import Adst, Buffer, IecType, no_attributes
 from achse.iec.variables import Place, Variable
 
 __all__ = [
     "FunctionBlock",
-    "Kind",
     "Record",
+    "RecordKind",
     "RecordMeta",
+    "StaticRecord",
     "Struct",
     "StructType",
     "Union",
-    "Unit",
     "bind",
     "plain",
 ]
 
 R = TypeVar("R", bound="Record")
 
-_NOWHERE = Spot(0)
+_NOWHERE = MemberOffset(0)
 
 
-class Kind(Enum):
+class RecordKind(Enum):
     """What a record is."""
 
     STRUCT = "STRUCT"
@@ -62,11 +70,11 @@ class StructType(IecType[R], Generic[R]):
         name: str,
         members: Mapping[str, Variable[Any, Any]] | Sequence[Variable[Any, Any]],
         *,
-        kind: Kind = Kind.STRUCT,
+        kind: RecordKind = RecordKind.STRUCT,
         base: "StructType[Any] | None" = None,
         rules: LayoutRules = TC3_X64,
         pack: int | None = None,
-        layout: Layout | None = None,
+        layout: TypeLayout | None = None,
         methods: Sequence[Method] = (),
         properties: Sequence[Property] = (),
         comment: str = "",
@@ -82,7 +90,7 @@ class StructType(IecType[R], Generic[R]):
         if pack is None:
             mode = attributes.get("pack_mode")
             pack = rules.pack if mode is None else min(pack_of(mode), rules.pack)
-        is_unit = kind is Kind.UNIT
+        is_unit = kind is RecordKind.UNIT
         apart = [
             not member.in_memory or (is_unit and (member.retain or member.address is not None))
             for member in members.values()
@@ -136,12 +144,12 @@ class StructType(IecType[R], Generic[R]):
         if guid is not None:
             self.guid = guid
 
-    def _lay_out(self, types: Sequence[IecType[Any]], pack: int) -> Layout:
-        if self.kind is Kind.UNION:
+    def _lay_out(self, types: Sequence[IecType[Any]], pack: int) -> TypeLayout:
+        if self.kind is RecordKind.UNION:
             return overlaid(types, pack)
         if self.base is not None:
             return sequential(types, pack, start=self.base.size, alignment=self.base.alignment)
-        if self.kind is Kind.FUNCTION_BLOCK:
+        if self.kind is RecordKind.FUNCTION_BLOCK:
             # The table pointer of its methods comes first.
             pointer = self.rules.pointer_size
             return sequential(types, pack, start=pointer, alignment=min(pointer, pack))
@@ -168,7 +176,7 @@ class StructType(IecType[R], Generic[R]):
         """
         if self._record is not None:
             raise DeclarationError(f"{self.name} has a Python class already: {self._record!r}")
-        base: type = FunctionBlock if self.kind is Kind.FUNCTION_BLOCK else Struct
+        base: type = FunctionBlock if self.kind is RecordKind.FUNCTION_BLOCK else Struct
         if self.base is not None and self.base.kind is self.kind:
             base = self.base.record
         # A foreign table may hold any name; `__class__` and the like must stay Python's.
@@ -257,7 +265,7 @@ class StructType(IecType[R], Generic[R]):
     def read(self, buffer: Buffer, offset: int) -> R:
         record = self.record.__new__(self.record)
         bind(record, buffer, offset)
-        if self.kind is Kind.FUNCTION_BLOCK:
+        if self.kind is RecordKind.FUNCTION_BLOCK:
             record.__init__()  # type: ignore[misc]
         return record
 
@@ -280,7 +288,7 @@ class RecordMeta(type):
         bases: tuple[type, ...],
         namespace: dict[str, Any],
         *,
-        kind: Kind | None = None,
+        kind: RecordKind | None = None,
         name: str = "",
         pack: int | None = None,
         rules: LayoutRules = TC3_X64,
@@ -331,10 +339,10 @@ class RecordMeta(type):
     def __init__(cls, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args)
 
-    __kind__: Kind
+    __kind__: RecordKind
 
 
-class Record(metaclass=RecordMeta, kind=Kind.STRUCT):
+class Record(metaclass=RecordMeta, kind=RecordKind.STRUCT):
     """Base of all records. Its own names are dunders, so that members may have any IEC name."""
 
     __slots__ = ("__iec_buffer__", "__iec_offset__", "__iec_views__")
@@ -383,7 +391,7 @@ class Record(metaclass=RecordMeta, kind=Kind.STRUCT):
         return f"{type(self).__iec__.name}({members})"
 
 
-class Struct(Record, kind=Kind.STRUCT):
+class Struct(Record, kind=RecordKind.STRUCT):
     """Base of structures: `class ST_Axis(Struct): fPos = var(LREAL)`.
 
     Class arguments: `name`, `pack` (largest alignment), `rules`, `comment`, `attributes`.
@@ -392,13 +400,13 @@ class Struct(Record, kind=Kind.STRUCT):
     __slots__ = ()
 
 
-class Union(Record, kind=Kind.UNION):
+class Union(Record, kind=RecordKind.UNION):
     """Base of unions: all members share their memory."""
 
     __slots__ = ()
 
 
-class FunctionBlock(Record, kind=Kind.FUNCTION_BLOCK):
+class FunctionBlock(Record, kind=RecordKind.FUNCTION_BLOCK):
     """Base of function blocks; may keep Python attributes beside its variables.
 
     Calling one sets the inputs that are named and runs its body, if it has one in Structured
@@ -418,7 +426,7 @@ class FunctionBlock(Record, kind=Kind.FUNCTION_BLOCK):
         invoke(self, "", ())
 
 
-class Unit(Record, kind=Kind.UNIT):
+class StaticRecord(Record, kind=RecordKind.UNIT):
     """Base of programs and global variable lists: no memory until it is bound."""
 
     __slots__ = ("__dict__", "__iec_places__", "__weakref__")
@@ -451,7 +459,7 @@ def bind(
     record.__iec_buffer__ = buffer
     record.__iec_offset__ = offset
     record.__iec_views__ = {}
-    if isinstance(record, Unit):
+    if isinstance(record, StaticRecord):
         record.__iec_places__ = places or {}
 
 

@@ -13,7 +13,7 @@ from typing import Any, Self
 from achse.iec.derived import ReferenceType, resolved
 from achse.iec.entries import (
     BOUNDS,
-    Cursor,
+    EntryReader,
     attribute_bytes,
     fitting,
     fitting_attributes,
@@ -160,10 +160,10 @@ class SymbolEntry:
     @classmethod
     def decode(cls, data: bytes, coding: Coding = "cp1252") -> Self:
         """The entry at the start of `data`. Raises `IecDecodeError`."""
-        return cls._read(Cursor.entry(data, 0, len(data), "symbol entry", coding))
+        return cls._read(EntryReader.entry(data, 0, len(data), "symbol entry", coding))
 
     @classmethod
-    def _read(cls, cursor: Cursor) -> Self:
+    def _read(cls, cursor: EntryReader) -> Self:
         group, offset, size, adst, flags, dims, name, type_name, comment = cursor.unpack(_HEAD)
         texts = cursor.text(name), cursor.text(type_name), cursor.text(comment)
         dimensions = tuple(cursor.bounds() for _ in range(dims))
@@ -256,7 +256,7 @@ def decode_symbols(data: bytes, coding: Coding = "cp1252") -> list[SymbolEntry]:
     symbols = []
     position = 0
     while position < len(data):
-        cursor = Cursor.entry(data, position, len(data), "symbol entry", coding)
+        cursor = EntryReader.entry(data, position, len(data), "symbol entry", coding)
         symbols.append(SymbolEntry._read(cursor))
         position = cursor.end
     return symbols

@@ -27,11 +27,11 @@ from achse.iec.elementary import (
 )
 from achse.iec.enums import EnumType
 from achse.iec.errors import DeclarationError, IecDecodeError
-from achse.iec.layout import Layout, Spot
+from achse.iec.layout import MemberOffset, TypeLayout
 from achse.iec.methods import Method, Parameter
 from achse.iec.names import ELEMENTARY, parse_type, with_coding
 from achse.iec.strings import STRING, WSTRING
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.symbols import SymbolEntry
 from achse.iec.types import Adst, IecType
 from achse.iec.variables import Section, Variable
@@ -206,14 +206,14 @@ class TypeTable:
         alignment = max((item.type.alignment for item in inside), default=1)
         while entry.size % alignment:
             alignment //= 2
-        spots = tuple(Spot(item.offset, item.bit) for item in inside)
+        spots = tuple(MemberOffset(item.offset, item.bit) for item in inside)
         starts = {item.offset for item in inside}
         union = len(inside) > 1 and starts == {0} and all(item.bit is None for item in inside)
         type: StructType[Any] = StructType(
             entry.name,
             members,
-            kind=Kind.UNION if union else Kind.STRUCT,
-            layout=Layout(entry.size, alignment, spots),
+            kind=RecordKind.UNION if union else RecordKind.STRUCT,
+            layout=TypeLayout(entry.size, alignment, spots),
             methods=[self._method(item) for item in entry.methods],
             comment=entry.comment,
             attributes=dict(entry.attributes),

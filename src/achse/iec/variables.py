@@ -20,10 +20,10 @@ __all__ = [
     "Address",
     "Image",
     "Place",
+    "PointedValue",
     "Section",
-    "Spot",
+    "StartContext",
     "StartValue",
-    "Surroundings",
     "Variable",
 ]
 
@@ -96,7 +96,7 @@ class Place(NamedTuple):
     bit: int | None = None
 
 
-class Spot(NamedTuple):
+class PointedValue(NamedTuple):
     """A value in the address space of pointers."""
 
     type: IecType[Any]
@@ -104,10 +104,10 @@ class Spot(NamedTuple):
     bit: int | None = None
 
 
-class Surroundings(Protocol):
+class StartContext(Protocol):
     """What a start value sees: a PLC whose variables all have their place and static values."""
 
-    def variable(self, name: str) -> Spot:
+    def variable(self, name: str) -> PointedValue:
         """The variable `MAIN.nCount` or, of VAR_STAT, `FB_Motor.nCount`. KeyError without one."""
         ...
 
@@ -128,7 +128,7 @@ class StartValue:
     offset: int
     """From the start of the variable."""
     bit: int | None
-    value: Callable[[Surroundings, Spot], bytes]
+    value: Callable[[StartContext, PointedValue], bytes]
 
 
 class Variable(Generic[G, S]):

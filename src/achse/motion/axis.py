@@ -19,7 +19,7 @@ from achse.motion.machine.record import PARAMETERS
 from achse.motion.record import LAYOUT, AxisFields, Field, Role
 from achse.motion.signals import probe_counts, probe_status
 from achse.motion.views import View, views_of
-from achse.native.memory import Place
+from achse.native.memory import MemoryCell
 
 __all__ = ["Axis", "ObjectAxis", "WordsAxis"]
 
@@ -151,7 +151,7 @@ class Axis(View, _Fields):
                 return self.encoder_set_position_offset
         return 0.0
 
-    def place(self, field: Field, size: int) -> Place | None:
+    def place(self, field: Field, size: int) -> MemoryCell | None:
         """Where the first `size` bytes of a field lie; None if the record is no memory."""
         return None
 

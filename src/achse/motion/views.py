@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from achse.motion.fields.declare import Field
-from achse.native.declare import Layout, pack
+from achse.native.declare import RecordLayout, pack
 from achse.native.memory import Rows, RowView, reader
 
 __all__ = ["Store", "View", "views_of"]
@@ -18,7 +18,7 @@ __all__ = ["Store", "View", "views_of"]
 class View:
     """One record from outside."""
 
-    layout: Layout[Field]
+    layout: RecordLayout[Field]
 
     def __init__(self) -> None:
         self.linked: dict[str, View] = {}
@@ -107,7 +107,7 @@ def _row_property(row: Field) -> property:
     return property(reader(row), write)
 
 
-def views_of(base: type[View], layout: Layout[Field]) -> tuple[Any, Any]:
+def views_of(base: type[View], layout: RecordLayout[Field]) -> tuple[Any, Any]:
     """The two classes of views of a record: of a plain object, and of one in memory."""
     made = []
     for form, make in ((_OfObject, _object_property), (_OfRow, _row_property)):
@@ -125,7 +125,7 @@ class Store:
     def __init__(
         self,
         base: type[View],
-        layout: Layout[Field],
+        layout: RecordLayout[Field],
         fresh: type,
         count: int,
         *,

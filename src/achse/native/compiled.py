@@ -23,7 +23,7 @@ from achse.native.backend.machine import (
     compiler_installed,
     identity,
 )
-from achse.native.declare import Layout
+from achse.native.declare import RecordLayout
 from achse.native.members import fold_members, reached
 
 __all__ = ["Kernel", "cache_directory", "checked_builds", "compiler_installed"]
@@ -56,7 +56,7 @@ class Kernel:
     """
 
     def __init__(
-        self, name: str, entry: Callable[..., object], layouts: Mapping[type, Layout[Any]]
+        self, name: str, entry: Callable[..., object], layouts: Mapping[type, RecordLayout[Any]]
     ) -> None:
         assert isinstance(entry, FunctionType)
         self.name = name
@@ -182,9 +182,9 @@ def _compiler_digest() -> bytes:
     return digest.digest()
 
 
-def _layouts(layouts: Iterable[Layout[Any]]) -> Iterator[Layout[Any]]:
+def _layouts(layouts: Iterable[RecordLayout[Any]]) -> Iterator[RecordLayout[Any]]:
     """The layouts and those that their references lead to, each once."""
-    known: set[Layout[Any]] = set()
+    known: set[RecordLayout[Any]] = set()
     waiting = list(layouts)
     while waiting:
         layout = waiting.pop(0)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
-__all__ = ["Layout", "Slot", "SlotT", "lay_out", "pack", "plain_record", "reference"]
+__all__ = ["RecordLayout", "Slot", "SlotT", "lay_out", "pack", "plain_record", "reference"]
 
 
 @dataclass(slots=True)
@@ -24,7 +24,7 @@ class Slot:
     name: str = ""
     offset: int = 0
     """Position in the record, in words of 8 bytes."""
-    refers: "Layout[Any] | None" = None
+    refers: "RecordLayout[Any] | None" = None
     """Of a reference: the layout of the record it leads to."""
 
     @property
@@ -47,13 +47,13 @@ SlotT = TypeVar("SlotT", bound=Slot)
 
 
 # Any: declarations are annotated with the class of the record
-def reference(layout: "Layout[Any]", kind: type[SlotT] | type[Slot] = Slot) -> Any:
+def reference(layout: "RecordLayout[Any]", kind: type[SlotT] | type[Slot] = Slot) -> Any:
     """Declares a field that refers to a record of `layout`; a kernel follows it, never sets it."""
     return kind(0, refers=layout)
 
 
 @dataclass(frozen=True, eq=False)
-class Layout(Generic[SlotT]):
+class RecordLayout(Generic[SlotT]):
     """A record in memory: its fields one behind the other, `words` in all."""
 
     name: str
@@ -67,7 +67,7 @@ class Layout(Generic[SlotT]):
         return struct.Struct("=" + "".join(kinds))
 
 
-def lay_out(name: str, sections: Iterable[type], kind: type[SlotT]) -> Layout[SlotT]:
+def lay_out(name: str, sections: Iterable[type], kind: type[SlotT]) -> RecordLayout[SlotT]:
     """The layout of a record with the fields of all sections; `kind` describes plain defaults."""
     fields: dict[str, SlotT] = {}
     offset = 0
@@ -83,10 +83,10 @@ def lay_out(name: str, sections: Iterable[type], kind: type[SlotT]) -> Layout[Sl
             row.name, row.offset = field, offset
             fields[field] = row
             offset += row.words
-    return Layout(name, fields, offset)
+    return RecordLayout(name, fields, offset)
 
 
-def plain_record(layout: Layout[Any]) -> type:
+def plain_record(layout: RecordLayout[Any]) -> type:
     """A class of plain objects with these fields, for a kernel that runs as it is."""
     fields = layout.fields
 
@@ -97,7 +97,7 @@ def plain_record(layout: Layout[Any]) -> type:
     return type("PlainRecord", (), {"__slots__": tuple(fields), "__init__": begin})
 
 
-def pack(layout: Layout[Any], record: object) -> bytes:
+def pack(layout: RecordLayout[Any], record: object) -> bytes:
     """The record's bytes, equal for both forms when every value is equal; references are 0."""
     values: list[float] = []
     for name, row in layout.fields.items():

@@ -9,15 +9,15 @@ from itertools import groupby
 from operator import itemgetter
 from typing import Any
 
-from achse.native.declare import Layout, Slot
+from achse.native.declare import RecordLayout, Slot
 
-__all__ = ["Place", "RowView", "Rows", "field_property", "gather", "reader"]
+__all__ = ["MemoryCell", "RowView", "Rows", "field_property", "gather", "reader"]
 
 
 class Rows:
     """`count` records of one layout, all 0, one behind the other: memory for machine code."""
 
-    def __init__(self, layout: Layout[Any], count: int) -> None:
+    def __init__(self, layout: RecordLayout[Any], count: int) -> None:
         self.count = count
         self.size = 8 * layout.words
         """Bytes of one record."""
@@ -54,7 +54,7 @@ class RowView:
         """Let a reference lead to another record in memory."""
         self.wholes[slot.offset] = record.address
 
-    def content(self, layout: Layout[Any]) -> bytes:
+    def content(self, layout: RecordLayout[Any]) -> bytes:
         """The record's bytes; references are 0, as in `achse.native.declare.pack`."""
         row = bytearray(self.row)
         for slot in layout.fields.values():
@@ -62,19 +62,19 @@ class RowView:
                 row[8 * slot.offset : 8 * slot.offset + 8] = bytes(8)
         return bytes(row)
 
-    def place(self, slot: Slot, size: int) -> "Place | None":
+    def place(self, slot: Slot, size: int) -> "MemoryCell | None":
         """Where the first `size` bytes of a field lie, the lowest first; None on other machines."""
         if sys.byteorder != "little":
             return None
         offset = self._first + 8 * slot.offset
-        return Place(self._memory, offset, size, self._address + offset)
+        return MemoryCell(self._memory, offset, size, self._address + offset)
 
 
 Spot = tuple[int, int, int]
 """What is equal for equal places: identity of the memory, offset, size."""
 
 
-class Place:
+class MemoryCell:
     """Where a value lies: `size` bytes at `offset` of `memory`; called, it reads them.
 
     `address` is that of a value which begins a word of memory that stays where it is, else 0.
@@ -103,8 +103,8 @@ def gather(readers: Iterable[Callable[[], Any]]) -> Callable[[], tuple[Any, ...]
     A place that overlaps others is read for itself, unless it is the same.
     """
     readers = list(readers)
-    spots = [read.spot if isinstance(read, Place) else None for read in readers]
-    memories = {read.spot[0]: read.memory for read in readers if isinstance(read, Place)}
+    spots = [read.spot if isinstance(read, MemoryCell) else None for read in readers]
+    memories = {read.spot[0]: read.memory for read in readers if isinstance(read, MemoryCell)}
     indexes: dict[Spot | None, int] = {}
     unpacks: list[Callable[[], tuple[bytes, ...]]] = []
     for key, of_memory in groupby(sorted(filter(None, set(spots))), itemgetter(0)):

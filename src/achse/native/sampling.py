@@ -11,7 +11,7 @@ from typing import Any
 
 from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out
-from achse.native.memory import Place, gather
+from achse.native.memory import MemoryCell, gather
 
 __all__ = ["KERNEL", "SampledValue", "Sampler", "is_fixed", "take_changed"]
 
@@ -106,7 +106,7 @@ class Sampler:
         address = self._called.buffer_info()[0]
         for read, header, value in zip(readers, headers, last, strict=True):
             size = len(value)
-            if isinstance(read, Place) and read.address:
+            if isinstance(read, MemoryCell) and read.address:
                 place = read.address
             else:
                 place, address = address, address + (size + 7 & -8)
@@ -137,4 +137,4 @@ class Sampler:
 
 def is_fixed(read: Callable[[], Any]) -> bool:
     """Whether machine code can read it."""
-    return isinstance(read, Place) and read.address != 0
+    return isinstance(read, MemoryCell) and read.address != 0

@@ -19,14 +19,16 @@ from typing import Any, cast
 
 from achse.iec import DeclarationError, IecType, StructType
 from achse.iec.describe import types_within
-from achse.iec.structs import Kind, RecordMeta, Unit
+from achse.iec.structs import RecordKind, RecordMeta, StaticRecord
 
 __all__ = ["with_behaviour"]
 
 
 def with_behaviour(
-    units: Iterable[type[Unit]], behaviours: Iterable[type], types: Iterable[IecType[Any]] = ()
-) -> list[type[Unit]]:
+    units: Iterable[type[StaticRecord]],
+    behaviours: Iterable[type],
+    types: Iterable[IecType[Any]] = (),
+) -> list[type[StaticRecord]]:
     """The units, with the classes of those that `behaviours` has one for.
 
     Function blocks are found among `types` and in the variables of the units. Raises
@@ -36,7 +38,7 @@ def with_behaviour(
     blocks = {
         type.name.lower(): type
         for type in types_within([*(unit.__iec__ for unit in found), *types])
-        if isinstance(type, StructType) and type.kind is Kind.FUNCTION_BLOCK
+        if isinstance(type, StructType) and type.kind is RecordKind.FUNCTION_BLOCK
     }
     positions = {unit.__iec__.name.lower(): index for index, unit in enumerate(found)}
     taken: dict[str, type] = {}
@@ -59,10 +61,10 @@ def with_behaviour(
     return found
 
 
-def _behaving(declared: type[Unit], behaviour: type) -> type[Unit]:
+def _behaving(declared: type[StaticRecord], behaviour: type) -> type[StaticRecord]:
     iec = declared.__iec__
     made = RecordMeta(declared.__name__, (behaviour, declared), {}, iec=iec)
-    return cast("type[Unit]", made)
+    return cast("type[StaticRecord]", made)
 
 
 def _depth(type: StructType[Any]) -> int:

@@ -7,7 +7,7 @@ from typing import Any
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import resolved
 from achse.iec.methods import Method
-from achse.iec.structs import Kind, Record, StructType, Unit
+from achse.iec.structs import Record, RecordKind, StaticRecord, StructType
 from achse.iec.types import IecType
 from achse.plc.builtins import BLOCKS, FUNCTIONS, BlockBody, FunctionBody, Services
 from achse.plc.code.calls import encoded_from, known_from, outputs_of
@@ -53,7 +53,7 @@ class Bodies:
         self._variables: list[PlacedVariable] = []
 
     @property
-    def declared(self) -> list[type[Unit]]:
+    def declared(self) -> list[type[StaticRecord]]:
         """Programs and variable lists that the code needs, those of libraries included."""
         return [unit.declared for unit in self.project.units.values() if unit.declared is not None]
 
@@ -145,7 +145,7 @@ class Bodies:
         """Function blocks and methods that a Python class does: it replaces the source."""
         found: dict[str, Callable[..., Any]] = {}
         for routine in self.project.routines.values():
-            if routine.this is None or routine.this.kind is not Kind.FUNCTION_BLOCK:
+            if routine.this is None or routine.this.kind is not RecordKind.FUNCTION_BLOCK:
                 continue
             body = self._python_body(routine, routine.this)
             if body is not None:

@@ -7,10 +7,10 @@ record, with attributes for inputs and outputs.
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-__all__ = ["BLOCKS", "FUNCTIONS", "BlockBody", "FunctionBody", "Services", "Surroundings"]
+__all__ = ["BLOCKS", "FUNCTIONS", "BlockBody", "BuiltinContext", "FunctionBody", "Services"]
 
 
-class Surroundings(Protocol):
+class BuiltinContext(Protocol):
     """What a built-in sees of the PLC it runs in."""
 
     def load_bytes(self, address: int, size: int) -> bytes:
@@ -33,7 +33,7 @@ class Surroundings(Protocol):
 
 
 FunctionBody = Callable[..., Any]
-BlockBody = Callable[[Surroundings, Any], None]
+BlockBody = Callable[[BuiltinContext, Any], None]
 
 
 class Services(Protocol):
@@ -45,7 +45,7 @@ class Services(Protocol):
     @property
     def blocks(self) -> Mapping[str, BlockBody]: ...
 
-    def begin_cycle(self, plc: Surroundings) -> None:
+    def begin_cycle(self, plc: BuiltinContext) -> None:
         """A cycle is about to begin: what came since the last one may be put into memory."""
         ...
 
@@ -58,14 +58,14 @@ class Services(Protocol):
         ...
 
 
-def _memory_copy(plc: Surroundings, target: int, source: int, count: int) -> int:
+def _memory_copy(plc: BuiltinContext, target: int, source: int, count: int) -> int:
     if not (target and source and count):
         return 0
     plc.store_bytes(target, plc.load_bytes(source, count))
     return count
 
 
-def _memory_set(plc: Surroundings, target: int, fill: int, count: int) -> int:
+def _memory_set(plc: BuiltinContext, target: int, fill: int, count: int) -> int:
     if not (target and count):
         return 0
     plc.load_bytes(target, count)  # all of it is there, before so many bytes are made
@@ -73,18 +73,18 @@ def _memory_set(plc: Surroundings, target: int, fill: int, count: int) -> int:
     return count
 
 
-def _memory_compare(plc: Surroundings, first: int, second: int, count: int) -> int:
+def _memory_compare(plc: BuiltinContext, first: int, second: int, count: int) -> int:
     if not (first and second and count):
         return 0
     left, right = plc.load_bytes(first, count), plc.load_bytes(second, count)
     return (left > right) - (left < right)
 
 
-def _task_index(plc: Surroundings, block: Any) -> None:
+def _task_index(plc: BuiltinContext, block: Any) -> None:
     block.index = plc.task_number
 
 
-def _cpu_counter(plc: Surroundings, block: Any) -> None:
+def _cpu_counter(plc: BuiltinContext, block: Any) -> None:
     """The counter has 100 ns; it counts the time of the station."""
     count = plc.time_ns // 100
     block.cpuCntLoDW = count & 0xFFFF_FFFF

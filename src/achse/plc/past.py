@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from achse.iec import Array, Buffer, IecError, IecType, Record, StructType, resolved
-from achse.iec.structs import Kind
+from achse.iec.structs import RecordKind
 from achse.plc.memory import Area, Memory
 from achse.plc.program import PlacedUnit, PlacedVariable, partner_names
 
@@ -100,7 +100,7 @@ def _pour(
     old, new = resolved(old), resolved(new)
     if not (isinstance(old, StructType) and isinstance(new, StructType)):
         return
-    if old.kind is not new.kind or new.kind is Kind.UNION:
+    if old.kind is not new.kind or new.kind is RecordKind.UNION:
         return
     before = {member.name.lower(): member for member in old.fields}
     for member in new.fields:

@@ -16,7 +16,7 @@ from achse.iec import (
 )
 from achse.iec.describe import types_within
 from achse.iec.elementary import BoolType
-from achse.iec.structs import Unit
+from achse.iec.structs import StaticRecord
 from achse.plc.memory import Area, AreaFullError, Memory
 
 __all__ = ["PlacedUnit", "PlacedVariable", "partner_names", "place", "place_statics"]
@@ -53,8 +53,8 @@ class PlacedUnit:
 
     __slots__ = ("_memory", "_places", "_remanent", "base", "instance", "name", "variables")
 
-    def __init__(self, declared: type[Unit], memory: Memory) -> None:
-        self.instance: Unit = declared.__new__(declared)
+    def __init__(self, declared: type[StaticRecord], memory: Memory) -> None:
+        self.instance: StaticRecord = declared.__new__(declared)
         self.name = declared.__iec__.name
         self.variables: list[PlacedVariable] = []
         self._memory = memory
@@ -145,14 +145,14 @@ class PlacedUnit:
         for name, wanted in _annotations(type(unit)):
             if wanted in partners:
                 setattr(unit, name, partners[wanted])
-            elif isinstance(wanted, type) and issubclass(wanted, Unit):
+            elif isinstance(wanted, type) and issubclass(wanted, StaticRecord):
                 raise DeclarationError(
                     f"{self.name}.{name}: {wanted.__name__} is not declared in this PLC"
                 )
         unit.__init__()  # type: ignore[misc]
 
 
-def place(declared: Iterable[type[Unit]], memory: Memory) -> list[PlacedUnit]:
+def place(declared: Iterable[type[StaticRecord]], memory: Memory) -> list[PlacedUnit]:
     """Give each unit its memory with initial values.
 
     Variables at complete addresses come first, so that no other lands on them by chance. Raises
@@ -201,7 +201,7 @@ def partner_names(cls: type) -> set[str]:
 def _annotations(cls: type) -> Iterator[tuple[str, type | str]]:
     """Attributes annotated with a class or, in quotes, its name; those of bases come first."""
     for base in reversed(cls.__mro__):
-        if base.__module__ != Unit.__module__:
+        if base.__module__ != StaticRecord.__module__:
             for name, wanted in inspect.get_annotations(base).items():
                 if isinstance(wanted, str):
                     yield name, wanted.rpartition(".")[2]

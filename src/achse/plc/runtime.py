@@ -9,7 +9,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, TypeVar
 
 from achse.iec import DeclarationError, PointerType, Program
-from achse.iec.structs import Unit
+from achse.iec.structs import StaticRecord
 from achse.plc.code.faults import FaultReport, report_of
 from achse.plc.memory import Area, AreaFullError, Memory
 from achse.plc.past import Past
@@ -25,7 +25,7 @@ __all__ = ["PlcRuntime", "PlcState", "PlcStateError"]
 
 log = logging.getLogger("achse.plc")
 
-U = TypeVar("U", bound=Unit)
+U = TypeVar("U", bound=StaticRecord)
 
 _FIRST_TASK_PORT = 350
 _due = attrgetter("due_ns")
@@ -59,7 +59,7 @@ class PlcRuntime:
     def __init__(
         self,
         tasks: Sequence[Task],
-        globals: Iterable[type[Unit]] = (),
+        globals: Iterable[type[StaticRecord]] = (),
         *,
         name: str = "Port_851",
         project: str = "achse",
@@ -128,7 +128,7 @@ class PlcRuntime:
                 lambda: self._indices[self._running] + 1,
             )
         self.memory.hold_initial()
-        self._by_class: dict[type[Unit], PlacedUnit] = {
+        self._by_class: dict[type[StaticRecord], PlacedUnit] = {
             type(unit.instance): unit for unit in self.units
         }
         self._info = SystemInfo(self.memory[Area.DATA].data, self._by_class[self._system].variables)
@@ -152,7 +152,7 @@ class PlcRuntime:
         """The VAR_STAT variables, each once for all instances: `FB_Motor.nCount`."""
         return self._statics
 
-    def instance(self, name: str) -> Unit:
+    def instance(self, name: str) -> StaticRecord:
         """The program or variable list of that name, without case. KeyError if there is none."""
         for unit in self.units:
             if unit.name.lower() == name.lower():
@@ -217,7 +217,7 @@ class PlcRuntime:
 
     def online_change(
         self,
-        globals: Iterable[type[Unit]] | None = None,
+        globals: Iterable[type[StaticRecord]] | None = None,
         programs: Mapping[str, Sequence[type[Program]]] | None = None,
         sizes: Mapping[Area, int] | None = None,
         bodies: "Bodies | None" = None,
@@ -250,7 +250,7 @@ class PlcRuntime:
 
     def _redeclare(
         self,
-        globals: tuple[type[Unit], ...],
+        globals: tuple[type[StaticRecord], ...],
         programs: dict[str, Sequence[type[Program]]],
         sizes: Mapping[Area, int],
         bodies: "Bodies | None",

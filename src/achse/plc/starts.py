@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Any
 
 from achse.iec import ArrayType, DeclarationError, IecType, StructType, resolved
-from achse.iec.variables import Spot, StartValue, Variable
+from achse.iec.variables import PointedValue, StartValue, Variable
 from achse.plc.memory import Memory
 from achse.plc.program import PlacedUnit, PlacedVariable
 
@@ -45,7 +45,7 @@ class _Start:
 
     def run(self) -> tuple[str, ...]:
         for placed in self._statics:
-            self._begin(placed.variable, self._spot(placed), Spot(placed.variable.type, 0))
+            self._begin(placed.variable, self._spot(placed), PointedValue(placed.variable.type, 0))
         for unit in self._units:
             iec = type(unit.instance).__iec__
             for variable in iec.members:
@@ -53,7 +53,7 @@ class _Start:
                     variable.start_values or self._is_concerned(variable.type)
                 ):
                     spot = self.variable(f"{unit.name}.{variable.name}")
-                    self._begin(variable, spot, Spot(iec, 0))
+                    self._begin(variable, spot, PointedValue(iec, 0))
         return tuple(self._left)
 
     # what start values see -------------------------------------------------------------------
@@ -62,7 +62,7 @@ class _Start:
     def _names(self) -> dict[str, PlacedVariable]:
         return {one.name.lower(): one for unit in self._units for one in unit.variables}
 
-    def variable(self, name: str) -> Spot:
+    def variable(self, name: str) -> PointedValue:
         return self._spot(self._names[name.lower()])
 
     def read(self, address: int, size: int) -> bytes:
@@ -72,13 +72,13 @@ class _Start:
         region, offset = found
         return region.read(offset, size)
 
-    def _spot(self, placed: PlacedVariable) -> Spot:
+    def _spot(self, placed: PlacedVariable) -> PointedValue:
         address = self._memory.address(placed.area, placed.offset)
-        return Spot(placed.variable.type, address, placed.bit)
+        return PointedValue(placed.variable.type, address, placed.bit)
 
     # one variable ----------------------------------------------------------------------------
 
-    def _begin(self, variable: Variable[Any, Any], spot: Spot, own: Spot) -> None:
+    def _begin(self, variable: Variable[Any, Any], spot: PointedValue, own: PointedValue) -> None:
         """First what a variable consists of, then what is said of the variable itself."""
         if self._is_concerned(spot.type):
             self._begin_inside(spot)
@@ -86,15 +86,17 @@ class _Start:
             if isinstance(resolved(start.type), self._of):
                 self._put(start, spot, own)
 
-    def _begin_inside(self, spot: Spot) -> None:
+    def _begin_inside(self, spot: PointedValue) -> None:
         real = resolved(spot.type)
         if isinstance(real, ArrayType):
             for index in range(real.count):
-                self._begin_inside(Spot(real.element, spot.address + index * real.element.size))
+                self._begin_inside(
+                    PointedValue(real.element, spot.address + index * real.element.size)
+                )
         elif isinstance(real, StructType):
             for member in real.fields:
-                place = Spot(member.type, spot.address + member.offset, member.bit)
-                self._begin(member, place, Spot(real, spot.address))
+                place = PointedValue(member.type, spot.address + member.offset, member.bit)
+                self._begin(member, place, PointedValue(real, spot.address))
 
     def _is_concerned(self, type: IecType[Any]) -> bool:
         """Whether anything inside a type has a start value."""
@@ -110,7 +112,7 @@ class _Start:
             self._concerned[id(real)] = found
         return found
 
-    def _put(self, start: StartValue, spot: Spot, own: Spot) -> None:
+    def _put(self, start: StartValue, spot: PointedValue, own: PointedValue) -> None:
         try:
             data = start.value(self, own)
         except DeclarationError as left:

@@ -20,7 +20,7 @@ from achse.iec import (
     StructType,
     Variable,
 )
-from achse.iec.layout import Layout, Spot
+from achse.iec.layout import MemberOffset, TypeLayout
 from achse.plc.program import PlacedVariable
 from achse.plc.task import Task
 
@@ -37,7 +37,9 @@ def _structure(
     """A structure with members at given offsets; the gaps are reserved."""
     members = [Variable[Any, Any](type, name=member) for _, member, type in rows]
     return StructType(
-        name, members, layout=Layout(size, 8, tuple(Spot(offset) for offset, _, _ in rows))
+        name,
+        members,
+        layout=TypeLayout(size, 8, tuple(MemberOffset(offset) for offset, _, _ in rows)),
     )
 
 

@@ -5,7 +5,7 @@ A device is a `Device` with groups of rows over its state; see `rows` for what a
 
 from achse.server.budget import SampleBudget
 from achse.server.device import DIRECT_CODES_OF_A_PLC, Device, DeviceRouter
-from achse.server.limits import Limits
+from achse.server.limits import ClientLimits
 from achse.server.rows import (
     BYTES,
     READ,
@@ -19,7 +19,7 @@ from achse.server.rows import (
     RowFacts,
     Service,
 )
-from achse.server.symbols import Symbol, SymbolSource, UploadInfo
+from achse.server.symbols import Symbol, SymbolSource, TableSizes
 from achse.server.table import AreaGroup, Group, IndexGroup, ObjectGroup, RawGroup, ServiceTable
 from achse.server.usage import Usage
 
@@ -32,13 +32,13 @@ __all__ = [
     "WRITE",
     "Access",
     "AreaGroup",
+    "ClientLimits",
     "Codec",
     "Device",
     "DeviceRouter",
     "Group",
     "IndexGroup",
     "Layout",
-    "Limits",
     "ObjectGroup",
     "RawGroup",
     "Repeated",
@@ -48,6 +48,6 @@ __all__ = [
     "ServiceTable",
     "Symbol",
     "SymbolSource",
-    "UploadInfo",
+    "TableSizes",
     "Usage",
 ]

@@ -25,7 +25,7 @@ from achse.ams.commands import READ_WRITE as READ_WRITE_HEADER
 from achse.codes import ReservedGroup, ReturnCode
 from achse.server import rows
 from achse.server.deferred import Deferred, Result
-from achse.server.limits import Limits
+from achse.server.limits import ClientLimits
 from achse.server.notifications import IN_CONTEXT, Notifications
 from achse.server.rows import Layout, Service
 from achse.server.sums import SumCommands
@@ -110,14 +110,14 @@ class Device:
         ads_state: AdsState = AdsState.RUN,
         device_state: int = 0,
         direct_codes: Mapping[int, ReturnCode] | None = None,
-        limits: Limits | None = None,
+        limits: ClientLimits | None = None,
     ) -> None:
         self.name = name
         self.version = version
         self.ads_state = ads_state
         self.device_state = device_state
         self.task_cycle_ns = task_cycle_ns
-        self.limits = limits or Limits()
+        self.limits = limits or ClientLimits()
         self.notifications = Notifications(clock, self.task_cycle, self.limits)
         self.addresses: list[AmsAddress] = []
         self.symbols = None if symbols is None else SymbolServices(symbols, self.limits, self._way)
@@ -316,7 +316,7 @@ class Device:
         """Hand over `data`, get up to `read_length` bytes; raises DeviceError."""
         return self.services.find(group).read_write(group, offset, read_length, data, client)
 
-    def limit(self, limits: Limits) -> None:
+    def limit(self, limits: ClientLimits) -> None:
         """Keep to other limits from now on; what clients hold already stays."""
         self.limits = self.notifications.limits = limits
         self.notifications.usage.budget.per_second = limits.samples

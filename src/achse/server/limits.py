@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
-__all__ = ["Limits"]
+__all__ = ["ClientLimits"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
+class ClientLimits:
     """Limits per client address, and for all together (`all_…`): addresses cost nothing.
 
     The latter hold for all devices that share a `Usage`. They are generous: the manuals recommend

@@ -14,8 +14,8 @@ from typing import Protocol
 from achse.ams import AmsAddress, DeviceError, Endpoint, Frame, TransmissionMode
 from achse.ams.filetime import from_unix_ns
 from achse.codes import ReturnCode
-from achse.server.limits import Limits
-from achse.server.subscriptions import Batch, Beat, Channel, Pulse, Subscription, hint
+from achse.server.limits import ClientLimits
+from achse.server.subscriptions import Batch, Beat, Channel, NotificationHandle, Pulse, hint
 from achse.server.table import Reader
 from achse.server.usage import Usage
 
@@ -83,7 +83,7 @@ class Notifications:
         self,
         clock: Callable[[], int],
         task_cycle: Callable[[int], int],
-        limits: Limits,
+        limits: ClientLimits,
     ) -> None:
         self.sender: Sender | None = None
         self.limits = limits
@@ -96,12 +96,12 @@ class Notifications:
         """Subscriptions that were not taken because there are too many, or too much in them."""
         self.queued = 0
         """Bytes of samples that are kept: until their largest delay, or for who does not read."""
-        self.fresh: list[Subscription] = []
+        self.fresh: list[NotificationHandle] = []
         """Added, first sample not yet sent."""
         self._task_cycle = task_cycle
         self._clock = clock
         self._epoch = clock()
-        self._subscriptions: dict[int, Subscription] = {}
+        self._subscriptions: dict[int, NotificationHandle] = {}
         self._clients: dict[bytes, _Holding] = {}
         self._ways: dict[Endpoint, dict[Channel, None]] = {}
         self._over: deque[Channel] = deque()
@@ -184,7 +184,7 @@ class Notifications:
         delay = max_delay * 100 if max_delay >= _MILLISECOND else 0  # too small means at once
         batch = self._batch(client, server, via, delay)
         handle = self._new_handle()
-        subscription = Subscription(handle, client, batch, read, first, length, symbolic)
+        subscription = NotificationHandle(handle, client, batch, read, first, length, symbolic)
         batch.subscriptions += 1
         self._subscriptions[handle] = batch.channel.subscriptions[handle] = subscription
         self._hold(batch.channel, 1, length)
@@ -348,7 +348,7 @@ class Notifications:
             if not subscriptions:
                 over.popleft()
 
-    def _stop(self, subscription: Subscription) -> None:
+    def _stop(self, subscription: NotificationHandle) -> None:
         """Take no more samples; a beat without any leaves its pulse, that without any goes too."""
         beat = subscription.beat
         if beat is not None:

@@ -17,11 +17,11 @@ from itertools import chain
 from typing import Any
 
 from achse.ams import AmsAddress, Command, DeviceError, Endpoint, Frame
-from achse.native.memory import Place, gather
+from achse.native.memory import MemoryCell, gather
 from achse.native.sampling import Sampler, is_fixed
 from achse.server.table import Reader
 
-__all__ = ["Batch", "Beat", "Channel", "Pulse", "Series", "Subscription", "hint"]
+__all__ = ["Batch", "Beat", "Channel", "NotificationHandle", "Pulse", "Series", "hint"]
 
 log = logging.getLogger("achse.server")
 
@@ -36,7 +36,7 @@ _STAMP = struct.Struct("<QI")
 _SAMPLE = struct.Struct("<II")
 
 
-class Subscription:
+class NotificationHandle:
     """One notification handle."""
 
     __slots__ = (
@@ -63,7 +63,7 @@ class Subscription:
         self.header = _SAMPLE.pack(handle, length)
         self.last: bytes | None = self.fit(first)
         self.failing = False
-        self.cost = (1 if isinstance(read, Place) else _CALL_COST) + length // _BYTES_OF_ONE
+        self.cost = (1 if isinstance(read, MemoryCell) else _CALL_COST) + length // _BYTES_OF_ONE
         """See `Beat.cost`."""
         self.beat: Beat | None = None
         """When it is sampled; None if nothing more will come."""
@@ -72,7 +72,7 @@ class Subscription:
     def reader(self) -> Callable[[], bytes | None]:
         """Takes a sample: a place of the asked length itself, else `take`."""
         read = self.read
-        return read if isinstance(read, Place) and read.size == self.length else self.take
+        return read if isinstance(read, MemoryCell) and read.size == self.length else self.take
 
     def take(self) -> bytes | None:
         """The value as it is now; None if it cannot be read, of which the log tells once."""
@@ -111,7 +111,7 @@ class Channel:
         self.server = server
         self.via = via
         self.key = (client, server, via)
-        self.subscriptions: dict[int, Subscription] = {}
+        self.subscriptions: dict[int, NotificationHandle] = {}
         """By handle."""
         self.watched = 0
         """Bytes of one sample of each of them."""
@@ -262,9 +262,9 @@ class Series:
     )  # fmt: skip
 
     def __init__(self, on_change: bool) -> None:
-        self.subscriptions: dict[int, Subscription] = {}
+        self.subscriptions: dict[int, NotificationHandle] = {}
         self._on_change = on_change
-        self._members: tuple[Subscription, ...] = ()
+        self._members: tuple[NotificationHandle, ...] = ()
         """Of whom `_last` holds the values."""
         self._headers: tuple[bytes, ...] = ()
         self._last: tuple[bytes | None, ...] = ()
@@ -273,11 +273,11 @@ class Series:
         """Has the last values, if there is one."""
         self._sample = self._begin
 
-    def add(self, subscription: Subscription) -> None:
+    def add(self, subscription: NotificationHandle) -> None:
         self.subscriptions[subscription.handle] = subscription
         self._sample = self._begin
 
-    def discard(self, subscription: Subscription) -> None:
+    def discard(self, subscription: NotificationHandle) -> None:
         if self.subscriptions.pop(subscription.handle, None) is not None:
             self._sample = self._begin
 
@@ -370,7 +370,7 @@ class Beat:
         """How many subscriptions it has."""
         return len(self.cyclic.subscriptions) + len(self.on_change.subscriptions)
 
-    def add(self, subscription: Subscription, *, on_change: bool) -> None:
+    def add(self, subscription: NotificationHandle, *, on_change: bool) -> None:
         """Sample it from now on."""
         (self.on_change if on_change else self.cyclic).add(subscription)
         subscription.beat = self
@@ -380,7 +380,7 @@ class Beat:
             del self.batch.beats[self.key]
             self.batch.full[self] = None
 
-    def discard(self, subscription: Subscription) -> bool:
+    def discard(self, subscription: NotificationHandle) -> bool:
         """Sample it no more; whether others are left. Without any it leaves batch and pulse."""
         self.cyclic.discard(subscription)
         self.on_change.discard(subscription)
@@ -420,6 +420,6 @@ class Pulse:
         self.beats: dict[Beat, None] = {}
 
 
-def hint(subscription: Subscription) -> None:
+def hint(subscription: NotificationHandle) -> None:
     """A sample without data says that the handle has become invalid (000 §3.2.3.8)."""
     subscription.batch.take(_SAMPLE.pack(subscription.handle, 0), b"")

@@ -11,11 +11,11 @@ from typing import Protocol
 
 from achse.ams import DeviceError, Endpoint
 from achse.codes import ReservedGroup, ReturnCode
-from achse.server.limits import Limits
+from achse.server.limits import ClientLimits
 from achse.server.table import IndexGroup, RawGroup, Reader
 from achse.server.usage import Usage
 
-__all__ = ["Symbol", "SymbolServices", "SymbolSource", "UploadInfo", "decode_name"]
+__all__ = ["Symbol", "SymbolServices", "SymbolSource", "TableSizes", "decode_name"]
 
 _HANDLE = struct.Struct("<I")
 _HANDLE_AND_TYPE = struct.Struct("<IIIH")
@@ -77,7 +77,7 @@ class Symbol(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class UploadInfo:
+class TableSizes:
     """Counts and sizes of the tables, group 0xF00F; sizes are those of the table bytes."""
 
     symbol_count: int
@@ -108,7 +108,7 @@ class SymbolSource(Protocol):
         """
         ...
 
-    def upload_info(self) -> UploadInfo: ...
+    def upload_info(self) -> TableSizes: ...
 
     def symbol_table(self) -> bytes:
         """All symbol entries back to back; kept, not built anew at each call."""
@@ -156,7 +156,7 @@ class SymbolServices:
     def __init__(
         self,
         source: SymbolSource,
-        limits: Limits,
+        limits: ClientLimits,
         way: Callable[[], Endpoint | None] = lambda: None,
     ) -> None:
         self.source = source

@@ -5,7 +5,7 @@ from typing import Protocol
 from weakref import WeakSet
 
 from achse.server.budget import SampleBudget
-from achse.server.limits import Limits
+from achse.server.limits import ClientLimits
 from achse.server.subscriptions import Channel
 
 __all__ = ["Keeper", "Usage"]
@@ -25,7 +25,7 @@ class Keeper(Protocol):
 class Usage:
     """What clients hold of all devices that share this."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: ClientLimits) -> None:
         self.handles = 0
         self.notifications = 0
         self.watched = 0

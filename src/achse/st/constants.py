@@ -18,11 +18,11 @@ from achse.st.cursor import Unexpected
 from achse.st.functions import called, is_standard
 from achse.st.literals import literal_value
 from achse.st.tree import (
-    Address,
     Assign,
     Binary,
     Call,
     Dereference,
+    DirectAddress,
     Expression,
     GlobalName,
     Index,
@@ -119,7 +119,15 @@ class Evaluator:
                 return self._part(tree)
             case Call():
                 return self._call(tree)
-            case Address() | Assign() | Dereference() | Index() | This() | Super() | TypeOperand():
+            case (
+                DirectAddress()
+                | Assign()
+                | Dereference()
+                | Index()
+                | This()
+                | Super()
+                | TypeOperand()
+            ):
                 raise NotConstant(tree.at)
             case Binary():
                 raise AssertionError("walked by value")

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from achse.st.lexer import END, NAME, Defines, Tokens, scan
 from achse.st.pragmas import attribute_of
-from achse.st.source import Fault, Source
+from achse.st.source import Diagnostic, Source
 from achse.st.tree import NO_NOTE, Name, Note
 from achse.st.words import BLOCK_WORDS
 
@@ -43,7 +43,7 @@ class Cursor:
         self._faults = dict(reversed(self.tokens.faults))
 
     @property
-    def faults(self) -> list[Fault]:
+    def faults(self) -> list[Diagnostic]:
         """The faults so far, in order of their places."""
         found = sorted(self._faults.items())[:MOST_FAULTS]
         return [self.source.fault(at, message) for at, message in found]

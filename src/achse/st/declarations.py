@@ -10,11 +10,11 @@ from achse.st.expressions import BINDING, ExpressionParser
 from achse.st.lexer import END, NAME
 from achse.st.tree import (
     NO_NOTE,
-    Address,
     Argument,
     ArrayInitial,
     ArrayOf,
     Declaration,
+    DirectAddress,
     EnumOf,
     EnumValue,
     Expression,
@@ -335,7 +335,7 @@ class DeclarationParser:
                 names.append(cursor.name())
             if cursor.take("AT"):
                 at = cursor.expect("address", "an address like %IX0.3 or %Q*")
-                address = Address(self._words[cursor.position - 1], at)
+                address = DirectAddress(self._words[cursor.position - 1], at)
             cursor.expect(":", "':'" if address else "',', AT or ':'")
         spec = self.type_spec()
         arguments: tuple[Argument, ...] | ArrayInitial = ()

@@ -16,13 +16,13 @@ from typing import Any
 
 from achse.iec.declare import GlobalVariables, Program, Typelike
 from achse.iec.layout import TC3_X64, LayoutRules
-from achse.iec.structs import Unit as UnitRecord
+from achse.iec.structs import StaticRecord as UnitRecord
 from achse.iec.types import IecType
 from achse.st.cursor import Unexpected
 from achse.st.given import FurtherTypes
 from achse.st.parser import Parsed
 from achse.st.resolve import Resolver, generics_of
-from achse.st.scopes import Entry, Failed, Scope
+from achse.st.scopes import DeclaredUnit, Failed, Scope
 from achse.st.source import SourceError
 from achse.st.standard import standard_libraries
 from achse.st.tree import Expression, TypeSpec, VarBlock
@@ -167,7 +167,7 @@ class _Declarer:
             self._names,
         )
 
-    def _declare(self, entry: Entry) -> None:
+    def _declare(self, entry: DeclaredUnit) -> None:
         tree = entry.tree
         if isinstance(tree, TypeDeclaration | FunctionBlock | Interface):
             self._names.entry_type(entry, tree.at)
@@ -178,7 +178,7 @@ class _Declarer:
 
     # what is only checked --------------------------------------------------------------------
 
-    def _check_parts(self, entry: Entry) -> None:
+    def _check_parts(self, entry: DeclaredUnit) -> None:
         """Find what is wrong with methods and properties, of which no variables come."""
         parts: tuple[Part, ...] = getattr(entry.tree, "parts", ())
         scope = self._scopes.scope(entry)
@@ -222,7 +222,7 @@ class _Declarer:
 
     # constants and addresses -----------------------------------------------------------------
 
-    def _work_out_constants(self, entry: Entry) -> None:
+    def _work_out_constants(self, entry: DeclaredUnit) -> None:
         """In the order they are declared, so that long chains of them stay flat."""
         scope = self._scopes.scope(entry)
         for block in getattr(entry.tree, "blocks", ()):
@@ -240,7 +240,7 @@ class _Declarer:
                     # Told already, or told where the variable is made.
                     continue
 
-    def _collect_addresses(self, entry: Entry) -> None:
+    def _collect_addresses(self, entry: DeclaredUnit) -> None:
         """The addresses that VAR_CONFIG gives to variables declared `AT %I*`."""
         for block in getattr(entry.tree, "blocks", ()):
             if block.section != "VAR_CONFIG":
@@ -256,5 +256,5 @@ class _Declarer:
                     self._names.config_addresses[name.name.lower()] = (address, entry.source)
 
 
-def _is_own(entry: Entry) -> bool:
+def _is_own(entry: DeclaredUnit) -> bool:
     return entry.type is not None and not entry.is_library

@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeVar
 
 from achse.st.lexer import Defines
 from achse.st.parser import Parsed, Parser
-from achse.st.source import Fault, Piece, Source
+from achse.st.source import Diagnostic, Source, SourceSegment
 from achse.st.tree import NO_NOTE
 from achse.st.units import (
     Accessor,
@@ -56,8 +56,8 @@ def read_task(root: Element) -> TaskDeclaration:
     )
 
 
-def _misses(element: Element, expected: str) -> Fault:
-    return Fault(element.location, f"expected {expected} in <{element.tag}>")
+def _misses(element: Element, expected: str) -> Diagnostic:
+    return Diagnostic(element.location, f"expected {expected} in <{element.tag}>")
 
 
 def parse_envelope(root: Element, path: str, defines: Defines = ()) -> Parsed:
@@ -71,7 +71,7 @@ def parse_envelope(root: Element, path: str, defines: Defines = ()) -> Parsed:
             # Blanks around the CDATA part belong to the file, not to the source.
             text = element.text[element.begin :]
             spans[element] = (start, start + len(text))
-            pieces.append(Piece(start, element.begin_at.line, element.begin_at.column))
+            pieces.append(SourceSegment(start, element.begin_at.line, element.begin_at.column))
             texts.append(text)
             start += len(text) + 1
     source = Source("\n".join(texts), path, pieces)
@@ -87,7 +87,7 @@ class _Envelope:
         self._source = source
         self._spans = spans
         self._defines = defines
-        self._faults: list[Fault] = []
+        self._faults: list[Diagnostic] = []
 
     def parsed(self, root: Element) -> Parsed:
         units: list[Unit] = []

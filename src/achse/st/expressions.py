@@ -8,13 +8,13 @@ from collections.abc import Callable
 from achse.st.cursor import DEEPEST, Cursor, Unexpected
 from achse.st.lexer import ADDRESS, LITERALS, NAME
 from achse.st.tree import (
-    Address,
     Argument,
     ArrayInitial,
     Assign,
     Binary,
     Call,
     Dereference,
+    DirectAddress,
     Expression,
     GlobalName,
     Index,
@@ -24,7 +24,7 @@ from achse.st.tree import (
     MemberInitial,
     Name,
     PartOf,
-    Repeated,
+    Repetition,
     StructInitial,
     Super,
     This,
@@ -149,7 +149,7 @@ class ExpressionParser:
             return self._postfix(Name(self._words[cursor.position - 1], at))
         if kind == ADDRESS:
             cursor.position += 1
-            return self._postfix(Address(self._words[cursor.position - 1], at))
+            return self._postfix(DirectAddress(self._words[cursor.position - 1], at))
         if kind in _TYPES:
             return TypeOperand(self._type_spec(), at)
         raise cursor.unexpected("an expression")
@@ -258,7 +258,7 @@ class ExpressionParser:
         cursor = self._cursor
         at = cursor.expect("[")
         cursor.deeper()
-        values: list[Initial | Repeated] = []
+        values: list[Initial | Repetition] = []
         while self._kinds[cursor.position] != "]":
             values.append(self.element())
             if not cursor.take(","):
@@ -267,7 +267,7 @@ class ExpressionParser:
         cursor.depth -= 1
         return ArrayInitial(tuple(values), at)
 
-    def element(self) -> Initial | Repeated:
+    def element(self) -> Initial | Repetition:
         """One value of an array, or several: `3(0)`. Raises `Unexpected`."""
         cursor = self._cursor
         value = self._count() or self.initial()
@@ -283,7 +283,7 @@ class ExpressionParser:
                 break
         cursor.expect(")", "',' or ')'")
         cursor.depth -= 1
-        return Repeated(value, tuple(values), at)
+        return Repetition(value, tuple(values), at)
 
     def _count(self) -> Expression | None:
         """The name before `((a := 1))` or `([1])`, which no call takes: it counts."""

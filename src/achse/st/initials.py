@@ -19,7 +19,7 @@ from achse.st.tree import (
     Expression,
     Initial,
     Name,
-    Repeated,
+    Repetition,
     StructInitial,
 )
 from achse.st.values import NotConstant, fitted
@@ -143,8 +143,8 @@ class InitialValues:
             ]
             flat += found * times
 
-    def _repeated(self, item: Initial | Repeated) -> tuple[int, tuple[Initial, ...]]:
-        if isinstance(item, Repeated):
+    def _repeated(self, item: Initial | Repetition) -> tuple[int, tuple[Initial, ...]]:
+        if isinstance(item, Repetition):
             return self._count(item.count, item.at), item.values
         if isinstance(item, Call) and not any(part.name for part in item.arguments):
             # `cCount(0)` looks like a call; it is one unless cCount is a number.

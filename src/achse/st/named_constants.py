@@ -15,7 +15,7 @@ from achse.iec.types import IecType
 from achse.st.constants import Evaluator, Path, path_of
 from achse.st.cursor import Unexpected
 from achse.st.given import GivenTypes
-from achse.st.scopes import Declared, Entry, Failed, Scope, Scopes, with_bases
+from achse.st.scopes import Declared, DeclaredUnit, Failed, Scope, Scopes, with_bases
 from achse.st.tree import (
     ArrayInitial,
     Declaration,
@@ -39,7 +39,7 @@ class _Types(Protocol):
 
     def type_of(self, spec: TypeSpec, scope: Scope, hint: str) -> IecType[Any]: ...
 
-    def entry_type(self, entry: Entry, at: int) -> IecType[Any]: ...
+    def entry_type(self, entry: DeclaredUnit, at: int) -> IecType[Any]: ...
 
 
 class NamedConstants:
@@ -157,7 +157,7 @@ class NamedConstants:
                 return self.constant_of(scope, scope.variables[keys[cut]], keys[cut:], at)
         return None
 
-    def _enum_value(self, entry: Entry, key: str, at: int) -> Constant:
+    def _enum_value(self, entry: DeclaredUnit, key: str, at: int) -> Constant:
         type = resolved(self._types.entry_type(entry, at))
         if not isinstance(type, EnumType):
             raise Unexpected(at, f"{entry.name} is no enumeration")

@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeVar
 from achse.st.cursor import Cursor, Unexpected
 from achse.st.declarations import DeclarationParser
 from achse.st.lexer import END, NAME, Defines
-from achse.st.source import Fault, Source, SourceError
+from achse.st.source import Diagnostic, Source, SourceError
 from achse.st.statements import StatementParser
 from achse.st.tree import (
     NO_NOTE,
@@ -62,7 +62,7 @@ class Parsed(NamedTuple):
 
     source: Source
     units: tuple[Unit, ...]
-    faults: tuple[Fault, ...]
+    faults: tuple[Diagnostic, ...]
 
     def check(self) -> "Parsed":
         """The same, if there is no fault. Raises `SourceError`."""
@@ -121,7 +121,7 @@ class Parser:
         self._starts = self.cursor.starts
 
     @property
-    def faults(self) -> list[Fault]:
+    def faults(self) -> list[Diagnostic]:
         """The faults so far, in order of their places."""
         return self.cursor.faults
 

@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from achse.st.expressions import BINDING, UNARY_BINDING
 from achse.st.tree import (
     NO_NOTE,
-    Address,
     Argument,
     ArrayInitial,
     ArrayOf,
@@ -17,6 +16,7 @@ from achse.st.tree import (
     Continue,
     Declaration,
     Dereference,
+    DirectAddress,
     EnumOf,
     Exit,
     Expression,
@@ -36,8 +36,8 @@ from achse.st.tree import (
     PointerTo,
     Range,
     ReferenceTo,
-    Repeated,
     RepeatUntil,
+    Repetition,
     Return,
     Statement,
     StringOf,
@@ -142,7 +142,7 @@ def _operand(tree: Expression, power: int) -> str:
             return f"{_path(of)}^"
         case Call(of, arguments):
             return f"{_path(of)}{_arguments(arguments)}"
-        case Address(text):
+        case DirectAddress(text):
             return text
         case TypeOperand(type):
             return print_type(type)
@@ -166,7 +166,7 @@ def _argument(argument: Argument) -> str:
     return f"{argument.name} {'=>' if argument.is_output else ':='} {value}"
 
 
-def print_initial(tree: Initial | Repeated) -> str:
+def print_initial(tree: Initial | Repetition) -> str:
     """An initial value."""
     match tree:
         case ArrayInitial(values):
@@ -174,7 +174,7 @@ def print_initial(tree: Initial | Repeated) -> str:
         case StructInitial(members):
             texts = (f"{item.name} := {print_initial(item.value)}" for item in members)
             return f"({', '.join(texts)})"
-        case Repeated(count, values):
+        case Repetition(count, values):
             return f"{print_expression(count)}({', '.join(map(print_initial, values))})"
         case _:
             return print_expression(tree)

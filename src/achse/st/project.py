@@ -19,7 +19,7 @@ from achse.st.facts import DeclaredFacts
 from achse.st.lexer import Defines
 from achse.st.parser import Parsed, parse
 from achse.st.pragmas import asks_for_declarations
-from achse.st.source import Fault, Location, Source, SourceError
+from achse.st.source import Diagnostic, Location, Source, SourceError
 from achse.st.symbolfiles.library import LibraryTypes
 from achse.st.xml import parse_xml
 
@@ -97,7 +97,7 @@ def examine_project(
 ) -> tuple[Project, SourceError | None]:
     """What can be read and declared of a project, and what cannot: as `load_project`, for those
     who want to go on and look at the rest. Raises `SourceError` if nothing can be read at all."""
-    faults: list[Fault] = []
+    faults: list[Diagnostic] = []
     others = [Path(item) for item in libraries]
     named = [item for item in others if item.suffix.lower() == SYMBOL_FILE]
     sources, tasks = _read(Path(path), defines, faults)
@@ -132,7 +132,7 @@ def symbol_files(path: Path) -> list[Path]:
 
 
 def _read(
-    path: Path, defines: Defines, faults: list[Fault]
+    path: Path, defines: Defines, faults: list[Diagnostic]
 ) -> tuple[list[Parsed], list[TaskDeclaration]]:
     """The sources and tasks of one project; which of them cannot be read goes into `faults`."""
     sources: list[Parsed] = []
@@ -263,4 +263,4 @@ def _text(data: bytes) -> str:
 
 
 def _refused(name: str, message: str) -> SourceError:
-    return SourceError([Fault(Location(name, 1, 1), message)])
+    return SourceError([Diagnostic(Location(name, 1, 1), message)])

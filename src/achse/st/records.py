@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 from achse.iec.derived import InterfaceType, ReferenceType, resolved
 from achse.iec.elementary import DINT
 from achse.iec.names import with_coding
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Section, StartValue, Variable
 from achse.st.callables import methods_of, properties_of
 from achse.st.cursor import Unexpected
 from achse.st.initials import InitialValues, Left
-from achse.st.scopes import Entry, Failed, Scope, attributes_of
+from achse.st.scopes import DeclaredUnit, Failed, Scope, attributes_of
 from achse.st.starts import StartValues, start_value
 from achse.st.tree import (
     NO_NOTE,
@@ -67,14 +67,14 @@ class Records:
     ) -> StructType[Any]:
         """A structure or union."""
         block = VarBlock("VAR", (), spec.members, NO_NOTE, spec.at)
-        kind = Kind.STRUCT if isinstance(spec, StructOf) else Kind.UNION
+        kind = RecordKind.STRUCT if isinstance(spec, StructOf) else RecordKind.UNION
         base = None if extends is None else self._types.base(extends, scope, kind)
         return self.record(kind, name, [block], scope, note, spec.at, base)
 
-    def of_block(self, tree: FunctionBlock, entry: Entry) -> StructType[Any]:
+    def of_block(self, tree: FunctionBlock, entry: DeclaredUnit) -> StructType[Any]:
         """A function block."""
         scope = self._types.scopes.scope(entry)
-        kind = Kind.FUNCTION_BLOCK
+        kind = RecordKind.FUNCTION_BLOCK
         base = None if tree.extends is None else self._types.base(tree.extends, scope, kind)
         for interface in tree.implements:
             if not isinstance(self._types.named(interface, scope), InterfaceType):
@@ -93,7 +93,7 @@ class Records:
 
     def record(
         self,
-        kind: Kind,
+        kind: RecordKind,
         name: str,
         blocks: Iterable[VarBlock],
         scope: Scope,
@@ -117,7 +117,7 @@ class Records:
                 raise Unexpected(place, "names with two underscores in front are reserved")
             taken.add(variable.name.lower())
             members.append(variable)
-        if kind is not Kind.STRUCT:
+        if kind is not RecordKind.STRUCT:
             members += self._of_methods(parts, scope)
             members += _bounds_of(blocks)
         made: StructType[Any] = self._types.scopes.made(

@@ -21,20 +21,20 @@ from achse.iec.enums import EnumType
 from achse.iec.layout import LayoutRules
 from achse.iec.names import with_coding
 from achse.iec.strings import STRING, WSTRING
-from achse.iec.structs import Kind, Record, RecordMeta, StructType
+from achse.iec.structs import Record, RecordKind, RecordMeta, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Address as Place
 from achse.st.cursor import Unexpected
 from achse.st.given import FurtherTypes, GivenTypes
 from achse.st.named_constants import NamedConstants
 from achse.st.records import LARGEST, Records
-from achse.st.scopes import Entry, Failed, Scope, Scopes, attributes_of
+from achse.st.scopes import DeclaredUnit, Failed, Scope, Scopes, attributes_of
 from achse.st.source import Source
 from achse.st.tree import (
     NO_NOTE,
-    Address,
     ArrayInitial,
     ArrayOf,
+    DirectAddress,
     EnumOf,
     Initial,
     NamedType,
@@ -81,10 +81,10 @@ class Resolver:
         self.given = GivenTypes(types, rules.pointer_size, further)
         self.constants = NamedConstants(self.scopes, self, self.given, constants)
         self.rules = rules
-        self.config_addresses: dict[str, tuple[Address, Source]] = {}
+        self.config_addresses: dict[str, tuple[DirectAddress, Source]] = {}
         """Addresses that VAR_CONFIG gives, by `main.nspeed`, until their variable takes them."""
         self._pointers: list[tuple[PointerType, Scope, int]] = []
-        self._instances: dict[str, Entry] = {}
+        self._instances: dict[str, DeclaredUnit] = {}
         self.unknown_types: set[str] = set()
         self._known: dict[tuple[str, str], IecType[Any]] = {}
         """Types found already, by name and the name space it was seen from."""
@@ -178,7 +178,7 @@ class Resolver:
         where = f", in the sources or in {files}" if files else ""
         return Unexpected(spec.at, f"no type is named '{spec.name[:80]}'{where}{meant}")
 
-    def _instance(self, entry: Entry, spec: NamedType, scope: Scope) -> Entry:
+    def _instance(self, entry: DeclaredUnit, spec: NamedType, scope: Scope) -> DeclaredUnit:
         """The block that a generic one is with these values of its VAR_GENERIC."""
         names = generics_of(entry)
         if not names:
@@ -191,7 +191,7 @@ class Resolver:
         name = f"{entry.name}<{','.join(map(str, values))}>"
         found = self._instances.get(name.lower())
         if found is None:
-            found = Entry(name, entry.tree, entry.source, entry.space, entry.is_library)
+            found = DeclaredUnit(name, entry.tree, entry.source, entry.space, entry.is_library)
             self._instances[name.lower()] = found
             self.scopes.scope(found).constants |= {
                 key: Constant(value) for key, value in zip(names, values, strict=True)
@@ -262,7 +262,7 @@ class Resolver:
 
     # units -----------------------------------------------------------------------------------
 
-    def unit(self, entry: Entry) -> type[Record]:
+    def unit(self, entry: DeclaredUnit) -> type[Record]:
         """The class of a program or variable list, made when it is first asked for.
 
         Raises `Failed` and `Unexpected`.
@@ -273,7 +273,7 @@ class Resolver:
             assert isinstance(tree, GlobalList | Program)
             scope = self.scopes.scope(entry)
             parts = () if isinstance(tree, GlobalList) else tree.parts
-            kind = Kind.UNIT
+            kind = RecordKind.UNIT
             iec = self.records.record(
                 kind, entry.name, tree.blocks, scope, tree.note, tree.at, None, parts
             )
@@ -283,7 +283,7 @@ class Resolver:
             self.units[key] = RecordMeta(name, (base,), members, iec=iec)  # type: ignore[assignment]
         return self.units[key]
 
-    def entry_of(self, type: IecType[Any]) -> Entry | None:
+    def entry_of(self, type: IecType[Any]) -> DeclaredUnit | None:
         """The unit that declares a type; None if no source does."""
         key = type.name.lower()
         for found in (self.scopes.entries.get(key), self._instances.get(key)):
@@ -293,7 +293,7 @@ class Resolver:
 
     # declared types ------------------------------------------------------------------------
 
-    def entry_type(self, entry: Entry, at: int) -> IecType[Any]:
+    def entry_type(self, entry: DeclaredUnit, at: int) -> IecType[Any]:
         if entry.type is not None:
             return entry.type
         if entry.failed:
@@ -314,7 +314,7 @@ class Resolver:
             raise Unexpected(at, f"{entry.name} is no type")
         return entry.type
 
-    def _built(self, entry: Entry) -> IecType[Any] | None:
+    def _built(self, entry: DeclaredUnit) -> IecType[Any] | None:
         tree = entry.tree
         if isinstance(tree, TypeDeclaration):
             return self._declared(tree, entry)
@@ -324,7 +324,7 @@ class Resolver:
             return InterfaceType(entry.name, self.rules.pointer_size)
         return None
 
-    def _declared(self, tree: TypeDeclaration, entry: Entry) -> IecType[Any]:
+    def _declared(self, tree: TypeDeclaration, entry: DeclaredUnit) -> IecType[Any]:
         scope = self.scopes.scope(entry)
         spec = tree.type
         attributes = attributes_of(tree.note)
@@ -357,7 +357,7 @@ class Resolver:
             type.default = type.encode(value)
         return type
 
-    def base(self, named: NamedType, scope: Scope, kind: Kind) -> StructType[Any]:
+    def base(self, named: NamedType, scope: Scope, kind: RecordKind) -> StructType[Any]:
         """The type that another extends. Raises `Unexpected` if there is none of that kind."""
         base = self.named(named, scope)
         if not isinstance(base, StructType) or base.kind is not kind:
@@ -407,7 +407,7 @@ class Resolver:
 
     # where variables are ---------------------------------------------------------------------
 
-    def address_of(self, name: str, address: Address | None) -> Place | None:
+    def address_of(self, name: str, address: DirectAddress | None) -> Place | None:
         """Where a variable lies that says so."""
         if address is None:
             return None
@@ -418,11 +418,11 @@ class Resolver:
                 return self._parsed(given)
         return found
 
-    def _parsed(self, address: Address) -> Place:
+    def _parsed(self, address: DirectAddress) -> Place:
         return self.scopes.made(lambda: Place.parse(address.text), address.at)
 
 
-def generics_of(entry: Entry) -> list[str]:
+def generics_of(entry: DeclaredUnit) -> list[str]:
     """The constants that have to be given where a block is named."""
     blocks = entry.tree.blocks if isinstance(entry.tree, FunctionBlock) else ()
     return [

@@ -13,7 +13,7 @@ from achse.iec.types import IecType
 from achse.st.constants import Path
 from achse.st.cursor import Unexpected
 from achse.st.parser import Parsed
-from achse.st.source import Fault, Source
+from achse.st.source import Diagnostic, Source
 from achse.st.tree import (
     Declaration,
     EnumOf,
@@ -35,7 +35,7 @@ from achse.st.values import Constant
 __all__ = [
     "DEEPEST",
     "Declared",
-    "Entry",
+    "DeclaredUnit",
     "Failed",
     "Scope",
     "Scopes",
@@ -54,7 +54,7 @@ class Failed(Exception):
 
 
 @dataclass(slots=True, eq=False)
-class Entry:
+class DeclaredUnit:
     """A declared unit: `name` with its name space, and the type made of it once it is."""
 
     name: str
@@ -113,11 +113,11 @@ class Scopes:
     """Everything declared, by name and without case; faults are collected in `faults`."""
 
     def __init__(self) -> None:
-        self.faults: dict[Fault, None] = {}
-        self.entries: dict[str, Entry] = {}
+        self.faults: dict[Diagnostic, None] = {}
+        self.entries: dict[str, DeclaredUnit] = {}
         self.globals: dict[str, list[tuple[Scope, Declared]]] = {}
         """Variables that need no list in front, by name in lower case."""
-        self.loose_values: dict[str, list[Entry]] = {}
+        self.loose_values: dict[str, list[DeclaredUnit]] = {}
         """Enumerations by the values that need no type in front."""
         self._scopes: dict[int, Scope] = {}
         self._depth = 0
@@ -145,7 +145,7 @@ class Scopes:
         if unit.name.startswith("__"):
             self.report(source, unit.at, "names with two underscores in front are reserved")
             return
-        entry = Entry(name, unit, source, space, is_library)
+        entry = DeclaredUnit(name, unit, source, space, is_library)
         self.entries[name.lower()] = entry
         if "qualified_only" in {key.lower() for key, _ in unit.note.attributes}:
             return
@@ -157,7 +157,7 @@ class Scopes:
             for value in unit.type.values:
                 self.loose_values.setdefault(value.name.lower(), []).append(entry)
 
-    def find(self, name: str, space: str = "") -> Entry | None:
+    def find(self, name: str, space: str = "") -> DeclaredUnit | None:
         """The unit of a name as seen from a name space. Names of libraries in front of it that
         nothing here declares are passed over: `Tc2_MC2.AXIS_REF` is AXIS_REF."""
         key = name.lower()
@@ -173,7 +173,7 @@ class Scopes:
             if not dot:
                 return None
 
-    def scope(self, entry: Entry) -> Scope:
+    def scope(self, entry: DeclaredUnit) -> Scope:
         """What the inside of a unit sees."""
         found = self._scopes.get(id(entry))
         if found is None:

@@ -8,7 +8,7 @@ from unicodedata import combining, east_asian_width
 
 from achse.iec.errors import DeclarationError
 
-__all__ = ["Fault", "Location", "Piece", "Source", "SourceError"]
+__all__ = ["Diagnostic", "Location", "Source", "SourceError", "SourceSegment"]
 
 _LONGEST_LINE = 160
 _SHOWN_FAULTS = 20
@@ -26,7 +26,7 @@ class Location(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class Diagnostic:
     """One thing wrong with a source."""
 
     location: Location
@@ -54,7 +54,7 @@ def _blank(sign: str) -> str:
 class SourceError(DeclarationError):
     """Sources have faults: `faults` lists all of them, by file and place; `hint` helps on."""
 
-    def __init__(self, faults: Iterable[Fault], hint: str = "") -> None:
+    def __init__(self, faults: Iterable[Diagnostic], hint: str = "") -> None:
         self.faults = tuple(sorted(faults, key=lambda fault: fault.location))
         shown = [str(fault) for fault in self.faults[:_SHOWN_FAULTS]]
         if len(self.faults) > _SHOWN_FAULTS:
@@ -63,7 +63,7 @@ class SourceError(DeclarationError):
         super().__init__("\n".join([*shown, hint] if hint else shown))
 
 
-class Piece(NamedTuple):
+class SourceSegment(NamedTuple):
     """A part of a text that lies elsewhere in its file: where it starts, in both."""
 
     start: int
@@ -79,10 +79,12 @@ class Source:
     into lines and columns when somebody asks.
     """
 
-    def __init__(self, text: str, path: str = "<text>", pieces: Iterable[Piece] = ()) -> None:
+    def __init__(
+        self, text: str, path: str = "<text>", pieces: Iterable[SourceSegment] = ()
+    ) -> None:
         self.text = text
         self.path = path
-        self._pieces = tuple(pieces) or (Piece(0, 1, 1),)
+        self._pieces = tuple(pieces) or (SourceSegment(0, 1, 1),)
         self._starts = [piece.start for piece in self._pieces]
 
     def locate(self, offset: int) -> Location:
@@ -105,10 +107,10 @@ class Source:
         end = self.text.find("\n", offset, last)
         return self.text[start : last if end < 0 else end]
 
-    def fault(self, offset: int, message: str) -> Fault:
+    def fault(self, offset: int, message: str) -> Diagnostic:
         """A fault at an offset."""
         location = self.locate(offset)
         line = self.line_at(offset)
         if len(line) > _LONGEST_LINE or "\0" in line or location.column > len(line) + 1:
             line = ""
-        return Fault(location, message, line)
+        return Diagnostic(location, message, line)

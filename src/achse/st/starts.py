@@ -13,13 +13,13 @@ from achse.iec.derived import InterfaceType, PointerType, ReferenceType, resolve
 from achse.iec.elementary import BOOL, BoolType, IntegerType, RealType
 from achse.iec.enums import EnumType
 from achse.iec.errors import IecError
-from achse.iec.paths import Index, follow
-from achse.iec.paths import Member as MemberStep
+from achse.iec.paths import PathIndex, follow
+from achse.iec.paths import PathMember as MemberStep
 from achse.iec.strings import StringType
 from achse.iec.structs import StructType
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
-from achse.iec.variables import Spot, StartValue, Surroundings
+from achse.iec.variables import PointedValue, StartContext, StartValue
 from achse.st.constants import path_of
 from achse.st.cursor import Unexpected
 from achse.st.initials import Left
@@ -45,7 +45,7 @@ class StartValues:
     """
 
     def __init__(
-        self, names: "Resolver", scope: Scope, surroundings: Surroundings, own: Spot
+        self, names: "Resolver", scope: Scope, surroundings: StartContext, own: PointedValue
     ) -> None:
         self._names = names
         self._scope = scope
@@ -101,7 +101,7 @@ class StartValues:
 
     # variables -------------------------------------------------------------------------------
 
-    def _value(self, tree: Expression) -> Spot:
+    def _value(self, tree: Expression) -> PointedValue:
         """Where the variable lies that an expression names, behind a reference if it is one."""
         spot = self._spot(tree)
         real = resolved(spot.type)
@@ -109,7 +109,7 @@ class StartValues:
             return self._pointee(spot.address, real, tree.at)
         return spot
 
-    def _spot(self, tree: Expression) -> Spot:
+    def _spot(self, tree: Expression) -> PointedValue:
         if isinstance(tree, Dereference):
             if isinstance(tree.of, This):
                 return self._own
@@ -120,7 +120,7 @@ class StartValues:
             return self._pointee(pointer.address, real, tree.at)
         if isinstance(tree, IndexTree):
             indices = [self._evaluator.integer(item, "an index", tree.at) for item in tree.indices]
-            return self._part(self._value(tree.of), Index(tuple(indices)), tree.at)
+            return self._part(self._value(tree.of), PathIndex(tuple(indices)), tree.at)
         path = path_of(tree)
         if path is not None:
             return self._named(path, tree.at)
@@ -128,7 +128,7 @@ class StartValues:
             return self._part(self._value(tree.of), MemberStep(tree.name), tree.at)
         raise NotConstant(tree.of.at if isinstance(tree, Call) else tree.at)
 
-    def _named(self, path: tuple[str, ...], at: int) -> Spot:
+    def _named(self, path: tuple[str, ...], at: int) -> PointedValue:
         """The variable `a.b.c`: of the own record, of a list or of a program."""
         found = self._names.scopes.variable(path, self._scope)
         if found is None and not self._names.constants.is_inherited(path[0].lower(), self._scope):
@@ -147,20 +147,20 @@ class StartValues:
             spot = self._part(spot, MemberStep(name), at)
         return spot
 
-    def _part(self, whole: Spot, step: MemberStep | Index, at: int) -> Spot:
+    def _part(self, whole: PointedValue, step: MemberStep | PathIndex, at: int) -> PointedValue:
         try:
             found = follow(whole.type, (step,))
         except IecError as error:
             raise Unexpected(at, str(error)) from None
         if found.static is not None:
             raise NotConstant(at)
-        return Spot(found.type, whole.address + found.offset, found.bit)
+        return PointedValue(found.type, whole.address + found.offset, found.bit)
 
-    def _pointee(self, place: int, pointer: PointerType, at: int) -> Spot:
+    def _pointee(self, place: int, pointer: PointerType, at: int) -> PointedValue:
         address = pointer.decode(self._read(place, pointer.size, at))
         if not address:
             raise Unexpected(at, f"this {pointer.name} leads nowhere yet")
-        return Spot(pointer.target, address)
+        return PointedValue(pointer.target, address)
 
     def _read(self, address: int, size: int, at: int) -> bytes:
         try:
@@ -178,7 +178,7 @@ def start_value(
     """A part of an initial value that is no constant, to be worked out when there is memory."""
     type, offset, bit, tree = part
 
-    def value(surroundings: Surroundings, own: Spot) -> bytes:
+    def value(surroundings: StartContext, own: PointedValue) -> bytes:
         try:
             return work_out(StartValues(names, scope, surroundings, own), type, tree)
         except NotConstant as left:

@@ -11,7 +11,6 @@ from typing import Any, TypeAlias, TypeVar, dataclass_transform
 
 __all__ = [
     "NO_NOTE",
-    "Address",
     "Argument",
     "ArrayInitial",
     "ArrayOf",
@@ -24,6 +23,7 @@ __all__ = [
     "Continue",
     "Declaration",
     "Dereference",
+    "DirectAddress",
     "EnumOf",
     "EnumValue",
     "Exit",
@@ -46,7 +46,7 @@ __all__ = [
     "Range",
     "ReferenceTo",
     "RepeatUntil",
-    "Repeated",
+    "Repetition",
     "Return",
     "Statement",
     "Statements",
@@ -217,7 +217,7 @@ class Assign:
 
 
 @node
-class Address:
+class DirectAddress:
     """`%IX0.3`, `%Q*`: after AT in a declaration, or in a body."""
 
     text: str
@@ -247,7 +247,7 @@ Expression: TypeAlias = (
     | Unary
     | Binary
     | Assign
-    | Address
+    | DirectAddress
     | TypeOperand
 )
 
@@ -255,7 +255,7 @@ Expression: TypeAlias = (
 
 
 @node
-class Repeated:
+class Repetition:
     """`3(0, 1)` in an array: the values three times over."""
 
     count: Expression
@@ -267,7 +267,7 @@ class Repeated:
 class ArrayInitial:
     """`[1, 2, 3(0)]`."""
 
-    values: "tuple[Initial | Repeated, ...]"
+    values: "tuple[Initial | Repetition, ...]"
     at: int = place()
 
 
@@ -564,7 +564,7 @@ class Declaration:
 
     names: tuple[Name, ...]
     """In VAR_CONFIG a name is a path: `MAIN.fbValve.bOpen`."""
-    address: Address | None
+    address: DirectAddress | None
     type: TypeSpec
     arguments: tuple[Argument, ...] | ArrayInitial
     """Of FB_init: `fbValve : FB_Valve(nPort := 3)`, or for each element of an array

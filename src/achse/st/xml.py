@@ -9,7 +9,7 @@ from typing import NoReturn
 from xml.parsers import expat
 
 from achse.iec.errors import shown
-from achse.st.source import Fault, Location, SourceError
+from achse.st.source import Diagnostic, Location, SourceError
 
 __all__ = ["Element", "escape", "parse_xml"]
 
@@ -81,7 +81,7 @@ class Element:
 
     def fault(self, message: str) -> NoReturn:
         """Raise the error that names this place."""
-        raise SourceError([Fault(self.location, message)])
+        raise SourceError([Diagnostic(self.location, message)])
 
 
 def parse_xml(data: bytes, path: str) -> Element:
@@ -114,7 +114,7 @@ def parse_xml(data: bytes, path: str) -> Element:
         pieces.append(piece)
 
     def doctype(*_: object) -> None:
-        raise SourceError([Fault(location(), "a DOCTYPE is not accepted")])
+        raise SourceError([Diagnostic(location(), "a DOCTYPE is not accepted")])
 
     parser.StartElementHandler = start
     parser.EndElementHandler = end
@@ -125,10 +125,10 @@ def parse_xml(data: bytes, path: str) -> Element:
     except expat.ExpatError as failure:
         place = Location(path, failure.lineno, failure.offset + 1)
         reason = f"no well-formed XML: {expat.ErrorString(failure.code)}"
-        raise SourceError([Fault(place, reason)]) from None
+        raise SourceError([Diagnostic(place, reason)]) from None
     except (LookupError, ValueError) as failure:
         reason = f"no well-formed XML: {failure}"
-        raise SourceError([Fault(Location(path, 1, 1), reason)]) from None
+        raise SourceError([Diagnostic(Location(path, 1, 1), reason)]) from None
     return roots[0]
 
 

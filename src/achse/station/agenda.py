@@ -4,7 +4,7 @@ import heapq
 import math
 from collections.abc import Callable
 
-from achse.station.cycle import Cycle, Phase, Place
+from achse.station.cycle import Cycle, Phase, PhasePlace
 
 __all__ = ["Agenda"]
 
@@ -12,7 +12,7 @@ __all__ = ["Agenda"]
 class Agenda(Phase):
     """Actions, each at its time; faults begin and end so."""
 
-    place, name = Place.FAULTS, "faults"
+    place, name = PhasePlace.FAULTS, "faults"
     due_ns = math.inf
 
     def __init__(self, cycle: Cycle) -> None:

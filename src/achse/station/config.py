@@ -22,7 +22,7 @@ from achse.faults.site import StationFault
 from achse.motion.tables import HIGHEST_TABLE_ID
 from achse.router.access import PasswordHash
 from achse.router.routes import Route
-from achse.server import Limits
+from achse.server import ClientLimits
 from achse.station.documents import check_depth, parse_toml
 from achse.transport.held import DEFAULT_MAX_HELD
 
@@ -284,7 +284,7 @@ class FaultConfig(BaseModel):
         return STATION_FAULTS.of({"kind": self.kind, **seconds, **(self.model_extra or {})})
 
 
-_LIMITS = Limits()
+_LIMITS = ClientLimits()
 
 
 class LimitsConfig(_Section):
@@ -329,9 +329,9 @@ class LimitsConfig(_Section):
     unreachable_time: DurationNs = _LIMITS.unreachable_ns
     """How long handles and subscriptions of a client to whom no way leads are kept."""
 
-    def limits(self) -> Limits:
+    def limits(self) -> ClientLimits:
         """What each device keeps to."""
-        return Limits(
+        return ClientLimits(
             handles=self.handles,
             all_handles=self.all_handles,
             notifications=self.notifications,

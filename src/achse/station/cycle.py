@@ -9,14 +9,14 @@ from collections.abc import Callable, Iterable
 from enum import IntEnum
 from operator import attrgetter
 
-__all__ = ["IDLE_TICK_NS", "Cycle", "CyclicPhase", "Phase", "Place"]
+__all__ = ["IDLE_TICK_NS", "Cycle", "CyclicPhase", "Phase", "PhasePlace"]
 
 
 IDLE_TICK_NS = 1_000_000
 """Tick of a station without any task."""
 
 
-class Place(IntEnum):
+class PhasePlace(IntEnum):
     """Where a phase is in the cycle. What is due at the same moment happens in this order."""
 
     CHANGES = 0
@@ -38,7 +38,7 @@ class Place(IntEnum):
 class Phase(ABC):
     """One phase of the cycle: where it is, what it is called, when it is due, what it does."""
 
-    place: Place
+    place: PhasePlace
     name: str
     catches_up = False
     """Whether a step does all cycles up to its moment at once. The cycle does not stop for such a
@@ -63,7 +63,9 @@ class CyclicPhase(Phase):
 
     due_ns = 0
 
-    def __init__(self, place: Place, name: str, cycle_ns: int, run: Callable[[int], None]) -> None:
+    def __init__(
+        self, place: PhasePlace, name: str, cycle_ns: int, run: Callable[[int], None]
+    ) -> None:
         if cycle_ns <= 0:
             raise ValueError(f"phase {name}: expected a cycle above 0 ns, got {cycle_ns}")
         self.place = place
@@ -162,7 +164,7 @@ class Cycle:
         for phase in phases:
             if phase.due_ns <= now:
                 phase.step(now)
-                if self.phases is not phases and phase.place is Place.CHANGES:
+                if self.phases is not phases and phase.place is PhasePlace.CHANGES:
                     self._turn_rest(now)
                     break
         self._done_ns = now
@@ -176,5 +178,5 @@ class Cycle:
     def _turn_rest(self, now: int) -> None:
         """Take the steps of what the cycle consists of since a change of state."""
         for phase in self.phases:
-            if phase.place is not Place.CHANGES and phase.due_ns <= now:
+            if phase.place is not PhasePlace.CHANGES and phase.due_ns <= now:
                 phase.step(now)

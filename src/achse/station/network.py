@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from achse.ams import NetId
-from achse.ams.discovery import UDP_PORT, OsVersion, SystemInfo
+from achse.ams.discovery import UDP_PORT, OsVersion, RouterInfo
 from achse.router import Router
 from achse.router.access import Users
 from achse.router.routes import Route, RouteError
@@ -145,10 +145,10 @@ class Network:
         self.uplinks: Uplinks | None = None
         self._names = HostNames(router.routes)
 
-    def info(self) -> SystemInfo:
+    def info(self) -> RouterInfo:
         """What a search is told."""
         net_id = NetId(self._router.net_id)
-        return SystemInfo(net_id, self._config.name, self._version, host_system())
+        return RouterInfo(net_id, self._config.name, self._version, host_system())
 
     async def open(
         self,

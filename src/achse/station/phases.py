@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from achse.motion import Nc
 from achse.plc import PlcRuntime
 from achse.server import Device, SampleBudget
-from achse.station.cycle import CyclicPhase, Phase, Place
+from achse.station.cycle import CyclicPhase, Phase, PhasePlace
 from achse.station.pacing import NcTask, Pace
 
 __all__ = ["ChangePhase", "NcPhase", "NotificationPhase", "PlcPhase", "upkeep"]
@@ -21,7 +21,7 @@ Plan = tuple[int, Callable[[], None]]
 class ChangePhase(Phase):
     """Changes of the station's state, each at its time."""
 
-    place, name = Place.CHANGES, "changes"
+    place, name = PhasePlace.CHANGES, "changes"
     due_ns = math.inf
 
     def __init__(self) -> None:
@@ -44,7 +44,7 @@ class ChangePhase(Phase):
 class NcPhase(Phase):
     """The SAF task of the NC. Its cycles can be done in one go: nobody looks in between."""
 
-    place, name = Place.NC, "nc"
+    place, name = PhasePlace.NC, "nc"
     catches_up = True
     due_ns = 0
 
@@ -71,7 +71,7 @@ class NcPhase(Phase):
 class PlcPhase(Phase):
     """The tasks of one PLC, each at its own cycle."""
 
-    place = Place.PLC
+    place = PhasePlace.PLC
 
     def __init__(self, plc: PlcRuntime) -> None:
         self.name = f"plc {plc.port}"
@@ -90,7 +90,7 @@ class PlcPhase(Phase):
 class NotificationPhase(Phase):
     """What devices have to tell their clients."""
 
-    place, name = Place.NOTIFICATIONS, "notifications"
+    place, name = PhasePlace.NOTIFICATIONS, "notifications"
 
     def __init__(
         self,
@@ -136,4 +136,4 @@ def upkeep(devices: Sequence[Device], tick_ns: int, clock: Callable[[], int]) ->
         for device in devices:
             device.sweep(now)
 
-    return CyclicPhase(Place.UPKEEP, "sweep", -(-_SWEEP_NS // tick_ns) * tick_ns, sweep)
+    return CyclicPhase(PhasePlace.UPKEEP, "sweep", -(-_SWEEP_NS // tick_ns) * tick_ns, sweep)

@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from achse.iec import DeclarationError, GlobalVariables, IecType, Program
-from achse.iec.structs import Unit
+from achse.iec.structs import StaticRecord
 from achse.plc import DEFAULT_SIZES, Area, Memory, PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
 from achse.plc.memory import SPARSE
@@ -69,7 +69,7 @@ def collection_paused() -> Iterator[None]:
 class _Declared:
     """What sources or a symbol file declare."""
 
-    units: Sequence[type[Unit]] = ()
+    units: Sequence[type[StaticRecord]] = ()
     types: Sequence[IecType[Any]] = ()
     tasks: Sequence[FileTask] = ()
     project: str = "achse"
@@ -185,7 +185,7 @@ class PlcSource:
 
     def _read(
         self,
-    ) -> tuple[_Declared, list[FileTask], list[type[Unit]], dict[str, list[type[Program]]]]:
+    ) -> tuple[_Declared, list[FileTask], list[type[StaticRecord]], dict[str, list[type[Program]]]]:
         """What is declared, the tasks, what no task calls, and the programs of each task."""
         config = self.config
         modules: dict[str, ModuleType] = {}
@@ -205,7 +205,7 @@ class PlcSource:
             programs[task.name] = [
                 self._program(name, where, named, modules) for name in task.programs
             ]
-        globals: list[type[Unit]] = [
+        globals: list[type[StaticRecord]] = [
             self._python(name, GlobalVariables, f"{self.key}.globals", modules)
             for name in config.globals
         ]
@@ -256,7 +256,7 @@ class PlcSource:
         self,
         name: str,
         key: str,
-        named: Mapping[str, type[Unit]],
+        named: Mapping[str, type[StaticRecord]],
         modules: dict[str, ModuleType],
     ) -> type[Program]:
         if ":" in name:
@@ -307,7 +307,7 @@ def _tasks(configured: Sequence[TaskConfig], declared: _Declared) -> list[FileTa
     return list(declared.tasks) or [FileTask("PlcTask", programs=tuple(programs))]
 
 
-def _sizes(units: Iterable[type[Unit]]) -> dict[Area, int]:
+def _sizes(units: Iterable[type[StaticRecord]]) -> dict[Area, int]:
     """How large areas have to be for the variables that say where they lie."""
     sizes = dict(DEFAULT_SIZES)
     for unit in units:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from achse.codes import AbortCode, AlState, AlStatus, DataType, SdoAbort
 from achse.drive import Mode, PowerState, state_of
 from achse.drive.modes import SUPPORTED_MODES
-from achse.drive.objects import ROWS, Access
+from achse.drive.objects import ROWS, EntryAccess
 from achse.drive.objects.communication import DEFAULT_MAPPINGS
 from achse.testing.conformance import ConformanceError
 from achse.testing.reach import DriveReach
@@ -158,7 +158,7 @@ class _Check:
                 yield from self._expect(
                     "is read-only", row.index, row.subindex, data, AbortCode.READ_ONLY
                 )
-            elif row.access is not Access.RW_PREOP and row.type is not DataType.F32:
+            elif row.access is not EntryAccess.RW_PREOP and row.type is not DataType.F32:
                 for value in (row.least - 1, row.most + 1):
                     if row.type.least <= value <= row.type.most:
                         yield from self._expect(

@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import Any, Protocol
 
 from achse.codes import AbortCode, AlState, SdoAbort
-from achse.ethercat import Command, Datagram, Frame, Segment
+from achse.ethercat import Datagram, DatagramCommand, EthercatFrame, Segment
 from achse.ethercat.description import LAYOUT
 from achse.ethercat.registers import FMMU_BASE, SM_BASE, Register
 
@@ -85,20 +85,25 @@ class SegmentReach:
         self._logical = 0x0100_0000 * (position + 1)
         self._sizes = (0, 0)
         self._send(
-            Command.APWR, -position, Register.STATION_ADDRESS, self._station.to_bytes(2, "little")
+            DatagramCommand.APWR,
+            -position,
+            Register.STATION_ADDRESS,
+            self._station.to_bytes(2, "little"),
         )
 
-    def _send(self, command: Command, address: int, offset: int, data: bytes) -> Datagram:
-        reply = self.segment.process(Frame([Datagram.at(command, address, offset, data)]).encode())
+    def _send(self, command: DatagramCommand, address: int, offset: int, data: bytes) -> Datagram:
+        reply = self.segment.process(
+            EthercatFrame([Datagram.at(command, address, offset, data)]).encode()
+        )
         if reply is None:
             raise ReachError("a frame was lost")
-        return Frame.decode(reply).datagrams[0]
+        return EthercatFrame.decode(reply).datagrams[0]
 
     def _get(self, offset: int, length: int) -> bytes:
-        return self._send(Command.FPRD, self._station, offset, bytes(length)).data
+        return self._send(DatagramCommand.FPRD, self._station, offset, bytes(length)).data
 
     def _put(self, offset: int, data: bytes) -> int:
-        return self._send(Command.FPWR, self._station, offset, data).counter
+        return self._send(DatagramCommand.FPWR, self._station, offset, data).counter
 
     def watchdog(self, seconds: float) -> None:
         """Set the process data watchdog, in steps of 0.1 ms."""
@@ -205,11 +210,13 @@ class SegmentReach:
         """One LRW, then a cycle of time; the inputs it brought."""
         size, inputs = self._sizes
         data = outputs.ljust(size, b"\0") + bytes(inputs)
-        reply = self.segment.process(Frame([Datagram(Command.LRW, self._logical, data)]).encode())
+        reply = self.segment.process(
+            EthercatFrame([Datagram(DatagramCommand.LRW, self._logical, data)]).encode()
+        )
         if reply is None:
             raise ReachError("a frame was lost")
         self.pause(self.cycle_s)
-        return Frame.decode(reply).datagrams[0].data[size:]
+        return EthercatFrame.decode(reply).datagrams[0].data[size:]
 
 
 def _channel(area: Any, length: int) -> bytes:

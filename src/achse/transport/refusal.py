@@ -10,7 +10,7 @@ from achse.ams import Command, Flags, Frame
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
 from achse.codes import ReturnCode
 
-__all__ = ["NO_ROOM", "Refusals"]
+__all__ = ["NO_ROOM", "RefusedConnections"]
 
 NO_ROOM = ReturnCode.ROUTER_NO_MORE_QUEUES
 """0x508: what a router answers that has no more ports to give (000 §7, 002 §8)."""
@@ -24,7 +24,7 @@ _PATIENCE = 5.0
 _HEADS = TCP_HEADER.size + AMS_HEADER.size
 
 
-class Refusals:
+class RefusedConnections:
     """The refused connections of one listener that are still open."""
 
     def __init__(self) -> None:

@@ -15,7 +15,7 @@ from achse.transport.connection import TcpConnection
 from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
 from achse.transport.peer import Peer
-from achse.transport.refusal import NO_ROOM, Refusals
+from achse.transport.refusal import NO_ROOM, RefusedConnections
 
 __all__ = ["TCP_PORT", "TcpListener"]
 
@@ -76,7 +76,7 @@ class TcpListener:
         self.connections: set[Peer] = set()
         self.loop: asyncio.AbstractEventLoop
         self._server: asyncio.Server | None = None
-        self._refusals = Refusals()
+        self._refusals = RefusedConnections()
         self._full: set[str] = set()
         """Hosts that were told of a refusal, "" for all of them: until a tenth is free again."""
         self._per_host: Counter[str] = Counter()

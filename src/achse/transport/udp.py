@@ -14,10 +14,10 @@ from typing import Any, cast
 from achse.ams import DecodeError, NetId, RequestTimeout
 from achse.ams.discovery import (
     UDP_PORT,
-    Datagram,
+    DiscoveryPacket,
     DiscoveryService,
     RouteRequest,
-    SystemInfo,
+    RouterInfo,
     Tag,
     answer_with,
     info_request,
@@ -62,7 +62,7 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
 
     def __init__(
         self,
-        info: Callable[[], SystemInfo],
+        info: Callable[[], RouterInfo],
         routes: RouteTable,
         users: Users | None = None,
         settled: Callable[[], Awaitable[None]] | None = None,
@@ -72,7 +72,7 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
         self._users = users or Users()
         self._settled = settled
         self._transport: asyncio.DatagramTransport | None = None
-        self._waiting: PasswordQueue[tuple[Datagram, Peer]] = PasswordQueue(time.monotonic)
+        self._waiting: PasswordQueue[tuple[DiscoveryPacket, Peer]] = PasswordQueue(time.monotonic)
         self._clock: Callable[[], int] = time.monotonic_ns
         self._answers = Rates(
             _PER_SECOND, _ALL_PER_SECOND, at_once=_AT_ONCE, all_at_once=_ALL_AT_ONCE
@@ -112,7 +112,7 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
         try:
             if len(data) > _LONGEST:
                 raise DecodeError(f"a datagram has at most {_LONGEST} bytes, got {len(data)}")
-            request = Datagram.decode(data)
+            request = DiscoveryPacket.decode(data)
         except DecodeError as failure:
             self.ignored += 1
             log.debug("a datagram from %s is no discovery: %s", addr[0], failure)
@@ -138,11 +138,11 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
         else:
             self._answer(request, addr, ReturnCode.SERVICE_NOT_SUPPORTED)
 
-    def _send(self, datagram: Datagram, addr: Peer) -> None:
+    def _send(self, datagram: DiscoveryPacket, addr: Peer) -> None:
         if self._transport is not None:
             self._transport.sendto(datagram.encode(), addr)
 
-    def _answer(self, request: Datagram, addr: Peer, code: ReturnCode) -> None:
+    def _answer(self, request: DiscoveryPacket, addr: Peer, code: ReturnCode) -> None:
         self._send(answer_with(request, self._info().net_id, code.number), addr)
 
     # routes ------------------------------------------------------------------------------------
@@ -203,7 +203,7 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
         return ReturnCode.NO_ERROR
 
 
-def _sender(request: Datagram, addr: Peer) -> dict[str, str]:
+def _sender(request: DiscoveryPacket, addr: Peer) -> dict[str, str]:
     """Who asked, for the log."""
     return {"client": str(request.source.net_id), "peer": f"{addr[0]}:{addr[1]}"}
 
@@ -212,11 +212,11 @@ class _Asker(asyncio.DatagramProtocol):
     """Collects the answers to one question."""
 
     def __init__(self) -> None:
-        self.answers: asyncio.Queue[tuple[Datagram, str]] = asyncio.Queue(4096)
+        self.answers: asyncio.Queue[tuple[DiscoveryPacket, str]] = asyncio.Queue(4096)
 
     def datagram_received(self, data: bytes, addr: Peer) -> None:
         try:
-            datagram = Datagram.decode(data)
+            datagram = DiscoveryPacket.decode(data)
         except DecodeError as failure:
             log.debug("%s answers no discovery: %s", addr[0], failure)
             return
@@ -228,8 +228,8 @@ class _Asker(asyncio.DatagramProtocol):
 
 
 async def ask(
-    hosts: Sequence[str], question: Datagram, *, seconds: float, port: int = UDP_PORT
-) -> AsyncIterator[tuple[Datagram, str]]:
+    hosts: Sequence[str], question: DiscoveryPacket, *, seconds: float, port: int = UDP_PORT
+) -> AsyncIterator[tuple[DiscoveryPacket, str]]:
     """Ask hosts or broadcast addresses; yields answers with their sender for so many seconds.
 
     Raises OSError if a host has no address.
@@ -261,15 +261,15 @@ async def ask(
 
 async def scan(
     hosts: Sequence[str], *, seconds: float = 1.0, port: int = UDP_PORT, all_of_them: bool = True
-) -> list[tuple[SystemInfo, str]]:
+) -> list[tuple[RouterInfo, str]]:
     """Routers that answer at `hosts` (names, addresses, broadcast addresses) and their IP.
 
     Without `all_of_them` it ends with the first answer. Raises OSError for an unknown host.
     """
-    found: dict[tuple[NetId, str], SystemInfo] = {}
+    found: dict[tuple[NetId, str], RouterInfo] = {}
     answers = ask(hosts, info_request(ANYBODY), seconds=seconds, port=port)
     async for answer, sender in answers:
-        info = SystemInfo.decode(answer)
+        info = RouterInfo.decode(answer)
         found[info.net_id, sender] = info
         if not all_of_them:
             break

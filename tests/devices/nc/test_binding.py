@@ -11,7 +11,7 @@ from achse.devices.nc import NcDevice
 from achse.devices.nc.axis_states import AXIS_STATES
 from achse.devices.nc.layouts import INT32
 from achse.motion import AxisParameters, Nc
-from achse.native.memory import Place
+from achse.native.memory import MemoryCell
 from achse.router import Router
 from achse.server import READ
 
@@ -77,11 +77,11 @@ def test_values_that_lie_in_memory_as_they_are_shown_have_a_place() -> None:
     axis.remaining_time, axis.remaining_distance, axis.set_modulo_turns = 1.5, 2.5, -3
     read = {row.name: row.sample and row.sample(axis, 16) for row in ROWS}
     both, turns = read["remaining_time_and_distance"], read["set_modulo_turns"]
-    assert isinstance(both, Place)
-    assert isinstance(turns, Place)
+    assert isinstance(both, MemoryCell)
+    assert isinstance(turns, MemoryCell)
     assert both() == struct.pack("<dd", 1.5, 2.5)
     assert turns() == INT32.encode(-3)
-    assert isinstance(read["set_velocity_override"], Place)
+    assert isinstance(read["set_velocity_override"], MemoryCell)
     assert read["axis_online_structure"] is None
 
 

@@ -8,7 +8,7 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.devices.plc import PlcDevice
 from achse.devices.plc.areas import area_groups
-from achse.native.memory import Place
+from achse.native.memory import MemoryCell
 from achse.plc import Area, Memory, PlcRuntime
 from achse.server import ServiceTable
 
@@ -138,7 +138,7 @@ def test_what_is_watched_lies_in_memory_and_follows_it(
     device: PlcDevice, plc: PlcRuntime, group: int, offset: int
 ) -> None:
     read = device.services.find(group).reader(group, offset, 2, bytes(8))
-    assert isinstance(read, Place)
+    assert isinstance(read, MemoryCell)
     assert read() == device.read(group, 3, 2)
     device.write(group, 3, b"\x44\x55")
     plc.memory[Area.DATA].place(len(plc.memory[Area.DATA]), 8)  # longer now, and still the same

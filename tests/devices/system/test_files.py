@@ -16,12 +16,12 @@ from hypothesis import strategies as st
 import achse
 from achse.ams import DeviceError, NetId
 from achse.devices.system import SystemDevice
-from achse.devices.system.files import FIND_ENTRY, Mode
+from achse.devices.system.files import FIND_ENTRY, OpenMode
 from achse.devices.system.folder import Folder
 from achse.router import Router
 
-READ, WRITE, APPEND, PLUS = Mode.READ, Mode.WRITE, Mode.APPEND, Mode.PLUS
-BINARY, TEXT, ENSURE = Mode.BINARY, Mode.TEXT, Mode.ENSURE_FOLDER
+READ, WRITE, APPEND, PLUS = OpenMode.READ, OpenMode.WRITE, OpenMode.APPEND, OpenMode.PLUS
+BINARY, TEXT, ENSURE = OpenMode.BINARY, OpenMode.TEXT, OpenMode.ENSURE_FOLDER
 GENERIC = 1 << 16
 NO_SEEK = 0xFFFF_FFFF
 
@@ -200,7 +200,7 @@ def test_delete_rename_and_folders(client: Any, refused: Any, root: Path) -> Non
     with refused(0x70C):
         client.exchange(131, GENERIC, 0, b"sub")
     client.exchange(131, GENERIC, 0, b"sub\\b.txt")
-    client.exchange(131, GENERIC | Mode.ENABLE_FOLDER, 0, b"sub")
+    client.exchange(131, GENERIC | OpenMode.ENABLE_FOLDER, 0, b"sub")
     assert list(root.iterdir()) == []
     with refused(0x70C):
         client.exchange(131, GENERIC, 0, b"a.txt")
@@ -219,7 +219,7 @@ def test_rename_replaces_nothing(client: Any, refused: Any, root: Path) -> None:
 def test_files_are_opened_found_renamed_and_deleted_whatever_the_case(
     client: Any, refused: Any, root: Path
 ) -> None:
-    handle = int.from_bytes(client.exchange(120, GENERIC | Mode.WRITE, 4, b"A.TXT"), "little")
+    handle = int.from_bytes(client.exchange(120, GENERIC | OpenMode.WRITE, 4, b"A.TXT"), "little")
     client.exchange(121, handle, 0, b"")
     assert [path.name for path in root.iterdir()] == ["a.txt"]
     assert client.exchange(133, 1, 324, b"A.TXT")[48:54] == b"a.txt\0"

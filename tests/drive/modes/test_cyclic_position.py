@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 from achse.codes import AlState, AlStatus
-from achse.drive import Drive, Machine, Mode, VirtualDrive
+from achse.drive import Drive, Mechanics, Mode, VirtualDrive
 
 FOLLOWS, LIMIT = 0x1000, 0x0800
 
@@ -18,7 +18,7 @@ def csp(drive: VirtualDrive) -> VirtualDrive:
 
 
 def test_enabling_does_not_jump() -> None:
-    drive = VirtualDrive(Machine(position=123_456), parameters={0x607C: 1_000})
+    drive = VirtualDrive(Mechanics(position=123_456), parameters={0x607C: 1_000})
     drive.enable(Mode.CYCLIC_POSITION)
     drive.run(0.1)
     assert drive.position == 1_000
@@ -84,7 +84,7 @@ def test_a_lost_frame_gives_the_next_target_more_room(
 
 @pytest.mark.parametrize("period_ns", [1_000_000, 4_000_000])
 def test_stopped_by_a_limit_switch_the_axis_takes_targets_from_where_it_stands(
-    machine: Callable[..., Machine], period_ns: int
+    machine: Callable[..., Mechanics], period_ns: int
 ) -> None:
     """A master that went on with its targets begins anew at 6064h, without switching off."""
     drive = VirtualDrive(machine(970_000), cycle=period_ns * 1e-9)

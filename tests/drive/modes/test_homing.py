@@ -11,7 +11,7 @@ from achse.drive import (
     Encoder,
     EncoderKind,
     InputBit,
-    Machine,
+    Mechanics,
     Mode,
     PowerState,
     Switches,
@@ -52,7 +52,7 @@ HOMES = {
 @pytest.mark.parametrize("start", [-900_000, -50_000, 2_000, 100_000, 800_000])
 @pytest.mark.parametrize("method", HOMES)
 def test_home_is_the_index_pulse_beside_the_edge(
-    machine: Callable[..., Machine], method: int, start: int
+    machine: Callable[..., Mechanics], method: int, start: int
 ) -> None:
     drive = VirtualDrive(machine(start))
     drive.enable(Mode.HOMING)
@@ -67,7 +67,7 @@ def test_home_is_the_index_pulse_beside_the_edge(
 def test_a_switch_shorter_than_the_braking_distance(method: int, start: int) -> None:
     """At 500,000 inc/s and 10,000,000 inc/s² the axis runs 12,500 inc past the switch."""
     switches = Switches(None, NEGATIVE, (50_000, 54_000), POSITIVE, None)
-    drive = VirtualDrive(Machine(switches=switches, position=start))
+    drive = VirtualDrive(Mechanics(switches=switches, position=start))
     drive.enable(Mode.HOMING)
     drive.home(method)
     above = method in (8, 10, 11, 13)
@@ -75,7 +75,7 @@ def test_a_switch_shorter_than_the_braking_distance(method: int, start: int) -> 
 
 
 @pytest.mark.parametrize("start", [-900_000, -50_000, 2_000, 100_000, 800_000])
-def test_33_and_34_take_the_next_index_pulse(machine: Callable[..., Machine], start: int) -> None:
+def test_33_and_34_take_the_next_index_pulse(machine: Callable[..., Mechanics], start: int) -> None:
     for method, home in ((33, _below(start)), (34, _above(start))):
         drive = VirtualDrive(machine(start))
         drive.enable(Mode.HOMING)
@@ -106,7 +106,7 @@ def test_any_geometry(method: int, start: int, near: int, width: int, offset: in
         return
     switches = Switches(None, NEGATIVE, (near, far), POSITIVE, None)
     drive = VirtualDrive(
-        Machine(switches=switches, position=start, encoder=Encoder(index_offset=offset))
+        Mechanics(switches=switches, position=start, encoder=Encoder(index_offset=offset))
     )
     drive.enable(Mode.HOMING)
     drive.home(method)
@@ -130,7 +130,7 @@ def test_any_geometry(method: int, start: int, near: int, width: int, offset: in
     ],
 )
 def test_initial_direction(
-    machine: Callable[..., Machine], method: int, start: int, direction: int
+    machine: Callable[..., Mechanics], method: int, start: int, direction: int
 ) -> None:
     drive = VirtualDrive(machine(start))
     drive.enable(Mode.HOMING)
@@ -139,7 +139,7 @@ def test_initial_direction(
     assert drive.record.demand_velocity * direction > 0
 
 
-def test_speeds_and_acceleration(machine: Callable[..., Machine]) -> None:
+def test_speeds_and_acceleration(machine: Callable[..., Mechanics]) -> None:
     drive = VirtualDrive(machine(-500_000))
     drive.set(0x6099, 300_000, 1)
     drive.set(0x6099, 40_000, 2)
@@ -160,7 +160,7 @@ def test_speeds_and_acceleration(machine: Callable[..., Machine]) -> None:
     assert max(at_index[-50:]) <= 40_000 * (1 + 1e-9)
 
 
-def test_max_profile_velocity_limits_homing(machine: Callable[..., Machine]) -> None:
+def test_max_profile_velocity_limits_homing(machine: Callable[..., Mechanics]) -> None:
     drive = VirtualDrive(machine(-500_000))
     drive.set(0x607F, 100_000)
     drive.set(0x6098, 7)
@@ -169,7 +169,7 @@ def test_max_profile_velocity_limits_homing(machine: Callable[..., Machine]) -> 
     assert drive.record.demand_velocity == pytest.approx(100_000)
 
 
-def test_status_runs_attained_done(machine: Callable[..., Machine]) -> None:
+def test_status_runs_attained_done(machine: Callable[..., Mechanics]) -> None:
     drive = VirtualDrive(machine(-50_000))
     drive.set(0x6098, 34)
     drive.enable(Mode.HOMING)
@@ -186,7 +186,7 @@ def test_status_runs_attained_done(machine: Callable[..., Machine]) -> None:
     assert drive.statusword & STATE == 0x1400
 
 
-def test_software_state_shows_that_homing_runs(machine: Callable[..., Machine]) -> None:
+def test_software_state_shows_that_homing_runs(machine: Callable[..., Mechanics]) -> None:
     drive = VirtualDrive(machine(-50_000))
     drive.set(0x6098, 34)
     drive.enable(Mode.HOMING)
@@ -194,7 +194,7 @@ def test_software_state_shows_that_homing_runs(machine: Callable[..., Machine]) 
     assert int(drive.get(0x3056)) & 8
 
 
-def test_taking_bit_4_back_interrupts(machine: Callable[..., Machine]) -> None:
+def test_taking_bit_4_back_interrupts(machine: Callable[..., Mechanics]) -> None:
     drive = VirtualDrive(machine(-500_000))
     drive.set(0x6098, 7)
     drive.enable(Mode.HOMING)
@@ -206,7 +206,7 @@ def test_taking_bit_4_back_interrupts(machine: Callable[..., Machine]) -> None:
     drive.home(7)
 
 
-def test_halt_stops_and_resumes(machine: Callable[..., Machine]) -> None:
+def test_halt_stops_and_resumes(machine: Callable[..., Mechanics]) -> None:
     drive = VirtualDrive(machine(-500_000))
     drive.set(0x6098, 7)
     drive.enable(Mode.HOMING)
@@ -219,7 +219,7 @@ def test_halt_stops_and_resumes(machine: Callable[..., Machine]) -> None:
     assert drive.record.encoder_zero == HOMES[7]
 
 
-def test_halt_on_the_way_back_to_the_index(machine: Callable[..., Machine]) -> None:
+def test_halt_on_the_way_back_to_the_index(machine: Callable[..., Mechanics]) -> None:
     drive = VirtualDrive(machine(-50_000))
     drive.set(0x6098, 34)
     drive.enable(Mode.HOMING)
@@ -276,14 +276,14 @@ def test_other_methods_are_a_homing_error(drive: VirtualDrive, method: int) -> N
     ],
 )
 def test_missing_switches_fail_at_the_start(method: int, switches: Switches) -> None:
-    drive = VirtualDrive(Machine(switches=switches))
+    drive = VirtualDrive(Mechanics(switches=switches))
     drive.set(0x6098, method)
     drive.enable(Mode.HOMING)
     assert drive.control(0x1F, 2) & STATE == 0x2400
 
 
 def test_a_switch_that_never_comes_fails_at_the_other_limit(
-    machine: Callable[..., Machine],
+    machine: Callable[..., Mechanics],
 ) -> None:
     drive = VirtualDrive(machine())
     drive.faults.input(InputBit.HOME, False)
@@ -297,7 +297,7 @@ def test_a_switch_that_never_comes_fails_at_the_other_limit(
 
 
 def test_an_index_pulse_that_never_comes_fails_at_the_limit(
-    machine: Callable[..., Machine],
+    machine: Callable[..., Mechanics],
 ) -> None:
     drive = VirtualDrive(machine(encoder=Encoder(index_pitch=10**9, index_offset=5 * 10**8)))
     drive.set(0x6098, 34)
@@ -306,7 +306,7 @@ def test_an_index_pulse_that_never_comes_fails_at_the_limit(
     drive.wait(lambda: drive.statusword & 0x2000, 20)
 
 
-def test_the_method_cannot_change_on_the_way(machine: Callable[..., Machine]) -> None:
+def test_the_method_cannot_change_on_the_way(machine: Callable[..., Mechanics]) -> None:
     drive = VirtualDrive(machine(-500_000))
     drive.set(0x6098, 7)
     drive.enable(Mode.HOMING)
@@ -316,7 +316,9 @@ def test_the_method_cannot_change_on_the_way(machine: Callable[..., Machine]) ->
     assert drive.record.encoder_zero == HOMES[7]
 
 
-def test_homing_attained_ends_with_the_mode_and_the_power(machine: Callable[..., Machine]) -> None:
+def test_homing_attained_ends_with_the_mode_and_the_power(
+    machine: Callable[..., Mechanics],
+) -> None:
     drive = VirtualDrive(machine())
     drive.enable(Mode.HOMING)
     drive.home(37)
@@ -334,13 +336,13 @@ def test_homing_attained_ends_with_the_mode_and_the_power(machine: Callable[...,
 
 
 def test_a_multi_turn_encoder_is_always_homed() -> None:
-    drive = VirtualDrive(Machine(encoder=Encoder(kind=EncoderKind.MULTI_TURN)))
+    drive = VirtualDrive(Mechanics(encoder=Encoder(kind=EncoderKind.MULTI_TURN)))
     drive.put(0x6060, Mode.HOMING)
     drive.cycle()
     assert drive.statusword & 0x1000
 
 
-def test_disabling_interrupts(machine: Callable[..., Machine]) -> None:
+def test_disabling_interrupts(machine: Callable[..., Mechanics]) -> None:
     drive = VirtualDrive(machine(-500_000))
     drive.set(0x6098, 7)
     drive.enable(Mode.HOMING)
@@ -350,7 +352,7 @@ def test_disabling_interrupts(machine: Callable[..., Machine]) -> None:
     assert drive.statusword & STATE == 0x0400
 
 
-def test_torque_limit_shows_while_homing(machine: Callable[..., Machine]) -> None:
+def test_torque_limit_shows_while_homing(machine: Callable[..., Mechanics]) -> None:
     drive = VirtualDrive(machine(-500_000))
     drive.set(0x60E0, 10)
     drive.set(0x6098, 7)

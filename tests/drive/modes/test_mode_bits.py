@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from achse.codes import AlState
-from achse.drive import Alarm, InputBit, Machine, Mode, PowerState, Switches, VirtualDrive, Warn
+from achse.drive import Alarm, InputBit, Mechanics, Mode, PowerState, Switches, VirtualDrive, Warn
 
 _TABLE = Path(__file__).parents[2] / "data" / "drive_mode_bits.tsv"
 LISTED = list(csv.DictReader(_TABLE.read_text(encoding="utf-8").splitlines(), delimiter="\t"))
@@ -37,7 +37,7 @@ def bits(text: str) -> int:
     return mask
 
 
-def enabled(mode: Mode, machine: Machine | None = None, **parameters: int) -> VirtualDrive:
+def enabled(mode: Mode, machine: Mechanics | None = None, **parameters: int) -> VirtualDrive:
     drive = VirtualDrive(machine, parameters={int(k[1:], 16): v for k, v in parameters.items()})
     drive.enable(mode)
     return drive
@@ -430,7 +430,7 @@ def _slippage_has_no_meaning() -> bool:
 
 def homing(word: int = 0x0F, cycles: int = 1, **parameters: int) -> VirtualDrive:
     switches = Switches(negative_limit=-(10**6), home=(0, 30_000), positive_limit=10**6)
-    machine = Machine(switches=switches, position=-500_000)
+    machine = Mechanics(switches=switches, position=-500_000)
     drive = enabled(Mode.HOMING, machine, **({"x6098": 7} | parameters))
     drive.control(word, cycles)
     return drive

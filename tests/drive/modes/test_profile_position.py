@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.drive import Machine, Mode, PowerState, VirtualDrive
+from achse.drive import Mechanics, Mode, PowerState, VirtualDrive
 
 A, D, V = 10_000_000, 5_000_000, 1_000_000
 ACK, REACHED, FOLLOWING = 0x1000, 0x0400, 0x2000
@@ -253,7 +253,7 @@ def test_any_chain_of_immediate_set_points_ends_at_the_last(
     targets: list[int], cycles: int, velocity: int
 ) -> None:
     """The set velocity never jumps by more than the acceleration, nor exceeds its limit."""
-    drive = VirtualDrive(Machine(), parameters={0x6081: velocity, 0x6083: A, 0x6084: D})
+    drive = VirtualDrive(Mechanics(), parameters={0x6081: velocity, 0x6083: A, 0x6084: D})
     drive.enable(Mode.PROFILE_POSITION)
     before = 0.0
     for target in [*targets, 12_345]:

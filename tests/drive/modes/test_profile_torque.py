@@ -2,7 +2,7 @@
 
 import pytest
 
-from achse.drive import Load, Machine, Mode, VirtualDrive, Warn
+from achse.drive import Load, Mechanics, Mode, VirtualDrive, Warn
 
 REACHED = 0x0400
 
@@ -70,7 +70,7 @@ def test_a_target_beyond_the_limit_shows_once_the_limit_acts(
 def test_torque_accelerates_the_inertia() -> None:
     """a = M / J, without friction."""
     load = Load(inertia=0.72e-4, coulomb=0.0, viscous=0.0)
-    drive = VirtualDrive(Machine(load=load), parameters={0x6087: 10**7})
+    drive = VirtualDrive(Mechanics(load=load), parameters={0x6087: 10**7})
     drive.enable(Mode.PROFILE_TORQUE)
     drive.put(0x6071, 50)
     drive.run(0.05)

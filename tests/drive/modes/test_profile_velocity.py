@@ -2,7 +2,7 @@
 
 import pytest
 
-from achse.drive import Machine, Mode, Motor, VirtualDrive
+from achse.drive import Mechanics, Mode, Motor, VirtualDrive
 
 REACHED, STANDS = 0x0400, 0x1000
 
@@ -50,7 +50,7 @@ def test_607f_limits_the_target(pv: VirtualDrive) -> None:
 
 
 def test_the_motor_limits_the_target() -> None:
-    drive = VirtualDrive(Machine(motor=Motor(max_speed=60.0)), parameters={0x607F: 10**9})
+    drive = VirtualDrive(Mechanics(motor=Motor(max_speed=60.0)), parameters={0x607F: 10**9})
     drive.enable(Mode.PROFILE_VELOCITY)
     drive.put(0x60FF, 10**9)
     drive.run(1.0)

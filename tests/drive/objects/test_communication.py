@@ -3,12 +3,12 @@
 from typing import Any
 
 from achse.codes import AbortCode, AlState, AlStatus
-from achse.drive import Drive, Identity, VirtualDrive
+from achse.drive import Drive, DriveIdentity, VirtualDrive
 from achse.drive.objects.communication import DEFAULT_MAPPINGS, SAVE
 
 
 def test_identity_is_that_of_the_device() -> None:
-    drive = Drive(identity=Identity(revision_number=7, serial_number=4711))
+    drive = Drive(identity=DriveIdentity(revision_number=7, serial_number=4711))
     assert [drive.get(0x1018, n) for n in range(5)] == [4, 0xAAAA, 5, 7, 4711]
 
 

@@ -8,7 +8,7 @@ from achse.codes import AbortCode, AlState
 from achse.drive import (
     Encoder,
     EncoderKind,
-    Machine,
+    Mechanics,
     Mode,
     Motor,
     MotorKind,
@@ -22,11 +22,11 @@ TURN = 131_072
 
 def _multi_turn(position: float = 0.0) -> VirtualDrive:
     encoder = Encoder(kind=EncoderKind.MULTI_TURN)
-    return VirtualDrive(Machine(encoder=encoder, position=position))
+    return VirtualDrive(Mechanics(encoder=encoder, position=position))
 
 
 def test_motor_and_encoder_are_shown() -> None:
-    machine = Machine(
+    machine = Mechanics(
         motor=Motor(kind=MotorKind.DIRECT_DRIVE, rated_torque=5.0, rated_current=3.5),
         encoder=Encoder(resolution=1_000_000),
     )
@@ -136,7 +136,7 @@ def test_gear_acts_after_a_reset_and_warns_until_then(drive: VirtualDrive) -> No
 def test_position_is_count_times_gear_plus_offset() -> None:
     presets = {0x220E: 4, 0x2210: 1, 0x607C: 500}
     encoder = Encoder(kind=EncoderKind.MULTI_TURN)
-    drive = VirtualDrive(Machine(encoder=encoder, position=25_000), parameters=presets)
+    drive = VirtualDrive(Mechanics(encoder=encoder, position=25_000), parameters=presets)
     assert drive.get(0x6063) == 100_000
     assert drive.position == 25_000 + 500
 

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from achse.codes import AbortCode, AlState
-from achse.drive import Machine, Mode, Switches, VirtualDrive
+from achse.drive import Mechanics, Mode, Switches, VirtualDrive
 
 
 def test_supported_modes_word() -> None:
@@ -47,7 +47,7 @@ def test_option_codes(
 
 
 def test_the_homing_method_stays_while_homing_runs(aborts: Any) -> None:
-    drive = VirtualDrive(Machine(switches=Switches(home=(0, 1), positive_limit=10**7)))
+    drive = VirtualDrive(Mechanics(switches=Switches(home=(0, 1), positive_limit=10**7)))
     drive.set(0x6098, 34)
     drive.enable(Mode.HOMING)
     drive.control(0x1F, 5)

@@ -6,18 +6,20 @@ import pytest
 
 from achse.codes import AbortCode, DataType
 from achse.drive import VirtualDrive
-from achse.drive.objects import Access, ObjectRow, find
+from achse.drive.objects import EntryAccess, ObjectRow, find
 
 
 def test_names_have_an_object_and_an_entry() -> None:
-    row = ObjectRow(1, 2, "Homing speeds: Speed", DataType.U8, Access.RW, "One.")
+    row = ObjectRow(1, 2, "Homing speeds: Speed", DataType.U8, EntryAccess.RW, "One.")
     assert (row.object_name, row.entry_name) == ("Homing speeds", "Speed")
-    plain = ObjectRow(1, 0, "Controlword", DataType.U8, Access.RW, "One.")
+    plain = ObjectRow(1, 0, "Controlword", DataType.U8, EntryAccess.RW, "One.")
     assert (plain.object_name, plain.entry_name) == ("Controlword", "Controlword")
 
 
 def test_values_limit_more_than_the_range(aborts: Any) -> None:
-    row = ObjectRow(1, 0, "Option", DataType.I16, Access.RW, "One.", "halt_option", values=(0, 2))
+    row = ObjectRow(
+        1, 0, "Option", DataType.I16, EntryAccess.RW, "One.", "halt_option", values=(0, 2)
+    )
     drive = VirtualDrive()
     row.put(drive, 2)
     assert row.get(drive) == drive.record.halt_option == 2
@@ -26,7 +28,7 @@ def test_values_limit_more_than_the_range(aborts: Any) -> None:
 
 
 def test_nothing_but_finite_numbers(aborts: Any) -> None:
-    row = ObjectRow(1, 0, "Real", DataType.F32, Access.RW, "One.", "general_f0")
+    row = ObjectRow(1, 0, "Real", DataType.F32, EntryAccess.RW, "One.", "general_f0")
     with aborts(AbortCode.VALUE_RANGE):
         row.check(float("nan"))
     with aborts(AbortCode.VALUE_RANGE):
@@ -42,7 +44,7 @@ def test_what_judges_itself_still_has_its_type(aborts: Any, count: float) -> Non
 
 
 def test_access_word() -> None:
-    row = ObjectRow(1, 0, "A", DataType.U8, Access.RO, "One.", pdo=True)
+    row = ObjectRow(1, 0, "A", DataType.U8, EntryAccess.RO, "One.", pdo=True)
     assert (row.access_word, row.receivable) == (0x87, False)
-    row = ObjectRow(1, 0, "A", DataType.U8, Access.RW, "One.", pdo=True, stored=True)
+    row = ObjectRow(1, 0, "A", DataType.U8, EntryAccess.RW, "One.", pdo=True, stored=True)
     assert (row.access_word, row.receivable) == (0x1FF, True)

@@ -4,7 +4,7 @@ import pytest
 
 from achse.motion.fields.declare import Field, Role
 from achse.motion.machine.record import AMPLIFIER, MACHINE, PARAMETERS, PARTS, SENSOR
-from achse.native.declare import Layout
+from achse.native.declare import RecordLayout
 
 LAYOUTS = {"machine": MACHINE, "sensor": SENSOR, "amplifier": AMPLIFIER}
 
@@ -21,7 +21,7 @@ def test_each_parameter_has_a_name_in_a_configuration() -> None:
 
 
 @pytest.mark.parametrize("layout", LAYOUTS.values(), ids=list(LAYOUTS))
-def test_fields_are_described_and_their_defaults_are_in_range(layout: Layout[Field]) -> None:
+def test_fields_are_described_and_their_defaults_are_in_range(layout: RecordLayout[Field]) -> None:
     for name, field in layout.fields.items():
         if field.refers is None:
             assert field.doc and field.unit, name  # noqa: PT018

@@ -15,9 +15,9 @@ from achse.native.backend.types import (
     I64,
     U8,
     U32,
+    FunctionSignature,
     InstructionError,
     Operand,
-    Signature,
 )
 
 ALL = [thing for thing in vars(types).values() if isinstance(thing, types.MachineType)]
@@ -45,9 +45,9 @@ def test_an_operand_says_its_type() -> None:
 
 
 def test_results() -> None:
-    assert Signature().llvm_result == "void"
-    assert Signature((), (F64,)).llvm_result == "double"
-    assert Signature((), (F64, BOOL)).llvm_result == "{ double, i1 }"
-    assert Signature((U8,), (F64,)).c_types == (ctypes.c_double, ctypes.c_uint8)
+    assert FunctionSignature().llvm_result == "void"
+    assert FunctionSignature((), (F64,)).llvm_result == "double"
+    assert FunctionSignature((), (F64, BOOL)).llvm_result == "{ double, i1 }"
+    assert FunctionSignature((U8,), (F64,)).c_types == (ctypes.c_double, ctypes.c_uint8)
     with pytest.raises(InstructionError, match="one result expected"):
-        Signature((), (F64, BOOL)).c_types  # noqa: B018
+        FunctionSignature((), (F64, BOOL)).c_types  # noqa: B018

@@ -6,9 +6,9 @@ from typing import Any, cast
 import pytest
 
 from achse.native.backend import F64, I64, ModuleBuilder, Operand
-from achse.native.declare import Layout
+from achse.native.declare import RecordLayout
 from achse.native.kernels.arithmetic import Arithmetic, TranslationError
-from achse.native.kernels.kinds import BOOL, INT, REAL, Record, Several, Value
+from achse.native.kernels.kinds import BOOL, INT, REAL, KernelValue, RecordReference, Several
 
 ONE, X = Operand(I64, "1"), Operand(F64, "%x")
 
@@ -25,8 +25,8 @@ def writer() -> Arithmetic:
 
 
 def test_a_value_becomes_a_wider_one(writer: Arithmetic) -> None:
-    yes = Value(BOOL, (writer.code.constant(BOOL.machine, True),))
-    several = writer.several([yes, Value(INT, (ONE,))])
+    yes = KernelValue(BOOL, (writer.code.constant(BOOL.machine, True),))
+    several = writer.several([yes, KernelValue(INT, (ONE,))])
     wide = writer.convert(several, Several((INT, REAL)), cast(Any, None))
     assert wide.kind == Several((INT, REAL))
     assert [operand.type for operand in wide.operands] == [I64, F64]
@@ -37,12 +37,16 @@ def test_a_value_becomes_a_wider_one(writer: Arithmetic) -> None:
 
 
 def test_a_value_does_not_become_another(writer: Arithmetic) -> None:
-    record = Value(Record(Layout("wheel", {}, 1)), (Operand(I64, "%r"),))
-    for value, kind in ((record, INT), (Value(REAL, (X,)), INT), (Value(INT, (ONE,)), BOOL)):
+    record = KernelValue(RecordReference(RecordLayout("wheel", {}, 1)), (Operand(I64, "%r"),))
+    for value, kind in (
+        (record, INT),
+        (KernelValue(REAL, (X,)), INT),
+        (KernelValue(INT, (ONE,)), BOOL),
+    ):
         with pytest.raises(TranslationError, match=r"test_arithmetic\.py:\d+: nothing: .* where"):
             writer.convert(value, kind, cast(Any, None))
 
 
 def test_parts_are_what_several_was_made_of(writer: Arithmetic) -> None:
-    members = [Value(INT, (ONE,)), Value(REAL, (X,))]
+    members = [KernelValue(INT, (ONE,)), KernelValue(REAL, (X,))]
     assert writer.parts(writer.several(members)) == members

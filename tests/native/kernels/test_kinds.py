@@ -1,21 +1,21 @@
 """Kinds of values."""
 
 from achse.native.backend import types
-from achse.native.declare import Layout
+from achse.native.declare import RecordLayout
 from achse.native.kernels.kinds import (
     BOOL,
     INT,
     REAL,
-    Record,
+    RecordReference,
     Row,
+    RowTables,
     Several,
-    Tables,
     described,
     joined,
     machine_types,
 )
 
-WHEEL = Record(Layout("wheel", {}, 4))
+WHEEL = RecordReference(RecordLayout("wheel", {}, 4))
 
 
 def test_numbers_join_to_the_wider() -> None:
@@ -40,7 +40,7 @@ def test_values_lie_flat() -> None:
     several = machine_types(Several((INT, Row(WHEEL), BOOL)))
     assert several == (types.I64, types.ADDRESS, types.I64, types.BOOL)
     assert machine_types(WHEEL) == (types.ADDRESS,)
-    tables = Tables("Rows", (("wheels", Row(WHEEL)), ("marks", Row(REAL))))
+    tables = RowTables("Rows", (("wheels", Row(WHEEL)), ("marks", Row(REAL))))
     assert machine_types(tables) == (types.ADDRESS, types.I64) * 2
 
 

@@ -1,9 +1,9 @@
 """Sites of faults."""
 
-from achse.native.kernels.sites import Site, Sites
+from achse.native.kernels.sites import Sites, TrapSite
 
-INDEX = Site("IndexError", "index {0} of {1} elements", "wheels.py", 7, "turn")
-ZERO = Site("ZeroDivisionError", "division by zero", "wheels.py", 9, "turn")
+INDEX = TrapSite("IndexError", "index {0} of {1} elements", "wheels.py", 7, "turn")
+ZERO = TrapSite("ZeroDivisionError", "division by zero", "wheels.py", 9, "turn")
 
 
 def test_equal_sites_are_one() -> None:

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from achse.native.backend import ADDRESS, F64, I64, Signature
-from achse.native.declare import Layout
+from achse.native.backend import ADDRESS, F64, I64, FunctionSignature
+from achse.native.declare import RecordLayout
 from achse.native.kernels.translate import ENTRY, TranslationError, interface_of, translate
 
 
@@ -15,7 +15,7 @@ class Wheel:
     """A record."""
 
 
-WHEEL: Layout[Any] = Layout("wheel", {}, 0)
+WHEEL: RecordLayout[Any] = RecordLayout("wheel", {}, 0)
 
 
 def _function(callable: Any) -> FunctionType:
@@ -45,7 +45,7 @@ def _two(a: float) -> tuple[float, float]:
 
 def test_a_sequence_is_an_address_and_a_length() -> None:
     signature = interface_of(_function(turn), {Wheel: WHEEL}).functions[ENTRY].signature
-    assert signature == Signature((ADDRESS, I64, F64, I64), (F64,))
+    assert signature == FunctionSignature((ADDRESS, I64, F64, I64), (F64,))
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.iec import Program, plain
-from achse.iec.structs import Kind, RecordMeta, StructType
+from achse.iec.structs import RecordKind, RecordMeta, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
 from achse.plc.bodies import Bodies
@@ -32,7 +32,7 @@ class Bench:
         members: dict[str, Variable[Any, Any]] = {
             name: Variable(type, name=name) for name, type in types.items()
         }
-        self.type: StructType[Any] = StructType("MAIN", members, kind=Kind.UNIT)
+        self.type: StructType[Any] = StructType("MAIN", members, kind=RecordKind.UNIT)
         unit: Any = RecordMeta("MAIN", (Program,), dict(members), iec=self.type)
         self.memory = Memory()
         self.units = place([unit], self.memory)

@@ -4,29 +4,29 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.iec.elementary import BYTE, DINT, INT, UDINT, ULINT, USINT
-from achse.plc.code.source import Piece, Precedence, SourceLines, exact, joined
+from achse.plc.code.source import CodeExpression, Precedence, SourceLines, exact, joined
 
 
 def test_operands_get_parentheses_where_they_bind_less() -> None:
-    total = joined(Piece("a"), "+", Piece("b"), Precedence.ADD, 0, 0)
+    total = joined(CodeExpression("a"), "+", CodeExpression("b"), Precedence.ADD, 0, 0)
     assert joined(total, "*", total, Precedence.MUL, 0, 0).text == "(a + b) * (a + b)"
     assert joined(total, "-", total, Precedence.ADD, 0, 0).text == "a + b - (a + b)"
 
 
 def test_a_number_within_its_type_is_not_cut() -> None:
-    assert exact(Piece("x", low=0, high=255), BYTE).text == "x"
+    assert exact(CodeExpression("x", low=0, high=255), BYTE).text == "x"
 
 
 @given(st.integers(), st.sampled_from([BYTE, INT, DINT, UDINT, ULINT, USINT]))
 def test_a_cut_gives_the_low_bits_with_their_sign(value, type) -> None:  # type: ignore[no-untyped-def]
-    piece = exact(Piece("x", low=-(1 << 80), high=1 << 80), type)
+    piece = exact(CodeExpression("x", low=-(1 << 80), high=1 << 80), type)
     found = eval(piece.text, {"x": value})
     assert type.low <= found <= type.high
     assert (found - value) % (1 << 8 * type.size) == 0
 
 
 def test_a_number_that_grows_without_end_is_cut_on_the_way() -> None:
-    piece = Piece("x", low=-(1 << 63), high=(1 << 63) - 1)
+    piece = CodeExpression("x", low=-(1 << 63), high=(1 << 63) - 1)
     for _ in range(10):
         piece = joined(piece, "*", piece, Precedence.MUL, piece.low * piece.high, piece.high**2)
     assert piece.high < 1 << 600

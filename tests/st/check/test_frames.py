@@ -3,12 +3,12 @@
 from achse.iec.elementary import BIT, DINT, INT, LREAL
 from achse.iec.layout import TC3_X64
 from achse.iec.variables import Variable
-from achse.st.check.frames import Frame
+from achse.st.check.frames import VariableFrame
 from achse.st.typed.places import FrameBase, Storage
 
 
 def test_variables_are_aligned_and_keep_their_initial_values() -> None:
-    frame = Frame("F", TC3_X64)
+    frame = VariableFrame("F", TC3_X64)
     first = frame.add(Variable(INT, 7, name="a"))
     second = frame.add(Variable(LREAL, 1.5, name="b"))
     third = frame.temporary(DINT)
@@ -22,7 +22,7 @@ def test_variables_are_aligned_and_keep_their_initial_values() -> None:
 
 
 def test_a_bit_has_a_byte_of_its_own() -> None:
-    frame = Frame("F", TC3_X64)
+    frame = VariableFrame("F", TC3_X64)
     frame.add(Variable(BIT, name="x"))
     made = frame.add(Variable(BIT, name="y"))
     assert frame.storage(made, 3) == Storage(FrameBase(), 1, made.type, name="y")

@@ -22,7 +22,7 @@ from achse.iec.elementary import (
     USINT,
     IntegerType,
 )
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
 from achse.st.check.kinds import common_integer, common_real, natural, promoted, same_shape
@@ -65,9 +65,9 @@ def test_a_number_has_the_smallest_type_that_holds_it(value: int, type: IntegerT
 
 
 def test_shapes() -> None:
-    base: StructType[Any] = StructType("FB_A", [], kind=Kind.FUNCTION_BLOCK)
+    base: StructType[Any] = StructType("FB_A", [], kind=RecordKind.FUNCTION_BLOCK)
     derived: StructType[Any] = StructType(
-        "FB_B", [Variable(INT, name="n")], kind=Kind.FUNCTION_BLOCK, base=base
+        "FB_B", [Variable(INT, name="n")], kind=RecordKind.FUNCTION_BLOCK, base=base
     )
     rows: list[tuple[IecType[Any], IecType[Any], bool]] = [
         (derived, base, True),

@@ -15,7 +15,7 @@ from achse.st.check.meanings import (
     TypeName,
     UnitName,
 )
-from achse.st.check.operands import Operand
+from achse.st.check.operands import TypedOperand
 from achse.st.declare import declare
 from achse.st.parser import parse, parse_expression
 
@@ -34,7 +34,8 @@ END_FUNCTION_BLOCK
 @pytest.mark.parametrize(
     ("text", "kind"),
     [
-        ("n", Operand), ("A", Operand), ("E", TypeName), ("E.B", Operand), ("F", Callee),
+        ("n", TypedOperand), ("A", TypedOperand), ("E", TypeName), ("E.B", TypedOperand),
+        ("F", Callee),
         ("MAIN", UnitName), ("M", Callee), ("THIS^.M", Callee), ("P", PropertyUse),
         ("SUPER^", BaseInstance), ("MAX", BuiltinName), ("Tc2_Nothing", SpaceName),
         ("INT", TypeName),

@@ -7,7 +7,7 @@ from datetime import timedelta
 import pytest
 
 from achse.iec import ArrayType, EnumType, InterfaceType, StructType, SubrangeType, plain
-from achse.iec.structs import Kind
+from achse.iec.structs import RecordKind
 from achse.iec.typetable import OpaqueType
 from achse.iec.variables import Address, Section
 from achse.st.source import SourceError
@@ -99,7 +99,7 @@ def test_bit_members_and_guids(file: SymbolFile) -> None:
 def test_function_blocks_with_sections_statics_and_rpc_methods(file: SymbolFile) -> None:
     motor = _type(file, "FB_Motor")
     assert isinstance(motor, StructType)
-    assert motor.kind is Kind.FUNCTION_BLOCK
+    assert motor.kind is RecordKind.FUNCTION_BLOCK
     speed, count = motor.members
     assert (speed.section, dict(speed.attributes)) == (Section.INPUT, {"unit": "mm/s"})
     assert count.section is Section.STATIC

@@ -6,7 +6,7 @@ import random
 import pytest
 
 from achse.iec import Address, StructType
-from achse.iec.structs import Kind
+from achse.iec.structs import RecordKind
 from achse.iec.variables import Section
 from achse.st.source import SourceError
 from achse.st.symbolfiles import FileTask, read_tpy
@@ -36,7 +36,7 @@ def test_variables_lie_where_group_and_offset_say(tpy: bytes) -> None:
 def test_function_blocks_keep_the_layout_of_the_file(tpy: bytes) -> None:
     timer = next(type for type in read_tpy(tpy, "pool.tpy").types if type.name == "TON")
     assert isinstance(timer, StructType)
-    assert timer.kind is Kind.FUNCTION_BLOCK
+    assert timer.kind is RecordKind.FUNCTION_BLOCK
     assert timer.size == 18
     assert [(m.name, m.offset, m.section) for m in timer.members] == [
         ("IN", 0, Section.INPUT),

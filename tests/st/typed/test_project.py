@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.st.source import Source
 from achse.st.typed.project import Routine, RoutineKind, TypedBlock, TypedProject
 
-MOTOR: StructType[Any] = StructType("FB_Motor", [], kind=Kind.FUNCTION_BLOCK)
+MOTOR: StructType[Any] = StructType("FB_Motor", [], kind=RecordKind.FUNCTION_BLOCK)
 FRAME: StructType[Any] = StructType("FB_Motor.Start", [])
 
 

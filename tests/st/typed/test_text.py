@@ -34,6 +34,7 @@ from achse.st.typed.places import (
     UnitBase,
 )
 from achse.st.typed.statements import (
+    CaseSelection,
     Conditional,
     ConditionLoop,
     Do,
@@ -42,7 +43,6 @@ from achse.st.typed.statements import (
     LoopNext,
     Protected,
     RoutineExit,
-    Selection,
     TypedBranch,
     TypedChoice,
     TypedStatement,
@@ -113,7 +113,7 @@ STATEMENTS: list[tuple[TypedStatement, list[str]]] = [
         ["IF True", "    RETURN;", "ELSE", "    CONTINUE;"],
     ),
     (
-        Selection(Read(LOCAL, INT), (TypedChoice(((1, 1), (3, 5)), (JumpTo("a"),)),), ()),
+        CaseSelection(Read(LOCAL, INT), (TypedChoice(((1, 1), (3, 5)), (JumpTo("a"),)),), ()),
         ["CASE x", "1, 3..5:", "    JMP a;"],
     ),
     (

@@ -18,7 +18,7 @@ from achse.devices.nc.layouts import INT32, REAL64, Integer
 from achse.motion import Axis
 from achse.motion.record import FIELDS, Field
 from achse.motion.states import ControlBit, choices_of
-from achse.native.memory import Place
+from achse.native.memory import MemoryCell
 from achse.server import READ, WRITE, Codec, Service
 
 __all__ = [
@@ -59,14 +59,14 @@ def shown(
     )
 
 
-def _sample(row: Field, codec: Codec) -> Callable[[Axis, int], Place | None] | None:
+def _sample(row: Field, codec: Codec) -> Callable[[Axis, int], MemoryCell | None] | None:
     """Finds the place of a field in the record, if it lies there as it is shown."""
     if row.length or not (codec is REAL64 if row.is_real else isinstance(codec, Integer)):
         return None
     return lambda axis, length: axis.place(row, min(length, codec.size or 0))
 
 
-def sample_of_reals(*names: str) -> Callable[[Axis, int], Place | None] | None:
+def sample_of_reals(*names: str) -> Callable[[Axis, int], MemoryCell | None] | None:
     """The same of fields that are shown one behind the other as REAL64."""
     rows = [FIELDS[name] for name in names]
     first = rows[0].offset

@@ -23,7 +23,7 @@ from achse.iec.names import ELEMENTARY
 from achse.iec.paths import follow, parse_path, split_symbol
 from achse.iec.symbols import SymbolEntry, SymbolFlag, encode_symbols, fold
 from achse.motion import Axis, Nc
-from achse.server import READ, WRITE, AreaGroup, Service, UploadInfo
+from achse.server import READ, WRITE, AreaGroup, Service, TableSizes
 
 __all__ = ["NcSymbol", "NcSymbols", "interface_groups"]
 
@@ -196,8 +196,8 @@ class NcSymbols:
             _write_from_plc(self._from_plc, axis, first) if incoming else None,
         )
 
-    def upload_info(self) -> UploadInfo:
-        return UploadInfo(symbol_count=len(self._symbols), type_count=len(self._types))
+    def upload_info(self) -> TableSizes:
+        return TableSizes(symbol_count=len(self._symbols), type_count=len(self._types))
 
     def symbol_table(self) -> bytes:
         return self._symbol_table

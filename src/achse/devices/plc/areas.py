@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from achse.ams import DeviceError
 from achse.codes import PlcGroup, ReservedGroup, ReturnCode
-from achse.native.memory import Place
+from achse.native.memory import MemoryCell
 from achse.plc import Area, Memory, MemoryRangeError, Region
 from achse.server import BYTES, READ, WRITE, AreaGroup, Group, IndexGroup, Layout, Service
 
@@ -167,9 +167,9 @@ def _based(
     return based_read, based_write
 
 
-def _places(counted: Callable[[int], int], region: Region) -> Callable[[int, int], Place]:
+def _places(counted: Callable[[int], int], region: Region) -> Callable[[int, int], MemoryCell]:
     """Where the bytes at an offset lie."""
-    return lambda offset, length: Place(region.data, counted(offset), length)
+    return lambda offset, length: MemoryCell(region.data, counted(offset), length)
 
 
 def _refusal(failure: MemoryRangeError) -> DeviceError:

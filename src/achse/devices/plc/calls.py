@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.iec import IecDecodeError, IecError, Method, Property, Record
-from achse.iec.paths import Index, Member, Step
+from achse.iec.paths import PathIndex, PathMember, Step
 
 if TYPE_CHECKING:
     from achse.plc.bodies import Bodies
@@ -119,9 +119,9 @@ def _living(unit: Record, steps: Sequence[Step]) -> Any:
     """The object that steps lead to from a unit."""
     target: Any = unit
     for step in steps:
-        if isinstance(step, Member):
+        if isinstance(step, PathMember):
             target = target[step.name]
-        elif isinstance(step, Index):
+        elif isinstance(step, PathIndex):
             target = target[step.indices if len(step.indices) > 1 else step.indices[0]]
     return target
 

@@ -11,11 +11,11 @@ from achse.plc import PlcRuntime, PlcState, PlcStateError
 from achse.server import (
     DIRECT_CODES_OF_A_PLC,
     READ,
+    ClientLimits,
     Device,
     DeviceRouter,
     Group,
     Layout,
-    Limits,
     Service,
 )
 
@@ -66,7 +66,7 @@ class PlcDevice(Device):
         plc: PlcRuntime,
         *,
         clock: Callable[[], int],
-        limits: Limits | None = None,
+        limits: ClientLimits | None = None,
         requests: PlcRequests | None = None,
     ) -> None:
         self.plc = plc

@@ -26,7 +26,7 @@ from achse.ams.commands import (
 from achse.ams.filetime import from_unix_ns
 from achse.codes import ReturnCode
 from achse.devices.logger import LogMessage
-from achse.plc.builtins import BlockBody, FunctionBody, Surroundings
+from achse.plc.builtins import BlockBody, BuiltinContext, FunctionBody
 from achse.plc.code.faults import PlcFault
 from achse.server.device import DeviceRouter
 
@@ -91,7 +91,7 @@ class PlcRequests:
 
     # between two cycles ----------------------------------------------------------------------
 
-    def begin_cycle(self, plc: Surroundings) -> None:
+    def begin_cycle(self, plc: BuiltinContext) -> None:
         """Take over the answers that came, and end what took too long."""
         for entry in self._open.values():
             if entry.done:
@@ -125,7 +125,7 @@ class PlcRequests:
         elif frame.command == entry.command:
             entry.data = frame.data
 
-    def _take_over(self, plc: Surroundings, entry: _Open) -> None:
+    def _take_over(self, plc: BuiltinContext, entry: _Open) -> None:
         entry.done = True
         assert entry.data is not None
         data, entry.data = entry.data, b""
@@ -155,12 +155,12 @@ class PlcRequests:
     def _block(
         self,
         start: str,
-        make: Callable[[Surroundings, Any], Made],
+        make: Callable[[BuiltinContext, Any], Made],
         show: Callable[[Any, _Open], None] = lambda block, entry: None,
     ) -> BlockBody:
         """The body of a block: `start` is its input with the edge."""
 
-        def run(plc: Surroundings, block: Any) -> None:
+        def run(plc: BuiltinContext, block: Any) -> None:
             wanted = getattr(block, start)
             rises, block.before = wanted and not block.before, wanted
             if block.BUSY:
@@ -183,7 +183,7 @@ class PlcRequests:
         block.ERR, block.ERRID = error != 0, error
 
     def _start(
-        self, plc: Surroundings, block: Any, make: Callable[[Surroundings, Any], Made]
+        self, plc: BuiltinContext, block: Any, make: Callable[[BuiltinContext, Any], Made]
     ) -> None:
         if hasattr(block, "COUNT_R"):
             block.COUNT_R = 0
@@ -212,7 +212,7 @@ class PlcRequests:
 
     # the log ---------------------------------------------------------------------------------
 
-    def _log(self, plc: Surroundings, mask: int, text: Any, value: Any) -> int:
+    def _log(self, plc: BuiltinContext, mask: int, text: Any, value: Any) -> int:
         shown = f"{value:.6f}" if isinstance(value, float) else _text(value)
         found = _PLACE_OF_VALUE.sub(lambda _: shown, _text(text), count=1)[:_LONGEST_MESSAGE]
         message = LogMessage(
@@ -231,39 +231,39 @@ def _text(value: Any) -> str:
     return value.decode("cp1252", "replace") if isinstance(value, bytes) else str(value)
 
 
-def _source(plc: Surroundings, address: int, size: int) -> bytes:
+def _source(plc: BuiltinContext, address: int, size: int) -> bytes:
     if size and not address:
         raise _NullPointer
     return plc.load_bytes(address, size) if size else b""
 
 
-def _read(plc: Surroundings, block: Any) -> Made:
+def _read(plc: BuiltinContext, block: Any) -> Made:
     _source(plc, block.DESTADDR, block.LEN)  # it is all there, before anybody is asked
     request = ReadRequest(block.IDXGRP, block.IDXOFFS, block.LEN)
     return Command.READ, request, block.DESTADDR, block.LEN
 
 
-def _write(plc: Surroundings, block: Any) -> Made:
+def _write(plc: BuiltinContext, block: Any) -> Made:
     data = _source(plc, block.SRCADDR, block.LEN)
     return Command.WRITE, WriteRequest(block.IDXGRP, block.IDXOFFS, data), 0, 0
 
 
-def _read_write(plc: Surroundings, block: Any) -> Made:
+def _read_write(plc: BuiltinContext, block: Any) -> Made:
     _source(plc, block.DESTADDR, block.READLEN)
     data = _source(plc, block.SRCADDR, block.WRITELEN)
     request = ReadWriteRequest(block.IDXGRP, block.IDXOFFS, block.READLEN, data)
     return Command.READ_WRITE, request, block.DESTADDR, block.READLEN
 
 
-def _read_state(plc: Surroundings, block: Any) -> Made:
+def _read_state(plc: BuiltinContext, block: Any) -> Made:
     return Command.READ_STATE, EmptyRequest(), 0, 0
 
 
-def _read_device_info(plc: Surroundings, block: Any) -> Made:
+def _read_device_info(plc: BuiltinContext, block: Any) -> Made:
     return Command.READ_DEVICE_INFO, EmptyRequest(), 0, 0
 
 
-def _write_control(plc: Surroundings, block: Any) -> Made:
+def _write_control(plc: BuiltinContext, block: Any) -> Made:
     data = _source(plc, block.SRCADDR, block.LEN)
     return Command.WRITE_CONTROL, WriteControlRequest(block.ADSSTATE, block.DEVSTATE, data), 0, 0
 

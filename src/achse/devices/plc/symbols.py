@@ -13,19 +13,19 @@ from achse.iec import IecIndexError, IecPathError, IecType, Record, Variable
 from achse.iec.datatypes import encode_types
 from achse.iec.describe import describe_type, types_within
 from achse.iec.names import elementary
-from achse.iec.paths import Location, Member, Step, follow, parse_path, split_symbol
+from achse.iec.paths import PathMember, ResolvedPath, Step, follow, parse_path, split_symbol
 from achse.iec.symbols import SymbolEncoder, SymbolEntry, SymbolFlag, UploadFlag, fold
-from achse.native.memory import Place
+from achse.native.memory import MemoryCell
 from achse.plc import Area, Memory, PlacedUnit, PlacedVariable, PlcRuntime, Region
-from achse.server import UploadInfo
+from achse.server import TableSizes
 
-__all__ = ["PlcSymbol", "PlcSymbols", "Spot"]
+__all__ = ["MemoryRange", "PlcSymbol", "PlcSymbols"]
 
 _ADDRESS_TYPES = {Area.INPUT: "Input", Area.OUTPUT: "Output"}
 """The index group in the entries of properties: they are reached by handle only."""
 
 
-class Spot(NamedTuple):
+class MemoryRange(NamedTuple):
     """A place in PLC memory."""
 
     region: Region
@@ -55,7 +55,7 @@ class PlcSymbol:
         self,
         name: str,
         type: IecType[Any],
-        spot: "Spot | PropertyAccess | Callable[[], Spot]",
+        spot: "MemoryRange | PropertyAccess | Callable[[], MemoryRange]",
         context: int,
         *,
         read_only: bool = False,
@@ -77,7 +77,7 @@ class PlcSymbol:
         self.read: Callable[[], bytes]
         self.write: Callable[[bytes], None]
         self._spot = spot
-        if isinstance(spot, Spot):
+        if isinstance(spot, MemoryRange):
             self.flags |= 0 if spot.bit is None else SymbolFlag.BIT_VALUE
             self.read, self.write = _access(spot, type.size)
         elif isinstance(spot, PropertyAccess):
@@ -90,7 +90,7 @@ class PlcSymbol:
     def _place(self) -> tuple[int, int]:
         if isinstance(self._spot, PropertyAccess):
             return ReservedGroup.PROPERTY, 0
-        spot = self._spot if isinstance(self._spot, Spot) else self._spot()
+        spot = self._spot if isinstance(self._spot, MemoryRange) else self._spot()
         groups = AREA_GROUPS[spot.region.area]
         if spot.bit is None:
             return groups.bytes, spot.offset
@@ -121,7 +121,7 @@ class PlcSymbol:
         )
 
 
-def _access(spot: Spot, size: int) -> tuple[Callable[[], bytes], Callable[[bytes], None]]:
+def _access(spot: MemoryRange, size: int) -> tuple[Callable[[], bytes], Callable[[bytes], None]]:
     if spot.bit is None:
         return _whole_bytes(spot.region.data, spot.offset, size)
     return _one_bit(spot.region.data, spot.offset, 1 << spot.bit)
@@ -133,7 +133,7 @@ def _whole_bytes(
     def write(content: bytes) -> None:
         data[offset : offset + len(content)] = content
 
-    return Place(data, offset, size), write
+    return MemoryCell(data, offset, size), write
 
 
 def _one_bit(
@@ -162,7 +162,7 @@ class _Root(NamedTuple):
     @property
     def steps(self) -> tuple[Step, ...]:
         """The way to it in the unit."""
-        return () if self.is_whole else (Member(self.placed.variable.name),)
+        return () if self.is_whole else (PathMember(self.placed.variable.name),)
 
 
 def _whole(unit: PlacedUnit) -> PlacedVariable:
@@ -245,7 +245,7 @@ class PlcSymbols:
         return PlcSymbol(
             placed.name,
             variable.type,
-            Spot(self.plc.memory[placed.area], placed.offset, placed.bit),
+            MemoryRange(self.plc.memory[placed.area], placed.offset, placed.bit),
             context,
             read_only=variable.constant,
             flags=_flags(placed),
@@ -254,7 +254,7 @@ class PlcSymbols:
         )
 
     def _part(
-        self, root: "_Root", rest: str, steps: tuple[Step, ...], location: Location
+        self, root: "_Root", rest: str, steps: tuple[Step, ...], location: ResolvedPath
     ) -> PlcSymbol:
         placed, context, unit, _ = root
         first = root.steps
@@ -276,13 +276,13 @@ class PlcSymbols:
         region, offset = memory[placed.area], placed.offset
         if location.static is not None:
             region, offset = memory[Area.DATA], memory.statics[location.static].offset
-        spot: Spot | Callable[[], Spot]
+        spot: MemoryRange | Callable[[], MemoryRange]
         if location.hops:
             spot = partial(
-                _pointee, memory, self.plc.pointer_size, Spot(region, offset, None), location
+                _pointee, memory, self.plc.pointer_size, MemoryRange(region, offset, None), location
             )
         else:
-            spot = Spot(region, offset + location.offset, location.bit)
+            spot = MemoryRange(region, offset + location.offset, location.bit)
         return PlcSymbol(
             placed.name + rest,
             location.type,
@@ -295,11 +295,11 @@ class PlcSymbols:
 
     # tables ----------------------------------------------------------------------------------
 
-    def upload_info(self) -> UploadInfo:
+    def upload_info(self) -> TableSizes:
         flags = UploadFlag.BASE_TYPES
         if self.plc.pointer_size == 8:
             flags |= UploadFlag.PLATFORM_64_BIT
-        return UploadInfo(
+        return TableSizes(
             symbol_count=len(self._roots), type_count=len(self._types), flags=int(flags)
         )
 
@@ -367,7 +367,9 @@ def _attributes(placed: PlacedVariable) -> Mapping[str, str]:
     return attributes if kind is None else {**attributes, "TcAddressType": kind}
 
 
-def _pointee(memory: Memory, pointer_size: int, start: Spot, location: Location) -> Spot:
+def _pointee(
+    memory: Memory, pointer_size: int, start: MemoryRange, location: ResolvedPath
+) -> MemoryRange:
     """Where the pointers on the way of a path lead now.
 
     Raises `DeviceError` 0x722 if one of them is NULL or leads out of memory.
@@ -385,4 +387,4 @@ def _pointee(memory: Memory, pointer_size: int, start: Spot, location: Location)
     end = offset + location.offset + location.type.size
     if end > len(region):
         raise DeviceError(ReturnCode.SYMBOL_NOT_ACTIVE, "a pointer leads to the end of its area")
-    return Spot(region, offset + location.offset, location.bit)
+    return MemoryRange(region, offset + location.offset, location.bit)

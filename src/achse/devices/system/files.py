@@ -24,10 +24,10 @@ from achse.devices.system.file_worker import FileWorker
 from achse.devices.system.folder import Folder, as_name, device_errors
 from achse.server import READ, READ_WRITE, WRITE, IndexGroup, RawGroup, RowFacts
 
-__all__ = ["FIND_ENTRY", "Files", "Mode"]
+__all__ = ["FIND_ENTRY", "Files", "OpenMode"]
 
 
-class Mode:
+class OpenMode:
     """Bits of the offset that opens a file; the place of the path is in its upper half."""
 
     READ = 0x01
@@ -42,7 +42,7 @@ class Mode:
     KNOWN = 0xFF
 
 
-_C_MODES = {Mode.READ: "r", Mode.WRITE: "w", Mode.APPEND: "a"}
+_C_MODES = {OpenMode.READ: "r", OpenMode.WRITE: "w", OpenMode.APPEND: "a"}
 
 FIRST_HANDLE = 0xF600
 """Which numbers handles have is the target's own choice; as index groups they meet no other."""
@@ -267,13 +267,13 @@ class Files:
     def _open_file(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
         flags, place = offset & 0xFFFF, offset >> 16
         letter = _C_MODES.get(flags & 0x07)
-        if letter is None or flags & ~Mode.KNOWN or flags & 0x30 == 0x30:
+        if letter is None or flags & ~OpenMode.KNOWN or flags & 0x30 == 0x30:
             raise DeviceError(ReturnCode.INVALID_OFFSET, f"open mode 0x{flags:X}")
         path = self.folder.path(data, place)
-        if flags & Mode.ENSURE_FOLDER and letter != "r":
+        if flags & OpenMode.ENSURE_FOLDER and letter != "r":
             with device_errors():
                 path.parent.mkdir(parents=True, exist_ok=True)
-        mode = letter + ("+" if flags & Mode.PLUS else "")
+        mode = letter + ("+" if flags & OpenMode.PLUS else "")
         return _HANDLE.pack(self._open_path(path, mode, client))
 
     def _open_path(self, path: Path, mode: str, client: bytes) -> int:
@@ -365,7 +365,7 @@ class Files:
     def _delete(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
         path = self.folder.path(data, offset >> 16, itself=True)
         with device_errors():
-            if offset & Mode.ENABLE_FOLDER and path.is_dir() and not path.is_symlink():
+            if offset & OpenMode.ENABLE_FOLDER and path.is_dir() and not path.is_symlink():
                 path.rmdir()
             else:
                 path.unlink()

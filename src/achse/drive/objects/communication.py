@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from achse.codes import AbortCode, DataType, SdoAbort
-from achse.drive.objects.row import Access, Holder, ObjectRow
+from achse.drive.objects.row import DriveView, EntryAccess, ObjectRow
 from achse.drive.record import ENTRIES
 
 __all__ = [
@@ -62,7 +62,7 @@ def _fixed(
         subindex,
         name,
         kind,
-        Access.RO,
+        EntryAccess.RO,
         doc,
         constant=value,
         default=value,
@@ -72,7 +72,7 @@ def _fixed(
     )
 
 
-def _save(drive: Holder, value: int) -> None:
+def _save(drive: DriveView, value: int) -> None:
     if value != SAVE:
         raise SdoAbort(AbortCode.VALUE_RANGE)
     drive.save()
@@ -91,10 +91,10 @@ def _pdo_entry(
 ) -> ObjectRow:
     """A row whose value the mapping holds; its 8 steps and abort codes are there."""
 
-    def read(drive: Holder) -> int:
+    def read(drive: DriveView) -> int:
         return drive.mapping.read(index, subindex)
 
-    def write(drive: Holder, value: int) -> None:
+    def write(drive: DriveView, value: int) -> None:
         drive.mapping.write(index, subindex, value)
 
     return ObjectRow(
@@ -102,7 +102,7 @@ def _pdo_entry(
         subindex,
         name,
         kind,
-        Access.RW_PREOP,
+        EntryAccess.RW_PREOP,
         doc,
         default=default,
         minimum=minimum,
@@ -187,7 +187,7 @@ def _synchronisation(index: int, number: int, count: int) -> tuple[ObjectRow, ..
             1,
             f"{name}: Synchronization type",
             _U16,
-            Access.RO,
+            EntryAccess.RO,
             f"How the {side} are synchronised: 0 FreeRun, 2 DC with Sync0.",
             "sync_type",
             maximum=2,
@@ -198,7 +198,7 @@ def _synchronisation(index: int, number: int, count: int) -> tuple[ObjectRow, ..
             2,
             f"{name}: Cycle time",
             _U32,
-            Access.RO,
+            EntryAccess.RO,
             "Local timer in FreeRun, Sync0 cycle with DC.",
             "sync_cycle",
             250_000,
@@ -232,7 +232,7 @@ def _synchronisation(index: int, number: int, count: int) -> tuple[ObjectRow, ..
             12,
             f"{name}: Cycle time too small",
             _U16,
-            Access.RO,
+            EntryAccess.RO,
             "Sync0 cycles that were too short for the local cycle.",
             "cycle_too_small",
             minimum=0,
@@ -248,7 +248,7 @@ COMMUNICATION = (
         0,
         "Error register",
         _U8,
-        Access.RO,
+        EntryAccess.RO,
         "Bit 0 while an error is present.",
         "error_register",
     ),
@@ -258,7 +258,7 @@ COMMUNICATION = (
         1,
         "Store parameters: Save all parameters",
         _U32,
-        Access.RW,
+        EntryAccess.RW,
         'Writing "save" stores all parameters; reads 0 while that takes, else 1.',
         default=1,
         read=lambda drive: 0 if drive.storing else 1,
@@ -272,7 +272,7 @@ COMMUNICATION = (
         3,
         "Identity object: Revision number",
         _U32,
-        Access.RO,
+        EntryAccess.RO,
         "Revision of the device.",
         default=0x0001_0000,
         read=lambda drive: int(drive.identity.revision_number),
@@ -282,7 +282,7 @@ COMMUNICATION = (
         4,
         "Identity object: Serial number",
         _U32,
-        Access.RO,
+        EntryAccess.RO,
         "Serial number of the device.",
         default=1,
         read=lambda drive: int(drive.identity.serial_number),
@@ -293,7 +293,7 @@ COMMUNICATION = (
         2,
         "Error settings: Sync error counter limit",
         _U16,
-        Access.RW,
+        EntryAccess.RW,
         "Missed SM2 events count 3, received ones -1; AL status 0x1A at this limit, 0 never.",
         "sync_error_limit",
         maximum=15,
@@ -305,7 +305,7 @@ COMMUNICATION = (
         5,
         "Diagnosis history: Flags",
         _U16,
-        Access.RW,
+        EntryAccess.RW,
         "Bit 0: emergencies are sent (001 §2.7, which has no table of it; place as in ETG.1020).",
         "diagnosis_flags",
         default=1,

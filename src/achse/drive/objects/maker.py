@@ -8,7 +8,7 @@ not supported: access answers UNSUPPORTED_ACCESS, and the object list leaves the
 
 from achse.codes import DataType
 from achse.drive.alarms import Warn
-from achse.drive.objects.row import Access, Holder, ObjectRow
+from achse.drive.objects.row import DriveView, EntryAccess, ObjectRow
 
 __all__ = ["MAKER", "UNSUPPORTED"]
 
@@ -37,7 +37,7 @@ def _pt(
         0,
         f"Pt{number:03X} {name}",
         kind,
-        Access.RW,
+        EntryAccess.RW,
         doc,
         field,
         default,
@@ -52,31 +52,31 @@ def _pt(
 def _state(
     index: int, name: str, kind: DataType, field: str, doc: str, **more: object
 ) -> ObjectRow:
-    return ObjectRow(index, 0, name, kind, Access.RO, doc, field, **more)  # type: ignore[arg-type]
+    return ObjectRow(index, 0, name, kind, EntryAccess.RO, doc, field, **more)  # type: ignore[arg-type]
 
 
 def _switch(index: int, name: str, field: str, doc: str, modes: str = "") -> ObjectRow:
     return ObjectRow(
-        index, 0, name, _U16, Access.RW, doc, field, maximum=1, modes=modes, stored=True
+        index, 0, name, _U16, EntryAccess.RW, doc, field, maximum=1, modes=modes, stored=True
     )
 
 
-def _reset(drive: Holder, value: int) -> None:
+def _reset(drive: DriveView, value: int) -> None:
     if value:
         drive.request_reset()
 
 
-def _store(drive: Holder, value: int) -> None:
+def _store(drive: DriveView, value: int) -> None:
     if value:
         drive.save()
 
 
-def _clear(drive: Holder, value: int) -> None:
+def _clear(drive: DriveView, value: int) -> None:
     if value:
         drive.request_encoder_clear()
 
 
-def _warning_code(drive: Holder) -> int:
+def _warning_code(drive: DriveView) -> int:
     """The first warning that is present, as its panel number; 0 if there is none."""
     record = drive.record
     for warning in Warn:
@@ -93,7 +93,7 @@ _GENERAL = (
             0,
             f"General object i{n}",
             _I32,
-            Access.RW,
+            EntryAccess.RW,
             "Free for the user.",
             f"general_i{n}",
             pdo=True,
@@ -106,7 +106,7 @@ _GENERAL = (
             0,
             f"General object f{n}",
             _F32,
-            Access.RW,
+            EntryAccess.RW,
             "Free for the user.",
             f"general_f{n}",
             0.0,
@@ -198,7 +198,7 @@ MAKER = (
         0,
         "Application mode of gantry system",
         _U16,
-        Access.RW,
+        EntryAccess.RW,
         "1 activates gantry control, 2 deactivates it, 11 runs the yaw regulation.",
         "gantry_command",
         2,
@@ -209,7 +209,7 @@ MAKER = (
         0,
         "Yaw target position",
         _I32,
-        Access.RW,
+        EntryAccess.RW,
         "Target of the yaw axis.",
         "yaw_target",
         unit="inc",
@@ -247,7 +247,7 @@ MAKER = (
         0,
         "Absolute encoder initialization",
         _I32,
-        Access.RW,
+        EntryAccess.RW,
         "1 clears the turns; reads 0 idle, 1 sent, 2 running, 4 done, 16 motor enabled, 32 failed.",
         "encoder_clear_state",
         pdo=True,
@@ -262,7 +262,7 @@ MAKER = (
         0,
         "Reset drive",
         _I16,
-        Access.RW,
+        EntryAccess.RW,
         "1 resets the drive; 0 again afterwards.",
         "reset_state",
         pdo=True,
@@ -276,7 +276,7 @@ MAKER = (
         0,
         "Send parameter to flash",
         _U16,
-        Access.RW,
+        EntryAccess.RW,
         "1 stores the parameters; 0 again afterwards.",
         maximum=1,
         read=lambda drive: int(drive.storing),
@@ -287,7 +287,7 @@ MAKER = (
         0,
         "Ut095 Error code",
         _U16,
-        Access.RO,
+        EntryAccess.RO,
         "Code of the alarm that is present, as in 603Fh; 0 after its reset.",
         "present_alarm",
     ),
@@ -296,7 +296,7 @@ MAKER = (
         0,
         "Ut096 Warning code",
         _U16,
-        Access.RO,
+        EntryAccess.RO,
         "Number of the warning that is present, AL.9A0 as 0x9A0.",
         read=_warning_code,
     ),

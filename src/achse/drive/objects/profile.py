@@ -2,7 +2,7 @@
 
 from achse.codes import AbortCode, DataType, SdoAbort
 from achse.drive.modes import SUPPORTED_MODES
-from achse.drive.objects.row import Access, Holder, ObjectRow
+from achse.drive.objects.row import DriveView, EntryAccess, ObjectRow
 
 __all__ = ["PROFILE"]
 
@@ -27,7 +27,7 @@ def _ro(
         0,
         name,
         kind,
-        Access.RO,
+        EntryAccess.RO,
         doc,
         field,
         default,
@@ -53,7 +53,7 @@ def _command(
         0,
         name,
         kind,
-        Access.RW,
+        EntryAccess.RW,
         doc,
         field,
         0,
@@ -82,7 +82,7 @@ def _rw(
         subindex,
         name,
         kind,
-        Access.RW,
+        EntryAccess.RW,
         doc,
         field,
         default,
@@ -100,7 +100,7 @@ def _count(index: int, name: str, modes: str = "") -> ObjectRow:
         0,
         f"{name}: Number of entries",
         _U8,
-        Access.RO,
+        EntryAccess.RO,
         "Entries.",
         default=2,
         minimum=2,
@@ -118,7 +118,7 @@ def _option(
         0,
         name,
         _I16,
-        Access.RW,
+        EntryAccess.RW,
         doc,
         field,
         values[-1],
@@ -130,31 +130,31 @@ def _option(
     )
 
 
-def _write_halt_option(drive: Holder, value: int) -> None:
+def _write_halt_option(drive: DriveView, value: int) -> None:
     """Option 1 exists in pp only; before a mode is chosen it may be prepared."""
     if value == 1 and drive.record.mode_display not in (0, 1):
         raise SdoAbort(AbortCode.VALUE_RANGE)
     drive.record.halt_option = value
 
 
-def _write_homing_method(drive: Holder, value: int) -> None:
+def _write_homing_method(drive: DriveView, value: int) -> None:
     """The method cannot be changed while homing runs."""
     if drive.record.homing_running:
         raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)
     drive.record.homing_method = value
 
 
-def _write_period_value(drive: Holder, value: int) -> None:
+def _write_period_value(drive: DriveView, value: int) -> None:
     drive.record.interpolation_value = value
     _take_period(drive)
 
 
-def _write_period_index(drive: Holder, value: int) -> None:
+def _write_period_index(drive: DriveView, value: int) -> None:
     drive.record.interpolation_index = value
     _take_period(drive)
 
 
-def _take_period(drive: Holder) -> None:
+def _take_period(drive: DriveView) -> None:
     """Value and exponent come one after the other, so only a period that can be is taken over."""
     record = drive.record
     if -6 <= record.interpolation_index <= 0:
@@ -476,7 +476,7 @@ PROFILE = (
         1,
         "Digital outputs: Physical outputs",
         _U32,
-        Access.RW,
+        EntryAccess.RW,
         "Requests for O1 to O5 in bits 16 to 20.",
         "physical_outputs",
         pdo=True,
@@ -486,7 +486,7 @@ PROFILE = (
         2,
         "Digital outputs: Bit mask",
         _U32,
-        Access.RW,
+        EntryAccess.RW,
         "Requests that are let through.",
         "output_mask",
         pdo=True,
@@ -503,7 +503,7 @@ PROFILE = (
         0,
         "Supported drive modes",
         _U32,
-        Access.RO,
+        EntryAccess.RO,
         "Bit n - 1 is mode n.",
         default=SUPPORTED_MODES,
         constant=SUPPORTED_MODES,

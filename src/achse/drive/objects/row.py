@@ -15,10 +15,10 @@ from achse.codes import AbortCode, DataType, SdoAbort
 from achse.codes.cia import Number
 from achse.drive.record import DriveFields
 
-__all__ = ["Access", "Holder", "ObjectRow", "PdoTable"]
+__all__ = ["DriveView", "EntryAccess", "ObjectRow", "PdoTable"]
 
 
-class Access(IntEnum):
+class EntryAccess(IntEnum):
     """Who may write an entry; the values are access words of SDO information."""
 
     RO = 0x0007
@@ -33,7 +33,7 @@ class PdoTable(Protocol):
     def write(self, index: int, subindex: int, value: int) -> None: ...
 
 
-class Holder(Protocol):
+class DriveView(Protocol):
     """What rows see of the drive they belong to."""
 
     @property
@@ -65,7 +65,7 @@ class ObjectRow:
     subindex: int
     name: str
     type: DataType
-    access: Access
+    access: EntryAccess
     doc: str
     field: str = ""
     default: Number = 0
@@ -79,8 +79,8 @@ class ObjectRow:
     restart: bool = False
     command: str = ""
     constant: Number | None = None
-    read: Callable[[Holder], Number] | None = None
-    write: Callable[[Holder, Any], None] | None = None
+    read: Callable[[DriveView], Number] | None = None
+    write: Callable[[DriveView, Any], None] | None = None
     judged_by_write: bool = False
 
     @property
@@ -106,7 +106,7 @@ class ObjectRow:
 
     @property
     def writable(self) -> bool:
-        return self.access is not Access.RO
+        return self.access is not EntryAccess.RO
 
     @property
     def receivable(self) -> bool:
@@ -128,7 +128,7 @@ class ObjectRow:
         """The record field a RxPDO writes."""
         return self.command or self.field
 
-    def get(self, drive: Holder) -> Number:
+    def get(self, drive: DriveView) -> Number:
         """The present value."""
         if self.read is not None:
             return self.read(drive)
@@ -137,7 +137,7 @@ class ObjectRow:
         value: Number = getattr(drive.record, self.field)
         return value
 
-    def put(self, drive: Holder, value: Number) -> None:
+    def put(self, drive: DriveView, value: Number) -> None:
         """Take a value over; raises `SdoAbort` if it is refused."""
         if not self.writable:
             raise SdoAbort(AbortCode.READ_ONLY)

@@ -65,7 +65,7 @@ results are possible inside the module. `function_address` and `call_at` make ta
 with `Effort.FAST`, 200 ms and 0.5 ns with `FULL`.
 """
 
-from achse.native.backend.builder import FunctionBuilder, Label, Variable
+from achse.native.backend.builder import FunctionBuilder, Label, LocalVariable
 from achse.native.backend.cache import ObjectCache
 from achse.native.backend.faults import MachineFault, OwnFault
 from achse.native.backend.instructions import Instructions, Relation, Rounding
@@ -77,7 +77,7 @@ from achse.native.backend.machine import (
     compiler_installed,
     identity,
 )
-from achse.native.backend.module import Interface, ModuleBuilder
+from achse.native.backend.module import ModuleBuilder, ModuleInterface
 from achse.native.backend.types import (
     ADDRESS,
     BOOL,
@@ -91,11 +91,11 @@ from achse.native.backend.types import (
     U16,
     U32,
     U64,
-    Function,
+    CallTarget,
+    FunctionSignature,
     InstructionError,
     MachineType,
     Operand,
-    Signature,
 )
 
 __all__ = [
@@ -111,24 +111,24 @@ __all__ = [
     "U16",
     "U32",
     "U64",
+    "CallTarget",
     "Effort",
-    "Function",
     "FunctionBuilder",
+    "FunctionSignature",
     "InstructionError",
     "Instructions",
-    "Interface",
     "Label",
+    "LocalVariable",
     "MachineCode",
     "MachineFault",
     "MachineType",
     "ModuleBuilder",
+    "ModuleInterface",
     "ObjectCache",
     "Operand",
     "OwnFault",
     "Relation",
     "Rounding",
-    "Signature",
-    "Variable",
     "address_of",
     "compile_module",
     "compiler_installed",

@@ -12,23 +12,23 @@ from achse.native.backend.types import (
     I8,
     I64,
     U8,
-    Function,
+    CallTarget,
+    FunctionSignature,
     InstructionError,
     MachineType,
     Operand,
-    Signature,
 )
 
 if TYPE_CHECKING:
     from achse.native.backend.module import ModuleBuilder
 
-__all__ = ["FunctionBuilder", "Label", "Variable"]
+__all__ = ["FunctionBuilder", "Label", "LocalVariable"]
 
 Label = str
 """Where a function can go on."""
 
 
-class Variable(Operand):
+class LocalVariable(Operand):
     """A local variable: the address of its stack slot."""
 
     __slots__ = ()
@@ -38,7 +38,7 @@ class FunctionBuilder(Instructions):
     """Writes one function. `parameters` are its operands; `function` is how others call it."""
 
     def __init__(
-        self, module: "ModuleBuilder", function: Function, names: Sequence[str], exported: bool
+        self, module: "ModuleBuilder", function: CallTarget, names: Sequence[str], exported: bool
     ) -> None:
         super().__init__(module)
         self.function = function
@@ -69,16 +69,16 @@ class FunctionBuilder(Instructions):
 
     # -- local variables ---------------------------------------------------------------------
 
-    def variable(self, type: MachineType) -> Variable:
+    def variable(self, type: MachineType) -> LocalVariable:
         """A local variable, without a value until it is set."""
-        return Variable(type, self._slot(type.llvm))
+        return LocalVariable(type, self._slot(type.llvm))
 
-    def get(self, variable: Variable) -> Operand:
+    def get(self, variable: LocalVariable) -> Operand:
         """The present value of a local variable."""
         type = variable.type
         return self.emit(type, f"load {type.llvm}, ptr {variable.text}")
 
-    def set(self, variable: Variable, value: Operand) -> None:
+    def set(self, variable: LocalVariable, value: Operand) -> None:
         """Give a local variable its value."""
         self._expect(value, variable.type)
         self._add(f"store {value.typed}, ptr {variable.text}")
@@ -146,9 +146,9 @@ class FunctionBuilder(Instructions):
         self._expect(to, ADDRESS)
         size = Operand(I64, str(size)) if isinstance(size, int) else self.convert(size, I64)
         dots = "p0.p0.i64" if kind == "ptr" else "p0.i64"
-        signature = Signature((ADDRESS, what.type, I64, BOOL))
+        signature = FunctionSignature((ADDRESS, what.type, I64, BOOL))
         symbol = f"@llvm.{name}.{dots}"
-        self.module.external(Function(symbol, signature))
+        self.module.external(CallTarget(symbol, signature))
         self._add(f"call void {symbol}({to.typed}, {what.typed}, {size.typed}, i1 false)")
 
     # -- control -----------------------------------------------------------------------------
@@ -207,24 +207,26 @@ class FunctionBuilder(Instructions):
 
     # -- calls -------------------------------------------------------------------------------
 
-    def call(self, function: Function, *arguments: Operand) -> tuple[Operand, ...]:
+    def call(self, function: CallTarget, *arguments: Operand) -> tuple[Operand, ...]:
         """Call a function; its results. A fault in it leaves this function too."""
         target = function.symbol
         if function.pointer:
             target = self.emit(ADDRESS, f"load ptr, ptr {target}").text
         return self._call(target, function, arguments)
 
-    def function_address(self, function: Function) -> Operand:
+    def function_address(self, function: CallTarget) -> Operand:
         """Where a function of the module is, for a table of methods."""
         return Operand(ADDRESS, function.symbol)
 
-    def call_at(self, address: Operand, like: Function, *arguments: Operand) -> tuple[Operand, ...]:
+    def call_at(
+        self, address: Operand, like: CallTarget, *arguments: Operand
+    ) -> tuple[Operand, ...]:
         """Call the function at an address, which has signature and faults of `like`."""
         self._expect(address, ADDRESS)
         return self._call(address.text, like, arguments)
 
     def _call(
-        self, target: str, function: Function, arguments: Sequence[Operand]
+        self, target: str, function: CallTarget, arguments: Sequence[Operand]
     ) -> tuple[Operand, ...]:
         signature = function.signature
         if len(arguments) != len(signature.parameters):

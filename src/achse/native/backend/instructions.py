@@ -16,11 +16,11 @@ from achse.native.backend.types import (
     F32,
     F64,
     I64,
-    Function,
+    CallTarget,
+    FunctionSignature,
     InstructionError,
     MachineType,
     Operand,
-    Signature,
 )
 
 if TYPE_CHECKING:
@@ -151,8 +151,8 @@ class Instructions:
         self._bitwise_only(a)
         type = self._alike(a, b)
         symbol = f"@llvm.{'s' if type.signed else 'u'}{operation}.with.overflow.{type.llvm}"
-        signature = Signature((type, type), (type, BOOL))
-        self.module.external(Function(symbol, signature))
+        signature = FunctionSignature((type, type), (type, BOOL))
+        self.module.external(CallTarget(symbol, signature))
         whole = signature.llvm_result
         both = self.emit(type, f"call {whole} {symbol}({a.typed}, {b.typed})").text
         result = self.emit(type, f"extractvalue {whole} {both}, 0")
@@ -222,7 +222,7 @@ class Instructions:
         self._bitwise_only(a)
         type, machine = self._alike(a, count), a.type.llvm
         symbol = f"@llvm.{name}.{machine}"
-        self.module.external(Function(symbol, Signature((type,) * 3, (type,))))
+        self.module.external(CallTarget(symbol, FunctionSignature((type,) * 3, (type,))))
         return self.emit(type, f"call {machine} {symbol}({a.typed}, {a.typed}, {count.typed})")
 
     def _bitwise_only(self, a: Operand) -> None:
@@ -312,8 +312,8 @@ class Instructions:
         return self._outside(f"@llvm.{name}.{_suffix(type)}", type, *operands)
 
     def _outside(self, symbol: str, result: MachineType, *operands: Operand) -> Operand:
-        signature = Signature(tuple(each.type for each in operands), (result,))
-        self.module.external(Function(symbol, signature), "readnone nounwind")
+        signature = FunctionSignature(tuple(each.type for each in operands), (result,))
+        self.module.external(CallTarget(symbol, signature), "readnone nounwind")
         arguments = ", ".join(each.typed for each in operands)
         return self.emit(result, f"call {result.llvm} {symbol}({arguments})")
 

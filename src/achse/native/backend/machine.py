@@ -12,8 +12,8 @@ from functools import cache
 from typing import Any
 
 from achse.native.backend.faults import BUDGET, DEPTH, FAULT, NOTES, MachineFault, OwnFault
-from achse.native.backend.module import C_FUNCTIONS, C_PREFIX, Interface, ModuleBuilder
-from achse.native.backend.types import Function, Signature
+from achse.native.backend.module import C_FUNCTIONS, C_PREFIX, ModuleBuilder, ModuleInterface
+from achse.native.backend.types import CallTarget, FunctionSignature
 
 __all__ = [
     "Effort",
@@ -86,7 +86,7 @@ class MachineCode:
     def __init__(
         self,
         content: bytes,
-        interface: Interface,
+        interface: ModuleInterface,
         callbacks: Mapping[str, Callable[..., Any]] | None = None,
     ) -> None:
         import llvmlite.binding as llvm
@@ -154,7 +154,7 @@ class MachineCode:
         """An exported function that cannot fault, as ctypes has it: with `argtypes`."""
         return self._prototype(self._interface.functions[name])
 
-    def _prototype(self, function: Function) -> Any:
+    def _prototype(self, function: CallTarget) -> Any:
         address = self._engine.get_function_address(function.symbol[1:].strip('"'))
         return ctypes.PYFUNCTYPE(*function.signature.c_types)(address)
 
@@ -166,7 +166,9 @@ class MachineCode:
         words = (ctypes.c_int64 * count).from_address(place)
         return memoryview(words).cast("B").cast("q")
 
-    def _connect(self, name: str, signature: Signature, callback: Callable[..., Any]) -> None:
+    def _connect(
+        self, name: str, signature: FunctionSignature, callback: Callable[..., Any]
+    ) -> None:
         result, *parameters = signature.c_types
         fault, raised = self._fault, self._raised
 

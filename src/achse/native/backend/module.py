@@ -8,14 +8,14 @@ from achse.native.backend.faults import NOTES, RUNTIME
 from achse.native.backend.types import (
     ADDRESS,
     F64,
-    Function,
+    CallTarget,
+    FunctionSignature,
     InstructionError,
     MachineType,
     Operand,
-    Signature,
 )
 
-__all__ = ["C_FUNCTIONS", "C_PREFIX", "MATH", "Interface", "ModuleBuilder"]
+__all__ = ["C_FUNCTIONS", "C_PREFIX", "MATH", "ModuleBuilder", "ModuleInterface"]
 
 C_PREFIX = "achse_"
 """C functions get names of their own, so that LLVM does not know better what they give."""
@@ -32,20 +32,20 @@ C_FUNCTIONS = (*MATH, "memcmp", "strlen", "strcmp", "strncmp")
 
 
 @dataclass(frozen=True, slots=True)
-class Interface:
+class ModuleInterface:
     """What a module offers Python and expects from it; enough to load its machine code."""
 
-    functions: Mapping[str, Function] = field(default_factory=dict)
-    callbacks: Mapping[str, Signature] = field(default_factory=dict)
+    functions: Mapping[str, CallTarget] = field(default_factory=dict)
+    callbacks: Mapping[str, FunctionSignature] = field(default_factory=dict)
 
 
 class ModuleBuilder:
     """Functions by name, written one after the other; `assembly` is all of them as LLVM text."""
 
     def __init__(self) -> None:
-        self._functions: dict[str, Function] = {}
-        self._exported: dict[str, Function] = {}
-        self._callbacks: dict[str, Function] = {}
+        self._functions: dict[str, CallTarget] = {}
+        self._exported: dict[str, CallTarget] = {}
+        self._callbacks: dict[str, CallTarget] = {}
         self._declared: dict[str, str] = {}
         self._data: dict[bytes, str] = {}
         self._bodies: list[FunctionBuilder] = []
@@ -53,9 +53,9 @@ class ModuleBuilder:
         """Bytes that go with the machine code into the cache: what its fault numbers mean."""
 
     @property
-    def interface(self) -> Interface:
+    def interface(self) -> ModuleInterface:
         callbacks = {name: callback.signature for name, callback in self._callbacks.items()}
-        return Interface(dict(self._exported), callbacks)
+        return ModuleInterface(dict(self._exported), callbacks)
 
     # -- what can be called ------------------------------------------------------------------
 
@@ -67,7 +67,7 @@ class ModuleBuilder:
         *,
         exported: bool = False,
         faults: bool = False,
-    ) -> Function:
+    ) -> CallTarget:
         """A function of this module, to be called before it is written.
 
         `exported` ones can be called from Python and have at most one result. `faults` says that
@@ -75,15 +75,15 @@ class ModuleBuilder:
         """
         if name in self._functions:
             raise InstructionError(f"function {name!r} is declared twice")
-        signature = Signature(tuple(parameters), tuple(results))
-        function = Function(f'@"{name}"', signature, faults, convention=exported)
+        signature = FunctionSignature(tuple(parameters), tuple(results))
+        function = CallTarget(f'@"{name}"', signature, faults, convention=exported)
         self._functions[name] = function
         if exported:
             signature.c_types  # noqa: B018  refuses what Python cannot call
             self._exported[name] = function
         return function
 
-    def write(self, function: Function, names: Sequence[str] = ()) -> FunctionBuilder:
+    def write(self, function: CallTarget, names: Sequence[str] = ()) -> FunctionBuilder:
         """The body of a declared function, to be filled; `names` are for who reads the assembly."""
         body = FunctionBuilder(self, function, names, self._is_exported(function))
         self._bodies.append(body)
@@ -103,13 +103,13 @@ class ModuleBuilder:
 
     def callback(
         self, name: str, parameters: Sequence[MachineType], results: Sequence[MachineType] = ()
-    ) -> Function:
+    ) -> CallTarget:
         """A function of Python; what it raises ends the machine code and reaches its caller."""
-        signature = Signature(tuple(parameters), tuple(results))
+        signature = FunctionSignature(tuple(parameters), tuple(results))
         known = self._callbacks.get(name)
         if known is None:
             symbol = f'@"callback.{name}"'
-            known = Function(symbol, signature, faults=True, pointer=True, convention=True)
+            known = CallTarget(symbol, signature, faults=True, pointer=True, convention=True)
             self._callbacks[name] = known
         if known.signature != signature:
             raise InstructionError(f"callback {name!r} is {known.signature}, got {signature}")
@@ -117,17 +117,17 @@ class ModuleBuilder:
 
     def c_function(
         self, name: str, parameters: Sequence[MachineType] = (F64,), result: MachineType = F64
-    ) -> Function:
+    ) -> CallTarget:
         """One of `C_FUNCTIONS`, by default from a float to a float."""
         if name not in C_FUNCTIONS:
             raise InstructionError(f"no C function {name!r}, only {', '.join(C_FUNCTIONS)}")
-        signature = Signature(tuple(parameters), (result,))
-        function = Function(f"@{C_PREFIX}{name}", signature, convention=True)
+        signature = FunctionSignature(tuple(parameters), (result,))
+        function = CallTarget(f"@{C_PREFIX}{name}", signature, convention=True)
         pure = all(each.is_real for each in (*parameters, result))
         self.external(function, "readnone nounwind" if pure else "nounwind")
         return function
 
-    def external(self, function: Function, attributes: str = "") -> None:
+    def external(self, function: CallTarget, attributes: str = "") -> None:
         """There is a function outside the module with this symbol."""
         signature = function.signature
         parameters = ", ".join(each.llvm for each in signature.parameters)
@@ -161,7 +161,7 @@ class ModuleBuilder:
             used.append(f"{NOTES} = constant {_characters(_counted(self.notes))}")
         return "\n".join([*used, *bodies]) + "\n"
 
-    def _is_exported(self, function: Function) -> bool:
+    def _is_exported(self, function: CallTarget) -> bool:
         return function in self._exported.values()
 
 

@@ -17,11 +17,11 @@ __all__ = [
     "U16",
     "U32",
     "U64",
-    "Function",
+    "CallTarget",
+    "FunctionSignature",
     "InstructionError",
     "MachineType",
     "Operand",
-    "Signature",
 ]
 
 
@@ -107,7 +107,7 @@ class Operand:
 
 
 @dataclass(frozen=True, slots=True)
-class Signature:
+class FunctionSignature:
     """What a function takes and gives; more than one result only between machine functions."""
 
     parameters: tuple[MachineType, ...] = ()
@@ -131,11 +131,11 @@ class Signature:
 
 
 @dataclass(frozen=True, slots=True)
-class Function:
+class CallTarget:
     """What can be called: a function of the module, of Python or of the C library."""
 
     symbol: str
-    signature: Signature
+    signature: FunctionSignature
     faults: bool = False
     """Whether a call may end with a fault, which the caller then passes on."""
     pointer: bool = False

@@ -13,21 +13,21 @@ from typing import Any, Protocol
 from achse.native.backend.builder import FunctionBuilder
 from achse.native.backend.instructions import Relation
 from achse.native.backend.module import MATH
-from achse.native.backend.types import F64, I64, Function, Operand
+from achse.native.backend.types import F64, I64, CallTarget, Operand
 from achse.native.kernels.kinds import (
     BOOL,
     INT,
     REAL,
-    Kind,
+    KernelValue,
     Scalar,
     Several,
-    Value,
+    ValueKind,
     described,
     joined,
     machine_types,
 )
 
-__all__ = ["LIBRARY", "Arithmetic", "Callee", "TranslationError", "Unit"]
+__all__ = ["LIBRARY", "Arithmetic", "KernelSignature", "TranslationError", "TranslationUnit"]
 
 LIBRARY: dict[Callable[..., Any], str] = {getattr(math, name): name for name in MATH}
 """Functions that are those of the C library."""
@@ -74,22 +74,22 @@ class TranslationError(Exception):
     """A function is outside the kernel's language; the text names file, line and what it is."""
 
 
-class Callee(Protocol):
+class KernelSignature(Protocol):
     """What a caller has to know of a function of the kernel."""
 
-    machine: Function
+    machine: CallTarget
     names: Sequence[str]
-    kinds: Sequence[Kind]
+    kinds: Sequence[ValueKind]
     defaults: dict[str, object]
-    result: Kind
+    result: ValueKind
 
 
-class Unit(Protocol):
+class TranslationUnit(Protocol):
     """The translation that a function is part of."""
 
     checked: bool
 
-    def callee(self, function: FunctionType) -> Callee: ...
+    def callee(self, function: FunctionType) -> KernelSignature: ...
     def table(self, numbers: tuple[Any, ...], kind: Scalar) -> Operand: ...
     def site(self, error: type[Exception], text: str, function: FunctionType, line: int) -> int: ...
 
@@ -97,7 +97,9 @@ class Unit(Protocol):
 class Arithmetic:
     """Writes what is done with numbers of `function` into `code`."""
 
-    def __init__(self, unit: Unit, function: FunctionType, code: FunctionBuilder) -> None:
+    def __init__(
+        self, unit: TranslationUnit, function: FunctionType, code: FunctionBuilder
+    ) -> None:
         self.unit = unit
         self.function = function
         self.code = code
@@ -127,7 +129,7 @@ class Arithmetic:
 
     # -- kinds -------------------------------------------------------------------------------
 
-    def convert(self, value: Value, kind: Kind, node: ast.AST) -> Value:
+    def convert(self, value: KernelValue, kind: ValueKind, node: ast.AST) -> KernelValue:
         """The same value as a wider kind."""
         if value.kind == kind:
             return value
@@ -136,32 +138,34 @@ class Arithmetic:
                 parts = zip(self.parts(value), kind.kinds, strict=True)
                 return self.several([self.convert(part, wide, node) for part, wide in parts])
         elif isinstance(kind, Scalar) and joined(value.kind, kind) == kind:
-            return Value(kind, (self.code.convert(value.operands[0], kind.machine),))
+            return KernelValue(kind, (self.code.convert(value.operands[0], kind.machine),))
         raise self.refusal(node, f"{described(value.kind)} where {described(kind)} belongs")
 
-    def truth(self, value: Value, node: ast.AST) -> Operand:
+    def truth(self, value: KernelValue, node: ast.AST) -> Operand:
         """Whether a number is not 0."""
         if not isinstance(value.kind, Scalar):
             raise self.refusal(node, "only numbers are true or false")
         return self.code.convert(value.operands[0], BOOL.machine)
 
-    def parts(self, value: Value) -> list[Value]:
+    def parts(self, value: KernelValue) -> list[KernelValue]:
         """The members of a tuple."""
         assert isinstance(value.kind, Several)
         members, first = [], 0
         for kind in value.kind.kinds:
             size = len(machine_types(kind))
-            members.append(Value(kind, value.operands[first : first + size]))
+            members.append(KernelValue(kind, value.operands[first : first + size]))
             first += size
         return members
 
-    def several(self, members: Sequence[Value]) -> Value:
+    def several(self, members: Sequence[KernelValue]) -> KernelValue:
         kind = Several(tuple(member.kind for member in members))
-        return Value(kind, tuple(part for member in members for part in member.operands))
+        return KernelValue(kind, tuple(part for member in members for part in member.operands))
 
     # -- operators ---------------------------------------------------------------------------
 
-    def combine(self, op: ast.operator, left: Value, right: Value, node: ast.AST) -> Value:
+    def combine(
+        self, op: ast.operator, left: KernelValue, right: KernelValue, node: ast.AST
+    ) -> KernelValue:
         """The result of an operator with two operands."""
         kind = joined(left.kind, right.kind)
         bits = _BITWISE.get(type(op))
@@ -176,19 +180,19 @@ class Arithmetic:
         if bits:
             if self.unit.checked and isinstance(op, ast.LShift | ast.RShift):
                 self._check_shift(op, a, b, node)
-            return Value(kind, (getattr(self.code, bits)(a, b),))
+            return KernelValue(kind, (getattr(self.code, bits)(a, b),))
         if isinstance(op, ast.Div):
             self._check_divisor(b, node)
-            return Value(REAL, (self.code.divide(a, b),))
+            return KernelValue(REAL, (self.code.divide(a, b),))
         if type(op) in _ARITHMETIC:
-            return Value(kind, (self._sum(op, a, b, node),))
+            return KernelValue(kind, (self._sum(op, a, b, node),))
         if isinstance(op, ast.Pow) and kind is REAL:
-            return Value(REAL, (self._power(a, b, node),))
+            return KernelValue(REAL, (self._power(a, b, node),))
         if isinstance(op, ast.Mod | ast.FloorDiv):
             if kind is INT:
-                return Value(INT, (self.whole_division(a, b, isinstance(op, ast.Mod), node),))
+                return KernelValue(INT, (self.whole_division(a, b, isinstance(op, ast.Mod), node),))
             if isinstance(op, ast.Mod):
-                return Value(REAL, (self.modulo(a, b, node),))
+                return KernelValue(REAL, (self.modulo(a, b, node),))
         raise self.refusal(node, f"no {type(op).__name__} of {described(kind)}")
 
     def _sum(self, op: ast.operator, a: Operand, b: Operand, node: ast.AST) -> Operand:
@@ -245,22 +249,24 @@ class Arithmetic:
         nothing = code.compare(Relation.EQUAL, rest, zero)
         return code.select(nothing, code.intrinsic("copysign", zero, b), adjusted)
 
-    def negated(self, value: Value, node: ast.AST) -> Value:
+    def negated(self, value: KernelValue, node: ast.AST) -> KernelValue:
         """-a"""
         (operand,) = value.operands
         if self.unit.checked and value.kind is INT:
             self.check(_BEYOND, node, self.differs(operand, _LEAST))
-        return Value(value.kind, (self.code.negate(operand),))
+        return KernelValue(value.kind, (self.code.negate(operand),))
 
-    def magnitude(self, value: Value, node: ast.AST) -> Value:
+    def magnitude(self, value: KernelValue, node: ast.AST) -> KernelValue:
         """`abs`"""
         if value.kind is not REAL:
             value = self.convert(value, INT, node)
             if self.unit.checked:
                 self.check(_BEYOND, node, self.differs(value.operands[0], _LEAST))
-        return Value(value.kind, (self.code.absolute(value.operands[0]),))
+        return KernelValue(value.kind, (self.code.absolute(value.operands[0]),))
 
-    def relation(self, op: ast.cmpop, left: Value, right: Value, node: ast.AST) -> Operand:
+    def relation(
+        self, op: ast.cmpop, left: KernelValue, right: KernelValue, node: ast.AST
+    ) -> Operand:
         if type(op) not in _COMPARISONS:
             raise self.refusal(node, f"no comparison {type(op).__name__}")
         kind = joined(joined(left.kind, right.kind) or INT, INT)

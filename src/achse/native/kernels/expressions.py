@@ -8,27 +8,27 @@ from enum import Enum
 from types import FunctionType
 from typing import Any
 
-from achse.native.backend.builder import FunctionBuilder, Label, Variable
+from achse.native.backend.builder import FunctionBuilder, Label, LocalVariable
 from achse.native.backend.instructions import Relation, Rounding
 from achse.native.backend.types import ADDRESS, F64, I64, U8, Operand
-from achse.native.kernels.arithmetic import LIBRARY, Arithmetic, Unit
+from achse.native.kernels.arithmetic import LIBRARY, Arithmetic, TranslationUnit
 from achse.native.kernels.kinds import (
     BOOL,
     BYTE,
     INT,
     REAL,
-    Kind,
-    Record,
+    KernelValue,
+    RecordReference,
     Row,
+    RowTables,
     Scalar,
     Several,
-    Tables,
-    Value,
+    ValueKind,
     joined,
     machine_types,
 )
 
-__all__ = ["Expressions", "Local", "Place"]
+__all__ = ["ExpressionCompiler", "Local", "NumberLocation"]
 
 _INTRINSICS: dict[Callable[..., Any], str] = {math.copysign: "copysign", math.fabs: "fabs"}
 _ROUNDINGS: dict[Callable[..., Any], Rounding] = {
@@ -41,7 +41,7 @@ _INDEX = IndexError, "index {0} of {1} elements"
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class NumberLocation:
     """Where a number is in a record or a sequence."""
 
     kind: Scalar
@@ -52,16 +52,16 @@ class Place:
 class Local:
     """A local name: its variables, one for each of `machine_types(kind)`."""
 
-    kind: Kind
-    variables: tuple[Variable, ...]
+    kind: ValueKind
+    variables: tuple[LocalVariable, ...]
 
 
-class Expressions(Arithmetic):
+class ExpressionCompiler(Arithmetic):
     """Writes the instructions that compute expressions; `local_names` are the function's own."""
 
     def __init__(
         self,
-        unit: Unit,
+        unit: TranslationUnit,
         function: FunctionType,
         code: FunctionBuilder,
         local_names: frozenset[str],
@@ -71,11 +71,11 @@ class Expressions(Arithmetic):
         self.names: dict[str, Local] = {}
         self.rows: dict[str, object] = {}
         """Of each loop over a table around, the row that its name stands for."""
-        self._kinds: dict[ast.expr, Kind] = {}
+        self._kinds: dict[ast.expr, ValueKind] = {}
 
     # -- kinds -------------------------------------------------------------------------------
 
-    def kind_of(self, node: ast.expr) -> Kind:
+    def kind_of(self, node: ast.expr) -> ValueKind:
         """The kind of an expression, without leaving instructions behind."""
         kind = self._kinds.get(node)
         if kind is None:
@@ -83,7 +83,7 @@ class Expressions(Arithmetic):
                 kind = self._kinds[node] = self.value(node).kind
         return kind
 
-    def common(self, node: ast.AST, parts: Sequence[ast.expr]) -> Kind:
+    def common(self, node: ast.AST, parts: Sequence[ast.expr]) -> ValueKind:
         """The kind that holds the values of all parts."""
         kind = self.kind_of(parts[0])
         for part in parts[1:]:
@@ -93,7 +93,7 @@ class Expressions(Arithmetic):
             kind = both
         return kind
 
-    def number(self, node: ast.expr) -> Value:
+    def number(self, node: ast.expr) -> KernelValue:
         value = self.value(node)
         if not isinstance(value.kind, Scalar):
             raise self.refusal(node, f"{ast.unparse(node)} is not a number")
@@ -107,7 +107,7 @@ class Expressions(Arithmetic):
 
     # -- expressions -------------------------------------------------------------------------
 
-    def value(self, node: ast.expr) -> Value:
+    def value(self, node: ast.expr) -> KernelValue:
         """The value of an expression."""
         if isinstance(node, ast.Name | ast.Attribute):
             known, thing = self.static(node)
@@ -129,7 +129,9 @@ class Expressions(Arithmetic):
             case ast.UnaryOp():
                 return self.unary(node)
             case ast.Compare() if len(node.ops) == 1:
-                return Value(BOOL, (self.compare(node.ops[0], node.left, node.comparators[0]),))
+                return KernelValue(
+                    BOOL, (self.compare(node.ops[0], node.left, node.comparators[0]),)
+                )
             case ast.Compare():
                 return self.choice(node, BOOL, node, ast.Constant(True), ast.Constant(False))
             case ast.BoolOp():
@@ -166,45 +168,45 @@ class Expressions(Arithmetic):
                 return True, getattr(owner, node.attr)
         return False, None
 
-    def constant(self, thing: object, node: ast.AST) -> Value:
+    def constant(self, thing: object, node: ast.AST) -> KernelValue:
         match thing:
             case Enum() if not isinstance(thing, int | float):
                 return self.constant(thing.value, node)
             case bool():
-                return Value(BOOL, (self.code.constant(BOOL.machine, thing),))
+                return KernelValue(BOOL, (self.code.constant(BOOL.machine, thing),))
             case int() if I64.least <= thing <= I64.most:
-                return Value(INT, (self.code.constant(I64, int(thing)),))
+                return KernelValue(INT, (self.code.constant(I64, int(thing)),))
             case float():
-                return Value(REAL, (self.code.constant(F64, thing),))
+                return KernelValue(REAL, (self.code.constant(F64, thing),))
             case tuple():
                 return self.several([self.constant(part, node) for part in thing])
         raise self.refusal(node, f"{thing!r} is not a number of 64 bits")
 
     # -- places ------------------------------------------------------------------------------
 
-    def local(self, kind: Kind) -> Local:
+    def local(self, kind: ValueKind) -> Local:
         """Variables for a value of this kind."""
         return Local(kind, tuple(self.code.variable(each) for each in machine_types(kind)))
 
-    def get(self, local: Local) -> Value:
-        return Value(local.kind, tuple(self.code.get(each) for each in local.variables))
+    def get(self, local: Local) -> KernelValue:
+        return KernelValue(local.kind, tuple(self.code.get(each) for each in local.variables))
 
-    def set(self, local: Local, value: Value) -> None:
+    def set(self, local: Local, value: KernelValue) -> None:
         for variable, operand in zip(local.variables, value.operands, strict=True):
             self.code.set(variable, operand)
 
-    def read(self, place: Place | Value) -> Value:
+    def read(self, place: NumberLocation | KernelValue) -> KernelValue:
         """The number there; records and sequences are what they are."""
-        if isinstance(place, Value):
+        if isinstance(place, KernelValue):
             return place
         number = self.code.load(place.kind.machine, place.address, aligned=True)
         if place.kind is BYTE:
-            return Value(INT, (self.code.convert(number, I64),))
-        return Value(place.kind, (number,))
+            return KernelValue(INT, (self.code.convert(number, I64),))
+        return KernelValue(place.kind, (number,))
 
-    def put(self, place: Place | Value, value: Value, node: ast.AST) -> None:
+    def put(self, place: NumberLocation | KernelValue, value: KernelValue, node: ast.AST) -> None:
         """Store a number there."""
-        if isinstance(place, Value):
+        if isinstance(place, KernelValue):
             raise self.refusal(node, "only numbers can be stored in a record")
         if place.kind is BYTE:
             (word,) = self.convert(value, INT, node).operands
@@ -212,16 +214,16 @@ class Expressions(Arithmetic):
             if self.unit.checked:
                 same = self.code.compare(Relation.EQUAL, self.code.convert(byte, I64), word)
                 self.check((ValueError, "{0} is not a byte"), node, same, word)
-            value = Value(BYTE, (byte,))
+            value = KernelValue(BYTE, (byte,))
         (operand,) = self.convert(value, place.kind, node).operands
         self.code.store(operand, place.address, aligned=True)
 
-    def field(self, node: ast.Attribute) -> Place | Value:
+    def field(self, node: ast.Attribute) -> NumberLocation | KernelValue:
         """A field of a record, the record that it refers to, or one of the tables."""
         owner = self.value(node.value)
-        if isinstance(owner.kind, Tables):
+        if isinstance(owner.kind, RowTables):
             return self._table(owner, node)
-        if not isinstance(owner.kind, Record):
+        if not isinstance(owner.kind, RecordReference):
             raise self.refusal(node, f"{ast.unparse(node.value)} is not a record")
         slot = owner.kind.layout.fields.get(node.attr)
         if slot is None:
@@ -232,29 +234,29 @@ class Expressions(Arithmetic):
             if self.unit.checked:
                 somewhere = self.code.convert(target, BOOL.machine)
                 self.check((AttributeError, f"{node.attr} leads nowhere"), node, somewhere)
-            return Value(Record(slot.refers), (target,))
+            return KernelValue(RecordReference(slot.refers), (target,))
         kind = REAL if slot.is_real else INT
         if slot.length:
-            return Value(Row(kind), (address, self.code.constant(I64, slot.length)))
-        return Place(kind, address)
+            return KernelValue(Row(kind), (address, self.code.constant(I64, slot.length)))
+        return NumberLocation(kind, address)
 
-    def _table(self, owner: Value, node: ast.Attribute) -> Value:
-        assert isinstance(owner.kind, Tables)
+    def _table(self, owner: KernelValue, node: ast.Attribute) -> KernelValue:
+        assert isinstance(owner.kind, RowTables)
         first = 0
         for name, kind in owner.kind.rows:
             size = len(machine_types(kind))
             if name == node.attr:
-                return Value(kind, owner.operands[first : first + size])
+                return KernelValue(kind, owner.operands[first : first + size])
             first += size
         raise self.refusal(node, f"{owner.kind.name} has no rows {node.attr}")
 
-    def item(self, node: ast.Subscript) -> Value:
+    def item(self, node: ast.Subscript) -> KernelValue:
         known, thing = self.static(node.value)
         if known and isinstance(thing, tuple) and not isinstance(node.slice, ast.Constant):
             kind = REAL if any(isinstance(number, float) for number in thing) else INT
             length = self.code.constant(I64, len(thing))
             return self.read(
-                self.element(Value(Row(kind), (self.unit.table(thing, kind), length)), node)
+                self.element(KernelValue(Row(kind), (self.unit.table(thing, kind), length)), node)
             )
         owner = self.value(node.value)
         if isinstance(owner.kind, Row):
@@ -265,7 +267,7 @@ class Expressions(Arithmetic):
                 return self.parts(owner)[index]
         raise self.refusal(node, f"no element {ast.unparse(node)}")
 
-    def element(self, row: Value, node: ast.Subscript) -> Place | Value:
+    def element(self, row: KernelValue, node: ast.Subscript) -> NumberLocation | KernelValue:
         """An element; an index below 0 counts from the end."""
         assert isinstance(row.kind, Row)
         code, of = self.code, row.kind.of
@@ -278,19 +280,23 @@ class Expressions(Arithmetic):
             low = code.compare(Relation.GREATER_EQUAL, index, code.constant(I64, 0))
             high = code.compare(Relation.LESS, index, length)
             self.check(_INDEX, node, code.bit_and(low, high), given, length)
-        size = 8 * of.layout.words if isinstance(of, Record) else of.machine.size
+        size = 8 * of.layout.words if isinstance(of, RecordReference) else of.machine.size
         place = code.address(address, index, size)
-        return Value(of, (place,)) if isinstance(of, Record) else Place(of, place)
+        return (
+            KernelValue(of, (place,))
+            if isinstance(of, RecordReference)
+            else NumberLocation(of, place)
+        )
 
     # -- numbers -----------------------------------------------------------------------------
 
-    def arithmetic(self, node: ast.BinOp) -> Value:
+    def arithmetic(self, node: ast.BinOp) -> KernelValue:
         return self.combine(node.op, self.number(node.left), self.number(node.right), node)
 
-    def unary(self, node: ast.UnaryOp) -> Value:
+    def unary(self, node: ast.UnaryOp) -> KernelValue:
         if isinstance(node.op, ast.Not):
             operand = self.truth(self.value(node.operand), node)
-            return Value(BOOL, (self.code.bit_not(operand),))
+            return KernelValue(BOOL, (self.code.bit_not(operand),))
         if isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant):
             return self.constant(-node.operand.value, node)  # type: ignore[operator]
         value = self.number(node.operand)
@@ -302,7 +308,7 @@ class Expressions(Arithmetic):
             return self.negated(value, node)
         if value.kind is REAL:
             raise self.refusal(node, "no ~ of a float")
-        return Value(INT, (self.code.bit_not(value.operands[0]),))
+        return KernelValue(INT, (self.code.bit_not(value.operands[0]),))
 
     def compare(self, op: ast.cmpop, left: ast.expr, right: ast.expr) -> Operand:
         """One comparison."""
@@ -351,8 +357,8 @@ class Expressions(Arithmetic):
                 self.code.branch(holds, yes, no)
 
     def choice(
-        self, node: ast.AST, kind: Kind, test: ast.expr, body: ast.expr, orelse: ast.expr
-    ) -> Value:
+        self, node: ast.AST, kind: ValueKind, test: ast.expr, body: ast.expr, orelse: ast.expr
+    ) -> KernelValue:
         """One value or the other."""
         slot, yes, no, end = (
             self.local(kind),
@@ -368,7 +374,7 @@ class Expressions(Arithmetic):
         self.code.begin(end)
         return self.get(slot)
 
-    def logical(self, node: ast.BoolOp) -> Value:
+    def logical(self, node: ast.BoolOp) -> KernelValue:
         """`and` and `or` as values: the operand that decides."""
         kind = self.common(node, node.values)
         slot, end = self.local(kind), self.code.label()
@@ -387,7 +393,7 @@ class Expressions(Arithmetic):
 
     # -- calls -------------------------------------------------------------------------------
 
-    def call(self, node: ast.Call) -> Value:
+    def call(self, node: ast.Call) -> KernelValue:
         known, callee = self.static(node.func)
         if not known:
             raise self.refusal(node, f"{ast.unparse(node.func)} is no function of a module")
@@ -398,10 +404,10 @@ class Expressions(Arithmetic):
         first, count = node.args[0], len(node.args)
         if callee in LIBRARY:
             operands = map(self.as_real, node.args)
-            return Value(REAL, (self.library(LIBRARY[callee], node, *operands),))
+            return KernelValue(REAL, (self.library(LIBRARY[callee], node, *operands),))
         if callee in _INTRINSICS:
             operands = map(self.as_real, node.args)
-            return Value(REAL, (self.code.intrinsic(_INTRINSICS[callee], *operands),))
+            return KernelValue(REAL, (self.code.intrinsic(_INTRINSICS[callee], *operands),))
         if callee in (min, max) and count > 1:
             return self.extreme(node, ast.Lt() if callee is min else ast.Gt())
         if count != 1:
@@ -409,13 +415,13 @@ class Expressions(Arithmetic):
         if callee is len:
             row = self.value(first)
             if isinstance(row.kind, Row):
-                return Value(INT, (row.operands[1],))
+                return KernelValue(INT, (row.operands[1],))
         elif callee is math.sqrt:
-            return Value(REAL, (self.root(self.as_real(first), node),))
+            return KernelValue(REAL, (self.root(self.as_real(first), node),))
         elif callee in (math.isfinite, math.isinf, math.isnan):
-            return Value(BOOL, (self.classify(callee, self.as_real(first)),))
+            return KernelValue(BOOL, (self.classify(callee, self.as_real(first)),))
         elif callee is bool:
-            return Value(BOOL, (self.truth(self.value(first), first),))
+            return KernelValue(BOOL, (self.truth(self.value(first), first),))
         elif callee is float:
             return self.convert(self.number(first), REAL, first)
         elif callee is abs:
@@ -427,13 +433,13 @@ class Expressions(Arithmetic):
             (operand,) = number.operands
             if callee is not int:
                 operand = self.code.round(operand, _ROUNDINGS[callee])
-            return Value(INT, (self.whole(operand, node),))
+            return KernelValue(INT, (self.whole(operand, node),))
         raise self.refusal(node, f"{ast.unparse(node.func)} is not part of the kernel's language")
 
-    def call_kernel(self, node: ast.Call, function: FunctionType) -> Value:
+    def call_kernel(self, node: ast.Call, function: FunctionType) -> KernelValue:
         """A call of another function of the kernel."""
         callee = self.unit.callee(function)
-        given: dict[str, Value] = {}
+        given: dict[str, KernelValue] = {}
         for name, argument in zip(callee.names, node.args, strict=False):
             given[name] = self.value(argument)
         for keyword in node.keywords:
@@ -448,14 +454,16 @@ class Expressions(Arithmetic):
         operands: list[Operand] = []
         for name, kind in zip(callee.names, callee.kinds, strict=True):
             operands += self.convert(given[name], kind, node).operands
-        return Value(callee.result, self.code.call(callee.machine, *operands))
+        return KernelValue(callee.result, self.code.call(callee.machine, *operands))
 
-    def extreme(self, node: ast.Call, op: ast.cmpop) -> Value:
+    def extreme(self, node: ast.Call, op: ast.cmpop) -> KernelValue:
         """`min` and `max`: a later number only if it is really beyond."""
         kind = self.common(node, node.args)
         best = self.convert(self.number(node.args[0]), kind, node)
         for argument in node.args[1:]:
             other = self.convert(self.number(argument), kind, node)
             beyond = self.relation(op, other, best, node)
-            best = Value(kind, (self.code.select(beyond, other.operands[0], best.operands[0]),))
+            best = KernelValue(
+                kind, (self.code.select(beyond, other.operands[0], best.operands[0]),)
+            )
         return best

@@ -5,7 +5,7 @@ from typing import Any, TypeAlias
 
 from achse.native.backend import types
 from achse.native.backend.types import MachineType, Operand
-from achse.native.declare import Layout
+from achse.native.declare import RecordLayout
 
 __all__ = [
     "BOOL",
@@ -13,13 +13,13 @@ __all__ = [
     "INT",
     "NOTHING",
     "REAL",
-    "Kind",
-    "Record",
+    "KernelValue",
+    "RecordReference",
     "Row",
+    "RowTables",
     "Scalar",
     "Several",
-    "Tables",
-    "Value",
+    "ValueKind",
     "described",
     "joined",
     "machine_types",
@@ -35,35 +35,35 @@ class Scalar:
 
 
 @dataclass(frozen=True)
-class Record:
+class RecordReference:
     """A reference to one record."""
 
-    layout: Layout[Any]
+    layout: RecordLayout[Any]
 
 
 @dataclass(frozen=True)
 class Row:
     """A reference to numbers or records, one behind the other, and how many they are."""
 
-    of: "Scalar | Record"
+    of: "Scalar | RecordReference"
 
 
 @dataclass(frozen=True)
 class Several:
     """A tuple."""
 
-    kinds: "tuple[Kind, ...]"
+    kinds: "tuple[ValueKind, ...]"
 
 
 @dataclass(frozen=True)
-class Tables:
+class RowTables:
     """Rows by name: all that an entry works on, of several record types."""
 
     name: str
-    rows: "tuple[tuple[str, Kind], ...]"
+    rows: "tuple[tuple[str, ValueKind], ...]"
 
 
-Kind: TypeAlias = Scalar | Record | Row | Several | Tables
+ValueKind: TypeAlias = Scalar | RecordReference | Row | Several | RowTables
 
 BOOL = Scalar(types.BOOL, 0)
 INT = Scalar(types.I64, 1)
@@ -75,18 +75,18 @@ NOTHING = Several(())
 
 
 @dataclass(frozen=True, slots=True)
-class Value:
+class KernelValue:
     """A value and the operands that hold it, one for each of `machine_types(kind)`."""
 
-    kind: Kind
+    kind: ValueKind
     operands: tuple[Operand, ...]
 
 
-def machine_types(kind: Kind) -> tuple[MachineType, ...]:
+def machine_types(kind: ValueKind) -> tuple[MachineType, ...]:
     """The machine's types of a kind, flat."""
     if isinstance(kind, Scalar):
         return (kind.machine,)
-    if isinstance(kind, Record):
+    if isinstance(kind, RecordReference):
         return (types.ADDRESS,)
     if isinstance(kind, Row):
         return types.ADDRESS, types.I64
@@ -94,7 +94,7 @@ def machine_types(kind: Kind) -> tuple[MachineType, ...]:
     return tuple(machine for part in parts for machine in machine_types(part))
 
 
-def joined(a: Kind, b: Kind) -> Kind | None:
+def joined(a: ValueKind, b: ValueKind) -> ValueKind | None:
     """The kind that holds values of both: the wider number; None if there is none."""
     if a == b:
         return a
@@ -107,10 +107,10 @@ def joined(a: Kind, b: Kind) -> Kind | None:
     return None
 
 
-def described(kind: Kind) -> str:
+def described(kind: ValueKind) -> str:
     """A kind in words."""
     if isinstance(kind, Scalar):
         return ("a bool", "a whole number", "a float")[kind.order]
-    if isinstance(kind, Record | Tables):
-        return f"a {kind.layout.name if isinstance(kind, Record) else kind.name}"
+    if isinstance(kind, RecordReference | RowTables):
+        return f"a {kind.layout.name if isinstance(kind, RecordReference) else kind.name}"
     return "a sequence" if isinstance(kind, Row) else "a tuple"

@@ -4,11 +4,11 @@ import builtins
 import json
 from dataclasses import astuple, dataclass
 
-__all__ = ["Site", "Sites"]
+__all__ = ["Sites", "TrapSite"]
 
 
 @dataclass(frozen=True, slots=True)
-class Site:
+class TrapSite:
     """A line of a kernel where an operation can fail; `text` may name two values, {0} and {1}."""
 
     error: str
@@ -28,11 +28,11 @@ class Sites:
     """Sites by the numbers of their faults, which begin with 1."""
 
     def __init__(self, packed: bytes = b"[]") -> None:
-        self._numbers: dict[Site, int] = {}
+        self._numbers: dict[TrapSite, int] = {}
         for each in json.loads(packed):
-            self.number(Site(*each))
+            self.number(TrapSite(*each))
 
-    def number(self, site: Site) -> int:
+    def number(self, site: TrapSite) -> int:
         """The number of a site, the same for equal ones."""
         return self._numbers.setdefault(site, len(self._numbers) + 1)
 
@@ -40,5 +40,5 @@ class Sites:
         """All of them, to be kept with the machine code."""
         return json.dumps([astuple(site) for site in self._numbers]).encode()
 
-    def __getitem__(self, number: int) -> Site:
+    def __getitem__(self, number: int) -> TrapSite:
         return list(self._numbers)[number - 1]

@@ -6,34 +6,34 @@ from types import FunctionType
 from achse.native.backend.builder import FunctionBuilder, Label
 from achse.native.backend.instructions import Relation
 from achse.native.backend.types import I64
-from achse.native.kernels.arithmetic import Callee, Unit
-from achse.native.kernels.expressions import Expressions
+from achse.native.kernels.arithmetic import KernelSignature, TranslationUnit
+from achse.native.kernels.expressions import ExpressionCompiler
 from achse.native.kernels.kinds import (
     INT,
     NOTHING,
-    Kind,
+    KernelValue,
     Row,
     Several,
-    Value,
+    ValueKind,
     joined,
     machine_types,
 )
 
-__all__ = ["Body"]
+__all__ = ["FunctionCompiler"]
 
 
 class _Changed(Exception):
     """A local name turned out to hold a wider kind than was thought; begin anew."""
 
 
-class Body(Expressions):
+class FunctionCompiler(ExpressionCompiler):
     """One function of the kernel."""
 
     def __init__(
         self,
-        unit: Unit,
+        unit: TranslationUnit,
         function: FunctionType,
-        callee: Callee,
+        callee: KernelSignature,
         source: ast.FunctionDef,
         code: FunctionBuilder,
     ) -> None:
@@ -45,7 +45,7 @@ class Body(Expressions):
         super().__init__(unit, function, code, frozenset(stored | set(callee.names)))
         self._callee = callee
         self._source = source
-        self._wide: dict[str, Kind] = {}
+        self._wide: dict[str, ValueKind] = {}
         self._loops: list[tuple[Label, Label]] = []
         """Of each loop around: where `continue` and `break` lead."""
 
@@ -64,7 +64,7 @@ class Body(Expressions):
         first = 0
         for name, kind in zip(self._callee.names, self._callee.kinds, strict=True):
             size = len(machine_types(kind))
-            value = Value(kind, self.code.parameters[first : first + size])
+            value = KernelValue(kind, self.code.parameters[first : first + size])
             self.assign_name(name, value, self._source)
             first += size
         self.statements(self._source.body)
@@ -109,7 +109,7 @@ class Body(Expressions):
                 )
         return False
 
-    def assign(self, target: ast.expr, value: Value) -> None:
+    def assign(self, target: ast.expr, value: KernelValue) -> None:
         match target:
             case ast.Name():
                 self.assign_name(target.id, value, target)
@@ -129,7 +129,7 @@ class Body(Expressions):
             case _:
                 raise self.refusal(target, f"cannot assign to {ast.unparse(target)}")
 
-    def assign_name(self, name: str, value: Value, node: ast.AST) -> None:
+    def assign_name(self, name: str, value: KernelValue, node: ast.AST) -> None:
         """A local name has one kind in the whole function, the widest of those assigned."""
         known = self._wide.get(name)
         kind = value.kind if known is None else joined(known, value.kind)
@@ -220,7 +220,7 @@ class Body(Expressions):
         relation = Relation.GREATER if step.text.startswith("-") else Relation.LESS
         code.branch(code.compare(relation, now, stop), body, end)
         code.begin(body)
-        self.assign_name(node.target.id, Value(INT, (now,)), node)
+        self.assign_name(node.target.id, KernelValue(INT, (now,)), node)
         self.repeat(node.body, advance, end)
         code.begin(advance)
         code.set(counter, code.add(code.get(counter), step))
@@ -230,6 +230,6 @@ class Body(Expressions):
     def give_back(self, node: ast.Return) -> None:
         given = node.value
         nothing = given is None or (isinstance(given, ast.Constant) and given.value is None)
-        value = Value(NOTHING, ()) if given is None or nothing else self.value(given)
+        value = KernelValue(NOTHING, ()) if given is None or nothing else self.value(given)
         value = self.convert(value, self._callee.result, node)
         self.code.return_(*value.operands)

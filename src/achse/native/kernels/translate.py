@@ -30,9 +30,9 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, get_args, get_origin
 
-from achse.native.backend.module import Interface, ModuleBuilder
-from achse.native.backend.types import Function, InstructionError, Operand, Signature
-from achse.native.declare import Layout
+from achse.native.backend.module import ModuleBuilder, ModuleInterface
+from achse.native.backend.types import CallTarget, FunctionSignature, InstructionError, Operand
+from achse.native.declare import RecordLayout
 from achse.native.kernels.arithmetic import TranslationError
 from achse.native.kernels.kinds import (
     BOOL,
@@ -40,16 +40,16 @@ from achse.native.kernels.kinds import (
     INT,
     NOTHING,
     REAL,
-    Kind,
-    Record,
+    RecordReference,
     Row,
+    RowTables,
     Scalar,
     Several,
-    Tables,
+    ValueKind,
     machine_types,
 )
-from achse.native.kernels.sites import Site, Sites
-from achse.native.kernels.statements import Body
+from achse.native.kernels.sites import Sites, TrapSite
+from achse.native.kernels.statements import FunctionCompiler
 
 __all__ = ["ENTRY", "TranslationError", "interface_of", "source_of", "translate"]
 
@@ -58,7 +58,7 @@ ENTRY = "entry"
 
 
 def translate(
-    entry: FunctionType, layouts: Mapping[type, Layout[Any]], *, checked: bool = False
+    entry: FunctionType, layouts: Mapping[type, RecordLayout[Any]], *, checked: bool = False
 ) -> ModuleBuilder:
     """A module with `entry` and all it calls; `layouts` are those of the record classes.
 
@@ -69,33 +69,33 @@ def translate(
 
 
 def interface_of(
-    entry: FunctionType, layouts: Mapping[type, Layout[Any]], *, checked: bool = False
-) -> Interface:
+    entry: FunctionType, layouts: Mapping[type, RecordLayout[Any]], *, checked: bool = False
+) -> ModuleInterface:
     """How the machine code of `entry` is called; TranslationError if Python cannot call it."""
     _, kinds, result = _annotated(entry, layouts)
     parameters = tuple(machine for kind in kinds for machine in machine_types(kind))
-    signature = Signature(parameters, machine_types(result))
+    signature = FunctionSignature(parameters, machine_types(result))
     try:
         signature.c_types  # noqa: B018
     except InstructionError as error:
         raise _error(entry, f"cannot be called from outside: {error}") from None
-    return Interface({ENTRY: Function(f'@"{ENTRY}"', signature, checked, convention=True)})
+    return ModuleInterface({ENTRY: CallTarget(f'@"{ENTRY}"', signature, checked, convention=True)})
 
 
 @dataclass
 class _Function:
     """A function and how it is called."""
 
-    machine: Function
+    machine: CallTarget
     names: Sequence[str]
-    kinds: Sequence[Kind]
+    kinds: Sequence[ValueKind]
     defaults: dict[str, object]
-    result: Kind
+    result: ValueKind
     source: ast.FunctionDef = field(repr=False)
 
 
 class _Translation:
-    def __init__(self, layouts: Mapping[type, Layout[Any]], checked: bool) -> None:
+    def __init__(self, layouts: Mapping[type, RecordLayout[Any]], checked: bool) -> None:
         self.checked = checked
         self._layouts = layouts
         self._module = ModuleBuilder()
@@ -118,7 +118,7 @@ class _Translation:
                 for n in range(len(machine_types(kind)))
             ]
             code = self._module.write(known.machine, names)
-            Body(self, function, known, known.source, code).write()
+            FunctionCompiler(self, function, known, known.source, code).write()
         if self.checked:
             self._module.notes = self._sites.pack()
         return self._module
@@ -141,7 +141,9 @@ class _Translation:
     def site(self, error: type[Exception], text: str, function: FunctionType, line: int) -> int:
         """The number of the fault that stands for an exception raised in a line."""
         code = function.__code__
-        return self._sites.number(Site(error.__name__, text, code.co_filename, line, code.co_name))
+        return self._sites.number(
+            TrapSite(error.__name__, text, code.co_filename, line, code.co_name)
+        )
 
     def _declare(self, function: FunctionType) -> _Function:
         names, kinds, result = _annotated(function, self._layouts)
@@ -200,8 +202,8 @@ _SEQUENCES: tuple[object, ...] = Sequence, MutableSequence
 
 
 def _annotated(
-    function: FunctionType, layouts: Mapping[type, Layout[Any]]
-) -> tuple[list[str], list[Kind], Kind]:
+    function: FunctionType, layouts: Mapping[type, RecordLayout[Any]]
+) -> tuple[list[str], list[ValueKind], ValueKind]:
     """Names and kinds of the parameters, and the kind of the result."""
     annotations = inspect.get_annotations(function, eval_str=True)
     names = []
@@ -216,7 +218,9 @@ def _annotated(
     return names, kinds, _kind(annotations["return"], function, layouts)
 
 
-def _kind(annotation: Any, function: FunctionType, layouts: Mapping[type, Layout[Any]]) -> Kind:
+def _kind(
+    annotation: Any, function: FunctionType, layouts: Mapping[type, RecordLayout[Any]]
+) -> ValueKind:
     for plain, kind in ((float, REAL), (int, INT), (bool, BOOL), (None, NOTHING)):
         if annotation is plain:
             return kind
@@ -224,19 +228,19 @@ def _kind(annotation: Any, function: FunctionType, layouts: Mapping[type, Layout
         return Row(BYTE)
     if isinstance(annotation, type):
         if annotation in layouts:
-            return Record(layouts[annotation])
+            return RecordReference(layouts[annotation])
         if issubclass(annotation, IntEnum):
             return INT
         rows = inspect.get_annotations(annotation, eval_str=True)
         if rows and all(get_origin(row) in _SEQUENCES for row in rows.values()):
             kinds = (_kind(row, function, layouts) for row in rows.values())
-            return Tables(annotation.__name__, tuple(zip(rows, kinds, strict=True)))
+            return RowTables(annotation.__name__, tuple(zip(rows, kinds, strict=True)))
     arguments = get_args(annotation)
     if get_origin(annotation) is tuple and Ellipsis not in arguments:
         return Several(tuple(_kind(part, function, layouts) for part in arguments))
     if get_origin(annotation) in _SEQUENCES:
         of = _kind(arguments[0], function, layouts)
-        if isinstance(of, Record) or of in (REAL, INT):
+        if isinstance(of, RecordReference) or of in (REAL, INT):
             return Row(of)
     raise _error(function, f"{annotation!r} is no kind of value of a kernel")
 

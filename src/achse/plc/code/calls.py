@@ -7,7 +7,7 @@ from achse.iec.strings import StringType
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Section, Variable
-from achse.plc.code.source import ATOM, Piece
+from achse.plc.code.source import ATOM, CodeExpression
 from achse.plc.code.storages import local_name
 from achse.st.check.kinds import counted, is_whole
 from achse.st.typed.expressions import (
@@ -23,9 +23,9 @@ from achse.st.typed.places import CalleeBase, PointerBase, Storage, flat
 from achse.st.typed.project import Routine, RoutineKind
 
 if TYPE_CHECKING:
-    from achse.plc.code.expressions import Expressions
+    from achse.plc.code.expressions import ExpressionWriter
 
-__all__ = ["Calls", "HeldAddress", "encoded_from", "known_from", "outputs_of", "parameters_of"]
+__all__ = ["CallWriter", "HeldAddress", "encoded_from", "known_from", "outputs_of", "parameters_of"]
 
 _WITH_FRAME = frozenset(
     {RoutineKind.FUNCTION, RoutineKind.METHOD, RoutineKind.GET, RoutineKind.SET, RoutineKind.LIFE}
@@ -50,10 +50,10 @@ class _Callee(NamedTuple):
     instance: Storage | None
 
 
-class Calls:
+class CallWriter:
     """Writes the calls of one routine."""
 
-    def __init__(self, expressions: "Expressions") -> None:
+    def __init__(self, expressions: "ExpressionWriter") -> None:
         self._of = expressions
         self._callees: list[_Callee] = []
 
@@ -71,7 +71,7 @@ class Calls:
             (*instance.steps, *storage.steps),
         )
 
-    def result_read(self, storage: Storage) -> Piece | None:
+    def result_read(self, storage: Storage) -> CodeExpression | None:
         """An output of the function that was called; None for any other storage."""
         if not isinstance(storage.base, CalleeBase) or self._callees[-1].instance is not None:
             return None
@@ -83,7 +83,7 @@ class Calls:
 
     # calls -----------------------------------------------------------------------------------
 
-    def expression(self, call: Invocation) -> Piece:
+    def expression(self, call: Invocation) -> CodeExpression:
         """A call as an expression."""
         effects, result = self._effects(call)
         if len(effects) == 1 and result is None:
@@ -91,7 +91,7 @@ class Calls:
         if result is not None:
             effects.append(result)
             return _ranged(f"({', '.join(effects)})[-1]", call.type)
-        return Piece(f"({', '.join(effects)})[-1]")
+        return CodeExpression(f"({', '.join(effects)})[-1]")
 
     def _routine(self, call: Invocation) -> Routine | str:
         target = call.target
@@ -205,7 +205,7 @@ class Calls:
 
     # memory that programs make ---------------------------------------------------------------
 
-    def created(self, value: Created) -> Piece:
+    def created(self, value: Created) -> CodeExpression:
         """`__NEW`."""
         of = self._of
         count = "1" if value.count is None else of.exact_value(value.count).text
@@ -213,7 +213,7 @@ class Calls:
         if isinstance(value.of, StructType):
             create = self.life_call(value.of, value.arguments, complete=True)
         text = f"new_memory({of.linker.constant(value.of)}, {count}, {create})"
-        return Piece(text, ATOM, 0, (1 << 64) - 1)
+        return CodeExpression(text, ATOM, 0, (1 << 64) - 1)
 
     def life_call(
         self, type: StructType[Any], arguments: tuple[Stored, ...], *, complete: bool = False
@@ -238,7 +238,7 @@ class Calls:
             steps += [f"{of.linker.name_of(key)}(p)" for key in record.after_init]
         return f"lambda p: ({', '.join(steps)},)" if steps else "None"
 
-    def deleted(self, address: Piece) -> str:
+    def deleted(self, address: CodeExpression) -> str:
         """`__DELETE`, without the pointer that becomes 0."""
         return f"delete_memory({address.text})"
 
@@ -255,11 +255,11 @@ def _is_plain(storage: Storage) -> bool:
     return not storage.steps and not isinstance(storage.base, PointerBase)
 
 
-def _ranged(text: str, type: IecType[Any] | None) -> Piece:
+def _ranged(text: str, type: IecType[Any] | None) -> CodeExpression:
     if type is not None and is_whole(type):
         whole = counted(type)
-        return Piece(text, ATOM, whole.low, whole.high)
-    return Piece(text)
+        return CodeExpression(text, ATOM, whole.low, whole.high)
+    return CodeExpression(text)
 
 
 def known_from(image: bytes, type: IecType[Any]) -> Known:

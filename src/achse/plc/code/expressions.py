@@ -8,9 +8,9 @@ from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.strings import StringType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
-from achse.plc.code.calls import Calls, HeldAddress
+from achse.plc.code.calls import CallWriter, HeldAddress
 from achse.plc.code.linker import Linker
-from achse.plc.code.source import ATOM, Piece, Precedence, exact, joined
+from achse.plc.code.source import ATOM, CodeExpression, Precedence, exact, joined
 from achse.plc.code.storages import Storages, format_of
 from achse.st.check.kinds import counted, is_whole
 from achse.st.typed.expressions import (
@@ -35,7 +35,7 @@ from achse.st.typed.expressions import (
 from achse.st.typed.places import Storage
 from achse.st.typed.project import Routine
 
-__all__ = ["Expressions"]
+__all__ = ["ExpressionWriter"]
 
 _ARITHMETIC = {
     Operator.ADD: ("+", Precedence.ADD),
@@ -84,14 +84,14 @@ _EXACT_SINGLE = 1 << 24
 """Whole numbers up to here are REALs as they are."""
 
 
-class Expressions:
+class ExpressionWriter:
     """Writes the values of one routine."""
 
     def __init__(self, routine: Routine, linker: Linker) -> None:
         self.routine = routine
         self.linker = linker
         self.storages = Storages(self)
-        self.calls = Calls(self)
+        self.calls = CallWriter(self)
         self.uses_instance = False
         self.needs_frame = False
         self.instance_formats: set[str] = set()
@@ -128,14 +128,14 @@ class Expressions:
 
     # values ----------------------------------------------------------------------------------
 
-    def exact_value(self, value: TypedValue) -> Piece:
+    def exact_value(self, value: TypedValue) -> CodeExpression:
         """A value in the range of its type."""
         piece = self.value(value)
         type = value.type
         if type is not None and is_whole(type):
             return exact(piece, counted(type))
         if piece.loose and isinstance(type, RealType) and type.size == 4:
-            return Piece(f"single({piece.text})")
+            return CodeExpression(f"single({piece.text})")
         return piece
 
     def condition(self, value: TypedValue) -> str:
@@ -143,10 +143,10 @@ class Expressions:
         text = self.value(value).text
         return text.removesuffix(" != 0") if text.count(" ") == 2 else text
 
-    def value(self, value: TypedValue) -> Piece:
+    def value(self, value: TypedValue) -> CodeExpression:
         """A value; a whole number right in its low bits, a REAL perhaps not rounded yet."""
         if isinstance(value, HeldAddress):
-            return Piece(value.name, ATOM, 0, (1 << 64) - 1)
+            return CodeExpression(value.name, ATOM, 0, (1 << 64) - 1)
         match value:
             case Known():
                 return self._known(value)
@@ -161,7 +161,7 @@ class Expressions:
             case Shortcut(is_and, left, right):
                 level = Precedence.AND if is_and else Precedence.OR
                 word = "and" if is_and else "or"
-                return Piece(
+                return CodeExpression(
                     f"{self.value(left).at(level)} {word} {self.value(right).at(level + 1)}", level
                 )
             case Stored(storage, inner):
@@ -177,53 +177,55 @@ class Expressions:
                 table = self.linker.constant(dict(names))
                 number = self.exact_value(operand).text
                 size = type.length * type.unit
-                return Piece(f"enum_name({number}, {table})[:{size}]")
+                return CodeExpression(f"enum_name({number}, {table})[:{size}]")
             case Created():
                 return self.calls.created(value)
             case Deleted(pointer):
-                return Piece(
+                return CodeExpression(
                     f"({self.calls.deleted(self.exact_value(Read(pointer, pointer.type)))},"
-                    f" {self.storages.store_expression(pointer, Piece('0')).text})[0]"
+                    f" {self.storages.store_expression(pointer, CodeExpression('0')).text})[0]"
                 )
             case Queried():
                 return self._queried(value)
 
-    def _known(self, value: Known) -> Piece:
+    def _known(self, value: Known) -> CodeExpression:
         known = value.value
         if isinstance(known, bool):
-            return Piece(str(known))
+            return CodeExpression(str(known))
         if isinstance(known, int):
             level = ATOM if known >= 0 else Precedence.UNARY
-            return Piece(str(known), level, known, known)
+            return CodeExpression(str(known), level, known, known)
         if isinstance(known, float):
             if not math.isfinite(known):
-                return Piece(self.linker.constant(known))
+                return CodeExpression(self.linker.constant(known))
             level = ATOM if math.copysign(1, known) > 0 else Precedence.UNARY
-            return Piece(repr(known), level)
-        return Piece(repr(known) if len(known) <= 64 else self.linker.constant(known))
+            return CodeExpression(repr(known), level)
+        return CodeExpression(repr(known) if len(known) <= 64 else self.linker.constant(known))
 
-    def _composed(self, value: Composed) -> Piece:
+    def _composed(self, value: Composed) -> CodeExpression:
         places = self.linker.constant(
             tuple((offset, self._packed(part)) for offset, part in value.parts)
         )
         parts = "".join(f"{self.exact_value(part).text}, " for _, part in value.parts)
-        return Piece(f"composed({self.linker.constant(value.image)}, {places}, ({parts}))")
+        return CodeExpression(f"composed({self.linker.constant(value.image)}, {places}, ({parts}))")
 
     def _packed(self, part: TypedValue) -> str:
         """The format of a value in a record."""
         assert part.type is not None
         return format_of(part.type)
 
-    def _queried(self, value: Queried) -> Piece:
+    def _queried(self, value: Queried) -> CodeExpression:
         source = self.exact_value(value.source).text
         name = self.temporary()
-        found = Piece(f"queried({source}, {value.interface!r})", ATOM, 0, (1 << 64) - 1)
-        stored = self.storages.store_expression(value.target, Piece(f"({name} := {found.text})"))
-        return Piece(f"({stored.text}, {name} != 0)[-1]")
+        found = CodeExpression(f"queried({source}, {value.interface!r})", ATOM, 0, (1 << 64) - 1)
+        stored = self.storages.store_expression(
+            value.target, CodeExpression(f"({name} := {found.text})")
+        )
+        return CodeExpression(f"({stored.text}, {name} != 0)[-1]")
 
     # conversions -----------------------------------------------------------------------------
 
-    def _converted(self, value: Converted) -> Piece:
+    def _converted(self, value: Converted) -> CodeExpression:
         operand, target, source = value.operand, value.type, value.operand.type
         assert source is not None
         match value.rule:
@@ -235,40 +237,42 @@ class Expressions:
             case Conversion.TO_REAL:
                 piece = self.exact_value(operand)
                 small = piece.low >= -_EXACT_SINGLE and piece.high <= _EXACT_SINGLE
-                return Piece(f"float({piece.text})", ATOM, loose=target.size == 4 and not small)
+                return CodeExpression(
+                    f"float({piece.text})", ATOM, loose=target.size == 4 and not small
+                )
             case Conversion.RESIZE_REAL:
                 return self.exact_value(operand)._replace(loose=target.size == 4)
             case Conversion.ROUND | Conversion.TRUNCATE:
                 text = self.exact_value(operand).text
                 if value.rule is Conversion.ROUND:
-                    return Piece(f"whole({text})", ATOM, -(1 << 63), (1 << 63) - 1)
+                    return CodeExpression(f"whole({text})", ATOM, -(1 << 63), (1 << 63) - 1)
                 held = counted(target)
-                return Piece(f"truncated({text}, {held.low})", ATOM, held.low, held.high)
+                return CodeExpression(f"truncated({text}, {held.low})", ATOM, held.low, held.high)
             case Conversion.TO_BOOL:
-                return Piece(
+                return CodeExpression(
                     f"{self.exact_value(operand).at(Precedence.COMPARE + 1)} != 0",
                     Precedence.COMPARE,
                 )
             case Conversion.FROM_BOOL:
                 if isinstance(target, RealType):
-                    return Piece(f"float({self.value(operand).text})")
-                return Piece(
+                    return CodeExpression(f"float({self.value(operand).text})")
+                return CodeExpression(
                     f"+{self.value(operand).at(Precedence.UNARY + 1)}", Precedence.UNARY, 0, 1
                 )
             case Conversion.RESCALE:
                 names = f"{self.linker.constant(source)}, {self.linker.constant(target)}"
                 whole = counted(target)
                 text = f"rescaled({self.exact_value(operand).text}, {names})"
-                return Piece(text, ATOM, whole.low, whole.high)
+                return CodeExpression(text, ATOM, whole.low, whole.high)
         return self._converted_text(value, source, target)
 
     def _converted_text(
         self, value: Converted, source: IecType[Any], target: IecType[Any]
-    ) -> Piece:
+    ) -> CodeExpression:
         piece = self.exact_value(value.operand)
         if value.rule is Conversion.CUT_TEXT:
             assert isinstance(target, StringType)
-            return Piece(f"{piece.at(ATOM)}[:{target.unit * target.length}]")
+            return CodeExpression(f"{piece.at(ATOM)}[:{target.unit * target.length}]")
         name = {
             Conversion.RECODE_TEXT: "text_recoded",
             Conversion.WRITE_TEXT: "text_written",
@@ -278,12 +282,12 @@ class Expressions:
         text = f"{name}({piece.text}, {kinds})"
         if is_whole(target):
             whole = counted(target)
-            return Piece(text, ATOM, whole.low, whole.high)
-        return Piece(text)
+            return CodeExpression(text, ATOM, whole.low, whole.high)
+        return CodeExpression(text)
 
     # operators -------------------------------------------------------------------------------
 
-    def _computed(self, value: Computed) -> Piece:
+    def _computed(self, value: Computed) -> CodeExpression:
         operator, operands = value.operator, value.operands
         if operator in _COMPARISONS:
             return self._comparison(_COMPARISONS[operator], operands)
@@ -300,9 +304,11 @@ class Expressions:
                 )
             case Operator.TIME | Operator.LTIME | Operator.TASK_INDEX:
                 whole = counted(value.type)
-                return Piece(f"system_{operator.value.lower()}()", ATOM, whole.low, whole.high)
+                return CodeExpression(
+                    f"system_{operator.value.lower()}()", ATOM, whole.low, whole.high
+                )
             case Operator.RAISE:
-                return Piece(f"raise_exception({self.exact_value(operands[0]).text})")
+                return CodeExpression(f"raise_exception({self.exact_value(operands[0]).text})")
         if isinstance(value.type, BoolType):
             return self._logic(operator, operands)
         if isinstance(value.type, RealType):
@@ -313,37 +319,43 @@ class Expressions:
             return self._choice(text, pieces)
         return self._whole(operator, operands, counted(value.type))
 
-    def _choice(self, text: str, pieces: Any) -> Piece:
+    def _choice(self, text: str, pieces: Any) -> CodeExpression:
         low = min(piece.low for piece in pieces)
-        return Piece(text, ATOM, low, max(piece.high for piece in pieces))
+        return CodeExpression(text, ATOM, low, max(piece.high for piece in pieces))
 
-    def _comparison(self, sign: str, operands: tuple[TypedValue, ...]) -> Piece:
+    def _comparison(self, sign: str, operands: tuple[TypedValue, ...]) -> CodeExpression:
         left, right = (self.exact_value(one) for one in operands)
         above = Precedence.COMPARE + 1
         type = operands[0].type
         if isinstance(type, StringType) and type.unit == 2 and sign not in ("==", "!="):
-            return Piece(
+            return CodeExpression(
                 f"text_units({left.text}) {sign} text_units({right.text})", Precedence.COMPARE
             )
-        return Piece(f"{left.at(above)} {sign} {right.at(above)}", Precedence.COMPARE)
+        return CodeExpression(f"{left.at(above)} {sign} {right.at(above)}", Precedence.COMPARE)
 
-    def _text_function(self, value: Computed) -> Piece:
+    def _text_function(self, value: Computed) -> CodeExpression:
         type = value.operands[0].type
         assert isinstance(type, StringType)
         arguments = ", ".join(self.exact_value(one).text for one in value.operands)
-        return Piece(f"{_TEXTS[value.operator]}({arguments}, {type.unit})", ATOM, 0, 0x7FFF)
+        return CodeExpression(
+            f"{_TEXTS[value.operator]}({arguments}, {type.unit})", ATOM, 0, 0x7FFF
+        )
 
-    def _logic(self, operator: Operator, operands: tuple[TypedValue, ...]) -> Piece:
+    def _logic(self, operator: Operator, operands: tuple[TypedValue, ...]) -> CodeExpression:
         if operator is Operator.NOT:
-            return Piece(f"not {self.value(operands[0]).at(Precedence.NOT)}", Precedence.NOT)
+            return CodeExpression(
+                f"not {self.value(operands[0]).at(Precedence.NOT)}", Precedence.NOT
+            )
         if operator in _CHOICES:
             arguments = ", ".join(self.value(one).text for one in operands)
-            return Piece(f"{_CHOICES[operator]}({arguments})")
+            return CodeExpression(f"{_CHOICES[operator]}({arguments})")
         sign, level = _BITWISE[operator]
         pieces = [self.value(one) for one in operands]
         return reduce(lambda left, right: joined(left, sign, right, level, 0, 0), pieces)
 
-    def _real(self, operator: Operator, operands: tuple[TypedValue, ...], type: RealType) -> Piece:
+    def _real(
+        self, operator: Operator, operands: tuple[TypedValue, ...], type: RealType
+    ) -> CodeExpression:
         pieces = [self.exact_value(one) for one in operands]
         if operator in _ARITHMETIC:
             return reduce(partial(_real_joined, operator, type.size == 4), pieces)
@@ -351,19 +363,19 @@ class Expressions:
             divisor = operands[1]
             if isinstance(divisor, Known) and divisor.value:
                 return joined(pieces[0], "/", pieces[1], Precedence.MUL, 0, 0)._replace(loose=True)
-            return Piece(f"divided({pieces[0].text}, {pieces[1].text})", loose=True)
+            return CodeExpression(f"divided({pieces[0].text}, {pieces[1].text})", loose=True)
         if operator is Operator.NEG:
-            return Piece(f"-{pieces[0].at(Precedence.UNARY)}", Precedence.UNARY)
+            return CodeExpression(f"-{pieces[0].at(Precedence.UNARY)}", Precedence.UNARY)
         arguments = ", ".join(piece.text for piece in pieces)
         if operator is Operator.ABS:
-            return Piece(f"abs({arguments})")
+            return CodeExpression(f"abs({arguments})")
         if operator in _CHOICES:
-            return Piece(f"{_CHOICES[operator]}({arguments})")
-        return Piece(f"{_MATHEMATICS[operator]}({arguments})", loose=True)
+            return CodeExpression(f"{_CHOICES[operator]}({arguments})")
+        return CodeExpression(f"{_MATHEMATICS[operator]}({arguments})", loose=True)
 
     def _whole(
         self, operator: Operator, operands: tuple[TypedValue, ...], type: IntegerType
-    ) -> Piece:
+    ) -> CodeExpression:
         if operator in _ARITHMETIC:
             return self._arithmetic(operator, operands)
         pieces = [self.exact_value(one) for one in operands]
@@ -371,12 +383,14 @@ class Expressions:
         match operator:
             case Operator.NEG:
                 text = f"-{first.at(Precedence.UNARY)}"
-                return Piece(text, Precedence.UNARY, -first.high, -first.low)
+                return CodeExpression(text, Precedence.UNARY, -first.high, -first.low)
             case Operator.ABS:
-                return Piece(f"abs({first.text})", ATOM, 0, max(abs(first.low), abs(first.high)))
+                return CodeExpression(
+                    f"abs({first.text})", ATOM, 0, max(abs(first.low), abs(first.high))
+                )
             case Operator.NOT:
                 text = f"~{first.at(Precedence.UNARY)}"
-                return Piece(text, Precedence.UNARY, ~first.high, ~first.low)
+                return CodeExpression(text, Precedence.UNARY, ~first.high, ~first.low)
             case Operator.AND | Operator.OR | Operator.XOR:
                 return reduce(partial(_bitwise, operator, type), pieces)
             case Operator.DIV:
@@ -386,29 +400,37 @@ class Expressions:
                 if left.low >= 0 and right.low > 0:
                     high = min(left.high, right.high - 1)
                     return joined(left, "%", right, Precedence.MUL, 0, high)
-                return Piece(f"remainder({left.text}, {right.text})", ATOM, type.low, type.high)
+                return CodeExpression(
+                    f"remainder({left.text}, {right.text})", ATOM, type.low, type.high
+                )
         return self._shift(operator, first, pieces[1], type)
 
-    def _arithmetic(self, operator: Operator, operands: tuple[TypedValue, ...]) -> Piece:
+    def _arithmetic(self, operator: Operator, operands: tuple[TypedValue, ...]) -> CodeExpression:
         return reduce(partial(_arithmetic, operator), map(self.value, operands))
 
-    def _division(self, pieces: list[Piece], type: IntegerType) -> Piece:
+    def _division(self, pieces: list[CodeExpression], type: IntegerType) -> CodeExpression:
         left, right = pieces
         if left.low >= 0 and right.low > 0:
             return joined(left, "//", right, Precedence.MUL, 0, left.high)
         # The lowest number divided by -1 is one more than the highest.
-        return Piece(f"quotient({left.text}, {right.text})", ATOM, type.low, type.high + 1)
+        return CodeExpression(f"quotient({left.text}, {right.text})", ATOM, type.low, type.high + 1)
 
-    def _shift(self, operator: Operator, value: Piece, count: Piece, type: IntegerType) -> Piece:
+    def _shift(
+        self, operator: Operator, value: CodeExpression, count: CodeExpression, type: IntegerType
+    ) -> CodeExpression:
         width = 8 * type.size
         if operator in (Operator.ROL, Operator.ROR):
             turns = count.text if operator is Operator.ROL else f"-{count.at(Precedence.UNARY)}"
-            return Piece(f"rotated({value.text}, {turns}, {width})", ATOM, 0, (1 << width) - 1)
+            return CodeExpression(
+                f"rotated({value.text}, {turns}, {width})", ATOM, 0, (1 << width) - 1
+            )
         mask = 63 if type.size == 8 else 31
         if count.low == count.high:
-            count = Piece(str(count.low & mask), ATOM, count.low & mask, count.low & mask)
+            count = CodeExpression(str(count.low & mask), ATOM, count.low & mask, count.low & mask)
         elif not (count.low >= 0 and count.high <= mask):
-            count = Piece(f"{count.at(Precedence.BIT_AND)} & {mask}", Precedence.BIT_AND, 0, mask)
+            count = CodeExpression(
+                f"{count.at(Precedence.BIT_AND)} & {mask}", Precedence.BIT_AND, 0, mask
+            )
         if operator is Operator.SHR:
             low, high = min(value.low, value.low >> count.low), value.high >> count.low
             return joined(value, ">>", count, Precedence.SHIFT, low, max(high, -1))
@@ -416,15 +438,17 @@ class Expressions:
         return joined(value, "<<", count, Precedence.SHIFT, low, high)
 
 
-def _real_joined(operator: Operator, rounds: bool, left: Piece, right: Piece) -> Piece:
+def _real_joined(
+    operator: Operator, rounds: bool, left: CodeExpression, right: CodeExpression
+) -> CodeExpression:
     """One operation of reals; of REAL, what came before of the same operator is rounded first."""
     sign, level = _ARITHMETIC[operator]
     if rounds and left.loose:
-        left = Piece(f"single({left.text})")
+        left = CodeExpression(f"single({left.text})")
     return joined(left, sign, right, level, 0, 0)._replace(loose=True)
 
 
-def _arithmetic(operator: Operator, left: Piece, right: Piece) -> Piece:
+def _arithmetic(operator: Operator, left: CodeExpression, right: CodeExpression) -> CodeExpression:
     """One operation of whole numbers, and what it can be."""
     sign, level = _ARITHMETIC[operator]
     if operator is Operator.ADD:
@@ -437,7 +461,9 @@ def _arithmetic(operator: Operator, left: Piece, right: Piece) -> Piece:
     return joined(left, sign, right, level, low, high)
 
 
-def _bitwise(operator: Operator, type: IntegerType, left: Piece, right: Piece) -> Piece:
+def _bitwise(
+    operator: Operator, type: IntegerType, left: CodeExpression, right: CodeExpression
+) -> CodeExpression:
     """One operation of bits, and what it can be."""
     sign, level = _BITWISE[operator]
     low, high = type.low, type.high

@@ -7,10 +7,10 @@ from typing import Any, cast
 
 from achse.iec.variables import Variable
 from achse.plc.code.calls import known_from, outputs_of, parameters_of
-from achse.plc.code.expressions import Expressions
+from achse.plc.code.expressions import ExpressionWriter
 from achse.plc.code.linker import Linker
-from achse.plc.code.source import Piece, SourceLine, SourceLines
-from achse.plc.code.statements import Statements
+from achse.plc.code.source import CodeExpression, SourceLine, SourceLines
+from achse.plc.code.statements import StatementWriter
 from achse.plc.code.storages import local_name
 from achse.plc.code.views import OFFSET_MASK
 from achse.plc.memory import ADDRESS_BITS
@@ -30,9 +30,9 @@ def emit_routine(routine: Routine, linker: Linker) -> list[SourceLine]:
 
     Raises `TooDeepError` for loops inside each other deeper than Python takes.
     """
-    of = Expressions(routine, linker)
+    of = ExpressionWriter(routine, linker)
     body = SourceLines()
-    statements = Statements(of, body)
+    statements = StatementWriter(of, body)
     body.place(routine.at)
     statements.block((*routine.opening, *(routine.body or ())))
     body.indent()
@@ -61,7 +61,7 @@ _WITH_PARAMETERS = frozenset(
 )
 
 
-def _instance(head: SourceLines, routine: Routine, of: Expressions) -> None:
+def _instance(head: SourceLines, routine: Routine, of: ExpressionWriter) -> None:
     """Where the instance is: its views, and where it begins in them."""
     if routine.this is None or not (
         of.instance_formats or any(base == "t" for base, _ in of.bases)
@@ -78,7 +78,9 @@ def _instance(head: SourceLines, routine: Routine, of: Expressions) -> None:
             head.add(f"t{size} = o" if size == 1 else f"t{size} = o >> {size.bit_length() - 1}")
 
 
-def _locals(head: SourceLines, routine: Routine, of: Expressions, parameters: set[str]) -> None:
+def _locals(
+    head: SourceLines, routine: Routine, of: ExpressionWriter, parameters: set[str]
+) -> None:
     """Variables that are Python's, with what they start with."""
     image = routine.frame.default
     for field in routine.frame.fields:
@@ -90,7 +92,7 @@ def _locals(head: SourceLines, routine: Routine, of: Expressions, parameters: se
 
 def _framed(
     routine: Routine,
-    of: Expressions,
+    of: ExpressionWriter,
     body: list[SourceLine],
     parameters: list[Variable[Any, Any]],
 ) -> list[SourceLine]:
@@ -99,7 +101,9 @@ def _framed(
     for parameter in parameters:
         if parameter.name.lower() in routine.addressed:
             storage = Storage(FrameBase(), parameter.offset, flat(parameter.type))
-            stores.append(of.storages.store_statement(storage, Piece(local_name(parameter))))
+            stores.append(
+                of.storages.store_statement(storage, CodeExpression(local_name(parameter)))
+            )
     lines = SourceLines()
     lines.place(routine.at)
     lines.indent()

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from achse.iec.elementary import IntegerType
 
-__all__ = ["ATOM", "Piece", "Precedence", "SourceLine", "SourceLines", "exact", "joined"]
+__all__ = ["ATOM", "CodeExpression", "Precedence", "SourceLine", "SourceLines", "exact", "joined"]
 
 
 class Precedence:
@@ -30,7 +30,7 @@ ATOM = Precedence.ATOM
 _LARGEST = 1 << 256
 
 
-class Piece(NamedTuple):
+class CodeExpression(NamedTuple):
     """An expression. Of whole numbers `low` and `high` say what it can be.
 
     A whole number outside its type is right in the low bits of the type, and has to be made
@@ -48,25 +48,27 @@ class Piece(NamedTuple):
         return self.text if self.level >= level else f"({self.text})"
 
 
-def joined(left: Piece, operator: str, right: Piece, level: int, low: int, high: int) -> Piece:
+def joined(
+    left: CodeExpression, operator: str, right: CodeExpression, level: int, low: int, high: int
+) -> CodeExpression:
     """Two operands of an operator that groups from the left."""
     text = f"{left.at(level)} {operator} {right.at(level + 1)}"
     if low < -_LARGEST or high > _LARGEST:
-        return Piece(f"({text}) & {_LARGEST - 1}", Precedence.BIT_AND, 0, _LARGEST - 1)
-    return Piece(text, level, low, high)
+        return CodeExpression(f"({text}) & {_LARGEST - 1}", Precedence.BIT_AND, 0, _LARGEST - 1)
+    return CodeExpression(text, level, low, high)
 
 
-def exact(piece: Piece, type: IntegerType) -> Piece:
+def exact(piece: CodeExpression, type: IntegerType) -> CodeExpression:
     """A whole number cut to the bits of a type, if it can be outside."""
     if type.low <= piece.low and piece.high <= type.high:
         return piece
     mask = (1 << 8 * type.size) - 1
     if type.low == 0:
         text = f"{piece.at(Precedence.BIT_AND)} & {mask}"
-        return Piece(text, Precedence.BIT_AND, 0, type.high)
+        return CodeExpression(text, Precedence.BIT_AND, 0, type.high)
     half = type.high + 1
     text = f"({piece.at(Precedence.ADD)} + {half} & {mask}) - {half}"
-    return Piece(text, Precedence.ADD, type.low, type.high)
+    return CodeExpression(text, Precedence.ADD, type.low, type.high)
 
 
 class SourceLine(NamedTuple):

@@ -3,11 +3,12 @@
 from typing import TYPE_CHECKING
 
 from achse.plc.code.calls import outputs_of
-from achse.plc.code.source import Piece, SourceLines
+from achse.plc.code.source import CodeExpression, SourceLines
 from achse.plc.code.storages import local_name
 from achse.st.typed.expressions import Invocation, Latched, Stored, TypedValue
 from achse.st.typed.places import FrameBase, Storage, flat
 from achse.st.typed.statements import (
+    CaseSelection,
     Conditional,
     ConditionLoop,
     CountedLoop,
@@ -20,15 +21,14 @@ from achse.st.typed.statements import (
     LoopNext,
     Protected,
     RoutineExit,
-    Selection,
     TypedStatement,
     TypedStatements,
 )
 
 if TYPE_CHECKING:
-    from achse.plc.code.expressions import Expressions
+    from achse.plc.code.expressions import ExpressionWriter
 
-__all__ = ["Statements", "TooDeepError"]
+__all__ = ["StatementWriter", "TooDeepError"]
 
 _DEEPEST = 18
 """Loops and __TRY inside each other, beyond which Python takes no more."""
@@ -38,10 +38,10 @@ class TooDeepError(Exception):
     """Statements inside each other deeper than Python takes."""
 
 
-class Statements:
+class StatementWriter:
     """Writes the statements of one routine."""
 
-    def __init__(self, expressions: "Expressions", lines: SourceLines) -> None:
+    def __init__(self, expressions: "ExpressionWriter", lines: SourceLines) -> None:
         self._of = expressions
         self._lines = lines
         self._loops: list[tuple[str, TypedStatement]] = []
@@ -78,7 +78,7 @@ class Statements:
                 if otherwise:
                     lines.add("else:")
                     self.block(otherwise)
-            case Selection():
+            case CaseSelection():
                 self._selection(statement)
             case CountedLoop():
                 self._counted(statement)
@@ -110,7 +110,7 @@ class Statements:
         elif isinstance(value, Latched):
             lines.add(f"if {of.condition(value.value)}:")
             lines.indent()
-            state = Piece("True" if value.sets else "False")
+            state = CodeExpression("True" if value.sets else "False")
             lines.add(of.storages.store_statement(value.storage, state))
             lines.dedent()
         else:
@@ -136,7 +136,7 @@ class Statements:
 
     # choices and loops -----------------------------------------------------------------------
 
-    def _selection(self, statement: Selection) -> None:
+    def _selection(self, statement: CaseSelection) -> None:
         lines, held = self._lines, self._of.temporary()
         lines.add(f"{held} = {self._of.exact_value(statement.selector).text}")
         word = "if"
@@ -241,7 +241,7 @@ class Statements:
         lines.indent()
         lines.add(f"caught({held})")
         if statement.code is not None:
-            code = Piece(f"code_of({held})", low=0, high=0xFFFF_FFFF)
+            code = CodeExpression(f"code_of({held})", low=0, high=0xFFFF_FFFF)
             lines.add(of.storages.store_statement(statement.code, code))
         lines.dedent()
         self.block(statement.handler)
@@ -352,7 +352,7 @@ def _has_marks(statements: TypedStatements) -> bool:
             case Conditional(branches, otherwise):
                 if _has_marks(otherwise) or any(_has_marks(each.body) for each in branches):
                     return True
-            case Selection():
+            case CaseSelection():
                 inner = (*(choice.body for choice in one.choices), one.otherwise)
                 if any(_has_marks(each) for each in inner):
                     return True

@@ -7,10 +7,10 @@ from achse.iec.arrays import ArrayType
 from achse.iec.derived import resolved
 from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.strings import StringType
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
-from achse.plc.code.source import ATOM, Piece, Precedence, exact
+from achse.plc.code.source import ATOM, CodeExpression, Precedence, exact
 from achse.plc.code.views import AREA_LETTERS
 from achse.st.check.kinds import counted
 from achse.st.typed.places import (
@@ -26,7 +26,7 @@ from achse.st.typed.places import (
 )
 
 if TYPE_CHECKING:
-    from achse.plc.code.expressions import Expressions
+    from achse.plc.code.expressions import ExpressionWriter
 
 __all__ = ["Storages", "format_of", "local_name"]
 
@@ -57,11 +57,11 @@ class _Where:
     base: str = ""
     """Letter of what is added to indexes: `t` or `f`; empty for an area itself."""
     alignment: int = 8
-    address: Piece | None = None
+    address: CodeExpression | None = None
     """Of PointerBase."""
     area: int = 0
     """Address of the area, if `view` is one."""
-    terms: tuple[tuple[Piece, int], ...] = ()
+    terms: tuple[tuple[CodeExpression, int], ...] = ()
     """What index steps add: numbers and the bytes that each counts."""
     unbounded: bool = False
 
@@ -69,7 +69,7 @@ class _Where:
 class Storages:
     """Reads, writes and addresses storages for one routine."""
 
-    def __init__(self, expressions: "Expressions") -> None:
+    def __init__(self, expressions: "ExpressionWriter") -> None:
         self._of = expressions
 
     # what a storage is -----------------------------------------------------------------------
@@ -100,7 +100,7 @@ class Storages:
                     stored = self.store_expression(frame, of.value(value))
                     address = self.address(frame)
                     text = f"({stored.text}, {address.text})[-1]"
-                    where.address = Piece(text, ATOM, 0, _POINTER_MASK)
+                    where.address = CodeExpression(text, ATOM, 0, _POINTER_MASK)
             case PointerBase(address):
                 where.address = exact(of.value(address), counted(address.type))  # type: ignore[arg-type]
             case CalleeBase():
@@ -127,8 +127,8 @@ class Storages:
             where.local = variable
             where.offset = storage.offset - variable.offset
 
-    def _terms(self, storage: Storage) -> tuple[tuple[tuple[Piece, int], ...], bool]:
-        terms: list[tuple[Piece, int]] = []
+    def _terms(self, storage: Storage) -> tuple[tuple[tuple[CodeExpression, int], ...], bool]:
+        terms: list[tuple[CodeExpression, int]] = []
         unbounded = False
         for step in storage.steps:
             index = self._of.exact_value(step.index)
@@ -143,7 +143,9 @@ class Storages:
                         f"({name} if {first.at(51)} <= ({name} := {index.text}) <= {last.at(51)}"
                         f" else out_of_bounds({name}, {first.text}, {last.text}))"
                     )
-                    index = Piece(text, ATOM, max(index.low, first.low), min(index.high, last.high))
+                    index = CodeExpression(
+                        text, ATOM, max(index.low, first.low), min(index.high, last.high)
+                    )
             terms.append((index, step.stride))
             if first.text != "0":
                 terms.append((first, -step.stride))
@@ -170,7 +172,7 @@ class Storages:
             self._of.instance_formats.add(code)
         return f"{where.view}_{code}", " + ".join(parts)
 
-    def _address(self, where: _Where) -> Piece:
+    def _address(self, where: _Where) -> CodeExpression:
         parts: list[str] = []
         offset = where.offset
         if where.address is not None:
@@ -192,17 +194,17 @@ class Storages:
         if len(parts) == 1:
             fixed = offset if not where.terms and where.view and not where.base else 0
             high = fixed or _POINTER_MASK
-            return Piece(parts[0], ATOM if parts[0].isalnum() else 0, fixed, high)
+            return CodeExpression(parts[0], ATOM if parts[0].isalnum() else 0, fixed, high)
         text = " + ".join(parts)
         if where.unbounded or where.offset < 0:
-            return Piece(f"{text} & {_POINTER_MASK}", Precedence.BIT_AND, 0, _POINTER_MASK)
-        return Piece(text, Precedence.ADD, 0, _POINTER_MASK)
+            return CodeExpression(f"{text} & {_POINTER_MASK}", Precedence.BIT_AND, 0, _POINTER_MASK)
+        return CodeExpression(text, Precedence.ADD, 0, _POINTER_MASK)
 
-    def address(self, storage: Storage) -> Piece:
+    def address(self, storage: Storage) -> CodeExpression:
         """The address of a storage."""
         return self._address(self._where(storage))
 
-    def read(self, storage: Storage) -> Piece:
+    def read(self, storage: Storage) -> CodeExpression:
         """What is in a storage."""
         type = storage.type
         where = self._where(storage)
@@ -211,18 +213,18 @@ class Storages:
         if isinstance(type, BoolType):
             text = self._number(where, "B")
             if where.bit is None:
-                return Piece(f"{text} != 0", Precedence.COMPARE)
-            return Piece(f"{text} & {1 << where.bit} != 0", Precedence.COMPARE)
+                return CodeExpression(f"{text} != 0", Precedence.COMPARE)
+            return CodeExpression(f"{text} & {1 << where.bit} != 0", Precedence.COMPARE)
         if isinstance(type, StringType):
             name = "load_text" if type.unit == 1 else "load_wide"
-            return Piece(f"{name}({self._address(where).text}, {type.length * type.unit})")
+            return CodeExpression(f"{name}({self._address(where).text}, {type.length * type.unit})")
         if isinstance(type, StructType | ArrayType):
-            return Piece(f"load_bytes({self._address(where).text}, {type.size})")
+            return CodeExpression(f"load_bytes({self._address(where).text}, {type.size})")
         text = self._number(where, format_of(type))
         if isinstance(type, RealType):
-            return Piece(text)
+            return CodeExpression(text)
         whole = counted(type)
-        return Piece(text, ATOM, whole.low, whole.high)
+        return CodeExpression(text, ATOM, whole.low, whole.high)
 
     def _number(self, where: _Where, code: str) -> str:
         place = self._place(where, code)
@@ -230,20 +232,20 @@ class Storages:
             return f"{place[0]}[{place[1]}]"
         return f"load_{code}({self._address(where).text})"
 
-    def _read_local(self, where: _Where, type: IecType[Any]) -> Piece:
+    def _read_local(self, where: _Where, type: IecType[Any]) -> CodeExpression:
         assert where.local is not None
         name = local_name(where.local)
         if where.bit is not None:
             number = where.offset * 8 + where.bit
             if isinstance(resolved(where.local.type), BoolType):
-                return Piece(name)
-            return Piece(f"{name} >> {number} & 1 != 0", Precedence.COMPARE)
+                return CodeExpression(name)
+            return CodeExpression(f"{name} >> {number} & 1 != 0", Precedence.COMPARE)
         if isinstance(type, BoolType | RealType | StringType | StructType | ArrayType):
-            return Piece(name)
+            return CodeExpression(name)
         whole = counted(type)
-        return Piece(name, ATOM, whole.low, whole.high)
+        return CodeExpression(name, ATOM, whole.low, whole.high)
 
-    def store_statement(self, storage: Storage, value: Piece) -> str:
+    def store_statement(self, storage: Storage, value: CodeExpression) -> str:
         """A line that puts a value of the storage's type into it."""
         type = storage.type
         where = self._where(storage)
@@ -260,25 +262,27 @@ class Storages:
                 return f"{place[0]}[{place[1]}] = {stored}"
         return self._store(where, type, value).text
 
-    def store_expression(self, storage: Storage, value: Piece) -> Piece:
+    def store_expression(self, storage: Storage, value: CodeExpression) -> CodeExpression:
         """An expression that does it, and is the value."""
         return self._store(self._where(storage), storage.type, value)
 
-    def _store(self, where: _Where, type: IecType[Any], value: Piece) -> Piece:
+    def _store(self, where: _Where, type: IecType[Any], value: CodeExpression) -> CodeExpression:
         if where.local is not None:
             return self._store_local(where, type, value)
         if where.bit is not None:
             address = self._address(where).text
-            return Piece(f"store_bit({address}, {1 << where.bit}, {value.text})")
+            return CodeExpression(f"store_bit({address}, {1 << where.bit}, {value.text})")
         if isinstance(type, StringType):
             name = "store_text" if type.unit == 1 else "store_wide"
-            return Piece(f"{name}({self._address(where).text}, {value.text})")
+            return CodeExpression(f"{name}({self._address(where).text}, {value.text})")
         if isinstance(type, StructType | ArrayType):
             address = self._address(where).text
             parts = _parts_without_headers(type)
             if parts == ((0, type.size),):
-                return Piece(f"store_bytes({address}, {value.text})")
-            return Piece(f"store_parts({address}, {value.text}, {self._of.linker.constant(parts)})")
+                return CodeExpression(f"store_bytes({address}, {value.text})")
+            return CodeExpression(
+                f"store_parts({address}, {value.text}, {self._of.linker.constant(parts)})"
+            )
         # The value goes on to the next link of a chain, so it must be what a read would give.
         whole = _counted_or_none(type)
         if whole is not None:
@@ -295,9 +299,9 @@ class Storages:
             if place is not None
             else f"store_{code}({self._address(where).text}, {stored})"
         )
-        return Piece(text, ATOM, value.low, value.high)
+        return CodeExpression(text, ATOM, value.low, value.high)
 
-    def _for_memory(self, type: IecType[Any], value: Piece) -> tuple[str, str]:
+    def _for_memory(self, type: IecType[Any], value: CodeExpression) -> tuple[str, str]:
         """The format to store a number with, and the number: cut in the unsigned view, where a
         number outside its type needs no sign."""
         whole = _counted_or_none(type)
@@ -310,38 +314,42 @@ class Storages:
             return whole.code.upper(), value.text
         return whole.code.upper(), f"{value.at(Precedence.BIT_AND)} & {mask}"
 
-    def _for_local(self, type: IecType[Any], value: Piece) -> Piece:
+    def _for_local(self, type: IecType[Any], value: CodeExpression) -> CodeExpression:
         whole = _counted_or_none(type)
         return _rounded(type, value) if whole is None else exact(value, whole)
 
-    def _store_local(self, where: _Where, type: IecType[Any], value: Piece) -> Piece:
+    def _store_local(
+        self, where: _Where, type: IecType[Any], value: CodeExpression
+    ) -> CodeExpression:
         assert where.local is not None
         name = local_name(where.local)
         if where.bit is None or isinstance(resolved(where.local.type), BoolType):
             value = self._for_local(type, value)
-            return Piece(f"({name} := {value.text})", ATOM, value.low, value.high)
+            return CodeExpression(f"({name} := {value.text})", ATOM, value.low, value.high)
         whole = counted(resolved(where.local.type))
         mask = 1 << where.offset * 8 + where.bit
         held = self._of.temporary()
-        piece = Piece(
+        piece = CodeExpression(
             f"{name} | {mask} if ({held} := {value.text}) else {name} & {~mask}",
             Precedence.CHOICE,
             -(1 << 64),
             1 << 64,
         )
-        return Piece(f"({name} := {exact(piece, whole).text}, {held})[-1]")
+        return CodeExpression(f"({name} := {exact(piece, whole).text}, {held})[-1]")
 
-    def latch(self, storage: Storage, value: Piece, *, sets: bool) -> Piece:
+    def latch(self, storage: Storage, value: CodeExpression, *, sets: bool) -> CodeExpression:
         """S= and R= of a BOOL."""
         where = self._where(storage)
         if where.local is not None:
             held = self._of.temporary()
             old = self._read_local(where, storage.type)
-            new = Piece(f"{old.at(5)} or {held}" if sets else f"{old.at(15)} and not {held}", 8)
+            new = CodeExpression(
+                f"{old.at(5)} or {held}" if sets else f"{old.at(15)} and not {held}", 8
+            )
             stored = self._store_local(where, storage.type, new)
-            return Piece(f"({held} := {value.text}, {stored.text}, {held})[0]")
+            return CodeExpression(f"({held} := {value.text}, {stored.text}, {held})[0]")
         mask = 255 if where.bit is None else 1 << where.bit
-        return Piece(f"latch({self._address(where).text}, {mask}, {value.text}, {sets})")
+        return CodeExpression(f"latch({self._address(where).text}, {mask}, {value.text}, {sets})")
 
 
 def _counted_or_none(type: IecType[Any]) -> IntegerType | None:
@@ -351,10 +359,10 @@ def _counted_or_none(type: IecType[Any]) -> IntegerType | None:
     return counted(type)
 
 
-def _rounded(type: IecType[Any], value: Piece) -> Piece:
+def _rounded(type: IecType[Any], value: CodeExpression) -> CodeExpression:
     """A real as its type holds it."""
     if value.loose and isinstance(type, RealType) and type.size == 4:
-        return Piece(f"single({value.text})")
+        return CodeExpression(f"single({value.text})")
     return value
 
 
@@ -376,7 +384,7 @@ def _headers(type: IecType[Any], offset: int) -> set[tuple[int, int]]:
     type = resolved(type)
     found: set[tuple[int, int]] = set()
     if isinstance(type, StructType):
-        if type.kind is Kind.FUNCTION_BLOCK:
+        if type.kind is RecordKind.FUNCTION_BLOCK:
             found.add((offset, offset + type.rules.pointer_size))
         for member in type.fields:
             found |= _headers(member.type, offset + member.offset)

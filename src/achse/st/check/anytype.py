@@ -15,7 +15,7 @@ from achse.iec.enums import EnumType
 from achse.iec.strings import StringType
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
-from achse.st.check.operands import Operand
+from achse.st.check.operands import TypedOperand
 from achse.st.typed.expressions import Composed
 from achse.st.typed.places import flat
 
@@ -56,7 +56,9 @@ def type_class(type: IecType[Any]) -> int:
     return _BY_NAME.get(type.name, _USER)
 
 
-def any_record(body: "RoutineBody", operand: Operand, record: IecType[Any], at: int) -> Composed:
+def any_record(
+    body: "RoutineBody", operand: TypedOperand, record: IecType[Any], at: int
+) -> Composed:
     """What an ANY input gets of an argument: {TypeClass, pValue, diSize}."""
     assert isinstance(record, StructType)
     type = operand.type

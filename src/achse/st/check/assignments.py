@@ -13,7 +13,7 @@ from achse.iec.types import IecType
 from achse.st.check.conversions import converted
 from achse.st.check.kinds import common_integer, is_interface, same_shape
 from achse.st.check.meanings import PropertyUse
-from achse.st.check.operands import Operand, known
+from achse.st.check.operands import TypedOperand, known
 from achse.st.check.signatures import attributes_in
 from achse.st.cursor import Unexpected
 from achse.st.tree import Assign, Expression
@@ -41,7 +41,7 @@ class Assignments:
     def __init__(self, body: "RoutineBody") -> None:
         self._body = body
 
-    def assign(self, tree: Assign) -> Operand:
+    def assign(self, tree: Assign) -> TypedOperand:
         """An assignment; as a value it is what was assigned. Raises `Unexpected`."""
         if tree.operator == "REF=":
             return self._bind(tree)
@@ -60,8 +60,8 @@ class Assignments:
         return self.store(storage, target.type, value, tree.value.at, tree.at)
 
     def store(
-        self, storage: Storage, type: IecType[Any], value: Operand, value_at: int, at: int
-    ) -> Operand:
+        self, storage: Storage, type: IecType[Any], value: TypedOperand, value_at: int, at: int
+    ) -> TypedOperand:
         """A value put into a variable of a type."""
         body = self._body
         found = body.converter.implicit(value, type, value_at)
@@ -74,7 +74,7 @@ class Assignments:
                 body.warn(value_at, f"{number} is outside {limits.name}")
             found = body.checks.in_range(found, value, limits, value_at)
         stored = Stored(storage, found, storage.type, at)
-        return Operand(stored, type, storage)
+        return TypedOperand(stored, type, storage)
 
     def _check_copy(self, type: StructType[Any], at: int) -> None:
         """Raise `Unexpected` for blocks that are not to be copied."""
@@ -82,7 +82,7 @@ class Assignments:
         if entry is not None and "no_assign" in attributes_in(entry.tree):
             raise Unexpected(at, f"{entry.name} has attribute no_assign: it is not copied")
 
-    def _to_property(self, use: PropertyUse, tree: Assign) -> Operand:
+    def _to_property(self, use: PropertyUse, tree: Assign) -> TypedOperand:
         body = self._body
         if tree.operator != ":=":
             raise Unexpected(tree.at, f"{tree.operator} takes a variable, got a property")
@@ -96,24 +96,26 @@ class Assignments:
             value = body.expressions.operand(tree.value)
             return self.store(target.storage, target.type, value, tree.value.at, tree.at)
         value = body.expressions.operand(tree.value)
-        return Operand(body.calls.write_property(use, value, tree.value.at), value.type)
+        return TypedOperand(body.calls.write_property(use, value, tree.value.at), value.type)
 
-    def _latch(self, tree: Assign, storage: Storage, target: Operand, value: Operand) -> Operand:
+    def _latch(
+        self, tree: Assign, storage: Storage, target: TypedOperand, value: TypedOperand
+    ) -> TypedOperand:
         """`S=` and `R=`: they pass their value on, whatever the variable becomes."""
         if not isinstance(target.flat, BoolType):
             raise Unexpected(tree.at, f"{tree.operator} takes a BOOL, got a {target.type.name}")
         truth = self._body.truth(value, tree.value.at)
-        return Operand(Latched(storage, truth, tree.operator == "S=", BOOL, tree.at), BOOL)
+        return TypedOperand(Latched(storage, truth, tree.operator == "S=", BOOL, tree.at), BOOL)
 
     # references ------------------------------------------------------------------------------
 
-    def _bind(self, tree: Assign) -> Operand:
+    def _bind(self, tree: Assign) -> TypedOperand:
         """`r REF= x`: where a reference leads."""
         body = self._body
         target = body.expressions.meaning(tree.target)
         if isinstance(target, PropertyUse):
             value = body.expressions.operand(tree.value)
-            return Operand(body.calls.write_property(target, value, tree.value.at), value.type)
+            return TypedOperand(body.calls.write_property(target, value, tree.value.at), value.type)
         operand = body.expressions.as_operand(target, tree.target.at)
         storage = operand.reference
         if storage is None:
@@ -124,7 +126,7 @@ class Assignments:
                     tree.target.at, f"REF= binds a REFERENCE, got a {operand.type.name}"
                 )
         address = self.bound_address(storage.type, operand.type, tree.value)
-        return Operand(Stored(storage, address, storage.type, tree.at), operand.type)
+        return TypedOperand(Stored(storage, address, storage.type, tree.at), operand.type)
 
     def bound_address(
         self, pointer: IecType[Any], target: IecType[Any], tree: Expression
@@ -149,7 +151,7 @@ class Assignments:
 
     # old value out, new value in ---------------------------------------------------------------
 
-    def exchanged(self, tree: Expression, value: TypedValue | None, at: int) -> Operand:
+    def exchanged(self, tree: Expression, value: TypedValue | None, at: int) -> TypedOperand:
         """TEST_AND_SET: the variable becomes 1; its old value is the result."""
         body = self._body
         operand = body.expressions.operand(tree)
@@ -161,7 +163,7 @@ class Assignments:
             new = Known(True, BOOL, at)
         return self._old_of(storage, operand, new, at)
 
-    def added(self, pointer: Expression, summand: Expression, at: int) -> Operand:
+    def added(self, pointer: Expression, summand: Expression, at: int) -> TypedOperand:
         """`__XADD`: adds to what a pointer leads to; its old value is the result."""
         body = self._body
         place = body.expressions.operand(pointer)
@@ -170,14 +172,16 @@ class Assignments:
             raise Unexpected(at, f"__XADD takes a pointer to a whole number, got {place.type.name}")
         target = flat(type.target)
         storage = Storage(PointerBase(place.value), 0, target, at=at)
-        operand = Operand(Read(storage, target, at), type.target, storage)
+        operand = TypedOperand(Read(storage, target, at), type.target, storage)
         more = body.expressions.operand(summand)
         machine = common_integer(target, target)
         values = (converted(operand.value, machine, at), converted(more.value, machine, at))
         total = converted(Computed(Operator.ADD, values, machine, at), target, at)
         return self._old_of(storage, operand, total, at)
 
-    def _old_of(self, storage: Storage, operand: Operand, new: TypedValue, at: int) -> Operand:
+    def _old_of(
+        self, storage: Storage, operand: TypedOperand, new: TypedValue, at: int
+    ) -> TypedOperand:
         """The old value, kept in a temporary while the new one is stored: SEL takes the first."""
         body = self._body
         type = operand.flat
@@ -185,4 +189,4 @@ class Assignments:
         old = Stored(kept, Read(storage, type, at), type, at)
         stored = Stored(storage, new, type, at)
         found = Computed(Operator.MUX, (Known(0, DINT, at), old, stored), type, at)
-        return Operand(found, operand.type)
+        return TypedOperand(found, operand.type)

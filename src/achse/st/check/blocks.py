@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from achse.iec.derived import InterfaceType
 from achse.iec.structs import StructType
 from achse.st.resolve import Resolver
-from achse.st.scopes import Entry
+from achse.st.scopes import DeclaredUnit
 from achse.st.tree import NamedType
 from achse.st.units import FunctionBlock, Interface, Part, Program
 
@@ -16,7 +16,7 @@ __all__ = ["Blocks", "FoundPart"]
 class FoundPart(NamedTuple):
     """A part, and the unit that declares it."""
 
-    entry: Entry
+    entry: DeclaredUnit
     part: Part
 
 
@@ -28,7 +28,7 @@ class Blocks:
         self._own: dict[int, dict[str, Part]] = {}
         self._interfaces: dict[int, frozenset[str]] = {}
 
-    def base(self, entry: Entry) -> Entry | None:
+    def base(self, entry: DeclaredUnit) -> DeclaredUnit | None:
         """The block that a block extends, if a source declares it."""
         tree = entry.tree
         if not isinstance(tree, FunctionBlock) or tree.extends is None:
@@ -38,16 +38,16 @@ class Blocks:
             return found
         return None
 
-    def chain(self, entry: Entry) -> list[Entry]:
+    def chain(self, entry: DeclaredUnit) -> list[DeclaredUnit]:
         """The block and its bases, the most derived first."""
-        found: list[Entry] = []
-        here: Entry | None = entry
+        found: list[DeclaredUnit] = []
+        here: DeclaredUnit | None = entry
         while here is not None and here not in found:
             found.append(here)
             here = self.base(here)
         return found
 
-    def bases_of_interface(self, entry: Entry) -> Iterator[Entry]:
+    def bases_of_interface(self, entry: DeclaredUnit) -> Iterator[DeclaredUnit]:
         """The interfaces that an interface extends, all of them."""
         seen: set[int] = {id(entry)}
         waiting = [entry]
@@ -63,11 +63,11 @@ class Blocks:
                     waiting.append(found)
                     yield found
 
-    def _interface(self, named: NamedType, where: Entry) -> Entry | None:
+    def _interface(self, named: NamedType, where: DeclaredUnit) -> DeclaredUnit | None:
         found = self._names.scopes.find(named.name, where.space)
         return found if found is not None and isinstance(found.tree, Interface) else None
 
-    def own_parts(self, entry: Entry) -> dict[str, Part]:
+    def own_parts(self, entry: DeclaredUnit) -> dict[str, Part]:
         """The parts that a unit declares itself, by name in lower case."""
         found = self._own.get(id(entry))
         if found is None:
@@ -76,7 +76,7 @@ class Blocks:
             found = self._own[id(entry)] = {part.name.lower(): part for part in parts}
         return found
 
-    def part(self, entry: Entry, key: str) -> FoundPart | None:
+    def part(self, entry: DeclaredUnit, key: str) -> FoundPart | None:
         """The part of that name, in lower case: the unit's own, or of the nearest base."""
         for here in self.chain(entry):
             if key in self.own_parts(here):
@@ -87,7 +87,7 @@ class Blocks:
                     return FoundPart(here, self.own_parts(here)[key])
         return None
 
-    def interfaces(self, entry: Entry) -> frozenset[str]:
+    def interfaces(self, entry: DeclaredUnit) -> frozenset[str]:
         """The keys of all interfaces that a block (or interface) has, its bases' included."""
         found = self._interfaces.get(id(entry))
         if found is None:

@@ -6,13 +6,13 @@ from achse.iec.elementary import BOOL, INT, BoolType
 from achse.iec.structs import StructType
 from achse.st.check.assignments import Assignments
 from achse.st.check.builtins import Builtins
-from achse.st.check.calls import Calls
+from achse.st.check.calls import CallChecker
 from achse.st.check.checks import ImplicitChecks
 from achse.st.check.conversions import Converter, converted
-from achse.st.check.expressions import Expressions
+from achse.st.check.expressions import ExpressionChecker
 from achse.st.check.initials import Initials
-from achse.st.check.names import Names
-from achse.st.check.operands import Operand
+from achse.st.check.names import NameResolver
+from achse.st.check.operands import TypedOperand
 from achse.st.check.operators import Operators
 from achse.st.check.paths import Paths
 from achse.st.check.signatures import Signature
@@ -40,15 +40,15 @@ class RoutineBody:
         self.this: StructType[Any] | None = signature.this
         self.failed = False
         self.converter = Converter(self.warn, checking.blocks.implements)
-        self.names = Names(self)
+        self.names = NameResolver(self)
         self.paths = Paths(self)
         self.operators = Operators(self)
         self.builtins = Builtins(self)
         self.system = SystemOperators(self)
-        self.calls = Calls(self)
+        self.calls = CallChecker(self)
         self.checks = ImplicitChecks(self)
         self.assignments = Assignments(self)
-        self.expressions = Expressions(self)
+        self.expressions = ExpressionChecker(self)
         self.statements = StatementChecker(self)
         self.initials = Initials(self)
         self.life = checking.life
@@ -75,7 +75,7 @@ class RoutineBody:
 
     # what several parts need -----------------------------------------------------------------
 
-    def truth(self, operand: Operand, at: int) -> TypedValue:
+    def truth(self, operand: TypedOperand, at: int) -> TypedValue:
         """A BOOL. Raises `Unexpected` for anything else."""
         if isinstance(operand.flat, BoolType):
             return operand.value
@@ -83,13 +83,13 @@ class RoutineBody:
             return self.converter.implicit(operand, BOOL, at)
         raise Unexpected(at, f"expected a BOOL, got a {operand.type.name}")
 
-    def widened(self, operand: Operand, at: int) -> Operand:
+    def widened(self, operand: TypedOperand, at: int) -> TypedOperand:
         """A plain whole number at the type it has by itself: INT at least."""
         if operand.flat.size >= INT.size:
             return operand
-        return Operand(converted(operand.value, INT, at), INT)
+        return TypedOperand(converted(operand.value, INT, at), INT)
 
-    def check_writable(self, operand: Operand, at: int) -> None:
+    def check_writable(self, operand: TypedOperand, at: int) -> None:
         """Raise `Unexpected` for constants."""
         storage = operand.storage
         if storage is not None and storage.is_constant:

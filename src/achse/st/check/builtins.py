@@ -24,7 +24,7 @@ from achse.iec.types import IecType
 from achse.st.check.conversions import converted
 from achse.st.check.folding import folded
 from achse.st.check.kinds import UNSIGNED, counted, natural, promoted
-from achse.st.check.operands import Operand, known
+from achse.st.check.operands import TypedOperand, known
 from achse.st.check.operators import converted_or_same
 from achse.st.cursor import Unexpected
 from achse.st.tree import Argument, Expression
@@ -74,7 +74,7 @@ class _Row(NamedTuple):
 
     fewest: int
     most: int
-    make: "Callable[[Builtins, str, list[Operand], int], Operand]"
+    make: "Callable[[Builtins, str, list[TypedOperand], int], TypedOperand]"
     names: tuple[str, ...] = ()
 
 
@@ -84,7 +84,7 @@ class Builtins:
     def __init__(self, body: "RoutineBody") -> None:
         self._body = body
 
-    def call(self, name: str, arguments: Sequence[Argument], at: int) -> Operand:
+    def call(self, name: str, arguments: Sequence[Argument], at: int) -> TypedOperand:
         """A call. Raises `Unexpected`."""
         name = name.upper()
         special = self._body.system.special(name)
@@ -98,13 +98,13 @@ class Builtins:
             return self.conversion(*source_target, operand, at)
         return row.make(self, name, self._operands(name, arguments, row, at), at)
 
-    def variable(self, name: str, at: int) -> Operand | None:
+    def variable(self, name: str, at: int) -> TypedOperand | None:
         """A name that is a value by itself, where nothing declares it."""
         return self._body.system.variable(name.upper(), at)
 
     def _operands(
         self, name: str, arguments: Sequence[Argument], row: _Row, at: int
-    ) -> list[Operand]:
+    ) -> list[TypedOperand]:
         trees: list[Expression | None] = [None] * len(arguments)
         for position, argument in enumerate(arguments):
             place = position
@@ -134,8 +134,8 @@ class Builtins:
     # conversions -----------------------------------------------------------------------------
 
     def conversion(
-        self, source: IecType[Any] | None, target: IecType[Any], operand: Operand, at: int
-    ) -> Operand:
+        self, source: IecType[Any] | None, target: IecType[Any], operand: TypedOperand, at: int
+    ) -> TypedOperand:
         """`TO_INT(x)`, `REAL_TO_INT(x)`."""
         body = self._body
         if not isinstance(
@@ -151,14 +151,14 @@ class Builtins:
             if source is None and operand.loose and isinstance(operand.flat, IntegerType):
                 operand = body.widened(operand, at)
             shown = target
-            return Operand(converted(operand.value, shown, at), shown)
+            return TypedOperand(converted(operand.value, shown, at), shown)
         value = operand.value
         if source is not None and _is_plain(operand.flat) and _is_plain(source):
             value = self._as_source(operand, source, at)
         found = converted(value, target, at)
-        return Operand(found, target, text=None)
+        return TypedOperand(found, target, text=None)
 
-    def _as_source(self, operand: Operand, source: IecType[Any], at: int) -> TypedValue:
+    def _as_source(self, operand: TypedOperand, source: IecType[Any], at: int) -> TypedValue:
         """The operand at the type that the name of the conversion begins with."""
         if operand.loose or isinstance(source, BoolType) != isinstance(operand.flat, BoolType):
             if isinstance(source, IntegerType | TimeType) and isinstance(operand.flat, RealType):
@@ -168,19 +168,19 @@ class Builtins:
         return self._body.converter.implicit(operand, source, at)
 
     def _name_of(
-        self, operand: Operand, enum: EnumType[Any], target: StringType, at: int
-    ) -> Operand:
+        self, operand: TypedOperand, enum: EnumType[Any], target: StringType, at: int
+    ) -> TypedOperand:
         names: dict[int, bytes] = {}
         for name, number in enum.numbers.items():
             data = name.encode("cp1252", "replace")
             names.setdefault(number, data if target.unit == 1 else name.encode("utf-16-le"))
         shown = target
         value = EnumName(operand.value, tuple(names.items()), shown, at)
-        return Operand(value, shown)
+        return TypedOperand(value, shown)
 
     # mathematics -----------------------------------------------------------------------------
 
-    def _real(self, name: str, operands: list[Operand], at: int) -> Operand:
+    def _real(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         """SQRT, SIN …: REAL of a REAL, else LREAL."""
         (operand,) = operands
         type = operand.flat
@@ -189,21 +189,21 @@ class Builtins:
         machine = REAL if type is REAL else LREAL
         value = Computed(Operator[name], (converted(operand.value, machine, at),), machine, at)
         soft = operand.loose or operand.soft or type is not LREAL
-        return Operand(folded(value), machine, soft=soft)
+        return TypedOperand(folded(value), machine, soft=soft)
 
-    def _power(self, name: str, operands: list[Operand], at: int) -> Operand:
+    def _power(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         return self._body.operators.power(operands[0], operands[1], at)
 
-    def _abs(self, name: str, operands: list[Operand], at: int) -> Operand:
+    def _abs(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         (operand,) = operands
         type = operand.flat
         if not isinstance(type, IntegerType | RealType):
             raise Unexpected(at, f"ABS takes a number, got a {operand.type.name}")
         machine: IecType[Any] = promoted(type) if isinstance(type, IntegerType) else type
         value = Computed(Operator.ABS, (converted(operand.value, machine, at),), machine, at)
-        return Operand(folded(value), operand.type, loose=operand.loose, soft=operand.soft)
+        return TypedOperand(folded(value), operand.type, loose=operand.loose, soft=operand.soft)
 
-    def _truncated(self, name: str, operands: list[Operand], at: int) -> Operand:
+    def _truncated(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         (operand,) = operands
         if not isinstance(operand.flat, IntegerType | RealType):
             raise Unexpected(at, f"{name} takes a number, got a {operand.type.name}")
@@ -212,12 +212,12 @@ class Builtins:
             value = operand.value
         found = folded(Converted(value, DINT, Conversion.TRUNCATE, at))
         if name == "TRUNC_INT":
-            return Operand(converted(found, INT, at), INT)
-        return Operand(found, DINT)
+            return TypedOperand(converted(found, INT, at), INT)
+        return TypedOperand(found, DINT)
 
     # choice ----------------------------------------------------------------------------------
 
-    def _chosen(self, name: str, operands: list[Operand], at: int) -> Operand:
+    def _chosen(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         """MIN, MAX, LIMIT."""
         for item in operands:
             if not isinstance(item.flat, IntegerType | RealType | TimeType | StringType | BoolType):
@@ -230,11 +230,11 @@ class Builtins:
         found = folded(Computed(Operator[name], tuple(values), machine, at))
         loose = all(item.loose for item in operands)
         soft = all(item.soft or item.loose for item in operands)
-        return Operand(
+        return TypedOperand(
             found, formal, loose=loose and not isinstance(machine, StringType), soft=soft
         )
 
-    def _selected(self, name: str, operands: list[Operand], at: int) -> Operand:
+    def _selected(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         """SEL, MUX: the first operand says which of the others."""
         which, *rest = operands
         if name == "SEL":
@@ -254,15 +254,17 @@ class Builtins:
             formal = max((natural(int(number or 0)) for number in numbers), key=_size)
         found = Computed(Operator[name], (chooser, *values), machine, at)
         soft = all(item.soft or item.loose for item in rest)
-        return Operand(found, formal, soft=soft)
+        return TypedOperand(found, formal, soft=soft)
 
-    def _moved(self, name: str, operands: list[Operand], at: int) -> Operand:
+    def _moved(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         found = operands[0]
-        return Operand(found.value, found.type, loose=found.loose, soft=found.soft, text=found.text)
+        return TypedOperand(
+            found.value, found.type, loose=found.loose, soft=found.soft, text=found.text
+        )
 
     # bits ------------------------------------------------------------------------------------
 
-    def _shifted(self, name: str, operands: list[Operand], at: int) -> Operand:
+    def _shifted(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         """SHL and SHR shift the promoted value; ROL and ROR turn in the value's own width."""
         value, count = operands
         type = value.flat
@@ -273,11 +275,11 @@ class Builtins:
         machine = promoted(type) if operator in (Operator.SHL, Operator.SHR) else counted(type)
         amount = converted(count.value, DINT, at)
         found = Computed(operator, (converted(value.value, machine, at), amount), machine, at)
-        return Operand(folded(found), value.type, loose=value.loose and count.loose)
+        return TypedOperand(folded(found), value.type, loose=value.loose and count.loose)
 
     # texts -----------------------------------------------------------------------------------
 
-    def _text(self, name: str, operands: list[Operand], at: int) -> Operand:
+    def _text(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         """LEN, CONCAT …, and with W in front the same for WSTRING."""
         row = _TEXTS[name.removeprefix("W")]
         wide = name.startswith("W")
@@ -299,29 +301,29 @@ class Builtins:
         result: IecType[Any] = INT
         if row.gives_text:
             result = WSTRING(_LONGEST_TEXT) if wide else STRING(_LONGEST_TEXT)
-        return Operand(
+        return TypedOperand(
             Computed(Operator[name.removeprefix("W")], tuple(values), result, at), result
         )
 
     # the system ------------------------------------------------------------------------------
 
-    def _time(self, name: str, operands: list[Operand], at: int) -> Operand:
+    def _time(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         type: IecType[Any] = TIME if name == "TIME" else LTIME
-        return Operand(Computed(Operator[name], (), type, at), type)
+        return TypedOperand(Computed(Operator[name], (), type, at), type)
 
-    def _task_index(self, name: str, operands: list[Operand], at: int) -> Operand:
-        return Operand(Computed(Operator.TASK_INDEX, (), DINT, at), DINT)
+    def _task_index(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
+        return TypedOperand(Computed(Operator.TASK_INDEX, (), DINT, at), DINT)
 
-    def _raised(self, name: str, operands: list[Operand], at: int) -> Operand:
+    def _raised(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         code = converted_or_same(operands[0].value, UDINT, at)
-        return Operand(Computed(Operator.RAISE, (code,), UDINT, at), UDINT)
+        return TypedOperand(Computed(Operator.RAISE, (code,), UDINT, at), UDINT)
 
-    def _succeeded(self, name: str, operands: list[Operand], at: int) -> Operand:
+    def _succeeded(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         """SUCCEEDED and FAILED of an HRESULT."""
         operator = Operator.GE if name == "SUCCEEDED" else Operator.LT
         code = converted(operands[0].value, DINT, at)
         zero = known(0, DINT, at)
-        return Operand(folded(Computed(operator, (code, zero.value), BOOL, at)), BOOL)
+        return TypedOperand(folded(Computed(operator, (code, zero.value), BOOL, at)), BOOL)
 
 
 class _Text(NamedTuple):
@@ -395,7 +397,7 @@ def _is_plain(type: IecType[Any]) -> bool:
     return isinstance(type, BoolType | IntegerType | RealType | TimeType)
 
 
-def _is_address(operand: Operand) -> bool:
+def _is_address(operand: TypedOperand) -> bool:
     type = operand.flat
     return type.size in UNSIGNED and hasattr(type, "target_name")
 

@@ -8,7 +8,7 @@ from achse.iec.arrays import ArrayType
 from achse.iec.derived import AliasType, ReferenceType, resolved
 from achse.iec.elementary import BOOL, DINT
 from achse.iec.strings import StringType
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Section, Variable
 from achse.st.check.anytype import any_record
@@ -23,8 +23,8 @@ from achse.st.check.meanings import (
     TypeName,
     UnitName,
 )
-from achse.st.check.operands import Operand, followed_value, read
-from achse.st.check.signatures import Parameter, Signature
+from achse.st.check.operands import TypedOperand, followed_value, read
+from achse.st.check.signatures import DeclaredParameter, Signature
 from achse.st.cursor import Unexpected
 from achse.st.tree import Argument, Call, Expression
 from achse.st.typed.expressions import (
@@ -47,7 +47,7 @@ from achse.st.units import FunctionBlock, Program
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["Calls", "is_any"]
+__all__ = ["CallChecker", "is_any"]
 
 _ANY = ("any", "any_bit", "any_date", "any_int", "any_num", "any_real", "any_string")
 _SECTIONS = {
@@ -62,13 +62,13 @@ def is_any(type: IecType[Any]) -> bool:
     return isinstance(type, AliasType) and type.name.lower().removeprefix("__system.") in _ANY
 
 
-class Calls:
+class CallChecker:
     """Binds the calls of one routine."""
 
     def __init__(self, body: "RoutineBody") -> None:
         self._body = body
 
-    def call(self, tree: Call) -> Operand:
+    def call(self, tree: Call) -> TypedOperand:
         """`of(arguments)`. Raises `Unexpected` and `Failed`."""
         body = self._body
         found = body.expressions.callee(tree.of)
@@ -85,7 +85,7 @@ class Calls:
                 address = body.names.this_address(at)
                 callee = Callee(signature, address, True, at)
                 return self.invoke(callee, tree.arguments, tree.of.at)
-            case Operand():
+            case TypedOperand():
                 return self.block(found, tree.arguments, tree.of.at)
             case PropertyUse():
                 return self.block(self.read_property(found), tree.arguments, tree.of.at)
@@ -101,7 +101,7 @@ class Calls:
         near = f";{near}" if near else ""
         return Unexpected(at, f"no function or instance is named '{name[:80]}'{near}")
 
-    def statement(self, found: Meaning, at: int) -> Operand:
+    def statement(self, found: Meaning, at: int) -> TypedOperand:
         """A call without parentheses that stands alone: of an action, program or instance."""
         match found:
             case Callee():
@@ -114,14 +114,14 @@ class Calls:
                 raise Unexpected(at, "SUPER^ is called with parentheses: SUPER^()")
             case SpaceName(name, place):
                 raise self._unknown(name, place)
-            case Operand():
+            case TypedOperand():
                 raise Unexpected(at, "expected an assignment or a call, got a value")
             case _:
                 raise Unexpected(at, "expected an assignment or a call")
 
     # routines --------------------------------------------------------------------------------
 
-    def invoke(self, callee: Callee, arguments: Sequence[Argument], at: int) -> Operand:
+    def invoke(self, callee: Callee, arguments: Sequence[Argument], at: int) -> TypedOperand:
         """A function, method, action or body with arguments as written."""
         signature = callee.signature
         parameters = signature.parameters
@@ -145,7 +145,7 @@ class Calls:
 
     def _invocation(
         self, callee: Callee, inputs: tuple[Stored, ...], outputs: tuple[Stored, ...], at: int
-    ) -> Operand:
+    ) -> TypedOperand:
         signature = callee.signature
         checking = self._body.checking
         checking.require(signature)
@@ -160,16 +160,16 @@ class Calls:
         result = signature.result
         if result is None:
             value = Invocation(target, instance, inputs, outputs, None, None, at)
-            return Operand(value, _NOTHING)
+            return TypedOperand(value, _NOTHING)
         type = flat(result.type)
         place = Storage(CalleeBase(), result.offset, type, name=result.name, at=at)
         value = Invocation(target, instance, inputs, outputs, place, type, at)
         real = resolved(result.type)
         if isinstance(real, ReferenceType):
             return followed_value(value, real, at)
-        return Operand(value, result.type)
+        return TypedOperand(value, result.type)
 
-    def valued(self, operand: Operand, at: int) -> Operand:
+    def valued(self, operand: TypedOperand, at: int) -> TypedOperand:
         """A call of a function that gives nothing, where a value is needed: a BOOL, FALSE."""
         call = operand.value
         signature = None
@@ -182,12 +182,12 @@ class Calls:
         if signature.nothing is None:
             signature.nothing = signature.frame.hidden("__nothing", BOOL)
         result = _variable_place(signature.nothing, at)
-        return Operand(replace(call, result=result, type=BOOL), BOOL)
+        return TypedOperand(replace(call, result=result, type=BOOL), BOOL)
 
-    def block(self, operand: Operand, arguments: Sequence[Argument], at: int) -> Operand:
+    def block(self, operand: TypedOperand, arguments: Sequence[Argument], at: int) -> TypedOperand:
         """A function block instance."""
         type = operand.flat
-        if not isinstance(type, StructType) or type.kind is not Kind.FUNCTION_BLOCK:
+        if not isinstance(type, StructType) or type.kind is not RecordKind.FUNCTION_BLOCK:
             raise Unexpected(at, f"a {operand.type.name} cannot be called")
         body = self._body
         entry = body.checking.names.entry_of(type)
@@ -205,10 +205,10 @@ class Calls:
 
     def _block_without_source(
         self, type: StructType[Any], address: TypedValue, arguments: Sequence[Argument], at: int
-    ) -> Operand:
+    ) -> TypedOperand:
         """A block of which only the variables are known: a Python class may be its body."""
         parameters = [
-            Parameter(
+            DeclaredParameter(
                 member,
                 _SECTIONS[member.section],
                 _target_of(member.type) if member.section is Section.IN_OUT else member.type,
@@ -221,9 +221,9 @@ class Calls:
         inputs, outputs = self.bound(None, parameters, CalleeBase(), arguments, at)
         key = type.name.lower()
         value = Invocation(DirectTarget(key), address, inputs, outputs, None, None, at)
-        return Operand(value, _NOTHING)
+        return TypedOperand(value, _NOTHING)
 
-    def program(self, unit: UnitName, arguments: Sequence[Argument], at: int) -> Operand:
+    def program(self, unit: UnitName, arguments: Sequence[Argument], at: int) -> TypedOperand:
         """A program that another calls."""
         entry = unit.entry
         if entry is None or not isinstance(entry.tree, Program):
@@ -234,7 +234,7 @@ class Calls:
 
     # properties ------------------------------------------------------------------------------
 
-    def read_property(self, use: PropertyUse) -> Operand:
+    def read_property(self, use: PropertyUse) -> TypedOperand:
         """The value of a property: its GET is called."""
         signature = self._body.checking.routines.of_accessor(use.entry, use.tree, get=True)
         if signature is None:
@@ -242,7 +242,7 @@ class Calls:
         callee = Callee(signature, use.instance, use.is_exact, use.at)
         return self._invocation(callee, (), (), use.at)
 
-    def write_property(self, use: PropertyUse, operand: Operand, at: int) -> TypedValue:
+    def write_property(self, use: PropertyUse, operand: TypedOperand, at: int) -> TypedValue:
         """An assignment to a property: its SET is called."""
         routines = self._body.checking.routines
         signature = routines.of_accessor(use.entry, use.tree, get=False)
@@ -262,7 +262,7 @@ class Calls:
     def bound(
         self,
         signature: Signature | None,
-        parameters: Sequence[Parameter],
+        parameters: Sequence[DeclaredParameter],
         base: CalleeBase | None,
         arguments: Sequence[Argument],
         at: int,
@@ -305,7 +305,10 @@ class Calls:
         return tuple(inputs), tuple(outputs)
 
     def _no_parameter(
-        self, signature: Signature | None, argument: Argument, parameters: Sequence[Parameter]
+        self,
+        signature: Signature | None,
+        argument: Argument,
+        parameters: Sequence[DeclaredParameter],
     ) -> Unexpected:
         name = "the block" if signature is None else signature.name
         known = ", ".join(item.variable.name for item in parameters[:12]) or "none"
@@ -316,7 +319,7 @@ class Calls:
     def _check_missing(
         self,
         signature: Signature | None,
-        parameters: Sequence[Parameter],
+        parameters: Sequence[DeclaredParameter],
         given: set[str],
         at: int,
     ) -> None:
@@ -335,7 +338,7 @@ class Calls:
                 self._body.warn(at, f"{signature.name} is called without {name}")
 
     def _input(
-        self, parameter: Parameter, place: Storage, operand: Operand, at: int
+        self, parameter: DeclaredParameter, place: Storage, operand: TypedOperand, at: int
     ) -> Iterator[Stored]:
         """One argument; an ARRAY [*] takes its bounds along."""
         body = self._body
@@ -356,7 +359,7 @@ class Calls:
         yield Stored(place, value, place.type, at)
 
     def _in_out(
-        self, parameter: Parameter, place: Storage, operand: Operand, at: int
+        self, parameter: DeclaredParameter, place: Storage, operand: TypedOperand, at: int
     ) -> Iterator[Stored]:
         body = self._body
         storage = operand.storage
@@ -374,16 +377,18 @@ class Calls:
             return
         if is_any(wanted) and not is_any(operand.type):
             record = any_record(body, operand, flat(wanted), at)
-            operand = Operand(record, wanted)
+            operand = TypedOperand(record, wanted)
         elif storage is None or (parameter.is_constant and operand.is_constant):
             value = body.converter.implicit(operand, wanted, at)
-            operand = Operand(value, wanted)
+            operand = TypedOperand(value, wanted)
         else:
             self._check_in_out(name, wanted, operand, at)
         address = body.paths.address(operand, resolved(parameter.variable.type), at)
         yield Stored(place, address, place.type, at)
 
-    def _check_in_out(self, name: str, wanted: IecType[Any], operand: Operand, at: int) -> None:
+    def _check_in_out(
+        self, name: str, wanted: IecType[Any], operand: TypedOperand, at: int
+    ) -> None:
         have, want = operand.flat, flat(wanted)
         if same_shape(have, want):
             return
@@ -397,7 +402,7 @@ class Calls:
         raise Unexpected(at, f"{name} is a VAR_IN_OUT {wanted.name}, got a {operand.type.name}")
 
     def _open_array(
-        self, parameter: Parameter, place: Storage, operand: Operand, at: int
+        self, parameter: DeclaredParameter, place: Storage, operand: TypedOperand, at: int
     ) -> Iterator[Stored]:
         """The address of the first element, and the bounds."""
         body = self._body
@@ -425,7 +430,7 @@ class Calls:
             bound = _beside(place, variable)
             yield Stored(bound, value, DINT, at)
 
-    def _output(self, parameter: Parameter, place: Storage, target: Expression) -> Stored:
+    def _output(self, parameter: DeclaredParameter, place: Storage, target: Expression) -> Stored:
         """`nOut => x`: read after the call."""
         body = self._body
         at = target.at
@@ -445,7 +450,7 @@ def _table_name(signature: Signature) -> str:
     return signature.key.rpartition(".")[2]
 
 
-def _place(parameter: Parameter, at: int, unit: str = "") -> Storage:
+def _place(parameter: DeclaredParameter, at: int, unit: str = "") -> Storage:
     """Where a parameter is in what is called; of a program in its unit."""
     variable = parameter.variable
     type = flat(variable.type)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from achse.iec.derived import PointerType
-from achse.iec.structs import Kind, StructType, Unit
+from achse.iec.structs import RecordKind, StaticRecord, StructType
 from achse.iec.types import IecType
 from achse.st.check.blocks import Blocks
 from achse.st.check.body import RoutineBody
@@ -16,8 +16,8 @@ from achse.st.check.signatures import Routines, Signature, attributes_in
 from achse.st.cursor import Unexpected
 from achse.st.declare import Declarations
 from achse.st.resolve import Resolver, generics_of
-from achse.st.scopes import Entry, Failed
-from achse.st.source import Fault, Source
+from achse.st.scopes import DeclaredUnit, Failed
+from achse.st.source import Diagnostic, Source
 from achse.st.typed.places import StaticBase
 from achse.st.typed.project import (
     InitCall,
@@ -47,7 +47,7 @@ _SLOT = 50_000
 _SLOT_OF_CONSTANTS = 49_990
 
 
-def check(declarations: Declarations, *, given: Iterable[type[Unit]] = ()) -> TypedProject:
+def check(declarations: Declarations, *, given: Iterable[type[StaticRecord]] = ()) -> TypedProject:
     """The typed form of all that a project declares, with every fault and warning.
 
     `given` are programs and variable lists that the runtime declares in Python. Raises nothing:
@@ -75,12 +75,12 @@ class _Checked(NamedTuple):
 class Checking:
     """What all routines of a project share while they are checked."""
 
-    def __init__(self, names: Resolver, given: Iterable[type[Unit]] = ()) -> None:
+    def __init__(self, names: Resolver, given: Iterable[type[StaticRecord]] = ()) -> None:
         self.names = names
         self.routines = Routines(names)
         self.blocks = Blocks(names)
         self.life = Life(self)
-        self.given_units: dict[str, type[Unit]] = {
+        self.given_units: dict[str, type[StaticRecord]] = {
             unit.__iec__.name.lower(): unit for unit in given
         }
         self._given_variables = {
@@ -92,8 +92,8 @@ class Checking:
         self._pointers: dict[int, PointerType] = {}
         self._functions: dict[str, Signature | None] = {}
         self._known_faults = len(names.scopes.faults)
-        self._faults: dict[Fault, None] = {}
-        self._warnings: dict[Fault, None] = {}
+        self._faults: dict[Diagnostic, None] = {}
+        self._warnings: dict[Diagnostic, None] = {}
         self._waiting: deque[Signature] = deque()
         self._asked: set[str] = set()
         self._notes: dict[str, dict[str, str]] = {}
@@ -129,7 +129,7 @@ class Checking:
         """A variable that the runtime declares, by its name alone."""
         return self._given_variables.get(key)
 
-    def unit(self, entry: Entry, at: int) -> StructType[Any]:
+    def unit(self, entry: DeclaredUnit, at: int) -> StructType[Any]:
         """The record of a program or variable list; a library's is declared now."""
         declared = self.names.unit(entry)
         key = entry.name.lower()
@@ -198,7 +198,7 @@ class Checking:
             self._left_out,
         )
 
-    def _guarded(self, entry: Entry, work: Any) -> None:
+    def _guarded(self, entry: DeclaredUnit, work: Any) -> None:
         try:
             work(entry)
         except Failed:
@@ -206,7 +206,7 @@ class Checking:
         except Unexpected as fault:
             self.fault(entry.source, fault.at, fault.message)
 
-    def _begin(self, entry: Entry) -> None:
+    def _begin(self, entry: DeclaredUnit) -> None:
         """Ask for everything that a unit of the user's own has."""
         tree = entry.tree
         if isinstance(tree, Function):
@@ -233,7 +233,7 @@ class Checking:
 
     # units -----------------------------------------------------------------------------------
 
-    def _unit(self, entry: Entry) -> None:
+    def _unit(self, entry: DeclaredUnit) -> None:
         tree = entry.tree
         key = entry.name.lower()
         declared = self.names.unit(entry)
@@ -264,7 +264,7 @@ class Checking:
             self.require(self.routines.of_body(entry))
             self._require_parts(entry)
 
-    def _require_parts(self, entry: Entry) -> None:
+    def _require_parts(self, entry: DeclaredUnit) -> None:
         """Have all methods, properties and actions of a unit checked."""
         for part in self.blocks.own_parts(entry).values():
             try:
@@ -296,20 +296,20 @@ class Checking:
         create, exit, reinit = keys
         return create, exit, reinit
 
-    def _record(self, entry: Entry) -> None:
+    def _record(self, entry: DeclaredUnit) -> None:
         type = entry.type
         assert isinstance(type, StructType)
         for member in type.members:
             inner = element_of(member.type)
             if inner is not None:
                 self.require_record(inner)
-        if type.kind is Kind.FUNCTION_BLOCK:
+        if type.kind is RecordKind.FUNCTION_BLOCK:
             self._block(entry, type)
             return
         if any(self.life.needs(type, event) for event in LifeEvent):
             self._records[entry.name.lower()] = TypedRecord(type, *self._life_of(type))
 
-    def _block(self, entry: Entry, type: StructType[Any]) -> None:
+    def _block(self, entry: DeclaredUnit, type: StructType[Any]) -> None:
         tree = entry.tree
         assert isinstance(tree, FunctionBlock)
         base = self.blocks.base(entry)
@@ -345,7 +345,7 @@ class Checking:
         self.require(self.routines.of_body(entry))
         self._require_parts(entry)
 
-    def _after_init(self, entry: Entry) -> tuple[str, ...]:
+    def _after_init(self, entry: DeclaredUnit) -> tuple[str, ...]:
         """The methods with call_after_init; the block needs the attribute itself."""
         name = "call_after_init"
         if name not in attributes_in(entry.tree):

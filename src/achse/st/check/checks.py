@@ -15,7 +15,7 @@ from achse.iec.types import IecType
 from achse.st.check.conversions import converted
 from achse.st.check.kinds import is_signed
 from achse.st.check.meanings import Callee
-from achse.st.check.operands import Operand
+from achse.st.check.operands import TypedOperand
 from achse.st.check.signatures import attributes_in
 from achse.st.typed.expressions import Known, TypedValue
 
@@ -66,7 +66,7 @@ class ImplicitChecks:
         return value if found is None else converted(found, type, at)
 
     def in_range(
-        self, value: TypedValue, operand: Operand, type: SubrangeType, at: int
+        self, value: TypedValue, operand: TypedOperand, type: SubrangeType, at: int
     ) -> TypedValue:
         """A value for a sub-range, through CheckRangeX if there is one, before it is cut."""
         base = type.integer

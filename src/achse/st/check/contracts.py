@@ -9,7 +9,7 @@ from achse.st.check.kinds import same_shape
 from achse.st.check.signatures import Routines, Signature
 from achse.st.cursor import Unexpected
 from achse.st.resolve import Resolver
-from achse.st.scopes import Entry, Failed
+from achse.st.scopes import DeclaredUnit, Failed
 from achse.st.source import Source
 from achse.st.typed.places import flat
 from achse.st.units import Action, FunctionBlock, Method, Part, Property
@@ -31,7 +31,7 @@ class Contracts:
         self._routines = routines
         self._fault = fault
 
-    def check(self, entry: Entry) -> None:
+    def check(self, entry: DeclaredUnit) -> None:
         """Tell what a block lacks, and which of its methods do not fit those they override."""
         tree = entry.tree
         if not isinstance(tree, FunctionBlock):
@@ -44,7 +44,7 @@ class Contracts:
         for name in self._missing(entry):
             self._fault(entry.source, tree.at, name)
 
-    def _missing(self, entry: Entry) -> Iterator[str]:
+    def _missing(self, entry: DeclaredUnit) -> Iterator[str]:
         """What interfaces and abstract bases ask for and nothing gives."""
         last = self._blocks.chain(entry)[-1].tree
         is_known = not (isinstance(last, FunctionBlock) and last.extends is not None)
@@ -58,12 +58,12 @@ class Contracts:
                 if found is not None and found.part is part and _is_abstract(part):
                     yield f"{entry.name} leaves {base.name}.{part.name} abstract"
 
-    def _interfaces(self, entry: Entry) -> list[Entry]:
+    def _interfaces(self, entry: DeclaredUnit) -> list[DeclaredUnit]:
         keys = sorted(self._blocks.interfaces(entry))
         entries = self._names.scopes.entries
         return [entries[key] for key in keys if key in entries]
 
-    def _check_override(self, entry: Entry, part: Method) -> None:
+    def _check_override(self, entry: DeclaredUnit, part: Method) -> None:
         """A method takes and gives what the one it overrides does: calls go through a table."""
         key = part.name.lower()
         for owner in (*self._blocks.chain(entry)[1:], *self._interfaces(entry)):

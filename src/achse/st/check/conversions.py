@@ -8,12 +8,12 @@ from achse.iec.derived import InterfaceType, PointerType, resolved
 from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.enums import EnumType
 from achse.iec.strings import StringType
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
 from achse.st.check.folding import cut, folded, real
 from achse.st.check.kinds import counted, is_signed, is_whole, same_shape
-from achse.st.check.operands import Operand, address_of, coded
+from achse.st.check.operands import TypedOperand, address_of, coded
 from achse.st.cursor import Unexpected
 from achse.st.typed.expressions import Conversion, Converted, Known, TypedValue
 from achse.st.typed.places import flat
@@ -91,7 +91,7 @@ class Converter:
         self._warn = warn
         self._implements = implements
 
-    def implicit(self, operand: Operand, target: IecType[Any], at: int) -> TypedValue:
+    def implicit(self, operand: TypedOperand, target: IecType[Any], at: int) -> TypedValue:
         """The operand as a variable of `target` takes it. Raises `Unexpected` if none does."""
         to = flat(target)
         if operand.loose and operand.is_constant:
@@ -117,12 +117,12 @@ class Converter:
             self._check_loss(operand, target, to, at)
         return converted(value, to, at)
 
-    def _misfit(self, operand: Operand, target: IecType[Any], at: int) -> Unexpected:
+    def _misfit(self, operand: TypedOperand, target: IecType[Any], at: int) -> Unexpected:
         return Unexpected(at, f"a {operand.type.name} does not go into a {target.name}")
 
-    def _interface(self, operand: Operand, to: InterfaceType, at: int) -> TypedValue:
+    def _interface(self, operand: TypedOperand, to: InterfaceType, at: int) -> TypedValue:
         source = operand.flat
-        if isinstance(source, StructType) and source.kind is Kind.FUNCTION_BLOCK:
+        if isinstance(source, StructType) and source.kind is RecordKind.FUNCTION_BLOCK:
             if self._implements(source, to) is False:
                 raise Unexpected(at, f"{source.name} does not implement {to.name}")
             if operand.storage is None:
@@ -135,7 +135,7 @@ class Converter:
     # constants -------------------------------------------------------------------------------
 
     def _constant(
-        self, operand: Operand, target: IecType[Any], to: IecType[Any], at: int
+        self, operand: TypedOperand, target: IecType[Any], to: IecType[Any], at: int
     ) -> TypedValue:
         """A constant of no certain type takes the type it goes into, if that holds it."""
         value = operand.constant
@@ -175,7 +175,7 @@ class Converter:
 
     # what may be lost ------------------------------------------------------------------------
 
-    def _check_enum(self, operand: Operand, target: IecType[Any], at: int) -> None:
+    def _check_enum(self, operand: TypedOperand, target: IecType[Any], at: int) -> None:
         enum, source = resolved(target), resolved(operand.type)
         if source is enum:
             return
@@ -188,7 +188,7 @@ class Converter:
             self._warn(at, f"a {operand.type.name} is rounded to go into a {target.name}")
 
     def _check_loss(
-        self, operand: Operand, target: IecType[Any], to: IecType[Any], at: int
+        self, operand: TypedOperand, target: IecType[Any], to: IecType[Any], at: int
     ) -> None:
         source = flat(operand.type)
         if isinstance(source, RealType):

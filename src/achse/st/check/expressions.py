@@ -7,7 +7,7 @@ from achse.iec.derived import InterfaceType, resolved
 from achse.iec.elementary import BOOL, BYTE, DWORD, LWORD, WORD
 from achse.iec.enums import EnumType
 from achse.iec.errors import IecError, IecValueError
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Address as Place
 from achse.st.check.meanings import (
@@ -20,16 +20,16 @@ from achse.st.check.meanings import (
     TypeName,
     UnitName,
 )
-from achse.st.check.operands import Operand, constant_operand
+from achse.st.check.operands import TypedOperand, constant_operand
 from achse.st.constants import path_of
 from achse.st.cursor import Unexpected
 from achse.st.literals import literal_value
 from achse.st.tree import (
-    Address,
     Assign,
     Binary,
     Call,
     Dereference,
+    DirectAddress,
     Expression,
     GlobalName,
     Index,
@@ -50,28 +50,28 @@ from achse.st.values import Constant
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["Expressions"]
+__all__ = ["ExpressionChecker"]
 
 
-class Expressions:
+class ExpressionChecker:
     """Checks the expressions of one routine."""
 
     def __init__(self, body: "RoutineBody") -> None:
         self._body = body
 
-    def operand(self, tree: Expression) -> Operand:
+    def operand(self, tree: Expression) -> TypedOperand:
         """An expression as a value. Raises `Unexpected` and `Failed`."""
         found = self.meaning(tree)
-        if not isinstance(found, Operand):
+        if not isinstance(found, TypedOperand):
             found = self.as_operand(found, tree.at)
         if found.value.type is None:
             return self._body.calls.valued(found, tree.at)
         return found
 
-    def as_operand(self, found: Meaning, at: int) -> Operand:
+    def as_operand(self, found: Meaning, at: int) -> TypedOperand:
         """A meaning as a value: a property is read, a function is called."""
         match found:
-            case Operand():
+            case TypedOperand():
                 return found
             case PropertyUse():
                 return self._body.calls.read_property(found)
@@ -86,7 +86,7 @@ class Expressions:
             case SpaceName(name, place):
                 raise self._body.names.unknown(name, place)
 
-    def called_without_arguments(self, found: Meaning, at: int) -> Operand:
+    def called_without_arguments(self, found: Meaning, at: int) -> TypedOperand:
         """What is called without parentheses, as older sources do."""
         if isinstance(found, Callee):
             return self._body.calls.invoke(found, (), at)
@@ -171,7 +171,7 @@ class Expressions:
         found = self._body.names.outer(tree.name, tree.at)
         return SpaceName(tree.name, tree.at) if found is None else found
 
-    def _address(self, tree: Address) -> Meaning:
+    def _address(self, tree: DirectAddress) -> Meaning:
         """`%MW10` in a body."""
         try:
             place = Place.parse(tree.text)
@@ -182,7 +182,7 @@ class Expressions:
         type = BOOL if place.bit is not None else _WIDTHS.get(place.width, BYTE)
         base = ImageBase(place.area)
         storage = Storage(base, place.byte, type, place.bit, name=tree.text, at=tree.at)
-        return Operand(Read(storage, type, tree.at), type, storage)
+        return TypedOperand(Read(storage, type, tree.at), type, storage)
 
     def _this(self, tree: This) -> Meaning:
         body = self._body
@@ -190,7 +190,7 @@ class Expressions:
         if address is None:
             raise Unexpected(tree.at, "THIS is in function blocks only")
         assert body.this is not None
-        return Operand(address, body.checking.pointer_to(body.this))
+        return TypedOperand(address, body.checking.pointer_to(body.this))
 
     def _super(self, tree: Super) -> Meaning:
         return self._body.paths.base_instance(tree.at)
@@ -219,7 +219,7 @@ class Expressions:
 
     # operators -------------------------------------------------------------------------------
 
-    def _chain(self, tree: Expression) -> Operand:
+    def _chain(self, tree: Expression) -> TypedOperand:
         """Long sums lean to the left: that side is walked, not descended."""
         chain: list[Binary] = []
         while isinstance(tree, Binary):
@@ -246,7 +246,7 @@ class Expressions:
         found = self.meaning(tree)
         if isinstance(found, PropertyUse):
             found = self._body.calls.read_property(found)
-        if isinstance(found, Operand) and not _is_instance(found) and isinstance(tree, Name):
+        if isinstance(found, TypedOperand) and not _is_instance(found) and isinstance(tree, Name):
             # The result of a function has the name that calls it.
             routine = self._body.names.routine(tree.name, tree.at)
             if routine is not None:
@@ -254,11 +254,11 @@ class Expressions:
         return found
 
 
-def _is_instance(operand: Operand) -> bool:
+def _is_instance(operand: TypedOperand) -> bool:
     type = operand.flat
     if isinstance(type, InterfaceType):
         return False
-    return isinstance(type, StructType) and type.kind is Kind.FUNCTION_BLOCK
+    return isinstance(type, StructType) and type.kind is RecordKind.FUNCTION_BLOCK
 
 
 _LONG = 50
@@ -266,19 +266,19 @@ _LONG = 50
 
 _WIDTHS: dict[str, IecType[Any]] = {"B": BYTE, "W": WORD, "D": DWORD, "L": LWORD}
 
-_READERS: dict[type, Callable[[Expressions, Any], Meaning]] = {
-    Address: Expressions._address,
-    Literal: Expressions._literal,
-    Name: Expressions._name,
-    GlobalName: Expressions._global_name,
-    This: Expressions._this,
-    Super: Expressions._super,
-    Member: Expressions._member,
-    PartOf: Expressions._part_of,
-    Index: Expressions._index,
-    Dereference: Expressions._dereference,
-    Call: Expressions._call,
-    Unary: Expressions._unary,
-    Assign: Expressions._assign,
-    TypeOperand: Expressions._type,
+_READERS: dict[type, Callable[[ExpressionChecker, Any], Meaning]] = {
+    DirectAddress: ExpressionChecker._address,
+    Literal: ExpressionChecker._literal,
+    Name: ExpressionChecker._name,
+    GlobalName: ExpressionChecker._global_name,
+    This: ExpressionChecker._this,
+    Super: ExpressionChecker._super,
+    Member: ExpressionChecker._member,
+    PartOf: ExpressionChecker._part_of,
+    Index: ExpressionChecker._index,
+    Dereference: ExpressionChecker._dereference,
+    Call: ExpressionChecker._call,
+    Unary: ExpressionChecker._unary,
+    Assign: ExpressionChecker._assign,
+    TypeOperand: ExpressionChecker._type,
 }

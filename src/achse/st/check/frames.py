@@ -3,16 +3,16 @@
 from typing import Any
 
 from achse.iec.elementary import BOOL, BoolType
-from achse.iec.layout import Layout, LayoutRules, Spot, align
+from achse.iec.layout import LayoutRules, MemberOffset, TypeLayout, align
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Section, Variable
 from achse.st.typed.places import FrameBase, Storage, flat
 
-__all__ = ["Frame"]
+__all__ = ["VariableFrame"]
 
 
-class Frame:
+class VariableFrame:
     """Variables one after the other, each at its natural alignment."""
 
     def __init__(self, name: str, rules: LayoutRules) -> None:
@@ -61,11 +61,11 @@ class Frame:
 
     def structure(self) -> StructType[Any]:
         """The frame as a type: offsets, and the bytes it starts with."""
-        spots = tuple(Spot(variable.offset) for variable in self.variables)
+        spots = tuple(MemberOffset(variable.offset) for variable in self.variables)
         size = align(self._size, self._alignment)
         return StructType(
             self._name,
             self.variables,
             rules=self._rules,
-            layout=Layout(size, self._alignment, spots),
+            layout=TypeLayout(size, self._alignment, spots),
         )

@@ -9,7 +9,7 @@ from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.st.check.meanings import PropertyUse
 from achse.st.check.names import replaced
-from achse.st.check.operands import Operand, read
+from achse.st.check.operands import TypedOperand, read
 from achse.st.cursor import Unexpected
 from achse.st.scopes import Failed
 from achse.st.tree import (
@@ -18,7 +18,7 @@ from achse.st.tree import (
     Declaration,
     Expression,
     Initial,
-    Repeated,
+    Repetition,
     StructInitial,
 )
 from achse.st.typed.expressions import Known, Stored
@@ -131,14 +131,14 @@ class Initials:
             yield from self._values(place, element, value, all_of_it)
 
     def _flattened(
-        self, type: ArrayType[Any], values: Sequence[Initial | Repeated]
+        self, type: ArrayType[Any], values: Sequence[Initial | Repetition]
     ) -> Iterator[Initial]:
         """The values in order, repeated ones as often as they count."""
         nested = isinstance(resolved(type.element), ArrayType)
         for item in values:
             if isinstance(item, ArrayInitial) and not nested:
                 yield from self._flattened(type, item.values)
-            elif isinstance(item, Repeated):
+            elif isinstance(item, Repetition):
                 count = self._count(item.count)
                 for _ in range(count):
                     yield from item.values
@@ -155,7 +155,7 @@ class Initials:
         if any(argument.name for argument in item.arguments):
             return False
         found = self._body.expressions.meaning(item.of)
-        return isinstance(found, Operand) and isinstance(found.constant, int)
+        return isinstance(found, TypedOperand) and isinstance(found.constant, int)
 
     def _count(self, tree: Expression) -> int:
         value = self._body.expressions.operand(tree).constant

@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import resolved
 from achse.iec.elementary import BOOL
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Section, Variable
-from achse.st.check.frames import Frame
-from achse.st.check.signatures import Parameter, Signature
+from achse.st.check.frames import VariableFrame
+from achse.st.check.signatures import DeclaredParameter, Signature
 from achse.st.records import instance_name, instance_variables
-from achse.st.scopes import Entry, Scope
+from achse.st.scopes import DeclaredUnit, Scope
 from achse.st.tree import Argument, ArrayInitial, Call, Declaration, StructOf
 from achse.st.typed.expressions import AddressOf, DirectTarget, Invocation, Known, Read, Stored
 from achse.st.typed.places import CalleeBase, InstanceBase, Storage, UnitBase, flat
@@ -59,7 +59,7 @@ class Life:
         found = self._needs.get(key)
         if found is None:
             self._needs[key] = False
-            if type.kind is not Kind.UNIT and self._checking.names.entry_of(type) is None:
+            if type.kind is not RecordKind.UNIT and self._checking.names.entry_of(type) is None:
                 return False  # Declared where a variable is, or without sources.
             found = self._needs[key] = self._is_needed(type, event)
         return found
@@ -83,7 +83,10 @@ class Life:
 
     def is_block(self, type: StructType[Any]) -> bool:
         """Whether a record is a function block whose source is known."""
-        return type.kind is Kind.FUNCTION_BLOCK and self._checking.names.entry_of(type) is not None
+        return (
+            type.kind is RecordKind.FUNCTION_BLOCK
+            and self._checking.names.entry_of(type) is not None
+        )
 
     def _own_method(self, type: StructType[Any], event: LifeEvent) -> Method | None:
         """FB_init and the like, if the block declares it itself."""
@@ -93,7 +96,7 @@ class Life:
         part = self._checking.blocks.own_parts(entry).get(_ROUTINES[event][1])
         return part if isinstance(part, Method) else None
 
-    def init_method(self, type: StructType[Any]) -> tuple[Entry, Method] | None:
+    def init_method(self, type: StructType[Any]) -> tuple[DeclaredUnit, Method] | None:
         """The FB_init that takes the arguments of a declaration: the most derived one."""
         entry = self._checking.names.entry_of(type)
         found = None if entry is None else self._checking.blocks.part(entry, "fb_init")
@@ -112,15 +115,15 @@ class Life:
             return known
         entry = self.entry(type)
         names = self._checking.names
-        frame = Frame(name, names.rules)
-        this = None if type.kind is Kind.UNIT else type
+        frame = VariableFrame(name, names.rules)
+        this = None if type.kind is RecordKind.UNIT else type
         tree: Any = entry.tree
         scope = Scope(entry.source, name, entry.space, names.scopes.scope(entry))
         made = Signature(key, name, RoutineKind.LIFE, entry, tree, scope, frame, this)
         flags = {LifeEvent.CREATE: _FLAGS, LifeEvent.EXIT: _FLAGS[1:], LifeEvent.REINIT: ()}
         for flag in flags[event]:
             variable = frame.add(Variable(BOOL, name=flag, section=Section.INPUT))
-            made.parameters.append(Parameter(variable, "VAR_INPUT", BOOL, has_initial=True))
+            made.parameters.append(DeclaredParameter(variable, "VAR_INPUT", BOOL, has_initial=True))
         if event is LifeEvent.CREATE:
             found = self.init_method(type)
             if found is not None:
@@ -128,14 +131,14 @@ class Life:
         self._signatures[key] = made
         return made
 
-    def _further_parameters(self, made: Signature, entry: Entry, tree: Method) -> None:
+    def _further_parameters(self, made: Signature, entry: DeclaredUnit, tree: Method) -> None:
         init = self._checking.routines.of_method(entry, tree)
         for parameter in init.parameters:
             if parameter.variable.name.lower() in {flag.lower() for flag in _FLAGS}:
                 continue
             variable = made.frame.add(parameter.variable.copy())
             made.parameters.append(
-                Parameter(
+                DeclaredParameter(
                     variable,
                     parameter.section,
                     parameter.type,
@@ -145,7 +148,7 @@ class Life:
                 )
             )
 
-    def entry(self, type: StructType[Any]) -> Entry:
+    def entry(self, type: StructType[Any]) -> DeclaredUnit:
         """The unit that declares a record, or a program or list by its name."""
         found = self._checking.names.entry_of(type)
         return self._checking.names.scopes.entries[type.name.lower()] if found is None else found
@@ -177,7 +180,7 @@ class Life:
             found += inputs
         return tuple(found)
 
-    def _flag(self, body: "RoutineBody", parameter: Parameter, at: int) -> Stored:
+    def _flag(self, body: "RoutineBody", parameter: DeclaredParameter, at: int) -> Stored:
         """A flag: that of the running `create`, else as at a start."""
         name = parameter.variable.name
         place = Storage(CalleeBase(), parameter.variable.offset, BOOL, name=name, at=at)
@@ -346,7 +349,7 @@ class Life:
 
     def _place(self, type: StructType[Any], member: Variable[Any, Any], at: int) -> Storage:
         kind = flat(member.type)
-        if type.kind is Kind.UNIT:
+        if type.kind is RecordKind.UNIT:
             return Storage(UnitBase(type.name, member), 0, kind, name=member.name, at=at)
         base = InstanceBase()
         return Storage(base, member.offset, kind, member.bit, name=member.name, at=at)
@@ -375,7 +378,7 @@ def element_of(type: IecType[Any]) -> StructType[Any] | None:
     real = resolved(type)
     while isinstance(real, ArrayType):
         real = resolved(real.element)
-    if isinstance(real, StructType) and real.kind is not Kind.UNION:
+    if isinstance(real, StructType) and real.kind is not RecordKind.UNION:
         return real
     return None
 

@@ -5,9 +5,9 @@ from typing import Any, TypeAlias
 
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
-from achse.st.check.operands import Operand
+from achse.st.check.operands import TypedOperand
 from achse.st.check.signatures import Signature
-from achse.st.scopes import Entry
+from achse.st.scopes import DeclaredUnit
 from achse.st.typed.expressions import TypedValue
 from achse.st.units import Property
 
@@ -28,7 +28,7 @@ class TypeName:
     """A type: before a dot (an enumeration), in SIZEOF and __NEW."""
 
     type: IecType[Any]
-    entry: Entry | None
+    entry: DeclaredUnit | None
     name: str
     at: int
 
@@ -38,7 +38,7 @@ class UnitName:
     """A program or variable list."""
 
     name: str
-    entry: Entry | None
+    entry: DeclaredUnit | None
     """None of a unit that the runtime has."""
     type: StructType[Any] | None
     at: int
@@ -67,7 +67,7 @@ class Callee:
 class PropertyUse:
     """A property of an instance (or program): its GET or SET is called."""
 
-    entry: Entry
+    entry: DeclaredUnit
     tree: Property
     instance: TypedValue | None
     is_exact: bool
@@ -87,10 +87,17 @@ class BuiltinName:
 class BaseInstance:
     """`SUPER^`: this instance as its base sees it."""
 
-    entry: Entry
+    entry: DeclaredUnit
     at: int
 
 
 Meaning: TypeAlias = (
-    Operand | TypeName | UnitName | SpaceName | Callee | PropertyUse | BuiltinName | BaseInstance
+    TypedOperand
+    | TypeName
+    | UnitName
+    | SpaceName
+    | Callee
+    | PropertyUse
+    | BuiltinName
+    | BaseInstance
 )

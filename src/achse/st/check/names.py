@@ -18,9 +18,9 @@ from achse.st.check.meanings import (
     TypeName,
     UnitName,
 )
-from achse.st.check.operands import Operand, constant_operand, read
+from achse.st.check.operands import TypedOperand, constant_operand, read
 from achse.st.cursor import Unexpected
-from achse.st.scopes import Declared, Entry, Scope
+from achse.st.scopes import Declared, DeclaredUnit, Scope
 from achse.st.tree import ArrayInitial, StructInitial
 from achse.st.typed.expressions import AddressOf, Read, TypedValue
 from achse.st.typed.places import InstanceBase, StaticBase, Storage, UnitBase, flat
@@ -41,18 +41,18 @@ from achse.st.values import Constant, NotConstant
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["Names", "replaced"]
+__all__ = ["NameResolver", "replaced"]
 
 _EXTERNAL = ("VAR_EXTERNAL", "VAR_CONFIG", "VAR_GENERIC")
 
 
-class Names:
+class NameResolver:
     """Looks names up for one routine."""
 
     def __init__(self, body: "RoutineBody") -> None:
         self._body = body
         self._names = body.checking.names
-        self._found: dict[str, Operand] = {}
+        self._found: dict[str, TypedOperand] = {}
         """Variables looked up already: a body names the same few again and again."""
 
     # single names ----------------------------------------------------------------------------
@@ -83,7 +83,7 @@ class Names:
         type = self._names.given.find(name, at)
         return None if type is None else TypeName(type, None, name, at)
 
-    def of_entry(self, entry: Entry, at: int) -> Meaning:
+    def of_entry(self, entry: DeclaredUnit, at: int) -> Meaning:
         """A unit as a meaning."""
         body = self._body
         tree = entry.tree
@@ -113,7 +113,7 @@ class Names:
 
     # variables -------------------------------------------------------------------------------
 
-    def variable(self, key: str, at: int) -> Operand | None:
+    def variable(self, key: str, at: int) -> TypedOperand | None:
         """A variable of the routine, of its instance, or of its unit."""
         known = self._found.get(key)
         if known is not None:
@@ -123,7 +123,7 @@ class Names:
             self._found[key] = found
         return found
 
-    def _variable(self, key: str, at: int) -> Operand | None:
+    def _variable(self, key: str, at: int) -> TypedOperand | None:
         body = self._body
         signature = body.signature
         placed = body.frame.find(key)
@@ -146,7 +146,7 @@ class Names:
                 return None if constant is None else constant_operand(constant, at)
             return None
         constant = self.constant(here, declared, key, at)
-        storage_of: Operand | None = None
+        storage_of: TypedOperand | None = None
         if key in signature.members and body.this is not None and here is body.scope:
             storage_of = self.member_of_instance(body.this.member(signature.members[key]), at)
         elif here is body.scope and key in signature.statics:
@@ -159,7 +159,7 @@ class Names:
             raise Unexpected(at, f"{declared[1].names[0].name} cannot be reached from here")
         return self._with_constant(storage_of, declared, constant, at)
 
-    def _of_frame(self, placed: Variable[Any, Any], key: str, at: int) -> Operand:
+    def _of_frame(self, placed: Variable[Any, Any], key: str, at: int) -> TypedOperand:
         body = self._body
         found = read(body.frame.storage(placed, at), placed.type, at)
         parameter = body.signature.parameter(key)
@@ -169,7 +169,7 @@ class Names:
             )
         return found
 
-    def _inner_value(self, key: str, at: int) -> Operand | None:
+    def _inner_value(self, key: str, at: int) -> TypedOperand | None:
         """A value of an enumeration that is declared where a variable is."""
         here: Scope | None = self._body.scope
         while here is not None:
@@ -191,8 +191,8 @@ class Names:
             return None
 
     def _with_constant(
-        self, found: Operand, declared: Declared, constant: Constant | None, at: int
-    ) -> Operand:
+        self, found: TypedOperand, declared: Declared, constant: Constant | None, at: int
+    ) -> TypedOperand:
         if constant is None:
             if "CONSTANT" in declared[0].qualifiers and found.storage is not None:
                 found.storage = replaced(found.storage, is_constant=True)
@@ -204,7 +204,7 @@ class Names:
             value.storage = replaced(found.storage, is_constant=True)
         return value
 
-    def member_of_instance(self, member: Variable[Any, Any], at: int) -> Operand:
+    def member_of_instance(self, member: Variable[Any, Any], at: int) -> TypedOperand:
         """A variable of the instance the routine runs on."""
         body = self._body
         assert body.this is not None
@@ -219,7 +219,7 @@ class Names:
 
     def add_bounds(
         self,
-        found: Operand,
+        found: TypedOperand,
         whole: Storage,
         type: StructType[Any],
         member: Variable[Any, Any],
@@ -253,18 +253,18 @@ class Names:
             here = here.base
         return StaticBase(type.name, member)
 
-    def _static(self, base: StaticBase, at: int) -> Operand:
+    def _static(self, base: StaticBase, at: int) -> TypedOperand:
         variable = base.variable
         storage = Storage(base, 0, flat(variable.type), name=variable.name, at=at)
         return read(storage, variable.type, at)
 
-    def of_unit(self, owner: str, key: str, at: int) -> Operand:
+    def of_unit(self, owner: str, key: str, at: int) -> TypedOperand:
         """A variable of a program or variable list."""
         entry = self._names.scopes.entries[owner.lower()]
         iec = self._body.checking.unit(entry, at)
         return self.of_given(iec, key, at)
 
-    def of_given(self, iec: StructType[Any], key: str, at: int) -> Operand:
+    def of_given(self, iec: StructType[Any], key: str, at: int) -> TypedOperand:
         if not iec.has_member(key):
             raise Unexpected(at, f"{iec.name} has no variable '{key}'")
         member = iec.member(key)
@@ -306,18 +306,18 @@ class Names:
                 raise
             return None
 
-    def of_list(self, scope: Scope, declared: Declared, key: str, at: int) -> Operand:
+    def of_list(self, scope: Scope, declared: Declared, key: str, at: int) -> TypedOperand:
         """A variable of a list or program, by its declaration."""
         constant = self.constant(scope, declared, key, at)
         return self._with_constant(self.of_unit(scope.owner, key, at), declared, constant, at)
 
-    def this_operand(self, at: int) -> Operand | None:
+    def this_operand(self, at: int) -> TypedOperand | None:
         """`THIS^`, in routines that have one."""
         this = self._body.this
         if this is None:
             return None
         storage = Storage(InstanceBase(), 0, this, at=at)
-        return Operand(Read(storage, this, at), this, storage)
+        return TypedOperand(Read(storage, this, at), this, storage)
 
     # parts -----------------------------------------------------------------------------------
 
@@ -331,7 +331,7 @@ class Names:
         instance = self.this_address(at)
         return self.of_part(entry, key, instance, False, at)
 
-    def _check_access(self, owner: Entry, part: Part, at: int) -> None:
+    def _check_access(self, owner: DeclaredUnit, part: Part, at: int) -> None:
         """Raise `Unexpected` for a part that is not for this routine to use."""
         modifiers = getattr(part, "modifiers", ())
         here = self._body.signature.entry
@@ -361,7 +361,7 @@ class Names:
         return AddressOf(storage, self._body.checking.pointer_to(this), at)
 
     def of_part(
-        self, entry: Entry, key: str, instance: TypedValue | None, is_exact: bool, at: int
+        self, entry: DeclaredUnit, key: str, instance: TypedValue | None, is_exact: bool, at: int
     ) -> Meaning | None:
         """The part of a unit with that name, on an instance. Raises `Failed`."""
         body = self._body

@@ -14,7 +14,7 @@ from achse.st.typed.places import PointerBase, Storage, flat
 from achse.st.values import Constant
 
 __all__ = [
-    "Operand",
+    "TypedOperand",
     "address_of",
     "coded",
     "constant_operand",
@@ -26,7 +26,7 @@ __all__ = [
 
 
 @dataclass(slots=True, eq=False)
-class Operand:
+class TypedOperand:
     """A value with the type it is declared with, and the storage it is read from, if any."""
 
     value: TypedValue
@@ -68,15 +68,15 @@ class Operand:
         return isinstance(self.value, Known)
 
 
-def read(storage: Storage, type: IecType[Any], at: int) -> Operand:
+def read(storage: Storage, type: IecType[Any], at: int) -> TypedOperand:
     """What is in a storage; behind a reference what that leads to."""
     real = resolved(type)
     if isinstance(real, ReferenceType):
         return _followed(storage, real, at)
-    return Operand(Read(storage, storage.type, at), type, storage)
+    return TypedOperand(Read(storage, storage.type, at), type, storage)
 
 
-def _followed(storage: Storage, type: PointerType, at: int) -> Operand:
+def _followed(storage: Storage, type: PointerType, at: int) -> TypedOperand:
     """What the reference in a storage leads to."""
     target = type.target
     there = Storage(
@@ -88,7 +88,7 @@ def _followed(storage: Storage, type: PointerType, at: int) -> Operand:
     return found
 
 
-def followed_value(value: TypedValue, type: PointerType, at: int) -> Operand:
+def followed_value(value: TypedValue, type: PointerType, at: int) -> TypedOperand:
     """What a reference that is a value (of a method, of a property) leads to."""
     target = type.target
     return read(Storage(PointerBase(value), 0, flat(target), at=at), target, at)
@@ -104,15 +104,15 @@ def address_of(storage: Storage, type: IecType[Any], at: int) -> TypedValue:
 
 def known(
     value: int | float | bool, type: IecType[Any], at: int, *, loose: bool = False
-) -> Operand:
+) -> TypedOperand:
     """A constant."""
-    return Operand(Known(value, flat(type), at), type, loose=loose)
+    return TypedOperand(Known(value, flat(type), at), type, loose=loose)
 
 
-def texted(text: str, type: StringType, at: int) -> Operand:
+def texted(text: str, type: StringType, at: int) -> TypedOperand:
     """A text constant, in the shortest type that holds it."""
     made = _type_of_text(text, type)
-    return Operand(Known(coded(text, made), made, at), made, loose=True, text=text)
+    return TypedOperand(Known(coded(text, made), made, at), made, loose=True, text=text)
 
 
 def _type_of_text(text: str, type: StringType) -> StringType:
@@ -133,7 +133,7 @@ def coded(text: str, type: StringType) -> bytes:
     return data[: type.length]
 
 
-def constant_operand(constant: Constant, at: int, *, is_bits: bool = False) -> Operand:
+def constant_operand(constant: Constant, at: int, *, is_bits: bool = False) -> TypedOperand:
     """What the evaluator of constants found, as an operand."""
     value, type = constant
     if isinstance(value, str):
@@ -146,7 +146,7 @@ def constant_operand(constant: Constant, at: int, *, is_bits: bool = False) -> O
         return known(value, BOOL if type is None else type, at)
     if isinstance(value, float):
         if type is None:
-            return Operand(Known(value, LREAL, at), LREAL, loose=True, soft=True)
+            return TypedOperand(Known(value, LREAL, at), LREAL, loose=True, soft=True)
         return known(value, type, at)
     if type is None or is_bits:
         found = known(value, natural(value) if type is None else type, at, loose=True)

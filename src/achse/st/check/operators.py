@@ -39,7 +39,7 @@ from achse.st.check.kinds import (
     natural,
     promoted,
 )
-from achse.st.check.operands import Operand, known
+from achse.st.check.operands import TypedOperand, known
 from achse.st.cursor import Unexpected
 from achse.st.typed.expressions import Computed, Known, Operator, Shortcut, TypedValue
 from achse.st.typed.places import flat
@@ -75,8 +75,8 @@ class Operators:
         self._body = body
 
     def binary(
-        self, sign: str, left: Operand, right: Operand, at: int, *, is_long: bool = False
-    ) -> Operand:
+        self, sign: str, left: TypedOperand, right: TypedOperand, at: int, *, is_long: bool = False
+    ) -> TypedOperand:
         """`left sign right`. Raises `Unexpected` if the operands do not go together."""
         if sign in _COMPARISONS:
             return self.compared(_COMPARISONS[sign], left, right, at)
@@ -88,7 +88,7 @@ class Operators:
             return self.power(left, right, at)
         return self._arithmetic(sign, left, right, at, is_long)
 
-    def unary(self, sign: str, operand: Operand, at: int) -> Operand:
+    def unary(self, sign: str, operand: TypedOperand, at: int) -> TypedOperand:
         """`-x`, `+x`, `NOT x`."""
         type = operand.flat
         if sign == "NOT":
@@ -110,15 +110,15 @@ class Operators:
                 wide = SIGNED[wide.size]
             inner = converted(operand.value, wide, at)
             formal = operand.type if is_signed(type) else SIGNED[type.size]
-            return Operand(folded(Computed(Operator.NEG, (inner,), wide, at)), formal)
+            return TypedOperand(folded(Computed(Operator.NEG, (inner,), wide, at)), formal)
         negated = folded(Computed(Operator.NEG, (operand.value,), type, at))
-        return Operand(negated, operand.type, soft=operand.soft)
+        return TypedOperand(negated, operand.type, soft=operand.soft)
 
-    def _inverted(self, operand: Operand, at: int) -> Operand:
+    def _inverted(self, operand: TypedOperand, at: int) -> TypedOperand:
         """NOT: of bits in their own width, unsigned, as recorded."""
         type = operand.flat
         if isinstance(type, BoolType):
-            return Operand(folded(Computed(Operator.NOT, (operand.value,), BOOL, at)), BOOL)
+            return TypedOperand(folded(Computed(Operator.NOT, (operand.value,), BOOL, at)), BOOL)
         if not isinstance(type, IntegerType):
             raise Unexpected(at, f"NOT takes a BOOL or bits, got a {operand.type.name}")
         value = operand.constant
@@ -128,13 +128,13 @@ class Operators:
             return found
         bits = UNSIGNED[type.size]
         inner = converted(operand.value, bits, at)
-        found = Operand(folded(Computed(Operator.NOT, (inner,), bits, at)), operand.type)
+        found = TypedOperand(folded(Computed(Operator.NOT, (inner,), bits, at)), operand.type)
         found.loose, found.is_bits = operand.loose, operand.is_bits
         return found
 
     # meeting ---------------------------------------------------------------------------------
 
-    def met(self, operands: list[Operand], at: int) -> tuple[list[TypedValue], IecType[Any]]:
+    def met(self, operands: list[TypedOperand], at: int) -> tuple[list[TypedValue], IecType[Any]]:
         """Operands at the one type that they compute in, and the type of the result as declared.
 
         For MAX, SEL and the like, which take any number of operands of one kind.
@@ -143,7 +143,9 @@ class Operators:
         for other in operands[1:]:
             machine, formal = self._meeting(first, other, at)
             is_loose = first.loose and other.loose
-            first = Operand(converted_or_same(first.value, machine, at), formal, loose=is_loose)
+            first = TypedOperand(
+                converted_or_same(first.value, machine, at), formal, loose=is_loose
+            )
         machine = first.flat
         if len(operands) == 1 and isinstance(machine, IntegerType):
             machine = promoted(machine)
@@ -151,7 +153,9 @@ class Operators:
         same = all(item.type is operands[0].type for item in operands)
         return values, operands[0].type if same else first.type
 
-    def _meeting(self, left: Operand, right: Operand, at: int) -> tuple[IecType[Any], IecType[Any]]:
+    def _meeting(
+        self, left: TypedOperand, right: TypedOperand, at: int
+    ) -> tuple[IecType[Any], IecType[Any]]:
         """The type that two operands compute in, and that of the result as declared."""
         a, b = left.flat, right.flat
         if isinstance(a, BoolType) or isinstance(b, BoolType):
@@ -171,11 +175,11 @@ class Operators:
             return self._meeting_times(left, right, at)
         return self._meeting_integers(left, right)
 
-    def _apart(self, left: Operand, right: Operand, at: int) -> Unexpected:
+    def _apart(self, left: TypedOperand, right: TypedOperand, at: int) -> Unexpected:
         return Unexpected(at, f"a {left.type.name} and a {right.type.name} do not go together")
 
     def _meeting_texts(
-        self, left: Operand, right: Operand, at: int
+        self, left: TypedOperand, right: TypedOperand, at: int
     ) -> tuple[IecType[Any], IecType[Any]]:
         a, b = left.flat, right.flat
         if not (isinstance(a, StringType) and isinstance(b, StringType) and a.unit == b.unit):
@@ -183,7 +187,7 @@ class Operators:
         return (a, left.type) if a.length >= b.length else (b, right.type)
 
     def _meeting_reals(
-        self, left: Operand, right: Operand, at: int
+        self, left: TypedOperand, right: TypedOperand, at: int
     ) -> tuple[IecType[Any], IecType[Any]]:
         a, b = left.flat, right.flat
         for item in (a, b):
@@ -196,7 +200,7 @@ class Operators:
         return machine, machine
 
     def _meeting_times(
-        self, left: Operand, right: Operand, at: int
+        self, left: TypedOperand, right: TypedOperand, at: int
     ) -> tuple[IecType[Any], IecType[Any]]:
         a, b = left.flat, right.flat
         if isinstance(a, TimeType) and isinstance(b, TimeType):
@@ -209,7 +213,9 @@ class Operators:
                 return item.flat, item.type
         raise self._apart(left, right, at)
 
-    def _meeting_integers(self, left: Operand, right: Operand) -> tuple[IecType[Any], IecType[Any]]:
+    def _meeting_integers(
+        self, left: TypedOperand, right: TypedOperand
+    ) -> tuple[IecType[Any], IecType[Any]]:
         a, b = left.flat, right.flat
         if left.loose and right.loose:
             wide = common_integer(a, b)
@@ -223,7 +229,9 @@ class Operators:
             return self._with_loose(left, right)
         return common_integer(a, b), _formal_of(left.type, right.type)
 
-    def _with_loose(self, typed: Operand, loose: Operand) -> tuple[IecType[Any], IecType[Any]]:
+    def _with_loose(
+        self, typed: TypedOperand, loose: TypedOperand
+    ) -> tuple[IecType[Any], IecType[Any]]:
         """A constant takes the type of what it meets, if that holds it."""
         wide = promoted(typed.flat)
         value = loose.constant
@@ -241,8 +249,8 @@ class Operators:
     # arithmetic ------------------------------------------------------------------------------
 
     def _arithmetic(
-        self, sign: str, left: Operand, right: Operand, at: int, is_long: bool
-    ) -> Operand:
+        self, sign: str, left: TypedOperand, right: TypedOperand, at: int, is_long: bool
+    ) -> TypedOperand:
         a, b = left.flat, right.flat
         operator = _ARITHMETIC[sign]
         for item in (left, right):
@@ -273,9 +281,9 @@ class Operators:
         soft = machine is LREAL and all(
             item.soft or item.loose or item.flat is not LREAL for item in (left, right)
         )
-        return Operand(_chained(operator, values, machine, at), formal, soft=soft)
+        return TypedOperand(_chained(operator, values, machine, at), formal, soft=soft)
 
-    def _check_strict(self, operand: Operand, at: int) -> None:
+    def _check_strict(self, operand: TypedOperand, at: int) -> None:
         enum = resolved(operand.type)
         if not isinstance(enum, EnumType) or operand.is_constant:
             return
@@ -283,8 +291,8 @@ class Operators:
             raise Unexpected(at, f"{enum.name} is strict: nothing is computed with it")
 
     def _constant(
-        self, operator: Operator, sign: str, left: Operand, right: Operand, at: int
-    ) -> Operand | None:
+        self, operator: Operator, sign: str, left: TypedOperand, right: TypedOperand, at: int
+    ) -> TypedOperand | None:
         """Constants alone are computed at full width; the target cuts the result."""
         a, b = left.constant, right.constant
         if isinstance(left.flat, RealType) or isinstance(right.flat, RealType):
@@ -310,8 +318,8 @@ class Operators:
         return known(value, natural(value), at, loose=True)
 
     def _constant_reals(
-        self, operator: Operator, sign: str, left: Operand, right: Operand, at: int
-    ) -> Operand | None:
+        self, operator: Operator, sign: str, left: TypedOperand, right: TypedOperand, at: int
+    ) -> TypedOperand | None:
         if operator is Operator.MOD:
             raise Unexpected(at, "MOD takes whole numbers")
         typed = [item.flat for item in (left, right) if isinstance(item.flat, RealType)]
@@ -326,21 +334,23 @@ class Operators:
         )
         found = folded(Computed(operator, values, machine, at))
         soft = all(item.soft or item.loose for item in (left, right))
-        return Operand(found, machine, loose=is_loose and isinstance(found, Known), soft=soft)
+        return TypedOperand(found, machine, loose=is_loose and isinstance(found, Known), soft=soft)
 
-    def _of_pointers(self, operator: Operator, left: Operand, right: Operand, at: int) -> Operand:
+    def _of_pointers(
+        self, operator: Operator, left: TypedOperand, right: TypedOperand, at: int
+    ) -> TypedOperand:
         """Pointer arithmetic counts bytes."""
         pointer = left if is_pointer(left.flat) else right
         width = UNSIGNED[pointer.flat.size]
         values = (converted(left.value, width, at), converted(right.value, width, at))
         both = is_pointer(left.flat) and is_pointer(right.flat)
         if both or operator not in (Operator.ADD, Operator.SUB):
-            return Operand(folded(Computed(operator, values, width, at)), width)
-        return Operand(folded(Computed(operator, values, pointer.flat, at)), pointer.type)
+            return TypedOperand(folded(Computed(operator, values, width, at)), width)
+        return TypedOperand(folded(Computed(operator, values, pointer.flat, at)), pointer.type)
 
     def _of_times(
-        self, operator: Operator, sign: str, left: Operand, right: Operand, at: int
-    ) -> Operand:
+        self, operator: Operator, sign: str, left: TypedOperand, right: TypedOperand, at: int
+    ) -> TypedOperand:
         a, b = left.flat, right.flat
         if operator in (Operator.MUL, Operator.DIV) and not (
             isinstance(a, TimeType) and isinstance(b, TimeType)
@@ -355,30 +365,30 @@ class Operators:
                 raise Unexpected(at, f"'{sign}' does not take a {a.name} and a {b.name}")
             date = left if is_date(a) else right
             values = (converted(left.value, date.flat, at), converted(right.value, date.flat, at))
-            return Operand(Computed(operator, values, date.flat, at), date.type)
+            return TypedOperand(Computed(operator, values, date.flat, at), date.type)
         wide = LTIME if LTIME in (a, b) else TIME
         values = (converted(left.value, wide, at), converted(right.value, wide, at))
         if operator is Operator.DIV:
             values = (values[0], self._body.checks.divisor(values[1], at))
             count = UNSIGNED[wide.size]
             quotient = Computed(operator, values, wide, at)
-            return Operand(converted(folded(quotient), count, at), count)
+            return TypedOperand(converted(folded(quotient), count, at), count)
         formal = left.type if left.flat is wide else right.type
-        return Operand(folded(Computed(operator, values, wide, at)), formal)
+        return TypedOperand(folded(Computed(operator, values, wide, at)), formal)
 
     def _between_dates(
-        self, operator: Operator, sign: str, left: Operand, right: Operand, at: int
-    ) -> Operand:
+        self, operator: Operator, sign: str, left: TypedOperand, right: TypedOperand, at: int
+    ) -> TypedOperand:
         if operator is not Operator.SUB:
             raise Unexpected(at, f"'{sign}' does not take two dates")
         wide, _ = self._meeting_times(left, right, at)
         values = (converted(left.value, wide, at), converted(right.value, wide, at))
         between = duration_of(wide)
-        return Operand(converted(Computed(operator, values, wide, at), between, at), between)
+        return TypedOperand(converted(Computed(operator, values, wide, at), between, at), between)
 
     def _scaled(
-        self, operator: Operator, sign: str, left: Operand, right: Operand, at: int
-    ) -> Operand:
+        self, operator: Operator, sign: str, left: TypedOperand, right: TypedOperand, at: int
+    ) -> TypedOperand:
         """TIME * number, number * TIME, TIME / number."""
         time, number = (left, right) if isinstance(left.flat, TimeType) else (right, left)
         if not is_duration(time.flat) or (operator is Operator.DIV and time is right):
@@ -390,9 +400,9 @@ class Operators:
         if operator is Operator.DIV:
             values = (values[0], self._body.checks.divisor(values[1], at))
         found = folded(Computed(operator, values, machine, at))
-        return Operand(converted(found, time.flat, at), time.type)
+        return TypedOperand(converted(found, time.flat, at), time.type)
 
-    def power(self, left: Operand, right: Operand, at: int) -> Operand:
+    def power(self, left: TypedOperand, right: TypedOperand, at: int) -> TypedOperand:
         """EXPT: REAL only if both operands are."""
         for item in (left, right):
             if not isinstance(item.flat, IntegerType | RealType):
@@ -401,11 +411,15 @@ class Operators:
         machine: IecType[Any] = REAL if is_real else LREAL
         values = (converted(left.value, machine, at), converted(right.value, machine, at))
         soft = all(item.loose or item.soft or item.flat is not LREAL for item in (left, right))
-        return Operand(folded(Computed(Operator.EXPT, values, machine, at)), machine, soft=soft)
+        return TypedOperand(
+            folded(Computed(Operator.EXPT, values, machine, at)), machine, soft=soft
+        )
 
     # comparisons and logic -------------------------------------------------------------------
 
-    def compared(self, operator: Operator, left: Operand, right: Operand, at: int) -> Operand:
+    def compared(
+        self, operator: Operator, left: TypedOperand, right: TypedOperand, at: int
+    ) -> TypedOperand:
         """BOOL of a comparison."""
         left, right = self._addressed(left, right, at), self._addressed(right, left, at)
         for item in (left, right):
@@ -423,17 +437,19 @@ class Operators:
             converted_or_same(left.value, machine, at),
             converted_or_same(right.value, machine, at),
         )
-        return Operand(folded(Computed(operator, values, BOOL, at)), BOOL)
+        return TypedOperand(folded(Computed(operator, values, BOOL, at)), BOOL)
 
-    def _addressed(self, operand: Operand, other: Operand, at: int) -> Operand:
+    def _addressed(self, operand: TypedOperand, other: TypedOperand, at: int) -> TypedOperand:
         """A block that is compared with an interface is its address."""
         type = operand.flat
         if not is_interface(other.flat) or not isinstance(type, StructType):
             return operand
         address = self._body.paths.address(operand, other.flat, at)
-        return Operand(address, other.type)
+        return TypedOperand(address, other.type)
 
-    def _bits(self, operator: Operator, left: Operand, right: Operand, at: int) -> Operand:
+    def _bits(
+        self, operator: Operator, left: TypedOperand, right: TypedOperand, at: int
+    ) -> TypedOperand:
         a, b = left.flat, right.flat
         for item in (left, right):
             if isinstance(item.flat, RealType | StringType | StructType | ArrayType):
@@ -460,14 +476,16 @@ class Operators:
             converted_or_same(left.value, machine, at),
             converted_or_same(right.value, machine, at),
         )
-        return Operand(_chained(operator, pair, machine, at), formal)
+        return TypedOperand(_chained(operator, pair, machine, at), formal)
 
-    def _shortcut(self, sign: str, left: Operand, right: Operand, at: int) -> Operand:
+    def _shortcut(
+        self, sign: str, left: TypedOperand, right: TypedOperand, at: int
+    ) -> TypedOperand:
         first, second = self._body.truth(left, at), self._body.truth(right, at)
         is_and = sign == "AND_THEN"
         if isinstance(first, Known):
-            return Operand(second if bool(first.value) is is_and else first, BOOL)
-        return Operand(Shortcut(is_and, first, second, BOOL, at), BOOL)
+            return TypedOperand(second if bool(first.value) is is_and else first, BOOL)
+        return TypedOperand(Shortcut(is_and, first, second, BOOL, at), BOOL)
 
 
 _CHAINS = (Operator.ADD, Operator.MUL, Operator.AND, Operator.OR, Operator.XOR)

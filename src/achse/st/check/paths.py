@@ -7,7 +7,7 @@ from achse.iec.derived import InterfaceType, PointerType, ReferenceType, resolve
 from achse.iec.elementary import BOOL, BYTE, DINT, DWORD, LINT, LWORD, WORD, BoolType, IntegerType
 from achse.iec.enums import EnumType
 from achse.iec.strings import StringType
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Section
 from achse.st.check.conversions import converted
@@ -22,7 +22,7 @@ from achse.st.check.meanings import (
     UnitName,
 )
 from achse.st.check.names import replaced
-from achse.st.check.operands import Operand, address_of, constant_operand, known, read
+from achse.st.check.operands import TypedOperand, address_of, constant_operand, known, read
 from achse.st.cursor import Unexpected
 from achse.st.tree import Dereference, Index, Member, PartOf, Super, This
 from achse.st.typed.expressions import (
@@ -58,7 +58,7 @@ class Paths:
 
     # storages --------------------------------------------------------------------------------
 
-    def storage(self, operand: Operand, at: int) -> Storage:
+    def storage(self, operand: TypedOperand, at: int) -> Storage:
         """Where an operand is; a value is put into a temporary."""
         if operand.storage is not None:
             return operand.storage
@@ -66,7 +66,7 @@ class Paths:
         base = TemporaryBase(variable, operand.value)
         return Storage(base, 0, operand.flat, name=variable.name, at=at)
 
-    def address(self, operand: Operand, type: IecType[Any], at: int) -> TypedValue:
+    def address(self, operand: TypedOperand, type: IecType[Any], at: int) -> TypedValue:
         """The address of an operand."""
         storage = self.storage(operand, at)
         if storage.bit is not None:
@@ -86,7 +86,7 @@ class Paths:
         whole = self._body.expressions.meaning(tree.of)
         at = tree.at
         match whole:
-            case Operand():
+            case TypedOperand():
                 return self.member_of(whole, tree.name, at)
             case TypeName():
                 return self._of_type(whole, tree.name, at)
@@ -102,7 +102,7 @@ class Paths:
                 callee = self._body.expressions.called_without_arguments(whole, at)
                 return self.member_of(callee, tree.name, at)
 
-    def member_of(self, whole: Operand, name: str, at: int) -> Meaning:
+    def member_of(self, whole: TypedOperand, name: str, at: int) -> Meaning:
         """A member, method, property or action of an operand."""
         type = whole.flat
         key = name.lower()
@@ -128,7 +128,9 @@ class Paths:
             raise Unexpected(at, f"a POINTER TO {target} has no members; write ^ before the dot")
         raise Unexpected(at, f"a {whole.type.name} has no members, asked for '{name[:80]}'")
 
-    def _variable_of(self, whole: Operand, type: StructType[Any], key: str, at: int) -> Operand:
+    def _variable_of(
+        self, whole: TypedOperand, type: StructType[Any], key: str, at: int
+    ) -> TypedOperand:
         member = type.member(key)
         names = self._body.names
         entry = self._body.checking.names.entry_of(type)
@@ -156,7 +158,7 @@ class Paths:
         found = read(storage, member.type, at)
         is_own = isinstance(storage.base, InstanceBase) and whole.flat is self._body.this
         is_input = member.section in (Section.INPUT, Section.IN_OUT)
-        if type.kind is Kind.FUNCTION_BLOCK and not is_own and not is_input:
+        if type.kind is RecordKind.FUNCTION_BLOCK and not is_own and not is_input:
             found.outside = f"{type.name}.{member.name}"
         if isinstance(resolved(member.type), ReferenceType) and whole.storage is not None:
             names.add_bounds(found, whole.storage, type, member, at)
@@ -168,9 +170,11 @@ class Paths:
             return value
         return found
 
-    def _part_of(self, whole: Operand, type: StructType[Any], key: str, at: int) -> Meaning | None:
+    def _part_of(
+        self, whole: TypedOperand, type: StructType[Any], key: str, at: int
+    ) -> Meaning | None:
         """A method, property or action of an instance."""
-        if type.kind is not Kind.FUNCTION_BLOCK:
+        if type.kind is not RecordKind.FUNCTION_BLOCK:
             return None
         entry = self._body.checking.names.entry_of(type)
         if entry is None:
@@ -180,12 +184,12 @@ class Paths:
         pointer = self._body.checking.pointer_to(type)
         address = self.address(whole, pointer, at)
         found = self._body.names.of_part(entry, key, address, is_exact, at)
-        if isinstance(found, Operand | TypeName):
+        if isinstance(found, TypedOperand | TypeName):
             return None
         return found
 
     def _of_interface(
-        self, whole: Operand, type: InterfaceType, key: str, name: str, at: int
+        self, whole: TypedOperand, type: InterfaceType, key: str, name: str, at: int
     ) -> Meaning:
         entry = self._body.checking.names.entry_of(type)
         if entry is not None:
@@ -268,21 +272,21 @@ class Paths:
 
     # bits ------------------------------------------------------------------------------------
 
-    def _named_bit(self, whole: Operand, name: str, at: int) -> Operand:
+    def _named_bit(self, whole: TypedOperand, name: str, at: int) -> TypedOperand:
         """`x.cBit`: a constant names the bit."""
         found = self._body.names.find(name, at)
-        if isinstance(found, Operand) and isinstance(found.constant, int):
+        if isinstance(found, TypedOperand) and isinstance(found.constant, int):
             return self.part(whole, "X", found.constant, at)
         raise Unexpected(
             at, f"a {whole.type.name} has no members, and no constant is '{name[:80]}'"
         )
 
-    def part_of(self, tree: PartOf) -> Operand:
+    def part_of(self, tree: PartOf) -> TypedOperand:
         """`of.3`, `of.%B1`."""
         whole = self._body.expressions.operand(tree.of)
         return self.part(whole, tree.width, tree.number, tree.at)
 
-    def part(self, whole: Operand, width: str, number: int, at: int) -> Operand:
+    def part(self, whole: TypedOperand, width: str, number: int, at: int) -> TypedOperand:
         """A bit, byte, word … of an integer."""
         type = whole.flat
         if not isinstance(type, IntegerType):
@@ -312,9 +316,11 @@ class Paths:
                 name=f"{storage.name}.%{width}{number}",
                 at=at,
             )
-        return Operand(Read(place, part, at), part, place)
+        return TypedOperand(Read(place, part, at), part, place)
 
-    def _computed_part(self, whole: Operand, part: IecType[Any], number: int, at: int) -> Operand:
+    def _computed_part(
+        self, whole: TypedOperand, part: IecType[Any], number: int, at: int
+    ) -> TypedOperand:
         bits = 1 if isinstance(part, BoolType) else 8 * part.size
         value = whole.constant
         if isinstance(value, int):
@@ -328,13 +334,13 @@ class Paths:
             at,
         )
         if bits > 1:
-            return Operand(converted(shifted, part, at), part)
+            return TypedOperand(converted(shifted, part, at), part)
         one = Computed(Operator.AND, (shifted, Known(1, wide, at)), wide, at)
-        return Operand(converted(one, BOOL, at), BOOL)
+        return TypedOperand(converted(one, BOOL, at), BOOL)
 
     # elements --------------------------------------------------------------------------------
 
-    def index(self, tree: Index) -> Operand:
+    def index(self, tree: Index) -> TypedOperand:
         """`of[i, j]`."""
         whole = self._body.expressions.operand(tree.of)
         indices = [(self._index_value(item), item.at) for item in tree.indices]
@@ -370,11 +376,11 @@ class Paths:
 
     def _element(
         self,
-        whole: Operand,
+        whole: TypedOperand,
         type: ArrayType[Any],
         indices: list[tuple[TypedValue, int]],
         at: int,
-    ) -> Operand:
+    ) -> TypedOperand:
         outer = self.storage(whole, at)
         offset = outer.offset
         steps = list(outer.steps)
@@ -408,8 +414,8 @@ class Paths:
         return read(storage, type.element, at)
 
     def _open_element(
-        self, whole: Operand, indices: list[tuple[TypedValue, int]], at: int
-    ) -> Operand:
+        self, whole: TypedOperand, indices: list[tuple[TypedValue, int]], at: int
+    ) -> TypedOperand:
         """An element of an ARRAY [*]: its bounds are in hidden variables."""
         count = len(whole.bounds) // 2
         if len(indices) != count:
@@ -448,11 +454,11 @@ class Paths:
 
     def _pointed_element(
         self,
-        whole: Operand,
+        whole: TypedOperand,
         type: PointerType,
         index: tuple[TypedValue, int],
         at: int,
-    ) -> Operand:
+    ) -> TypedOperand:
         """`p[i]`: the i-th element from where a pointer leads."""
         target = type.target
         base = PointerBase(self._body.checks.pointer(whole.value, type, at))
@@ -467,8 +473,8 @@ class Paths:
         return read(storage, target, at)
 
     def _character(
-        self, whole: Operand, type: StringType, index: tuple[TypedValue, int], at: int
-    ) -> Operand:
+        self, whole: TypedOperand, type: StringType, index: tuple[TypedValue, int], at: int
+    ) -> TypedOperand:
         """`s[i]`: the i-th byte (of a WSTRING word) of a text, from 0."""
         outer = self.storage(whole, at)
         element: IecType[Any] = BYTE if type.unit == 1 else WORD
@@ -484,7 +490,7 @@ class Paths:
             step = IndexStep(value, first, last, type.unit, place)
             storage = replaced(outer, steps=(*outer.steps, step), type=element, at=at)
         self._body.mark_addressed(storage)
-        return Operand(Read(storage, element, at), element, storage)
+        return TypedOperand(Read(storage, element, at), element, storage)
 
     # pointers --------------------------------------------------------------------------------
 

@@ -9,11 +9,11 @@ from achse.iec.elementary import DINT
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Section, Variable
-from achse.st.check.frames import Frame
+from achse.st.check.frames import VariableFrame
 from achse.st.cursor import Unexpected
 from achse.st.records import bound_names, instance_name
 from achse.st.resolve import Resolver
-from achse.st.scopes import Entry, Failed, Scope, attributes_of
+from achse.st.scopes import DeclaredUnit, Failed, Scope, attributes_of
 from achse.st.source import Source
 from achse.st.tree import NO_NOTE, Declaration, TypeSpec, VarBlock
 from achse.st.typed.places import StaticBase
@@ -31,7 +31,7 @@ from achse.st.units import (
     Unit,
 )
 
-__all__ = ["Parameter", "Routines", "Signature", "SignatureTree", "attributes_in"]
+__all__ = ["DeclaredParameter", "Routines", "Signature", "SignatureTree", "attributes_in"]
 
 SignatureTree: TypeAlias = Function | FunctionBlock | Program | Method | Accessor | Action
 
@@ -40,7 +40,7 @@ _LOCALS = ("VAR", "VAR_TEMP")
 
 
 @dataclass(slots=True, eq=False)
-class Parameter:
+class DeclaredParameter:
     """A parameter as it is declared."""
 
     variable: Variable[Any, Any]
@@ -63,13 +63,13 @@ class Signature:
     key: str
     name: str
     kind: RoutineKind
-    entry: Entry
+    entry: DeclaredUnit
     """The unit it belongs to."""
     tree: SignatureTree
     scope: Scope
-    frame: Frame
+    frame: VariableFrame
     this: StructType[Any] | None
-    parameters: list[Parameter] = field(default_factory=list)
+    parameters: list[DeclaredParameter] = field(default_factory=list)
     result: Variable[Any, Any] | None = None
     nothing: Variable[Any, Any] | None = None
     """A hidden BOOL, where something takes the value of a function that gives none."""
@@ -97,7 +97,7 @@ class Signature:
     def is_abstract(self) -> bool:
         return "ABSTRACT" in self.modifiers or isinstance(self.entry.tree, Interface)
 
-    def parameter(self, key: str) -> Parameter | None:
+    def parameter(self, key: str) -> DeclaredParameter | None:
         """The parameter of that name, in lower case."""
         return next((item for item in self.parameters if item.variable.name.lower() == key), None)
 
@@ -109,7 +109,7 @@ class Routines:
         self._names = names
         self._known: dict[str, Signature | None] = {}
 
-    def of_function(self, entry: Entry) -> Signature:
+    def of_function(self, entry: DeclaredUnit) -> Signature:
         """A function. Raises `Failed`."""
         tree = entry.tree
         assert isinstance(tree, Function)
@@ -118,7 +118,7 @@ class Routines:
             entry.name, RoutineKind.FUNCTION, entry, tree, scope, None, tree.returns, tree.name
         )
 
-    def of_body(self, entry: Entry) -> Signature:
+    def of_body(self, entry: DeclaredUnit) -> Signature:
         """The body of a function block or program. Raises `Failed`."""
         tree = entry.tree
         assert isinstance(tree, FunctionBlock | Program)
@@ -126,7 +126,7 @@ class Routines:
         scope = self._names.scopes.scope(entry)
         return self._made(entry.name, kind, entry, tree, scope, self.this(entry), None, "")
 
-    def of_method(self, entry: Entry, tree: Method) -> Signature:
+    def of_method(self, entry: DeclaredUnit, tree: Method) -> Signature:
         """A method of a block, program or interface. Raises `Failed`."""
         name = f"{entry.name}.{tree.name}"
         scope = self._inside(entry, name, tree.blocks)
@@ -134,13 +134,13 @@ class Routines:
         this = self.this(entry)
         return self._made(name, kind, entry, tree, scope, this, tree.returns, tree.name)
 
-    def of_action(self, entry: Entry, tree: Action) -> Signature:
+    def of_action(self, entry: DeclaredUnit, tree: Action) -> Signature:
         """An action. Raises `Failed`."""
         name = f"{entry.name}.{tree.name}"
         scope = self._inside(entry, name, ())
         return self._made(name, RoutineKind.ACTION, entry, tree, scope, self.this(entry), None, "")
 
-    def of_accessor(self, entry: Entry, tree: Property, *, get: bool) -> Signature | None:
+    def of_accessor(self, entry: DeclaredUnit, tree: Property, *, get: bool) -> Signature | None:
         """GET or SET of a property; None if it has none. Raises `Failed`."""
         accessor = tree.get if get else tree.set
         if accessor is None:
@@ -161,7 +161,7 @@ class Routines:
         """The signature of that key, if it was asked for."""
         return self._known.get(key)
 
-    def this(self, entry: Entry) -> StructType[Any] | None:
+    def this(self, entry: DeclaredUnit) -> StructType[Any] | None:
         """The record of the instances that routines of a unit run on. Raises `Failed`."""
         if isinstance(entry.tree, FunctionBlock):
             type = self._names.entry_type(entry, entry.tree.at)
@@ -169,7 +169,7 @@ class Routines:
             return type
         return None
 
-    def _inside(self, entry: Entry, name: str, blocks: Iterable[VarBlock]) -> Scope:
+    def _inside(self, entry: DeclaredUnit, name: str, blocks: Iterable[VarBlock]) -> Scope:
         outer = self._names.scopes.scope(entry)
         scope = Scope(entry.source, name, entry.space, outer)
         for block in blocks:
@@ -184,7 +184,7 @@ class Routines:
         self,
         name: str,
         kind: RoutineKind,
-        entry: Entry,
+        entry: DeclaredUnit,
         tree: SignatureTree,
         scope: Scope,
         this: StructType[Any] | None,
@@ -199,7 +199,7 @@ class Routines:
                 raise Failed
             return known
         self._known[key] = None
-        frame = Frame(name, self._names.rules)
+        frame = VariableFrame(name, self._names.rules)
         made = Signature(key, name, kind, entry, tree, scope, frame, this)
         with self._names.scopes.inside(entry.source):
             if returns is not None:
@@ -208,7 +208,7 @@ class Routines:
             if kind is RoutineKind.SET and property is not None:
                 type = self._names.type_of(property.type, scope, name)
                 value = frame.add(Variable(type, name=property.name, section=Section.INPUT))
-                made.parameters.append(Parameter(value, "VAR_INPUT", type))
+                made.parameters.append(DeclaredParameter(value, "VAR_INPUT", type))
             self._fill(made, tuple(getattr(tree, "blocks", ())))
         self._known[key] = made
         return made
@@ -263,7 +263,7 @@ class Routines:
             placed = made.frame.add(variable)
             bounds = [made.frame.hidden(name, DINT) for name in _bounds(declaration, placed)]
             made.parameters.append(
-                Parameter(
+                DeclaredParameter(
                     placed,
                     block.section,
                     _declared_type(placed, block.section),
@@ -289,7 +289,7 @@ class Routines:
                 block, declaration = found
                 bounds = tuple(record.member(name) for name in _bounds(declaration, member))
                 made.parameters.append(
-                    Parameter(
+                    DeclaredParameter(
                         member,
                         block.section,
                         _declared_type(member, block.section),

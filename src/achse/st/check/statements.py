@@ -12,7 +12,7 @@ from achse.st.check.conversions import converted
 from achse.st.check.folding import cut, folded
 from achse.st.check.kinds import counted
 from achse.st.check.meanings import PropertyUse
-from achse.st.check.operands import Operand, known
+from achse.st.check.operands import TypedOperand, known
 from achse.st.cursor import Unexpected
 from achse.st.scopes import Failed
 from achse.st.tree import (
@@ -52,6 +52,7 @@ from achse.st.typed.expressions import (
 )
 from achse.st.typed.places import PointerBase
 from achse.st.typed.statements import (
+    CaseSelection,
     Conditional,
     ConditionLoop,
     CountedLoop,
@@ -62,7 +63,6 @@ from achse.st.typed.statements import (
     LoopNext,
     Protected,
     RoutineExit,
-    Selection,
     TypedBranch,
     TypedChoice,
     TypedStatement,
@@ -129,7 +129,7 @@ class StatementChecker:
         found = body.expressions.meaning(tree)
         if isinstance(found, PropertyUse):
             return Do(body.calls.read_property(found).value, tree.at)
-        if isinstance(found, Operand) and not isinstance(found.value, Invocation):
+        if isinstance(found, TypedOperand) and not isinstance(found.value, Invocation):
             body.warn(tree.at, "this does nothing: it is neither an assignment nor a call")
             return None
         return Do(body.calls.statement(found, tree.at).value, tree.at)
@@ -180,7 +180,7 @@ class StatementChecker:
 
     def _case(self, tree: Case) -> TypedStatement:
         body = self._body
-        selector: Operand | None = None
+        selector: TypedOperand | None = None
         try:
             selector = body.expressions.operand(tree.selector)
             if not isinstance(selector.flat, IntegerType | BoolType):
@@ -201,12 +201,12 @@ class StatementChecker:
         if selector is None:
             return RoutineExit(tree.at)  # The fault is told; nothing of this runs.
         value = converted(selector.value, machine, tree.at)
-        return Selection(value, choices, otherwise, tree.at)
+        return CaseSelection(value, choices, otherwise, tree.at)
 
     def _choice(
         self,
         tree: Choice,
-        selector: Operand | None,
+        selector: TypedOperand | None,
         machine: IecType[Any],
         taken: dict[tuple[int, int], int],
     ) -> TypedChoice:
@@ -231,7 +231,9 @@ class StatementChecker:
                 body.failed = True
         return TypedChoice(tuple(labels), self.sequence(tree.body), tree.at)
 
-    def _case_value(self, tree: Expression, selector: Operand | None, machine: IecType[Any]) -> int:
+    def _case_value(
+        self, tree: Expression, selector: TypedOperand | None, machine: IecType[Any]
+    ) -> int:
         operand = self._body.expressions.operand(tree)
         value = operand.constant
         if not isinstance(value, int):
@@ -306,13 +308,15 @@ class StatementChecker:
             if not isinstance(step.flat, IntegerType):
                 raise Unexpected(tree.step.at, f"FOR steps by a whole number, got {step.type.name}")
         # The counter is read where it is, also if it leads through a pointer or an index.
-        now = Operand(Read(storage, type, at), counter.type, storage)
+        now = TypedOperand(Read(storage, type, at), counter.type, storage)
         beyond = self._beyond(now, last, step, at)
         total = body.operators.binary("+", now, step, at)
         advance = Stored(storage, converted(total.value, type, at), type, at)
         return start, beyond, advance
 
-    def _beyond(self, counter: Operand, last: Operand, step: Operand, at: int) -> TypedValue:
+    def _beyond(
+        self, counter: TypedOperand, last: TypedOperand, step: TypedOperand, at: int
+    ) -> TypedValue:
         """Whether the counter is behind the end, in the direction of the step."""
         operators = self._body.operators
         if isinstance(step.constant, int):

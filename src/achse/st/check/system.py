@@ -7,14 +7,14 @@ from achse.iec.arrays import ArrayType
 from achse.iec.derived import InterfaceType, PointerType, resolved
 from achse.iec.elementary import BOOL, BYTE, DINT, UDINT, IntegerType
 from achse.iec.strings import STRING
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.variables import Variable
 from achse.st.check.anytype import type_class
 from achse.st.check.conversions import converted
 from achse.st.check.folding import folded
 from achse.st.check.meanings import TypeName
 from achse.st.check.names import replaced
-from achse.st.check.operands import Operand, known, texted
+from achse.st.check.operands import TypedOperand, known, texted
 from achse.st.cursor import Unexpected
 from achse.st.tree import Argument, Call, Expression, Index, Member, Name
 from achse.st.typed.expressions import (
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SystemOperators"]
 
-Special = Callable[[list[Expression], int], Operand]
+Special = Callable[[list[Expression], int], TypedOperand]
 
 
 class SystemOperators:
@@ -69,7 +69,7 @@ class SystemOperators:
         """The operator of that name, in upper case."""
         return self._specials.get(name)
 
-    def variable(self, name: str, at: int) -> Operand | None:
+    def variable(self, name: str, at: int) -> TypedOperand | None:
         """Names that are values: none of the checker's own at present."""
         return None
 
@@ -79,7 +79,7 @@ class SystemOperators:
 
     # addresses and sizes ---------------------------------------------------------------------
 
-    def _address(self, trees: list[Expression], at: int) -> Operand:
+    def _address(self, trees: list[Expression], at: int) -> TypedOperand:
         body = self._body
         self._take("ADR", trees, 1, at)
         operand = body.expressions.operand(trees[0])
@@ -87,10 +87,10 @@ class SystemOperators:
         if operand.storage is not None and operand.storage.bit is not None:
             body.warn(at, "a bit has no address: ADR gives that of its byte")
             storage = replaced(operand.storage, bit=None)
-            operand = Operand(operand.value, operand.type, storage)
-        return Operand(body.paths.address(operand, pointer, trees[0].at), pointer)
+            operand = TypedOperand(operand.value, operand.type, storage)
+        return TypedOperand(body.paths.address(operand, pointer, trees[0].at), pointer)
 
-    def _bit_address(self, trees: list[Expression], at: int) -> Operand:
+    def _bit_address(self, trees: list[Expression], at: int) -> TypedOperand:
         """The number of a bit from the start of its area."""
         body = self._body
         self._take("BITADR", trees, 1, at)
@@ -99,15 +99,15 @@ class SystemOperators:
             raise Unexpected(at, "BITADR takes a variable")
         place = replaced(operand.storage, bit=None)
         address = body.paths.address(
-            Operand(operand.value, operand.type, place), body.checking.pointer_to(BYTE), at
+            TypedOperand(operand.value, operand.type, place), body.checking.pointer_to(BYTE), at
         )
         low = converted(address, UDINT, at)
         inside = Computed(Operator.AND, (low, Known(0x0FFF_FFFF, UDINT, at)), UDINT, at)
         bits = Computed(Operator.MUL, (inside, Known(8, UDINT, at)), UDINT, at)
         number = Known(operand.storage.bit or 0, UDINT, at)
-        return Operand(Computed(Operator.ADD, (bits, number), UDINT, at), UDINT)
+        return TypedOperand(Computed(Operator.ADD, (bits, number), UDINT, at), UDINT)
 
-    def _size(self, trees: list[Expression], at: int) -> Operand:
+    def _size(self, trees: list[Expression], at: int) -> TypedOperand:
         body = self._body
         self._take("SIZEOF", trees, 1, at)
         type = body.expressions.type_operand(trees[0])
@@ -118,22 +118,22 @@ class SystemOperators:
             type = operand.type
         return known(type.size, UDINT, at, loose=True)
 
-    def _open_size(self, operand: Operand, at: int) -> Operand:
+    def _open_size(self, operand: TypedOperand, at: int) -> TypedOperand:
         """Of an ARRAY [*]: what its bounds say."""
         size: TypedValue = Known(operand.flat.size, DINT, at)
         for lower, upper in zip(operand.bounds[::2], operand.bounds[1::2], strict=True):
             span = Computed(Operator.SUB, (upper, lower), DINT, at)
             count = Computed(Operator.ADD, (span, Known(1, DINT, at)), DINT, at)
             size = Computed(Operator.MUL, (size, count), DINT, at)
-        return Operand(converted(size, UDINT, at), UDINT)
+        return TypedOperand(converted(size, UDINT, at), UDINT)
 
-    def _lower(self, trees: list[Expression], at: int) -> Operand:
+    def _lower(self, trees: list[Expression], at: int) -> TypedOperand:
         return self._bound("LOWER_BOUND", trees, 0, at)
 
-    def _upper(self, trees: list[Expression], at: int) -> Operand:
+    def _upper(self, trees: list[Expression], at: int) -> TypedOperand:
         return self._bound("UPPER_BOUND", trees, 1, at)
 
-    def _bound(self, name: str, trees: list[Expression], which: int, at: int) -> Operand:
+    def _bound(self, name: str, trees: list[Expression], which: int, at: int) -> TypedOperand:
         body = self._body
         self._take(name, trees, 2, at)
         operand = body.expressions.operand(trees[0])
@@ -150,12 +150,12 @@ class SystemOperators:
         if not isinstance(number, int) or not 1 <= number <= count:
             raise Unexpected(at, f"{name} takes the number of a dimension, 1..{count}")
         if operand.bounds:
-            return Operand(operand.bounds[2 * number - 2 + which], DINT)
+            return TypedOperand(operand.bounds[2 * number - 2 + which], DINT)
         assert isinstance(type, ArrayType)
         bounds = type.dimensions[number - 1]
         return known(bounds.last if which else bounds.first, DINT, at)
 
-    def _is_valid(self, trees: list[Expression], at: int) -> Operand:
+    def _is_valid(self, trees: list[Expression], at: int) -> TypedOperand:
         """`__ISVALIDREF(r)`: whether a reference leads anywhere."""
         body = self._body
         self._take("__ISVALIDREF", trees, 1, at)
@@ -171,11 +171,11 @@ class SystemOperators:
             raise Unexpected(at, f"__ISVALIDREF takes a REFERENCE, got a {operand.type.name}")
         type = pointer.type
         assert type is not None
-        return Operand(Computed(Operator.NE, (pointer, Known(0, type, at)), BOOL, at), BOOL)
+        return TypedOperand(Computed(Operator.NE, (pointer, Known(0, type, at)), BOOL, at), BOOL)
 
     # memory ----------------------------------------------------------------------------------
 
-    def _created(self, trees: list[Expression], at: int) -> Operand:
+    def _created(self, trees: list[Expression], at: int) -> TypedOperand:
         """`__NEW(T)`, `__NEW(T, count)`, `__NEW(FB_X(nParameter := 1))`."""
         body = self._body
         if not 1 <= len(trees) <= 2:
@@ -201,9 +201,9 @@ class SystemOperators:
         elif arguments:
             raise Unexpected(at, f"{type.name} has no FB_init to give arguments to")
         pointer = body.checking.pointer_to(type)
-        return Operand(Created(flat(type), count, stored, pointer, at), pointer)
+        return TypedOperand(Created(flat(type), count, stored, pointer, at), pointer)
 
-    def _deleted(self, trees: list[Expression], at: int) -> Operand:
+    def _deleted(self, trees: list[Expression], at: int) -> TypedOperand:
         body = self._body
         self._take("__DELETE", trees, 1, at)
         operand = body.expressions.operand(trees[0])
@@ -212,15 +212,15 @@ class SystemOperators:
             storage = body.paths.storage(operand, at)  # __DELETE(THIS)
         if storage is None or not isinstance(storage.type, PointerType):
             raise Unexpected(at, f"__DELETE takes a pointer variable, got a {operand.type.name}")
-        return Operand(Deleted(storage, None, at), operand.type)
+        return TypedOperand(Deleted(storage, None, at), operand.type)
 
-    def _query_interface(self, trees: list[Expression], at: int) -> Operand:
+    def _query_interface(self, trees: list[Expression], at: int) -> TypedOperand:
         return self._queried("__QUERYINTERFACE", trees, at)
 
-    def _query_pointer(self, trees: list[Expression], at: int) -> Operand:
+    def _query_pointer(self, trees: list[Expression], at: int) -> TypedOperand:
         return self._queried("__QUERYPOINTER", trees, at)
 
-    def _queried(self, name: str, trees: list[Expression], at: int) -> Operand:
+    def _queried(self, name: str, trees: list[Expression], at: int) -> TypedOperand:
         body = self._body
         self._take(name, trees, 2, at)
         source = body.expressions.operand(trees[0])
@@ -228,7 +228,7 @@ class SystemOperators:
         type = source.flat
         if isinstance(type, PointerType):
             value = source.value
-        elif isinstance(type, StructType) and type.kind is Kind.FUNCTION_BLOCK:
+        elif isinstance(type, StructType) and type.kind is RecordKind.FUNCTION_BLOCK:
             value = body.paths.address(source, body.checking.pointer_to(type), at)
         else:
             raise Unexpected(at, f"{name} takes an interface or a block, got a {source.type.name}")
@@ -240,26 +240,26 @@ class SystemOperators:
             if not isinstance(storage.type, InterfaceType):
                 raise Unexpected(trees[1].at, f"{name} takes an interface variable second")
             interface = storage.type.name.lower()
-        return Operand(Queried(value, storage, interface, BOOL, at), BOOL)
+        return TypedOperand(Queried(value, storage, interface, BOOL, at), BOOL)
 
     # several threads -------------------------------------------------------------------------
 
-    def _test_and_set(self, trees: list[Expression], at: int) -> Operand:
+    def _test_and_set(self, trees: list[Expression], at: int) -> TypedOperand:
         """`TEST_AND_SET(x)`: the old value; x becomes 1. Nothing interrupts a task here."""
         self._take("TEST_AND_SET", trees, 1, at)
         return self._body.assignments.exchanged(trees[0], None, at)
 
-    def _added(self, trees: list[Expression], at: int) -> Operand:
+    def _added(self, trees: list[Expression], at: int) -> TypedOperand:
         """`__XADD(pointer, summand)`: the old value of what the pointer leads to."""
         self._take("__XADD", trees, 2, at)
         return self._body.assignments.added(trees[0], trees[1], at)
 
-    def _swapped(self, trees: list[Expression], at: int) -> Operand:
+    def _swapped(self, trees: list[Expression], at: int) -> TypedOperand:
         raise Unexpected(at, "__COMPARE_AND_SWAP is not supported: no task interrupts another here")
 
     # names -----------------------------------------------------------------------------------
 
-    def _unit_name(self, trees: list[Expression], at: int) -> Operand:
+    def _unit_name(self, trees: list[Expression], at: int) -> TypedOperand:
         """`__POUNAME()`: the name of the routine."""
         signature = self._body.signature
         name = signature.name
@@ -268,12 +268,12 @@ class SystemOperators:
             name = f"{unit}.{last[5:]}.{signature.kind.value.title()}"
         return texted(name, STRING(), at)
 
-    def _position(self, trees: list[Expression], at: int) -> Operand:
+    def _position(self, trees: list[Expression], at: int) -> TypedOperand:
         """`__POSITION()`: line and column."""
         place = self._body.signature.source.locate(at)
         return texted(f"Line {place.line}, Column {place.column}", STRING(), at)
 
-    def _variable_info(self, trees: list[Expression], at: int) -> Operand:
+    def _variable_info(self, trees: list[Expression], at: int) -> TypedOperand:
         """`__VARINFO(x)`: a VAR_INFO record about a variable."""
         body = self._body
         self._take("__VARINFO", trees, 1, at)
@@ -303,14 +303,14 @@ class SystemOperators:
         image = record.encode(values)
         place = replaced(operand.storage, bit=None)
         pointer = body.checking.pointer_to(type)
-        address = body.paths.address(Operand(operand.value, type, place), pointer, at)
+        address = body.paths.address(TypedOperand(operand.value, type, place), pointer, at)
         low = folded(converted(address, UDINT, at))
         offset = Computed(Operator.AND, (low, Known(0x0FFF_FFFF, UDINT, at)), UDINT, at)
         parts = (
             (_offset(record, "ByteAddress"), low),
             (_offset(record, "ByteOffset"), offset),
         )
-        return Operand(Composed(image, parts, record, at), found.type)
+        return TypedOperand(Composed(image, parts, record, at), found.type)
 
 
 def _offset(record: StructType[Any], name: str) -> int:

@@ -1,6 +1,6 @@
 """Symbol files: `.tmc` read and written, `.tpy` read, and what differs between two of them."""
 
-from achse.st.source import Fault, Location, SourceError
+from achse.st.source import Diagnostic, Location, SourceError
 from achse.st.symbolfiles.difference import Change, differences
 from achse.st.symbolfiles.model import FileTask, FileVariable, SymbolFile, units_of
 from achse.st.symbolfiles.tmc import read_tmc
@@ -29,4 +29,4 @@ def read_symbol_file(data: bytes, source: str) -> SymbolFile:
         if source.lower().endswith(suffix):
             return read(data, source)
     expected = "expected a file name that ends in .tmc or .tpy"
-    raise SourceError([Fault(Location(source, 1, 1), expected)])
+    raise SourceError([Diagnostic(Location(source, 1, 1), expected)])

@@ -10,7 +10,7 @@ from achse.iec.declare import GlobalVariables, Program
 from achse.iec.derived import InterfaceType, PointerType
 from achse.iec.names import ELEMENTARY
 from achse.iec.strings import StringType
-from achse.iec.structs import Kind, RecordMeta, StructType, Unit
+from achse.iec.structs import RecordKind, RecordMeta, StaticRecord, StructType
 from achse.iec.symbols import SymbolEntry, SymbolFlag, fold
 from achse.iec.types import IecType
 from achse.iec.typetable import TypeTable
@@ -153,7 +153,7 @@ class SymbolFile:
             for number, task in enumerate(self.tasks)
         ]
 
-    def units(self) -> list[type[Unit]]:
+    def units(self) -> list[type[StaticRecord]]:
         """Programs and variable lists that hold exactly these variables at these places."""
         return units_of(self.variables)
 
@@ -165,7 +165,7 @@ def is_defined(type: IecType[Any]) -> bool:
     return isinstance(type, InterfaceType) or not isinstance(type, PointerType)
 
 
-def units_of(variables: Iterable[FileVariable]) -> list[type[Unit]]:
+def units_of(variables: Iterable[FileVariable]) -> list[type[StaticRecord]]:
     """One unit for each first part of a name (`GVL` of `GVL.fbValve.bOpen`), in file order.
 
     A variable of a part of a variable (`AT %Q*` inside a function block) is one of its own.
@@ -178,7 +178,7 @@ def units_of(variables: Iterable[FileVariable]) -> list[type[Unit]]:
     return [_unit(items) for items in grouped.values()]
 
 
-def _unit(items: Sequence[FileVariable]) -> type[Unit]:
+def _unit(items: Sequence[FileVariable]) -> type[StaticRecord]:
     name = items[0].name.partition(".")[0]
     members: dict[str, Variable[Any, Any]] = {}
     for item in items:
@@ -187,7 +187,7 @@ def _unit(items: Sequence[FileVariable]) -> type[Unit]:
         copy.name = member
         members.setdefault(fold(member), copy)
     kind = GlobalVariables if any(item.is_global for item in items) else Program
-    iec: StructType[Any] = StructType(name, list(members.values()), kind=Kind.UNIT)
+    iec: StructType[Any] = StructType(name, list(members.values()), kind=RecordKind.UNIT)
     namespace = {item.name: item for item in iec.members if item.name.isidentifier()}
     return RecordMeta(name or "Globals", (kind,), namespace, iec=iec)  # type: ignore[return-value]
 

@@ -15,7 +15,7 @@ from achse.iec.derived import (
 from achse.iec.describe import types_within
 from achse.iec.enums import EnumType
 from achse.iec.methods import Method
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType, derived_guid
 from achse.iec.variables import Section, Variable
 from achse.st.symbolfiles.initials import initial_parts
@@ -192,7 +192,7 @@ def _data_type(type: IecType[Any]) -> Lines:
         yield base
         yield from infos
     elif isinstance(type, StructType):
-        if type.kind is Kind.FUNCTION_BLOCK:
+        if type.kind is RecordKind.FUNCTION_BLOCK:
             properties.insert(0, ("PouType", "FunctionBlock"))
         if type.base is not None:
             yield _named("ExtendsType", type.base.name)

@@ -16,10 +16,10 @@ from achse.iec.derived import AliasType, InterfaceType, SubrangeType, resolved
 from achse.iec.elementary import BIT, BYTE, UDINT, UINT, IntegerType
 from achse.iec.enums import EnumType
 from achse.iec.errors import DeclarationError, IecValueError, shown
-from achse.iec.layout import Layout, Spot
+from achse.iec.layout import MemberOffset, TypeLayout
 from achse.iec.methods import Method, Parameter
 from achse.iec.names import parse_type, with_coding
-from achse.iec.structs import Kind, StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import Adst, IecType
 from achse.iec.typetable import OpaqueType
 from achse.iec.variables import Address, Section, Variable
@@ -222,7 +222,7 @@ class FileTypes:
         extended = element.find("ExtendsType")
         base = None if extended is None else self._find(self._text(extended, extended))
         if element.find("SubItem") is not None or is_block or isinstance(base, StructType):
-            kind = Kind.FUNCTION_BLOCK if is_block else Kind.STRUCT
+            kind = RecordKind.FUNCTION_BLOCK if is_block else RecordKind.STRUCT
             start = base if isinstance(base, StructType) else None
             if element.find("BitSize") is None and start is not None:
                 size = start.size
@@ -276,7 +276,7 @@ class FileTypes:
         element: Element,
         name: str,
         size: int,
-        kind: Kind,
+        kind: RecordKind,
         base: StructType[Any] | None,
         comment: str,
         attributes: dict[str, str],
@@ -286,19 +286,21 @@ class FileTypes:
         members = [*inherited, *self._members(element, size, inherited)]
         inside = [item for item in members if item.in_memory]
         alignment = max((item.type.alignment for item in inside), default=1)
-        if kind is Kind.FUNCTION_BLOCK and all(i.offset >= self.pointer_size for i in inside):
+        if kind is RecordKind.FUNCTION_BLOCK and all(i.offset >= self.pointer_size for i in inside):
             alignment = max(alignment, self.pointer_size)  # that of the pointer to its methods
         while size % alignment:
             alignment //= 2
         starts = {item.offset for item in inside}
         if len(inside) > 1 and starts == {0} and all(item.bit is None for item in inside):
-            kind = Kind.UNION
+            kind = RecordKind.UNION
         own = [self._method(item) for item in element.all("Method") if _is_rpc(item)]
         return StructType(
             name,
             members,
             kind=kind,
-            layout=Layout(size, alignment, tuple(Spot(i.offset, i.bit) for i in inside)),
+            layout=TypeLayout(
+                size, alignment, tuple(MemberOffset(i.offset, i.bit) for i in inside)
+            ),
             methods=[*methods, *own],
             comment=comment,
             attributes=attributes,

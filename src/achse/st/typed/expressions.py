@@ -9,6 +9,7 @@ from achse.st.typed.places import Storage
 
 __all__ = [
     "AddressOf",
+    "AssignmentTarget",
     "Composed",
     "Computed",
     "Conversion",
@@ -26,7 +27,6 @@ __all__ = [
     "Shortcut",
     "Stored",
     "TableTarget",
-    "Target",
     "TypedValue",
 ]
 
@@ -263,14 +263,14 @@ class TableTarget:
     same."""
 
 
-Target: TypeAlias = DirectTarget | TableTarget
+AssignmentTarget: TypeAlias = DirectTarget | TableTarget
 
 
 @node
 class Invocation:
     """A call. See the package's docstring for its order."""
 
-    target: Target
+    target: AssignmentTarget
     instance: "TypedValue | None"
     """Address of the function block instance; None for functions and programs."""
     inputs: tuple[Stored, ...]

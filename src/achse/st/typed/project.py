@@ -6,9 +6,9 @@ from enum import Enum
 from functools import cached_property
 from typing import Any
 
-from achse.iec.structs import StructType, Unit
+from achse.iec.structs import StaticRecord, StructType
 from achse.iec.variables import Variable
-from achse.st.source import Fault, Location, Source
+from achse.st.source import Diagnostic, Location, Source
 from achse.st.typed.places import StaticBase
 from achse.st.typed.statements import TypedStatements
 
@@ -122,7 +122,7 @@ class TypedUnit(TypedRecord):
     is_program: bool = False
     body: str = ""
     """Key of the program's routine."""
-    declared: type[Unit] | None = None
+    declared: type[StaticRecord] | None = None
     """Its class, for the PLC to place: those of libraries are declared only when they are used."""
     slot: int = 50_000
     """Attribute `global_init_slot`: units come to life in this order, then as declared."""
@@ -166,8 +166,8 @@ class TypedProject:
     """VAR_STAT of functions and methods; those of blocks are among their type's members."""
     init_calls: Sequence[InitCall] = ()
     """In the order of their slots."""
-    faults: Sequence[Fault] = ()
-    warnings: Sequence[Fault] = ()
+    faults: Sequence[Diagnostic] = ()
+    warnings: Sequence[Diagnostic] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)
     """Keys of routines that are not in `routines`, and why, in words."""
 

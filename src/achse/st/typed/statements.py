@@ -9,6 +9,7 @@ from achse.st.typed.expressions import Stored, TypedValue
 from achse.st.typed.places import Storage
 
 __all__ = [
+    "CaseSelection",
     "ConditionLoop",
     "Conditional",
     "CountedLoop",
@@ -21,7 +22,6 @@ __all__ = [
     "LoopNext",
     "Protected",
     "RoutineExit",
-    "Selection",
     "TypedBranch",
     "TypedChoice",
     "TypedStatement",
@@ -65,7 +65,7 @@ class TypedChoice:
 
 
 @node
-class Selection:
+class CaseSelection:
     """CASE: the first choice that has the selector's value; none: `otherwise`. No fall-through."""
 
     selector: TypedValue
@@ -192,7 +192,7 @@ class LifeStep:
 TypedStatement: TypeAlias = (
     Do
     | Conditional
-    | Selection
+    | CaseSelection
     | CountedLoop
     | ConditionLoop
     | Protected

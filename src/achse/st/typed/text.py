@@ -35,6 +35,7 @@ from achse.st.typed.places import (
     UnitBase,
 )
 from achse.st.typed.statements import (
+    CaseSelection,
     Conditional,
     ConditionLoop,
     CountedLoop,
@@ -46,7 +47,6 @@ from achse.st.typed.statements import (
     LoopNext,
     Protected,
     RoutineExit,
-    Selection,
     TypedStatement,
     TypedStatements,
 )
@@ -169,7 +169,7 @@ def _lines(statement: TypedStatement, indent: str) -> Iterator[str]:
             if otherwise:
                 yield f"{indent}ELSE"
                 yield from lines_of(otherwise, inner)
-        case Selection(selector, choices, otherwise):
+        case CaseSelection(selector, choices, otherwise):
             yield f"{indent}CASE {text_of(selector)}"
             for choice in choices:
                 labels = (
