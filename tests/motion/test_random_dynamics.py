@@ -290,6 +290,7 @@ def play(seed: int, count: int, *, compiled: bool, axes: int = AXES) -> tuple[Nc
     return nc, observer
 
 
+@pytest.mark.usefixtures("checked_kernels")
 @pytest.mark.parametrize("seed", range(2))
 def test_nothing_makes_an_axis_faster_than_it_may_be(seed: int) -> None:
     _, observer = play(seed, COMMANDS // 2, compiled=True)
