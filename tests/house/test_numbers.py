@@ -1,6 +1,7 @@
 """A number that has a name is written by its name: no row's or member's number stands bare."""
 
 import io
+import re
 import tokenize
 from collections.abc import Iterable
 from pathlib import Path
@@ -24,7 +25,10 @@ NAMES: dict[str, tuple[Iterable[int], tuple[str, ...]]] = {
         ),
     ),
     # a round number is an index group
-    "NC errors": ([each for each in NcError if each % 0x100], ("src/achse/devices/nc",)),
+    "NC errors": (
+        [each for each in NcError if each % 0x100],
+        ("src/achse/devices/nc", "src/achse/motion"),
+    ),
     "registers": (
         [each for each in Register if each >= 0x100],
         ("src/achse/ethercat", "src/achse/testing/reach.py"),
@@ -67,6 +71,19 @@ def test_numbers_with_a_name_are_written_by_name(
         for each in _bare(root, path, numbers)
     ]
     assert not bare, "\n".join(bare)
+
+
+ALIAS = re.compile(r"^_[A-Z_0-9]+ = [A-Z]\w+\.[A-Z_0-9]+\.value$", re.MULTILINE)
+
+
+def test_members_have_no_second_name(root: Path, modules: list[Path]) -> None:
+    """Kernels name members of enumerations; plain Python pays nothing for it."""
+    aliases = [
+        f"{path}: {line}"
+        for path in modules
+        for line in ALIAS.findall((root / path).read_text(encoding="utf-8"))
+    ]
+    assert not aliases, "\n".join(aliases)
 
 
 def test_the_exceptions_are_needed(root: Path, modules: list[Path]) -> None:

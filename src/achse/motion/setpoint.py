@@ -7,6 +7,7 @@ hands over to the next command, or goes on at its segment end velocity.
 Kernel source: compiled as it stands, see `compiled`.
 """
 
+from achse.codes import NcError
 from achse.motion.dynamics import drop_foreign, fastest, fault_deceleration, fault_jerk
 from achse.motion.limits import table_passes
 from achse.motion.planning import (
@@ -41,30 +42,12 @@ __all__ = [
     "take_next",
 ]
 
-_ABSOLUTE = StartType.ABSOLUTE.value
-_ENDLESS_POSITIVE = StartType.ENDLESS_POSITIVE.value
-_ENDLESS_NEGATIVE = StartType.ENDLESS_NEGATIVE.value
-
-_HALT = StartType.HALT.value
-
-_NO_JOB = MotionPhase.NONE.value
-_POSITIONING = MotionPhase.POSITIONING.value
-_ENDLESS = MotionPhase.ENDLESS.value
-_STOPPING = MotionPhase.STOPPING.value
-_HOMING = MotionPhase.HOMING.value
-
-_ACTIVE = CommandState.ACTIVE.value
-_DONE = CommandState.DONE.value
-_ABORTED = CommandState.ABORTED.value
-
 _SWITCH_TARGET = 2
-
-_DYNAMICS_NOT_ALLOWED = 0x4277
 
 
 def end_homing(ax: AxisFields) -> None:
     """Homing is over, whatever came of it."""
-    if ax.set_motion_phase == _HOMING:
+    if ax.set_motion_phase == MotionPhase.HOMING:
         ax.homing_state = 0
         ax.homing_latch = 0
 
@@ -81,16 +64,16 @@ def begin_job(
     end_velocity: float,
 ) -> None:
     """Make this command the active one; what the axis does now goes over into it."""
-    if ax.set_motion_phase != _NO_JOB:
-        ax.set_command_state = _ABORTED
+    if ax.set_motion_phase != MotionPhase.NONE:
+        ax.set_command_state = CommandState.ABORTED
     end_homing(ax)
-    if start_type in (_ENDLESS_POSITIVE, _ENDLESS_NEGATIVE):
-        ax.set_motion_phase = _ENDLESS
-        ax.job_direction = 1.0 if start_type == _ENDLESS_POSITIVE else -1.0
-    elif start_type == _HALT:
-        ax.set_motion_phase = _STOPPING
+    if start_type in (StartType.ENDLESS_POSITIVE, StartType.ENDLESS_NEGATIVE):
+        ax.set_motion_phase = MotionPhase.ENDLESS
+        ax.job_direction = 1.0 if start_type == StartType.ENDLESS_POSITIVE else -1.0
+    elif start_type == StartType.HALT:
+        ax.set_motion_phase = MotionPhase.STOPPING
     else:
-        ax.set_motion_phase = _POSITIONING
+        ax.set_motion_phase = MotionPhase.POSITIONING
         ax.target_position = resolve_target(ax, start_type, position, ax.set_position)
         ax.job_direction = 1.0 if ax.target_position >= ax.set_position else -1.0
     ax.border_time = -1.0
@@ -103,17 +86,17 @@ def begin_job(
     ax.job_jerk = jerk
     ax.job_end_velocity = end_velocity
     ax.job_peak_velocity = 0.0
-    ax.job_timing = 0 if start_type == _HALT else 1
+    ax.job_timing = 0 if start_type == StartType.HALT else 1
     ax.job_time = 0.0
     ax.replan = 1
     ax.switch_armed = 0
-    ax.has_been_stopped = 1 if start_type == _HALT else 0
+    ax.has_been_stopped = 1 if start_type == StartType.HALT else 0
     ax.got_new_target = 0
     ax.in_target_position = 0
     ax.target_window_time = 0.0
     ax.peh_time = 0.0
     ax.set_command_number = number
-    ax.set_command_state = _ACTIVE
+    ax.set_command_state = CommandState.ACTIVE
 
 
 def absorb(ax: AxisFields) -> None:
@@ -137,13 +120,13 @@ def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
     ax.border_time = -1.0
     ax.has_been_stopped = 1
     ax.job_timing = 0
-    if ax.set_motion_phase == _NO_JOB:
+    if ax.set_motion_phase == MotionPhase.NONE:
         return
-    if ax.set_command_state == _ACTIVE:
-        ax.set_command_state = _ABORTED
+    if ax.set_command_state == CommandState.ACTIVE:
+        ax.set_command_state = CommandState.ABORTED
     absorb(ax)
     end_homing(ax)
-    ax.set_motion_phase = _STOPPING
+    ax.set_motion_phase = MotionPhase.STOPPING
     ax.job_deceleration = deceleration
     ax.job_jerk = jerk
     ax.replan = 1
@@ -152,10 +135,10 @@ def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
 def drop_job(ax: AxisFields) -> None:
     """Stand here and now: no job, no velocity, nothing waiting."""
     absorb(ax)
-    if ax.set_command_state == _ACTIVE:
-        ax.set_command_state = _ABORTED
+    if ax.set_command_state == CommandState.ACTIVE:
+        ax.set_command_state = CommandState.ABORTED
     end_homing(ax)
-    ax.set_motion_phase = _NO_JOB
+    ax.set_motion_phase = MotionPhase.NONE
     ax.buffer_count = 0
     ax.switch_armed = 0
     ax.loop_outward = 0
@@ -188,7 +171,7 @@ def fail(ax: AxisFields, code: int, cut: int) -> None:
     if cut:
         ax.output_cut = 1
         drop_job(ax)
-    elif ax.set_motion_phase == _NO_JOB:
+    elif ax.set_motion_phase == MotionPhase.NONE:
         ax.buffer_count = 0
     else:
         stop_fast(ax)
@@ -198,7 +181,11 @@ def stop_fast(ax: AxisFields) -> None:
     """Brake with the strongest ramp of the axis, whatever it is doing; a stop that runs as well."""
     deceleration = fault_deceleration(ax)
     jerk = fault_jerk(ax)
-    if ax.set_motion_phase != _STOPPING or deceleration > ax.job_deceleration or jerk > ax.job_jerk:
+    if (
+        ax.set_motion_phase != MotionPhase.STOPPING
+        or deceleration > ax.job_deceleration
+        or jerk > ax.job_jerk
+    ):
         begin_stop(ax, deceleration, jerk)
 
 
@@ -213,7 +200,9 @@ def arrived(ax: AxisFields) -> int:
 
 def take_next(ax: AxisFields) -> None:
     """Make the oldest waiting command the active one; it counts from the target before it."""
-    start = ax.target_position if ax.set_motion_phase == _POSITIONING else ax.set_position
+    start = (
+        ax.target_position if ax.set_motion_phase == MotionPhase.POSITIONING else ax.set_position
+    )
     i = ax.buffer_first
     ax.buffer_first = (i + 1) % COMMAND_BUFFER
     ax.buffer_count -= 1
@@ -228,7 +217,7 @@ def take_next(ax: AxisFields) -> None:
         ax.buffer_jerk[i],
         ax.buffer_end_velocity[i],
     )
-    if ax.set_motion_phase == _POSITIONING:
+    if ax.set_motion_phase == MotionPhase.POSITIONING:
         ax.target_position = resolve_target(ax, ax.job_start_type, ax.buffer_position[i], start)
         ax.job_direction = 1.0 if ax.target_position >= start else -1.0
 
@@ -241,7 +230,7 @@ def pass_switch_position(ax: AxisFields) -> None:
     elif ax.set_position > ax.switch_position:
         return
     if ax.switch_armed == _SWITCH_TARGET:
-        ax.set_motion_phase = _POSITIONING
+        ax.set_motion_phase = MotionPhase.POSITIONING
         ax.target_position = ax.switch_target
         ax.job_direction = 1.0 if ax.target_position >= ax.set_position else -1.0
         ax.job_end_velocity = 0.0
@@ -259,7 +248,7 @@ def _pass_border(ax: AxisFields) -> None:
     if ax.buffer_count > 0:
         take_next(ax)
         return
-    ax.set_motion_phase = _ENDLESS
+    ax.set_motion_phase = MotionPhase.ENDLESS
     ax.job_velocity = ax.job_end_velocity
     ax.replan = 1
 
@@ -323,8 +312,8 @@ def advance(ax: AxisFields, dt: float) -> float:
             ax.set_velocity = 0.0
             ax.replan = 1
             return t
-        ax.set_command_state = _DONE
-        ax.set_motion_phase = _NO_JOB
+        ax.set_command_state = CommandState.DONE
+        ax.set_motion_phase = MotionPhase.NONE
         ax.remaining_time = 0.0
     elif ax.table_end == TO_PAUSE:
         ax.set_position = p
@@ -336,11 +325,11 @@ def advance(ax: AxisFields, dt: float) -> float:
         ax.limit_reached = 1 if ax.job_direction > 0.0 else -1
     else:
         ax.set_position = p
-        if ax.set_motion_phase == _STOPPING:
-            ax.set_motion_phase = _NO_JOB
+        if ax.set_motion_phase == MotionPhase.STOPPING:
+            ax.set_motion_phase = MotionPhase.NONE
             ax.target_position = p
-            if ax.set_command_state == _ACTIVE:  # a halt
-                ax.set_command_state = _DONE
+            if ax.set_command_state == CommandState.ACTIVE:  # a halt
+                ax.set_command_state = CommandState.DONE
     ax.set_velocity = 0.0
     return 0.0
 
@@ -359,7 +348,7 @@ def _look_at_limits(ax: AxisFields) -> None:
     ax.limit_watch = 0
     phase = ax.set_motion_phase
     if (
-        phase in (_ENDLESS, _HOMING)
+        phase in (MotionPhase.ENDLESS, MotionPhase.HOMING)
         or ax.table_end == TO_LIMIT
         or fastest(ax) != ax.planned_fastest
         or table_passes(ax)
@@ -369,14 +358,14 @@ def _look_at_limits(ax: AxisFields) -> None:
 
 def generate(ax: AxisFields, dt: float) -> None:
     """One cycle of the set-point generator."""
-    if ax.set_motion_phase == _NO_JOB:
+    if ax.set_motion_phase == MotionPhase.NONE:
         if ax.buffer_count == 0 or not arrived(ax):
             return
         take_next(ax)
-    elif ax.set_motion_phase == _ENDLESS and ax.buffer_count > 0 and _in_velocity(ax):
+    elif ax.set_motion_phase == MotionPhase.ENDLESS and ax.buffer_count > 0 and _in_velocity(ax):
         take_next(ax)
     if ax.velocity_override != ax.planned_override:
-        if ax.velocity_override <= 0 and ax.set_motion_phase == _STOPPING:
+        if ax.velocity_override <= 0 and ax.set_motion_phase == MotionPhase.STOPPING:
             stop_fast(ax)
         follow_override(ax)
     if ax.limit_watch and ax.external_setpoint_active == 0:
@@ -384,7 +373,7 @@ def generate(ax: AxisFields, dt: float) -> None:
     left = dt
     while left > 0.0:
         if ax.replan and plan(ax) < 0:
-            fail(ax, _DYNAMICS_NOT_ALLOWED, 1)
+            fail(ax, NcError.DYNAMICS_NOT_ALLOWED, 1)
             return
         t = ax.border_time
         if 0.0 <= t <= left:
@@ -400,7 +389,7 @@ def generate(ax: AxisFields, dt: float) -> None:
     if ax.switch_armed:
         pass_switch_position(ax)
     v = ax.set_velocity
-    if ax.set_motion_phase == _POSITIONING:
+    if ax.set_motion_phase == MotionPhase.POSITIONING:
         ax.remaining_distance = abs(ax.target_position - ax.set_position)
         if ax.loop_outward:
             ax.remaining_distance = abs(ax.border_position - ax.set_position)
@@ -434,7 +423,7 @@ def displace(ax: AxisFields, way: float) -> None:
     """Let what is planned go on as it is, `way` farther on, and what waits behind it too."""
     for n in range(ax.buffer_count):
         i = (ax.buffer_first + n) % COMMAND_BUFFER
-        if ax.buffer_start_type[i] == _ABSOLUTE:
+        if ax.buffer_start_type[i] == StartType.ABSOLUTE:
             ax.buffer_position[i] += way
         ax.buffer_blending_position[i] += way
     ax.set_position += way

@@ -7,20 +7,13 @@ together are no faster than the axis may be (0x4359).
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
+from achse.codes import NcError
 from achse.motion.dynamics import drop_foreign, fastest, run_out
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import displace, fail, generate
 from achse.motion.states import MotionPhase
 
 __all__ = ["end", "leads", "leave_external", "step"]
-
-_NO_JOB = MotionPhase.NONE.value
-_STOPPING = MotionPhase.STOPPING.value
-_EXTERNAL = MotionPhase.EXTERNAL.value
-
-_DATA_INVALID = 0x422C
-_VELOCITY_TOO_HIGH = 0x4359
-_ACCELERATION_TOO_HIGH = 0x435B
 
 _LARGEST = 1e30
 """Numbers beyond are none."""
@@ -46,7 +39,7 @@ def leave_external(ax: AxisFields) -> None:
 def _is_over(ax: AxisFields) -> bool:
     """Whether a stop or an error has ended it."""
     phase = ax.set_motion_phase
-    return phase == _STOPPING or (phase == _NO_JOB and ax.buffer_count == 0)
+    return phase == MotionPhase.STOPPING or (phase == MotionPhase.NONE and ax.buffer_count == 0)
 
 
 def leads(ax: AxisFields) -> bool:
@@ -68,12 +61,12 @@ def _fault(ax: AxisFields, way: float, dt: float) -> int:
         and abs(ax.external_set_acceleration) <= _LARGEST
         and abs(ax.external_set_jerk) <= _LARGEST
     ):
-        return _DATA_INVALID
+        return NcError.EXTERNAL_SETPOINT_DATA
     limit = fastest(ax) * _ROUNDED
     if abs(way) > limit * dt + ax.encoder_scaling_factor or abs(ax.external_set_velocity) > limit:
-        return _VELOCITY_TOO_HIGH
+        return NcError.SET_VELOCITY_TOO_HIGH
     if abs(ax.external_set_acceleration) > ax.max_acceleration * _ROUNDED:
-        return _ACCELERATION_TOO_HIGH
+        return NcError.SET_ACCELERATION_TOO_HIGH
     return 0
 
 
@@ -111,7 +104,7 @@ def step(ax: AxisFields, dt: float) -> None:
         leave_external(ax)
         generate(ax, dt)
         return
-    if ax.set_motion_phase == _EXTERNAL:
+    if ax.set_motion_phase == MotionPhase.EXTERNAL:
         _take(ax, way, dt)
         ax.set_position = ax.external_origin + ax.external_position
         ax.set_velocity = ax.external_velocity
@@ -130,8 +123,8 @@ def step(ax: AxisFields, dt: float) -> None:
         ax.set_position = position
         ax.set_velocity = velocity
         ax.set_acceleration = acceleration
-        ax.set_motion_phase = _EXTERNAL
-        fail(ax, _VELOCITY_TOO_HIGH, 0)
+        ax.set_motion_phase = MotionPhase.EXTERNAL
+        fail(ax, NcError.SET_VELOCITY_TOO_HIGH, 0)
         leave_external(ax)
         generate(ax, dt)
         return
@@ -139,6 +132,6 @@ def step(ax: AxisFields, dt: float) -> None:
     displace(ax, way)
     ax.set_velocity += ax.external_velocity
     ax.set_acceleration += ax.external_acceleration
-    if ax.set_motion_phase == _NO_JOB and ax.buffer_count == 0:
-        ax.set_motion_phase = _EXTERNAL
+    if ax.set_motion_phase == MotionPhase.NONE and ax.buffer_count == 0:
+        ax.set_motion_phase = MotionPhase.EXTERNAL
         ax.external_origin = ax.set_position - ax.external_position
