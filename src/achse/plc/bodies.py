@@ -12,7 +12,7 @@ from achse.iec.types import IecType
 from achse.plc.builtins import BLOCKS, FUNCTIONS, BlockBody, FunctionBody, Services
 from achse.plc.code.calls import encoded_from, known_from, outputs_of
 from achse.plc.code.execution import BUDGET, Execution
-from achse.plc.memory import Memory
+from achse.plc.memory import Area, Memory
 from achse.plc.program import PlacedVariable
 from achse.st.typed.places import flat
 from achse.st.typed.project import Routine, RoutineKind, TypedBlock, TypedProject
@@ -26,7 +26,7 @@ class Bodies:
     `budget`: loop passes and calls that one cycle may take before it is stopped.
     `exceptions`: the task option "floating point exceptions". `functions` and `blocks`: what
     routines of libraries do that have no Structured Text, by key; `services` has more of them,
-    those that need the station.
+    those that need the station. `epoch_ns` is the Unix time at time 0.
     """
 
     def __init__(
@@ -38,6 +38,7 @@ class Bodies:
         functions: Mapping[str, FunctionBody] = FUNCTIONS,
         blocks: Mapping[str, BlockBody] = BLOCKS,
         services: Services | None = None,
+        epoch_ns: int = 0,
     ) -> None:
         self.project = project
         self.budget = budget
@@ -45,6 +46,7 @@ class Bodies:
         self.functions = functions if services is None else {**functions, **services.functions}
         self.blocks = blocks if services is None else {**blocks, **services.blocks}
         self._services = services
+        self._epoch_ns = epoch_ns
         self._clock_ns: Callable[[], int] = int
         self._task_index: Callable[[], int] = int
         self.execution: Execution | None = None
@@ -135,6 +137,23 @@ class Bodies:
     def time_ns(self) -> int:
         """The time of the running cycle."""
         return self._clock_ns()
+
+    @property
+    def unix_ns(self) -> int:
+        """The time of the running cycle since 1970."""
+        return self._epoch_ns + self._clock_ns()
+
+    def area_of(self, address: int, size: int) -> Area | None:
+        """The area that all of these bytes are in, as far as they are in use."""
+        assert self._memory is not None
+        place = self._memory.at(address)
+        if place is None:
+            return None
+        region, offset = place
+        area = next(area for area, one in self._memory.regions.items() if one is region)
+        if area is Area.HEAP:
+            return area if self._running().heap.covers(offset, size) else None
+        return area if offset + size <= len(region) else None
 
     @property
     def task_number(self) -> int:

@@ -7,7 +7,12 @@ record, with attributes for inputs and outputs.
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
+from achse.plc.memory import Area
+
 __all__ = ["BLOCKS", "FUNCTIONS", "BlockBody", "BuiltinContext", "FunctionBody", "Services"]
+
+_UNIX_EPOCH = 116_444_736_000_000_000
+"""1970 in steps of 100 ns since 1601."""
 
 
 class BuiltinContext(Protocol):
@@ -24,6 +29,15 @@ class BuiltinContext(Protocol):
     @property
     def time_ns(self) -> int:
         """The time of the running cycle."""
+        ...
+
+    @property
+    def unix_ns(self) -> int:
+        """The same since 1970, UTC."""
+        ...
+
+    def area_of(self, address: int, size: int) -> Area | None:
+        """The area that all of these bytes are in, as far as they are in use."""
         ...
 
     @property
@@ -91,11 +105,26 @@ def _cpu_counter(plc: BuiltinContext, block: Any) -> None:
     block.cpuCntHiDW = count >> 32 & 0xFFFF_FFFF
 
 
+def _filetime(plc: BuiltinContext) -> int:
+    return plc.unix_ns // 100 + _UNIX_EPOCH
+
+
+def _memory_area(plc: BuiltinContext, address: int, size: int) -> int:
+    """`E_TcMemoryArea`: unknown 0, static 1, dynamic 2."""
+    area = plc.area_of(address, size)
+    if area is None or area is Area.STACK:
+        return 0
+    return 2 if area is Area.HEAP else 1
+
+
 FUNCTIONS: Mapping[str, FunctionBody] = {
     "memcpy": _memory_copy,
     "memmove": _memory_copy,
     "memset": _memory_set,
     "memcmp": _memory_compare,
+    "f_getsystemtime": _filetime,
+    "f_gettasktime": _filetime,
+    "f_checkmemoryarea": _memory_area,
 }
 """Functions, called with the surroundings and the values of their inputs."""
 

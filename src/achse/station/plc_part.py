@@ -15,7 +15,7 @@ def make_plcs(building: Building) -> None:
     ground = building.ground
     for number, config in enumerate(ground.config.plc, 1):
         requests = PlcRequests(ground.clock)
-        source = PlcSource(config, f"plc[{number}]", ground.base, requests)
+        source = PlcSource(config, f"plc[{number}]", ground.base, requests, ground.epoch_ns)
         plc = source.make()
         building.plcs[config.port], building.sources[config.port] = plc, source
         building.add_phase(PlcPhase(plc), math.gcd(*(task.cycle_ns for task in plc.tasks)))

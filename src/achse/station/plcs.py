@@ -82,15 +82,21 @@ class PlcSource:
     """Where the declarations of one `[[plc]]` come from.
 
     `key` names it in errors, `base` is where relative names begin, `services` are the library
-    routines that need the station. Everything raises
+    routines that need the station, `epoch_ns` is the Unix time at its start. Everything raises
     `ConfigError` for what cannot be read or declared.
     """
 
     def __init__(
-        self, config: PlcConfig, key: str, base: Path, services: "Services | None" = None
+        self,
+        config: PlcConfig,
+        key: str,
+        base: Path,
+        services: "Services | None" = None,
+        epoch_ns: int = 0,
     ) -> None:
         self.config = config
         self.services = services
+        self.epoch_ns = epoch_ns
         self.key = key
         self.base = base
 
@@ -139,7 +145,10 @@ class PlcSource:
                 self.config.sources,
             )
         return Bodies(
-            project, exceptions=self.config.floating_point_exceptions, services=self.services
+            project,
+            exceptions=self.config.floating_point_exceptions,
+            services=self.services,
+            epoch_ns=self.epoch_ns,
         )
 
     @collection_paused()

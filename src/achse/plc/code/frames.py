@@ -97,6 +97,12 @@ class Heap:
         self._free.append((offset, size))
         self._merge()
 
+    def covers(self, offset: int, size: int) -> bool:
+        """Whether all of these bytes are one block in use, or in one."""
+        return any(
+            start <= offset and offset + size <= start + room for start, room in self._used.items()
+        )
+
     def _merge(self) -> None:
         self._free.sort()
         merged: list[tuple[int, int]] = []
