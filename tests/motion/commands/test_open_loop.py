@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
-from achse.motion import commands
+from achse.motion import StartType, commands
 
 TORQUE = {
     "kind": 0x3001, "mask": 0, "mode": 0, "buffer_mode": 0, "torque": 100.0, "ramp": 0.0,
@@ -116,3 +116,32 @@ def test_the_brake_of_a_two_speed_axis(make_rig: Any) -> None:
 
 def test_other_axes_have_no_brake(rig: Any) -> None:
     rig.refuses(NcError.AXIS_INCOMPATIBLE, commands.release_brake, 1)
+
+
+TAKING_OVER = {
+    "halt": lambda axis: commands.universal_start(axis, StartType.HALT, 0.0, 0.0),
+    "stop": commands.stop,
+    "move": lambda axis: commands.universal_start(axis, StartType.ABSOLUTE, -5.0, 3.0),
+    "error": lambda axis: commands.set_external_error(axis, 0x4FFF),
+    "controller off": lambda axis: setattr(axis, "control_dword", 6),
+    "feed off": lambda axis: setattr(axis, "control_dword", 1),
+}
+
+
+@pytest.mark.parametrize("first", [None, "halt", "stop"])
+@pytest.mark.parametrize("then", TAKING_OVER)
+def test_what_takes_over_from_a_torque_before_its_first_cycle_makes_nothing_faster(
+    rig: Any, first: str | None, then: str
+) -> None:
+    """The acceleration of the move is still there; only the jerk it was made with ends it."""
+    axis = rig.axis
+    commands.universal_start(axis, StartType.ENDLESS_POSITIVE, 0.0, 100.0, 1500.0, 1500.0, 1e5)
+    rig.run(20)
+    run_out = axis.set_velocity + axis.set_acceleration**2 / 2e5
+    assert axis.set_acceleration == 1500.0
+    if first is not None:
+        TAKING_OVER[first](axis)
+    assert commands.start_torque_control(axis, *{**TORQUE, "torque": 1.0}.values()) == 0
+    TAKING_OVER[then](axis)
+    speeds = [abs(velocity) for _, velocity, _ in rig.trace(2000)]
+    assert max(speeds) <= run_out + 1e-9

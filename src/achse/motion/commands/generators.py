@@ -28,7 +28,9 @@ def begin_generator(axis: Axis, phase: MotionPhase) -> None:
     axis.set_motion_phase = phase
     axis.job_acceleration, axis.job_deceleration, axis.job_jerk = dynamics(axis, 0.0, 0.0, 0.0)
     axis.table_deceleration = axis.job_deceleration
-    axis.running_jerk = axis.table_jerk = axis.job_jerk
+    axis.table_jerk = axis.job_jerk
+    if axis.set_acceleration == 0.0:  # another one was made with the running jerk
+        axis.running_jerk = axis.job_jerk
     axis.table_release = 0
     axis.job_timing = 0
     axis.generator_time = 0.0
