@@ -180,6 +180,21 @@ def test_an_external_set_point_is_stopped_before_the_limit(make_rig: Any, veloci
     assert limit - 2.0 * velocity * rig.dt <= axis.set_position <= limit + TOLERANCE
 
 
+@pytest.mark.parametrize("way", [0.2, -0.2])
+def test_external_positions_without_their_velocity_keep_the_limit(
+    make_rig: Any, way: float
+) -> None:
+    rig = limited(make_rig, 60.0, controller_following_error_position_monitoring_enable=0)
+    axis = rig.axis
+    axis.encoder_soft_limit_min_enable, axis.encoder_soft_limit_min = 1, -60.0
+    assert commands.start_external_setpoint(axis, 1, 0.0) == 0
+    for _ in range(400):
+        axis.external_set_position += way
+        rig.run(1)
+    assert axis.error_code == (0x4463 if way > 0.0 else 0x4462)
+    assert 59.0 < abs(axis.set_position) <= 60.0 + TOLERANCE
+
+
 def test_a_compensation_keeps_the_limit(make_rig: Any) -> None:
     rig = limited(make_rig, 100.0)
     axis = rig.axis

@@ -9,6 +9,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 
 from achse.codes import NcError
 from achse.motion.dynamics import drop_foreign, fastest, run_out
+from achse.motion.limits import TOLERANCE
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import displace, fail, generate
 from achse.motion.states import MotionPhase
@@ -67,6 +68,10 @@ def _fault(ax: AxisFields, way: float, dt: float) -> int:
         return NcError.SET_VELOCITY_TOO_HIGH
     if abs(ax.external_set_acceleration) > ax.max_acceleration * _ROUNDED:
         return NcError.SET_ACCELERATION_TOO_HIGH
+    if way > 0.0 and ax.set_position + way > ax.limit_high + TOLERANCE:  # whatever velocity is fed
+        return NcError.SOFT_LIMIT_MAX_PASSED
+    if way < 0.0 and ax.set_position + way < ax.limit_low - TOLERANCE:
+        return NcError.SOFT_LIMIT_MIN_PASSED
     return 0
 
 
