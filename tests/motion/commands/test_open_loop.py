@@ -1,12 +1,13 @@
 """Commands of motion in open loop, of the drive and of the brake: mistakes, each with its code."""
 
+from collections.abc import Callable
 from math import inf, nan
 from typing import Any
 
 import pytest
 
 from achse.codes import NcError
-from achse.motion import StartType, commands
+from achse.motion import Axis, StartType, commands
 
 TORQUE = {
     "kind": 0x3001, "mask": 0, "mode": 0, "buffer_mode": 0, "torque": 100.0, "ramp": 0.0,
@@ -118,7 +119,7 @@ def test_other_axes_have_no_brake(rig: Any) -> None:
     rig.refuses(NcError.AXIS_INCOMPATIBLE, commands.release_brake, 1)
 
 
-TAKING_OVER = {
+TAKING_OVER: dict[str, Callable[[Axis], Any]] = {
     "halt": lambda axis: commands.universal_start(axis, StartType.HALT, 0.0, 0.0),
     "stop": commands.stop,
     "move": lambda axis: commands.universal_start(axis, StartType.ABSOLUTE, -5.0, 3.0),
@@ -141,7 +142,8 @@ def test_what_takes_over_from_a_torque_before_its_first_cycle_makes_nothing_fast
     assert axis.set_acceleration == 1500.0
     if first is not None:
         TAKING_OVER[first](axis)
-    assert commands.start_torque_control(axis, *{**TORQUE, "torque": 1.0}.values()) == 0
+    torque: list[Any] = list({**TORQUE, "torque": 1.0}.values())
+    assert commands.start_torque_control(axis, *torque) == 0
     TAKING_OVER[then](axis)
     speeds = [abs(velocity) for _, velocity, _ in rig.trace(2000)]
     assert max(speeds) <= run_out + 1e-9
