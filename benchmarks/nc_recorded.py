@@ -1,9 +1,9 @@
 """A recorded run of the NC: does this tree compute, value by value, what another one computes?
 
-Axes of all kinds, some with several encoders, controllers and drives, commissioned and driven at
-random in virtual time: homing, moves, jogs, parameters, probes, torque, other control loops, errors,
-an hour of the demo besides. A line is a hash of every value of every axis, by its name, so records
-may be laid out otherwise.
+Axes of all kinds, one with several encoders, controllers and drives, commissioned and driven at
+random in virtual time: homing, moves, jogs, parameters, probes, torque, other control loops,
+errors; an hour of the demo besides. A line is a hash of every value that an axis shows, by its
+name, so records may be laid out otherwise.
 Usage: python benchmarks/nc_recorded.py [--hours H] [--save FILE | --compare FILE]
 """
 
@@ -17,12 +17,13 @@ from pathlib import Path
 from typing import Any
 
 from achse.motion import Axis, AxisParameters, Nc, commands
-from achse.motion.record import FIELDS
+from achse.motion.record import FIELDS, Role
 from achse.native.compiled import compiler_installed
 from achse.station import Station
 
 PRESETS = {"control_dword": 7, "velocity_override": 1_000_000}
-PARTS = {"encoders": "encoder_", "controllers": "controller_", "drives": "drive_"}
+PARTS = {"encoders": "encoder_", "drives": "drive_"}
+"""The controller in force shows at the axis; others are only kept."""
 
 KINDS: tuple[dict[str, float], ...] = (
     {},
@@ -39,6 +40,10 @@ KINDS: tuple[dict[str, float], ...] = (
 )  # fmt: skip
 
 SECOND = {"encoder_scaling_factor": 1e-3, "controller_position_kv": 12.0}
+
+
+SHOWN = sorted(name for name, row in FIELDS.items() if row.role is not Role.INTERNAL)
+"""Names of values; what the kernel remembers besides shows in these sooner or later."""
 
 
 def axes() -> Iterator[AxisParameters]:
@@ -89,14 +94,13 @@ def act(axis: Axis, dice: random.Random) -> None:
 
 
 def values(axis: Axis) -> Iterator[Any]:
-    """Every value of an axis and of what belongs to it, in the order of their names."""
-    yield from (getattr(axis, name) for name in sorted(FIELDS))
+    """Every value that an axis and its parts show, in the order of their names."""
+    yield from (getattr(axis, name) for name in SHOWN)
     for part, prefix in PARTS.items():
         for element in getattr(axis, part):
-            for name in sorted(FIELDS):
-                if name.startswith(prefix):
-                    short = name.removeprefix(prefix)
-                    yield getattr(element, short if hasattr(element, short) else name)
+            for name in SHOWN:
+                if name.startswith(prefix) and FIELDS[name].role is not Role.INPUT:
+                    yield getattr(element, name)
     machine = axis.machine
     yield from (machine.position, machine.velocity, machine.torque)
 

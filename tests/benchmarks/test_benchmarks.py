@@ -23,6 +23,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "frames.py": (["2000"], rf"64 per portion: +{NUMBER}/s  bare +{NUMBER}/s"),
     "machine_code.py": (["70"], rf"FAST +compiled in +{NUMBER} ms, +{NUMBER} bytes"),
     "nc_cycle.py": (["0.02"], rf"255 +plain +{NUMBER} +{NUMBER} +{NUMBER}"),
+    "nc_recorded.py": (["--hours", "0.05"], r"\d+ lines, \w+"),
     "outstanding.py": (["320", "1"], rf"achse station +{NUMBER} answers/s"),
     "own_coverage.py": (["codes"], rf"{NUMBER} % +\d+ statements  codes/ by its own tests"),
     "planner.py": (["--cases", "50"], rf"any state +{NUMBER} +{NUMBER} +{NUMBER} +{NUMBER}"),

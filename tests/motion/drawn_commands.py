@@ -74,8 +74,8 @@ class Player:
     def __init__(self, axis: Axis, dice: random.Random) -> None:
         self.axis = axis
         self.dice = dice
-        self.reach = axis.encoder_soft_limit_max * decades(dice, -1.0, 0.3)
-        self.at_first = axis.max_velocity, axis.encoder_soft_limit_min, axis.encoder_soft_limit_max
+        self.reach = axis.encoder.soft_limit_max * decades(dice, -1.0, 0.3)
+        self.at_first = axis.max_velocity, axis.encoder.soft_limit_min, axis.encoder.soft_limit_max
         self.given = 0
         self.accepted = 0
         self.history: list[str] = []
@@ -170,7 +170,7 @@ class Player:
 
     def position(self, kind: int) -> float:
         if kind > StartType.MODULO:
-            return self.dice.uniform(0.0, 0.999) * self.axis.encoder_modulo_factor
+            return self.dice.uniform(0.0, 0.999) * self.axis.encoder.modulo_factor
         share = self.dice.uniform(-1.0, 1.0)
         return share * abs(share) * self.reach
 

@@ -21,7 +21,7 @@ def test_the_actual_position_settles_on_the_target(rig: Any) -> None:
     rig.until_rest()
     rig.seconds(1.0)
     assert rig.axis.actual_position == pytest.approx(100.0, abs=0.51e-4)
-    assert rig.axis.drive_output == 0.0
+    assert rig.axis.drive.output == 0.0
 
 
 def test_within_a_hundredth_long_before_a_second(rig: Any) -> None:
@@ -41,10 +41,10 @@ def test_the_following_error_without_full_feedforward(make_rig: Any) -> None:
     )
     at_speed(rig)
     assert rig.axis.following_error == pytest.approx(0.2 * V / 25.0, rel=1e-5)
-    assert rig.axis.controller_output == pytest.approx(0.2 * V, rel=1e-5)
-    assert rig.axis.drive_output == pytest.approx(V, rel=1e-5)
-    assert rig.axis.controller_output_percent == pytest.approx(100.0 * 0.2 * V / 2200.0, rel=1e-5)
-    assert rig.axis.drive_output_percent == pytest.approx(100.0 * V / 2200.0, rel=1e-5)
+    assert rig.axis.controller.output == pytest.approx(0.2 * V, rel=1e-5)
+    assert rig.axis.drive.output == pytest.approx(V, rel=1e-5)
+    assert rig.axis.controller.output_percent == pytest.approx(100.0 * 0.2 * V / 2200.0, rel=1e-5)
+    assert rig.axis.drive.output_percent == pytest.approx(100.0 * V / 2200.0, rel=1e-5)
     assert rig.axis.actual_velocity == pytest.approx(V, rel=1e-5)
     assert rig.axis.actual_acceleration == pytest.approx(0.0, abs=1.0)
 
@@ -55,7 +55,7 @@ def test_peaks_are_held(rig: Any) -> None:
     rig.seconds(1.0)
     assert rig.axis.following_error_peak_positive > 0.05
     assert rig.axis.following_error_peak_negative < -0.05
-    assert rig.axis.drive_output_peak_positive == pytest.approx(177.8, rel=1e-2)
+    assert rig.axis.drive.output_peak_positive == pytest.approx(177.8, rel=1e-2)
 
 
 def test_the_outputs_are_limited(make_rig: Any) -> None:
@@ -67,8 +67,8 @@ def test_the_outputs_are_limited(make_rig: Any) -> None:
     assert not rig.has(StateBit.DRIVE_LIMIT_ACTIVE)
     at_speed(rig)
     assert rig.has(StateBit.DRIVE_LIMIT_ACTIVE)
-    assert rig.axis.controller_output == pytest.approx(0.01 * 2200.0)
-    assert rig.axis.drive_output == pytest.approx(0.05 * 2200.0)
+    assert rig.axis.controller.output == pytest.approx(0.01 * 2200.0)
+    assert rig.axis.drive.output == pytest.approx(0.05 * 2200.0)
     assert rig.axis.actual_velocity == pytest.approx(0.05 * 2200.0)
 
 
@@ -110,8 +110,8 @@ def test_pp_raises_its_gain_with_the_velocity(make_rig: Any) -> None:
     while rig.axis.set_velocity < V:
         rig.run(1)
         kv = 10.0 + 40.0 * min(rig.axis.set_velocity / threshold, 1.0)
-        assert rig.axis.controller_position_kv_interpolated == pytest.approx(kv)
-        part = rig.axis.controller_position_p_part
+        assert rig.axis.controller.position_kv_interpolated == pytest.approx(kv)
+        part = rig.axis.controller.position_p_part
         assert part == pytest.approx(kv * rig.axis.following_error, abs=1e-6)
     rig.seconds(2.0)
     kv = 10.0 + 40.0 * V / threshold
@@ -134,11 +134,11 @@ def test_the_i_part_integrates_with_tn_up_to_its_limit(make_rig: Any) -> None:
     for n in range(2, 200):
         rig.run(1)
         expected = min(kv * axis.following_error * n * rig.dt / tn, 0.01 * 2200.0)
-        assert axis.controller_position_i_part == pytest.approx(expected, rel=1e-6)
+        assert axis.controller.position_i_part == pytest.approx(expected, rel=1e-6)
     rig.seconds(2.0)
-    assert axis.controller_position_i_part == pytest.approx(22.0)
-    assert axis.controller_position_i_limit_active == 1
-    assert axis.controller_output == pytest.approx(kv * axis.following_error + 22.0)
+    assert axis.controller.position_i_part == pytest.approx(22.0)
+    assert axis.controller.position_i_limit_active == 1
+    assert axis.controller.output == pytest.approx(kv * axis.following_error + 22.0)
 
 
 def test_the_i_part_removes_the_error_of_a_drifting_drive(make_rig: Any) -> None:
@@ -164,11 +164,11 @@ def test_no_i_part_while_positioning(make_rig: Any) -> None:
         simulation_drift=-10.0,
     )
     rig.seconds(5.0)
-    assert rig.axis.controller_position_i_part == pytest.approx(10.0, rel=1e-2)
+    assert rig.axis.controller.position_i_part == pytest.approx(10.0, rel=1e-2)
     commands.start(rig.axis, 1, 100.0, V)
     rig.run(1)
     while rig.axis.set_motion_phase:
-        assert rig.axis.controller_position_i_part == 0.0
+        assert rig.axis.controller.position_i_part == 0.0
         rig.run(1)
     rig.seconds(5.0)
     assert rig.axis.following_error == pytest.approx(0.0, abs=1e-3)
@@ -216,8 +216,8 @@ def test_whatever_moves_the_set_point_the_i_part_is_off(make_rig: Any) -> None:
                 rig.run(1)
                 if axis.set_motion_phase or axis.set_velocity:
                     moved += 1
-                    assert axis.controller_position_i_part == 0.0
-                elif axis.controller_position_i_part:
+                    assert axis.controller.position_i_part == 0.0
+                elif axis.controller.position_i_part:
                     rested += 1
     assert moved > 5_000
     assert rested > 1_000
@@ -243,11 +243,11 @@ def test_the_d_part_is_the_damped_derivative(make_rig: Any) -> None:
         rate = kv * tv * (error - before) / rig.dt
         part += (rate - part) * rig.dt / (td + rig.dt)
         before = error
-        assert rig.axis.controller_position_d_part == pytest.approx(part, abs=1e-5)
-    rig.axis.controller_position_d_limit = 0.0001
+        assert rig.axis.controller.position_d_part == pytest.approx(part, abs=1e-5)
+    rig.axis.controller.position_d_limit = 0.0001
     rig.run(1)
-    assert abs(rig.axis.controller_position_d_part) <= 0.22 * (1 + 1e-12)
-    assert rig.axis.controller_position_d_limit_active == 1
+    assert abs(rig.axis.controller.position_d_part) <= 0.22 * (1 + 1e-12)
+    assert rig.axis.controller.position_d_limit_active == 1
 
 
 def test_the_integrator_is_held_while_the_output_is_limited(make_rig: Any) -> None:
@@ -262,11 +262,11 @@ def test_the_integrator_is_held_while_the_output_is_limited(make_rig: Any) -> No
     rig.run(2)
     rig.axis.set_position = 0.0
     rig.seconds(0.5)
-    held = rig.axis.controller_position_i_part
-    assert rig.axis.controller_position_arw_active == 1
+    held = rig.axis.controller.position_i_part
+    assert rig.axis.controller.position_arw_active == 1
     rig.seconds(1.0)
-    assert rig.axis.controller_position_i_part == held
-    assert rig.axis.controller_output == pytest.approx(0.05 * 2200.0)
+    assert rig.axis.controller.position_i_part == held
+    assert rig.axis.controller.output == pytest.approx(0.05 * 2200.0)
 
 
 @pytest.mark.parametrize("kind", [1, 2, 3])
@@ -278,9 +278,9 @@ def test_acceleration_feedforward(make_rig: Any, kind: int) -> None:
         rig.run(1)
         axis = rig.axis
         share = ka * axis.set_acceleration
-        assert axis.controller_acceleration_feedforward == pytest.approx(share)
-        assert axis.drive_output == pytest.approx(
-            axis.controller_output + axis.set_velocity + share, abs=1e-9
+        assert axis.controller.acceleration_feedforward == pytest.approx(share)
+        assert axis.drive.output == pytest.approx(
+            axis.controller.output + axis.set_velocity + share, abs=1e-9
         )
 
 
@@ -291,7 +291,7 @@ def test_offset_calibration_learns_the_drift(make_rig: Any) -> None:
         simulation_drift=-8.0,
     )
     rig.seconds(10.0)
-    assert rig.axis.controller_auto_offset_part == pytest.approx(8.0, abs=0.05)
+    assert rig.axis.controller.auto_offset_part == pytest.approx(8.0, abs=0.05)
     assert rig.axis.following_error == pytest.approx(0.0, abs=1e-3)
 
 
@@ -310,16 +310,16 @@ def test_offset_calibration_above_its_limit(
     rig.seconds(10.0)
     commands.start(rig.axis, 3, 0.0, V)
     rig.until(lambda axis: axis.set_velocity > 0.05 * 2200.0 - 1.5)
-    learned = rig.axis.controller_auto_offset_part
+    learned = rig.axis.controller.auto_offset_part
     rig.until(lambda axis: axis.set_velocity > 0.05 * 2200.0)
     if share is None:
-        before = rig.axis.controller_auto_offset_part
+        before = rig.axis.controller.auto_offset_part
         rig.run(100)
         fade = (1.0 - rig.dt / 0.5) ** 100
-        assert rig.axis.controller_auto_offset_part == pytest.approx(before * fade, rel=1e-6)
+        assert rig.axis.controller.auto_offset_part == pytest.approx(before * fade, rel=1e-6)
     else:
         rig.run(100)
-        assert rig.axis.controller_auto_offset_part == pytest.approx(learned * share, abs=0.1)
+        assert rig.axis.controller.auto_offset_part == pytest.approx(learned * share, abs=0.1)
 
 
 def test_the_position_error_filter(make_rig: Any) -> None:
@@ -327,13 +327,13 @@ def test_the_position_error_filter(make_rig: Any) -> None:
     rig.run(2)
     rig.axis.set_position = rig.axis.actual_position
     rig.seconds(2.0)
-    start = rig.axis.controller_position_p_part
+    start = rig.axis.controller.position_p_part
     rig.axis.set_position += 1.0
     for n in range(1, 50):
         rig.run(1)
         left = (0.1 / (0.1 + rig.dt)) ** n
         part = start + 20.0 * 1.0 * (1.0 - left)
-        assert rig.axis.controller_position_p_part == pytest.approx(part, abs=1e-6)
+        assert rig.axis.controller.position_p_part == pytest.approx(part, abs=1e-6)
 
 
 def test_a_velocity_loop_gets_feedforward_and_position_part(make_rig: Any) -> None:
@@ -343,12 +343,12 @@ def test_a_velocity_loop_gets_feedforward_and_position_part(make_rig: Any) -> No
     for _ in range(300):
         rig.run(1)
         axis = rig.axis
-        goal = axis.set_velocity + axis.controller_position_p_part
-        assert axis.controller_velocity_controller_input == pytest.approx(goal)
+        goal = axis.set_velocity + axis.controller.position_p_part
+        assert axis.controller.velocity_controller_input == pytest.approx(goal)
         part = kp * (goal - axis.actual_velocity)
-        assert axis.controller_velocity_p_part == pytest.approx(part, abs=1e-5)
-        assert axis.drive_output == pytest.approx(axis.controller_output)
-    assert axis.controller_output == pytest.approx(part)
+        assert axis.controller.velocity_p_part == pytest.approx(part, abs=1e-5)
+        assert axis.drive.output == pytest.approx(axis.controller.output)
+    assert axis.controller.output == pytest.approx(part)
 
 
 def test_a_pi_velocity_loop_leaves_no_error(make_rig: Any) -> None:
@@ -365,11 +365,11 @@ def test_a_pi_velocity_loop_leaves_no_error(make_rig: Any) -> None:
     rig.seconds(5.0)
     assert rig.axis.actual_velocity == pytest.approx(V, rel=1e-4)
     assert rig.axis.following_error == pytest.approx(0.0, abs=1e-3)
-    assert rig.axis.controller_velocity_i_part == pytest.approx(V + 20.0, rel=1e-3)
-    rig.axis.controller_velocity_i_limit = 0.01
+    assert rig.axis.controller.velocity_i_part == pytest.approx(V + 20.0, rel=1e-3)
+    rig.axis.controller.velocity_i_limit = 0.01
     rig.run(1)
-    assert rig.axis.controller_velocity_i_part == pytest.approx(22.0)
-    assert rig.axis.controller_velocity_i_limit_active == 1
+    assert rig.axis.controller.velocity_i_part == pytest.approx(22.0)
+    assert rig.axis.controller.velocity_i_limit_active == 1
 
 
 def test_filters_and_dead_band_of_the_velocity_error(make_rig: Any) -> None:
@@ -385,9 +385,9 @@ def test_filters_and_dead_band_of_the_velocity_error(make_rig: Any) -> None:
         commands.start(rig.axis, 3, 0.0, 100.0, 1e4, 1e4, 1e8)
         rig.until(lambda axis: axis.set_velocity == 100.0)
         rig.run(1)
-        assert rig.axis.controller_velocity_p_part < 150.0
+        assert rig.axis.controller.velocity_p_part < 150.0
         rig.seconds(2.0)
-        assert rig.axis.controller_velocity_p_part == pytest.approx(200.0)
+        assert rig.axis.controller.velocity_p_part == pytest.approx(200.0)
     rig = blocked(
         make_rig,
         0.0,
@@ -397,7 +397,7 @@ def test_filters_and_dead_band_of_the_velocity_error(make_rig: Any) -> None:
     )
     commands.start(rig.axis, 3, 0.0, 100.0)
     rig.seconds(2.0)
-    assert rig.axis.controller_velocity_p_part == 0.0
+    assert rig.axis.controller.velocity_p_part == 0.0
 
 
 def test_the_observer_follows_the_axis(make_rig: Any) -> None:
@@ -415,13 +415,13 @@ def test_the_observer_follows_the_axis(make_rig: Any) -> None:
     for _ in range(1000):
         rig.run(1)
         axis = rig.axis
-        torque = axis.controller_observer_motor_current * 0.5
-        assert abs(axis.controller_observer_position_error) < 0.5
-        assert abs(axis.controller_observer_velocity1 - axis.actual_velocity) < 10.0
-    assert axis.controller_observer_position == pytest.approx(axis.actual_position, abs=1e-3)
-    assert axis.controller_observer_velocity1 == pytest.approx(V, rel=1e-3)
-    assert axis.controller_observer_velocity2 == pytest.approx(V, rel=1e-3)
-    assert axis.controller_observer_acceleration == pytest.approx(0.0, abs=1.0)
+        torque = axis.controller.observer_motor_current * 0.5
+        assert abs(axis.controller.observer_position_error) < 0.5
+        assert abs(axis.controller.observer_velocity1 - axis.actual_velocity) < 10.0
+    assert axis.controller.observer_position == pytest.approx(axis.actual_position, abs=1e-3)
+    assert axis.controller.observer_velocity1 == pytest.approx(V, rel=1e-3)
+    assert axis.controller.observer_velocity2 == pytest.approx(V, rel=1e-3)
+    assert axis.controller.observer_acceleration == pytest.approx(0.0, abs=1.0)
     assert torque == pytest.approx(0.0, abs=1e-3)
 
 
@@ -439,4 +439,4 @@ def test_an_external_part_and_the_velocity_offset_are_added(make_rig: Any) -> No
     rig.axis.external_controller_component = 5.0
     rig.seconds(3.0)
     assert rig.axis.following_error == pytest.approx(-12.0 / 20.0)
-    assert rig.axis.drive_output == pytest.approx(0.0, abs=1e-6)
+    assert rig.axis.drive.output == pytest.approx(0.0, abs=1e-6)

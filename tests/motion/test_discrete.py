@@ -39,7 +39,7 @@ def phases(rig: Any, seconds: float) -> list[tuple[int, int, int]]:
     seen: list[list[int]] = []
     for _ in range(round(seconds / rig.dt)):
         rig.run(1)
-        now = [rig.axis.drive_control_byte, rig.axis.motion_state]
+        now = [rig.axis.drive.control_byte, rig.axis.motion_state]
         if seen and seen[-1][:2] == now:
             seen[-1][2] += 1
         else:
@@ -49,7 +49,7 @@ def phases(rig: Any, seconds: float) -> list[tuple[int, int, int]]:
 
 def test_a_movement_passes_its_phases(two_speeds: Any) -> None:
     rig = two_speeds
-    assert rig.axis.drive_control_byte == BRAKE
+    assert rig.axis.drive.control_byte == BRAKE
     assert commands.start(rig.axis, 1, 100.0, 100.0) == 0
     released, rapid, switching, near, braking, braked = phases(rig, 3.0)
     assert released[:2] == (BRAKE_OPEN, 1)
@@ -84,11 +84,11 @@ def test_the_extended_byte_has_direction_and_speed_apart(two_speeds: Any) -> Non
     rig = two_speeds
     commands.start(rig.axis, 4, 0.0, 100.0)
     rig.seconds(0.5)
-    assert rig.axis.drive_extended_control_byte == BRAKE_OPEN | 1 | 8
+    assert rig.axis.drive.extended_control_byte == BRAKE_OPEN | 1 | 8
     assert rig.axis.actual_velocity == pytest.approx(-RAPID, rel=1e-6)
     rig.axis.velocity_override = 500_000
     rig.run(1)
-    assert rig.axis.drive_extended_control_byte == BRAKE_OPEN | 1 | 4
+    assert rig.axis.drive.extended_control_byte == BRAKE_OPEN | 1 | 4
 
 
 def test_the_override_chooses_the_speed_in_the_main_phase_only(two_speeds: Any) -> None:
@@ -103,7 +103,7 @@ def test_the_override_chooses_the_speed_in_the_main_phase_only(two_speeds: Any) 
     ):
         rig.axis.velocity_override = override
         rig.seconds(0.1)
-        assert rig.axis.drive_control_byte == byte, override
+        assert rig.axis.drive.control_byte == byte, override
     stood = rig.axis.actual_position
     rig.seconds(1.0)
     assert rig.axis.actual_position == stood
@@ -111,7 +111,7 @@ def test_the_override_chooses_the_speed_in_the_main_phase_only(two_speeds: Any) 
     rig.axis.velocity_override = 1_000_000
     rig.until(lambda axis: axis.motion_state == 4)
     rig.axis.velocity_override = 0
-    rig.until(lambda axis: axis.drive_control_byte == BRAKE, 0.2)
+    rig.until(lambda axis: axis.drive.control_byte == BRAKE, 0.2)
     assert not rig.has(StateBit.HAS_JOB) or rig.axis.set_motion_phase == 0
 
 
@@ -130,9 +130,9 @@ def test_a_stop_creeps_its_distance_and_brakes(make_rig: Any, two_speeds: Any) -
     rig.run(1)
     begin = rig.axis.actual_position
     rig.run(1)
-    assert rig.axis.drive_control_byte == BRAKE_OPEN | PLUS_LOW
+    assert rig.axis.drive.control_byte == BRAKE_OPEN | PLUS_LOW
     rig.until_rest()
-    assert rig.axis.drive_control_byte == BRAKE
+    assert rig.axis.drive.control_byte == BRAKE
     assert rig.axis.actual_position - begin == pytest.approx(5.0, abs=4 * RAPID * rig.dt)
     assert rig.has(StateBit.HAS_BEEN_STOPPED)
 
@@ -143,7 +143,7 @@ def test_without_enable_the_brake_holds(two_speeds: Any) -> None:
     rig.seconds(0.3)
     rig.axis.control_dword = 0
     rig.seconds(0.1 + 0.1)
-    assert rig.axis.drive_control_byte == BRAKE
+    assert rig.axis.drive.control_byte == BRAKE
     assert rig.axis.machine.velocity == 0.0
     assert rig.axis.error_code == 0x4260
 
@@ -171,13 +171,13 @@ def stepper(make_rig: Any) -> Any:
 def test_a_stepper_arrives_by_whole_steps(stepper: Any) -> None:
     rig = stepper()
     commands.start(rig.axis, 1, 10.0, 20.0)
-    steps = {rig.axis.stepper_step}
+    steps = {rig.axis.drive.stepper_step}
     while rig.axis.set_motion_phase or rig.axis.set_position == 0.0:
         rig.run(1)
-        steps.add(rig.axis.stepper_step)
-        assert rig.axis.machine.position == pytest.approx(rig.axis.stepper_step * STEP)
+        steps.add(rig.axis.drive.stepper_step)
+        assert rig.axis.machine.position == pytest.approx(rig.axis.drive.stepper_step * STEP)
     rig.seconds(2.0)
-    assert rig.axis.stepper_step == round(10.0 / STEP)
+    assert rig.axis.drive.stepper_step == round(10.0 / STEP)
     assert steps == set(range(max(steps) + 1))
     assert rig.axis.actual_position == pytest.approx(10.0, abs=1e-9)
 
@@ -189,10 +189,10 @@ def test_no_step_is_missing_at_the_target(stepper: Any, gain: float, target: flo
     rig = stepper(controller_position_kv=gain)
     commands.start(rig.axis, 1, target, 20.0)
     rig.seconds(4.0)
-    step = rig.axis.stepper_step
+    step = rig.axis.drive.stepper_step
     assert step == round(target / STEP)
     rig.seconds(1.0)
-    assert rig.axis.stepper_step == step
+    assert rig.axis.drive.stepper_step == step
 
 
 @pytest.mark.parametrize(("mode", "cycles"), [(1, 4), (2, 6)])
@@ -200,12 +200,12 @@ def test_the_masks_follow_the_steps(stepper: Any, mode: int, cycles: int) -> Non
     masks = {f"drive_stepper_mask_cycle{n}": n for n in range(1, 9)}
     rig = stepper(stepper_operation_mode=mode, drive_stepper_mask_holding_current=0x10, **masks)
     rig.run(2)
-    assert rig.axis.drive_control_byte == 1 | 0x10
+    assert rig.axis.drive.control_byte == 1 | 0x10
     commands.start(rig.axis, 3, 0.0, 10.0)
-    rig.until(lambda axis: axis.stepper_step > 20)
+    rig.until(lambda axis: axis.drive.stepper_step > 20)
     for _ in range(100):
         rig.run(1)
-        assert rig.axis.drive_control_byte == 1 + rig.axis.stepper_step % cycles
+        assert rig.axis.drive.control_byte == 1 + rig.axis.drive.stepper_step % cycles
 
 
 def test_a_power_section_gets_frequency_and_direction(stepper: Any) -> None:
@@ -213,8 +213,8 @@ def test_a_power_section_gets_frequency_and_direction(stepper: Any) -> None:
     for start, forward in ((3, 2), (4, 0)):
         commands.universal_start(rig.axis, start, 0.0, 10.0)
         rig.seconds(2.0)
-        assert rig.axis.drive_control_byte == 0
-        assert rig.axis.drive_extended_control_byte == rig.axis.stepper_step % 2 | forward
+        assert rig.axis.drive.control_byte == 0
+        assert rig.axis.drive.extended_control_byte == rig.axis.drive.stepper_step % 2 | forward
 
 
 def test_the_frequency_is_that_of_the_velocity(stepper: Any) -> None:
@@ -222,34 +222,34 @@ def test_the_frequency_is_that_of_the_velocity(stepper: Any) -> None:
     commands.start(rig.axis, 3, 0.0, 5.0)  # a step in five cycles
     rig.until(lambda axis: axis.set_velocity == 5.0)
     rig.run(10)
-    before = rig.axis.stepper_step
+    before = rig.axis.drive.stepper_step
     rig.run(500)
-    assert rig.axis.stepper_step - before == pytest.approx(100, abs=1)
-    assert rig.axis.stepper_level == 5
+    assert rig.axis.drive.stepper_step - before == pytest.approx(100, abs=1)
+    assert rig.axis.drive.stepper_level == 5
 
 
 def test_never_below_the_minimum_velocity(stepper: Any) -> None:
     rig = stepper(controller_position_kv=0.0)
     commands.start(rig.axis, 3, 0.0, 0.6)
     rig.seconds(1.0)
-    assert rig.axis.stepper_level == round(STEP / 1.0 / rig.dt)
+    assert rig.axis.drive.stepper_level == round(STEP / 1.0 / rig.dt)
     rig = stepper(controller_position_kv=0.0)
     commands.start(rig.axis, 3, 0.0, 0.4)
     rig.seconds(1.0)
-    assert rig.axis.stepper_level == 0
-    assert rig.axis.stepper_step == 0
+    assert rig.axis.drive.stepper_level == 0
+    assert rig.axis.drive.stepper_step == 0
 
 
 def test_a_level_lasts_its_steps(stepper: Any) -> None:
     rig = stepper(stepper_steps_per_velocity_level=8, controller_position_kv=0.0)
     commands.start(rig.axis, 3, 0.0, 20.0)
     levels: list[tuple[int, int]] = []
-    rig.until(lambda axis: axis.stepper_level > 0)
+    rig.until(lambda axis: axis.drive.stepper_level > 0)
     for cycle in range(2000):
         if cycle % 300 == 0:
             rig.axis.velocity_override = 1_000_000 if cycle % 600 else 400_000
-        if not levels or levels[-1][0] != rig.axis.stepper_level:
-            levels.append((rig.axis.stepper_level, rig.axis.stepper_step))
+        if not levels or levels[-1][0] != rig.axis.drive.stepper_level:
+            levels.append((rig.axis.drive.stepper_level, rig.axis.drive.stepper_step))
         rig.run(1)
     steps = [after - before for (_, before), (_, after) in pairwise(levels)]
     assert len(steps) >= 2
@@ -292,7 +292,7 @@ def test_a_stop_ends_the_loop_of_two_speeds(two_speeds: Any) -> None:
     rig.until_rest()
     assert rig.axis.actual_position < 100.0
     rig.seconds(1.0)
-    assert rig.axis.drive_control_byte == BRAKE
+    assert rig.axis.drive.control_byte == BRAKE
 
 
 @pytest.mark.parametrize(
@@ -306,11 +306,11 @@ def test_a_direct_output_switches_the_speed(
     axis = rig.axis
     assert commands.start_drive_output(axis, 1, percent) == 0
     rig.seconds(0.2)
-    assert axis.drive_control_byte == control
-    assert axis.machine.velocity == pytest.approx(speed * axis.drive_full)
+    assert axis.drive.control_byte == control
+    assert axis.machine.velocity == pytest.approx(speed * axis.drive.full)
     assert commands.change_drive_output(axis, 1, 0.0) == 0
     rig.run(1)
-    assert (axis.drive_control_byte, axis.machine.velocity) == (0x80, 0.0)
+    assert (axis.drive.control_byte, axis.machine.velocity) == (0x80, 0.0)
     assert commands.stop_drive_output(axis) == 0
     rig.run(2)
     assert axis.set_motion_phase == MotionPhase.NONE
@@ -419,5 +419,5 @@ def test_without_its_job_the_axis_is_braked_at_once(two_speeds: Any, dropped: An
     stands = axis.actual_position
     rig.seconds(1.0)
     assert axis.actual_position == pytest.approx(stands, abs=RAPID * rig.dt)
-    assert axis.drive_control_byte == BRAKE
+    assert axis.drive.control_byte == BRAKE
     assert commands.start(axis, 4, 0.0, 100.0) == 0

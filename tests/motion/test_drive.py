@@ -25,7 +25,7 @@ def test_dead_time_delays_the_drive(make_rig: Any) -> None:
         outputs, velocities = [], []
         for _ in range(200):
             rig.run(1)
-            outputs.append(rig.axis.drive_output)
+            outputs.append(rig.axis.drive.output)
             velocities.append(rig.axis.actual_velocity)
         late = 1 + dead_cycles  # the encoder shows what the drive did until this cycle
         assert velocities[late:] == pytest.approx(outputs[:-late], abs=1e-5)
@@ -66,9 +66,9 @@ def test_a_position_loop_in_the_drive_has_its_gain(
     )
     commands.start(rig.axis, 1, 1000.0, V)
     rig.seconds(2.0)
-    assert rig.axis.controller_output == rig.axis.drive_output == 0.0
+    assert rig.axis.controller.output == rig.axis.drive.output == 0.0
     assert rig.axis.following_error == pytest.approx(V / gain, rel=1e-3)
-    rig.axis.drive_dsc_xerr_scaling = 2.0 * scaling  # more than the drive expects
+    rig.axis.drive.dsc_xerr_scaling = 2.0 * scaling  # more than the drive expects
     rig.seconds(1.0)
     assert rig.axis.following_error == pytest.approx(V / gain / 2.0, rel=1e-3)
     rig.until_rest()
@@ -83,7 +83,7 @@ def test_only_a_profidrive_closes_its_position_loop(make_rig: Any) -> None:
         rig = make_rig(drive_type=DriveType.SERCOS, drive_dsc_kpc=kpc)
         commands.start(rig.axis, 1, 100.0, V)
         rig.seconds(0.5)
-        digests.append((rig.axis.actual_position, rig.axis.controller_output))
+        digests.append((rig.axis.actual_position, rig.axis.controller.output))
     assert digests[0] == digests[1]
 
 
@@ -113,10 +113,10 @@ def test_the_reference_output_scales_the_velocity_at_full_output(make_rig: Any) 
     rig = make_rig(drive_reference_velocity=1000.0, drive_reference_output=0.5, **FREE)
     commands.start(rig.axis, 3, 0.0, V)
     rig.seconds(3.0)
-    assert rig.axis.drive_output_percent == pytest.approx(100.0 * V / 2000.0, rel=1e-6)
-    rig.axis.drive_reference_output = 1.0
+    assert rig.axis.drive.output_percent == pytest.approx(100.0 * V / 2000.0, rel=1e-6)
+    rig.axis.drive.reference_output = 1.0
     rig.run(1)
-    assert rig.axis.drive_output_percent == pytest.approx(100.0 * V / 1000.0, rel=1e-6)
+    assert rig.axis.drive.output_percent == pytest.approx(100.0 * V / 1000.0, rel=1e-6)
 
 
 def test_the_characteristic_of_a_non_linear_drive(make_rig: Any) -> None:
@@ -139,8 +139,8 @@ def test_the_characteristic_of_a_non_linear_drive(make_rig: Any) -> None:
         assert characteristic(axis, share) == pytest.approx(output)
     commands.start(axis, 3, 0.0, 50.0)
     rig.seconds(3.0)
-    assert axis.drive_output_percent == pytest.approx(5.0, abs=0.01)
-    assert axis.drive_output_percent_nonlinear == pytest.approx(20.0, abs=0.04)
+    assert axis.drive.output_percent == pytest.approx(5.0, abs=0.01)
+    assert axis.drive.output_percent_nonlinear == pytest.approx(20.0, abs=0.04)
     assert axis.actual_velocity == pytest.approx(50.0, rel=1e-3)
     assert characteristic(make_rig().axis, 0.3) == pytest.approx(0.3)
 
@@ -149,11 +149,11 @@ def test_the_output_offset_moves_the_axis_like_drift(make_rig: Any) -> None:
     rig = make_rig(drive_output_offset=0.01, drive_reference_velocity=1000.0, **FREE)
     rig.seconds(3.0)
     assert rig.axis.following_error == pytest.approx(-10.0 / 20.0, rel=1e-4)
-    rig.axis.drive_output_offset = 0.0
+    rig.axis.drive.output_offset = 0.0
     rig.axis.simulation_drift = -10.0
     rig.seconds(3.0)
     assert rig.axis.following_error == pytest.approx(0.5, rel=1e-4)
-    rig.axis.drive_velocity_offset = 10.0
+    rig.axis.drive.velocity_offset = 10.0
     rig.seconds(3.0)
     assert rig.axis.following_error == pytest.approx(0.0, abs=1e-4)
 
@@ -170,7 +170,7 @@ def test_the_velocity_output_delay_is_dead_time(make_rig: Any) -> None:
     outputs, velocities = [], []
     for _ in range(200):
         rig.run(1)
-        outputs.append(rig.axis.drive_output)
+        outputs.append(rig.axis.drive.output)
         velocities.append(rig.axis.actual_velocity)
     assert velocities[6:] == pytest.approx(outputs[:-6], abs=1e-5)
 
@@ -193,17 +193,17 @@ def test_the_torque_accelerates_the_load(make_rig: Any) -> None:
     commands.start(rig.axis, 1, 100.0, V)
     rig.run(1)
     before = rig.axis.machine.velocity
-    torque_before = rig.axis.drive_actual_torque
+    torque_before = rig.axis.drive.actual_torque
     reported = rig.axis.machine.torque
     for _ in range(300):
         rig.run(1)
         velocity = rig.axis.machine.velocity
         torque = (velocity - before) / rig.dt / FULL * 1000.0 + 50.0
         torque += 20.0 * ((velocity > 0.0) - (velocity < 0.0))
-        assert rig.axis.drive_actual_torque == pytest.approx(reported, abs=INCREMENT)
-        rate = (rig.axis.drive_actual_torque - torque_before) / rig.dt
-        assert rig.axis.drive_actual_torque_derivative == pytest.approx(rate, abs=1e-3)
-        before, torque_before, reported = velocity, rig.axis.drive_actual_torque, torque
+        assert rig.axis.drive.actual_torque == pytest.approx(reported, abs=INCREMENT)
+        rate = (rig.axis.drive.actual_torque - torque_before) / rig.dt
+        assert rig.axis.drive.actual_torque_derivative == pytest.approx(rate, abs=1e-3)
+        before, torque_before, reported = velocity, rig.axis.drive.actual_torque, torque
 
 
 def test_torque_scaling_and_filters(make_rig: Any) -> None:
@@ -218,15 +218,15 @@ def test_torque_scaling_and_filters(make_rig: Any) -> None:
         simulation_blocked=1,
     )
     rig.run(2)
-    rate = rig.axis.drive_actual_torque_derivative
-    torque = rig.axis.drive_actual_torque
+    rate = rig.axis.drive.actual_torque_derivative
+    torque = rig.axis.drive.actual_torque
     for _ in range(100):
         rig.run(1)
         step = (10.0 - torque) * rig.dt / (0.05 + rig.dt)
         torque += step
         rate += (step / rig.dt - rate) * rig.dt / (0.02 + rig.dt)
-        assert rig.axis.drive_actual_torque == pytest.approx(torque, rel=1e-9)
-        assert rig.axis.drive_actual_torque_derivative == pytest.approx(rate, rel=1e-6)
+        assert rig.axis.drive.actual_torque == pytest.approx(torque, rel=1e-9)
+        assert rig.axis.drive.actual_torque_derivative == pytest.approx(rate, rel=1e-6)
     assert torque == pytest.approx(10.0, rel=0.05)
 
 
@@ -239,7 +239,7 @@ def test_a_load_leaves_an_error_that_a_torque_offset_removes(make_rig: Any) -> N
     rig.axis.set_torque_offset = load
     rig.seconds(3.0)
     assert rig.axis.following_error == pytest.approx(0.0, abs=1e-4)
-    assert rig.axis.drive_actual_torque == pytest.approx(load, rel=1e-6)
+    assert rig.axis.drive.actual_torque == pytest.approx(load, rel=1e-6)
 
 
 def test_in_torque_mode_the_motor_obeys_its_torque(make_rig: Any) -> None:
@@ -258,7 +258,7 @@ def test_in_torque_mode_the_motor_obeys_its_torque(make_rig: Any) -> None:
     rig.run(100)
     gained = (200.0 - 100.0 - 50.0) / 1000.0 * FULL * 100 * rig.dt
     assert rig.axis.machine.velocity - begin == pytest.approx(gained)
-    assert rig.axis.drive_actual_torque == pytest.approx(200.0)
+    assert rig.axis.drive.actual_torque == pytest.approx(200.0)
 
 
 def test_friction_holds_a_drive_that_pulls_weakly(make_rig: Any) -> None:
@@ -287,7 +287,7 @@ def test_a_drive_with_position_interface_follows_the_set_position(make_rig: Any)
         rig.run(1)
         assert rig.axis.actual_position == pytest.approx(before, abs=1e-8)
         assert rig.axis.following_error == pytest.approx(0.0, abs=1e-8)
-        assert rig.axis.controller_output == 0.0
+        assert rig.axis.controller.output == 0.0
 
 
 def test_the_moving_average_of_the_position_output(make_rig: Any) -> None:
@@ -303,9 +303,9 @@ def test_the_moving_average_of_the_position_output(make_rig: Any) -> None:
         sets.append(rig.axis.set_position)
         filtered.append(sum(sets[-count:]) / count)
         axis = rig.axis
-        assert axis.drive_filtered_set_position == pytest.approx(filtered[-1], abs=1e-9)
+        assert axis.drive.filtered_set_position == pytest.approx(filtered[-1], abs=1e-9)
         velocity = (filtered[-1] - filtered[-2]) / rig.dt
-        assert axis.drive_filtered_set_velocity == pytest.approx(velocity, abs=1e-6)
+        assert axis.drive.filtered_set_velocity == pytest.approx(velocity, abs=1e-6)
         assert axis.actual_position == pytest.approx(filtered[-2], abs=1e-8)
     rig.seconds(1.0)
     assert rig.axis.actual_position == pytest.approx(30.0, abs=1e-8)
@@ -329,7 +329,7 @@ def test_the_p_tn_filter_of_the_position_output(make_rig: Any, order: int) -> No
         for n in range(order):
             stages[n] += (value - stages[n]) * weight
             value = stages[n]
-        assert rig.axis.drive_filtered_set_position == pytest.approx(value, abs=1e-9)
+        assert rig.axis.drive.filtered_set_position == pytest.approx(value, abs=1e-9)
     rig.seconds(3.0)
     assert rig.axis.following_error == pytest.approx(V * time, rel=1e-4)
     commands.stop(rig.axis)
@@ -349,11 +349,11 @@ def test_dead_time_compensation_of_the_position_output(make_rig: Any, mode: int)
     commands.start(rig.axis, 1, 100.0, V)
     for _ in range(150):
         axis = rig.axis
-        sent = axis.set_position + axis.drive_dead_time_position_correction
+        sent = axis.set_position + axis.drive.dead_time_position_correction
         rig.run(1)
         way = late * axis.set_velocity
         way += 0.5 * late * late * axis.set_acceleration if mode == 2 else 0.0
-        assert axis.drive_dead_time_position_correction == pytest.approx(way)
+        assert axis.drive.dead_time_position_correction == pytest.approx(way)
         assert axis.actual_position == pytest.approx(sent, abs=1e-8)
         assert axis.following_error == pytest.approx(0.0, abs=1e-8)
 
@@ -363,12 +363,12 @@ def test_renaming_positions_does_not_move_a_filtered_drive(make_rig: Any) -> Non
     commands.start(rig.axis, 1, 30.0, V)
     rig.until_rest()
     rig.seconds(1.0)
-    counts = rig.axis.encoder_software_increments
+    counts = rig.axis.encoder.software_increments
     assert commands.set_actual_position(rig.axis, 1, 1000.0) == 0
     for _ in range(100):
         rig.run(1)
-        assert rig.axis.encoder_software_increments == pytest.approx(counts, abs=10)
-        assert rig.axis.drive_filtered_set_position == pytest.approx(1000.0, abs=1e-6)
+        assert rig.axis.encoder.software_increments == pytest.approx(counts, abs=10)
+        assert rig.axis.drive.filtered_set_position == pytest.approx(1000.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("filter_type", [1, 2])
@@ -418,5 +418,5 @@ def test_a_second_encoder_counts_the_same_motor() -> None:
             nc.cycle()
             assert second.actual_position == pytest.approx(axis.actual_position + 5.0, abs=0.5)
         assert second.actual_position == pytest.approx(55.0, abs=0.01)
-        assert second.encoder_software_increments == 5000
+        assert second.software_increments == 5000
         assert nc.axis(2).actual_position == 0.0

@@ -22,7 +22,7 @@ def test_increments_scale_into_positions(make_rig: Any, direction: int) -> None:
     commands.start(rig.axis, 1, 57.0, V)
     rig.until_rest()
     rig.seconds(1.0)
-    count = rig.axis.encoder_software_increments
+    count = rig.axis.encoder.software_increments
     assert count == (-5000 if direction else 5000)
     assert rig.axis.actual_position == pytest.approx(57.0)
 
@@ -31,18 +31,18 @@ def test_the_hardware_counter_wraps_at_32_bits(make_rig: Any) -> None:
     rig = make_rig(control_dword=0)
     for count in (2.0**30, 2.0**31 + 5.0):
         place(rig, count)
-    assert rig.axis.encoder_software_increments == 2**31 + 5
-    assert rig.axis.encoder_hardware_increments == -(2**31) + 5
+    assert rig.axis.encoder.software_increments == 2**31 + 5
+    assert rig.axis.encoder.hardware_increments == -(2**31) + 5
 
 
 def test_the_position_filter_delays_and_arrives(make_rig: Any) -> None:
     rig = make_rig(encoder_position_filter_time=0.02, controller_position_kv=5.0)
     commands.start(rig.axis, 1, 10.0, V)
     rig.until(lambda axis: axis.set_velocity > 10.0)
-    assert rig.axis.actual_position < rig.axis.encoder_actual_position_unfiltered
+    assert rig.axis.actual_position < rig.axis.encoder.actual_position_unfiltered
     rig.until_rest()
     rig.seconds(4.0)
-    assert rig.axis.actual_position == rig.axis.encoder_actual_position_unfiltered
+    assert rig.axis.actual_position == rig.axis.encoder.actual_position_unfiltered
     assert rig.axis.actual_position == pytest.approx(10.0, abs=1e-3)
 
 
@@ -68,11 +68,11 @@ OFF = {"control_dword": 0}
 
 def test_the_scaling_is_numerator_by_denominator(make_rig: Any) -> None:
     rig = make_rig(encoder_scaling_numerator=3.0, encoder_scaling_denominator=8.0, **OFF)
-    assert rig.axis.encoder_scaling_factor == 3.0 / 8.0
+    assert rig.axis.encoder.scaling_factor == 3.0 / 8.0
     place(rig, 16.0)
     assert rig.axis.actual_position == 6.0
     rig = make_rig(encoder_scaling_factor=0.25)
-    assert (rig.axis.encoder_scaling_numerator, rig.axis.encoder_scaling_denominator) == (0.25, 1.0)
+    assert (rig.axis.encoder.scaling_numerator, rig.axis.encoder.scaling_denominator) == (0.25, 1.0)
 
 
 def test_an_axis_tells_the_truth_before_its_first_cycle() -> None:
@@ -108,7 +108,7 @@ def test_the_count_wraps_at_the_mask_and_the_position_goes_on(make_rig: Any, mas
     seen = set()
     for count in range(0, 3 * mask, mask // 5):
         place(rig, float(count))
-        assert rig.axis.encoder_hardware_increments == count % (mask + 1)
+        assert rig.axis.encoder.hardware_increments == count % (mask + 1)
         assert rig.axis.actual_position == pytest.approx(count * 0.01)
         seen.add(count // (mask + 1))
     assert seen == {0, 1, 2}
@@ -116,7 +116,7 @@ def test_the_count_wraps_at_the_mask_and_the_position_goes_on(make_rig: Any, mas
     for count in range(3 * mask, -mask, -(mask // 5)):
         place(rig, float(count))
     assert rig.axis.actual_position == pytest.approx(count * 0.01)
-    assert rig.axis.encoder_hardware_increments == count % (mask + 1)
+    assert rig.axis.encoder.hardware_increments == count % (mask + 1)
 
 
 def test_an_absolute_reference_system_does_not_count_on(make_rig: Any) -> None:
@@ -158,7 +158,7 @@ def test_evaluated_directions(make_rig: Any, direction: int, there: float, back:
     assert rig.axis.actual_position == there
     place(rig, 40.0)
     assert rig.axis.actual_position == back
-    rig.axis.encoder_evaluation_direction = 0
+    rig.axis.encoder.evaluation_direction = 0
     rig.run(2)
     assert rig.axis.actual_position == back
 
@@ -184,14 +184,14 @@ def test_the_position_correction_is_added_with_its_filter(make_rig: Any) -> None
     for n in range(1, 30):
         rig.run(1)
         left = (0.05 / (0.05 + rig.dt)) ** n
-        assert rig.axis.encoder_position_correction == pytest.approx(2.0 * (1.0 - left))
-        assert rig.axis.actual_position == rig.axis.encoder_position_correction
+        assert rig.axis.encoder.position_correction == pytest.approx(2.0 * (1.0 - left))
+        assert rig.axis.actual_position == rig.axis.encoder.position_correction
         assert rig.axis.actual_position_uncorrected == 0.0
         assert rig.axis.actual_velocity > 0.0
-        assert rig.axis.encoder_actual_velocity_uncorrected == 0.0
+        assert rig.axis.encoder.actual_velocity_uncorrected == 0.0
     rig.seconds(2.0)
     assert rig.axis.actual_position == pytest.approx(2.0, abs=1e-6)
-    rig.axis.encoder_actual_position_correction_enable = 0
+    rig.axis.encoder.actual_position_correction_enable = 0
     rig.seconds(2.0)
     assert rig.axis.actual_position == pytest.approx(0.0, abs=1e-6)
 
@@ -202,7 +202,7 @@ def test_a_corrected_axis_stands_where_the_correction_says(make_rig: Any) -> Non
     rig.until_rest()
     rig.seconds(1.0)
     assert rig.axis.actual_position == pytest.approx(20.0, abs=1e-4)
-    assert rig.axis.encoder_software_increments == pytest.approx(19.25e4, abs=2)
+    assert rig.axis.encoder.software_increments == pytest.approx(19.25e4, abs=2)
 
 
 def test_backlash_is_made_up_for_after_a_reversal(make_rig: Any) -> None:
@@ -212,7 +212,7 @@ def test_backlash_is_made_up_for_after_a_reversal(make_rig: Any) -> None:
         rig.until_rest()
         rig.seconds(1.0)
         assert rig.axis.actual_position == pytest.approx(target, abs=1e-4)
-        assert rig.axis.encoder_software_increments * 1e-4 == pytest.approx(motor, abs=1e-3)
+        assert rig.axis.encoder.software_increments * 1e-4 == pytest.approx(motor, abs=1e-3)
     assert rig.axis.operation_mode_state_dword & OperationModeBit.BACKLASH_COMPENSATION
 
 
@@ -231,8 +231,8 @@ def test_dead_time_is_extrapolated(make_rig: Any, mode: int) -> None:
         way = (0.0, late * axis.actual_velocity, late * axis.actual_velocity)[mode]
         if mode == 2:
             way += 0.5 * late * late * axis.actual_acceleration
-        assert axis.encoder_dead_time_position_correction == pytest.approx(way, abs=1e-12)
-        assert axis.actual_position == pytest.approx(axis.encoder_actual_position_filtered + way)
+        assert axis.encoder.dead_time_position_correction == pytest.approx(way, abs=1e-12)
+        assert axis.actual_position == pytest.approx(axis.encoder.actual_position_filtered + way)
     rig.until_rest()
     rig.seconds(1.0)
     assert rig.axis.actual_position == pytest.approx(300.0, abs=1e-4)
@@ -245,7 +245,7 @@ def test_noise_is_bounded_and_the_same_in_each_run(make_rig: Any) -> None:
         counts = []
         for _ in range(500):
             rig.run(1)
-            counts.append(rig.axis.encoder_hardware_increments)
+            counts.append(rig.axis.encoder.hardware_increments)
         traces.append(counts)
     assert traces[0] == traces[1]
     assert max(map(abs, counts)) <= 20
@@ -260,8 +260,8 @@ def test_the_history_holds_the_last_positions(rig: Any) -> None:
         rig.run(1)
         positions.append(rig.axis.actual_position)
     now = rig.axis.set_cycle_counter
-    kept = [rig.axis.encoder_history[(now - age) % POSITION_HISTORY] for age in range(16)]
+    kept = [rig.axis.encoder.history[(now - age) % POSITION_HISTORY] for age in range(16)]
     assert kept == positions[:-17:-1]
     rig.seconds(20.0)
     assert rig.axis.resting == 1
-    assert set(rig.axis.encoder_history) == {rig.axis.actual_position}
+    assert set(rig.axis.encoder.history) == {rig.axis.actual_position}

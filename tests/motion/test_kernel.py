@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from achse.motion import Axis, AxisParameters, Nc, commands
+from achse.motion.elements import control_loop_count
 
 FULL = 1_000_000
 
@@ -151,8 +152,8 @@ def _look(axis: Axis, dice: random.Random) -> int:
     unit, edge = dice.randrange(1, 5), dice.randrange(2)
     match dice.randrange(10):
         case 0 | 1 | 2:
-            axis.encoder_reference_mode = dice.randrange(1, 8)
-            axis.encoder_homing_cam_search_inverse = dice.randrange(2)
+            axis.encoder.reference_mode = dice.randrange(1, 8)
+            axis.encoder.homing_cam_search_inverse = dice.randrange(2)
             axis.machine.cam_end = dice.uniform(-50.0, 50.0)
             axis.machine.cam_begin = axis.machine.cam_end - dice.choice([1.0, 1e6])
             return commands.home(axis)
@@ -174,10 +175,10 @@ def _look(axis: Axis, dice: random.Random) -> int:
                 ]
             )
         case 8:
-            factor = axis.encoder_scaling_factor * dice.choice([0.999, 1.001])
+            factor = axis.encoder.scaling_factor * dice.choice([0.999, 1.001])
             return commands.set_encoder_scaling_factor(axis, 2, 0, factor)
         case _:
-            loop = dice.randrange(len(axis.records))
+            loop = dice.randrange(control_loop_count(axis))
             return commands.reinitialize_encoder(axis) + commands.switch_control_loop(
                 axis, loop, dice.randrange(1, 4), dice.uniform(-5.0, 5.0)
             )
@@ -195,7 +196,7 @@ def _act(axis: Axis, dice: random.Random) -> int:
         case 0 | 1 | 2 | 3:
             mode = dice.choice([0, 0, 1, 18, 19, 20, 21])
             if kind > 5:
-                position = abs(position) % axis.encoder_modulo_factor
+                position = abs(position) % axis.encoder.modulo_factor
             return commands.universal_start(
                 *(axis, kind, position, velocity, acceleration, deceleration, jerk, mode)
             )

@@ -82,7 +82,7 @@ def test_a_limit_that_comes_too_late_is_reported_and_braked_for(make_rig: Any) -
     assert commands.universal_start(axis, 3, 0.0, V, 0.0, 20.0, 0.0) == 0
     rig.until(lambda axis: axis.set_position > 55.0)
     begin = axis.set_position
-    axis.encoder_soft_limit_max_enable = 1
+    axis.encoder.soft_limit_max_enable = 1
     rig.run(1)
     assert axis.error_code == 0x4463
     assert highest_until_rest(rig) == pytest.approx(begin + V**1.5 / 2250.0**0.5, abs=1e-6)
@@ -93,7 +93,7 @@ def test_a_limit_that_comes_in_time_ends_the_move(make_rig: Any) -> None:
     axis = rig.axis
     assert commands.start(axis, 1, 500.0, V) == 0
     rig.until(lambda axis: axis.set_position > 100.0)
-    axis.encoder_soft_limit_max_enable = 1
+    axis.encoder.soft_limit_max_enable = 1
     rig.until(lambda axis: axis.error_code)
     assert (axis.error_code, axis.set_position, axis.set_velocity) == (0x4463, 200.0, 0.0)
 
@@ -104,7 +104,7 @@ def test_a_limit_that_goes_lets_the_move_go_on(make_rig: Any) -> None:
     assert commands.start(axis, 3, 0.0, V) == 0
     rig.until(lambda axis: axis.set_position > 50.0)
     assert axis.set_velocity < V
-    axis.encoder_soft_limit_max_enable = 0
+    axis.encoder.soft_limit_max_enable = 0
     rig.seconds(1.0)
     assert axis.set_velocity == pytest.approx(V)
     assert axis.error_code == 0
@@ -118,7 +118,7 @@ def test_a_limit_beyond_which_a_stopping_axis_is(make_rig: Any) -> None:
     assert commands.universal_start(axis, 8192, 0.0, 0.0, 0.0, 20.0, 100.0) == 0
     rig.run(10)
     begin = axis.set_position
-    axis.encoder_soft_limit_max_enable = 1
+    axis.encoder.soft_limit_max_enable = 1
     rig.run(1)
     assert axis.error_code == 0x4463
     assert highest_until_rest(rig) < begin + V**1.5 / 2250.0**0.5
@@ -129,7 +129,7 @@ def test_the_way_back_from_beyond_a_limit_is_free(make_rig: Any) -> None:
     axis = rig.axis
     assert commands.start(axis, 1, 50.0, V) == 0
     rig.until_rest()
-    axis.encoder_soft_limit_max_enable = 1
+    axis.encoder.soft_limit_max_enable = 1
     assert commands.start(axis, 1, 60.0, V) == 0x4461
     assert commands.start(axis, 1, 0.0, V) == 0
     rig.until_rest()
@@ -219,7 +219,7 @@ def test_a_delayed_reaction_does_not_pass_the_limit(make_rig: Any) -> None:
 
 def test_limits_in_force(make_rig: Any) -> None:
     axis = make_rig(encoder_soft_limit_max=5.0, encoder_soft_limit_min=-5.0).axis
-    axis.encoder_soft_limit_min_enable = 1
+    axis.encoder.soft_limit_min_enable = 1
     adapt_limits(axis)
     assert (lowest_rest(axis), highest_rest(axis)) == (-5.0, float("inf"))
 

@@ -147,8 +147,8 @@ def test_a_soft_limit_is_exceeded_where_the_axis_is_beyond(rig: Any, sign: float
     assert commands.start(rig.axis, StartType.ABSOLUTE, sign * 50.0, V) == 0
     rig.until_rest()
     rig.seconds(0.5)
-    rig.axis.encoder_soft_limit_max, rig.axis.encoder_soft_limit_min = 20.0, -20.0
-    rig.axis.encoder_soft_limit_max_enable = rig.axis.encoder_soft_limit_min_enable = 1
+    rig.axis.encoder.soft_limit_max, rig.axis.encoder.soft_limit_min = 20.0, -20.0
+    rig.axis.encoder.soft_limit_max_enable = rig.axis.encoder.soft_limit_min_enable = 1
     rig.run(1)
     exceeded = rig.has(StateBit.SOFT_LIMIT_MAX_EXCEEDED), rig.has(StateBit.SOFT_LIMIT_MIN_EXCEEDED)
     assert exceeded == (sign > 0.0, sign < 0.0)
@@ -162,7 +162,7 @@ def test_a_blocked_motor_becomes_a_following_error(rig: Any) -> None:
     window, filter_time = 5.0, 0.02
     assert cycles * rig.dt == pytest.approx(window / V + filter_time, abs=3 * rig.dt)
     rig.run(1)
-    assert rig.axis.drive_output == 0.0
+    assert rig.axis.drive.output == 0.0
     assert rig.axis.set_velocity == 0.0
     assert not rig.has(StateBit.CONTROL_LOOP_CLOSED)
     assert rig.axis.set_position == rig.axis.actual_position
@@ -182,7 +182,7 @@ def test_a_following_error_shorter_than_the_filter_time_passes(rig: Any) -> None
     rig.run(5)
     assert rig.axis.error_code == 0
     rig.axis.following_error_time = 0.0
-    rig.axis.controller_following_error_position_monitoring_enable = 0
+    rig.axis.controller.following_error_position_monitoring_enable = 0
     rig.seconds(1.0)
     assert rig.axis.error_code == 0
 
@@ -250,12 +250,12 @@ def test_a_delayed_reaction_announces_the_error(make_rig: Any) -> None:
 
 
 def test_the_encoder_counter_does_not_overflow(rig: Any) -> None:
-    rig.axis.encoder_software_increments = FULL_COUNTER
-    rig.axis.encoder_data -= 1  # one more was counted
+    rig.axis.encoder.software_increments = FULL_COUNTER
+    rig.axis.encoder.data -= 1  # one more was counted
     fails(rig, NcError.ENCODER_OVERFLOW)
     commands.reset(rig.axis)
-    rig.axis.encoder_software_increments = -FULL_COUNTER
-    rig.axis.encoder_data += 1
+    rig.axis.encoder.software_increments = -FULL_COUNTER
+    rig.axis.encoder.data += 1
     fails(rig, NcError.ENCODER_UNDERFLOW)
 
 

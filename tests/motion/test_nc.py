@@ -64,8 +64,8 @@ def test_the_reference_velocity_follows_the_maximum() -> None:
         [AxisParameters(1, values={"max_velocity": 100.0}), AxisParameters(2, values=given)],
         compiled=False,
     )
-    assert nc.axis(1).drive_reference_velocity == pytest.approx(110.0)
-    assert nc.axis(2).drive_reference_velocity == 500.0
+    assert nc.axis(1).drive.reference_velocity == pytest.approx(110.0)
+    assert nc.axis(2).drive.reference_velocity == 500.0
 
 
 def test_an_nc_without_axes_cycles() -> None:
@@ -142,10 +142,10 @@ def test_ids_are_as_configured() -> None:
     assert nc.ids("encoder") == [2, 7, 3, 200]
     assert nc.ids("controller") == [40, 41, 5]
     assert nc.ids("drive") == [2, 9]
-    assert nc.element("encoder", 7) is nc.axis(5)
+    assert nc.element("encoder", 7) is nc.axis(5).encoder
     assert nc.element("encoder", 200) is nc.axis(5).encoders[2]
     assert nc.element("encoder", 200).owner is nc.axis(5)
-    assert len(nc.axis(5).records) == 3
+    assert [len(own) for own in nc.axis(5).parts().values()] == [3, 1, 1]
     with pytest.raises(KeyError):
         nc.element("drive", 7)
 
@@ -200,7 +200,7 @@ def test_persistent_data_survive_a_restart(compiled: bool) -> None:
         assert axis.set_position == pytest.approx(axis.actual_position, abs=1e-3)
         assert axis.homed == persistent
         # the machine stands where it stood: its cam, 50 mm below the first zero, lies 120 mm away
-        assert axis.sensor.zero * axis.encoder_scaling_factor == pytest.approx(-70.0)
+        assert axis.sensor.zero * axis.encoder.scaling_factor == pytest.approx(-70.0)
         assert commands.start(axis, 2, 5.0, 200.0) == 0
         for _ in range(500):
             after.cycle()

@@ -10,12 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.motion import commands
+from achse.motion.fields.declare import Field
 from achse.motion.port import DRIVE_IO, ENCODER_IO, within_32_bits, wrapped
-from achse.motion.record import LAYOUT
+from achse.motion.record import CONTROLLER, DRIVE, ENCODER, LAYOUT
+from achse.native.declare import RecordLayout
 
 MOTION = Path(__file__).parents[2] / "src" / "achse" / "motion"
 
 KNOW_THE_MACHINE = {"axis.py", "compiled.py", "kernel.py", "nc.py", "remains.py", "tables.py",
+                    "parts.py",
                     "commands/positions.py", "elements.py"}  # fmt: skip
 """Modules that put the NC and its machine together, keep where it is, or ask a drive to count from
 another number. None of them is a supervision."""
@@ -47,9 +50,15 @@ def test_the_machine_knows_nothing_of_the_nc() -> None:
                 assert module.startswith(allowed), (path.name, module)
 
 
+def references(layout: RecordLayout[Field]) -> dict[str, RecordLayout[Field]]:
+    return {name: row.refers for name, row in layout.fields.items() if row.refers}
+
+
 def test_an_axis_record_has_the_structures_and_no_other_way_to_hardware() -> None:
-    references = {name: row.refers for name, row in LAYOUT.fields.items() if row.refers}
-    assert references == {"encoder_io": ENCODER_IO, "drive_io": DRIVE_IO}
+    assert references(LAYOUT) == {"encoder": ENCODER, "controller": CONTROLLER, "drive": DRIVE}
+    assert references(ENCODER) == {"io": ENCODER_IO, "axis": LAYOUT}
+    assert references(CONTROLLER) == {}
+    assert references(DRIVE) == {"io": DRIVE_IO}
 
 
 @given(st.integers(-(2**62), 2**62))
@@ -73,8 +82,8 @@ def test_inputs_that_change_wake_an_axis(make_rig: Any, compiled: bool) -> None:
     rig = make_rig(compiled=compiled, control_dword=0)
     rig.seconds(2.0)
     assert rig.axis.resting == 1
-    rig.axis.encoder_io.data_in1 = 5000
-    rig.axis.encoder_io.news = 1
+    rig.axis.encoder.io.data_in1 = 5000
+    rig.axis.encoder.io.news = 1
     rig.run(1)
     assert rig.axis.resting == 0
     assert rig.axis.actual_position == pytest.approx(0.5)
@@ -101,7 +110,7 @@ def test_only_what_is_in_the_structures_moves_the_machine(make_rig: Any) -> None
         rig.run(1)
         for name in DRIVE_IO.fields:
             if "_out" in name or name.startswith("ctrl"):
-                setattr(other.axis.drive_io, name, getattr(rig.axis.drive_io, name))
-        other.axis.drive_io.fresh = 1
+                setattr(other.axis.drive.io, name, getattr(rig.axis.drive.io, name))
+        other.axis.drive.io.fresh = 1
         machine.step(rig.dt)
         assert other.axis.machine.position == rig.axis.machine.position

@@ -155,7 +155,7 @@ class Player:
 
     def position(self, kind: int) -> float:
         if kind > StartType.MODULO:
-            return float(self.dice.uniform(0.0, 0.999) * self.axis.encoder_modulo_factor)
+            return float(self.dice.uniform(0.0, 0.999) * self.axis.encoder.modulo_factor)
         share = self.dice.uniform(-1.0, 1.0)
         return float(share * share * share * self.reach)
 

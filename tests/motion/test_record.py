@@ -4,18 +4,27 @@ import random
 
 import pytest
 
-from achse.motion.axis import WordsAxis
 from achse.motion.record import (
+    CONTROLLER,
+    DRIVE,
+    ENCODER,
     FIELDS,
     LAYOUT,
     SEGMENTS,
+    AxisDriveFields,
     AxisFields,
+    ControllerFields,
+    EncoderFields,
     Role,
     SlotsRecord,
+    controller_record,
+    drive_record,
+    encoder_record,
     pack_record,
 )
 from achse.motion.segments import MAX_SEGMENTS
-from achse.native.memory import Rows
+from achse.motion.views import Store, View
+from achse.native.declare import pack
 
 
 def test_fields_lie_one_behind_the_other() -> None:
@@ -26,39 +35,56 @@ def test_fields_lie_one_behind_the_other() -> None:
     assert end == LAYOUT.words
 
 
-def test_a_fresh_record_has_the_defaults() -> None:
-    record = SlotsRecord()
-    for name, row in FIELDS.items():
-        value = getattr(record, name)
-        assert value == ([row.default] * row.length if row.length else row.default)
+LAYOUTS = {
+    "axis": (LAYOUT, AxisFields, SlotsRecord),
+    "encoder": (ENCODER, EncoderFields, encoder_record),
+    "controller": (CONTROLLER, ControllerFields, controller_record),
+    "drive": (DRIVE, AxisDriveFields, drive_record),
+}
 
 
-def test_both_forms_have_the_same_bytes() -> None:
-    record, dice = SlotsRecord(), random.Random(1)
-    axis = WordsAxis(Rows(LAYOUT, 1), 0)
-    for name, row in FIELDS.items():
-        values = [
-            dice.uniform(-1e6, 1e6) if row.is_real else dice.randrange(1 << 40)
-            for _ in range(row.words)
-        ]
-        setattr(record, name, values if row.length else values[0])
-        if row.length:
-            for n, value in enumerate(values):
-                getattr(axis, name)[n] = value
-        else:
-            setattr(axis, name, values[0])
-    axis.resting, axis.adapt = record.resting, record.adapt
-    assert pack_record(record) == axis.pack()
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_a_fresh_record_has_the_defaults(name: str) -> None:
+    layout, _, make = LAYOUTS[name]
+    record = make()
+    for field, row in layout.fields.items():
+        expected = [row.default] * row.length if row.length else row.default
+        assert getattr(record, field) == (None if row.refers else expected)
 
 
-def test_types_follow_the_annotations() -> None:
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_both_forms_have_the_same_bytes(name: str) -> None:
+    layout, _, make = LAYOUTS[name]
+    record, dice = make(), random.Random(1)
+    (row_view,) = Store(View, layout, make, 1, compiled=True).views
+    for field, row in layout.fields.items():
+        if row.refers is None:
+            values = [
+                dice.uniform(-1e6, 1e6) if row.is_real else dice.randrange(1 << 40)
+                for _ in range(row.words)
+            ]
+            setattr(record, field, values if row.length else values[0])
+            if row.length:
+                for n, value in enumerate(values):
+                    getattr(row_view, field)[n] = value
+            else:
+                setattr(row_view, field, values[0])
+    assert pack(layout, record) == row_view.pack()
+    if name == "axis":
+        assert pack_record(record) == row_view.pack()
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_types_follow_the_annotations(name: str) -> None:
+    layout, whole, _ = LAYOUTS[name]
     annotations: dict[str, object] = {}
-    for section in AxisFields.__mro__:
+    for section in whole.__mro__:
         annotations |= getattr(section, "__annotations__", {})
-    kinds = {float: (True, False), int: (False, False)}
+    kinds: dict[object, tuple[bool, bool]] = {float: (True, False), int: (False, False)}
     kinds |= {list[float]: (True, True), list[int]: (False, True)}
-    for name, row in FIELDS.items():
-        assert kinds[annotations[name]] == (row.is_real, row.length > 0), name  # type: ignore[index]
+    for field, row in layout.fields.items():
+        if row.refers is None:
+            assert kinds[annotations[field]] == (row.is_real, row.length > 0), field
 
 
 def test_defaults_are_inside_their_ranges() -> None:

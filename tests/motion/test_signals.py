@@ -28,8 +28,8 @@ def move(rig: Any, target: float, velocity: float = 200.0) -> None:
 def latched(rig: Any, probe: int, edge: int) -> tuple[int, int, float, int]:
     axis, i = rig.axis, probe - 1 + 4 * edge
     return (
-        axis.encoder_probe_active[i], axis.encoder_probe_valid[i],
-        axis.encoder_probe_position[i], axis.encoder_probe_counter[i],
+        axis.encoder.probe_active[i], axis.encoder.probe_valid[i],
+        axis.encoder.probe_position[i], axis.encoder.probe_counter[i],
     )  # fmt: skip
 
 
@@ -141,14 +141,14 @@ def test_what_the_latch_before_was(make: Any) -> None:
     rig = make(simulation_turn=10_000.0)
     commands.activate_touch_probe(rig.axis, 1, RISING, CONTINUOUS, INDEX)
     commands.start(rig.axis, 1, 100.0, 20.0)
-    rig.until(lambda axis: axis.encoder_probe_counter[0] == 7)
+    rig.until(lambda axis: axis.encoder.probe_counter[0] == 7)
     axis = rig.axis
-    assert axis.encoder_latch_hardware_increments == 70_000
-    assert axis.encoder_latch_software_increments == 70_000
-    assert axis.encoder_latch_position == pytest.approx(7.0)
-    assert axis.encoder_latch_hardware_increment_difference == 10_000
-    assert axis.encoder_latch_software_increment_difference == 10_000
-    assert axis.encoder_latch_position_difference == pytest.approx(1.0)
+    assert axis.encoder.latch_hardware_increments == 70_000
+    assert axis.encoder.latch_software_increments == 70_000
+    assert axis.encoder.latch_position == pytest.approx(7.0)
+    assert axis.encoder.latch_hardware_increment_difference == 10_000
+    assert axis.encoder.latch_software_increment_difference == 10_000
+    assert axis.encoder.latch_position_difference == pytest.approx(1.0)
 
 
 def test_latches_read_positions_not_filters(make: Any) -> None:
@@ -183,9 +183,9 @@ def test_a_further_encoder_has_probes_of_its_own(compiled: bool) -> None:
     commands.start(nc.axis(1), 1, 30.0, 100.0)
     for _ in range(1500):
         nc.cycle()
-    assert second.encoder_probe_valid[1] == 1
-    assert second.encoder_probe_position[1] == pytest.approx(510.0, abs=0.0101)
-    assert nc.axis(1).encoder_probe_valid[1] == 0
+    assert second.probe_valid[1] == 1
+    assert second.probe_position[1] == pytest.approx(510.0, abs=0.0101)
+    assert nc.axis(1).encoder.probe_valid[1] == 0
 
 
 def test_inputs_are_those_of_hand_cam_and_mark(rig: Any) -> None:
@@ -197,7 +197,7 @@ def test_inputs_are_those_of_hand_cam_and_mark(rig: Any) -> None:
         axis.simulation_mark_begin, axis.simulation_mark_end = -1.0, 1.0
         assert drive_inputs(axis.machine) == inputs
         rig.run(1)
-        assert axis.drive_io.state8 == inputs
+        assert axis.drive.io.state8 == inputs
         assert homing_cam(axis) == (cam == 0)
 
 

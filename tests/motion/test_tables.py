@@ -7,7 +7,7 @@ import pytest
 
 from achse.codes import NcError
 from achse.motion import Axis, AxisParameters, Nc, commands
-from achse.motion.elements import exchange_control_loop
+from achse.motion.elements import choose_control_loop
 from achse.motion.states import TableSubType, TableType
 from achse.motion.tables import Table, TableError, TableParameters
 
@@ -95,31 +95,31 @@ def test_tables_come_and_go_by_id() -> None:
 def test_a_table_in_use_stays_and_stays_a_function() -> None:
     nc = build()
     axis, tables = nc.axis(1), nc.tables
-    tables.choose(axis, 3)
+    tables.choose(axis.drive, 3)
     tables.choose(nc.element("drive", 2), 3)
     assert tables.user_count(3) == 2
     refuses(NcError.SLAVE_TABLE_IN_USE, tables.delete, 3)
-    refuses(NcError.SLAVE_TABLE_IN_USE, tables.remove, axis, 3)
+    refuses(NcError.SLAVE_TABLE_IN_USE, tables.remove, axis.drive, 3)
     digest = nc.digest()
     refuses(NcError.TABLE_NOT_MONOTONIC, tables.write, tables.find(3), 0, [1.0])
     refuses(NcError.TABLE_PARAMETER, tables.write, tables.find(3), 0, [float("inf")])
     assert nc.digest() == digest
     tables.choose(nc.element("drive", 2), 0)
-    refuses(NcError.TABLE_NOT_FOUND, tables.remove, nc.axis(5), 3)
-    tables.remove(axis, 3)
-    assert (axis.drive_table_id, axis.curve_count, len(tables)) == (0, 0, 0)
+    refuses(NcError.TABLE_NOT_FOUND, tables.remove, nc.axis(5).drive, 3)
+    tables.remove(axis.drive, 3)
+    assert (axis.drive.table_id, axis.drive.curve_count, len(tables)) == (0, 0, 0)
 
 
 def test_a_drive_takes_no_table_that_is_no_characteristic() -> None:
     nc = build(points=[(0.0, 0.0), (1.0, 1.0)])
     axis, tables = nc.axis(1), nc.tables
     tables.add(fresh())
-    refuses(NcError.TABLE_NOT_FOUND, tables.choose, axis, 8)
-    refuses(NcError.TABLE_NOT_MONOTONIC, tables.choose, axis, 7)
-    assert axis.drive_table_id == 0
-    tables.choose(axis, 3)
-    refuses(NcError.TABLE_TOO_FEW_SPLINE_POINTS, tables.interpolate, axis, 2)
-    assert axis.drive_table_interpolation_type == 0
+    refuses(NcError.TABLE_NOT_FOUND, tables.choose, axis.drive, 8)
+    refuses(NcError.TABLE_NOT_MONOTONIC, tables.choose, axis.drive, 7)
+    assert axis.drive.table_id == 0
+    tables.choose(axis.drive, 3)
+    refuses(NcError.TABLE_TOO_FEW_SPLINE_POINTS, tables.interpolate, axis.drive, 2)
+    assert axis.drive.table_interpolation_type == 0
 
 
 @pytest.mark.parametrize(
@@ -155,15 +155,15 @@ def test_the_output_goes_through_the_table_and_the_valve_is_its_inverse(
     compiled: bool, velocity: float, output: float
 ) -> None:
     axis = travel(build(compiled, drive_table_id=3), velocity)
-    assert axis.drive_output_percent == pytest.approx(velocity / 10.0, abs=0.02)
-    assert axis.drive_output_percent_nonlinear == pytest.approx(output, abs=0.05)
+    assert axis.drive.output_percent == pytest.approx(velocity / 10.0, abs=0.02)
+    assert axis.drive.output_percent_nonlinear == pytest.approx(output, abs=0.05)
     assert axis.machine.velocity == pytest.approx(velocity, rel=1e-2)
 
 
 def test_a_spline_bends_between_the_points() -> None:
-    straight = travel(build(drive_table_id=3), 500.0).drive_output_percent_nonlinear
+    straight = travel(build(drive_table_id=3), 500.0).drive.output_percent_nonlinear
     bent = travel(build(drive_table_id=3, drive_table_interpolation_type=2), 500.0)
-    assert abs(bent.drive_output_percent_nonlinear - straight) > 1.0
+    assert abs(bent.drive.output_percent_nonlinear - straight) > 1.0
 
 
 def test_the_output_is_shown_before_it_is_on_its_way() -> None:
@@ -172,8 +172,8 @@ def test_the_output_is_shown_before_it_is_on_its_way() -> None:
     commands.start(axis, 3, 0.0, 50.0)
     for _ in range(30):
         nc.cycle()
-        assert axis.drive_output_percent_nonlinear == pytest.approx(
-            5.0 * axis.drive_output_percent, abs=1e-9
+        assert axis.drive.output_percent_nonlinear == pytest.approx(
+            5.0 * axis.drive.output_percent, abs=1e-9
         )
 
 
@@ -208,11 +208,11 @@ def test_points_that_change_are_in_use_with_the_next_cycle(compiled: bool) -> No
     axis = travel(nc, 50.0)
     nc.tables.write(nc.tables.find(3), 7, [0.9])
     nc.cycle()
-    share = axis.drive_output_percent
-    assert axis.drive_output_percent_nonlinear == pytest.approx(9.0 * share, abs=1e-9)
-    nc.tables.choose(axis, 0)
+    share = axis.drive.output_percent
+    assert axis.drive.output_percent_nonlinear == pytest.approx(9.0 * share, abs=1e-9)
+    nc.tables.choose(axis.drive, 0)
     nc.cycle()
-    assert axis.curve_count == 0
+    assert axis.drive.curve_count == 0
 
 
 def test_the_hash_sees_the_numbers_of_tables() -> None:
@@ -239,11 +239,11 @@ def test_both_kernels_read_the_same_curve(interpolation: int) -> None:
 def test_another_control_loop_brings_its_own_table() -> None:
     nc = build(second={"drive_table_id": 3})
     axis = nc.axis(1)
-    assert axis.curve_count == 0
-    exchange_control_loop(axis, 1)
-    assert (axis.drive_table_id, axis.curve_count) == (3, len(VALVE))
-    nc.tables.interpolate(axis, 2)
-    assert travel(nc, 100.0).drive_output_percent_nonlinear == pytest.approx(50.0, abs=0.05)
+    assert axis.drive.curve_count == 0
+    choose_control_loop(axis, 1)
+    assert (axis.drive.table_id, axis.drive.curve_count) == (3, len(VALVE))
+    nc.tables.interpolate(axis.drive, 2)
+    assert travel(nc, 100.0).drive.output_percent_nonlinear == pytest.approx(50.0, abs=0.05)
 
 
 def test_a_drive_whose_loop_is_open_has_no_output() -> None:
@@ -251,8 +251,8 @@ def test_a_drive_whose_loop_is_open_has_no_output() -> None:
     jump = [(-1.0, -1.0), (-1e-6, -0.2), (1e-6, 0.4), (1.0, 1.0)]
     nc = build(points=jump, drive_table_id=3, drive_output_offset=0.01)
     axis = nc.axis(1)
-    assert axis.drive_output_percent_nonlinear != 0.0
+    assert axis.drive.output_percent_nonlinear != 0.0
     axis.control_dword = 0
     nc.cycle(500)
-    assert (axis.loop_closed, axis.drive_output_percent_nonlinear) == (0, 0.0)
+    assert (axis.loop_closed, axis.drive.output_percent_nonlinear) == (0, 0.0)
     assert axis.machine.velocity == 0.0

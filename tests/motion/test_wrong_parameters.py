@@ -103,8 +103,8 @@ def test_a_wrong_scaling_of_the_encoder_moves_farther_or_less(
     values: dict[str, float], compiled: bool, factor: float
 ) -> None:
     nc, axis = build(values, compiled)
-    axis.controller_following_error_position_monitoring_enable = 0
-    axis.encoder_scaling_factor *= factor
+    axis.controller.following_error_position_monitoring_enable = 0
+    axis.encoder.scaling_factor *= factor
     enable(nc, axis)
     assert commands.start(axis, 1, 20.0, V) == 0
     nc.cycle(700)
@@ -123,7 +123,7 @@ def test_a_wrong_reference_of_an_analog_output_is_a_wrong_velocity(
     values: dict[str, float], compiled: bool, name: str, factor: float
 ) -> None:
     nc, axis = build(values, compiled)
-    axis.controller_following_error_position_monitoring_enable = 0
+    axis.controller.following_error_position_monitoring_enable = 0
     setattr(axis, name, factor * getattr(axis, name))
     enable(nc, axis)
     assert commands.start_drive_output(axis, 2, 0.5 * V) == 0  # an output, whatever comes of it
@@ -141,12 +141,12 @@ def test_a_wrong_weight_of_a_digital_output_is_a_wrong_motion(
     values: dict[str, float], compiled: bool, factor: float
 ) -> None:
     nc, axis = build(values, compiled)
-    axis.controller_following_error_position_monitoring_enable = 0
-    axis.controller_position_kv = 0.0
-    if axis.drive_type == DriveType.SERCOS:
-        axis.drive_position_scaling *= factor
+    axis.controller.following_error_position_monitoring_enable = 0
+    axis.controller.position_kv = 0.0
+    if axis.drive.type == DriveType.SERCOS:
+        axis.drive.position_scaling *= factor
     else:
-        axis.drive_velocity_scaling *= factor
+        axis.drive.velocity_scaling *= factor
     enable(nc, axis)
     assert commands.start(axis, 1, 20.0, V) == 0
     nc.cycle(700)
@@ -179,8 +179,8 @@ def test_a_wrong_direction_runs_away_and_is_reported(
 @given(setups(ANALOG, DIGITAL), KERNELS)
 def test_two_wrong_directions_move_the_other_way(values: dict[str, float], compiled: bool) -> None:
     nc, axis = build(values, compiled)
-    axis.drive_motor_polarity = 1 - axis.drive_motor_polarity
-    axis.encoder_count_direction = 1 - axis.encoder_count_direction
+    axis.drive.motor_polarity = 1 - axis.drive.motor_polarity
+    axis.encoder.count_direction = 1 - axis.encoder.count_direction
     enable(nc, axis)
     assert commands.start(axis, 1, 20.0, V) == 0
     nc.cycle(700)

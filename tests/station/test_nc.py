@@ -44,15 +44,16 @@ def test_the_machine_of_a_modulo_axis_is_a_rotary_table(
 
 
 def test_words_of_enumerations_and_flags() -> None:
-    values = {"override_type": "original", "encoder_ids": [1, 7]}
+    ids = {"encoder_ids": [1, 7], "controller_ids": [1, 7]}
+    values = {"override_type": "original", **ids}
     element = {"encoder_count_direction": True, "controller_type": "PID_POSITION"}
     built = station(axis=[{"id": 1, "name": "A", **values, "element": [element]}])
     assert built.nc is not None
     made = built.nc.axis(1)
     other = made.encoders[1]
     assert made.override_type == 2
-    assert (other.encoder_count_direction, other.controller_type) == (1, 3)
-    assert type(other.encoder_count_direction) is int
+    assert (other.count_direction, made.controllers[1].type) == (1, 3)
+    assert type(other.count_direction) is int
 
 
 @pytest.mark.parametrize(
@@ -97,8 +98,8 @@ def test_the_characteristic_of_a_drive_is_a_table_of_the_configuration() -> None
     nc = station(table=[valve], axis=[axis]).nc
     assert nc is not None
     assert nc.tables.find(7).table_name == "valve"
-    assert nc.axis(1).curve_count == 4
-    assert nc.axis(1).drive_table_interpolation_type == 2
+    assert nc.axis(1).drive.curve_count == 4
+    assert nc.axis(1).drive.table_interpolation_type == 2
     assert nc.tables.user_count(7) == 2
 
 

@@ -48,7 +48,7 @@ def test_another_program_goes_on_where_the_axes_stand(tmp_path: Path) -> None:
     assert kept["position"] == nc_of(first).axis(1).actual_position
     second = station(tmp_path)
     assert shows(second) == [(30.0, 1), (0.0, 0)]
-    zeros = [axis.sensor.zero * axis.encoder_scaling_factor for axis in nc_of(second)]
+    zeros = [axis.sensor.zero * axis.encoder.scaling_factor for axis in nc_of(second)]
     assert zeros == pytest.approx([-30.0, -30.0], abs=1e-3)  # both machines stand where they stood
     second.advance(0.1)
     assert shows(second) == [(30.0, 1), (0.0, 0)]

@@ -72,7 +72,7 @@ def why_not_permitted(axis: Axis, direction: float) -> int:
 
 
 def why_not_velocity(axis: Axis, velocity: float) -> int:
-    limit = min(axis.max_velocity, axis.drive_reference_velocity)
+    limit = min(axis.max_velocity, axis.drive.reference_velocity)
     if not 0.0 < velocity <= limit:
         return NcError.SET_VELOCITY_NOT_ALLOWED.number
     if not SLOWEST <= velocity <= FASTEST:
@@ -101,7 +101,7 @@ def why_not_position(axis: Axis, start_type: int, position: float) -> int:
         return OK
     if not isfinite(position):
         return NcError.START_AXIS_DATA.number
-    if start_type in _ONE_PERIOD and not 0.0 <= position < axis.encoder_modulo_factor:
+    if start_type in _ONE_PERIOD and not 0.0 <= position < axis.encoder.modulo_factor:
         return NcError.MODULO_START_RANGE.number
     return OK
 
@@ -116,9 +116,9 @@ def why_not_target(axis: Axis, target: float, begin: float | None = None) -> int
     if axis.loop_enable and (target - begin) * axis.loop_distance > 0.0:
         lowest = min(target, target + axis.loop_distance)
         highest = max(target, target + axis.loop_distance)
-    if axis.encoder_soft_limit_min_enable and lowest < axis.encoder_soft_limit_min:
+    if axis.encoder.soft_limit_min_enable and lowest < axis.encoder.soft_limit_min:
         return NcError.SOFT_LIMIT_MIN_AT_START.number
-    if axis.encoder_soft_limit_max_enable and highest > axis.encoder_soft_limit_max:
+    if axis.encoder.soft_limit_max_enable and highest > axis.encoder.soft_limit_max:
         return NcError.SOFT_LIMIT_MAX_AT_START.number
     if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
         way = target - begin
@@ -134,8 +134,8 @@ def why_not_target(axis: Axis, target: float, begin: float | None = None) -> int
 def why_not_away(axis: Axis, direction: float) -> int:
     """An endless start must not lead away from a soft limit that is already passed."""
     p = axis.set_position
-    if direction < 0.0 and axis.encoder_soft_limit_min_enable and p <= axis.encoder_soft_limit_min:
+    if direction < 0.0 and axis.encoder.soft_limit_min_enable and p <= axis.encoder.soft_limit_min:
         return NcError.SOFT_LIMIT_MIN_AT_START.number
-    if direction > 0.0 and axis.encoder_soft_limit_max_enable and p >= axis.encoder_soft_limit_max:
+    if direction > 0.0 and axis.encoder.soft_limit_max_enable and p >= axis.encoder.soft_limit_max:
         return NcError.SOFT_LIMIT_MAX_AT_START.number
     return OK

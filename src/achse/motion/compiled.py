@@ -3,7 +3,16 @@
 from achse.motion import curves
 from achse.motion.kernel import cycles
 from achse.motion.machine.record import AMPLIFIER, MACHINE, SENSOR, Amplifier, Machine, Sensor
-from achse.motion.record import LAYOUT, AxisFields
+from achse.motion.record import (
+    CONTROLLER,
+    DRIVE,
+    ENCODER,
+    LAYOUT,
+    AxisDriveFields,
+    AxisFields,
+    ControllerFields,
+    EncoderFields,
+)
 from achse.native.compiled import Kernel
 
 __all__ = ["KERNEL"]
@@ -13,11 +22,14 @@ KERNEL = Kernel(
     cycles,
     {
         AxisFields: LAYOUT,
+        EncoderFields: ENCODER,
+        ControllerFields: CONTROLLER,
+        AxisDriveFields: DRIVE,
         Sensor: SENSOR,
         Amplifier: AMPLIFIER,
         Machine: MACHINE,
         curves.Piece: curves.LAYOUT,
     },
 )
-"""Called with address and number of the axes, of their sensors and amplifiers and of the pieces of
-curves, the cycle time in seconds, how many cycles."""
+"""Called with address and number of the axes, of their encoders, sensors and amplifiers and of the
+pieces of curves, the cycle time in seconds, how many cycles."""

@@ -17,50 +17,53 @@ __all__ = ["adapt_controller", "control", "reset_controller"]
 
 def adapt_controller(ax: AxisFields) -> None:
     """Derive what follows from the parameters of controller and drive."""
-    ax.drive_full = ax.drive_reference_velocity / ax.drive_reference_output
+    controller = ax.controller
+    drive = ax.drive
     special = 0
     if (
-        ax.controller_type != ControllerType.P_POSITION
-        or ax.controller_acceleration_feedforward_ka != 0.0
-        or ax.controller_position_error_filter_time != 0.0
-        or ax.controller_auto_offset_enable != 0
-        or ax.controller_observer_mode != 0
-        or ax.drive_dsc_gain > 0.0
+        controller.type != ControllerType.P_POSITION
+        or controller.acceleration_feedforward_ka != 0.0
+        or controller.position_error_filter_time != 0.0
+        or controller.auto_offset_enable != 0
+        or controller.observer_mode != 0
+        or drive.dsc_gain > 0.0
     ):
         special = 1
-    if special == 0 or not ax.controller_special:
+    if special == 0 or not controller.special:
         reset_controller(ax)
-    ax.controller_special = special
+    controller.special = special
 
 
 def reset_controller(ax: AxisFields) -> None:
     """Forget what integrators and filters hold; the observer stands on the actual position."""
-    ax.controller_position_i_part = 0.0
-    ax.controller_position_d_part = 0.0
-    ax.controller_position_i_limit_active = 0
-    ax.controller_position_d_limit_active = 0
-    ax.controller_position_arw_active = 0
-    ax.controller_auto_offset_part = 0.0
-    ax.controller_acceleration_feedforward = 0.0
-    ax.controller_velocity_p_part = 0.0
-    ax.controller_velocity_i_part = 0.0
-    ax.controller_velocity_d_part = 0.0
-    ax.controller_velocity_i_limit_active = 0
-    ax.controller_velocity_d_limit_active = 0
-    ax.controller_velocity_arw_active = 0
-    ax.controller_velocity_controller_input = 0.0
-    ax.controller_error_filtered = 0.0
-    ax.controller_error_before = 0.0
-    ax.controller_velocity_error_filtered = 0.0
-    ax.controller_velocity_error_twice = 0.0
-    ax.controller_velocity_error_before = 0.0
-    ax.controller_observer_position_error = 0.0
-    ax.controller_observer_position = ax.actual_position
-    ax.controller_observer_velocity1 = ax.actual_velocity
-    ax.controller_observer_velocity2 = ax.actual_velocity
-    ax.controller_observer_acceleration = 0.0
-    ax.controller_observer_memory = 0.0
-    ax.controller_observer_i_limit_active = 0
+    encoder = ax.encoder
+    controller = ax.controller
+    controller.position_i_part = 0.0
+    controller.position_d_part = 0.0
+    controller.position_i_limit_active = 0
+    controller.position_d_limit_active = 0
+    controller.position_arw_active = 0
+    controller.auto_offset_part = 0.0
+    controller.acceleration_feedforward = 0.0
+    controller.velocity_p_part = 0.0
+    controller.velocity_i_part = 0.0
+    controller.velocity_d_part = 0.0
+    controller.velocity_i_limit_active = 0
+    controller.velocity_d_limit_active = 0
+    controller.velocity_arw_active = 0
+    controller.velocity_controller_input = 0.0
+    controller.error_filtered = 0.0
+    controller.error_before = 0.0
+    controller.velocity_error_filtered = 0.0
+    controller.velocity_error_twice = 0.0
+    controller.velocity_error_before = 0.0
+    controller.observer_position_error = 0.0
+    controller.observer_position = encoder.actual_position
+    controller.observer_velocity1 = encoder.actual_velocity
+    controller.observer_velocity2 = encoder.actual_velocity
+    controller.observer_acceleration = 0.0
+    controller.observer_memory = 0.0
+    controller.observer_i_limit_active = 0
 
 
 def _limited(value: float, limit: float) -> float:
@@ -73,10 +76,10 @@ def _limited(value: float, limit: float) -> float:
 
 def _dead_band(ax: AxisFields) -> float:
     """Error that is not acted upon; at rest that is at least half an increment or step."""
-    band = ax.controller_position_dead_band
+    band = ax.controller.position_dead_band
     if ax.set_motion_phase == 0:
-        grid = ax.encoder_scaling_factor
-        if ax.drive_type == DriveType.STEPPER and grid < ax.stepper_step_scaling:
+        grid = ax.encoder.scaling_factor
+        if ax.drive.type == DriveType.STEPPER and grid < ax.stepper_step_scaling:
             grid = ax.stepper_step_scaling
         if band < 0.5001 * grid:
             return 0.5001 * grid
@@ -85,51 +88,53 @@ def _dead_band(ax: AxisFields) -> float:
 
 def _position_pid(ax: AxisFields, error: float, full: float, dt: float) -> float:
     """P-, I- and D-part of the PID position controller."""
-    kv = ax.controller_position_kv
+    controller = ax.controller
+    kv = controller.position_kv
     part = kv * error
-    ax.controller_position_p_part = part
-    tn = ax.controller_position_tn
+    controller.position_p_part = part
+    tn = controller.position_tn
     integral = 0.0
-    ax.controller_position_i_limit_active = 0
+    controller.position_i_limit_active = 0
     if tn > 0.0 and not (
-        ax.controller_position_i_disable_while_positioning and ax.set_motion_phase != 0
+        controller.position_i_disable_while_positioning and ax.set_motion_phase != 0
     ):
-        integral = ax.controller_position_i_part
+        integral = controller.position_i_part
         step = kv * error * dt / tn
-        if ax.controller_position_arw_active == 0 or step * integral < 0.0:
+        if controller.position_arw_active == 0 or step * integral < 0.0:
             integral += step
-        limit = ax.controller_position_i_limit * full
+        limit = controller.position_i_limit * full
         if abs(integral) >= limit:
             integral = _limited(integral, limit)
-            ax.controller_position_i_limit_active = 1
-    ax.controller_position_i_part = integral
+            controller.position_i_limit_active = 1
+    controller.position_i_part = integral
     derivative = 0.0
-    ax.controller_position_d_limit_active = 0
-    if ax.controller_position_tv > 0.0:
-        goal = kv * ax.controller_position_tv * (error - ax.controller_error_before) / dt
-        derivative = ax.controller_position_d_part
-        derivative += (goal - derivative) * (dt / (ax.controller_position_td + dt))
-        limit = ax.controller_position_d_limit * full
+    controller.position_d_limit_active = 0
+    if controller.position_tv > 0.0:
+        goal = kv * controller.position_tv * (error - controller.error_before) / dt
+        derivative = controller.position_d_part
+        derivative += (goal - derivative) * (dt / (controller.position_td + dt))
+        limit = controller.position_d_limit * full
         if abs(derivative) >= limit:
             derivative = _limited(derivative, limit)
-            ax.controller_position_d_limit_active = 1
-    ax.controller_position_d_part = derivative
-    ax.controller_error_before = error
+            controller.position_d_limit_active = 1
+    controller.position_d_part = derivative
+    controller.error_before = error
     return part + integral + derivative
 
 
 def _calibrate_offset(ax: AxisFields, part: float, full: float, dt: float) -> float:
     """Automatic offset calibration: the P-part at low feed-forward is drift, learned slowly."""
-    offset = ax.controller_auto_offset_part
-    feedforward = abs(ax.set_velocity) * ax.controller_velocity_feedforward_weight
-    weight = dt / ax.controller_auto_offset_time_constant
-    if feedforward <= ax.controller_auto_offset_feedforward_limit * full:
+    controller = ax.controller
+    offset = controller.auto_offset_part
+    feedforward = abs(ax.set_velocity) * controller.velocity_feedforward_weight
+    weight = dt / controller.auto_offset_time_constant
+    if feedforward <= controller.auto_offset_feedforward_limit * full:
         offset += part * weight
-    elif ax.controller_auto_offset_fading:
+    elif controller.auto_offset_fading:
         offset -= offset * weight
-    elif ax.controller_auto_offset_hold == 0:
+    elif controller.auto_offset_hold == 0:
         offset = 0.0
-    ax.controller_auto_offset_part = offset
+    controller.auto_offset_part = offset
     return offset
 
 
@@ -139,82 +144,84 @@ def _observe(ax: AxisFields, dt: float) -> None:
     Its three poles lie at 1 / (1 + 2 pi f0 dt). What the drive reports as its torque counts as the
     current of the motor in A, and the axis unit as the motor's radian.
     """
-    current = ax.drive_actual_torque
-    ax.controller_observer_motor_current = current
-    model = current * ax.controller_motor_torque_constant / ax.controller_motor_inertia
-    acceleration = ax.controller_observer_correction_factor * model + ax.controller_observer_memory
-    velocity = ax.controller_observer_velocity1
-    position = ax.controller_observer_position + dt * (velocity + 0.5 * dt * acceleration)
+    controller = ax.controller
+    current = ax.drive.actual_torque
+    controller.observer_motor_current = current
+    model = current * controller.motor_torque_constant / controller.motor_inertia
+    acceleration = controller.observer_correction_factor * model + controller.observer_memory
+    velocity = controller.observer_velocity1
+    position = controller.observer_position + dt * (velocity + 0.5 * dt * acceleration)
     velocity += dt * acceleration
-    pole = 1.0 / (1.0 + 2.0 * pi * ax.controller_observer_bandwidth * dt)
-    error = ax.actual_position - position
-    ax.controller_observer_position_error = error
-    ax.controller_observer_position = position + (1.0 - pole * pole * pole) * error
+    pole = 1.0 / (1.0 + 2.0 * pi * controller.observer_bandwidth * dt)
+    error = ax.encoder.actual_position - position
+    controller.observer_position_error = error
+    controller.observer_position = position + (1.0 - pole * pole * pole) * error
     velocity += 1.5 * (1.0 - pole * pole) * (1.0 - pole) * error / dt
     correction = (1.0 - pole) * (1.0 - pole) * (1.0 - pole) * error / (dt * dt)
-    ax.controller_observer_memory += correction
-    ax.controller_observer_acceleration = acceleration + correction
-    ax.controller_observer_velocity1 = velocity
-    filtered = ax.controller_observer_velocity2
-    weight = dt / (ax.controller_observer_velocity_filter_time + dt)
-    ax.controller_observer_velocity2 = filtered + (velocity - filtered) * weight
+    controller.observer_memory += correction
+    controller.observer_acceleration = acceleration + correction
+    controller.observer_velocity1 = velocity
+    filtered = controller.observer_velocity2
+    weight = dt / (controller.observer_velocity_filter_time + dt)
+    controller.observer_velocity2 = filtered + (velocity - filtered) * weight
 
 
 def _velocity_loop(ax: AxisFields, goal: float, full: float, dt: float) -> float:
     """P or PI controller of the velocity; the PI one has a D-part where Tv is given."""
-    ax.controller_velocity_controller_input = goal
-    error = goal - ax.actual_velocity
+    controller = ax.controller
+    controller.velocity_controller_input = goal
+    error = goal - ax.encoder.actual_velocity
     slow = error
-    if ax.controller_observer_mode:
-        error = goal - ax.controller_observer_velocity2
-        slow = goal - ax.controller_observer_velocity1
-    if abs(error) <= ax.controller_velocity_dead_band:
+    if controller.observer_mode:
+        error = goal - controller.observer_velocity2
+        slow = goal - controller.observer_velocity1
+    if abs(error) <= controller.velocity_dead_band:
         error = 0.0
         slow = 0.0
-    if ax.controller_velocity_error_pt1_filter > 0.0:
-        before = ax.controller_velocity_error_filtered
-        error = before + (error - before) * (dt / (ax.controller_velocity_error_pt1_filter + dt))
-        ax.controller_velocity_error_filtered = error
-    elif ax.controller_velocity_error_pt2_filter > 0.0:
-        weight = dt / (ax.controller_velocity_error_pt2_filter + dt)
-        once = ax.controller_velocity_error_filtered
+    if controller.velocity_error_pt1_filter > 0.0:
+        before = controller.velocity_error_filtered
+        error = before + (error - before) * (dt / (controller.velocity_error_pt1_filter + dt))
+        controller.velocity_error_filtered = error
+    elif controller.velocity_error_pt2_filter > 0.0:
+        weight = dt / (controller.velocity_error_pt2_filter + dt)
+        once = controller.velocity_error_filtered
         once += (error - once) * weight
-        ax.controller_velocity_error_filtered = once
-        before = ax.controller_velocity_error_twice
+        controller.velocity_error_filtered = once
+        before = controller.velocity_error_twice
         error = before + (once - before) * weight
-        ax.controller_velocity_error_twice = error
-    kp = ax.controller_velocity_kp
+        controller.velocity_error_twice = error
+    kp = controller.velocity_kp
     part = kp * error
-    ax.controller_velocity_p_part = part
+    controller.velocity_p_part = part
     integral = 0.0
     derivative = 0.0
-    ax.controller_velocity_i_limit_active = 0
-    ax.controller_velocity_d_limit_active = 0
-    if ax.controller_type == ControllerType.PI_VELOCITY:
-        tn = ax.controller_velocity_tn
+    controller.velocity_i_limit_active = 0
+    controller.velocity_d_limit_active = 0
+    if controller.type == ControllerType.PI_VELOCITY:
+        tn = controller.velocity_tn
         if tn > 0.0:
-            integral = ax.controller_velocity_i_part
+            integral = controller.velocity_i_part
             step = kp * slow * dt / tn
-            if ax.controller_velocity_arw_active == 0 or step * integral < 0.0:
+            if controller.velocity_arw_active == 0 or step * integral < 0.0:
                 integral += step
-            limit = ax.controller_velocity_i_limit * full
+            limit = controller.velocity_i_limit * full
             if abs(integral) >= limit:
                 integral = _limited(integral, limit)
-                ax.controller_velocity_i_limit_active = 1
-        if ax.controller_velocity_tv > 0.0:
-            rate = (error - ax.controller_velocity_error_before) / dt
-            derivative = ax.controller_velocity_d_part
-            weight = dt / (ax.controller_velocity_td + dt)
-            derivative += (kp * ax.controller_velocity_tv * rate - derivative) * weight
-            limit = ax.controller_velocity_d_limit * full
+                controller.velocity_i_limit_active = 1
+        if controller.velocity_tv > 0.0:
+            rate = (error - controller.velocity_error_before) / dt
+            derivative = controller.velocity_d_part
+            weight = dt / (controller.velocity_td + dt)
+            derivative += (kp * controller.velocity_tv * rate - derivative) * weight
+            limit = controller.velocity_d_limit * full
             if abs(derivative) >= limit:
                 derivative = _limited(derivative, limit)
-                ax.controller_velocity_d_limit_active = 1
-    ax.controller_velocity_error_before = error
-    ax.controller_velocity_i_part = integral
-    ax.controller_velocity_d_part = derivative
-    ax.controller_observer_i_limit_active = (
-        ax.controller_velocity_i_limit_active if ax.controller_observer_mode else 0
+                controller.velocity_d_limit_active = 1
+    controller.velocity_error_before = error
+    controller.velocity_i_part = integral
+    controller.velocity_d_part = derivative
+    controller.observer_i_limit_active = (
+        controller.velocity_i_limit_active if controller.observer_mode else 0
     )
     return part + integral + derivative
 
@@ -224,108 +231,115 @@ def _special(ax: AxisFields, error: float, full: float, dt: float) -> float:
 
     A velocity loop gets the feed-forward as part of its set value, all others beside their output.
     """
-    kind = ax.controller_type
-    if ax.controller_observer_mode:
+    controller = ax.controller
+    kind = controller.type
+    if controller.observer_mode:
         _observe(ax, dt)
-    filter_time = ax.controller_position_error_filter_time
+    filter_time = controller.position_error_filter_time
     if filter_time > 0.0:
-        before = ax.controller_error_filtered
+        before = controller.error_filtered
         error = before + (error - before) * (dt / (filter_time + dt))
-        ax.controller_error_filtered = error
+        controller.error_filtered = error
     if abs(error) <= _dead_band(ax):
         error = 0.0
-    kv = ax.controller_position_kv
+    kv = controller.position_kv
     if kind == ControllerType.PP_POSITION:
         speed = abs(ax.set_velocity)
-        threshold = ax.controller_position_kv_velocity_threshold * full
+        threshold = controller.position_kv_velocity_threshold * full
         share = speed / threshold if speed < threshold else 1.0
-        kv += (ax.controller_position_kv_fast - kv) * share
-    ax.controller_position_kv_interpolated = kv
+        kv += (controller.position_kv_fast - kv) * share
+    controller.position_kv_interpolated = kv
     if (
         kind in (ControllerType.SERCOS_POSITION, ControllerType.TCOM_POSITION)
-        or ax.drive_dsc_gain > 0.0
+        or ax.drive.dsc_gain > 0.0
     ):
         part = 0.0  # the position loop is closed in the drive
-        ax.controller_position_p_part = 0.0
+        controller.position_p_part = 0.0
     elif kind == ControllerType.PID_POSITION:
         part = _position_pid(ax, error, full, dt)
     else:
         part = kv * error
-        ax.controller_position_p_part = part
-        if kind == ControllerType.P_POSITION and ax.controller_auto_offset_enable:
+        controller.position_p_part = part
+        if kind == ControllerType.P_POSITION and controller.auto_offset_enable:
             part += _calibrate_offset(ax, part, full, dt)
     if kind in (ControllerType.P_VELOCITY, ControllerType.PI_VELOCITY):
-        goal = part + ax.controller_velocity_feedforward_weight * ax.set_velocity
+        goal = part + controller.velocity_feedforward_weight * ax.set_velocity
         part = _velocity_loop(ax, goal, full, dt)
-    ax.controller_acceleration_feedforward = (
-        ax.controller_acceleration_feedforward_ka * ax.set_acceleration
+    controller.acceleration_feedforward = (
+        controller.acceleration_feedforward_ka * ax.set_acceleration
     )
-    limit = ax.controller_output_limit * full
+    limit = controller.output_limit * full
     held = 0
     if abs(part) > limit:
         held = 1
     if kind == ControllerType.PID_POSITION:
-        ax.controller_position_arw_active = held
+        controller.position_arw_active = held
     elif kind == ControllerType.PI_VELOCITY:
-        ax.controller_velocity_arw_active = held
+        controller.velocity_arw_active = held
     return part
 
 
 def _silence(ax: AxisFields) -> None:
     """The loop is open: no output."""
-    ax.controller_output = 0.0
-    ax.drive_output = 0.0
-    ax.controller_output_percent = 0.0
-    ax.drive_output_percent = 0.0
-    ax.controller_position_p_part = 0.0
-    if ax.controller_special:
+    controller = ax.controller
+    controller.output = 0.0
+    ax.drive.output = 0.0
+    controller.output_percent = 0.0
+    ax.drive.output_percent = 0.0
+    controller.position_p_part = 0.0
+    if controller.special:
         reset_controller(ax)
 
 
 def _put_out(ax: AxisFields, output: float) -> None:
     """Give the drive this output, within its limits."""
-    full = ax.drive_full
-    if output > ax.drive_output_limit_max * full:
-        output = ax.drive_output_limit_max * full
-        ax.drive_limit_active = 1
-    elif output < ax.drive_output_limit_min * full:
-        output = ax.drive_output_limit_min * full
-        ax.drive_limit_active = 1
-    ax.drive_output = output
-    ax.drive_output_percent = 100.0 * output / full
-    if output < ax.drive_output_peak_negative:
-        ax.drive_output_peak_negative = output
-    if output > ax.drive_output_peak_positive:
-        ax.drive_output_peak_positive = output
+    drive = ax.drive
+    full = drive.full
+    if output > drive.output_limit_max * full:
+        output = drive.output_limit_max * full
+        drive.limit_active = 1
+    elif output < drive.output_limit_min * full:
+        output = drive.output_limit_min * full
+        drive.limit_active = 1
+    drive.output = output
+    drive.output_percent = 100.0 * output / full
+    if output < drive.output_peak_negative:
+        drive.output_peak_negative = output
+    if output > drive.output_peak_positive:
+        drive.output_peak_positive = output
 
 
 def _hold_difference(ax: AxisFields) -> None:
     """Peaks of the difference between the following errors of a master and of this slave."""
-    difference = ax.following_error_difference
-    if difference < ax.following_error_difference_peak_negative:
-        ax.following_error_difference_peak_negative = difference
-    if difference > ax.following_error_difference_peak_positive:
-        ax.following_error_difference_peak_positive = difference
+    controller = ax.controller
+    difference = controller.following_error_difference
+    if difference < controller.following_error_difference_peak_negative:
+        controller.following_error_difference_peak_negative = difference
+    if difference > controller.following_error_difference_peak_positive:
+        controller.following_error_difference_peak_positive = difference
 
 
 def control(ax: AxisFields, dt: float) -> None:
     """Controller: following error to drive output."""
-    error = ax.set_position - ax.actual_position
+    encoder = ax.encoder
+    controller = ax.controller
+    drive = ax.drive
+    error = ax.set_position - encoder.actual_position
     if (
-        ax.drive_ideal and ax.loop_closed and ax.set_motion_phase != MotionPhase.DRIVE_OUTPUT
+        drive.ideal and ax.loop_closed and ax.set_motion_phase != MotionPhase.DRIVE_OUTPUT
     ):  # the drive has had a cycle to go there
-        error = ax.sent_position - ax.actual_position
+        error = drive.sent_position - encoder.actual_position
     late = ax.setpoint_velocity_position_delay
     if late > 0.0:
         error -= late * (ax.set_velocity - 0.5 * late * ax.set_acceleration)
-    ax.following_error = error
-    ax.drive_limit_active = 0
-    ax.following_error_velocity = ax.set_velocity - ax.actual_velocity
-    if error < ax.following_error_peak_negative:
-        ax.following_error_peak_negative = error
-    if error > ax.following_error_peak_positive:
-        ax.following_error_peak_positive = error
-    if ax.following_error_difference != 0.0:
+    controller.following_error = error
+    drive.limit_active = 0
+    controller.following_error_velocity = ax.set_velocity - encoder.actual_velocity
+    if error < controller.following_error_peak_negative:
+        controller.following_error_peak_negative = error
+    if error > controller.following_error_peak_positive:
+        controller.following_error_peak_positive = error
+    if controller.following_error_difference != 0.0:
         _hold_difference(ax)
     if ax.loop_closed == 0:
         _silence(ax)
@@ -334,23 +348,23 @@ def control(ax: AxisFields, dt: float) -> None:
         _silence(ax)
         _put_out(ax, ax.direct_output)
         return
-    full = ax.drive_full
-    feedforward = ax.controller_velocity_feedforward_weight * ax.set_velocity
-    if ax.controller_special:
+    full = drive.full
+    feedforward = controller.velocity_feedforward_weight * ax.set_velocity
+    if controller.special:
         part = _special(ax, error, full, dt)
-        if ax.controller_type in (ControllerType.P_VELOCITY, ControllerType.PI_VELOCITY):
+        if controller.type in (ControllerType.P_VELOCITY, ControllerType.PI_VELOCITY):
             feedforward = 0.0
-        feedforward += ax.controller_acceleration_feedforward
+        feedforward += controller.acceleration_feedforward
     else:
         if abs(error) <= _dead_band(ax):
             error = 0.0
-        part = ax.controller_position_kv * error
-        ax.controller_position_p_part = part
-    limit = ax.controller_output_limit * full
+        part = controller.position_kv * error
+        controller.position_p_part = part
+    limit = controller.output_limit * full
     if part > limit:
         part = limit
     elif part < -limit:
         part = -limit
-    ax.controller_output = part
-    ax.controller_output_percent = 100.0 * part / full
-    _put_out(ax, part + feedforward + ax.external_controller_component + ax.drive_velocity_offset)
+    controller.output = part
+    controller.output_percent = 100.0 * part / full
+    _put_out(ax, part + feedforward + ax.external_controller_component + drive.velocity_offset)

@@ -16,6 +16,7 @@ from achse.motion.targets import overrun
 
 __all__ = ["run_stepper", "run_two_speeds", "show_speed"]
 
+
 _BRAKED = 0
 _RELEASING = 1
 _RAPID = 2
@@ -34,6 +35,7 @@ _CREEP_SHARE = 0.1
 _SLOWEST_OVERRIDE = 100
 """0.01 %; an override below is standstill."""
 
+
 _MINUS_HIGH = 1 << 0
 _MINUS_LOW = 1 << 1
 _PLUS_LOW = 1 << 2
@@ -51,8 +53,8 @@ _FORWARD = 1 << 1
 
 
 def _enter(ax: AxisFields, phase: int) -> None:
-    ax.switch_phase = phase
-    ax.switch_time = 0.0
+    ax.drive.switch_phase = phase
+    ax.drive.switch_time = 0.0
 
 
 def _direction(ax: AxisFields) -> float:
@@ -60,8 +62,8 @@ def _direction(ax: AxisFields) -> float:
     if ax.set_motion_phase in (MotionPhase.ENDLESS, MotionPhase.HOMING) and ax.job_direction != 0.0:
         return ax.job_direction
     if ax.set_motion_phase == MotionPhase.POSITIONING:
-        return 1.0 if ax.border_position >= ax.actual_position else -1.0
-    return ax.switch_direction
+        return 1.0 if ax.border_position >= ax.encoder.actual_position else -1.0
+    return ax.drive.switch_direction
 
 
 def _stopping(ax: AxisFields) -> bool:
@@ -83,11 +85,15 @@ def _main_speed(ax: AxisFields) -> int:
 
 def _way(ax: AxisFields) -> float:
     """Way to the target, or past it if negative."""
-    return (ax.border_position - ax.actual_position) * ax.switch_direction
+    return (ax.border_position - ax.encoder.actual_position) * ax.drive.switch_direction
 
 
 def _braking_way(ax: AxisFields) -> float:
-    return ax.brake_distance_positive if ax.switch_direction > 0.0 else ax.brake_distance_negative
+    return (
+        ax.brake_distance_positive
+        if ax.drive.switch_direction > 0.0
+        else ax.brake_distance_negative
+    )
 
 
 def _finish(ax: AxisFields) -> None:
@@ -106,7 +112,7 @@ def _finish(ax: AxisFields) -> None:
         ax.replan = 1
         return
     if phase != MotionPhase.POSITIONING:
-        ax.target_position = ax.actual_position
+        ax.target_position = ax.encoder.actual_position
     if phase == MotionPhase.HOMING:
         return
     if ax.set_command_state == CommandState.ACTIVE:
@@ -118,29 +124,30 @@ def _finish(ax: AxisFields) -> None:
 
 def _choose(ax: AxisFields, dt: float) -> None:
     """The phase of this cycle from position, times, override and job."""
-    phase = ax.switch_phase
-    ax.switch_time += dt
+    drive = ax.drive
+    phase = drive.switch_phase
+    drive.switch_time += dt
     if _stopping(ax):
         if phase in (_BRAKED, _RELEASING):
             _finish(ax)
         elif phase != _RUNNING_OUT:
             if phase != _CREEP:
                 _enter(ax, _CREEP)
-            if abs(ax.actual_position - ax.switch_start) >= ax.creep_distance_stop:
+            if abs(ax.encoder.actual_position - drive.switch_start) >= ax.creep_distance_stop:
                 _enter(ax, _RUNNING_OUT)
     elif phase in (_BRAKED, _RELEASING):
         main = _main_speed(ax)
         if main == _BRAKED:
             _enter(ax, _BRAKED)
         elif phase == _BRAKED:
-            ax.switch_direction = _direction(ax)
+            drive.switch_direction = _direction(ax)
             _enter(ax, _RELEASING)
-        if ax.switch_phase == _RELEASING and ax.switch_time >= ax.brake_release_delay:
+        if drive.switch_phase == _RELEASING and drive.switch_time >= ax.brake_release_delay:
             _enter(ax, main)
     elif phase != _RUNNING_OUT:
         if ax.set_motion_phase == MotionPhase.POSITIONING:
             way = _way(ax)
-            plus = ax.switch_direction > 0.0
+            plus = drive.switch_direction > 0.0
             creep = ax.creep_distance_positive if plus else ax.creep_distance_negative
             if way <= _braking_way(ax):
                 _enter(ax, _RUNNING_OUT)
@@ -150,36 +157,38 @@ def _choose(ax: AxisFields, dt: float) -> None:
                     _enter(ax, _SWITCHING)
                     phase = _SWITCHING
                 if phase == _CREEP or (
-                    phase == _SWITCHING and ax.switch_time >= ax.rapid_to_creep_switch_time
+                    phase == _SWITCHING and drive.switch_time >= ax.rapid_to_creep_switch_time
                 ):
                     _enter(ax, _APPROACH)
                 return
         main = _main_speed(ax)
         if main != phase:
             _enter(ax, main)
-    if ax.switch_phase == _RUNNING_OUT:
-        plus = ax.switch_direction > 0.0
+    if drive.switch_phase == _RUNNING_OUT:
+        plus = drive.switch_direction > 0.0
         delay = ax.brake_delay_positive if plus else ax.brake_delay_negative
-        if ax.switch_time >= delay:
+        if drive.switch_time >= delay:
             _finish(ax)
 
 
 def _obey(ax: AxisFields) -> None:
     """The phase that a direct output asks for, without the times of brake and switching."""
+    drive = ax.drive
     output = ax.direct_output
     phase = _BRAKED
     if output != 0.0:
-        ax.switch_direction = 1.0 if output > 0.0 else -1.0
-        phase = _RAPID if abs(output) > 0.01 * _RAPID_ABOVE * ax.drive_full else _CREEP
-    if phase != ax.switch_phase:
+        drive.switch_direction = 1.0 if output > 0.0 else -1.0
+        phase = _RAPID if abs(output) > 0.01 * _RAPID_ABOVE * drive.full else _CREEP
+    if phase != drive.switch_phase:
         _enter(ax, phase)
 
 
 def _put_out(ax: AxisFields) -> float:
     """Control bytes of the phase; returns the velocity that they ask for."""
-    phase = ax.switch_phase
-    plus = ax.switch_direction > 0.0
-    if ax.drive_motor_polarity:
+    drive = ax.drive
+    phase = drive.switch_phase
+    plus = drive.switch_direction > 0.0
+    if drive.motor_polarity:
         plus = not plus
     control = _BRAKE if phase == _BRAKED and ax.brake_released == 0 else _BRAKE_OPEN
     further = control
@@ -187,38 +196,43 @@ def _put_out(ax: AxisFields) -> float:
     if phase == _RAPID:
         control |= _PLUS_HIGH if plus else _MINUS_HIGH
         further |= _HIGH
-        velocity = ax.drive_full
+        velocity = drive.full
     elif phase in (_CREEP, _APPROACH):
         control |= _PLUS_LOW if plus else _MINUS_LOW
         further |= _LOW
-        velocity = ax.drive_full * _CREEP_SHARE
+        velocity = drive.full * _CREEP_SHARE
     if velocity > 0.0:
         further |= _PLUS if plus else _MINUS
-    ax.drive_control_byte = control
-    ax.drive_extended_control_byte = further
-    return velocity if ax.switch_direction > 0.0 else -velocity
+    drive.control_byte = control
+    drive.extended_control_byte = further
+    return velocity if drive.switch_direction > 0.0 else -velocity
 
 
 def run_two_speeds(ax: AxisFields, dt: float) -> None:
     """Set point and output of a two-speed axis."""
+    encoder = ax.encoder
+    drive = ax.drive
     if ax.loop_closed == 0:
         _enter(ax, _BRAKED)
     else:
         if ax.buffer_count > 0 and (
             ax.set_motion_phase == MotionPhase.NONE
-            or (ax.set_motion_phase == MotionPhase.ENDLESS and ax.switch_phase in (_RAPID, _CREEP))
+            or (
+                ax.set_motion_phase == MotionPhase.ENDLESS
+                and drive.switch_phase in (_RAPID, _CREEP)
+            )
         ):
             take_next(ax)
         if ax.replan:
             ax.replan = 0
-            ax.switch_start = ax.actual_position
+            drive.switch_start = encoder.actual_position
             ax.border_position = ax.target_position
             if ax.set_motion_phase == MotionPhase.POSITIONING:
                 overrun(ax)
             if (
                 not _stopping(ax)
-                and ax.switch_phase != _BRAKED
-                and _direction(ax) != ax.switch_direction
+                and drive.switch_phase != _BRAKED
+                and _direction(ax) != drive.switch_direction
             ):
                 _enter(ax, _BRAKED)
         if ax.set_motion_phase == MotionPhase.DRIVE_OUTPUT:
@@ -231,23 +245,23 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
             pass_switch_position(ax)
     ax.planned_override = ax.velocity_override
     velocity = _put_out(ax)
-    ax.set_position = ax.actual_position
+    ax.set_position = encoder.actual_position
     ax.set_velocity = velocity
-    ax.following_error = 0.0
-    ax.following_error_velocity = 0.0
-    ax.drive_output = velocity
-    ax.drive_output_percent = 100.0 * velocity / ax.drive_full
+    ax.controller.following_error = 0.0
+    ax.controller.following_error_velocity = 0.0
+    drive.output = velocity
+    drive.output_percent = 100.0 * velocity / drive.full
     if ax.set_motion_phase == MotionPhase.POSITIONING:
-        ax.remaining_distance = abs(ax.border_position - ax.actual_position)
+        ax.remaining_distance = abs(ax.border_position - encoder.actual_position)
         if ax.loop_outward:
             ax.remaining_distance += abs(ax.loop_distance)
     elif velocity != 0.0:
-        ax.target_position = ax.actual_position
+        ax.target_position = encoder.actual_position
 
 
 def show_speed(ax: AxisFields) -> None:
     """AxisState of a two-speed axis: 1 moving, 2 switching to creep, 3 creeping near, 4 braking."""
-    phase = ax.switch_phase
+    phase = ax.drive.switch_phase
     state = 0
     if ax.set_motion_phase != MotionPhase.NONE:
         state = 1
@@ -262,19 +276,20 @@ def show_speed(ax: AxisFields) -> None:
 
 def _mask(ax: AxisFields) -> int:
     """Control byte of the present step."""
+    drive = ax.drive
     count = 4 if ax.stepper_operation_mode == StepperMode.TWO_PHASE else 6
-    cycle = ax.stepper_step % count
+    cycle = drive.stepper_step % count
     if cycle == 0:
-        return ax.drive_stepper_mask_cycle1
+        return drive.stepper_mask_cycle1
     if cycle == 1:
-        return ax.drive_stepper_mask_cycle2
+        return drive.stepper_mask_cycle2
     if cycle == 2:
-        return ax.drive_stepper_mask_cycle3
+        return drive.stepper_mask_cycle3
     if cycle == 3:
-        return ax.drive_stepper_mask_cycle4
+        return drive.stepper_mask_cycle4
     if cycle == 4:
-        return ax.drive_stepper_mask_cycle5
-    return ax.drive_stepper_mask_cycle6
+        return drive.stepper_mask_cycle5
+    return drive.stepper_mask_cycle6
 
 
 def run_stepper(ax: AxisFields, dt: float) -> None:
@@ -284,48 +299,49 @@ def run_stepper(ax: AxisFields, dt: float) -> None:
     never slower than the minimum velocity; it stays for the configured number of steps. Less than
     half of that is standstill, unless the position controller misses a step.
     """
-    output = ax.drive_output
+    drive = ax.drive
+    output = drive.output
     speed = abs(output)
     slowest = ax.stepper_min_velocity
-    missing = ax.controller_output != 0.0 and (
-        abs(ax.following_error) > 0.5 * ax.stepper_step_scaling
+    missing = ax.controller.output != 0.0 and (
+        abs(ax.controller.following_error) > 0.5 * ax.stepper_step_scaling
     )
     if (speed <= 0.5 * slowest and not missing) or speed == 0.0:
-        ax.stepper_wait = 0
-        ax.stepper_level = 0
+        drive.stepper_wait = 0
+        drive.stepper_level = 0
     else:
         if speed < slowest:
             speed = slowest
         level = ceil(ax.stepper_step_scaling / (speed * dt) - 1e-9)
         if level < 1:
             level = 1
-        if ax.stepper_level == 0:
-            ax.stepper_level = level
-            ax.stepper_level_steps = 0
-            ax.stepper_wait = level
+        if drive.stepper_level == 0:
+            drive.stepper_level = level
+            drive.stepper_level_steps = 0
+            drive.stepper_wait = level
         elif (
-            level != ax.stepper_level
-            and ax.stepper_level_steps >= ax.stepper_steps_per_velocity_level
+            level != drive.stepper_level
+            and drive.stepper_level_steps >= ax.stepper_steps_per_velocity_level
         ):
-            ax.stepper_level = level
-            ax.stepper_level_steps = 0
-            if ax.stepper_wait > level:
-                ax.stepper_wait = level
-        ax.stepper_wait -= 1
+            drive.stepper_level = level
+            drive.stepper_level_steps = 0
+            if drive.stepper_wait > level:
+                drive.stepper_wait = level
+        drive.stepper_wait -= 1
         direction = 1 if output > 0.0 else -1
-        if ax.stepper_wait <= 0:
-            ax.stepper_wait = ax.stepper_level
-            ax.stepper_level_steps += 1
-            ax.stepper_step += -direction if ax.drive_motor_polarity else direction
+        if drive.stepper_wait <= 0:
+            drive.stepper_wait = drive.stepper_level
+            drive.stepper_level_steps += 1
+            drive.stepper_step += -direction if drive.motor_polarity else direction
     if ax.stepper_operation_mode in (StepperMode.TWO_PHASE, StepperMode.ONE_TWO_PHASE):
         control = _mask(ax)
-        if ax.stepper_level == 0:
-            control |= ax.drive_stepper_mask_holding_current
-        ax.drive_control_byte = control
-        ax.drive_extended_control_byte = 0
+        if drive.stepper_level == 0:
+            control |= drive.stepper_mask_holding_current
+        drive.control_byte = control
+        drive.extended_control_byte = 0
     else:
-        ax.drive_control_byte = 0
-        further = _FREQUENCY if ax.stepper_step % 2 else 0
-        if (output > 0.0) != (ax.drive_motor_polarity != 0):
+        drive.control_byte = 0
+        further = _FREQUENCY if drive.stepper_step % 2 else 0
+        if (output > 0.0) != (drive.motor_polarity != 0):
             further |= _FORWARD
-        ax.drive_extended_control_byte = further
+        drive.extended_control_byte = further

@@ -32,8 +32,8 @@ _NEARLY = 1.0 - 1e-9
 def fastest(ax: AxisFields) -> float:
     """Largest velocity that the axis may have: its maximum, or what its drive can do."""
     limit = ax.max_velocity
-    if ax.drive_reference_velocity < limit:
-        limit = ax.drive_reference_velocity
+    if ax.drive.reference_velocity < limit:
+        limit = ax.drive.reference_velocity
     return limit
 
 

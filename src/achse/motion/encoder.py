@@ -10,7 +10,7 @@ from math import floor
 
 from achse.codes import NcError
 from achse.motion.port import wrapped
-from achse.motion.record import POSITION_HISTORY, AxisFields
+from achse.motion.record import POSITION_HISTORY, AxisFields, EncoderFields
 from achse.motion.setpoint import fail
 from achse.motion.targets import modulo_part
 
@@ -37,166 +37,168 @@ _BY_VELOCITY = 1
 _BY_ACCELERATION = 2
 
 
-def _raw_count(ax: AxisFields, count: int) -> int:
+def _raw_count(encoder: EncoderFields, count: int) -> int:
     """What is evaluated of a count: within the mask, without the bits filtered out."""
-    period = ax.encoder_mask + 1
-    raw = count % period & (_FULL_MASK ^ ax.encoder_raw_value_filter_mask)
-    if ax.encoder_sign_interpretation == _SIGNED and 2 * raw >= period:
+    period = encoder.mask + 1
+    raw = count % period & (_FULL_MASK ^ encoder.raw_value_filter_mask)
+    if encoder.sign_interpretation == _SIGNED and 2 * raw >= period:
         raw -= period
     return raw
 
 
-def _begin_again(ax: AxisFields) -> None:
+def _begin_again(encoder: EncoderFields) -> None:
     """Take the position from the hardware as at the start: what was set or counted is lost."""
-    ax.encoder_data = ax.encoder_io.data_in1
-    raw = _raw_count(ax, ax.encoder_data)
-    if raw > 0x7FFF_FFFF and ax.encoder_reference_system != _ABSOLUTE:
+    encoder.data = encoder.io.data_in1
+    raw = _raw_count(encoder, encoder.data)
+    if raw > 0x7FFF_FFFF and encoder.reference_system != _ABSOLUTE:
         raw -= 0x1_0000_0000
-    ax.encoder_software_increments = raw
-    ax.encoder_watched_count = raw
-    ax.encoder_set_position_offset = 0.0
-    ax.encoder_actual_position_filtered = raw * ax.encoder_scale + ax.encoder_position_offset
-    if ax.encoder_is_absolute == 0:
-        ax.homed = 0
-    ax.encoder_reinitialization_state = 0
+    encoder.software_increments = raw
+    encoder.watched_count = raw
+    encoder.set_position_offset = 0.0
+    encoder.actual_position_filtered = raw * encoder.scale + encoder.position_offset
+    if encoder.is_absolute == 0:
+        encoder.homed = 0
+    encoder.reinitialization_state = 0
 
 
-def adapt_encoder(ax: AxisFields) -> None:
+def adapt_encoder(ax: AxisFields, encoder: EncoderFields) -> None:
     """Derive what follows from the parameters; the actual position does not jump."""
-    scale = ax.encoder_scaling_factor
-    ax.encoder_scale = -scale if ax.encoder_count_direction else scale
-    if ax.encoder_reinitialization_state:
-        _begin_again(ax)
+    scale = encoder.scaling_factor
+    encoder.scale = -scale if encoder.count_direction else scale
+    if encoder.reinitialization_state:
+        _begin_again(encoder)
     special = 0
     if (
-        ax.encoder_mask != _FULL_MASK
-        or ax.encoder_raw_value_filter_mask != 0
-        or ax.encoder_evaluation_direction != 0
-        or ax.encoder_reference_system == _ABSOLUTE
-        or ax.encoder_sign_interpretation == _SIGNED
-        or ax.encoder_mode <= _WITH_VELOCITY
-        or ax.encoder_actual_position_correction_enable != 0
-        or ax.encoder_position_correction != 0.0
-        or (ax.backlash_compensation_enable != 0 and ax.backlash != 0.0)
-        or ax.encoder_dead_time_compensation_mode != 0
-        or ax.encoder_dead_time_position_correction != 0.0
+        encoder.mask != _FULL_MASK
+        or encoder.raw_value_filter_mask != 0
+        or encoder.evaluation_direction != 0
+        or encoder.reference_system == _ABSOLUTE
+        or encoder.sign_interpretation == _SIGNED
+        or encoder.mode <= _WITH_VELOCITY
+        or encoder.actual_position_correction_enable != 0
+        or encoder.position_correction != 0.0
+        or (encoder.leads and ax.backlash_compensation_enable != 0 and ax.backlash != 0.0)
+        or encoder.dead_time_compensation_mode != 0
+        or encoder.dead_time_position_correction != 0.0
     ):
         special = 1
-    ax.encoder_special = special
+    encoder.special = special
+    encoder.adapt = 0
 
 
-def read_counter(ax: AxisFields) -> int:
+def read_counter(encoder: EncoderFields) -> int:
     """The software count by way of the hardware's: overflow, masks, directions."""
-    raw = _raw_count(ax, ax.encoder_io.data_in1)
-    moved = raw - _raw_count(ax, ax.encoder_data)
-    ax.encoder_raw = raw
-    ax.encoder_data = ax.encoder_io.data_in1
-    if ax.encoder_reference_system == _ABSOLUTE:
+    raw = _raw_count(encoder, encoder.io.data_in1)
+    moved = raw - _raw_count(encoder, encoder.data)
+    encoder.raw = raw
+    encoder.data = encoder.io.data_in1
+    if encoder.reference_system == _ABSOLUTE:
         return raw
-    period = ax.encoder_mask + 1
+    period = encoder.mask + 1
     if 2 * moved > period:
         moved -= period
     elif 2 * moved < -period:
         moved += period
-    direction = ax.encoder_evaluation_direction
+    direction = encoder.evaluation_direction
     if (
         direction == _BLOCKED
         or (direction == _POSITIVE_ONLY and moved < 0)
         or (direction == _NEGATIVE_ONLY and moved > 0)
     ):
         moved = 0
-    return ax.encoder_software_increments + moved
+    return encoder.software_increments + moved
 
 
-def _correct(ax: AxisFields, dt: float) -> float:
+def _correct(ax: AxisFields, encoder: EncoderFields, dt: float) -> float:
     """The correction of the actual position now: of the measuring system and of backlash."""
     goal = 0.0
-    if ax.encoder_actual_position_correction_enable:
+    if encoder.actual_position_correction_enable:
         goal = ax.actual_position_correction
-    if ax.backlash_compensation_enable:
+    if ax.backlash_compensation_enable and encoder.leads:
         if ax.set_velocity > 0.0:
-            ax.encoder_backlash_side = 1.0
+            encoder.backlash_side = 1.0
         elif ax.set_velocity < 0.0:
-            ax.encoder_backlash_side = -1.0
-        if ax.encoder_backlash_side < 0.0:
+            encoder.backlash_side = -1.0
+        if encoder.backlash_side < 0.0:
             goal += ax.backlash
-    before = ax.encoder_position_correction
+    before = encoder.position_correction
     if goal != before:
-        filter_time = ax.encoder_actual_position_correction_filter_time
+        filter_time = encoder.actual_position_correction_filter_time
         goal = before + (goal - before) * (dt / (filter_time + dt)) if filter_time > 0.0 else goal
         if abs(goal - before) < _STILL:
             goal = before
-    ax.encoder_position_correction = goal
+    encoder.position_correction = goal
     return goal - before
 
 
-def measure(ax: AxisFields, dt: float) -> None:
+def measure(ax: AxisFields, encoder: EncoderFields, dt: float) -> None:
     """Read the encoder: actual position, velocity and acceleration."""
-    special = ax.encoder_special
+    special = encoder.special
     if special:
-        count = read_counter(ax)
+        count = read_counter(encoder)
     else:
-        data = ax.encoder_io.data_in1
-        count = ax.encoder_software_increments
-        if data != ax.encoder_data:
-            count += wrapped(data - ax.encoder_data)
-            ax.encoder_data = data
+        data = encoder.io.data_in1
+        count = encoder.software_increments
+        if data != encoder.data:
+            count += wrapped(data - encoder.data)
+            encoder.data = data
     if abs(count) > _FULL_COUNTER:
-        fail(ax, NcError.ENCODER_OVERFLOW if count > 0 else NcError.ENCODER_UNDERFLOW, 1)
-        count = ax.encoder_software_increments
-    moved = count - ax.encoder_software_increments
-    ax.encoder_software_increments = count
-    scale = ax.encoder_scale
-    position = count * scale + ax.encoder_position_offset + ax.encoder_set_position_offset
+        if encoder.leads:
+            fail(ax, NcError.ENCODER_OVERFLOW if count > 0 else NcError.ENCODER_UNDERFLOW, 1)
+        count = encoder.software_increments
+    moved = count - encoder.software_increments
+    encoder.software_increments = count
+    scale = encoder.scale
+    position = count * scale + encoder.position_offset + encoder.set_position_offset
     velocity = moved * scale / dt
     if special:
-        raw = ax.encoder_raw
-        ax.encoder_hardware_increments = raw - 0x1_0000_0000 if raw > 0x7FFF_FFFF else raw
-        if ax.encoder_mode == _POSITION_ONLY:
+        raw = encoder.raw
+        encoder.hardware_increments = raw - 0x1_0000_0000 if raw > 0x7FFF_FFFF else raw
+        if encoder.mode == _POSITION_ONLY:
             velocity = 0.0
-        before = ax.encoder_actual_velocity_uncorrected
-        weight = dt / (ax.encoder_velocity_filter_time + dt)
-        ax.encoder_actual_velocity_uncorrected = before + (velocity - before) * weight
-        velocity += _correct(ax, dt) / dt
-        position += ax.encoder_position_correction
+        before = encoder.actual_velocity_uncorrected
+        weight = dt / (encoder.velocity_filter_time + dt)
+        encoder.actual_velocity_uncorrected = before + (velocity - before) * weight
+        velocity += _correct(ax, encoder, dt) / dt
+        position += encoder.position_correction
     else:
-        ax.encoder_hardware_increments = ax.encoder_data
-    ax.encoder_actual_position_unfiltered = position
-    filter_time = ax.encoder_position_filter_time
+        encoder.hardware_increments = encoder.data
+    encoder.actual_position_unfiltered = position
+    filter_time = encoder.position_filter_time
     if filter_time > 0.0:
-        before = ax.encoder_actual_position_filtered
+        before = encoder.actual_position_filtered
         if abs(position - before) > _STILL:
             position = before + (position - before) * (dt / (filter_time + dt))
-    ax.encoder_actual_position_filtered = position
-    ax.actual_velocity_unfiltered = velocity
-    before = ax.actual_velocity
+    encoder.actual_position_filtered = position
+    encoder.actual_velocity_unfiltered = velocity
+    before = encoder.actual_velocity
     if velocity != before:
-        velocity = before + (velocity - before) * (dt / (ax.encoder_velocity_filter_time + dt))
+        velocity = before + (velocity - before) * (dt / (encoder.velocity_filter_time + dt))
         if abs(velocity) < _STILL:
             velocity = 0.0
-        ax.actual_velocity = velocity
+        encoder.actual_velocity = velocity
     acceleration = (velocity - before) / dt
-    before = ax.actual_acceleration
-    if special and ax.encoder_mode <= _WITH_VELOCITY:
+    before = encoder.actual_acceleration
+    if special and encoder.mode <= _WITH_VELOCITY:
         acceleration = 0.0
     if acceleration != before:
-        weight = dt / (ax.encoder_acceleration_filter_time + dt)
+        weight = dt / (encoder.acceleration_filter_time + dt)
         acceleration = before + (acceleration - before) * weight
         if abs(acceleration) < _STILL:
             acceleration = 0.0
-        ax.actual_acceleration = acceleration
+        encoder.actual_acceleration = acceleration
     if special:
         way = 0.0
-        mode = ax.encoder_dead_time_compensation_mode
+        mode = encoder.dead_time_compensation_mode
         if mode >= _BY_VELOCITY:
-            late = ax.encoder_dead_time_compensation_shift * 1e-9
+            late = encoder.dead_time_compensation_shift * 1e-9
             way = velocity * late
             if mode == _BY_ACCELERATION:
                 way += 0.5 * acceleration * late * late
-        ax.encoder_dead_time_position_correction = way
+        encoder.dead_time_position_correction = way
         position += way
-    ax.actual_position = position
-    ax.encoder_history[ax.set_cycle_counter % POSITION_HISTORY] = position
-    period = ax.encoder_modulo_factor
-    ax.actual_position_modulo = modulo_part(position, period)
-    ax.actual_modulo_turns = floor((position - ax.actual_position_modulo) / period + 0.5)
+    encoder.actual_position = position
+    encoder.history[ax.set_cycle_counter % POSITION_HISTORY] = position
+    period = encoder.modulo_factor
+    encoder.actual_position_modulo = modulo_part(position, period)
+    encoder.actual_modulo_turns = floor((position - encoder.actual_position_modulo) / period + 0.5)

@@ -25,34 +25,41 @@ from achse.motion.monitoring import (
     supervise_motion,
 )
 from achse.motion.phasing import shift_phase
-from achse.motion.record import POSITION_HISTORY, AxisFields
+from achse.motion.record import POSITION_HISTORY, AxisFields, EncoderFields
 from achse.motion.signals import arm, watch
 from achse.motion.states import AxisType, DriveType, MotionPhase
 
-__all__ = ["adapt", "begin", "cycle", "cycle_all", "cycles", "follow"]
+__all__ = ["adapt", "begin", "begin_encoder", "cycle", "cycle_all", "cycles", "follow"]
 
 
 def adapt(ax: AxisFields, dt: float) -> None:
     """Compute what follows from the parameters; done in the first cycle after a change."""
-    adapt_encoder(ax)
-    adapt_drive(ax, dt)
+    adapt_encoder(ax, ax.encoder)
+    adapt_drive(ax, ax.drive, dt)
     adapt_controller(ax)
     adapt_limits(ax)
     ax.operation_mode_state_dword = operation_mode(ax)
     ax.adapt = 0
 
 
-def begin(ax: AxisFields, dt: float) -> None:
-    """Show the truth before the first cycle: the axis stands where its encoder reads."""
-    adapt(ax, dt)
-    measure(ax, dt)
-    ax.encoder_actual_position_filtered = ax.encoder_actual_position_unfiltered
-    measure(ax, dt)  # with a filter that has found its position
-    ax.set_position = ax.actual_position
-    ax.target_position = ax.actual_position
-    ax.motion_position = ax.actual_position
+def begin_encoder(ax: AxisFields, encoder: EncoderFields, dt: float) -> None:
+    """Show the truth before the first cycle: the axis is where its encoder reads."""
+    adapt_encoder(ax, encoder)
+    measure(ax, encoder, dt)
+    encoder.actual_position_filtered = encoder.actual_position_unfiltered
+    measure(ax, encoder, dt)  # with a filter that has found its position
     for i in range(POSITION_HISTORY):
-        ax.encoder_history[i] = ax.actual_position
+        encoder.history[i] = encoder.actual_position
+    encoder.adapt = 1
+
+
+def begin(ax: AxisFields, dt: float) -> None:
+    """Begin with the present encoder, controller and drive."""
+    adapt(ax, dt)
+    begin_encoder(ax, ax.encoder, dt)
+    ax.set_position = ax.encoder.actual_position
+    ax.target_position = ax.encoder.actual_position
+    ax.motion_position = ax.encoder.actual_position
     ax.adapt = 1
     adapt(ax, dt)
     show_state(ax)
@@ -60,14 +67,15 @@ def begin(ax: AxisFields, dt: float) -> None:
 
 def _sense(ax: AxisFields, dt: float) -> None:
     """Read the encoder, and what its latches took."""
-    measure(ax, dt)
-    if ax.encoder_latch_active or ax.homing_latch:
-        watch(ax)
+    encoder = ax.encoder
+    measure(ax, encoder, dt)
+    if encoder.latch_active or ax.homing_latch:
+        watch(ax, encoder)
 
 
 def _asleep(ax: AxisFields) -> bool:
     """Whether the axis rests on: nobody has written to it, and no input has changed."""
-    if ax.encoder_io.news == 0 and ax.drive_io.news == 0:
+    if ax.encoder.io.news == 0 and ax.drive.io.news == 0:
         return True
     ax.resting = 0
     ax.quiet_cycles = 0
@@ -79,10 +87,10 @@ def cycle(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
     ax.set_cycle_counter += 1
     if ax.resting and _asleep(ax):
         return
-    ax.encoder_io.news = 0
+    ax.encoder.io.news = 0
     if ax.external_setpoint_active or ax.drive_operation_mode:
         hand_over(ax)
-    if ax.adapt or ax.drive_operation_mode != ax.drive_adapted_mode:
+    if ax.adapt or ax.drive_operation_mode != ax.drive.adapted_mode:
         adapt(ax, dt)
     _sense(ax, dt)
     read_drive(ax, dt)
@@ -103,42 +111,48 @@ def cycle(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
         control(ax, dt)
         supervise_motion(ax, dt)
         supervise_arrival(ax, dt)
-        if ax.drive_type == DriveType.STEPPER:
+        if ax.drive.type == DriveType.STEPPER:
             run_stepper(ax, dt)
             put_out_bytes(ax)
         else:
             put_out(ax, pieces, dt)
         show_state(ax)
-    arm(ax)
+    arm(ax, ax.encoder)
     settle(ax)
 
 
-def follow(ax: AxisFields, owner: AxisFields, dt: float) -> None:
-    """One cycle of a further element of an axis: its encoder looks at the same motor."""
-    ax.set_cycle_counter = owner.set_cycle_counter
-    if ax.adapt:
-        adapt(ax, dt)
-    elif owner.resting and ax.encoder_io.news == 0:
+def follow(encoder: EncoderFields, dt: float) -> None:
+    """One cycle of an encoder that its axis does not work with; it looks at the same motor."""
+    ax = encoder.axis
+    if encoder.adapt:
+        adapt_encoder(ax, encoder)
+    elif ax.resting and encoder.io.news == 0:
         return
-    ax.encoder_io.news = 0
-    ax.set_velocity = owner.set_velocity
-    ax.actual_position_correction = owner.actual_position_correction
-    _sense(ax, dt)
-    arm(ax)
+    encoder.io.news = 0
+    measure(ax, encoder, dt)
+    if encoder.latch_active:
+        watch(ax, encoder)
+    arm(ax, encoder)
 
 
-def cycle_all(axes: Sequence[AxisFields], pieces: Sequence[Piece], dt: float) -> None:
-    """One cycle of all axes, in the order of the records; elements come after their axis."""
+def cycle_all(
+    axes: Sequence[AxisFields],
+    encoders: Sequence[EncoderFields],
+    pieces: Sequence[Piece],
+    dt: float,
+) -> None:
+    """One cycle of all axes, in the order of the records, then of the encoders besides."""
     for i in range(len(axes)):
-        ax = axes[i]
-        if ax.element_number == 0:
-            cycle(ax, pieces, dt)
-        else:
-            follow(ax, axes[i - ax.element_number], dt)
+        cycle(axes[i], pieces, dt)
+    for i in range(len(encoders)):
+        encoder = encoders[i]
+        if encoder.leads == 0:
+            follow(encoder, dt)
 
 
 def cycles(
     axes: Sequence[AxisFields],
+    encoders: Sequence[EncoderFields],
     sensors: Sequence[Sensor],
     amplifiers: Sequence[Amplifier],
     pieces: Sequence[Piece],
@@ -148,5 +162,5 @@ def cycles(
     """`count` cycles of all axes on simulated machines: inputs, NC, outputs."""
     for _ in range(count):
         give_inputs(sensors, amplifiers)
-        cycle_all(axes, pieces, dt)
+        cycle_all(axes, encoders, pieces, dt)
         carry_out(sensors, amplifiers, pieces, dt)

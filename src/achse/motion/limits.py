@@ -31,12 +31,13 @@ _FARTHEST = 1e15
 
 def adapt_limits(ax: AxisFields) -> None:
     """The limits in force; an axis that moves looks at them again."""
+    encoder = ax.encoder
     low = -inf
     high = inf
-    if ax.encoder_soft_limit_min_enable and ax.encoder_soft_limit_min > -_FARTHEST:
-        low = ax.encoder_soft_limit_min
-    if ax.encoder_soft_limit_max_enable and ax.encoder_soft_limit_max < _FARTHEST:
-        high = ax.encoder_soft_limit_max
+    if encoder.soft_limit_min_enable and encoder.soft_limit_min > -_FARTHEST:
+        low = encoder.soft_limit_min
+    if encoder.soft_limit_max_enable and encoder.soft_limit_max < _FARTHEST:
+        high = encoder.soft_limit_max
     if low != ax.limit_low or high != ax.limit_high or fastest(ax) != ax.planned_fastest:
         ax.limit_watch = 1
     ax.limit_low = low

@@ -43,10 +43,12 @@ __all__ = [
     "supervise_motion",
 ]
 
+
 _UNITS_MODULO = 4
 
 _IO_CYCLES = 8.5
 """Cycles without valid I/O data, and a half, that a closed loop bears."""
+
 
 _QUIET = 32
 """Cycles without a change, beyond those on their way to the drive, until the axis rests."""
@@ -65,12 +67,13 @@ def report(ax: AxisFields, code: int, cut: int) -> None:
 
 def _watch_signals(ax: AxisFields, dt: float) -> None:
     """The fast-stop signal of the drive and the validity of the I/O data."""
+    drive = ax.drive
     kind = ax.fast_axis_stop_signal_type
     if kind != 0:
-        signal = 1 if ax.drive_io.state4 & STATUS_FAST_STOP else 0
-        rising = signal == 1 and ax.drive_signal_before == 0
-        falling = signal == 0 and ax.drive_signal_before == 1
-        ax.drive_signal_before = signal
+        signal = 1 if drive.io.state4 & STATUS_FAST_STOP else 0
+        rising = signal == 1 and drive.signal_before == 0
+        falling = signal == 0 and drive.signal_before == 1
+        drive.signal_before = signal
         if (
             (kind in (SignalType.RISING_EDGE, SignalType.BOTH_EDGES) and rising)
             or (kind in (SignalType.FALLING_EDGE, SignalType.BOTH_EDGES) and falling)
@@ -79,11 +82,11 @@ def _watch_signals(ax: AxisFields, dt: float) -> None:
         ) and ax.set_motion_phase != MotionPhase.NONE:
             stop_fast(ax)
     if ax.io_invalid:
-        ax.drive_io_time += dt
-        if ax.loop_closed and ax.drive_io_time > _IO_CYCLES * dt:
+        drive.io_time += dt
+        if ax.loop_closed and drive.io_time > _IO_CYCLES * dt:
             fail(ax, NcError.DRIVE_IO_INVALID, 1)
     else:
-        ax.drive_io_time = 0.0
+        drive.io_time = 0.0
 
 
 def supervise_enable(ax: AxisFields, dt: float) -> None:
@@ -91,7 +94,8 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
 
     Without its enable a moving axis brakes under control and only then opens the loop.
     """
-    if ax.fast_axis_stop_signal_type != 0 or ax.io_invalid or ax.drive_io_time > 0.0:
+    encoder = ax.encoder
+    if ax.fast_axis_stop_signal_type != 0 or ax.io_invalid or ax.drive.io_time > 0.0:
         _watch_signals(ax, dt)
     if ax.external_error != 0:
         fail(ax, ax.external_error, 0)
@@ -129,13 +133,13 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
         closed = 0
     if closed and ax.loop_closed:
         return
-    ax.set_position = ax.actual_position
+    ax.set_position = encoder.actual_position
     if closed == 0:
         drop_job(ax)
     else:
         if phase == MotionPhase.NONE:
-            ax.target_position = ax.actual_position
-        ax.motion_position = ax.actual_position
+            ax.target_position = encoder.actual_position
+        ax.motion_position = encoder.actual_position
         ax.following_error_time = 0.0
         ax.following_error_velocity_time = 0.0
     ax.loop_closed = closed
@@ -143,20 +147,18 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
 
 def _supervise_following_error(ax: AxisFields, dt: float) -> None:
     """Following errors above their window for longer than the filter time cut the output."""
-    if ax.controller_following_error_position_monitoring_enable:
-        if abs(ax.following_error) > ax.controller_following_error_position_max:
+    controller = ax.controller
+    if controller.following_error_position_monitoring_enable:
+        if abs(controller.following_error) > controller.following_error_position_max:
             ax.following_error_time += dt
-            if ax.following_error_time > ax.controller_following_error_position_filter_time:
+            if ax.following_error_time > controller.following_error_position_filter_time:
                 report(ax, NcError.FOLLOWING_ERROR_POSITION, 1)
         else:
             ax.following_error_time = 0.0
-    if ax.controller_following_error_velocity_monitoring_enable:
-        if abs(ax.following_error_velocity) > ax.controller_following_error_velocity_max:
+    if controller.following_error_velocity_monitoring_enable:
+        if abs(controller.following_error_velocity) > controller.following_error_velocity_max:
             ax.following_error_velocity_time += dt
-            if (
-                ax.following_error_velocity_time
-                > ax.controller_following_error_velocity_filter_time
-            ):
+            if ax.following_error_velocity_time > controller.following_error_velocity_filter_time:
                 report(ax, NcError.FOLLOWING_ERROR_VELOCITY, 1)
         else:
             ax.following_error_velocity_time = 0.0
@@ -212,6 +214,7 @@ def _supervise_limits(ax: AxisFields, dt: float) -> None:
 
 def supervise_motion(ax: AxisFields, dt: float) -> None:
     """What can go wrong in a closed loop: following error, soft limits, no movement."""
+    encoder = ax.encoder
     if ax.delayed_error_code != 0:
         ax.delayed_error_time += dt
         if ax.delayed_error_time >= ax.error_reaction_delay:
@@ -223,10 +226,10 @@ def supervise_motion(ax: AxisFields, dt: float) -> None:
         _supervise_limits(ax, dt)
     if ax.set_velocity == 0.0:
         ax.motion_time = 0.0
-        ax.motion_position = ax.actual_position
+        ax.motion_position = encoder.actual_position
     elif ax.motion_monitoring_enable:
-        if abs(ax.actual_position - ax.motion_position) > ax.motion_monitoring_window:
-            ax.motion_position = ax.actual_position
+        if abs(encoder.actual_position - ax.motion_position) > ax.motion_monitoring_window:
+            ax.motion_position = encoder.actual_position
             ax.motion_time = 0.0
         else:
             ax.motion_time += dt
@@ -237,7 +240,7 @@ def supervise_motion(ax: AxisFields, dt: float) -> None:
 def supervise_arrival(ax: AxisFields, dt: float) -> None:
     """Position and target window, positioning time, PEH time."""
     phase = ax.set_motion_phase
-    way = abs(ax.target_position - ax.actual_position)
+    way = abs(ax.target_position - ax.encoder.actual_position)
     travelling = (
         TRAVELLING[phase] == 1
         or (phase == MotionPhase.HOMING and ax.set_velocity != 0.0)
@@ -271,16 +274,17 @@ def supervise_arrival(ax: AxisFields, dt: float) -> None:
 
 def operation_mode(ax: AxisFields) -> int:
     """OpModeDWord: the monitoring that is switched on."""
+    encoder = ax.encoder
     mode = 0
-    if ax.encoder_type == EncoderType.SIMULATION:
+    if encoder.type == EncoderType.SIMULATION:
         mode |= OperationModeBit.SIMULATION
-    if ax.drive_output_filter_type:
+    if ax.drive.output_filter_type:
         mode |= OperationModeBit.OUTPUT_FILTER
     if ax.loop_enable:
         mode |= OperationModeBit.LOOP
     if ax.backlash_compensation_enable:
         mode |= OperationModeBit.BACKLASH_COMPENSATION
-    if ax.encoder_actual_position_correction_enable:
+    if encoder.actual_position_correction_enable:
         mode |= OperationModeBit.POSITION_CORRECTION
     if ax.application_request:
         mode |= OperationModeBit.APPLICATION_REQUEST
@@ -300,19 +304,20 @@ def operation_mode(ax: AxisFields) -> int:
         mode |= OperationModeBit.DELAYED_ERROR_REACTION
     if ax.unit_interpretation & _UNITS_MODULO:
         mode |= OperationModeBit.MODULO
-    if ax.controller_following_error_position_monitoring_enable:
+    if ax.controller.following_error_position_monitoring_enable:
         mode |= OperationModeBit.POSITION_LAG_MONITORING
-    if ax.controller_following_error_velocity_monitoring_enable:
+    if ax.controller.following_error_velocity_monitoring_enable:
         mode |= OperationModeBit.VELOCITY_LAG_MONITORING
-    if ax.encoder_soft_limit_min_enable:
+    if encoder.soft_limit_min_enable:
         mode |= OperationModeBit.SOFT_LIMIT_MIN_MONITORING
-    if ax.encoder_soft_limit_max_enable:
+    if encoder.soft_limit_max_enable:
         mode |= OperationModeBit.SOFT_LIMIT_MAX_MONITORING
     return mode
 
 
 def show_state(ax: AxisFields) -> None:
     """Status double word, motion state, override in force, modulo set position."""
+    encoder = ax.encoder
     ax.set_velocity_override = ax.velocity_override / 1e6
     phase = ax.set_motion_phase
     v = ax.set_velocity
@@ -361,7 +366,7 @@ def show_state(ax: AxisFields) -> None:
         state |= StateBit.HAS_JOB
     if ax.buffer_count > 0:
         state |= StateBit.COMMAND_BUFFERED
-    if ax.homed:
+    if encoder.homed:
         state |= StateBit.HOMED
     if ax.in_position_range:
         state |= StateBit.IN_POSITION_AREA
@@ -373,9 +378,9 @@ def show_state(ax: AxisFields) -> None:
         state |= StateBit.HAS_BEEN_STOPPED
     if ax.got_new_target:
         state |= StateBit.NEW_TARGET_POSITION
-    if ax.encoder_soft_limit_min_enable and ax.actual_position < ax.encoder_soft_limit_min:
+    if encoder.soft_limit_min_enable and encoder.actual_position < encoder.soft_limit_min:
         state |= StateBit.SOFT_LIMIT_MIN_EXCEEDED
-    if ax.encoder_soft_limit_max_enable and ax.actual_position > ax.encoder_soft_limit_max:
+    if encoder.soft_limit_max_enable and encoder.actual_position > encoder.soft_limit_max:
         state |= StateBit.SOFT_LIMIT_MAX_EXCEEDED
     if ax.homing_state != 0:
         state |= StateBit.HOMING_BUSY
@@ -385,13 +390,13 @@ def show_state(ax: AxisFields) -> None:
         state |= StateBit.EXTERNAL_SETPOINT_ENABLED
     if ax.phasing_active:
         state |= StateBit.PHASING_ACTIVE
-    if ax.encoder_latch_valid:
+    if encoder.latch_valid:
         state |= StateBit.EXTERNAL_LATCH_VALID
     if ax.io_invalid:
         state |= StateBit.IO_DATA_INVALID
     if ax.drive_status & STATUS_ERROR:
         state |= StateBit.DRIVE_DEVICE_ERROR
-    if ax.drive_limit_active:
+    if ax.drive.limit_active:
         state |= StateBit.DRIVE_LIMIT_ACTIVE
     if ax.motion_locked:
         state |= StateBit.MOTION_COMMANDS_LOCKED
@@ -399,19 +404,21 @@ def show_state(ax: AxisFields) -> None:
     ax.operation_mode_feedback = ax.operation_mode
     ax.motion_state = motion
     ax.set_direction = direction
-    period = ax.encoder_modulo_factor
+    period = encoder.modulo_factor
     ax.set_position_modulo = modulo_part(ax.set_position, period)
     ax.set_modulo_turns = floor((ax.set_position - ax.set_position_modulo) / period + 0.5)
 
 
 def settle(ax: AxisFields) -> None:
     """Let the axis rest when a whole row of cycles changed nothing."""
+    encoder = ax.encoder
+    drive = ax.drive
     if (
         ax.set_motion_phase == MotionPhase.NONE
-        and ax.drive_output == 0.0
-        and ax.actual_acceleration == 0.0
-        and ax.actual_velocity == 0.0
-        and ax.actual_position == ax.encoder_actual_position_unfiltered
+        and drive.output == 0.0
+        and encoder.actual_acceleration == 0.0
+        and encoder.actual_velocity == 0.0
+        and encoder.actual_position == encoder.actual_position_unfiltered
         and ax.buffer_count == 0
         and ax.phasing_active == 0
         and ax.job_timing == 0
@@ -419,12 +426,12 @@ def settle(ax: AxisFields) -> None:
         and ax.following_error_time == 0.0
         and ax.following_error_velocity_time == 0.0
         and (ax.in_target_position == 1 or ax.target_window_time == 0.0)
-        and ax.drive_actual_torque_derivative == 0.0
-        and ax.drive_io_time == 0.0
-        and ax.controller_special == 0
+        and drive.actual_torque_derivative == 0.0
+        and drive.io_time == 0.0
+        and ax.controller.special == 0
     ):
         ax.quiet_cycles += 1
-        if ax.quiet_cycles >= _QUIET + ax.drive_delay + ax.filter_count:
+        if ax.quiet_cycles >= _QUIET + drive.delay + drive.filter_count:
             ax.resting = 1
     else:
         ax.quiet_cycles = 0

@@ -5,18 +5,35 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import islice
+from typing import Any
 
 from achse.motion import curves
 from achse.motion.axis import Axis
 from achse.motion.compiled import KERNEL
-from achse.motion.kernel import begin
+from achse.motion.drive import adapt_drive
+from achse.motion.kernel import begin, begin_encoder
 from achse.motion.machine.hardware import Hardware, begin_machine, fit
 from achse.motion.machine.record import PARAMETERS as MACHINE_PARAMETERS
-from achse.motion.record import FIELDS, LAYOUT, Field, Role, SlotsRecord
+from achse.motion.parts import AxisController, AxisDrive, AxisEncoder, AxisPart
+from achse.motion.record import (
+    CONTROLLER,
+    DRIVE,
+    ENCODER,
+    FIELDS,
+    LAYOUT,
+    PART_OF,
+    Field,
+    Role,
+    SlotsRecord,
+    controller_record,
+    drive_record,
+    encoder_record,
+)
 from achse.motion.remains import Remains
 from achse.motion.states import choices_of
 from achse.motion.tables import TableParameters, Tables
-from achse.motion.views import Store
+from achse.motion.views import Store, View
 from achse.native.declare import pack
 from achse.native.memory import Rows
 
@@ -130,38 +147,56 @@ class AxisParameters:
                 )
 
     def apply(self, axis: Axis) -> None:
-        """Write all values of the NC into a fresh axis."""
+        """Write all values of the NC into a fresh axis and its parts."""
         axis.axis_id = self.axis_id
         axis.describe(self.name or f"Axis {self.axis_id}", self.unit)
-        _set(axis, self.values)
-        if "drive_reference_velocity" not in self.values:
-            axis.drive_reference_velocity = 1.1 * axis.max_velocity
-        if "drive_velocity_scaling" not in self.values:
-            axis.drive_velocity_scaling = _increments_per_second(axis)
+        axis.encoder_ids, axis.controller_ids, axis.drive_ids = self.ids().values()
+        for name, value in self.values.items():
+            if not PART_OF.get(name, ("machine",))[0]:
+                setattr(axis, name, value)
+        reference = 1.1 * axis.max_velocity
+        for kind, number, part, values in self._described(axis):
+            for name, value in values.items():
+                if name in PART_OF and PART_OF[name][0] == kind:
+                    setattr(part, PART_OF[name][1].name, value)
+            if isinstance(part, AxisEncoder):
+                _settle_scaling(part, values)
+            elif isinstance(part, AxisDrive):
+                if "drive_reference_velocity" not in values:
+                    part.reference_velocity = reference
+                if number == 0:
+                    reference = part.reference_velocity
+                if "drive_velocity_scaling" not in values:
+                    part.velocity_scaling = _increments_per_second(axis, part, number)
 
-    def apply_element(self, number: int, axis: Axis, owner: Axis) -> None:
-        """Write the values of element `number` > 0 of `owner` into a fresh record."""
-        axis.axis_id = self.axis_id
-        axis.element_number = number
-        axis.describe(f"{owner.name} {number + 1}", self.unit, owner)
-        axis.drive_reference_velocity = owner.drive_reference_velocity
-        values = self.elements[number - 1] if number <= len(self.elements) else {}
-        _set(axis, values)
-        if "drive_velocity_scaling" not in values:
-            axis.drive_velocity_scaling = _increments_per_second(axis)
+    def _described(self, axis: Axis) -> Iterator[tuple[str, int, AxisPart, Mapping[str, float]]]:
+        """All parts of an axis, kind by kind, with their numbers and what is said of them."""
+        described = (self.values, *self.elements)
+        for kind, own in axis.parts().items():
+            for number, part in enumerate(own):
+                yield kind, number, part, described[number] if number < len(described) else {}
 
     def equip(self, axis: Axis, hardware: Hardware) -> None:
-        """Build the machine of a fresh axis and its elements: as they are set up, but for what is
-        said of the machine itself."""
-        count = len(axis.records)
-        machine = hardware.build(count, count)
-        for number, element in enumerate(axis.records):
-            element.equip(machine, number)
-        fit(machine, axis, axis.records)
-        for element, values in zip(axis.records, (self.values, *self.elements), strict=False):
+        """Build the machine of a fresh axis: as it is set up, but for what is said of the machine
+        itself."""
+        axis.machine = hardware.build(len(axis.encoders), len(axis.drives))
+        for encoder, sensor in zip(axis.encoders, axis.machine.sensors, strict=True):
+            encoder.equip(sensor)
+        for drive, amplifier in zip(axis.drives, axis.machine.amplifiers, strict=True):
+            drive.equip(amplifier)
+        fit(axis.machine, axis)
+        for number, values in enumerate((self.values, *self.elements)):
             for name, value in values.items():
                 if name in MACHINE_PARAMETERS:
-                    setattr(element, name, value)
+                    part, field = MACHINE_PARAMETERS[name]
+                    own: dict[str, Sequence[Any]] = {
+                        "machine": [axis.machine],
+                        "sensor": axis.machine.sensors,
+                        "amplifier": axis.machine.amplifiers,
+                    }
+                    parts = own[part]
+                    if number < len(parts):
+                        setattr(parts[number], field.name, value)
 
 
 def configurable(name: str) -> Field | None:
@@ -179,22 +214,18 @@ def _of_an_element(name: str) -> bool:
     return not name.startswith(_SIMULATION)
 
 
-def _increments_per_second(axis: Axis) -> float:
+def _increments_per_second(axis: Axis, drive: AxisDrive, number: int) -> float:
     """Weight of a velocity output in increments a second, as far as a double word goes."""
-    full = axis.drive_reference_velocity / axis.drive_reference_output
-    return min(1.0 / axis.encoder_scaling_factor, _MOST_INCREMENTS / full, _MOST_WEIGHT)
+    full = drive.reference_velocity / drive.reference_output
+    encoder = axis.encoders[min(number, len(axis.encoders) - 1)]
+    return min(1.0 / encoder.scaling_factor, _MOST_INCREMENTS / full, _MOST_WEIGHT)
 
 
-def _set(axis: Axis, values: Mapping[str, float]) -> None:
-    for name, value in values.items():
-        if name not in MACHINE_PARAMETERS:
-            setattr(axis, name, value)
+def _settle_scaling(encoder: AxisEncoder, values: Mapping[str, float]) -> None:
     if {"encoder_scaling_numerator", "encoder_scaling_denominator"} & values.keys():
-        axis.encoder_scaling_factor = (
-            axis.encoder_scaling_numerator / axis.encoder_scaling_denominator
-        )
+        encoder.scaling_factor = encoder.scaling_numerator / encoder.scaling_denominator
     else:
-        axis.encoder_scaling_numerator = axis.encoder_scaling_factor
+        encoder.scaling_numerator = encoder.scaling_factor
 
 
 class Nc:
@@ -228,19 +259,32 @@ class Nc:
             load = len(configured) * _PLAIN_AXIS_NS * _PLAIN_SHARE
             compiled = KERNEL.available and (load > cycle_ns or KERNEL.cached)
         self.compiled = compiled
-        count = sum(1 + parameters.element_count for parameters in configured)
         self._cycles: Callable[[int], None]
         self.tables = Tables(lambda: self._axes.values())
         self.tables.laid_out = self._take_curves
-        self._records = Store(Axis, LAYOUT, SlotsRecord, count, compiled=compiled)
-        self._hardware = Hardware(len(configured), count, count, compiled=compiled)
+        ids = [parameters.ids() for parameters in configured]
+        encoders, controllers, drives = (
+            sum(len(each[kind]) for each in ids) for kind in ("encoder", "controller", "drive")
+        )
+
+        def store(base: type[View], layout: Any, fresh: type, count: int) -> Store:
+            return Store(base, layout, fresh, count, compiled=compiled)
+
+        self._records = store(Axis, LAYOUT, SlotsRecord, len(configured))
+        self._encoders = store(AxisEncoder, ENCODER, encoder_record, encoders)
+        self._controllers = store(AxisController, CONTROLLER, controller_record, controllers)
+        self._drives = store(AxisDrive, DRIVE, drive_record, drives)
+        self._hardware = Hardware(len(configured), encoders, drives, compiled=compiled)
         self._axes: dict[int, Axis] = {}
         self._owners: dict[str, dict[int, tuple[Axis, int]]] = {
             "encoder": {}, "controller": {}, "drive": {},
         }  # fmt: skip
-        fresh = iter(self._records.views)
+        fresh = [
+            iter(each.views)
+            for each in (self._records, self._encoders, self._controllers, self._drives)
+        ]
         for parameters in configured:
-            self._add(parameters, fresh)
+            self._add(parameters, *fresh)
         for table in tables:
             self.tables.add_configured(table)
         self.tables.lay_out()
@@ -249,7 +293,11 @@ class Nc:
     def _take_curves(self) -> None:
         """Let the kernel read the curves as they are now."""
         pieces = self.tables.pieces
-        arguments = *self._records.arguments, *self._hardware.arguments
+        arguments = (
+            *self._records.arguments,
+            *self._encoders.arguments,
+            *self._hardware.arguments,
+        )
         if not self.compiled:
             self._cycles = partial(KERNEL.plain, *arguments, pieces, self._dt)
             return
@@ -262,26 +310,38 @@ class Nc:
             self._dt,
         )
 
-    def _add(self, parameters: AxisParameters, fresh: Iterator[Axis]) -> None:
-        """Set up one axis and its elements in the next records."""
-        axis = next(fresh)
-        elements = [next(fresh) for _ in range(parameters.element_count)]
+    def _add(
+        self,
+        parameters: AxisParameters,
+        axes: Iterator[Axis],
+        encoders: Iterator[AxisEncoder],
+        controllers: Iterator[AxisController],
+        drives: Iterator[AxisDrive],
+    ) -> None:
+        """Set up one axis and its parts in the next records."""
         if parameters.axis_id in self._axes:
             raise AxisParametersError(f"axis id {parameters.axis_id} is given twice")
-        parameters.apply(axis)
-        for each in (axis, *elements):
-            each.cycle_ns = self.cycle_ns
+        axis = next(axes)
+        ids = parameters.ids()
+        axis.name = parameters.name or f"Axis {parameters.axis_id}"
+        axis.take_parts(
+            list(islice(encoders, len(ids["encoder"]))),
+            list(islice(controllers, len(ids["controller"]))),
+            list(islice(drives, len(ids["drive"]))),
+        )
+        axis.cycle_ns = self.cycle_ns
         axis.tables = self.tables
-        for number, element in enumerate(elements, 1):
-            parameters.apply_element(number, element, axis)
+        parameters.apply(axis)
         parameters.equip(axis, self._hardware)
         begin_machine(axis.machine)
-        for each in (axis, *elements):
-            begin(each, self._dt)
+        begin(axis, self._dt)
+        for encoder in axis.encoders[1:]:
+            begin_encoder(axis, encoder, self._dt)
+        for drive in axis.drives[1:]:
+            adapt_drive(axis, drive, self._dt)
         self._axes[parameters.axis_id] = axis
-        axis.take_elements(*parameters.ids().values())
-        for kind, ids in parameters.ids().items():
-            for number, id in enumerate(ids):
+        for kind, own in ids.items():
+            for number, id in enumerate(own):
                 if id in self._owners[kind]:
                     raise AxisParametersError(f"{kind} id {id} is given twice")
                 self._owners[kind][id] = axis, number
@@ -314,11 +374,10 @@ class Nc:
         """Ids of all "encoder", "controller" or "drive" objects, in the order of the axes."""
         return list(self._owners[kind])
 
-    def element(self, kind: str, id: int) -> Axis:
-        """The record of encoder, controller or drive `id`; KeyError if there is none."""
+    def element(self, kind: str, id: int) -> Any:
+        """Encoder, controller or drive `id`; KeyError if there is none."""
         axis, number = self._owners[kind][id]
-        elements: list[Axis] = getattr(axis, f"{kind}s")
-        return elements[number]
+        return axis.parts()[kind][number]
 
     def cycle(self, count: int = 1) -> None:
         """One SAF cycle of all axes, or several."""
@@ -343,8 +402,10 @@ class Nc:
         """Hash of the whole state, 16 bytes, equal for both kernels."""
         state = hashlib.blake2b(self.cycle_count.to_bytes(8, "little"), digest_size=16)
         for axis in self._axes.values():
-            for element in axis.records:
-                state.update(element.pack())
+            state.update(axis.pack())
+            for own in axis.parts().values():
+                for part in own:
+                    state.update(part.pack())
         for record in self._hardware.records():
             state.update(record.pack())
         for table in self.tables:

@@ -1,15 +1,17 @@
-"""The axis record: every value of one NC axis, declared once.
+"""The records of an axis: every value of one NC axis, declared once.
 
-`AxisFields` is the table, put together from the parts in `achse.motion.fields`. From it come a
-layout in memory (`LAYOUT`), a class with `__slots__` (`SlotsRecord`) and the static type of both.
-All values are 64 bits wide, so that the kernel means the same on either form. A field
-carries the name of the axis service row that shows it wherever such a row exists (002 §6.4.4;
-encoder, controller and drive values with that prefix), so that a device binds rows to fields by
-name.
+An axis is a record of its own, and so is each of its encoders, controllers and drives. It refers to
+those that it works with; another control loop is another reference. What they are put together from
+is in `achse.motion.fields`. From the declarations come a layout in memory (`LAYOUT`, `ENCODER`,
+`CONTROLLER`, `DRIVE`), a class with `__slots__` and the static type of both. All values are 64 bits
+wide, so that the kernel means the same on either form. Outside the kernel a value has one name
+(`FIELDS`): that of the axis service row that shows it wherever such a row exists (002 §6.4.4), with
+the part before it (`encoder_mask`), so that a device binds rows to fields by name.
 
 Positions are in the axis unit (mm, degree), times in seconds, flags 0 or 1.
 """
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from achse.motion.fields.axis import AxisParameters, AxisState
@@ -41,7 +43,6 @@ from achse.motion.fields.encoder import (
 )
 from achse.motion.fields.functions import FunctionInput
 from achse.motion.fields.generators import GeneratorMemory, GeneratorSwitch
-from achse.motion.fields.hardware import HardwareLinks
 from achse.motion.fields.homing import HomingMemory
 from achse.motion.fields.monitoring import MonitoringInternal
 from achse.motion.fields.setpoint import (
@@ -55,31 +56,83 @@ from achse.motion.fields.superposition import (
     PhasingState,
     SuperpositionMemory,
 )
-from achse.native.declare import lay_out, pack, plain_record
+from achse.motion.port import DRIVE_IO, ENCODER_IO, DriveIo, EncoderIo
+from achse.native.declare import lay_out, pack, plain_record, reference
 
 __all__ = [
+    "AT_THE_AXIS",
     "COMMAND_BUFFER",
+    "CONTROLLER",
+    "DRIVE",
     "DRIVE_DELAY",
+    "ENCODER",
     "FIELDS",
     "FILTER_ORDER",
     "LAYOUT",
+    "PARTS",
+    "PART_OF",
     "POSITION_HISTORY",
     "PROBE_EDGES",
     "SEGMENTS",
     "TOUCH_PROBES",
+    "AxisDriveFields",
     "AxisFields",
+    "ControllerFields",
+    "EncoderFields",
     "Field",
     "Role",
     "SlotsRecord",
+    "controller_record",
+    "drive_record",
+    "encoder_record",
     "pack_record",
 ]
 
 
+class EncoderFields(
+    EncoderParameters, EncoderState, TouchProbeState, EncoderMemory, TouchProbeMemory
+):
+    """All fields of an encoder."""
+
+    io: EncoderIo
+    axis: "AxisFields"
+
+
+class ControllerFields(ControllerParameters, ControllerState, ControllerMemory):
+    """All fields of a controller."""
+
+
+class AxisDriveFields(DriveParameters, DriveState, DriveInternal):
+    """All fields of a drive."""
+
+    io: DriveIo
+
+
+class _EncoderLinks(Memory):
+    io: EncoderIo = reference(ENCODER_IO, Field)
+    axis: "AxisFields" = Field(0)  # type: ignore[assignment]  # refers to what comes below
+
+
+class _DriveLinks(Memory):
+    io: DriveIo = reference(DRIVE_IO, Field)
+
+
+ENCODER = lay_out("encoder", (_EncoderLinks, *EncoderFields.__bases__), Field)
+CONTROLLER = lay_out("controller", ControllerFields.__bases__, Field)
+DRIVE = lay_out("drive", (_DriveLinks, *AxisDriveFields.__bases__), Field)
+
+
+class _AxisLinks(Memory):
+    """What the axis works with."""
+
+    encoder: EncoderFields = reference(ENCODER, Field)
+    controller: ControllerFields = reference(CONTROLLER, Field)
+    drive: AxisDriveFields = reference(DRIVE, Field)
+
+
 class AxisFields(
+    _AxisLinks,
     AxisParameters,
-    EncoderParameters,
-    ControllerParameters,
-    DriveParameters,
     DriveInterface,
     CyclicInput,
     FunctionInput,
@@ -87,24 +140,15 @@ class AxisFields(
     GeneratorSwitch,
     AxisState,
     SetpointState,
-    EncoderState,
-    ControllerState,
-    DriveState,
-    TouchProbeState,
     PhasingState,
     MonitoringInternal,
     SetpointInternal,
     GeneratorMemory,
     SuperpositionMemory,
     PhasingMemory,
-    EncoderMemory,
-    TouchProbeMemory,
     HomingMemory,
-    ControllerMemory,
-    DriveInternal,
-    HardwareLinks,
 ):
-    """All fields of an axis, in the order of the record."""
+    """All fields of the axis itself."""
 
 
 _ROLES: dict[type, Role] = {
@@ -115,15 +159,51 @@ _ROLES: dict[type, Role] = {
 }
 
 
-LAYOUT = lay_out("axis record", AxisFields.__bases__, Field)
-"""One record in memory."""
+LAYOUT = lay_out("axis", AxisFields.__bases__, Field)
+"""The record of an axis in memory; `ENCODER`, `CONTROLLER` and `DRIVE` are those of its parts."""
 
-FIELDS = {name: row for name, row in LAYOUT.fields.items() if row.refers is None}
-"""Every value by name, in record order."""
+ENCODER.fields["axis"].refers = LAYOUT
 
-for _section in AxisFields.__bases__:
-    for _name in _section.__annotations__:
-        LAYOUT.fields[_name].role = _ROLES[_section.__bases__[0]]
+PARTS = {"encoder": ENCODER, "controller": CONTROLLER, "drive": DRIVE}
+
+for _layout, _whole in (
+    (LAYOUT, AxisFields),
+    (ENCODER, EncoderFields),
+    (CONTROLLER, ControllerFields),
+    (DRIVE, AxisDriveFields),
+):
+    for _section in _whole.__bases__:
+        for _name in _section.__annotations__:
+            _layout.fields[_name].role = _ROLES[_section.__bases__[0]]
+
+AT_THE_AXIS = frozenset(
+    {
+        *("actual_position", "actual_position_modulo", "actual_modulo_turns"),
+        *("actual_velocity", "actual_velocity_unfiltered", "actual_acceleration", "homed"),
+        *("following_error", "following_error_velocity", "following_error_difference"),
+        *("following_error_peak_negative", "following_error_peak_positive"),
+        "following_error_difference_peak_negative",
+        "following_error_difference_peak_positive",
+    }
+)
+"""Values of a part that the axis shows by the same name; others have that of the part before."""
+
+
+def _flat() -> Iterator[tuple[str, tuple[str, Field]]]:
+    for name, row in LAYOUT.fields.items():
+        if row.refers is None:
+            yield name, ("", row)
+    for part, layout in PARTS.items():
+        for name, row in layout.fields.items():
+            if row.refers is None:
+                yield name if name in AT_THE_AXIS else f"{part}_{name}", (part, row)
+
+
+PART_OF = dict(_flat())
+"""Every value of an axis by its name: the part whose record has it ("" is the axis), its field."""
+
+FIELDS = {name: row for name, (_, row) in PART_OF.items()}
+"""Every value by name: `encoder_mask` is the field `mask` of an encoder."""
 
 if TYPE_CHECKING:
 
@@ -132,6 +212,10 @@ if TYPE_CHECKING:
 
 else:
     SlotsRecord = plain_record(LAYOUT)
+
+encoder_record = plain_record(ENCODER)
+controller_record = plain_record(CONTROLLER)
+drive_record = plain_record(DRIVE)
 
 
 def pack_record(record: AxisFields) -> bytes:

@@ -33,7 +33,7 @@ class Remains:
         forgotten both and counts from 0 where its machine stands.
         """
         if self.zeros:
-            place_machine(axis.machine, -self.zeros[0] * axis.sensor.way)
+            place_machine(axis.machine, -self.zeros[0] * axis.encoders[0].sensor.way)
         if axis.persistent_data_enable:
             axis.homed = self.homed
             shift_origin(axis, self.position - axis.actual_position)

@@ -18,7 +18,13 @@ from achse.motion.planning import (
     follow_override,
     plan,
 )
-from achse.motion.record import COMMAND_BUFFER, FILTER_ORDER, POSITION_HISTORY, AxisFields
+from achse.motion.record import (
+    COMMAND_BUFFER,
+    FILTER_ORDER,
+    POSITION_HISTORY,
+    AxisFields,
+    EncoderFields,
+)
 from achse.motion.segments import segment_acceleration
 from achse.motion.states import CommandState, MotionPhase, StartType
 from achse.motion.targets import resolve_target
@@ -404,19 +410,20 @@ def generate(ax: AxisFields, dt: float) -> None:
             ax.target_position = ax.set_position
 
 
-def shift_encoder(ax: AxisFields, shift: float) -> None:
-    """Rename the actual positions alone: they become `shift` larger."""
-    ax.encoder_set_position_offset += shift
-    ax.encoder_actual_position_unfiltered += shift
-    ax.encoder_actual_position_filtered += shift
-    ax.actual_position += shift
-    ax.controller_observer_position += shift
-    ax.motion_position += shift
-    if ax.homing_state != 0:
-        ax.homing_latch_begin += shift
-        ax.homing_latch_position += shift
+def shift_encoder(ax: AxisFields, encoder: EncoderFields, shift: float) -> None:
+    """Rename the actual positions of an encoder alone: they become `shift` larger."""
+    encoder.set_position_offset += shift
+    encoder.actual_position_unfiltered += shift
+    encoder.actual_position_filtered += shift
+    encoder.actual_position += shift
     for i in range(POSITION_HISTORY):
-        ax.encoder_history[i] += shift
+        encoder.history[i] += shift
+    if encoder.leads:
+        ax.controller.observer_position += shift
+        ax.motion_position += shift
+        if ax.homing_state != 0:
+            ax.homing_latch_begin += shift
+            ax.homing_latch_position += shift
 
 
 def displace(ax: AxisFields, way: float) -> None:
@@ -438,19 +445,20 @@ def displace(ax: AxisFields, way: float) -> None:
 
 def shift_setpoint(ax: AxisFields, shift: float) -> None:
     """Rename the set positions alone: what is planned goes on as it is, `shift` further."""
+    drive = ax.drive
     displace(ax, shift)
     ax.limit_watch = 1
     ax.external_origin += shift
-    ax.switch_start += shift
-    ax.sent_position += shift
-    ax.drive_filtered_set_position += shift
-    for i in range(ax.filter_count):
-        ax.filter_ring[i] += shift
+    drive.switch_start += shift
+    drive.sent_position += shift
+    drive.filtered_set_position += shift
+    for i in range(drive.filter_count):
+        drive.filter_ring[i] += shift
     for i in range(FILTER_ORDER):
-        ax.filter_stage[i] += shift
+        drive.filter_stage[i] += shift
 
 
 def shift_origin(ax: AxisFields, shift: float) -> None:
     """Rename positions: the axis stays where it is, its position becomes `shift` larger."""
-    shift_encoder(ax, shift)
+    shift_encoder(ax, ax.encoder, shift)
     shift_setpoint(ax, shift)

@@ -18,6 +18,7 @@ from achse.motion.states import CharacteristicInterpolation, TableSubType, Table
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
     from achse.motion.machine.hardware import AmplifierView
+    from achse.motion.parts import AxisDrive
 
 __all__ = ["HIGHEST_TABLE_ID", "Table", "TableError", "TableParameters", "Tables"]
 
@@ -247,18 +248,18 @@ class Tables:
             raise
         table.last_written = index + step * (len(fresh) - 1)
 
-    def choose(self, drive: "Axis", table_id: int) -> None:
+    def choose(self, drive: "AxisDrive", table_id: int) -> None:
         """Let a drive use a table, 0: none. Raises TableError, and changes nothing then."""
-        self._change(drive, "drive_table_id", table_id)
+        self._change(drive, "table_id", table_id)
 
-    def interpolate(self, drive: "Axis", interpolation: int) -> None:
+    def interpolate(self, drive: "AxisDrive", interpolation: int) -> None:
         """Let a drive join the points of its table otherwise. Raises TableError like `choose`."""
-        self._change(drive, "drive_table_interpolation_type", interpolation)
+        self._change(drive, "table_interpolation_type", interpolation)
 
-    def remove(self, drive: "Axis", table_id: int) -> None:
+    def remove(self, drive: "AxisDrive", table_id: int) -> None:
         """Take a table out of a drive, and delete it. Raises TableError, and does neither then."""
         self.find(table_id)
-        if drive.drive_table_id != table_id:
+        if drive.table_id != table_id:
             raise TableError(NcError.TABLE_NOT_FOUND, f"{drive!r} does not use table {table_id}")
         users = self.user_count(table_id)
         if users > 1:
@@ -266,7 +267,7 @@ class Tables:
         self.choose(drive, 0)
         self.delete(table_id)
 
-    def _change(self, drive: "Axis", field: str, value: int) -> None:
+    def _change(self, drive: "AxisDrive", field: str, value: int) -> None:
         before = getattr(drive, field)
         setattr(drive, field, value)
         try:
@@ -280,15 +281,15 @@ class Tables:
         for axis in self._axes():
             for drive in axis.drives:
                 yield axis, drive.amplifier.table_id, CharacteristicInterpolation.LINEAR
-                yield axis, drive.drive_table_id, drive.drive_table_interpolation_type
+                yield axis, drive.table_id, drive.table_interpolation_type
 
     def build_valves(self) -> None:
         """Let the valve of each drive that has a table now be the inverse of it from now on."""
         for axis in self._axes():
             for drive in axis.drives:
-                if drive.drive_table_id and not drive.amplifier.table_id:
-                    table = self.find(drive.drive_table_id)
-                    curve = table.curve(drive.drive_table_interpolation_type)
+                if drive.table_id and not drive.amplifier.table_id:
+                    table = self.find(drive.table_id)
+                    curve = table.curve(drive.table_interpolation_type)
                     self._valves.append((drive.amplifier, curve))
         self.lay_out()
 
@@ -315,9 +316,8 @@ class Tables:
                 valve = drive.amplifier.table_id, CharacteristicInterpolation.LINEAR
                 if drive.amplifier.table_id:
                     drive.amplifier.valve_first, drive.amplifier.valve_count = places[valve]
-                key = drive.drive_table_id, drive.drive_table_interpolation_type
+                key = drive.table_id, drive.table_interpolation_type
                 drive.curve_first, drive.curve_count = places[key]
-                drive.adapt = 1
             axis.adapt = 1
             axis.resting = 0
         self.laid_out()

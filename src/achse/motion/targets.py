@@ -39,9 +39,10 @@ def resolve_target(ax: AxisFields, start_type: int, position: float, start: floa
     Type 5 (old form): the sign gives the direction, whole periods in the value are extra turns.
     Types 517 and 773 go straight back when the target lies behind within the tolerance window.
     """
+    encoder = ax.encoder
     if start_type == StartType.RELATIVE:
         return start + position
-    period = ax.encoder_modulo_factor
+    period = encoder.modulo_factor
     if start_type == StartType.MODULO:
         turns = floor(abs(position) / period) * period
         if position < 0.0:
@@ -54,12 +55,12 @@ def resolve_target(ax: AxisFields, start_type: int, position: float, start: floa
         return start + way
     if start_type == StartType.MODULO_POSITIVE:
         way = modulo_part(position - start, period)
-        if period - way <= ax.encoder_modulo_tolerance_window:
+        if period - way <= encoder.modulo_tolerance_window:
             way -= period
         return start + way
     if start_type == StartType.MODULO_NEGATIVE:
         way = modulo_part(start - position, period)
-        if period - way <= ax.encoder_modulo_tolerance_window:
+        if period - way <= encoder.modulo_tolerance_window:
             way -= period
         return start - way
     return position

@@ -293,9 +293,9 @@ def test_user_data_show_the_chosen_state(bench: Any, refused: Any) -> None:
     bench.start(100.0, 200.0)
     bench.run(0.3)
     axis = bench.axis
-    axis.encoder_set_position_offset = 0.0
+    axis.encoder.set_position_offset = 0.0
     for offset, value in (
-        (0x1_0012, axis.encoder_actual_position_unfiltered),
+        (0x1_0012, axis.encoder.actual_position_unfiltered),
         (0x1_0014, axis.drive_actual_velocity),
         (0x1_0017, 0.0),
         (0, 0.0),

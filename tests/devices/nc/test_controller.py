@@ -119,8 +119,8 @@ def test_outputs_in_volts_and_the_velocity_part(bench: Any) -> None:
     assert bench.get(0x6101, 0x201, "<d") == pytest.approx(200.0)
     assert bench.get(0x6101, 0x202, "<d") == pytest.approx(100.0 * 200.0 / 2200.0)
     assert bench.get(0x6101, 0x203, "<d") == pytest.approx(10.0 * 200.0 / 2200.0)
-    assert bench.get(0x6101, 0x04, "<d") == pytest.approx(axis.controller_output / 220.0)
-    assert bench.get(0x7101, 0x04, "<d") == pytest.approx(axis.drive_output / 220.0)
+    assert bench.get(0x6101, 0x04, "<d") == pytest.approx(axis.controller.output / 220.0)
+    assert bench.get(0x7101, 0x04, "<d") == pytest.approx(axis.drive.output / 220.0)
 
 
 def test_a_velocity_controller_shows_its_parts_there(make_bench: Any) -> None:
@@ -131,9 +131,9 @@ def test_a_velocity_controller_shows_its_parts_there(make_bench: Any) -> None:
     bench.start(1000.0, 400.0)
     bench.run(2.0)
     axis = bench.axis
-    assert bench.get(0x6101, 0x201, "<d") == axis.controller_velocity_p_part
-    assert bench.get(0x4101, 0x2_0202, "<d") == axis.controller_velocity_i_part > 100.0
-    assert bench.get(0x6101, 0x203, "<d") == axis.controller_velocity_d_part == 0.0
+    assert bench.get(0x6101, 0x201, "<d") == axis.controller.velocity_p_part
+    assert bench.get(0x4101, 0x2_0202, "<d") == axis.controller.velocity_i_part > 100.0
+    assert bench.get(0x6101, 0x203, "<d") == axis.controller.velocity_d_part == 0.0
 
 
 def test_the_gain_in_force(make_bench: Any) -> None:

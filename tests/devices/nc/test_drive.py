@@ -130,7 +130,7 @@ def test_filtered_set_values_of_a_position_drive(make_bench: Any) -> None:
     bench.start(100.0, 200.0)
     bench.run(0.2)
     assert 0.0 < bench.get(0x7101, 0x11A, "<d") < bench.axis.set_position
-    assert bench.get(0x7101, 0x11F, "<d") == bench.axis.drive_filtered_set_acceleration
+    assert bench.get(0x7101, 0x11F, "<d") == bench.axis.drive.filtered_set_acceleration
 
 
 def test_a_digital_input_that_is_not_there(bench: Any, refused: Any) -> None:

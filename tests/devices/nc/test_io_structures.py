@@ -95,7 +95,7 @@ def test_an_analog_drive_gets_its_share_of_the_mask(make_bench: Any) -> None:
     bench.until(lambda: bench.axis.set_velocity == 1100.0)
     bench.run(0.3)
     out, zero, control = struct.unpack("<iiB", bench.read(DRIVE, 0x00, 9))
-    assert out == round(bench.axis.drive_output_percent / 100.0 * 0x7FFF)
+    assert out == round(bench.axis.drive.output_percent / 100.0 * 0x7FFF)
     assert out == pytest.approx(0x3FFF, rel=0.01)
     assert (zero, control) == (0, 1)
     bench.write(DRIVE, 0x00, bytes([7] * 40))
@@ -119,7 +119,7 @@ def test_a_digital_drive_gets_weighted_set_values(make_bench: Any) -> None:
     axis = bench.axis
     axis.set_torque_offset = 25.0
     axis.set_torque, axis.set_torque_derivative = 50.0, 100.0
-    axis.drive_torque_output_delay = 0.1
+    axis.drive.torque_output_delay = 0.1
     bench.start(100.0, 200.0)
     bench.run(0.2)
     values = struct.unpack("<iiBBBBiiiiBBBBii", bench.read(DRIVE, 0x00, 40))
@@ -146,7 +146,7 @@ def test_the_drive_input(bench: Any) -> None:
     axis.simulation_load_torque = 70.0
     bench.run(3.0)
     values = struct.unpack("<iiBBBBiiiiBBBBii", bench.read(DRIVE, 0x80, 40))
-    assert values[0] == axis.encoder_hardware_increments
+    assert values[0] == axis.encoder.hardware_increments
     assert values[1] == 70
     assert values[2] == 0b11
     assert values[5] == 0x80

@@ -134,14 +134,14 @@ def test_fields_stand_at_their_offsets(
 ) -> None:
     for name, (_, value, *_) in fields.items():
         setattr(axis, name, value)
-    axis.encoder_position_correction = 0.25
+    axis.encoder.position_correction = 0.25
     axis.set_cycle_counter = 3
     axis.user_data_state_offset = 0x1_0017
-    axis.encoder_set_position_offset = 77.5
-    axis.drive_io.state8 = 0b110
-    axis.encoder_latch_active = axis.encoder_probe_active[4] = axis.encoder_probe_valid[0] = 1
-    axis.encoder_probe_counter[0], axis.encoder_probe_counter[4] = 4, 3
-    axis.encoder_probe_counter[7] = 0x105
+    axis.encoder.set_position_offset = 77.5
+    axis.drive.io.state8 = 0b110
+    axis.encoder.latch_active = axis.encoder.probe_active[4] = axis.encoder.probe_valid[0] = 1
+    axis.encoder.probe_counter[0], axis.encoder.probe_counter[4] = 4, 3
+    axis.encoder.probe_counter[7] = 0x105
     offsets: dict[Any, tuple[str, float]] = {
         row[form]: row[:2] for row in fields.values() if row[form] is not None
     }

@@ -159,8 +159,8 @@ def test_a_drive_uses_a_table_until_it_is_removed(filled: Any, refused: Any) -> 
         filled.write(F + 7, 0x20000)
     with refused(0x4A06):
         filled.put(P + 7, 0x20, "<IId", 0, 0, 2.0)
-    filled.axis.controller_position_kv = 0.0  # a linear valve gets five times as much
-    filled.axis.controller_following_error_position_monitoring_enable = 0
+    filled.axis.controller.position_kv = 0.0  # a linear valve gets five times as much
+    filled.axis.controller.following_error_position_monitoring_enable = 0
     filled.put(0x4301, 0x01, "<I", 7)
     filled.run(0.01)
     filled.start(0.0, 110.0, start_type=3)

@@ -23,13 +23,13 @@ def test_nothing_is_latched_at_first(bench: Any) -> None:
 
 def test_each_probe_shows_its_edges(bench: Any) -> None:
     axis = bench.axis
-    axis.encoder_probe_active[0] = 1
-    axis.encoder_probe_valid[1] = 1
-    axis.encoder_probe_position[1] = 12.5
-    axis.encoder_probe_counter[1] = 3
-    axis.encoder_probe_valid[4 + 2] = 1
-    axis.encoder_probe_position[4 + 2] = -7.5
-    axis.encoder_probe_active[4 + 3] = 1
+    axis.encoder.probe_active[0] = 1
+    axis.encoder.probe_valid[1] = 1
+    axis.encoder.probe_position[1] = 12.5
+    axis.encoder.probe_counter[1] = 3
+    axis.encoder.probe_valid[4 + 2] = 1
+    axis.encoder.probe_position[4 + 2] = -7.5
+    axis.encoder.probe_active[4 + 3] = 1
     assert state(bench, 1) == (1, 0, 0, 0, 0, 0, 0, 0)
     assert state(bench, 2) == (0, 1, 12.5, 3, 0, 0, 0, 0)
     assert state(bench, 3) == (0, 0, 0, 0, 0, 1, -7.5, 0)
@@ -43,10 +43,10 @@ def test_each_probe_shows_its_edges(bench: Any) -> None:
 
 def test_the_single_latch(bench: Any) -> None:
     axis = bench.axis
-    axis.encoder_latch_position = 3.25
-    axis.encoder_latch_hardware_increments = 32_500
-    axis.encoder_latch_software_increments = 2**40
-    axis.encoder_latch_position_difference = 0.25
+    axis.encoder.latch_position = 3.25
+    axis.encoder.latch_hardware_increments = 32_500
+    axis.encoder.latch_software_increments = 2**40
+    axis.encoder.latch_position_difference = 0.25
     assert bench.get(E, 0x205, "<d") == 3.25
     assert bench.get(E, 0x203, "<I") == 32_500
     assert bench.get(E, 0x204, "<Q") == 2**40

@@ -30,7 +30,7 @@ def test_what_forbids_homing(make_rig: Any, values: Any, error: NcError) -> None
 
 
 def test_there_is_no_homing_without_a_reference_mode(rig: Any) -> None:
-    rig.axis.encoder_reference_mode = 0  # 002: not defined, what an axis has by default
+    rig.axis.encoder.reference_mode = 0  # 002: not defined, what an axis has by default
     rig.refuses(NcError.ENCODER_REFERENCE_MODE, commands.home)
 
 
@@ -46,7 +46,7 @@ def test_a_latch_in_use_is_not_taken_away(make_rig: Any) -> None:
     rig = make_rig(encoder_reference_mode=3)
     commands.activate_touch_probe(rig.axis, 1, 1, 1, 1)
     rig.refuses(NcError.ENCODER_HARDWARE_LATCH, commands.home)
-    rig.axis.encoder_reference_mode = 2
+    rig.axis.encoder.reference_mode = 2
     assert commands.home(rig.axis) == 0
 
 

@@ -65,7 +65,7 @@ def test_the_standard_switch_is_like_a_reset(make: Any) -> None:
     assert axis.set_motion_phase == MotionPhase.NONE
     assert axis.set_position == axis.target_position == axis.actual_position
     run(nc, 500)
-    assert axis.controller_position_kv == 10.0
+    assert axis.controller.position_kv == 10.0
     assert axis.actual_position == pytest.approx(axis.set_position, abs=0.002)
     assert axis.error_code == 0
 
@@ -74,12 +74,12 @@ def test_the_standard_switch_is_like_a_reset(make: Any) -> None:
 def test_the_output_has_no_step(make: Any, second: dict[str, float]) -> None:
     nc = make(second)
     axis = moving(nc)
-    before, target, place = axis.drive_output, axis.target_position, axis.actual_position
+    before, target, place = axis.drive.output, axis.target_position, axis.actual_position
     assert commands.switch_control_loop(axis, 1, INTERNAL, 0.0) == 0
     shift = axis.actual_position - place
     assert shift == pytest.approx(100.0, abs=0.1)
     run(nc, 1)
-    assert axis.drive_output == pytest.approx(before, abs=0.2)
+    assert axis.drive.output == pytest.approx(before, abs=0.2)
     assert axis.set_velocity == pytest.approx(50.0)
     end = axis.target_position
     assert end == pytest.approx(target + shift, abs=0.5)
@@ -99,7 +99,7 @@ def test_the_output_begins_with_the_value_given(make: Any, second: Any, part: st
     axis = nc.axis(1)
     assert commands.switch_control_loop(axis, 1, PARAMETER, 8.0) == 0
     run(nc, 1)
-    assert axis.drive_output == pytest.approx(8.0, abs=0.05)
+    assert axis.drive.output == pytest.approx(8.0, abs=0.05)
     assert getattr(axis, part) == pytest.approx(8.0, abs=0.05)
 
 
@@ -167,6 +167,6 @@ def test_the_homed_flag_and_the_probes_belong_to_the_encoder(make: Any) -> None:
     commands.set_homed_flag(axis, 1)
     commands.activate_touch_probe(axis, 1, 0, 1, 1)
     commands.switch_control_loop(axis, 1, STANDARD, 0.0)
-    assert (axis.homed, axis.encoder_latch_active) == (0, 0)
+    assert (axis.homed, axis.encoder.latch_active) == (0, 0)
     commands.switch_control_loop(axis, 0, STANDARD, 0.0)
-    assert (axis.homed, axis.encoder_latch_active) == (1, 1)
+    assert (axis.homed, axis.encoder.latch_active) == (1, 1)

@@ -105,13 +105,13 @@ def test_the_operation_mode_stays_during_a_job(rig: Any) -> None:
 
 def test_the_brake_of_a_two_speed_axis(make_rig: Any) -> None:
     rig = make_rig(axis_type=2, drive_type=7)
-    assert rig.axis.drive_control_byte == 0x80
+    assert rig.axis.drive.control_byte == 0x80
     assert commands.release_brake(rig.axis, 1) == 0
     rig.run(1)
-    assert rig.axis.drive_control_byte == 0x40
+    assert rig.axis.drive.control_byte == 0x40
     commands.reset(rig.axis)
     rig.run(1)
-    assert rig.axis.drive_control_byte == 0x80
+    assert rig.axis.drive.control_byte == 0x80
     rig.refuses(NcError.REQUEST_PARAMETER, commands.release_brake, 2)
 
 

@@ -145,7 +145,7 @@ def test_only_the_actual_position_makes_a_following_error_that_is_worked_off(mak
     assert (rig.axis.actual_position, rig.axis.set_position) == (1.0, 0.0)
     rig.run(1)
     assert rig.axis.following_error == pytest.approx(-1.0, abs=1e-4)
-    kv = rig.axis.controller_position_kv
+    kv = rig.axis.controller.position_kv
     rig.seconds(0.1)
     assert rig.axis.following_error == pytest.approx(-((1 - kv * CYCLE) ** 50), abs=1e-3)
     rig.seconds(1.0)
@@ -179,18 +179,18 @@ def test_a_drive_that_counts_from_another_number(make: Any) -> None:
     rig.run(5)
     axis = rig.axis
     assert axis.actual_position == axis.set_position == pytest.approx(250.0, abs=1e-4)
-    assert axis.encoder_set_position_offset == pytest.approx(0.0, abs=1e-9)
-    assert axis.encoder_hardware_increments == 2_500_000
+    assert axis.encoder.set_position_offset == pytest.approx(0.0, abs=1e-9)
+    assert axis.encoder.hardware_increments == 2_500_000
     assert axis.actual_velocity == 0.0
     commands.start(axis, 2, -10.0, 50.0)
     rig.until_rest()
     rig.seconds(0.1)
-    assert axis.encoder_hardware_increments == 2_400_000
+    assert axis.encoder.hardware_increments == 2_400_000
     commands.activate_touch_probe(axis, 1, 0, 1, 128)
     commands.start(axis, 2, 7.0, 50.0)
     rig.until_rest()
     index = 240.0 + axis.simulation_turn * 1e-4  # the motor has not moved by counting otherwise
-    assert axis.encoder_probe_position[0] == pytest.approx(index, abs=1e-9)
+    assert axis.encoder.probe_position[0] == pytest.approx(index, abs=1e-9)
 
 
 def test_what_forbids_it(make_rig: Any) -> None:
@@ -211,7 +211,7 @@ def test_an_absolute_scaling_means_other_positions(make: Any) -> None:
     commands.start(rig.axis, 1, 15.0, 50.0)
     rig.until_rest()
     rig.seconds(1.0)
-    count = rig.axis.encoder_software_increments
+    count = rig.axis.encoder.software_increments
     assert count == pytest.approx(100_000, abs=2)
     assert commands.set_encoder_scaling_factor(rig.axis, 1, 0, 3e-4) == 0
     rig.run(3)
@@ -219,15 +219,15 @@ def test_an_absolute_scaling_means_other_positions(make: Any) -> None:
     assert axis.actual_position == pytest.approx(5.0 + 3e-4 * count)
     assert axis.set_position == pytest.approx(15.0 + 2e-4 * count)
     assert axis.actual_velocity == 0.0
-    assert axis.encoder_set_position_offset == 0.0
-    assert (axis.encoder_scaling_numerator, axis.encoder_scaling_denominator) == (3e-4, 1.0)
+    assert axis.encoder.set_position_offset == 0.0
+    assert (axis.encoder.scaling_numerator, axis.encoder.scaling_denominator) == (3e-4, 1.0)
 
 
 def test_a_relative_scaling_leaves_the_position_alone_in_motion(make: Any) -> None:
     rig = make()
     commands.start(rig.axis, 1, 100.0, 50.0)
     rig.seconds(1.0)
-    here, count = rig.axis.actual_position, rig.axis.encoder_software_increments
+    here, count = rig.axis.actual_position, rig.axis.encoder.software_increments
     assert commands.set_encoder_scaling_factor(rig.axis, 2, 0, 1.01e-4) == 0
     rig.run(1)
     assert rig.axis.actual_position == pytest.approx(here + 50.0 * CYCLE, abs=0.005)
@@ -235,7 +235,7 @@ def test_a_relative_scaling_leaves_the_position_alone_in_motion(make: Any) -> No
     rig.seconds(1.0)
     axis = rig.axis
     assert axis.actual_position == pytest.approx(100.0, abs=1e-3)
-    way = (axis.encoder_software_increments - count) * 1.01e-4
+    way = (axis.encoder.software_increments - count) * 1.01e-4
     assert way == pytest.approx(100.0 - here, abs=1e-3)
 
 
@@ -261,10 +261,10 @@ def test_a_reinitialised_encoder_knows_the_hardware_alone(make: Any) -> None:
     assert rig.axis.initialize_command_counter == 0
     assert commands.reinitialize_encoder(rig.axis) == 0
     assert rig.axis.initialize_command_counter == 1
-    assert rig.axis.encoder_reinitialization_state == 1
+    assert rig.axis.encoder.reinitialization_state == 1
     rig.run(2)
     axis = rig.axis
-    assert axis.encoder_reinitialization_state == 0
+    assert axis.encoder.reinitialization_state == 0
     assert axis.actual_position == axis.set_position == pytest.approx(12.0, abs=1e-3)
     assert axis.actual_velocity == 0.0
     assert axis.homed == 0
@@ -276,12 +276,12 @@ def test_overflows_counted_before_are_lost(make: Any) -> None:
     rig.until_rest()
     rig.seconds(1.0)
     axis = rig.axis
-    assert axis.encoder_software_increments == pytest.approx(1_000_000, abs=3)
+    assert axis.encoder.software_increments == pytest.approx(1_000_000, abs=3)
     axis.control_dword, axis.homed = 0, 1
     rig.run(2)
     assert commands.reinitialize_actual_position(axis) == 0
     rig.run(2)
-    assert axis.encoder_software_increments == pytest.approx(1_000_000 % 65_536, abs=3)
+    assert axis.encoder.software_increments == pytest.approx(1_000_000 % 65_536, abs=3)
     assert axis.actual_position == pytest.approx(1_000_000 % 65_536 * 1e-4, abs=1e-3)
     assert axis.homed == 1
     axis.control_dword = 7

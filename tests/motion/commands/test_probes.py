@@ -25,8 +25,8 @@ def test_an_edge_can_be_waited_for_once_at_a_time(rig: Any) -> None:
     assert commands.activate_touch_probe(axis, 1, 1, 1, 1) == 0
     assert commands.activate_touch_probe(axis, 2, 0, 1, 2) == 0
     assert commands.deactivate_touch_probe(axis, 1, 0) == 0
-    assert list(axis.encoder_probe_active) == [0, 1, 0, 0, 1, 0, 0, 0]
-    assert axis.encoder_latch_active == 1
+    assert list(axis.encoder.probe_active) == [0, 1, 0, 0, 1, 0, 0, 0]
+    assert axis.encoder.latch_active == 1
     assert commands.activate_touch_probe(axis, 1, 0, 2, 0) == 0
     rig.refuses(NcError.REQUEST_PARAMETER, commands.deactivate_touch_probe, 1, 2)
 
@@ -36,26 +36,26 @@ def test_source_0_is_the_input_of_the_probe(rig: Any) -> None:
     rig.run(1)
     rig.axis.simulation_drive_inputs = 0b100
     rig.run(1)
-    assert rig.axis.encoder_probe_valid[2] == 1
+    assert rig.axis.encoder.probe_valid[2] == 1
 
 
 @pytest.mark.parametrize(("falling", "offset"), [(False, 0), (True, 4)])
 def test_latches_one_and_four(rig: Any, falling: bool, offset: int) -> None:
     axis = rig.axis
     assert commands.activate_latch(axis, falling=falling) == 0
-    assert [i for i, active in enumerate(axis.encoder_probe_active) if active] == [offset]
+    assert [i for i, active in enumerate(axis.encoder.probe_active) if active] == [offset]
     rig.refuses(
         NcError.ENCODER_FUNCTION_ACTIVE,
         lambda axis: commands.activate_latch(axis, 1, 1, 1, 1, falling=falling),
     )
     assert commands.activate_latch(axis, 0, 1, 0, 1, falling=falling) == 0
-    active = [i for i, flag in enumerate(axis.encoder_probe_active) if flag]
+    active = [i for i, flag in enumerate(axis.encoder.probe_active) if flag]
     assert active == [offset, offset + 1, offset + 3]
     commands.deactivate_latch(axis)
     commands.deactivate_latch(axis, 0, 0, 0, 1)
-    assert [i for i, flag in enumerate(axis.encoder_probe_active) if flag] == [offset + 1]
+    assert [i for i, flag in enumerate(axis.encoder.probe_active) if flag] == [offset + 1]
     commands.deactivate_latch(axis, 1, 1, 1, 1)
-    assert axis.encoder_latch_active == 0
+    assert axis.encoder.latch_active == 0
 
 
 def test_a_latch_event_by_command(rig: Any) -> None:
@@ -68,13 +68,13 @@ def test_a_latch_event_by_command(rig: Any) -> None:
     assert commands.set_latch_event(axis, 62.5) == 0
     rig.run(1)
     assert rig.has(StateBit.EXTERNAL_LATCH_VALID)
-    assert (axis.encoder_probe_active[0], axis.encoder_probe_position[0]) == (0, 62.5)
-    assert axis.encoder_latch_position == 62.5
-    assert axis.encoder_latch_software_increments == 125_000
+    assert (axis.encoder.probe_active[0], axis.encoder.probe_position[0]) == (0, 62.5)
+    assert axis.encoder.latch_position == 62.5
+    assert axis.encoder.latch_software_increments == 125_000
     commands.deactivate_latch(axis)
     rig.run(1)
     assert not rig.has(StateBit.EXTERNAL_LATCH_VALID)
-    assert axis.encoder_latch_position == 62.5
+    assert axis.encoder.latch_position == 62.5
 
 
 def test_no_events_for_real_encoders(make_rig: Any) -> None:

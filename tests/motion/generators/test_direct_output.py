@@ -12,9 +12,9 @@ def test_an_output_goes_to_the_drive_as_it_is(rig: Any, kind: int, value: float)
     axis = rig.axis
     assert commands.start_drive_output(axis, kind, value) == 0
     rig.run(1)
-    assert axis.drive_output == 220.0  # 10 % of 2200 mm/s
-    assert axis.drive_output_percent == pytest.approx(10.0)
-    assert axis.controller_output == 0.0
+    assert axis.drive.output == 220.0  # 10 % of 2200 mm/s
+    assert axis.drive.output_percent == pytest.approx(10.0)
+    assert axis.controller.output == 0.0
     rig.seconds(1.0)
     assert axis.machine.velocity == pytest.approx(220.0)
     assert axis.actual_velocity == pytest.approx(220.0, rel=1e-3)
@@ -50,7 +50,7 @@ def test_an_output_keeps_to_the_limits_of_the_drive(make_rig: Any) -> None:
     rig = make_rig(drive_output_limit_max=0.05)
     commands.start_drive_output(rig.axis, 1, 10.0)
     rig.run(1)
-    assert rig.axis.drive_output_percent == pytest.approx(5.0)
+    assert rig.axis.drive.output_percent == pytest.approx(5.0)
     assert rig.has(StateBit.DRIVE_LIMIT_ACTIVE)
 
 
@@ -78,7 +78,7 @@ def test_a_withdrawn_enable_ends_an_output(rig: Any, control: int, error: int) -
     assert rig.axis.set_motion_phase == MotionPhase.STOPPING
     rig.until_rest()
     rig.run(20)
-    assert rig.axis.drive_output == pytest.approx(0.0, abs=1.0)
+    assert rig.axis.drive.output == pytest.approx(0.0, abs=1.0)
 
 
 def test_a_soft_limit_ends_an_output(make_rig: Any) -> None:

@@ -105,7 +105,7 @@ def test_a_jump_of_the_position_is_an_error_and_brakes_the_axis(rig: Any, jump: 
 def test_a_position_may_go_as_far_in_a_cycle_as_the_axis_can(rig: Any) -> None:
     started(rig)
     axis = rig.axis
-    axis.controller_following_error_position_monitoring_enable = 0
+    axis.controller.following_error_position_monitoring_enable = 0
     axis.external_set_position = axis.max_velocity * rig.dt
     rig.run(1)
     assert axis.error_code == 0

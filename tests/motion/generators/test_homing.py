@@ -140,11 +140,11 @@ def test_a_latch_takes_the_mark_exactly(make: Any, mode: int, values: Any, mark:
         mark = min(turn for turn in turns if turn > -50.0 + STEP)
     assert LATCH in {row[0] for row in rows}
     assert axis.homing_latch_position == pytest.approx(mark, abs=1e-9)
-    assert axis.encoder_set_position_offset == pytest.approx(100.0 - mark, abs=1e-9)
+    assert axis.encoder.set_position_offset == pytest.approx(100.0 - mark, abs=1e-9)
     stands = rows[-2][1]
     assert stands == pytest.approx(mark + BRAKE, abs=3 * STEP)
     assert axis.actual_position == pytest.approx(100.0 + stands - mark, abs=1e-4)
-    assert axis.encoder_latch_activation_difference == pytest.approx(mark + 50.0, abs=2 * STEP)
+    assert axis.encoder.latch_activation_difference == pytest.approx(mark + 50.0, abs=2 * STEP)
     assert axis.homed == 1
 
 
@@ -158,7 +158,7 @@ def test_positions_renamed_on_the_way_do_not_matter(make: Any) -> None:
             commands.set_actual_position_on_the_fly(rig.axis, 2, 0, 1000.0)
         rig.until_rest()
         assert rig.axis.homed == 1
-        ends.append((rig.axis.actual_position, rig.axis.encoder_latch_activation_difference))
+        ends.append((rig.axis.actual_position, rig.axis.encoder.latch_activation_difference))
     assert ends[1] == pytest.approx(ends[0])
     assert ends[2] == pytest.approx(ends[0])
 
@@ -177,7 +177,7 @@ def test_homing_twice_gives_the_same_position(make: Any) -> None:
         commands.home(rig.axis)
         assert not rig.has(StateBit.HOMED)
         walk(rig)
-    assert rig.axis.encoder_set_position_offset == pytest.approx(100.0 + 7 * 6.5536, abs=1e-9)
+    assert rig.axis.encoder.set_position_offset == pytest.approx(100.0 + 7 * 6.5536, abs=1e-9)
 
 
 def test_search_directions(make: Any) -> None:
@@ -292,7 +292,7 @@ def test_the_cam_of_the_plc(make: Any) -> None:
         lambda axis: setattr(axis, "control_dword", 7),
     )
     assert rig.axis.homed == 1
-    assert rig.axis.encoder_set_position_offset == pytest.approx(120.0, abs=3 * STEP)
+    assert rig.axis.encoder.set_position_offset == pytest.approx(120.0, abs=3 * STEP)
 
 
 @pytest.mark.parametrize(("source", "closed", "opened"), [(3, 0b100, 0), (11, 0b011, 0b111)])
@@ -307,7 +307,7 @@ def test_the_cam_at_an_input_of_the_drive(
         lambda axis: setattr(axis, "simulation_drive_inputs", closed),
         lambda axis: setattr(axis, "simulation_drive_inputs", opened),
     )
-    assert rig.axis.encoder_set_position_offset == pytest.approx(120.0, abs=3 * STEP)
+    assert rig.axis.encoder.set_position_offset == pytest.approx(120.0, abs=3 * STEP)
 
 
 def test_the_simulated_cam_wired_to_an_input(make_plain: Any) -> None:
@@ -436,7 +436,7 @@ def test_discrete_drives_home_too(make: Any, values: Any, mode: int) -> None:
     assert [s for s in (WAIT, LEAVE, OFF, SET) if s in states] == [WAIT, LEAVE, OFF, SET]
     assert axis.homed == 1
     assert axis.error_code == 0
-    place = (100.0 - axis.encoder_set_position_offset) - axis.encoder_position_offset
+    place = (100.0 - axis.encoder.set_position_offset) - axis.encoder.position_offset
     if mode == 1:
         assert place == pytest.approx(-50.0, abs=1.0)
     else:
@@ -472,11 +472,11 @@ def test_whatever_happens_the_set_point_keeps_its_limits(make_rig: Any, seed: in
                 commands.home(axis)
         for _ in range(dice.randrange(1, 200)):
             p, v, a = axis.set_position, axis.set_velocity, axis.set_acceleration
-            origin, closed = axis.encoder_set_position_offset, axis.loop_closed
+            origin, closed = axis.encoder.set_position_offset, axis.loop_closed
             rig.run(1)
             assert abs(axis.set_velocity) <= V + 1e-6
             if closed and axis.loop_closed:
-                renamed = axis.encoder_set_position_offset - origin
+                renamed = axis.encoder.set_position_offset - origin
                 way = axis.set_position - p - renamed
                 assert way == pytest.approx(0.5 * (v + axis.set_velocity) * CYCLE, abs=1e-4)
                 assert abs(axis.set_acceleration - a) <= JERK * CYCLE + 1e-6

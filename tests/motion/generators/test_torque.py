@@ -48,7 +48,7 @@ def test_a_torque_accelerates_the_motor(make_rig: Any) -> None:
     t = count * rig.dt
     assert axis.drive_operation_mode == 1
     assert axis.set_torque == 100.0
-    assert axis.drive_actual_torque == pytest.approx(100.0)
+    assert axis.drive.actual_torque == pytest.approx(100.0)
     assert axis.machine.velocity == pytest.approx(0.1 * FULL * t)
     assert axis.actual_position == pytest.approx(0.05 * FULL * t * t, rel=0.02)
     assert axis.set_position == axis.actual_position
@@ -64,7 +64,7 @@ def test_a_torque_accelerates_the_motor(make_rig: Any) -> None:
 def test_a_torque_against_a_load_holds_it(make_rig: Any) -> None:
     rig = make_rig(**MOTOR, simulation_load_torque=150.0)
     rig.seconds(0.5)
-    assert rig.axis.drive_actual_torque == pytest.approx(150.0, abs=1.0)  # position control holds
+    assert rig.axis.drive.actual_torque == pytest.approx(150.0, abs=1.0)  # position control holds
     torque(rig, 150.0)
     rig.seconds(1.0)
     assert abs(rig.axis.machine.velocity) < 1.0
@@ -104,7 +104,7 @@ def test_the_velocity_stays_within_its_limits(make_rig: Any, sign: float) -> Non
     torque(rig, sign * 200.0, high=100.0, low=-100.0)
     rig.seconds(1.0)
     assert rig.axis.machine.velocity == sign * 100.0
-    assert rig.axis.drive_actual_torque == pytest.approx(0.0, abs=1e-9)  # nothing accelerates it
+    assert rig.axis.drive.actual_torque == pytest.approx(0.0, abs=1e-9)  # nothing accelerates it
     assert rig.has(StateBit.DRIVE_LIMIT_ACTIVE)
 
 

@@ -16,7 +16,7 @@ def cycles(seconds: float, dt: float) -> int:
 
 def test_velocity_steps_jump_and_pause(rig: Any) -> None:
     axis = rig.axis
-    axis.controller_following_error_position_monitoring_enable = 0
+    axis.controller.following_error_position_monitoring_enable = 0
     assert commands.start_velocity_steps(axis, 1, 80.0, -50.0, 0.1, 0.05, 2) == 0
     sequence = [80.0] * 50 + [0.0] * 25 + [-50.0] * 50 + [0.0] * 25
     position = axis.set_position
@@ -39,7 +39,7 @@ def test_velocity_steps_jump_and_pause(rig: Any) -> None:
 
 
 def test_velocity_steps_without_pause_or_end(rig: Any) -> None:
-    rig.axis.controller_following_error_position_monitoring_enable = 0
+    rig.axis.controller.following_error_position_monitoring_enable = 0
     commands.start_velocity_steps(rig.axis, 1, 80.0, -80.0, 0.02, 0.0, 0)
     trace = rig.trace(4000)
     assert [v for _, v, _ in trace[1:41]] == [80.0] * 10 + [-80.0] * 10 + [80.0] * 10 + [-80.0] * 10
@@ -47,7 +47,7 @@ def test_velocity_steps_without_pause_or_end(rig: Any) -> None:
 
 
 def test_the_override_scales_velocity_steps(rig: Any) -> None:
-    rig.axis.controller_following_error_position_monitoring_enable = 0
+    rig.axis.controller.following_error_position_monitoring_enable = 0
     rig.axis.velocity_override = 250_000
     commands.start_velocity_steps(rig.axis, 1, 80.0, -50.0, 0.1, 0.05, 0)
     rig.run(1)

@@ -33,13 +33,13 @@ def test_what_the_axis_is_set_to_is_what_its_machine_is(compiled: bool) -> None:
     assert (drive.position_weight, drive.velocity_weight) == (8.0, 7.0)
     assert (drive.acceleration_weight, drive.torque_offset_weight) == (8.0, 9.0)
     assert (drive.set_torque_weight, drive.torque_weight) == (10.0, 10.0)
-    found.encoder_scaling_factor = 5.0
+    found.encoder.scaling_factor = 5.0
     assert sensor.encoder_resolution == 0.75
 
 
 def test_what_is_said_of_the_machine_itself_counts_more() -> None:
     found = axis({"encoder_scaling_factor": 2.0, "simulation_encoder_resolution": 3.0}).axis(1)
-    assert (found.encoder_scaling_factor, found.sensor.encoder_resolution) == (2.0, 3.0)
+    assert (found.encoder.scaling_factor, found.sensor.encoder_resolution) == (2.0, 3.0)
     assert found.simulation_encoder_resolution == 3.0  # type: ignore[attr-defined]
 
 
@@ -60,10 +60,9 @@ def test_each_encoder_and_drive_has_its_own_part_of_one_machine() -> None:
         elements=[{"encoder_scaling_factor": 0.01, "simulation_time_constant": 0.5}],
     )
     found = Nc(2_000_000, [described], compiled=False).axis(1)
-    first, second = found.records
-    assert first.machine is second.machine
-    assert [each.sensor.encoder_resolution for each in found.records] == [1e-4, 0.01]
-    assert [each.amplifier.time_constant for each in found.records] == [0.004, 0.5]
+    assert [each.sensor.encoder_resolution for each in found.encoders] == [1e-4, 0.01]
+    assert [each.amplifier.time_constant for each in found.drives] == [0.004, 0.5]
+    assert {each.sensor.machine for each in found.encoders} == {found.machine}
     with pytest.raises(AxisParametersError, match="no parameter 'simulation_cam_end'"):
         AxisParameters(1, drive_ids=(1, 2), elements=[{"simulation_cam_end": 1.0}])
 

@@ -108,7 +108,7 @@ _EXTERNAL_SET_POINT = Service(
 def _rapid(axis: Axis) -> int:
     """A two-speed axis at its fast speed."""
     return int(
-        axis.drive_control_byte & 0b1001 != 0 and axis.axis_type == AxisType.DISCRETE_RAPID_CREEP
+        axis.drive.control_byte & 0b1001 != 0 and axis.axis_type == AxisType.DISCRETE_RAPID_CREEP
     )
 
 

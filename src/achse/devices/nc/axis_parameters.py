@@ -72,8 +72,8 @@ def _hardware_extended(axis: Axis) -> tuple[Any, ...]:
     n = axis.active_control_loop
     encoder = axis.encoder_ids[min(n, len(axis.encoder_ids) - 1)]
     drive = axis.drive_ids[min(n, len(axis.drive_ids) - 1)]
-    drive_part = drive, n, axis.drive_type
-    encoder_part = encoder, n, axis.encoder_type
+    drive_part = drive, n, axis.drive.type
+    encoder_part = encoder, n, axis.encoder.type
     return bytes(6), 0, 0, *drive_part, *encoder_part, axis.axis_id, axis.axis_type, 0, 0
 
 

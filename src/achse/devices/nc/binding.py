@@ -16,7 +16,8 @@ from achse.ams import DeviceError
 from achse.codes import NcError
 from achse.devices.nc.layouts import INT32, REAL64, Integer
 from achse.motion import Axis
-from achse.motion.record import FIELDS, Field
+from achse.motion.parts import AxisPart
+from achse.motion.record import FIELDS, PART_OF, Field
 from achse.motion.states import ControlBit, choices_of
 from achse.native.memory import MemoryCell
 from achse.server import READ, WRITE, Codec, Service
@@ -33,10 +34,10 @@ __all__ = [
 ]
 
 
-def _field(name: str, prefix: str) -> Field:
+def _field(name: str, prefix: str) -> str:
     for field in (prefix + name, name):
         if field in FIELDS:
-            return FIELDS[field]
+            return field
     raise ValueError(f"service {name!r} refers to nothing: the axis record has no such field")
 
 
@@ -49,30 +50,33 @@ def shown(
     offset: int, codec: Codec, name: str, field: str = "", *, prefix: str = "", symbol: str = ""
 ) -> Service:
     """A row that shows a record field."""
-    row = _field(field or name, prefix)
+    field = _field(field or name, prefix)
+    row = FIELDS[field]
     return Service(
         *(offset, name, READ, codec, row.doc, _unit(row)),
-        field=row.name,
+        field=field,
         choices=choices_of(row.unit),
         symbol=symbol,
-        sample=_sample(row, codec),
+        sample=_sample(field, codec),
     )
 
 
-def _sample(row: Field, codec: Codec) -> Callable[[Axis, int], MemoryCell | None] | None:
-    """Finds the place of a field in the record, if it lies there as it is shown."""
+def _sample(name: str, codec: Codec) -> Callable[[Axis | AxisPart, int], MemoryCell | None] | None:
+    """Finds the place of a value in its record, if it is there as it is shown."""
+    row = FIELDS[name]
     if row.length or not (codec is REAL64 if row.is_real else isinstance(codec, Integer)):
         return None
-    return lambda axis, length: axis.place(row, min(length, codec.size or 0))
+    return lambda axis, length: axis.place_of(name, min(length, codec.size or 0))
 
 
-def sample_of_reals(*names: str) -> Callable[[Axis, int], MemoryCell | None] | None:
+def sample_of_reals(*names: str) -> Callable[[Axis | AxisPart, int], MemoryCell | None] | None:
     """The same of fields that are shown one behind the other as REAL64."""
-    rows = [FIELDS[name] for name in names]
-    first = rows[0].offset
-    if any(not row.is_real or row.offset != first + n for n, row in enumerate(rows)):
-        return None
-    return lambda axis, length: axis.place(rows[0], min(length, 8 * len(rows)))
+    found = [PART_OF[name] for name in names]
+    part, first = found[0]
+    for n, (other, row) in enumerate(found):
+        if other != part or not row.is_real or row.offset != first.offset + n:
+            return None
+    return lambda axis, length: axis.place_of(names[0], min(length, 8 * len(found)))
 
 
 def parameter(
@@ -83,8 +87,8 @@ def parameter(
     field: str = "",
     *,
     prefix: str = "",
-    guard: Callable[[Axis], None] | None = None,
-    write: Callable[[Axis, Any], None] | None = None,
+    guard: Callable[[Any], None] | None = None,
+    write: Callable[[Any, Any], None] | None = None,
     **facts: Any,
 ) -> Service:
     """A row that shows and sets a record field; a value out of range is answered `error`.
@@ -92,15 +96,16 @@ def parameter(
     The record's range counts unless `minimum` or `maximum` say otherwise. `write` sets the value
     where more than the field depends on it, or refuses it with a DeviceError.
     """
-    row = _field(field or name, prefix)
+    field = _field(field or name, prefix)
+    row = FIELDS[field]
     limits: dict[str, Any] = {
         "minimum": row.least if isfinite(row.least) else None,
         "maximum": row.most if isfinite(row.most) else None,
     }
     if write is not None:
-        limits |= {"field": "", "read": attrgetter(row.name), "write": write}
+        limits |= {"field": "", "read": attrgetter(field), "write": write}
     return replace(
-        shown(offset, codec, name, row.name),
+        shown(offset, codec, name, field),
         access=READ | WRITE,
         code=error,
         guard=guard,
@@ -111,14 +116,14 @@ def parameter(
 def error_state(first: int, description: str) -> Service:
     """The row of the error of an encoder, controller or drive: the axis error if it is theirs."""
 
-    def read(element: Axis) -> int:
+    def read(element: Axis | AxisPart) -> int:
         code = element.owner.error_code
         return code if first <= code <= first + 0xFF else 0
 
     return Service(0x01, "error_state", READ, INT32, description, "1", read=read)
 
 
-def not_while_enabled(axis: Axis) -> None:
+def not_while_enabled(axis: Axis | AxisPart) -> None:
     """Guard of parameters that scale position or direction (002: not while enabled): 0x4257.
 
     The manuals do not print the code; 0x4B42, which says it, is one of the PLC library alone.
@@ -134,9 +139,9 @@ def _only_standard(axis: Axis, n: int) -> Axis:
     return axis
 
 
-def _element_of(elements: Callable[[Axis], list[Axis]], error: NcError) -> Callable[..., Axis]:
-    def element(axis: Axis, n: int) -> Axis:
-        own = elements(axis)
+def _element_of(parts: Callable[[Axis], list[AxisPart]], error: NcError) -> Callable[..., AxisPart]:
+    def element(axis: Axis, n: int) -> AxisPart:
+        own = parts(axis)
         if n >= len(own):
             raise DeviceError(error.number, f"axis {axis.axis_id} has no sub-element {n}")
         return own[n]
@@ -144,7 +149,7 @@ def _element_of(elements: Callable[[Axis], list[Axis]], error: NcError) -> Calla
     return element
 
 
-_SUB_RANGES: dict[str, tuple[int, Callable[[Axis, int], Axis]]] = {
+_SUB_RANGES: dict[str, tuple[int, Callable[[Axis, int], Axis | AxisPart]]] = {
     "": (0, _only_standard),
     "encoder_": (0x1_0000, _element_of(attrgetter("encoders"), NcError.ENCODER_ID)),
     "controller_": (0x2_0000, _element_of(attrgetter("controllers"), NcError.CONTROLLER_ID)),

@@ -11,7 +11,7 @@ from achse.codes import NcError
 from achse.devices.nc import binding
 from achse.devices.nc.binding import error_state, in_sub_range
 from achse.devices.nc.layouts import REAL64, UINT16, UINT32, Text
-from achse.motion import Axis
+from achse.motion.parts import AxisController
 from achse.motion.states import ControllerType
 from achse.server import READ, Service
 
@@ -24,7 +24,7 @@ FULL_OUTPUT_VOLTS = 10.0
 """Output of 100 % at an analog drive."""
 
 
-def _id(controller: Axis) -> int:
+def _id(controller: AxisController) -> int:
     owner = controller.owner
     return owner.controller_ids[owner.controllers.index(controller)]
 
@@ -95,16 +95,16 @@ CONTROLLER_PARAMETERS = (
 )
 
 
-def _uncompensated(controller: Axis) -> float:
+def _uncompensated(controller: AxisController) -> float:
     """Following error to the actual position without dead-time compensation."""
-    return controller.following_error + controller.owner.encoder_dead_time_position_correction
+    return controller.following_error + controller.owner.encoder.dead_time_position_correction
 
 
-def _kv(controller: Axis) -> float:
+def _kv(controller: AxisController) -> float:
     """The gain in force; only the PP controller changes it with the velocity."""
-    if controller.controller_type == ControllerType.PP_POSITION:
-        return controller.controller_position_kv_interpolated
-    return controller.controller_position_kv
+    if controller.type == ControllerType.PP_POSITION:
+        return controller.position_kv_interpolated
+    return controller.position_kv
 
 
 def _volts(percent: float) -> float:
@@ -114,31 +114,33 @@ def _volts(percent: float) -> float:
 _VELOCITY_TYPES = (ControllerType.P_VELOCITY, ControllerType.PI_VELOCITY)
 
 
-def _velocity_or(other: Callable[[Axis], float], part: str) -> Callable[[Axis], float]:
+def _velocity_or(
+    other: Callable[[AxisController], float], part: str
+) -> Callable[[AxisController], float]:
     """A part of the velocity controller, or `other` on axes without one.
 
     At 0x201 … 0x203 two rows share an offset: which one answers follows from the controller type.
     """
     own = attrgetter(part)
 
-    def read(controller: Axis) -> float:
-        return float((own if controller.controller_type in _VELOCITY_TYPES else other)(controller))
+    def read(controller: AxisController) -> float:
+        return float((own if controller.type in _VELOCITY_TYPES else other)(controller))
 
     return read
 
 
-def _velocity_part(controller: Axis) -> float:
+def _velocity_part(controller: AxisController) -> float:
     """Feed-forward of the velocity: what the output has beside the position controller."""
     if not controller.owner.loop_closed:
         return 0.0
-    return controller.controller_velocity_feedforward_weight * controller.owner.set_velocity
+    return controller.velocity_feedforward_weight * controller.owner.set_velocity
 
 
-def _velocity_percent(controller: Axis) -> float:
-    return 100.0 * _velocity_part(controller) / controller.drive_full
+def _velocity_percent(controller: AxisController) -> float:
+    return 100.0 * _velocity_part(controller) / controller.owner.drive.full
 
 
-def _velocity_volts(controller: Axis) -> float:
+def _velocity_volts(controller: AxisController) -> float:
     return _volts(_velocity_percent(controller))
 
 
@@ -148,7 +150,7 @@ CONTROLLER_STATES = (
     shown(0x03, REAL64, "output_percent"),
     Service(
         0x04, "output_volt", READ, REAL64, "output of the controller", "V",
-        read=lambda controller: _volts(controller.controller_output_percent),
+        read=lambda controller: _volts(controller.output_percent),
     ),
     Service(
         0x0D, "following_error_position_uncompensated", READ, REAL64,

@@ -25,6 +25,7 @@ from achse.devices.nc.symbols import NcSymbols, interface_groups
 from achse.devices.nc.tables import table_groups
 from achse.motion import Axis, Nc
 from achse.motion.axis import ObjectAxis
+from achse.motion.parts import VIEWS, AxisPart
 from achse.server import Device, Group, IndexGroup, ObjectGroup, Service
 
 __all__ = ["AXIS_GROUPS", "RING0_GROUPS", "NcDevice"]
@@ -94,7 +95,9 @@ def _groups(nc: Nc) -> Iterator[IndexGroup]:
         every = (*rows, *more)
         yield ObjectGroup(base, _HIGHEST_ID, _finder(nc, unknown), every, kind=ObjectAxis)
     for base, rows, unknown in AXIS_GROUPS:
-        yield ObjectGroup(base, _HIGHEST_ID, _finder(nc, unknown), rows, kind=ObjectAxis)
+        part = _KINDS.get(unknown)
+        kind = VIEWS[part][0] if part else ObjectAxis
+        yield ObjectGroup(base, _HIGHEST_ID, _finder(nc, unknown), rows, kind=kind)
     yield from table_groups(nc)
     yield from interface_groups(nc, _FROM_PLC)
 
@@ -107,11 +110,12 @@ _KINDS = {
 """What an id is that the error says is unknown; else that of an axis."""
 
 
-def _finder(nc: Nc, unknown: NcError) -> Callable[[int], Axis]:
+def _finder(nc: Nc, unknown: NcError) -> Callable[[int], Axis | AxisPart]:
     kind = _KINDS.get(unknown)
+    look_up: Callable[[int], Axis | AxisPart]
     look_up = nc.axis if kind is None else partial(nc.element, kind)
 
-    def find(id: int) -> Axis:
+    def find(id: int) -> Axis | AxisPart:
         try:
             return look_up(id)
         except KeyError:

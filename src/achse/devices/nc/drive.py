@@ -13,7 +13,7 @@ from achse.devices.nc import binding
 from achse.devices.nc.binding import error_state, in_sub_range, not_while_enabled
 from achse.devices.nc.layouts import INT32, REAL64, UINT8, UINT16, UINT32, Text
 from achse.devices.nc.tables import answered
-from achse.motion import Axis
+from achse.motion.parts import AxisDrive
 from achse.motion.record import DRIVE_DELAY
 from achse.motion.states import AxisType, ControlBit, OutputFilter
 from achse.motion.tables import HIGHEST_TABLE_ID
@@ -30,7 +30,7 @@ FULL_OUTPUT_VOLTS = 10.0
 DIGITAL_INPUTS = 8
 
 
-def _id(drive: Axis) -> int:
+def _id(drive: AxisDrive) -> int:
     owner = drive.owner
     return owner.drive_ids[owner.drives.index(drive)]
 
@@ -38,7 +38,7 @@ def _id(drive: Axis) -> int:
 def _set_time(field: str) -> Any:
     """Delays and filters reach back 64 cycles; a longer time is refused."""
 
-    def write(drive: Axis, seconds: float) -> None:
+    def write(drive: AxisDrive, seconds: float) -> None:
         longest = DRIVE_DELAY * drive.owner.cycle_ns * 1e-9
         if seconds > longest:
             raise DeviceError(
@@ -49,32 +49,32 @@ def _set_time(field: str) -> Any:
     return write
 
 
-def _not_while_closed(drive: Axis) -> None:
+def _not_while_closed(drive: AxisDrive) -> None:
     """Another characteristic would be a step of the output."""
     owner = drive.owner
     if owner.control_dword & ControlBit.ENABLE or owner.loop_closed:
         raise DeviceError(NcError.DRIVE_TABLE_ID_CHANGED.number, f"axis {drive.axis_id} is enabled")
 
 
-def _set_table(drive: Axis, table_id: int) -> None:
-    if table_id != drive.drive_table_id:
+def _set_table(drive: AxisDrive, table_id: int) -> None:
+    if table_id != drive.table_id:
         _not_while_closed(drive)
     with answered():
         drive.owner.tables.choose(drive, table_id)
 
 
-def _remove_table(drive: Axis, table_id: int) -> None:
+def _remove_table(drive: AxisDrive, table_id: int) -> None:
     if not 1 <= table_id <= HIGHEST_TABLE_ID:
         raise DeviceError(
             NcError.TABLE_ID_RANGE.number, f"table {table_id}, expected 1..{HIGHEST_TABLE_ID}"
         )
-    if table_id == drive.drive_table_id:
+    if table_id == drive.table_id:
         _not_while_closed(drive)
     with answered():
         drive.owner.tables.remove(drive, table_id)
 
 
-def _set_interpolation(drive: Axis, interpolation: int) -> None:
+def _set_interpolation(drive: AxisDrive, interpolation: int) -> None:
     with answered():
         drive.owner.tables.interpolate(drive, interpolation)
 
@@ -104,7 +104,7 @@ DRIVE_PARAMETERS = (
     parameter(0x102, REAL64, NcError.DRIVE_REFERENCE_OUTPUT, "reference_output"),
     Service(
         0x103, "velocity_at_full_output", READ, REAL64, "velocity at 100 % output", "mm/s",
-        read=lambda drive: drive.drive_reference_velocity / drive.drive_reference_output,
+        read=lambda drive: drive.reference_velocity / drive.reference_output,
     ),
     parameter(0x104, REAL64, NcError.DRIVE_DRIFT_COMPENSATION, "velocity_offset"),
     parameter(0x105, REAL64, NcError.DRIVE_VELOCITY_SCALING, "velocity_scaling"),
@@ -147,46 +147,46 @@ DRIVE_PARAMETERS = (
 )  # fmt: skip
 
 
-def _nonlinear(drive: Axis) -> float:
+def _nonlinear(drive: AxisDrive) -> float:
     """Output in % after the characteristic, which linear and two-speed drives do not have."""
-    if drive.drive_special and drive.owner.axis_type != AxisType.DISCRETE_RAPID_CREEP:
-        return drive.drive_output_percent_nonlinear
-    return drive.drive_output_percent
+    if drive.special and drive.owner.axis_type != AxisType.DISCRETE_RAPID_CREEP:
+        return drive.output_percent_nonlinear
+    return drive.output_percent
 
 
 def _volts(percent: float) -> float:
     return percent * FULL_OUTPUT_VOLTS / 100.0
 
 
-def _shift(drive: Axis) -> float:
-    mode = drive.drive_dead_time_compensation_mode
-    return drive.drive_dead_time_compensation_shift * 1e-9 if mode else 0.0
+def _shift(drive: AxisDrive) -> float:
+    mode = drive.dead_time_compensation_mode
+    return drive.dead_time_compensation_shift * 1e-9 if mode else 0.0
 
 
-def _filters(drive: Axis) -> bool:
-    return drive.drive_output_filter_type != OutputFilter.OFF and bool(drive.drive_ideal)
+def _filters(drive: AxisDrive) -> bool:
+    return drive.output_filter_type != OutputFilter.OFF and bool(drive.ideal)
 
 
-def _filtered_position(drive: Axis) -> float:
-    return drive.drive_filtered_set_position if _filters(drive) else drive.owner.set_position
+def _filtered_position(drive: AxisDrive) -> float:
+    return drive.filtered_set_position if _filters(drive) else drive.owner.set_position
 
 
-def _filtered_velocity(drive: Axis) -> float:
-    return drive.drive_filtered_set_velocity if _filters(drive) else drive.owner.set_velocity
+def _filtered_velocity(drive: AxisDrive) -> float:
+    return drive.filtered_set_velocity if _filters(drive) else drive.owner.set_velocity
 
 
-def _filtered_acceleration(drive: Axis) -> float:
+def _filtered_acceleration(drive: AxisDrive) -> float:
     if _filters(drive):
-        return drive.drive_filtered_set_acceleration
+        return drive.filtered_set_acceleration
     return drive.owner.set_acceleration
 
 
-def _digital_input(drive: Axis, number: int) -> int:
+def _digital_input(drive: AxisDrive, number: int) -> int:
     if not 1 <= number <= DIGITAL_INPUTS:
         raise DeviceError(
             NcError.REQUEST_PARAMETER.number, f"input {number}, expected 1..{DIGITAL_INPUTS}"
         )
-    return drive.owner.drive_io.state8 >> (number - 1) & 1
+    return drive.owner.drive.io.state8 >> (number - 1) & 1
 
 
 DRIVE_STATES = (
@@ -195,7 +195,7 @@ DRIVE_STATES = (
     shown(0x03, REAL64, "output_percent"),
     Service(
         0x04, "output_volt", READ, REAL64, "total output", "V",
-        read=lambda drive: _volts(drive.drive_output_percent),
+        read=lambda drive: _volts(drive.output_percent),
     ),
     shown(0x05, REAL64, "output_peak_negative"),
     shown(0x06, REAL64, "output_peak_positive"),

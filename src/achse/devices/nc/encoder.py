@@ -12,8 +12,8 @@ from achse.devices.nc import binding
 from achse.devices.nc.binding import error_state, in_sub_range, not_while_enabled
 from achse.devices.nc.layouts import INT32, INT64, REAL64, UINT16, UINT32, Text
 from achse.devices.nc.touch_probe import TOUCH_PROBE
-from achse.motion import Axis
 from achse.motion.machine.record import PARAMETERS as MACHINE_PARAMETERS
+from achse.motion.parts import AxisEncoder
 from achse.motion.record import POSITION_HISTORY
 from achse.server import READ, WRITE, Layout, Repeated, Service
 
@@ -25,56 +25,52 @@ scaling = partial(parameter, guard=not_while_enabled)
 """A parameter that scales position or direction."""
 
 
-def _id(encoder: Axis) -> int:
+def _id(encoder: AxisEncoder) -> int:
     owner = encoder.owner
     return owner.encoder_ids[owner.encoders.index(encoder)]
 
 
-def _set_scaling(encoder: Axis, numerator: float, denominator: float) -> None:
+def _set_scaling(encoder: AxisEncoder, numerator: float, denominator: float) -> None:
     factor = numerator / denominator
     if not 1e-12 <= factor <= 1e30:
         raise DeviceError(NcError.ENCODER_SCALING_FACTOR.number, f"scaling factor {factor:g}")
-    encoder.encoder_scaling_numerator = numerator
-    encoder.encoder_scaling_denominator = denominator
-    encoder.encoder_scaling_factor = factor
+    encoder.scaling_numerator = numerator
+    encoder.scaling_denominator = denominator
+    encoder.scaling_factor = factor
 
 
-def _set_factor(encoder: Axis, factor: float) -> None:
+def _set_factor(encoder: AxisEncoder, factor: float) -> None:
     _set_scaling(encoder, factor, 1.0)
 
 
-def _set_numerator(encoder: Axis, numerator: float) -> None:
-    _set_scaling(encoder, numerator, encoder.encoder_scaling_denominator)
+def _set_numerator(encoder: AxisEncoder, numerator: float) -> None:
+    _set_scaling(encoder, numerator, encoder.scaling_denominator)
 
 
-def _set_denominator(encoder: Axis, denominator: float) -> None:
-    _set_scaling(encoder, encoder.encoder_scaling_numerator, denominator)
+def _set_denominator(encoder: AxisEncoder, denominator: float) -> None:
+    _set_scaling(encoder, encoder.scaling_numerator, denominator)
 
 
-def _set_components(encoder: Axis, components: tuple[float, float]) -> None:
+def _set_components(encoder: AxisEncoder, components: tuple[float, float]) -> None:
     if not all(1e-12 <= part <= 1e30 for part in components):
         raise DeviceError(NcError.ENCODER_SCALING_FACTOR.number, f"components {components}")
     _set_scaling(encoder, *components)
 
 
-def _set_sub_mask(encoder: Axis, sub_mask: int) -> None:
+def _set_sub_mask(encoder: AxisEncoder, sub_mask: int) -> None:
     """Of the form 2^n - 1; the range of the encoder is a whole multiple of it (213)."""
-    if (
-        sub_mask & (sub_mask + 1)
-        or sub_mask > encoder.encoder_mask
-        or (encoder.encoder_mask + 1) % (sub_mask + 1)
-    ):
+    if sub_mask & (sub_mask + 1) or sub_mask > encoder.mask or (encoder.mask + 1) % (sub_mask + 1):
         raise DeviceError(NcError.ENCODER_HOMING_MASK.number, f"sub mask 0x{sub_mask:X}")
-    encoder.encoder_sub_mask = sub_mask
+    encoder.sub_mask = sub_mask
 
 
-def _set_tolerance_window(encoder: Axis, window: float) -> None:
-    if window > 0.5 * encoder.encoder_modulo_factor:
+def _set_tolerance_window(encoder: AxisEncoder, window: float) -> None:
+    if window > 0.5 * encoder.modulo_factor:
         raise DeviceError(
             NcError.ENCODER_MODULO_TOLERANCE_WINDOW.number,
             f"window {window:g}, at most half a period",
         )
-    encoder.encoder_modulo_tolerance_window = window
+    encoder.modulo_tolerance_window = window
 
 
 _, NOISE = MACHINE_PARAMETERS["encoder_simulation_noise_scaling"]
@@ -163,32 +159,32 @@ ENCODER_PARAMETERS = (
 )
 
 
-def _uncorrected(encoder: Axis) -> float:
-    return encoder.actual_position - encoder.encoder_position_correction
+def _uncorrected(encoder: AxisEncoder) -> float:
+    return encoder.actual_position - encoder.position_correction
 
 
-def _uncorrected_velocity(encoder: Axis) -> float:
-    if encoder.encoder_special:
-        return encoder.encoder_actual_velocity_uncorrected
+def _uncorrected_velocity(encoder: AxisEncoder) -> float:
+    if encoder.special:
+        return encoder.actual_velocity_uncorrected
     return encoder.actual_velocity
 
 
-def _shift(encoder: Axis) -> float:
-    mode = encoder.encoder_dead_time_compensation_mode
-    return encoder.encoder_dead_time_compensation_shift * 1e-9 if mode else 0.0
+def _shift(encoder: AxisEncoder) -> float:
+    mode = encoder.dead_time_compensation_mode
+    return encoder.dead_time_compensation_shift * 1e-9 if mode else 0.0
 
 
-def _reduction(encoder: Axis) -> float:
+def _reduction(encoder: AxisEncoder) -> float:
     return encoder.actual_position_modulo - encoder.actual_position
 
 
-def _history(encoder: Axis) -> list[tuple[int, float]]:
+def _history(encoder: AxisEncoder) -> list[tuple[int, float]]:
     """Actual positions with their times, oldest first; the time is that of the NC, 32 bits."""
-    now = encoder.set_cycle_counter
+    now = encoder.owner.set_cycle_counter
     return [
         (
             (now - age) * encoder.owner.cycle_ns & 0xFFFF_FFFF,
-            encoder.encoder_history[(now - age) % POSITION_HISTORY],
+            encoder.history[(now - age) % POSITION_HISTORY],
         )
         for age in range(POSITION_HISTORY - 1, -1, -1)
     ]
@@ -231,7 +227,7 @@ ENCODER_STATES = (
     shown(0x13, REAL64, "actual_position_filtered"),
     Service(
         0x14, "drive_actual_velocity", READ, REAL64, "velocity as the drive itself knows it",
-        "mm/s", read=attrgetter("drive_actual_velocity"),
+        "mm/s", read=attrgetter("owner.drive_actual_velocity"),
     ),
     shown(0x15, REAL64, "actual_velocity_unfiltered"),
     Service(

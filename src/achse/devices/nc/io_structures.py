@@ -7,10 +7,11 @@ mandatory part, which is read and written alone too.
 
 import struct
 from collections.abc import Callable
+from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
-from achse.motion import Axis
+from achse.motion.parts import AxisDrive, AxisEncoder, AxisPart
 from achse.motion.states import DISCRETE_DRIVES, AxisType
 from achse.server import READ, WRITE, Layout, Service
 
@@ -44,16 +45,16 @@ def _signed(count: int) -> int:
     return ((count & _FULL) ^ _UPPER) - _UPPER
 
 
-def _io_state(axis: Axis, state: int) -> int:
+def _io_state(part: AxisPart, state: int) -> int:
     """State 4: bit 0 the data are invalid (WcState), bit 1 changes with each new value."""
-    return state | (axis.owner.set_cycle_counter & 1) << 1
+    return state | (part.owner.set_cycle_counter & 1) << 1
 
 
-def _time(axis: Axis) -> int:
+def _time(encoder: AxisEncoder) -> int:
     """DC time of the inputs, 32 bits signed; relative to the cycle they are taken with it."""
-    if not axis.encoder_dead_time_compensation_control & _ABSOLUTE_TIMES:
+    if not encoder.dead_time_compensation_control & _ABSOLUTE_TIMES:
         return 0
-    stamp = axis.owner.dc_time_stamp
+    stamp = encoder.owner.dc_time_stamp
     return stamp - 0x1_0000_0000 if stamp > _HIGHEST else stamp
 
 
@@ -63,13 +64,13 @@ class _EncoderInput:
     size = IO_SIZE
     name = f"NCENCODERSTRUCT_IN2 ({IO_SIZE} bytes)"
 
-    def encode(self, axis: Axis) -> bytes:
-        io = axis.encoder_io
+    def encode(self, encoder: AxisEncoder) -> bytes:
+        io = encoder.io
         return _ENCODER_IN.pack(
             _signed(io.data_in1), _signed(io.data_in2),
-            io.state1, io.state2, io.state3, _io_state(axis, io.state4),
+            io.state1, io.state2, io.state3, _io_state(encoder, io.state4),
             *map(_signed, (io.data_in3, io.data_in4, io.data_in5, io.data_in6)),
-            io.state5, io.state6, io.state7, io.state8, _time(axis), 0,
+            io.state5, io.state6, io.state7, io.state8, _time(encoder), 0,
         )  # fmt: skip
 
     def decode(self, data: bytes) -> tuple[int, ...]:
@@ -82,13 +83,13 @@ class _EncoderInputLong:
     size = LONG_IO_SIZE
     name = f"NCENCODERSTRUCT_IN3 ({LONG_IO_SIZE} bytes)"
 
-    def encode(self, axis: Axis) -> bytes:
-        io = axis.encoder_io
+    def encode(self, encoder: AxisEncoder) -> bytes:
+        io = encoder.io
         probes = (io.data_in3, io.data_in4, io.data_in5, io.data_in6)
         return _ENCODER_IN_LONG.pack(
             io.data_in1 & _FULL, io.data_in2 & _FULL, *(each & _WIDE for each in probes), 0, 0,
             io.state1, io.state2, io.state5 | io.state6 << 8, io.state7 | io.state8 << 8, 0,
-            _io_state(axis, io.state4), _time(axis),
+            _io_state(encoder, io.state4), _time(encoder),
         )  # fmt: skip
 
     def decode(self, data: bytes) -> tuple[int, ...]:
@@ -101,11 +102,11 @@ class _DriveInput:
     size = IO_SIZE
     name = f"NCDRIVESTRUCT_IN2 ({IO_SIZE} bytes)"
 
-    def encode(self, axis: Axis) -> bytes:
-        io = axis.drive_io
+    def encode(self, drive: AxisDrive) -> bytes:
+        io = drive.io
         return _DRIVE_IN.pack(
             _signed(io.data_in1), io.data_in2,
-            io.state1, io.state2, io.state3, _io_state(axis, io.state4),
+            io.state1, io.state2, io.state3, _io_state(drive, io.state4),
             io.data_in3, 0, 0, 0, 0, 0, 0, io.state8, 0, 0,
         )  # fmt: skip
 
@@ -113,14 +114,14 @@ class _DriveInput:
         return _DRIVE_IN.unpack(data)
 
 
-def _drive_output(axis: Axis) -> bytes:
+def _drive_output(drive: AxisDrive) -> bytes:
     """The whole structure: what clients wrote, and above it what the NC writes."""
-    image = bytearray(b"".join(_DWORD.pack(word) for word in axis.drive_output_image))
-    io = axis.drive_io
-    if axis.drive_type in DISCRETE_DRIVES or axis.owner.axis_type == AxisType.DISCRETE_RAPID_CREEP:
+    image = bytearray(b"".join(_DWORD.pack(word) for word in drive.output_image))
+    io = drive.io
+    if drive.type in DISCRETE_DRIVES or drive.owner.axis_type == AxisType.DISCRETE_RAPID_CREEP:
         _DRIVE_OUT.pack_into(image, 0, 0, 0, io.ctrl1, io.ctrl2)
         return bytes(image)
-    digital = axis.drive_digital
+    digital = drive.digital
     control2 = io.ctrl2 if digital else image[9]
     _DRIVE_OUT.pack_into(image, 0, io.data_out1, io.data_out2, io.ctrl1, control2)
     if digital:
@@ -129,25 +130,25 @@ def _drive_output(axis: Axis) -> bytes:
     return bytes(image)
 
 
-def _encoder_image(axis: Axis) -> bytearray:
-    return bytearray(b"".join(_DWORD.pack(word) for word in axis.encoder_output_image))
+def _encoder_image(encoder: AxisEncoder) -> bytearray:
+    return bytearray(b"".join(_DWORD.pack(word) for word in encoder.output_image))
 
 
-def _encoder_output(axis: Axis) -> bytes:
+def _encoder_output(encoder: AxisEncoder) -> bytes:
     """What clients wrote, and above it the controls of latches while these wait."""
-    image = _encoder_image(axis)
-    if axis.encoder_armed:
-        io = axis.encoder_io
+    image = _encoder_image(encoder)
+    if encoder.armed:
+        io = encoder.io
         image[8] = io.ctrl1
         _ENCODER_OUT_REST.pack_into(image, 28, io.ctrl5, io.ctrl6, io.ctrl7, io.ctrl8)
     return bytes(image)
 
 
-def _encoder_output_long(axis: Axis) -> bytes:
+def _encoder_output_long(encoder: AxisEncoder) -> bytes:
     """The same with the controls of the 64-bit structure, two touch probes in each."""
-    image = _encoder_image(axis)
-    if axis.encoder_armed:
-        io = axis.encoder_io
+    image = _encoder_image(encoder)
+    if encoder.armed:
+        io = encoder.io
         probes = io.ctrl5 | io.ctrl6 << 8, io.ctrl7 | io.ctrl8 << 8
         _ENCODER_OUT_LONG.pack_into(image, 64, io.ctrl1, 0, *probes)
     return bytes(image)
@@ -156,35 +157,35 @@ def _encoder_output_long(axis: Axis) -> bytes:
 class _Output:
     """An output structure of `size` bytes."""
 
-    def __init__(self, name: str, size: int, read: Callable[[Axis], bytes]) -> None:
+    def __init__(self, name: str, size: int, read: Callable[[Any], bytes]) -> None:
         self.name = f"{name} ({size} bytes)"
         self.size = size
         self._read = read
 
-    def encode(self, axis: Axis) -> bytes:
-        return self._read(axis)[: self.size]
+    def encode(self, part: Any) -> bytes:
+        return self._read(part)[: self.size]
 
     def decode(self, data: bytes) -> bytes:
         return data
 
 
-def _write(field: str) -> Callable[[Axis, bytes], None]:
-    def write(axis: Axis, data: bytes) -> None:
-        image = getattr(axis, field)
+def _write(field: str) -> Callable[[Any, bytes], None]:
+    def write(part: Any, data: bytes) -> None:
+        image = getattr(part, field)
         for i in range(len(data) // 4):
             image[i] = _DWORD.unpack_from(data, 4 * i)[0]
 
     return write
 
 
-def _write_bits(field: str) -> Callable[[Axis, tuple[int, int, int]], None]:
+def _write_bits(field: str) -> Callable[[Any, tuple[int, int, int]], None]:
     """Change the bits of a mask in the double word at a byte offset; bytes beyond are cut."""
 
-    def write(axis: Axis, access: tuple[int, int, int]) -> None:
+    def write(part: Any, access: tuple[int, int, int]) -> None:
         offset, mask, value = access
         if offset >= IO_SIZE:
             raise DeviceError(ReturnCode.INVALID_DATA, f"byte offset {offset}, expected 0..39")
-        image = getattr(axis, field)
+        image = getattr(part, field)
         words = IO_SIZE // 4
         content = bytearray(b"".join(_DWORD.pack(image[i]) for i in range(words)) + bytes(4))
         (before,) = _DWORD.unpack_from(content, offset)
@@ -202,7 +203,7 @@ def _output(codecs: tuple[_Output, ...], field: str, description: str) -> Servic
         READ | WRITE,
         codecs,
         description,
-        read=lambda axis: axis,
+        read=lambda part: part,
         write=_write(field),
     )
 
@@ -232,14 +233,14 @@ _DRIVE_OUTPUTS = (
 def _input(
     codecs: tuple[_EncoderInput | _EncoderInputLong | _DriveInput, ...], what: str
 ) -> Service:
-    return Service(0x80, "input_structure", READ, codecs, what, read=lambda axis: axis)
+    return Service(0x80, "input_structure", READ, codecs, what, read=lambda part: part)
 
 
 ENCODER_IO = (
     _output(_ENCODER_OUT, "encoder_output_image", "outputs of the encoder"),
     _input((_EncoderInput(),), "inputs of the encoder"),
 )
-"""As the axis shows them."""
+"""As the part shows them."""
 
 ENCODER_CYCLIC = (
     _output(

@@ -11,6 +11,7 @@ from operator import attrgetter
 from typing import Any
 
 from achse.motion import Axis
+from achse.motion.parts import AxisPart
 from achse.server import Codec, Layout
 
 __all__ = [
@@ -75,13 +76,13 @@ class Text:
 class OfAxis:
     """A layout of a value that `read` takes off the axis: for rows whose layouts show different."""
 
-    def __init__(self, codec: Codec, read: Callable[[Axis], Any]) -> None:
+    def __init__(self, codec: Codec, read: Callable[[Any], Any]) -> None:
         self.size = codec.size
         self.name = getattr(codec, "name", str(codec))
         self._codec = codec
         self._read = read
 
-    def encode(self, axis: Axis) -> bytes:
+    def encode(self, axis: Axis | AxisPart) -> bytes:
         return self._codec.encode(self._read(axis))
 
     def decode(self, data: bytes) -> Any:

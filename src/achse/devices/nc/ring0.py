@@ -63,7 +63,8 @@ def _ids(offset: int, kind: str) -> Service:
 def _owner(offset: int, kind: str) -> Service:
     def read(nc: Nc, number: int) -> int:
         try:
-            return nc.element(kind, number).axis_id
+            axis_id: int = nc.element(kind, number).axis_id
+            return axis_id
         except KeyError:
             return 0
 

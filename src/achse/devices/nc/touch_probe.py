@@ -6,13 +6,14 @@ A row about one probe is answered for probe 1, or as four values when so many by
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from operator import attrgetter
 from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError
 from achse.devices.nc import binding
 from achse.devices.nc.layouts import REAL64, UINT16, UINT32, UINT64, OfAxis
-from achse.motion import Axis
+from achse.motion.parts import AxisEncoder
 from achse.motion.record import TOUCH_PROBES
 from achse.server import READ, READ_WRITE, Layout, Service
 
@@ -21,7 +22,7 @@ __all__ = ["TOUCH_PROBE"]
 shown = partial(binding.shown, prefix="encoder_")
 
 
-def _state(encoder: Axis, unit: int) -> tuple[float, ...]:
+def _state(encoder: AxisEncoder, unit: int) -> tuple[float, ...]:
     if not 1 <= unit <= TOUCH_PROBES:
         raise DeviceError(
             NcError.REQUEST_PARAMETER.number, f"touch probe {unit}, expected 1..{TOUCH_PROBES}"
@@ -30,10 +31,10 @@ def _state(encoder: Axis, unit: int) -> tuple[float, ...]:
         values[edge]
         for edge in (unit - 1, unit - 1 + TOUCH_PROBES)
         for values in (
-            encoder.encoder_probe_active,
-            encoder.encoder_probe_valid,
-            encoder.encoder_probe_position,
-            encoder.encoder_probe_counter,
+            encoder.probe_active,
+            encoder.probe_valid,
+            encoder.probe_position,
+            encoder.probe_counter,
         )
     )
 
@@ -42,25 +43,27 @@ def _either(flags: Sequence[int]) -> list[int]:
     return [flags[unit] | flags[unit + TOUCH_PROBES] for unit in range(TOUCH_PROBES)]
 
 
-def _positions(encoder: Axis) -> list[float]:
+def _positions(encoder: AxisEncoder) -> list[float]:
     """Of the falling edge where that alone is valid, else of the rising one."""
-    valid, position = encoder.encoder_probe_valid, encoder.encoder_probe_position
+    valid, position = encoder.probe_valid, encoder.probe_position
     return [
         position[unit + TOUCH_PROBES if valid[unit + TOUCH_PROBES] and not valid[unit] else unit]
         for unit in range(TOUCH_PROBES)
     ]
 
 
-def _input(number: int) -> Callable[[Axis], int]:
-    return lambda encoder: encoder.owner.drive_io.state8 >> (number - 1) & 1
+def _input(number: int) -> Callable[[AxisEncoder], int]:
+    return lambda encoder: encoder.owner.drive.io.state8 >> (number - 1) & 1
 
 
-def _flags(offset: int, name: str, four: str, read: Callable[[Axis], Any], doc: str) -> Service:
+def _flags(
+    offset: int, name: str, four: str, read: Callable[[AxisEncoder], Any], doc: str
+) -> Service:
     return Service(
         offset,
         name,
         READ,
-        (OfAxis(UINT16, lambda axis: int(any(read(axis)))), OfAxis(Layout(four), read)),
+        (OfAxis(UINT16, lambda encoder: int(any(read(encoder)))), OfAxis(Layout(four), read)),
         doc,
         "1",
         read=lambda encoder: encoder,
@@ -82,14 +85,14 @@ TOUCH_PROBE = (
         0x201,
         "latch_active",
         "<4I",
-        lambda encoder: _either(encoder.encoder_probe_active),
+        lambda encoder: _either(encoder.probe_active),
         "an external latch is active",
     ),
     _flags(
         0x202,
         "latch_valid",
         "<4I",
-        lambda encoder: _either(encoder.encoder_probe_valid),
+        lambda encoder: _either(encoder.probe_valid),
         "an external latch value has become valid",
     ),
     shown(0x203, UINT32, "latch_hardware_increments"),
@@ -99,7 +102,7 @@ TOUCH_PROBE = (
         "latch_position",
         READ,
         (
-            OfAxis(REAL64, lambda encoder: encoder.encoder_latch_position),
+            OfAxis(REAL64, attrgetter("latch_position")),
             OfAxis(Layout("<4d"), _positions),
         ),
         "latched position, or those of four probes",
@@ -113,14 +116,14 @@ TOUCH_PROBE = (
         0x210,
         "latch_rising_edge_active",
         "<4H",
-        lambda encoder: encoder.encoder_probe_active[:TOUCH_PROBES],
+        lambda encoder: encoder.probe_active[:TOUCH_PROBES],
         "an external latch waits for a rising edge",
     ),
     _flags(
         0x211,
         "latch_falling_edge_active",
         "<4H",
-        lambda encoder: encoder.encoder_probe_active[TOUCH_PROBES:],
+        lambda encoder: encoder.probe_active[TOUCH_PROBES:],
         "an external latch waits for a falling edge",
     ),
     Service(

@@ -44,7 +44,7 @@ def home(axis: Axis) -> int:
 
     In mode 20 the application is asked to do it.
     """
-    if axis.encoder_reference_mode == ReferenceMode.APPLICATION:
+    if axis.encoder.reference_mode == ReferenceMode.APPLICATION:
         return _ask_application(axis)
     directions = cam_direction(axis), pulse_direction(axis)
     code = why_no_generator(axis, *directions, at_any_axis=True) or _why_not_home(axis)
@@ -69,7 +69,7 @@ def _ask_application(axis: Axis) -> int:
         return code
     if busy(axis):
         return NcError.GROUP_BUSY.number
-    if axis.encoder_is_absolute:
+    if axis.encoder.is_absolute:
         return NcError.FUNCTION_NOT_ALLOWED.number
     axis.homed = 0
     axis.application_command_number += 1
@@ -79,15 +79,15 @@ def _ask_application(axis: Axis) -> int:
 
 def _why_not_home(axis: Axis) -> int:
     """What of encoder, latch and parameters forbids a homing sequence of the NC."""
-    mode = axis.encoder_reference_mode
-    if axis.encoder_is_absolute:
+    mode = axis.encoder.reference_mode
+    if axis.encoder.is_absolute:
         return NcError.FUNCTION_NOT_ALLOWED.number
     if mode not in ReferenceMode.__members__.values() or mode == ReferenceMode.NOT_DEFINED:
         return NcError.ENCODER_REFERENCE_MODE.number
     if axis.drive_operation_mode in TORQUE_MODES:
         return NcError.FUNCTION_NOT_AVAILABLE.number
     if mode in _WITH_LATCH_1 and (
-        axis.encoder_probe_active[0] or axis.encoder_probe_active[TOUCH_PROBES]
+        axis.encoder.probe_active[0] or axis.encoder.probe_active[TOUCH_PROBES]
     ):
         return NcError.ENCODER_HARDWARE_LATCH.number
     if why_not_velocity(axis, axis.homing_velocity_towards_cam):

@@ -4,7 +4,7 @@ from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
 from achse.motion.controller import reset_controller
-from achse.motion.elements import control_loop_count, exchange_control_loop
+from achse.motion.elements import choose_control_loop, control_loop_count
 from achse.motion.setpoint import drop_job, shift_setpoint
 from achse.motion.states import ControllerType, ControlLoopSwitch, MotionPhase
 
@@ -27,12 +27,12 @@ def switch_control_loop(
         return NcError.REQUEST_PARAMETER.number
     if switch_type not in ControlLoopSwitch.__members__.values():
         return NcError.FUNCTION_TYPE.number
-    if not abs(sync_value) <= axis.drive_full:
+    if not abs(sync_value) <= axis.drive.full:
         return NcError.REQUEST_PARAMETER.number
     if axis.set_motion_phase == MotionPhase.HOMING and switch_type != ControlLoopSwitch.STANDARD:
         return NcError.GROUP_BUSY.number
-    error, output = axis.set_position - axis.actual_position, axis.drive_output
-    exchange_control_loop(axis, loop)
+    error, output = axis.set_position - axis.actual_position, axis.drive.output
+    choose_control_loop(axis, loop)
     reset_controller(axis)
     axis.following_error_time = axis.following_error_velocity_time = 0.0
     axis.motion_position = axis.actual_position
@@ -40,20 +40,20 @@ def switch_control_loop(
         drop_job(axis)
         shift_setpoint(axis, axis.actual_position - axis.set_position)
         return OK
-    feedforward = axis.controller_velocity_feedforward_weight * axis.set_velocity
-    beside = axis.external_controller_component + axis.drive_velocity_offset
+    feedforward = axis.controller.velocity_feedforward_weight * axis.set_velocity
+    beside = axis.external_controller_component + axis.drive.velocity_offset
     part = sync_value
     if switch_type == ControlLoopSwitch.SYNC_INTERNAL:
         part = output - beside - feedforward
-        part -= axis.controller_acceleration_feedforward_ka * axis.set_acceleration
-    kind, kv = axis.controller_type, axis.controller_position_kv
-    if kind == ControllerType.PID_POSITION and axis.controller_position_tn > 0.0:
-        axis.controller_position_i_part = part - kv * error
-    elif kind == ControllerType.PI_VELOCITY and axis.controller_velocity_tn > 0.0:
+        part -= axis.controller.acceleration_feedforward_ka * axis.set_acceleration
+    kind, kv = axis.controller.type, axis.controller.position_kv
+    if kind == ControllerType.PID_POSITION and axis.controller.position_tn > 0.0:
+        axis.controller.position_i_part = part - kv * error
+    elif kind == ControllerType.PI_VELOCITY and axis.controller.velocity_tn > 0.0:
         lag = kv * error + feedforward - axis.actual_velocity
-        axis.controller_velocity_i_part = part + feedforward - axis.controller_velocity_kp * lag
+        axis.controller.velocity_i_part = part + feedforward - axis.controller.velocity_kp * lag
     elif kv > 0.0 and kind not in _POSITION_IN_DRIVE:
         error = part / kv
-    axis.controller_error_before = error
+    axis.controller.error_before = error
     shift_setpoint(axis, axis.actual_position + error - axis.set_position)
     return OK

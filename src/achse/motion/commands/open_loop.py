@@ -55,7 +55,7 @@ _LARGEST = 1e10
 def _output(axis: Axis, output_type: int, value: float) -> float:
     """Output in axis units per second."""
     if output_type == DriveOutputType.PERCENT:
-        return value / 100.0 * axis.drive_reference_velocity / axis.drive_reference_output
+        return value / 100.0 * axis.drive.reference_velocity / axis.drive.reference_output
     return value
 
 
@@ -155,14 +155,14 @@ def _begin_torque(
     axis: Axis, start_type: int, control_mask: int, torque: float, manual_torque: float
 ) -> int:
     """Make the torque the active job, if nothing forbids it."""
-    if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP or axis.drive_type == DriveType.STEPPER:
+    if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP or axis.drive.type == DriveType.STEPPER:
         return NcError.GENERATOR_FUNCTION_MISSING.number
     if axis.external_setpoint_active:
         return NcError.EXTERNAL_GENERATOR_ACTIVE.number
     code = why_no_command(axis)
     if not code and axis.set_motion_phase not in _TORQUE_TAKES_OVER:
         code = NcError.GROUP_BUSY.number
-    present = axis.drive_actual_torque
+    present = axis.drive.actual_torque
     if axis.set_motion_phase == MotionPhase.TORQUE:
         present = axis.set_torque
     if start_type == TorqueStartType.RELATIVE:
@@ -190,7 +190,7 @@ def set_drive_operation_mode(axis: Axis, mode: int) -> int:
     dynamic container (17 … 21) follow the same value; a velocity goes on within the cycle. A mode
     that the simulated drive has not is refused with 0x4602.
     """
-    if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP or axis.drive_type == DriveType.STEPPER:
+    if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP or axis.drive.type == DriveType.STEPPER:
         return NcError.AXIS_INCOMPATIBLE.number
     if mode not in _MODES:
         return NcError.DRIVE_MODE.number

@@ -3,6 +3,7 @@
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import FARTHEST, OK
+from achse.motion.parts import AxisEncoder
 from achse.motion.record import PROBE_EDGES, TOUCH_PROBES
 from achse.motion.signals import latch_probe, probe_state
 from achse.motion.states import EncoderType, ProbeMode, ReferenceMode, SignalSource
@@ -25,34 +26,34 @@ def _edge(probe_unit: int, signal_edge: int) -> int | None:
     return None
 
 
-def _count(encoder: Axis) -> None:
+def _count(encoder: AxisEncoder) -> None:
     """Show whether any latch waits, and whether any has latched."""
-    encoder.encoder_latch_active = int(any(encoder.encoder_probe_active))
-    encoder.encoder_latch_valid = int(any(encoder.encoder_probe_valid))
-    encoder.resting = encoder.owner.resting = 0
+    encoder.latch_active = int(any(encoder.probe_active))
+    encoder.latch_valid = int(any(encoder.probe_valid))
+    encoder.owner.resting = 0
 
 
-def _homing_holds_latch(encoder: Axis, edge: int) -> bool:
+def _homing_holds_latch(encoder: AxisEncoder, edge: int) -> bool:
     """Unit 1 is the latch of a homing sequence, unless that goes by the index pulse."""
     return (
         edge % TOUCH_PROBES == 0
-        and encoder.homing_latch != 0
-        and encoder.encoder_reference_mode not in _HOMING_BY_INDEX
+        and encoder.owner.homing_latch != 0
+        and encoder.reference_mode not in _HOMING_BY_INDEX
     )
 
 
-def _activate(encoder: Axis, edge: int, continuous: bool, source: int) -> None:
+def _activate(encoder: AxisEncoder, edge: int, continuous: bool, source: int) -> None:
     probe = edge % TOUCH_PROBES
-    encoder.encoder_probe_seen[probe] = probe_state(encoder, probe)
-    encoder.encoder_probe_active[edge] = 1
-    encoder.encoder_probe_valid[edge] = 0
-    encoder.encoder_probe_counter[edge] = 0
-    encoder.encoder_probe_continuous[edge] = int(continuous)
-    encoder.encoder_probe_source[edge] = source
+    encoder.probe_seen[probe] = probe_state(encoder, probe)
+    encoder.probe_active[edge] = 1
+    encoder.probe_valid[edge] = 0
+    encoder.probe_counter[edge] = 0
+    encoder.probe_continuous[edge] = int(continuous)
+    encoder.probe_source[edge] = source
 
 
-def _why_not_activate(encoder: Axis, edge: int) -> int:
-    if encoder.encoder_probe_active[edge]:
+def _why_not_activate(encoder: AxisEncoder, edge: int) -> int:
+    if encoder.probe_active[edge]:
         return NcError.ENCODER_FUNCTION_ACTIVE.number
     if _homing_holds_latch(encoder, edge):
         return NcError.ENCODER_EXTERNAL_LATCH.number
@@ -60,13 +61,14 @@ def _why_not_activate(encoder: Axis, edge: int) -> int:
 
 
 def activate_touch_probe(
-    encoder: Axis, probe_unit: int, signal_edge: int, probe_mode: int, signal_source: int
+    at: Axis | AxisEncoder, probe_unit: int, signal_edge: int, probe_mode: int, signal_source: int
 ) -> int:
     """Have touch probe 1..4 wait for an edge, once or on and on (0x200).
 
     Source 1..4 is an input, 128 the index pulse, 129 what the drive is set to; 0 is the input of
     the probe's own number.
     """
+    encoder = at.encoder
     edge = _edge(probe_unit, signal_edge)
     if (
         edge is None
@@ -83,22 +85,24 @@ def activate_touch_probe(
     return OK
 
 
-def deactivate_touch_probe(encoder: Axis, probe_unit: int, signal_edge: int) -> int:
+def deactivate_touch_probe(at: Axis | AxisEncoder, probe_unit: int, signal_edge: int) -> int:
     """Have touch probe 1..4 wait no longer, and forget that it latched (0x205)."""
+    encoder = at.encoder
     edge = _edge(probe_unit, signal_edge)
     if edge is None:
         return NcError.REQUEST_PARAMETER.number
-    encoder.encoder_probe_active[edge] = 0
-    encoder.encoder_probe_valid[edge] = 0
+    encoder.probe_active[edge] = 0
+    encoder.probe_valid[edge] = 0
     _count(encoder)
     return OK
 
 
-def activate_latch(encoder: Axis, *chosen: int, falling: bool) -> int:
+def activate_latch(at: Axis | AxisEncoder, *chosen: int, falling: bool) -> int:
     """Have the latches that are `chosen` wait for one edge of their inputs (0x201, 0x202).
 
     There is a flag for each of four latches, or nothing for the first.
     """
+    encoder = at.encoder
     edges = [unit + TOUCH_PROBES * falling for unit, flag in enumerate(chosen or (1,)) if flag]
     for edge in edges:
         code = _why_not_activate(encoder, edge)
@@ -110,29 +114,31 @@ def activate_latch(encoder: Axis, *chosen: int, falling: bool) -> int:
     return OK
 
 
-def deactivate_latch(encoder: Axis, *chosen: int) -> int:
+def deactivate_latch(at: Axis | AxisEncoder, *chosen: int) -> int:
     """Have the latches that are `chosen` wait no longer (0x205); nothing means the first."""
+    encoder = at.encoder
     for unit, flag in enumerate(chosen or (1,)):
         if flag:
             for edge in range(unit, PROBE_EDGES, TOUCH_PROBES):
-                encoder.encoder_probe_active[edge] = 0
-                encoder.encoder_probe_valid[edge] = 0
+                encoder.probe_active[edge] = 0
+                encoder.probe_valid[edge] = 0
     _count(encoder)
     return OK
 
 
-def set_latch_event(encoder: Axis, position: float) -> int:
+def set_latch_event(at: Axis | AxisEncoder, position: float) -> int:
     """Let the first latch, which waits, latch this position (0x210); simulated encoders only."""
-    if encoder.encoder_type != EncoderType.SIMULATION:
+    encoder = at.encoder
+    if encoder.type != EncoderType.SIMULATION:
         return NcError.ENCODER_FUNCTION_NOT_SUPPORTED.number
     if not abs(position) <= FARTHEST:
         return NcError.REQUEST_PARAMETER.number
-    edges = [e for e in range(0, PROBE_EDGES, TOUCH_PROBES) if encoder.encoder_probe_active[e]]
+    edges = [e for e in range(0, PROBE_EDGES, TOUCH_PROBES) if encoder.probe_active[e]]
     if not edges:
         return NcError.ENCODER_EXTERNAL_LATCH.number
-    offset = encoder.encoder_position_offset + encoder.encoder_set_position_offset
-    offset += encoder.encoder_position_correction
+    offset = encoder.position_offset + encoder.set_position_offset
+    offset += encoder.position_correction
     for edge in edges:
-        latch_probe(encoder, edge, round((position - offset) / encoder.encoder_scale), position)
+        latch_probe(encoder, edge, round((position - offset) / encoder.scale), position)
     _count(encoder)
     return OK

@@ -105,7 +105,7 @@ def oriented_stop(axis: Axis, modulo_position: float, deceleration: float, jerk:
     )
     rest = axis.set_position + ramp
     direction = sign(ramp) or heading(axis)
-    way = modulo_part((modulo_position - rest) * direction, axis.encoder_modulo_factor)
+    way = modulo_part((modulo_position - rest) * direction, axis.encoder.modulo_factor)
     target = rest + direction * way
     code = why_not_target(axis, target)
     if code:

@@ -103,7 +103,7 @@ def _begin(axis: Axis, direction: float, done: Compensation) -> None:
             axis.max_deceleration / done.deceleration_increase,
         )
     )
-    axis.superposition_limit = min(axis.max_velocity, axis.drive_reference_velocity)
+    axis.superposition_limit = min(axis.max_velocity, axis.drive.reference_velocity)
     axis.superposition_velocity = done.velocity_increase
     axis.superposition_distance = distance
     axis.superposition_rise_end = rise
@@ -176,7 +176,7 @@ def _fastest(axis: Axis, asked: Compensation) -> float:
     """
     if asked.distance < 0.0:
         return min(asked.velocity_increase, asked.process_velocity)
-    most = min(axis.max_velocity, axis.drive_reference_velocity)
+    most = min(axis.max_velocity, axis.drive.reference_velocity)
     ratio = most / axis.job_velocity - 1.0
     return min(asked.velocity_increase, asked.process_velocity * ratio)
 

@@ -144,7 +144,6 @@ class AxisState(States):
     set_gear_ratio: float = real(0.0, "1", "gear ratio in force, 0 = not coupled")
     coupling_table_index: int = whole(0, "1", "table of the coupling, 0 = none")
     coupling_state: int = whole(0, "1", "0 single, 1 master, 2 both, 3 slave")
-    homed: int = flag(0, "axis is homed")
     reset_command_counter: int = whole(0, "1", "resets so far")
     loop_closed: int = flag(0, "position control loop is closed")
     in_position_range: int = flag(0, "actual position is inside the position window")

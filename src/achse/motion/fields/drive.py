@@ -32,79 +32,69 @@ FILTER_ORDER = 10
 class DriveParameters(Parameters):
     """Parameters of the drive (002 §6.4.7.1, 0x7000 + ID)."""
 
-    drive_motor_polarity: int = flag(0, "motor turns the other way round")
-    drive_reference_velocity: float = real(
-        2200.0, "mm/s", "velocity at the reference output", 1e-3, 1e20
-    )
-    drive_reference_output: float = real(1.0, "1", "output at the reference velocity", 1e-6, 5.0)
-    drive_output_limit_min: float = real(-1.0, "1", "lowest output", -1.0, 1.0)
-    drive_output_limit_max: float = real(1.0, "1", "highest output", -1.0, 1.0)
-    drive_type: int = whole(5, "DriveType", "kind of drive", 1, 24)
-    drive_mode: int = whole(1, "1", "mode of the drive, 1 = standard", 1, 1)
-    drive_input_address_offset: int = whole(0, "byte", "place in the I/O input image")
-    drive_output_address_offset: int = whole(0, "byte", "place in the I/O output image")
-    drive_output_mask: int = whole(0x7FFF_FFFF, "INC", "largest output in increments", 1)
-    drive_control_dword: int = whole(0, "bits", "operation modes of the drive")
-    drive_reset_counter: int = whole(5, "1", "cycles of a reset", 5)
-    drive_dead_time_compensation_mode: int = whole(
+    motor_polarity: int = flag(0, "motor turns the other way round")
+    reference_velocity: float = real(2200.0, "mm/s", "velocity at the reference output", 1e-3, 1e20)
+    reference_output: float = real(1.0, "1", "output at the reference velocity", 1e-6, 5.0)
+    output_limit_min: float = real(-1.0, "1", "lowest output", -1.0, 1.0)
+    output_limit_max: float = real(1.0, "1", "highest output", -1.0, 1.0)
+    type: int = whole(5, "DriveType", "kind of drive", 1, 24)
+    mode: int = whole(1, "1", "mode of the drive, 1 = standard", 1, 1)
+    input_address_offset: int = whole(0, "byte", "place in the I/O input image")
+    output_address_offset: int = whole(0, "byte", "place in the I/O output image")
+    output_mask: int = whole(0x7FFF_FFFF, "INC", "largest output in increments", 1)
+    control_dword: int = whole(0, "bits", "operation modes of the drive")
+    reset_counter: int = whole(5, "1", "cycles of a reset", 5)
+    dead_time_compensation_mode: int = whole(
         0, "DeadTimeCompensation", "what extrapolates the position output", 0, 2
     )
-    drive_dead_time_compensation_control: int = whole(0, "bits", "bit 0: absolute I/O times")
-    drive_dead_time_compensation_shift: int = whole(
+    dead_time_compensation_control: int = whole(0, "bits", "bit 0: absolute I/O times")
+    dead_time_compensation_shift: int = whole(
         0, "ns", "dead time of the drive", -1_000_000_000, 1_000_000_000
     )
-    drive_actual_torque_scaling: float = real(
-        1.0, "%/INC", "actual torque of one increment", -1e30, 1e30
-    )
-    drive_actual_torque_filter_time: float = real(
-        0.0, "s", "PT1 filter of the actual torque", 0.0, 60.0
-    )
-    drive_actual_torque_derivative_filter_time: float = real(
+    actual_torque_scaling: float = real(1.0, "%/INC", "actual torque of one increment", -1e30, 1e30)
+    actual_torque_filter_time: float = real(0.0, "s", "PT1 filter of the actual torque", 0.0, 60.0)
+    actual_torque_derivative_filter_time: float = real(
         0.0, "s", "PT1 filter of the torque derivative", 0.0, 60.0
     )
-    drive_velocity_offset: float = real(0.0, "mm/s", "added to the output against drift")
-    drive_velocity_scaling: float = real(1.0, "1", "weight of the velocity output", 0.0, 1e8)
-    drive_dsc_kpc: int = whole(
+    velocity_offset: float = real(0.0, "mm/s", "added to the output against drift")
+    velocity_scaling: float = real(1.0, "1", "weight of the velocity output", 0.0, 1e8)
+    dsc_kpc: int = whole(
         0, "0.001/s", "gain of the position loop in a PROFIdrive, 0 = none; the NC then has none"
     )
-    drive_dsc_xerr_scaling: float = real(1.0, "1", "weight of the position error output", 0.0)
-    drive_position_scaling: float = real(1.0, "1", "weight of the position output", 0.0, 1e8)
-    drive_acceleration_scaling: float = real(
-        1.0, "1", "weight of the acceleration output", 0.0, 1e8
-    )
-    drive_torque_offset_scaling: float = real(1.0, "1", "weight of the torque offset", 0.0, 1e8)
-    drive_set_torque_scaling: float = real(1.0, "1", "weight of the set torque", 0.0, 1e8)
-    drive_velocity_output_delay: float = real(0.0, "s", "delay of the velocity output", 0.0, 1.0)
-    drive_acceleration_output_delay: float = real(
-        0.0, "s", "delay of the acceleration output", 0.0, 1.0
-    )
-    drive_torque_output_delay: float = real(0.0, "s", "delay of the torque output", 0.0, 1.0)
-    drive_output_filter_type: int = whole(0, "OutputFilter", "filter of the position output", 0, 2)
-    drive_output_filter_time: float = real(0.0, "s", "its time, 64 cycles at most", 0.0, 1.0)
-    drive_output_filter_order: int = whole(1, "1", "its order", 0, FILTER_ORDER)
-    drive_table_id: int = whole(0, "1", "characteristic table, 0 = none")
-    drive_table_interpolation_type: int = whole(
+    dsc_xerr_scaling: float = real(1.0, "1", "weight of the position error output", 0.0)
+    position_scaling: float = real(1.0, "1", "weight of the position output", 0.0, 1e8)
+    acceleration_scaling: float = real(1.0, "1", "weight of the acceleration output", 0.0, 1e8)
+    torque_offset_scaling: float = real(1.0, "1", "weight of the torque offset", 0.0, 1e8)
+    set_torque_scaling: float = real(1.0, "1", "weight of the set torque", 0.0, 1e8)
+    velocity_output_delay: float = real(0.0, "s", "delay of the velocity output", 0.0, 1.0)
+    acceleration_output_delay: float = real(0.0, "s", "delay of the acceleration output", 0.0, 1.0)
+    torque_output_delay: float = real(0.0, "s", "delay of the torque output", 0.0, 1.0)
+    output_filter_type: int = whole(0, "OutputFilter", "filter of the position output", 0, 2)
+    output_filter_time: float = real(0.0, "s", "its time, 64 cycles at most", 0.0, 1.0)
+    output_filter_order: int = whole(1, "1", "its order", 0, FILTER_ORDER)
+    table_id: int = whole(0, "1", "characteristic table, 0 = none")
+    table_interpolation_type: int = whole(
         0, "CharacteristicInterpolation", "how its points are joined", 0, 2
     )
-    drive_output_offset: float = real(0.0, "1", "added after the characteristic", -1.0, 1.0)
-    drive_quadrant_compensation_factor: float = real(
+    output_offset: float = real(0.0, "1", "added after the characteristic", -1.0, 1.0)
+    quadrant_compensation_factor: float = real(
         1.0, "1", "output in quadrant III of that in quadrant I", 0.0, 100.0
     )
-    drive_velocity_reference_point: float = real(
+    velocity_reference_point: float = real(
         1.0, "1", "velocity at the knee of the characteristic", 0.01, 1.0
     )
-    drive_output_reference_point: float = real(
+    output_reference_point: float = real(
         1.0, "1", "output at the knee of the characteristic", 0.01, 1.0
     )
-    drive_stepper_mask_cycle1: int = whole(0b0001, "bits", "control byte in cycle 1", 0, 255)
-    drive_stepper_mask_cycle2: int = whole(0b0100, "bits", "control byte in cycle 2", 0, 255)
-    drive_stepper_mask_cycle3: int = whole(0b0010, "bits", "control byte in cycle 3", 0, 255)
-    drive_stepper_mask_cycle4: int = whole(0b1000, "bits", "control byte in cycle 4", 0, 255)
-    drive_stepper_mask_cycle5: int = whole(0, "bits", "control byte in cycle 5", 0, 255)
-    drive_stepper_mask_cycle6: int = whole(0, "bits", "control byte in cycle 6", 0, 255)
-    drive_stepper_mask_cycle7: int = whole(0, "bits", "control byte in cycle 7", 0, 255)
-    drive_stepper_mask_cycle8: int = whole(0, "bits", "control byte in cycle 8", 0, 255)
-    drive_stepper_mask_holding_current: int = whole(
+    stepper_mask_cycle1: int = whole(0b0001, "bits", "control byte in cycle 1", 0, 255)
+    stepper_mask_cycle2: int = whole(0b0100, "bits", "control byte in cycle 2", 0, 255)
+    stepper_mask_cycle3: int = whole(0b0010, "bits", "control byte in cycle 3", 0, 255)
+    stepper_mask_cycle4: int = whole(0b1000, "bits", "control byte in cycle 4", 0, 255)
+    stepper_mask_cycle5: int = whole(0, "bits", "control byte in cycle 5", 0, 255)
+    stepper_mask_cycle6: int = whole(0, "bits", "control byte in cycle 6", 0, 255)
+    stepper_mask_cycle7: int = whole(0, "bits", "control byte in cycle 7", 0, 255)
+    stepper_mask_cycle8: int = whole(0, "bits", "control byte in cycle 8", 0, 255)
+    stepper_mask_holding_current: int = whole(
         0, "bits", "further bits of the control byte at rest", 0, 255
     )
 
@@ -127,39 +117,37 @@ class DriveInput(Inputs):
 class DriveState(States):
     """Output to the drive (002 §6.4.7.2, 0x7100 + ID)."""
 
-    drive_output: float = real(0.0, "mm/s", "total output to the drive")
-    drive_output_percent: float = real(0.0, "%", "the same of full output")
-    drive_limit_active: int = flag(0, "the output is held at a limit")
-    drive_output_peak_negative: float = real(0.0, "mm/s", "smallest total output so far")
-    drive_output_peak_positive: float = real(0.0, "mm/s", "largest total output so far")
-    drive_output_percent_nonlinear: float = real(0.0, "%", "total output after the characteristic")
-    drive_output_image: list[int] = wholes(
+    output: float = real(0.0, "mm/s", "total output to the drive")
+    output_percent: float = real(0.0, "%", "the same of full output")
+    limit_active: int = flag(0, "the output is held at a limit")
+    output_peak_negative: float = real(0.0, "mm/s", "smallest total output so far")
+    output_peak_positive: float = real(0.0, "mm/s", "largest total output so far")
+    output_percent_nonlinear: float = real(0.0, "%", "total output after the characteristic")
+    output_image: list[int] = wholes(
         10, "bits", "output structure in words of 4 bytes, beneath what the NC writes itself"
     )
-    drive_actual_torque: float = real(0.0, "1000 = 100 %", "actual torque, filtered")
-    drive_actual_torque_derivative: float = real(0.0, "1000 = 100 %/s", "its change")
-    drive_dead_time_position_correction: float = real(
-        0.0, "mm", "way of the dead-time compensation"
-    )
-    drive_filtered_set_position: float = real(0.0, "mm", "set position after the output filter")
-    drive_filtered_set_velocity: float = real(0.0, "mm/s", "its velocity")
-    drive_filtered_set_acceleration: float = real(0.0, "mm/s²", "its acceleration")
-    drive_control_byte: int = whole(0, "bits", "control byte to a discrete drive", 0, 255)
-    drive_extended_control_byte: int = whole(0, "bits", "extended control byte", 0, 255)
+    actual_torque: float = real(0.0, "1000 = 100 %", "actual torque, filtered")
+    actual_torque_derivative: float = real(0.0, "1000 = 100 %/s", "its change")
+    dead_time_position_correction: float = real(0.0, "mm", "way of the dead-time compensation")
+    filtered_set_position: float = real(0.0, "mm", "set position after the output filter")
+    filtered_set_velocity: float = real(0.0, "mm/s", "its velocity")
+    filtered_set_acceleration: float = real(0.0, "mm/s²", "its acceleration")
+    control_byte: int = whole(0, "bits", "control byte to a discrete drive", 0, 255)
+    extended_control_byte: int = whole(0, "bits", "extended control byte", 0, 255)
 
 
 class DriveInternal(Memory):
     """What the drive derives from its parameters, and keeps from cycle to cycle."""
 
-    drive_special: int = flag(0, "more than a linear velocity drive is in use")
-    drive_ideal: int = flag(0, "the drive takes positions and follows them")
-    drive_digital: int = flag(0, "the outputs are weighted set values, not a share of full output")
-    drive_adapted_mode: int = whole(0, "DriveOperationMode", "operation mode this is derived for")
-    drive_delay: int = whole(0, "1", "cycles by which the velocity output is late")
-    drive_dsc_gain: float = real(0.0, "1/s", "gain of a position loop in the drive, 0 = none")
-    drive_full: float = real(2200.0, "mm/s", "velocity at 100 % output")
-    drive_signal_before: int = flag(0, "fast-stop signal of the cycle before")
-    drive_io_time: float = real(0.0, "s", "time without valid I/O data")
+    special: int = flag(0, "more than a linear velocity drive is in use")
+    ideal: int = flag(0, "the drive takes positions and follows them")
+    digital: int = flag(0, "the outputs are weighted set values, not a share of full output")
+    adapted_mode: int = whole(0, "DriveOperationMode", "operation mode this is derived for")
+    delay: int = whole(0, "1", "cycles by which the velocity output is late")
+    dsc_gain: float = real(0.0, "1/s", "gain of a position loop in the drive, 0 = none")
+    full: float = real(2200.0, "mm/s", "velocity at 100 % output")
+    signal_before: int = flag(0, "fast-stop signal of the cycle before")
+    io_time: float = real(0.0, "s", "time without valid I/O data")
     curve_first: int = whole(0, "1", "first piece of the characteristic's curve")
     curve_count: int = whole(0, "1", "its pieces, 0 = no table")
     filter_count: int = whole(0, "1", "entries of the moving average")

@@ -34,67 +34,57 @@ PROBE_EDGES = 2 * TOUCH_PROBES
 class EncoderParameters(Parameters):
     """Parameters of the encoder (002 §6.4.5.1, 0x5000 + ID)."""
 
-    encoder_scaling_factor: float = real(1e-4, "mm/INC", "distance of one increment", 1e-12, 1e30)
-    encoder_scaling_numerator: float = real(1e-4, "mm/INC", "its numerator", 1e-12, 1e30)
-    encoder_scaling_denominator: float = real(1.0, "1", "its denominator", 1e-12, 1e30)
-    encoder_type: int = whole(1, "EncoderType", "kind of encoder", 1, 28)
-    encoder_mode: int = whole(3, "EncoderMode", "what the encoder determines", 1, 3)
-    encoder_input_address_offset: int = whole(0, "byte", "place in the I/O input image")
-    encoder_output_address_offset: int = whole(0, "byte", "place in the I/O output image")
-    encoder_evaluation_direction: int = whole(
+    scaling_factor: float = real(1e-4, "mm/INC", "distance of one increment", 1e-12, 1e30)
+    scaling_numerator: float = real(1e-4, "mm/INC", "its numerator", 1e-12, 1e30)
+    scaling_denominator: float = real(1.0, "1", "its denominator", 1e-12, 1e30)
+    type: int = whole(1, "EncoderType", "kind of encoder", 1, 28)
+    mode: int = whole(3, "EncoderMode", "what the encoder determines", 1, 3)
+    input_address_offset: int = whole(0, "byte", "place in the I/O input image")
+    output_address_offset: int = whole(0, "byte", "place in the I/O output image")
+    evaluation_direction: int = whole(
         0, "EncoderEvaluationDirection", "counting directions that are evaluated", 0, 3
     )
-    encoder_mask: int = whole(0xFFFF_FFFF, "INC", "largest count, then it starts at 0 again", 1)
-    encoder_raw_value_filter_mask: int = whole(0, "bits", "bits of the count that are masked out")
-    encoder_reference_system: int = whole(
+    mask: int = whole(0xFFFF_FFFF, "INC", "largest count, then it starts at 0 again", 1)
+    raw_value_filter_mask: int = whole(0, "bits", "bits of the count that are masked out")
+    reference_system: int = whole(
         0, "EncoderReferenceSystem", "how the count becomes a position", 0, 2
     )
-    encoder_sign_interpretation: int = whole(
-        0, "EncoderSignInterpretation", "sign of the count", 0, 2
-    )
-    encoder_actual_position_correction_enable: int = flag(0, "the position correction is added")
-    encoder_actual_position_correction_filter_time: float = real(
+    sign_interpretation: int = whole(0, "EncoderSignInterpretation", "sign of the count", 0, 2)
+    actual_position_correction_enable: int = flag(0, "the position correction is added")
+    actual_position_correction_filter_time: float = real(
         0.0, "s", "PT1 filter of the position correction", 0.0, 60.0
     )
-    encoder_dead_time_compensation_mode: int = whole(
+    dead_time_compensation_mode: int = whole(
         0, "DeadTimeCompensation", "what extrapolates the actual position", 0, 2
     )
-    encoder_dead_time_compensation_control: int = whole(0, "bits", "bit 0: absolute I/O times")
-    encoder_dead_time_compensation_shift: int = whole(
+    dead_time_compensation_control: int = whole(0, "bits", "bit 0: absolute I/O times")
+    dead_time_compensation_shift: int = whole(
         0, "ns", "dead time of the encoder", -1_000_000_000, 1_000_000_000
     )
-    encoder_control_dword: int = whole(0, "bits", "operation modes of the encoder")
-    encoder_homing_cam_search_inverse: int = flag(1, "the cam is searched in negative direction")
-    encoder_sync_pulse_search_inverse: int = flag(
-        0, "the sync pulse is searched in negative direction"
-    )
-    encoder_reference_position: float = real(0.0, "mm", "position of the reference mark", -1e9, 1e9)
-    encoder_external_sync_pulse: int = flag(0, "the sync pulse is input 1 instead of the index")
-    encoder_reference_mode: int = whole(1, "ReferenceMode", "what ends the homing sequence")
-    encoder_sub_mask: int = whole(
-        0xFFFF, "INC", "range within which the count is absolute, less 1", 0xF
-    )
-    encoder_homing_sensor_source: int = whole(
+    control_dword: int = whole(0, "bits", "operation modes of the encoder")
+    homing_cam_search_inverse: int = flag(1, "the cam is searched in negative direction")
+    sync_pulse_search_inverse: int = flag(0, "the sync pulse is searched in negative direction")
+    reference_position: float = real(0.0, "mm", "position of the reference mark", -1e9, 1e9)
+    external_sync_pulse: int = flag(0, "the sync pulse is input 1 instead of the index")
+    reference_mode: int = whole(1, "ReferenceMode", "what ends the homing sequence")
+    sub_mask: int = whole(0xFFFF, "INC", "range within which the count is absolute, less 1", 0xF)
+    homing_sensor_source: int = whole(
         0, "HomingSensorSource", "where the homing cam comes from", 0, 16
     )
-    encoder_position_offset: float = real(0.0, "mm", "added to the scaled count", -1e9, 1e9)
-    encoder_count_direction: int = flag(0, "counting direction is inverted")
-    encoder_is_absolute: int = flag(0, "encoder is absolute: its position cannot be set")
-    encoder_modulo_factor: float = real(360.0, "mm", "length of a modulo period", 1e-3, 1e9)
-    encoder_modulo_tolerance_window: float = real(
+    position_offset: float = real(0.0, "mm", "added to the scaled count", -1e9, 1e9)
+    count_direction: int = flag(0, "counting direction is inverted")
+    is_absolute: int = flag(0, "encoder is absolute: its position cannot be set")
+    modulo_factor: float = real(360.0, "mm", "length of a modulo period", 1e-3, 1e9)
+    modulo_tolerance_window: float = real(
         0.0, "mm", "a directed modulo start goes back within this window", 0.0, 5e8
     )
-    encoder_soft_limit_min_enable: int = flag(0, "lower software limit is watched")
-    encoder_soft_limit_max_enable: int = flag(0, "upper software limit is watched")
-    encoder_soft_limit_min: float = real(0.0, "mm", "lower software limit")
-    encoder_soft_limit_max: float = real(0.0, "mm", "upper software limit")
-    encoder_position_filter_time: float = real(
-        0.0, "s", "PT1 filter of the actual position", 0.0, 60.0
-    )
-    encoder_velocity_filter_time: float = real(
-        0.01, "s", "PT1 filter of the actual velocity", 0.0, 60.0
-    )
-    encoder_acceleration_filter_time: float = real(
+    soft_limit_min_enable: int = flag(0, "lower software limit is watched")
+    soft_limit_max_enable: int = flag(0, "upper software limit is watched")
+    soft_limit_min: float = real(0.0, "mm", "lower software limit")
+    soft_limit_max: float = real(0.0, "mm", "upper software limit")
+    position_filter_time: float = real(0.0, "s", "PT1 filter of the actual position", 0.0, 60.0)
+    velocity_filter_time: float = real(0.01, "s", "PT1 filter of the actual velocity", 0.0, 60.0)
+    acceleration_filter_time: float = real(
         0.1, "s", "PT1 filter of the actual acceleration", 0.0, 60.0
     )
 
@@ -108,61 +98,62 @@ class EncoderState(States):
     actual_velocity: float = real(0.0, "mm/s", "actual velocity, filtered")
     actual_velocity_unfiltered: float = real(0.0, "mm/s", "actual velocity of this cycle")
     actual_acceleration: float = real(0.0, "mm/s²", "actual acceleration, filtered")
-    encoder_actual_position_unfiltered: float = real(0.0, "mm", "position before the PT1 filter")
-    encoder_hardware_increments: int = whole(0, "INC", "count of the encoder, 32 bits signed")
-    encoder_software_increments: int = whole(0, "INC", "count without overflow")
-    encoder_set_position_offset: float = real(0.0, "mm", "shift made by 'set actual position'")
-    encoder_reinitialization_state: int = whole(0, "1", "state of a re-initialisation, 0 = none")
-    encoder_output_image: list[int] = wholes(20, "bits", "output structure in words of 4 bytes")
-    encoder_actual_position_filtered: float = real(
+    actual_position_unfiltered: float = real(0.0, "mm", "position before the PT1 filter")
+    homed: int = flag(0, "axis is homed")
+    hardware_increments: int = whole(0, "INC", "count of the encoder, 32 bits signed")
+    software_increments: int = whole(0, "INC", "count without overflow")
+    set_position_offset: float = real(0.0, "mm", "shift made by 'set actual position'")
+    reinitialization_state: int = whole(0, "1", "state of a re-initialisation, 0 = none")
+    output_image: list[int] = wholes(20, "bits", "output structure in words of 4 bytes")
+    actual_position_filtered: float = real(
         0.0, "mm", "position after the PT1 filter, without dead-time compensation"
     )
-    encoder_position_correction: float = real(0.0, "mm", "correction in the actual position")
-    encoder_actual_velocity_uncorrected: float = real(
+    position_correction: float = real(0.0, "mm", "correction in the actual position")
+    actual_velocity_uncorrected: float = real(
         0.0, "mm/s", "actual velocity without that of the correction"
     )
-    encoder_dead_time_position_correction: float = real(
-        0.0, "mm", "way of the dead-time compensation"
-    )
+    dead_time_position_correction: float = real(0.0, "mm", "way of the dead-time compensation")
 
 
 class TouchProbeState(States):
     """External latches of the encoder (002 §6.4.5.2, 0x5100 + ID:0x101, 0x200 … 0x213)."""
 
-    encoder_latch_active: int = flag(0, "an external latch is active")
-    encoder_latch_valid: int = flag(0, "an external latch value has become valid")
-    encoder_latch_activation_difference: float = real(
+    latch_active: int = flag(0, "an external latch is active")
+    latch_valid: int = flag(0, "an external latch value has become valid")
+    latch_activation_difference: float = real(
         0.0, "mm", "way from activating the hardware latch to its value"
     )
-    encoder_latch_hardware_increments: int = whole(0, "INC", "latched count of the hardware")
-    encoder_latch_software_increments: int = whole(0, "INC", "latched count of the software")
-    encoder_latch_position: float = real(0.0, "mm", "latched position")
-    encoder_latch_hardware_increment_difference: int = whole(0, "INC", "to the latch before")
-    encoder_latch_software_increment_difference: int = whole(0, "INC", "to the latch before")
-    encoder_latch_position_difference: float = real(0.0, "mm", "to the latch before")
-    encoder_probe_active: list[int] = wholes(PROBE_EDGES, "0/1", "waits for its edge")
-    encoder_probe_valid: list[int] = wholes(PROBE_EDGES, "0/1", "its edge was latched")
-    encoder_probe_position: list[float] = reals(PROBE_EDGES, "mm", "where its edge was")
-    encoder_probe_counter: list[int] = wholes(PROBE_EDGES, "1", "edges latched since activated")
+    latch_hardware_increments: int = whole(0, "INC", "latched count of the hardware")
+    latch_software_increments: int = whole(0, "INC", "latched count of the software")
+    latch_position: float = real(0.0, "mm", "latched position")
+    latch_hardware_increment_difference: int = whole(0, "INC", "to the latch before")
+    latch_software_increment_difference: int = whole(0, "INC", "to the latch before")
+    latch_position_difference: float = real(0.0, "mm", "to the latch before")
+    probe_active: list[int] = wholes(PROBE_EDGES, "0/1", "waits for its edge")
+    probe_valid: list[int] = wholes(PROBE_EDGES, "0/1", "its edge was latched")
+    probe_position: list[float] = reals(PROBE_EDGES, "mm", "where its edge was")
+    probe_counter: list[int] = wholes(PROBE_EDGES, "1", "edges latched since activated")
 
 
 class TouchProbeMemory(Memory):
     """What an active latch waits for, and what the hardware showed of it before."""
 
-    encoder_probe_continuous: list[int] = wholes(PROBE_EDGES, "0/1", "goes on after an edge")
-    encoder_probe_source: list[int] = wholes(PROBE_EDGES, "SignalSource", "its signal")
-    encoder_armed: int = flag(0, "the hardware has been told to watch a signal")
-    encoder_probe_seen: list[int] = wholes(TOUCH_PROBES, "bits", "states of probes last seen")
-    encoder_homing_seen: int = whole(0, "bits", "state of the homing latch as last seen")
-    encoder_watched_count: int = whole(0, "INC", "count a cycle before, for the software sync")
+    probe_continuous: list[int] = wholes(PROBE_EDGES, "0/1", "goes on after an edge")
+    probe_source: list[int] = wholes(PROBE_EDGES, "SignalSource", "its signal")
+    armed: int = flag(0, "the hardware has been told to watch a signal")
+    probe_seen: list[int] = wholes(TOUCH_PROBES, "bits", "states of probes last seen")
+    homing_seen: int = whole(0, "bits", "state of the homing latch as last seen")
+    watched_count: int = whole(0, "INC", "count a cycle before, for the software sync")
 
 
 class EncoderMemory(Memory):
     """What the encoder derives from its parameters and keeps from cycle to cycle."""
 
-    encoder_special: int = flag(0, "functions beyond scaling and filters are in use")
-    encoder_scale: float = real(1e-4, "mm/INC", "scaling with the sign of the direction")
-    encoder_data: int = whole(0, "INC", "count as the hardware showed it last")
-    encoder_raw: int = whole(0, "INC", "the same within the mask")
-    encoder_backlash_side: float = real(0.0, "1", "direction of the last movement")
-    encoder_history: list[float] = reals(POSITION_HISTORY, "mm", "actual positions, a ring")
+    adapt: int = flag(1, "parameters changed: derived values must be computed again")
+    leads: int = flag(1, "the axis works with it")
+    special: int = flag(0, "functions beyond scaling and filters are in use")
+    scale: float = real(1e-4, "mm/INC", "scaling with the sign of the direction")
+    data: int = whole(0, "INC", "count as the hardware showed it last")
+    raw: int = whole(0, "INC", "the same within the mask")
+    backlash_side: float = real(0.0, "1", "direction of the last movement")
+    history: list[float] = reals(POSITION_HISTORY, "mm", "actual positions, a ring")

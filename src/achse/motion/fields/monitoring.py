@@ -9,7 +9,6 @@ class MonitoringInternal(Memory):
     """What supervision remembers from cycle to cycle."""
 
     adapt: int = flag(1, "parameters changed: derived values must be computed anew")
-    element_number: int = whole(0, "1", "records back to the axis this is an element of, 0 = none")
     resting: int = flag(0, "nothing changes until somebody writes to the record")
     quiet_cycles: int = whole(0, "1", "cycles without a change")
     drive_status: int = whole(0, "bits", "state 1 of the drive")

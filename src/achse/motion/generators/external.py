@@ -16,6 +16,7 @@ from achse.motion.states import MotionPhase
 
 __all__ = ["end", "leads", "leave_external", "step"]
 
+
 _LARGEST = 1e30
 """Numbers beyond are none."""
 
@@ -64,7 +65,7 @@ def _fault(ax: AxisFields, way: float, dt: float) -> int:
     ):
         return NcError.EXTERNAL_SETPOINT_DATA
     limit = fastest(ax) * _ROUNDED
-    if abs(way) > limit * dt + ax.encoder_scaling_factor or abs(ax.external_set_velocity) > limit:
+    if abs(way) > limit * dt + ax.encoder.scaling_factor or abs(ax.external_set_velocity) > limit:
         return NcError.SET_VELOCITY_TOO_HIGH
     if abs(ax.external_set_acceleration) > ax.max_acceleration * _ROUNDED:
         return NcError.SET_ACCELERATION_TOO_HIGH
@@ -87,7 +88,7 @@ def _take(ax: AxisFields, way: float, dt: float) -> None:
         mean = way / dt
         lowest = velocity if velocity < before else before
         highest = velocity if velocity > before else before
-        tolerance = _INCONSISTENT * abs(mean) + ax.encoder_scaling_factor / dt
+        tolerance = _INCONSISTENT * abs(mean) + ax.encoder.scaling_factor / dt
         if not lowest - tolerance <= mean <= highest + tolerance:
             velocity = mean
             acceleration = (velocity - before) / dt

@@ -19,12 +19,12 @@ __all__ = ["cam_direction", "home", "pulse_direction", "step"]
 
 def cam_direction(ax: AxisFields) -> float:
     """Where the cam is searched."""
-    return -1.0 if ax.encoder_homing_cam_search_inverse else 1.0
+    return -1.0 if ax.encoder.homing_cam_search_inverse else 1.0
 
 
 def pulse_direction(ax: AxisFields) -> float:
     """Where the axis leaves the cam and searches the sync pulse."""
-    return -1.0 if ax.encoder_sync_pulse_search_inverse else 1.0
+    return -1.0 if ax.encoder.sync_pulse_search_inverse else 1.0
 
 
 def _run(ax: AxisFields, velocity: float, direction: float) -> None:
@@ -41,7 +41,7 @@ def _stop(ax: AxisFields) -> None:
 def _stands(ax: AxisFields) -> bool:
     return (
         ax.replan == 0
-        and ax.switch_phase == 0  # a two-speed axis is held by its brake
+        and ax.drive.switch_phase == 0  # a two-speed axis is held by its brake
         and ax.set_velocity == 0.0
         and ax.set_acceleration == 0.0
         and arrived(ax) == 1
@@ -50,14 +50,14 @@ def _stands(ax: AxisFields) -> bool:
 
 def _arm(ax: AxisFields) -> None:
     """Off the cam: latch here, or with the sync pulse still to come."""
-    position = ax.encoder_actual_position_unfiltered
-    if ax.encoder_reference_mode == ReferenceMode.HOMING_SENSOR_ONLY:
+    position = ax.encoder.actual_position_unfiltered
+    if ax.encoder.reference_mode == ReferenceMode.HOMING_SENSOR_ONLY:
         ax.homing_latch_position = position
         ax.homing_state = HomingState.SET_POSITION
         _stop(ax)
     else:
         ax.homing_latch_begin = position
-        begin_watch(ax)
+        begin_watch(ax, ax.encoder)
         ax.homing_state = HomingState.AWAIT_LATCH
 
 
@@ -96,8 +96,8 @@ def home(ax: AxisFields) -> None:
     elif state == HomingState.SET_POSITION and _stands(ax):
         ax.target_position = ax.set_position
         end_homing(ax)
-        shift_origin(ax, ax.encoder_reference_position - ax.homing_latch_position)
-        ax.homed = 1
+        shift_origin(ax, ax.encoder.reference_position - ax.homing_latch_position)
+        ax.encoder.homed = 1
         ax.set_motion_phase = MotionPhase.NONE
         ax.set_command_state = CommandState.DONE
 

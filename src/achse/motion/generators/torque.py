@@ -63,7 +63,7 @@ def step(ax: AxisFields, dt: float) -> None:
         ax.set_torque = ax.external_set_torque
         ax.set_torque_derivative = ax.external_set_torque_derivative
         ax.external_position = ax.external_set_position
-        ax.external_origin = ax.actual_position - ax.external_position
+        ax.external_origin = ax.encoder.actual_position - ax.external_position
     else:
         ax.external_setpoint_active = 0
     follow_axis(ax)

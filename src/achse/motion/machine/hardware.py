@@ -30,6 +30,7 @@ from achse.motion.views import Store, View
 
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
+    from achse.motion.parts import AxisDrive
 
     class _Machine(View, Machine): ...
 
@@ -172,14 +173,14 @@ class Hardware:
         return machine
 
 
-def fit(machine: MachineView, axis: "Axis", elements: "list[Axis]") -> None:
-    """Build the machine as the axis and its further elements are set up now."""
-    for sensor, encoder in zip(machine.sensors, elements, strict=True):
-        sensor.encoder_resolution = encoder.encoder_scaling_factor
-        sensor.encoder_inverted = encoder.encoder_count_direction
-        sensor.encoder_mask = encoder.encoder_mask
+def fit(machine: MachineView, axis: "Axis") -> None:
+    """Build the machine as the axis and its parts are set up now."""
+    for sensor, encoder in zip(machine.sensors, axis.encoders, strict=True):
+        sensor.encoder_resolution = encoder.scaling_factor
+        sensor.encoder_inverted = encoder.count_direction
+        sensor.encoder_mask = encoder.mask
         sensor.noise_state = axis.axis_id + 1
-    for amplifier, drive in zip(machine.amplifiers, elements, strict=True):
+    for amplifier, drive in zip(machine.amplifiers, axis.drives, strict=True):
         _fit_output(amplifier, drive)
         _fit_weights(amplifier, drive)
         _fit_stepper(amplifier, axis, drive)
@@ -187,38 +188,38 @@ def fit(machine: MachineView, axis: "Axis", elements: "list[Axis]") -> None:
             amplifier.kind = TWO_SPEEDS
 
 
-def _fit_output(amplifier: AmplifierView, drive: "Axis") -> None:
-    amplifier.kind = ANALOG if drive.drive_type in ANALOG_DRIVES else DIGITAL
-    amplifier.full_velocity = drive.drive_reference_velocity / drive.drive_reference_output
-    amplifier.full_output = drive.drive_output_mask
-    amplifier.motor_inverted = drive.drive_motor_polarity
-    amplifier.nonlinear = int(drive.drive_type == DriveType.MDP_252_NONLINEAR)
-    amplifier.quadrant_factor = drive.drive_quadrant_compensation_factor or 1.0
-    amplifier.knee_velocity = drive.drive_velocity_reference_point
-    amplifier.knee_output = drive.drive_output_reference_point
-    amplifier.position_loop = int(drive.drive_type == DriveType.PROVIDRIVE_MC)
+def _fit_output(amplifier: AmplifierView, drive: "AxisDrive") -> None:
+    amplifier.kind = ANALOG if drive.type in ANALOG_DRIVES else DIGITAL
+    amplifier.full_velocity = drive.reference_velocity / drive.reference_output
+    amplifier.full_output = drive.output_mask
+    amplifier.motor_inverted = drive.motor_polarity
+    amplifier.nonlinear = int(drive.type == DriveType.MDP_252_NONLINEAR)
+    amplifier.quadrant_factor = drive.quadrant_compensation_factor or 1.0
+    amplifier.knee_velocity = drive.velocity_reference_point
+    amplifier.knee_output = drive.output_reference_point
+    amplifier.position_loop = int(drive.type == DriveType.PROVIDRIVE_MC)
 
 
-def _fit_weights(amplifier: AmplifierView, drive: "Axis") -> None:
+def _fit_weights(amplifier: AmplifierView, drive: "AxisDrive") -> None:
     increment = amplifier.sensor.encoder_resolution
-    amplifier.position_weight = (drive.drive_position_scaling or 1.0) / increment
-    amplifier.velocity_weight = drive.drive_velocity_scaling or 1.0
-    amplifier.acceleration_weight = drive.drive_acceleration_scaling
-    amplifier.torque_offset_weight = drive.drive_torque_offset_scaling
-    amplifier.set_torque_weight = drive.drive_set_torque_scaling
-    amplifier.torque_weight = 1.0 / (drive.drive_actual_torque_scaling or 1.0)
-    amplifier.error_weight = drive.drive_dsc_xerr_scaling / increment
+    amplifier.position_weight = (drive.position_scaling or 1.0) / increment
+    amplifier.velocity_weight = drive.velocity_scaling or 1.0
+    amplifier.acceleration_weight = drive.acceleration_scaling
+    amplifier.torque_offset_weight = drive.torque_offset_scaling
+    amplifier.set_torque_weight = drive.set_torque_scaling
+    amplifier.torque_weight = 1.0 / (drive.actual_torque_scaling or 1.0)
+    amplifier.error_weight = drive.dsc_xerr_scaling / increment
 
 
-def _fit_stepper(amplifier: AmplifierView, axis: "Axis", drive: "Axis") -> None:
-    if drive.drive_type != DriveType.STEPPER:
+def _fit_stepper(amplifier: AmplifierView, axis: "Axis", drive: "AxisDrive") -> None:
+    if drive.type != DriveType.STEPPER:
         return
     amplifier.kind = STEPPER
     amplifier.step = axis.stepper_step_scaling
     counts = {StepperMode.TWO_PHASE: 4, StepperMode.ONE_TWO_PHASE: STEPPER_CYCLES}
     amplifier.mask_count = counts.get(StepperMode(axis.stepper_operation_mode), 0)
     for cycle in range(amplifier.mask_count):
-        mask = getattr(drive, f"drive_stepper_mask_cycle{cycle + 1}")
+        mask = getattr(drive, f"stepper_mask_cycle{cycle + 1}")
         amplifier.masks[cycle] = mask
         amplifier.mask_bits |= mask
     if amplifier.mask_count:

@@ -9,6 +9,7 @@ from achse.native.backend.instructions import Instructions, Relation
 from achse.native.backend.types import (
     ADDRESS,
     BOOL,
+    EMPTY_NOTE,
     I8,
     I64,
     U8,
@@ -112,16 +113,25 @@ class FunctionBuilder(Instructions):
         return self.emit(ADDRESS, f"getelementptr i8, {base.typed}, i64 {offset}")
 
     def load(
-        self, type: MachineType, base: Operand, offset: Operand | int = 0, *, aligned: bool = False
+        self,
+        type: MachineType,
+        base: Operand,
+        offset: Operand | int = 0,
+        *,
+        aligned: bool = False,
+        lasting: bool = False,
     ) -> Operand:
         """The value at `base` and `offset` bytes, low byte first; a byte other than 0 is true.
 
-        `aligned` says that the address is a multiple of the size.
+        `aligned` says that the address is a multiple of the size, `lasting` that nothing is written
+        there while the machine code runs: what was loaded once need not be loaded again.
         """
         place = self.address(base, offset)
         if type is BOOL:
             return self.convert(self.load(U8, place), BOOL)
         end = "" if aligned else ", align 1"
+        if lasting:
+            end += f", !invariant.load {EMPTY_NOTE}"
         return self.emit(type, f"load {type.llvm}, {place.typed}{end}")
 
     def store(

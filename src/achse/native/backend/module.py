@@ -7,6 +7,7 @@ from achse.native.backend.builder import FunctionBuilder
 from achse.native.backend.faults import NOTES, RUNTIME
 from achse.native.backend.types import (
     ADDRESS,
+    EMPTY_NOTE,
     F64,
     CallTarget,
     FunctionSignature,
@@ -159,7 +160,7 @@ class ModuleBuilder:
             used.append(RUNTIME)
         if self.notes:
             used.append(f"{NOTES} = constant {_characters(_counted(self.notes))}")
-        return "\n".join([*used, *bodies]) + "\n"
+        return "\n".join([*used, *bodies, f"{EMPTY_NOTE} = !{{}}"]) + "\n"
 
     def _is_exported(self, function: CallTarget) -> bool:
         return function in self._exported.values()

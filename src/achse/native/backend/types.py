@@ -7,6 +7,7 @@ from typing import Any
 __all__ = [
     "ADDRESS",
     "BOOL",
+    "EMPTY_NOTE",
     "F32",
     "F64",
     "I8",
@@ -27,6 +28,10 @@ __all__ = [
 
 class InstructionError(TypeError):
     """An instruction does not fit its operands; the text says what was expected and what came."""
+
+
+EMPTY_NOTE = "!0"
+"""The metadata without content that ends each module: all that some marks need."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

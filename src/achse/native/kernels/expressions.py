@@ -230,7 +230,7 @@ class ExpressionCompiler(Arithmetic):
             raise self.refusal(node, f"{owner.kind.layout.name} has no field {node.attr}")
         address = self.code.address(owner.operands[0], 8 * slot.offset)
         if slot.refers is not None:
-            target = self.code.load(ADDRESS, address, aligned=True)
+            target = self.code.load(ADDRESS, address, aligned=True, lasting=True)
             if self.unit.checked:
                 somewhere = self.code.convert(target, BOOL.machine)
                 self.check((AttributeError, f"{node.attr} leads nowhere"), node, somewhere)

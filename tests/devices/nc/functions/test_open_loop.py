@@ -57,10 +57,10 @@ def test_brake(make_bench: Any, refused: Any) -> None:
     bench = make_bench(axis_type=2, drive_type=7)
     bench.put(F, 0x62, "<H", 1)
     bench.run(0.01)
-    assert bench.axis.drive_control_byte == 0x40
+    assert bench.axis.drive.control_byte == 0x40
     bench.write(F, 0x01, b"")
     bench.run(0.01)
-    assert bench.axis.drive_control_byte == 0x80
+    assert bench.axis.drive.control_byte == 0x80
     with refused(0x4040):
         make_bench().put(F, 0x62, "<H", 1)
 

@@ -9,7 +9,8 @@ from functools import partial
 from achse.devices.nc.functions.calling import function
 from achse.devices.nc.functions.positions import POSITION_REQUEST
 from achse.devices.nc.layouts import NO_DATA, NOTHING, REAL64
-from achse.motion import Axis, commands
+from achse.motion import commands
+from achse.motion.parts import AxisEncoder
 from achse.server import Layout
 
 __all__ = ["ENCODER_FUNCTIONS"]
@@ -19,7 +20,7 @@ _FOUR_FLAGS = Layout("<4I")
 _PROBE_AND_EDGE = 2
 
 
-def _deactivate(encoder: Axis, *data: int) -> int:
+def _deactivate(encoder: AxisEncoder, *data: int) -> int:
     if len(data) == _PROBE_AND_EDGE:
         return commands.deactivate_touch_probe(encoder, *data)
     return commands.deactivate_latch(encoder, *data)
