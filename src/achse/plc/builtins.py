@@ -4,7 +4,9 @@ A function takes the values of its inputs and gives its result. A block takes it
 record, with attributes for inputs and outputs.
 """
 
+import math
 from collections.abc import Callable, Mapping
+from decimal import ROUND_DOWN, ROUND_HALF_UP, Decimal, localcontext
 from typing import Any, Protocol
 
 from achse.plc.memory import Area
@@ -13,6 +15,9 @@ __all__ = ["BLOCKS", "FUNCTIONS", "BlockBody", "BuiltinContext", "FunctionBody",
 
 _UNIX_EPOCH = 116_444_736_000_000_000
 """1970 in steps of 100 ns since 1601."""
+
+_LONGEST_REAL = 510
+"""Characters of a number as text."""
 
 
 class BuiltinContext(Protocol):
@@ -117,6 +122,21 @@ def _memory_area(plc: BuiltinContext, address: int, size: int) -> int:
     return 2 if area is Area.HEAP else 1
 
 
+def _real_text(plc: BuiltinContext, value: float, precision: int, rounds: bool) -> bytes:
+    """`[-]dddd.dddd`: decimals of the exact value, rounded half away from zero, or cut."""
+    if not math.isfinite(value):
+        sign = b"-" if math.copysign(1, value) < 0 else b""
+        return sign + (b"#QNAN" if math.isnan(value) else b"#INF")
+    with localcontext() as exact:
+        exact.prec = 2000
+        step = Decimal(1).scaleb(-min(max(precision, 0), 600))
+        found = Decimal(value).quantize(step, ROUND_HALF_UP if rounds else ROUND_DOWN)
+    text = f"{found:f}"
+    if not found:
+        text = text.removeprefix("-")
+    return text.encode() if len(text) <= _LONGEST_REAL else b"#OVF"
+
+
 FUNCTIONS: Mapping[str, FunctionBody] = {
     "memcpy": _memory_copy,
     "memmove": _memory_copy,
@@ -125,6 +145,7 @@ FUNCTIONS: Mapping[str, FunctionBody] = {
     "f_getsystemtime": _filetime,
     "f_gettasktime": _filetime,
     "f_checkmemoryarea": _memory_area,
+    "lreal_to_fmtstr": _real_text,
 }
 """Functions, called with the surroundings and the values of their inputs."""
 
