@@ -244,3 +244,16 @@ def test_a_smaller_maximum_holds_whatever_the_override(make_rig: Any, override: 
     rig.seconds(0.1)
     rig.axis.max_velocity = 150.0
     assert max(state[1] for state in rig.trace(3000)) <= 150.0 * (1.0 + 1e-9)
+
+
+def test_a_weak_command_under_a_compensation_keeps_the_limit(make_rig: Any) -> None:
+    """The command that waited has a tenth of the deceleration that both motions need."""
+    rig = limited(make_rig, 100.0, default_deceleration=100.0)
+    axis = rig.axis
+    assert commands.universal_start(axis, 3, 0.0, V, 1500.0, 5000.0, 1e5) == 0
+    rig.until(lambda axis: axis.set_position > 20.0)
+    asked = commands.Compensation(3, 1000.0, 1000.0, 50.0, V, 5.0, 60.0)
+    assert commands.start_superposition(axis, asked)[0] in (0, 0x4243)
+    rig.run(25)
+    assert commands.universal_start(axis, 1, 0.0, V, 100.0, 100.0, 1e5, 1) == 0
+    assert highest_until_rest(rig) <= 100.0 + TOLERANCE

@@ -260,6 +260,15 @@ def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
     return count
 
 
+def _holds_the_sum(ax: AxisFields) -> bool:
+    """Whether the ramps that are left stop main motion and compensation before a soft limit."""
+    if ax.compensating == 0:
+        return True
+    v = ax.set_velocity + ax.superposed_velocity
+    room = ax.limit_high - ax.set_position if v > 0.0 else ax.set_position - ax.limit_low
+    return v * v <= 2.0 * room * fault_deceleration(ax)
+
+
 def _fill_within_limits(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
     """`_fill`, but where the ramp of the job would lead across a soft limit, a stop before it.
 
@@ -275,7 +284,8 @@ def _fill_within_limits(ax: AxisFields, limit: float, share: float, bounded: int
     ax.table_jerk = ax.job_jerk
     if bounded >= 0:
         count = _fill(ax, limit, share, bounded)
-        if count < 0 or (v == 0.0 and a == 0.0) or passes(ax, 0, count, p, v, a) == 0:
+        rests = v == 0.0 and a == 0.0
+        if count < 0 or rests or (passes(ax, 0, count, p, v, a) == 0 and _holds_the_sum(ax)):
             return count
     ax.table_deceleration = strongest
     ax.table_jerk = steepest
