@@ -190,11 +190,16 @@ class Peer:
         if self.link is not None:
             self.link.user.received(frame)
 
-    def push(self, *samples: tuple[int, bytes], filetime: int = 133_000_000_000_000_000) -> None:
+    def push(
+        self,
+        *samples: tuple[int, bytes],
+        filetime: int = 133_000_000_000_000_000,
+        flags: int = 4,
+    ) -> None:
         """Send a notification frame with one stamp."""
         assert self.link is not None
         data = encode_stream([(filetime, list(samples))])
-        self.link.user.received(Frame(self.link.address, ADDRESS, 8, 4, 0, 0, data))
+        self.link.user.received(Frame(self.link.address, ADDRESS, 8, flags, 0, 0, data))
 
     def push_first(self, number: int) -> None:
         """Send the first sample of a subscription."""

@@ -252,6 +252,41 @@ def test_samples_nobody_listens_to_are_ended_once(run: Run, peer: Any) -> None:
     run(main())
 
 
+def test_samples_that_come_as_a_response_are_samples(run: Run, peer: Any) -> None:
+    class Listener:
+        heard: list[bytes] = []  # noqa: RUF012
+
+        def feed(self, filetime: int, data: bytes) -> None:
+            self.heard.append(data)
+
+    async def main() -> None:
+        session = await opened(peer)
+        session.listen(bytes(PLC), 9, Listener())
+        peer.push((9, b"a"), flags=0x0005)
+        peer.push((9, b"b"), flags=0x0004)
+        assert Listener.heard == [b"a", b"b"]
+        assert session.requests.unasked == 0
+        await session.close()
+
+    run(main())
+
+
+@pytest.mark.parametrize(("command", "flags"), [(2, 5), (2, 4), (9, 0)])
+def test_what_nobody_waits_for_is_dropped_and_told_once(
+    run: Run, peer: Any, caplog: pytest.LogCaptureFixture, command: int, flags: int
+) -> None:
+    async def main() -> None:
+        session = await opened(peer)
+        for _ in range(3):
+            session.received(Frame(bytes(8), PLC, command, flags, invoke_id=77))
+        await session.exchange(PLC, 2, READ, 1.0)
+        await session.close()
+
+    with caplog.at_level("INFO", "achse.client"):
+        run(main())
+    assert sum("dropped" in record.getMessage() for record in caplog.records) == 1
+
+
 def test_a_notification_that_is_none_is_dropped(run: Run, peer: Any) -> None:
     async def main() -> None:
         session = await opened(peer)

@@ -90,6 +90,12 @@ def test_sum_add_and_delete_notifications(bench: Any) -> None:
     assert bench.samples() == []
 
 
+def test_an_unknown_group_is_0x701_where_parts_are_written(bench: Any) -> None:
+    request = parts((0x4711, 0, 1), (MEMORY, 0, 1)) + b"xy"
+    assert bench.exchange(0xF081, 2, 8, request) == (0, words(0x701, 0))
+    assert bench.memory[:1] == b"y"
+
+
 @pytest.mark.parametrize("group", range(0xF080, 0xF087))
 def test_a_sum_of_nothing_answers_nothing(bench: Any, group: int) -> None:
     assert bench.exchange(group, 0, 100, b"") == (0, b"")

@@ -53,7 +53,7 @@ def test_a_released_handle_cannot_be_used(bench: Any) -> None:
     assert bench.write(0xF006, 0, struct.pack("<I", handle)) == 0
     assert bench.read(0xF005, handle, 4) == (0x710, b"")
     assert bench.write(0xF005, handle, bytes(4)) == 0x710
-    assert bench.write(0xF006, 0, struct.pack("<I", handle)) == 0x710
+    assert bench.write(0xF006, 0, struct.pack("<I", handle)) == 0x711
 
 
 @pytest.mark.parametrize("data", [b"", bytes(3), bytes(5)])
@@ -66,7 +66,7 @@ def test_a_handle_belongs_to_the_client_that_asked(bench: Any) -> None:
     stranger, address = bench.join()
     way = {"source": address, "origin": stranger}
     assert bench.read(0xF005, handle, 4, **way) == (0x710, b"")
-    assert bench.write(0xF006, 0, struct.pack("<I", handle), **way) == 0x710
+    assert bench.write(0xF006, 0, struct.pack("<I", handle), **way) == 0x711
     assert bench.read(0xF005, handle, 4) == (0, bytes(4))
 
 

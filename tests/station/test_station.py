@@ -393,6 +393,7 @@ def test_in_config_plc_and_nc_are_gone_and_a_reset_brings_them_back_anew(watched
     plc.put(0x4020, 0, "<I", 0xAFFE)
     assert watched.mode() == (AdsState.RUN, 1, 0)
     _control(system, AdsState.RECONFIG)
+    assert watched.mode() == (AdsState.STOP, 1, 0), "who is answered never finds the old state"
     assert _router_error(plc) == 0, "the answer comes first, the change with the next cycle"
     station.advance(0.01)
     assert _router_error(plc) == 0x6
@@ -433,6 +434,11 @@ def test_a_restart_ends_handles_and_notifications_of_the_plc_not_of_the_system_s
     assert refusal.value.code in (0x710, 0x711)
     station.advance(0.2)
     assert len(system.samples()) >= 2
+
+
+def test_after_a_reset_is_answered_the_state_has_left_run(watched: Watched) -> None:
+    _control(watched.system, AdsState.RESET)
+    assert watched.mode() == (AdsState.STOP, 1, 0)
 
 
 def test_many_restarts_leave_nothing_behind(watched: Watched) -> None:

@@ -65,19 +65,20 @@ class Requests:
         request.invoke_id = self._last_id = invoke_id
         pending[invoke_id] = waiter, request, deadline
 
-    def answer(self, response: Frame) -> None:
-        """Hand `response` to its waiter. One that answers no request is counted and dropped.
+    def answer(self, response: Frame) -> bool:
+        """Hand `response` to its waiter. One that answers no request is counted; False then.
 
         Only invoke id and command decide: a router may answer under another alias of its NetId.
         """
         entry = self._pending.get(response.invoke_id)
         if entry is None or entry[1].command != response.command:
             self.unasked += 1
-            return
+            return False
         del self._pending[response.invoke_id]
         waiter = entry[0]
         if not waiter.done():
             waiter.set_result(response)
+        return True
 
     def expire(self, now: float) -> None:
         """Fail every request whose deadline is reached with `RequestTimeout`."""

@@ -145,6 +145,7 @@ class Session:
         self._renewables: dict[Renewable, None] = {}
         self._listeners: dict[bytes, dict[int, Listener]] = {}
         self._disowned: set[tuple[bytes, int]] = set()
+        self._told_drop = False
         self._tasks: set[asyncio.Task[None]] = set()
         self._keeper: asyncio.Task[None] | None = None
 
@@ -217,10 +218,17 @@ class Session:
 
     def received(self, frame: Frame) -> None:
         """A frame came from the link."""
-        if frame.flags & 1:
-            self.requests.answer(frame)
-        elif frame.command == Command.NOTIFICATION:
+        if frame.command == Command.NOTIFICATION:
+            # Some targets send it as a response (state flags 0x0005); it has no other meaning.
             self._distribute(frame)
+        elif not frame.flags & 1 or not self.requests.answer(frame):
+            self._drop(frame)
+
+    def _drop(self, frame: Frame) -> None:
+        """Nobody here waits for it: told of the first one, `Requests.unasked` counts answers."""
+        if not self._told_drop:
+            self._told_drop = True
+            log.info("dropped, as all that nobody asked for from now on: %s", frame)
 
     def lost(self, link: ClientLink, reason: str) -> None:
         """The link ended: fail what is under way, dial again."""

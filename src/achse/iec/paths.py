@@ -7,7 +7,7 @@ Source: IEC 61131-3 (2013) tables 11, 16 and 17.
 """
 
 import re
-from collections.abc import Container, Iterable
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
@@ -18,7 +18,7 @@ from achse.iec.errors import IecIndexError, IecPathError
 from achse.iec.methods import Method, Property
 from achse.iec.structs import StructType
 from achse.iec.symbols import fold
-from achse.iec.types import IecType
+from achse.iec.types import IecType, no_attributes
 from achse.iec.variables import Variable
 
 __all__ = [
@@ -29,6 +29,7 @@ __all__ = [
     "PathMethod",
     "ResolvedPath",
     "Step",
+    "dereferenced",
     "follow",
     "locate",
     "parse_path",
@@ -88,6 +89,10 @@ class ResolvedPath(NamedTuple):
     static: Variable[Any, Any] | None = None
     """The VAR_STAT variable on the way, if there is one: `offset` and `hops` count from it."""
     property: Property | None = None
+    comment: str = ""
+    """That of the member where the path ends."""
+    attributes: Mapping[str, str] = no_attributes
+    """Those of the member where the path ends; of what is in it or behind it, how it is coded."""
 
 
 _NAME = re.compile(r"[^\W\d]\w*")
@@ -194,9 +199,14 @@ def locate(type: IecType[Any], path: str) -> ResolvedPath:
     return follow(type, parse_path(path))
 
 
-def follow(type: IecType[Any], steps: Iterable[Step]) -> ResolvedPath:
-    """Follow steps from a type. Raises `IecPathError` where they lead out of it."""
-    location = ResolvedPath(type, 0)
+def follow(
+    type: IecType[Any], steps: Iterable[Step], attributes: Mapping[str, str] = no_attributes
+) -> ResolvedPath:
+    """Follow steps from a type. Raises `IecPathError` where they lead out of it.
+
+    `attributes` are those of the variable at the start.
+    """
+    location = ResolvedPath(type, 0, attributes=attributes)
     for step in steps:
         if location.method is not None:
             raise IecPathError(f"nothing follows a method: {step}")
@@ -224,11 +234,22 @@ def _next(location: ResolvedPath, step: Step) -> ResolvedPath:
             return location._replace(type=found.type, property=found)
         member = type.member(step.name)
         if not member.in_memory:
-            return ResolvedPath(member.type, 0, member.bit, static=member)
+            return ResolvedPath(
+                member.type,
+                0,
+                member.bit,
+                static=member,
+                comment=member.comment,
+                attributes=member.attributes,
+            )
         if member.apart:
             raise IecPathError(f"{member.name} of {type.name} lies apart: it has no offset")
         return location._replace(
-            type=member.type, offset=location.offset + member.offset, bit=member.bit
+            type=member.type,
+            offset=location.offset + member.offset,
+            bit=member.bit,
+            comment=member.comment,
+            attributes=member.attributes,
         )
     if isinstance(step, PathIndex):
         return _element(location, type, step.indices)
@@ -236,7 +257,9 @@ def _next(location: ResolvedPath, step: Step) -> ResolvedPath:
         if not isinstance(type, IntegerType) or step.number >= 8 * type.size:
             raise IecPathError(f"{location.type.name} has no bit {step.number}")
         offset = location.offset + step.number // 8
-        return location._replace(type=BIT, offset=offset, bit=step.number % 8)
+        return location._replace(
+            type=BIT, offset=offset, bit=step.number % 8, comment="", attributes=no_attributes
+        )
     if not isinstance(type, StructType):
         raise IecPathError(f"{location.type.name} has no method {step.name[:80]!r}")
     return location._replace(method=type.method(step.name))
@@ -244,7 +267,22 @@ def _next(location: ResolvedPath, step: Step) -> ResolvedPath:
 
 def _pointee(location: ResolvedPath, type: PointerType) -> ResolvedPath:
     hops = (*location.hops, location.offset)
-    return location._replace(type=type.target, offset=0, hops=hops)
+    return _inherited(location)._replace(type=type.target, offset=0, hops=hops)
+
+
+def dereferenced(location: ResolvedPath) -> ResolvedPath:
+    """Where a path leads that ends at a reference: to what it refers to, as in a program."""
+    while isinstance(type := resolved(location.type), ReferenceType):
+        if len(location.hops) > _MOST_STEPS:
+            raise IecPathError(f"{location.type.name} refers to itself")
+        location = _pointee(location, type)
+    return location
+
+
+def _inherited(location: ResolvedPath) -> ResolvedPath:
+    """What holds for a part or target of a variable too: of its attributes, how it is coded."""
+    kept = {key: text for key, text in location.attributes.items() if key.lower() == "tcencoding"}
+    return location._replace(comment="", attributes=kept or no_attributes)
 
 
 def _element(location: ResolvedPath, type: IecType[Any], indices: tuple[int, ...]) -> ResolvedPath:
@@ -254,5 +292,5 @@ def _element(location: ResolvedPath, type: IecType[Any], indices: tuple[int, ...
     here, beyond = indices[: len(type.dimensions)], indices[len(type.dimensions) :]
     offset = location.offset + type.position(here)
     part = type.element if len(here) == len(type.dimensions) else type.row(len(here))
-    found = location._replace(type=part, offset=offset)
+    found = _inherited(location)._replace(type=part, offset=offset)
     return _next(found, PathIndex(beyond)) if beyond else found

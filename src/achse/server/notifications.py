@@ -427,7 +427,8 @@ class Notifications:
             if channel.subscriptions.get(subscription.handle) is subscription and not channel.over:
                 self._open_batch(subscription.batch)
                 subscription.batch.take(subscription.header, subscription.last or b"")
-        now = self._clock()
+        # The clock shows the last tick, which is over: a largest delay ends at the tick after it.
+        now = self._clock() + 1
         self._send(now, self._on_grid(self._task_cycle(0)))
         self._look_ahead()
 

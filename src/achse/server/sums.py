@@ -44,8 +44,8 @@ class SumCommands:
 
     More than `MAX_PARTS` parts, or data that do not fit their number, refuse the whole command
     with 0x705 before anything is done. A sum command as a part answers 0x701, an unknown group
-    0x702. The read length of the command bounds the answer: parts that return their lengths get
-    no more than is left of it.
+    0x702 (0x701 in 0xF081). The read length of the command bounds the answer: parts that return
+    their lengths get no more than is left of it.
     """
 
     def __init__(self, services: ServiceTable, notifications: NotificationTarget) -> None:
@@ -192,6 +192,9 @@ class SumCommands:
             value = data[position : position + length]
             position += length
             try:
+                if group not in self._services.by_index:
+                    # As recorded: 0x701 here, 0x702 where parts are read.
+                    raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"0x{group:X}")
                 self._find(group).write(group, offset, value, client)
                 results.append(0)
             except Exception as failure:

@@ -149,7 +149,8 @@ class SymbolServices:
 
     Handles are opaque and not zero, in a number space of their own; each belongs to the client
     address that asked for it, and ends with the connection by which it asked. After a change of the
-    symbol table the old ones answer 0x711 until released. `way()` is the connection of the request
+    symbol table the old ones answer 0x711 until released; a handle that is not out answers 0x710,
+    to its release 0x711. `way()` is the connection of the request
     that is being answered.
     """
 
@@ -334,7 +335,7 @@ class SymbolServices:
         entry = self._handles.get(handle) or self._stale.get(handle)
         ways = self._held.get(client, {})
         if entry is None or handle not in (held := ways.get(entry.way, set())):
-            raise DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"handle 0x{handle:X}")
+            raise DeviceError(ReturnCode.SYMBOL_VERSION_INVALID, f"handle 0x{handle:X}")
         self._drop(handle)
         held.remove(handle)
         if not held:

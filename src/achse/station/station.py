@@ -203,6 +203,8 @@ class Station:
         enter = self._run if state is AdsState.RUN else self._enter_config
         ends = [plan for plan in self._changes.plans if plan[1] in (self._end, self.restart)]
         self._changes.plan((self.time_ns, self._leave), (arrival, enter), *ends)
+        # Who asked for it reads the state as soon as it is answered, and must not find RUN.
+        self._system.ads_state = AdsState.STOP
 
     def _leave(self) -> None:
         self.save()

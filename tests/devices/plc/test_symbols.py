@@ -13,6 +13,7 @@ from achse.devices.plc.symbols import PlcSymbol, PlcSymbols
 from achse.iec import (
     ARRAY,
     INT,
+    STRING,
     FunctionBlock,
     GlobalVariables,
     Struct,
@@ -332,6 +333,73 @@ def test_a_pointer_is_followed_each_time(pointing: tuple[PlcRuntime, PlcDevice])
     assert device.read_write(0xF004, 0, 2, b"P.pFlag^") == b"\x08\0"
     group, offset, size = struct.unpack("<III", device.read_write(0xF007, 0, 12, b"P.pFlag^"))
     assert (group, offset, size) == (0x4020, 6, 2)
+
+
+class Referring(GlobalVariables, name="R"):
+    nValue = var(INT, 5)
+    rValue = var(reference_to(INT))
+    stNode = var(ST_Node, {"nValue": 6})
+    rNode = var(reference_to(ST_Node))
+
+
+def test_a_reference_by_name_is_what_it_refers_to() -> None:
+    plc = PlcRuntime([Task()], [Referring])
+    device = PlcDevice(plc, clock=lambda: 0)
+    gvl = plc.unit(Referring)
+    with pytest.raises(DeviceError) as refusal:
+        device.read_write(0xF004, 0, 2, b"R.rValue")
+    assert refusal.value.return_code is ReturnCode.SYMBOL_NOT_ACTIVE
+    gvl.rValue, gvl.rNode = _address(plc, "R.nValue"), _address(plc, "R.stNode")
+    assert device.read_write(0xF004, 0, 100, b"r.rvalue") == b"\x05\0"
+    handle = struct.unpack("<I", device.read_write(0xF003, 0, 4, b"R.rValue"))[0]
+    device.write(0xF005, handle, b"\x07\0")
+    assert gvl.nValue == 7
+    for name, target in (("R.rValue", "R.nValue"), ("R.rNode", "R.stNode")):
+        entry, meant = (
+            SymbolEntry.decode(device.read_write(0xF009, 0, 1000, text.encode()))
+            for text in (name, target)
+        )
+        assert (entry.type_name, entry.size, entry.index_offset, entry.guid) == (
+            meant.type_name,
+            meant.size,
+            meant.index_offset,
+            meant.guid,
+        )
+        assert device.read_write(0xF007, 0, 12, name.encode())[8:] == meant.size.to_bytes(
+            4, "little"
+        )
+
+
+class ST_Texts(Struct):  # noqa: N801
+    sName = var(STRING(20), attributes={"TcEncoding": "UTF-8", "Unit": "x"}, comment=" a name")
+    aNames = var(ARRAY(STRING(20), (0, 1)), attributes={"TcEncoding": "UTF-8", "Unit": "x"})
+    sPlain = var(STRING(20))
+
+
+class Texts(GlobalVariables, name="T"):
+    aTexts = var(ARRAY(ST_Texts, (0, 1)))
+    aNames = var(ARRAY(STRING(20), (0, 1)), attributes={"TcEncoding": "UTF-8"})
+
+
+@pytest.mark.parametrize(
+    ("name", "attributes", "comment"),
+    [
+        ("T.aTexts[1].sName", {"TcEncoding": "UTF-8", "Unit": "x"}, " a name"),
+        ("T.aTexts[0].aNames", {"TcEncoding": "UTF-8", "Unit": "x"}, ""),
+        ("T.aTexts[0].aNames[1]", {"TcEncoding": "UTF-8"}, ""),
+        ("T.aNames[1]", {"TcEncoding": "UTF-8"}, ""),
+        ("T.aTexts[0].sPlain", {}, ""),
+        ("T.aTexts[0]", {}, ""),
+    ],
+)
+def test_the_entry_of_a_part_tells_its_attributes(
+    name: str, attributes: dict[str, str], comment: str
+) -> None:
+    symbol = found(PlcSymbols(PlcRuntime([Task()], [Texts])), name)
+    entry = SymbolEntry.decode(symbol.entry())
+    assert dict(entry.attributes) == attributes
+    assert entry.comment == comment
+    assert bool(entry.flags & SymbolFlag.ATTRIBUTES) is bool(attributes)
 
 
 @pytest.mark.parametrize("address", [0, 1, 0x0FFF_FFFF, 0x5FFF_FFFF, 0xFFFF_FFFF_FFFF_FFFF])

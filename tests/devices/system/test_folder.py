@@ -16,11 +16,14 @@ ESCAPES = [
     b"..\\secret.txt",
     b"x/../../secret.txt",
     b"./../secret.txt",
-    b"/etc/passwd",
+    b"/../secret.txt",
+    b"C:\\..\\secret.txt",
+    b"C:/C:/x",
+    b"C:\\",
+    b"/",
     b"\\\\server\\share\\x",
     b"\\??\\C:\\x",
     b"//etc/passwd",
-    b"C:\\secret.txt",
     b"c:secret.txt",
     b"a.txt:stream",
     b"CON",
@@ -96,6 +99,11 @@ def test_nor_does_a_search_or_another_place(folder: Folder, name: bytes) -> None
         ("größe".encode("cp1252"), "größe"),
         (b"console.txt", "console.txt"),
         (b"..x", "..x"),
+        (b"/a.txt", "a.txt"),
+        (b"/etc/passwd", "etc/passwd"),
+        (b"\\sub\\b.txt", "sub/b.txt"),
+        (b"C:\\TwinCAT\\x.txt", "TwinCAT/x.txt"),
+        (b"d:/sub/b.txt", "sub/b.txt"),
     ],
 )
 def test_names_inside(folder: Folder, name: bytes, expected: str) -> None:
@@ -106,6 +114,7 @@ def test_places_are_folders(folder: Folder) -> None:
     assert folder.path(b"x", 0) == folder.root / "x"
     assert folder.path(b"x", 4) == folder.root / "Boot" / "x"
     assert folder.path(b"x", 19) == folder.root / "User9" / "x"
+    assert folder.path(b"C:\\TwinCAT\\x", 4) == folder.root / "TwinCAT" / "x"
     with pytest.raises(DeviceError) as refusal:
         folder.path(b"x", 7)
     assert refusal.value.code == 0x703

@@ -13,7 +13,15 @@ from achse.iec import IecIndexError, IecPathError, IecType, Record, Variable
 from achse.iec.datatypes import encode_types
 from achse.iec.describe import describe_type, types_within
 from achse.iec.names import elementary
-from achse.iec.paths import PathMember, ResolvedPath, Step, follow, parse_path, split_symbol
+from achse.iec.paths import (
+    PathMember,
+    ResolvedPath,
+    Step,
+    dereferenced,
+    follow,
+    parse_path,
+    split_symbol,
+)
 from achse.iec.symbols import SymbolEncoder, SymbolEntry, SymbolFlag, UploadFlag, fold
 from achse.native.memory import MemoryCell
 from achse.plc import Area, Memory, PlacedUnit, PlacedVariable, PlcRuntime, Region
@@ -221,17 +229,20 @@ class PlcSymbols:
     def resolve(self, name: str) -> PlcSymbol | None:
         """`MAIN.stAxis.fPos`, `GVL.aValues[3]`, `MAIN.nFlags.3`, `GVL.pPart^`, `MAIN.fb#Start`.
 
-        A program with methods or properties is found as well, and these in it: `MAIN#Start`.
-        Raises `DeviceError` 0x721 for an index out of bounds.
+        A reference is what it refers to. A program with methods or properties is found as well, and
+        these in it: `MAIN#Start`. Raises `DeviceError` 0x721 for an index out of bounds.
         """
         for roots in (self._roots, self._units):
             try:
                 key, rest = split_symbol(name, roots)
                 root = roots[key]
-                if not rest:
+                variable = root.placed.variable
+                steps = parse_path(rest) if rest else ()
+                location = follow(variable.type, steps, variable.attributes)
+                if location.method is None and location.property is None:
+                    location = dereferenced(location)
+                if not rest and not location.hops:
                     return self._variable(root)
-                steps = parse_path(rest)
-                location = follow(root.placed.variable.type, steps)
             except IecIndexError as failure:
                 raise DeviceError(ReturnCode.INVALID_ARRAY_INDEX, str(failure)) from None
             except IecPathError:
@@ -289,7 +300,8 @@ class PlcSymbols:
             spot,
             context,
             read_only=placed.variable.constant and not location.hops,
-            attributes={},
+            comment=location.comment,
+            attributes=location.attributes,
             call=call,
         )
 

@@ -1,7 +1,8 @@
 """The one folder that file services show: names that clients send, as paths that never leave it.
 
-Whatever a name tries (`..`, an absolute path, a drive letter, a device, a link that leads out, a
-NUL, an endless text), it names nothing: 0x70C, which is what a wrong path is answered with.
+Whatever a name tries (`..`, another computer, a device, a link that leads out, a NUL, an endless
+text), it names nothing: 0x70C, which is what a wrong path is answered with. An absolute path, `/x`
+or `C:\\TwinCAT\\x`, begins at the one folder: `x` and `TwinCAT/x` in it.
 
 Upper and lower case are the same, as on the targets: what is spelled exactly so comes first, else
 the one name that differs in nothing but case. Where several do, the name means none of them.
@@ -43,6 +44,8 @@ _RESERVED = re.compile(
     r"(?:con|prn|aux|nul|com[\d¹²³]|lpt[\d¹²³]|conin\$|conout\$|clock\$) *(?:\.|$)", re.IGNORECASE
 )
 """Names of devices where the station runs on Windows, whatever stands behind a dot."""
+_ABSOLUTE = re.compile(r"(?:[A-Za-z]:)?/")
+"""How an absolute path begins: such a path begins at the one folder, whatever place is named."""
 _NEVER = re.compile(r'[\x00-\x1f<>:"|]')
 _WILD = re.compile(r"[*?]")
 
@@ -113,6 +116,9 @@ class Folder:
         if len(name) > _LONGEST or b"\0" in name:
             raise _nothing(name)
         text = _decoded(name).replace("\\", "/")
+        absolute = _ABSOLUTE.match(text)
+        if absolute is not None:
+            text = text[absolute.end() :]
         if text.startswith("/") or _NEVER.search(text):
             raise _nothing(name)
         parts = [part for part in text.split("/") if part not in ("", ".")]
@@ -120,7 +126,8 @@ class Folder:
             wild = _WILD.search(part)
             if part == ".." or _RESERVED.match(part) or (part[-1] in ". " and not wild):
                 raise _nothing(name)
-        return [part for part in (_PLACES[place], *parts) if part]
+        start = "" if absolute is not None else _PLACES[place]
+        return [start, *parts] if start else parts
 
     def _inside(self, parts: list[str], name: bytes, itself: bool) -> Path:
         path = self.root
