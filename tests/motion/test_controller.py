@@ -440,3 +440,12 @@ def test_an_external_part_and_the_velocity_offset_are_added(make_rig: Any) -> No
     rig.seconds(3.0)
     assert rig.axis.following_error == pytest.approx(-12.0 / 20.0)
     assert rig.axis.drive.output == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_difference_of_following_errors_holds_its_peaks(rig: Any) -> None:
+    """A coupling will set it; 0x6100:0x22 and 0x23 show what it was at most."""
+    for difference in (0.5, -0.25, 0.125, 0.0):
+        rig.axis.controller.following_error_difference = difference
+        rig.run(1)
+    assert rig.axis.following_error_difference_peak_positive == 0.5
+    assert rig.axis.following_error_difference_peak_negative == -0.25
