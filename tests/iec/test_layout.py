@@ -69,9 +69,17 @@ def test_union_members_start_together() -> None:
 
 
 def test_pack_modes() -> None:
-    assert [pack_of(mode) for mode in ("0", "1", "2", "4", " 8 ")] == [1, 1, 2, 4, 8]
-    with pytest.raises(DeclarationError, match="pack_mode is 0, 1, 2, 4 or 8, got '3'"):
-        pack_of("3")
+    assert [pack_of(mode) for mode in ("0", "1", "2", "3", "4", "6", " 8 ")] == [
+        1,
+        1,
+        2,
+        2,
+        4,
+        4,
+        8,
+    ]
+    with pytest.raises(DeclarationError, match="pack_mode is 0 … 8, got '16'"):
+        pack_of("16")
 
 
 THINGS = st.sampled_from([BOOL, INT, DINT, LREAL, TEXT, BIT])

@@ -59,7 +59,7 @@ def test_a_symbol_entry(station: Station, ask: Any) -> None:
             struct.pack("<I", 64),  # 30 head + 11 name + 4 type + 1 comment + 16 GUID = 62, to 8
             struct.pack("<III", 0x4040, offset, 2),
             struct.pack("<I", 2),  # ADST INT16
-            struct.pack("<HH", 0x0108, 0),  # task 1, type GUID; no dimensions
+            struct.pack("<HH", 0x0008, 0),  # no task, type GUID; no dimensions
             struct.pack("<HHH", 10, 3, 0),
             b"GVL.nShift\0INT\0\0",
             INT_GUID,
@@ -73,7 +73,7 @@ def test_a_symbol_entry(station: Station, ask: Any) -> None:
             struct.pack("<I", 120),  # 30 + 14 + 27 + 27 + 16 = 114, to 8
             struct.pack("<III", 0x4040, array_offset, 312),
             struct.pack("<I", 65),  # BIGTYPE, of the element
-            struct.pack("<HH", 0x0108, 0),  # bounds only in the text
+            struct.pack("<HH", 0x0008, 0),  # bounds only in the text
             struct.pack("<HHH", 13, len(type_name), len(comment)),
             b"GVL.aStations\0" + type_name + b"\0" + comment + b"\0",
             _guid(station, "ARRAY"),

@@ -239,7 +239,7 @@ STRUCT
     {attribute 'TcLinkTo' := 'TIID^x;y}z'}
     b : INT;
     (* of c *) c : INT; (* rather this of c *)
-    /// of d
+    (* of d *)
     d : INT;
     e : INT;
 END_STRUCT
@@ -253,10 +253,18 @@ END_TYPE
         ("a", " of a"),
         ("b", " of b\n in two lines"),
         ("c", " rather this of c "),
-        ("d", " of d"),
+        ("d", " of d "),
         ("e", ""),
     ]
     assert unit.type.members[1].note.attributes == (("hide", ""), ("TcLinkTo", "TIID^x;y}z"))
+
+
+def test_comments_are_not_trimmed() -> None:
+    text = "VAR_GLOBAL\n  a : INT; // of a  \n  b : INT; (*\n of b\n*)\nEND_VAR"
+    (unit,) = parse(text).check().units
+    assert isinstance(unit, GlobalList)
+    notes = [item.note.comment for block in unit.blocks for item in block.variables]
+    assert notes == [" of a  ", "\n of b\n"]
 
 
 def test_values_of_enumerations_have_comments() -> None:

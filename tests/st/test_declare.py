@@ -468,8 +468,8 @@ def test_what_is_wrong_with_variables(text: str, expected: list[str]) -> None:
          ["1:14 an enumeration counts in a type of integers, not in LREAL"]),
         ("TYPE A : (mro); END_TYPE", ["1:11 'mro' cannot name a value: Python keeps it"]),
         ("TYPE A : (x := y); END_TYPE", ["1:16 no constant or variable is named 'y'"]),
-        ("{attribute 'pack_mode' := '3'} TYPE A : STRUCT END_STRUCT END_TYPE",
-         ["1:41 pack_mode is 0, 1, 2, 4 or 8, got '3'"]),
+        ("{attribute 'pack_mode' := '9'} TYPE A : STRUCT END_STRUCT END_TYPE",
+         ["1:41 pack_mode is 0 … 8, got '9'"]),
         ("TYPE A : STRUCT x : INT; END_STRUCT B EXTENDS A : STRUCT X : INT; END_STRUCT END_TYPE",
          ["1:58 B has two variables named X"]),
         ("PROGRAM P VAR a : Q; END_VAR END_PROGRAM PROGRAM Q END_PROGRAM", ["1:19 Q is no type"]),
@@ -554,3 +554,10 @@ END_FUNCTION_BLOCK
 PROGRAM P VAR fb : FB<3>; sEmpty : STRING(0); END_VAR END_PROGRAM"""
     members = declare([parse(text)]).programs["p"].__iec__.members
     assert [item.type.size for item in members] == [8, 1]
+
+
+def test_an_array_may_have_no_elements_and_a_time_of_day_begins_again_at_midnight() -> None:
+    text = "VAR_GLOBAL\n a : ARRAY [0..-1] OF INT; t : TOD := TO_TOD(4294967295);\nEND_VAR"
+    record = declare([parse(text)]).globals["gvl"].__iec__
+    assert record.member("a").type.size == 0
+    assert record.member("t").initial == 4294967295 % 86_400_000

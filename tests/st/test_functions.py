@@ -39,6 +39,8 @@ def evaluated(text: str) -> Constant:
         ("BOOL_TO_INT(TRUE)", 1),
         ("TO_LREAL(3)", 3.0),
         ("TO_TIME(1500)", 1500),
+        ("TO_TIME(4294967295)", 4294967295),
+        ("TO_TOD(4294967295)", 4294967295 % 86_400_000),
         ("TIME_TO_DINT(T#2s)", 2000),
         ("TO_LTIME(T#1ms)", 1_000_000),
         ("ABS(-5)", 5),

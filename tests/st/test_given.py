@@ -41,6 +41,13 @@ GIVEN = GivenTypes({"A": DINT, "B": BOOL, "E_Side": INT}, 8)
 WITH_FILE = GivenTypes({"A": DINT}, 8, File())
 
 
+def test_dt_is_date_and_time_to_clients() -> None:
+    for name in ("DT", "dt", "DATE_AND_TIME"):
+        found = GivenTypes({}, 8).find(name, 0)
+        assert found is not None
+        assert found.name == "DATE_AND_TIME"
+
+
 def test_names_have_no_case_and_a_name_space_may_stand_in_front() -> None:
     assert GIVEN.find("a", 0) is DINT
     assert GIVEN.find("Lib.Sub.b", 0) is BOOL

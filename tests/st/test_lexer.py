@@ -66,6 +66,26 @@ def test_comments_are_kept_beside_their_tokens() -> None:
     assert tokens.after == {starts[";"]: "// two", starts["b"]: "(* three *)"}
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{attribute 'x'}; a : INT;", "a : INT ;"),
+        ("VAR {attribute 'x'} ; a", "VAR a"),
+        ("VAR_GLOBAL PERSISTENT\n{attribute 'x'};\na", "VAR_GLOBAL PERSISTENT a"),
+        ("a; {attribute 'x'};\n{attribute 'y'};\nb", "a ; b"),
+        ("STRUCT {attribute 'x'}; a", "STRUCT a"),
+        ("a := 1 {info 'x'}; b", "a := 1 ; b"),
+        ("a {info 'x'}\n; b", "a ; b"),
+    ],
+)
+def test_an_end_sign_behind_a_pragma_belongs_to_it(text: str, words: str) -> None:
+    tokens = scan(text)
+    assert " ".join(tokens.words).strip() == words
+    if "attribute" in text:
+        (befores,) = tokens.before.values()
+        assert len(befores) == text.count("attribute")
+
+
 def test_comments_in_comments_are_kept_as_written() -> None:
     tokens = scan("(* a (* b *) c *) x")
     assert tokens.before[tokens.starts[0]] == ["(* a (* b *) c *)"]

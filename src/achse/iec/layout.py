@@ -74,11 +74,16 @@ def align(offset: int, alignment: int) -> int:
 
 
 def pack_of(pack_mode: str) -> int:
-    """The largest alignment that attribute `pack_mode` := '0' | '1' | '2' | '4' | '8' allows."""
+    """The largest alignment that attribute `pack_mode` := '0' … '8' allows.
+
+    A number between two alignments allows the lower one.
+    """
     try:
-        return {"0": 1, "1": 1, "2": 2, "4": 4, "8": 8}[pack_mode.strip()]
+        return {"0": 1, "1": 1, "2": 2, "3": 2, **dict.fromkeys("4567", 4), "8": 8}[
+            pack_mode.strip()
+        ]
     except KeyError:
-        raise DeclarationError(f"pack_mode is 0, 1, 2, 4 or 8, got {pack_mode!r}") from None
+        raise DeclarationError(f"pack_mode is 0 … 8, got {pack_mode!r}") from None
 
 
 def sequential(

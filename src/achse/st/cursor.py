@@ -184,6 +184,7 @@ class Cursor:
 
 
 def _comment_text(comment: str) -> str:
+    """A comment as clients see it: untrimmed, without its signs."""
     if comment.startswith("//"):
-        return comment[2:].removeprefix("/").rstrip()
-    return comment[2:-2].strip("\n")
+        return comment[2:].removeprefix("/").rstrip("\r\n")
+    return comment[2:-2]

@@ -90,6 +90,8 @@ def _wrapped(value: int, target: IecType[Any]) -> int:
     width = 8 * target.size
     count = value & (1 << width) - 1
     is_signed = isinstance(target, IntegerType) and target.low < 0
+    if isinstance(target, TimeType):
+        return count % target.modulus  # a time of day after midnight is one of the next day
     return count - (1 << width) if is_signed and count >> (width - 1) else count
 
 

@@ -14,7 +14,8 @@ from achse.st.values import Constant
 
 __all__ = ["FurtherTypes", "GivenTypes"]
 
-_MORE_NAMES = {"ltime_of_day": "ltod", "ldate_and_time": "ldt"}
+_MORE_NAMES = {"ltime_of_day": "ltod", "ldate_and_time": "ldt", "dt": "date_and_time"}
+"""DT in a source is DATE_AND_TIME to clients, as recorded."""
 
 
 class FurtherTypes(Protocol):

@@ -12,7 +12,7 @@ from itertools import accumulate, compress
 
 from achse.st.literals import malformed
 from achse.st.pragmas import Conditions, ProjectDefines
-from achse.st.words import KEYWORDS, SIGNS
+from achse.st.words import BLOCK_WORDS, KEYWORDS, QUALIFIERS, SIGNS
 
 __all__ = ["ADDRESS", "END", "LITERALS", "NAME", "Defines", "Tokens", "scan"]
 
@@ -33,6 +33,9 @@ _BLANK = ""
 _COMMENT = "comment"
 _PRAGMA = "pragma"
 _OPEN = "open"
+
+_CLOSED = (BLOCK_WORDS - {"TYPE"}) | {";", "STRUCT", "UNION", "END_STRUCT", "END_UNION"}
+"""Tokens behind which something new begins."""
 
 _TOKEN = re.compile(
     r"""
@@ -212,6 +215,8 @@ def _set_aside(
                 kinds[excluded:index] = [_BLANK] * (index - excluded)
         if conditions.counts:
             kept.append((index, text[at : at + len(words[index])]))
+        if kind is _PRAGMA and conditions.counts:
+            _drop_end(index, kinds, words)
     if not conditions.counts:
         kinds[excluded:] = [_BLANK] * (count - excluded)
     if conditions.is_open:
@@ -225,6 +230,22 @@ def _set_aside(
             following += 1
         if following < count:
             tokens.before.setdefault(starts[following], []).append(word)
+
+
+def _drop_end(index: int, kinds: list[str], words: list[str]) -> None:
+    """Take out the `;` that some write behind a pragma, where no declaration or statement is open.
+
+    It would part the pragma from what it belongs to.
+    """
+    following = index + 1
+    while following < len(kinds) and not kinds[following] and words[following].isspace():
+        following += 1
+    if following < len(kinds) and kinds[following] == ";":
+        before = index - 1
+        while before >= 0 and (not kinds[before] or words[before].upper() in QUALIFIERS):
+            before -= 1
+        if before < 0 or kinds[before] in _CLOSED:
+            kinds[following] = _BLANK
 
 
 def _token_before(index: int, kinds: list[str], words: list[str]) -> int:

@@ -135,7 +135,7 @@ class Resolver:
             if part is None:
                 raise Unexpected(spec.at, "ARRAY [*] is for VAR_IN_OUT only")
             first, last = self._limits(part, scope, "an array bound")
-            if last < first:
+            if last < first - 1:  # an array without elements ends before it begins
                 raise Unexpected(part.at, f"array bounds {first}..{last} run backwards")
             bounds.append(Bounds(first, last))
         return bounds

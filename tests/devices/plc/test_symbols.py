@@ -197,7 +197,9 @@ def test_an_entry_says_what_was_declared(symbols: PlcSymbols) -> None:
 def test_the_context_of_a_symbol_is_the_number_of_its_task(symbols: PlcSymbols) -> None:
     assert found(symbols, "MAIN.nCounter").context == 1
     assert found(symbols, "Slow.nSlow").context == 2
-    assert found(symbols, "GVL.nFlag").context == 1
+    assert found(symbols, "GVL.nFlag").context == 0, "no task owns a list"
+    info = found(symbols, "TwinCAT_SystemInfoVarList._AppInfo")
+    assert SymbolEntry.decode(info.entry()).flags == 0x0108, "as recorded"
     assert SymbolEntry.decode(found(symbols, "Slow.nSlow").entry()).context == 2
 
 
@@ -333,6 +335,36 @@ def test_a_pointer_is_followed_each_time(pointing: tuple[PlcRuntime, PlcDevice])
     assert device.read_write(0xF004, 0, 2, b"P.pFlag^") == b"\x08\0"
     group, offset, size = struct.unpack("<III", device.read_write(0xF007, 0, 12, b"P.pFlag^"))
     assert (group, offset, size) == (0x4020, 6, 2)
+
+
+class ST_Inner(Struct):  # noqa: N801
+    nValue = var(INT)
+
+
+class ST_Kept(Struct):  # noqa: N801
+    stInner = var(ST_Inner)
+
+
+class ST_Other(Struct):  # noqa: N801
+    nValue = var(INT)
+
+
+class Keeping(GlobalVariables, name="K"):
+    stKept = var(ST_Kept, persistent=True, attributes={"x": "y"})
+    stOther = var(ST_Other)
+
+
+def test_persistent_variables_and_their_types_have_the_flags_of_it() -> None:
+    symbols = PlcSymbols(PlcRuntime([Task()], [Keeping]))
+    flags = {entry.name: entry.flags for entry in decode_types(symbols.type_table())}
+    assert [flags[name] for name in ("ST_Kept", "ST_Inner", "ST_Other")] == [
+        0x20_0081,
+        0x20_0081,
+        0x81,
+    ]
+    assert SymbolEntry.decode(found(symbols, "K.stKept").entry()).flags == 0x1009
+    (alone,) = decode_types(symbols.type_entry("ST_Kept") or b"")
+    assert alone.flags == 0x20_0081
 
 
 class Referring(GlobalVariables, name="R"):

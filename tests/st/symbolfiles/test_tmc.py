@@ -12,6 +12,7 @@ from achse.iec.typetable import OpaqueType
 from achse.iec.variables import Address, Section
 from achse.st.source import SourceError
 from achse.st.symbolfiles import SymbolFile, read_tmc
+from achse.st.symbolfiles.library import LibraryTypes
 
 
 @pytest.fixture
@@ -135,6 +136,22 @@ def test_a_fault_is_named_with_file_and_line(tmc: bytes, old: str, new: str, fau
     assert str(error.value).startswith("plant.tmc:")
     assert fault in str(error.value)
     assert error.value.faults[0].location.line > 0
+
+
+def test_a_file_without_module_has_types_only(tmc: bytes) -> None:
+    text = tmc.decode()
+    start, end = text.index("<Modules>"), text.index("</Modules>") + len("</Modules>")
+    for modules in ("", "<Modules/>", "<Modules></Modules>"):
+        data = (text[:start] + modules + text[end:]).encode()
+        file = read_tmc(data, "events.tmc")
+        assert not file.variables
+        assert _type(file, "ST_Axis")
+        assert LibraryTypes([(data, "events.tmc")]).type("ST_Axis") is not None
+
+
+def test_of_several_modules_the_one_of_the_plc_counts(tmc: bytes) -> None:
+    text = tmc.decode().replace("<Modules>", "<Modules><Module><Name>Cpp</Name></Module>")
+    assert read_tmc(text.encode(), "plant.tmc").name == "Plant"
 
 
 def test_an_array_nobody_believes_is_its_bytes(tmc: bytes) -> None:

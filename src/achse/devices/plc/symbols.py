@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any, NamedTuple
 
@@ -9,8 +10,8 @@ from achse.ams import DeviceError
 from achse.codes import ReservedGroup, ReturnCode
 from achse.devices.plc.areas import AREA_GROUPS
 from achse.devices.plc.calls import PropertyAccess, caller, property_access
-from achse.iec import IecIndexError, IecPathError, IecType, Record, Variable
-from achse.iec.datatypes import encode_types
+from achse.iec import GlobalVariables, IecIndexError, IecPathError, IecType, Record, Variable
+from achse.iec.datatypes import DataTypeEntry, TypeFlag, encode_types
 from achse.iec.describe import describe_type, types_within
 from achse.iec.names import elementary
 from achse.iec.paths import (
@@ -22,9 +23,11 @@ from achse.iec.paths import (
     parse_path,
     split_symbol,
 )
+from achse.iec.structs import StructType
 from achse.iec.symbols import SymbolEncoder, SymbolEntry, SymbolFlag, UploadFlag, fold
 from achse.native.memory import MemoryCell
 from achse.plc import Area, Memory, PlacedUnit, PlacedVariable, PlcRuntime, Region
+from achse.plc.system_info import SYSTEM_LIST
 from achse.server import TableSizes
 
 __all__ = ["MemoryRange", "PlcSymbol", "PlcSymbols"]
@@ -197,7 +200,7 @@ class PlcSymbols:
         self._roots = {
             fold(placed.name): _Root(placed, context, unit.instance)
             for unit in plc.units
-            for context in (numbers[plc.task_of(unit)],)
+            for context in (0 if _is_global(unit) else numbers[plc.task_of(unit)],)
             for placed in unit.variables
         }
         for placed in plc.statics:
@@ -207,7 +210,7 @@ class PlcSymbols:
             for unit in plc.units
             if (iec := type(unit.instance).__iec__).methods or iec.properties
         }
-        for kept in ("_symbol_table", "_types", "_type_table"):
+        for kept in ("_symbol_table", "_types", "_type_table", "_persistent_types"):
             self.__dict__.pop(kept, None)
 
     @property
@@ -323,7 +326,7 @@ class PlcSymbols:
 
     def type_entry(self, name: str) -> bytes | None:
         found = self._types.get(fold(name.strip()))
-        return None if found is None else describe_type(found).encode()
+        return None if found is None else self._described(found).encode()
 
     @cached_property
     def _symbol_table(self) -> bytes:
@@ -358,7 +361,34 @@ class PlcSymbols:
 
     @cached_property
     def _type_table(self) -> bytes:
-        return encode_types(map(describe_type, self._types.values()))
+        return encode_types(map(self._described, self._types.values()))
+
+    @cached_property
+    def _persistent_types(self) -> set[str]:
+        """Names of the types of persistent variables, and of all that is in them."""
+        variables = [root.placed.variable for root in self._roots.values()]
+        members = [
+            member
+            for type in self._types.values()
+            if isinstance(type, StructType)
+            for member in type.members
+        ]
+        kept = [each.type for each in (*variables, *members) if each.persistent]
+        return {fold(type.name) for type in types_within(kept)}
+
+    def _described(self, type: IecType[Any]) -> DataTypeEntry:
+        entry = describe_type(type)
+        if fold(type.name) not in self._persistent_types:
+            return entry
+        return replace(entry, flags=entry.flags | TypeFlag.PERSISTENT_TYPE)
+
+
+def _is_global(unit: PlacedUnit) -> bool:
+    """Whether it is a list of the application, which no task owns: its task mask is 0.
+
+    Those of the runtime have the mask of the first task, as recorded.
+    """
+    return isinstance(unit.instance, GlobalVariables) and unit.name != SYSTEM_LIST
 
 
 def _flags(placed: PlacedVariable) -> int:

@@ -17,14 +17,17 @@ _TOOL_NOTES = {"TcVarGlobal", "TcAddressType", "TcPersistent"}
 
 
 def types_of_tmc(data: bytes, source: str = "tmc") -> tuple[FileTypes, Element]:
-    """The types of a `.tmc`, and its module. Raises `SourceError` with the line of the fault."""
+    """The types of a `.tmc`, and its module, or what is in place of it: the root, if there is none.
+
+    Files of event classes and data types have no module; of several the PLC's counts. Raises
+    `SourceError` with the line of the fault.
+    """
     root = parse_xml(data, source)
     if root.tag != "TcModuleClass":
         root.fault(f"expected <TcModuleClass>, the root of a .tmc, got <{shown(root.tag)[1:-1]}>")
     modules = root.find("Modules")
-    module = None if modules is None else modules.find("Module")
-    if module is None:
-        root.fault("expected a <Module> in <Modules>")
+    found = [] if modules is None else modules.all("Module")
+    module = next(filter(_is_plc, found), found[0] if found else root)
     elements = root.find("DataTypes")
     size = _pointer_size(root, module)
     return FileTypes(elements.all("DataType") if elements else (), size), module
@@ -50,6 +53,11 @@ def read_tmc(data: bytes, source: str = "tmc") -> SymbolFile:
         _port(module),
         types.pointer_size,
     )
+
+
+def _is_plc(module: Element) -> bool:
+    """Whether it is a PLC project, which tells its AMS port, and no C++ module."""
+    return "ApplicationName" in properties_of(module)
 
 
 def _pointer_size(root: Element, module: Element) -> int:
