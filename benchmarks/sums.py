@@ -1,6 +1,6 @@
 """Sum read of 500 symbols by handle (0xF080): the round trip over TCP, and the device alone.
 
-pyads' test server answers no sum commands, so 500 single reads by the same client stand beside it.
+pyads' test server answers no sum commands, so 500 single reads by the same client are beside it.
 Usage: python benchmarks/sums.py [ROUNDS]
 """
 

@@ -11,7 +11,7 @@ from achse.ams import filetime
 
 def test_the_epochs() -> None:
     assert filetime.to_datetime(0) == datetime(1601, 1, 1, tzinfo=UTC)
-    # 369 years with 89 leap days lie between the epochs
+    # 369 years with 89 leap days are between the epochs
     assert filetime.from_unix_ns(0) == (369 * 365 + 89) * 86_400 * 10_000_000
 
 

@@ -135,7 +135,7 @@ def test_what_is_no_station_of_ours_is_told(witness: Callable[[str], None]) -> N
             timeout=60,
         )
     assert run.returncode == 1
-    assert "is no achse station: tap in front of it with --via" in run.stderr
+    assert "is not an achse station: tap in front of it with --via" in run.stderr
 
 
 @pytest.mark.parametrize("command", [("monitor",), ("record", "some.pcapng")])

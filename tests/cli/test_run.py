@@ -162,7 +162,7 @@ def test_beyond_this_computer_it_listens_only_if_told_in_so_many_words() -> None
     assert " tcp=0.0.0.0:" in run.stdout.readline()
     run.terminate()
     _, told = run.communicate(timeout=60)
-    assert "Whoever reaches it may, without a password:" in told
+    assert "Anyone who reaches it may, without a password:" in told
     assert "- stop, restart and shut down the station" in told
 
 

@@ -31,4 +31,4 @@ def test_what_is_no_station_of_ours_is_told(cli: Callable[..., Any]) -> None:
     with FakeDevice().serving() as live:
         place = ("--host", live.host, "--tcp-port", str(live.tcp_port))
         refusal = cli("ads", "stats", *place, exit_code=1)
-    assert f"{live.host}:{live.tcp_port} is no achse station" in refusal.stderr
+    assert f"{live.host}:{live.tcp_port} is not an achse station" in refusal.stderr

@@ -55,7 +55,7 @@ def test_each_link_leads_to_a_file(page: Path) -> None:
 
 @each(PAGES)
 def test_each_name_of_ours_exists(page: Path) -> None:
-    """What stands in backticks and begins with `achse.` can be imported."""
+    """What is in backticks and begins with `achse.` can be imported."""
     for name in set(NAME.findall(page.read_text(encoding="utf-8"))):
         pkgutil.resolve_name(name)
 

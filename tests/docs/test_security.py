@@ -140,7 +140,7 @@ elsewhere(
     "tests/devices/system/test_files.py::test_without_a_folder_files_are_not_supported",
 )
 elsewhere(
-    "Whoever gets in may record the traffic of others, and cause faults, by port 26000.",
+    "Anyone who gets in may record the traffic of others, and cause faults, by port 26000.",
     "tests/devices/test_station.py::test_a_tap_shows_what_others_do",
     "tests/interop/test_faults.py::test_a_lost_answer_is_a_timeout",
 )
@@ -339,8 +339,8 @@ def test_what_reaches_into_the_operating_system_is_refused(client_of: Any, refus
             client.exchange(group, 1 if group == 120 else 0, 100, b"/etc/passwd\0")
 
 
-@proves("Whoever gets in may read and write variables and parameters, and move axes.")
-@proves("Whoever gets in may restart and shut down the station.")
+@proves("Anyone who gets in may read and write variables and parameters, and move axes.")
+@proves("Anyone who gets in may restart and shut down the station.")
 async def test_a_stranger_does_as_he_likes() -> None:
     document: dict[str, Any] = {
         "axis": [AXIS],
@@ -369,7 +369,7 @@ async def test_a_stranger_does_as_he_likes() -> None:
         assert built.ended
 
 
-@proves("Whoever gets in may read, write and delete files below `root`.")
+@proves("Anyone who gets in may read, write and delete files below `root`.")
 async def test_a_stranger_has_the_files(tmp_path: Path) -> None:
     (tmp_path / "files").mkdir()
     (tmp_path / "files" / "a.txt").touch()
@@ -525,7 +525,7 @@ def test_where_drives_and_monitors_listen() -> None:
 
 
 @proves(
-    "Whoever may change routes holds the station up while the disk takes the file, so that the"
+    "Anyone who may change routes holds the station up while the disk takes the file, so that the"
     " answer is true."
 )
 def test_a_change_of_routes_is_on_the_disk_when_it_is_answered(
@@ -545,7 +545,9 @@ def test_a_change_of_routes_is_on_the_disk_when_it_is_answered(
     assert (len(kept), "10.0.0.8" in (tmp_path / "r.xml").read_text()) == (2, True)
 
 
-@proves("EtherCAT has no senders to tell apart, and whoever reaches the wire commands the drives.")
+@proves(
+    "EtherCAT has no senders to tell apart, and anyone who reaches the wire commands the drives."
+)
 def test_any_master_commands_a_slave() -> None:
     segment = Segment([Slave(Loopback())])
     write = EthercatFrame([Datagram.at(DatagramCommand.BWR, 0, 0x2000, b"\x66")]).encode()

@@ -85,7 +85,7 @@ def test_process_data_and_resets_work_on_the_array() -> None:
 
 
 def test_drives_of_a_bank_live_side_by_side() -> None:
-    """Each lives its own life, whoever is looked at first, however often."""
+    """Each lives its own life, no matter who is looked at first, however often."""
     bank = Bank(3)
     together = [VirtualDrive(MACHINE, compiled=bank) for _ in range(3)]
     alone = [VirtualDrive(MACHINE) for _ in range(3)]

@@ -59,7 +59,7 @@ def broken(
     targets: Sequence[tuple[str, int]] = TARGETS,
     source: tuple[str, int] = SOURCE,
 ) -> Iterator[bytes]:
-    """Endless byte strings that are no AMS/TCP, or only the beginning, or claim absurd lengths."""
+    """Endless byte strings that are not AMS/TCP, or only the beginning, or claim absurd lengths."""
     random = Random(seed)
     pool = _pool(random, targets, source)
     draw = random.random

@@ -39,7 +39,7 @@ def test_a_sub_range_checks_writes() -> None:
             percent.write(memory, 0, value)
     assert memory == b"\x0b"
     assert SubrangeType(INT, -5, -2).default == INT.encode(-2)
-    with pytest.raises(DeclarationError, match=r"5..300 is no sub-range of USINT"):
+    with pytest.raises(DeclarationError, match=r"5..300 is not a sub-range of USINT"):
         SubrangeType(USINT, 5, 300)
 
 

@@ -76,7 +76,7 @@ def test_the_default_is_the_first_member_or_as_declared() -> None:
 
 
 def test_members_must_fit_the_base() -> None:
-    with pytest.raises(DeclarationError, match=r"E_Big.Large = 256 is no BYTE"):
+    with pytest.raises(DeclarationError, match=r"E_Big.Large = 256 is not a BYTE"):
         EnumType(Big, BYTE, name="E_Big")
 
 

@@ -47,7 +47,7 @@ def test_the_text_ends_at_the_first_nul() -> None:
     assert STRING(6).decode(b"abcdefg") == "abcdef"
     assert STRING(6).decode(b"abc") == "abc"
     assert WSTRING(3).decode("äb\0c".encode("utf-16-le")) == "äb"
-    # the bytes 61 00 00 01 hold two NULs side by side that are no character
+    # the bytes 61 00 00 01 hold two NULs side by side that are not a character
     assert WSTRING(3).decode(b"a\0\0\1\0\0") == "aĀ"
     assert WSTRING(3).decode(b"a\0") == "a"
     with pytest.raises(IecDecodeError, match="2 bytes per unit, got 3 bytes"):

@@ -1,4 +1,4 @@
-"""Initial values that are no constants, in a PLC as its sources declare it."""
+"""Initial values that are not constants, in a PLC as its sources declare it."""
 
 import random
 import struct
@@ -99,7 +99,7 @@ def test_each_instance_of_a_block_points_to_itself() -> None:
     ]:
         assert block["pThis"] == start
         assert block["pOwn"] == start + 8  # behind the table pointer
-    # Constants stand before anything else, those that an instance says of itself, too.
+    # Constants are before anything else, those that an instance says of itself, too.
     assert program["aMotors"][0]["nTwice"] == 20
     assert program["fbOne"]["nTwice"] == 6
 

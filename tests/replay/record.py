@@ -31,7 +31,7 @@ QUIET_S = 0.3
 
 
 class Relay:
-    """Stands between a client and a station, and writes down what passes."""
+    """Is between a client and a station, and writes down what passes."""
 
     def __init__(self, station: LiveStation) -> None:
         self.station = station

@@ -301,7 +301,7 @@ def test_a_learned_source_does_not_take_over_a_port(router: Router) -> None:
 
 
 def test_a_learned_source_is_no_server(router: Router) -> None:
-    """A request for a port that nobody registered is refused, whoever claims to be there."""
+    """A request for a port that nobody registered is refused, no matter who claims to be there."""
     imposter, client = Inbox(), Inbox()
     for target in (PLC, AmsAddress.of(THEIRS, 851)):
         router.learn(target, imposter)

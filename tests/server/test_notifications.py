@@ -131,7 +131,7 @@ def test_on_change_sends_at_most_once_per_cycle(bench: Any, counter: Any) -> Non
 
 
 def test_the_stamp_is_the_time_of_the_task_cycle(bench: Any, counter: Any) -> None:
-    """The client subscribes between cycles; its samples lie on the grid of the 10 ms task."""
+    """The client subscribes between cycles; its samples are on the grid of the 10 ms task."""
     bench.tick(14)
     bench.subscribe("MAIN.nCounter", mode=3, cycle_ms=20)
     bench.tick(60)

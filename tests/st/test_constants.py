@@ -120,7 +120,7 @@ def test_what_shows_at_run_time(text: str) -> None:
         ("c.%X3.%X0", "a bit of a whole number, got False"),
         ("T#1s - LTIME#1s", "'-' takes times of one type"),
         ("10.0 ** 999", "there is no such value"),
-        ("(-8) ** 0.5", "the result is no finite number"),
+        ("(-8) ** 0.5", "the result is not a finite number"),
         ("16#FFFF_FFFF_FFFF_FFFF + 1", "the result does not fit into 64 bits"),
         ("UPPER_BOUND(x, 2)", "has 1 dimensions"),
         ("SIZEOF(x, 1)", "SIZEOF takes 1 arguments, got 2"),

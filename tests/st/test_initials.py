@@ -24,7 +24,7 @@ def lookup(path: Path, at: int) -> Constant:
 
 
 def value_of(text: str, type: IecType[Any]) -> tuple[object, list[int]]:
-    """The value, and the offsets of what is no constant in it."""
+    """The value, and the offsets of what is not a constant in it."""
     parser = Parser(Source(text))
     initial = parser.attempt(parser.expressions.initial)
     assert initial is not None

@@ -38,7 +38,7 @@ def type_of(text: str, name: str = "T", rules: LayoutRules = TC3_X64) -> IecType
 
 
 def spec_type(text: str, rules: LayoutRules = TC3_X64) -> IecType[Any]:
-    """The type of a specification as it stands after a colon."""
+    """The type of a specification as it is after a colon."""
     types = resolver(f"TYPE T : {text}; END_TYPE", rules)
     unit = entry(types, "T")
     assert isinstance(unit.tree, TypeDeclaration)
@@ -162,7 +162,7 @@ def test_an_interface_is_a_pointer() -> None:
 
 def test_a_program_is_no_type() -> None:
     types = resolver("PROGRAM P END_PROGRAM")
-    with pytest.raises(Unexpected, match="P is no type"):
+    with pytest.raises(Unexpected, match="P is not a type"):
         types.entry_type(entry(types, "P"), 0)
 
 
@@ -175,7 +175,7 @@ def test_a_program_is_no_type() -> None:
         ("TYPE T : ARRAY [*] OF INT; END_TYPE", "1:10 ARRAY [*] is for VAR_IN_OUT only"),
         ("TYPE T : REAL (0..5); END_TYPE", "1:10 a sub-range of whole numbers, got REAL"),
         ("TYPE T : (a, A); END_TYPE", "1:14 T has two values named A"),
-        ("TYPE T : (a := 300) USINT; END_TYPE", "1:11 a = 300 is no USINT"),
+        ("TYPE T : (a := 300) USINT; END_TYPE", "1:11 a = 300 is not a USINT"),
         ("TYPE T : INT<5>; END_TYPE", "1:10 INT has no VAR_GENERIC"),
         (
             f"TYPE T : ARRAY [0..{LARGEST}] OF BYTE; END_TYPE",
@@ -185,7 +185,7 @@ def test_a_program_is_no_type() -> None:
             "TYPE T EXTENDS U : INT; END_TYPE TYPE U : INT; END_TYPE",
             "1:16 only a structure extends another",
         ),
-        ("FUNCTION_BLOCK T IMPLEMENTS INT END_FUNCTION_BLOCK", "1:29 INT is no interface"),
+        ("FUNCTION_BLOCK T IMPLEMENTS INT END_FUNCTION_BLOCK", "1:29 INT is not an interface"),
     ],
 )
 def test_a_fault_is_told_once_in_its_place(text: str, fault: str) -> None:

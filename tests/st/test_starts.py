@@ -159,7 +159,7 @@ def test_calls_take_a_running_program() -> None:
     ("text", "message"),
     [
         ("pNull^", "POINTER TO INT leads nowhere yet"),
-        ("n^", "INT is no pointer"),
+        ("n^", "INT is not a pointer"),
         ("a[4]", "index 4 is outside 1..3"),
         ("n.x", "INT has no member 'x'"),
     ],

@@ -150,7 +150,7 @@ def test_configured_ports_stay_the_stations_through_restarts(
 
 
 class Nobody:
-    """Whoever wants a port."""
+    """Anyone who wants a port."""
 
     def deliver(self, frame: Frame) -> bool:
         return True

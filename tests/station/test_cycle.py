@@ -79,7 +79,7 @@ def test_only_due_moments_are_gone_to_and_those_between_ticks_wait() -> None:
 
 @pytest.mark.parametrize("seed", range(20))
 def test_going_on_in_one_go_is_going_on_tick_by_tick(seed: int) -> None:
-    """Whatever the cycles, and whoever comes before or behind the phase that catches up."""
+    """Whatever the cycles, and no matter who comes before or behind the phase that catches up."""
     draw = random.Random(seed)
     tick = draw.choice((1, 5, 7))
     wanted = [(draw.choice(list(PhasePlace)), tick * draw.randint(1, 12)) for _ in range(4)]

@@ -226,7 +226,7 @@ async def test_beyond_this_computer_a_station_listens_only_if_told_in_so_many_wo
     else:
         async with serving as running:
             assert running.host == "0.0.0.0"
-    lets_in = "0.0.0.0 and lets everybody in. Whoever reaches it may, without a password:"
+    lets_in = "0.0.0.0 and lets everybody in. Anyone who reaches it may, without a password:"
     assert (lets_in in caplog.text) is (said in ("configuration", "call"))
 
 
@@ -299,7 +299,7 @@ class Wire(asyncio.Transport):
 
 
 class Knows(Users):
-    """Whoever sends the right password, checked at once."""
+    """Anyone who sends the right password, checked at once."""
 
     def check(self, user: str, password: str) -> bool:
         return bool(self) and password == "right"

@@ -27,7 +27,7 @@ def nc_of(built: Station) -> Nc:
 
 
 def travel(built: Station) -> None:
-    """All axes are homed and stand at 30 mm."""
+    """All axes are homed and are at 30 mm."""
     for axis in nc_of(built):
         axis.control_dword = 7
         axis.velocity_override = 1_000_000

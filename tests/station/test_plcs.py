@@ -277,7 +277,7 @@ def test_sources_with_faults_leave_the_plc_as_it_was(folder: Path) -> None:
     station.advance(0.005)
     assert station.plcs[851].state is PlcState.RUN
     assert _value(station, "MAIN.nCounter") == b"\5\0\0\0"
-    with pytest.raises(ConfigError, match="port 999 is no PLC"):
+    with pytest.raises(ConfigError, match="port 999 is not a PLC"):
         station.online_change(999)
 
 

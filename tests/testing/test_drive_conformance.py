@@ -79,7 +79,7 @@ def jammed() -> Drive:
     [
         (Forgetful, "6041:00 is read-only: expected 0x06010002, got success"),
         (Deaf, "controlword 0x0006 in SWITCH_ON_DISABLED: expected READY_TO_SWITCH_ON"),
-        (Careless, "leaving Op while enabled is no fault"),
+        (Careless, "leaving Op while enabled is not a fault"),
         (permissive, "1600:00 count while assigned: expected 0x06010000, got success"),
         (jammed, "csp: target"),
     ],

@@ -1,4 +1,4 @@
-"""The fair queue: all work is done, in order, and whoever asks for little does not wait."""
+"""The fair queue: all work is done, in order, and anyone who asks for little does not wait."""
 
 import random
 from collections import deque

@@ -22,7 +22,7 @@ class Connection:
     """The receiving half of one AMS/TCP connection.
 
     `receive(data)` takes any slice of the stream and yields what is complete, in order. However
-    the stream is cut, the same events come out. Bytes that are no AMS/TCP raise `DecodeError`, at
+    the stream is cut, the same events come out. Bytes that are not AMS/TCP raise `DecodeError`, at
     their place in the order; afterwards the connection is of no use and every call raises again.
     """
 

@@ -46,7 +46,7 @@ _OS = struct.Struct("<5I256s")
 
 _ANSWER = 0x8000_0000
 _MAX_TAGS = 64
-"""No datagram has nearly as many tags; more are no discovery."""
+"""No datagram has nearly as many tags; more are not discovery."""
 
 _TEMPORARY = 1
 
@@ -144,7 +144,7 @@ def _as_text(text: str) -> bytes:
 
 
 def info_request(source: NetId) -> DiscoveryPacket:
-    """The search: whoever hears it tells about itself."""
+    """The search: anyone who hears it tells about itself."""
     return DiscoveryPacket(DiscoveryService.INFO, AmsAddress.of(source, OWN_PORT))
 
 

@@ -1,7 +1,7 @@
 """The error tree of the wire.
 
 AdsError
-├── DecodeError      bytes from the peer are no AMS; the connection cannot go on
+├── DecodeError      bytes from the peer are not AMS; the connection cannot go on
 ├── RouterError      a router refused the frame: code in the AMS header
 ├── DeviceError      a device refused the request: code in the result field
 ├── ConnectionLost   the transport ended while an answer was due

@@ -69,7 +69,7 @@ class Flags(IntFlag):
 
 
 class Endpoint(Protocol):
-    """Whoever takes frames: a device, a client, a connection to a peer."""
+    """Anyone who takes frames: a device, a client, a connection to a peer."""
 
     def deliver(self, frame: "Frame") -> bool:
         """Take `frame`; False if this endpoint is closed and the frame is lost."""
@@ -210,7 +210,7 @@ class Frame:
 
 
 class TcpMessage(NamedTuple):
-    """An AMS/TCP packet that is no AMS frame: port services of the local router."""
+    """An AMS/TCP packet that is not an AMS frame: port services of the local router."""
 
     command: TcpCommand
     data: bytes

@@ -314,7 +314,7 @@ async def home(
             print(f"{item}: {moment:8.3f} s  {step.lower().replace('_', ' ')}")
         if course.trouble is None:
             here = f"{decimal(course.target)} {item.unit}"
-            print(f"{item}: homed in {course.seconds:.3f} s, stands at {here}")
+            print(f"{item}: homed in {course.seconds:.3f} s, is at {here}")
     if course.trouble is not None:
         fail(course.trouble)
 

@@ -171,5 +171,5 @@ def _range(first: int, last: int, digits: int) -> str:
 
 
 def _text(text: str) -> str:
-    """Text as it may stand in a table cell."""
+    """Text as it may be in a table cell."""
     return " ".join(text.split()).replace("|", "\\|")

@@ -309,7 +309,7 @@ async def _station_tap(
         except RouterError as refusal:
             if refusal.code != ReturnCode.TARGET_PORT_NOT_FOUND.number:
                 raise
-            fail(f"{host}:{tcp_port} is no achse station: tap in front of it with --via")
+            fail(f"{host}:{tcp_port} is not an achse station: tap in front of it with --via")
         plc = client.at_port(PLC_PORT)
         if decoder is not None:
             decoder.names.alias(plc.address, AmsAddress.of(LOOPBACK_NET_ID, PLC_PORT))

@@ -111,7 +111,7 @@ async def _interrupt(axis: NcAxis, verdict: "Judge") -> None:
 async def follow(axis: NcAxis, errand: Errand, sample_time: float) -> Course:
     """Command something and watch it until it is done, or something else ended it.
 
-    A move to a target is done when the axis stands in its window, an endless one when it has its
+    A move to a target is done when the axis is in its window, an endless one when it has its
     velocity. Cancelling stops the axis: the course then ends at rest and says so.
     """
     trace = Trace(axis.unit)

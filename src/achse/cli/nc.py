@@ -1,6 +1,6 @@
 """An NC seen from outside: its axes through ADS services, ours and real ones alike.
 
-Services are named as their rows in `achse.devices.nc` are; numbers and layouts stand there.
+Services are named as their rows in `achse.devices.nc` are; numbers and layouts are there.
 """
 
 import asyncio

@@ -175,7 +175,7 @@ def add(
         typer.Option(envvar="ACHSE_PASSWORD", help="Asked for if not given.", show_default=False),
     ] = None,
     temporary: Annotated[
-        bool, typer.Option("--temporary/--static", help="Only until it starts anew.")
+        bool, typer.Option("--temporary/--static", help="Only until it starts again.")
     ] = False,
     timeout: Annotated[float, typer.Option(min=0.01, help="Wait so long, s.")] = 5.0,
     host: Annotated[

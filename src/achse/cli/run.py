@@ -230,7 +230,7 @@ async def _serve(
     except ConfigError as refusal:
         print(refusal, file=sys.stderr)
         return 1
-    except (OSError, UnicodeError) as failure:  # the latter for what can be no host name
+    except (OSError, UnicodeError) as failure:  # the latter for what cannot be a host name
         config = station.config.router
         where = _endpoint(host or config.host, config.tcp_port if tcp_port is None else tcp_port)
         why = reason(failure) if isinstance(failure, OSError) else failure

@@ -145,7 +145,7 @@ def _run(
     except AdsError as refusal:
         nobody = isinstance(refusal, RouterError) and refusal.code == 0x6
         if nobody and port == STATION_PORT:
-            fail(f"{host}:{tcp_port} is no achse station: nobody is at its AMS port {port}")
+            fail(f"{host}:{tcp_port} is not an achse station: nobody is at its AMS port {port}")
         fail(str(refusal))
     except (KeyboardInterrupt, asyncio.CancelledError):
         if not endless:

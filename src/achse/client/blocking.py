@@ -46,7 +46,7 @@ class _Loop:
         self._loop.close()
 
     def run(self, job: Coroutine[Any, Any, V]) -> V:
-        """The result of `job`. Whoever gives up waiting (Ctrl-C) cancels it."""
+        """The result of `job`. Anyone who gives up waiting (Ctrl-C) cancels it."""
         if self._loop.is_closed():
             job.close()
             raise RuntimeError("this client is closed")
@@ -58,7 +58,7 @@ class _Loop:
             raise
 
     def stop(self) -> None:
-        """End loop and thread. Again is no error."""
+        """End loop and thread. Again is not an error."""
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._loop.stop)
             self._thread.join()
@@ -214,7 +214,7 @@ class Client(Target):
         self.close()
 
     def close(self) -> None:
-        """Give everything back and end connection and thread. Again is no error."""
+        """Give everything back and end connection and thread. Again is not an error."""
         try:
             if not self._client.session.closed:
                 self._loop.run(self._client.close())

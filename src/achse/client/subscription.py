@@ -119,7 +119,7 @@ class _Channel:
 class Subscription:
     """Samples of variables of one target: `async with` sets it up, `async for` gives samples.
 
-    `locate` finds the places of the variables, anew at each set-up. `depth` bounds the queue.
+    `locate` finds the places of the variables, again at each set-up. `depth` bounds the queue.
     `forget` is told of a place that turns out to be out of date; None if places never change.
     """
 

@@ -119,7 +119,7 @@ def _fields(kind: type) -> tuple[tuple[str, str, Any], ...]:
 def built(kind: Any, value: Any) -> Any:
     """A value of a target as `kind`: dataclass, `list[…]`, `IntEnum`, or as it is.
 
-    A number that is no member of the enumeration stays a number, as a PLC allows any.
+    A number that is not a member of the enumeration stays a number, as a PLC allows any.
     """
     if get_origin(kind) is list:
         (inner,) = get_args(kind)

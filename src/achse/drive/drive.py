@@ -432,7 +432,7 @@ class Drive:
         self._reset()
 
     def _reset(self) -> None:
-        """Begin anew with stored parameters (transition 0); communication and mapping stay."""
+        """Begin again with stored parameters (transition 0); communication and mapping stay."""
         self._start()
         self._take_encoder()
         self._take_mapping()

@@ -1,7 +1,7 @@
 """Process data inside the kernel: outputs into the record, cycles, inputs out of it, in one call.
 
 For the compiled kernel only, where a call from Python costs more than the work: one call does the
-steps of all drives that owe one. The bytes of both directions lie in the records; `words` are the
+steps of all drives that owe one. The bytes of both directions are in the records; `words` are the
 same memory as the records, as 64-bit words.
 """
 

@@ -126,7 +126,7 @@ class Mechanics:
     outputs: tuple[OutputFunction, ...] = ()
     """Status outputs assigned to O1, O2, ... in this order."""
     position: float = 0.0
-    """Where the machine stands at the start, inc."""
+    """Where the machine is at the start, inc."""
 
     def __post_init__(self) -> None:
         positive = {
@@ -221,7 +221,7 @@ def apply(machine: Mechanics, d: DriveFields) -> None:
     d.output_functions = sum(
         function << 4 * terminal for terminal, function in enumerate(machine.outputs)
     )
-    d.step_time = 0.0  # what depends on it is computed anew
+    d.step_time = 0.0  # what depends on it is computed again
 
 
 def scale(machine: Mechanics, d: DriveFields) -> None:

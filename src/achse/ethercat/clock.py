@@ -158,7 +158,7 @@ class DistributedClock:
     # SYNC0
 
     def activate(self) -> None:
-        """Activation is written: arm SYNC0 for its start time, which must lie in the future."""
+        """Activation is written: arm SYNC0 for its start time, which must be in the future."""
         memory = self._memory
         self.cycle_ns = 0
         self._next_sync0 = self._next_sync1 = None
@@ -172,7 +172,7 @@ class DistributedClock:
         self._move()
 
     def _activate_sync1(self, start: int) -> None:
-        """SYNC1 follows a SYNC0 event by its cycle time; the next SYNC0 behind it starts anew."""
+        """SYNC1 follows a SYNC0 event by its cycle time; the next SYNC0 behind it starts again."""
         delay = Register.SYNC1_CYCLE.get(self._memory)
         self._sync1_period = (delay // self.cycle_ns + 1) * self.cycle_ns
         self._next_sync1 = start + delay

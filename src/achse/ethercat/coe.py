@@ -40,7 +40,7 @@ class CoeServer:
         self.capacity = 0
 
     def reset(self, mailbox_length: int) -> None:
-        """Begin anew with a mailbox to the master of `mailbox_length` bytes."""
+        """Begin again with a mailbox to the master of `mailbox_length` bytes."""
         self.capacity = mailbox_length - 8
         self._sdo.reset()
 

@@ -45,7 +45,7 @@ _MORE = 1 << 15
 
 
 class FrameError(Exception):
-    """Bytes that are no EtherCAT frame, or values that do not fit into one."""
+    """Bytes that are not an EtherCAT frame, or values that do not fit into one."""
 
 
 class Addressing(IntEnum):

@@ -168,7 +168,7 @@ class SyncManager:
     def concerns_application(self) -> bool:
         """The master wrote what nobody has read, or took the message that waited."""
         if self.sink is not None or self.source is not None:
-            return False  # whoever takes whole buffers has taken them
+            return False  # anyone who takes whole buffers has taken them
         event = _WRITE_EVENT if self.to_application else _READ_EVENT
         return self.works and bool(self.events & event)
 

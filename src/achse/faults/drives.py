@@ -393,7 +393,7 @@ class LinkBreak(SlaveFault):
 
 class EepromChecksum(SlaveFault):
     """The checksum of the EEPROM is wrong. The drive sees it when the controller is reset or loads
-    the EEPROM anew, and comes back when it does so after the fault."""
+    the EEPROM again, and comes back when it does so after the fault."""
 
     kind: Literal["eeprom"] = "eeprom"
 

@@ -15,7 +15,7 @@ SPARED_PORT = 26_000
 """The station's own service: faults never cut off the way to clear them."""
 
 _REMEMBERED = 4096
-"""Requests under way whose answers are to be hit; more are no sensible test."""
+"""Requests under way whose answers are to be hit; more make no sensible test."""
 
 _HITS = 8
 """Faults that hit one frame, the latest ones; eight that duplicate make 256 of it."""

@@ -77,7 +77,7 @@ class Refusal:
 
 
 class _RefusingGroup(IndexGroup):
-    """Stands before an index group, which may be one that the device does not have."""
+    """Is before an index group, which may be one that the device does not have."""
 
     def __init__(self) -> None:
         self.behind: IndexGroup | None = None

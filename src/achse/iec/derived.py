@@ -84,7 +84,7 @@ class SubrangeType(AliasType[int]):
         attributes: Mapping[str, str] = no_attributes,
     ) -> None:
         if not base.low <= low <= high <= base.high:
-            raise DeclarationError(f"{low}..{high} is no sub-range of {base.name}")
+            raise DeclarationError(f"{low}..{high} is not a sub-range of {base.name}")
         super().__init__(
             name or f"{base.name} ({low}..{high})", base, comment=comment, attributes=attributes
         )

@@ -98,7 +98,7 @@ def describe_type(type: IecType[Any]) -> DataTypeEntry:
     elif isinstance(type, AliasType):
         type_name = type.base.name
     elif isinstance(type, StructType):
-        # Of a program only what lies in its own memory: the rest are symbols elsewhere.
+        # Of a program only what is in its own memory: the rest are symbols elsewhere.
         shown = type.fields if type.kind is RecordKind.UNIT else type.members
         members = tuple(_member(item, index) for index, item in enumerate(shown))
         if type.methods:

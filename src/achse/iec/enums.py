@@ -20,7 +20,7 @@ E = TypeVar("E", bound=IntEnum)
 class EnumType(IecType[E | int], Generic[E]):
     """The members of an `IntEnum` in a base type.
 
-    Decodes to the member; a number that is no member stays an int, as a PLC allows any. Takes
+    Decodes to the member; a number that is not a member stays an int, as a PLC allows any. Takes
     members, numbers in range of the base, and member names (without case).
     """
 
@@ -40,7 +40,7 @@ class EnumType(IecType[E | int], Generic[E]):
         self.numbers = {member: int(value) for member, value in members.__members__.items()}
         for member, number in self.numbers.items():
             if not base.low <= number <= base.high:
-                raise DeclarationError(f"{name}.{member} = {number} is no {base.name}")
+                raise DeclarationError(f"{name}.{member} = {number} is not a {base.name}")
         super().__init__(
             name, base.size, base.alignment, base.adst, comment=comment, attributes=attributes
         )

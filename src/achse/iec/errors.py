@@ -3,7 +3,7 @@
 IecError
 ├── DeclarationError   a type or variable that cannot exist as declared
 ├── IecValueError      a Python value that does not fit the type
-├── IecDecodeError     bytes that are no value, symbol entry or type entry
+├── IecDecodeError     bytes that are not a value, symbol entry or type entry
 ├── IecPathError       an instance path that leads nowhere
 │   └── IecIndexError  … because an index is outside the bounds of its array
 └── UnboundError       a declared variable used before it has memory

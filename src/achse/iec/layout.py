@@ -91,7 +91,7 @@ def sequential(
 ) -> TypeLayout:
     """Members one after the other.
 
-    `start` and `alignment` are those of what lies before them: a base structure or the table
+    `start` and `alignment` are those of what is before them: a base structure or the table
     pointer of a function block.
     """
     position = start

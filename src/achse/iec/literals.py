@@ -86,7 +86,7 @@ def _parse(type: IecType[Any], text: str, depth: int) -> object:
 
 
 def _integer(text: str) -> int | None:
-    """`-5`, `1_000`, `16#FF`, `0xFF`, `INT#5`; None if it is no integer."""
+    """`-5`, `1_000`, `16#FF`, `0xFF`, `INT#5`; None if it is not an integer."""
     found = _INTEGER.fullmatch(text) if len(text) <= _LONGEST_NUMBER else None
     if found is None:
         return None

@@ -222,7 +222,7 @@ def _next(location: ResolvedPath, step: Step) -> ResolvedPath:
     type = resolved(location.type)
     if isinstance(step, Deref):
         if not isinstance(type, PointerType) or isinstance(type, InterfaceType):
-            raise IecPathError(f"{location.type.name} is no pointer: ^ leads nowhere")
+            raise IecPathError(f"{location.type.name} is not a pointer: ^ leads nowhere")
         return _pointee(location, type)
     if isinstance(type, ReferenceType):
         # A reference is followed by itself.
@@ -287,7 +287,7 @@ def _inherited(location: ResolvedPath) -> ResolvedPath:
 
 def _element(location: ResolvedPath, type: IecType[Any], indices: tuple[int, ...]) -> ResolvedPath:
     if not isinstance(type, ArrayType):
-        raise IecPathError(f"{location.type.name} is no array: [{indices[0]}] leads nowhere")
+        raise IecPathError(f"{location.type.name} is not an array: [{indices[0]}] leads nowhere")
     # `a[1,2]` also reaches into an array of arrays, as `a[1][2]` does into two dimensions.
     here, beyond = indices[: len(type.dimensions)], indices[len(type.dimensions) :]
     offset = location.offset + type.position(here)

@@ -180,7 +180,7 @@ class TypeTable:
         while isinstance(base, AliasType):
             base = base.base
         if not isinstance(base, IntegerType):
-            raise DeclarationError(f"the base {entry.type_name!r} is no integer type")
+            raise DeclarationError(f"the base {entry.type_name!r} is not an integer type")
         # Python keeps `_x_` and `mro` for itself; such values stay plain numbers.
         numbers = {
             name: base.decode(raw)

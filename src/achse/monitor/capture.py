@@ -29,7 +29,7 @@ _NOBODY = ipaddress.IPv4Address("192.0.2.2")
 
 
 class CaptureError(ValueError):
-    """The file is no capture, or of a kind that is not read."""
+    """The file is not a capture, or of a kind that is not read."""
 
 
 class CaptureWriter:

@@ -1,6 +1,6 @@
 """What is known of the symbols of one device, told by the tables, entries and handles that pass.
 
-Nothing here asks: whoever uploads a table, asks for an entry or a handle, or reads the symbol
+Nothing here asks: anyone who uploads a table, asks for an entry or a handle, or reads the symbol
 version tells the monitor as well.
 """
 
@@ -68,7 +68,7 @@ class KnownSymbols:
         self._coding: Coding = "cp1252"
         self._version: bytes | None = None
         self.is_whole = False
-        """For whoever fetches all of it: True until it has become out of date."""
+        """For anyone who fetches all of it: True until it has become out of date."""
 
     # learning --------------------------------------------------------------------------------
 
@@ -190,7 +190,7 @@ class KnownSymbols:
         return self._handles.get(handle, "")
 
     def at(self, group: int, offset: int, length: int) -> str:
-        """The name of what lies at a place: a symbol, the part of one, or what begins there."""
+        """The name of what is at a place: a symbol, the part of one, or what begins there."""
         places = self._places.get(group)
         if places is None:
             return ""

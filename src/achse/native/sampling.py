@@ -1,6 +1,6 @@
 """Samples of values in memory: machine code finds those that changed and encodes them.
 
-A value lies in whole words; of one that does not fill its last word, a mask tells which bits count.
+A value is in whole words; of one that does not fill its last word, a mask tells which bits count.
 """
 
 import ctypes

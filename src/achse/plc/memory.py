@@ -315,7 +315,7 @@ class Memory:
         return (_AREAS.index(area) + 1 << ADDRESS_BITS) + offset
 
     def at(self, address: int) -> tuple[Region, int] | None:
-        """Where a pointer points; None if it is no address of a byte in any area."""
+        """Where a pointer points; None if it is not an address of a byte in any area."""
         number, offset = divmod(address, 1 << ADDRESS_BITS)
         if not 1 <= number <= len(_AREAS):
             return None

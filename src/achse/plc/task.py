@@ -77,7 +77,7 @@ class Task:
         return self.last_exec_ns > self.cycle_ns
 
     def clear_counters(self) -> None:
-        """The counters begin anew."""
+        """The counters begin again."""
         self.cycle_count = self.exceed_count = self.last_exec_ns = 0
 
     def skip(self, now_ns: int) -> None:

@@ -23,7 +23,7 @@ LOOPBACK_NET_ID = NetId("127.0.0.1.1.1")
 """Alias of the local NetId on every router."""
 
 Gate = Callable[[Frame, Callable[[Frame], bool]], bool]
-"""Stands in the way of each frame, with what hands it on: faults."""
+"""Is in the way of each frame, with what hands it on: faults."""
 
 Watcher = Callable[[Frame], None]
 """Sees each frame on its way: taps."""
@@ -41,7 +41,7 @@ class Router:
     - a request for a port nobody holds is answered with AMS error 0x6, one for a NetId without a
       route with 0x7, both in the header with empty data.
 
-    `routes` is the table with names and hosts; whoever dials those hosts puts an endpoint behind
+    `routes` is the table with names and hosts; anyone who dials those hosts puts an endpoint behind
     each NetId. Only requests travel along routes: what comes back takes the way a request came,
     so that it cannot go in circles.
     """
@@ -75,7 +75,7 @@ class Router:
         """Put `endpoint` on a local port; 0 takes the next free one from 32768 up.
 
         Raises RouterError ROUTER_PORT_IN_USE (0x506) if the port is taken or reserved,
-        ROUTER_NO_MORE_QUEUES (0x508) if all are; ValueError for a number that is no port.
+        ROUTER_NO_MORE_QUEUES (0x508) if all are; ValueError for a number that is not a port.
         """
         if port == 0:
             port = self._free_port()
@@ -107,7 +107,7 @@ class Router:
         raise RouterError(ReturnCode.ROUTER_NO_MORE_QUEUES, "all client ports are taken")
 
     def unregister(self, port: int) -> None:
-        """Free a local port; devices forget what the client behind it held. Unknown is no error."""
+        """Free a local port; devices forget what the client behind it held. No error if unknown."""
         if port not in self._ports:
             return
         address = AmsAddress.of(self.net_id, port)
@@ -133,7 +133,7 @@ class Router:
         self._close_listeners.append(listener)
 
     def ignore_port_closed(self, listener: Callable[[AmsAddress], None]) -> None:
-        """Undo `on_port_closed`. Unknown is no error."""
+        """Undo `on_port_closed`. Unknown is not an error."""
         self._close_listeners = [each for each in self._close_listeners if each != listener]
 
     def on_way_closed(self, listener: Callable[[Endpoint], None]) -> None:
@@ -159,7 +159,7 @@ class Router:
         self._routes[net_id] = endpoint
 
     def remove_route(self, net_id: NetId) -> None:
-        """Forget the route to `net_id`. Unknown is no error."""
+        """Forget the route to `net_id`. Unknown is not an error."""
         self._routes.pop(net_id, None)
 
     def learn(self, source: bytes, endpoint: Endpoint) -> None:
@@ -169,7 +169,7 @@ class Router:
         ways[endpoint] = None
 
     def forget(self, source: bytes, endpoint: Endpoint) -> None:
-        """Undo `learn`; where `source` was seen before counts again. Unknown is no error."""
+        """Undo `learn`; where `source` was seen before counts again. Unknown is not an error."""
         ways = self._learned.get(source, {})
         ways.pop(endpoint, None)
         if not ways:
@@ -211,7 +211,7 @@ class Router:
             if via.deliver(frame):
                 return True
             if frame.flags & 1 or frame.command == Command.NOTIFICATION:
-                self.lost_frames += 1  # whoever has that address now did not ask for it
+                self.lost_frames += 1  # the client that has that address now did not ask for it
                 return False
         endpoint = self._local.get(frame.target)
         if endpoint is None:

@@ -37,7 +37,7 @@ def parse_static_routes(text: str) -> list[Route]:
             if element.tag == "Route" and kind == _TCP:
                 routes.append(_route(element))
             else:
-                log.info("static routes: %s is no route over TCP/IP, left out", element.tag)
+                log.info("static routes: %s is not a route over TCP/IP, left out", element.tag)
     return routes
 
 

@@ -2,8 +2,8 @@
 
 A budget grows with time. Where it lasts, each sample is taken when it is due. Where it does not,
 hosts share it, and of one host its connections: the one that was served least comes next, so that
-whoever asks for little gets all of it in time, and whoever asks for too much gets it late. A sample
-that is due again while it waits is taken once.
+a client that asks for little gets all of it in time, and one that asks for too much gets it late. A
+sample that is due again while it waits is taken once.
 """
 
 import logging

@@ -335,7 +335,7 @@ class Device:
     def replace(self, index_group: int, group: IndexGroup | None) -> IndexGroup | None:
         """Let `group` answer for `index_group`, alone and in sums; what answered before.
 
-        None: nobody. Faults stand before a group in this way.
+        None: nobody. Faults are before a group in this way.
         """
         before = self._groups.get(index_group)
         tables = [self._groups]

@@ -572,7 +572,7 @@ class Notifications:
             try:
                 if self.sender is not None:
                     channel.away = not self.sender.deliver(frame)
-            except Exception:  # a fault of one client in this process is no fault of the cycle
+            except Exception:  # a fault of one client in this process is not a fault of the cycle
                 log.exception("%s failed to take its notifications", _name(channel.client))
         if channel.dropped and not channel.congested:
             log.warning(

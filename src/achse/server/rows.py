@@ -56,7 +56,7 @@ class Codec(Protocol):
     """Value to bytes and back; every `achse.iec` type is one.
 
     `size` is the number of bytes, None if it varies. `decode` gets exactly `size` bytes and
-    raises ValueError for bytes that are no value.
+    raises ValueError for bytes that are not a value.
     """
 
     @property

@@ -252,7 +252,7 @@ class Batch:
 class Series:
     """Subscriptions that are sampled in one go, in the order in which they came.
 
-    Once they stay the same, all values that lie in memory are taken at once, see `gather`; those
+    Once they stay the same, all values that are in memory are taken at once, see `gather`; those
     at fixed addresses of which the changed are sent by machine code, see `Sampler`.
     """
 
@@ -346,7 +346,7 @@ class Series:
 class Beat:
     """Subscriptions of one batch that are due with `pulse`; `key` is their cycle and the task's.
 
-    `cost` is what it takes to sample and send them, as many samples: 1 for a value that lies in
+    `cost` is what it takes to sample and send them, as many samples: 1 for a value that is in
     memory, 8 for another, 1 more for each 256 bytes, and 64 for the frame.
     """
 

@@ -93,7 +93,7 @@ class TableSizes:
 class SymbolSource(Protocol):
     """What a device knows about its symbols.
 
-    Whoever changes the table raises `version` and calls `Device.symbols_changed()`.
+    Anyone who changes the table raises `version` and calls `Device.symbols_changed()`.
     """
 
     @property
@@ -111,7 +111,7 @@ class SymbolSource(Protocol):
     def upload_info(self) -> TableSizes: ...
 
     def symbol_table(self) -> bytes:
-        """All symbol entries back to back; kept, not built anew at each call."""
+        """All symbol entries back to back; kept, not built again at each call."""
         ...
 
     def type_table(self) -> bytes:
@@ -443,7 +443,7 @@ class SymbolServices:
     def _call_method(self, handle: int, read_length: int, data: bytes, client: bytes) -> bytes:
         call = self._symbol(handle, client).call
         if call is None:
-            raise DeviceError(ReturnCode.INVALID_ACCESS, "the symbol is no method")
+            raise DeviceError(ReturnCode.INVALID_ACCESS, "the symbol is not a method")
         return call(data)
 
     def _value_by_name(self, offset: int, read_length: int, data: bytes, client: bytes) -> bytes:

@@ -18,7 +18,7 @@ Reader = Callable[[], bytes]
 
 
 _ELEMENTS = 0x00F0_0000
-"""Where a sub-element's number stands in an offset."""
+"""Where a sub-element's number is in an offset."""
 
 
 class IndexGroup:
@@ -298,7 +298,7 @@ class AreaGroup(IndexGroup):
 
 
 class RawGroup(IndexGroup):
-    """One index group whose functions see the request as it came: services that are no values.
+    """One index group whose functions see the request as it came: services that are not values.
 
     `read(offset, length, client)`, `write(offset, data, client)` and
     `read_write(offset, read_length, data, client)`; answers are cut to the asked length here.

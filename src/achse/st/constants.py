@@ -63,7 +63,7 @@ class Evaluator:
     """Finds the value of expressions.
 
     `type_of` knows types by name and the types of variables, `otherwise` the values of operands
-    that are no constants, where there are any.
+    that are not constants, where there are any.
     """
 
     def __init__(

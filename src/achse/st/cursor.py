@@ -114,7 +114,7 @@ class Cursor:
         return Name(".".join(words), first.at)
 
     def note(self, first: int, last: int) -> Note:
-        """What stands beside the declaration from token `first` to token `last`."""
+        """What is beside the declaration from token `first` to token `last`."""
         before = self.tokens.before.get(self.starts[first])
         after = self.tokens.after.get(self.starts[last])
         if before is None and after is None:
@@ -159,7 +159,7 @@ class Cursor:
     # where to go on ------------------------------------------------------------------------
 
     def expect_end(self, kind: str, expected: str = "") -> None:
-        """Go past a token that ends something; report it missing where a line break stands in
+        """Go past a token that ends something; report it missing where a line break is in
         for it, so that what follows is read as usual. Raises `Unexpected` otherwise."""
         if self.take(kind):
             return

@@ -55,7 +55,7 @@ class DeclarationParser:
     # types ---------------------------------------------------------------------------------
 
     def type_spec(self) -> TypeSpec:
-        """A type as it stands after the colon. Raises `Unexpected`."""
+        """A type as written after the colon. Raises `Unexpected`."""
         cursor = self._cursor
         position = cursor.position
         kind = self._kinds[position]

@@ -4,7 +4,7 @@ All sources of a project are taken together and worked through in the order they
 other. What comes out are the objects of `achse.iec.declare`: record classes, enumeration types,
 `Variable`s with sections, addresses, attributes and initial values.
 
-Initial values that are no constants (`ADR(x)`, of a variable, of a function) become start values
+Initial values that are not constants (`ADR(x)`, of a variable, of a function) become start values
 of their variables: the PLC works them out when it lays out its memory.
 
 Source: IEC 61131-3 (2013) tables 11, 13, 40 and 47.

@@ -1,6 +1,6 @@
 """Sources in XML envelopes: `.TcPOU`, `.TcGVL`, `.TcDUT`, `.TcIO` and the task files `.TcTTO`.
 
-The texts lie in CDATA parts: one declaration and one body for each unit, method, accessor and
+The texts are in CDATA parts: one declaration and one body for each unit, method, accessor and
 action. Faults are told by their place in the file.
 """
 

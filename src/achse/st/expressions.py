@@ -246,7 +246,7 @@ class ExpressionParser:
         return self.expression()
 
     def _is_structure(self, position: int) -> bool:
-        """Whether `(a :=` or `()` stands there."""
+        """Whether `(a :=` or `()` is there."""
         kinds = self._kinds
         if kinds[position] != "(":
             return False

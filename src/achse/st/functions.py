@@ -125,7 +125,7 @@ def _encoded(constant: Constant, at: int) -> bytes:
     try:
         return constant.value.to_bytes(constant.type.size, "little")
     except OverflowError:
-        raise Unexpected(at, f"{constant.value} is no {constant.type.name}") from None
+        raise Unexpected(at, f"{constant.value} is not a {constant.type.name}") from None
 
 
 def _read(text: str, target: IecType[Any], at: int) -> Constant:

@@ -31,7 +31,7 @@ _LEFT = object()
 
 
 class Left(NamedTuple):
-    """A part of an initial value that is no constant, and where in the variable it belongs."""
+    """A part of an initial value that is not a constant, and where in the variable it belongs."""
 
     type: IecType[Any]
     offset: int
@@ -40,7 +40,7 @@ class Left(NamedTuple):
 
 
 class InitialValues:
-    """Works out one initial value. `left` are the parts that are no constants.
+    """Works out one initial value. `left` are the parts that are not constants.
 
     `has_property` tells whether a function block has a property of that name.
     """
@@ -61,7 +61,8 @@ class InitialValues:
         real = resolved(type)
         if isinstance(initial, ArrayInitial):
             if not isinstance(real, ArrayType):
-                raise Unexpected(initial.at, f"{type.name} is no array: it takes {type.expected}")
+                told = f"{type.name} is not an array: it takes {type.expected}"
+                raise Unexpected(initial.at, told)
             return self._array(real, initial, offset)
         if isinstance(initial, StructInitial):
             if isinstance(real, ArrayType) or not isinstance(real, StructType):

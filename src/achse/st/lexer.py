@@ -137,7 +137,7 @@ _KNOWN: dict[str, str] = {
 class Tokens:
     """Kinds, words and offsets of the tokens, in step; the last is `END`.
 
-    `before` holds the comments and pragmas that stand before a token, `after` the comment that
+    `before` holds the comments and pragmas that are before a token, `after` the comment that
     follows one in the same line; both by the token's offset.
     """
 

@@ -53,7 +53,7 @@ class LiteralValue(NamedTuple):
 
 
 def malformed(text: str) -> str:
-    """Why the text is no literal; empty if it is one."""
+    """Why the text is not a literal; empty if it is one."""
     try:
         literal_value(text)
     except IecValueError as error:

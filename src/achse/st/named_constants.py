@@ -160,7 +160,7 @@ class NamedConstants:
     def _enum_value(self, entry: DeclaredUnit, key: str, at: int) -> Constant:
         type = resolved(self._types.entry_type(entry, at))
         if not isinstance(type, EnumType):
-            raise Unexpected(at, f"{entry.name} is no enumeration")
+            raise Unexpected(at, f"{entry.name} is not an enumeration")
         return self._member(type, key, at)
 
     def _member(self, type: EnumType[Any], key: str, at: int) -> Constant:
@@ -222,12 +222,12 @@ class NamedConstants:
         if isinstance(operand, Index):
             whole = resolved(self._operand_type(operand.of, scope))
             if not isinstance(whole, ArrayType):
-                raise Unexpected(at, f"{whole.name} is no array")
+                raise Unexpected(at, f"{whole.name} is not an array")
             return whole.element
         if isinstance(operand, Dereference):
             pointer = resolved(self._operand_type(operand.of, scope))
             if not isinstance(pointer, PointerType):
-                raise Unexpected(at, f"{pointer.name} is no pointer: ^ leads nowhere")
+                raise Unexpected(at, f"{pointer.name} is not a pointer: ^ leads nowhere")
             return pointer.target
         path = path_of(operand)
         if path is None and isinstance(operand, Member):

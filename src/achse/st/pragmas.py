@@ -1,6 +1,6 @@
 """Pragmas: attributes of declarations, and conditional compilation.
 
-`{attribute 'name' := 'value'}` belongs to the declaration it stands before. Of the rest,
+`{attribute 'name' := 'value'}` belongs to the declaration it is before. Of the rest,
 `{define X}`, `{undefine X}` and `{IF …} {ELSIF …} {ELSE} {END_IF}` decide which tokens there are;
 conditions are `defined (X)`, `project_defined (X)`, `hasvalue (X, 'v')`, NOT, AND, OR and
 parentheses. `defined (variable: x)`, `hastype (variable: x, T)`, `hasattribute (pou: p, 'a')` and

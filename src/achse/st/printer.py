@@ -254,7 +254,7 @@ def _range(limits: Range) -> str:
 
 
 def print_type(spec: TypeSpec) -> str:
-    """A type as it stands after the colon, in one line."""
+    """A type as written after the colon, in one line."""
     match spec:
         case NamedType():
             return _named(spec)

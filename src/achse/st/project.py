@@ -234,7 +234,7 @@ def parse_file(file: Path, name: str = "", *, defines: Defines = ()) -> Parsed:
     """Read one source file; `name` is what its faults call it.
 
     The VAR_GLOBAL blocks of an `.st` make a list with the name of the file. Raises
-    `SourceError` if the file cannot be read or is no XML where it should be.
+    `SourceError` if the file cannot be read or is not XML where it should be.
     """
     name = name or file.name
     data = _content(file, name)
@@ -251,7 +251,7 @@ def _content(file: Path, name: str) -> bytes:
     except OSError as error:
         raise _refused(name, f"cannot be read: {error.strerror or error}") from None
     except ValueError:
-        raise _refused(name, "cannot be read: this is no file name") from None
+        raise _refused(name, "cannot be read: this is not a file name") from None
 
 
 def _text(data: bytes) -> str:

@@ -78,7 +78,7 @@ class Records:
         base = None if tree.extends is None else self._types.base(tree.extends, scope, kind)
         for interface in tree.implements:
             if not isinstance(self._types.named(interface, scope), InterfaceType):
-                raise Unexpected(interface.at, f"{interface.name} is no interface")
+                raise Unexpected(interface.at, f"{interface.name} is not an interface")
         blocks, note, at = tree.blocks, tree.note, tree.at
         return self.record(kind, entry.name, blocks, scope, note, at, base, tree.parts)
 
@@ -233,7 +233,7 @@ class Records:
     def initial_value(
         self, type: IecType[Any], tree: Initial, scope: Scope
     ) -> tuple[object, list[Left]]:
-        """The initial value, and the parts of it that are no constants."""
+        """The initial value, and the parts of it that are not constants."""
         values = InitialValues(
             self._types.constants.evaluator(scope), self._types.scopes.has_property
         )

@@ -311,7 +311,7 @@ class Resolver:
         finally:
             entry.building = False
         if entry.type is None:
-            raise Unexpected(at, f"{entry.name} is no type")
+            raise Unexpected(at, f"{entry.name} is not a type")
         return entry.type
 
     def _built(self, entry: DeclaredUnit) -> IecType[Any] | None:
@@ -361,7 +361,7 @@ class Resolver:
         """The type that another extends. Raises `Unexpected` if there is none of that kind."""
         base = self.named(named, scope)
         if not isinstance(base, StructType) or base.kind is not kind:
-            raise Unexpected(named.at, f"{base.name} is no {kind.value} that can be extended")
+            raise Unexpected(named.at, f"{base.name} is not a {kind.value} that can be extended")
         return base
 
     def _enum(
@@ -385,7 +385,7 @@ class Resolver:
                     item.value, inside, "the value of an enumeration"
                 )
             if not base.low <= following <= base.high:
-                raise Unexpected(item.at, f"{item.name} = {following} is no {base.name}")
+                raise Unexpected(item.at, f"{item.name} = {following} is not a {base.name}")
             numbers[item.name] = following
             inside.values[key] = Constant(following)
             following += 1

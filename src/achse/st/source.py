@@ -43,7 +43,7 @@ class Diagnostic:
 
 
 def _blank(sign: str) -> str:
-    """What is as wide as a sign, so that the caret stands under its column in any terminal."""
+    """What is as wide as a sign, so that the caret is under its column in any terminal."""
     if sign == "\t":
         return sign
     if combining(sign):

@@ -1,4 +1,4 @@
-"""Start values: what an initial value that is no constant comes to once memory is laid out.
+"""Start values: what an initial value that is not a constant comes to once memory is laid out.
 
 That is the address of a variable (`ADR(x)`, `REF= x`, THIS, a function block for a variable of
 its interface), the value of a variable, and what expressions make of these. Calls of functions
@@ -77,7 +77,7 @@ class StartValues:
     # values ----------------------------------------------------------------------------------
 
     def _constant(self, tree: Expression) -> Constant:
-        """What the evaluator finds to be no constant."""
+        """What the evaluator finds to be not constant."""
         if isinstance(tree, This):
             return Constant(self._own.address)
         if isinstance(tree, Call) and len(tree.arguments) == 1:
@@ -116,7 +116,7 @@ class StartValues:
             pointer = self._value(tree.of)
             real = resolved(pointer.type)
             if not isinstance(real, PointerType):
-                raise Unexpected(tree.at, f"{pointer.type.name} is no pointer: ^ leads nowhere")
+                raise Unexpected(tree.at, f"{pointer.type.name} is not a pointer: ^ leads nowhere")
             return self._pointee(pointer.address, real, tree.at)
         if isinstance(tree, IndexTree):
             indices = [self._evaluator.integer(item, "an index", tree.at) for item in tree.indices]
@@ -175,7 +175,7 @@ def start_value(
     part: Left,
     work_out: Callable[[StartValues, IecType[Any], Expression], bytes] = StartValues.encoded,
 ) -> StartValue:
-    """A part of an initial value that is no constant, to be worked out when there is memory."""
+    """A part of an initial value that is not a constant, to be worked out when there is memory."""
     type, offset, bit, tree = part
 
     def value(surroundings: StartContext, own: PointedValue) -> bytes:

@@ -164,8 +164,8 @@ class StatementParser:
     def _head(
         self, word: str, read: Callable[[], tuple[Expression, ...]], count: int = 1
     ) -> tuple[Expression, ...]:
-        """What stands before THEN, OF or DO. If that is at fault the body is still read, so that
-        its END is no second fault."""
+        """What is before THEN, OF or DO. If that is at fault the body is still read, so that
+        its END is not a second fault."""
         cursor = self._cursor
         depth, start = cursor.depth, cursor.position
         try:
@@ -213,7 +213,7 @@ class StatementParser:
         return Case(selector, tuple(choices), otherwise, at)
 
     def _labels(self) -> tuple[Expression | Range, ...]:
-        """What stands before the colon. If that is at fault the choice is still read."""
+        """What is before the colon. If that is at fault the choice is still read."""
         cursor = self._cursor
         depth, start = cursor.depth, cursor.position
         try:

@@ -499,7 +499,7 @@ class Subrange:
 
 @node
 class Note:
-    """What stands beside a declaration: its comment, and its attribute pragmas in order."""
+    """What is beside a declaration: its comment, and its attribute pragmas in order."""
 
     comment: str = ""
     attributes: tuple[tuple[str, str], ...] = ()

@@ -57,7 +57,7 @@ def checked(function: Callable[..., Any], values: Sequence[Value], at: int) -> C
         shown = ", ".join(map(repr, values))
         raise Unexpected(at, f"there is no such value for {shown}") from None
     if isinstance(result, complex) or (isinstance(result, float) and not math.isfinite(result)):
-        raise Unexpected(at, "the result is no finite number")
+        raise Unexpected(at, "the result is not a finite number")
     if isinstance(result, int) and not -(1 << 63) <= result < 1 << 64:
         raise Unexpected(at, "the result does not fit into 64 bits")
     return Constant(result, BOOL if isinstance(result, bool) else None)

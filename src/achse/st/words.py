@@ -56,11 +56,11 @@ KEYWORDS = (
         """
     )
 )
-"""Words that are no names anywhere. Others (PUBLIC, CONSTANT, GET) mean something in their place
+"""Words that are not names anywhere. Others (PUBLIC, CONSTANT, GET) mean something in their place
 and are names elsewhere."""
 
 ACCESS = _words("PUBLIC PRIVATE PROTECTED INTERNAL")
 MODIFIERS = ACCESS | _words("ABSTRACT FINAL OVERRIDE")
-"""What may stand before the name of a unit or method."""
+"""What may be before the name of a unit or method."""
 QUALIFIERS = ACCESS | _words("CONSTANT RETAIN NON_RETAIN PERSISTENT")
-"""What may stand after the word that begins a block of variables."""
+"""What may be after the word that begins a block of variables."""

@@ -27,7 +27,7 @@ _SHORTEST_TICK_NS = 10_000
 
 
 class Ground(NamedTuple):
-    """What a station stands on, whatever it consists of."""
+    """What a station runs on, whatever it consists of."""
 
     config: StationConfig
     router: Router

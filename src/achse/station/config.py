@@ -120,10 +120,10 @@ class RouterConfig(_Section):
     """Who may change routes by a UDP request with a password: name = "hash as `achse
     hash-password` prints it"."""
     routes_over_ads: bool = False
-    """Let port 10000 change routes (groups 801 and 802). These requests carry no password: whoever
-    gets in may."""
+    """Let port 10000 change routes (groups 801 and 802). These requests carry no password: any
+    client may."""
     let_everybody_in: bool = False
-    """Listen beyond this computer without `strict`: whoever reaches the station may do anything."""
+    """Listen beyond this computer without `strict`: any client may do anything."""
 
 
 class RouteConfig(_Section):

@@ -54,7 +54,7 @@ class FairShare:
     """Real-time priority for who leaves half of a processor to others.
 
     A master that sends without a pause would keep this process busy for ever, and with real-time
-    priority nothing else would run on that processor. Whoever takes more than half of the last
+    priority nothing else would run on that processor. Anyone who takes more than half of the last
     100 ms runs like any other program for a second.
     """
 

@@ -117,7 +117,7 @@ def what_everybody_may(config: StationConfig, host: str) -> Sequence[str]:
         may.append("add and remove routes")
     return (
         f"this station listens at {host} and lets everybody in."
-        " Whoever reaches it may, without a password:",
+        " Anyone who reaches it may, without a password:",
         *(f"- {item}" for item in may),
     )
 

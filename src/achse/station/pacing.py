@@ -31,7 +31,7 @@ class Pace:
     """Due moments of a tick of `tick_ns` at `speed` times the wall clock, from `now` on.
 
     Late ticks stay due, none is skipped, until the pace is more than `REBASE_NS` behind: then it
-    starts anew from the present. `late_ticks` counts ticks begun more than one tick late,
+    starts again from the present. `late_ticks` counts ticks begun more than one tick late,
     `rebases` how often time was given up, `behind_ns` is how late the present tick began, in
     station time.
     """

@@ -12,7 +12,7 @@ __all__ = ["StateFile"]
 
 
 class StateFile:
-    """The file at `path`, in UTF-8. Whoever reads it sees the old text or the new one, no part."""
+    """The file at `path`, in UTF-8. Readers see the old text or the new one, no part."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -170,7 +170,7 @@ class Station:
     # state of the whole station ----------------------------------------------------------------
 
     def restart(self) -> None:
-        """Restart in RUN: PLC and NC go with the next cycle and come anew after `restart_time`.
+        """Restart in RUN: PLC and NC go with the next cycle and come again after `restart_time`.
 
         Their ports, notifications and handles go with them; what `nc`, `plcs` and `devices` name
         is another then.
@@ -266,10 +266,10 @@ class Station:
         Variables that keep name and type keep their values. Clients see another symbol version,
         their handles are out of date. Returns how often each PLC, by its port, has changed so far.
         Raises ConfigError for sources with faults or a port that
-        is no PLC; that PLC then goes on as it was.
+        is not a PLC; that PLC then goes on as it was.
         """
         if port is not None and port not in self._sources:
-            raise ConfigError(f"port {port} is no PLC of this station")
+            raise ConfigError(f"port {port} is not a PLC of this station")
         for number, source in self._sources.items():
             if port in (None, number):
                 source.reload(self.plcs[number])

@@ -300,7 +300,7 @@ class _Check:
         yield from self._go(AlState.SAFEOP)
         self._cycle(0)
         if state_of(self._inputs[1]) is not PowerState.FAULT:
-            yield "leaving Op while enabled is no fault"
+            yield "leaving Op while enabled is not a fault"
         if self._number(0x603F) >> 8 != 0xFF:
             yield f"603Fh is 0x{self._number(0x603F):04X} in a fault"
         yield from self._go(AlState.OP)

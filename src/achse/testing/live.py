@@ -66,7 +66,7 @@ class Live:
             ready.set_exception(failure)
 
     def stop(self) -> None:
-        """End; connections are closed. Again is no error."""
+        """End; connections are closed. Again is not an error."""
         thread, self._thread = self._thread, None
         if thread is not None and self._loop is not None:
             with contextlib.suppress(RuntimeError):  # it has ended by itself
@@ -96,7 +96,7 @@ class LiveStation(Live):
         with LiveStation() as station:
             plc = pyads.Connection(station.net_id, 851, station.host)
 
-    - `config`: a station.toml, a dict of what would stand in it, a `StationConfig`, a function that
+    - `config`: a station.toml, a dict of what would be in it, a `StationConfig`, a function that
       makes a `Station`; None is the demo station.
     - `time`: "real" (the wall clock), "virtual" (it stands until `advance`), or a speed.
     - `host`, `tcp_port`: a free loopback address and 48898 unless given; the NetId is the address

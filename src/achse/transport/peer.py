@@ -37,7 +37,7 @@ __all__ = ["Line", "Peer", "PeerOwner", "Timer", "Turns"]
 log = logging.getLogger("achse.tcp")
 
 _LEARNED_PER_CONNECTION = 1024
-"""More source addresses than this on one connection are no client; the oldest is forgotten."""
+"""More source addresses than this on one connection are not one client; the oldest is forgotten."""
 
 _AGAIN_NS = 10_000_000_000
 """Circles of routes are told again after this time."""
@@ -261,7 +261,7 @@ class Peer:
                 self.count()
 
     def _apologize(self, frame: Frame) -> None:
-        """Something in here broke over this frame: tell the log and whoever asked."""
+        """Something in here broke over this frame: tell the log and anyone who asked."""
         log.exception(
             "a frame of %s to %s could not be delivered",
             *(AmsAddress(frame.source), AmsAddress(frame.target)),
@@ -367,7 +367,7 @@ class Peer:
             self._send(TcpMessage(TcpCommand.GET_LOCAL_NET_ID, bytes(self._router.net_id)))
         elif message.command is not TcpCommand.ROUTER_NOTE:
             self._turn_out(
-                "%s with %d bytes of data is no port service",
+                "%s with %d bytes of data is not a port service",
                 *(message.command.name, len(message.data)),
             )
 

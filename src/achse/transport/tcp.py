@@ -146,7 +146,7 @@ class TcpListener:
         if whose not in self._full:
             self._full.add(whose)
             log.warning(
-                "no room for %s: refused with 0x%X %s, as whoever comes%s until some have left;"
+                "no room for %s: refused with 0x%X %s, as anyone who comes%s until some have left;"
                 " [router] %s is %d",
                 *(peer.peer, NO_ROOM.number, NO_ROOM.name),
                 *(f" from {whose}" if whose else "", name, limit),

@@ -82,7 +82,7 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
         self.host = ""
         self.port = 0
         self.ignored = 0
-        """Datagrams that were no discovery, or too many."""
+        """Datagrams that were not discovery, or too many."""
 
     async def open(self, host: str = "127.0.0.1", port: int = UDP_PORT) -> None:
         """Listen on `host`:`port`; 0 takes a free one, see `self.port`. OSError if it is taken."""
@@ -115,7 +115,7 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
             request = DiscoveryPacket.decode(data)
         except DecodeError as failure:
             self.ignored += 1
-            log.debug("a datagram from %s is no discovery: %s", addr[0], failure)
+            log.debug("a datagram from %s is not a discovery: %s", addr[0], failure)
             return
         if request.answer or not self._answers.take(addr[0], self._clock()):
             self.ignored += 1

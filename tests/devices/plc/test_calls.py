@@ -140,7 +140,7 @@ def test_a_program_with_methods_is_a_symbol_whose_type_says_them(device: PlcDevi
     assert refused(device.write, symbol.index_group, 0xFFFF_FFFF, b"\0")
     entry = DataTypeEntry.decode(device.read_write(0xF011, 0, 0xFFFF, b"MAIN"))
     assert [method.name for method in entry.methods] == ["Add"]
-    # What lies at an address of its own is no part of the program's memory.
+    # What is at an address of its own is no part of the program's memory.
     assert [member.name for member in entry.members] == ["nCount", "aBlocks"]
     assert device.read_write(0xF004, 0, 0xFFFF, b"MAIN")[:2] == struct.pack("<h", 3)
     assert refused(handle, device, "Plain") == ReturnCode.SYMBOL_NOT_FOUND

@@ -86,7 +86,7 @@ def test_a_lost_frame_gives_the_next_target_more_room(
 def test_stopped_by_a_limit_switch_the_axis_takes_targets_from_where_it_stands(
     machine: Callable[..., Mechanics], period_ns: int
 ) -> None:
-    """A master that went on with its targets begins anew at 6064h, without switching off."""
+    """A master that went on with its targets begins again at 6064h, without switching off."""
     drive = VirtualDrive(machine(970_000), cycle=period_ns * 1e-9)
     drive.bring_up(AlState.SAFEOP)
     drive.bring_up(sync0_ns=period_ns)

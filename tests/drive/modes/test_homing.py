@@ -94,7 +94,7 @@ def test_33_and_34_take_the_next_index_pulse(machine: Callable[..., Mechanics], 
 )
 @example(method=7, start=601, near=601, width=17_396, offset=0)
 def test_any_geometry(method: int, start: int, near: int, width: int, offset: int) -> None:
-    """The home found lies on the method's side of its edge, at an index pulse, and no other."""
+    """The home found is on the method's side of its edge, at an index pulse, and no other."""
     far = near + width
     edges = {7: near, 8: near, 9: far, 10: far, 11: far, 12: far, 13: near, 14: near}
     side = 1 if method in (8, 10, 11, 13) else -1

@@ -148,7 +148,7 @@ for _bit, _words, _before, _after in (
 def _fault_reset() -> bool:
     drive = VirtualDrive()
     drive.faults.alarm(Alarm.OVER_VOLTAGE, lasting=False)
-    drive.control(0x80, 3)  # the edge comes too early and is no edge afterwards
+    drive.control(0x80, 3)  # the edge comes too early and is not an edge afterwards
     held = drive.power_state
     drive.control(0)
     drive.control(0x80)

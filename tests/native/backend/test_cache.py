@@ -40,7 +40,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_folder_that_others_may_write_to_is_not_used(
     folder: Path, mode: int, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Before, whoever could write there ran code with our rights."""
+    """Before, anyone who could write there ran code with our rights."""
     saved = ObjectCache("pump", "ab")
     saved.save(b"code")
     assert folder.stat().st_mode & 0o777 == 0o700

@@ -18,7 +18,7 @@ ROWS = [
     ("s : STRING;", "s := 'a$N';", r"s := b'a\n';"),
     ("n : WORD;", "n := %MW10;", "n := %MW10;"),
     ("b : BOOL;", "%QX0.3 := b;", "%QX0.3 := b;"),
-    ("n : INT;", "n := %Q*;", "fault: %Q* stands in declarations only"),
+    ("n : INT;", "n := %Q*;", "fault: %Q* is allowed in declarations only"),
     ("n : INT;", "n := (n);", "n := n;"),
     ("n : INT;", "n := MAIN;", "fault: MAIN is not a value"),
     ("n : INT;", "n := INT;", "fault: INT is not a value"),

@@ -122,7 +122,7 @@ def test_function_blocks_with_sections_statics_and_rpc_methods(file: SymbolFile)
         ("<BitSize>512<", "<BitSize>400<", "member 'tWait' ends at 52 of 50 bytes"),
         ("<Name>eState</Name>", "<Name>FPOS</Name>", "two members are named 'FPOS'"),
         ("<BitOffs>160<", "<BitOffs>161<", "begins inside a byte"),
-        ("<Enum>0<", "<Enum>70000<", "E_State.Idle = 70000 is no UINT"),
+        ("<Enum>0<", "<Enum>70000<", "E_State.Idle = 70000 is not a UINT"),
         ("<Type>LREAL</Type>", "<Type>ST_Axis</Type>", "contains itself"),
         ('F1FF8A08F75A}" N', 'F1FF}" N', "expected a GUID"),
         ("TcModuleClass", "PlcProjectInfo", "expected <TcModuleClass>"),

@@ -139,7 +139,7 @@ def _clear(region: Region, _: bytes) -> None:
 
 
 def _counted(base: int, region: Region, unit: int = 1) -> Callable[[int], int]:
-    """Where an offset lies in an area: it counts from 0, and from `base` too unless the area, which
+    """Where an offset is in an area: it counts from 0, and from `base` too unless the area, which
     may grow, reaches so far. `unit` is 8 for bits."""
     base *= unit
     return lambda offset: offset if offset < base or len(region) * unit > base else offset - base

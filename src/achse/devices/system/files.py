@@ -4,7 +4,7 @@ The form of today asks with ReadWrite at groups 120 … 139, the handle in the o
 opens at 100 … 102 and uses the handle as index group; a file opened by either serves both.
 
 Source: 000 §5.1 for the older form. The groups of today's form are those that clients ask, as
-recorded; its mode bits and what its requests contain stand in no manual at hand: they are what the
+recorded; its mode bits and what its requests contain are in no manual at hand: they are what the
 file blocks of PLC libraries send.
 """
 
@@ -280,11 +280,11 @@ class Files:
         self._room(client)
         with device_errors():
             if path.exists() and not path.is_file():
-                raise DeviceError(ReturnCode.NOT_FOUND, f"{path.name} is no file")
+                raise DeviceError(ReturnCode.NOT_FOUND, f"{path.name} is not a file")
             file = io.FileIO(path, mode)
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 file.close()
-                raise DeviceError(ReturnCode.NOT_FOUND, f"{path.name} is no file")
+                raise DeviceError(ReturnCode.NOT_FOUND, f"{path.name} is not a file")
         return self._keep(_Open(client, file))
 
     def _close_file(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
@@ -292,7 +292,7 @@ class Files:
         return b""
 
     def close(self, handle: int, client: bytes) -> None:
-        """Close a handle of a client; raises DeviceError 0x70C if it has none such."""
+        """Close a handle of a client; raises DeviceError 0x70C if it has none."""
         self._entry(handle, client)
         self._close(handle)
 

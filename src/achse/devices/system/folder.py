@@ -38,12 +38,12 @@ _PLACES = {
 """Which path a request means, by its number: any, boot project, boot data, boot folder, target,
 configuration, nine of the user's own. On this station all are below the one folder.
 
-000 §5.1 has 1 (any); the others stand in no manual at hand and are what PLC libraries send."""
+000 §5.1 has 1 (any); the others are in no manual at hand and are what PLC libraries send."""
 
 _RESERVED = re.compile(
     r"(?:con|prn|aux|nul|com[\d¹²³]|lpt[\d¹²³]|conin\$|conout\$|clock\$) *(?:\.|$)", re.IGNORECASE
 )
-"""Names of devices where the station runs on Windows, whatever stands behind a dot."""
+"""Names of devices where the station runs on Windows, whatever is behind a dot."""
 _ABSOLUTE = re.compile(r"(?:[A-Za-z]:)?/")
 """How an absolute path begins: such a path begins at the one folder, whatever place is named."""
 _NEVER = re.compile(r'[\x00-\x1f<>:"|]')
@@ -72,7 +72,7 @@ class Folder:
     def matching(self, pattern: bytes, place: int) -> tuple[Path, list[str]]:
         """A folder, and the names in it that a pattern means, sorted.
 
-        Wildcards stand in the last part only; without them it means the one name. Whether what a
+        Wildcards are in the last part only; without them it means the one name. Whether what a
         name stands for is in the folder at all, `holds` tells. Raises DeviceError as `path` does,
         0x70A for a folder with too many names.
         """

@@ -85,7 +85,7 @@ def _text(data: bytes) -> str:
 class RouteServices:
     """Groups 801 … 803 over a table of routes; changes only if `writable`.
 
-    These requests carry neither user nor password: if they change routes, whoever reaches the
+    These requests carry neither user nor password: if they change routes, anyone who reaches the
     station may. What a change needs is thus a permission of its own.
     """
 

@@ -1,4 +1,4 @@
-"""Cyclic synchronous position: 607Ah anew each communication cycle, interpolated in between.
+"""Cyclic synchronous position: 607Ah again each communication cycle, interpolated in between.
 
 Source: 001 §3.2.3. A target further away than the motor can go within the cycle is ignored; the
 drive's own formula is lost in the source, the largest speed of the motor is taken.

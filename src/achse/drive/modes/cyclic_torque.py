@@ -1,4 +1,4 @@
-"""Cyclic synchronous torque: 6071h anew each communication cycle. Source: 001 §3.2.8."""
+"""Cyclic synchronous torque: 6071h again each communication cycle. Source: 001 §3.2.8."""
 
 from achse.drive.modes.profile_torque import limited_torque, take_over_torque
 from achse.drive.plant import CONTROL_TORQUE

@@ -1,4 +1,4 @@
-"""Cyclic synchronous velocity: 60FFh anew each communication cycle. Source: 001 §3.2.6."""
+"""Cyclic synchronous velocity: 60FFh again each communication cycle. Source: 001 §3.2.6."""
 
 from achse.drive.modes.halt import hold_velocity
 from achse.drive.modes.profile_velocity import limited_target

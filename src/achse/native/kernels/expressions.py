@@ -396,7 +396,7 @@ class ExpressionCompiler(Arithmetic):
     def call(self, node: ast.Call) -> KernelValue:
         known, callee = self.static(node.func)
         if not known:
-            raise self.refusal(node, f"{ast.unparse(node.func)} is no function of a module")
+            raise self.refusal(node, f"{ast.unparse(node.func)} is not a function of a module")
         if isinstance(callee, FunctionType):
             return self.call_kernel(node, callee)
         if node.keywords or not node.args:

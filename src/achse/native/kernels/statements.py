@@ -23,7 +23,7 @@ __all__ = ["FunctionCompiler"]
 
 
 class _Changed(Exception):
-    """A local name turned out to hold a wider kind than was thought; begin anew."""
+    """A local name turned out to hold a wider kind than was thought; begin again."""
 
 
 class FunctionCompiler(ExpressionCompiler):

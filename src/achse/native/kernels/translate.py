@@ -242,7 +242,7 @@ def _kind(
         of = _kind(arguments[0], function, layouts)
         if isinstance(of, RecordReference) or of in (REAL, INT):
             return Row(of)
-    raise _error(function, f"{annotation!r} is no kind of value of a kernel")
+    raise _error(function, f"{annotation!r} is not a kind of value of a kernel")
 
 
 def _error(function: FunctionType, what: str) -> TranslationError:

@@ -69,7 +69,7 @@ class Linker:
         return self._names
 
     def constant(self, value: Any) -> str:
-        """The name of something that is no literal of Python."""
+        """The name of something that is not a literal of Python."""
         key = (type(value), id(value) if isinstance(value, IecType | dict) else repr(value))
         name = self._constant_names.get(key)
         if name is None:

@@ -126,7 +126,7 @@ class Converter:
             if self._implements(source, to) is False:
                 raise Unexpected(at, f"{source.name} does not implement {to.name}")
             if operand.storage is None:
-                raise Unexpected(at, f"a {source.name} that is no variable has no address")
+                raise Unexpected(at, f"a {source.name} that is not a variable has no address")
             return address_of(operand.storage, to, at)
         if isinstance(source, PointerType) or (is_whole(source) and source.size == to.size):
             return operand.value

@@ -178,7 +178,7 @@ class ExpressionChecker:
         except IecError as error:
             raise Unexpected(tree.at, str(error)) from None
         if place.byte is None:
-            raise Unexpected(tree.at, f"{tree.text} stands in declarations only")
+            raise Unexpected(tree.at, f"{tree.text} is allowed in declarations only")
         type = BOOL if place.bit is not None else _WIDTHS.get(place.width, BYTE)
         base = ImageBase(place.area)
         storage = Storage(base, place.byte, type, place.bit, name=tree.text, at=tree.at)

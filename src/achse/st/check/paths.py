@@ -259,7 +259,7 @@ class Paths:
         raise Unexpected(at, f"{whole.name} has no variable '{name[:80]}'")
 
     def _of_space(self, whole: SpaceName, name: str, at: int) -> Meaning:
-        """What a library's name stands before: the same as without it."""
+        """What a library's name is before: the same as without it."""
         body = self._body
         path = f"{whole.name}.{name}"
         entry = body.checking.names.scopes.find(path, body.scope.space)

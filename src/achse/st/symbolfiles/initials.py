@@ -27,7 +27,7 @@ _MOST_PARTS = 10_000
 def initial_image(type: IecType[Any], default: Element) -> Image | None:
     """The bytes that a `<Default>` stands for, None if it says nothing that can be known.
 
-    The engineering tool leaves source text in it (`1 / GVL.nCount`): what is no literal stays at
+    The engineering tool leaves source text in it (`1 / GVL.nCount`): what is not a literal stays at
     the start value of the type.
     """
     image = bytearray(type.default)

@@ -62,7 +62,7 @@ class FileVariable:
     task: int = 0
     """Number of its task in the file, from 0."""
     is_global: bool = False
-    """Whether the file says that it stands in a global variable list."""
+    """Whether the file says that it is in a global variable list."""
 
 
 @dataclass(frozen=True, slots=True)

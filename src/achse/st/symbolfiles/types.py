@@ -129,7 +129,7 @@ class FileTypes:
         return found
 
     def with_value(self, value: str) -> list[str]:
-        """The enumerations with a value of that name, but those that have to stand in front."""
+        """The enumerations with a value of that name, but those that have to be in front."""
         return self._by_value.get(value.lower(), [])
 
     @cached_property

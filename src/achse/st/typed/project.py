@@ -88,7 +88,7 @@ class Routine:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TypedRecord:
-    """A structure whose values come to life: start values that are no constants, blocks inside.
+    """A structure whose values come to life: start values that are not constants, blocks inside.
     Keys of routines are empty where there is nothing to do."""
 
     type: StructType[Any]
