@@ -220,7 +220,7 @@ class Heard:
     def symbols_changed(self) -> None:
         self.log.append("symbols")
 
-    async def part(self) -> None:
+    async def leave(self) -> None:
         self.log.append("part")
 
     def end(self, error: Exception | None) -> None:
@@ -307,7 +307,7 @@ def test_renewables_hear_of_loss_return_and_end(run: Run, peer: Any) -> None:
         peer.lose()
         await asyncio.sleep(1)
         assert heard.log == ["interrupt", "renew"]
-        await session.part()
+        await session.leave()
         await session.close()
         assert heard.log == ["interrupt", "renew", "part", None]
         assert dropped.log == []

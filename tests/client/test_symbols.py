@@ -190,7 +190,7 @@ def test_a_device_without_handles_is_read_by_address(run: Run, peer: Any) -> Non
         peer.not_offered = {0xF003}
         async with book_of(peer) as book:
             assert (await book.place("GVL.fValue"))[1:4] == (0x4040, 64, 8)
-            await book.part()
+            await book.leave()
 
     run(main())
 
@@ -295,7 +295,7 @@ def test_parting_releases_the_handles(run: Run, peer: Any) -> None:
     async def main() -> None:
         async with book_of(peer) as book:
             await book.locate(["GVL.fValue", "GVL.sText"])
-            await book.part()
+            await book.leave()
             assert peer.released == [101, 102]
 
     run(main())

@@ -86,7 +86,7 @@ def test_cycles_run_between_outputs_and_inputs() -> None:
     words = [0] * LAYOUT.words
     record.attention = 1
     assert exchange([record], words) == 0
-    record.owed, record.owed_cycles, record.owed_time = 1, 3, 1e-3
+    record.postponed, record.postponed_cycles, record.postponed_time = 1, 3, 1e-3
     assert exchange([record], words) == 1
     assert record.step_time == 1e-3
     assert exchange([record], words) == 0

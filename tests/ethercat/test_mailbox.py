@@ -55,7 +55,7 @@ def test_counters_of_answers_run_from_1_to_7() -> None:
     counters = []
     for n in range(9):
         made.receive(Message(3, b"x", n % 7 + 1).encode())
-        answer = Message.decode(made.give() or b"")
+        answer = Message.decode(made.fetch() or b"")
         assert isinstance(answer, Message)
         counters.append(answer.counter)
     assert counters == [1, 2, 3, 4, 5, 6, 7, 1, 2]

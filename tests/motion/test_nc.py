@@ -192,7 +192,7 @@ def test_persistent_data_survive_a_restart(compiled: bool) -> None:
         before.cycle()
     for persistent in (0, 1):
         after = nc(persistent)
-        after.succeed(before.remains())
+        after.inherit(before.remains())
         axis = after.axis(1)
         for _ in range(10):
             after.cycle()

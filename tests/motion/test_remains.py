@@ -16,7 +16,7 @@ def nc(persistent: int) -> Nc:
 @pytest.mark.parametrize("persistent", [0, 1])
 def test_the_machine_stands_where_it_stood_and_the_axis_knows_it_or_not(persistent: int) -> None:
     axis = nc(persistent).axis(1)
-    Remains([500.0, -50.0], 12.5, 1).give(axis)
+    Remains([500.0, -50.0], 12.5, 1).restore(axis)
     assert axis.machine.position == pytest.approx(-0.05)
     assert [encoder.sensor.zero for encoder in axis.encoders] == pytest.approx([500.0, -50.0])
     assert (axis.actual_position, axis.set_position) == (12.5 * persistent,) * 2
@@ -26,7 +26,7 @@ def test_the_machine_stands_where_it_stood_and_the_axis_knows_it_or_not(persiste
 def test_remains_of_remains_are_the_same() -> None:
     axis = nc(1).axis(1)
     left = Remains([500.0, -50.0], 12.5, 1)
-    left.give(axis)
+    left.restore(axis)
     again = Remains.of(axis)
     assert again.zeros == pytest.approx(left.zeros)
     assert (again.position, again.homed) == (left.position, left.homed)
@@ -34,6 +34,6 @@ def test_remains_of_remains_are_the_same() -> None:
 
 def test_fewer_encoders_than_there_were() -> None:
     axis = nc(1).axis(1)
-    Remains([500.0], 1.0, 0).give(axis)
+    Remains([500.0], 1.0, 0).restore(axis)
     assert axis.machine.position == pytest.approx(-0.05)
     assert [encoder.sensor.zero for encoder in axis.encoders] == pytest.approx([500.0, -50.0])

@@ -153,7 +153,7 @@ def test_an_area_of_any_size_is_held_reset_copied_and_hashed(size: int) -> None:
     assert memory.digest() == empty
     region.restore(copy)
     assert memory.digest() == held
-    region.begin_anew()
+    region.begin_again()
     region.reset()
     assert memory.digest() == empty
     with pytest.raises(MemoryRangeError):

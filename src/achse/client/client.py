@@ -44,7 +44,7 @@ class Client(Target):
         try:
             if self.session.link is not None:
                 async with asyncio.timeout(GOODBYE_TIME):
-                    await self.session.part()
+                    await self.session.leave()
         except TimeoutError:
             pass
         finally:

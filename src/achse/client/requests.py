@@ -103,7 +103,7 @@ class Requests:
 
 
 def describe_request(frame: Frame) -> str:
-    """What `frame` asks of whom, in words for error messages."""
+    """What `frame` asks which device, in words for error messages."""
     try:
         request = decode_request(frame)
     except DecodeError:

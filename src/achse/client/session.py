@@ -79,7 +79,7 @@ class Renewable(Protocol):
         """The target's symbols are others now (online change, download); must not wait."""
         ...
 
-    async def part(self) -> None:
+    async def leave(self) -> None:
         """Give back what the target holds for it; called while there is still a link."""
         ...
 
@@ -167,9 +167,9 @@ class Session:
         self._opened.set()
         return link
 
-    async def part(self) -> None:
+    async def leave(self) -> None:
         """Give back everything that targets hold for us."""
-        await asyncio.gather(*[renewable.part() for renewable in reversed(self._renewables)])
+        await asyncio.gather(*[renewable.leave() for renewable in reversed(self._renewables)])
 
     async def close(self) -> None:
         """End the link and everything on it. Further requests raise `ConnectionLost`."""

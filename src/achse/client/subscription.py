@@ -196,7 +196,7 @@ class Subscription:
         with contextlib.suppress(AdsError):
             await self._target.send_each(parts)
 
-    async def part(self) -> None:
+    async def leave(self) -> None:
         """The session closes: as `close`."""
         await self.close()
 

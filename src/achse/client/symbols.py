@@ -193,7 +193,7 @@ class SymbolBook:
         if handles:
             self._session.spawn(self._release(handles))
 
-    async def part(self) -> None:
+    async def leave(self) -> None:
         """Release all handles."""
         await self._release(self._handles())
 

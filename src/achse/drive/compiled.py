@@ -20,9 +20,9 @@ __all__ = ["KERNEL", "Bank", "CompiledRecord"]
 KERNEL = Kernel("drive", exchange, {DriveFields: LAYOUT})
 """Called with address and number of the records, and address and number of their words."""
 
-_OWED = FIELDS["owed"].offset
-_CYCLES = FIELDS["owed_cycles"].offset
-_TIME = FIELDS["owed_time"].offset
+_POSTPONED = FIELDS["postponed"].offset
+_CYCLES = FIELDS["postponed_cycles"].offset
+_TIME = FIELDS["postponed_time"].offset
 _CAME = FIELDS["outputs_came"].offset
 _ATTENTION = FIELDS["attention"].offset
 
@@ -35,10 +35,10 @@ class Bank:
 
     def __init__(self, size: int) -> None:
         self.turn = 0
-        """How often steps were done; what is owed since then is owed in this turn."""
+        """How often steps were done; what is postponed since then is postponed in this turn."""
         self.rows = Rows(LAYOUT, size)
         self._taken = 0
-        self._owing: list[CompiledRecord] = []
+        self._postponed_records: list[CompiledRecord] = []
         address = self.rows.address
         self._exchange: Callable[[], int] = KERNEL.bind(address, size, address, size * LAYOUT.words)
 
@@ -49,16 +49,16 @@ class Bank:
         self._taken += 1
         return self._taken - 1
 
-    def owe(self, record: "CompiledRecord") -> None:
+    def postpone(self, record: "CompiledRecord") -> None:
         """The step that is noted in this record waits to be done."""
-        self._owing.append(record)
+        self._postponed_records.append(record)
 
     def settle(self) -> None:
-        """Do all steps that are owed."""
-        owing, self._owing = self._owing, []
+        """Do all steps that are postponed."""
+        records, self._postponed_records = self._postponed_records, []
         self.turn += 1
         if self._exchange():
-            for record in owing:
+            for record in records:
                 if record.wholes[_ATTENTION]:
                     record.attend()
 
@@ -109,7 +109,7 @@ class CompiledRecord(RowView, _Fields):
         first = 8 * FIELDS["inputs"].offset
         self._inputs = self.row[first : first + sent.size]
 
-    def owe(self, outputs: bytes | None, dt: float, count: int, attention: bool) -> None:
+    def postpone(self, outputs: bytes | None, dt: float, count: int, attention: bool) -> None:
         """Note a step of `count` cycles, before it the outputs; with or without `attention`."""
         wholes = self.wholes
         if outputs is not None:
@@ -119,8 +119,8 @@ class CompiledRecord(RowView, _Fields):
             wholes[_ATTENTION] = 1
         wholes[_CYCLES] = count
         self.reals[_TIME] = dt
-        wholes[_OWED] = 1
-        self.bank.owe(self)
+        wholes[_POSTPONED] = 1
+        self.bank.postpone(self)
 
     def newest_inputs(self) -> bytes:
         """Inputs as the last step left them."""

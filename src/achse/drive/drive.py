@@ -159,7 +159,7 @@ class Drive:
 
     @property
     def record(self) -> DriveFields:
-        """The state of the drive, no step being owed."""
+        """The state of the drive, all steps done."""
         self._settle()
         return self._record
 
@@ -324,7 +324,7 @@ class Drive:
             self._count = -(-elapsed_ns // LONGEST_CYCLE_NS)
             self._dt = elapsed_ns * 1e-9 / self._count if self._count else 0.0
         if compiled is not None and compiled.mapped:
-            compiled.owe(outputs, self._dt, self._count, self._busy)
+            compiled.postpone(outputs, self._dt, self._count, self._busy)
             self._turn = compiled.bank.turn
             self._inputs = None
             return status
@@ -332,7 +332,7 @@ class Drive:
             self._distribute(self._received.layout.unpack(outputs))
             self._record.fresh_outputs = 1
         if compiled is not None:
-            compiled.owe(None, self._dt, self._count, True)
+            compiled.postpone(None, self._dt, self._count, True)
             compiled.bank.settle()
             return status
         for _ in range(self._count):

@@ -1,8 +1,8 @@
 """Process data inside the kernel: outputs into the record, cycles, inputs out of it, in one call.
 
 For the compiled kernel only, where a call from Python costs more than the work: one call does the
-steps of all drives that owe one. The bytes of both directions are in the records; `words` are the
-same memory as the records, as 64-bit words.
+postponed steps of all drives. The bytes of both directions are in the records; `words` are the same
+memory as the records, as 64-bit words.
 """
 
 from collections.abc import MutableSequence, Sequence
@@ -18,17 +18,17 @@ _INPUTS = FIELDS["inputs"].offset
 
 
 def exchange(drives: Sequence[DriveFields], words: MutableSequence[int]) -> int:
-    """The steps that drives owe; how many of these drives ask for attention."""
+    """The postponed steps; how many of these drives ask for attention."""
     attention = 0
     for i in range(len(drives)):
         d = drives[i]
-        if d.owed:
-            d.owed = 0
+        if d.postponed:
+            d.postponed = 0
             first = i * _WORDS
             if d.outputs_came:
                 unpack_outputs(d, words, first)
-            for _ in range(d.owed_cycles):
-                cycle(d, d.owed_time)
+            for _ in range(d.postponed_cycles):
+                cycle(d, d.postponed_time)
             pack_inputs(d, words, first)
             if d.attention:
                 attention += 1

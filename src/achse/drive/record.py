@@ -318,9 +318,9 @@ class PlantFields:
 class ExchangeFields:
     """Process data and their mapping, for the compiled kernel (achse.drive.exchange)."""
 
-    owed: int = 0  # a step is to be done
-    owed_cycles: int = 0
-    owed_time: float = 0.0  # s, of each cycle
+    postponed: int = 0  # a step is to be done
+    postponed_cycles: int = 0
+    postponed_time: float = 0.0  # s, of each cycle
     outputs_came: int = 0
     received_count: int = 0
     received_word: list[int] = [0] * ENTRIES  # where the value goes

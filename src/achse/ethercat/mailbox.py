@@ -140,7 +140,7 @@ class MailboxServer:
         """Messages have not been given yet."""
         return bool(self._waiting)
 
-    def give(self) -> bytes | None:
+    def fetch(self) -> bytes | None:
         """The next message to the master."""
         if not self._waiting:
             return None

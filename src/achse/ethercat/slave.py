@@ -308,7 +308,7 @@ class Slave:
             message, self._message = self._message, None
             mailbox.receive(message)
             esc.sync_managers[_MAILBOX_OUT].release()
-        if outgoing.works and not outgoing.full and (next_message := mailbox.give()) is not None:
+        if outgoing.works and not outgoing.full and (next_message := mailbox.fetch()) is not None:
             esc.put(_MAILBOX_IN, next_message)
 
     def sync_manager_changed(self, number: int) -> None:

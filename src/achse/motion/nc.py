@@ -388,10 +388,10 @@ class Nc:
         """What of each axis outlives a restart, by its id."""
         return {axis_id: Remains.of(axis) for axis_id, axis in self._axes.items()}
 
-    def succeed(self, remains: Mapping[int, Remains]) -> None:
+    def inherit(self, remains: Mapping[int, Remains]) -> None:
         """Begin after a restart, with what is left of axes with these ids."""
         for axis_id in self._axes.keys() & remains.keys():
-            remains[axis_id].give(self._axes[axis_id])
+            remains[axis_id].restore(self._axes[axis_id])
 
     def clear_cycle_time_errors(self) -> None:
         """Begin anew with the counters of late cycles, which whoever paces the cycle counts."""

@@ -26,7 +26,7 @@ class Remains:
         zeros = [-axis.machine.position / each.sensor.way for each in axis.encoders]
         return cls(zeros, axis.actual_position, axis.homed)
 
-    def give(self, axis: Axis) -> None:
+    def restore(self, axis: Axis) -> None:
         """Let a new axis begin there.
 
         With persistent data (0x4000:0x30) it knows its position and the homed flag; else it has

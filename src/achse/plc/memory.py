@@ -209,7 +209,7 @@ class Region:
         for part, content in kept:
             self.data[part] = content
 
-    def begin_anew(self) -> None:
+    def begin_again(self) -> None:
         """Forget all variables: zeros, nothing allocated, nothing kept. The size stays."""
         self.clear()
         self._initial = {}
@@ -304,10 +304,10 @@ class Memory:
             self[area].grow(size)
             self.sizes[area] = max(size, self.sizes[area])
 
-    def begin_anew(self) -> None:
+    def begin_again(self) -> None:
         """Forget all variables, as before the first was placed."""
         for region in self.regions.values():
-            region.begin_anew()
+            region.begin_again()
         self.statics.clear()
 
     def address(self, area: Area, offset: int) -> int:

@@ -285,7 +285,7 @@ class PlcRuntime:
         self._globals = globals
         for task, of_task in called.items():
             task.programs = of_task
-        self.memory.begin_anew()
+        self.memory.begin_again()
         self._place()
         try:
             self._start(copying=True)

@@ -265,7 +265,7 @@ class Series:
         self.subscriptions: dict[int, NotificationHandle] = {}
         self._on_change = on_change
         self._members: tuple[NotificationHandle, ...] = ()
-        """Of whom `_last` holds the values."""
+        """The subscriptions whose values `_last` holds."""
         self._headers: tuple[bytes, ...] = ()
         self._last: tuple[bytes | None, ...] = ()
         self._take: Callable[[], tuple[Any, ...]]

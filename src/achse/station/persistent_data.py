@@ -49,11 +49,11 @@ class PersistentData:
             log.warning("%s is damaged, no axis knows its position: %s", path, _told(fault))
             self._damaged = True
 
-    def give(self, nc: Nc) -> None:
+    def load(self, nc: Nc) -> None:
         """Let the axes of a fresh NC begin where they were left."""
-        nc.succeed(self._remains)
+        nc.inherit(self._remains)
 
-    def take(self, nc: Nc) -> None:
+    def save(self, nc: Nc) -> None:
         """Keep what is left of the axes now; a file that cannot be written is told."""
         self._remains = nc.remains()
         if self._file is None:

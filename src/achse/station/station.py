@@ -105,7 +105,7 @@ class Station:
         self._persistent = PersistentData(self.config, self._base)
         parts = assemble(self._ground, self._kept)
         if parts.nc is not None:
-            self._persistent.give(parts.nc)
+            self._persistent.load(parts.nc)
         self.nc: Nc | None
         self.plcs: Mapping[int, PlcRuntime]
         self.cycle.tick_ns = parts.tick_ns
@@ -224,7 +224,7 @@ class Station:
             self._enter_config()
             return
         if parts.nc is not None:
-            self._persistent.give(parts.nc)
+            self._persistent.load(parts.nc)
         for plc in parts.plcs.values():
             plc.begin(self.time_ns)
         self._take(parts)
@@ -238,7 +238,7 @@ class Station:
         Whatever ends a running station does that too: a restart, a shutdown, the end of `running`.
         """
         if self.nc is not None:
-            self._persistent.take(self.nc)
+            self._persistent.save(self.nc)
 
     def _end(self) -> None:
         self.save()

@@ -126,7 +126,7 @@ class _Translation:
     # -- what functions ask for --------------------------------------------------------------
 
     def callee(self, function: FunctionType) -> _Function:
-        """How to call a function, which thereby becomes part of the translation."""
+        """How to call a function, which becomes part of the translation."""
         known = self._known.get(function)
         if known is None:
             known = self._known[function] = self._declare(function)
