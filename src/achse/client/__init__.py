@@ -8,7 +8,7 @@ from achse.client.raw import DeviceInfo, DeviceState
 from achse.client.session import Backoff
 from achse.client.subscription import Sample, Subscription
 from achse.client.target import MethodResult, Target
-from achse.client.typed import TypedSymbol
+from achse.client.typed import Symbol
 
 __all__ = [
     "Backoff",
@@ -19,7 +19,7 @@ __all__ = [
     "MethodResult",
     "Sample",
     "Subscription",
+    "Symbol",
     "Target",
-    "TypedSymbol",
     "connect",
 ]

@@ -18,8 +18,8 @@ from achse.iec import Record
 __all__ = [
     "ArraySymbol",
     "Callables",
+    "Symbol",
     "TypedSample",
-    "TypedSymbol",
     "built",
     "flattened",
     "iec_name",
@@ -52,7 +52,7 @@ class Callables:
         return built(kind, answer)
 
 
-class TypedSymbol(Callables, Generic[T]):
+class Symbol(Callables, Generic[T]):
     """One symbol of a target: `await plc.GVL.stPoint.read()` gives a `ST_Point`."""
 
     def __init__(self, target: Target, name: str, kind: Any) -> None:
@@ -88,7 +88,7 @@ class TypedSymbol(Callables, Generic[T]):
         return f"<Symbol {self.name} of {self.target.address}>"
 
 
-class ArraySymbol(TypedSymbol[list[Any]], Generic[S]):
+class ArraySymbol(Symbol[list[Any]], Generic[S]):
     """An array of function blocks: `plc.MAIN.aMotors[2].Start()`."""
 
     def __init__(self, target: Target, name: str, kind: Any, element: Callable[[str], S]) -> None:

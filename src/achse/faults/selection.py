@@ -10,7 +10,7 @@ from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.codes import NcError, ReservedGroup, ReturnCode
 from achse.faults.fault import CountedFault, FaultError, number, text
 from achse.faults.target import FaultyStation
-from achse.server import Device, Symbol
+from achse.server import Device, ResolvedSymbol
 from achse.server.symbols import decode_name
 
 __all__ = [
@@ -64,7 +64,7 @@ class RequestFault(CountedFault):
             return f"0x{value:X}" + (f" ({row.name})" if row else "")
         return f"0x{value:X}" if name in ("group", "offset") else str(value)
 
-    def found_symbol(self, target: FaultyStation) -> tuple[Device, Symbol]:
+    def found_symbol(self, target: FaultyStation) -> tuple[Device, ResolvedSymbol]:
         """The variable, and the device that has it; raises FaultError."""
         for device in devices_at(self.port, target):
             if device.symbols is not None:
@@ -116,7 +116,7 @@ def client_test(client: str) -> Callable[[bytes, str], bool]:
 class _Touch:
     """Whether a request reads or writes one variable: by name, by handle or by address."""
 
-    def __init__(self, device: Device, symbol: Symbol) -> None:
+    def __init__(self, device: Device, symbol: ResolvedSymbol) -> None:
         assert device.symbols is not None
         self.ports = [address.port for address in device.addresses]
         self._symbols = device.symbols
@@ -127,7 +127,7 @@ class _Touch:
     def __call__(self, group: int, offset: int, length: int, data: bytes) -> bool:
         if group == self._group:
             return offset < self._end and self._start < offset + max(length, 1)
-        symbol: Symbol | None = None
+        symbol: ResolvedSymbol | None = None
         if group == ReservedGroup.SYMBOL_VALUE_BY_HANDLE:
             symbol = self._symbols.held(offset)
         elif group == ReservedGroup.SYMBOL_VALUE_BY_NAME:

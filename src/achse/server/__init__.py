@@ -19,7 +19,7 @@ from achse.server.rows import (
     RowFacts,
     Service,
 )
-from achse.server.symbols import Symbol, SymbolSource, TableSizes
+from achse.server.symbols import ResolvedSymbol, SymbolSource, TableSizes
 from achse.server.table import AreaGroup, Group, IndexGroup, ObjectGroup, RawGroup, ServiceTable
 from achse.server.usage import Usage
 
@@ -42,11 +42,11 @@ __all__ = [
     "ObjectGroup",
     "RawGroup",
     "Repeated",
+    "ResolvedSymbol",
     "RowFacts",
     "SampleBudget",
     "Service",
     "ServiceTable",
-    "Symbol",
     "SymbolSource",
     "TableSizes",
     "Usage",

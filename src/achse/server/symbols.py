@@ -15,7 +15,7 @@ from achse.server.limits import ClientLimits
 from achse.server.table import IndexGroup, RawGroup, Reader
 from achse.server.usage import Usage
 
-__all__ = ["Symbol", "SymbolServices", "SymbolSource", "TableSizes", "decode_name"]
+__all__ = ["ResolvedSymbol", "SymbolServices", "SymbolSource", "TableSizes", "decode_name"]
 
 _HANDLE = struct.Struct("<I")
 _HANDLE_AND_TYPE = struct.Struct("<IIIH")
@@ -34,7 +34,7 @@ _PIECE = 0x8000_0000
 """Table uploads in pieces: this bit in the offset, the byte position in the others."""
 
 
-class Symbol(Protocol):
+class ResolvedSymbol(Protocol):
     """A variable, member, element or method that a name resolves to."""
 
     @property
@@ -101,7 +101,7 @@ class SymbolSource(Protocol):
         """0..255; differs after each download or online change."""
         ...
 
-    def resolve(self, name: str) -> Symbol | None:
+    def resolve(self, name: str) -> ResolvedSymbol | None:
         """The symbol `name` in any case, with members, indices, `^` and `#`; None if unknown.
 
         May raise DeviceError for a more telling code, such as 0x721 for an array index.
@@ -137,7 +137,7 @@ class _Handle:
 
     __slots__ = ("client", "read", "symbol", "way")
 
-    def __init__(self, symbol: Symbol, client: bytes, way: Endpoint | None) -> None:
+    def __init__(self, symbol: ResolvedSymbol, client: bytes, way: Endpoint | None) -> None:
         self.symbol = symbol
         self.client = client
         self.way = way
@@ -293,7 +293,7 @@ class SymbolServices:
 
     # handles ---------------------------------------------------------------------------------
 
-    def _resolve(self, data: bytes) -> Symbol:
+    def _resolve(self, data: bytes) -> ResolvedSymbol:
         name = decode_name(data)
         symbol = self.source.resolve(name) if name else None
         if symbol is None:
@@ -365,7 +365,7 @@ class SymbolServices:
             return DeviceError(ReturnCode.SYMBOL_VERSION_INVALID, f"handle 0x{handle:X}")
         return DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"handle 0x{handle:X}")
 
-    def _symbol(self, handle: int, client: bytes) -> Symbol:
+    def _symbol(self, handle: int, client: bytes) -> ResolvedSymbol:
         entry = self._handles.get(handle)
         if entry is None or entry.client != client:
             raise self._missing(handle, client)
@@ -376,7 +376,7 @@ class SymbolServices:
         """Handles that are out, those out of date among them."""
         return len(self._handles) + len(self._stale)
 
-    def held(self, handle: int) -> Symbol | None:
+    def held(self, handle: int) -> ResolvedSymbol | None:
         """The symbol that a valid handle of any client stands for."""
         entry = self._handles.get(handle)
         return None if entry is None else entry.symbol
@@ -483,7 +483,7 @@ class SymbolServices:
         return entry
 
 
-def _handle_and_type(handle: int, symbol: Symbol) -> bytes:
+def _handle_and_type(handle: int, symbol: ResolvedSymbol) -> bytes:
     """What a client gets that asks for more than the handle: size, ADST id, name of the type."""
     entry = symbol.entry()
     size, adst = _ENTRY_SIZE.unpack_from(entry)
