@@ -33,6 +33,13 @@ def test_the_committed_pages_are_up_to_date(pages: dict[str, str]) -> None:
     assert not stale, f"run `achse docs`: {stale}"
 
 
+def test_every_library_routine_is_named(pages: dict[str, str]) -> None:
+    page = pages["reference/plc-libraries.md"]
+    assert "| tc2_standard | `TON` | function block | IN, PT | Q, ET |" in page
+    assert "| tc2_system | `MEMCPY` | function (built in) | destAddr, srcAddr, n |  |" in page
+    assert "| tc2_utilities | `TIMESTRUCT` | type |  |  |" in page
+
+
 def test_each_device_has_a_page_with_a_line_per_row(
     station: Station, pages: dict[str, str]
 ) -> None:
@@ -59,7 +66,14 @@ def test_no_cell_breaks_the_table(pages: dict[str, str]) -> None:
     ("words", "files"),
     [
         (("nc",), ["coverage/nc.md", "reference/nc-errors.md", "reference/services-500.md"]),
-        (("PLC", "10000"), ["reference/services-10000.md", "reference/services-851.md"]),
+        (
+            ("PLC", "10000"),
+            [
+                "reference/plc-libraries.md",
+                "reference/services-10000.md",
+                "reference/services-851.md",
+            ],
+        ),
         ((), list(COMMITTED)),
     ],
 )

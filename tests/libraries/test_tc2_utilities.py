@@ -2,12 +2,15 @@
 
 from collections import deque
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from achse.station import Station
+from achse.station.config import parse
 from tests.plc.code.conftest import Ran
 
 VARIABLES = (
@@ -258,3 +261,33 @@ def test_a_ring_buffer_is_a_queue(steps: list[tuple[int, int, int]]) -> None:
         assert (ran["r.bOk"], ran["r.nCount"], ran["r.cbReturn"]) == (ok, len(queue), count)
         assert ran["r.cbSize"] == sum(4 + len(one) for one in queue)
         assert ran["guard"] == 0x55
+
+
+def test_the_time_of_day_is_asked_and_counts_in_between(tmp_path: Path) -> None:
+    (tmp_path / "a.st").write_text(
+        "PROGRAM MAIN VAR n : NT_GetTime; t, far : FB_LocalSystemTime; on : BOOL := TRUE; END_VAR"
+        " n(START := TRUE); t(bEnable := on, dwCycle := 1);"
+        " far(sNetID := '9.9.9.9.1.1', bEnable := TRUE); END_PROGRAM",
+        encoding="utf-8",
+    )
+    epoch = int(datetime(2024, 2, 29, 23, 59, 59, tzinfo=UTC).timestamp()) * 10**9
+    station = Station(
+        parse({"plc": [{"sources": "a.st"}]}, "a.toml"), base=tmp_path, epoch_ns=epoch
+    )
+    main: Any = station.plcs[851].instance("MAIN")
+    station.advance(0.01)
+    assert (main["n"]["BUSY"], main["t"]["bValid"]) == (True, False)
+    station.advance(0.01)
+    assert (main["n"]["BUSY"], main["n"]["ERR"]) == (False, False)
+    assert main["n"]["TIMESTR"]["wYear"] == 2024
+    assert (main["t"]["bValid"], int(main["t"]["tzID"])) == (True, 1)
+    station.advance(3.98)
+    assert station.plcs[851].failure == ""
+    found = main["t"]["systemTime"]
+    moment = [found[f"w{name}"] for name in ("Month", "Day", "Hour", "Minute", "Second")]
+    assert moment == [3, 1, 0, 0, 3]
+    assert (found["wMilliseconds"], found["wDayOfWeek"]) == (0, 5)
+    assert main["far"]["bValid"] is False
+    main["on"] = False
+    station.advance(0.05)
+    assert (main["t"]["bValid"], int(main["t"]["tzID"])) == (False, -1)

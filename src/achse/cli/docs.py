@@ -10,6 +10,7 @@ from achse.cli.run import fail
 
 if TYPE_CHECKING:
     from achse.server import Device, RowFacts
+    from achse.st.tree import VarBlock
 
 __all__ = ["reference_pages", "register"]
 
@@ -99,6 +100,9 @@ def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
     for title, file, text in _drive_pages():
         listed.append((title, file))
         yield f"reference/{file}", text
+    title, file, text = _library_page()
+    listed.append((title, file))
+    yield f"reference/{file}", text
     links = "".join(f"- [{title}]({file})\n" for title, file in listed)
     yield "reference/index.md", f"# Reference\n\n{GENERATED}\n\n{links}"
 
@@ -117,6 +121,47 @@ def _drive_pages() -> Iterator[tuple[str, str, str]]:
     lines += [(each.panel, f"{each.index:X}h bit {each.bit}", _text(each.text)) for each in Warn]
     yield title, file, _page(title, ("panel", "shown in", "meaning"), lines)
 
+
+def _library_page() -> tuple[str, str, str]:
+    """Title, file and text of the page about the PLC libraries, from their sources."""
+    from achse.st.standard import standard_libraries
+    from achse.st.units import Function, FunctionBlock, TypeDeclaration
+
+    rows = []
+    for parsed in standard_libraries():
+        library = parsed.source.path.partition("/")[0]
+        for unit in parsed.units:
+            if isinstance(unit, TypeDeclaration):
+                rows.append((library, f"`{unit.name}`", "type", "", ""))
+            elif isinstance(unit, Function | FunctionBlock):
+                kind = "function" if isinstance(unit, Function) else "function block"
+                built_in = any(name == "builtin" for name, _ in unit.note.attributes)
+                inputs = _names_of(unit.blocks, ("VAR_INPUT", "VAR_IN_OUT"))
+                outputs = _names_of(unit.blocks, ("VAR_OUTPUT",))
+                kind += " (built in)" if built_in else ""
+                rows.append((library, f"`{unit.name}`", kind, inputs, outputs))
+    rows.sort(key=lambda row: (row[0], row[1].lower()))
+    title, file = "PLC libraries", "plc-libraries.md"
+    return title, file, _page(title, LIBRARY_COLUMNS, rows, LIBRARIES)
+
+
+def _names_of(blocks: Iterable["VarBlock"], sections: tuple[str, ...]) -> str:
+    """The variables of a unit that callers see."""
+    return ", ".join(
+        name.name
+        for block in blocks
+        if block.section in sections
+        for variable in block.variables
+        for name in variable.names
+    )
+
+
+LIBRARIES = (
+    "What a PLC project can name without sources of its own. All of it is Structured Text"
+    " (`achse.libraries`) but what is marked as built in. The functions of texts (LEN, CONCAT,"
+    " WLEN …), conversions and operators are the language's own.\n\n"
+)
+LIBRARY_COLUMNS = ("library", "name", "kind", "inputs", "outputs")
 
 GENERATED = "Generated from the rows in the code by `achse docs`; edit those, not this page."
 

@@ -17,6 +17,7 @@ from achse.devices.system.files import Files
 from achse.devices.system.folder import Folder
 from achse.devices.system.routes import RouteServices
 from achse.devices.system.target import TargetDescription
+from achse.devices.system.time_service import TimeService
 from achse.router.routes import RouteTable
 from achse.server import READ, Device, Group, Layout, RawGroup, Service
 
@@ -39,7 +40,6 @@ _REFUSED = {
     201: "registry HKCU",
     202: "registry HKCR",
     300: "send mail",
-    400: "time services",
     500: "start process",
     600: "change NetId",
     701: "IP helper",
@@ -89,6 +89,7 @@ class SystemDevice(Device):
                 Group(0xF0, _STATE_SERVICES, self),
                 *self.files.groups(),
                 *TargetDescription(name, self).groups(),
+                *TimeService(clock).groups(),
                 *RouteServices(table, writable=routes_writable).groups(),
                 *(_refused(*item) for item in _REFUSED.items()),
             ],
