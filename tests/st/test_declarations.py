@@ -60,6 +60,7 @@ def flat(text: str) -> str:
         "a : FB_X(nA := 1, nB := 2);",
         "a : FB_X(nA := 1) := (x := 2);",
         "a : E_X := E_X.Run;",
+        "a : ST_X := (r REF= b.c, x := 1);",
         "a : ( Idle, Run ) := Run;",
         "a : ( Idle := 1, Run := 5 ) UINT;",
         "a : T_X := T#1h;",

@@ -562,3 +562,20 @@ def test_an_array_may_have_no_elements_and_a_time_of_day_begins_again_at_midnigh
     record = declare([parse(text)]).globals["gvl"].__iec__
     assert record.member("a").type.size == 0
     assert record.member("t").initial == 4294967295 % 86_400_000
+
+
+REFERRING = "TYPE ST : STRUCT x : INT; r : REFERENCE TO INT; END_STRUCT END_TYPE "
+
+
+def test_a_member_is_bound_by_ref_too() -> None:
+    for first in ("(r REF= b, x := 5)", "(x := 5, r REF= b)"):
+        text = REFERRING + f"VAR_GLOBAL\n a : ST := {first}; b : INT;\nEND_VAR"
+        variable = declare([parse(text)]).globals["gvl"].__iec__.member("a")
+        assert variable.initial == {"x": 5}
+        (start,) = variable.start_values
+        assert (start.type.name, start.offset) == ("REFERENCE TO INT", 8)
+
+
+def test_ref_binds_references_only() -> None:
+    text = REFERRING + "VAR_GLOBAL a : ST := (x REF= b); b : INT; END_VAR"
+    assert messages(text) == ["1:91 REF= binds a reference, not a INT"]

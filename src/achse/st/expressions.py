@@ -251,7 +251,10 @@ class ExpressionParser:
         if kinds[position] != "(":
             return False
         first = kinds[position + 1]
-        return first == ")" or (first == NAME and kinds[position + 2] == ":=")
+        if first != NAME:
+            return first == ")"
+        ahead = position + 2 - self._cursor.position
+        return kinds[position + 2] == ":=" or self._cursor.setter(ahead) == "REF="
 
     def array_initial(self) -> ArrayInitial:
         """`[1, 2(0), (a := 1)]`. Raises `Unexpected`."""
@@ -309,8 +312,12 @@ class ExpressionParser:
         members: list[MemberInitial] = []
         while self._kinds[cursor.position] != ")":
             name = cursor.name("the name of a member")
-            cursor.expect(":=")
-            members.append(MemberInitial(name.name, self.initial(), name.at))
+            is_reference = cursor.setter() == "REF="
+            if is_reference:
+                cursor.position += 2
+            else:
+                cursor.expect(":=")
+            members.append(MemberInitial(name.name, self.initial(), name.at, is_reference))
             if not cursor.take(","):
                 break
         cursor.expect(")", "',' or ')'")

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from achse.iec.arrays import ArrayType
-from achse.iec.derived import resolved
+from achse.iec.derived import ReferenceType, resolved
 from achse.iec.errors import IecPathError
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
@@ -94,6 +94,8 @@ class InitialValues:
                 raise Unexpected(item.at, f"{item.name} has two values")
             if not member.in_memory:
                 raise Unexpected(item.at, f"{item.name} belongs to all {type.name} together")
+            if item.is_reference and not isinstance(resolved(member.type), ReferenceType):
+                raise Unexpected(item.at, f"REF= binds a reference, not a {member.type.name}")
             value = self._value(member.type, item.value, offset + member.offset, member.bit)
             if value is not _LEFT:
                 values[member.name] = value

@@ -172,7 +172,10 @@ def print_initial(tree: Initial | Repetition) -> str:
         case ArrayInitial(values):
             return f"[{', '.join(map(print_initial, values))}]"
         case StructInitial(members):
-            texts = (f"{item.name} := {print_initial(item.value)}" for item in members)
+            texts = (
+                f"{item.name} {'REF=' if item.is_reference else ':='} {print_initial(item.value)}"
+                for item in members
+            )
             return f"({', '.join(texts)})"
         case Repetition(count, values):
             return f"{print_expression(count)}({', '.join(map(print_initial, values))})"

@@ -273,11 +273,13 @@ class ArrayInitial:
 
 @node
 class MemberInitial:
-    """`a := 1` of a structure's initial value."""
+    """`a := 1` or `r REF= x` of a structure's initial value."""
 
     name: str
     value: "Initial"
     at: int = place()
+    is_reference: bool = False
+    """Whether it came with `REF=`."""
 
 
 @node

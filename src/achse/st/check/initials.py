@@ -106,6 +106,8 @@ class Initials:
                         address = body.assignments.bound_address(real, real.target, item.value)
                         yield Do(Stored(place, address, real, item.at), item.at)
                     continue
+                if item.is_reference:
+                    raise Unexpected(item.at, f"REF= binds a reference, not a {member.type.name}")
                 yield from self._values(place, member.type, item.value, all_of_it)
                 continue
             whole = read(storage, type, item.at)
