@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 
 from achse.motion import AxisParameters, Nc
-from achse.motion.record import FIELDS, LAYOUT
+from achse.motion.record import LAYOUT
 from achse.motion.states import DriveOperationMode, MotionPhase
 
 
@@ -93,9 +93,16 @@ def view(nc: Nc) -> Callable[[], tuple[Any, Any]]:
     first: Any = nc.axis(1)
     reals = np.frombuffer(first.row.obj).reshape(len(nc), LAYOUT.words)
     wholes = reals.view(np.int64)
-    columns = [FIELDS[name].offset for name in SEEN]
-    states = [FIELDS[name].offset for name in STATES]
-    return lambda: (reals[:, columns].copy(), wholes[:, states].copy())
+    return lambda: (_columns(nc, reals, SEEN), _columns(nc, wholes, STATES))
+
+
+def _columns(nc: Nc, words: Any, names: tuple[str, ...]) -> Any:
+    """These fields of all axes: from memory, those of the encoder one by one."""
+    found = words[:, [LAYOUT.fields[name].offset if name in LAYOUT.fields else 0 for name in names]]
+    for column, name in enumerate(names):
+        if name not in LAYOUT.fields:
+            found[:, column] = [getattr(axis, name) for axis in nc]
+    return found
 
 
 class Observer:
