@@ -1,0 +1,43 @@
+"""Every library routine is checked and made into code: a fault in one that no test names shows."""
+
+from achse.st.standard import standard_libraries
+from achse.st.units import Function, FunctionBlock
+from tests.plc.code.conftest import Ran
+
+
+def test_no_library_routine_has_a_fault() -> None:
+    units = [unit for parsed in standard_libraries() for unit in parsed.units]
+    blocks = [unit.name for unit in units if isinstance(unit, FunctionBlock)]
+    functions = [unit for unit in units if isinstance(unit, Function)]
+    declared = "".join(f" fb{number} : {name};" for number, name in enumerate(blocks))
+    calls = ""
+    for unit in functions:
+        names = []
+        for block in unit.blocks:
+            for variable in block.variables if block.section in _CALLED else ():
+                for name in variable.names:
+                    # What a place of its own would be told apart by is the name of the routine.
+                    declared += f" {unit.name}_{name.name} : {_typed(variable.type)};"
+                    names.append(f"{unit.name}_{name.name}")
+        calls += f" IF FALSE THEN {unit.name}({', '.join(names)}); END_IF"
+    ran = Ran(f"PROGRAM MAIN VAR {declared} END_VAR {calls} END_PROGRAM").cycle()
+    assert ran.plc.failure == ""
+    assert {unit.name.lower() for unit in functions} <= ran.typed.routines.keys()
+    execution = ran.plc.bodies.execution if ran.plc.bodies is not None else None
+    assert execution is not None
+    assert execution.left_out == {}
+
+
+_CALLED = ("VAR_INPUT", "VAR_IN_OUT")
+
+
+def _typed(type: object) -> str:
+    """A type as it stands in a declaration."""
+    target = getattr(type, "target", None)
+    if target is not None:
+        return f"POINTER TO {_typed(target)}"
+    family = getattr(type, "family", None)
+    if family is None:
+        return str(getattr(type, "name"))  # noqa: B009
+    length = getattr(type, "length", None)
+    return str(family) if length is None else f"{family}({length.text})"
