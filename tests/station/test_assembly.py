@@ -154,3 +154,24 @@ class Nobody:
 
     def deliver(self, frame: Frame) -> bool:
         return True
+
+
+@pytest.mark.parametrize("port", [30, 200])
+@pytest.mark.parametrize("command", [1, 2, 4, 9])
+def test_nobody_is_at_the_ports_of_licences_and_real_time(port: int, command: int) -> None:
+    """As on a system without them: AMS error 6, whatever is asked."""
+    built = station()
+    answers: list[Frame] = []
+
+    class Asker:
+        def deliver(self, frame: Frame) -> bool:
+            answers.append(frame)
+            return True
+
+    asker = Asker()
+    address = built.router.register(0, asker)
+    request = Frame(AmsAddress.of(built.router.net_id, port), address, command, data=bytes(16))
+    request.origin = asker
+    built.router.deliver(request)
+    (answer,) = answers
+    assert (answer.error, answer.data) == (6, b"")
