@@ -37,8 +37,8 @@ def test_an_axis_without_name_is_called_by_its_id() -> None:
         (1, {"max_velocity": float("nan")}, "max_velocity = nan"),
         (1, {"override_type": 1.5}, "override_type = 1.5, expected a whole number"),
         (1, {"drive_motor_polarity": 2}, "expected 0..1"),
-        (1, {"axis_type": 4}, "axis_type = 4 is no AxisType"),
-        (1, {"encoder_reference_mode": 8}, "encoder_reference_mode = 8 is no ReferenceMode"),
+        (1, {"axis_type": 4}, "axis_type = 4 is not an AxisType"),
+        (1, {"encoder_reference_mode": 8}, "encoder_reference_mode = 8 is not a ReferenceMode"),
     ],
 )
 def test_bad_parameters_are_refused(axis_id: int, values: dict[str, float], message: str) -> None:

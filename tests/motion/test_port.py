@@ -78,7 +78,7 @@ def test_the_nearest_increment(value: float, word: int) -> None:
 
 @pytest.mark.parametrize("compiled", [False, True])
 def test_inputs_that_change_wake_an_axis(make_rig: Any, compiled: bool) -> None:
-    """Whoever is behind the port: here nobody but this test moves the encoder."""
+    """Anyone who is behind the port: here nobody but this test moves the encoder."""
     rig = make_rig(compiled=compiled, control_dword=0)
     rig.seconds(2.0)
     assert rig.axis.resting == 1

@@ -312,7 +312,7 @@ class Player:
         )  # fmt: skip
 
     def external(self) -> None:
-        """Begin or end to follow an external set point, one that stands here."""
+        """Begin or end to follow an external set point, one that is here."""
         axis = self.axis
         if axis.external_setpoint_active:
             self.call(commands.stop_external_setpoint)

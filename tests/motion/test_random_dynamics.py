@@ -41,7 +41,7 @@ AXES = 64
 COMMANDS = int(os.environ.get("ACHSE_RANDOM_COMMANDS", "12000"))
 
 MORE = 1.0 + 1e-6
-"""Rounding of whoever plans and of whoever computes the bound."""
+"""Rounding of anyone who plans and of anyone who computes the bound."""
 
 MOVING = (MotionPhase.POSITIONING, MotionPhase.ENDLESS, MotionPhase.HOMING, MotionPhase.REVERSING)
 OPEN = (MotionPhase.DRIVE_OUTPUT, MotionPhase.TORQUE)

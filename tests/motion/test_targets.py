@@ -230,7 +230,7 @@ def test_a_new_target_of_a_loop_is_decided_anew(make_rig: Any) -> None:
     assert commands.new_dynamics(rig.axis, 1.0, 1.0, 1.0) != 0
     commands.start(rig.axis, 1, 50.0, 100.0)
     rig.until(lambda axis: axis.set_position > 51.0)
-    rig.axis.velocity_override = 100_000  # planned anew beyond the target: goes on outward
+    rig.axis.velocity_override = 100_000  # planned again beyond the target: goes on outward
     highest = max(p for p, _, _ in rig.trace(3000))
     assert highest == pytest.approx(55.0, abs=0.01)
     assert rig.axis.set_position == 50.0

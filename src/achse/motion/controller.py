@@ -35,7 +35,7 @@ def adapt_controller(ax: AxisFields) -> None:
 
 
 def reset_controller(ax: AxisFields) -> None:
-    """Forget what integrators and filters hold; the observer stands on the actual position."""
+    """Forget what integrators and filters hold; the observer begins at the actual position."""
     encoder = ax.encoder
     controller = ax.controller
     controller.position_i_part = 0.0
@@ -141,7 +141,7 @@ def _calibrate_offset(ax: AxisFields, part: float, full: float, dt: float) -> fl
 def _observe(ax: AxisFields, dt: float) -> None:
     """Luenberger observer of position, velocity and acceleration beyond the motor model.
 
-    Its three poles lie at 1 / (1 + 2 pi f0 dt). What the drive reports as its torque counts as the
+    Its three poles are at 1 / (1 + 2 pi f0 dt). What the drive reports as its torque counts as the
     current of the motor in A, and the axis unit as the motor's radian.
     """
     controller = ax.controller

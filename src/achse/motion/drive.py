@@ -107,7 +107,7 @@ def adapt_drive(ax: AxisFields, drive: AxisDriveFields, dt: float) -> None:
 
 
 def fill_filter(ax: AxisFields, drive: AxisDriveFields) -> None:
-    """Let the output filter stand on the set position."""
+    """Set the output filter to the set position."""
     p = ax.set_position
     for i in range(drive.filter_count):
         drive.filter_ring[i] = p

@@ -23,7 +23,7 @@ __all__ = [
 ]
 
 STEEPEST = 1e12
-"""Strongest deceleration and jerk that the planner takes; as a jerk it is no limit."""
+"""Strongest deceleration and jerk that the planner takes; as a jerk it is not a limit."""
 
 _NEARLY = 1.0 - 1e-9
 """Of a jerk or acceleration, so that rounding does not make it another one."""

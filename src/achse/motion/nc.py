@@ -143,7 +143,7 @@ class AxisParameters:
             choices = choices_of(row.unit)
             if choices is not None and value not in list(choices):
                 raise AxisParametersError(
-                    f"axis {self.axis_id}: {name} = {value!r} is no {choices.__name__}"
+                    f"axis {self.axis_id}: {name} = {value!r} is not a {choices.__name__}"
                 )
 
     def apply(self, axis: Axis) -> None:
@@ -394,7 +394,7 @@ class Nc:
             remains[axis_id].restore(self._axes[axis_id])
 
     def clear_cycle_time_errors(self) -> None:
-        """Begin anew with the counters of late cycles, which whoever paces the cycle counts."""
+        """Begin again with the counters of late cycles, which anyone who paces the cycle counts."""
         self.late_cycles = 0
         self.late_io_cycles = 0
 

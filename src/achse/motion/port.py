@@ -1,9 +1,9 @@
 """The hardware port: the I/O structures of encoder and drive, all that the NC knows of hardware.
 
 Each cycle has three parts: inputs are put into the structures, the NC reads them and writes its
-outputs, the outputs are carried out. Whoever puts inputs in sets `news` when one has changed, which
+outputs, the outputs are carried out. A writer of inputs sets `news` when one has changed, which
 wakes an axis at rest; the NC sets `fresh` when it has written outputs. The simulated machine
-(`achse.motion.machine`) stands behind the port, or the process data of a bus.
+(`achse.motion.machine`) is behind the port, or the process data of a bus.
 
 Data and bytes are those of the manuals (002 §6.4.5.4 and §6.4.7.4, NCENCODERSTRUCT_IN2/OUT2 and
 NCDRIVESTRUCT_IN2/OUT2); what their bits mean is printed for state 4 only, the rest is our choice.

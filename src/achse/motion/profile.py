@@ -16,7 +16,7 @@ filled by easing it to some a1 in [a, 0] and braking again. What has no closed f
 Newton steps on a convex function from above its root: monotone, hence safe, and bounded.
 
 Plain functions in the language of `achse.native`, so that machine code gives the same bits: floats,
-`sqrt`, comparisons and loops; callees stand before their callers. Times and jerks are written into
+`sqrt`, comparisons and loops; callees are before their callers. Times and jerks are written into
 sequences of at least `MAX_SEGMENTS` floats owned by the caller.
 """
 
@@ -121,7 +121,7 @@ def _peak_rise(
     rise_limit: float,
     limits: Limits,
 ) -> float:
-    """How far the peak velocity lies above `base` if two ramps meeting there are too short.
+    """How far the peak velocity is above `base` if two ramps meeting there are too short.
 
     The ramps run from `start` (= base - start_gap) up and down to `end` (= base - end_gap); meeting
     at `base` they leave `excess` of the distance uncovered.
@@ -313,7 +313,7 @@ def _append_approach(
                 n = append_segment(seg_time, seg_jerk, n, time, 0.0)
                 distance -= time * (top + swing + 0.5 * dec * time)
         settled = top
-    # The ramp up lies on the jerk line through (v, a), which leaves a = 0 at velocity `start`.
+    # The ramp up is on the jerk line through (v, a), which leaves a = 0 at velocity `start`.
     held = -a / jerk
     start = v - swing if a > 0.0 else settled
     distance -= held * (start + jerk * held * held / 6.0)
@@ -457,8 +457,8 @@ def plan_to_position(
     """Fill `seg_time` (s) and `seg_jerk` (unit/s³) with the way to `target`; return their count.
 
     0 means: already there. The profile ends with a = 0 and `end_velocity` >= 0 in the direction
-    from `position` to `target` (where these are equal: of present travel); if the target lies
-    behind or the brakes do not hold before it, the axis first comes to rest and starts anew. An
+    from `position` to `target` (where these are equal: of present travel); if the target is
+    behind or the brakes do not hold before it, the axis first comes to rest and starts again. An
     `end_velocity` above `max_velocity` is reached by a ramp that ends at the target.
     Negative: `LIMITS_INVALID`, `STATE_INVALID`, or `END_VELOCITY_UNREACHABLE`, also when the last
     approach would arrive from the other side; the segments then hold nothing of use.

@@ -14,14 +14,14 @@ Positions are in the axis unit (mm, degree), times in seconds, flags 0 or 1.
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from achse.motion.fields.axis import AxisParameters, AxisState
+from achse.motion.fields.axis import AxisParameterFields, AxisState
 from achse.motion.fields.controller import (
     ControllerMemory,
     ControllerParameters,
     ControllerState,
 )
 from achse.motion.fields.cyclic import CyclicInput
-from achse.motion.fields.declare import Field, Inputs, Memory, Parameters, Role, States
+from achse.motion.fields.declare import Field, Inputs, InternalFields, Parameters, Role, States
 from achse.motion.fields.drive import (
     DRIVE_DELAY,
     FILTER_ORDER,
@@ -108,12 +108,12 @@ class AxisDriveFields(DriveParameters, DriveState, DriveInternal):
     io: DriveIo
 
 
-class _EncoderLinks(Memory):
+class _EncoderLinks(InternalFields):
     io: EncoderIo = reference(ENCODER_IO, Field)
     axis: "AxisFields" = Field(0)  # type: ignore[assignment]  # refers to what comes below
 
 
-class _DriveLinks(Memory):
+class _DriveLinks(InternalFields):
     io: DriveIo = reference(DRIVE_IO, Field)
 
 
@@ -122,7 +122,7 @@ CONTROLLER = lay_out("controller", ControllerFields.__bases__, Field)
 DRIVE = lay_out("drive", (_DriveLinks, *AxisDriveFields.__bases__), Field)
 
 
-class _AxisLinks(Memory):
+class _AxisLinks(InternalFields):
     """What the axis works with."""
 
     encoder: EncoderFields = reference(ENCODER, Field)
@@ -132,7 +132,7 @@ class _AxisLinks(Memory):
 
 class AxisFields(
     _AxisLinks,
-    AxisParameters,
+    AxisParameterFields,
     DriveInterface,
     CyclicInput,
     FunctionInput,
@@ -155,7 +155,7 @@ _ROLES: dict[type, Role] = {
     Parameters: Role.PARAMETER,
     Inputs: Role.INPUT,
     States: Role.STATE,
-    Memory: Role.INTERNAL,
+    InternalFields: Role.INTERNAL,
 }
 
 

@@ -1,6 +1,6 @@
 """A set-point table: segments of constant jerk, written and walked.
 
-Times in seconds and jerks stand in two sequences of at least `MAX_SEGMENTS` floats, owned by the
+Times in seconds and jerks are in two sequences of at least `MAX_SEGMENTS` floats, owned by the
 caller. Plain functions in the language of `achse.native`.
 """
 

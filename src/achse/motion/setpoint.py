@@ -1,7 +1,7 @@
 """Set-point generation: jobs become tables of constant-jerk segments, cycles walk along them.
 
-A job is one command at work (`job_*`), further ones wait in the ring `buffer_*`. Whoever changes
-the job sets `replan`; the next cycle plans the table anew. A job whose border is passed at speed
+A job is one command at work (`job_*`), further ones wait in the ring `buffer_*`. Anyone who changes
+the job sets `replan`; the next cycle plans the table again. A job whose border is passed at speed
 hands over to the next command, or goes on at its segment end velocity.
 
 Kernel source: compiled as it stands, see `compiled`.
@@ -139,7 +139,7 @@ def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
 
 
 def drop_job(ax: AxisFields) -> None:
-    """Stand here and now: no job, no velocity, nothing waiting."""
+    """Be at rest here and now: no job, no velocity, nothing waiting."""
     absorb(ax)
     if ax.set_command_state == CommandState.ACTIVE:
         ax.set_command_state = CommandState.ABORTED
@@ -297,7 +297,7 @@ def advance(ax: AxisFields, dt: float) -> float:
     ax.set_jerk = 0.0
     arrival = v
     v = ax.table_velocity
-    if ax.replan:  # to be planned anew from here
+    if ax.replan:  # to be planned again from here
         ax.set_position = p
         ax.set_velocity = -v if v * arrival < 0.0 else v
         return t

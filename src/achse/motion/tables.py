@@ -111,7 +111,7 @@ class Table:
         return self.values[self.column_count] - self.values[0]
 
     def points(self) -> list[tuple[float, float]]:
-        """Place and value of each row. Raises TableError if they are no function (0x4A03 …)."""
+        """Place and value of each row. Raises TableError if they are not a function (0x4A03 …)."""
         if self.column_count < 2:
             raise TableError(NcError.TABLE_COLUMN_COUNT, f"{self!r}: 1 column, expected 2 or more")
         columns = self.column_count
@@ -233,7 +233,7 @@ class Tables:
         """Change numbers of a table from `index` on, each `step` behind the one before.
 
         Those who use it go on with the new curve. Raises TableError, and changes nothing, if the
-        table is in use and would be no function any more.
+        table is in use and would not be a function any more.
         """
         fresh = array("d", values)
         if not all(map(isfinite, fresh)):

@@ -37,7 +37,7 @@ def resolve_target(ax: AxisFields, start_type: int, position: float, start: floa
     """The absolute target of a start from `start`.
 
     Type 5 (old form): the sign gives the direction, whole periods in the value are extra turns.
-    Types 517 and 773 go straight back when the target lies behind within the tolerance window.
+    Types 517 and 773 go straight back when the target is behind within the tolerance window.
     """
     encoder = ax.encoder
     if start_type == StartType.RELATIVE:
@@ -180,7 +180,7 @@ def look_ahead(ax: AxisFields) -> None:
 def overrun(ax: AxisFields) -> None:
     """Loop movement: a target ahead in the direction of the loop distance is passed by it first.
 
-    So targets are always reached from the same side. A new target is decided anew; switched off
+    So targets are always reached from the same side. A new target is decided again; switched off
     meanwhile, the axis goes straight to its target.
     """
     if ax.loop_enable == 0:

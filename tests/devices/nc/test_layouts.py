@@ -1,4 +1,4 @@
-"""Every expected byte stands at the offset that the manuals print for it."""
+"""Every expected byte is at the offset that the manuals print for it."""
 
 import struct
 from collections.abc import Mapping

@@ -188,7 +188,7 @@ def test_defaults_wider_than_anything_are_used_as_far_as_they_go(make_rig: Any) 
         "default_acceleration", "default_deceleration",
     )  # fmt: skip
     wide = dict.fromkeys(names, 1e20)
-    rig = make_rig(**wide, default_jerk=1e30, simulation_ideal=1)  # 200 of 1e20 is no output
+    rig = make_rig(**wide, default_jerk=1e30, simulation_ideal=1)  # 200 of 1e20 is not an output
     assert commands.start(rig.axis, 1, 100.0, V) == 0
     rig.run(1)
     assert rig.axis.set_velocity == pytest.approx(V)
@@ -220,7 +220,7 @@ def test_defaults_wider_than_anything_are_used_as_far_as_they_go(make_rig: Any) 
 def test_a_start_from_90_degrees_takes_its_way_in_its_time(
     make_rig: Any, kind: StartType, position: float, way: float, compiled: bool
 ) -> None:
-    """Types 517 and 773 go straight back where the target lies behind by less than 2 degrees."""
+    """Types 517 and 773 go straight back where the target is behind by less than 2 degrees."""
     v, a, d, j = 100.0, 400.0, 800.0, 8000.0
     rig = make_rig(compiled=compiled, encoder_modulo_tolerance_window=2.0)
     commands.set_actual_position(rig.axis, 1, 90.0)

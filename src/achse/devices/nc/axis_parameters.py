@@ -25,7 +25,7 @@ USER_DATA_STATES = (0, 0x1_0012, 0x1_0014, 0x1_0017)
 class ParameterSet:
     """The parameter structure: id, name, type, then every parameter in the order of the rows.
 
-    Only the first three fields are documented. In the form of TwinCAT 3 each value lies on a
+    Only the first three fields are documented. In the form of TwinCAT 3 each value is on a
     multiple of its size, in that of TwinCAT 2 they are packed; what does not fit is left out.
     """
 

@@ -34,11 +34,11 @@ __all__ = [
     "PLCTONC_AXIS_REF",
     "PLC_TO_NC",
     "TO_PLC",
-    "Member",
+    "StructureMember",
 ]
 
 
-class Member(NamedTuple):
+class StructureMember(NamedTuple):
     """A member of a structure: its name and type, and the record's field, empty for zeros."""
 
     name: str
@@ -49,77 +49,79 @@ class Member(NamedTuple):
 
 
 TO_PLC = (
-    Member("StateDWord", DWORD, "state_dword"),
-    Member("ErrorCode", DWORD, "error_code"),
-    Member("AxisState", DWORD, "motion_state"),
-    Member("AxisModeConfirmation", DWORD, "operation_mode_feedback"),
-    Member("HomingState", DWORD, "homing_state"),
-    Member("CoupleState", DWORD, "coupling_state"),
-    Member("SvbEntries", DWORD, ""),  # a single axis has no preparation table
-    Member("SafEntries", DWORD, "buffer_count"),
-    Member("AxisId", DWORD, "axis_id"),
-    Member("OpModeDWord", DWORD, "operation_mode_and_cycle", "operation_mode_state_dword"),
-    Member("ActPos", LREAL, "actual_position"),
-    Member("ModuloActPos", LREAL, "actual_position_modulo"),
-    Member("ActiveControlLoopIndex", UINT, "active_control_loop"),
-    Member("ControlLoopIndex", UINT, "active_control_loop"),  # a switch is carried out at once
-    Member("ModuloActTurns", DINT, "actual_modulo_turns"),
-    Member("ActVelo", LREAL, "actual_velocity"),
-    Member("PosDiff", LREAL, "following_error"),
-    Member("SetPos", LREAL, "set_position"),
-    Member("SetVelo", LREAL, "set_velocity"),
-    Member("SetAcc", LREAL, "set_acceleration"),
-    Member("TargetPos", LREAL, "target_position"),
-    Member("ModuloSetPos", LREAL, "set_position_modulo"),
-    Member("ModuloSetTurns", DINT, "set_modulo_turns"),
-    Member("CmdNo", UINT, "set_command_number"),
-    Member("CmdState", UINT, "set_command_state"),
-    Member("SetJerk", LREAL, "set_jerk"),
-    Member("SetTorque", LREAL, "set_torque"),
-    Member("ActTorque", LREAL, "drive_actual_torque"),
-    Member("StateDWord2", DWORD, ""),  # avoiding collision, for movers on one track
-    Member("StateDWord3", DWORD, "touch_probe_inputs"),
-    Member("TouchProbeState", DWORD, "touch_probe_status"),
-    Member("TouchProbeCounter", DWORD, "touch_probe_counters"),
-    Member("CamCouplingState", ARRAY(USINT, (0, 7)), ""),
-    Member("CamCouplingTableID", ARRAY(UINT, (0, 7)), ""),
-    Member("ActTorqueDerivative", LREAL, "drive_actual_torque_derivative"),
-    Member("SetTorqueDerivative", LREAL, "set_torque_derivative"),
-    Member("AbsPhasingPos", LREAL, "phasing_position"),
-    Member("TorqueOffset", LREAL, "set_torque_offset"),
-    Member("ActPosWithoutPosCorrection", LREAL, "actual_position_uncorrected"),
-    Member("ActAcc", LREAL, "actual_acceleration"),
-    Member("DcTimeStamp", UDINT, "dc_time_stamp"),
-    Member("UserData", LREAL, "user_data"),
+    StructureMember("StateDWord", DWORD, "state_dword"),
+    StructureMember("ErrorCode", DWORD, "error_code"),
+    StructureMember("AxisState", DWORD, "motion_state"),
+    StructureMember("AxisModeConfirmation", DWORD, "operation_mode_feedback"),
+    StructureMember("HomingState", DWORD, "homing_state"),
+    StructureMember("CoupleState", DWORD, "coupling_state"),
+    StructureMember("SvbEntries", DWORD, ""),  # a single axis has no preparation table
+    StructureMember("SafEntries", DWORD, "buffer_count"),
+    StructureMember("AxisId", DWORD, "axis_id"),
+    StructureMember("OpModeDWord", DWORD, "operation_mode_and_cycle", "operation_mode_state_dword"),
+    StructureMember("ActPos", LREAL, "actual_position"),
+    StructureMember("ModuloActPos", LREAL, "actual_position_modulo"),
+    StructureMember("ActiveControlLoopIndex", UINT, "active_control_loop"),
+    StructureMember(
+        "ControlLoopIndex", UINT, "active_control_loop"
+    ),  # a switch is carried out at once
+    StructureMember("ModuloActTurns", DINT, "actual_modulo_turns"),
+    StructureMember("ActVelo", LREAL, "actual_velocity"),
+    StructureMember("PosDiff", LREAL, "following_error"),
+    StructureMember("SetPos", LREAL, "set_position"),
+    StructureMember("SetVelo", LREAL, "set_velocity"),
+    StructureMember("SetAcc", LREAL, "set_acceleration"),
+    StructureMember("TargetPos", LREAL, "target_position"),
+    StructureMember("ModuloSetPos", LREAL, "set_position_modulo"),
+    StructureMember("ModuloSetTurns", DINT, "set_modulo_turns"),
+    StructureMember("CmdNo", UINT, "set_command_number"),
+    StructureMember("CmdState", UINT, "set_command_state"),
+    StructureMember("SetJerk", LREAL, "set_jerk"),
+    StructureMember("SetTorque", LREAL, "set_torque"),
+    StructureMember("ActTorque", LREAL, "drive_actual_torque"),
+    StructureMember("StateDWord2", DWORD, ""),  # avoiding collision, for movers on one track
+    StructureMember("StateDWord3", DWORD, "touch_probe_inputs"),
+    StructureMember("TouchProbeState", DWORD, "touch_probe_status"),
+    StructureMember("TouchProbeCounter", DWORD, "touch_probe_counters"),
+    StructureMember("CamCouplingState", ARRAY(USINT, (0, 7)), ""),
+    StructureMember("CamCouplingTableID", ARRAY(UINT, (0, 7)), ""),
+    StructureMember("ActTorqueDerivative", LREAL, "drive_actual_torque_derivative"),
+    StructureMember("SetTorqueDerivative", LREAL, "set_torque_derivative"),
+    StructureMember("AbsPhasingPos", LREAL, "phasing_position"),
+    StructureMember("TorqueOffset", LREAL, "set_torque_offset"),
+    StructureMember("ActPosWithoutPosCorrection", LREAL, "actual_position_uncorrected"),
+    StructureMember("ActAcc", LREAL, "actual_acceleration"),
+    StructureMember("DcTimeStamp", UDINT, "dc_time_stamp"),
+    StructureMember("UserData", LREAL, "user_data"),
 )
 """What the NC shows the PLC in each cycle."""
 
 FROM_PLC = (
-    Member("ControlDWord", DWORD, "control_dword"),
-    Member("Override", UDINT, "velocity_override"),
-    Member("AxisModeRequest", DWORD, "operation_mode"),
-    Member("AxisModeDWord", DWORD, "operation_mode_dword"),
-    Member("AxisModeLReal", LREAL, "operation_mode_value"),
-    Member("PositionCorrection", LREAL, "actual_position_correction"),
-    Member("ExtSetPos", LREAL, "external_set_position"),
-    Member("ExtSetVelo", LREAL, "external_set_velocity"),
-    Member("ExtSetAcc", LREAL, "external_set_acceleration"),
-    Member("ExtSetDirection", DINT, "external_set_direction"),
-    Member("ExtControllerOutput", LREAL, "external_controller_component"),
-    Member("GearRatio1", LREAL, "gear_ratio_1"),
-    Member("GearRatio2", LREAL, "gear_ratio_2"),
-    Member("GearRatio3", LREAL, "gear_ratio_3"),
-    Member("GearRatio4", LREAL, "gear_ratio_4"),
-    Member("MapState", BOOL, ""),  # this and the next two: between a PLC and its NC
-    Member("PlcCycleControl", BYTE, ""),
-    Member("PlcCycleCount", BYTE, ""),
-    Member("ExtTorque", LREAL, "external_set_torque"),
-    Member("Reserved", ARRAY(BYTE, (0, 7)), ""),
+    StructureMember("ControlDWord", DWORD, "control_dword"),
+    StructureMember("Override", UDINT, "velocity_override"),
+    StructureMember("AxisModeRequest", DWORD, "operation_mode"),
+    StructureMember("AxisModeDWord", DWORD, "operation_mode_dword"),
+    StructureMember("AxisModeLReal", LREAL, "operation_mode_value"),
+    StructureMember("PositionCorrection", LREAL, "actual_position_correction"),
+    StructureMember("ExtSetPos", LREAL, "external_set_position"),
+    StructureMember("ExtSetVelo", LREAL, "external_set_velocity"),
+    StructureMember("ExtSetAcc", LREAL, "external_set_acceleration"),
+    StructureMember("ExtSetDirection", DINT, "external_set_direction"),
+    StructureMember("ExtControllerOutput", LREAL, "external_controller_component"),
+    StructureMember("GearRatio1", LREAL, "gear_ratio_1"),
+    StructureMember("GearRatio2", LREAL, "gear_ratio_2"),
+    StructureMember("GearRatio3", LREAL, "gear_ratio_3"),
+    StructureMember("GearRatio4", LREAL, "gear_ratio_4"),
+    StructureMember("MapState", BOOL, ""),  # this and the next two: between a PLC and its NC
+    StructureMember("PlcCycleControl", BYTE, ""),
+    StructureMember("PlcCycleCount", BYTE, ""),
+    StructureMember("ExtTorque", LREAL, "external_set_torque"),
+    StructureMember("Reserved", ARRAY(BYTE, (0, 7)), ""),
 )
 """What the PLC gives the NC in each cycle; the last 24 bytes are reserved in TwinCAT 2."""
 
 
-def _declared(name: str, members: Sequence[Member], doc: str) -> type[Struct]:
+def _declared(name: str, members: Sequence[StructureMember], doc: str) -> type[Struct]:
     body = {member.name: var(member.type) for member in members}
     return types.new_class(
         name, (Struct,), exec_body=lambda space: space.update({"__doc__": doc} | body)
@@ -132,14 +134,14 @@ PLCTONC_AXIS_REF = _declared("PLCTONC_AXIS_REF", FROM_PLC, "What the PLC gives t
 _CODES: dict[IecType[Any], str] = {DWORD: "I", UDINT: "I", DINT: "i", LREAL: "d", UINT: "H"}
 
 
-def _fields(members: Sequence[Member]) -> tuple[tuple[str, str], ...]:
+def _fields(members: Sequence[StructureMember]) -> tuple[tuple[str, str], ...]:
     return tuple(
         (_CODES[member.type] if member.field else f"{iec_type(member.type).size}x", member.field)
         for member in members
     )
 
 
-def _tc2() -> list[Member]:
+def _tc2() -> list[StructureMember]:
     """The members of TwinCAT 2: up to CmdState, the control loops before the positions."""
     names = [member.name for member in TO_PLC]
     positions, loops, turns = map(

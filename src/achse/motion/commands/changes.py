@@ -150,7 +150,7 @@ def new_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: flo
 def freeze_override(axis: Axis) -> int:
     """Take over the present override at once, until it next changes (0x29).
 
-    A braking positioning, which no longer follows the override, is planned anew with it as well.
+    A braking positioning, which no longer follows the override, is planned again with it as well.
     """
     if axis.set_motion_phase in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
         axis.replan = 1

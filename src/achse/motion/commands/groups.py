@@ -8,7 +8,7 @@ __all__ = ["decouple_and_start", "return_to_ptp_group"]
 
 
 def decouple_and_start(axis: Axis, start_type: int, *_: float) -> int:
-    """Uncouple a slave and start it (0x17); an axis that is no slave cannot be uncoupled."""
+    """Uncouple a slave and start it (0x17); an axis that is not a slave cannot be uncoupled."""
     return NcError.DECOUPLING_NOT_POSSIBLE.number
 
 

@@ -18,7 +18,7 @@ def switch_control_loop(
 ) -> int:
     """Work with control loop `loop` from now on (0x52).
 
-    Type 1 drops the job and begins anew where the new encoder says. Types 2 and 3 go on with the
+    Type 1 drops the job and begins again where the new encoder says. Types 2 and 3 go on with the
     job: 2 with the output as it was, 3 with the controller's part of it at `sync_value`, in axis
     units per second. The I-part is set so, or the following error where there is none.
     `external_setpoint` is not used.

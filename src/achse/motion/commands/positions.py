@@ -175,7 +175,7 @@ def set_encoder_scaling_factor(
 
 
 def reinitialize_encoder(at: Axis | AxisEncoder) -> int:
-    """Take the position from the hardware anew, as at the start of the NC (0x3B).
+    """Take the position from the hardware again, as at the start of the NC (0x3B).
 
     What was set is lost, and an incremental encoder is no longer homed. Not while enabled.
     """
@@ -191,7 +191,7 @@ def reinitialize_encoder(at: Axis | AxisEncoder) -> int:
 
 
 def reinitialize_actual_position(at: Axis | AxisEncoder) -> int:
-    """Take an absolute position from the hardware anew (0x5200:0x1B); incremental ones stay."""
+    """Take an absolute position from the hardware again (0x5200:0x1B); incremental ones stay."""
     encoder = at.encoder
     if encoder.reference_system == EncoderReferenceSystem.INC:
         return OK

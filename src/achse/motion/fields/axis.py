@@ -2,10 +2,10 @@
 
 from achse.motion.fields.declare import Parameters, States, flag, real, whole
 
-__all__ = ["AxisParameters", "AxisState"]
+__all__ = ["AxisParameterFields", "AxisState"]
 
 
-class AxisParameters(Parameters):
+class AxisParameterFields(Parameters):
     """Parameters of the axis (002 §6.4.4.1, 0x4000 + ID)."""
 
     axis_id: int = whole(0, "1", "axis id 1..255")

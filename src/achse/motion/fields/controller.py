@@ -1,6 +1,6 @@
 """Fields of a controller: parameters and parts of its output."""
 
-from achse.motion.fields.declare import Memory, Parameters, States, flag, real, whole
+from achse.motion.fields.declare import InternalFields, Parameters, States, flag, real, whole
 
 __all__ = ["ControllerMemory", "ControllerParameters", "ControllerState"]
 
@@ -122,7 +122,7 @@ class ControllerState(States):
     observer_i_limit_active: int = flag(0, "I-part limited while the observer is on")
 
 
-class ControllerMemory(Memory):
+class ControllerMemory(InternalFields):
     """What the controller derives from its parameters and keeps from cycle to cycle."""
 
     special: int = flag(0, "more than a P controller is in use")

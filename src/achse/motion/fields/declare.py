@@ -10,7 +10,7 @@ from achse.native.declare import Slot
 __all__ = [
     "Field",
     "Inputs",
-    "Memory",
+    "InternalFields",
     "Parameters",
     "Role",
     "States",
@@ -43,7 +43,7 @@ class States:
     """Base of classes whose fields are of `Role.STATE`."""
 
 
-class Memory:
+class InternalFields:
     """Base of classes whose fields are of `Role.INTERNAL`."""
 
 

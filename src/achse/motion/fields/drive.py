@@ -2,7 +2,7 @@
 
 from achse.motion.fields.declare import (
     Inputs,
-    Memory,
+    InternalFields,
     Parameters,
     States,
     flag,
@@ -136,7 +136,7 @@ class DriveState(States):
     extended_control_byte: int = whole(0, "bits", "extended control byte", 0, 255)
 
 
-class DriveInternal(Memory):
+class DriveInternal(InternalFields):
     """What the drive derives from its parameters, and keeps from cycle to cycle."""
 
     special: int = flag(0, "more than a linear velocity drive is in use")

@@ -1,7 +1,7 @@
 """Fields of an encoder: parameters, actual values, touch probes."""
 
 from achse.motion.fields.declare import (
-    Memory,
+    InternalFields,
     Parameters,
     States,
     flag,
@@ -135,7 +135,7 @@ class TouchProbeState(States):
     probe_counter: list[int] = wholes(PROBE_EDGES, "1", "edges latched since activated")
 
 
-class TouchProbeMemory(Memory):
+class TouchProbeMemory(InternalFields):
     """What an active latch waits for, and what the hardware showed of it before."""
 
     probe_continuous: list[int] = wholes(PROBE_EDGES, "0/1", "goes on after an edge")
@@ -146,7 +146,7 @@ class TouchProbeMemory(Memory):
     watched_count: int = whole(0, "INC", "count a cycle before, for the software sync")
 
 
-class EncoderMemory(Memory):
+class EncoderMemory(InternalFields):
     """What the encoder derives from its parameters and keeps from cycle to cycle."""
 
     adapt: int = flag(1, "parameters changed: derived values must be computed again")

@@ -1,6 +1,6 @@
 """Fields of the special generators: external set points, oscillations, motion in open loop."""
 
-from achse.motion.fields.declare import Inputs, Memory, flag, real, whole
+from achse.motion.fields.declare import Inputs, InternalFields, flag, real, whole
 
 __all__ = ["GeneratorMemory", "GeneratorSwitch"]
 
@@ -11,7 +11,7 @@ class GeneratorSwitch(Inputs):
     setpoint_consistency_check: int = flag(0, "inconsistent set points are corrected")
 
 
-class GeneratorMemory(Memory):
+class GeneratorMemory(InternalFields):
     """Jobs of functions 0x23 … 0x28, 0x2D, 0x32 and 0x33 (002 §6.4.4.3)."""
 
     external_position: float = real(0.0, "mm", "external set position of the last cycle")

@@ -1,11 +1,11 @@
 """Fields of homing: its latch."""
 
-from achse.motion.fields.declare import Memory, flag, real, whole
+from achse.motion.fields.declare import InternalFields, flag, real, whole
 
 __all__ = ["HomingMemory"]
 
 
-class HomingMemory(Memory):
+class HomingMemory(InternalFields):
     """What a homing sequence remembers from step to step."""
 
     homing_begins: int = flag(0, "the sequence begins with the next cycle")

@@ -1,19 +1,19 @@
 """Fields of the supervision: its clocks."""
 
-from achse.motion.fields.declare import Memory, flag, real, whole
+from achse.motion.fields.declare import InternalFields, flag, real, whole
 
 __all__ = ["MonitoringInternal"]
 
 
-class MonitoringInternal(Memory):
+class MonitoringInternal(InternalFields):
     """What supervision remembers from cycle to cycle."""
 
-    adapt: int = flag(1, "parameters changed: derived values must be computed anew")
+    adapt: int = flag(1, "parameters changed: derived values must be computed again")
     resting: int = flag(0, "nothing changes until somebody writes to the record")
     quiet_cycles: int = whole(0, "1", "cycles without a change")
     drive_status: int = whole(0, "bits", "state 1 of the drive")
     io_invalid: int = flag(0, "encoder or drive has no valid data")
-    limit_switch: int = whole(0, "1", "hardware limit switch the axis stands on: -1, 0 none, 1")
+    limit_switch: int = whole(0, "1", "hardware limit switch the axis is on: -1, 0 none, 1")
     output_cut: int = flag(0, "an error opened the control loop; reset closes it")
     following_error_time: float = real(0.0, "s", "time above the position window")
     following_error_velocity_time: float = real(0.0, "s", "time above the velocity window")

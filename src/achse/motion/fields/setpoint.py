@@ -2,7 +2,7 @@
 
 from math import inf
 
-from achse.motion.fields.declare import Memory, States, flag, real, reals, whole, wholes
+from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole, wholes
 
 __all__ = ["COMMAND_BUFFER", "SEGMENTS", "SetpointInternal", "SetpointState"]
 
@@ -38,10 +38,10 @@ class SetpointState(States):
     got_new_target: int = flag(0, "the target was changed during motion")
 
 
-class SetpointInternal(Memory):
+class SetpointInternal(InternalFields):
     """The generator's memory from cycle to cycle."""
 
-    replan: int = flag(0, "the set-point table must be computed anew")
+    replan: int = flag(0, "the set-point table must be computed again")
     limit_low: float = real(-inf, "mm", "lower soft limit in force")
     limit_high: float = real(inf, "mm", "upper soft limit in force")
     limited: int = flag(0, "a soft limit is in force")
@@ -58,7 +58,7 @@ class SetpointInternal(Memory):
     job_time: float = real(0.0, "s", "positioning time so far")
     job_peak_velocity: float = real(0.0, "mm/s", "velocity the job reaches at 100 % override")
     switch_armed: int = whole(0, "1", "change at the switch position: 1 velocity, 2 target too")
-    switch_from_below: int = flag(0, "the switch position lies in positive direction")
+    switch_from_below: int = flag(0, "the switch position is in positive direction")
     switch_position: float = real(0.0, "mm", "where the change happens")
     switch_target: float = real(0.0, "mm", "target from there on")
     switch_velocity: float = real(0.0, "mm/s", "velocity from there on")

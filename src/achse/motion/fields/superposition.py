@@ -1,6 +1,6 @@
 """Fields of the motions beside the main one: section compensation and phasing."""
 
-from achse.motion.fields.declare import Memory, States, flag, real, reals, whole
+from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole
 from achse.motion.fields.setpoint import SEGMENTS
 
 __all__ = ["PhasingMemory", "PhasingState", "SuperpositionMemory"]
@@ -12,7 +12,7 @@ class PhasingState(States):
     phasing_position: float = real(0.0, "mm", "shift by which this axis sees its master")
 
 
-class PhasingMemory(Memory):
+class PhasingMemory(InternalFields):
     """The profile towards the commanded shift."""
 
     phasing_velocity: float = real(0.0, "mm/s", "change of the shift")
@@ -26,7 +26,7 @@ class PhasingMemory(Memory):
     phasing_jerk: list[float] = reals(SEGMENTS, "mm/s³", "jerk of each row")
 
 
-class SuperpositionMemory(Memory):
+class SuperpositionMemory(InternalFields):
     """The trapezoid on top of the main motion; its clock is the main motion's way."""
 
     superposition_sign: float = real(0.0, "1", "direction of the additional motion")

@@ -2,7 +2,7 @@
 
 Alone, the set position is the external one. Where motion commands are allowed meanwhile, their
 motion and the external one add up; afterwards the axis keeps the distance it went by itself. Both
-together are no faster than the axis may be (0x4359).
+together are not faster than the axis may be (0x4359).
 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
@@ -21,7 +21,7 @@ _LARGEST = 1e30
 """Numbers beyond are none."""
 
 _ROUNDED = 1.0 + 1e-6
-"""What a limit may be passed by, for the rounding of whoever feeds."""
+"""What a limit may be passed by, for the rounding of anyone who feeds."""
 
 _INCONSISTENT = 1e-3
 """Velocities that differ by a smaller part of themselves are equal."""
@@ -79,7 +79,7 @@ def _fault(ax: AxisFields, way: float, dt: float) -> int:
 def _take(ax: AxisFields, way: float, dt: float) -> None:
     """Take the external values; where the velocity belongs to another way, that way counts.
 
-    The mean velocity of a cycle lies between those at its ends, give or take one increment.
+    The mean velocity of a cycle is between those at its ends, give or take one increment.
     """
     before = ax.external_velocity
     velocity = ax.external_set_velocity

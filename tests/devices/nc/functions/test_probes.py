@@ -82,7 +82,7 @@ def test_the_position_of_an_encoder(bench: Any, form: str) -> None:
     assert bench.get(STATE, 0x02, "<d") == 77.0
     assert bench.get(0x4301, 0xBF, "<d") == 77.0
     assert bench.get(STATE, 0x17, "<d") == 77.0
-    bench.write(E, 0x1B, b"")  # incremental: nothing to take anew
+    bench.write(E, 0x1B, b"")  # incremental: nothing to take again
     bench.run(0.004)
     assert bench.get(STATE, 0x02, "<d") == 77.0
 

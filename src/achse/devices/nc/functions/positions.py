@@ -59,7 +59,7 @@ POSITIONS = (
             "reinitialize_encoder",
             commands.reinitialize_encoder,
             NO_DATA,
-            "take the position from the hardware anew",
+            "take the position from the hardware again",
         ),
     ),
 )

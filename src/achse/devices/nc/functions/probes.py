@@ -39,7 +39,7 @@ ENCODER_FUNCTIONS = (
         "reinitialize_actual_position",
         commands.reinitialize_actual_position,
         NO_DATA,
-        "take an absolute position from the hardware anew",
+        "take an absolute position from the hardware again",
     ),
     function(
         0x200,
