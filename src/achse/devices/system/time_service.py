@@ -1,6 +1,6 @@
 """Time service of the system service: the time of day of the station (group 400).
 
-Offset 1 is what NT_GetTime of the PLC libraries asks. Which offset and layout it has stands in no
+Offset 1 is what NT_GetTime of the PLC libraries asks. Which offset and layout it has is in no
 manual at hand.
 """
 
