@@ -85,6 +85,7 @@ def modes(master: Any, found: Found) -> None:
 def home(axis: Axis, drive: Any, found: Found) -> None:
     """Method 33: to the next index pulse in negative direction."""
     result: dict[str, Any] = {"mode": axis.enter(HM)}
+    found["hm"] = result
     drive.sdo_write(0x6098, 0, struct.pack("<b", 33))
     drive.sdo_write(0x6099, 2, struct.pack("<I", 60_000))
     drive.sdo_write(0x607C, 0, struct.pack("<i", 1000))
