@@ -30,6 +30,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "reads.py": (["50", "1"], rf"achse station +{NUMBER} reads/s +median latency +{NUMBER} µs"),
     "same_run.py": (["--seconds", "10", "--turns", "30"], r"[1-9]\d* frames, \d+ lines, hash \w+"),
     "samples.py": (["20", "50", "0.3"], r"0 lost, 0\.000%"),
+    "st_check.py": (["100"], rf"check +{NUMBER} ms +{NUMBER} statements/s"),
     "st_run.py": (["20", "0.05"], rf"plain +{NUMBER} ns per statement"),
     "st_parse.py": (["1000"], rf"lexer +{NUMBER} lines/s"),
     "sums.py": (["3"], rf"the same in the device, without TCP +{NUMBER} ms"),

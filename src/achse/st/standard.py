@@ -17,9 +17,9 @@ __all__ = ["standard_libraries"]
 def standard_libraries() -> Sequence[Parsed]:
     """The declarations of all libraries, read once. Raises `SourceError` for a faulty file.
 
-    The variables of a file without a list around them are in a list of its name.
+    The variables of a file without a list around them are in a list of its name and library.
     """
     return tuple(
-        parse(Source(text, name), name=name.rpartition("/")[2].removesuffix(".st")).check()
+        parse(Source(text, name), name=name.replace("/", "_").removesuffix(".st")).check()
         for name, text in libraries.sources()
     )
