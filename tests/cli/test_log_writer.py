@@ -123,7 +123,8 @@ def test_what_nobody_reads_is_dropped_counted_and_told() -> None:
         numbers = [int(line[5:10]) for line in lines if line.startswith("line")]
         assert numbers == list(range(len(numbers)))
         (told,) = re.findall(r"(\d+) lines were dropped: nobody read the log", heard.decode())
-        assert int(told) == writer.dropped == 30_000 - len(numbers)
+        # What was logged while the reader came back may be among those that were dropped.
+        assert int(told) == writer.dropped >= 30_000 - len(numbers)
         writer.flush()
         writer.close()
 

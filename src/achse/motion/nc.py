@@ -142,8 +142,9 @@ class AxisParameters:
                 )
             choices = choices_of(row.unit)
             if choices is not None and value not in list(choices):
+                article = "an" if choices.__name__[0] in "AEIOU" else "a"
                 raise AxisParametersError(
-                    f"axis {self.axis_id}: {name} = {value!r} is not a {choices.__name__}"
+                    f"axis {self.axis_id}: {name} = {value!r} is not {article} {choices.__name__}"
                 )
 
     def apply(self, axis: Axis) -> None:

@@ -43,7 +43,7 @@ OUTSIDE = {
     "math.sin(x=a)": "arguments", "0xFFFF_FFFF_FFFF_FFFF": "64 bits",
     "a if a else (a, b)": "different kinds", "a in b": "not a tuple", "lambda: a": "Lambda",
     "(a, b)[int(a)]": "no element", "not (a, b)": "only numbers", "f'{a}'": "JoinedStr",
-    "a(b)": "no function",
+    "a(b)": "not a function",
 }  # fmt: skip
 
 TABLE = (3, 1, 4, 1)
