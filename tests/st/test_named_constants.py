@@ -7,57 +7,14 @@ from achse.iec.layout import TC3_X64
 from achse.st.cursor import Unexpected
 from achse.st.parser import parse, parse_expression
 from achse.st.resolve import Resolver
-from achse.st.scopes import DeclaredUnit, Failed, Scope
+from achse.st.scopes import Failed, Scope
 from achse.st.source import Source
 from achse.st.values import Constant, NotConstant
-
-PROJECT = """
-TYPE E_State : (Idle := 3, Run); END_TYPE
-{attribute 'qualified_only'}
-TYPE E_Mode : (Auto := 7, Manual); END_TYPE
-VAR_GLOBAL CONSTANT
-    cMax : INT := 10;
-    cNext : INT := cMax + 1;
-    cSelf : INT := cSelf;
-    cWide : SINT := 1000;
-END_VAR
-VAR_GLOBAL
-    nCount : INT := 5;
-END_VAR
-FUNCTION_BLOCK FB_Base
-VAR CONSTANT cOwn : INT := 21; END_VAR
-END_FUNCTION_BLOCK
-FUNCTION_BLOCK FB_Axis EXTENDS FB_Base
-VAR CONSTANT cMax : INT := 99; END_VAR
-VAR aValues : ARRAY [1..cMax] OF INT; END_VAR
-END_FUNCTION_BLOCK
-NAMESPACE Lib
-    TYPE E_Side : (Left := 11, Right); END_TYPE
-END_NAMESPACE
-"""
-
-
-def scopes(text: str = PROJECT, **constants: object) -> Resolver:
-    made = Resolver({}, constants, TC3_X64)
-    made.scopes.add([parse(Source(text, "a.st"), name="GVL").check()])
-    return made
-
-
-def entry(names: Resolver, name: str) -> DeclaredUnit:
-    found = names.scopes.find(name)
-    assert found is not None
-    return found
+from tests.st.test_scopes import entry, messages, scopes
 
 
 def value(text: str, names: Resolver, unit: str = "FB_Base") -> Constant:
     return names.constants.constant(parse_expression(text), names.scopes.scope(entry(names, unit)))
-
-
-def messages(names: Resolver) -> list[str]:
-    return [f"{fault.location.line} {fault.message}" for fault in names.scopes.faults]
-
-
-# what is declared ---------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -8,12 +8,11 @@ from achse.iec import INT, IecType
 from achse.iec.errors import IecError
 from achse.iec.layout import TC3_X64
 from achse.st.cursor import Unexpected
-from achse.st.parser import parse, parse_expression
+from achse.st.parser import parse
 from achse.st.resolve import Resolver
 from achse.st.scopes import DEEPEST, DeclaredUnit, Failed, Scopes, attributes_of
 from achse.st.source import Source
 from achse.st.tree import Note
-from achse.st.values import Constant
 
 PROJECT = """
 TYPE E_State : (Idle := 3, Run); END_TYPE
@@ -51,10 +50,6 @@ def entry(names: Resolver, name: str) -> DeclaredUnit:
     found = names.scopes.find(name)
     assert found is not None
     return found
-
-
-def value(text: str, names: Resolver, unit: str = "FB_Base") -> Constant:
-    return names.constants.constant(parse_expression(text), names.scopes.scope(entry(names, unit)))
 
 
 def messages(names: Resolver) -> list[str]:

@@ -15,7 +15,6 @@ from achse.plc.code.operations import (
     remainder,
     rotated,
     single,
-    whole,
 )
 
 
@@ -25,7 +24,7 @@ from achse.plc.code.operations import (
      (math.nan, 0), (-9.0, -9)],
 )  # fmt: skip
 def test_reals_round_halves_away_from_zero(value: float, expected: int) -> None:
-    assert whole(value) == expected
+    assert OPERATIONS["whole"](value) == expected
 
 
 @given(st.integers(-(1 << 63), (1 << 63) - 1), st.integers(-(1 << 63), (1 << 63) - 1))

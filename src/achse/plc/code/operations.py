@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from achse.plc.code.faults import ExceptionCode, PlcFault
+from achse.st.check.folding import rounded
 
 __all__ = [
     "OPERATIONS",
@@ -19,29 +20,15 @@ __all__ = [
     "remainder",
     "rotated",
     "single",
-    "whole",
 ]
 
 _single = memoryview(bytearray(4)).cast("f")
-_LOWEST = -(1 << 63)
 
 
 def single(value: float) -> float:
     """A number as REAL holds it; out of range: infinity."""
     _single[0] = value
     return _single[0]
-
-
-def whole(value: float) -> int:
-    """A real as a whole number: nearest, halves away from zero; NaN is 0, out of 64 bits LINT's
-    lowest."""
-    if value != value:
-        return 0
-    if not -(2.0**63) <= value < 2.0**63:
-        return _LOWEST
-    down = math.floor(abs(value))
-    found = down + (abs(value) - down >= 0.5)
-    return found if value >= 0 else -found
 
 
 def _truncated(value: float, lowest: int) -> int:
@@ -99,7 +86,7 @@ def _raise_exception(code: int) -> None:
 
 OPERATIONS: dict[str, Callable[..., Any]] = {
     "single": single,
-    "whole": whole,
+    "whole": rounded,
     "truncated": _truncated,
     "quotient": quotient,
     "remainder": remainder,
