@@ -1,8 +1,9 @@
-"""Round trips over a veth pair: drives of `achse drive serve` beside a bare reflector of frames.
+"""Round trips over veth pairs: drives of `achse drive serve` beside a bare reflector of frames.
 
-On one end is a master with a cycle of 1 ms, on the other the drives in machine code, or a process
-that sends each frame back as it came. pysoem brings the drives to Op and exchanges; a raw socket
-sends the reflector a frame of the same length. A reply after more than a cycle is late.
+pysoem is the master of both: with a cycle of 1 ms it exchanges the same process data with the
+drives in machine code, in Op, and with a process that sends each frame back as it came. They take
+turns in each cycle, so both meet the same moments of the machine; each has a cable of its own.
+Printed are medians and tails of both. A reply after more than a cycle is late.
 
 Runs in a network namespace of its own (Linux, root or user namespaces), in real time where allowed.
 Usage: python benchmarks/ethercat_roundtrip.py [SECONDS [COUNT…]]
@@ -10,27 +11,25 @@ Usage: python benchmarks/ethercat_roundtrip.py [SECONDS [COUNT…]]
 
 import contextlib
 import os
-import socket
-import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pysoem
 
 from achse.station.fieldbus import answer_promptly
 from achse.transport.ethernet import EthernetLink
 
-ENDS = ("cable0", "cable1")
-CABLE = (
-    f"ip link add {ENDS[0]} type veth peer name {ENDS[1]}"
-    f" && ip link set {ENDS[0]} up && ip link set {ENDS[1]} up"
+DRIVES_CABLE, BARE_CABLE = ("cable0", "cable1"), ("cable2", "cable3")
+CABLES = " && ".join(
+    f"ip link add {near} type veth peer name {far} && ip link set {near} up && ip link set {far} up"
+    for near, far in (DRIVES_CABLE, BARE_CABLE)
 )
 COUNTS = (1, 8, 32)
 CYCLE_S = 0.001
 MASTER_PRIORITY = 40
-HEAD, PER_DRIVE = 14 + 2 + 12, 15 + 23
+PATIENCE_US = 20_000
 
 
 @contextlib.contextmanager
@@ -38,7 +37,7 @@ def reflector() -> Iterator[None]:
     """A process that sends each frame back as it came."""
     child = os.fork()
     if child == 0:
-        link = EthernetLink(ENDS[1])
+        link = EthernetLink(BARE_CABLE[1])
         answer_promptly()
         while True:
             link.exchange(lambda frame: frame, 1.0)
@@ -51,9 +50,9 @@ def reflector() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def drives(count: int) -> Iterator[None]:
-    """So many drives."""
-    command = [sys.executable, "-m", "achse", "drive", "serve", "--interface", ENDS[1]]
+def drives(count: int, end: str) -> Iterator[None]:
+    """So many drives at that end of a cable."""
+    command = [sys.executable, "-m", "achse", "drive", "serve", "--interface", end]
     with subprocess.Popen(
         [*command, "--count", str(count), "--control", "none"], stdout=subprocess.PIPE, text=True
     ) as run:
@@ -63,9 +62,69 @@ def drives(count: int) -> Iterator[None]:
         run.terminate()
 
 
-def cycles(exchange: Callable[[], object], seconds: float) -> list[float]:
-    """Microseconds of each exchange, one a cycle, ascending."""
-    found = []
+@contextlib.contextmanager
+def master_at(end: str, count: int) -> Iterator[pysoem.Master]:
+    """A master that has found so many drives and laid out their process data."""
+    master = pysoem.Master()
+    master.open(end)
+    try:
+        assert master.config_init() == count
+        master.config_map()
+        assert master.state_check(pysoem.SAFEOP_STATE, 500_000) == pysoem.SAFEOP_STATE
+        yield master
+    finally:
+        master.close()
+
+
+class Trips:
+    """Exchanges of one master: microseconds of each, and in how many a drive did not take part."""
+
+    def __init__(self, master: pysoem.Master) -> None:
+        self.master = master
+        self.times: list[float] = []
+        self.missed = 0
+
+    def exchange(self) -> None:
+        started = time.perf_counter_ns()
+        self.master.send_processdata()
+        counter = self.master.receive_processdata(PATIENCE_US)
+        self.times.append((time.perf_counter_ns() - started) / 1000.0)
+        self.missed += counter != self.master.expected_wkc
+
+    def at(self, part: float) -> float:
+        """The time that such a part of the exchanges did not exceed."""
+        ordered = sorted(self.times)
+        return ordered[min(int(part * len(ordered)), len(ordered) - 1)]
+
+
+def alternate(count: int, seconds: float) -> tuple[Trips, Trips]:
+    """What the reflector and the drives did in the same cycles."""
+    with contextlib.ExitStack() as stack:
+        with drives(count, BARE_CABLE[1]):  # for this master to know its process data
+            bare = Trips(stack.enter_context(master_at(BARE_CABLE[0], count)))
+        stack.enter_context(reflector())
+        stack.enter_context(drives(count, DRIVES_CABLE[1]))
+        served = Trips(stack.enter_context(master_at(DRIVES_CABLE[0], count)))
+        served.exchange()
+        served.master.state = pysoem.OP_STATE
+        served.master.write_state()
+        assert served.master.state_check(pysoem.OP_STATE, 500_000) == pysoem.OP_STATE
+        for trips in (bare, served):
+            trips.exchange()
+            trips.times.clear()
+        missed = served.missed
+        cycles(bare, served, seconds)
+        served.missed -= missed
+        served.master.read_state()
+        assert all(slave.state == pysoem.OP_STATE for slave in served.master.slaves)
+        served.master.state = pysoem.INIT_STATE
+        served.master.write_state()
+    return bare, served
+
+
+def cycles(bare: Trips, served: Trips, seconds: float) -> None:
+    """Both exchange once a cycle, each as often first."""
+    turns = (bare, served), (served, bare)
     begin = time.perf_counter()
     number = 0
     while number * CYCLE_S < seconds:
@@ -75,71 +134,27 @@ def cycles(exchange: Callable[[], object], seconds: float) -> list[float]:
             time.sleep(wait)
         else:
             begin -= wait  # the master itself was held up
-        started = time.perf_counter_ns()
-        exchange()
-        found.append((time.perf_counter_ns() - started) / 1000.0)
-    return sorted(found)
-
-
-def by_socket(size: int, seconds: float) -> list[float]:
-    frame = (b"\xff" * 6 + b"\x02\0\0\0\0\0" + b"\x88\xa4").ljust(size, b"\0")
-    with socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(0x88A4)) as master:
-        master.bind((ENDS[0], 0x88A4))
-        master.settimeout(1.0)
-
-        def exchange() -> None:
-            master.send(frame)
-            master.recv(2048)
-
-        return cycles(exchange, seconds)
-
-
-def by_pysoem(count: int, seconds: float) -> tuple[list[float], int]:
-    """Round trips, and in how many a drive did not take part."""
-    missed = 0
-    master = pysoem.Master()
-    master.open(ENDS[0])
-    try:
-        assert master.config_init() == count
-        master.config_map()
-        assert master.state_check(pysoem.SAFEOP_STATE, 500_000) == pysoem.SAFEOP_STATE
-        expected = master.expected_wkc
-
-        def exchange() -> None:
-            nonlocal missed
-            master.send_processdata()
-            missed += master.receive_processdata(20_000) != expected
-
-        exchange()
-        master.state = pysoem.OP_STATE
-        master.write_state()
-        assert master.state_check(pysoem.OP_STATE, 500_000) == pysoem.OP_STATE
-        found = cycles(exchange, seconds)
-        master.read_state()
-        assert all(slave.state == pysoem.OP_STATE for slave in master.slaves)
-        master.state = pysoem.INIT_STATE
-        master.write_state()
-    finally:
-        master.close()
-    return found, missed
+        for trips in turns[number % 2]:
+            trips.exchange()
 
 
 def measure(seconds: float, counts: list[int]) -> None:
     with contextlib.suppress(OSError):
         policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
         os.sched_setscheduler(0, policy, os.sched_param(MASTER_PRIORITY))
-    print(f"{'drives':>6} {'reflector p50 µs':>17} {'drives p50 µs':>14} {'ratio':>6}", end="")
-    print(f" {'99.9 % µs':>10} {'most µs':>8} {'cycles':>7} {'late':>9} {'missed':>6}")
+    print("µs of a round trip: reflector, then drives, in the same cycles")
+    heads = ("p50", "99.9 %", "most")
+    print(f"{'drives':>6}" + "".join(f" {head:>8}" for head in heads * 2), end="")
+    print(f" {'ratio p50':>10} {'99.9 %':>7} {'cycles':>7} {'late':>11} {'missed':>6}")
     for count in counts:
-        with reflector():
-            bare = statistics.median(by_socket(HEAD + count * PER_DRIVE, min(seconds, 5.0)))
-        with drives(count):
-            trips, missed = by_pysoem(count, seconds)
-        median = statistics.median(trips)
-        late = sum(trip > 1e6 * CYCLE_S for trip in trips)
-        print(f"{count:>6} {bare:>17.1f} {median:>14.1f} {median / bare:>6.2f}", end="")
-        print(f" {trips[int(0.999 * len(trips))]:>10.1f} {trips[-1]:>8.1f} {len(trips):>7}", end="")
-        print(f" {late:>3} {100 * late / len(trips):.3f}% {missed:>6}", flush=True)
+        bare, served = alternate(count, seconds)
+        tails = [[trips.at(part) for part in (0.5, 0.999, 1.0)] for trips in (bare, served)]
+        late = ", ".join(
+            str(sum(trip > 1e6 * CYCLE_S for trip in trips.times)) for trips in (bare, served)
+        )
+        print(f"{count:>6}" + "".join(f" {each:>8.1f}" for tail in tails for each in tail), end="")
+        print(f" {tails[1][0] / tails[0][0]:>10.2f} {tails[1][1] / tails[0][1]:>7.2f}", end="")
+        print(f" {len(served.times):>7} {late:>11} {served.missed:>6}", flush=True)
 
 
 def main() -> None:
@@ -148,7 +163,7 @@ def main() -> None:
         measure(float(arguments[0]), [int(count) for count in arguments[1:]] or list(COUNTS))
         return
     user = [] if os.geteuid() == 0 else ["--map-root-user"]
-    inner = ["sh", "-c", f'{CABLE} && exec "$@"', "sh", sys.executable, __file__, *arguments]
+    inner = ["sh", "-c", f'{CABLES} && exec "$@"', "sh", sys.executable, __file__, *arguments]
     environment = {**os.environ, "ACHSE_IN_NAMESPACE": "1"}
     sys.exit(subprocess.call(["unshare", *user, "--net", *inner], env=environment))
 

@@ -1,7 +1,10 @@
-"""Cost of one NC cycle, every axis moving: the plain kernel beside the compiled one.
+"""Cost of one NC cycle, every axis moving: the plain kernel, the compiled one, the same in C.
 
 Each axis runs long jerk-limited moves, back and forth, so that planning is in the numbers as often
-as an axis of that kind plans. "real time" is how many times faster than a 2 ms cycle that is.
+as an axis of that kind plans. "real time" is how many times faster than a 2 ms cycle that is. The
+row "C" has the same instructions compiled by gcc -O2 (`as_c.py`), on the most axes; it is left out
+without gcc and below 0.1 s per row. Its states are equal to ours, bit by bit.
+The rows "cams": of 255 axes 128 follow 64 masters by a cyclic cam joined by a spline.
 Usage: python benchmarks/nc_cycle.py [SECONDS_PER_ROW]
 """
 
@@ -9,17 +12,30 @@ import random
 import statistics
 import sys
 import time
+from collections.abc import Callable
+from functools import partial
+from math import pi, sin
+
+import as_c
 
 from achse.motion import AxisParameters, Nc, commands
+from achse.motion.compiled import KERNEL
+from achse.motion.states import CamInterpolation, SlaveType, TableSubType, TableType
+from achse.motion.tables import TableParameters
 from achse.native.compiled import compiler_installed
+from achse.native.kernels.translate import translate
 
 CYCLE_NS = 2_000_000
+MOST = 255
+MASTERS = 64
+SLAVES = 128
+CAM_ROWS = (100, 10_000, 1_000_000)
 CHUNK = 25
 """Cycles between two looks whether an axis needs its next move; not timed."""
 
 
-def moving(count: int, *, compiled: bool) -> Nc:
-    """An NC whose axes all move."""
+def standing(count: int, *, compiled: bool) -> Nc:
+    """An NC whose axes are ready."""
     presets = {"control_dword": 7, "velocity_override": 1_000_000}
     nc = Nc(
         CYCLE_NS,
@@ -27,6 +43,12 @@ def moving(count: int, *, compiled: bool) -> Nc:
         compiled=compiled,
     )
     nc.cycle()
+    return nc
+
+
+def moving(count: int, *, compiled: bool) -> Nc:
+    """An NC whose axes all move."""
+    nc = standing(count, compiled=compiled)
     keep_moving(nc, random.Random(1))
     return nc
 
@@ -36,6 +58,26 @@ def keep_moving(nc: Nc, dice: random.Random) -> None:
     for axis in nc:
         if axis.set_motion_phase == 0:
             commands.start(axis, 1, dice.uniform(-1000.0, 1000.0), dice.uniform(100.0, 1000.0))
+
+
+def following(rows: int, *, compiled: bool) -> Nc:
+    """An NC of 255 axes, of which 128 follow 64 of the others by a spline through so many rows."""
+    nc = standing(MOST, compiled=compiled)
+    turn = [10.0 * sin(2.0 * pi * row / (rows - 1)) for row in range(rows)]
+    places = [360.0 * row / (rows - 1) for row in range(rows)]
+    nc.tables.add_configured(
+        TableParameters(
+            *(1, list(zip(places, turn, strict=True)), "", TableSubType.EQUIDISTANT_CYCLIC),
+            TableType.CAMMING,
+        )
+    )
+    cam = commands.CamDemand(1, CamInterpolation.SPLINE, master_absolute=1)
+    for number in range(1, SLAVES + 1):
+        slave, master = MASTERS + number, (number - 1) % MASTERS + 1
+        refused = commands.couple_by_cam(nc.axis(slave), SlaveType.TABULAR, master, cam)
+        assert refused == 0, f"axis {slave}: 0x{refused:X}"
+    keep_moving(nc, random.Random(1))
+    return nc
 
 
 def cost(nc: Nc, seconds: float) -> tuple[float, float, float]:
@@ -53,19 +95,47 @@ def cost(nc: Nc, seconds: float) -> tuple[float, float, float]:
     return statistics.fmean(samples), statistics.median(samples), late
 
 
+def in_c(make: Callable[[], Nc]) -> Nc:
+    """An NC like this, by the program in C."""
+    kernel = translate(KERNEL.plain, KERNEL.layouts)  # type: ignore[arg-type]
+    function = as_c.compiled_by_gcc(kernel.assembly())
+    ours, theirs = make(), make()
+    bound = theirs._cycles
+    assert isinstance(bound, partial)
+    function.argtypes, function.restype = bound.func.argtypes, None
+    theirs._cycles = partial(function, *bound.args)
+    for nc in (ours, theirs):
+        nc.cycle(1000)
+    assert ours.digest() == theirs.digest(), "the program in C computes something else"
+    return theirs
+
+
+def show(count: int, name: str, nc: Nc, seconds: float) -> None:
+    mean, median, late = cost(nc, seconds)
+    print(f"{count:>5} {name:>18} {mean:>9.2f} {median:>9.2f} {late:>9.2f}", end="")
+    print(f" {1000.0 * mean / count:>9.0f} {CYCLE_NS / 1000.0 / mean:>9.0f}×")
+
+
 def main() -> None:
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 2.0
-    print(f"{'axes':>5} {'kernel':>9} {'mean µs':>9} {'median':>9} {'99 %':>9}", end="")
+    print(f"{'axes':>5} {'kernel':>18} {'mean µs':>9} {'median':>9} {'99 %':>9}", end="")
     print(f" {'ns/axis':>9} {'real time':>10}")
-    for count in (1, 4, 50, 255):
+    for count in (1, 4, 50, MOST):
         for compiled in (False, True):
             if compiled and not compiler_installed():
                 continue
-            nc = moving(count, compiled=compiled)
-            mean, median, late = cost(nc, seconds)
             name = "compiled" if compiled else "plain"
-            print(f"{count:>5} {name:>9} {mean:>9.2f} {median:>9.2f} {late:>9.2f}", end="")
-            print(f" {1000.0 * mean / count:>9.0f} {CYCLE_NS / 1000.0 / mean:>9.0f}×")
+            show(count, name, moving(count, compiled=compiled), seconds)
+    if compiler_installed() and as_c.gcc_installed() and seconds >= 0.1:
+        show(MOST, "C", in_c(partial(moving, MOST, compiled=True)), seconds)
+    for rows in CAM_ROWS if compiler_installed() else (100,):
+        name = f"cams {rows:,}"
+        if compiler_installed():
+            show(MOST, name, following(rows, compiled=True), seconds)
+        else:
+            show(MOST, f"{name} plain", following(rows, compiled=False), seconds)
+    if compiler_installed() and as_c.gcc_installed() and seconds >= 0.1:
+        show(MOST, "cams 10,000 C", in_c(partial(following, 10_000, compiled=True)), seconds)
 
 
 if __name__ == "__main__":

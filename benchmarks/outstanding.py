@@ -1,7 +1,8 @@
-"""64 requests under way at once: our station beside two bare asyncio responders, in turns.
+"""64 requests under way at once: our station beside two bare responders, in turns.
 
 A responder reads the header and answers 4 bytes; one is written with asyncio's streams, the other
-as a protocol that answers all that came in one write: no server in Python can do less. Two clients
+as a protocol that answers all that came in one write: no server in Python can do less. Both run
+in uvloop's loop where it is installed, as the station does. Two clients
 ask each of them: achse's own, 64 tasks that await one read after the other, and a counting one
 that keeps 64 Reads on the wire without looking at the answers, which shows the servers alone.
 Usage: python benchmarks/outstanding.py [REQUESTS] [ROUNDS]
@@ -12,6 +13,7 @@ import statistics
 import struct
 import sys
 import time
+from collections.abc import Coroutine
 
 from processes import HERE, running, station
 
@@ -75,6 +77,24 @@ async def serve() -> None:
     ports = (server.sockets[0].getsockname()[1] for server in (streams, protocol))
     print("peer ready", *ports, flush=True)
     await asyncio.gather(streams.serve_forever(), protocol.serve_forever())
+
+
+async def serve_at(host: str) -> None:
+    """The protocol alone, at the port of ADS."""
+    loop = asyncio.get_running_loop()
+    server = await loop.create_server(Responder, host, 48898)
+    print("peer ready", flush=True)
+    await server.serve_forever()
+
+
+def run(work: Coroutine[None, None, None]) -> None:
+    """In the loop that a station has: uvloop's where it is installed."""
+    try:
+        from uvloop import new_event_loop
+    except ImportError:
+        from asyncio import new_event_loop
+    with asyncio.Runner(loop_factory=new_event_loop) as runner:
+        runner.run(work)
 
 
 class Asker(asyncio.Protocol):
@@ -171,6 +191,8 @@ def main(requests: int = 30_000, rounds: int = 7) -> None:
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--serve"]:
-        asyncio.run(serve())
+        run(serve())
+    elif sys.argv[1:2] == ["--serve-at"]:
+        run(serve_at(sys.argv[2]))
     else:
         main(*map(int, sys.argv[1:]))

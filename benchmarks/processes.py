@@ -10,10 +10,11 @@ HERE = Path(__file__).parent
 
 
 @contextlib.contextmanager
-def running(*command: str, ready: str) -> Iterator[str]:
-    """Start `command` with this Python; yields the line that begins with `ready`."""
+def running(*command: str, ready: str, program: str = sys.executable) -> Iterator[str]:
+    """Start `command` with this Python, or another program; yields the line that begins with
+    `ready`."""
     with subprocess.Popen(
-        [sys.executable, *command], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        [program, *command], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     ) as process:
         assert process.stdout is not None
         try:

@@ -1,18 +1,31 @@
-"""Single reads by pyads: our station beside pyads' own test server, in turns.
+"""Single reads by pyads: our station beside pyads' test server and bare responders, in turns.
 
-One read after the other, 4 bytes by index group and offset, each server a process of its own.
+One read after the other, 4 bytes by index group and offset, each server a process of its own. The
+bare ones look at nothing but the header: a program in C (`responder.c`), and a protocol of uvloop
+or asyncio (that of `outstanding.py`).
 Usage: python benchmarks/reads.py [READS] [ROUNDS]
 """
 
+import contextlib
 import itertools
+import shutil
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
+from collections.abc import Iterator
 
 from processes import HERE, running, station
 
 from achse.testing import free_host
+
+OURS = "achse station"
+PEERS = {
+    "pyads test server": ("reads.py", "--serve"),
+    "bare, a protocol": ("outstanding.py", "--serve-at"),
+}
+"""Script and options, to which the host is added."""
 
 
 def serve(host: str) -> None:
@@ -62,19 +75,52 @@ def measured(host: str, symbol: str, reads: int) -> tuple[float, float]:
     return rate, latency
 
 
+def compiled_responder(folder: str) -> str | None:
+    """The bare responder in C, where there is a compiler."""
+    compiler = shutil.which("cc")
+    if compiler is None:
+        return None
+    program = f"{folder}/responder"
+    source = str(HERE / "responder.c")
+    subprocess.run([compiler, "-O2", "-o", program, source], check=True)
+    return program
+
+
+@contextlib.contextmanager
+def servers(folder: str) -> Iterator[dict[str, tuple[str, str]]]:
+    """Host and symbol of each."""
+    hosts = iter(free_host, "")
+    with contextlib.ExitStack() as stack:
+        ours = next(hosts)
+        stack.enter_context(station(ours))
+        found = {OURS: (ours, "MAIN.nCounter")}
+        for name, (script, *options) in PEERS.items():
+            host = next(hosts)
+            command = (str(HERE / script), *options, host)
+            stack.enter_context(running(*command, ready="peer ready"))
+            found[name] = host, ""
+        program = compiled_responder(folder)
+        if program:
+            host = next(hosts)
+            stack.enter_context(running(host, ready="peer ready", program=program))
+            found["bare, in C"] = host, ""
+        yield found
+
+
 def main(reads: int, rounds: int) -> None:
-    ours, theirs = [], []
-    here, there = free_host(), free_host()
-    with station(here), running(str(HERE / "reads.py"), "--serve", there, ready="peer ready"):
+    with tempfile.TemporaryDirectory() as folder, servers(folder) as beside:
+        rows: dict[str, list[tuple[float, float]]] = {name: [] for name in beside}
         for _ in range(rounds):
-            ours.append(measured(here, "MAIN.nCounter", reads))
-            theirs.append(measured(there, "", reads))
+            for name, (host, symbol) in beside.items():
+                rows[name].append(measured(host, symbol, reads))
     print(f"pyads, {reads} single reads of 4 bytes, median of {rounds} rounds in turns")
-    for name, rows in (("achse station", ours), ("pyads test server", theirs)):
-        rate, latency = (statistics.median(column) for column in zip(*rows, strict=True))
-        print(f"  {name:18} {rate:8.0f} reads/s   median latency {latency:6.1f} µs")
-    ratios = [a[0] / b[0] for a, b in zip(ours, theirs, strict=True)]
-    print(f"  ratio              {statistics.median(ratios):8.2f}   (at least 1.0 is promised)")
+    for name, row in rows.items():
+        rate, latency = (statistics.median(column) for column in zip(*row, strict=True))
+        ratio = statistics.median(a[0] / b[0] for a, b in zip(rows[OURS], row, strict=True))
+        print(
+            f"  {name:22} {rate:8.0f} reads/s   median latency {latency:6.1f} µs"
+            + (f"   station/this {ratio:5.2f}" if name != OURS else "")
+        )
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
-"""Time per executed statement of Structured Text, beside a C program of the same body.
+"""Time per executed statement of Structured Text, plain and as machine code, beside a C program.
 
 The body is 100 groups of ten statements: assignments of DINT, INT, WORD, LREAL and BOOL, IF, a
 checked array index, MOD, SHL, a conversion that rounds. All forms must end with the same sum.
 Usage: python benchmarks/st_run.py [GROUPS] [SECONDS]
 """
 
+import os
 import shutil
 import subprocess
 import sys
@@ -12,13 +13,16 @@ import tempfile
 import time
 from pathlib import Path
 
+from achse.native.backend import compiler_installed
 from achse.plc.bodies import Bodies
+from achse.plc.code.execution import CodeForm
 from achse.plc.runtime import PlcRuntime
 from achse.plc.task import Task
 from achse.st.check import check
 from achse.st.declare import declare
 from achse.st.parser import parse
 from achse.st.source import Source
+from achse.station.plcs import collection_paused
 
 STATEMENTS = 10
 """Executed per group, the branch of the IF included."""
@@ -81,15 +85,27 @@ int main(int argc, char **argv) {
 """
 
 
-def station(groups: int) -> tuple[PlcRuntime, float]:
-    """The PLC, and how long it took from the text to the first cycle."""
+def station(groups: int, form: CodeForm = CodeForm.PLAIN) -> tuple[PlcRuntime, float, float]:
+    """The PLC, and how long it took from the text to the first cycle; and of that, the code.
+
+    Python looks for no garbage meanwhile, as when a station starts.
+    """
+    with collection_paused():
+        return _station(groups, form)
+
+
+def _station(groups: int, form: CodeForm) -> tuple[PlcRuntime, float, float]:
     body = "".join(GROUP.format(index=number % 100) for number in range(groups))
     began = time.process_time()
     project = declare([parse(Source(HEAD + body + "END_PROGRAM\n", "bench.st"), name="GVL")])
     task = Task("PlcTask", 10_000_000, [project.programs["main"]])
-    plc = PlcRuntime([task], project.units, bodies=Bodies(check(project), budget=1 << 40))
+    checked = check(project)
+    parsed = time.process_time()
+    bodies = Bodies(checked, budget=1 << 40, form=form)
+    plc = PlcRuntime([task], project.units, bodies=bodies)
     assert plc.failure == "", plc.failure
-    return plc, time.process_time() - began
+    ended = time.process_time()
+    return plc, ended - began, ended - parsed
 
 
 def total(plc: PlcRuntime) -> int:
@@ -126,18 +142,43 @@ def in_c(groups: int, cycles: int, option: str) -> tuple[float, int] | None:
     return float(spent) / cycles, int(found)
 
 
+def _form(
+    name: str,
+    groups: int,
+    form: CodeForm,
+    seconds: float,
+    expected: tuple[int, int] | None = None,
+) -> tuple[PlcRuntime, int]:
+    """Make and measure one form; the PLC, and the cycles it has run. `expected`: the sum after a
+    number of cycles."""
+    statements = groups * STATEMENTS
+    plc, all_of_it, made = station(groups, form)
+    if expected is not None:
+        plc.run_due(plc.tasks[0].due_ns + (expected[0] - 1) * plc.tasks[0].cycle_ns)
+        assert total(plc) == expected[1], (total(plc), expected[1])
+    cycles, of_cycle = measured(plc, seconds)
+    share = 5000 * of_cycle / statements / 0.01
+    print(
+        f"{name}{of_cycle / statements * 1e9:9.2f} ns per statement,"
+        f" 5,000 of them take {share:.2%} of a 10 ms task;"
+        f" from text to first cycle {all_of_it * 1000:.0f} ms, code {made * 1000:.0f} ms of it"
+    )
+    return plc, cycles
+
+
 def main() -> None:
     groups = int(sys.argv[1]) if len(sys.argv) > 1 else 100
     seconds = float(sys.argv[2]) if len(sys.argv) > 2 else 3.0
     statements = groups * STATEMENTS
-    plc, made = station(groups)
-    print(f"{statements:,} statements, from text to first cycle {made * 1000:.0f} ms of processor")
-    cycles, of_cycle = measured(plc, seconds)
-    share = 5000 * of_cycle / statements / 0.01
-    print(
-        f"plain    {of_cycle / statements * 1e9:8.1f} ns per statement,"
-        f" 5,000 of them take {share:.1%} of a 10 ms task"
-    )
+    print(f"{statements:,} statements")
+    plc, cycles = _form("plain  ", groups, CodeForm.PLAIN, seconds)
+    if compiler_installed():
+        with tempfile.TemporaryDirectory() as folder:
+            os.environ["ACHSE_CACHE_DIR"] = folder
+            station(1, CodeForm.MACHINE)  # llvmlite is loaded, our own code hashed
+            _form("machine", groups, CodeForm.MACHINE, seconds, (cycles, total(plc)))
+            _, _, made = station(groups, CodeForm.MACHINE)
+            print(f"machine  code of the same from the cache in {made * 1000:.0f} ms")
     for option in ("-O0", "-O2"):
         found = in_c(groups, cycles, option)
         if found is None:

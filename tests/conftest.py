@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, is_hypothesis_test, settings
 
 from achse import testing
 from achse.ams import AmsAddress, Command, DeviceError, Frame
@@ -32,11 +32,29 @@ from achse.ams.notification import NotificationStream
 from achse.native.compiled import checked_builds
 from achse.router import Router
 
+if hasattr(signal, "SIGHUP"):
+    # Under nohup it is ignored, and those that tests start and end by it would never end.
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+BYTECODE = Path(__file__).parents[1] / ".pytest_cache" / "bytecode"
+
+if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
+    # Tests start hundreds of processes: each would compile the package again.
+    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix = str(BYTECODE)
+    sys.dont_write_bytecode = False
+
 # How long an example takes says more about the machine than about us.
 settings.register_profile(
-    "busy", deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
+    "busy",
+    deadline=None,
+    max_examples=25,
+    derandomize=True,  # the same examples in each usual run; --deep draws others each time
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
 settings.load_profile("busy")
+
+DEEP = 10
+"""How many times as many random examples `--deep` tries."""
 
 TCP_PORT = 48898
 READY_WITHIN = 60.0
@@ -48,14 +66,35 @@ ENDS_WITHIN = 60.0
 LOOP_ENDS_WITHIN = 60.0
 """Seconds for a test that runs in a loop: after that it hangs."""
 
-ADS_CLIENT = Path(__file__).parent / "interop" / "npm" / "node_modules" / "ads-client"
+NODE_MODULES = Path(__file__).parent / "interop" / "npm" / "node_modules"
+
+BROWSERS = ("chromium-headless-shell", "chromium", "google-chrome")
+
+
+def browser_binary() -> str | None:
+    """The Chromium of this machine, or the one that ACHSE_BROWSER names."""
+    named = os.environ.get("ACHSE_BROWSER")
+    return named or next((path for name in BROWSERS if (path := shutil.which(name))), None)
+
 
 WITNESSES: dict[str, Callable[[], object]] = {
     "pyads": lambda: sys.platform == "linux" and importlib.util.find_spec("pyads"),
-    "ads-client": lambda: ADS_CLIENT.is_dir() and shutil.which("node"),
+    "ads-client": lambda: (NODE_MODULES / "ads-client").is_dir() and shutil.which("node"),
     "ads-async": lambda: importlib.util.find_spec("ads_async"),
+    "ophyd": lambda: importlib.util.find_spec("ophyd"),
+    "caproto": lambda: importlib.util.find_spec("caproto"),
+    "pyyaml": lambda: importlib.util.find_spec("yaml"),
+    "pytcs": lambda: importlib.util.find_spec("pytcs"),
     "pytmc": lambda: importlib.util.find_spec("pytmc"),
+    "node": lambda: shutil.which("node"),
+    "axe-core": lambda: (NODE_MODULES / "axe-core").is_dir(),
+    "playwright": lambda: importlib.util.find_spec("playwright"),
+    "chromium": browser_binary,
     "tshark": lambda: shutil.which("tshark"),
+    "socat": lambda: shutil.which("socat"),
+    "openssl": lambda: shutil.which("openssl"),
+    "rs274": lambda: shutil.which("rs274"),
+    "mosquitto": lambda: shutil.which("mosquitto"),
     "pysoem": lambda: sys.platform == "linux" and importlib.util.find_spec("pysoem"),
     "kickcat": lambda: sys.platform == "linux" and importlib.util.find_spec("kickcat"),
 }
@@ -256,11 +295,58 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     return None if _is_quick(collection_path) else True
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Every test of a quick file is marked so."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Every test of a quick file is marked so; `--deep` gives each property more examples."""
+    deepened = set()
     for item in items:
         if item.path.is_relative_to(TESTS) and _is_quick(item.path):
             item.add_marker(pytest.mark.quick)
+        if item.path.is_relative_to(TESTS / "interop") and not config.option.deep:
+            item.add_marker(pytest.mark.flaky(reruns=REPLAYS, reruns_delay=1))
+        function = getattr(item, "obj", None)
+        if config.option.deep and is_hypothesis_test(function):
+            function = getattr(function, "__func__", function)
+            if function not in deepened:
+                deepened.add(function)
+                own = getattr(function, SETTINGS, settings())
+                more = settings(own, max_examples=own.max_examples * DEEP, derandomize=False)
+                setattr(function, SETTINGS, more)
+
+
+REPLAYS = 2
+"""How often a test against a foreign program is played again: its time-outs are real ones, and not
+ours (decision 0053). Each replay is shown."""
+
+
+SETTINGS = "_hypothesis_internal_use_settings"
+"""Where Hypothesis keeps what `@settings` said: it takes them only once, when it decorates."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """`--deep` is for the night."""
+    parser.addoption(
+        "--deep", action="store_true", help=f"{DEEP} times as many random examples and frames"
+    )
+
+
+@pytest.fixture(scope="session")
+def many(pytestconfig: pytest.Config) -> Callable[[int], int]:
+    """`many(1000)`: 1000, or with `--deep` so many times as many."""
+    return lambda count: count * (DEEP if pytestconfig.option.deep else 1)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """One worker more than processors: some tests wait, for programs and for real time."""
+    return len(os.sched_getaffinity(0)) + 1 if hasattr(os, "sched_getaffinity") else 4
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Workers take the tests of a room in one piece, so that what a module shares is made once."""
+    from xdist.scheduler import WorkStealingScheduling  # type: ignore[import-untyped]
+
+    return WorkStealingScheduling(config, log) if config.getvalue("dist") == "load" else None
 
 
 @pytest.hookimpl(tryfirst=True)

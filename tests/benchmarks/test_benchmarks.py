@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -11,32 +12,45 @@ import pytest
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 
-PARTS = {"processes.py"}
+PARTS = {"as_c.py", "processes.py"}
 """What benchmarks share."""
 
 NUMBER = r"[\d,]*\d\.?\d*"
 
 SHORT: dict[str, tuple[list[str], str]] = {
+    "bus_cycle.py": (["4", "20"], rf"achse, in memory, 4 drives +p50 +{NUMBER} µs"),
+    "camshaft.py": (["2000"], rf"4 controllers of 128 cams at 1 ms: {NUMBER} s"),
     "cold_start.py": (["1"], rf"import achse +{NUMBER} ms"),
+    "costs.py": (["0.2", "64"], rf"request by TCP +station +{NUMBER} µs"),
     "drive_step.py": (["100"], rf"plain +1000 µs cycle: moving +{NUMBER}, standing +{NUMBER}"),
+    "driven_axes.py": (["0.1"], rf"4 axes on drives, kernel: +{NUMBER} × real time"),
     "ethercat_segment.py": (["0.01"], rf"32 +drives LRW\+FRMW +{NUMBER} +{NUMBER} +{NUMBER}"),
+    "fleet.py": (["3", "10", "0.1", "3", "0.2"], r"[1-9]\d* writes acknowledged, 0 lost"),
     "frames.py": (["2000"], rf"64 per portion: +{NUMBER}/s  bare +{NUMBER}/s"),
+    "gcode_parse.py": (["2000"], rf"parse +{NUMBER} blocks/s"),
     "machine_code.py": (["70"], rf"FAST +compiled in +{NUMBER} ms, +{NUMBER} bytes"),
-    "nc_cycle.py": (["0.02"], rf"255 +plain +{NUMBER} +{NUMBER} +{NUMBER}"),
+    "mc_blocks.py": (["0.2", "1"], rf"so the PLC +{NUMBER}%, [1-9]\d* moves done"),
+    "nc_cycle.py": (["0.02"], rf"255 +cams 100.* +{NUMBER} +{NUMBER} +{NUMBER} +{NUMBER}"),
     "nc_recorded.py": (["--hours", "0.05"], r"\d+ lines, \w+"),
     "outstanding.py": (["320", "1"], rf"achse station +{NUMBER} answers/s"),
     "own_coverage.py": (["codes"], rf"{NUMBER} % +\d+ statements  codes/ by its own tests"),
+    "part_program.py": (["2000"], rf"whole way +{NUMBER} µs per block"),
+    "path_blocks.py": (["2000"], rf"planning +{NUMBER} µs per block"),
     "planner.py": (["--cases", "50"], rf"any state +{NUMBER} +{NUMBER} +{NUMBER} +{NUMBER}"),
     "reads.py": (["50", "1"], rf"achse station +{NUMBER} reads/s +median latency +{NUMBER} µs"),
+    "roads.py": (["50"], rf"TCP, achse +{NUMBER} +{NUMBER} µs +{NUMBER} answers/s"),
     "same_run.py": (["--seconds", "10", "--turns", "30"], r"[1-9]\d* frames, \d+ lines, hash \w+"),
     "samples.py": (["20", "50", "0.3"], r"0 lost, 0\.000%"),
+    "scope.py": (["2"], r"2 s of a station, 64 channels at 1 ms: .*, 0 samples lost"),
     "st_check.py": (["100"], rf"check +{NUMBER} ms +{NUMBER} statements/s"),
     "st_run.py": (["20", "0.05"], rf"plain +{NUMBER} ns per statement"),
     "st_parse.py": (["1000"], rf"lexer +{NUMBER} lines/s"),
     "sums.py": (["3"], rf"the same in the device, without TCP +{NUMBER} ms"),
+    "sweeps.py": (["8", "1"], r"digests equal"),
     "symbols_upload.py": (["500"], r"pyads get_all_symbols .*, 502 symbols"),
     "test_times.py": (["tests/ams/test_states.py"], rf"{NUMBER} s  the 1 quick files of this run"),
     "users_file.py": (["1"], rf"achse_station, 15 lines +{NUMBER} s, processor +{NUMBER} s"),
+    "web.py": (["0.5", "2"], r"  2 pages  \d+ cycles, .*; [1-9]\d* blocks, [1-9]\d* rows read"),
     "virtual_time.py": (["0.1", "1"], rf"axes moving +{NUMBER} × real time"),
 }
 """Arguments of about a second's work, and a line that it prints."""
@@ -44,9 +58,11 @@ SHORT: dict[str, tuple[list[str], str]] = {
 ELSEWHERE = {
     "churn.py": "test_churn.py",
     "ethercat_roundtrip.py": "needs a network namespace",
+    "interface_bus.py": "needs a network namespace",
 }
 
 WITH_WITNESS = {
+    "fleet.py": "mosquitto",
     "reads.py": "pyads",
     "symbols_upload.py": "pyads",
     "users_file.py": "pyads",
@@ -85,6 +101,17 @@ def test_drives_on_a_cable_beside_a_reflector(witness: Callable[[str], None]) ->
         pytest.skip("network namespaces are forbidden here")
     printed = run("ethercat_roundtrip.py", "0.2", "1")
     assert re.search(rf"^ +1 +{NUMBER} +{NUMBER} +{NUMBER}", printed, re.MULTILINE), printed
+
+
+@pytest.mark.timeout(300)
+def test_a_bus_on_an_interface_in_short() -> None:
+    if shutil.which("ip") is None or shutil.which("unshare") is None:
+        pytest.skip("no ip or unshare on this machine")
+    command = ["unshare", *(["--map-root-user"] if os.geteuid() else []), "--net", "true"]
+    if subprocess.run(command, capture_output=True, check=False).returncode:
+        pytest.skip("network namespaces are forbidden here")
+    printed = run("interface_bus.py", "--seconds", "0.5", "--drives", "2", "--cycle-us", "4000")
+    assert re.search(rf"achse station, 2 drives +{NUMBER} +{NUMBER} +{NUMBER}", printed), printed
 
 
 def test_each_benchmark_has_its_short_form() -> None:

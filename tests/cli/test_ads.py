@@ -103,3 +103,36 @@ def test_symbols_by_pattern_and_type(lines: Lines, document: Document) -> None:
     assert counter["name"] == "MAIN.nCounter"
     assert (counter["type"], counter["size"]) == ("UDINT", 4)
     assert lines("ads", "symbols", "nothing*") == []
+
+
+@pytest.mark.parametrize(
+    "words", [("read", "GVL.nIntt"), ("write", "GVL.nIntt", "5"), ("watch", "GVL.nIntt")]
+)
+def test_near_symbols_are_offered(cli: Callable[..., Any], words: tuple[str, ...]) -> None:
+    told = cli("ads", *words, exit_code=1).stderr
+    assert "0x710" in told
+    assert "not found; did you mean 'GVL.nInt'" in told
+
+
+def test_a_list_is_no_symbol_but_holds_some(cli: Callable[..., Any]) -> None:
+    told = cli("ads", "read", "GVL", exit_code=1).stderr
+    assert "not found; GVL holds " in told
+    assert "symbols: GVL.aInt, " in told
+    told = cli("ads", "read", "GVL.aInt[10]", "GVL.stPoint.fZ", exit_code=1).stderr
+    assert "not valid; index 10 is outside 0..9" in told
+    assert "ST_Point has no member 'fZ'; it has fX, fY, " in told
+
+
+def test_of_a_symbol_that_is_there_none_is_offered(cli: Callable[..., Any]) -> None:
+    cli("fault", "add", "error", "code=0x710", "symbol=GVL.nInt")
+    assert "did you mean" not in cli("ads", "read", "GVL.nInt", exit_code=1).stderr
+    cli("fault", "clear")
+
+
+@pytest.mark.parametrize(
+    ("joined", "words"), [("A,B", "A B"), ("M.a[1,2],M.b,", "M.a[1,2] M.b"), (" A , B", "A B")]
+)
+def test_names_in_one_word_are_told_apart(cli: Callable[..., Any], joined: str, words: str) -> None:
+    told = cli("ads", "read", joined, exit_code=2).stderr
+    assert f"names are separate words: {words};" in " ".join(told.replace("│", " ").split())
+    assert "SYMBOL" in cli("ads", "read", "MAIN.a[1,2]", exit_code=1).stderr

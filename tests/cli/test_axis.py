@@ -165,3 +165,28 @@ def test_watch_prints_samples(lines: Lines, cli: Cli) -> None:
     samples = [json.loads(line) for line in result.stdout.splitlines()]
     assert [sample["axis_id"] for sample in samples] == [1, 1]
     assert lines("axis", "watch", "X", "--for", "0") == []
+
+
+def test_near_axes_are_offered(cli: Callable[..., Any]) -> None:
+    told = cli("axis", "status", "XX", exit_code=1).stderr
+    assert "no such axis" in told
+
+
+def test_a_move_without_velocity_has_that_of_the_axis(
+    cli: Callable[..., Any], lines: Callable[..., list[str]], document: Callable[..., Any]
+) -> None:
+    cli("axis", "enable", "Y")
+    [shown] = list(document("axis", "show", "Y", "rapid_traverse_velocity"))
+    [largest] = list(document("axis", "show", "Y", "max_velocity"))
+    expected = min(shown["value"], largest["value"]) or largest["value"]
+    told, moved = lines("axis", "move", "Y", "--by", "50")
+    assert told.startswith(f"Y: {expected:g} mm/s, its ")
+    assert moved.startswith("Y: ")
+    course = document("axis", "move", "Y", "--by", "50")
+    assert course["velocity"] == expected
+
+
+def test_a_move_of_an_axis_without_enable_says_what_to_do(cli: Callable[..., Any]) -> None:
+    cli("axis", "disable", "Y")
+    told = cli("axis", "move", "Y", "--to", "1", "--velocity", "10", exit_code=1).stderr
+    assert "motion; `achse axis enable` switches axes on" in told

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner, Result
 
 from achse.cli.app import app
@@ -75,3 +76,22 @@ def test_what_is_not_there_is_told(tmp_path: Path) -> None:
     result = checked(tmp_path / "nothing")
     assert result.exit_code == 1
     assert checked(tmp_path).exit_code == 1
+
+
+def test_what_stays_plain_is_told(tmp_path: Path) -> None:
+    pytest.importorskip("llvmlite")
+    (tmp_path / "new.st").write_text(
+        "FUNCTION F_Make : BOOL\nVAR p : POINTER TO INT; END_VAR\np := __NEW(INT);\nEND_FUNCTION\n"
+        "PROGRAM MAIN\nF_Make();\nEND_PROGRAM\n"
+    )
+    toml = tmp_path / "station.toml"
+    toml.write_text('[[plc]]\nsources = "new.st"\ncode = "machine"\n')
+    for file in (tmp_path / "new.st", toml):
+        done = checked("--machine", file)
+        assert done.exit_code == 0, done.output
+        assert (
+            "new.st:1:10: note: F_Make stays plain Python: __NEW is done by Python" in done.output
+        )
+        assert "1 routines are machine code, 1 not" in done.output
+    toml.write_text('[[plc]]\nsources = "new.st"\ncode = "plain"\n')
+    assert "Port_851: all is plain Python" in checked("--machine", toml).output

@@ -34,10 +34,23 @@ def test_the_committed_pages_are_up_to_date(pages: dict[str, str]) -> None:
 
 
 def test_every_library_routine_is_named(pages: dict[str, str]) -> None:
-    page = pages["reference/plc-libraries.md"]
-    assert "| tc2_standard | `TON` | function block | IN, PT | Q, ET |" in page
-    assert "| tc2_system | `MEMCPY` | function (built in) | destAddr, srcAddr, n |  |" in page
-    assert "| tc2_utilities | `TIMESTRUCT` | type |  |  |" in page
+    assert "| [tc2_standard](plc-library-tc2_standard.md) |" in pages["reference/plc-libraries.md"]
+    for library, line in (
+        ("tc2_standard", "| `TON` | function block |"),
+        ("tc2_system", "| `MEMCPY` | function (built in) |"),
+        ("tc2_utilities", "| `TIMESTRUCT` | type |"),
+    ):
+        assert line in pages[f"reference/plc-library-{library}.md"]
+
+
+def test_a_block_shows_the_pins_and_the_comment_of_its_source(pages: dict[str, str]) -> None:
+    page = pages["reference/plc-library-tc2_mc2.md"].splitlines()
+    reset = next(line for line in page if line.startswith("| `MC_Reset` |"))
+    assert reset == (
+        "| `MC_Reset` | function block | Ends an axis error. Done once its error bit is gone."
+        " | Axis, Execute | Done, Busy, Error, ErrorID |"
+    )
+    assert not any(line.startswith("| `_") for line in page)
 
 
 def test_each_device_has_a_page_with_a_line_per_row(
@@ -70,6 +83,7 @@ def test_no_cell_breaks_the_table(pages: dict[str, str]) -> None:
             ("PLC", "10000"),
             [
                 "reference/plc-libraries.md",
+                *sorted(name for name in COMMITTED if "/plc-library-" in name),
                 "reference/services-10000.md",
                 "reference/services-851.md",
             ],
@@ -84,7 +98,7 @@ def test_words_choose_pages(tmp_path: Path, words: tuple[str, ...], files: list[
 
 
 def test_a_word_of_no_page_is_told(tmp_path: Path) -> None:
-    result = CliRunner().invoke(app, ["docs", "cam", "--out", str(tmp_path / "new")])
+    result = CliRunner().invoke(app, ["docs", "robot", "--out", str(tmp_path / "new")])
     assert result.exit_code == 1
-    assert "no page about cam; there are: Services of TwinCAT Router: port 1;" in result.stderr
+    assert "no page about robot; there are: Services of TwinCAT Router: port 1;" in result.stderr
     assert not (tmp_path / "new").exists()

@@ -79,6 +79,8 @@ def test_it_ends_by_itself_after_the_time_given(serving: Callable[..., Any]) -> 
     ("options", "complaint"),
     [
         ((), "say where"),
+        (("lo",), "--interface lo"),
+        (("127.0.0.1:34980",), "--udp"),
         (("--interface", "lo", "--udp", "127.0.0.1:0"), "say where"),
         (("--udp", "127.0.0.1:x"), "HOST:PORT"),
         (("--udp", "127.0.0.1:70000"), "HOST:PORT"),
@@ -187,3 +189,26 @@ def test_the_esi_file_names_maker_and_product(kind: str) -> None:
     device = root.find("Descriptions/Devices/Device/Type")
     assert device is not None
     assert (root.findtext("Vendor/Id"), device.get("ProductCode")) == ("#x0000AAAA", "#x00000005")
+
+
+def test_a_machine_file_and_the_preset(serving: Callable[..., Any], tmp_path: Path) -> None:
+    file = tmp_path / "machine.toml"
+    file.write_text("[switches]\nhome = [0, 100]\n")
+    run, _ = serving(
+        "--udp", "127.0.0.1:0", "--machine", str(file), "--preset", "cia402", "--for", "0.05"
+    )
+    assert run.wait(timeout=PATIENCE) == 0
+
+
+def test_a_machine_file_with_a_fault_is_told(tmp_path: Path) -> None:
+    file = tmp_path / "machine.toml"
+    file.write_text("[switches]\nhme = [0, 100]\n")
+    told = _achse("serve", "--udp", "127.0.0.1:0", "--machine", str(file), exit_code=1).stderr
+    assert f"{file}: switches.hme: no such key" in told
+    assert "did you mean 'home'" in told
+
+
+def test_the_description_follows_the_preset() -> None:
+    manual, cia402 = (_achse("esi", "--preset", preset).stdout for preset in ("manual", "cia402"))
+    assert manual != cia402
+    assert "#x60FF" in cia402.partition("<TxPdo")[0].rpartition("<RxPdo")[2]

@@ -127,3 +127,9 @@ def test_kinds_are_listed(achse: Achse) -> None:
     listed = achse("fault", "kinds").stdout
     for kind in ("alarm: ", "lost_frames: ", "clock_drift: "):
         assert kind in listed
+
+
+def test_a_name_that_is_none_is_told_before_anybody_is_asked() -> None:
+    told = CliRunner().invoke(app, ["drive", "get", "no such thing", "--tcp-port", "1"])
+    assert told.exit_code == 2
+    assert "INDEX or INDEX:SUB" in told.output

@@ -32,6 +32,11 @@ def test_it_is_done_when_its_time_is_over() -> None:
     excitation.see(2.4, values(BUSY))
     assert not excitation.done
     excitation.see(2.5, values(BUSY))
+    assert (excitation.over, excitation.done) == (True, False)  # it is to be stopped now
+    excitation.over = False
+    excitation.see(2.6, values(BUSY | StateBit.HAS_BEEN_STOPPED))
+    assert (excitation.over, excitation.done) == (False, False)
+    excitation.see(2.8, values(STANDING | StateBit.HAS_BEEN_STOPPED | StateBit.NOT_MOVING))
     assert (excitation.done, excitation.trouble) == (True, None)
 
 

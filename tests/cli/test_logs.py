@@ -4,12 +4,15 @@ import json
 import logging
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 
+import achse
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
+from achse.testing import LiveStation
 
 
 @pytest.fixture(autouse=True)
@@ -68,3 +71,15 @@ def test_a_station_logs_what_it_closes(free_host: Callable[[], str]) -> None:
         process.communicate(timeout=60)
     assert (record["level"], record["logger"]) == ("warning", "achse.tcp")
     assert record["message"].startswith(f"closing {record['peer']}: ")
+
+
+def test_clients_that_come_and_go_are_named(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.INFO, logger="achse.tcp"), LiveStation() as station:
+        with achse.blocking.connect(station.host) as client:
+            client.state()
+        while sum(" has " in text for text in caplog.messages) < 2:
+            time.sleep(0.001)
+    come, left = (record for record in caplog.records if " has " in record.getMessage())
+    assert " has come, client 127." in come.getMessage()
+    assert left.getMessage() == come.getMessage().replace("come", "left")
+    assert come.peer == left.peer == come.getMessage().split()[0]  # type: ignore[attr-defined]

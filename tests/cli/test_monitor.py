@@ -30,7 +30,7 @@ def running(*arguments: str, host: str) -> Iterator[Callable[[], list[str]]]:
     )
     assert process.stdout is not None
     ready = process.stdout.readline()
-    assert ready.startswith("achse ready "), ready + process.communicate()[1]
+    assert ready.startswith(("achse ready ", '{"event": "ready"')), ready + process.communicate()[1]
 
     def ended() -> list[str]:
         out, errors = process.communicate(timeout=60)

@@ -150,8 +150,21 @@ def test_ctrl_c_stops_the_axis_and_says_where(
     output, errors = move.communicate(timeout=60)
     assert move.returncode == 1
     course = json.loads(output)
-    assert errors.startswith("interrupted: X stopped at ")
-    assert course["trouble"] == errors.rstrip()
+    message = json.loads(errors)["message"]
+    assert message.startswith("interrupted: X stopped at ")
+    assert course["trouble"] == message
     assert not course["done"]
     assert 0 < course["end"] < 1e6
     assert course["trace"]["set_velocity"][-1] == 0.0
+
+
+def test_where_nobody_looks_a_line_now_and_then_shows_how_far_it_is(
+    cli: Callable[..., Any],
+) -> None:
+    cli("axis", "enable", "Y")
+    told = cli("axis", "move", "Y", "--by", "1200", "--velocity", "100")
+    shown = told.stderr.splitlines()
+    assert len(shown) in (1, 2)  # each 5 s of the axis' time
+    assert all(line.startswith("Y: ") and line.endswith(" mm/s") for line in shown)
+    assert told.stdout.count("\n") == 1
+    assert cli("axis", "move", "Y", "--by", "-1200", "-v", "100", "--json").stderr == ""

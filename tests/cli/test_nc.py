@@ -1,4 +1,4 @@
-"""An NC from outside: rows give numbers and layouts, old and new structures are read."""
+"""The axes that commands name, and what they print of them."""
 
 import asyncio
 from collections.abc import Callable, Iterable
@@ -6,24 +6,13 @@ from typing import Any
 
 import pytest
 
-from achse.ams import AmsAddress, DeviceError
-from achse.cli.nc import (
-    CYCLIC,
-    FUNCTIONS,
-    PARAMETERS,
-    NcAxis,
-    UnknownAxis,
-    axes_of,
-    chosen,
-    flag_names,
-    motion_state,
-)
+from achse.ams import DeviceError
+from achse.cli.nc import NcAxis, axes_of, chosen, flag_names, motion_state
 from achse.client import Client, connect
-from achse.codes import NcError, ReturnCode
-from achse.devices.nc.layouts import ONLINE_TC2, ONLINE_TC3
-from achse.motion.states import StartType, StateBit
+from achse.client.nc.errors import UnknownAxis
+from achse.codes import NcError
+from achse.motion.states import StateBit
 from achse.station import Station
-from achse.station.config import parse
 
 
 @pytest.fixture
@@ -78,80 +67,14 @@ def test_an_id_that_no_axis_has_is_the_errors_of_the_nc(ask: Callable[..., Any])
 
 
 def test_the_online_structure_by_field(ask: Callable[..., Any]) -> None:
-    online = ask(lambda client: NcAxis(client, 1).online())
+    async def question(client: Client) -> dict[str, Any]:
+        [axis] = await chosen(client, ["1"])
+        return await axis.online()
+
+    online = ask(question)
     assert online["actual_position"] == 0.0
     assert online["velocity_override"] == 0
     assert online["state_dword"] & StateBit.NOT_MOVING
-
-
-def test_services_are_written_and_read_by_name(ask: Callable[..., Any]) -> None:
-    async def question(client: Client) -> Any:
-        axis = NcAxis(client, 2)
-        await axis.write(CYCLIC, "velocity_override", 500_000)
-        return await axis.read(CYCLIC, "velocity_override")
-
-    assert ask(question) == 500_000
-
-
-def test_further_elements_have_values_of_their_own() -> None:
-    axes = [
-        {
-            "id": 7,
-            "name": "Z",
-            "encoder_ids": [7, 40],
-            "element": [{"encoder_scaling_factor": 0.005}],
-        }
-    ]
-    station = Station(parse({"axis": axes}, ""))
-    name = "encoder_scaling_factor"
-
-    async def question() -> list[Any]:
-        async with connect(station.router, port=501, keep_alive=None) as client:
-            axis = NcAxis(client, 7)
-            before = await axis.read(PARAMETERS, name, element=1)
-            await axis.write(PARAMETERS, name, 0.25, element=1)
-            return [before] + [await axis.read(PARAMETERS, name, element=n) for n in (0, 1)]
-
-    assert asyncio.run(question()) == [0.005, 0.0001, 0.25]
-
-
-def test_a_refusal_names_axis_and_service(ask: Callable[..., Any]) -> None:
-    async def question(client: Client) -> Any:
-        [axis] = await chosen(client, ["X"])
-        start = (StartType.ABSOLUTE, 0, 10.0, 10.0, *[0.0] * 3, 0, *[0.0] * 3)
-        return await axis.exchange(FUNCTIONS, "universal_axis_start", *start)
-
-    with pytest.raises(DeviceError, match="X, universal axis start: 0x4260"):
-        ask(question)
-
-
-class OldNc:
-    """An NC that answers the TwinCAT 2 structure, whatever is asked or only if asked for it."""
-
-    address = AmsAddress("1.2.3.4.1.1:500")
-
-    def __init__(self, refuses: bool) -> None:
-        self.refuses = refuses
-        self.lengths: list[int] = []
-
-    async def read_raw(self, group: int, offset: int, length: int) -> bytes:
-        assert (group, offset) == (0x4105, 0)
-        self.lengths.append(length)
-        if self.refuses and length != ONLINE_TC2.size:
-            raise DeviceError(ReturnCode.INVALID_SIZE)
-        return b"\x60\x42\0\0" + bytes(ONLINE_TC2.size - 4)
-
-
-@pytest.mark.parametrize(
-    ("refuses", "lengths"),
-    [(False, [ONLINE_TC3.size]), (True, [ONLINE_TC3.size, ONLINE_TC2.size])],
-)
-def test_the_shorter_structure_of_an_older_nc(refuses: bool, lengths: list[int]) -> None:
-    old: Any = OldNc(refuses)
-    online = asyncio.run(NcAxis(old, 5).online())
-    assert online["error_code"] == NcError.CONTROLLER_ENABLE_MISSING.number
-    assert "set_acceleration" not in online
-    assert old.lengths == lengths
 
 
 def _bits(names: str) -> int:

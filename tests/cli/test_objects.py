@@ -50,6 +50,40 @@ def test_what_the_drive_does_not_have(arguments: tuple[str, ...]) -> None:
     assert "achse drive list" in _achse(*arguments, exit_code=1).stderr
 
 
+@pytest.mark.parametrize(
+    ("entry", "same"),
+    [
+        ("Statusword", "6041:0"),
+        ("position ACTUAL value", "6064"),
+        ("target_position", "607A"),
+        ("Identity object", "1018"),
+        ("identity object: vendor id", "1018:1"),
+    ],
+)
+def test_an_object_by_its_name(entry: str, same: str) -> None:
+    assert _achse("show", entry).stdout == _achse("show", same).stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "hint"),
+    [
+        (("show", "Contolword"), 2, "did you mean 'Controlword'?"),
+        (("show", "vendor"), 2, "did you mean 'Identity object: Vendor ID'?"),
+        (("list", "Contolword"), 1, "did you mean 'Controlword'?"),
+        (("list", "wombat"), 1, "see `achse drive list`"),
+    ],
+)
+def test_near_names_of_objects_are_offered(words: tuple[str, ...], code: int, hint: str) -> None:
+    told = _achse(*words, exit_code=code).stderr
+    assert hint in " ".join(told.replace("│", " ").split())
+
+
+def test_the_list_can_be_searched_by_name() -> None:
+    _, *lines = _achse("list", "target pos").stdout.splitlines()
+    assert [line.split()[0] for line in lines] == ["3058:00", "607A:00"]
+    assert len(_achse("list", "dec").stdout.splitlines()) > 3  # of deceleration
+
+
 @pytest.mark.parametrize("entry", ["speed", "", "12345", "6041:", "6041:100"])
 def test_an_entry_that_is_no_number(entry: str) -> None:
     assert "hexadecimal" in _achse("show", entry, exit_code=2).stderr

@@ -83,7 +83,8 @@ def test_over_ads_routes_are_removed_where_that_is_permitted(
         remove = ("ads", "route", "remove", "me", "--json")
         assert json.loads(run(*remove, ACHSE_HOST=station.host).stdout) == {"removed": "me"}
         refusal = run(*remove, ACHSE_HOST=station.host, exit_code=1)
-        assert refusal.stderr == "no route is named 'me', see `achse ads route list`\n"
+        told = json.loads(refusal.stderr)["message"]
+        assert told == "no route is named 'me', see `achse ads route list`"
 
 
 def test_a_list_without_an_end_comes_to_one(host: str, monkeypatch: pytest.MonkeyPatch) -> None:

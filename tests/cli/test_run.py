@@ -193,6 +193,24 @@ def test_the_usual_limit_of_open_files_does_not_limit_connections() -> None:
     assert run.returncode == 0
 
 
+def test_slaves_of_a_bus_may_be_on_an_interface() -> None:
+    """Without that interface the station starts, and says what is missing."""
+    example = str(Path(__file__).parents[2] / "examples" / "drives" / "station.toml")
+    command = [*ACHSE, "run", example, "--tcp-port", "0", "--for", "0.1"]
+    run = subprocess.run(
+        [*command, "--interface", "no-such-if"], capture_output=True, text=True, timeout=60
+    )
+    assert run.returncode == 0, run.stderr
+    assert "achse ready" in run.stdout
+    assert "EtherCAT: " in run.stderr
+    assert "no-such-if" in run.stderr
+    for words in (["="], ["a=b", "a=c"]):
+        options = [f"--interface={word}" for word in words]
+        assert "--interface" in _achse("run", example, *options, exit_code=2).output
+    told = _achse("run", example, "--interface", "Q=eth0", exit_code=1).output
+    assert "no bus 'Q'; buses: EtherCAT" in told
+
+
 def test_without_end_means_for_ever() -> None:
     run = subprocess.Popen(
         [*ACHSE, "run", "--tcp-port", "0", "--for", "inf"], stdout=subprocess.PIPE, text=True
@@ -262,7 +280,7 @@ def test_what_only_a_running_program_could_do_is_a_warning_with_its_place(tmp_pa
         "    fMass : LREAL := F_Weigh(n);\nEND_VAR\nEND_PROGRAM\n"
     )
     file = tmp_path / "station.toml"
-    file.write_text('[[plc]]\nsources = "plc"\n')
+    file.write_text('[[plc]]\nsources = "plc"\nexecute = false\n')
     result = _achse("check", str(file))
     assert result.stdout.rstrip().endswith(": ok")
     assert result.stderr.splitlines() == [
@@ -304,3 +322,12 @@ def test_a_full_disk_behind_stdout_is_told_and_ends_nothing(tmp_path: Path) -> N
     assert run.returncode == 0
     assert "stdout cannot be written: No space left on device" in run.stderr
     assert "Traceback" not in run.stderr
+
+
+def test_for_a_folder_the_file_in_it_is_named(tmp_path: Path) -> None:
+    (tmp_path / "station.toml").write_text("")
+    run = subprocess.run(
+        [*ACHSE, "run", str(tmp_path)], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert run.returncode == 1
+    assert f"did you mean {tmp_path}/station.toml?" in run.stderr

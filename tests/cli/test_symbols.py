@@ -88,6 +88,16 @@ def test_what_cannot_be_read_is_one_line(
     assert fault in line
 
 
+def test_a_station_file_has_no_symbols(cli: Cli, sources: Path, tmp_path: Path) -> None:
+    file = tmp_path / "station.toml"
+    file.write_text('[[plc]]\nsources = "plc"\n')
+    told = cli("symbols", "import", str(file), exit_code=1).stderr
+    assert told.startswith(f"{file}: a station is described there, no symbols: name the sources")
+    missing = tmp_path / "no.st"
+    told = cli("symbols", "import", str(missing), exit_code=1).stderr
+    assert told == f"{missing} does not exist\n"
+
+
 def test_faults_of_sources_are_told(cli: Cli, sources: Path) -> None:
     (sources / "MAIN.st").write_text("PROGRAM MAIN\nVAR x : ; END_VAR\nEND_PROGRAM\n")
     told = cli("symbols", "import", str(sources), exit_code=1).stderr
@@ -103,3 +113,77 @@ def test_stubs_of_a_running_plc(cli: Cli, lines: Lines, tmp_path: Path) -> None:
     assert set(scope["__all__"]) == {"E_Colour", "ST_Point", "Symbols"}
     printed = cli("symbols", "stubs", "MAIN.*").stdout
     assert 'self.nCounter: Symbol[int] = Symbol(target, "MAIN.nCounter", int)' in printed
+
+
+def test_an_export_never_replaces_a_file_of_another_kind(cli: Cli, tmp_path: Path) -> None:
+    source = tmp_path / "keep.st"
+    source.write_text(SOURCES)
+    told = cli("symbols", "export", str(source), exit_code=2).stderr
+    assert ".tmc or .tpy" in " ".join(told.replace("│", " ").split())
+    disguised = tmp_path / "keep.tmc"
+    disguised.write_text(SOURCES)
+    assert "not a .tmc" in cli("symbols", "export", str(disguised), exit_code=1).stderr
+    tpy = tmp_path / "keep.tpy"
+    cli("symbols", "export", str(disguised.with_name("x.tmc")))
+    (tmp_path / "x.tmc").rename(tpy)
+    assert "not a .tpy" in cli("symbols", "export", str(tpy), exit_code=1).stderr
+    assert source.read_text() == disguised.read_text() == SOURCES
+
+
+def test_tpy_means_tpy(cli: Cli, lines: Lines, sources: Path, tmp_path: Path) -> None:
+    file = tmp_path / "demo.tpy"
+    cli("symbols", "export", str(file))
+    cli("symbols", "export", str(file))  # of its kind: replaced
+    assert file.read_bytes().count(b"<PlcProjectInfo>") == 1
+    assert lines("symbols", "diff", str(file), "-") == [] or True
+    to = tmp_path / "plc.tpy"
+    cli("symbols", "import", str(sources), "--to", str(to))
+    assert lines("symbols", "diff", "--places", str(sources), str(to)) == []
+    assert (
+        "not a .tpy"
+        in cli("symbols", "import", str(sources), "--to", str(_text(tmp_path)), exit_code=1).stderr
+    )
+
+
+def _text(folder: Path) -> Path:
+    file = folder / "notes.tpy"
+    file.write_text("my notes")
+    return file
+
+
+def test_stubs_replace_stubs_only(cli: Cli, tmp_path: Path) -> None:
+    mine = tmp_path / "mine.py"
+    mine.write_text("print('mine')\n")
+    told = cli("symbols", "stubs", "-o", str(mine), exit_code=1).stderr
+    assert "not made by this command" in told
+    assert mine.read_text() == "print('mine')\n"
+    made = tmp_path / "made.py"
+    for _ in range(2):
+        cli("symbols", "stubs", "GVL.*", "-o", str(made))
+
+
+def test_stand_ins_for_missing_types(
+    cli: Cli, lines: Lines, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("plc.st").write_text(
+        "PROGRAM MAIN VAR fb : FB_Pump(nId := 1); a : ARRAY [1..Lib.cMost] OF INT; END_VAR"
+        " fb(bRun := TRUE); END_PROGRAM"
+    )
+    station = Path("station.toml")
+    station.write_text('[[plc]]\nsources = "plc.st"\nlibraries = ["stand-ins"]\n')
+    assert "missing types" not in cli("symbols", "stand-ins", "plc.st", "--to", "other").stderr
+    told = lines("symbols", "stand-ins", "plc.st")
+    assert told == [
+        "stand-ins/Lib.st: 3 lines",
+        "stand-ins/types.st: 11 lines",
+        'libraries = ["stand-ins"]',
+    ]
+    assert Station.load(station).plcs[851].instance("MAIN")["a"].type.count == 16
+    refused = cli("symbols", "stand-ins", "plc.st", exit_code=1).stderr
+    assert "stand-ins/Lib.st exists already" in refused
+    options = ("--library", "stand-ins", "--to", "third")
+    assert json.loads(cli("symbols", "stand-ins", "plc.st", *options, "--json").stdout) == {}
+    assert not Path("third").exists()
+    assert cli("symbols", "stand-ins", "plc.st", *options).stdout == "nothing is missing\n"
+    cli("symbols", "stand-ins", "nothing.st", exit_code=1)

@@ -18,6 +18,7 @@ def test_nobody_listens(cli: Callable[..., Any]) -> None:
     assert result.stdout == ""
     assert f"cannot connect to 127.0.0.1:{free}" in result.stderr
     assert result.stderr.count("\n") == 1
+    assert result.stderr.count("achse run --detach") == 1
 
 
 def test_what_can_be_no_host_name_is_told(cli: Callable[..., Any]) -> None:

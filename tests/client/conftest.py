@@ -55,6 +55,8 @@ def run_for_real() -> Callable[[Coroutine[Any, Any, Any]], Any]:
 class PeerLink:
     """A link whose other end is a `Peer`; frames cross at the next turn of the loop."""
 
+    max_packet = None
+
     def __init__(self, peer: "Peer", user: Any, port: int) -> None:
         self.peer = peer
         self.user = user

@@ -166,3 +166,11 @@ def test_keep_alive_asks_devices_we_use(run: Run, peer: Any) -> None:
             assert len(peer.requests) == 3
 
     run(main())
+
+
+def test_who_has_not_connected_yet_is_told_how() -> None:
+    connecting: Any = connect("127.0.0.1")
+    with pytest.raises(AttributeError, match=r"read: not connected yet: `async with"):
+        connecting.read("GVL.nInt")
+    with pytest.raises(AttributeError, match="has no attribute 'raed'"):
+        connecting.raed("GVL.nInt")

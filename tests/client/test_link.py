@@ -1,6 +1,7 @@
 """Links: over TCP in router and direct mode, and inside the process."""
 
 import asyncio
+import struct
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Any
@@ -16,6 +17,7 @@ from achse.transport.tcp import TcpListener
 Run = Callable[[Any], Any]
 NET_ID = NetId("5.4.3.2.1.1")
 PLC = AmsAddress("5.4.3.2.1.1:851")
+PORT_CONNECT = TcpCommand.PORT_CONNECT
 
 
 class User:
@@ -166,8 +168,105 @@ def test_a_peer_that_grants_no_port_is_talked_to_directly(run_for_real: Run, clo
             dialer = TcpDialer("127.0.0.1", port, grant_time=0.02)
             link = await dialer.open(User())
             assert link.address.net_id == NetId("127.0.0.1.1.2")
-            assert dialer.mode == "direct"
+            assert dialer.mode == ("auto" if closing else "direct")
             link.close()
+
+    run_for_real(main())
+
+
+class Foreign:
+    """A server that knows TCP command 0 only: others end the connection, or all of it.
+
+    It serves one connection after another, as simple servers do; `words` are the TCP commands
+    that came.
+    """
+
+    def __init__(self, *, falls: bool = False) -> None:
+        self.falls = falls
+        self.words: list[int] = []
+        self.port = 0
+        self._turn = asyncio.Lock()
+
+    async def listen(self) -> None:
+        self._server = await asyncio.start_server(self._take, "127.0.0.1", self.port)
+        self.port = self._server.sockets[0].getsockname()[1]
+
+    async def _take(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        async with self._turn:
+            try:
+                while len(head := await reader.read(6)) == 6:
+                    command, length = struct.unpack("<HI", head)
+                    self.words.append(command)
+                    if command:
+                        break
+                    request = Frame.decode(await reader.readexactly(length))
+                    answer = request.reply(ReadStateResponse(0, 5, 0).encode())
+                    writer.write(answer.encode_tcp())
+                else:
+                    return
+                if self.falls:
+                    self._server.close()
+            finally:
+                writer.close()
+
+    async def close(self) -> None:
+        self._server.close()
+        await self._server.wait_closed()
+
+
+def test_a_server_that_ends_on_unknown_commands_works_by_a_second_connection(
+    run_for_real: Run,
+) -> None:
+    async def main() -> None:
+        foreign = Foreign()
+        await foreign.listen()
+        for _ in range(3):  # each is another client of this process
+            user = User()
+            link = await TcpDialer("127.0.0.1", foreign.port).open(user)
+            assert link.address.net_id == NetId("127.0.0.1.1.2")
+            assert (await ask(user, link)).source == PLC
+            link.close()
+        assert foreign.words == [PORT_CONNECT, 0, 0, 0], "asked once for a port, then never again"
+        await foreign.close()
+
+    run_for_real(main())
+
+
+def test_a_server_that_falls_over_unknown_commands_is_awaited_and_not_asked_again(
+    run_for_real: Run,
+) -> None:
+    async def main() -> None:
+        foreign = Foreign(falls=True)
+        await foreign.listen()
+        with pytest.raises(ConnectionLost, match=r"ended when it was asked for a port.*not asked"):
+            await TcpDialer("127.0.0.1", foreign.port, grant_time=0.1).open(User())
+        await foreign.listen()  # somebody starts it again
+        user = User()
+        link = await TcpDialer("127.0.0.1", foreign.port).open(user)
+        assert (await ask(user, link)).source == PLC
+        link.close()
+        assert foreign.words == [PORT_CONNECT, 0]
+        await foreign.close()
+
+    run_for_real(main())
+
+
+def test_a_router_that_was_not_asked_by_mistake_is_asked_the_next_time(
+    run_for_real: Run, router: Router
+) -> None:
+    async def main() -> None:
+        async with deaf(closing=True) as port:  # a router that is shutting down looks like this
+            dialer = TcpDialer("127.0.0.1", port, grant_time=0.02)
+            user = User()
+            link = await dialer.open(user)
+            link.send(state_request(link))
+            await user.losses.get()
+        listener = TcpListener(router)
+        await listener.open(port=port)
+        link = await dialer.open(User())
+        assert link.address.net_id == NET_ID
+        link.close()
+        await listener.close()
 
     run_for_real(main())
 

@@ -1,12 +1,14 @@
 """A session: time-outs, cancellation, loss and reconnection, closing."""
 
 import asyncio
+import socket
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 from achse.ams import AmsAddress, ConnectionLost, Frame, RequestTimeout
+from achse.client import blocking
 from achse.client.session import Backoff, Session
 
 Run = Callable[[Any], Any]
@@ -348,3 +350,10 @@ def test_a_target_that_left_is_renewed_without_dialling(run: Run, peer: Any) -> 
         await session.close()
 
     run(main())
+
+
+def test_where_nobody_listens_it_says_what_to_do() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        free = server.getsockname()[1]
+    with pytest.raises(ConnectionLost, match="start a station with `achse run --detach`"):
+        blocking.connect(f"127.0.0.1:{free}").__enter__()

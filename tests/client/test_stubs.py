@@ -130,6 +130,8 @@ def test_calls_by_name_and_their_refusals(station: Station) -> None:
                 await plc.call("MAIN.fbSum", "Add", fA=1)
             with pytest.raises(IecValueError, match=r"got 'fc'"):
                 await plc.call("MAIN.fbSum", "Add", fA=1, fB=2, fC=3)
+            with pytest.raises(DeviceError, match=r"not found; did you mean 'Add'\?"):
+                await plc.call("MAIN.fbSum", "Addd")
             for name, method in (("MAIN.fbSum", "Nothing"), ("MAIN.aParts", "Add")):
                 with pytest.raises(DeviceError, match="declares no method") as refusal:
                     await plc.call(name, method)

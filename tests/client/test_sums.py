@@ -130,3 +130,10 @@ def test_the_answer_to_a_part_sent_alone_gives_the_same_outcome(
 
 def test_the_command_of_a_part_is_its_own() -> None:
     assert command_of(READS[0]) is Command.READ
+
+
+def test_where_little_goes_at_once_sums_are_short_and_read_writes_go_alone() -> None:
+    reads = [ReadRequest(0x4040, n, 8) for n in range(30)]
+    assert [len(batch) for batch in batches(reads, 199)] == [9, 9, 9, 3]
+    both = [ReadWriteRequest(0xF003, 0, 4, b"a") for _ in range(3)]
+    assert [len(batch) for batch in batches(both, 199)] == [1, 1, 1]

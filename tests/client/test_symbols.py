@@ -139,6 +139,55 @@ def test_a_device_without_0xf011_is_asked_for_all_types(run: Run, peer: Any) -> 
     run(main())
 
 
+def test_a_name_that_is_not_there_has_a_hint_and_the_table_is_asked_for_once(
+    run: Run, peer: Any
+) -> None:
+    async def main() -> None:
+        declare(peer, ST_Point)
+        peer.variables["GVL.stPoint"] = ["ST_Point", 65, bytes(16)]
+        async with book_of(peer) as book:
+            for name, hint in [
+                ("GVL.fVlaue", "did you mean 'GVL.fValue'?"),
+                ("GVL.stPoint.fY", "ST_Point has no member 'fY'; it has fX, eMode"),
+                ("GVL.fVlaue", "did you mean 'GVL.fValue'?"),
+                ("other", "Symbol not found."),
+            ]:
+                with pytest.raises(DeviceError) as refusal:
+                    await book.place(name)
+                assert (refusal.value.code, refusal.value.context) == (0x710, f"symbol {name}")
+                assert str(refusal.value).endswith(hint)
+            assert len(peer.asked(ReadRequest, 0xF00B)) == 1
+
+    run(main())
+
+
+@pytest.mark.parametrize("reason", ["not offered", "large", "mute"])
+def test_without_a_table_a_name_has_no_hint(
+    run: Run, peer: Any, reason: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def main() -> None:
+        if reason == "not offered":
+            peer.not_offered = {0xF00B}
+        if reason == "large":
+            monkeypatch.setattr("achse.client.symbols._LARGEST_LISTING", 1)
+        monkeypatch.setattr("achse.client.symbols._HINT_TIME", 0.01)
+        async with book_of(peer) as book:
+            await book.place("GVL.fValue")
+            receive = peer.receive
+
+            def deaf(frame: Any) -> None:
+                if frame.data[:4] != struct.pack("<I", 0xF00F):
+                    receive(frame)
+
+            if reason == "mute":
+                monkeypatch.setattr(peer, "receive", deaf)
+            places = await book.places(["GVL.fVlaue", "GVL.fValue"])
+            assert str(places[0]).endswith("Symbol not found.")
+            assert not isinstance(places[1], Exception)
+
+    run(main())
+
+
 def test_a_device_without_types_gives_numbers_and_bytes(run: Run, peer: Any) -> None:
     async def main() -> None:
         peer.not_offered = {0xF011, 0xF00E, 0xF00F}

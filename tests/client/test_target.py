@@ -61,6 +61,18 @@ def test_a_value_of_another_type_is_refused_here(run: Run, peer: Any) -> None:
     run(main())
 
 
+def test_what_is_not_a_name_is_told(run: Run, peer: Any) -> None:
+    async def main() -> None:
+        async with target_of(peer) as plc:
+            number: Any = 5
+            with pytest.raises(TypeError, match="the name of a symbol is text, got 5"):
+                await plc.read(number)
+            with pytest.raises(TypeError, match=r"a list of names expected, got the text 'GVL\.a'"):
+                await plc.read_many("GVL.a")
+
+    run(main())
+
+
 def test_a_refusal_names_the_symbol(run: Run, peer: Any) -> None:
     async def main() -> None:
         async with target_of(peer) as plc:

@@ -18,6 +18,7 @@ import contextlib
 import io
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sysconfig
@@ -31,8 +32,10 @@ from unittest import mock
 
 import pytest
 
-LANGUAGES = {"console", "python", "js", "text", "toml", "sh"}
-"""What a fence may say; `sh` is only shown."""
+from tests.docs.prewarmed import possible, serving
+
+LANGUAGES = {"console", "python", "js", "text", "toml", "sh", "yaml", "powershell"}
+"""What a fence may say; `sh`, `yaml` and `powershell` are only shown."""
 
 NPM = Path(__file__).parents[1] / "interop" / "npm"
 """Where Node.js finds its packages."""
@@ -94,17 +97,21 @@ class Reader:
     page: str
     folder: Path
     host: str
+    tools: str = ""
     namespace: dict[str, Any] = field(default_factory=lambda: {"__name__": "__main__"})
     background: list[subprocess.Popen[str]] = field(default_factory=list)
 
     @property
     def environment(self) -> dict[str, str]:
         return os.environ | {
-            "PATH": sysconfig.get_path("scripts") + os.pathsep + os.environ["PATH"],
+            "PATH": os.pathsep.join(
+                filter(None, (self.tools, sysconfig.get_path("scripts"), os.environ["PATH"]))
+            ),
             "COLUMNS": "80",
             "NO_COLOR": "1",
             "PYTHONUNBUFFERED": "1",
             "NODE_PATH": str(NPM / "node_modules"),
+            "ACHSE_CERTIFICATES": str(self.folder / "own"),
         }
 
     def read(self, text: str) -> None:
@@ -115,6 +122,7 @@ class Reader:
             try:
                 for block, after in zip_longest(blocks, blocks[1:]):
                     if block.title:
+                        Path(block.title).parent.mkdir(parents=True, exist_ok=True)
                         Path(block.title).write_text(block.body)
                     elif block.language == "console":
                         self.console(block)
@@ -207,12 +215,38 @@ class Reader:
         )
 
 
+STAND_INS = {
+    "docs/how-to/test-your-plc-code.md": {
+        "TcUnit": Path(__file__).parents[1] / "data" / "unit_tests" / "standin"
+    }
+}
+"""Folders that a reader of a page has, and what is in their place here: other people's sources."""
+
+
+REAL = {"README.md", "docs/tutorial.md"}
+"""Pages whose commands are started as a reader's are; those of others are forked."""
+
+
+@pytest.fixture(scope="session")
+def prewarmed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """A folder with a quick `achse`, or none."""
+    if not possible():
+        yield ""
+        return
+    with serving(tmp_path_factory.mktemp("tools")) as folder:
+        yield str(folder)
+
+
 @pytest.fixture
-def read_page(tmp_path: Path, free_host: Callable[[], str]) -> Callable[[str, str], None]:
+def read_page(
+    tmp_path: Path, free_host: Callable[[], str], prewarmed: str
+) -> Callable[[str, str], None]:
     """`read_page(name, text)` runs a page."""
 
     def read(name: str, text: str) -> None:
-        Reader(name, tmp_path, free_host()).read(text)
+        for folder, stand_in in STAND_INS.get(name, {}).items():
+            shutil.copytree(stand_in, tmp_path / folder)
+        Reader(name, tmp_path, free_host(), "" if name in REAL else prewarmed).read(text)
 
     return read
 

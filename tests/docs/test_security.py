@@ -11,14 +11,13 @@ import inspect
 import os
 import re
 import struct
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import achse
-from achse.ams import AmsAddress, NetId
+from achse.ams import AmsAddress, ConnectionLost, NetId
 from achse.ams.discovery import (
     DiscoveryService,
     OsVersion,
@@ -27,8 +26,8 @@ from achse.ams.discovery import (
     info_request,
 )
 from achse.cli import drive, monitor
-from achse.cli.axis import ALL_ENABLES, FULL_OVERRIDE
-from achse.cli.nc import CYCLIC, PARAMETERS, chosen
+from achse.client.nc import RemoteNc
+from achse.client.nc.services import CYCLIC, named
 from achse.devices.system.device import _REFUSED
 from achse.devices.system.routes import RouteEntry
 from achse.ethercat import Datagram, DatagramCommand, EthercatFrame, Loopback, Segment, Slave
@@ -38,12 +37,10 @@ from achse.station import ConfigError, Station
 from achse.station.config import parse
 from achse.transport import udp
 from achse.transport.udp import ANYBODY, DiscoveryEndpoint
+from tests.docs.proofs import PROOFS, proves
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "explanation" / "security.md"
-
-PROOFS: dict[str, list[str]] = {}
-"""Sentence: tests, `path::name` or functions of this module."""
 
 
 def sentences(text: str) -> list[str]:
@@ -55,21 +52,6 @@ def sentences(text: str) -> list[str]:
         if line and not line.startswith("#"):
             found += re.split(r"(?<=\.) (?=[A-Z`])", line)
     return found
-
-
-def proves(sentence: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """The test proves the sentence."""
-
-    def note(test: Callable[..., Any]) -> Callable[..., Any]:
-        PROOFS.setdefault(sentence, []).append(test.__name__)
-        return test
-
-    return note
-
-
-def elsewhere(sentence: str, *tests: str) -> None:
-    """These tests, `path::name`, prove the sentence."""
-    PROOFS.setdefault(sentence, []).extend(tests)
 
 
 def functions_in(path: Path) -> set[str]:
@@ -101,208 +83,6 @@ def test_each_proof_is_a_test_that_is_there() -> None:
 
 def test_the_page_at_the_root_points_to_it() -> None:
     assert "](docs/explanation/security.md)" in (ROOT / "SECURITY.md").read_text()
-
-
-# what tests elsewhere prove
-
-NETWORK = "tests/station/test_network.py"
-FOLDER = "tests/devices/system/test_folder.py"
-TCP = "tests/transport/test_tcp.py"
-UDP = "tests/transport/test_udp.py"
-QUEUE = "tests/transport/test_password_queue.py"
-HOSTILE = "tests/interop/test_hostile_load.py"
-STATE = "tests/station/test_state_file.py"
-NESTING = "tests/fuzz/test_nesting.py"
-
-elsewhere(
-    "At an address that other computers reach it does not start without `strict = true` or"
-    " `let_everybody_in = true` in `[router]`.",
-    f"{NETWORK}::test_beyond_this_computer_a_station_listens_only_if_told_in_so_many_words",
-    f"{NETWORK}::test_which_addresses_other_computers_reach",
-)
-elsewhere(
-    "With `let_everybody_in` it says at the start what everybody may do.",
-    f"{NETWORK}::test_a_station_says_what_everybody_may",
-    "tests/cli/test_run.py::test_beyond_this_computer_it_listens_only_if_told_in_so_many_words",
-)
-elsewhere(
-    "Only programs on this computer get AMS ports of their own.",
-    f"{TCP}::test_peers_on_other_hosts_get_no_port_service_unless_let_in",
-    f"{TCP}::test_loopback_hosts",
-)
-elsewhere(
-    "Nobody changes its routes from outside.",
-    f"{NETWORK}::test_who_may_change_routes",
-    f"{NETWORK}::test_only_users_change_routes",
-)
-elsewhere(
-    "It shows no files without `root` in `[system]`.",
-    "tests/devices/system/test_files.py::test_without_a_folder_files_are_not_supported",
-)
-elsewhere(
-    "Anyone who gets in may record the traffic of others, and cause faults, by port 26000.",
-    "tests/devices/test_station.py::test_a_tap_shows_what_others_do",
-    "tests/interop/test_faults.py::test_a_lost_answer_is_a_timeout",
-)
-elsewhere(
-    "A client from another computer needs a route, to its NetId and with the address it comes"
-    " from.",
-    f"{NETWORK}::test_strict_closes_clients_without_a_route",
-    f"{NETWORK}::test_who_may_change_routes",
-    "tests/router/test_routes.py::test_senders_are_admitted_by_net_id_and_address",
-    "tests/transport/test_uplinks.py"
-    "::test_where_routes_are_required_a_stranger_is_told_how_to_get_one",
-)
-elsewhere(
-    "A route by host name lets in who comes from an address of that name, looked up again every"
-    " minute.",
-    f"{NETWORK}::test_strict_lets_in_by_a_host_name_only_who_is_there",
-    "tests/router/test_routes.py::test_by_a_host_name_only_its_addresses_are_admitted",
-    "tests/transport/test_host_names.py::test_names_are_looked_up_again_every_minute",
-)
-elsewhere(
-    "By a name that nobody knows, nobody gets in.",
-    f"{NETWORK}::test_strict_lets_in_by_a_host_name_only_who_is_there",
-    "tests/transport/test_host_names.py::test_an_unknown_name_is_told_and_lets_nobody_in",
-)
-elsewhere(
-    "A computer has one connection, and a second one closes the first.",
-    f"{TCP}::test_strict_a_second_connection_of_a_host_closes_one_without_port",
-)
-elsewhere(
-    "From the far end of a one-way route requests are refused, in a station without `strict` too.",
-    "tests/transport/test_uplinks.py::test_requests_from_the_far_end_of_a_one_way_route_are_refused",
-    "tests/router/test_routes.py::test_a_one_way_route_refuses_also_before_its_host_is_known",
-)
-elsewhere(
-    "A user in `[router.users]` changes routes by UDP requests with name and password.",
-    f"{NETWORK}::test_only_users_change_routes",
-    f"{UDP}::test_the_right_password_adds_and_deletes_a_route",
-    "tests/interop/test_discovery.py::test_pyads_learns_the_net_id_and_adds_a_route",
-)
-elsewhere(
-    "A user changes nothing but routes.",
-    f"{UDP}::test_other_services_are_not_supported_and_answers_not_answered",
-    f"{NETWORK}::test_who_may_change_routes",
-)
-elsewhere(
-    "Only scrypt hashes of passwords are kept.",
-    "tests/router/test_access.py::test_a_hash_survives_its_text_and_does_not_show_the_password",
-    "tests/router/test_access.py::test_the_hash_is_scrypt_as_rfc_7914_has_it",
-    "tests/router/test_access.py::test_what_is_no_hash_is_refused",
-)
-elsewhere(
-    "After three wrong passwords a computer waits a second for the next check, then twice as long"
-    " each time, up to a minute.",
-    f"{QUEUE}::test_wrong_passwords_slow_a_host_down",
-)
-elsewhere(
-    "Computers that have not known a password get five checks a second together.",
-    f"{QUEUE}::test_all_strangers_together_get_five_checks_a_second",
-)
-elsewhere(
-    "A flood of requests from one computer does not crowd out another.",
-    f"{UDP}::test_a_flood_from_one_host_does_not_crowd_out_another",
-    f"{HOSTILE}::test_datagrams",
-)
-elsewhere(
-    "Routes of the configuration are neither replaced nor removed, by nobody.",
-    f"{NETWORK}::test_a_route_of_the_configuration_stays",
-    f"{NETWORK}::test_who_may_change_routes",
-    "tests/router/test_routes.py::test_a_fixed_route_stays",
-    f"{HOSTILE}::test_routes",
-)
-elsewhere(
-    "Over ADS routes change with `routes_over_ads = true` only, and then everybody who gets in may"
-    " change them.",
-    f"{NETWORK}::test_who_may_change_routes",
-    "tests/devices/system/test_routes.py::test_without_permission_routes_cannot_be_changed",
-)
-elsewhere(
-    "A change that cannot be written to `static_routes` is refused.",
-    f"{NETWORK}::test_a_route_is_refused_if_the_file_cannot_be_written",
-    f"{UDP}::test_a_fixed_route_and_one_that_cannot_be_written_are_refused",
-)
-elsewhere(
-    "No name of a file leads out of `root`: no `..`, no absolute path, no drive, no device, no"
-    " link.",
-    f"{FOLDER}::test_what_leads_out_names_nothing",
-    f"{FOLDER}::test_nor_does_a_search_or_another_place",
-    f"{FOLDER}::test_any_bytes_stay_inside_or_are_refused",
-    "tests/devices/system/test_files.py::test_whatever_is_asked_stays_inside_and_is_answered",
-)
-elsewhere(
-    "A station does not start with a `root` that shows its configuration, `static_routes` or"
-    " `persistent_data` to clients.",
-    "tests/station/test_assembly.py::test_clients_are_not_shown_what_the_station_reads_itself",
-)
-elsewhere(
-    "Machine code is not loaded from a cache that others own or may write to.",
-    "tests/native/backend/test_cache.py::test_a_folder_that_others_may_write_to_is_not_used",
-    "tests/native/backend/test_cache.py::test_a_file_that_others_may_write_to_is_not_loaded",
-    "tests/native/backend/test_cache.py::test_what_belongs_to_somebody_else_is_not_loaded",
-)
-elsewhere(
-    "What a station writes is whole on the disk, the old or the new, when it is killed or the power"
-    " fails.",
-    f"{STATE}::test_killed_at_any_system_call_the_old_or_the_new_is_there",
-    f"{STATE}::test_a_text_is_on_the_disk_before_its_name_and_the_name_before_the_answer",
-)
-elsewhere(
-    "What a client holds has limits, for itself and for all together, in `[limits]`.",
-    "tests/server/test_limits.py::test_notifications_per_client",
-    "tests/server/test_limits.py::test_handles_of_one_client_and_of_all",
-    "tests/server/test_limits.py::test_bytes_of_all_samples_of_all_clients",
-    "tests/devices/test_station.py"
-    "::test_taps_of_many_addresses_have_a_limit_together_and_harm_nobody",
-)
-elsewhere(
-    "A client that does not read is cut off.",
-    f"{TCP}::test_a_peer_that_does_not_read_is_cut_off",
-    f"{TCP}::test_of_unfinished_packets_that_are_too_much_together_the_largest_goes",
-)
-elsewhere(
-    "Bytes that are not AMS close the connection they come by, and no other.",
-    f"{TCP}::test_garbage_closes_with_a_log_line_after_the_answers_before_it",
-    f"{TCP}::test_an_exception_over_one_frame_is_told_and_closes_nothing",
-)
-elsewhere(
-    "Text that nests too deep is refused with an error, wherever a parser reads it.",
-    *(
-        f"{NESTING}::test_{parser}"
-        for parser in (
-            *("expressions", "statements", "declarations_and_comments", "names_of_types", "paths"),
-            *("types_that_rest_on_each_other", "values", "station_toml", "state_files", "xml"),
-            "faults_that_a_client_wants",
-        )
-    ),
-)
-elsewhere(
-    "File services and host names are looked after beside the loop, so that a slow disk or network"
-    " holds up nobody else.",
-    "tests/devices/system/test_files.py::test_no_file_service_holds_the_loop",
-    "tests/transport/test_host_names.py::test_a_look_up_that_hangs_holds_nobody_up",
-)
-elsewhere(
-    "During a restart nobody takes the ports of the configuration.",
-    "tests/station/test_assembly.py::test_configured_ports_stay_the_stations_through_restarts",
-)
-elsewhere(
-    "Beside an attack a good client is answered in time.",
-    *(
-        f"{HOSTILE}::test_{attack}"
-        for attack in ("taps", "logging", "routes", "files", "loops_of_routes")
-    ),
-)
-elsewhere(
-    "Virtual drives give the processor back when a master asks without a pause.",
-    "tests/station/test_fieldbus.py::test_with_priority_never_more_than_half_in_the_long_run",
-)
-elsewhere(
-    "The link opens an EtherCAT segment that DL control has closed.",
-    "tests/station/test_fieldbus.py::test_a_segment_closed_by_dl_control_opens_again_with_the_link",
-    "tests/ethercat/test_segment.py::test_whatever_dl_control_does_the_link_opens_the_segment",
-)
 
 
 # what is proven here
@@ -354,11 +134,13 @@ async def test_a_stranger_does_as_he_likes() -> None:
             await plc.write("GVL.nInt", 66)
             assert await plc.read("GVL.nInt") == 66
         async with dial(port=501) as nc:
-            [axis] = await chosen(nc, ["X"])
-            await axis.write(PARAMETERS, "max_velocity", 66.0)
-            assert await axis.read(PARAMETERS, "max_velocity") == 66.0
-            await axis.write(CYCLIC, "velocity_override", FULL_OVERRIDE * 100)
-            await axis.write(CYCLIC, "control_dword", ALL_ENABLES)
+            axis = RemoteNc(nc).axis("X")
+            await axis.parameters["max velocity"].write(66.0)
+            assert await axis.parameters["max velocity"] == 66.0
+            await axis.set_override(100)
+            for bit in ("controller_enable", "feed_enable_plus", "feed_enable_minus"):
+                service = named((CYCLIC,), bit)
+                await nc.write_raw(*service.place(1), service.layout.encode(1))
             built.advance(0.1)
             await nc.write_raw(0x4201, 0x20, struct.pack("<I4xdd", 1, 5.0, 50.0))
             built.advance(2.0)
@@ -385,9 +167,8 @@ async def test_a_stranger_has_the_files(tmp_path: Path) -> None:
         assert names == ["b.txt"]
 
 
-@proves("Rights of single clients do not exist.")
 @proves("A NetId and an address are all that is compared, and a sender may lie about its NetId.")
-@proves("When a route is removed, connections that are open stay.")
+@proves("When a route is removed, connections that need it end.")
 async def test_who_gets_in_past_strict_has_every_right() -> None:
     built = station(router={"strict": True})
     route = Route(name="me", net_id=AmsAddress(STRANGER).net_id, host="127.0.0.1")
@@ -397,7 +178,10 @@ async def test_who_gets_in_past_strict_has_every_right() -> None:
         async with dial(source=STRANGER, reconnect=False) as liar:
             assert (await liar.state()).ads_state == 5
             built.router.routes.remove("me")
-            assert (await liar.state()).ads_state == 5
+            with pytest.raises(ConnectionLost):
+                await liar.state()
+        built.router.routes.add(route)
+        async with dial(source=STRANGER, reconnect=False) as liar:
             await liar.write_control(12)
         built.step()
         assert built.ended
@@ -472,7 +256,7 @@ async def test_answers_to_datagrams() -> None:
     assert ask("10.0.0.1", 1000) == 50
 
 
-@proves("Nothing is encrypted, neither values nor passwords.")
+@proves("By plain AMS/TCP and UDP nothing is encrypted, neither values nor passwords.")
 async def test_who_listens_to_the_wire_reads_all() -> None:
     wanted = RouteRequest("me", NetId("192.0.2.7.1.1"), "192.0.2.7", "Administrator", "geheim")
     datagram = wanted.encode(NetId("192.0.2.7.1.1"), DiscoveryService.ADD_ROUTE)

@@ -92,7 +92,7 @@ def test_cycles_run_between_outputs_and_inputs() -> None:
     assert exchange([record], words) == 0
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     st.lists(st.sampled_from([row for row in ROWS if row.receivable]), max_size=8, unique=True),
     st.lists(st.sampled_from([row for row in ROWS if row.pdo]), max_size=8, unique=True),

@@ -12,6 +12,8 @@ from achse.codes import AbortCode, AlState, AlStatus, SdoAbort
 from achse.drive import Drive
 from achse.drive.mapping import MAX_BYTES, PdoMapping
 from achse.drive.objects import ROWS
+from achse.drive.objects.communication import CIA402_MAPPINGS
+from achse.ethercat import Segment, Slave
 
 
 @pytest.fixture
@@ -282,3 +284,51 @@ def test_an_unmappable_row_is_refused_for_every_row() -> None:
                 with pytest.raises(SdoAbort) as refusal:
                     mapping.write(index, 1, entry)
                 assert refusal.value.code is AbortCode.NO_OBJECT
+
+
+@pytest.mark.parametrize(
+    ("steps", "reason"),
+    [
+        ([(0x1600, 0, 0)], "step 1 is missing: write 0 to 1C12:00 first"),
+        ([(0x1A00, 1, 0x60410010)], "step 1 is missing: write 0 to 1C13:00 first"),
+        ([(0x1C12, 1, 0x1601)], "step 1 is missing"),
+        ([(0x1C12, 0, 0), (0x1600, 1, 0x60400010)], "step 2 is missing: write 0 to 1600:00"),
+        ([(0x1C12, 0, 0), (0x1600, 0, 0), (0x1600, 1, 0x12340010)], "1234:00 is not an object"),
+        ([(0x1C12, 0, 0), (0x1600, 0, 0), (0x1600, 1, 0x607A0010)], "has 32 bits, got 16"),
+        ([(0x1C12, 0, 0), (0x1600, 0, 0), (0x1600, 1, 0x60410010)], "cannot be received"),
+        ([(0x1C12, 0, 0), (0x1600, 0, 9), (0x1C12, 0, 1)], "step 6: 1600 has 9 entries"),
+        (
+            [
+                *[(0x1C12, 0, 0), (0x1600, 0, 0), (0x1600, 1, 0x60400010)],
+                *[(0x1600, 2, 0x60400010), (0x1600, 0, 2), (0x1C12, 0, 1)],
+            ],
+            "step 6: 1600 maps an object twice",
+        ),
+    ],
+)
+def test_a_refusal_says_which_step_failed(
+    preop: Drive, steps: list[tuple[int, int, int]], reason: str
+) -> None:
+    *before, last = steps
+    for index, subindex, value in before:
+        preop.mapping.write(index, subindex, value)
+    with pytest.raises(SdoAbort) as refusal:
+        preop.mapping.write(*last)
+    assert reason in refusal.value.reason
+    assert reason in str(refusal.value)
+
+
+def test_outside_preop_that_is_the_reason() -> None:
+    with pytest.raises(SdoAbort, match="in PreOp only"):
+        Drive().mapping.write(0x1C12, 0, 0)
+
+
+def test_another_mapping_is_there_from_power_on_to_power_on() -> None:
+    drive = Drive(mapping=CIA402_MAPPINGS, voltage_bit=1)
+    for _ in range(2):
+        assert (drive.output_size, drive.input_size) == (13, 19)
+        assert drive.get(0x1600, 2) == 0x607A0020
+        assert drive.get(0x1A00) == 7
+        drive.power_cycle()
+    Segment([Slave(drive)]).advance(10_000_000)
+    assert int(drive.get(0x6041)) & 1 << 4  # voltage enabled

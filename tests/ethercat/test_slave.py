@@ -42,8 +42,10 @@ def test_each_request_in_each_state(line: Callable[..., Any], state: AlState, nu
     elif meaning is AlStatus.NO_ERROR:
         assert master.request(number) == (state, 0)
     else:
-        assert master.request(number) == (state | ERROR, meaning.number)
-        assert master.line[0].state == state
+        # from Op to bootstrap: the manual's table ends in SafeOp, there is no "O + E" for it
+        result = S if (state, meaning) == (O, AlStatus.INVALID_CHANGE) else state
+        assert master.request(number) == (result | ERROR, meaning.number)
+        assert master.line[0].state == result
 
 
 @pytest.mark.parametrize("state", [I, P, S, O])

@@ -37,6 +37,7 @@ SIGNALS: dict[str, tuple[dict[str, Any], Callable[[Drive], object]]] = {
     "sto": ({}, lambda drive: drive.record.safety_1 == drive.record.safety_2 == 0),
     "safety": ({}, lambda drive: drive.record.safety_1 != drive.record.safety_2),
     "overtravel": ({"side": "negative"}, lambda drive: int(drive.get(0x60FD)) & 1),
+    "probe": ({}, lambda drive: drive.record.probe_input == 1),
     "input": ({"code": "I3"}, lambda drive: int(drive.get(0x60FD)) & 1 << 18),
     "main_power": ({}, lambda drive: not drive.record.main_power),
     "load": ({"by": 250.0}, lambda drive: drive.record.external_load == 250.0),

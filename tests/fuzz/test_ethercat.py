@@ -1,7 +1,7 @@
-"""A million hostile frames through a segment, with a good master beside them."""
+"""Hostile frames through a segment, with a good master beside them."""
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import islice
 from random import Random
 
@@ -21,8 +21,8 @@ from achse.ethercat import (
 from achse.ethercat.frame import datagram_offsets
 from achse.testing import SegmentReach
 
-FRAMES = 1_000_000
-DRIVE_FRAMES = 40_000
+FRAMES = 50_000
+DRIVE_FRAMES = 5000
 SLAVES = 2
 LOOK_EVERY = 50
 HEAD = b"\xff" * 6 + b"\x02\0\0\0\0\0" + b"\x88\xa4"
@@ -128,18 +128,21 @@ class _ReadOnly(bytearray):
         pass
 
 
-def test_nothing_escapes_and_a_good_master_always_gets_its_slaves_back() -> None:
+def test_nothing_escapes_and_a_good_master_always_gets_its_slaves_back(
+    many: Callable[[int], int],
+) -> None:
+    frames = many(FRAMES)
     segment = slaves()
     master = GoodMaster(segment)
     master.bring_to_op()
-    for count, packet in enumerate(islice(hostile(1), FRAMES // 2)):
+    for count, packet in enumerate(islice(hostile(1), frames)):
         reply = segment.process(packet)
         assert reply is None or len(reply) == len(packet)
         if count % LOOK_EVERY == 0:
             master.bring_to_op()
     master.bring_to_op()
-    assert segment.counters.malformed > FRAMES // 10
-    assert segment.counters.foreign > 1000
+    assert segment.counters.malformed > frames // 5
+    assert segment.counters.foreign > frames // 500
 
 
 def messages(seed: int) -> Iterator[bytes]:
@@ -158,13 +161,13 @@ def messages(seed: int) -> Iterator[bytes]:
         yield (struct.pack("<HHBB", length, 0, 0, kind) + body).ljust(256, b"\0")[:256]
 
 
-def test_drives_bear_hostile_frames_and_messages() -> None:
+def test_drives_bear_hostile_frames_and_messages(many: Callable[[int], int]) -> None:
     """What firmware sees of a hostile master: nothing of it escapes, and Op can be had again."""
     segment = Segment(Slave(Drive()) for _ in range(SLAVES))
     for slave in segment.slaves:
         slave.esc.eeprom.image = _ReadOnly(bytes(slave.esc.eeprom.image))
     for count, (packet, message) in enumerate(
-        islice(zip(hostile(3), messages(4), strict=True), DRIVE_FRAMES)
+        islice(zip(hostile(3), messages(4), strict=True), many(DRIVE_FRAMES))
     ):
         segment.process(packet)
         for station in (0x1001, 0x1002):
@@ -187,13 +190,14 @@ def test_drives_bear_hostile_frames_and_messages() -> None:
                 assert master.request(AlState.OP | 0x10) == (AlState.OP, 0)
 
 
-def test_broken_frames_do_not_disturb_a_good_master() -> None:
+def test_broken_frames_do_not_disturb_a_good_master(many: Callable[[int], int]) -> None:
     """Whatever has no sound structure touches nothing: the slaves stay in Op all along."""
     segment = slaves()
     master = GoodMaster(segment)
     master.bring_to_op()
+    frames = many(FRAMES)
     broken = 0
-    for packet in islice(hostile(2), FRAMES // 2):
+    for packet in islice(hostile(2), frames):
         try:
             sound = packet[12:14] == b"\x88\xa4" and bool(datagram_offsets(packet, 14))
         except FrameError:
@@ -204,5 +208,5 @@ def test_broken_frames_do_not_disturb_a_good_master() -> None:
             assert reply in (packet, None) or reply[:6] + reply[7:] == packet[:6] + packet[7:]
             if broken % 64 == 0:
                 assert master.cycle() == 3 * SLAVES
-    assert broken > FRAMES // 4
+    assert broken > frames // 2
     assert all(slave.state is AlState.OP for slave in segment.slaves)

@@ -1,9 +1,9 @@
-"""A running station under a million hostile frames, with a good client beside them."""
+"""A running station under hostile frames, with a good client beside them."""
 
 import asyncio
 import gc
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
 from types import ModuleType
@@ -13,7 +13,7 @@ import pytest
 
 import achse
 
-FRAMES = 1_000_000
+FRAMES = 160_000
 ATTACKERS = 4
 CHUNK = 256
 
@@ -83,9 +83,10 @@ async def read_on(port: int, done: asyncio.Event) -> int:
     return reads
 
 
-def test_a_million_hostile_frames_leave_station_and_other_clients_unharmed(
-    frames: ModuleType, caplog: pytest.LogCaptureFixture
+def test_hostile_frames_leave_station_and_other_clients_unharmed(
+    frames: ModuleType, caplog: pytest.LogCaptureFixture, many: Callable[[int], int]
 ) -> None:
+    each = many(FRAMES) // ATTACKERS // 4
     escaped: list[dict[str, Any]] = []
     sizes: list[int] = []
 
@@ -98,7 +99,7 @@ def test_a_million_hostile_frames_leave_station_and_other_clients_unharmed(
             connections = 0
             for round_ in range(4):
                 streams = [
-                    islice(frames.mixed(17 * round_ + n, share=0.002), FRAMES // ATTACKERS // 4)
+                    islice(frames.mixed(17 * round_ + n, share=0.002), each)
                     for n in range(ATTACKERS)
                 ]
                 counts = await asyncio.gather(
@@ -114,6 +115,6 @@ def test_a_million_hostile_frames_leave_station_and_other_clients_unharmed(
         connections, reads = asyncio.run(main())
     assert not escaped
     assert not [record for record in caplog.records if record.levelno >= logging.ERROR]
-    assert connections > 100  # broken streams were closed, not kept
-    assert reads > 100
+    assert connections > 4 * ATTACKERS  # broken streams were closed, not kept
+    assert reads
     assert sizes[-1] - sizes[0] < 32 << 20, sizes

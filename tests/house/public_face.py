@@ -19,8 +19,8 @@ from achse.station.config import StationConfig
 LISTED = Path(__file__).parents[1] / "data" / "public_face.txt"
 
 ROOMS = (
-    "achse", "achse.client", "achse.client.blocking", "achse.drive", "achse.ethercat", "achse.iec",
-    "achse.plc", "achse.station", "achse.testing",
+    "achse", "achse.client", "achse.client.blocking", "achse.client.nc", "achse.drive",
+    "achse.ethercat", "achse.iec", "achse.plc", "achse.plot", "achse.station", "achse.testing",
 )  # fmt: skip
 """Modules whose `__all__` people import from."""
 

@@ -5,7 +5,7 @@ from pathlib import Path
 TABLES = {Path("src/achse/motion/fields")}
 """Folders of declarations; the test of the module that puts them together walks them all."""
 
-OF_THE_PROJECT = {"house", "docs", "interop", "benchmarks", "fuzz", "libraries", "replay"}
+OF_THE_PROJECT = {"house", "docs", "interop", "benchmarks", "fuzz", "libraries", "replay", "rules"}
 """Rooms of tests/ whose subject is the project as a whole, not one module."""
 
 NEED_NO_TEST_FILE: dict[str, str] = {
@@ -15,11 +15,23 @@ NEED_NO_TEST_FILE: dict[str, str] = {
 """File names of modules without logic of their own, and why."""
 
 WITHOUT_MODULE: dict[str, str] = {
+    "tests/camshaft/test_random_cams.py": "kernel, controller and parameters against closed forms",
+    "tests/client/nc/test_random_calls.py": "every method of an axis, at random",
+    "tests/devices/nc/test_coupling_rings.py": "any couplings of four axes over ADS: no rings",
+    "tests/devices/nc/test_coupling_rows.py": "every row of couplings: access, lengths, values",
     "tests/devices/nc/test_effects.py": "every parameter row and what it does to an axis",
     "tests/devices/nc/test_every_row.py": "every row of the NC, asked at random",
+    "tests/devices/nc/test_every_table_row.py": "every row of tables, on a table of every kind",
     "tests/drive/modes/test_mode_bits.py": "every bit of controlword and statusword in each mode",
+    "tests/motion/couplings/test_cams_drawn.py": "cams, tables, commands and the kernel, at random",
+    "tests/motion/couplings/test_every_law.py": "all laws, chains and the kernel, at random",
+    "tests/motion/couplings/test_life.py": "masters, laws, superposition and errors together",
+    "tests/motion/path/test_path_oracle.py": "planner and TOPP-RA, path by path",
+    "tests/motion/path/test_random_paths.py": "all of a path at random: contour, limits, commands",
     "tests/motion/test_profile_oracle.py": "planner and ruckig, case by case",
     "tests/motion/test_wrong_parameters.py": "NC and machine, which are set up alike or not",
+    "tests/transport/test_serial_faults.py": "both ends of a serial line that does harm",
+    "tests/web/pages/test_modules.py": "the JavaScript of the pages, by node",
     "tests/motion/test_random_commands.py": "all commands and the kernel, at random",
     "tests/motion/test_random_dynamics.py": "what all commands and faults may make of a velocity",
 }

@@ -10,11 +10,18 @@ WORDS = Path("docs/explanation/words.md")
 """The glossary: one word for each thing, and phrases that are not to be used."""
 
 TWICE = {
+    "AxisTrace": "the samples of an axis, awaited and blocking (achse.client.nc)",
+    "AxisValue": "the same parameter, awaited and blocking",
+    "AxisValues": "the same parameters, awaited and blocking",
     "Client": "the same client, awaited and blocking (achse.client, achse.client.blocking)",
     "FunctionBlock": "as a source declares it (st.units) and as it is at run time (iec)",
     "Method": "as a source declares it (st.units) and as clients call it (iec)",
+    "Move": "the same command, awaited and blocking",
     "Program": "as a source declares it (st.units) and as it is at run time (iec)",
     "Property": "as a source declares it (st.units) and as clients reach it (iec)",
+    "RemoteAxis": "the same axis, awaited and blocking",
+    "RemoteNc": "the same NC, awaited and blocking",
+    "RemoteTable": "the same table, awaited and blocking",
     "Subscription": "the same subscription, awaited and blocking",
     "Target": "the same device, awaited and blocking",
 }

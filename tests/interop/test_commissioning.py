@@ -103,7 +103,7 @@ def session(
 def read_the_parameters(nc: Session) -> None:
     """The set as one block and as single values, which agree."""
     block = bytes(nc.nc.read(PARAMETER, 0, pyads.PLCTYPE_BYTE * 1024))
-    axis_id, name = struct.unpack_from("<I30s", block)
+    axis_id, _, name = struct.unpack_from("<II31s", block)  # as ST_AxisParameterSet has them
     assert axis_id == nc.get(PARAMETER, 0x01, UDINT) == AXIS
     assert name.split(b"\0")[0] == b"X"
     assert nc.get(PARAMETER, 0x27) == 2000.0

@@ -6,7 +6,12 @@ import pytest
 
 
 @pytest.mark.parametrize(
-    "name", ["pyads", "ads-client", "ads-async", "pytmc", "tshark", "pysoem", "kickcat"]
+    "name",
+    [
+        *("pyads", "ads-client", "ads-async", "pytmc", "pytcs", "tshark", "pysoem", "kickcat"),
+        *("ophyd", "caproto", "pyyaml", "socat", "rs274"),
+        *("node", "axe-core", "playwright", "chromium"),
+    ],
 )
 def test_the_witness_is_installed(name: str, witness: Callable[[str], None]) -> None:
     witness(name)

@@ -12,7 +12,7 @@ from achse.station.config import parse
 from tests.plc.code.conftest import Ran
 
 
-@settings(max_examples=20)
+@settings(max_examples=7)
 @given(value=st.integers(0, 2**32 - 1), bit=st.integers(0, 31), new=st.booleans())
 def test_single_bits(value: int, bit: int, new: bool) -> None:
     ran = Ran(

@@ -141,7 +141,7 @@ def test_numbers_as_text() -> None:
     assert (ran["inf"], ran["x"], ran["y"]) == ("#INF", 0x3412, 0x78563412)
 
 
-@settings(max_examples=25)
+@settings(max_examples=8)
 @given(
     first=st.text("ab ", max_size=12),
     second=st.text("ab ", max_size=12),
@@ -162,6 +162,79 @@ def test_texts_by_address(first: str, second: str, size: int) -> None:
     assert (ran["g"], ran["n"]) == (both, len(both))
     assert (ran["l"], ran["r"]) == (first.lstrip(" "), first.rstrip(" "))
     assert (ran["u"], ran["d"]) == (first.upper(), first)
+
+
+UTF8 = """PROGRAM MAIN
+VAR
+    {attribute 'TcEncoding' := 'UTF-8'} sA : STRING(40) := sLiteral_TO_UTF8('ä€');
+    {attribute 'TcEncoding' := 'UTF-8'} sB : STRING(40) := wsLiteral_TO_UTF8("ä€Ω");
+    sRaw : STRING(40) := Tc2_Utilities.wsLiteral_TO_UTF8("Ω");
+    {attribute 'TcEncoding' := 'UTF-8'} sC : STRING(40);
+    {attribute 'TcEncoding' := 'UTF-8'} sD : STRING(40);
+    sPlain : STRING(40);
+END_VAR
+sC := sLiteral_TO_UTF8('ä€');
+sD := wsLiteral_TO_UTF8("ä€Ω");
+sPlain := sD;
+END_PROGRAM"""
+
+
+@pytest.mark.parametrize("executed", [False, True])
+def test_literals_in_utf_8(executed: bool) -> None:
+    """As initial values and in bodies; a STRING that is not said to be UTF-8 has the same bytes."""
+    ran = Ran(UTF8)
+    assert (ran["sA"], ran["sB"], ran["sRaw"]) == ("ä€", "ä€Ω", "Î©")
+    if executed:
+        ran.cycle()
+        assert (ran["sC"], ran["sD"]) == ("ä€", "ä€Ω")
+        assert ran["sPlain"].encode("cp1252") == "ä€Ω".encode()
+
+
+@settings(max_examples=8)
+@given(
+    text=st.text(
+        st.characters(codec="utf-8", exclude_characters='"$\0', exclude_categories=["Cs", "Cc"]),
+        max_size=12,
+    ),
+    size=st.integers(1, 50),
+)
+def test_texts_to_utf_8_and_back(text: str, size: int) -> None:
+    ran = Ran(
+        f'PROGRAM MAIN VAR w : WSTRING(40) := "{text}"; back : WSTRING(40);'
+        " {attribute 'TcEncoding' := 'UTF-8'} u : STRING(50); s : STRING(50); again : STRING(60);"
+        " guard : UDINT := 7; ok, b2, b3, b4 : BOOL; END_VAR"
+        f" ok := WSTRING_TO_UTF8(ADR(u), ADR(w), {size});"
+        " b2 := UTF8_TO_WSTRING(ADR(back), ADR(u), SIZEOF(back));"
+        " b3 := UTF8_TO_STRING(ADR(s), ADR(u), SIZEOF(s));"
+        " b4 := STRING_TO_UTF8(ADR(again), ADR(s), SIZEOF(again)); END_PROGRAM"
+    ).cycle()
+    assert ran.plc.failure == ""
+    kept = text
+    while len(kept.encode()) >= size:
+        kept = kept[:-1]
+    assert (ran["ok"], ran["u"], ran["back"]) == (kept == text, kept, kept)
+    assert ran["s"].encode("cp1252", "replace") == kept.encode("cp1252", "replace")
+    assert (ran["b2"], ran["b3"], ran["b4"], ran["guard"]) == (True, True, True, 7)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"\x80", b"a\xff", b"\xc3", b"\xe2\x82", b"\xc0\x80", b"\xed\xa0\x80", b"\xf5\x80\x80\x80"],
+)
+def test_what_is_not_utf_8(data: bytes) -> None:
+    """It is U+FFFD, and nothing behind the text is read."""
+    ran = Ran(
+        "PROGRAM MAIN VAR a : ARRAY [0..9] OF BYTE; w : WSTRING(9); s : STRING(2); b : BOOL;"
+        " END_VAR b := UTF8_TO_WSTRING(ADR(w), ADR(a), SIZEOF(w));"
+        " UTF8_TO_STRING(ADR(s), ADR(a), 3); END_PROGRAM"
+    )
+    main: Any = ran.plc.instance("MAIN")
+    for index, value in enumerate(data):
+        main["a"][index] = value
+    ran.cycle()
+    assert (ran.plc.failure, ran["b"]) == ("", True)
+    assert "\ufffd" in ran["w"]
+    assert ran["s"].endswith("?")
 
 
 TIMES = (
@@ -226,7 +299,7 @@ RING = (
 )
 
 
-@settings(max_examples=30)
+@settings(max_examples=10)
 @given(
     st.lists(
         st.tuples(st.sampled_from([1, 1, 2, 3, 3, 4]), st.integers(0, 40), st.integers(0, 40)),

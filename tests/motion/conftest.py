@@ -1,5 +1,6 @@
 """A rig for one NC: run cycles, record the set point, on either kernel."""
 
+import random
 from collections.abc import Callable
 from typing import Any
 
@@ -7,6 +8,7 @@ import pytest
 
 from achse.codes import NcError
 from achse.motion import Axis, AxisParameters, Nc, StateBit
+from achse.motion.record import LAYOUT
 
 CYCLE = 0.002
 
@@ -71,3 +73,68 @@ def rig() -> Rig:
 @pytest.fixture
 def make_rig() -> type[Rig]:
     return Rig
+
+
+UNUSUAL = LAYOUT.fields["unusual"].offset
+
+
+def _values(nc: Nc) -> list[tuple[bytes, ...]]:
+    """All values of its axes but whether more than a plain move is looked for."""
+    found: list[tuple[bytes, ...]] = []
+    for axis in nc:
+        own = axis.pack()
+        parts = (axis.encoder.pack(), axis.controller.pack(), axis.drive.pack())
+        found.append((own[: 8 * UNUSUAL], own[8 * UNUSUAL + 8 :], *parts))
+    return found
+
+
+def _cycle_both(short: Nc, rows: list[Any], long: Nc) -> None:
+    """A cycle of each; `rows` are the axes of `long`, which look at everything."""
+    for row in rows:
+        row.wholes[UNUSUAL] = 1
+    short.cycle()
+    long.cycle()
+
+
+@pytest.fixture
+def same_both_ways() -> Callable[[Nc, Nc, int], list[bool]]:
+    """`same_both_ways(short, long, cycles)`: two NCs that were told the same have the same values.
+
+    Those of `long` look at everything in each cycle. Gives whether axis 1 of `short` began each
+    cycle on the short way.
+    """
+
+    def run(short: Nc, long: Nc, cycles: int) -> list[bool]:
+        rows: list[Any] = list(long)
+        plain = []
+        for cycle in range(cycles):
+            plain.append(not short.axis(1).unusual)
+            _cycle_both(short, rows, long)
+            assert _values(short) == _values(long), cycle
+        return plain
+
+    return run
+
+
+@pytest.fixture
+def compare_ways() -> Callable[[Callable[[], tuple[Nc, list[Any]]], int], None]:
+    """`compare_ways(make, seed)`: two NCs, each with a player per axis, play the same.
+
+    The axes of one are made to look at everything in each cycle (`unusual`), those of the other
+    take the short way of a plain move where they can. All their values must be equal.
+    """
+
+    def compare(make: Callable[[], tuple[Nc, list[Any]]], seed: int) -> None:
+        (short, first), (long, second) = make(), make()
+        rows: list[Any] = list(long)
+        dice = random.Random(seed)
+        for turn in range(1500):
+            acting = [n for n in range(len(rows)) if dice.random() < 0.1]
+            for players in (first, second):
+                for n in acting:
+                    players[n].act()
+            for _ in range(dice.choice((1, 1, 2, 7, 40))):
+                _cycle_both(short, rows, long)
+            assert _values(short) == _values(long), turn
+
+    return compare

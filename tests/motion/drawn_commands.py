@@ -16,7 +16,11 @@ ENABLED = 7
 FULL = 1_000_000
 
 ENDLESS = [StartType.ENDLESS_POSITIVE, StartType.ENDLESS_NEGATIVE]
-POSITIONS = [*3 * [StartType.ABSOLUTE], *3 * [StartType.RELATIVE], *list(StartType)[4:8]]
+POSITIONS = [
+    *(*3 * [StartType.ABSOLUTE], *3 * [StartType.RELATIVE], StartType.MODULO, StartType.ADDITIVE),
+    *(StartType.MODULO_SHORTEST, StartType.MODULO_POSITIVE, StartType.MODULO_NEGATIVE),
+    *(StartType.MODULO_CURRENT, StartType.ABSOLUTE_INTERNAL),
+]
 JOGS = [kind + way for kind in (0x110, 0x120, 0x210, 0x310, 0x420, 0x520) for way in (0, 1)]
 STOPS = [StartType.HALT, StartType.HALT, StartType.STOP_AND_LOCK]
 
@@ -169,7 +173,7 @@ class Player:
         return share * self.axis.max_velocity
 
     def position(self, kind: int) -> float:
-        if kind > StartType.MODULO:
+        if kind > StartType.ABSOLUTE_INTERNAL:
             return self.dice.uniform(0.0, 0.999) * self.axis.encoder.modulo_factor
         share = self.dice.uniform(-1.0, 1.0)
         return share * abs(share) * self.reach
@@ -285,11 +289,13 @@ class Player:
         kind, dynamics = self.dice.choice(STOPS), self.dynamics()
         mode = int(kind == StartType.HALT and self.dice.random() < 0.3)
         waits = mode != 0 and self.occupied()
+        moves = self.axis.set_motion_phase in (MotionPhase.POSITIONING, MotionPhase.ENDLESS)
+        jerk = dynamics[2] or (self.axis.job.jerk if moves else 0.0)  # 0 is what the move has
         if self.call(commands.universal_start, kind, 0.0, 0.0, *dynamics, mode):
             if waits:
-                self.began(0.0, dynamics[2], aborting=False)
+                self.began(0.0, jerk, aborting=False)
             else:
-                self.stopped(dynamics[2])
+                self.stopped(jerk)
 
     def stop(self) -> None:
         self.call(commands.stop)

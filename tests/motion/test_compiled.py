@@ -5,13 +5,13 @@ import sys
 
 from achse.motion import curves
 from achse.motion.compiled import KERNEL
-from achse.motion.machine.record import AMPLIFIER, SENSOR
+from achse.motion.machine.record import AMPLIFIER, MACHINE, SENSOR
 from achse.motion.record import ENCODER, LAYOUT
 from achse.native.memory import Rows
 
 
 def test_no_axes_are_no_work() -> None:
-    layouts = LAYOUT, ENCODER, SENSOR, AMPLIFIER, curves.LAYOUT
+    layouts = LAYOUT, ENCODER, LAYOUT, curves.LAYOUT, LAYOUT, MACHINE, SENSOR, AMPLIFIER
     rows = [Rows(layout, 0) for layout in layouts]
     KERNEL.function(*(part for each in rows for part in (each.address, 0)), 0.002, 3)
 

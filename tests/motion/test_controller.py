@@ -442,10 +442,31 @@ def test_an_external_part_and_the_velocity_offset_are_added(make_rig: Any) -> No
     assert rig.axis.drive.output == pytest.approx(0.0, abs=1e-6)
 
 
-def test_the_difference_of_following_errors_holds_its_peaks(rig: Any) -> None:
-    """A coupling will set it; 0x6100:0x22 and 0x23 show what it was at most."""
-    for difference in (0.5, -0.25, 0.125, 0.0):
-        rig.axis.controller.following_error_difference = difference
-        rig.run(1)
-    assert rig.axis.following_error_difference_peak_positive == 0.5
-    assert rig.axis.following_error_difference_peak_negative == -0.25
+def test_the_difference_of_following_errors_of_master_and_slave(make_rig: Any) -> None:
+    """Master less slave in units of the master; 0x6100:0x22 and 0x23 show what it was at most."""
+    rig = make_rig(count=2, controller_velocity_feedforward_weight=0.5, **FREE)
+    master, slave = rig.nc
+    slave.controller.following_error_difference_scaling = 0.25
+    commands.couple(slave, 1, 1, 0, 0, 2.0)
+    commands.start(master, 3, 0.0, V)
+    rig.seconds(2.0)
+    error = master.following_error
+    assert slave.following_error == pytest.approx(2.0 * error)
+    assert slave.following_error_difference == pytest.approx(0.5 * error)
+    assert slave.following_error_difference_peak_positive >= 0.5 * error > 0.0
+    commands.decouple(slave)
+    assert slave.following_error_difference == 0.0
+
+
+def test_kcp_holds_the_slave_beside_its_actual_master(make_rig: Any) -> None:
+    beside = []
+    for kcp in (0.0, 100.0):
+        rig = make_rig(count=2, **FREE)
+        master, slave = rig.nc
+        master.controller.velocity_feedforward_weight = 0.5
+        slave.controller.slave_coupling_kcp = kcp
+        commands.couple(slave, 1, 1, 0, 0, 1.0)
+        commands.start(master, 3, 0.0, V)
+        rig.seconds(2.0)
+        beside.append(slave.actual_position - master.actual_position)
+    assert abs(beside[1]) < 0.3 * abs(beside[0])

@@ -1,6 +1,7 @@
 """The cycle: plain and compiled are bit-identical, resting axes stay right."""
 
 import random
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -290,7 +291,7 @@ def test_rest_changes_nothing(make_rig: Any) -> None:
         resting.run(1)
     awake.axis.resting = 1
     awake.axis.quiet_cycles = resting.axis.quiet_cycles
-    awake.axis._record.resting = 1
+    awake.axis._record.resting, awake.axis._record.unusual = 1, resting.axis.unusual
     assert awake.axis.pack() == resting.axis.pack()
 
 
@@ -327,3 +328,79 @@ def test_a_second_encoder_sees_every_step_of_a_stepper() -> None:
         for _ in range(700):
             nc.cycle()
             assert axis.encoders[1].actual_position == pytest.approx(axis.actual_position)
+
+
+def _delayed_error(dice: random.Random) -> tuple[dict[str, float], Callable[[Axis], None]]:
+    """A following error, which is an error only some time after it was seen."""
+    values = {
+        "error_reaction_mode": 1.0,
+        "error_reaction_delay": dice.uniform(0.01, 0.2),
+        "controller_following_error_position_max": 10 ** dice.uniform(-4, -2),
+        "controller_following_error_position_filter_time": dice.choice([0.0, 0.02]),
+    }
+    return values, lambda _: None
+
+
+def _output_limit(dice: random.Random) -> tuple[dict[str, float], Callable[[Axis], None]]:
+    """The output comes to a limit, the upper or the lower one as the move goes."""
+    limit = dice.uniform(0.001, 0.01)
+    values = {
+        "drive_output_limit_max": limit,
+        "drive_output_limit_min": -limit,
+        "controller_following_error_position_monitoring_enable": 0.0,
+    }
+    return values, lambda _: None
+
+
+def _invalid_data(dice: random.Random) -> tuple[dict[str, float], Callable[[Axis], None]]:
+    """I/O data become invalid."""
+
+    def fall_out(axis: Axis) -> None:
+        axis.machine.io_invalid = 1  # of the machine: nobody writes to the axis
+
+    return {"simulation_dead_time": dice.choice([0.0, 0.01])}, fall_out
+
+
+def _feed_enable(dice: random.Random) -> tuple[dict[str, float], Callable[[Axis], None]]:
+    """The axis turns back without the feed enable of that direction: it stops."""
+
+    def turn(axis: Axis) -> None:
+        ahead = axis.set_velocity > 0.0
+        assert commands.universal_start(axis, 1, -1e4 if ahead else 1e4, velocity) == 0
+        axis.control_dword = 3 if ahead else 5
+
+    velocity = dice.uniform(20.0, 100.0)
+    return {}, turn
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("event", [_delayed_error, _output_limit, _invalid_data, _feed_enable])
+@pytest.mark.parametrize("way", [1, -1])
+def test_what_begins_within_a_plain_move_ends_its_short_way(
+    same_both_ways: Callable[[Nc, Nc, int], list[bool]],
+    event: Callable[[random.Random], tuple[dict[str, float], Callable[[Axis], None]]],
+    seed: int,
+    way: int,
+) -> None:
+    """Each of these has to be looked for from the cycle on in which it begins by itself."""
+    dice = random.Random(f"{event.__name__} {seed} {way}")
+    values, happen = event(dice)
+    velocity = dice.uniform(20.0, 100.0)
+    values = {
+        "control_dword": 7.0,
+        "velocity_override": float(FULL),
+        "max_velocity": 200.0,
+        "encoder_soft_limit_min_enable": 0.0,
+        "encoder_soft_limit_max_enable": 0.0,
+        **values,
+    }
+    both = [Nc(2_000_000, [AxisParameters(1, values=values)], compiled=True) for _ in "12"]
+    short, long = both
+    same_both_ways(short, long, 3)
+    for nc in both:
+        assert commands.start(nc.axis(1), 1, way * 1000.0, velocity) == 0
+    plain = same_both_ways(short, long, dice.randrange(150, 250))
+    assert any(plain)
+    for nc in both:
+        happen(nc.axis(1))
+    same_both_ways(short, long, 400)

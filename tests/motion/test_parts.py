@@ -6,6 +6,7 @@ from achse.motion import AxisParameters, Nc
 from achse.motion.axis import Axis
 from achse.motion.parts import VIEWS
 from achse.motion.record import FIELDS, PART_OF, PARTS
+from achse.motion.shown import SHOWN
 
 
 @pytest.fixture(params=[False, True], ids=["plain", "in memory"])
@@ -48,7 +49,8 @@ def test_every_value_is_of_one_record() -> None:
     assert FIELDS.keys() == PART_OF.keys()
     for part, layout in PARTS.items():
         own = {field.name for kind, field in PART_OF.values() if kind == part}
-        assert own == {name for name, field in layout.fields.items() if field.refers is None}
+        stored = {name for name, field in layout.fields.items() if field.refers is None}
+        assert own == stored | SHOWN[part].keys()
 
 
 def test_a_parameter_of_a_part_wakes_its_axis(axis: Axis) -> None:

@@ -26,7 +26,11 @@ FULL = 1_000_000
 GENTLE = 0.2
 """Part of its jerk that a command to some of the axes may have."""
 
-POSITIONS = [*3 * [StartType.ABSOLUTE], *3 * [StartType.RELATIVE], *list(StartType)[4:8]]
+POSITIONS = [
+    *(*3 * [StartType.ABSOLUTE], *3 * [StartType.RELATIVE], StartType.MODULO, StartType.ADDITIVE),
+    *(StartType.MODULO_SHORTEST, StartType.MODULO_POSITIVE, StartType.MODULO_NEGATIVE),
+    *(StartType.MODULO_CURRENT, StartType.ABSOLUTE_INTERNAL),
+]
 ENDLESS = [StartType.ENDLESS_POSITIVE, StartType.ENDLESS_NEGATIVE]
 JOGS = [kind + way for kind in (0x110, 0x120, 0x210, 0x310, 0x420, 0x520) for way in (0, 1)]
 ROUGH = [
@@ -154,7 +158,7 @@ class Player:
         return share * self.axis.max_velocity
 
     def position(self, kind: int) -> float:
-        if kind > StartType.MODULO:
+        if kind > StartType.ABSOLUTE_INTERNAL:
             return float(self.dice.uniform(0.0, 0.999) * self.axis.encoder.modulo_factor)
         share = self.dice.uniform(-1.0, 1.0)
         return float(share * share * share * self.reach)
@@ -538,3 +542,17 @@ def test_the_plain_kernel_does_the_same() -> None:
     with checked_builds():
         checked, _ = play(99, 1000, compiled=True, functions=True, axes=3)
     assert plain.digest() == fast.digest() == checked.digest()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_short_way_of_a_plain_move_is_a_way_and_nothing_else(
+    compare_ways: Callable[..., None], seed: int
+) -> None:
+    def make() -> tuple[Nc, list[Player]]:
+        dice = random.Random(seed)
+        axes = [AxisParameters(number, values=axis_values(dice)) for number in range(1, 9)]
+        nc = Nc(2_000_000, axes, compiled=True)
+        lots = [random.Random(f"{seed} {row}") for row in range(8)]
+        return nc, [Player(axis, lot, functions=True) for axis, lot in zip(nc, lots, strict=True)]
+
+    compare_ways(make, seed)

@@ -309,3 +309,47 @@ def test_the_plain_kernel_does_the_same() -> None:
     plain, _ = play(99, 150, compiled=False, axes=3)
     fast, _ = play(99, 150, compiled=True, axes=3)
     assert plain.digest() == fast.digest()
+
+
+def _watched(dice: random.Random, values: dict[str, float]) -> dict[str, float]:
+    """Supervisions with windows that random moves leave now and then, and delayed errors."""
+    way = values["max_velocity"] * drawn.decades(dice, -3.0, 0.0)
+    seldom = [0, 0, 0, 0, 1]
+    return values | {
+        "encoder_soft_limit_min_enable": dice.choice(seldom),
+        "encoder_soft_limit_max_enable": dice.choice(seldom),
+        "loop_enable": dice.choice(seldom),
+        "error_reaction_mode": dice.randrange(2),
+        "error_reaction_delay": dice.choice([0.0, 0.01, 0.1]),
+        "controller_following_error_position_monitoring_enable": dice.choice(seldom),
+        "controller_following_error_position_max": way,
+        "controller_following_error_position_filter_time": dice.choice([0.0, 0.01]),
+        "position_range_monitoring_enable": dice.randrange(2),
+        "position_range_window": way,
+        "target_position_monitoring_enable": dice.randrange(2),
+        "target_position_window": way,
+        "target_position_monitoring_time": dice.choice([0.0, 0.02]),
+        "peh_monitoring_enable": dice.choice(seldom),
+        "peh_monitoring_time": dice.choice([0.001, 0.05]),
+        "motion_monitoring_window": way,
+        "motion_monitoring_time": dice.choice([0.0, 0.05]),
+        "motion_monitoring_enable": dice.choice(seldom),
+    }
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_short_way_of_a_plain_move_holds_with_supervisions_too(
+    compare_ways: Callable[..., None], seed: int
+) -> None:
+    def make() -> tuple[Nc, list[Any]]:
+        dice = random.Random(seed)
+        axes = [
+            AxisParameters(number, values=_watched(dice, drawn.axis_values(dice)))
+            for number in range(1, 9)
+        ]
+        nc = Nc(round(DT * 1e9), axes, compiled=True)
+        return nc, [
+            drawn.Player(axis, random.Random(f"{seed} {row}")) for row, axis in enumerate(nc)
+        ]
+
+    compare_ways(make, seed)

@@ -469,3 +469,31 @@ def test_a_main_motion_far_beyond_the_process_velocity_does_not_hurry_it(make_ri
     steps = [after - before for before, after in pairwise([V, *velocities])]
     assert max(steps) == pytest.approx(4.0 * A * rig.nc.cycle_seconds)
     assert min(steps) == pytest.approx(-4.0 * D * rig.nc.cycle_seconds)
+
+
+@pytest.mark.parametrize("moment", range(30))
+@pytest.mark.parametrize("share", [-0.1, -0.5, -0.9])
+def test_a_stop_in_the_last_ramp_with_a_slowing_compensation_keeps_the_jerk(
+    make_rig: Any, moment: int, share: float
+) -> None:
+    """What stays of the deceleration of both is what the jerk of the axis takes away before rest.
+
+    Only the cycle in which the compensation ends may bend: its acceleration has steps.
+    """
+    jerk = 2000.0
+    rig = make_rig(default_jerk=jerk)
+    assert commands.universal_start(rig.axis, 2, 60.0, V) == 0
+    rig.until(lambda axis: axis.set_acceleration < 0.0)
+    rig.until(lambda axis: axis.set_velocity < (0.05 + 0.02 * moment) * V)
+    length = 0.9 * rig.axis.remaining_distance
+    asked = Compensation(1, 10.0 * A, 10.0 * A, V, V, share * length, length)
+    assert commands.start_superposition(rig.axis, asked)[0] == 0
+    rig.run(3)
+    rig.axis.control_dword = 1
+    rig.run(1)
+    trace = [rig.axis.set_acceleration]
+    while rig.axis.set_velocity != 0.0:
+        rig.run(1)
+        trace.append(rig.axis.set_acceleration)
+        assert rig.axis.set_velocity >= -1e-9
+    assert max(abs(b - a) for a, b in pairwise(trace)) <= jerk * 0.002 * (1.0 + 1e-6)

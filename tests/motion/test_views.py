@@ -6,7 +6,7 @@ import pytest
 
 from achse.motion.fields.declare import Field, real, reals, whole
 from achse.motion.views import Store, View
-from achse.native.declare import lay_out, plain_record, reference
+from achse.native.declare import lay_out, plain_record, reference, within
 
 
 class Wheel:
@@ -80,3 +80,43 @@ def test_both_forms_have_the_same_bytes() -> None:
 def test_what_a_kernel_takes(stores: Any) -> None:
     arguments = stores[0].arguments
     assert arguments[-1] == 2 or len(arguments[0]) == 2
+
+
+class Train:
+    length: int = whole(2, "1", "length")
+    engine: Wheel = within(WHEEL, Field)
+    axles: list[Wheel] = within(WHEEL, Field, 3)
+
+
+TRAIN = lay_out("train", [Train], Field)
+
+
+class TrainView(View):
+    told: list[str]
+
+    def changed(self, field: Field) -> None:
+        self.told = [*getattr(self, "told", []), field.name]
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_records_within_are_views_that_tell_the_outer_one(compiled: bool) -> None:
+    first, train = Store(TrainView, TRAIN, plain_record(TRAIN), 2, compiled=compiled).views
+    before = train.pack()
+    train.axles[2].turns = 5
+    train.engine.angle = 1.5
+    train.axles[0].marks[1] = 0.25
+    assert [axle.turns for axle in train.axles] == [3, 3, 5]
+    assert (train.engine.angle, list(train.axles[0].marks)) == (1.5, [0.0, 0.25])
+    assert train.told == ["turns", "angle"]
+    assert first.pack() == before != train.pack()
+    with pytest.raises(AttributeError):
+        train.engine = train.axles[0]
+
+
+def test_records_within_have_the_same_bytes_in_both_forms() -> None:
+    packed = set()
+    for compiled in (False, True):
+        train = Store(TrainView, TRAIN, plain_record(TRAIN), 1, compiled=compiled).views[0]
+        train.axles[1].turns, train.engine.marks[0] = 9, -2.0
+        packed.add(train.pack())
+    assert len(packed) == 1

@@ -80,7 +80,7 @@ PHASES = [Phase.explicit, Phase.reuse, Phase.generate]
 KERNELS = st.sampled_from([False, True] if compiler_installed() else [False])
 
 
-@settings(max_examples=20, deadline=None, phases=PHASES)
+@settings(max_examples=7, deadline=None, phases=PHASES)
 @given(setups(ANALOG, DIGITAL, POSITION), KERNELS, st.sampled_from([-30.0, 25.0]))
 def test_where_they_agree_the_motion_is_right(
     values: dict[str, float], compiled: bool, target: float
@@ -97,7 +97,7 @@ def test_where_they_agree_the_motion_is_right(
     assert axis.machine.velocity == pytest.approx(V, abs=2.0 * last_bit(axis) + 0.5)
 
 
-@settings(max_examples=20, deadline=None, phases=PHASES)
+@settings(max_examples=7, deadline=None, phases=PHASES)
 @given(setups(ANALOG, DIGITAL, POSITION), KERNELS, FACTORS)
 def test_a_wrong_scaling_of_the_encoder_moves_farther_or_less(
     values: dict[str, float], compiled: bool, factor: float
@@ -112,7 +112,7 @@ def test_a_wrong_scaling_of_the_encoder_moves_farther_or_less(
     assert axis.machine.position == pytest.approx(20.0 / factor, abs=4.0 * coarseness(axis))
 
 
-@settings(max_examples=20, deadline=None, phases=PHASES)
+@settings(max_examples=7, deadline=None, phases=PHASES)
 @given(
     setups(ANALOG),
     KERNELS,
@@ -135,7 +135,7 @@ def test_a_wrong_reference_of_an_analog_output_is_a_wrong_velocity(
     assert axis.actual_velocity == pytest.approx(reached, abs=rough)
 
 
-@settings(max_examples=20, deadline=None, phases=PHASES)
+@settings(max_examples=7, deadline=None, phases=PHASES)
 @given(setups(DIGITAL, POSITION), KERNELS, FACTORS)
 def test_a_wrong_weight_of_a_digital_output_is_a_wrong_motion(
     values: dict[str, float], compiled: bool, factor: float
@@ -154,7 +154,7 @@ def test_a_wrong_weight_of_a_digital_output_is_a_wrong_motion(
     assert axis.actual_position == pytest.approx(axis.machine.position, abs=coarseness(axis))
 
 
-@settings(max_examples=20, deadline=None, phases=PHASES)
+@settings(max_examples=7, deadline=None, phases=PHASES)
 @given(
     setups(ANALOG, DIGITAL, POSITION),
     KERNELS,
@@ -175,7 +175,7 @@ def test_a_wrong_direction_runs_away_and_is_reported(
     assert axis.machine.velocity == pytest.approx(0.0, abs=1e-6)  # the drive is not enabled
 
 
-@settings(max_examples=20, deadline=None, phases=PHASES)
+@settings(max_examples=7, deadline=None, phases=PHASES)
 @given(setups(ANALOG, DIGITAL), KERNELS)
 def test_two_wrong_directions_move_the_other_way(values: dict[str, float], compiled: bool) -> None:
     nc, axis = build(values, compiled)

@@ -16,7 +16,7 @@ import pytest
 
 from achse.native.backend import address_of
 from achse.native.compiled import Kernel, checked_builds
-from achse.native.declare import Slot, lay_out, plain_record, reference
+from achse.native.declare import Slot, lay_out, pack, plain_record, reference, within
 from achse.native.kernels.translate import TranslationError
 from achse.native.memory import Rows, RowView
 
@@ -349,3 +349,50 @@ def test_without_compiler_there_is_no_machine_code(
 ) -> None:
     monkeypatch.setitem(sys.modules, "llvmlite", None)
     assert not _kernel(written, step=4.0).available
+
+
+class Train:
+    length: int = 3
+    engine: Any = within(WHEEL)
+    axles: Any = within(WHEEL, length=3)
+
+
+TRAIN = lay_out("train", [Train], Slot)
+
+ROLLED = """
+from collections.abc import Sequence
+
+def roll(trains: Sequence[Train], way: float, n: int) -> float:
+    train = trains[1]
+    turn(train.engine, way)
+    total = 0.0
+    for i in range(train.length):
+        turn(train.axles[i], way * i)
+        total += train.axles[i].angle
+    last = train.engine
+    if n > 0:
+        last = train.axles[n]
+    last.marks[2] += total
+    train.axles[-1].turns += len(train.axles)
+    return total
+
+def turn(wheel: Wheel, way: float) -> None:
+    wheel.angle += way
+    wheel.turns += 1
+"""
+
+
+def test_a_record_holds_records(written: Any) -> None:
+    module = written(ROLLED, Wheel=Wheel, Train=Train)
+    kernel = Kernel("trains", module.roll, {Wheel: WHEEL, Train: TRAIN})
+    trains = Rows(TRAIN, 2)
+    plain: list[Any] = [plain_record(TRAIN)() for _ in range(2)]
+    trains.row(1)[:] = pack(TRAIN, plain[1])
+    with checked_builds():
+        checked = kernel.function
+    for n in (0, 2, 1, 0):
+        assert kernel.plain(plain, 0.5, n) == kernel.function(trains.address, 2, 0.5, n)
+        assert bytes(trains.row(1)) == pack(TRAIN, plain[1])
+    with pytest.raises(IndexError, match="index 3 of 3 elements"):
+        checked(trains.address, 2, 0.5, 3)
+    assert not any(trains.row(0))

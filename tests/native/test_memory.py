@@ -6,7 +6,7 @@ from unittest.mock import patch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.native.declare import Slot, lay_out
+from achse.native.declare import Slot, lay_out, within
 from achse.native.memory import MemoryCell, Rows, RowView, field_property, gather, reader
 
 
@@ -54,6 +54,21 @@ def test_a_view_knows_the_places_of_its_fields() -> None:
     assert (place.offset, place.size) == (48, 4)
     with patch("sys.byteorder", "big"):
         assert view.place(LAYOUT.fields["turns"], 4) is None
+
+
+def test_records_within_are_rows_in_the_same_memory() -> None:
+    class Cart:
+        load: int = 0
+        wheels: Any = within(LAYOUT, length=2)
+
+    cart = lay_out("cart", [Cart], Slot)
+    rows = Rows(cart, 3)
+    inner = rows.within(1, cart.fields["wheels"])
+    assert (inner.count, inner.size) == (2, 40)
+    assert inner.address == rows.address + rows.size + 8
+    View(inner, 1).turns = 9
+    assert RowView(rows, 1).wholes[7] == 9
+    assert bytes(rows.row(0)) == bytes(rows.row(2)) == bytes(rows.size)
 
 
 MEMORIES = [memoryview(bytearray(range(20))), memoryview(bytearray(range(100, 110)))]

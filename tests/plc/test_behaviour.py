@@ -1,6 +1,7 @@
 """Python classes bound by name to declared programs and function blocks."""
 # ruff: noqa: N801, N815 (IEC names)
 
+from datetime import timedelta
 from typing import Any
 
 import pytest
@@ -9,6 +10,10 @@ from achse.iec import INT, LREAL, DeclarationError, GlobalVariables, Method, Pro
 from achse.iec.structs import RecordKind, RecordMeta, StructType
 from achse.plc import PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
+from achse.plc.bodies import Bodies
+from achse.st.check import check
+from achse.st.declare import declare
+from achse.st.parser import parse
 
 
 def _block(name: str, base: StructType[Any] | None = None) -> StructType[Any]:
@@ -109,3 +114,65 @@ class Declared(Program):
 
 def test_without_behaviours_the_units_are_the_same() -> None:
     assert with_behaviour([Declared], []) == [Declared]
+
+
+SOURCES = """
+TYPE ST_Recipe : STRUCT nId : INT := 7; sName : STRING(20) := 'none'; END_STRUCT END_TYPE
+VAR_GLOBAL fLoad : LREAL := 12.5; stActive : ST_Recipe := (nId := 1); END_VAR
+FUNCTION_BLOCK FB_Scale
+VAR_OUTPUT fWeight : LREAL; END_VAR
+METHOD Weigh : BOOL
+VAR_INPUT sName : STRING; tWait : TIME; stIn : ST_Recipe; END_VAR
+VAR_OUTPUT fMean : LREAL; stUsed : ST_Recipe; END_VAR
+END_METHOD
+METHOD Current : ST_Recipe END_METHOD
+METHOD Nothing : STRING END_METHOD
+END_FUNCTION_BLOCK
+PROGRAM MAIN
+VAR
+    fbScale : FB_Scale; bDone : BOOL; fMean : LREAL; stUsed, stNow : ST_Recipe; s : STRING := 'a';
+END_VAR
+fbScale();
+bDone := fbScale.Weigh('x', T#2S, stNow, fMean => fMean, stUsed => stUsed);
+stNow := fbScale.Current();
+s := fbScale.Nothing();
+END_PROGRAM
+"""
+
+
+class FB_Scale:
+    plant: "GVL"  # type: ignore[name-defined]  # noqa: F821
+    fWeight: float
+
+    def cycle(self) -> None:
+        self.fWeight = self.plant.fLoad
+        self.plant.stActive = {}
+
+    def Weigh(self, name: str, wait: timedelta, record: Any) -> Any:  # noqa: N802
+        return True, wait.total_seconds(), {"nId": record.nId + 1, "sName": name}
+
+    def Current(self) -> Any:  # noqa: N802
+        return self.plant.stActive
+
+    def Nothing(self) -> None:  # noqa: N802
+        return None
+
+
+def test_python_blocks_reach_lists_and_give_structures() -> None:
+    """Values that Structured Text hands over and gets are Python's; `{}` clears a structure."""
+    found = declare([parse(SOURCES)])
+    units = with_behaviour(found.units, [FB_Scale], found.types.values())
+    main = next(unit for unit in units if issubclass(unit, Program))
+    rest = [unit for unit in units if unit is not main]
+    plc = PlcRuntime([Task("T", 1_000_000, [main])], rest, bodies=Bodies(check(found)))
+    plc.run_due(1_000_000)
+    assert plc.failure == ""
+    unit: Any = plc.instance("MAIN")
+    assert (unit["fbScale"].fWeight, unit["bDone"], unit["fMean"], unit["s"]) == (
+        12.5,
+        True,
+        2.0,
+        "",
+    )
+    assert (unit["stUsed"].nId, unit["stUsed"].sName) == (8, "x")
+    assert (unit["stNow"].nId, plc.instance("GVL")["stActive"].nId) == (7, 7)

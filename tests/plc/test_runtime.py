@@ -253,3 +253,13 @@ def test_a_plc_needs_a_task_and_each_name_once() -> None:
 
     with pytest.raises(DeclarationError, match="declared twice"):
         PlcRuntime([Task(programs=[MAIN])], [GVL, Again])
+
+
+def test_the_watchdog_warns_once_in_each_row(caplog: pytest.LogCaptureFixture) -> None:
+    times = iter(range(0, 10_000 * MS, 20 * MS))
+    task = Task(cycle_ns=10 * MS, programs=[MAIN], watchdog_cycles=3)
+    plc = PlcRuntime([task], [GVL], stopwatch=lambda: next(times))
+    plc.run_due(100 * MS)
+    told = [record for record in caplog.records if "in a row" in record.message]
+    assert [record.levelno for record in told] == [logging.WARNING]
+    assert plc.state is PlcState.RUN

@@ -3,12 +3,15 @@
 import random
 import struct
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from achse.iec import DeclarationError, plain
 from achse.plc import PlcRuntime, Task
+from achse.plc.bodies import Bodies
 from achse.plc.program import PlacedVariable
+from achse.st.check import check
 from achse.st.declare import Declarations, declare
 from achse.st.parser import parse
 from achse.st.project import load_project
@@ -99,9 +102,9 @@ def test_each_instance_of_a_block_points_to_itself() -> None:
     ]:
         assert block["pThis"] == start
         assert block["pOwn"] == start + 8  # behind the table pointer
-    # Constants are before anything else, those that an instance says of itself, too.
-    assert program["aMotors"][0]["nTwice"] == 20
-    assert program["fbOne"]["nTwice"] == 6
+    # Members begin as their type says; what an instance says of itself comes after.
+    assert program["aMotors"][0]["nOwn"] == 10
+    assert program["aMotors"][0]["nTwice"] == program["fbOne"]["nTwice"] == 6
 
 
 def test_they_come_again_with_a_reset_and_follow_an_online_change() -> None:
@@ -274,3 +277,185 @@ PROGRAM P VAR n : INT := MAX(1, 2); END_VAR END_PROGRAM
 def test_a_size_that_rests_on_itself_is_a_fault() -> None:
     with pytest.raises(DeclarationError, match="rest on each other"):
         declared("PROGRAM P VAR x : ARRAY [0..SIZEOF(x)] OF INT; END_VAR END_PROGRAM")
+
+
+SIBLINGS = """
+VAR_GLOBAL CONSTANT nSize : INT := 2; END_VAR
+TYPE ST_Base : STRUCT nFirst : INT := 4; END_STRUCT END_TYPE
+TYPE ST_Recipe EXTENDS ST_Base : STRUCT
+    nSize : INT := nFirst * 2;
+    aLimits : ARRAY [1..nSize] OF INT := [nSize, nFirst];
+    nLast : INT := aLimits[1] + 1;
+    pLast : POINTER TO INT := ADR(nLast);
+    rLast : REFERENCE TO INT REF= nLast;
+    sName : STRING(10) := 'ab';
+    sFile : STRING(10) := CONCAT(sName, '.x');
+    bA : BIT := TRUE;
+    bB : BIT := bA;
+END_STRUCT END_TYPE
+PROGRAM P
+VAR
+    stA : ST_Recipe;
+    stB : ST_Recipe := (nFirst := 10);
+    stC : ST_Recipe := (nLast := 7, bB := FALSE);
+    aAll : ARRAY [1..2, 1..1] OF ST_Recipe := [[(nLast := 8)], [(nSize := 1)]];
+END_VAR
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize("executed", [False, True])
+def test_members_initialised_by_their_siblings(executed: bool) -> None:
+    """Types see constants, initial values see siblings; what a declaration says counts more."""
+    found = declared(SIBLINGS)
+    bodies = Bodies(check(found)) if executed else None
+    plc = PlcRuntime([Task()], found.units, bodies=bodies)
+    unit = plc.instance("P")
+
+    def numbers(record: Any) -> tuple[int, ...]:
+        return record.nFirst, record.nSize, *record.aLimits, record.nLast
+
+    assert numbers(unit["stA"]) == (4, 8, 8, 4, 9)
+    assert (unit["stA"].sFile, unit["stA"].bB) == ("ab.x", True)
+    assert numbers(unit["stB"]) == (10, 8, 8, 4, 9)
+    assert numbers(unit["stC"]) == (4, 8, 8, 4, 7)
+    assert unit["stC"].bB is False
+    assert numbers(unit["aAll"][1][1]) == (4, 8, 8, 4, 8)
+    assert numbers(unit["aAll"][2][1]) == (4, 1, 8, 4, 9)
+    last = unit["stB"]
+    assert last.pLast == last.rLast
+    found_at = plc.memory.at(last.pLast)
+    assert found_at is not None
+    assert found_at[0].read(found_at[1], 2) == struct.pack("<h", 9)
+
+
+NESTED = """
+TYPE ST_In : STRUCT n : INT := 3; m : INT := n * 2; bA : BIT; bB : BIT := NOT bA; END_STRUCT
+END_TYPE
+TYPE ST_Out : STRUCT
+    one : ST_In := (n := 10);
+    sum : INT := one.n + one.m;
+    aParts : ARRAY [0..1] OF ST_In := [(m := one.m), (n := 7, bA := TRUE)];
+END_STRUCT END_TYPE
+TYPE ST_More EXTENDS ST_Out : STRUCT more : INT := sum + aParts[1].n; rOne : REFERENCE TO INT;
+END_STRUCT END_TYPE
+FUNCTION_BLOCK FB_Base VAR a : INT := 1; b : INT := a + 1; END_VAR END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_Next EXTENDS FB_Base VAR c : INT := b + 1; st : ST_In := (n := c); END_VAR
+END_FUNCTION_BLOCK
+PROGRAM P
+VAR
+    nOut : INT := 5;
+    o0 : ST_More;
+    o1 : ST_More := (one := (m := 1), aParts := [(n := 2)], rOne REF= nOut);
+    o2 : ARRAY [0..1] OF ST_More := [
+        (sum := nOut), (one := (n := nOut, bA := TRUE), more := 0, rOne := nOut)
+    ];
+    fb0 : FB_Next;
+    fb1 : FB_Next := (a := 50, st := (m := 9));
+    fb2 : ARRAY [0..1] OF FB_Next := [2((b := 60))];
+    inline : STRUCT a : INT := 4; b : INT := nOut; in : ST_In; END_STRUCT
+        := (a := 8, b := 9, in := (n := 1));
+END_VAR
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize("executed", [False, True])
+def test_siblings_see_what_their_type_says_at_any_depth(executed: bool) -> None:
+    """The outer type is the declaration of what is inside; the instance comes last."""
+    found = declared(NESTED)
+    checked = check(found)
+    assert not checked.faults
+    plc = PlcRuntime([Task()], found.units, bodies=Bodies(checked) if executed else None)
+    assert plc.warnings == ()
+    unit = plc.instance("P")
+
+    def inner(record: Any) -> tuple[Any, ...]:
+        return record.n, record.m, record.bA, record.bB
+
+    def outer(record: Any) -> tuple[Any, ...]:
+        return record.sum, record.more, *map(inner, (record.one, *record.aParts))
+
+    plain_parts = ((3, 6, False, True), (7, 6, True, True))
+    assert outer(unit["o0"]) == (16, 23, (10, 6, False, True), *plain_parts)
+    first = ((10, 1, False, True), (2, 6, False, True), plain_parts[1])
+    assert outer(unit["o1"]) == (16, 23, *first)
+    assert unit["o1"]["rOne"] == unit["o2"][1]["rOne"] == address(plc, "P.nOut")
+    assert outer(unit["o2"][0]) == (5, 23, (10, 6, False, True), *plain_parts)
+    assert outer(unit["o2"][1]) == (16, 0, (5, 6, True, True), *plain_parts)
+    blocks = [unit["fb0"], unit["fb1"], *unit["fb2"]]
+    assert [(fb.a, fb.b, fb.c, fb.st.n, fb.st.m) for fb in blocks] == [
+        (1, 2, 3, 3, 6),
+        (50, 2, 3, 3, 9),
+        (1, 60, 3, 3, 6),
+        (1, 60, 3, 3, 6),
+    ]
+    assert (unit["inline"].a, unit["inline"].b, *inner(unit["inline"]["in"])) == (
+        8, 9, 1, 6, False, True,
+    )  # fmt: skip
+
+
+INITS = """
+FUNCTION_BLOCK FB_In
+VAR n : INT := 1; nSeen : INT; END_VAR
+    METHOD FB_init : BOOL VAR_INPUT bInitRetains, bInCopyCode : BOOL; END_VAR
+        nSeen := n;
+        n := n + 1;
+    END_METHOD
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_Out VAR fbIn : FB_In := (n := 5); m : INT; END_VAR END_FUNCTION_BLOCK
+TYPE ST : STRUCT n : INT := 3; m : INT := n * 2; END_STRUCT END_TYPE
+FUNCTION F : INT VAR st : ST := (n := 10); stOne : ST; END_VAR
+    F := st.n * 1000 + st.m * 10 + stOne.m;
+END_FUNCTION
+PROGRAM P
+VAR
+    fb : FB_In := (n := 20);
+    aFb : ARRAY [0..1] OF FB_In := [(n := 30)];
+    fbOut : FB_Out := (m := 1);
+    fbDeep : FB_Out := (fbIn := (n := 40));
+    nCalled : INT;
+END_VAR
+nCalled := F();
+END_PROGRAM
+"""
+
+
+def test_fb_init_sees_what_the_type_says_and_a_declaration_counts_more() -> None:
+    found = declared(INITS)
+    checked = check(found)
+    assert not checked.faults
+    task = Task("T", 10_000_000, [found.programs["p"]])
+    plc = PlcRuntime([task], found.units, bodies=Bodies(checked))
+    for _ in range(2):
+        unit = plc.instance("P")
+        blocks = [unit["fb"], *unit["aFb"], unit["fbOut"].fbIn, unit["fbDeep"].fbIn]
+        assert [(fb.n, fb.nSeen) for fb in blocks] == [(20, 1), (30, 1), (2, 1), (5, 1), (40, 1)]
+        plc.run()
+        plc.run_due(task.due_ns)
+        assert not plc.failure
+        assert plc.instance("P")["nCalled"] == 10_066  # of a function's own structures, too
+        plc.reset()
+
+
+def test_an_online_change_leaves_members_that_were_given_a_value_alone() -> None:
+    found = declared(NESTED)
+    plc = PlcRuntime([Task()], found.units)
+    unit = plc.instance("P")
+    unit["o1"].one.m, unit["o1"].sum, unit["fb1"].b = 100, 101, 102
+    plc.online_change(declared(NESTED.replace("nOut : INT", "f : LREAL; nOut : INT")).units)
+    unit = plc.instance("P")
+    assert (unit["o1"].one.m, unit["o1"].sum, unit["fb1"].b) == (100, 101, 102)
+    assert unit["o1"]["rOne"] == address(plc, "P.nOut")
+    stopped = declared(NESTED.replace("sum := nOut", "sum := 4"))
+    unit["o2"][0].sum = 103
+    plc.online_change(stopped.units)
+    assert plc.instance("P")["o2"][0].sum == 103
+
+
+def test_siblings_that_are_none() -> None:
+    with pytest.raises(DeclarationError, match="no constant or variable is named 'nOther'"):
+        declared("TYPE ST : STRUCT a : INT := nOther; END_STRUCT END_TYPE")
+    text = "TYPE ST : STRUCT a : INT := 3; b : ARRAY [0..a] OF INT; END_STRUCT END_TYPE"
+    with pytest.raises(DeclarationError, match="no constant or variable is named 'a'"):
+        declared(text)

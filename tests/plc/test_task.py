@@ -69,3 +69,17 @@ def test_the_cycle_counter_wraps_at_32_bits() -> None:
 def test_a_task_refuses_what_cannot_run(options: dict[str, int], complaint: str) -> None:
     with pytest.raises(ValueError, match=complaint):
         Task("Fast", **options)  # type: ignore[arg-type]
+
+
+def test_cycles_in_a_row_that_take_too_long_are_counted() -> None:
+    times = iter([0, 20, 20, 40, 40, 45, 50, 70])
+    task = Task("T", 10, watchdog_cycles=2)
+    counts = []
+    for _ in range(4):
+        task.begin()
+        task.cycle(lambda: next(times))
+        counts.append(task.exceeds_in_a_row)
+    assert counts == [1, 2, 0, 1]
+    assert task.exceed_count == 3
+    task.clear_counters()
+    assert task.exceeds_in_a_row == 0

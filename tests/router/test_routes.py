@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -13,6 +14,8 @@ from achse.router.routes import (
     RouteError,
     RouteFlags,
     RouteTable,
+    RouteTls,
+    TlsKind,
 )
 
 PRESS = Route(name="Press", net_id=NetId("5.1.2.3.1.1"), host="10.0.0.1")
@@ -179,3 +182,31 @@ def test_a_route_that_cannot_be_is_refused(wrong: dict[str, object], reason: str
 def test_no_route_leads_to_the_router_itself() -> None:
     with pytest.raises(RouteError, match="is this router"):
         RouteTable(own=[PRESS.net_id]).add(PRESS)
+
+
+FINGERPRINT = "AB:" * 31 + "AB"
+
+
+def test_a_secure_route_admits_nobody_by_plain_tcp() -> None:
+    net_id = NetId("5.1.2.3.1.1")
+    route = Route(name="a", net_id=net_id, host="10.0.0.1", tls=RouteTls(fingerprint=FINGERPRINT))
+    assert route.endpoint() == ("10.0.0.1", 8016)
+    assert route.tls is not None
+    assert route.tls.fingerprint == "ab" * 32
+    table = RouteTable([route])
+    assert table.admission(bytes(net_id), "10.0.0.1") is Admission.UNKNOWN
+
+
+@pytest.mark.parametrize(
+    ("wrong", "reason"),
+    [
+        ({"fingerprint": "ab"}, "64 hex digits"),
+        ({}, "self_signed needs one"),
+        ({"kind": TlsKind.PSK}, "psk needs one"),
+        ({"kind": TlsKind.SHARED_CA, "fingerprint": FINGERPRINT}, "goes with self_signed"),
+        ({"fingerprint": FINGERPRINT, "identity": "x"}, "goes with psk"),
+    ],
+)
+def test_tls_of_a_route_that_cannot_be(wrong: dict[str, Any], reason: str) -> None:
+    with pytest.raises(RouteError, match=reason):
+        RouteTls(**wrong)

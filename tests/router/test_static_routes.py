@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ams import NetId
-from achse.router.routes import Route, RouteError
+from achse.router.routes import Route, RouteError, RouteTls, TlsKind
 from achse.router.static_routes import parse_static_routes, static_routes
 
 RECORDED = """<?xml version="1.0" encoding="UTF-8"?>
@@ -94,3 +94,19 @@ def test_a_file_gives_back_what_was_written(given_routes: list[Route]) -> None:
 def test_what_cannot_be_read_says_why(text: str, reason: str) -> None:
     with pytest.raises(RouteError, match=reason):
         parse_static_routes(text)
+
+
+@pytest.mark.parametrize(
+    ("tls", "element"),
+    [
+        (RouteTls(fingerprint="ab" * 32), f"<SelfSigned>{'ab' * 32}</SelfSigned>"),
+        (RouteTls(kind=TlsKind.SHARED_CA, ignore_name=True), '<Tls IgnoreCn="true"'),
+        (RouteTls(kind=TlsKind.SHARED_CA), "<Tls />"),
+        (RouteTls(kind=TlsKind.PSK, identity="panel"), "<Identity>panel</Identity>"),
+    ],
+)
+def test_secure_routes_are_kept(tls: RouteTls, element: str) -> None:
+    route = Route(name="a", net_id=NetId("5.1.2.3.1.1"), host="10.0.0.1", tls=tls)
+    text = static_routes([route])
+    assert element in text
+    assert parse_static_routes(text) == [route]

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ams import DeviceError
+from achse.ams.filetime import from_unix_ns
 from achse.ams.notification import NotificationStream
 from achse.native.compiled import compiler_installed
 from achse.native.declare import Slot, lay_out
@@ -218,3 +219,26 @@ def test_congestion_is_asked_of_the_connection() -> None:
 
     assert Channel(CLIENT, CLIENT, Full()).congested
     assert not Channel(CLIENT, CLIENT, None).congested
+
+
+@pytest.mark.parametrize("mode", [1, 2, 3, 4, 5, 6, 10])
+def test_the_largest_delay_never_ends_early_and_never_late(bench: Any, mode: int) -> None:
+    variable = bench.source.symbols["main.ncounter"]
+
+    def count() -> None:
+        variable.number += 1
+
+    begin = from_unix_ns(bench.now)
+    bench.subscribe("MAIN.nCounter", mode=mode, cycle_ms=10, delay_ms=100)
+    sent = []
+    for milliseconds in range(2, 502, 2):
+        before = len(bench.client.frames)
+        bench.tick(2, count)
+        if len(bench.client.frames) > before:
+            sent.append(milliseconds)
+    oldest = [
+        (NotificationStream.decode(frame.data).stamps[0].filetime - begin) // 10_000
+        for frame in bench.client.frames
+    ]
+    assert len(sent) == (1 if mode == 10 else 4)
+    assert all(100 <= end - start <= 102 for start, end in zip(oldest, sent, strict=True))

@@ -12,9 +12,13 @@ from achse.iec import (
     UINT,
     IecType,
 )
+from achse.plc import PlcRuntime, Task
+from achse.plc.bodies import Bodies
+from achse.st.check import check
 from achse.st.constants import Evaluator, Path, path_of
 from achse.st.cursor import Unexpected
-from achse.st.parser import parse_expression
+from achse.st.declare import Declarations, declare
+from achse.st.parser import parse, parse_expression
 from achse.st.source import SourceError
 from achse.st.tree import Expression, Name
 from achse.st.values import Constant, NotConstant
@@ -148,3 +152,85 @@ def test_paths() -> None:
 
 def test_long_sums_are_worked_out_without_recursion() -> None:
     assert evaluated(" + ".join(["1"] * 1000)).value == 1000
+
+
+def _declared(text: str) -> Declarations:
+    return declare([parse(text)])
+
+
+def _faults(text: str) -> list[str]:
+    with pytest.raises(SourceError) as caught:
+        _declared(text)
+    return [
+        f"{fault.location.line}:{fault.location.column} {fault.message}"
+        for fault in caught.value.faults
+    ]
+
+
+@pytest.mark.parametrize(
+    ("literal", "fault"),
+    [
+        ("UTF8#'a'", "a number takes digits, like 10, 16#FF or 1.5E3"),
+        ("INT#", "a number takes digits, like 10, 16#FF or 1.5E3"),
+        ("T#", "TIME takes a timedelta"),
+        ("WSTRING#'a'", "a string literal takes WSTRING# and a text in quotes"),
+        ("16#ZZ", "a number takes digits of base 16 after #"),
+        ("BYTE#300", "BYTE takes an integer in 0..255, got 300"),
+        ("1.0E400", "a number takes at most 1.79E308"),
+        ("E_None#1", "no type is named 'E_None'"),
+        ("E_None#nope", "no constant or variable is named 'E_None.nope'"),
+    ],
+)
+def test_wrong_literals_are_faults_with_their_place(literal: str, fault: str) -> None:
+    (message,) = _faults(f"VAR_GLOBAL\nx : LREAL := {literal};\nEND_VAR")
+    assert message.startswith("2:14 ")
+    assert fault in message
+
+
+def test_a_literal_of_an_enumeration_by_its_number() -> None:
+    text = "TYPE E : (a, b); END_TYPE VAR_GLOBAL x : E := E#1; y : INT := E#b; END_VAR"
+    x, y = next(iter(_declared(text).globals.values())).__iec__.members
+    assert (x.initial, y.initial) == (1, 1)
+    faults = _faults("TYPE S : STRUCT END_STRUCT END_TYPE VAR_GLOBAL x : INT := S#1; END_VAR")
+    assert faults == ["1:59 S#… is the value of an enumeration, not of a S"]
+
+
+def test_a_count_beyond_midnight_stays_as_it_is() -> None:
+    """As bodies have it: TO_TOD keeps the bits."""
+    (x,) = next(
+        iter(_declared("VAR_GLOBAL x : TOD := TO_TOD(4294967295); END_VAR").globals.values())
+    ).__iec__.members
+    assert x.initial_bytes() == b"\xff" * 4
+
+
+FILE_MODES = "TYPE E_Mode : (FM_READ, FM_WRITE := 7); END_TYPE "
+
+
+@pytest.mark.parametrize(
+    ("source", "enum", "value", "number"),
+    [
+        ("", "SysFile.ACCESS_MODE", "SysFile.AM_WRITE", 1),
+        ("", "SysFile.ACCESS_MODE", "SysFile.ACCESS_MODE.AM_WRITE", 1),
+        (FILE_MODES, "E_Mode", "Files.FM_WRITE", 7),
+        (FILE_MODES, "E_Mode", "Files.E_Mode.FM_WRITE", 7),
+        (FILE_MODES, "E_Mode", "E_Mode.FM_WRITE", 7),
+        (FILE_MODES, "E_Mode", "FM_WRITE", 7),
+    ],
+)
+def test_a_value_of_an_enumeration_behind_the_name_space_of_its_library(
+    source: str, enum: str, value: str, number: int
+) -> None:
+    """The name space is that of a library: no source declares the name."""
+    (x,) = next(
+        iter(_declared(source + f"VAR_GLOBAL x : INT := {value}; END_VAR").globals.values())
+    ).__iec__.members
+    assert x.initial == number
+    found = _declared(
+        source + f"PROGRAM P VAR x : INT; e : {enum}; END_VAR x := {value}; e := {value};"
+        f" IF e = {value} THEN x := x + 1; END_IF END_PROGRAM"
+    )
+    project = check(found)
+    assert not project.faults
+    plc = PlcRuntime([Task("T", 1_000_000, list(found.programs.values()))], bodies=Bodies(project))
+    plc.run_due(1_000_000)
+    assert plc.instance("P")["x"] == number + 1

@@ -11,6 +11,7 @@ from achse.iec.errors import DeclarationError
 from achse.st.cursor import Unexpected
 from achse.st.given import GivenTypes
 from achse.st.source import Diagnostic, Location, SourceError
+from achse.st.values import Constant
 
 
 class Side(IntEnum):
@@ -35,6 +36,12 @@ class File:
 
     def enumerations(self, value: str) -> Sequence[EnumType[Any]]:
         return [SIDE] if value == "right" else []
+
+    def constant(self, name: str) -> Constant | None:
+        return Constant(6, INT) if name == "list.cmost" else None
+
+    def has_property(self, block: str, name: str) -> bool:
+        return (block, name) == ("FB_X", "Rate")
 
 
 GIVEN = GivenTypes({"A": DINT, "B": BOOL, "E_Side": INT}, 8)
@@ -85,3 +92,12 @@ def test_doubts_are_told_where_the_name_stands_and_faults_where_they_are() -> No
     assert (doubt.value.at, doubt.value.message) == (7, "T_Two is A.T_Two or B.T_Two")
     with pytest.raises(SourceError):
         WITH_FILE.find("T_Bad", 7)
+
+
+def test_values_of_lists_and_properties_come_from_files() -> None:
+    assert WITH_FILE.constant(["lib", "list", "cmost"]) == Constant(6, INT)
+    assert WITH_FILE.constant(["list", "other"]) is None
+    assert GIVEN.constant(["list", "cmost"]) is None
+    assert WITH_FILE.has_property("FB_X", "Rate")
+    assert not WITH_FILE.has_property("FB_X", "Speed")
+    assert not GIVEN.has_property("FB_X", "Rate")

@@ -6,8 +6,9 @@ import pytest
 
 from achse.iec import ARRAY, INT, LREAL, IecType, Struct, iec_type, var
 from achse.st.constants import Evaluator, Path
+from achse.st.declare import declare
 from achse.st.initials import InitialValues
-from achse.st.parser import Parser
+from achse.st.parser import Parser, parse
 from achse.st.source import Source
 from achse.st.values import Constant, NotConstant
 
@@ -90,3 +91,41 @@ def test_what_is_no_constant_is_left_with_its_place(
 def test_a_million_elements_take_no_time() -> None:
     value, _ = value_of("[1000000(1)]", ARRAY(INT, (1, 1_000_000)))
     assert value == [1] * 1_000_000
+
+
+NESTED = """
+TYPE
+    ST_In : STRUCT a : INT := 1; b : INT := 2; c : BIT := TRUE; d : BIT; END_STRUCT
+    ST_Out : STRUCT
+        i : ST_In := (a := 7, b := 8, c := FALSE);
+        g : ARRAY [0..1] OF ST_In := [(a := 5), (b := 6)];
+        n : INT := 9;
+    END_STRUCT
+    ST_Alias : ST_In := (a := 20, b := 30);
+END_TYPE
+FUNCTION_BLOCK FB VAR st : ST_Out := (i := (a := 4)); END_VAR END_FUNCTION_BLOCK
+VAR_GLOBAL
+    o : ST_Out := %s;
+    x : ST_Alias := (a := 3);
+    f : FB := (st := (i := (d := TRUE)));
+END_VAR"""
+
+
+@pytest.mark.parametrize(
+    ("initial", "expected"),
+    [
+        ("(n := 9)", ((7, 8, False), (5, 2), (1, 6))),
+        ("(i := (a := 3))", ((3, 8, False), (5, 2), (1, 6))),
+        ("(i := (c := TRUE), g := [(b := 3)])", ((7, 8, True), (5, 3), (1, 6))),
+        ("(g := [(b := 3), (a := 4, b := 4)])", ((7, 8, False), (5, 3), (4, 4))),
+    ],
+)
+def test_what_an_inner_value_leaves_out_is_as_the_outer_type_has_it(
+    initial: str, expected: tuple[tuple[int, ...], ...]
+) -> None:
+    found = declare([parse(NESTED % initial)]).globals["gvl"].__iec__
+    o, x, f = (item.type.decode(item.initial_bytes()) for item in found.members)
+    assert (o.i.a, o.i.b, o.i.c) == expected[0]
+    assert tuple((item.a, item.b) for item in o.g) == expected[1:]
+    assert (x.a, x.b) == (3, 30)
+    assert (f.st.i.a, f.st.i.b, f.st.i.c, f.st.i.d) == (4, 8, False, True)

@@ -1,6 +1,7 @@
 """Whole sources: units, recovery, and texts of any kind."""
 
 import random
+import sys
 from contextlib import suppress
 
 import pytest
@@ -188,8 +189,13 @@ def test_the_callers_stack_does_not_matter() -> None:
             return deeper(levels - 1)
         return len(parse("PROGRAM P a := " + "(" * 90 + "1" + ")" * 90 + "; END_PROGRAM").faults)
 
-    assert deeper(100) == 0
-    assert 1 in [deeper(levels) for levels in range(500, 900, 50)]
+    before = sys.getrecursionlimit()  # a PLC that runs in this process has its own
+    sys.setrecursionlimit(1000)
+    try:
+        assert deeper(100) == 0
+        assert 1 in [deeper(levels) for levels in range(500, 900, 50)]
+    finally:
+        sys.setrecursionlimit(before)
 
 
 def test_a_sample_survives_printing() -> None:
@@ -210,14 +216,14 @@ WORDS = st.sampled_from(
 
 
 @given(st.lists(WORDS, max_size=60))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=75, deadline=None)
 def test_words_in_any_order_give_units_or_faults(words: list[str]) -> None:
     parsed = parse(" ".join(words))
     assert all(fault.location.line >= 1 and fault.message for fault in parsed.faults)
 
 
 @given(st.text(max_size=200))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=75, deadline=None)
 def test_any_text_gives_units_or_faults(text: str) -> None:
     parse(text)
     for read in (parse_expression, parse_statements):

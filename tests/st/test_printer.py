@@ -176,7 +176,7 @@ statements: Draw = st.recursive(
     bodies,
     max_leaves=5,
 )
-relaxed = settings(max_examples=80, deadline=None, suppress_health_check=list(HealthCheck))
+relaxed = settings(max_examples=27, deadline=None, suppress_health_check=list(HealthCheck))
 
 
 @given(expressions)

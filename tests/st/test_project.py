@@ -4,7 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from achse.st.project import load_project, parse_file, source_files
+from achse.plc import PlcRuntime, Task
+from achse.plc.bodies import Bodies
+from achse.st.check import check
+from achse.st.files import parse_file, source_files
+from achse.st.project import load_project
 from achse.st.source import SourceError
 
 TYPE = """<?xml version="1.0" encoding="utf-8"?>
@@ -49,7 +53,7 @@ def test_a_folder(folder: Path) -> None:
     project = load_project(folder)
     assert [unit.__iec__.name for unit in project.declarations.units] == ["GVL", "MAIN"]
     assert project.declarations.types["st_x"].default == b"\3\0"
-    ((name, cycle_ns, priority, programs),) = project.tasks
+    ((name, cycle_ns, priority, programs, _, _),) = project.tasks
     assert (name, cycle_ns, priority, programs) == ("PlcTask", 2_000_000, 5, ("MAIN",))
     assert len(project.sources) == 3
 
@@ -228,3 +232,78 @@ def test_a_fault_in_the_symbol_file_is_told_in_its_place(tmp_path: Path) -> None
 def test_capitals_of_file_names_do_not_count_in_a_project(folder: Path) -> None:
     (folder / "Plc.plcproj").write_text(PROJECT.replace("DUTs", "duts").replace("GVL.Tc", "gvl.TC"))
     assert len(load_project(folder).sources) == 3
+
+
+LISTS = """<TcModuleClass><DataTypes>
+<DataType><Name Namespace="Lib">I_Mode</Name><BitSize>64</BitSize>
+ <Method><Name>__setEnableMode</Name></Method></DataType>
+<DataType><Name Namespace="Lib">FB_Stage</Name><BitSize>128</BitSize>
+ <SubItem><Name>nId</Name><Type>INT</Type><BitSize>16</BitSize><BitOffs>64</BitOffs>
+  <Default><Value>3</Value></Default></SubItem>
+ <Method><Name>__getEnableMode</Name></Method><Method><Name>__setEnableMode</Name></Method>
+ <Properties><Property><Name>PouType</Name><Value>FunctionBlock</Value></Property></Properties>
+</DataType>
+<DataType><Name Namespace="Lib">FB_Axis</Name><BitSize>128</BitSize>
+ <ExtendsType Namespace="Lib">FB_Stage</ExtendsType>
+ <Properties><Property><Name>PouType</Name><Value>FunctionBlock</Value></Property></Properties>
+</DataType></DataTypes>
+<Modules><Module TargetPlatform="TwinCAT RT (x64)"><Name>P</Name><DataAreas><DataArea>
+<AreaNo AreaType="Internal">3</AreaNo>
+<Symbol><Name>Limits.MAX_STATES</Name><BitSize>16</BitSize><BaseType>UINT</BaseType>
+ <Default><Value>6</Value></Default>
+ <Properties><Property><Name>TcVarGlobal</Name></Property></Properties>
+ <BitOffs>0</BitOffs></Symbol>
+<Symbol><Name>Limits.sHost</Name><BitSize>64</BitSize><BaseType>STRING(7)</BaseType>
+ <Default><String>plant</String></Default>
+ <Properties><Property><Name>TcVarGlobal</Name></Property></Properties>
+ <BitOffs>16</BitOffs></Symbol>
+<Symbol><Name>MAIN.nOwn</Name><BitSize>16</BitSize><BaseType>INT</BaseType>
+ <Default><Value>9</Value></Default><BitOffs>128</BitOffs></Symbol>
+</DataArea></DataAreas></Module></Modules></TcModuleClass>"""
+
+OF_LISTS = """PROGRAM P
+VAR
+    a : ARRAY [1..Limits.MAX_STATES] OF INT;
+    b : ARRAY [0..Lib.limits.max_states] OF BYTE;
+    s : STRING(10) := Limits.sHost;
+    fbA : FB_Stage := (EnableMode := 2, nId := 4);
+    fbB : FB_Axis := (EnableMode := 2);
+    n : INT;
+END_VAR
+n := Limits.MAX_STATES + 1;
+END_PROGRAM
+"""
+
+
+def test_values_of_lists_and_properties_of_blocks_that_only_the_symbol_file_has(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "P.st").write_text(OF_LISTS)
+    (tmp_path / "old.tmc").write_text(LISTS)
+    found = load_project(tmp_path).declarations
+    members = {item.name: item for item in found.programs["p"].__iec__.members}
+    assert (members["a"].type.count, members["b"].type.count) == (6, 7)  # type: ignore[attr-defined]
+    assert members["s"].initial == "plant"
+    assert members["fbA"].initial == {"nId": 4}
+    bodies = Bodies(check(found))
+    plc = PlcRuntime([Task("T", 1_000_000, list(found.programs.values()))], bodies=bodies)
+    plc.run_due(1_000_000)
+    assert plc.failure == ""
+    assert plc.instance("P")["n"] == 7
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("Limits.sHost", "Limits.nNo", "no constant or variable is named 'Limits.nNo'"),
+        ("Limits.sHost", "MAIN.nOwn", "no constant or variable is named 'MAIN.nOwn'"),
+        ("EnableMode := 2, nId", "NoMode := 2, nId", "Lib.FB_Stage has no member 'NoMode'"),
+    ],
+)
+def test_what_the_symbol_file_has_not_either(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    (tmp_path / "P.st").write_text(OF_LISTS.replace(old, new))
+    (tmp_path / "old.tmc").write_text(LISTS)
+    with pytest.raises(SourceError, match=message):
+        load_project(tmp_path)

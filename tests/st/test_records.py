@@ -28,3 +28,15 @@ def test_variables_of_methods_and_bounds_are_at_the_end_of_the_instance() -> Non
         ("__a_upper1", 32),
     ]
     assert block.default[24] == 5
+
+
+def test_an_overriding_method_has_its_own_var_inst() -> None:
+    text = """
+    FUNCTION_BLOCK A METHOD M VAR_INST n : INT; k : INT; END_VAR END_METHOD END_FUNCTION_BLOCK
+    FUNCTION_BLOCK B EXTENDS A METHOD M VAR_INST n : INT; END_VAR END_METHOD END_FUNCTION_BLOCK
+    FUNCTION_BLOCK C EXTENDS B METHOD M VAR_INST n : INT; END_VAR END_METHOD END_FUNCTION_BLOCK
+    """
+    found = declare([parse(text)]).types["c"]
+    assert isinstance(found, StructType)
+    names = [member.name for member in found.members]
+    assert names == ["__M__n", "__M__k", "__B__M__n", "__C__M__n"]

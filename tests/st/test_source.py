@@ -1,5 +1,7 @@
 """Places in sources, and how faults are shown."""
 
+import pytest
+
 from achse.iec.errors import DeclarationError
 from achse.st.source import Diagnostic, Location, Source, SourceError, SourceSegment
 
@@ -47,3 +49,12 @@ def test_the_caret_stands_under_wide_signs_too() -> None:
     source = Source("x : 日本e\u0301 INT;")
     fault = source.fault(source.text.index("INT"), "here")
     assert str(fault).splitlines()[2] == "    " + " " * (4 + 4 + 1 + 1) + "^"
+
+
+@pytest.mark.parametrize("text", ["", "\n", "a", "a\n\nbc\n", "\r\nx\r\n\n", "x" * 9 + "\ny"])
+def test_a_place_is_what_counting_gives(text: str) -> None:
+    source = Source(text, "a.st")
+    for offset in range(len(text) + 1):
+        before = text[:offset]
+        column = offset - (before.rfind("\n") + 1) + 1
+        assert source.locate(offset) == ("a.st", before.count("\n") + 1, column)

@@ -49,12 +49,12 @@ def test_a_part_is_a_function_and_a_row(monkeypatch: pytest.MonkeyPatch) -> None
     """What it adds is there again after a restart, and the tick follows its cycle."""
     seen: list[int] = []
 
-    def make_scope(building: Building) -> None:
-        phase = CyclicPhase(PhasePlace.SCOPE, "scope", 3_000_000, seen.append)
+    def make_counter(building: Building) -> None:
+        phase = CyclicPhase(PhasePlace.SCOPE, "counter", 3_000_000, seen.append)
         building.add_phase(phase, phase.cycle_ns)
         building.add_state(lambda: len(seen).to_bytes(4, "little"))
 
-    monkeypatch.setattr(assembly, "PARTS", (*assembly.PARTS, make_scope))
+    monkeypatch.setattr(assembly, "PARTS", (*assembly.PARTS, make_counter))
     built = station(nc={"cycle": "2ms"}, axis=[{"id": 1, "name": "A"}])
     assert built.tick_ns == 1_000_000
     before = built.digest()
@@ -64,7 +64,7 @@ def test_a_part_is_a_function_and_a_row(monkeypatch: pytest.MonkeyPatch) -> None
     built.restart()
     built.advance(1.0)
     assert seen[-1] == 1_008_000_000
-    assert [phase.name for phase in built.cycle.phases].count("scope") == 1
+    assert [phase.name for phase in built.cycle.phases].count("counter") == 1
 
 
 def test_what_was_attached_is_taken_back_if_a_later_part_fails(

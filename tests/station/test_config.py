@@ -1,9 +1,11 @@
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from achse.ams import NetId
+from achse.station import Station
 from achse.station.config import ConfigError, LimitsConfig, RouterConfig, load, parse
 
 
@@ -64,7 +66,7 @@ def test_every_fault_is_reported_with_file_key_and_expectation() -> None:
     assert lines == [
         "a.toml: router.net_id: a NetId is six numbers 0..255 with dots, got '1.2.3'",
         "a.toml: router.tcp_port: Input should be less than or equal to 65535, got 70000",
-        "a.toml: plc[1].task[2].cycles: no such key",
+        "a.toml: plc[1].task[2].cycles: no such key; did you mean 'cycle'?",
         "a.toml: axis[2].id: Input should be greater than or equal to 1, got 0",
         "a.toml: colour: no such key",
     ]
@@ -122,3 +124,55 @@ def test_every_limit_is_in_the_how_to_with_its_default() -> None:
     text = " ".join(rows).replace(",", "")
     for name in ("handles", "all_handles", "samples", "taps", "log_lines", "all_log_lines"):
         assert f" {LimitsConfig.model_fields[name].default} " in text.replace("|", " ")
+
+
+def test_a_station_from_a_file_is_loaded() -> None:
+    name: Any = "station.toml"
+    with pytest.raises(TypeError, match=r"got 'station\.toml'; Station\.load\(file\) reads a file"):
+        Station(name)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("[axis]\nid = 1\n", r"axis: there may be several: write \[\[axis\]\], got"),
+        ("axis = 3\n", "axis: expected a list, got 3"),
+        (
+            '[[axis]]\nid = 1\nname = "X"\nencoder_ids = "7"\n',
+            "encoder_ids: expected a list, got '7'",
+        ),
+        (
+            '[[axis]]\nid = 1\nname = "X"\nelement = {encoder_scaling_factor = 1}\n',
+            r"write \[\[axis.element\]\]",
+        ),
+        ('[[plc]]\ntask = [{period = "10ms"}]\n', r"period: no such key; there are name, "),
+    ],
+)
+def test_lists_and_few_keys_are_told_as_toml_has_them(tmp_path: Path, text: str, told: str) -> None:
+    path = tmp_path / "station.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError, match=told):
+        load(path)
+
+
+def test_what_editors_make_of_a_file(tmp_path: Path) -> None:
+    """A mark at the begin of UTF-8 is fine, UTF-16 is told."""
+    path = tmp_path / "station.toml"
+    path.write_text('[[axis]]\nid = 1\nname = "X"\n', encoding="utf-8-sig")
+    assert load(path).axis[0].name == "X"
+    path.write_text("[router]\n", encoding="utf-16")
+    with pytest.raises(ConfigError, match="not UTF-8, byte 1 is 0xFF; save it as UTF-8"):
+        load(path)
+
+
+def test_interfaces_of_buses_are_replaced(tmp_path: Path) -> None:
+    file = tmp_path / "station.toml"
+    file.write_text('[[bus]]\nname = "A"\n[[bus]]\nname = "B"\ninterface = "eth1"\n')
+    config = load(file, interfaces={"A": "eth0"})
+    assert [bus.interface for bus in config.bus] == ["eth0", "eth1"]
+    with pytest.raises(ConfigError, match=r"no bus 'C'; buses: A, B"):
+        load(file, interfaces={"C": "eth0"})
+    with pytest.raises(ConfigError, match=r"which bus\? Expected BUS=INTERFACE; buses: A, B"):
+        load(file, interfaces={"": "eth0"})
+    file.write_text("[[bus]]\n")
+    assert load(file, interfaces={"": "eth2"}).bus[0].interface == "eth2"

@@ -124,12 +124,12 @@ class Scheduler:
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.asked: list[bool] = []
         self.now_ns = self.used_ns = 0
-        monkeypatch.setattr(fieldbus, "_run_first", self.run_first)
+        monkeypatch.setattr(fieldbus, "run_first", self.run_first)
         monkeypatch.setattr(time, "monotonic_ns", lambda: self.now_ns)
         monkeypatch.setattr(time, "process_time_ns", lambda: self.used_ns)
 
-    def run_first(self, first: bool) -> bool:
-        self.asked.append(first)
+    def run_first(self, priority: int) -> bool:
+        self.asked.append(priority > 0)
         return True
 
     def run(self, share: fieldbus.FairShare, seconds: float, used: float) -> None:

@@ -59,7 +59,7 @@ def test_words_of_enumerations_and_flags() -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"max_velocty": 1.0}, r"axis\[2\]: .*no parameter 'max_velocty'"),
+        ({"max_velocty": 1.0}, r"axis\[2\]\.max_velocty: no such key; did you mean 'max_velocity'"),
         ({"max_velocity": "fast"}, r"axis\[2\]\.max_velocity: expected a number, got 'fast'"),
         ({"max_velocity": True}, r"axis\[2\]\.max_velocity: expected a number, got True"),
         (
@@ -101,6 +101,61 @@ def test_the_characteristic_of_a_drive_is_a_table_of_the_configuration() -> None
     assert nc.axis(1).drive.curve_count == 4
     assert nc.axis(1).drive.table_interpolation_type == 2
     assert nc.tables.user_count(7) == 2
+
+
+def test_a_cam_is_a_table_of_the_configuration() -> None:
+    points = [[0, 0], [90, 30], [180, 0]]
+    cam = {"id": 7, "kind": "cam", "type": "monotonic_cyclic", "points": points}
+    ends = {"boundary": "slopes", "begin_slope": 0.5, "end_slope": -0.5}
+    nc = station(table=[cam, cam | ends | {"id": 8}], axis=[{"id": 1, "name": "X"}]).nc
+    assert nc is not None
+    table = nc.tables.find(7)
+    assert (table.table_main_type, table.table_sub_type, table.master_period) == (1, 4, 180.0)
+    values = nc.tables.characteristic_values(nc.tables.find(8), 1.0)
+    assert (values[3], values[8]) == pytest.approx((0.5, -0.5))
+    with pytest.raises(ConfigError, match="type 4, expected 1, 3"):
+        station(table=[cam | {"kind": "characteristic"}], axis=[{"id": 1, "name": "X"}])
+
+
+def test_tables_of_files(tmp_path: Path) -> None:
+    (tmp_path / "cam.txt").write_text("3\t2\n+0.0\t+0.0\n+90.0\t+30.0\n+180.0\t+0.0\n")
+    (tmp_path / "cam.csv").write_text("Master;Slave\n0;0\n90;30,5\n180;0\n")
+    (tmp_path / "laws.csv").write_text("master,slave,law\n0,0,12\n180,10,12\n360,0,0\n")
+    cam = {"kind": "cam", "type": "equidistant_cyclic"}
+    tables = [
+        cam | {"id": 1, "file": "cam.txt"},
+        cam | {"id": 2, "file": "cam.csv"},
+        {"kind": "motion_function", "type": "monotonic_cyclic", "id": 3, "file": "laws.csv"},
+    ]
+    nc = station(tmp_path, table=tables, axis=[{"id": 1, "name": "X"}]).nc
+    assert nc is not None
+    assert [nc.tables.find(n).read(45.0)[0] for n in (1, 2)] == [15.0, 15.25]
+    assert nc.tables.find(3).read(90.0)[0] == pytest.approx(5.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("table", "text", "message"),
+    [
+        ({"kind": "cam"}, "0 0\n1 x", r"table\[1\]\.file: .*t\.csv:2: expected numbers, got '1 x'"),
+        ({"kind": "cam"}, "0 0", r"table\[1\]\.file: .*t\.csv: expected 2 rows or more, got 1"),
+        ({"kind": "cam"}, "0 0 1\n1 1 1", r"table\[1\]: cam, expected a file that has rows of 2"),
+        ({"kind": "motion_function"}, "0 0\n1 1", r"table\[1\]: motion_function, .*points with"),
+        ({}, "0 0\n1 1\n1 2", "table: table 7: its places do not rise"),
+        ({"kind": "cam", "file": "u.csv"}, "", r"table\[1\]\.file: .*u\.csv: No such file"),
+        ({"kind": "cam", "file": "\0"}, "", r"table\[1\]\.file: .*null"),
+        ({"kind": "cam", "file": "."}, "", r"table\[1\]\.file: .*directory"),
+        ({"points": [[0, 0], [1, 1]]}, "0 0\n1 1", r"a\.toml: table\[1\]: expected points or file"),
+        ({"kind": "motion_function", "file": None, "points": [[0, 0], [1, 1]]}, "",
+         r"table\[1\]: motion_function, expected a file that has points with laws"),
+    ],
+)  # fmt: skip
+def test_a_file_that_is_no_table(
+    tmp_path: Path, table: dict[str, Any], text: str, message: str
+) -> None:
+    (tmp_path / "t.csv").write_text(text)
+    row = {"id": 7, "file": "t.csv", **table}
+    with pytest.raises(ConfigError, match=message):
+        station(tmp_path, table=[row], axis=[{"id": 1, "name": "X"}])
 
 
 @pytest.mark.parametrize(

@@ -12,13 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import achse
-from achse.ams import AmsAddress, Command, Frame, NetId
+from achse.ams import AdsState, AmsAddress, Command, Frame, NetId, RouterError
 from achse.ams.commands import WriteRequest
 from achse.ams.discovery import DiscoveryService, RouteRequest, status_of
 from achse.devices.system.routes import RouteEntry
 from achse.router.access import Users, hash_password
+from achse.router.rights import ALL_RIGHTS, Right, rights_named
 from achse.router.routes import Route
-from achse.router.static_routes import parse_static_routes
+from achse.router.static_routes import parse_static_routes, static_routes
 from achse.station import ConfigError, Station
 from achse.station.config import parse
 from achse.station.network import (
@@ -428,3 +429,114 @@ def test_who_may_change_routes(
                         assert (wish.name in after) is wish.add
 
     asyncio.run(go())
+
+
+@pytest.mark.parametrize("port", [30, 200])
+def test_licence_and_real_time_ports_are_those_of_a_system_without_them(port: int) -> None:
+    """Nobody holds the port: AMS error 6, as any router says (reference traffic)."""
+
+    async def main() -> None:
+        async with achse.connect(Station.demo().router, port=port) as client:
+            for asked in (
+                client.device_info(),
+                client.state(),
+                client.read_raw(0x0101_0004, 1, 16),
+                client.read_raw(1, 15, 4),
+                client.write_control(AdsState.RESET, 0),
+            ):
+                with pytest.raises(RouterError) as refusal:
+                    await asked
+                assert refusal.value.code == 0x6
+
+    asyncio.run(main())
+
+
+# rights
+
+ME = AmsAddress("192.0.2.7.1.1:30000")
+PLC = [{"globals": ["achse.station.demo:GVL"]}]
+VIEWERS = {"viewer": str(hash_password("1"))}
+
+
+def limited(*rights: str) -> dict[str, Any]:
+    return {"name": "me", "net_id": "192.0.2.7.1.1", "host": "127.0.0.1", "rights": rights}
+
+
+async def refused(asking: Any) -> bool:
+    try:
+        await asking
+    except RouterError as refusal:
+        return refusal.code == 0x723
+    return False
+
+
+@pytest.mark.parametrize(
+    ("rights", "reads", "writes", "stops"),
+    [
+        (("read",), True, False, False),
+        (("read", "write"), True, True, False),
+        (("state",), False, False, True),
+        ((), False, False, False),
+    ],
+)
+async def test_a_route_may_what_it_says(
+    rights: tuple[str, ...], reads: bool, writes: bool, stops: bool, caplog: Any
+) -> None:
+    built = station(plc=PLC, route=[limited(*rights)])
+    async with built.running("127.0.0.1", 0) as running:
+        where = f"127.0.0.1:{running.tcp_port}"
+        async with achse.connect(where, source=ME, watch_symbols=False) as client:
+            assert await refused(client.read("GVL.nInt")) is not reads
+            assert await refused(client.write_raw(0x4020, 0, b"\0")) is not writes
+            assert await refused(client.write_control(6, 0)) is not stops
+        async with achse.connect(where) as registered:  # a program on this computer
+            assert await registered.read("GVL.sString") == "axis"
+    denied = built.statistics()["requests_denied"]
+    assert denied >= (not reads) + (not writes) + (not stops)
+    assert ("refused with 0x723" in caplog.text) is (denied > 0)
+
+
+async def test_reading_alone_is_enough_for_a_client_that_reads() -> None:
+    """Handles are taken and given back, subscriptions made and ended, symbols listed."""
+    built = station(plc=PLC, route=[limited("read")])
+    async with built.running("127.0.0.1", 0) as running:
+        where = f"127.0.0.1:{running.tcp_port}"
+        async with achse.connect(where, source=ME) as client:
+            assert await client.read("GVL.sString") == "axis"
+            assert await client.symbols()
+            assert "GVL.nInt" in await client.read_many(["GVL.nInt", "GVL.sString"])
+            async with client.subscribe("GVL.nInt") as samples:
+                assert (await anext(aiter(samples))).value == -16
+    assert built.statistics()["requests_denied"] == 0
+
+
+async def test_those_without_a_route_may_what_the_router_says() -> None:
+    built = station(plc=PLC, router={"rights": ["read"]})
+    async with built.running("127.0.0.1", 0) as running:
+        where = f"127.0.0.1:{running.tcp_port}"
+        async with achse.connect(where, source=ME, watch_symbols=False) as client:
+            assert not await refused(client.read("GVL.nInt"))
+            assert await refused(client.write("GVL.nInt", 1))
+
+
+async def test_a_route_that_a_user_adds_may_what_the_user_may(tmp_path: Path) -> None:
+    built = station(plc=PLC, router={"users": VIEWERS, "user_rights": {"Viewer": ["read"]}})
+    async with built.running("127.0.0.1", 0, udp_port=0) as running:
+        assert running.udp_port is not None
+        wanted = RouteRequest("me", NetId("192.0.2.7.1.1"), "127.0.0.1", "viewer", "1")
+        assert await change_route("127.0.0.1", wanted, port=running.udp_port) == 0
+    (added,) = built.router.routes
+    assert added.rights == Right.READ
+    assert parse_static_routes(static_routes([added])) == [added]
+
+
+def test_rights_in_a_configuration() -> None:
+    config = parse({"route": [limited()]}, "a.toml")
+    assert config.route[0].route().rights == Right(0)
+    none = config.route[0].route()
+    assert parse_static_routes(static_routes([none])) == [none]
+    assert parse({"route": [limited("read")]}, "a").route[0].route().rights == Right.READ
+    assert rights_named(parse({}, "a").router.rights) == ALL_RIGHTS
+    for wrong in (["Read"], "read", [1]):
+        with pytest.raises(ConfigError, match=r"router\.rights"):
+            parse({"router": {"rights": wrong}}, "a.toml")

@@ -148,3 +148,87 @@ def test_a_file_that_cannot_be_written_is_told(
 def test_a_place_where_no_file_can_be(tmp_path: Path, name: str) -> None:
     with pytest.raises(ConfigError, match=r"system\.persistent_data: expected a file in a folder"):
         station(tmp_path, name)
+
+
+KEEPING = """
+PROGRAM MAIN
+VAR PERSISTENT nTotal : DINT; END_VAR
+VAR write : WritePersistentData; step : INT; nError : UDINT; END_VAR
+nTotal := nTotal + 1;
+CASE step OF
+0: IF nTotal = 5 THEN write(PORT := 851, START := TRUE); step := 1; END_IF
+1: write(); IF NOT write.BUSY THEN nError := write.ERRID; step := 2; END_IF
+END_CASE
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize("code", ["plain", "auto"])
+def test_a_program_keeps_its_variables_itself(tmp_path: Path, code: str) -> None:
+    (tmp_path / "a.st").write_text(KEEPING)
+    document = {
+        "plc": [{"sources": "a.st", "code": code}],
+        "system": {"persistent_data": "data/kept.json"},
+    }
+    (tmp_path / "data").mkdir()
+
+    def main() -> tuple[Station, Any]:
+        built = Station(parse(document, ""), base=tmp_path)
+        return built, built.plcs[851].instance("MAIN")
+
+    first, values = main()
+    first.advance(0.1)
+    assert (values["step"], values["nError"], values["nTotal"]) == (2, 0, 10)
+    second, values = main()  # the power was lost: nothing else was written
+    assert values["nTotal"] in (5, 6)
+    values["nTotal"] = 4
+    (tmp_path / "data" / "kept.json").unlink()
+    (tmp_path / "data").rmdir()
+    second.advance(0.1)
+    assert (values["step"], values["nError"]) == (2, 0x700), "the folder is gone"
+    assert second.plcs[851].failure == ""
+
+
+PLC = """
+PROGRAM MAIN
+VAR PERSISTENT nTotal : DINT; END_VAR
+VAR RETAIN nParts : DINT; END_VAR
+VAR n : DINT; END_VAR
+nTotal := nTotal + 1; nParts := nParts + 2; n := n + 1;
+END_PROGRAM
+"""
+
+
+def test_plc_variables_outlive_restarts_and_programs(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "a.st").write_text(PLC)
+    document = {"plc": [{"sources": "a.st"}], "system": {"persistent_data": "kept.json"}}
+
+    def built() -> Station:
+        return Station(parse(document, ""), base=tmp_path)
+
+    def values(of: Station) -> tuple[int, int, int]:
+        main = of.plcs[851].instance("MAIN")
+        return main["nTotal"], main["nParts"], main["n"]
+
+    first = built()
+    first.advance(0.1)
+    first.restart()
+    first.advance(5.0)
+    total, parts, count = values(first)
+    assert (total, parts) == (count + 10, 2 * count + 20)
+    first.save()
+    second = built()
+    assert values(second) == (total, parts, 0)
+    second.advance(0.1)
+    second.plcs[851].reset()
+    assert values(second) == (total + 10, parts + 20, 0)
+    second.plcs[851].reset(origin=True)
+    assert values(second) == (0, 0, 0)
+    (tmp_path / "a.st").write_text(PLC.replace("nTotal : DINT", "nTotal : LINT"))
+    assert values(built()) == (0, parts, 0)
+    assert "MAIN.nTotal" in caplog.text
+    (tmp_path / "kept.json").write_text('{"nc": {}, "plc": {"851": {"MAIN.nTotal": ["", "x"]}}}')
+    assert values(built()) == (0, 0, 0)
+    assert "damaged" in caplog.text

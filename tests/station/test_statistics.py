@@ -1,5 +1,7 @@
 """Figures about a running station."""
 
+from unittest import mock
+
 import pytest
 
 from achse.ams import AdsError
@@ -41,3 +43,34 @@ def test_what_limits_refuse_is_counted() -> None:
         figures = station.run(statistics, station.station)
     device = next(each for each in figures["devices"] if 851 in each["ports"])
     assert (device["refused"], device["queued_bytes"], device["samples_dropped"]) == (1, 0, 0)
+
+
+def test_clients_are_listed_with_what_they_asked() -> None:
+    with LiveStation(time="virtual") as station, station.connect() as plc:
+        before = station.run(statistics, station.station)["clients"]
+        for _ in range(5):
+            plc.read("MAIN.nCounter")
+        with pytest.raises(AdsError):
+            plc.read_raw(0x4020, 0xFFFF_FFF0, 4)
+        figures = station.run(statistics, station.station)
+    [client] = figures["clients"]
+    assert figures["clients_known"] == 1
+    assert client["peer"].startswith("127.0.0.1:")
+    assert client["address"].count(".") == 5
+    assert client["requests"] >= sum(each["requests"] for each in before) + 6
+    assert (client["errors"], client["subscriptions"]) == (1, 1)
+
+
+def test_a_client_in_this_process_is_listed_by_its_subscriptions() -> None:
+    with LiveStation(time="virtual") as station:
+        address = bytes.fromhex("0a0000010101") + (40_000).to_bytes(2, "little")
+        held = {address: 1}
+        device = station.station.devices[0]
+        assert station.run(statistics, station.station)["clients"] == []
+        with (
+            mock.patch.object(type(device.notifications), "clients", held),
+            mock.patch.object(device.notifications, "held_by", lambda client: held[client]),
+        ):
+            [client] = station.run(statistics, station.station)["clients"]
+    assert (client["address"], client["peer"]) == ("10.0.0.1.1.1:40000", None)
+    assert client["requests"] is None

@@ -1,5 +1,6 @@
 """A station in a thread of its own, and a client that blocks."""
 
+import contextlib
 import socket
 import time
 from pathlib import Path
@@ -112,3 +113,13 @@ def test_a_broken_cycle_is_told_at_the_end(caplog: pytest.LogCaptureFixture) -> 
         time.sleep(0.005)
     with pytest.raises(ArithmeticError, match="broken"):
         station.stop()
+
+
+def test_a_broken_connection_is_closed_when_the_fault_returns(station: LiveStation) -> None:
+    with station, socket.create_connection((station.host, station.tcp_port)) as client:
+        with station.connect() as plc:
+            plc.read(COUNTER)  # the first one was accepted before
+        station.fault("drop_link")
+        client.setblocking(False)
+        with contextlib.suppress(ConnectionResetError):
+            assert client.recv(1) == b""

@@ -3,6 +3,7 @@
 import os
 import socket
 import sys
+import time
 from collections.abc import Iterator
 
 import pytest
@@ -73,6 +74,38 @@ class TestRawEthernet:
         assert seen[1][14:] == b"answer"
         link.close()
 
+    def test_frames_are_sent_and_taken_by_a_master(self) -> None:
+        link, other = EthernetLink(LOOPBACK, ETHERTYPE), EthernetLink(LOOPBACK, ETHERTYPE)
+        frame = bytes(12) + ETHERTYPE.to_bytes(2, "big") + b"datagrams"
+        assert link.receive(0.0) is None
+        assert link.send(frame)
+        assert other.receive(5.0) == frame
+        assert other.receive(0.01) is None
+        link.close()
+        other.close()
+
+    def test_the_kernel_says_when_a_frame_arrived(self) -> None:
+        link, other = EthernetLink(LOOPBACK, ETHERTYPE), EthernetLink(LOOPBACK, ETHERTYPE)
+        before = time.time_ns()
+        assert other.send(bytes(12) + ETHERTYPE.to_bytes(2, "big") + b"stamped")
+        assert link.receive(5.0) is not None
+        assert before - 1_000_000_000 < link.arrived_ns <= time.time_ns() + 1_000_000_000
+        for each in (link, other):
+            each.close()
+
+    def test_an_interface_that_was_removed_is_gone(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        link = EthernetLink(LOOPBACK, ETHERTYPE)
+        assert not link.gone
+        monkeypatch.setattr(socket, "if_nametoindex", lambda name: 4711)
+        assert link.gone
+
+        def unknown(name: str) -> int:
+            raise OSError("no interface with this name")
+
+        monkeypatch.setattr(socket, "if_nametoindex", unknown)
+        assert link.gone
+        link.close()
+
     def test_a_missing_interface_is_told_with_those_there_are(self) -> None:
         with pytest.raises(LinkError, match=r"no interface nowhere0 .* there are .*lo"):
             EthernetLink("nowhere0")
@@ -93,3 +126,17 @@ def test_other_systems_are_pointed_to_udp(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.delattr("achse.transport.ethernet.socket.AF_PACKET", raising=False)
     with pytest.raises(LinkError, match="over UDP"):
         EthernetLink("eth0")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="raw Ethernet needs Linux")
+def test_an_interface_that_is_served_already_is_refused() -> None:
+    try:
+        first = EthernetLink(LOOPBACK, ETHERTYPE, alone=True)
+    except LinkError as refusal:
+        pytest.skip(str(refusal))
+    with pytest.raises(LinkError, match="lo is served already"):
+        EthernetLink(LOOPBACK, ETHERTYPE, alone=True)
+    other = EthernetLink(LOOPBACK, ETHERTYPE)  # one that only looks may
+    other.close()
+    first.close()
+    EthernetLink(LOOPBACK, ETHERTYPE, alone=True).close()

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import socket
 from collections.abc import AsyncIterator
 from typing import Any, cast
 
@@ -237,3 +238,24 @@ async def test_what_a_strict_listener_replaces_makes_room() -> None:
             assert await code_of_answer(second) == 0x6
             assert await first[0].read() == b""
         assert listener.refused == 0
+
+
+def test_many_who_come_at_once_are_let_in() -> None:
+    """The server takes none of them meanwhile: they wait in its queue, nobody dials again."""
+
+    async def main() -> None:
+        station = TcpListener(Router(NetId("5.1.2.3.1.1")))
+        await station.open(port=0)
+        callers = []
+        try:
+            for _ in range(120):  # 128 are the most that an old Linux lets wait
+                caller = socket.socket()
+                callers.append(caller)
+                caller.settimeout(0.5)  # one that finds the queue full tries again after 1 s
+                caller.connect(("127.0.0.1", station.port))
+        finally:
+            for caller in callers:
+                caller.close()
+            await station.close()
+
+    asyncio.run(main())

@@ -476,7 +476,8 @@ async def test_answers_to_one_burst_do_not_gather_beyond_the_backlog() -> None:
     connection = TcpConnection(Far(station))
     connection.connection_made(transport)
     connection.data_received(b"".join(request(i).encode_tcp() for i in range(1000)))
-    assert transport.aborted
+    while not transport.aborted:  # noqa: ASYNC110 - a slow machine does not do all in one turn
+        await asyncio.sleep(0)
     assert transport.waiting < 10 * 1024 * 1024
     connection.connection_lost(None)
     await station.close()
@@ -515,6 +516,12 @@ class _Deaf(asyncio.Transport):
         return self.waiting
 
     def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
+        pass
+
+    def pause_reading(self) -> None:  # a slow machine reaches the limit of time for one read
+        pass
+
+    def resume_reading(self) -> None:
         pass
 
     def abort(self) -> None:

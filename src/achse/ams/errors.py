@@ -42,8 +42,11 @@ class DecodeError(AdsError):
 class CodedError(AdsError):
     """An error that carries the number which travelled.
 
-    `context` says which request failed, for people; it does not travel.
+    `context` says which request failed, for people, and `hint` what may help: text that ends the
+    message, like `; did you mean 'MAIN.nCounter'?`. Neither travels.
     """
+
+    hint = ""
 
     def __init__(self, code: "int | ReturnCode", context: str = "") -> None:
         self.code = int(code)
@@ -57,6 +60,8 @@ class CodedError(AdsError):
 
     def __str__(self) -> str:
         text = describe_code(self.code)
+        if self.hint:
+            text = f"{text.rstrip('.')}{self.hint}"
         return f"{self.context}: {text}" if self.context else text
 
 

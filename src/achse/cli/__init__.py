@@ -1,17 +1,66 @@
 """The command line: `achse run` starts a station, `achse ads` and `achse axis` talk to one."""
 
+import errno
+import gc
+import io
 import os
 import sys
+from typing import TYPE_CHECKING, TextIO
+
+if TYPE_CHECKING:
+    from typer import Typer
 
 __all__ = ["main", "open_standard_streams"]
+
+_YOUNG = 100_000
+"""New objects until Python looks for garbage: a start makes about as many, and keeps them."""
+
+
+_FULL = (errno.ENOSPC, errno.EIO, getattr(errno, "EDQUOT", errno.ENOSPC), errno.EFBIG)
+"""Why stdout takes no more: a full disk, or a terminal that has gone."""
 
 
 def main() -> None:
     """Console script `achse`; ends the process with the command's exit code."""
-    open_standard_streams()
-    from achse.cli.app import app
+    gc.set_threshold(_YOUNG)
+    from achse.cli.interrupts import leave_at_once
 
-    app(prog_name="achse")
+    leave_at_once()
+    open_standard_streams()
+    from achse.cli.failure import errors_in_json, tell, wants_json
+
+    try:
+        _commands(sys.argv[1:])(prog_name="achse")
+    except Exception as defect:
+        if isinstance(defect, OSError) and defect.errno in _FULL and defect.filename is None:
+            with errors_in_json(wants_json(sys.argv)):
+                tell(f"cannot write the output: {defect.strerror}", name="CANNOT_WRITE")
+            os._exit(1)  # what is left in the buffer would be tried again
+        if "ACHSE_DEBUG" in os.environ:
+            raise
+        with errors_in_json(wants_json(sys.argv)):
+            tell(
+                f"unexpected {type(defect).__name__}: {defect} (a defect of achse, please report"
+                " it; with ACHSE_DEBUG=1 in the environment it tells where)",
+                name="DEFECT",
+            )
+        sys.exit(70)
+
+
+def _commands(words: list[str]) -> "Typer":
+    """The commands; for `achse run` this one alone, as the others would delay each start."""
+    if words[:1] == ["run"]:
+        from achse.cli import run
+        from achse.cli.root import new_root
+
+        # no plugin has to do with a station.toml, and looking for some reads all that is installed
+        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+        app = new_root()
+        run.register(app)
+        return app
+    from achse.cli.app import app as every_command
+
+    return every_command
 
 
 def open_standard_streams() -> None:
@@ -27,3 +76,10 @@ def open_standard_streams() -> None:
         if getattr(sys, name) is None:
             stream = open(os.devnull, "w" if number else "r", encoding="utf-8")  # noqa: SIM115
             setattr(sys, name, stream)
+        _write_anything(getattr(sys, name))
+
+
+def _write_anything(stream: TextIO) -> None:
+    """What the encoding does not have (`LC_ALL=C`, cp1252) is escaped, and ends nothing."""
+    if isinstance(stream, io.TextIOWrapper) and stream.writable() and stream.errors == "strict":
+        stream.reconfigure(errors="backslashreplace")

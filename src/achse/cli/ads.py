@@ -2,13 +2,14 @@
 
 import asyncio
 import contextlib
+import re
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from achse.cli import raw
+from achse.cli import complete, raw
+from achse.cli.failure import fail_by
 from achse.cli.output import as_json, as_text, print_json, print_table
-from achse.cli.run import fail
 from achse.cli.selection import selected
 from achse.cli.target import Json, client_command
 
@@ -22,8 +23,30 @@ PLC_PORT = 851
 ads = typer.Typer(no_args_is_help=True, help="Ask an ADS device: state, symbols, values.")
 ads.add_typer(raw.raw, name="raw")
 
-Name = Annotated[str, typer.Argument(help="A symbol, like MAIN.nCounter.")]
-Names = Annotated[list[str], typer.Argument(help="Symbols, like MAIN.nCounter.")]
+_INDICES = re.compile(r"\[[^]]*\]")
+_BETWEEN = re.compile(r",(?![^[]*\])")
+"""A comma that is not between brackets."""
+
+Name = Annotated[
+    str, typer.Argument(help="A symbol, like MAIN.nCounter.", autocompletion=complete.symbols)
+]
+
+
+def _apart(names: list[str]) -> list[str]:
+    """Commas are between indices only; `A,B` are two words."""
+    joined = next((name for name in names if "," in _INDICES.sub("", name)), None)
+    if joined is not None:
+        words = " ".join(word.strip() for word in _BETWEEN.split(joined) if word.strip())
+        raise typer.BadParameter(f"names are separate words: {words}; got {joined!r}")
+    return names
+
+
+Names = Annotated[
+    list[str],
+    typer.Argument(
+        help="Symbols, like MAIN.nCounter.", autocompletion=complete.symbols, callback=_apart
+    ),
+]
 
 
 @client_command(ads, PLC_PORT)
@@ -118,7 +141,7 @@ async def read(client: "Client", names: Names, in_json: Json = False) -> None:
     if in_json:
         print_json(shown)
     if refusals:
-        fail("\n".join(map(str, refusals)))
+        fail_by(*refusals)
 
 
 @client_command(ads, PLC_PORT, signed=True)

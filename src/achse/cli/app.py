@@ -1,48 +1,75 @@
 """The command tree. Commands import what they need when they run, so that `--help` stays quick."""
 
-import typer
-
 from achse.cli import (
     ads,
     axis,
+    bus,
+    camshaft,
+    certificate,
+    channel,
     check,
+    demo,
+    detached,
     docs,
     drive,
     excite,
     fault,
+    fleet,
+    gcode,
+    gear,
     monitor,
+    new,
     parameters,
+    plc,
     record,
     route,
     run,
     scan,
+    scope,
     stats,
+    sweep,
     symbols,
+    table,
+    unit_tests,
     warmup,
+    web,
 )
+from achse.cli.root import new_root
 
 __all__ = ["app"]
 
-app = typer.Typer(
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    help="A motion station: PLC and NC devices with moving axes behind an ADS/AMS router.",
-)
 
+app = new_root()
+
+app.add_typer(new.new, name="new")
 run.register(app)
+demo.register(app)
+detached.register(app)
 docs.register(app)
 check.register(app)
+unit_tests.register(app)
 app.add_typer(ads.ads, name="ads")
 app.add_typer(axis.axis, name="axis")
 app.add_typer(drive.drive, name="drive")
 app.add_typer(fault.fault, name="fault")
+app.add_typer(fleet.fleet, name="fleet")
+app.add_typer(table.table, name="table")
+app.add_typer(plc.plc, name="plc")
+app.add_typer(gcode.gcode, name="gcode")
+app.add_typer(scope.scope, name="scope")
+app.add_typer(camshaft.camshaft, name="camshaft")
+app.add_typer(bus.bus, name="bus")
+app.add_typer(channel.channel, name="channel")
+app.add_typer(certificate.certificate, name="certificate")
 excite.register(axis.axis)
 parameters.register(axis.axis)
+gear.register(axis.axis)
 stats.register(ads.ads)
 monitor.register(app)
 scan.register(ads.ads)
 route.register(app, ads.ads)
 app.add_typer(symbols.symbols, name="symbols")
 record.register(app)
+sweep.register(app)
 warmup.register(app)
+web.register(app)

@@ -2,14 +2,15 @@
 
 import asyncio
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from achse.cli import complete
+from achse.cli.failure import fail
 from achse.cli.output import decimal, on_terminal, print_json, print_table
-from achse.cli.run import fail
 from achse.cli.target import Json, client_command
 
 if TYPE_CHECKING:
@@ -17,20 +18,19 @@ if TYPE_CHECKING:
     from achse.cli.nc import NcAxis
     from achse.client import Client
 
-__all__ = ["NC_PORT", "AxisName", "Plot", "SampleTime", "Velocity", "axis", "draw", "until"]
+__all__ = ["NC_PORT", "AxisName", "Plot", "SampleTime", "Velocity", "axis", "draw"]
 
 NC_PORT = 501
 
-ALL_ENABLES = 0b111
-"""Controller enable and feed enable in both directions, of ControlDWord."""
-
-FULL_OVERRIDE = 10_000
-"""Parts of the override per percent."""
-
 axis = typer.Typer(no_args_is_help=True, help="Move and watch the axes of an NC.")
 
-AxisName = Annotated[str, typer.Argument(metavar="AXIS", help="Id or name.")]
-AxisNames = Annotated[list[str], typer.Argument(metavar="AXIS...", help="Ids or names.")]
+AxisName = Annotated[
+    str, typer.Argument(metavar="AXIS", help="Id or name.", autocompletion=complete.axes)
+]
+AxisNames = Annotated[
+    list[str],
+    typer.Argument(metavar="AXIS...", help="Ids or names.", autocompletion=complete.axes),
+]
 Velocity = Annotated[float, typer.Option("--velocity", "-v", help="Units/s.")]
 Wait = Annotated[bool, typer.Option("--wait/--no-wait", help="Follow it; Ctrl-C stops the axis.")]
 Plot = Annotated[
@@ -66,13 +66,17 @@ async def list_axes(client: "Client", in_json: Json = False) -> None:
 async def status(
     client: "Client",
     names: Annotated[
-        list[str] | None, typer.Argument(metavar="[AXIS]...", help="Ids or names; all of them.")
+        list[str] | None,
+        typer.Argument(
+            metavar="[AXIS]...", help="Ids or names; all of them.", autocompletion=complete.axes
+        ),
     ] = None,
     in_json: Json = False,
 ) -> None:
     """Show everything the NC says of axes."""
     from achse.ams.errors import describe_code
     from achse.cli.nc import chosen, flag_names, motion_state
+    from achse.client.nc.access import FULL_OVERRIDE
 
     axes = await chosen(client, names or [])
     if in_json:
@@ -145,29 +149,21 @@ async def enable(
     in_json: Json = False,
 ) -> None:
     """Enable axes for motion in both directions, and wait until they are ready."""
-    from achse.cli.nc import CYCLIC, chosen
-    from achse.motion.states import StateBit
+    from achse.cli.nc import chosen
 
     axes = await chosen(client, names)
-    for item in axes:
-        await item.write(CYCLIC, "velocity_override", round(override * FULL_OVERRIDE))
-        control = await item.read(CYCLIC, "control_dword")
-        await item.write(CYCLIC, "control_dword", control | ALL_ENABLES)
-    await until(client, axes, lambda state: state & StateBit.OPERATIONAL, "ready for operation")
+    within = client.timeout
+    await asyncio.gather(*(item.remote.enable(override=override, within=within) for item in axes))
     await _report(axes, in_json)
 
 
 @client_command(axis, NC_PORT)
 async def disable(client: "Client", names: AxisNames, in_json: Json = False) -> None:
     """Take the enables of axes away."""
-    from achse.cli.nc import CYCLIC, chosen
-    from achse.motion.states import StateBit
+    from achse.cli.nc import chosen
 
     axes = await chosen(client, names)
-    for item in axes:
-        control = await item.read(CYCLIC, "control_dword")
-        await item.write(CYCLIC, "control_dword", control & ~ALL_ENABLES)
-    await until(client, axes, lambda state: not state & StateBit.OPERATIONAL, "disabled")
+    await asyncio.gather(*(item.remote.disable(within=client.timeout) for item in axes))
     await _report(axes, in_json)
 
 
@@ -182,65 +178,33 @@ async def stop(
     in_json: Json = False,
 ) -> None:
     """Stop axes, and wait until they stand."""
-    from achse.cli.nc import FUNCTIONS, chosen
-    from achse.motion.states import StateBit
+    from achse.cli.nc import chosen
 
     if (deceleration is None) != (jerk is None):
         raise typer.BadParameter("--deceleration and --jerk go together")
     axes = await chosen(client, names)
-    for item in axes:
-        if deceleration is None:
-            await item.write(FUNCTIONS, "stop")
-        else:
-            await item.write(FUNCTIONS, "parameterized_stop", deceleration, jerk)
-    await until(client, axes, lambda state: state & StateBit.NOT_MOVING, "standing", patient=True)
+    stops = [
+        await item.remote.stop(deceleration=deceleration or 0.0, jerk=jerk or 0.0, wait=False)
+        for item in axes
+    ]
+    await asyncio.gather(*(each.finished() for each in stops))
     await _report(axes, in_json)
 
 
 @client_command(axis, NC_PORT)
 async def reset(client: "Client", names: AxisNames, in_json: Json = False) -> None:
     """Reset axes: acknowledge their errors."""
-    from achse.cli.nc import FUNCTIONS, chosen
-    from achse.motion.states import StateBit
+    from achse.cli.nc import chosen
 
     axes = await chosen(client, names)
-    for item in axes:
-        await item.write(FUNCTIONS, "reset")
-    await until(client, axes, lambda state: not state & StateBit.ERROR, "free of errors")
+    await asyncio.gather(*(item.remote.reset(within=client.timeout) for item in axes))
     await _report(axes, in_json)
-
-
-async def until(
-    client: "Client",
-    axes: Sequence["NcAxis"],
-    reached: Callable[[int], object],
-    what: str,
-    patient: bool = False,
-) -> None:
-    """Wait until StateDWord of each axis says so; `client.timeout` bounds it unless `patient`."""
-    from achse.cli.nc import CYCLIC
-
-    row = CYCLIC.rows["state_dword"]
-    for item in axes:
-        try:
-            async with (
-                asyncio.timeout(None if patient else client.timeout),
-                client.subscribe_as(
-                    CYCLIC.base + item.axis_id, row.offset, 4, cycle_time=0.01
-                ) as samples,
-            ):
-                async for sample in samples:
-                    if reached(int.from_bytes(sample.value, "little")):
-                        break
-        except TimeoutError:
-            fail(f"{item}: not {what} after {client.timeout:g} s")
 
 
 @client_command(axis, NC_PORT)
 async def move(
     client: "Client",
     name: AxisName,
-    velocity: Velocity,
     to: Annotated[
         float | None, typer.Option(metavar="POSITION", help="Where to.", show_default=False)
     ] = None,
@@ -255,6 +219,12 @@ async def move(
         Way | None,
         typer.Option(help="--to is a modulo position, reached that way.", show_default=False),
     ] = None,
+    velocity: Annotated[
+        float | None,
+        typer.Option(
+            "--velocity", "-v", help="Units/s.", show_default="rapid traverse of the axis"
+        ),
+    ] = None,
     acceleration: Annotated[float, typer.Option(help="Units/s²; 0 = that of the axis.")] = 0.0,
     deceleration: Annotated[float, typer.Option(help="Units/s²; 0 = that of the axis.")] = 0.0,
     jerk: Annotated[float, typer.Option(help="Units/s³; 0 = that of the axis.")] = 0.0,
@@ -264,12 +234,16 @@ async def move(
     in_json: Json = False,
 ) -> None:
     """Move an axis and follow it to the end."""
-    from achse.cli.move import Order, follow, start
+    from achse.cli.move import Order, follow, own_velocity, start
     from achse.cli.nc import chosen
 
     start_type, position = _start_type(to, by, endless, modulo)
-    order = Order(start_type, position, velocity, acceleration, deceleration, jerk)
     [item] = await chosen(client, [name])
+    if velocity is None:
+        velocity, meaning = await own_velocity(item)
+        if not in_json:
+            print(f"{item}: {velocity:g} {item.unit}/s, its {meaning}")
+    order = Order(start_type, position, velocity, acceleration, deceleration, jerk)
     if not wait:
         number = await start(item, order)
         if in_json:
@@ -323,7 +297,7 @@ def _start_type(
     to: float | None, by: float | None, endless: Direction | None, modulo: Way | None
 ) -> tuple[Any, float]:
     """The start type and the position that goes with it."""
-    from achse.motion.states import StartType
+    from achse.codes.axis import StartType
 
     if sum(wish is not None for wish in (to, by, endless)) != 1:
         raise typer.BadParameter("one of --to, --by and --endless says where")
@@ -386,6 +360,7 @@ def _course_json(item: "NcAxis", order: "Order", course: "Course") -> dict[str, 
         "target": course.target,
         "end": trace["actual_position"][-1],
         "seconds": course.seconds,
+        "velocity": order.velocity,
         "peak_velocity": trace.peak("actual_velocity"),
         "peak_following_error": trace.peak("following_error"),
         "trace": {"time": trace.times, **trace.columns},

@@ -1,11 +1,17 @@
 """`achse check` looks at a station.toml, or at the sources of a PLC project, without running it."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from achse.cli.run import check_configuration, fail
+from achse.cli.failure import fail
+from achse.cli.output import print_json
+from achse.cli.run import check_configuration
+from achse.cli.target import Json
+
+if TYPE_CHECKING:
+    from achse.st.source import Diagnostic, Location
 
 __all__ = ["register"]
 
@@ -25,13 +31,21 @@ def check(
     ],
     library: Annotated[
         list[Path] | None,
-        typer.Option(help="Sources of a library that the project uses, once for each."),
+        typer.Option(
+            help="Sources of a library that the project uses, or a folder of libraries; once for"
+            " each."
+        ),
     ] = None,
     define: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME", help="What {IF defined (NAME)} finds, once for each."),
     ] = None,
     warnings: Annotated[bool, typer.Option(help="Tell what may lose values, too.")] = True,
+    machine: Annotated[
+        bool,
+        typer.Option("--machine", help="Tell what cannot become machine code, and why."),
+    ] = False,
+    in_json: Json = False,
 ) -> None:
     """Check a station.toml or a PLC project without starting it.
 
@@ -39,14 +53,49 @@ def check(
     do. Of a project every declaration and statement is checked; errors and warnings have file,
     line, column and a caret. Ends with 1 if there are errors.
     """
-    if file.suffix.lower() == ".toml" or not file.exists():
-        check_configuration(file)
+    is_project = file.suffix.lower() != ".toml" and file.exists()
+    if is_project:
+        _check_project(file, library or [], define or [], warnings, in_json)
     else:
-        _check_project(file, library or [], define or [], warnings)
+        check_configuration(file, in_json)
+    if machine and not in_json:
+        _tell_plain(file, library or [], is_project)
+
+
+def _tell_plain(file: Path, libraries: list[Path], is_project: bool) -> None:
+    """What of the PLCs stays plain Python beside machine code."""
+    from achse.station import ConfigError, Station
+    from achse.station.config import parse
+
+    try:
+        if is_project:
+            plc = {
+                "sources": str(file.absolute()),
+                "libraries": [str(item.absolute()) for item in libraries],
+                "code": "machine",
+            }
+            station = Station(parse({"plc": [plc]}, str(file)))
+        else:
+            station = Station.load(file)
+    except ConfigError as fault:
+        fail(str(fault))
+    for runtime in station.plcs.values():
+        bodies = runtime.bodies
+        if bodies is None or bodies.execution is None:
+            continue
+        execution, routines = bodies.execution, bodies.project.routines
+        if execution.machine is None:
+            print(f"{runtime.name}: all is plain Python")
+            continue
+        for key, why in execution.kept_plain.items():
+            place = routines[key].locate(routines[key].at)
+            print(f"{place}: note: {routines[key].name} stays plain Python: {why}")
+        count = len(execution.machine.keys)
+        print(f"{runtime.name}: {count} routines are machine code, {len(execution.kept_plain)} not")
 
 
 def _check_project(
-    project: Path, libraries: list[Path], defines: list[str], warnings: bool
+    project: Path, libraries: list[Path], defines: list[str], warnings: bool, in_json: bool
 ) -> None:
     from achse.plc import Task
     from achse.plc.system_info import system_info_list
@@ -62,20 +111,50 @@ def _check_project(
     system = system_info_list(tasks, app_name="", project_name="", port=851, timestamp=0)
     typed = check_bodies(found.declarations, given=[system])
     faults = list(dict.fromkeys([*(error.faults if error else ()), *typed.faults]))
-    for fault in sorted(faults, key=lambda fault: fault.location):
+    units, routines = len(typed.units), len(typed.routines)
+    if in_json:
+        print_json(
+            {
+                "sources": len(found.sources),
+                "units": units,
+                "routines": routines,
+                "errors": [_finding(fault) for fault in sorted(faults, key=_place)],
+                "warnings": [_finding(warning) for warning in typed.warnings],
+                "hint": error.hint if error is not None else "",
+            }
+        )
+        if faults:
+            raise typer.Exit(1)
+        return
+    for fault in sorted(faults, key=_place):
         print(f"{_with_word(str(fault), 'error')}")
     if warnings:
         for warning in typed.warnings:
             print(f"{_with_word(str(warning), 'warning')}")
-    if error is not None and error.hint:
+    if error is not None and error.hint and not found.missing:
         print(error.hint)
-    units, routines = len(typed.units), len(typed.routines)
+    for library in found.missing:
+        print(library)
     print(
         f"{len(found.sources)} sources, {units} programs and lists, {routines} routines checked:"
         f" {len(faults)} errors, {len(typed.warnings)} warnings"
     )
     if faults:
         raise typer.Exit(1)
+
+
+def _place(fault: "Diagnostic") -> "Location":
+    return fault.location
+
+
+def _finding(finding: "Diagnostic") -> dict[str, Any]:
+    place = finding.location
+    return {
+        "file": place.path,
+        "line": place.line,
+        "column": place.column,
+        "message": finding.message,
+    }
 
 
 def _with_word(text: str, word: str) -> str:

@@ -1,12 +1,20 @@
 """`achse docs` writes the reference pages: every service row and every code of the tables."""
 
+import importlib.util
+import os
+import subprocess
+import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
-from achse.cli.run import fail
+from achse.cli.failure import fail
+from achse.cli.files import write_file
+from achse.cli.output import print_json
+from achse.cli.target import Json
 
 if TYPE_CHECKING:
     from achse.server import Device, RowFacts
@@ -15,12 +23,25 @@ if TYPE_CHECKING:
 __all__ = ["reference_pages", "register"]
 
 
+class Docs(TyperGroup):
+    """`achse docs` and `achse docs nc` write pages, as `achse docs write nc` does."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if not args or (args[0] not in self.commands and args[0] not in ("-h", "--help")):
+            args = ["write", *args]
+        return super().parse_args(ctx, args)
+
+
 def register(app: typer.Typer) -> None:
-    """Add the command of this module to `app`."""
-    app.command()(docs)
+    """Add the commands of this module to `app`."""
+    group = typer.Typer(cls=Docs, help="The documentation: reference pages, the site, one entry.")
+    group.command()(write)
+    for command in (build, serve, entry):
+        group.command()(command)
+    app.add_typer(group, name="docs")
 
 
-def docs(
+def write(
     words: Annotated[
         list[str] | None,
         typer.Argument(
@@ -28,6 +49,7 @@ def docs(
         ),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("docs"),
+    in_json: Json = False,
 ) -> None:
     """Write the reference pages of the demo station's devices and of all codes."""
     from achse.station import Station
@@ -39,9 +61,70 @@ def docs(
         fail(f"no page about {' or '.join(words or ())}; there are: {titles}")
     for name, text in wanted:
         page = out / name
-        page.parent.mkdir(parents=True, exist_ok=True)
-        page.write_text(text, encoding="utf-8")
-        print(page)
+        try:
+            page.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as failure:
+            fail(f"{page.parent}: {failure.strerror}", name="CANNOT_WRITE")
+        write_file(page, text.encode())
+        if not in_json:
+            print(page)
+    if in_json:
+        print_json([{"file": str(out / name), "title": _title(text)} for name, text in wanted])
+
+
+def build(
+    out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path(".site"),
+) -> None:
+    """Build the site from docs/ and the rows: MkDocs, in a clone. Needs the extra docs."""
+    _mkdocs("build", "--strict", "--quiet", "--site-dir", str(out.absolute()))
+    print(out)
+
+
+def serve(
+    host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=1, max=65535, help="TCP port.")] = 8000,
+) -> None:
+    """Build the site, show it in a browser at http://host:port, and build what changes."""
+    _mkdocs("serve", "--dev-addr", f"{host}:{port}")
+
+
+def _mkdocs(*words: str) -> None:
+    """Run MkDocs here; ends the command if it cannot."""
+    if importlib.util.find_spec("mkdocs") is None:
+        fail("needs the extra docs: pip install achse[docs]", name="NO_EXTRA")
+    if not Path("mkdocs.yml").is_file():
+        fail("no mkdocs.yml here: the site is built in a clone of the repository", name="NO_FILE")
+    command = [sys.executable, "-m", "mkdocs", *words]
+    ended = subprocess.run(command, env={**os.environ, "NO_MKDOCS_2_WARNING": "1"}, check=False)
+    if ended.returncode:
+        fail(f"MkDocs ended with {ended.returncode}", name="FAILED")
+
+
+def entry(
+    code: Annotated[str, typer.Argument(metavar="CODE", help="Such as 0x4655 or 1861.")],
+    in_json: Json = False,
+) -> None:
+    """What a code means, and where the documentation tells of it.
+
+    With ACHSE_DOCS, the address of a site, it is a whole link.
+    """
+    from achse.codes import NcError, ReturnCode
+    from achse.codes.links import SITE, code_link, on_site
+
+    try:
+        number = int(code, 0)
+    except ValueError:
+        fail(f"a code is a number such as 0x4655, got {code!r:.40}", name="USAGE")
+    link = code_link(number)
+    found = ReturnCode.of(number) or NcError.of(number)
+    if link is None or found is None:
+        fail(f"no table has the code 0x{number:X}", name="NOT_FOUND")
+    link = on_site(link, os.environ.get(SITE)) or link
+    if in_json:
+        print_json({"code": number, "name": found.name, "text": found.text, "link": link})
+    else:
+        print(f"0x{number:X}  {found.name}  {found.text}")
+        print(link)
 
 
 def _title(page: str) -> str:
@@ -100,9 +183,12 @@ def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
     for title, file, text in _drive_pages():
         listed.append((title, file))
         yield f"reference/{file}", text
-    title, file, text = _library_page()
+    for title, file, text in _library_pages():
+        listed.append((title, file))
+        yield f"reference/{file}", text
+    title, file = "Words of part programs", "part-program-words.md"
     listed.append((title, file))
-    yield f"reference/{file}", text
+    yield f"reference/{file}", _page(title, ("word", "kind", "meaning"), _words(), WORDS)
     links = "".join(f"- [{title}]({file})\n" for title, file in listed)
     yield "reference/index.md", f"# Reference\n\n{GENERATED}\n\n{links}"
 
@@ -122,32 +208,82 @@ def _drive_pages() -> Iterator[tuple[str, str, str]]:
     yield title, file, _page(title, ("panel", "shown in", "meaning"), lines)
 
 
-def _library_page() -> tuple[str, str, str]:
-    """Title, file and text of the page about the PLC libraries, from their sources."""
+def _words() -> Iterator[tuple[str, str, str]]:
+    """The words of the dialect of part programs, each with its kind and meaning."""
+    from achse.gcode.formula import FUNCTIONS
+    from achse.gcode.words import ADDRESSES, AT_COMMANDS, G_WORDS, NAMED_WORDS, PATH_PARAMETERS
+
+    for word in (*G_WORDS.values(), *NAMED_WORDS.values()):
+        alone = "; in a block of its own" if word.alone else ""
+        yield f"`{word.name}`", _text(word.group.value), _text(f"{word.meaning}{alone}")
+    for letter, meaning in ADDRESSES.items():
+        yield f"`{letter}`", "address", _text(meaning)
+    for row in AT_COMMANDS.values():
+        yield f"`@{row.number}`", "flow", _text(f"{row.meaning}; operands: {row.form.value}")
+    for name in FUNCTIONS:
+        yield f"`{name}`", "function of formulas", "angles in degrees"
+    for parameter in PATH_PARAMETERS.values():
+        yield f"`#set {parameter.name}(…)#`", "path", _text(parameter.parameter.value)
+
+
+def _library_pages() -> Iterator[tuple[str, str, str]]:
+    """Title, file and text of the pages about the PLC libraries, from their sources.
+
+    The first lists them, then each has its own; names with an underscore in front are internal.
+    """
     from achse.st.standard import standard_libraries
     from achse.st.units import Function, FunctionBlock, TypeDeclaration
 
-    rows = []
-    for parsed in standard_libraries():
-        library = parsed.source.path.partition("/")[0]
+    libraries: dict[str, list[tuple[str, ...]]] = {}
+    parts = list(standard_libraries())
+    blocks = {
+        unit.name.casefold(): unit
+        for parsed in parts
+        for unit in parsed.units
+        if isinstance(unit, FunctionBlock)
+    }
+
+    def pins(unit: "Function | FunctionBlock", sections: tuple[str, ...]) -> str:
+        """The variables that callers see, those of the block it extends first."""
+        names = [*_names_of(unit.blocks, sections)]
+        base = unit.extends if isinstance(unit, FunctionBlock) else None
+        while base is not None:
+            above = blocks[base.name.casefold()]
+            names = [*_names_of(above.blocks, sections), *names]
+            base = above.extends
+        return ", ".join(names)
+
+    for parsed in parts:
+        rows = libraries.setdefault(parsed.source.path.partition("/")[0], [])
+        heading = parsed.source.text.partition("\n\n")[0].replace("//", "")
         for unit in parsed.units:
+            if not isinstance(unit, TypeDeclaration | Function | FunctionBlock):
+                continue
+            if unit.name.startswith("_"):
+                continue
+            meaning = _text(unit.note.comment).removeprefix(_text(heading)).strip()
             if isinstance(unit, TypeDeclaration):
-                rows.append((library, f"`{unit.name}`", "type", "", ""))
-            elif isinstance(unit, Function | FunctionBlock):
-                kind = "function" if isinstance(unit, Function) else "function block"
-                built_in = any(name == "builtin" for name, _ in unit.note.attributes)
-                inputs = _names_of(unit.blocks, ("VAR_INPUT", "VAR_IN_OUT"))
-                outputs = _names_of(unit.blocks, ("VAR_OUTPUT",))
-                kind += " (built in)" if built_in else ""
-                rows.append((library, f"`{unit.name}`", kind, inputs, outputs))
-    rows.sort(key=lambda row: (row[0], row[1].lower()))
+                rows.append((f"`{unit.name}`", "type", meaning, "", ""))
+                continue
+            kind = "function" if isinstance(unit, Function) else "function block"
+            built_in = any(name == "builtin" for name, _ in unit.note.attributes)
+            inputs, outputs = pins(unit, ("VAR_INPUT", "VAR_IN_OUT")), pins(unit, ("VAR_OUTPUT",))
+            kind += " (built in)" if built_in else ""
+            rows.append((f"`{unit.name}`", kind, meaning, inputs, outputs))
+    listed = [
+        (f"[{name}](plc-library-{name}.md)", str(len(rows))) for name, rows in libraries.items()
+    ]
     title, file = "PLC libraries", "plc-libraries.md"
-    return title, file, _page(title, LIBRARY_COLUMNS, rows, LIBRARIES)
+    yield title, file, _page(title, ("library", "names"), sorted(listed), LIBRARIES)
+    for name, rows in sorted(libraries.items()):
+        title = f"PLC library {name}"
+        rows.sort(key=lambda row: row[0].lower())
+        yield title, f"plc-library-{name}.md", _page(title, LIBRARY_COLUMNS, rows)
 
 
-def _names_of(blocks: Iterable["VarBlock"], sections: tuple[str, ...]) -> str:
+def _names_of(blocks: Iterable["VarBlock"], sections: tuple[str, ...]) -> Iterator[str]:
     """The variables of a unit that callers see."""
-    return ", ".join(
+    return (
         name.name
         for block in blocks
         if block.section in sections
@@ -161,7 +297,13 @@ LIBRARIES = (
     " (`achse.libraries`) but what is marked as built in. The functions of texts (LEN, CONCAT,"
     " WLEN …), conversions and operators are the language's own.\n\n"
 )
-LIBRARY_COLUMNS = ("library", "name", "kind", "inputs", "outputs")
+LIBRARY_COLUMNS = ("name", "kind", "meaning", "inputs", "outputs")
+
+WORDS = (
+    "What a part program (DIN 66025, the classic dialect) may say. Formulas are worked out from"
+    " left to right; `R0` to `R999` are parameters, `P5` is the parameter whose number R5 holds, K"
+    " a constant. Other words are refused.\n\n"
+)
 
 GENERATED = "Generated from the rows in the code by `achse docs`; edit those, not this page."
 

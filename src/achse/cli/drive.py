@@ -5,13 +5,18 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
+from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from achse.cli import drive_control, objects
-from achse.cli.run import ending_signals, fail
+from achse.cli.failure import fail
+from achse.cli.files import write_file
+from achse.cli.interrupts import ending_signals
+from achse.cli.output import print_json, tell_event
+from achse.cli.target import DRIVES, Json
 
 if TYPE_CHECKING:
     from achse.drive import Drive
@@ -33,11 +38,22 @@ drive = typer.Typer(no_args_is_help=True, help="Virtual CiA 402 servo drives on 
 
 _TYPES = "linear, direct (direct drive) or ac (rotary AC servo)"
 
+
+class Preset(StrEnum):
+    """Whose habits a drive has."""
+
+    MANUAL = "manual"
+    CIA402 = "cia402"
+
+
+PresetOption = Annotated[Preset, typer.Option(help="As with `achse drive serve`.")]
+
 KindOption = Annotated[str, typer.Option("--type", help=f"What it moves: {_TYPES}.")]
 
 
 @drive.command()
 def serve(
+    place: Annotated[str | None, typer.Argument(hidden=True, show_default=False)] = None,
     interface: Annotated[
         str | None,
         typer.Option(metavar="IF", help="Network interface for raw Ethernet.", show_default=False),
@@ -78,6 +94,21 @@ def serve(
             help="Accept mapping steps in any order, and padding, as some masters send them.",
         ),
     ] = False,
+    machine: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="TOML of motor, load, encoder, switches, stops and probe.",
+            show_default=False,
+        ),
+    ] = None,
+    preset: Annotated[
+        Preset,
+        typer.Option(
+            help="As the drive's manual has it, or as most masters expect of CiA 402: voltage bit,"
+            " process data with torque and velocity, mapping steps in any order."
+        ),
+    ] = Preset.MANUAL,
     store: Annotated[
         Path | None,
         typer.Option(
@@ -107,7 +138,7 @@ def serve(
         typer.Option(
             metavar="HOST:PORT", help="Where get, set, watch and fault come in; none: nowhere."
         ),
-    ] = f"127.0.0.1:{drive_control.CONTROL[1]}",
+    ] = f"127.0.0.1:{DRIVES[1]}",
     compiled: Annotated[
         bool | None,
         typer.Option(
@@ -123,6 +154,7 @@ def serve(
             help="Run before other programs, where the system allows it and half a processor does.",
         ),
     ] = True,
+    as_json: Json = False,
 ) -> None:
     """Put drives on a network interface and answer EtherCAT masters until interrupted.
 
@@ -133,6 +165,9 @@ def serve(
     from achse.station.fieldbus import FairShare, answer_promptly, serve_segment
     from achse.transport.ethernet import LinkError
 
+    if place is not None:
+        option = "--udp" if ":" in place else "--interface"
+        raise typer.BadParameter(f"an option says where: {option} {place}", param_hint=place)
     stopped = ready = False
 
     def stop(*_: object) -> None:
@@ -160,7 +195,7 @@ def serve(
         signal.signal(number, stop)
     service: DriveControl | None = None
     try:
-        drives = _drives(types, store, compiled, strict=not lenient)
+        drives = _drives(types, store, compiled, machine, preset, strict=not lenient)
         segment = Segment(
             (
                 Slave(each, alias=alias + number if alias else 0)
@@ -178,9 +213,9 @@ def serve(
                 turn()
 
         ready = True
-        print(
-            f"achse drive ready {where} drives={len(types)} type={kinds} control={at}", flush=True
-        )
+        link_name, _, link_at = where.partition("=")
+        facts = {link_name: link_at, "drives": str(len(types)), "type": kinds, "control": at}
+        tell_event("ready", what="achse drive", **facts)
         end = math.inf if duration is None else time.monotonic() + duration
         serve_segment(
             segment,
@@ -197,12 +232,18 @@ def serve(
 
 
 @drive.command()
-def esi(kind: KindOption = "ac") -> None:
+def esi(
+    kind: KindOption = "ac", preset: PresetOption = Preset.MANUAL, in_json: Json = False
+) -> None:
     """Write the ESI file of the drive, which configurators read, to stdout."""
     from achse.ethercat import describe
     from achse.ethercat.esi import build_esi
 
-    print(build_esi(describe(_drive(kind)), vendor="achse"))
+    text = build_esi(describe(_drive(kind, preset)), vendor="achse")
+    if in_json:
+        print_json({"esi": text})
+    else:
+        print(text)
 
 
 @drive.command()
@@ -212,15 +253,18 @@ def sii(
     alias: Annotated[
         int, typer.Option(min=0, max=_HIGHEST_ALIAS, help="The alias in the image.")
     ] = 0,
+    preset: PresetOption = Preset.MANUAL,
+    in_json: Json = False,
 ) -> None:
     """Write the SII image of the drive, the content of its EEPROM."""
     from achse.ethercat import build_sii, describe
 
-    try:
-        size = file.write_bytes(build_sii(describe(_drive(kind)), alias))
-    except OSError as failure:
-        fail(f"{file}: {failure.strerror}")
-    print(f"{file}: {size} bytes")
+    image = build_sii(describe(_drive(kind, preset)), alias)
+    write_file(file, image)
+    if in_json:
+        print_json({"file": str(file), "bytes": len(image)})
+    else:
+        print(f"{file}: {len(image)} bytes")
 
 
 objects.register(drive)
@@ -237,7 +281,7 @@ def _link(interface: str | None, udp: str | None) -> Callable[[], tuple["Link", 
             param_hint="--interface / --udp",
         )
     if interface is not None:
-        return lambda: (EthernetLink(interface), f"interface={interface}")
+        return lambda: (EthernetLink(interface, alone=True), f"interface={interface}")
     assert udp is not None
     host, port = _address(udp, "--udp", _PORT)
 
@@ -333,18 +377,34 @@ def _type(text: str) -> str:
     return text
 
 
-def _drive(kind: str) -> "Drive":
+def _drive(kind: str, preset: Preset = Preset.MANUAL) -> "Drive":
     from achse.drive import Drive
     from achse.drive.machine import MACHINES
 
-    return Drive(machine=MACHINES[_type(kind)])
+    return Drive(machine=MACHINES[_type(kind)], **_preset(preset))
+
+
+def _preset(preset: Preset) -> dict[str, Any]:
+    """What a preset says of a drive."""
+    if preset is Preset.MANUAL:
+        return {}
+    from achse.drive.objects.communication import CIA402_MAPPINGS
+
+    return {"voltage_bit": 1, "mapping": CIA402_MAPPINGS}
 
 
 def _drives(
-    types: Sequence[str], store: Path | None, compiled: bool, *, strict: bool
+    types: Sequence[str],
+    store: Path | None,
+    compiled: bool,
+    machine: Path | None,
+    preset: Preset,
+    *,
+    strict: bool,
 ) -> list["Drive"]:
     from achse.drive import Drive, DriveIdentity
     from achse.drive.machine import MACHINES
+    from achse.station.machine_file import MachineFileError, read_machines
     from achse.station.parameter_file import ParameterFile, ParameterFileError
 
     bank: Bank | bool = False
@@ -360,13 +420,22 @@ def _drives(
         kept = ParameterFile(store)
     except ParameterFileError as fault:
         fail(str(fault))
+    machines = [MACHINES[kind] for kind in types]
+    if machine is not None:
+        try:
+            machines = read_machines(machine, list(types))
+        except MachineFileError as fault:
+            fail(str(fault), name="CONFIGURATION")
+        except OSError as failure:
+            fail(f"{machine}: {failure.strerror}", name="CONFIGURATION")
     return [
         Drive(
-            machine=MACHINES[kind],
+            machine=each,
             identity=DriveIdentity(serial_number=number),
             store=kept.of(number),
-            strict_mapping=strict,
+            strict_mapping=strict and preset is Preset.MANUAL,
             compiled=bank,
+            **_preset(preset),
         )
-        for number, kind in enumerate(types, 1)
+        for number, each in enumerate(machines, 1)
     ]

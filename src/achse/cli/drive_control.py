@@ -7,23 +7,27 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from achse.cli import complete
+from achse.cli.failure import fail
 from achse.cli.fault import fault_commands
 from achse.cli.objects import entry_of
 from achse.cli.output import on_terminal, print_json, print_table
-from achse.cli.run import fail
-from achse.cli.target import STATION_PORT, Json, client_command
+from achse.cli.target import DRIVES, STATION_PORT, Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
     from achse.faults.fault import FaultKinds
 
-__all__ = ["CONTROL", "fault", "register"]
-
-CONTROL = ("ACHSE_DRIVE_PORT", 34_981)
-"""Environment variable and default of the TCP port where `achse drive serve` listens: one above
-EtherCAT's."""
+__all__ = ["fault", "register"]
 
 _LONGEST = 1 << 20
+
+
+def _an_entry(text: str) -> str:
+    """What is not an entry is told before anybody is asked."""
+    entry_of(text)
+    return text
+
 
 DriveOption = Annotated[
     int, typer.Option("--drive", "-d", min=1, help="Which one, counted along the cable.")
@@ -42,7 +46,8 @@ fault = fault_commands(
     command="achse drive fault",
     clock="bus",
     example="drive=2 code=AL.720 lasting=2s",
-    listens=CONTROL,
+    listens=DRIVES,
+    completion=(complete.drive_fault_kinds, complete.drive_fault_fields),
 )
 
 
@@ -50,10 +55,12 @@ def register(drive: typer.Typer) -> None:
     """Put the commands beside those of `achse drive`."""
     drive.add_typer(fault, name="fault")
 
-    @client_command(drive, STATION_PORT, listens=CONTROL)
+    @client_command(drive, STATION_PORT, listens=DRIVES)
     async def get(
         client: "Client",
-        entry: Annotated[str, typer.Argument(metavar="INDEX[:SUB]", help="6041, 0x1C32:02.")],
+        entry: Annotated[
+            str, typer.Argument(metavar="INDEX[:SUB]", help="6041, 0x1C32:02.", callback=_an_entry)
+        ],
         drive: DriveOption = 1,
         in_json: Json = False,
     ) -> None:
@@ -62,10 +69,12 @@ def register(drive: typer.Typer) -> None:
         value = await _access(client, drive=drive, index=index, subindex=subindex or 0)
         _tell(index, subindex or 0, value, in_json)
 
-    @client_command(drive, STATION_PORT, "set", signed=True, listens=CONTROL)
+    @client_command(drive, STATION_PORT, "set", signed=True, listens=DRIVES)
     async def set_entry(
         client: "Client",
-        entry: Annotated[str, typer.Argument(metavar="INDEX[:SUB]", help="6072, 0x60C2:01.")],
+        entry: Annotated[
+            str, typer.Argument(metavar="INDEX[:SUB]", help="6072, 0x60C2:01.", callback=_an_entry)
+        ],
         value: Annotated[str, typer.Argument(help="A number, 0x… allowed.")],
         drive: DriveOption = 1,
         in_json: Json = False,
@@ -78,7 +87,7 @@ def register(drive: typer.Typer) -> None:
         if held != number and index != 0x1010:
             fail("the drive did not take it: it stores, or its master sends this object")
 
-    @client_command(drive, STATION_PORT, endless=True, listens=CONTROL)
+    @client_command(drive, STATION_PORT, endless=True, listens=DRIVES)
     async def watch(
         client: "Client",
         interval: Annotated[float, typer.Option(min=0.01, help="Seconds between looks.")] = 0.5,

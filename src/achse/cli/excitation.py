@@ -5,9 +5,9 @@ from math import inf
 from typing import Any, NamedTuple
 
 from achse.cli.move import ACTIVE_WITHIN, Judge
-from achse.cli.nc import FUNCTIONS, NcAxis
+from achse.cli.nc import NcAxis
 from achse.cli.output import decimal
-from achse.motion.states import StateBit
+from achse.codes.axis import StateBit
 
 __all__ = ["Excitation", "ExcitationJudge"]
 
@@ -24,19 +24,17 @@ class Excitation(NamedTuple):
         return True
 
     async def begin(self, axis: NcAxis) -> "ExcitationJudge":
-        row = FUNCTIONS.rows[self.function]
-        call = axis.write if row.exchange is None else axis.exchange
-        await call(FUNCTIONS, self.function, *self.arguments)
+        await axis.remote.call(self.function, *self.arguments)
         return ExcitationJudge(axis, self.seconds)
 
 
 class ExcitationJudge(Judge):
-    """The judge of an excitation: done when it ends by itself or its time is over."""
+    """The judge of an excitation: it ends by itself, or its time is over; done is it at rest."""
 
     def __init__(self, axis: NcAxis, seconds: float) -> None:
         super().__init__(axis)
         self._seconds = seconds
-        self._begun = False
+        self._begun = self._released = False
         self._accepted_at = inf
 
     def see(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
@@ -52,8 +50,10 @@ class ExcitationJudge(Judge):
         self.trouble = self.failure(values)
         if self.trouble is not None or self.interrupted:
             return
-        if going_on:
-            self.done = seconds - self.began >= self._seconds
+        if self._released:
+            self.done = bool(state & StateBit.NOT_MOVING) and not going_on
+        elif going_on:
+            self.over = self._released = seconds - self.began >= self._seconds
         elif self._begun and not state & StateBit.HAS_BEEN_STOPPED:
             self.done = True
         elif self._begun or seconds > self._accepted_at + ACTIVE_WITHIN:

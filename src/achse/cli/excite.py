@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from achse.cli.axis import NC_PORT, AxisName, Plot, SampleTime, Velocity, draw, until
+from achse.cli.axis import NC_PORT, AxisName, Plot, SampleTime, Velocity, draw
+from achse.cli.failure import fail
 from achse.cli.output import decimal, on_terminal, print_json
-from achse.cli.run import fail
 from achse.cli.target import Json, client_command
 
 if TYPE_CHECKING:
@@ -20,9 +20,6 @@ __all__ = ["register"]
 
 FREQUENCIES = 20
 """Of a sweep."""
-
-SLOW, FASTER, NEGATIVE = 0x110, 0x100, 1
-"""Start type of a slow jog, what each faster one adds, and what the other direction adds."""
 
 PER_PERCENT = 10.0
 """Torque of 1 %, as the NC counts it."""
@@ -60,8 +57,9 @@ async def jog(
 ) -> None:
     """Travel at a manual velocity, as long as a key would be held; Ctrl-C lets it go earlier."""
     from achse.cli.excitation import Excitation
+    from achse.codes.axis import JogType
 
-    start_type = SLOW + FASTER * list(Speed).index(speed) + NEGATIVE * negative
+    start_type = JogType[speed.name] + negative  # the other direction is one more
     excitation = Excitation("start", (start_type, 0.0, 0.0), duration)
     await _carry_out(client, name, excitation, sample_time, plot, in_json)
 
@@ -148,16 +146,12 @@ async def _carry_out(
     plot: bool | None,
     in_json: bool,
 ) -> None:
-    """Excite the axis, stop it when the time is over, and tell."""
+    """Excite the axis, stop it when the time is over, follow it to its rest, and tell."""
     from achse.cli.move import follow
-    from achse.cli.nc import CYCLIC, FUNCTIONS, chosen
-    from achse.motion.states import StateBit
+    from achse.cli.nc import chosen
 
     [item] = await chosen(client, [name])
     course = await follow(item, excitation, sample_time)
-    if course.trouble is None and await item.read(CYCLIC, "has_job"):
-        await item.write(FUNCTIONS, "stop")
-        await until(client, [item], StateBit.NOT_MOVING.__and__, "standing", patient=True)
     if in_json:
         print_json(_as_json(item, excitation, course))
     else:
@@ -173,7 +167,8 @@ def _sentence(item: "NcAxis", course: "Course") -> str:
     return (
         f"{item}: {lowest} … {highest} {unit} in {course.seconds:.3f} s,"
         f" peak velocity {decimal(trace.peak('actual_velocity'), 2)} {unit}/s,"
-        f" peak following error {decimal(trace.peak('following_error'))} {unit}"
+        f" peak following error {decimal(trace.peak('following_error'))} {unit},"
+        f" at rest at {decimal(trace['actual_position'][-1], 3)} {unit}"
     )
 
 
@@ -188,6 +183,7 @@ def _as_json(item: "NcAxis", excitation: "Excitation", course: "Course") -> dict
         "trouble": course.trouble,
         "lowest": min(trace["actual_position"]),
         "highest": max(trace["actual_position"]),
+        "end": trace["actual_position"][-1],
         "seconds": course.seconds,
         "peak_velocity": trace.peak("actual_velocity"),
         "peak_following_error": trace.peak("following_error"),

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from achse.cli import complete
+from achse.cli.failure import fail
 from achse.cli.output import print_json, print_table
-from achse.cli.run import fail
 from achse.cli.target import ROUTER, STATION_PORT, Json, client_command
 
 if TYPE_CHECKING:
@@ -30,24 +31,31 @@ def fault_commands(
     clock: str,
     example: str,
     listens: tuple[str, int] = ROUTER,
+    completion: tuple[Callable[..., list[str]], Callable[..., list[str]]] = (
+        complete.fault_kinds,
+        complete.fault_fields,
+    ),
 ) -> typer.Typer:
     """Commands `add`, `list`, `clear` and `kinds` for the faults that `kinds_of` gives.
 
     `command` is what they are called as, `clock` has the time that `at` means, `example` are
-    fields of a fault; `listens` as in `client_command`.
+    fields of a fault; `listens` as in `client_command`; `completion` is that of kinds and fields.
     """
     app = typer.Typer(no_args_is_help=True, help=help)
 
     @client_command(app, STATION_PORT, signed=True, listens=listens)
     async def add(
         client: "Client",
-        kind: Annotated[str, typer.Argument(help=f"See `{command} kinds`.")],
+        kind: Annotated[
+            str, typer.Argument(help=f"See `{command} kinds`.", autocompletion=completion[0])
+        ],
         fields: Annotated[
             list[str] | None,
             typer.Argument(
                 metavar="[KEY=VALUE]…",
                 help=f"Whom it hits, how, and when by the {clock}'s clock: {example} at=60s …",
                 show_default=False,
+                autocompletion=completion[1],
             ),
         ] = None,
         in_json: Json = False,
@@ -98,6 +106,7 @@ def fault_commands(
         number: Annotated[
             int, typer.Argument(min=0, help="Which one.", show_default="all of them")
         ] = 0,
+        in_json: Json = False,
     ) -> None:
         """End a fault, or all."""
         from achse.ams import DeviceError
@@ -109,12 +118,30 @@ def fault_commands(
         except DeviceError as refusal:
             if refusal.code != ReturnCode.NOT_FOUND.number:
                 raise
-            fail(f"no fault has the number {number}, see `{command} list`")
+            fail(
+                f"no fault has the number {number}, see `{command} list`",
+                name="NOT_FOUND",
+                code=refusal.code,
+            )
+        if in_json:
+            print_json({"cleared": number or "all"})
 
     @app.command()
-    def kinds() -> None:
+    def kinds(in_json: Json = False) -> None:
         """List the kinds of faults, and what each takes beside `at`."""
         faults = kinds_of()
+        if in_json:
+            print_json(
+                [
+                    {
+                        "kind": kind,
+                        "meaning": faults.description(kind),
+                        "fields": list(faults.parameters(kind)),
+                    }
+                    for kind in faults
+                ]
+            )
+            return
         for kind in faults:
             print(f"{kind}: {faults.description(kind)}")
             if parameters := faults.parameters(kind):

@@ -5,9 +5,9 @@ from math import inf
 from typing import Any
 
 from achse.cli.move import ACTIVE_WITHIN, Judge
-from achse.cli.nc import FUNCTIONS, NcAxis
+from achse.cli.nc import NcAxis
 from achse.cli.output import decimal
-from achse.motion.states import HomingState, OperationModeBit, StateBit
+from achse.codes.axis import HomingState, OperationModeBit, StateBit
 
 __all__ = ["Homing", "HomingJudge"]
 
@@ -18,7 +18,7 @@ class Homing:
     endless = True
 
     async def begin(self, axis: NcAxis) -> "HomingJudge":
-        await axis.write(FUNCTIONS, "home")
+        await axis.remote.home(wait=False)
         return HomingJudge(axis)
 
 

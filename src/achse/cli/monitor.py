@@ -3,16 +3,16 @@
 import asyncio
 import contextlib
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from achse.cli.output import print_json, visible
-from achse.cli.run import fail
-from achse.cli.target import STATION_PORT, end_by_signal
+from achse.cli.failure import fail
+from achse.cli.output import print_json, tell_event, visible
+from achse.cli.target import STATION_PORT, fail_to_connect
 
 if TYPE_CHECKING:
     from achse.ams import AmsAddress
@@ -93,7 +93,11 @@ def monitor(
     if ask and via is None:
         raise typer.BadParameter("a station of ours is asked anyway", param_hint="--ask")
     asked = [_device(text) for text in ask or ()]
-    run_until_ended(_monitor(host, tcp_port, via, asked, write, wanted, count, duration, in_json))
+    run_until_ended(
+        _monitor(host, tcp_port, via, asked, write, wanted, count, duration, in_json),
+        host,
+        tcp_port,
+    )
 
 
 class _Filter:
@@ -279,7 +283,7 @@ async def _relay(
         await relay.open(host, tcp_port)
     except OSError as failure:
         fail(f"cannot listen on {host}:{tcp_port}: {reason(failure)} (another address: --host)")
-    print(f"achse ready tap={relay.host}:{relay.port} via={via[0]}:{via[1]}", flush=True)
+    tell_event("ready", tap=f"{relay.host}:{relay.port}", via=f"{via[0]}:{via[1]}")
     try:
         yield
     finally:
@@ -337,7 +341,7 @@ async def _station_tap(
         assert watcher is not None
         fetching = asyncio.create_task(fetch())
         fetching.add_done_callback(lambda _: ending.is_set() or watcher.cancel())
-        print("achse ready tap=station", flush=True)
+        tell_event("ready", tap="station")
         try:
             yield
         except asyncio.CancelledError:
@@ -362,19 +366,18 @@ async def _upload(device: "Target", decoder: "Decoder") -> None:
         known.learn_symbol(entry)
 
 
-def run_until_ended(job: Awaitable[Any]) -> None:
+def run_until_ended(job: Coroutine[Any, Any, None], host: str, tcp_port: int) -> None:
     """Run until done, Ctrl-C or SIGTERM; an AdsError is one line on stderr."""
     from achse.ams import AdsError
-
-    async def interruptible() -> None:
-        end_by_signal()
-        await job
+    from achse.cli.interrupts import Interrupted, run
 
     try:
-        asyncio.run(interruptible())
+        run(job)
     except AdsError as refusal:
-        fail(str(refusal))
+        fail_to_connect(refusal, host, tcp_port)
+    except BrokenPipeError:  # who read has gone, as `head` does
+        raise
     except OSError as failure:
         fail(f"{failure.filename}: {failure.strerror}" if failure.filename else str(failure))
-    except (KeyboardInterrupt, asyncio.CancelledError):
+    except Interrupted:
         pass

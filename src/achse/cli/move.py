@@ -1,25 +1,21 @@
 """A move from its start to its end: commanded, followed sample by sample, and told."""
 
 import asyncio
+import contextlib
 import sys
 from collections.abc import Mapping, Sequence
 from math import inf
 from typing import Any, NamedTuple, Protocol
 
 from achse.ams.errors import describe_code
-from achse.cli.nc import FUNCTIONS, NcAxis
+from achse.cli.failure import in_json
+from achse.cli.nc import NcAxis
 from achse.cli.output import decimal
 from achse.cli.trace import Trace
 from achse.codes import NcError
-from achse.motion.states import (
-    BufferMode,
-    MotionState,
-    OperationModeBit,
-    StartType,
-    StateBit,
-)
+from achse.codes.axis import MotionState, OperationModeBit, StartType, StateBit
 
-__all__ = ["Course", "Errand", "Judge", "Order", "Verdict", "follow", "start"]
+__all__ = ["Course", "Errand", "Judge", "Order", "Verdict", "follow", "own_velocity", "start"]
 
 ENDLESS = (StartType.ENDLESS_POSITIVE, StartType.ENDLESS_NEGATIVE)
 
@@ -32,6 +28,10 @@ SETTLED_WITHIN = 5.0
 
 AFTERWARDS = 0.1
 """Seconds that the trace goes on when the move is done, to show how the axis comes to rest."""
+
+
+LINE_EVERY = 5.0
+"""Seconds of the axis' time between lines of progress."""
 
 
 class Errand(Protocol):
@@ -76,16 +76,25 @@ class Course(NamedTuple):
 
 async def start(axis: NcAxis, order: Order) -> int:
     """Command the move by universal start; gives the command's number. Raises AdsError."""
-    number, _ = await axis.exchange(
-        FUNCTIONS,
+    number, _ = await axis.remote.call(
         "universal_axis_start",
         order.start_type,
-        0,
-        *order[1:],
-        BufferMode.ABORTING,
-        *(0.0, 0.0, 0.0),
+        end_position=order.position,
+        velocity=order.velocity,
+        acceleration=order.acceleration,
+        deceleration=order.deceleration,
+        jerk=order.jerk,
     )
     return int(number)
+
+
+async def own_velocity(axis: NcAxis) -> tuple[float, str]:
+    """The velocity of a move that names none, and what it is: rapid traverse, up to the largest."""
+    rapid = float(await axis.remote.parameters["rapid_traverse_velocity"])
+    largest = float(await axis.remote.parameters["max_velocity"])
+    if 0 < rapid <= largest:
+        return rapid, "rapid traverse velocity"
+    return largest, "largest velocity"
 
 
 async def _started(axis: NcAxis, errand: Errand) -> "Judge":
@@ -105,7 +114,7 @@ async def _interrupt(axis: NcAxis, verdict: "Judge") -> None:
     assert task is not None
     task.uncancel()
     verdict.interrupted = True
-    await axis.write(FUNCTIONS, "stop")
+    await axis.remote.call("stop")
 
 
 async def follow(axis: NcAxis, errand: Errand, sample_time: float) -> Course:
@@ -132,8 +141,11 @@ async def follow(axis: NcAxis, errand: Errand, sample_time: float) -> Course:
                 values = axis.sample(sample.value)
                 seconds = trace.add(sample.filetime, values)
                 verdict.see(seconds, values, before=before > 0)
+                if verdict.over:
+                    verdict.over = False
+                    await axis.remote.call("stop")
                 before -= 1
-                progress.show(values)
+                progress.show(seconds, values)
         while verdict.done and trace.times[-1] < seconds + AFTERWARDS:
             sample = await anext(samples)
             trace.add(sample.filetime, axis.sample(sample.value))
@@ -149,6 +161,8 @@ class Judge:
         self.target = target
         self.done = False
         self.trouble: str | None = None
+        self.over = False
+        """Its time is over: `follow` stops the axis then, and goes on until it is at rest."""
         self.interrupted = False
         """The axis was told to stop; coming to rest is the end."""
         self.began = 0.0
@@ -231,7 +245,7 @@ def _in_window(values: Mapping[str, Any]) -> bool:
 
 
 class _Progress:
-    """A bar on stderr while the axis moves, if somebody looks."""
+    """A bar on stderr while the axis moves; where nobody looks, a line now and then."""
 
     def __init__(self, axis: NcAxis, errand: Errand) -> None:
         from rich.console import Console
@@ -240,6 +254,7 @@ class _Progress:
         self._axis = axis
         self._endless = errand.endless
         self._begin: float | None = None
+        self._next_line = LINE_EVERY
         self._bar = Progress(
             TextColumn("{task.description}"),
             BarColumn(bar_width=36),
@@ -256,10 +271,11 @@ class _Progress:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._bar.stop()
+        with contextlib.suppress(OSError):
+            self._bar.stop()
 
-    def show(self, values: Mapping[str, Any]) -> None:
-        """Move the bar to where the axis is."""
+    def show(self, seconds: float, values: Mapping[str, Any]) -> None:
+        """Show where the axis is, so many seconds after the begin."""
         position, unit = values["actual_position"], self._axis.unit
         if self._begin is None:
             self._begin = position
@@ -268,4 +284,9 @@ class _Progress:
             done = min(abs(position - self._begin), total)
             self._bar.update(self._task, total=total or 1.0, completed=done or total == 0.0)
         figures = f"{position:10.3f} {unit}  {values['actual_velocity']:9.2f} {unit}/s"
-        self._bar.update(self._task, figures=figures)
+        if not self._bar.disable:
+            self._bar.update(self._task, figures=figures)
+        elif seconds >= self._next_line and not in_json():
+            self._next_line = seconds + LINE_EVERY
+            with contextlib.suppress(OSError):  # the terminal has gone: the axis is watched on
+                print(f"{self._axis}: {figures.strip()}", file=sys.stderr, flush=True)

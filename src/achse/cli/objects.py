@@ -1,17 +1,22 @@
 """`achse drive list|show`: the object dictionary of the drive, without a drive."""
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from achse.cli.failure import fail
 from achse.cli.output import print_json, print_table
-from achse.cli.run import fail
 from achse.cli.target import Json
 
 if TYPE_CHECKING:
     from achse.drive.objects import ObjectRow
 
 __all__ = ["entry_of", "line_of", "register"]
+
+_SHOWN = 3
+_SHORTEST = 3
+"""Hexadecimal digits that are looked for as part of a name, too: `dec`."""
 
 
 def register(drive: typer.Typer) -> None:
@@ -23,17 +28,25 @@ def register(drive: typer.Typer) -> None:
 def list_rows(
     index: Annotated[
         str | None,
-        typer.Argument(help="Only objects whose index begins so: 60, 1C1.", show_default=False),
+        typer.Argument(
+            help="Only objects whose index begins so: 60, 1C1; or with this in their name.",
+            show_default=False,
+        ),
     ] = None,
     in_json: Json = False,
 ) -> None:
     """List the object dictionary, one line per entry."""
     from achse.drive.objects import ROWS
+    from achse.iec.nearest import did_you_mean
 
-    prefix = _digits(index or "")
-    rows = [row for row in ROWS if f"{row.index:04X}".startswith(prefix)]
+    wanted = index or ""
+    prefix = _digits(wanted)
+    rows = [row for row in ROWS if prefix is not None and f"{row.index:04X}".startswith(prefix)]
+    if not rows and (prefix is None or len(prefix) >= _SHORTEST):
+        rows = [row for row in ROWS if _folded(wanted) in _folded(row.name)]
     if not rows:
-        fail(f"no object's index begins with {prefix}; see `achse drive list`")
+        hint = did_you_mean(wanted, _names(ROWS)) or "; see `achse drive list`"
+        fail(f"no object's index begins with {wanted!r}, and no name has it{hint}")
     if in_json:
         print_json([_facts(row) for row in rows])
         return
@@ -56,7 +69,9 @@ def line_of(row: "ObjectRow") -> tuple[str, str, str, str, str, str, str]:
 
 
 def show(
-    entry: Annotated[str, typer.Argument(metavar="INDEX[:SUB]", help="6041, 0x1C32:02.")],
+    entry: Annotated[
+        str, typer.Argument(metavar="INDEX[:SUB]", help="6041, 0x1C32:02, Statusword.")
+    ],
     in_json: Json = False,
 ) -> None:
     """Show all that is known of one object, or of one entry of it."""
@@ -77,16 +92,50 @@ def show(
 
 
 def entry_of(text: str) -> tuple[int, int | None]:
-    """Index and subindex of INDEX or INDEX:SUB; typer's complaint if it is neither."""
+    """Index and subindex of INDEX, INDEX:SUB or a name; typer's complaint if it is none of them."""
     index, colon, subindex = text.partition(":")
+    if _digits(index) is None and text:
+        return _named(text)
     return _number(index, 0xFFFF, text), _number(subindex, 0xFF, text) if colon else None
 
 
-def _digits(text: str) -> str:
-    """Hexadecimal digits, with 0x before or h behind allowed."""
+def _named(text: str) -> tuple[int, int | None]:
+    """The entry, or the whole object, of that name."""
+    from achse.drive.objects import ROWS
+    from achse.iec.nearest import did_you_mean
+
+    wanted = _folded(text)
+    for row in ROWS:
+        if wanted == _folded(row.name):
+            return row.index, row.subindex
+        if wanted == _folded(row.name.partition(":")[0]):
+            return row.index, None
+    names = _names(ROWS)
+    inside = [name for name in names if wanted and wanted in _folded(name)][:_SHOWN]
+    hint = f"; did you mean {' or '.join(map(repr, inside))}?" if inside else None
+    raise typer.BadParameter(
+        "INDEX or INDEX:SUB in hexadecimal expected, or a name as in `achse drive list`, got"
+        f" {text!r}{hint or did_you_mean(text, names)}"
+    )
+
+
+def _names(rows: "Iterable[ObjectRow]") -> list[str]:
+    """Those of the objects, and of the entries of records."""
+    return list(
+        dict.fromkeys(name for row in rows for name in (row.name.partition(":")[0], row.name))
+    )
+
+
+def _folded(name: str) -> str:
+    """A name without case, spaces and the like."""
+    return "".join(sign for sign in name.casefold() if sign.isalnum())
+
+
+def _digits(text: str) -> str | None:
+    """Hexadecimal digits, with 0x before or h behind allowed; None for other texts."""
     digits = text.upper().removeprefix("0X").removesuffix("H")
     if text and (not digits or set(digits) - set("0123456789ABCDEF")):
-        raise typer.BadParameter(f"hexadecimal digits expected, got {text!r}")
+        return None
     return digits
 
 

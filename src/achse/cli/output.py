@@ -1,10 +1,11 @@
 """Output: tables of text, JSON, and IEC values as people and programs read them."""
 
-import json
 import math
 import sys
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
+
+from achse.cli.failure import dumped, in_json
 
 if TYPE_CHECKING:
     from achse.iec import IecType
@@ -17,6 +18,7 @@ __all__ = [
     "on_terminal",
     "print_json",
     "print_table",
+    "tell_event",
     "visible",
 ]
 
@@ -28,7 +30,15 @@ def on_terminal() -> bool:
 
 def print_json(document: Any) -> None:
     """One JSON document on one line."""
-    print(json.dumps(document, ensure_ascii=False), flush=True)
+    print(dumped(document, sys.stdout), flush=True)
+
+
+def tell_event(event: str, what: str = "achse", **facts: str) -> None:
+    """`achse ready tcp=…` for people and scripts, or the same as JSON."""
+    if in_json():
+        print_json({"event": event, **facts})
+    else:
+        print(f"{what} {event} " + " ".join(f"{k}={v}" for k, v in facts.items()), flush=True)
 
 
 def visible(text: str) -> str:

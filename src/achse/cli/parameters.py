@@ -1,30 +1,24 @@
 """`achse axis show|set`: what the rows of the NC know of an axis, and what it is set to."""
 
 import asyncio
-import difflib
-import re
 from collections.abc import Iterator
-from dataclasses import replace
+from enum import IntEnum
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
 from achse.cli.axis import NC_PORT, AxisName
+from achse.cli.failure import fail
 from achse.cli.output import print_json, print_table
-from achse.cli.run import fail
 from achse.cli.target import Json, client_command
 
 if TYPE_CHECKING:
-    from achse.ams import DeviceError
-    from achse.cli.nc import NcAxis, ServiceGroup
+    from achse.cli.nc import NcAxis
     from achse.client import Client
-    from achse.server import RowFacts, Service
+    from achse.client.nc import AxisRefused, AxisValue, RemoteAxis
 
 __all__ = ["register"]
-
-FIRST_OF_ELEMENTS = 0x1_0000
-"""Offset of the first service of an encoder; those of the axis itself come before."""
 
 Element = Annotated[
     int, typer.Option(min=0, max=8, help="Which of its encoders, controllers and drives.")
@@ -34,10 +28,9 @@ Element = Annotated[
 class Shown(NamedTuple):
     """A service of an axis with its value, or with the refusal that came instead."""
 
-    area: "ServiceGroup"
-    row: "Service"
+    row: "AxisValue"
     value: Any
-    refusal: "DeviceError | None" = None
+    refusal: "AxisRefused | None" = None
 
 
 def register(axis: typer.Typer) -> None:
@@ -60,22 +53,22 @@ async def show(
     from achse.cli.nc import chosen
 
     [item] = await chosen(client, [name])
-    every = list(_values(element))
+    every = list(_values(item.remote, element))
     wanted = [
-        (area, row)
-        for area, row in every
+        row
+        for row in every
         if not patterns or any(fnmatchcase(row.name, pattern.lower()) for pattern in patterns)
     ]
     if not wanted:
-        fail(_unknown(" ".join(patterns or ()), [row.name for _, row in every]))
-    seen = await asyncio.gather(*(_look(item, area, row, element) for area, row in wanted))
+        fail(_unknown(item.name, " ".join(patterns or ()), [row.name for row in every]))
+    seen = await asyncio.gather(*map(_look, wanted))
     refused = [one.refusal for one in seen if one.refusal is not None]
     if len(refused) == len(seen):
         fail(str(refused[0]))
     if in_json:
-        print_json([_facts(item, one, element) for one in seen])
+        print_json([_facts(item, one) for one in seen])
     else:
-        print_table(_line(item, one) for one in seen)
+        print_table(_line(one) for one in seen)
 
 
 async def set_parameter(
@@ -87,127 +80,107 @@ async def set_parameter(
     in_json: Json = False,
 ) -> None:
     """Set a parameter of an axis, and show what it is then."""
-    from achse.ams import DeviceError
     from achse.cli.nc import chosen
-    from achse.server import WRITE
+    from achse.client.nc import AxisRefused
 
-    rows = {row.name: (area, row) for area, row in _values(element)}
+    [item] = await chosen(client, [name])
+    rows = {row.name: row for row in _values(item.remote, element)}
     if parameter.lower() not in rows:
-        fail(_unknown(parameter, [each for each, (_, row) in rows.items() if WRITE in row.access]))
-    area, row = rows[parameter.lower()]
-    if WRITE not in row.access:
+        fail(_unknown(str(item), parameter, [row.name for row in rows.values() if row.writable]))
+    row = rows[parameter.lower()]
+    if not row.writable:
         fail(f"{row.name} is for reading only")
     number = _number(row, value)
-    [item] = await chosen(client, [name])
     try:
-        await item.write(area, row.name, number, element=element)
-    except DeviceError as refusal:
-        expected = f"; expected {row.range_text}" if row.range_text else ""
-        fail(f"{refusal}{expected}")
-    one = await _look(item, area, row, element)
+        await row.write(number)
+    except AxisRefused as refusal:
+        expected = f"; expected {row.range}" if row.range else ""
+        fail(f"{refusal.__cause__}{expected}")
+    one = await _look(row)
     if in_json:
-        print_json(_facts(item, one, element))
+        print_json(_facts(item, one))
     else:
-        print_table([_line(item, one)])
+        print_table([_line(one)])
 
 
-def _values(element: int) -> Iterator[tuple["ServiceGroup", "Service"]]:
+def _values(axis: "RemoteAxis", element: int) -> Iterator["AxisValue"]:
     """What an axis shows as single values; structures repeat them.
 
     Beyond the first element these are those of its encoder, controller and drive.
     """
-    from achse.cli.nc import PARAMETERS, STATES
-    from achse.server import READ
+    from achse.client.nc.parameters import AxisValues
+    from achse.client.nc.services import STATES
 
-    for area in (PARAMETERS, STATES):
-        for row in area.rows.values():
-            if element and row.offset < FIRST_OF_ELEMENTS:
-                continue
-            if READ in row.access and not isinstance(row.codec, tuple):
-                yield area, row
+    yield from axis.parameters.element(element)
+    yield from AxisValues(axis, (STATES,), element)
 
 
-async def _look(item: "NcAxis", area: "ServiceGroup", row: "Service", element: int) -> Shown:
+async def _look(row: "AxisValue") -> Shown:
     """A refusal is an answer too: the axis may have no such part."""
-    from achse.ams import DeviceError
+    from achse.client.nc import AxisRefused
 
     try:
-        return Shown(area, row, await item.read(area, row.name, element=element))
-    except DeviceError as refusal:
-        return Shown(area, row, None, refusal)
+        return Shown(row, await row.read())
+    except AxisRefused as refusal:
+        return Shown(row, None, refusal)
 
 
-def _number(row: "Service", text: str) -> int | float:
+def _number(row: "AxisValue", text: str) -> int | float:
     """The number that `text` is to this row: a choice by its word, else a whole or real one."""
-    from achse.server import Layout
-
-    if isinstance(row.choices, type) and text.upper() in row.choices.__members__:
-        return int(row.choices[text.upper()])
-    codec = row.codec
-    assert not isinstance(codec, tuple), "a parameter has one layout"
-    real = isinstance(codec, Layout)
+    choices, layout = row.service.choices, row.service.layout
+    if choices is not None and text.upper() in choices.__members__:
+        return choices[text.upper()]
+    real = layout.text.startswith("REAL")
     try:
         number = float(text) if real else int(text, 0)
-        codec.encode(number)
+        layout.encode(number)
     except ValueError:
         kind = "number" if real else "whole number"
+        of = f" ({row.range})" if row.range else ""
         raise typer.BadParameter(
-            f"{row.name}: a {kind} expected{_of(row)}, got {text!r}", param_hint="VALUE"
+            f"{row.name}: a {kind} expected{of}, got {text!r}", param_hint="VALUE"
         ) from None
     return number
 
 
-def _of(row: "Service") -> str:
-    return f" ({row.range_text})" if row.range_text else ""
+def _unknown(axis: str, name: str, known: list[str]) -> str:
+    from achse.client.nc.services import nearest_service
+
+    return f"no {name}{nearest_service(name, known) or f'; see `achse axis show {axis}`'}"
 
 
-def _unknown(name: str, known: list[str]) -> str:
-    near = difflib.get_close_matches(name.lower(), known)
-    hint = f"did you mean {' or '.join(near)}?" if near else "see `achse axis show`"
-    return f"no {name}; {hint}"
-
-
-def _row_facts(item: "NcAxis", one: Shown) -> "RowFacts":
-    """Facts of the row at this axis; rows say mm for the unit of the axis, whatever it is."""
-    group = one.area.base + item.axis_id
-    facts = one.row.facts(group, group)
-    return replace(
-        facts, unit="" if facts.unit == "1" else re.sub(r"\bmm\b", item.unit, facts.unit)
-    )
-
-
-def _line(item: "NcAxis", one: Shown) -> tuple[str, str, str, str, str]:
-    facts = _row_facts(item, one)
-    named = isinstance(one.row.choices, type)
+def _line(one: Shown) -> tuple[str, str, str, str, str]:
+    row = one.row
+    named = row.service.choices is not None
     return (
-        facts.name,
-        _cell(one.row, one.value) if one.refusal is None else f"0x{one.refusal.code:X}",
-        facts.unit,
-        "" if named else facts.range,
-        facts.description + (f" ({facts.range})" if named and facts.range else ""),
+        row.name,
+        _cell(one.value) if one.refusal is None else f"0x{one.refusal.code:X}",
+        row.unit,
+        "" if named else row.range,
+        row.description + (f" ({row.range})" if named and row.writable else ""),
     )
 
 
-def _cell(row: "Service", value: Any) -> str:
-    if isinstance(row.choices, type):
-        names = [choice.name for choice in row.choices if choice == value]
-        return " ".join((str(value), *names))
+def _cell(value: Any) -> str:
+    if isinstance(value, IntEnum):
+        return f"{int(value)} {value.name}"
     if isinstance(value, tuple):
-        return " ".join(_cell(row, part) for part in value)
+        return " ".join(map(_cell, value))
     return format(value, ".10g") if isinstance(value, float) else str(value)
 
 
-def _facts(item: "NcAxis", one: Shown, element: int) -> dict[str, Any]:
-    facts = _row_facts(item, one)
+def _facts(item: "NcAxis", one: Shown) -> dict[str, Any]:
+    row = one.row
+    group, offset = row.service.place(item.axis_id, row.element)
     return {
-        "name": facts.name,
+        "name": row.name,
         "value": one.value,
         "error": None if one.refusal is None else one.refusal.code,
-        "unit": facts.unit,
-        "range": facts.range,
-        "type": facts.layout,
-        "access": str(facts.access),
-        "index_group": facts.index_group,
-        "index_offset": facts.index_offset + (element << 20),
-        "meaning": facts.description,
+        "unit": row.unit,
+        "range": row.range if row.writable else row.service.range,
+        "type": row.service.layout.text,
+        "access": row.service.access,
+        "index_group": group,
+        "index_offset": offset,
+        "meaning": row.description,
     }

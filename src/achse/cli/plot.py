@@ -70,9 +70,15 @@ def ticks(low: float, high: float, most: int) -> list[float]:
 
 
 def plot(
-    times: Sequence[float], panels: Sequence[Panel], *, width: int = 72, height: int = 9
+    times: Sequence[float],
+    panels: Sequence[Panel],
+    *,
+    width: int = 72,
+    height: int = 9,
+    unit: str = "s",
 ) -> list[str]:
-    """Lines of text: each panel `height` lines high below its title, then the time axis in s.
+    """Lines of text: each panel `height` lines high below its title, then the axis of times (or of
+    whatever it is, in `unit`).
 
     `width` counts everything. Without two moments there is nothing to show.
     """
@@ -100,7 +106,7 @@ def plot(
             label = at.get(row)
             frame = f"{'':{margin}} │" if label is None else f"{label:>{margin}} ┤"
             lines.append((frame + curve).rstrip())
-    return lines + _time_axis(begin, end, margin, inner)
+    return lines + _time_axis(begin, end, margin, inner, unit)
 
 
 def _labels(scale: Sequence[float]) -> list[str]:
@@ -113,7 +119,7 @@ def _labels(scale: Sequence[float]) -> list[str]:
     return [f"{tick + 0.0:.{decimals}f}" for tick in scale]
 
 
-def _time_axis(begin: float, end: float, margin: int, inner: int) -> list[str]:
+def _time_axis(begin: float, end: float, margin: int, inner: int, unit: str) -> list[str]:
     inside = [
         tick for tick in ticks(begin, end, max(3, inner // 8)) if begin <= tick <= end + 1e-12
     ]
@@ -125,4 +131,4 @@ def _time_axis(begin: float, end: float, margin: int, inner: int) -> list[str]:
         place = margin + 2 + column - len(label) // 2
         if place + len(label) <= len(text):  # the unit comes behind
             text[place : place + len(label)] = label
-    return [f"{'':{margin}} └{''.join(axis)}", f"{''.join(text).rstrip()} s"]
+    return [f"{'':{margin}} └{''.join(axis)}", f"{''.join(text).rstrip()} {unit}"]

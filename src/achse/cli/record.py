@@ -2,14 +2,15 @@
 
 import asyncio
 import contextlib
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from achse.cli.failure import fail, in_json
 from achse.cli.monitor import Host, TcpPort, Via, run_until_ended, watching
-from achse.cli.run import fail
+from achse.cli.output import print_json, tell_event
+from achse.cli.target import Json
 
 if TYPE_CHECKING:
     from achse.monitor.recording import Recording
@@ -34,9 +35,10 @@ def record(
     ] = None,
     host: Host = "127.0.0.1",
     tcp_port: TcpPort = 48898,
+    as_json: Json = False,
 ) -> None:
     """Keep what passes, until Ctrl-C: on a station of ours, or --via in front of any target."""
-    run_until_ended(_record(file, via, duration, host, tcp_port))
+    run_until_ended(_record(file, via, duration, host, tcp_port), host, tcp_port)
 
 
 async def _record(
@@ -49,16 +51,20 @@ async def _record(
             async with watching(host, tcp_port, via, write):
                 await asyncio.sleep(1e9 if duration is None else duration)
         finally:
-            print(f"{file}: {write.count} packets")
+            if in_json():
+                print_json({"event": "done", "file": str(file), "packets": write.count})
+            else:
+                print(f"{file}: {write.count} packets")
 
 
 def replay(
     file: Capture,
     host: Annotated[str, typer.Option(envvar="ACHSE_HOST", help="Where to listen.")] = "127.0.0.1",
     tcp_port: TcpPort = 48898,
+    as_json: Json = False,
 ) -> None:
     """Serve a recording as the target it was taken from, until Ctrl-C."""
-    run_until_ended(_replay(_recording(file), host, tcp_port))
+    run_until_ended(_replay(_recording(file), host, tcp_port), host, tcp_port)
 
 
 async def _replay(recording: "Recording", host: str, tcp_port: int) -> None:
@@ -68,10 +74,11 @@ async def _replay(recording: "Recording", host: str, tcp_port: int) -> None:
     target = Replay(recording)
     try:
         async with target.serving(host, tcp_port) as listener:
-            print(
-                f"achse ready net_id={recording.net_id} tcp={listener.host}:{listener.port}"
-                f" ports={','.join(map(str, target.router.ports))}",
-                flush=True,
+            tell_event(
+                "ready",
+                net_id=str(recording.net_id),
+                tcp=f"{listener.host}:{listener.port}",
+                ports=",".join(map(str, target.router.ports)),
             )
             with contextlib.suppress(asyncio.CancelledError):
                 await asyncio.get_running_loop().create_future()
@@ -79,7 +86,7 @@ async def _replay(recording: "Recording", host: str, tcp_port: int) -> None:
         fail(f"cannot listen on {host}:{tcp_port}: {reason(failure)} (another address: --host)")
 
 
-def diff(first: Capture, second: Capture) -> None:
+def diff(first: Capture, second: Capture, as_json: Json = False) -> None:
     """Compare what two targets answered.
 
     Exit code 1 if it differs, 2 if a capture cannot be read.
@@ -90,9 +97,12 @@ def diff(first: Capture, second: Capture) -> None:
 
     recordings = _recording(first, 2), _recording(second, 2)
     found = list(differences(*recordings, rows_of(Station.demo().devices)))
-    if found:
+    if as_json:
+        print_json(found)
+    elif found:
         print("\n".join(found))
-        sys.exit(1)
+    if found:
+        raise typer.Exit(1)
 
 
 def _recording(file: Path, trouble: int = 1) -> "Recording":
@@ -103,7 +113,7 @@ def _recording(file: Path, trouble: int = 1) -> "Recording":
     try:
         recording = Recording(read_capture(file))
     except CaptureError as failure:
-        fail(str(failure), trouble)
+        fail(str(failure), trouble, name="CAPTURE")
     except OSError as failure:
         fail(f"{file}: {failure.strerror}", trouble)
     if not recording.devices:

@@ -1,16 +1,17 @@
 """`achse ads route` lists and changes the routes of a router, `achse ads router` tells about it."""
 
 import asyncio
+import ipaddress
 import socket
 import sys
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from achse.cli.failure import fail, fail_by
 from achse.cli.output import print_json, print_table
-from achse.cli.run import fail
 from achse.cli.scan import Udp
-from achse.cli.target import Json, client_command
+from achse.cli.target import Json, client_command, net_id_of
 from achse.codes import ReturnCode
 
 if TYPE_CHECKING:
@@ -182,33 +183,66 @@ def add(
         str, typer.Option(envvar="ACHSE_HOST", help="The router that is to have the route.")
     ] = "127.0.0.1",
     udp_port: Udp = 48899,
+    secure: Annotated[
+        bool,
+        typer.Option("--secure", help="By Secure ADS: it keeps our certificate's fingerprint."),
+    ] = False,
+    in_json: Json = False,
 ) -> None:
-    """Add a route to a router, so that it lets us in. The password travels in clear text."""
-    from achse.ams import AdsError, NetId
+    """Add a route to a router, so that it lets us in.
+
+    Without --secure the password travels in clear text.
+    """
+    from achse.ams import AdsError
     from achse.ams.discovery import RouteRequest
     from achse.transport.udp import change_route
 
     if password is None:
         password = _password(f"Password of {user} at {host}")
+    if secure:
+        _make_us_known(host, user, password, in_json)
+        return
     try:
         ours = address or _our_address(host)
-        # 127.0.0.1.1.1 is every router's alias for itself; we are somebody else.
-        wanted = NetId(net_id or (f"{ours}.1.{2 if ours == '127.0.0.1' else 1}"))
-    except ValueError as fault:
-        raise typer.BadParameter(str(fault), param_hint="--net-id") from None
     except OSError as failure:
         fail(f"{host}: {failure.strerror}")
+    # 127.0.0.1.1.1 is every router's alias for itself; we are somebody else.
+    own = f"{ours}.1.{2 if ours == '127.0.0.1' else 1}"
+    if net_id is None and not _is_ipv4(ours):
+        raise typer.BadParameter(
+            f"say which NetId is at {ours}: only of an IPv4 address we make one",
+            param_hint="--net-id",
+        )
+    wanted = net_id_of(net_id or own)
     request = RouteRequest(name or socket.gethostname(), wanted, ours, user, password, temporary)
     try:
         code = asyncio.run(
             change_route(host, request, source=wanted, seconds=timeout, port=udp_port)
         )
     except AdsError as failure:
-        fail(str(failure))
+        fail_by(failure)
     except OSError as failure:
         fail(f"{host}: {failure.strerror}")
     _check_user(code, host, "adds no route")
-    print(f"{request.name} added at {host}: {wanted} is at {ours}")
+    if in_json:
+        added = {"name": request.name, "net_id": str(wanted), "address": ours, "host": host}
+        print_json({"added": added})
+    else:
+        print(f"{request.name} added at {host}: {wanted} is at {ours}")
+
+
+def _make_us_known(host: str, user: str, password: str, in_json: bool) -> None:
+    """First contact by Secure ADS."""
+    from achse.cli.certificate import connect_first, secure_target
+
+    target = secure_target(host)
+    net_id, fingerprint = asyncio.run(connect_first(target.known_by(user, password)))
+    where = f"secure://{target.host}:{target.port}?fingerprint={fingerprint}"
+    if in_json:
+        print_json({"net_id": net_id, "fingerprint": fingerprint, "host": where})
+    else:
+        print(f"{net_id} knows our certificate now; it is reached by --host")
+        print(where)
 
 
 def _check_user(code: int, host: str, refused: str) -> None:
@@ -225,6 +259,13 @@ def _check_user(code: int, host: str, refused: str) -> None:
         fail(f"{host} {refused}, 0x723: routes of its configuration stay as they are")
     if code and code != ReturnCode.NOT_FOUND.number:
         fail(f"{host} {refused}: {describe_code(code)}")
+
+
+def _is_ipv4(address: str) -> bool:
+    try:
+        return ipaddress.ip_address(address).version == 4
+    except ValueError:
+        return False
 
 
 def _our_address(host: str) -> str:
@@ -266,11 +307,15 @@ async def router(client: "Client", in_json: Json = False) -> None:
     )
 
 
-def hash_password() -> None:
+def hash_password(in_json: Json = False) -> None:
     """Hash a password for the users of a router; asks for it, or reads a line from a pipe."""
     from achse.router.access import hash_password
 
-    print(hash_password(_password("Password", twice=True)))
+    hashed = hash_password(_password("Password", twice=True))
+    if in_json:
+        print_json({"hash": str(hashed)})
+    else:
+        print(hashed)
 
 
 def _password(prompt: str, *, twice: bool = False) -> str:

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
+from achse.cli.failure import fail
 from achse.cli.output import print_json, print_table
-from achse.cli.run import fail
 from achse.cli.target import Json
 
 __all__ = ["Udp", "register"]
@@ -32,10 +32,18 @@ def scan(
     ] = None,
     timeout: Annotated[float, typer.Option(min=0.01, help="Wait so long for answers, s.")] = 1.0,
     udp_port: Udp = 48899,
+    mqtt: Annotated[
+        str | None,
+        typer.Option(help="Ask this network instead: mqtt://broker/network.", show_default=False),
+    ] = None,
     in_json: Json = False,
 ) -> None:
     """Search for routers: NetId, name, address, version, operating system."""
     from achse.transport.udp import scan
+
+    if mqtt is not None:
+        _tell_network(mqtt, timeout, in_json)
+        return
 
     own = os.environ.get("ACHSE_HOST")
     wanted = hosts or ([own] if own else EVERYWHERE)
@@ -74,3 +82,34 @@ def scan(
         )
     else:
         fail(f"nobody answers at {', '.join(wanted)}, UDP port {udp_port}")
+
+
+def _tell_network(text: str, seconds: float, in_json: bool) -> None:
+    """Who is online in a network over MQTT."""
+    from achse.ams import AdsError
+    from achse.client.mqtt_link import routers_of
+    from achse.transport.mqtt import MqttError, MqttSettings
+
+    async def look() -> list[tuple[str, ...]]:
+        async with routers_of(settings, seconds) as routers:
+            return [
+                (str(net_id), note.name, note.tc_version, note.os_version)
+                for net_id, note in sorted(routers.items())
+            ]
+
+    try:
+        settings = MqttSettings.parse(text)
+        found = asyncio.run(look())
+    except MqttError as fault:
+        raise typer.BadParameter(str(fault), param_hint="--mqtt") from None
+    except AdsError as failure:
+        fail(str(failure))
+    if in_json:
+        print_json([dict(zip(_NOTED, each, strict=True)) for each in found])
+    elif found:
+        print_table(found)
+    else:
+        fail(f"nobody is online in {settings}")
+
+
+_NOTED = ("net_id", "name", "version", "os_version")

@@ -29,7 +29,8 @@ async def stats(client: "Client", in_json: Json = False) -> None:
     if in_json:
         print_json(figures)
         return
-    devices = figures.pop("devices")
+    devices, buses = figures.pop("devices"), figures.pop("buses", [])
+    clients = figures.pop("clients", [])
     print_table(
         [(name.replace("_", " "), format(value, "g")) for name, value in figures.items()],
         right=frozenset({1}),
@@ -49,3 +50,34 @@ async def stats(client: "Client", in_json: Json = False) -> None:
         ports = ",".join(map(str, device["ports"]))
         rows.append((ports, device["name"], *(str(device[name]) for name in columns)))
     print_table(rows, right=frozenset(range(3, 9)))
+    if clients:
+        print()
+        _print_clients(clients)
+    if buses:
+        print()
+        _print_buses(buses)
+
+
+def _print_clients(clients: list[dict[str, Any]]) -> None:
+    """Who asks, from where, how often, and how often in vain."""
+    columns = ("requests", "errors", "subscriptions")
+    rows = [("client", "from", *columns)]
+    for each in clients:
+        counts = ("-" if each[name] is None else str(each[name]) for name in columns)
+        rows.append((each["address"], each["peer"] or "in process", *counts))
+    print_table(rows, right=frozenset({2, 3, 4}))
+
+
+def _print_buses(buses: list[dict[str, Any]]) -> None:
+    """Frames and round trips of each bus, and what is wrong with it."""
+    heads = ("interface", "slaves", "in Op", "frames", "lost", "wrong", "mean µs", "99 %", "most")
+    rows = [("bus", *heads)]
+    for bus in buses:
+        trips = (f"{1e6 * bus[f'round_trip_{key}']:.0f}" for key in ("mean", "99", "largest"))
+        keys = ("slaves", "slaves_operational", "frames", "frames_lost", "frames_wrong")
+        where = bus["interface"] or "in process"
+        rows.append((bus["name"], where, *(str(bus[key]) for key in keys), *trips))
+    print_table(rows, right=frozenset(range(2, 10)))
+    for bus in buses:
+        if bus["trouble"]:
+            print(f"{bus['name']}: {bus['trouble']}")

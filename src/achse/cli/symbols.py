@@ -1,14 +1,16 @@
 """`achse symbols` carries symbols between PLCs, symbol files and Python."""
 
 import json
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from achse.cli.failure import fail
+from achse.cli.files import write_file
 from achse.cli.output import print_json, print_table
-from achse.cli.run import fail
-from achse.cli.target import STATION_PORT, Json, client_command
+from achse.cli.target import STATION_PORT, Json, client_command, fail_to_connect
 
 if TYPE_CHECKING:
     from achse.client import Target
@@ -18,6 +20,15 @@ __all__ = ["symbols"]
 
 PLC_PORT = 851
 LONGEST_ANSWER = 1 << 16
+
+_ROOTS = {".tmc": b"<TcModuleClass", ".tpy": b"<PlcProjectInfo"}
+"""How symbol files begin, by the ending of their names."""
+
+_STUBS = b"written by `achse symbols stubs`"
+"""What modules of this command begin with."""
+
+_HEAD = 4096
+"""Bytes at the begin of a file that tell what it is."""
 
 symbols = typer.Typer(
     no_args_is_help=True, help="Symbols of a PLC: write and read .tmc files, compare, type."
@@ -31,14 +42,18 @@ Origin = Annotated[
 @client_command(symbols, PLC_PORT)
 async def export(
     client: "Target",
-    file: Annotated[Path, typer.Argument(help="The .tmc file to write.")],
+    file: Annotated[Path, typer.Argument(help="The .tmc or .tpy file to write.")],
+    in_json: Json = False,
 ) -> None:
-    """Write the symbols and types of a running PLC as a .tmc file."""
-    from achse.st.symbolfiles import write_tmc
-
+    """Write the symbols and types of a running PLC as a .tmc or .tpy file."""
+    _check_ending(file, "FILE")
     found = await _of_target(client, file.stem)
-    _write(file, write_tmc(found))
-    print(f"{file}: {len(found.variables)} variables, {len(found.types)} types")
+    _write_symbols(file, found)
+    variables, types = len(found.variables), len(found.types)
+    if in_json:
+        print_json({"file": str(file), "variables": variables, "types": types})
+    else:
+        print(f"{file}: {variables} variables, {types} types")
 
 
 @symbols.command("import")
@@ -46,7 +61,7 @@ def import_(
     origin: Origin,
     to: Annotated[
         Path | None,
-        typer.Option("--to", help="Write a station.toml that serves them, or a .tmc file."),
+        typer.Option("--to", help="Write a station.toml that serves them, or a .tmc or .tpy."),
     ] = None,
     port: Annotated[
         int | None,
@@ -55,19 +70,17 @@ def import_(
     in_json: Json = False,
 ) -> None:
     """Read symbols from sources or a symbol file: what is in there, and a station with them."""
-    from achse.st.symbolfiles import write_tmc
-
+    if to is not None:
+        _check_ending(to, "--to", ".toml")
     found = _of_origin(origin)
     number = port or found.port
     if to is not None:
-        if to.suffix.lower() == ".tmc":
-            _write(to, write_tmc(found))
-        elif to.suffix.lower() == ".toml":
+        if to.suffix.lower() == ".toml":
             if to.exists():
                 fail(f"{to} exists already: add this to it\n{_plc_table(origin, to, number)}")
-            _write(to, _plc_table(origin, to, number).encode())
+            write_file(to, _plc_table(origin, to, number).encode())
         else:
-            raise typer.BadParameter("a file ending in .toml or .tmc", param_hint="--to")
+            _write_symbols(to, found)
     facts = {
         "name": found.name,
         "port": number,
@@ -80,6 +93,61 @@ def import_(
         return
     shown = {**facts, "tasks": ", ".join(task.name for task in found.tasks)}
     print_table([(name, str(value)) for name, value in shown.items()])
+
+
+@symbols.command("stand-ins")
+def stand_ins(
+    sources: Annotated[
+        Path, typer.Argument(help="A folder with PLC sources, a .plcproj, one source file.")
+    ],
+    to: Annotated[Path, typer.Option("--to", help="The folder to write to.")] = Path("stand-ins"),
+    library: Annotated[
+        list[Path] | None,
+        typer.Option(help="Sources or .tmc of a library that is there, once for each."),
+    ] = None,
+    in_json: Json = False,
+) -> None:
+    """Write declarations for what sources name and nothing declares.
+
+    Types, constants and functions have the members, values and inputs that the sources use. What
+    no use tells is guessed and has a question mark: fill it in, and name the folder in `libraries`.
+    """
+    from achse.st.project import examine_project
+    from achse.st.source import SourceError
+    from achse.st.unknown import MissingNames
+    from achse.st.unknown import stand_ins as written
+
+    try:
+        project, _ = examine_project(sources, libraries=library or [])
+    except SourceError as fault:
+        fail(str(fault))
+    files = {
+        to / name: text for name, text in written(MissingNames(project.declarations.names)).items()
+    }
+    for file in files:
+        if file.exists():
+            fail(f"{file} exists already: name another folder by --to")
+    if files:
+        _make_folder(to)
+    for file, text in files.items():
+        try:
+            file.write_text(text)
+        except OSError as failure:
+            fail(f"{file}: {failure.strerror}")
+    found = {str(file): text.count("\n") for file, text in files.items()}
+    if in_json:
+        print_json(found)
+        return
+    for name, lines in found.items():
+        print(f"{name}: {lines} lines")
+    print(f'libraries = ["{to.as_posix()}"]' if found else "nothing is missing")
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as failure:
+        fail(f"{folder}: {failure.strerror}")
 
 
 @symbols.command()
@@ -122,6 +190,7 @@ async def stubs(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="The Python file.", show_default="stdout")
     ] = None,
+    in_json: Json = False,
 ) -> None:
     """Write a Python module with types for a PLC's symbols and methods."""
     from achse.cli.selection import selected
@@ -132,11 +201,18 @@ async def stubs(
         entry.name: types.symbol_type(entry) for entry in selected(await client.symbols(), pattern)
     }
     text = stubs(chosen, str(client.address), await programs_of(client, chosen))
-    if output is None:
+    if output is None and in_json:
+        print_json({"module": text, "symbols": len(chosen)})
+    elif output is None:
         print(text, end="")
     else:
-        _write(output, text.encode())
-        print(f"{output}: {len(chosen)} symbols")
+        write_file(
+            output, text.encode(), lambda there: _STUBS in there[:_HEAD], "made by this command"
+        )
+        if in_json:
+            print_json({"file": str(output), "symbols": len(chosen)})
+        else:
+            print(f"{output}: {len(chosen)} symbols")
 
 
 @client_command(symbols, STATION_PORT)
@@ -146,6 +222,7 @@ async def reload(
         int | None,
         typer.Option(min=1, max=65535, help="AMS port of the PLC.", show_default="all"),
     ] = None,
+    in_json: Json = False,
 ) -> None:
     """Online change: a running achse station reads its sources or symbol files again."""
     from achse.devices.station import ONLINE_CHANGE
@@ -154,9 +231,12 @@ async def reload(
     told = json.loads(answer)
     if "error" in told:
         fail(told["error"])
-    for port, count in told.items():
-        if plc in (None, int(port)):
-            print(f"{port}: {count} online changes")
+    chosen = {port: count for port, count in told.items() if plc in (None, int(port))}
+    if in_json:
+        print_json(chosen)
+        return
+    for port, count in chosen.items():
+        print(f"{port}: {count} online changes")
 
 
 async def _of_target(client: "Target", name: str) -> "SymbolFile":
@@ -173,9 +253,8 @@ async def _of_target(client: "Target", name: str) -> "SymbolFile":
 
 
 def _of_running(port: int) -> "SymbolFile":
-    import asyncio
-
     from achse.ams import AdsError
+    from achse.cli.interrupts import Interrupted, run
     from achse.client import connect
 
     async def ask() -> "SymbolFile":
@@ -183,9 +262,11 @@ def _of_running(port: int) -> "SymbolFile":
             return await _of_target(client, str(client.address))
 
     try:
-        return asyncio.run(ask())
+        return run(ask())
     except AdsError as refusal:
-        fail(str(refusal))
+        fail_to_connect(refusal, os.environ.get("ACHSE_HOST", "127.0.0.1"), 0)
+    except Interrupted as interrupted:
+        raise typer.Exit(interrupted.exit_code) from None
 
 
 def _of_origin(origin: Path) -> "SymbolFile":
@@ -194,6 +275,11 @@ def _of_origin(origin: Path) -> "SymbolFile":
     from achse.station.config import PlcConfig
     from achse.station.plcs import PlcSource
 
+    if origin.suffix.lower() == ".toml":
+        fail(
+            f"{origin}: a station is described there, no symbols: name the sources or the symbol"
+            " file that its [[plc]] names, or a running station by `achse symbols export`"
+        )
     if origin.suffix.lower() in (".tmc", ".tpy"):
         from achse.iec import DeclarationError
         from achse.st.symbolfiles import read_symbol_file
@@ -210,7 +296,7 @@ def _of_origin(origin: Path) -> "SymbolFile":
     try:
         return symbol_file(PlcSource(PlcConfig(**config), str(origin), Path()).make())
     except ConfigError as fault:
-        fail(str(fault))
+        fail(str(fault).removeprefix(f"{origin}.sources: "))
 
 
 def _plc_table(origin: Path, to: Path, port: int) -> str:
@@ -224,8 +310,24 @@ def _plc_table(origin: Path, to: Path, port: int) -> str:
     return f'[[plc]]\nport = {port}\n{key} = "{text}"\n'
 
 
-def _write(file: Path, data: bytes) -> None:
-    try:
-        file.write_bytes(data)
-    except OSError as failure:
-        fail(f"{file}: {failure.strerror}")
+def _check_ending(file: Path, option: str, *others: str) -> None:
+    """Refuse a name whose ending says another kind of file: it could be somebody's source."""
+    endings = (*others, *_ROOTS)
+    if file.suffix.lower() not in endings:
+        listed = f"{', '.join(endings[:-1])} or {endings[-1]}"
+        raise typer.BadParameter(
+            f"a file that ends in {listed}, got {str(file)!r}", param_hint=option
+        )
+
+
+def _write_symbols(file: Path, found: "SymbolFile") -> None:
+    """Write a symbol file as its ending says, over none but one of the same kind."""
+    from achse.st.symbolfiles import write_symbol_file
+
+    root = _ROOTS[file.suffix.lower()]
+    write_file(
+        file,
+        write_symbol_file(found, file.name),
+        lambda there: root in there[:_HEAD],
+        f"a {file.suffix} file",
+    )

@@ -1,24 +1,36 @@
 """Client commands: the options that name a target, its connection, and how a refusal is told."""
 
 import asyncio
-import contextlib
 import functools
 import inspect
-import signal
 from collections.abc import Callable, Coroutine
-from typing import Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, get_type_hints
 
 import typer
 
-from achse.cli.run import fail
+from achse.cli.failure import fail, fail_by
 
-__all__ = ["ROUTER", "STATION_PORT", "Json", "client_command", "end_by_signal"]
+if TYPE_CHECKING:
+    from achse.ams import AdsError, NetId
+
+__all__ = [
+    "DRIVES",
+    "ROUTER",
+    "STATION_PORT",
+    "Json",
+    "client_command",
+    "fail_to_connect",
+    "net_id_of",
+]
 
 STATION_PORT = 26_000
 """The AMS port of a station's own service; no other router has it."""
 
 ROUTER = ("ACHSE_TCP_PORT", 48898)
 """Environment variable and default of the TCP port where routers listen."""
+
+DRIVES = ("ACHSE_DRIVE_PORT", 34_981)
+"""The same of `achse drive serve`: one above EtherCAT's."""
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
@@ -33,13 +45,15 @@ def client_command(
     endless: bool = False,
     signed: bool = False,
     listens: tuple[str, int] = ROUTER,
+    alone: Callable[[dict[str, Any]], bool] | None = None,
 ) -> Callable[[Ask], Ask]:
     """Make the coroutine `command(client, …)` a command of `app` that talks to AMS port `port`.
 
     It gets the options of the target beside its own, and a connected `achse.client.Client`. An
     `AdsError` becomes one line on stderr and exit code 1. An `endless` command reconnects after a
     loss, and Ctrl-C is its proper end. `signed` ones take arguments like `-5`. `listens` is the
-    environment variable and the default of the TCP port.
+    environment variable and the default of the TCP port. Where `alone` says so of its own options,
+    nothing is connected and the client is None.
     """
 
     def register(command: Ask) -> Ask:
@@ -47,6 +61,9 @@ def client_command(
         def run(
             host: str, tcp_port: int, net_id: str | None, port: int, timeout: float, **own: Any
         ) -> None:
+            if alone is not None and alone(own):
+                asyncio.run(command(None, **own))
+                return
             _run(command, host, tcp_port, net_id, port, timeout, endless, own)
 
         _, *parameters = inspect.signature(command).parameters.values()
@@ -83,7 +100,10 @@ def _target(
     host: Annotated[
         str,
         typer.Option(
-            envvar="ACHSE_HOST", help="Where the router listens.", rich_help_panel="Target"
+            envvar="ACHSE_HOST",
+            help="Where the router listens; serial:/dev/ttyUSB0?baud=38400 for a serial port,"
+            " secure://name?fingerprint=… for Secure ADS, mqtt://broker/network for MQTT.",
+            rich_help_panel="Target",
         ),
     ] = "127.0.0.1",
     tcp_port: int = 0,
@@ -117,20 +137,22 @@ def _run(
     endless: bool,
     own: dict[str, Any],
 ) -> None:
-    from achse.ams import AdsError, NetId, RouterError
+    from achse.ams import AdsError
+    from achse.cli.interrupts import Interrupted
+    from achse.cli.interrupts import run as run_interruptibly
     from achse.client import connect
     from achse.client.link import TcpDialer
+    from achse.client.secure_link import SECURE_SCHEME, SecureTargetError
+    from achse.transport.mqtt import MQTT_SCHEMES, MqttError
+    from achse.transport.own_certificate import CertificateError
+    from achse.transport.serial_port import SCHEME, SerialPortError
 
-    try:
-        where = None if net_id is None else NetId(net_id)
-    except ValueError as fault:
-        raise typer.BadParameter(str(fault), param_hint="--net-id") from None
+    where = None if net_id is None else net_id_of(net_id)
+    schemes = (SCHEME, SECURE_SCHEME, *MQTT_SCHEMES)
 
     async def ask() -> None:
-        if endless:
-            end_by_signal()
         async with connect(
-            TcpDialer(host, tcp_port),
+            host if host.startswith(schemes) else TcpDialer(host, tcp_port),
             net_id=where,
             port=port,
             timeout=timeout,
@@ -141,21 +163,51 @@ def _run(
             await command(client, **own)
 
     try:
-        asyncio.run(ask())
+        run_interruptibly(ask())
+    except CertificateError as fault:
+        fail(str(fault))
+    except (SerialPortError, SecureTargetError, MqttError) as fault:
+        raise typer.BadParameter(str(fault), param_hint="--host") from None
     except AdsError as refusal:
-        nobody = isinstance(refusal, RouterError) and refusal.code == 0x6
-        if nobody and port == STATION_PORT:
-            fail(f"{host}:{tcp_port} is not an achse station: nobody is at its AMS port {port}")
-        fail(str(refusal))
-    except (KeyboardInterrupt, asyncio.CancelledError):
+        fail_to_connect(refusal, host, tcp_port, port)
+    except Interrupted as interrupted:
         if not endless:
-            raise
+            raise typer.Exit(interrupted.exit_code) from None
 
 
-def end_by_signal() -> None:
-    """Ctrl-C and SIGTERM cancel the running task, even where a script made SIGINT ignored."""
-    task = asyncio.current_task()
-    assert task is not None
-    for number in (signal.SIGINT, signal.SIGTERM):
-        with contextlib.suppress(NotImplementedError):  # Windows: KeyboardInterrupt instead
-            asyncio.get_running_loop().add_signal_handler(number, task.cancel)
+def net_id_of(text: str, option: str = "--net-id") -> "NetId":
+    """The NetId of an option; what is none is an error of the command line."""
+    from achse.ams import NetId
+
+    try:
+        return NetId(text)
+    except ValueError as fault:
+        raise typer.BadParameter(str(fault), param_hint=option) from None
+
+
+def fail_to_connect(refusal: "AdsError", host: str, tcp_port: int, port: int = 0) -> NoReturn:
+    """Tell why a request got no answer, and where nobody listens, what to do about it."""
+    from achse.ams import ConnectionLost, RouterError
+    from achse.codes import NcError
+
+    if isinstance(refusal, RouterError) and refusal.code == 0x6 and port == STATION_PORT:
+        fail(
+            f"{host}:{tcp_port} is not an achse station: nobody is at its AMS port {port}",
+            name="TARGET_PORT_NOT_FOUND",
+            code=refusal.code,
+        )
+    hint = ""
+    if getattr(refusal, "code", None) == NcError.CONTROLLER_ENABLE_MISSING.number:
+        hint = "`achse axis enable` switches axes on"
+    if isinstance(refusal, ConnectionLost) and isinstance(
+        refusal.__cause__, ConnectionRefusedError
+    ):
+        from achse.client.session import NOBODY_LISTENS
+
+        refusal = ConnectionLost(str(refusal).removesuffix(NOBODY_LISTENS))
+        hint = (
+            "start drives with `achse drive serve`, or say --host and --tcp-port"
+            if tcp_port == DRIVES[1]
+            else "start a station with `achse run --detach`, or say --host and --tcp-port"
+        )
+    fail_by(refusal, hint=hint)

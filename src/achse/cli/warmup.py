@@ -16,20 +16,26 @@ def register(app: typer.Typer) -> None:
 
 
 def warmup(json: Json = False) -> None:
-    """Compile the kernels of axes, drives and samples for this machine, with the extra `fast`.
+    """Compile the kernels of axes, paths, drives, samples, scopes and camshafts (extra `fast`).
 
     Their machine code is kept in the user's cache, or where ACHSE_CACHE_DIR says. Without this
     command the first start that needs it compiles.
     """
+    from achse.camshaft.kernel import KERNEL as CAMSHAFT
     from achse.drive.compiled import KERNEL as DRIVE
     from achse.motion.compiled import KERNEL as MOTION
+    from achse.motion.cyclic_image import KERNEL as IMAGES
+    from achse.motion.path.compiled import KERNEL as PATH
+    from achse.motion.servo.compiled import SEND, TAKE
     from achse.native.compiled import compiler_installed
     from achse.native.sampling import KERNEL as SAMPLING
+    from achse.scope.kernel import KERNEL as SCOPE
+    from achse.station.whole_cycle import KERNEL as DRIVEN
 
     if not compiler_installed():
         print("nothing to compile without llvmlite: pip install 'achse[fast]'")
         raise typer.Exit(1)
-    for kernel in (MOTION, DRIVE, SAMPLING):
+    for kernel in (MOTION, DRIVE, SAMPLING, SCOPE, CAMSHAFT, TAKE, SEND, DRIVEN, IMAGES, PATH):
         if not kernel.available:
             print(f"{kernel.name} kernel: runs as plain Python, its sources are not there")
             raise typer.Exit(1)

@@ -5,6 +5,7 @@
 
 from achse.client.client import Client, Connecting, connect
 from achse.client.raw import DeviceInfo, DeviceState
+from achse.client.secure_link import SecureTarget
 from achse.client.session import Backoff
 from achse.client.subscription import Sample, Subscription
 from achse.client.target import MethodResult, Target
@@ -18,6 +19,7 @@ __all__ = [
     "DeviceState",
     "MethodResult",
     "Sample",
+    "SecureTarget",
     "Subscription",
     "Symbol",
     "Target",

@@ -10,64 +10,35 @@ Any thread may use a client; requests of several threads are under way at the sa
 """
 
 import asyncio
-import threading
-from collections.abc import Coroutine, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from types import TracebackType
-from typing import Any, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Self, overload
 
 from achse.ams import AdsError, AmsAddress, NetId
 from achse.client import client, subscription, target
 from achse.client.link import Mode
+from achse.client.loop import LoopThread
 from achse.client.raw import DeviceInfo, DeviceState
-from achse.client.session import Backoff
+from achse.client.secure_link import SecureTarget
+from achse.client.session import Advance, Backoff
 from achse.client.subscription import Sample
 from achse.client.target import SendWhen
 from achse.iec import IecType, Method, Typelike
 from achse.iec.symbols import SymbolEntry
 from achse.iec.typetable import TypeTable
 
+if TYPE_CHECKING:
+    from achse.client.nc.blocking import RemoteNc
+    from achse.client.scope import Channels, Triggers
+    from achse.client.scope_blocking import BlockingScope
+
 __all__ = ["Client", "Subscription", "Target", "connect"]
-
-V = TypeVar("V")
-
-
-class _Loop:
-    """An event loop in a thread; `run` waits for a coroutine there."""
-
-    def __init__(self) -> None:
-        self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._turn, name="achse client", daemon=True)
-        self._thread.start()
-
-    def _turn(self) -> None:
-        asyncio.set_event_loop(self._loop)
-        self._loop.run_forever()
-        self._loop.run_until_complete(self._loop.shutdown_asyncgens())
-        self._loop.close()
-
-    def run(self, job: Coroutine[Any, Any, V]) -> V:
-        """The result of `job`. Anyone who gives up waiting (Ctrl-C) cancels it."""
-        if self._loop.is_closed():
-            job.close()
-            raise RuntimeError("this client is closed")
-        future = asyncio.run_coroutine_threadsafe(job, self._loop)
-        try:
-            return future.result()
-        except BaseException:
-            future.cancel()
-            raise
-
-    def stop(self) -> None:
-        """End loop and thread. Again is not an error."""
-        if not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self._loop.stop)
-            self._thread.join()
 
 
 class Target:
     """One ADS device; see `achse.client.Target`, whose methods these are."""
 
-    def __init__(self, loop: _Loop, inner: target.Target) -> None:
+    def __init__(self, loop: LoopThread, inner: target.Target) -> None:
         self._loop = loop
         self._inner = inner
 
@@ -85,6 +56,36 @@ class Target:
     def within(self, seconds: float) -> "Target":
         """The same device, with another time limit for each request."""
         return Target(self._loop, self._inner.within(seconds))
+
+    @property
+    def nc(self) -> "RemoteNc":
+        """The NC beside this device: `client.nc.axis("X").move_to(300, velocity=200)`."""
+        from achse.client.nc.blocking import RemoteNc  # loaded when axes are used
+
+        return RemoteNc(self._loop, self._inner.nc)
+
+    def scope(
+        self,
+        channels: "Channels",
+        *,
+        length: float = 10.0,
+        triggers: "Triggers" = (),
+        pretrigger: float = 0.0,
+        combine: str = "any",
+        name: str = "client",
+    ) -> "BlockingScope":
+        """A scope at the achse station behind this target; `with` makes and starts it."""
+        from achse.client.scope_blocking import BlockingScope  # loaded when scopes are used
+
+        inner = self._inner.scope(
+            channels,
+            length=length,
+            triggers=triggers,
+            pretrigger=pretrigger,
+            combine=combine,
+            name=name,
+        )
+        return BlockingScope(self._loop, inner)
 
     def device_info(self) -> DeviceInfo:
         """Name and version."""
@@ -198,7 +199,7 @@ class Target:
 class Client(Target):
     """The device `connect` was asked for, and the owner of connection and thread."""
 
-    def __init__(self, loop: _Loop, inner: client.Client) -> None:
+    def __init__(self, loop: LoopThread, inner: client.Client) -> None:
         super().__init__(loop, inner)
         self._client = inner
 
@@ -225,7 +226,7 @@ class Client(Target):
 class Subscription:
     """Samples as an iterator, and one at a time with a time limit."""
 
-    def __init__(self, loop: _Loop, inner: subscription.Subscription) -> None:
+    def __init__(self, loop: LoopThread, inner: subscription.Subscription) -> None:
         self._loop = loop
         self._inner = inner
 
@@ -270,7 +271,7 @@ class Subscription:
 
 
 def connect(
-    host: str | None = None,
+    host: str | SecureTarget | None = None,
     *,
     net_id: str | NetId | None = None,
     port: int = 851,
@@ -280,6 +281,7 @@ def connect(
     reconnect: Backoff | bool = True,
     keep_alive: float | None = 5.0,
     watch_symbols: bool = True,
+    advance: Advance | None = None,
 ) -> Client:
     """Connect to the device at AMS `port` behind a router; see `achse.connect`.
 
@@ -295,8 +297,9 @@ def connect(
         reconnect=reconnect,
         keep_alive=keep_alive,
         watch_symbols=watch_symbols,
+        advance=advance,
     )
-    loop = _Loop()
+    loop = LoopThread()
     try:
         return Client(loop, loop.run(_opened(connecting)))
     except BaseException:

@@ -8,9 +8,14 @@ from typing import Any, Self
 
 from achse.ams import AmsAddress, NetId
 from achse.client.link import GRANT_TIME, Dialer, Mode, RouterDialer, TcpDialer
-from achse.client.session import Backoff, Session
+from achse.client.mqtt_link import MqttDialer
+from achse.client.secure_link import SECURE_SCHEME, SecureDialer, SecureTarget
+from achse.client.serial_link import SerialDialer
+from achse.client.session import Advance, Backoff, Session
 from achse.client.target import Target
 from achse.router import Router
+from achse.transport.mqtt import MQTT_SCHEMES, MqttSettings
+from achse.transport.serial_port import SCHEME, SerialPort
 from achse.transport.tcp import TCP_PORT
 
 __all__ = ["Client", "Connecting", "connect"]
@@ -63,7 +68,9 @@ class Connecting:
         backoff: Backoff | None,
         keep_alive: float | None,
         watch_symbols: bool,
+        advance: Advance | None = None,
     ) -> None:
+        self._advance = advance
         self._dialer = dialer
         self._net_id = net_id
         self._port = port
@@ -79,10 +86,20 @@ class Connecting:
             timeout=self._timeout,
             backoff=self._backoff,
             keep_alive=self._keep_alive,
+            advance=self._advance,
         )
         link = await session.open()
         address = AmsAddress.of(self._net_id or link.peer_net_id, self._port)
         return Client(session, address, self._timeout, {}, self._watch_symbols)
+
+    def __getattr__(self, name: str) -> Any:
+        """What somebody asks of the client who has none yet."""
+        if hasattr(Client, name):
+            raise AttributeError(
+                f"{name}: not connected yet: `async with achse.connect(…) as client:`, or await it;"
+                " achse.blocking.connect works without asyncio"
+            )
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     def __await__(self) -> Generator[Any, None, Client]:
         return self._open().__await__()
@@ -102,7 +119,7 @@ class Connecting:
 
 
 def connect(
-    host: str | Router | Dialer | None = None,
+    host: str | Router | Dialer | SecureTarget | None = None,
     *,
     net_id: str | NetId | None = None,
     port: int = 851,
@@ -112,11 +129,16 @@ def connect(
     reconnect: Backoff | bool = True,
     keep_alive: float | None = 5.0,
     watch_symbols: bool = True,
+    advance: Advance | None = None,
 ) -> Connecting:
     """Connect to the device at AMS `port` behind a router.
 
-    - `host`: `"name"` or `"name:tcp_port"`; a `Router` of this process; any dialer. None takes
-      ACHSE_HOST and ACHSE_TCP_PORT from the environment, else 127.0.0.1:48898.
+    - `host`: `"name"` or `"name:tcp_port"`; `"serial:/dev/ttyUSB0?baud=38400"` for a serial port
+      (`SerialPort.parse`; needs the extra `serial`); a `SecureTarget`, or as text
+      `"secure://name?fingerprint=…"` (Secure ADS; needs the extra `secure`);
+      `"mqtt://broker/network"` (`MqttSettings.parse`; needs the extra `mqtt`); a `Router` of this
+      process; any dialer. None takes ACHSE_HOST and ACHSE_TCP_PORT from the environment, else
+      127.0.0.1:48898.
     - `net_id`: where the device is; None means on the router that answers.
     - `source`: our own AMS address; None lets the router grant a port or makes one up.
     - `mode`: "router" asks the peer for a port (0x1000, only on the same host), "direct" does not,
@@ -126,19 +148,35 @@ def connect(
     - `keep_alive`: seconds between state requests to devices that we hold handles or subscriptions
       of; None sends none.
     - `watch_symbols`: subscribe to the symbol version (0xF008) of devices whose symbols are used.
+    - `advance`: of a station in virtual time, how to let seconds of it pass, as `station.advance`;
+      what waits for an axis then steps the station.
 
     Raises `ConnectionLost` when entered or awaited, if nobody answers there.
     """
-    if host is None or isinstance(host, str):
+    address = None if source is None else AmsAddress(source)
+    named = os.environ.get("ACHSE_HOST", "")
+    if host is None and named.startswith((SCHEME, SECURE_SCHEME, *MQTT_SCHEMES)):
+        host = named
+    dialer: Dialer
+    if isinstance(host, str) and host.startswith(MQTT_SCHEMES):
+        host = MqttDialer(MqttSettings.parse(host), source=address)
+    if isinstance(host, SecureTarget):
+        dialer = SecureDialer(host, source=address)
+    elif isinstance(host, str) and host.startswith(SECURE_SCHEME):
+        dialer = SecureDialer(SecureTarget.parse(host), source=address)
+    elif isinstance(host, str) and host.startswith(SCHEME):
+        dialer = SerialDialer(SerialPort.parse(host), source=address)
+    elif host is None or isinstance(host, str):
         name, tcp_port = _endpoint(host)
-        address = None if source is None else AmsAddress(source)
         grant_time = min(GRANT_TIME, timeout / 2)
-        dialer: Dialer = TcpDialer(name, tcp_port, mode=mode, source=address, grant_time=grant_time)
+        dialer = TcpDialer(name, tcp_port, mode=mode, source=address, grant_time=grant_time)
     else:
         dialer = RouterDialer(host) if isinstance(host, Router) else host
     backoff = reconnect if isinstance(reconnect, Backoff) else Backoff() if reconnect else None
     where = None if net_id is None else NetId(net_id)
-    return Connecting(dialer, where, port, timeout, backoff, keep_alive, watch_symbols)
+    if isinstance(dialer, MqttDialer):
+        dialer.net_id = where
+    return Connecting(dialer, where, port, timeout, backoff, keep_alive, watch_symbols, advance)
 
 
 def _endpoint(host: str | None) -> tuple[str, int]:

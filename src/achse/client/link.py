@@ -7,6 +7,7 @@ again after a loss.
 import asyncio
 import ipaddress
 import logging
+from collections.abc import Callable
 from typing import Any, Literal, Protocol, cast
 
 from achse.ams import (
@@ -26,10 +27,12 @@ __all__ = [
     "Dialer",
     "LinkUser",
     "Mode",
+    "Onlooker",
     "RouterDialer",
     "RouterLink",
     "TcpDialer",
     "TcpLink",
+    "address_of",
 ]
 
 log = logging.getLogger("achse.client")
@@ -39,6 +42,19 @@ Mode = Literal["auto", "router", "direct"]
 
 GRANT_TIME = 1.0
 """Seconds the router on this host gets to grant a port; it answers within a millisecond."""
+
+_AGAIN = 0.05
+"""Seconds between attempts to reach a server that ended when it was asked for a port."""
+
+_MOST_WITHOUT = 256
+"""Peers without port service that are kept in mind."""
+
+_without_service: dict[tuple[str, int], None] = {}
+"""Peers of this process that ended a connection when they were asked for a port, oldest first.
+
+Some servers know no TCP command but 0, and end or even crash on 0x1000. They are not asked again,
+by no client of this process, until one of them ends a link without having answered anything.
+"""
 
 
 class LinkUser(Protocol):
@@ -57,6 +73,16 @@ class LinkUser(Protocol):
         ...
 
 
+class Onlooker:
+    """Wants nothing of a link but to know that it can be opened, or who is there."""
+
+    def received(self, frame: Frame) -> None: ...
+
+    def lost(self, link: "ClientLink", reason: str) -> None: ...
+
+    def held(self, link: "ClientLink", full: bool) -> None: ...
+
+
 class ClientLink(Protocol):
     """An open way to a router. `address` is ours on it, `peer_net_id` the NetId at its end."""
 
@@ -65,6 +91,11 @@ class ClientLink(Protocol):
 
     @property
     def peer_net_id(self) -> NetId: ...
+
+    @property
+    def max_packet(self) -> int | None:
+        """Bytes of the longest AMS packet it carries; None: no limit worth to know of."""
+        ...
 
     def send(self, frame: Frame) -> None:
         """Send within this turn of the loop."""
@@ -95,6 +126,8 @@ class Dialer(Protocol):
 class TcpLink(asyncio.Protocol):
     """A `Caller` on a TCP connection. Frames of one turn of the loop leave in one write."""
 
+    max_packet = None
+
     def __init__(self, user: LinkUser) -> None:
         self._user = user
         self._loop = asyncio.get_running_loop()
@@ -102,6 +135,10 @@ class TcpLink(asyncio.Protocol):
         self._caller = Caller(user.received, self._grant)
         self._transport: asyncio.Transport | None = None
         self._failure = ""
+        self.heard = False
+        """Whether anything came from the far end."""
+        self.when_mute: Callable[[], object] | None = None
+        """Called if the far end closes without having sent anything."""
 
     @property
     def address(self) -> AmsAddress:
@@ -121,6 +158,7 @@ class TcpLink(asyncio.Protocol):
         self._transport = cast(asyncio.Transport, transport)
 
     def data_received(self, data: bytes) -> None:
+        self.heard = True
         try:
             self._caller.receive(data)
         except DecodeError as failure:
@@ -130,6 +168,8 @@ class TcpLink(asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         transport, self._transport = self._transport, None
         self._granted.cancel()
+        if transport is not None and not self.heard and self.when_mute is not None:
+            self.when_mute()
         if transport is not None:
             self._user.lost(self, self._failure or str(exc or "closed by the peer"))
 
@@ -192,7 +232,8 @@ class TcpDialer:
     """Opens AMS/TCP links to `host`:`port`.
 
     In mode "auto" a peer on this host is asked for a port first (router mode); if it does not
-    grant one, or is elsewhere, the link uses `source` (direct mode). What worked is kept. Without
+    grant one, or is elsewhere, the link uses `source` (direct mode). What worked is kept. A peer
+    that ends the connection over the question is not asked again by this process. Without
     `source` the NetId is our IP address with .1.1 behind it, and the AMS port the local TCP port:
     unique among the clients of one host.
     """
@@ -221,18 +262,20 @@ class TcpDialer:
         """Connect; raises OSError if nobody listens, `ConnectionLost` if a port is refused."""
         link = await self._connect(user)
         try:
-            if self.mode == "router" or (self.mode == "auto" and _is_loopback(link)):
+            if self.mode == "router" or (self.mode == "auto" and self._may_ask(link)):
                 try:
                     await link.register(self.grant_time)
                     self.mode = "router"
                 except ConnectionLost:
                     if self.mode == "router":
                         raise
-                    link.close()
-                    link = await self._connect(user)
+                    link = await self._open_directly(link, user)
             if self.mode != "router":
-                self.mode = "direct"
-                address = self.source or _own_address(link)
+                if self.mode == "auto" and self._peer_key in _without_service:
+                    link.when_mute = self._ask_again
+                elif self.mode == "auto":
+                    self.mode = "direct"
+                address = self.source or address_of(link.extra("sockname"))
                 link.take_address(address, _net_id_of(link.extra("peername")))
             if not link.is_open:
                 raise ConnectionLost("closed by the peer")
@@ -240,6 +283,39 @@ class TcpDialer:
             link.close()
             raise
         return link
+
+    @property
+    def _peer_key(self) -> tuple[str, int]:
+        return (self.host, self.port)
+
+    def _may_ask(self, link: TcpLink) -> bool:
+        """Whether the peer may have a port service: it is on this host and was not lost by it."""
+        return _is_loopback(link) and self._peer_key not in _without_service
+
+    def _ask_again(self) -> None:
+        """Who ends a link without a word may be a router that wants its port asked for."""
+        _without_service.pop(self._peer_key, None)
+
+    async def _open_directly(self, asked: TcpLink, user: LinkUser) -> TcpLink:
+        """A new link to who granted no port, and some time for one that ended over the question."""
+        if asked.is_open:
+            asked.close()
+            return await self._connect(user)
+        while len(_without_service) >= _MOST_WITHOUT:
+            del _without_service[next(iter(_without_service))]
+        _without_service[self._peer_key] = None
+        loop = asyncio.get_running_loop()
+        deadline = loop.time() + self.grant_time
+        while True:
+            try:
+                return await self._connect(user)
+            except ConnectionRefusedError:
+                if loop.time() + _AGAIN > deadline:
+                    told = f"{self.peer} ended when it was asked for a port (0x1000)"
+                    raise ConnectionLost(
+                        f'{told}; it is not asked again: mode "direct" never asks'
+                    ) from None
+            await asyncio.sleep(_AGAIN)
 
     async def _connect(self, user: LinkUser) -> TcpLink:
         loop = asyncio.get_running_loop()
@@ -263,8 +339,8 @@ def _net_id_of(name: Any) -> NetId:
     return NetId(_ip(name).packed + b"\1\1")
 
 
-def _own_address(link: TcpLink) -> AmsAddress:
-    name = link.extra("sockname")
+def address_of(name: Any) -> AmsAddress:
+    """The AMS address of a client whose socket has this name."""
     net_id = _net_id_of(name)
     if net_id == LOOPBACK_NET_ID:
         # That one is every router's alias for itself; we are somebody else.
@@ -278,6 +354,8 @@ class RouterLink:
     Frames are handed over at the next turn of the loop, as over TCP, so that a client that reads
     in a circle does not keep the station from running.
     """
+
+    max_packet = None
 
     def __init__(self, router: Router, user: LinkUser) -> None:
         self._router = router

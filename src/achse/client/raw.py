@@ -15,10 +15,10 @@ from achse.ams.commands import (
     WriteRequest,
 )
 from achse.client.session import Session
-from achse.client.sums import Outcome, Part, batches, command_of, outcome, sum_of, unpack
-from achse.codes import ReturnCode
+from achse.client.sums import MAX_BYTES, Outcome, Part, batches, command_of, outcome, sum_of, unpack
+from achse.codes import PlcGroup, ReservedGroup, ReturnCode
 
-__all__ = ["NOT_OFFERED", "STALE", "DeviceInfo", "DeviceState", "RawTarget"]
+__all__ = ["AREAS", "NOT_OFFERED", "STALE", "DeviceInfo", "DeviceState", "RawTarget"]
 
 _INFO = int(Command.READ_DEVICE_INFO)
 _READ = int(Command.READ)
@@ -32,6 +32,20 @@ Look = Callable[[int, bytes, Sequence[Outcome]], None]
 NOT_OFFERED = frozenset({ReturnCode.SERVICE_NOT_SUPPORTED.number, ReturnCode.INVALID_GROUP.number})
 """How a device says that it has no such service: 0x701, or 0x702 for a group it does not know."""
 
+
+AREAS = frozenset(
+    {
+        *(ReservedGroup.INPUTS, ReservedGroup.OUTPUTS),
+        *(PlcGroup.FLAGS, PlcGroup.RETAIN, PlcGroup.DATA),
+    }
+)
+"""Groups whose offset counts bytes, so that a part of what is there can be read."""
+
+_RESPONSE_HEAD = 32 + 8
+"""AMS header, result and length."""
+
+_SUM_HEAD = 16
+"""What a sum request has before its parts, beyond what a response has."""
 
 STALE = frozenset({ReturnCode.SYMBOL_NOT_FOUND.number, ReturnCode.SYMBOL_VERSION_INVALID.number})
 """What a symbol handle that is out of date is answered with: 0x710, 0x711."""
@@ -92,11 +106,36 @@ class RawTarget:
         self._check(response, "ask for state", ads_state)
 
     async def read_raw(self, group: int, offset: int, length: int) -> bytes:
-        """Read up to `length` bytes; devices may answer fewer."""
+        """Read up to `length` bytes; devices may answer fewer.
+
+        Over a link with short packets a read of an area of memory goes in pieces.
+        """
+        most = self.longest_read
+        if most is not None and length > most and group in AREAS:
+            return await self._read_in_pieces(group, offset, length, most)
         response = await self.session.exchange(
             self.address, _READ, ReadRequest(group, offset, length).encode(), self.timeout
         )
         return self._data(response, "read", group, offset)
+
+    @property
+    def longest_read(self) -> int | None:
+        """Bytes that one response brings over this link at most; None: any number."""
+        link = self.session.link
+        packet = None if link is None else link.max_packet
+        return None if packet is None else packet - _RESPONSE_HEAD
+
+    async def _read_in_pieces(self, group: int, offset: int, length: int, most: int) -> bytes:
+        data = b""
+        while len(data) < length:
+            wanted = min(most, length - len(data))
+            request = ReadRequest(group, offset + len(data), wanted).encode()
+            response = await self.session.exchange(self.address, _READ, request, self.timeout)
+            piece = self._data(response, "read", group, offset + len(data))
+            data += piece
+            if len(piece) < wanted:
+                break
+        return data
 
     async def write_raw(self, group: int, offset: int, data: bytes) -> None:
         """Write `data`."""
@@ -157,7 +196,8 @@ class RawTarget:
         any frame behind them: those of `parts[first:]`, answered by the device `source`.
         """
         outcomes: list[Outcome] = []
-        for batch in batches(parts):
+        most = MAX_BYTES if (room := self.longest_read) is None else room - _SUM_HEAD
+        for batch in batches(parts, most):
             if len(batch) > 1 and type(batch[0]) not in self._no_sums:
                 try:
                     outcomes += await self._send_sum(batch, len(outcomes), look)

@@ -8,7 +8,7 @@ limit, those under way fail with `ConnectionLost`, since nobody knows whether th
 import asyncio
 import contextlib
 import logging
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Awaitable, Callable, Coroutine, Iterator
 from typing import Any, NamedTuple, Protocol
 
 from achse.ams import (
@@ -27,9 +27,24 @@ from achse.client.link import ClientLink, Dialer
 from achse.client.requests import Requests, describe_request
 from achse.transport.reason import reason
 
-__all__ = ["DEFAULT_BACKOFF", "MAX_DISOWNED", "Backoff", "Listener", "Renewable", "Session"]
+__all__ = [
+    "DEFAULT_BACKOFF",
+    "MAX_DISOWNED",
+    "NOBODY_LISTENS",
+    "Advance",
+    "Backoff",
+    "Listener",
+    "Renewable",
+    "Session",
+]
 
 log = logging.getLogger("achse.client")
+
+NOBODY_LISTENS = "; start a station with `achse run --detach`, or name another host and port"
+"""What to do where a connection is refused."""
+
+Advance = Callable[[float], Awaitable[object] | object]
+"""Lets so many seconds of a station's virtual time pass."""
 
 
 class Backoff(NamedTuple):
@@ -117,7 +132,8 @@ class Session:
 
     `timeout` (seconds) bounds dialling; `backoff` None means that a loss is final. `keep_alive`
     (seconds, None: never) is how often each target with subscriptions is asked for its state, so
-    that one that fell silent or left is noticed.
+    that one that fell silent or left is noticed. `advance`: how to let the time of a station pass
+    that stands until then; what waits for an axis does it.
     """
 
     def __init__(
@@ -127,7 +143,9 @@ class Session:
         timeout: float = 5.0,
         backoff: Backoff | None = DEFAULT_BACKOFF,
         keep_alive: float | None = 5.0,
+        advance: Advance | None = None,
     ) -> None:
+        self.advance = advance
         self.dialer = dialer
         self.timeout = timeout
         self.backoff = backoff
@@ -161,7 +179,9 @@ class Session:
                 f"{self.dialer.peer} did not answer within {self.timeout:g} s"
             ) from None
         except (OSError, UnicodeError, AdsError) as error:
-            why = reason(error) if isinstance(error, OSError) else error
+            why = str(reason(error) if isinstance(error, OSError) else error)
+            if isinstance(error, ConnectionRefusedError):
+                why += NOBODY_LISTENS
             raise ConnectionLost(f"cannot connect to {self.dialer.peer}: {why}") from error
         self._link = self._ready = link
         self._opened.set()

@@ -229,8 +229,11 @@ def outcome(frame: Frame) -> Outcome:
             return Outcome(response.result, b"")
 
 
-def batches(parts: Sequence[P]) -> Iterator[Sequence[P]]:
-    """`parts` in order, cut so that each piece keeps to `MAX_PARTS` and `MAX_BYTES`."""
+def batches(parts: Sequence[P], most: int = MAX_BYTES) -> Iterator[Sequence[P]]:
+    """`parts` in order, cut so that each piece keeps to `MAX_PARTS` and `most` bytes.
+
+    Where less than MAX_BYTES can go, a Read Write goes alone: nobody knows how long its answer is.
+    """
     start = size = 0
     for index, part in enumerate(parts):
         match part:
@@ -238,9 +241,11 @@ def batches(parts: Sequence[P]) -> Iterator[Sequence[P]]:
                 weight = 12 + length
             case WriteRequest(data=data) | ReadWriteRequest(data=data):
                 weight = 16 + len(data)  # a Read Write asks for far more than it gets
+                if most < MAX_BYTES and isinstance(part, ReadWriteRequest):
+                    weight = most
             case _:
                 weight = 40
-        if index > start and (index - start == MAX_PARTS or size + weight > MAX_BYTES):
+        if index > start and (index - start == MAX_PARTS or size + weight > most):
             yield parts[start:index]
             start, size = index, 0
         size += weight

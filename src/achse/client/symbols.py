@@ -20,7 +20,8 @@ from achse.ams import (
     TransmissionMode,
 )
 from achse.ams.commands import ReadWriteRequest, WriteRequest
-from achse.client.raw import NOT_OFFERED, RawTarget
+from achse.client.hints import hint_for, hint_inside
+from achse.client.raw import AREAS, NOT_OFFERED, RawTarget
 from achse.client.subscription import Subscription, Timing, VariableLocation
 from achse.client.sums import Outcome
 from achse.codes import ReservedGroup, ReturnCode
@@ -37,6 +38,15 @@ __all__ = ["SymbolBook"]
 _ENTRY_LENGTH = 0xFFFF
 _TYPE_LENGTH = 0xF_FFFF
 _HEAD = struct.Struct("<IIIIIHHHHH")
+_NOT_THERE = frozenset(
+    row.number for row in (ReturnCode.SYMBOL_NOT_FOUND, ReturnCode.INVALID_ARRAY_INDEX)
+)
+_HINT_TIME = 1.0
+"""Seconds that a device may take to list its symbols for a hint; without hint after that."""
+_LARGEST_LISTING = 8_000_000
+_MOST_HINTS = 8
+"""Of more names that are not there at once the others get no hint."""
+_MOST_KEPT = 1000
 _VERSION = Timing.of(TransmissionMode.SERVER_ON_CHANGE, 0.0, 0.0)
 
 
@@ -69,6 +79,8 @@ class SymbolBook:
         self._types = TypeTable()
         self._asked: set[str] = set()
         self._entries: dict[str, SymbolEntry] | None = None
+        self._listing: dict[str, SymbolEntry] | None = None
+        self._hints: dict[str, str] = {}
         self._wanted: dict[str, _Wish] = {}
         self._edition = 0
 
@@ -76,6 +88,8 @@ class SymbolBook:
 
     def known(self, name: str) -> VariableLocation | None:
         """The place of symbol `name`, if it has been asked for before."""
+        if not isinstance(name, str):
+            raise TypeError(f"the name of a symbol is text, got {name!r:.80}")
         return self._places.get(fold(name))
 
     async def place(self, name: str) -> VariableLocation:
@@ -172,6 +186,8 @@ class SymbolBook:
         self._types = TypeTable()
         self._asked.clear()
         self._entries = None
+        self._listing = None
+        self._hints.clear()
 
     # what the session tells ------------------------------------------------------------------
 
@@ -239,9 +255,10 @@ class SymbolBook:
     async def _fetch(self, wishes: Sequence[_Wish]) -> None:
         edition = self._edition
         found: list[tuple[_Wish, SymbolEntry]] = []
+        missing: list[tuple[_Wish, AdsError]] = []
         for wish, entry in zip(wishes, await self._fetch_entries(wishes), strict=True):
             if isinstance(entry, AdsError):
-                wish.place.set_exception(entry)
+                missing.append((wish, entry))
             else:
                 found.append((wish, entry))
         await self._fetch_types(entry.type_name for _, entry in found)
@@ -260,10 +277,58 @@ class SymbolBook:
             if edition == self._edition:
                 self._places[fold(wish.name)] = place
             wish.place.set_result(place)
+        await self._refuse(missing)
+
+    async def _refuse(self, missing: Sequence[tuple[_Wish, AdsError]]) -> None:
+        """Tell those who wait for symbols that are not there, with what may have been meant."""
+        try:
+            for wish, error in missing[:_MOST_HINTS]:
+                if isinstance(error, DeviceError) and error.code in _NOT_THERE:
+                    with contextlib.suppress(AdsError):
+                        error.hint = await self._hint(wish.name)
+        finally:
+            for wish, error in missing:
+                if not wish.place.done():
+                    wish.place.set_exception(error)
+
+    async def _hint(self, name: str) -> str:
+        """What may have been meant by a name that the device does not know."""
+        hint = self._hints.get(name)
+        if hint is None:
+            listing = await self._listed_once()
+            try:
+                root, rest = split_symbol(name, listing)
+            except IecPathError:
+                hint = hint_for(name, listing)
+            else:
+                entry = listing[root]
+                await self._fetch_types([entry.type_name] if rest else [])
+                hint = hint_inside(_decoded(self._types.symbol_type, entry), rest) if rest else ""
+            if len(self._hints) < _MOST_KEPT:
+                self._hints[name] = hint
+        return hint
+
+    async def _listed_once(self) -> dict[str, SymbolEntry]:
+        """The symbols of the device; none if that takes long, is not offered, or is a lot."""
+        if self._entries is not None:
+            return self._entries
+        if self._listing is None:
+            edition, listing = self._edition, {}
+            with contextlib.suppress(AdsError, TimeoutError):
+                async with asyncio.timeout(_HINT_TIME):
+                    info = await self._upload_info()
+                    if info.symbol_bytes <= _LARGEST_LISTING:
+                        listing = {fold(entry.name): entry for entry in await self.entries()}
+            if edition != self._edition:
+                return listing
+            self._listing = listing
+        return self._listing
 
     def _placed(self, wish: _Wish, entry: SymbolEntry, handle: Outcome) -> VariableLocation:
         type = _decoded(self._types.symbol_type, entry)
-        if handle.result in NOT_OFFERED:
+        most = self._device.longest_read
+        in_pieces = most is not None and entry.size > most and entry.index_group in AREAS
+        if handle.result in NOT_OFFERED or in_pieces:
             return VariableLocation(
                 wish.name, entry.index_group, entry.index_offset, entry.size, type
             )

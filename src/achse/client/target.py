@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable, Coroutine, Iterable, Mapping, Sequence
-from typing import Any, Literal, NamedTuple, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar, overload
 
 from achse.ams import (
     AdsError,
@@ -32,18 +32,27 @@ from achse.iec import (
     iec_type,
     resolved,
 )
+from achse.iec.nearest import did_you_mean
 from achse.iec.symbols import SymbolEntry
 from achse.iec.typetable import OpaqueType, TypeTable
 
-__all__ = ["MethodResult", "SendWhen", "Target"]
+if TYPE_CHECKING:
+    from achse.client.nc.controller import RemoteNc
+    from achse.client.scope import Channels, RemoteScope, Triggers
+
+__all__ = ["MethodResult", "SendWhen", "Target", "transmission_mode"]
 
 V = TypeVar("V")
+
+NC_PORT = 500
+"""Where the NC answers (002 §6.4)."""
 
 SendWhen = Literal["change", "cycle"] | TransmissionMode
 """When a subscription sends: when the value changed, or each cycle."""
 
 
-def _mode(send: SendWhen) -> TransmissionMode:
+def transmission_mode(send: SendWhen) -> TransmissionMode:
+    """The mode that a word stands for."""
     if send == "change":
         return TransmissionMode.SERVER_ON_CHANGE
     if send == "cycle":
@@ -87,6 +96,7 @@ class Target(RawTarget):
             device = RawTarget(session, address, session.timeout)
             book = books[address] = SymbolBook(device, watch_symbols)
         self._book = book
+        self._nc: RemoteNc | None = None
 
     def at_port(self, port: int, net_id: str | NetId | None = None) -> "Target":
         """Another device, over the same connection."""
@@ -97,6 +107,44 @@ class Target(RawTarget):
     def within(self, seconds: float) -> "Target":
         """The same device, with another time limit for each request."""
         return Target(self.session, self.address, seconds, self._books, self._watch_symbols)
+
+    @property
+    def nc(self) -> "RemoteNc":
+        """The NC beside this device, at port 500: `target.nc.axis("X")`."""
+        from achse.client.nc.controller import RemoteNc  # is made of targets
+
+        if self._nc is None:
+            self._nc = RemoteNc(self if self.address.port == NC_PORT else self.at_port(NC_PORT))
+        return self._nc
+
+    def scope(
+        self,
+        channels: "Channels",
+        *,
+        length: float = 10.0,
+        triggers: "Triggers" = (),
+        pretrigger: float = 0.0,
+        combine: str = "any",
+        name: str = "client",
+    ) -> "RemoteScope":
+        """A scope at the achse station behind this target, which samples in its cycle.
+
+        `async with target.scope(["MAIN.fLevel"], length=2.0) as scope:` makes and starts it.
+        Channels without port are of this device. `length` in seconds is what its rings hold,
+        `pretrigger` the share of it before the trigger. Raises ScopeError.
+        """
+        from achse.client.scope import defined, scope_of  # loaded when scopes are used
+
+        definition = defined(
+            channels,
+            port=self.address.port,
+            length=length,
+            triggers=triggers,
+            pretrigger=pretrigger,
+            combine=combine,
+            name=name,
+        )
+        return scope_of(self, definition)
 
     # by name -----------------------------------------------------------------------------------
 
@@ -153,6 +201,8 @@ class Target(RawTarget):
 
         A symbol that fails raises its error; with `strict` False it is in the result instead.
         """
+        if isinstance(names, str):
+            raise TypeError(f"a list of names expected, got the text {names[:80]!r}: [{names!r}]?")
         wanted = list(dict.fromkeys(names))
         outcomes = await self._each(
             "read", wanted, lambda place: ReadRequest(place.group, place.offset, place.length)
@@ -292,14 +342,15 @@ class Target(RawTarget):
         type = resolved(await self.type_of(name))
         while isinstance(type, PointerType):
             type = resolved(type.target)
-        try:
-            if isinstance(type, StructType):
-                return type.method(method)
-        except IecPathError:
-            pass
-        raise DeviceError(
+        refusal = DeviceError(
             ReturnCode.SYMBOL_NOT_FOUND, f"{name} : {type.name} declares no method {method}"
         )
+        if isinstance(type, StructType):
+            try:
+                return type.method(method)
+            except IecPathError:
+                refusal.hint = did_you_mean(method, [one.name for one in type.methods])
+        raise refusal
 
     # by place ----------------------------------------------------------------------------------
 
@@ -332,7 +383,7 @@ class Target(RawTarget):
         wanted = [names] if isinstance(names, str) else list(names)
         if not wanted:
             raise ValueError("a subscription has at least one symbol")
-        timing = Timing.of(_mode(mode), max_delay, cycle_time)
+        timing = Timing.of(transmission_mode(mode), max_delay, cycle_time)
         return Subscription(
             self, lambda: self._book.locate(wanted), timing, depth, self._book.forget
         )
@@ -355,7 +406,7 @@ class Target(RawTarget):
         async def locate() -> Sequence[VariableLocation]:
             return [place]
 
-        timing = Timing.of(_mode(mode), max_delay, cycle_time)
+        timing = Timing.of(transmission_mode(mode), max_delay, cycle_time)
         return Subscription(self, locate, timing, depth)
 
 

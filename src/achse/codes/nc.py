@@ -2,8 +2,7 @@
 
 An NC error is the result of an ADS request to the NC or the error state of an axis; both share the
 number space with `ReturnCode`. Codes of the range 0x4B00 come from PLC blocks, never from the NC.
-Source: 002 (range 0x4000..0x4FFF); in the axis, encoder, controller and drive ranges a parameter's
-name stands for a value of that parameter which is not allowed.
+Source: 002 (0x4000..0x4FFF); of axes and their parts a parameter's name stands for a wrong value.
 """
 
 from enum import IntEnum
@@ -12,10 +11,7 @@ __all__ = ["NcError"]
 
 
 class NcError(IntEnum):
-    """One row of the NC error table: `number` is what travels, `text` the meaning.
-
-    A member is its number, so that kernels compare and store it.
-    """
+    """One row of the NC error table: a member is its number, which kernels store, with its text."""
 
     number: int
     text: str
@@ -291,6 +287,7 @@ class NcError(IntEnum):
     NCI_BLOCK_BEYOND_SOFT_LIMITS = (0x42BD, "NCI: block violates soft limits.")
     NCI_AXIS_TYPE = (0x42C0, "NCI: axis of the wrong type in the group.")
     NCI_DIN_INFORMATION_TYPE = (0x42C4, "NCI: DIN 66025 information type unknown.")
+    NCI_RESET_NEEDED = (0x42C5, "NCI: no start before a reset.")
     NCI_NOT_A_LINE = (0x42C6, "NCI: not a line.")
     NCI_NOT_A_CIRCLE = (0x42C7, "NCI: not a circle.")
     NCI_NOT_A_HELIX = (0x42C8, "NCI: not a helix.")
@@ -371,6 +368,26 @@ class NcError(IntEnum):
     TIME_STAMP_FUTURE = (0x4361, "Time stamp in the future beyond range.")
     TIME_STAMP_PAST = (0x4362, "Time stamp in the past beyond range.")
     TIME_STAMP_POSITION = (0x4363, "Position for time stamp not determinable.")
+    SAW_MIN_POSITION = (0x4372, "Synchronising: slave would pass its lower soft limit.")
+    SAW_MAX_POSITION = (0x4373, "Synchronising: slave would pass its upper soft limit.")
+    SAW_OPTIONAL_MIN_POSITION = (0x4374, "Synchronising: slave would pass the lower user limit.")
+    SAW_OPTIONAL_MAX_POSITION = (0x4375, "Synchronising: slave would pass the upper user limit.")
+    SAW_UNDERSHOOTS_TARGET = (0x4376, "Synchronising: slave would swing below its target.")
+    SAW_UNDERSHOOTS_START = (0x4377, "Synchronising: slave would swing below its start.")
+    SAW_OVERSHOOTS_START = (0x4378, "Synchronising: slave would swing above its start.")
+    SAW_OVERSHOOTS_TARGET = (0x4379, "Synchronising: slave would swing above its target.")
+    SAW_MAX_VELOCITY = (0x437A, "Synchronising: velocity would be too high.")
+    SAW_MIN_VELOCITY = (0x437B, "Synchronising: velocity backwards would be too high.")
+    SAW_VELOCITY_ABOVE_END = (0x437C, "Synchronising: velocity would swing above its end.")
+    SAW_VELOCITY_ABOVE_START = (0x437D, "Synchronising: velocity would swing above its start.")
+    SAW_VELOCITY_BELOW_START = (0x4380, "Synchronising: velocity would swing below its start.")
+    SAW_VELOCITY_BELOW_END = (0x4381, "Synchronising: velocity would swing below its end.")
+    SAW_VELOCITY_POSITIVE = (0x4386, "Synchronising: slave would turn, velocity above 0.")
+    SAW_VELOCITY_NEGATIVE = (0x4387, "Synchronising: slave would turn, velocity below 0.")
+    SAW_ACCELERATION = (0x4388, "Synchronising: acceleration would be too high.")
+    SAW_DECELERATION = (0x4389, "Synchronising: deceleration would be too high.")
+    SAW_MAX_JERK = (0x438A, "Synchronising: jerk would be too high.")
+    SAW_MIN_JERK = (0x438B, "Synchronising: negative jerk would be too high.")
     AXIS_CONSEQUENTIAL_ERROR = (0x43A0, "Consequential error of another axis.")
 
     # encoder
@@ -535,12 +552,16 @@ class NcError(IntEnum):
     PLC_STATUS_TIMEOUT = (0x4B0D, "NC status feedback time-out.")
     PLC_NOT_INSTALLED = (0x4B0E, "Product not installed.")
     PLC_NC_CYCLE_COUNTER = (0x4B0F, "NC cycle counter stands still.")
+    PLC_NO_M_FUNCTION = (0x4B10, "No M function waits for a confirmation.")
     PLC_ZERO_SHIFT_INDEX = (0x4B11, "Zero-shift index out of range.")
     PLC_R_PARAMETER = (0x4B12, "R parameter index or size not allowed.")
     PLC_TOOL_INDEX = (0x4B13, "Tool index not allowed.")
+    PLC_INTERFACE_VERSION = (0x4B14, "Version of the cyclic channel structure not allowed.")
     PLC_CHANNEL_NOT_READY = (0x4B15, "Channel not ready.")
     PLC_FUNCTION_NOT_ACTIVATED = (0x4B16, "Function not activated.")
     PLC_AXIS_IN_OTHER_GROUP = (0x4B17, "Axis already in another group.")
+    PLC_BLOCK_SEARCH = (0x4B18, "Block search failed, for example without such a block.")
+    PLC_BLOCK_SEARCH_PARAMETER = (0x4B19, "Parameter of the block search wrong.")
     PLC_AXES_NOT_ADDED = (0x4B20, "Not all axes could be added.")
     PLC_POINTER = (0x4B30, "Pointer invalid.")
     PLC_MEMORY_SIZE = (0x4B31, "Memory size invalid.")

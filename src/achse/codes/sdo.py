@@ -68,8 +68,13 @@ _BY_NUMBER = {code.number: code for code in AbortCode}
 
 
 class SdoAbort(Exception):
-    """An access to an object was refused with `code`."""
+    """An access to an object was refused with `code`.
 
-    def __init__(self, code: AbortCode) -> None:
-        super().__init__(f"0x{code.number:08X}: {code.text}")
+    `reason` says more to people, as which step of a procedure was missing; it does not travel.
+    """
+
+    def __init__(self, code: AbortCode, reason: str = "") -> None:
+        text = f"0x{code.number:08X}: {code.text}"
+        super().__init__(f"{text} ({reason})" if reason else text)
         self.code = code
+        self.reason = reason

@@ -35,7 +35,7 @@ class DriveService(Device):
             "achse drives",
             (0, 1, 0),
             (
-                faults_group(lambda: faults),
+                faults_group(lambda offset: faults),
                 RawGroup(
                     DRIVES,
                     "drives",

@@ -139,7 +139,7 @@ class LoggerDevice(_Chronicler):
     who subscribed get what is left out of the log as well.
     """
 
-    def __init__(self, *, clock: Callable[[], int]) -> None:
+    def __init__(self, *, clock: Callable[[], int], name: str = "TwinCAT Logger") -> None:
         self._messages: list[bytes] = [b""] * _KEPT
         """The newest, each at its number modulo `_KEPT`; all subscriptions read the same."""
         self._posted = 0
@@ -153,12 +153,13 @@ class LoggerDevice(_Chronicler):
             response="message",
             description="Subscribe at offset 65535.",
         )
-        super().__init__("TwinCAT Logger", [messages], clock=clock)
+        super().__init__(name, [messages], clock=clock)
 
-    def post(self, message: LogMessage) -> None:
-        """Show a message and send it to everybody who subscribed."""
-        level = _level(message.kind)
-        self.show(level, "%s (port %d): %s", message.sender, message.port, message.text)
+    def post(self, message: LogMessage, *, shown: bool = False) -> None:
+        """Show a message and send it to everybody who subscribed; `shown`: the log has it."""
+        if not shown:
+            level = _level(message.kind)
+            self.show(level, "%s (port %d): %s", message.sender, message.port, message.text)
         self._messages[self._posted % _KEPT] = message.encode()
         self._posted += 1
 
@@ -202,14 +203,15 @@ def _level(kind: int) -> int:
     return logging.WARNING if kind & MessageType.WARNING else logging.INFO
 
 
-class EventLoggerDevice(_Chronicler):
+class EventLoggerDevice(LoggerDevice):
     """The event logger takes whatever is written to it and shows it; there is nothing to read.
 
-    No manual tells its services, so every group takes a Write.
+    No manual tells its services, so every group takes a Write. Events of PLC programs come as
+    messages in group 1, and those who subscribe there get them as from the logger.
     """
 
     def __init__(self, *, clock: Callable[[], int]) -> None:
-        super().__init__("TwinCAT Event", clock=clock)
+        super().__init__(clock=clock, name="TwinCAT Event")
         self.services = _EveryGroup(self.services, self._event)
 
     def _event(self, group: int, offset: int, data: bytes, client: bytes) -> None:

@@ -1,15 +1,18 @@
-"""The station's own ADS service, AMS port 26000: faults, taps, statistics, online changes.
+"""The station's own ADS service, AMS port 26000: faults, taps, statistics, online changes,
+debugging.
 
 No original has it. Texts are UTF-8 without NUL; what has structure is JSON, so that any ADS client
 can use it by ReadWrite.
 """
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 from achse.ams import DeviceError, Endpoint, RouterError
 from achse.codes import ReturnCode
+from achse.devices.debugging import debug_group
+from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.router.tap import Tap, Taps, encode_batch
 from achse.server import Device, RawGroup
@@ -59,6 +62,17 @@ class ServedStation(Protocol):
     def router(self) -> Router: ...
     @property
     def faults(self) -> FaultList: ...
+    @property
+    def plcs(self) -> Mapping[int, PlcRuntime]: ...
+    def source_files(self, port: int) -> Mapping[str, str]:
+        """Where the files of a PLC's own sources are, by the names they have in faults."""
+        ...
+
+    @property
+    def drive_faults(self) -> Sequence[FaultList | None]:
+        """Those of each bus; None for one whose drives are not in this process."""
+        ...
+
     def clock(self) -> int: ...
     def statistics(self) -> Mapping[str, Any]: ...
 
@@ -81,11 +95,18 @@ class StationService(Device):
         self._all_taps = taps
         self._taps: dict[int, tuple[bytes, Endpoint | None, Tap]] = {}
         self._last_tap = 0
+        self._attached: dict[tuple[bytes, int], Endpoint | None] = {}
+        """Ways of the clients that debug a PLC, by client and port of the PLC."""
         super().__init__(
             "achse station",
             (0, 1, 0),
             (
-                faults_group(lambda: station.faults),
+                faults_group(
+                    self._faults,
+                    0xFFFF,
+                    "Read lists, ReadWrite adds, Write clears; offset 0: those of the station,"
+                    " n: those of the drives on its bus n.",
+                ),
                 RawGroup(
                     TAPS,
                     "taps",
@@ -117,9 +138,22 @@ class StationService(Device):
                     " again and goes on with them.",
                     source="achse",
                 ),
+                debug_group(station, self._attach),
             ),
             clock=station.clock,
         )
+
+    # faults ----------------------------------------------------------------------------------
+
+    def _faults(self, bus: int) -> FaultList:
+        """Those of the station (0), or of the drives on one of its buses (1 …)."""
+        if not bus:
+            return self._station.faults
+        lists = self._station.drive_faults
+        found = lists[bus - 1] if bus <= len(lists) else None
+        if found is None:
+            raise DeviceError(ReturnCode.INVALID_OFFSET, f"bus {bus} has no drives in this process")
+        return found
 
     # declarations ----------------------------------------------------------------------------
 
@@ -129,6 +163,18 @@ class StationService(Device):
         except ValueError as failure:
             return _json({"error": str(failure)})
         return _json({str(number): count for number, count in changes.items()})
+
+    # debugging -------------------------------------------------------------------------------
+
+    def _attach(self, client: bytes, port: int) -> None:
+        self._attached[client, port] = self._way()
+
+    def _detach(self, client: bytes, port: int) -> None:
+        """A client is gone: what it stopped goes on."""
+        del self._attached[client, port]
+        plc = self._station.plcs.get(port)
+        if plc is not None:
+            plc.end_debugging()
 
     # taps ------------------------------------------------------------------------------------
 
@@ -162,6 +208,9 @@ class StationService(Device):
             if owner == client:
                 tap.close()
                 del self._taps[number]
+        for owner, port in list(self._attached):
+            if owner == client:
+                self._detach(owner, port)
         super().end_client(client)
 
     def end_way(self, way: Endpoint) -> None:
@@ -170,25 +219,37 @@ class StationService(Device):
             if opened_by is way:
                 tap.close()
                 del self._taps[number]
+        for (owner, port), attached_by in list(self._attached.items()):
+            if attached_by is way:
+                self._detach(owner, port)
         super().end_way(way)
 
     def _clients(self) -> set[bytes]:
-        return super()._clients() | {owner for owner, _, _ in self._taps.values()}
+        taps = {owner for owner, _, _ in self._taps.values()}
+        return super()._clients() | taps | {owner for owner, _ in self._attached}
 
 
-def faults_group(faults: Callable[[], FaultList]) -> RawGroup:
-    """The service by which faults are listed (Read), added (ReadWrite) and cleared (Write)."""
+def faults_group(
+    faults: Callable[[int], FaultList],
+    last_offset: int = 0,
+    description: str = "Read lists, ReadWrite adds, Write clears.",
+) -> RawGroup:
+    """The service by which faults are listed (Read), added (ReadWrite) and cleared (Write).
+
+    `faults` gives the list for an index offset of 0 to `last_offset`, or raises DeviceError.
+    """
 
     def listed(offset: int, length: int, client: bytes) -> bytes:
-        return _json([active.facts() for active in faults()])
+        return _json([active.facts() for active in faults(offset)])
 
     def add(offset: int, length: int, data: bytes, client: bytes) -> bytes:
+        known = faults(offset)
         try:
             fields = json.loads(data.rstrip(b"\0"))
             if not isinstance(fields, dict):
                 raise ValueError(f"a fault is a JSON object, got {type(fields).__name__}")
             kind = fields.pop("kind", "")
-            active = faults().add(str(kind), **fields)
+            active = known.add(str(kind), **fields)
         except (ValueError, RecursionError, DeviceError) as failure:
             return _json({"error": str(failure)})
         return _json({"number": active.number})
@@ -198,7 +259,7 @@ def faults_group(faults: Callable[[], FaultList]) -> RawGroup:
             raise DeviceError(ReturnCode.INVALID_SIZE, f"a number is 4 bytes, got {len(data)}")
         number = int.from_bytes(data, "little")
         try:
-            faults().clear(number or None)
+            faults(offset).clear(number or None)
         except KeyError:
             raise DeviceError(ReturnCode.NOT_FOUND, f"fault {number}") from None
 
@@ -208,9 +269,10 @@ def faults_group(faults: Callable[[], FaultList]) -> RawGroup:
         read=listed,
         read_write=add,
         write=clear,
+        last_offset=last_offset,
         request="JSON of a fault, or UINT32 number to clear (0: all)",
         response="JSON: the list; of an addition its number or the error",
-        description="Read lists, ReadWrite adds, Write clears.",
+        description=description,
         source="achse",
     )
 

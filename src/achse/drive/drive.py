@@ -7,7 +7,7 @@ lets time pass. Everything between is the kernel (achse.drive.kernel) on one rec
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, MutableMapping
+from collections.abc import Callable, Iterable, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
 from struct import Struct
 from typing import TYPE_CHECKING
@@ -42,6 +42,7 @@ _UNREAD = 64
 """Emergencies kept for a master that reads none; the newest count."""
 
 _MISSED, _RECEIVED = 3, 1
+_ATTENTION = FIELDS["attention"].offset
 
 _LASTING = (
     "communication",
@@ -91,7 +92,8 @@ class Drive:
     raises OSError is an alarm (AL.860).
     `strict_mapping` False accepts what some masters do beyond the manual (achse.drive.mapping).
     `voltage_bit` is the value of statusword bit 4 while main power is normal: 0 in the manual, 1 in
-    CiA 402. `compiled` runs the kernel as machine code; it needs llvmlite and seconds the first
+    CiA 402. `mapping` has entries of 1600h … 1A03h other than the manual's.
+    `compiled` runs the kernel as machine code; it needs llvmlite and seconds the first
     time. The drives of one segment share a `Bank` of memory, which does their steps in one call.
     """
 
@@ -107,6 +109,7 @@ class Drive:
         store: MutableMapping[int, Number] | None = None,
         strict_mapping: bool = True,
         voltage_bit: int = 0,
+        mapping: Mapping[int, Sequence[int]] | None = None,
         compiled: "bool | Bank" = False,
     ) -> None:
         self.name = name
@@ -131,8 +134,8 @@ class Drive:
         self._voltage_bit = voltage_bit
         self._presets = dict(parameters or {})
         self._store: MutableMapping[int, Number] = {} if store is None else store
-        self.mapping = PdoMapping(strict=strict_mapping)
-        self.mapping.restore(self._store)
+        self._own_mapping = dict(mapping or {})
+        self.mapping = self._first_mapping()
         self._emergencies: deque[bytes] = deque(maxlen=_UNREAD)
         self._outputs: bytes | None = None
         self._inputs: bytes | None = None
@@ -343,6 +346,34 @@ class Drive:
             self._pack_inputs()
         return status
 
+    def kernel_record(self, elapsed_ns: int) -> "CompiledRecord | None":
+        """Its record, if steps of `elapsed_ns` may be done in the kernel by others now.
+
+        That is with outputs in each step, while nothing takes its time and nothing is asked for.
+        """
+        compiled = self._compiled
+        self._settle()
+        if (
+            compiled is None
+            or not compiled.mapped
+            or not self._synchronous
+            or self._busy
+            or self.local
+            or self.sync_error_counter
+            or self._outputs is None
+            or self._elapsed_ns != elapsed_ns
+            or self._emergencies
+            or compiled.wholes[_ATTENTION]
+        ):
+            return None
+        return compiled
+
+    def take_steps(self, outputs: bytes | None) -> None:
+        """Steps were done in the kernel; `outputs` came since the last of them, None: none yet."""
+        self._outputs, self._inputs = outputs, None
+        if self._record.attention:
+            self._attend()
+
     def _supervise(self, received: bool) -> AlStatus:
         """The sync error counter of 10F1h: missed SM2 events count 3, received ones -1."""
         counter = self.sync_error_counter
@@ -420,12 +451,20 @@ class Drive:
 
     # -- power-on and reset ------------------------------------------------------------------
 
+    def _first_mapping(self) -> PdoMapping:
+        """The mapping after power-on: the manual's, or another one, and what was stored."""
+        mapping = PdoMapping(strict=self._strict)
+        for index, entries in self._own_mapping.items():
+            key = index << 8
+            mapping.restore({key: len(entries), **dict(enumerate(entries, key + 1))})
+        mapping.restore(self._store)
+        return mapping
+
     def power_cycle(self) -> None:
         """Switch the drive off and on: stored parameters and mapping, encoder as after power-on."""
         self.state = AlState.INIT
         self.record.communication = int(AlState.INIT)
-        self.mapping = PdoMapping(strict=self._strict)
-        self.mapping.restore(self._store)
+        self.mapping = self._first_mapping()
         self._emergencies.clear()
         self._outputs = None
         self._storing_ns = 0

@@ -1,9 +1,10 @@
 """PDO mapping and assignment: what the process data hold, and the procedure that changes it.
 
 Source: 001 §2.8, §3.1.2. In PreOp only: assignment off, count 0, entries, count, assigned PDO,
-assignment on. Each entry has to name an object that can be mapped; number, length and whether one
-is there twice are checked when the assignment comes on (step 6): a count beyond 8 is out of range
-as long as the old mapping is assigned, and a PDO that is too long when the new one is.
+assignment on: steps 1 to 6, by which refusals are told. Each entry has to name an object that can
+be mapped; number, length and whether one is there twice are checked when the assignment comes on: a
+count beyond 8 is out of range as long as the old mapping is assigned, and a PDO that is too long
+when the new one is.
 """
 
 import struct
@@ -58,6 +59,10 @@ class ProcessData:
 _NOTHING = ProcessData(())
 
 
+def _off_first(assignment: int) -> str:
+    return f"step 1 is missing: write 0 to {assignment:04X}:00 first"
+
+
 class PdoMapping:
     """Objects 1600h to 1603h, 1A00h to 1A03h, 1C12h and 1C13h.
 
@@ -90,7 +95,7 @@ class PdoMapping:
     def write(self, index: int, subindex: int, value: int) -> None:
         """Take one step of the procedure, or raise `SdoAbort` with the code it is refused with."""
         if not self.open:
-            raise SdoAbort(AbortCode.READ_ONLY)
+            raise SdoAbort(AbortCode.READ_ONLY, "the mapping changes in PreOp only")
         if index in self._active:
             self._write_assignment(index, subindex, value)
         else:
@@ -117,7 +122,7 @@ class PdoMapping:
     def _write_assignment(self, assignment: int, subindex: int, value: int) -> None:
         if subindex:
             if self._active[assignment]:
-                raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)
+                raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS, _off_first(assignment))
             self._assigned[assignment] = value
         elif value:
             self._activate(assignment)
@@ -129,10 +134,12 @@ class PdoMapping:
         active = self._active[assignment] != 0
         if active and self.strict:
             beyond = subindex == 0 and value > ENTRIES
-            raise SdoAbort(AbortCode.VALUE_RANGE if beyond else AbortCode.UNSUPPORTED_ACCESS)
+            code = AbortCode.VALUE_RANGE if beyond else AbortCode.UNSUPPORTED_ACCESS
+            raise SdoAbort(code, _off_first(assignment))
         if subindex:
             if self._counts[index]:
-                raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)
+                missing = f"step 2 is missing: write 0 to {index:04X}:00 before its entries"
+                raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS, missing)
             if value:
                 self._row(index, value)
             self._entries[index][subindex - 1] = value
@@ -154,22 +161,31 @@ class PdoMapping:
         if self._pads(entry):
             return entry & 0xFF
         row = DICTIONARY.get(entry >> 8)
-        if row is None or row.type.bits != entry & 0xFF:
-            raise SdoAbort(AbortCode.NO_OBJECT)
+        mapped = f"step 3: {entry >> 16:04X}:{entry >> 8 & 0xFF:02X}"
+        if row is None:
+            raise SdoAbort(AbortCode.NO_OBJECT, f"{mapped} is not an object of the drive")
+        if row.type.bits != entry & 0xFF:
+            bits = f"{mapped} has {row.type.bits} bits, got {entry & 0xFF}"
+            raise SdoAbort(AbortCode.NO_OBJECT, bits)
         if not (row.receivable if index in RX_PDOS else row.pdo):
-            raise SdoAbort(AbortCode.NO_OBJECT)
+            way = "received" if index in RX_PDOS else "sent"
+            raise SdoAbort(AbortCode.NO_OBJECT, f"{mapped} cannot be {way} as process data")
         return row
 
     def _activate(self, assignment: int) -> None:
         index = self._assigned[assignment]
         count = self._counts[index]
         if count > ENTRIES:
-            raise SdoAbort(AbortCode.PDO_LENGTH)
+            many = f"step 6: {index:04X} has {count} entries, expected up to {ENTRIES}"
+            raise SdoAbort(AbortCode.PDO_LENGTH, many)
         data = ProcessData(tuple(self._row(index, entry) for entry in self._entries[index][:count]))
         if data.size > MAX_BYTES:
-            raise SdoAbort(AbortCode.PDO_LENGTH)
+            long = f"step 6: {index:04X} has {data.size} bytes, expected up to {MAX_BYTES}"
+            raise SdoAbort(AbortCode.PDO_LENGTH, long)
         if len(data.keys) < len(data.rows):
-            raise SdoAbort(AbortCode.UNSUPPORTED_ACCESS)  # no object twice
+            raise SdoAbort(
+                AbortCode.UNSUPPORTED_ACCESS, f"step 6: {index:04X} maps an object twice"
+            )
         self._active[assignment] = 1
         self._set(assignment, data)
 

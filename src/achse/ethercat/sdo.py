@@ -3,6 +3,7 @@
 Source: 001 §2.6. Messages here begin with the command byte, behind the CoE header.
 """
 
+import logging
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,6 +12,8 @@ from achse.codes import AbortCode, SdoAbort
 from achse.ethercat.application import Application, ObjectAccess, ObjectCode, ObjectDescription
 
 __all__ = ["MAX_TRANSFER", "SdoServer"]
+
+log = logging.getLogger("achse.drive")
 
 MAX_TRANSFER = 0x1_0000
 """Bytes of the longest value that a master may write."""
@@ -48,6 +51,7 @@ class SdoServer:
         self._application = application
         self._objects = objects
         self._transfer: _Transfer | None = None
+        self._told: tuple[int, int, str] | None = None
 
     def reset(self) -> None:
         """Forget a transfer under way."""
@@ -84,7 +88,14 @@ class SdoServer:
             raise SdoAbort(AbortCode.COMMAND)
         except SdoAbort as abort:
             self._transfer = None
+            self._tell(index, subindex, abort)
             return _WITH_NUMBER.pack(0x80, index, subindex, abort.code.number), True
+
+    def _tell(self, index: int, subindex: int, abort: SdoAbort) -> None:
+        """Log why, where more is known than travels; the same one after the other only once."""
+        if abort.reason and (index, subindex, abort.reason) != self._told:
+            self._told = (index, subindex, abort.reason)
+            log.warning("%04X:%02X refused with %s", index, subindex, abort)
 
     # master ← slave
 

@@ -22,14 +22,14 @@ from achse.ethercat.logical import Plan
 from achse.ethercat.registers import Register
 from achse.ethercat.slave import Slave
 
-__all__ = ["Counters", "Disturbance", "Segment"]
+__all__ = ["HOP_NS", "Counters", "Disturbance", "Segment"]
 
 _DATAGRAM = struct.Struct("<BBHHHH")
 _LOGICAL = struct.Struct("<BBIHH")
 _U16 = struct.Struct("<H")
 
-_HOP_NS = 300
-"""From one slave to the next: cable and physical layer."""
+HOP_NS = 300
+"""From one slave to the next, if nothing else is told: cable and physical layer."""
 
 _PORT_ORDER = (3, 1, 2)
 """In which order a frame leaves a slave after it came in by port 0."""
@@ -87,8 +87,12 @@ class Segment:
     `advance` only.
     """
 
-    def __init__(self, slaves: Iterable[Slave] = (), *, cycle_ns: int = 0) -> None:
+    def __init__(
+        self, slaves: Iterable[Slave] = (), *, cycle_ns: int = 0, hop_ns: int = HOP_NS
+    ) -> None:
         self.time = Instant()
+        self.hop_ns = hop_ns
+        """From one slave to the next, each way."""
         self.cycle_ns = cycle_ns
         self.counters = Counters()
         self.disturbance: Disturbance | None = None
@@ -177,7 +181,7 @@ class Segment:
         self._order = []
         self._endless = False
         if self._places and self._places[0].whole:
-            self._visit(self._places[0], _HOP_NS)
+            self._visit(self._places[0], self.hop_ns)
         reached = {id(slave) for slave in self._order}
         for place in self._places:
             if id(place.slave) not in reached:
@@ -198,7 +202,7 @@ class Segment:
                 if child is None or not child.whole:
                     self._endless = True  # a port held open without link: frames leave for good
                     break
-                delay_ns = self._visit(child, delay_ns + _HOP_NS) + _HOP_NS
+                delay_ns = self._visit(child, delay_ns + self.hop_ns) + self.hop_ns
                 delays[port] = delay_ns
         clock = place.slave.esc.clock
         clock.port_delays = tuple(delays)

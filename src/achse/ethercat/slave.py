@@ -113,7 +113,11 @@ class Slave:
         self._opening = False
         meaning = request(self.state, request_word & _STATE)
         if isinstance(meaning, AlStatus):
-            self._settle(self.state, meaning)
+            # of Op the manual's table has no error state: what is refused there ends in SafeOp
+            down = self.state is AlState.OP and meaning is AlStatus.INVALID_CHANGE
+            if down:
+                self.application.enter(AlState.SAFEOP, self.esc.clock.cycle_ns, meaning)
+            self._settle(AlState.SAFEOP if down else self.state, meaning)
         else:
             self._change(meaning)
         if request_word & _IDENTIFICATION:
@@ -400,6 +404,23 @@ class Slave:
             code = self._step(elapsed)
             if code is not _NO_ERROR:
                 self._fall(code)
+
+    def steps_by(self, cycle_ns: int) -> bool:
+        """Whether process data each `cycle_ns` and the step of SYNC0 are all that happens now."""
+        clock, mailbox_in = self.esc.clock, self.esc.sync_managers[_MAILBOX_IN]
+        return (
+            *(self.state, self.error, self._hung, self._message),
+            *(self._mailbox.waiting, mailbox_in.full, clock.cycle_ns, clock.drift_ppb),
+            self.due_ns == self._sync0_due,
+        ) == (AlState.OP, _NO_ERROR, False, None, False, False, cycle_ns, 0, True)
+
+    def skip(self, elapsed_ns: int, ahead_ns: int = 0) -> None:
+        """Whole cycles have passed, whose steps somebody else did: with outputs, on time.
+
+        Steps were done for `ahead_ns` more.
+        """
+        self._fed_ns += elapsed_ns
+        self.due_ns = self._sync0_due = self.esc.clock.sync0(elapsed_ns + ahead_ns) or _NEVER
 
     def _plan_steps(self) -> None:
         """When the next local cycle begins: by SYNC0 once it has come, else by the timer."""

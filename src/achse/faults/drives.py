@@ -33,6 +33,7 @@ __all__ = [
     "MailboxDelay",
     "MainPower",
     "Overtravel",
+    "ProbeInput",
     "Safety",
     "SlaveFault",
     "Sto",
@@ -142,6 +143,7 @@ class AlarmFault(SlaveFault):
 
     kind: Literal["alarm"] = "alarm"
     code: Annotated[str, text()]
+    """Name of the alarm, or its number on the panel: AL.510."""
 
     @model_validator(mode="after")
     def _known(self) -> "AlarmFault":
@@ -163,6 +165,7 @@ class WarningFault(SlaveFault):
 
     kind: Literal["warning"] = "warning"
     code: Annotated[str, text()]
+    """Name of the warning, or its number on the panel."""
 
     @model_validator(mode="after")
     def _known(self) -> "WarningFault":
@@ -184,6 +187,7 @@ class EncoderLoss(SlaveFault):
 
     kind: Literal["encoder_loss"] = "encoder_loss"
     code: Annotated[str, text()] = ""
+    """Name or panel number of the alarm that the drive shows; empty: its usual one."""
 
     @model_validator(mode="after")
     def _known(self) -> "EncoderLoss":
@@ -240,6 +244,7 @@ class Overtravel(SlaveFault):
 
     kind: Literal["overtravel"] = "overtravel"
     side: Annotated[str, text("positive", "negative")] = ""
+    """positive or negative; empty: positive."""
 
     @property
     def place(self) -> tuple[str, object]:
@@ -257,7 +262,9 @@ class Input(SlaveFault):
 
     kind: Literal["input"] = "input"
     code: Annotated[str, text()]
+    """HOME, I1 to I8."""
     side: Annotated[str, text("on", "off")] = ""
+    """on or off; empty: on."""
 
     @model_validator(mode="after")
     def _known(self) -> "Input":
@@ -275,6 +282,18 @@ class Input(SlaveFault):
         return lambda: drive.faults.input(bit, None)
 
 
+class ProbeInput(SlaveFault):
+    """The signal of touch probe 1 (EXT-PROBE1) is on beside that of the machine, or falls."""
+
+    kind: Literal["probe"] = "probe"
+    side: Annotated[str, text("on", "off")] = ""
+    """on or off; empty: on."""
+
+    def hit_drive(self, drive: Drive) -> Undo:
+        drive.faults.probe(self.side != "off")
+        return lambda: drive.faults.probe(False)
+
+
 class MainPower(SlaveFault):
     """Main power is off."""
 
@@ -290,6 +309,7 @@ class LoadTorque(SlaveFault):
 
     kind: Literal["load"] = "load"
     by: Amount
+    """‰ of rated torque."""
 
     def hit_drive(self, drive: Drive) -> Undo:
         drive.faults.load(self.by)
@@ -332,6 +352,7 @@ class MailboxDelay(SlaveFault):
 
     kind: Literal["mailbox_delay"] = "mailbox_delay"
     by: Lateness
+    """How late, s."""
 
     def hit(self, slave: Slave, segment: Segment) -> Undo:
         slave.mailbox_delay_ns = round(self.by * 1e9)
@@ -369,6 +390,7 @@ class WrongCounter(CableFault):
 
     kind: Literal["wrong_counter"] = "wrong_counter"
     by: Amount
+    """Added to the counter."""
 
     def disturb(self, disturbance: Disturbance, count: int) -> None:
         disturbance.counter = round(self.by)
@@ -408,6 +430,7 @@ class ClockDrift(SlaveFault):
 
     kind: Literal["clock_drift"] = "clock_drift"
     by: Amount
+    """ppm."""
 
     def hit(self, slave: Slave, segment: Segment) -> Undo:
         clock = slave.esc.clock
@@ -420,6 +443,7 @@ class ClockJitter(SlaveFault):
 
     kind: Literal["clock_jitter"] = "clock_jitter"
     by: Lateness
+    """Seconds at most."""
 
     def hit(self, slave: Slave, segment: Segment) -> Undo:
         clock = slave.esc.clock
@@ -435,6 +459,7 @@ DRIVE_FAULTS: FaultKinds[DriveFault] = FaultKinds(
     Safety,
     Overtravel,
     Input,
+    ProbeInput,
     MainPower,
     LoadTorque,
     Jam,

@@ -3,9 +3,11 @@
 import inspect
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Annotated, Any, Generic, TypeVar, Union, get_args
+from typing import Annotated, Any, Generic, TypeVar, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, PlainValidator, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, PlainValidator, ValidationError
+
+from achse.iec.nearest import did_you_mean
 
 __all__ = [
     "MOST_FAULTS",
@@ -87,10 +89,14 @@ class Fault(BaseModel):
     time at which it begins, s; None: now.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True
+    )
+    """Most stations have no fault of most kinds: its checks are built for the first one."""
 
     kind: str
     at: Moment | None = None
+    """Station time at which it begins, s; empty: now."""
 
     def fields(self) -> dict[str, Any]:
         """What was given, as JSON and TOML have it; the kind first."""
@@ -141,8 +147,6 @@ class FaultKinds(Generic[F]):
             str(kind.model_fields["kind"].default): kind for kind in kinds
         }
         """By name."""
-        union: Any = Annotated[Union[kinds], Field(discriminator="kind")]  # noqa: UP007, a list
-        self._union: TypeAdapter[F] = TypeAdapter(union)
         fields = {name: field for kind in kinds for name, field in kind.model_fields.items()}
         names = [*(name for name in fields if name not in last), *last]
         defaults = {
@@ -167,32 +171,41 @@ class FaultKinds(Generic[F]):
         taken = self.kinds[kind].model_fields.keys() - {"kind", "at"}
         return [name for name in self._defaults if name in taken]
 
+    def types(self, kind: str) -> dict[str, str]:
+        """The same with what JSON calls their types."""
+        names = {int: "integer", float: "number", str: "string"}
+        return {name: names[self._types[name]] for name in self.parameters(kind)}
+
     def of(self, fields: Mapping[str, Any]) -> F:
         """From a table of fields, as JSON and TOML have it; raises FaultError."""
         for name in fields:
             if name not in self._defaults:
-                raise FaultError(f"{name}: a fault has {', '.join(self._defaults)}")
+                near = did_you_mean(name, self._defaults)
+                raise FaultError(f"{name}: a fault has {', '.join(self._defaults)}{near}")
         kind = fields.get("kind")
         if kind is None:
             raise FaultError(f"kind: expected one of {', '.join(self.kinds)}")
         if not isinstance(kind, str):
             raise FaultError(f"kind: expected str, got {kind!r}")
         if kind not in self.kinds:
-            raise FaultError(f"kind: expected one of {', '.join(self.kinds)}; got {kind!r}")
+            raise FaultError(
+                f"kind: expected one of {', '.join(self.kinds)}; got {kind!r}"
+                f"{did_you_mean(kind, self.kinds)}"
+            )
         given = {
             name: value
             for name, value in fields.items()
             if value is not None and (name == "kind" or value != self._defaults[name])
         }
         try:
-            return self._union.validate_python(given)
+            return self.kinds[kind].model_validate(given)
         except ValidationError as failure:
             raise FaultError(self._told(kind, failure)) from None
 
     def _told(self, kind: str, failure: ValidationError) -> str:
         """The first fault of all that is wrong: what is too much, what is missing, wrong values."""
         errors = failure.errors()
-        names = {error["type"]: str(error["loc"][-1]) for error in reversed(errors)}
+        names = {error["type"]: str(error["loc"][-1]) for error in reversed(errors) if error["loc"]}
         if "extra_forbidden" in names:
             surplus = min(
                 str(each["loc"][-1]) for each in errors if each["type"] in "extra_forbidden"
@@ -201,7 +214,7 @@ class FaultKinds(Generic[F]):
         if "missing" in names:
             return f"{names['missing']}: a fault of kind {kind} needs it"
         first = errors[0]
-        where = f"{first['loc'][1]}: " if len(first["loc"]) > 1 else ""
+        where = f"{first['loc'][0]}: " if first["loc"] else ""
         return where + first["msg"].removeprefix("Value error, ")
 
     def of_table(self, table: Mapping[str, Any]) -> F:
@@ -220,6 +233,7 @@ class FaultKinds(Generic[F]):
             if not equals or name not in self._types:
                 raise FaultError(
                     f"expected KEY=VALUE with a key of {', '.join(self._defaults)}; got {field!r}"
+                    f"{did_you_mean(name, self._defaults)}"
                 )
             values[name] = value if self._types[name] is str else self._number(name, value)
         return self.of(values)

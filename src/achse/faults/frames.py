@@ -64,6 +64,7 @@ class Delay(_SidedKind):
 
     kind: Literal["delay"] = "delay"
     by: Moment
+    """How late, s."""
 
     def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
         def arrive() -> None:
@@ -92,6 +93,7 @@ class Reorder(_SidedKind):
 
     kind: Literal["reorder"] = "reorder"
     by: Moment | None = None
+    """How late a frame arrives that stays alone, s; empty: 0.1."""
 
     def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
         first = gate.held.pop(active.number, None)
@@ -127,6 +129,7 @@ class Truncate(_SidedKind):
 
     kind: Literal["truncate"] = "truncate"
     size: Annotated[int, number(int, 1)] | None = None
+    """Bytes that are missing; empty: 1."""
 
     def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
         frame.data = frame.data[: -(self.size or 1)]
@@ -148,6 +151,7 @@ class Error(_FrameKind):
 
     kind: Literal["error"] = "error"
     code: Code
+    """Number of the error in the result: 0x706."""
 
     @property
     def on_answer(self) -> bool:
@@ -190,6 +194,7 @@ class RouterRefusal(_FrameKind):
 
     kind: Literal["router_error"] = "router_error"
     code: Code
+    """Number of the error in the AMS header: 0x7."""
 
     @property
     def on_answer(self) -> bool:

@@ -47,7 +47,9 @@ class RequestFault(CountedFault):
     command: Annotated[str, text(*COMMANDS)] = ""
     """An ADS command in lower case: read, write, read_write, notification, …"""
     group: _Number | None = None
+    """Index group of the requests; empty: all."""
     offset: _Number | None = None
+    """Index offset of the requests, with a group; empty: all."""
     symbol: Annotated[str, text()] = ""
     """Whatever reads or writes this variable: by name, handle or address."""
 

@@ -109,11 +109,7 @@ class ArrayType(IecType[list[Any]], Generic[V]):
             for index, item in enumerate(flat):  # noqa: B007
                 parts.append(encode(item))
         except IecValueError as error:
-            raise IecValueError(
-                f"{self.name} element [{self._index_text(index)}]: {error.type_name}",
-                error.expected,
-                error.value,
-            ) from None
+            raise self._of_element(index, error) from None
         return b"".join(parts)
 
     def _flatten(self, value: object, dimension: int, flat: list[object]) -> None:
@@ -154,6 +150,27 @@ class ArrayType(IecType[list[Any]], Generic[V]):
 
     def write(self, buffer: Buffer, offset: int, value: object) -> None:
         buffer[offset : offset + self.size] = self.encode(value)
+
+    def initialise(self, buffer: Buffer, offset: int, value: object) -> None:
+        """Elements that a mapping describes in part stay otherwise as the outer type has them."""
+        flat: list[object] = []
+        if not (self.count and self.element.is_view and isinstance(value, list | tuple)):
+            self.write(buffer, offset, value)
+            return
+        self._flatten(value, 0, flat)
+        size = self.element.size
+        for index, item in enumerate(flat):
+            try:
+                self.element.initialise(buffer, offset + index * size, item)
+            except IecValueError as error:
+                raise self._of_element(index, error) from None
+
+    def _of_element(self, index: int, error: IecValueError) -> IecValueError:
+        return IecValueError(
+            f"{self.name} element [{self._index_text(index)}]: {error.type_name}",
+            error.expected,
+            error.value,
+        )
 
     def position(self, indices: Sequence[int]) -> int:
         """Bytes from the start of the array to the element (or the row) at `indices`.

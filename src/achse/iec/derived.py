@@ -65,6 +65,9 @@ class AliasType(IecType[V]):
     def write(self, buffer: Buffer, offset: int, value: object) -> None:
         self.base.write(buffer, offset, value)
 
+    def initialise(self, buffer: Buffer, offset: int, value: object) -> None:
+        self.base.initialise(buffer, offset, value)
+
     @property
     def expected(self) -> str:
         return self.base.expected

@@ -46,6 +46,17 @@ class StringType(IecType[str]):
             raise self.reject(value)
         return data + b"\0"
 
+    def cut(self, text: str) -> str:
+        """As much of a text as there is room for, from the left."""
+        text = text[: self.length]
+        while text and self._room(text) > self.length:
+            text = text[:-1]
+        return text
+
+    def _room(self, text: str) -> int:
+        """What a text takes of `length`."""
+        return len(text) if self.coding == "cp1252" else len(text.encode("utf-8", "replace"))
+
     def decode(self, data: bytes | Buffer) -> str:
         """The text up to the first NUL or the full length. Fewer bytes are a shorter text."""
         return decode_text(bytes(data[: self.length]).partition(b"\0")[0], self.coding)
@@ -77,6 +88,9 @@ class WStringType(StringType):
         if len(data) > 2 * self.length:
             raise self.reject(value)
         return data + b"\0\0"
+
+    def _room(self, text: str) -> int:
+        return len(text.encode("utf-16-le", "replace")) // 2
 
     def decode(self, data: bytes | Buffer) -> str:
         if len(data) % 2:

@@ -227,7 +227,7 @@ class StructType(IecType[R], Generic[R]):
         memory = bytearray(self.size)
         for member in self.fields:
             # In a union only what is said counts, not the zeros of the members beside it.
-            if member.initial is None and not any(member.type.default):
+            if member.initial is None and member.type.default == bytes(member.type.size):
                 continue
             data = member.initial_bytes()
             if member.bit is not None:
@@ -245,17 +245,27 @@ class StructType(IecType[R], Generic[R]):
         if not isinstance(value, Mapping):
             raise self.reject(value)
         memory = bytearray(self.default)
+        self.initialise(memory, 0, value)
+        return bytes(memory)
+
+    def initialise(self, buffer: Buffer, offset: int, value: object) -> None:
+        """As `encode`, but members that a mapping leaves out stay as the outer type has them."""
+        if not isinstance(value, Mapping):
+            self.write(buffer, offset, value)
+            return
         for name, item in value.items():
             member = self._by_name.get(name.lower()) if isinstance(name, str) else None
             if member is None or not member.in_memory:
                 raise self.reject(name, f"members {', '.join(m.name for m in self.fields[:20])}")
             try:
-                member.store(memory, 0, item)
+                if member.bit is None:
+                    member.type.initialise(buffer, offset + member.offset, item)
+                else:
+                    member.store(buffer, offset, item)
             except IecValueError as error:
                 raise IecValueError(
                     f"{self.name}.{member.name}: {error.type_name}", error.expected, error.value
                 ) from None
-        return bytes(memory)
 
     def decode(self, data: bytes | Buffer) -> R:
         if len(data) < self.size:

@@ -132,8 +132,8 @@ def _moment_ns(value: object) -> int | None:
 class TimeType(IecType[V]):
     """An unsigned count of a unit, as a Python time.
 
-    A count beyond `modulus` (a time of day after midnight) wraps when read and is refused when
-    written.
+    A count beyond `modulus` (a time of day after midnight) wraps when read. Written as a count it
+    is kept, as `TO_TOD(4294967295)` of a PLC does.
     """
 
     def __init__(
@@ -164,7 +164,7 @@ class TimeType(IecType[V]):
             count: int | None = value
         else:
             count = self.to_count(value)
-        if count is None or not 0 <= count < self.modulus:
+        if count is None or not 0 <= count < 1 << 8 * self.size:
             raise self.reject(value)
         return count
 
@@ -184,7 +184,7 @@ class TimeType(IecType[V]):
 
     @property
     def expected(self) -> str:
-        return f"{self._expected}, or its count in 0..{self.modulus - 1}"
+        return f"{self._expected}, or its count in 0..{(1 << 8 * self.size) - 1}"
 
 
 def _to_timedelta(milliseconds: int) -> timedelta:

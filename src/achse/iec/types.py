@@ -128,6 +128,10 @@ class IecType(Generic[V]):
         """Put `value` at `offset`, whole or not at all. Raises `IecValueError`."""
         raise NotImplementedError
 
+    def initialise(self, buffer: Buffer, offset: int, value: object) -> None:
+        """Put an initial value over what is said already: parts it leaves out stay as they are."""
+        self.write(buffer, offset, value)
+
     def reject(self, value: object, expected: str = "") -> IecValueError:
         """The error that says `value` is none of this type."""
         return IecValueError(self.name, expected or self.expected, value)

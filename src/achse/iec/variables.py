@@ -238,7 +238,11 @@ class Variable(Generic[G, S]):
                 f"initial value of {self.name}: {self.type.size} bytes, got {len(self.initial)}"
             )
         try:
-            return self.type.encode(self.initial)
+            if not isinstance(self.initial, Mapping | list | tuple):
+                return self.type.encode(self.initial)
+            memory = bytearray(self.type.default)
+            self.type.initialise(memory, 0, self.initial)
+            return bytes(memory)
         except IecValueError as error:
             raise DeclarationError(f"initial value of {self.name}: {error}") from None
 

@@ -6,8 +6,10 @@ it compute what follows from its parameters. The parameters of its simulated mac
 too, by their names in a configuration (`simulation_load_torque`).
 """
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from achse.motion.couplings.masters import begin_to_lead, let_go, show_coupling
 from achse.motion.machine.hardware import (
     AmplifierView,
     DriveIoView,
@@ -16,9 +18,15 @@ from achse.motion.machine.hardware import (
     SensorView,
 )
 from achse.motion.machine.record import PARAMETERS
+from achse.motion.order import CycleOrder
 from achse.motion.parts import AxisController, AxisDrive, AxisEncoder
-from achse.motion.record import LAYOUT, PART_OF, AxisFields, Field, Role
+from achse.motion.port import STATUS_INVALID
+from achse.motion.record import LAYOUT, MASTERS, PART_OF, AxisFields, Field, Role
+from achse.motion.rows import NcRows
+from achse.motion.shown import ShownField
 from achse.motion.signals import probe_counts, probe_status
+from achse.motion.states import MotionPhase
+from achse.motion.tables import Tables
 from achse.motion.views import View, views_of
 from achse.native.memory import MemoryCell
 
@@ -26,10 +34,11 @@ __all__ = ["Axis", "ObjectAxis", "WordsAxis"]
 
 
 if TYPE_CHECKING:
-    from achse.motion.tables import Tables
+    from achse.motion.channels.channel import NcChannel
+    from achse.motion.groups.group import AxisGroup
 
     class _Fields(AxisFields):
-        """What it shows of its parts by the same names."""
+        """What it shows of its parts by the same names, and what is computed when it is read."""
 
         actual_position: float
         actual_position_modulo: float
@@ -38,6 +47,11 @@ if TYPE_CHECKING:
         actual_velocity_unfiltered: float
         actual_acceleration: float
         homed: int
+        set_velocity_override: float
+        set_direction: float
+        set_position_modulo: float
+        set_modulo_turns: int
+        coupling_table_index: int
         following_error: float
         following_error_velocity: float
         following_error_difference: float
@@ -73,10 +87,22 @@ class Axis(View, _Fields):
     encoder_ids: tuple[int, ...]
     controller_ids: tuple[int, ...]
     drive_ids: tuple[int, ...]
-    tables: "Tables"
+    tables: Tables
     """All tables of the NC."""
+    fellows: Mapping[int, "Axis"]
+    """All axes of the NC by their ids, in the order of their records, itself included."""
+    index: int
+    """Number of its record among the axes of the NC."""
+    order: CycleOrder
+    """In which order the cycle goes through these."""
+    group: "AxisGroup | None" = None
+    """The group of several axes that it belongs to."""
+    home_channel: "NcChannel"
+    """The channel of its PTP group."""
     machine: MachineView
     """The simulated machine that the axis moves."""
+    hardware_address: tuple[bytes, int, int] = (bytes(6), 0, 0)
+    """AMS NetId, port and channel of its drive on a bus; zeros for a simulated machine."""
 
     @property
     def owner(self) -> "Axis":
@@ -112,6 +138,8 @@ class Axis(View, _Fields):
         """Go on with the next cycle, and compute there what follows from the parameters."""
         if self.resting:
             self.resting = 0
+        if not self.unusual:
+            self.unusual = 1
         if adapts:
             self.adapt = 1
 
@@ -119,6 +147,14 @@ class Axis(View, _Fields):
         """Give the axis its name and that of its position unit."""
         self.name = name
         self.unit = unit
+
+    def go_on_bus(self) -> None:
+        """Leave the simulated machine: from now on a bus fills the structures of the axis."""
+        self.machine.several = self.machine.on_bus = 1
+        self.encoder_io.state4 = self.drive_io.state4 = STATUS_INVALID
+        self.drive_io.state1 = 0
+        self.drive.on_bus = 1
+        self.wake(adapts=True)
 
     def take_parts(
         self,
@@ -139,6 +175,44 @@ class Axis(View, _Fields):
     def parts(self) -> dict[str, list[Any]]:
         """All encoders, controllers and drives."""
         return {"encoder": self.encoders, "controller": self.controllers, "drive": self.drives}
+
+    def follow(self, coupling: int, masters: Sequence["Axis"]) -> None:
+        """Follow these axes from the next cycle on, by a law of `achse.motion.couplings.table`.
+
+        Raises CouplingRing, ValueError unless there are a law and 1..`MASTERS` axes; then nothing
+        has changed.
+        """
+        if not coupling or not 1 <= len(masters) <= MASTERS:
+            raise ValueError(f"coupling {coupling} to {len(masters)} axes, expected 1..{MASTERS}")
+        rows = [master.index for master in masters]
+        others = {axis.index: axis.followed for axis in self.fellows.values() if axis.coupling}
+        self.order.arrange(others | {self.index: rows})
+        led = {master.index for master in masters if master.followers}
+        self.release()
+        self.coupling, self.master_count = coupling, len(rows)
+        for n in range(MASTERS):
+            self.master[n] = rows[n] if n < len(rows) else 0
+        for master in masters:
+            if not master.followers and master.index not in led:
+                begin_to_lead(master)
+            master.followers += 1
+            show_coupling(master)
+        show_coupling(self)
+        self.wake()
+
+    def release(self) -> None:
+        """Follow nobody from now on; set values stay what they are."""
+        let_go(self, self.rows)
+
+    @property
+    def followed(self) -> list[int]:
+        """Rows of the axes that it follows."""
+        return list(self.master[: self.master_count])
+
+    @property
+    def rows(self) -> NcRows:
+        """Axes and cams as the kernel sees them; no encoders, order and characteristics."""
+        return NcRows(list(self.fellows.values()), (), (), (), self.tables.cams.numbers)
 
     @property
     def actual_position_uncorrected(self) -> float:
@@ -162,8 +236,12 @@ class Axis(View, _Fields):
 
     @property
     def touch_probe_inputs(self) -> int:
-        """StateDWord3: the inputs of touch probes 1 and 2 in bits 0 and 1."""
-        return self.drive.io.state8 & 0b11
+        """StateDWord3: the inputs of touch probes 1 and 2 in bits 0 and 1; bit 2, the set torque
+        has reached what a torque command asks for."""
+        inputs = self.drive.io.state8 & 0b11
+        if self.set_motion_phase == MotionPhase.TORQUE and self.set_torque == self.torque_target:
+            inputs |= 0b100
+        return inputs
 
     @property
     def touch_probe_status(self) -> int:
@@ -173,7 +251,8 @@ class Axis(View, _Fields):
     @property
     def touch_probe_counters(self) -> int:
         """Edges that touch probes 1 … 4 latched since they were activated, a byte each."""
-        return probe_counts(self.encoder)
+        encoder = self.encoder
+        return probe_counts(encoder) if any(encoder.probe_counter) else 0
 
     @property
     def user_data(self) -> float:
@@ -194,6 +273,8 @@ class Axis(View, _Fields):
     def place_of(self, name: str, size: int) -> MemoryCell | None:
         """The same of any value by its name; None where another part may take over."""
         part, field = PART_OF[name]
+        if isinstance(field, ShownField):
+            return None
         if not part:
             return self.place(field, size)
         own: list[Any] = self.parts()[part]
@@ -241,5 +322,7 @@ def _of_the_machine(part: str, name: str) -> property:
 for _name, (_part, _field) in PART_OF.items():
     if _part:
         setattr(Axis, _name, _of_a_part(_part, _field.name))
+    elif isinstance(_field, ShownField):
+        setattr(Axis, _name, property(_field.read))
 for _name, (_part, _field) in PARAMETERS.items():
     setattr(Axis, _name, _of_the_machine(_part, _field.name))

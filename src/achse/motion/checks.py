@@ -15,6 +15,7 @@ __all__ = [
     "why_no_command",
     "why_not_away",
     "why_not_dynamics",
+    "why_not_own",
     "why_not_permitted",
     "why_not_position",
     "why_not_target",
@@ -42,56 +43,67 @@ _ONE_PERIOD = {StartType.MODULO_SHORTEST, StartType.MODULO_POSITIVE, StartType.M
 def why_no_command(axis: Axis) -> int:
     """What forbids any motion command in the present state."""
     if axis.axis_disabled:
-        return NcError.AXIS_NOT_READY.number
+        return NcError.AXIS_NOT_READY
     if axis.error_code:
         return axis.error_code
+    if axis.grouped:
+        return NcError.FUNCTION_NOT_ALLOWED
     if axis.motion_locked:
-        return NcError.AXIS_LOCKED_BY_STOP.number
+        return NcError.AXIS_LOCKED_BY_STOP
+    if axis.coupling and not axis.allow_slave_motion_commands:
+        return NcError.JOB_FOR_SLAVE
     if axis.external_setpoint_active and not axis.allow_motion_commands_with_external_setpoint:
-        return NcError.EXTERNAL_GENERATOR_ACTIVE.number
+        return NcError.EXTERNAL_GENERATOR_ACTIVE
+    return OK
+
+
+def why_not_own(axis: Axis) -> int:
+    """A slave takes no function about a motion of its own, unless parameter 0x20 lets it."""
+    if axis.coupling and not axis.allow_slave_motion_commands:
+        return NcError.FUNCTION_FOR_SLAVE
     return OK
 
 
 def why_not_permitted(axis: Axis, direction: float) -> int:
     """What the cyclic interface and the drive say against a start in `direction`."""
     if axis.axis_type == AxisType.ENCODER:
-        return NcError.AXIS_INCOMPATIBLE.number
+        return NcError.AXIS_INCOMPATIBLE
     control = axis.control_dword
     if not control & ControlBit.ENABLE or axis.drive_output_disabled:
-        return NcError.CONTROLLER_ENABLE_MISSING.number
+        return NcError.CONTROLLER_ENABLE_MISSING
     if direction > 0.0 and not control & ControlBit.FEED_ENABLE_PLUS:
-        return NcError.ENABLE_MISSING.number
+        return NcError.ENABLE_MISSING
     if direction < 0.0 and not control & ControlBit.FEED_ENABLE_MINUS:
-        return NcError.ENABLE_MISSING.number
+        return NcError.ENABLE_MISSING
     blocked = axis.limit_switch != 0 and not (
         control & ControlBit.ACCEPT_BLOCKED_DRIVE and direction * axis.limit_switch < 0.0
     )
     if axis.drive_status & STATUS_ERROR or blocked:
-        return NcError.DRIVE_NOT_READY_AT_START.number
+        return NcError.DRIVE_NOT_READY_AT_START
     return OK
 
 
 def why_not_velocity(axis: Axis, velocity: float) -> int:
     limit = min(axis.max_velocity, axis.drive.reference_velocity)
     if not 0.0 < velocity <= limit:
-        return NcError.SET_VELOCITY_NOT_ALLOWED.number
+        return NcError.SET_VELOCITY_NOT_ALLOWED
     if not SLOWEST <= velocity <= FASTEST:
-        return NcError.SET_VELOCITY_RANGE.number
+        return NcError.SET_VELOCITY_RANGE
     return OK
 
 
 def why_not_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: float) -> int:
     """What is wrong with dynamics given by a command; all are to be positive."""
     if not acceleration > 0.0:
-        return NcError.ACCELERATION_NOT_POSITIVE.number
+        return NcError.ACCELERATION_NOT_POSITIVE
     if not deceleration > 0.0:
-        return NcError.DECELERATION_NOT_POSITIVE.number
+        return NcError.DECELERATION_NOT_POSITIVE
     if not jerk > 0.0:
-        return NcError.JERK_NOT_POSITIVE.number
+        return NcError.JERK_NOT_POSITIVE
     if acceleration > axis.max_acceleration or deceleration > axis.max_deceleration:
-        return NcError.ACCELERATION_NOT_PERMITTED.number
+        return NcError.ACCELERATION_NOT_PERMITTED
     if jerk > STEEPEST_JERK:
-        return NcError.JERK_NOT_PERMITTED.number
+        return NcError.JERK_NOT_PERMITTED
     return OK
 
 
@@ -100,9 +112,9 @@ def why_not_position(axis: Axis, start_type: int, position: float) -> int:
     if start_type in ENDLESS:
         return OK
     if not isfinite(position):
-        return NcError.START_AXIS_DATA.number
+        return NcError.START_AXIS_DATA
     if start_type in _ONE_PERIOD and not 0.0 <= position < axis.encoder.modulo_factor:
-        return NcError.MODULO_START_RANGE.number
+        return NcError.MODULO_START_RANGE
     return OK
 
 
@@ -111,23 +123,23 @@ def why_not_target(axis: Axis, target: float, begin: float | None = None) -> int
     if begin is None:
         begin = axis.set_position
     if abs(target) > FARTHEST:
-        return NcError.PRECISION_LOST.number
+        return NcError.PRECISION_LOST
     lowest = highest = target
     if axis.loop_enable and (target - begin) * axis.loop_distance > 0.0:
         lowest = min(target, target + axis.loop_distance)
         highest = max(target, target + axis.loop_distance)
     if axis.encoder.soft_limit_min_enable and lowest < axis.encoder.soft_limit_min:
-        return NcError.SOFT_LIMIT_MIN_AT_START.number
+        return NcError.SOFT_LIMIT_MIN_AT_START
     if axis.encoder.soft_limit_max_enable and highest > axis.encoder.soft_limit_max:
-        return NcError.SOFT_LIMIT_MAX_AT_START.number
+        return NcError.SOFT_LIMIT_MAX_AT_START
     if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
         way = target - begin
         near = axis.brake_distance_positive if way > 0.0 else axis.brake_distance_negative
         if abs(way) <= near:
-            return NcError.DISTANCE_BELOW_BRAKING_DISTANCE.number
+            return NcError.DISTANCE_BELOW_BRAKING_DISTANCE
         back = axis.brake_distance_negative if way > 0.0 else axis.brake_distance_positive
         if lowest != highest and abs(axis.loop_distance) <= back:
-            return NcError.LOOP_BELOW_BRAKING_DISTANCE.number
+            return NcError.LOOP_BELOW_BRAKING_DISTANCE
     return OK
 
 
@@ -135,7 +147,7 @@ def why_not_away(axis: Axis, direction: float) -> int:
     """An endless start must not lead away from a soft limit that is already passed."""
     p = axis.set_position
     if direction < 0.0 and axis.encoder.soft_limit_min_enable and p <= axis.encoder.soft_limit_min:
-        return NcError.SOFT_LIMIT_MIN_AT_START.number
+        return NcError.SOFT_LIMIT_MIN_AT_START
     if direction > 0.0 and axis.encoder.soft_limit_max_enable and p >= axis.encoder.soft_limit_max:
-        return NcError.SOFT_LIMIT_MAX_AT_START.number
+        return NcError.SOFT_LIMIT_MAX_AT_START
     return OK

@@ -4,14 +4,18 @@ from achse.motion import curves
 from achse.motion.kernel import cycles
 from achse.motion.machine.record import AMPLIFIER, MACHINE, SENSOR, Amplifier, Machine, Sensor
 from achse.motion.record import (
+    CAM,
     CONTROLLER,
     DRIVE,
     ENCODER,
+    JOB,
     LAYOUT,
     AxisDriveFields,
     AxisFields,
+    CamFields,
     ControllerFields,
     EncoderFields,
+    JobFields,
 )
 from achse.native.compiled import Kernel
 
@@ -25,11 +29,13 @@ KERNEL = Kernel(
         EncoderFields: ENCODER,
         ControllerFields: CONTROLLER,
         AxisDriveFields: DRIVE,
+        JobFields: JOB,
+        CamFields: CAM,
         Sensor: SENSOR,
         Amplifier: AMPLIFIER,
         Machine: MACHINE,
         curves.Piece: curves.LAYOUT,
     },
 )
-"""Called with address and number of the axes, of their encoders, sensors and amplifiers and of the
-pieces of curves, the cycle time in seconds, how many cycles."""
+"""Called with address and number of all rows (`NcRows`), of sensors and of amplifiers, the cycle
+time in seconds, how many cycles."""

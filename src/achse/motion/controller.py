@@ -9,10 +9,11 @@ Kernel source: compiled as it stands, see `compiled`.
 
 from math import pi
 
-from achse.motion.record import AxisFields
+from achse.motion.record import AxisDriveFields, AxisFields
+from achse.motion.rows import NcRows
 from achse.motion.states import ControllerType, DriveType, MotionPhase
 
-__all__ = ["adapt_controller", "control", "reset_controller"]
+__all__ = ["adapt_controller", "control", "control_coupling", "reset_controller"]
 
 
 def adapt_controller(ax: AxisFields) -> None:
@@ -284,39 +285,48 @@ def _silence(ax: AxisFields) -> None:
     controller = ax.controller
     controller.output = 0.0
     ax.drive.output = 0.0
-    controller.output_percent = 0.0
-    ax.drive.output_percent = 0.0
     controller.position_p_part = 0.0
     if controller.special:
         reset_controller(ax)
 
 
-def _put_out(ax: AxisFields, output: float) -> None:
+def _put_out(ax: AxisFields, drive: AxisDriveFields, output: float) -> None:
     """Give the drive this output, within its limits."""
-    drive = ax.drive
     full = drive.full
     if output > drive.output_limit_max * full:
         output = drive.output_limit_max * full
         drive.limit_active = 1
+        ax.unusual = 1
     elif output < drive.output_limit_min * full:
         output = drive.output_limit_min * full
         drive.limit_active = 1
+        ax.unusual = 1
     drive.output = output
-    drive.output_percent = 100.0 * output / full
     if output < drive.output_peak_negative:
         drive.output_peak_negative = output
     if output > drive.output_peak_positive:
         drive.output_peak_positive = output
 
 
-def _hold_difference(ax: AxisFields) -> None:
-    """Peaks of the difference between the following errors of a master and of this slave."""
+def control_coupling(ax: AxisFields, rows: NcRows) -> None:
+    """Compare the following errors of a slave and its first master; correct the slave by that.
+
+    The difference is master minus slave, the slave's in units of its master by a factor. Kcp
+    corrects the way that the slave has beside its actual master: its own following error less that
+    of the master times the gear ratio.
+    """
     controller = ax.controller
-    difference = controller.following_error_difference
+    error = rows.axes[ax.master[0]].controller.following_error
+    difference = error - controller.following_error_difference_scaling * controller.following_error
+    controller.following_error_difference = difference
     if difference < controller.following_error_difference_peak_negative:
         controller.following_error_difference_peak_negative = difference
     if difference > controller.following_error_difference_peak_positive:
         controller.following_error_difference_peak_positive = difference
+    kcp = controller.slave_coupling_kcp
+    if kcp > 0.0 and ax.loop_closed and ax.set_motion_phase == MotionPhase.COUPLED:
+        beside = controller.following_error - ax.set_gear_ratio * error
+        _put_out(ax, ax.drive, ax.drive.output + kcp * beside)
 
 
 def control(ax: AxisFields, dt: float) -> None:
@@ -324,39 +334,42 @@ def control(ax: AxisFields, dt: float) -> None:
     encoder = ax.encoder
     controller = ax.controller
     drive = ax.drive
+    phase = ax.set_motion_phase
+    v = ax.set_velocity
     error = ax.set_position - encoder.actual_position
     if (
-        drive.ideal and ax.loop_closed and ax.set_motion_phase != MotionPhase.DRIVE_OUTPUT
+        drive.ideal and ax.loop_closed and phase != MotionPhase.DRIVE_OUTPUT
     ):  # the drive has had a cycle to go there
         error = drive.sent_position - encoder.actual_position
     late = ax.setpoint_velocity_position_delay
+    if drive.on_bus:
+        late += drive.io.dc_time * 1e-9
     if late > 0.0:
-        error -= late * (ax.set_velocity - 0.5 * late * ax.set_acceleration)
+        error -= late * (v - 0.5 * late * ax.set_acceleration)
     controller.following_error = error
     drive.limit_active = 0
-    controller.following_error_velocity = ax.set_velocity - encoder.actual_velocity
+    controller.following_error_velocity = v - encoder.actual_velocity
     if error < controller.following_error_peak_negative:
         controller.following_error_peak_negative = error
     if error > controller.following_error_peak_positive:
         controller.following_error_peak_positive = error
-    if controller.following_error_difference != 0.0:
-        _hold_difference(ax)
-    if ax.loop_closed == 0:
+    if not ax.loop_closed:
         _silence(ax)
         return
-    if ax.set_motion_phase == MotionPhase.DRIVE_OUTPUT:
+    if phase == MotionPhase.DRIVE_OUTPUT:
         _silence(ax)
-        _put_out(ax, ax.direct_output)
+        _put_out(ax, drive, ax.direct_output)
         return
     full = drive.full
-    feedforward = controller.velocity_feedforward_weight * ax.set_velocity
+    feedforward = controller.velocity_feedforward_weight * v
     if controller.special:
         part = _special(ax, error, full, dt)
         if controller.type in (ControllerType.P_VELOCITY, ControllerType.PI_VELOCITY):
             feedforward = 0.0
         feedforward += controller.acceleration_feedforward
     else:
-        if abs(error) <= _dead_band(ax):
+        band = controller.position_dead_band if phase else _dead_band(ax)
+        if abs(error) <= band:
             error = 0.0
         part = controller.position_kv * error
         controller.position_p_part = part
@@ -366,5 +379,5 @@ def control(ax: AxisFields, dt: float) -> None:
     elif part < -limit:
         part = -limit
     controller.output = part
-    controller.output_percent = 100.0 * part / full
-    _put_out(ax, part + feedforward + ax.external_controller_component + drive.velocity_offset)
+    output = part + feedforward + ax.external_controller_component + drive.velocity_offset
+    _put_out(ax, drive, output)

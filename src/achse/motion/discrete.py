@@ -51,6 +51,9 @@ _HIGH = 1 << 3
 _FREQUENCY = 1 << 0
 _FORWARD = 1 << 1
 
+_LONGEST_WAIT = 1_000_000_000
+"""Cycles from one step of a stepper motor to the next, at most: at next to no output."""
+
 
 def _enter(ax: AxisFields, phase: int) -> None:
     ax.drive.switch_phase = phase
@@ -59,8 +62,8 @@ def _enter(ax: AxisFields, phase: int) -> None:
 
 def _direction(ax: AxisFields) -> float:
     """Where the job leads from here."""
-    if ax.set_motion_phase in (MotionPhase.ENDLESS, MotionPhase.HOMING) and ax.job_direction != 0.0:
-        return ax.job_direction
+    if ax.set_motion_phase in (MotionPhase.ENDLESS, MotionPhase.HOMING) and ax.job.direction != 0.0:
+        return ax.job.direction
     if ax.set_motion_phase == MotionPhase.POSITIONING:
         return 1.0 if ax.border_position >= ax.encoder.actual_position else -1.0
     return ax.drive.switch_direction
@@ -70,7 +73,7 @@ def _stopping(ax: AxisFields) -> bool:
     """Whether the axis is to come to rest, for good or as a step of homing."""
     phase = ax.set_motion_phase
     return phase == MotionPhase.STOPPING or (
-        phase == MotionPhase.HOMING and ax.job_direction == 0.0
+        phase == MotionPhase.HOMING and ax.job.direction == 0.0
     )
 
 
@@ -78,7 +81,7 @@ def _main_speed(ax: AxisFields) -> int:
     """Phase of the main travel: rapid, creep, or braked at override zero."""
     if ax.velocity_override < _SLOWEST_OVERRIDE:
         return _BRAKED
-    if ax.job_velocity > _RAPID_ABOVE and ax.velocity_override > _RAPID_ABOVE * 1e4:
+    if ax.job.velocity > _RAPID_ABOVE and ax.velocity_override > _RAPID_ABOVE * 1e4:
         return _RAPID
     return _CREEP
 
@@ -250,7 +253,6 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
     ax.controller.following_error = 0.0
     ax.controller.following_error_velocity = 0.0
     drive.output = velocity
-    drive.output_percent = 100.0 * velocity / drive.full
     if ax.set_motion_phase == MotionPhase.POSITIONING:
         ax.remaining_distance = abs(ax.border_position - encoder.actual_position)
         if ax.loop_outward:
@@ -312,7 +314,10 @@ def run_stepper(ax: AxisFields, dt: float) -> None:
     else:
         if speed < slowest:
             speed = slowest
-        level = ceil(ax.stepper_step_scaling / (speed * dt) - 1e-9)
+        way = speed * dt
+        level = _LONGEST_WAIT
+        if way * _LONGEST_WAIT > ax.stepper_step_scaling:
+            level = ceil(ax.stepper_step_scaling / way - 1e-9)
         if level < 1:
             level = 1
         if drive.stepper_level == 0:

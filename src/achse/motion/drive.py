@@ -12,6 +12,10 @@ from math import floor
 
 from achse.motion.curves import Piece, value_at
 from achse.motion.port import (
+    CONTROL_ENABLE,
+    CONTROL_HOME,
+    CONTROL_RESET,
+    CONTROL_WISH,
     LIMIT_MAX,
     LIMIT_MIN,
     STATUS_INVALID,
@@ -28,6 +32,7 @@ from achse.motion.states import (
     VELOCITY_CONTAINER_MODES,
     VELOCITY_MODES,
     AxisType,
+    ControlBit,
     ControllerType,
     DriveOperationMode,
     DriveType,
@@ -49,6 +54,9 @@ _STILL = 1e-9
 """A torque below this is none."""
 
 
+_MOST = 2_147_483_647.0
+"""Increments that a double word holds either way."""
+
 _BY_VELOCITY = 1
 _BY_ACCELERATION = 2
 
@@ -61,7 +69,7 @@ def adapt_drive(ax: AxisFields, drive: AxisDriveFields, dt: float) -> None:
         ideal = 1
     mode = ax.drive_operation_mode
     drive.adapted_mode = mode
-    if mode in VELOCITY_MODES:
+    if mode in VELOCITY_MODES or mode in TORQUE_MODES:
         ideal = 0
     elif mode in POSITION_MODES:
         ideal = 1
@@ -81,6 +89,8 @@ def adapt_drive(ax: AxisFields, drive: AxisDriveFields, dt: float) -> None:
     drive.digital = digital
     delay = floor(drive.velocity_output_delay / dt + 0.5)
     drive.delay = delay if delay < DRIVE_DELAY else DRIVE_DELAY
+    drive.torque_weight = dt / (drive.actual_torque_filter_time + dt)
+    drive.torque_rate_weight = dt / (drive.actual_torque_derivative_filter_time + dt)
     gain = 0.0
     if drive.type == DriveType.PROVIDRIVE_MC:
         gain = drive.dsc_kpc * 1e-3 * drive.dsc_xerr_scaling
@@ -125,26 +135,32 @@ def read_drive(ax: AxisFields, dt: float) -> None:
     io = drive.io
     io.news = 0
     ax.drive_status = io.state1
-    ax.io_invalid = (io.state4 | ax.encoder.io.state4) & STATUS_INVALID
-    ax.limit_switch = 0
-    if io.state2:
+    invalid = (io.state4 | ax.encoder.io.state4) & STATUS_INVALID
+    if invalid != ax.io_invalid:
+        ax.io_invalid = invalid
+        ax.unusual = 1
+    if io.state2 or ax.limit_switch:
+        ax.limit_switch = 0
         if io.state2 & LIMIT_MAX:
             ax.limit_switch = 1
         elif io.state2 & LIMIT_MIN:
             ax.limit_switch = -1
     before = drive.actual_torque
-    if io.data_in2 == 0 and before == 0.0 and drive.actual_torque_derivative == 0.0:
+    increments = io.data_in2
+    if increments == 0 and before == 0.0 and drive.actual_torque_derivative == 0.0:
         return
-    torque = io.data_in2 * drive.actual_torque_scaling
+    torque = increments * drive.actual_torque_scaling
     if drive.motor_polarity:
         torque = -torque
-    torque = before + (torque - before) * (dt / (drive.actual_torque_filter_time + dt))
+    torque = before + (torque - before) * drive.torque_weight
     if abs(torque - before) < _STILL:
+        if drive.actual_torque_derivative == 0.0:
+            return
         torque = before
     drive.actual_torque = torque
     rate = (torque - before) / dt
     before = drive.actual_torque_derivative
-    rate = before + (rate - before) * (dt / (drive.actual_torque_derivative_filter_time + dt))
+    rate = before + (rate - before) * drive.torque_rate_weight
     drive.actual_torque_derivative = 0.0 if abs(rate) < _STILL else rate
 
 
@@ -290,15 +306,34 @@ def _put_out_set_values(ax: AxisFields, dt: float) -> None:
         io.data_out5 = _turned(ax, torque * drive.set_torque_scaling)
 
 
+def _control(ax: AxisFields) -> int:
+    """What a drive on a bus is asked for."""
+    drive = ax.drive
+    control = CONTROL_ENABLE if ax.loop_closed else 0
+    if (
+        ax.control_dword & ControlBit.ENABLE
+        and not ax.axis_disabled
+        and not ax.drive_output_disabled
+        and not ax.output_cut
+    ):
+        control |= CONTROL_WISH
+    if drive.reset_cycles > 0:
+        drive.reset_cycles -= 1
+        control |= CONTROL_RESET
+    if ax.homed_by_drive and ax.set_motion_phase == MotionPhase.HOMING:
+        control |= CONTROL_HOME
+    return control
+
+
 def put_out(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
     """Write the outputs of a servo drive."""
     drive = ax.drive
     io = drive.io
     io.fresh = 1
-    io.ctrl1 = ax.loop_closed
-    if io.data_out4 != 0 or ax.set_torque_offset != 0.0:
+    io.ctrl1 = _control(ax) if drive.on_bus else ax.loop_closed
+    if io.data_out4 or ax.set_torque_offset != 0.0:
         io.data_out4 = _turned(ax, ax.set_torque_offset * drive.torque_offset_scaling)
-    if drive.digital == 0:
+    if not drive.digital:
         io.ctrl3 = 0
         share = drive.output / drive.full
         if drive.special:
@@ -307,7 +342,8 @@ def put_out(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
             share = _late(ax, share)
         if drive.motor_polarity:
             share = -share
-        io.data_out1 = within_32_bits(share * drive.output_mask)
+        output = share * drive.output_mask
+        io.data_out1 = round(output) if abs(output) < _MOST else within_32_bits(output)
         return
     mode = ax.drive_operation_mode
     if ax.set_motion_phase == MotionPhase.DRIVE_OUTPUT and mode not in TORQUE_MODES:
@@ -318,6 +354,8 @@ def put_out(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
             if drive.ideal
             else DriveOperationMode.VELOCITY_FEEDBACK1
         )
+    if io.ctrl1 & CONTROL_HOME:
+        mode = DriveOperationMode.IO_DRIVE_HOMING
     io.ctrl3 = mode
     if mode in TORQUE_MODES:
         _put_out_torque(ax)

@@ -20,6 +20,7 @@ __all__ = [
     "fault_jerk",
     "release",
     "run_out",
+    "shed_foreign",
 ]
 
 STEEPEST = 1e12
@@ -42,7 +43,7 @@ def fault_deceleration(ax: AxisFields) -> float:
     default = ax.default_deceleration
     if default > ax.max_deceleration:
         default = ax.max_deceleration
-    deceleration = ax.job_deceleration
+    deceleration = ax.job.deceleration
     if ax.table_deceleration > deceleration:
         deceleration = ax.table_deceleration
     if default > deceleration:
@@ -54,7 +55,7 @@ def fault_deceleration(ax: AxisFields) -> float:
 
 def fault_jerk(ax: AxisFields) -> float:
     """Strongest jerk of the axis: of command, table, default and fast axis stop, or running."""
-    jerk = ax.job_jerk
+    jerk = ax.job.jerk
     if ax.table_jerk > jerk:
         jerk = ax.table_jerk
     if ax.running_jerk > jerk:
@@ -88,6 +89,21 @@ def drop_foreign(ax: AxisFields, foreign: float) -> None:
         steep = ax.set_acceleration * ax.set_acceleration / abs(v)
         if steep > 2.0 * ax.running_jerk:
             ax.running_jerk = steep
+
+
+def shed_foreign(ax: AxisFields, foreign: float) -> None:
+    """End a part of the set acceleration that has steps by its nature; its velocity stays.
+
+    What makes the axis faster ends at once. Of a deceleration, what the running jerk could not take
+    away before rest ends at once, too; so what comes then keeps that jerk.
+    """
+    v = ax.set_velocity
+    if foreign * v >= 0.0:
+        ax.set_acceleration -= foreign
+    a = ax.set_acceleration
+    most = _NEARLY * sqrt(2.0 * ax.running_jerk * abs(v))
+    if a * v < 0.0 and abs(a) > most:
+        ax.set_acceleration = most if a > 0.0 else -most
 
 
 def release(ax: AxisFields, jerk: float) -> float:

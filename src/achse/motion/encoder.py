@@ -6,13 +6,10 @@ axes that use it.
 Kernel source: compiled as it stands, see `compiled`.
 """
 
-from math import floor
-
 from achse.codes import NcError
 from achse.motion.port import wrapped
 from achse.motion.record import POSITION_HISTORY, AxisFields, EncoderFields
 from achse.motion.setpoint import fail
-from achse.motion.targets import modulo_part
 
 __all__ = ["adapt_encoder", "measure", "read_counter"]
 
@@ -23,6 +20,7 @@ _FULL_COUNTER = 4_000_000_000_000_000_000
 """Increments that the software counter holds, either way."""
 
 _FULL_MASK = 0xFFFF_FFFF
+_HALF = 0x8000_0000
 
 _SIGNED = 2
 _POSITIVE_ONLY = 1
@@ -61,7 +59,7 @@ def _begin_again(encoder: EncoderFields) -> None:
     encoder.reinitialization_state = 0
 
 
-def adapt_encoder(ax: AxisFields, encoder: EncoderFields) -> None:
+def adapt_encoder(ax: AxisFields, encoder: EncoderFields, dt: float) -> None:
     """Derive what follows from the parameters; the actual position does not jump."""
     scale = encoder.scaling_factor
     encoder.scale = -scale if encoder.count_direction else scale
@@ -83,6 +81,8 @@ def adapt_encoder(ax: AxisFields, encoder: EncoderFields) -> None:
     ):
         special = 1
     encoder.special = special
+    encoder.velocity_weight = dt / (encoder.velocity_filter_time + dt)
+    encoder.acceleration_weight = dt / (encoder.acceleration_filter_time + dt)
     encoder.adapt = 0
 
 
@@ -134,20 +134,25 @@ def _correct(ax: AxisFields, encoder: EncoderFields, dt: float) -> float:
 def measure(ax: AxisFields, encoder: EncoderFields, dt: float) -> None:
     """Read the encoder: actual position, velocity and acceleration."""
     special = encoder.special
+    before_count = encoder.software_increments
     if special:
         count = read_counter(encoder)
+        moved = count - before_count
     else:
         data = encoder.io.data_in1
-        count = encoder.software_increments
-        if data != encoder.data:
-            count += wrapped(data - encoder.data)
-            encoder.data = data
-    if abs(count) > _FULL_COUNTER:
-        if encoder.leads:
-            fail(ax, NcError.ENCODER_OVERFLOW if count > 0 else NcError.ENCODER_UNDERFLOW, 1)
-        count = encoder.software_increments
-    moved = count - encoder.software_increments
-    encoder.software_increments = count
+        moved = data - encoder.data
+        if abs(moved) >= _HALF:
+            moved = wrapped(moved)
+        count = before_count + moved
+        encoder.data = data
+        encoder.hardware_increments = data
+    if moved:
+        if abs(count) > _FULL_COUNTER:
+            if encoder.leads:
+                fail(ax, NcError.ENCODER_OVERFLOW if count > 0 else NcError.ENCODER_UNDERFLOW, 1)
+            count = before_count
+            moved = 0
+        encoder.software_increments = count
     scale = encoder.scale
     position = count * scale + encoder.position_offset + encoder.set_position_offset
     velocity = moved * scale / dt
@@ -157,12 +162,10 @@ def measure(ax: AxisFields, encoder: EncoderFields, dt: float) -> None:
         if encoder.mode == _POSITION_ONLY:
             velocity = 0.0
         before = encoder.actual_velocity_uncorrected
-        weight = dt / (encoder.velocity_filter_time + dt)
-        encoder.actual_velocity_uncorrected = before + (velocity - before) * weight
+        change = (velocity - before) * encoder.velocity_weight
+        encoder.actual_velocity_uncorrected = before + change
         velocity += _correct(ax, encoder, dt) / dt
         position += encoder.position_correction
-    else:
-        encoder.hardware_increments = encoder.data
     encoder.actual_position_unfiltered = position
     filter_time = encoder.position_filter_time
     if filter_time > 0.0:
@@ -173,7 +176,7 @@ def measure(ax: AxisFields, encoder: EncoderFields, dt: float) -> None:
     encoder.actual_velocity_unfiltered = velocity
     before = encoder.actual_velocity
     if velocity != before:
-        velocity = before + (velocity - before) * (dt / (encoder.velocity_filter_time + dt))
+        velocity = before + (velocity - before) * encoder.velocity_weight
         if abs(velocity) < _STILL:
             velocity = 0.0
         encoder.actual_velocity = velocity
@@ -182,8 +185,7 @@ def measure(ax: AxisFields, encoder: EncoderFields, dt: float) -> None:
     if special and encoder.mode <= _WITH_VELOCITY:
         acceleration = 0.0
     if acceleration != before:
-        weight = dt / (encoder.acceleration_filter_time + dt)
-        acceleration = before + (acceleration - before) * weight
+        acceleration = before + (acceleration - before) * encoder.acceleration_weight
         if abs(acceleration) < _STILL:
             acceleration = 0.0
         encoder.actual_acceleration = acceleration
@@ -199,6 +201,3 @@ def measure(ax: AxisFields, encoder: EncoderFields, dt: float) -> None:
         position += way
     encoder.actual_position = position
     encoder.history[ax.set_cycle_counter % POSITION_HISTORY] = position
-    period = encoder.modulo_factor
-    encoder.actual_position_modulo = modulo_part(position, period)
-    encoder.actual_modulo_turns = floor((position - encoder.actual_position_modulo) / period + 0.5)

@@ -1,21 +1,22 @@
 """The axis cycle: one step of every axis, the same source plain and compiled.
 
 The hardware gives its inputs, the NC works, the hardware carries out what it says. Order within
-the cycle of an axis: encoder, enables, set point, controller, supervision, outputs, status.
+the cycle of an axis: encoder, enables, set point, coupling, controller, supervision, outputs,
+status.
 """
 
-from collections.abc import Sequence
-
-from achse.motion.controller import adapt_controller, control
-from achse.motion.curves import Piece
+from achse.motion.controller import adapt_controller, control, control_coupling
+from achse.motion.couplings.table import couple, led
 from achse.motion.discrete import run_stepper, run_two_speeds, show_speed
 from achse.motion.drive import adapt_drive, put_out, put_out_bytes, read_drive
 from achse.motion.encoder import adapt_encoder, measure
+from achse.motion.generators import coupled
 from achse.motion.generators.homing import home
 from achse.motion.generators.table import hand_over, lead
 from achse.motion.limits import adapt_limits
-from achse.motion.machine.kernel import carry_out, give_inputs
-from achse.motion.machine.record import Amplifier, Sensor
+from achse.motion.machine.amplifier import report
+from achse.motion.machine.kernel import HardwareRows, carry_out, give_inputs
+from achse.motion.machine.sensor import sense
 from achse.motion.monitoring import (
     operation_mode,
     settle,
@@ -23,18 +24,21 @@ from achse.motion.monitoring import (
     supervise_arrival,
     supervise_enable,
     supervise_motion,
+    watch_standstill,
 )
 from achse.motion.phasing import shift_phase
 from achse.motion.record import POSITION_HISTORY, AxisFields, EncoderFields
+from achse.motion.rows import NcRows
+from achse.motion.setpoint import generate
 from achse.motion.signals import arm, watch
 from achse.motion.states import AxisType, DriveType, MotionPhase
 
-__all__ = ["adapt", "begin", "begin_encoder", "cycle", "cycle_all", "cycles", "follow"]
+__all__ = ["adapt", "begin", "begin_encoder", "cycle", "cycles", "follow"]
 
 
 def adapt(ax: AxisFields, dt: float) -> None:
     """Compute what follows from the parameters; done in the first cycle after a change."""
-    adapt_encoder(ax, ax.encoder)
+    adapt_encoder(ax, ax.encoder, dt)
     adapt_drive(ax, ax.drive, dt)
     adapt_controller(ax)
     adapt_limits(ax)
@@ -44,7 +48,7 @@ def adapt(ax: AxisFields, dt: float) -> None:
 
 def begin_encoder(ax: AxisFields, encoder: EncoderFields, dt: float) -> None:
     """Show the truth before the first cycle: the axis is where its encoder reads."""
-    adapt_encoder(ax, encoder)
+    adapt_encoder(ax, encoder, dt)
     measure(ax, encoder, dt)
     encoder.actual_position_filtered = encoder.actual_position_unfiltered
     measure(ax, encoder, dt)  # with a filter that has found its position
@@ -65,67 +69,97 @@ def begin(ax: AxisFields, dt: float) -> None:
     show_state(ax)
 
 
-def _sense(ax: AxisFields, dt: float) -> None:
-    """Read the encoder, and what its latches took."""
-    encoder = ax.encoder
-    measure(ax, encoder, dt)
-    if encoder.latch_active or ax.homing_latch:
-        watch(ax, encoder)
-
-
-def _asleep(ax: AxisFields) -> bool:
-    """Whether the axis rests on: nobody has written to it, and no input has changed."""
-    if ax.encoder.io.news == 0 and ax.drive.io.news == 0:
+def _asleep(ax: AxisFields, rows: NcRows) -> bool:
+    """Whether the axis rests on: nobody writes to it, no input has changed, no master moves."""
+    if ax.encoder.io.news == 0 and ax.drive.io.news == 0 and not (ax.coupling and led(ax, rows)):
         return True
     ax.resting = 0
     ax.quiet_cycles = 0
     return False
 
 
-def cycle(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
-    """One cycle of one axis; `pieces` are those of all curves."""
-    ax.set_cycle_counter += 1
-    if ax.resting and _asleep(ax):
-        return
-    ax.encoder.io.news = 0
+def _cycle_with_all(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    """One cycle with all that an axis may do besides a plain move or following others."""
+    encoder = ax.encoder
     if ax.external_setpoint_active or ax.drive_operation_mode:
         hand_over(ax)
     if ax.adapt or ax.drive_operation_mode != ax.drive.adapted_mode:
         adapt(ax, dt)
-    _sense(ax, dt)
+    measure(ax, encoder, dt)
+    if encoder.latch_active or ax.homing_latch:
+        watch(ax, encoder)
     read_drive(ax, dt)
     supervise_enable(ax, dt)
     if ax.phasing_active:
         shift_phase(ax, dt)
-    if ax.axis_type == AxisType.DISCRETE_RAPID_CREEP:
+    discrete = ax.axis_type == AxisType.DISCRETE_RAPID_CREEP
+    if discrete:
         if ax.set_motion_phase == MotionPhase.HOMING:
             home(ax)
         run_two_speeds(ax, dt)
-        supervise_motion(ax, dt)
-        supervise_arrival(ax, dt)
-        put_out_bytes(ax)
-        show_state(ax)
-        show_speed(ax)
     else:
         lead(ax, dt)
+        if ax.coupling_state:
+            couple(ax, rows, dt)
         control(ax, dt)
+        if ax.coupling:
+            control_coupling(ax, rows)
+    supervise_motion(ax, dt)
+    supervise_arrival(ax, dt)
+    if ax.axis_type == AxisType.ENCODER:
+        watch_standstill(ax, dt)
+    if discrete:
+        put_out_bytes(ax)
+    elif ax.drive.type == DriveType.STEPPER:
+        run_stepper(ax, dt)
+        put_out_bytes(ax)
+    else:
+        put_out(ax, rows.pieces, dt)
+    show_state(ax)
+    if discrete:
+        show_speed(ax)
+    if encoder.latch_active or encoder.armed or ax.homing_latch:
+        arm(ax, encoder)
+
+
+def cycle(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    """One cycle of one axis."""
+    ax.set_cycle_counter += 1
+    if ax.resting and _asleep(ax, rows):
+        return
+    encoder = ax.encoder
+    encoder.io.news = 0
+    if ax.unusual:
+        _cycle_with_all(ax, rows, dt)
+    else:
+        measure(ax, encoder, dt)
+        read_drive(ax, dt)
+        supervise_enable(ax, dt)
+        if ax.set_motion_phase == MotionPhase.COUPLED:
+            coupled.step(ax, dt)
+        else:
+            generate(ax, dt)
+        if ax.coupling_state:
+            couple(ax, rows, dt)
+        control(ax, dt)
+        if ax.coupling:
+            control_coupling(ax, rows)
         supervise_motion(ax, dt)
         supervise_arrival(ax, dt)
-        if ax.drive.type == DriveType.STEPPER:
-            run_stepper(ax, dt)
-            put_out_bytes(ax)
-        else:
-            put_out(ax, pieces, dt)
+        put_out(ax, rows.pieces, dt)
         show_state(ax)
-    arm(ax, ax.encoder)
-    settle(ax)
+    phase = ax.set_motion_phase
+    if (phase and phase != MotionPhase.COUPLED) or (ax.coupling and led(ax, rows)):
+        ax.quiet_cycles = 0
+    else:
+        settle(ax)
 
 
 def follow(encoder: EncoderFields, dt: float) -> None:
     """One cycle of an encoder that its axis does not work with; it looks at the same motor."""
     ax = encoder.axis
     if encoder.adapt:
-        adapt_encoder(ax, encoder)
+        adapt_encoder(ax, encoder, dt)
     elif ax.resting and encoder.io.news == 0:
         return
     encoder.io.news = 0
@@ -135,32 +169,31 @@ def follow(encoder: EncoderFields, dt: float) -> None:
     arm(ax, encoder)
 
 
-def cycle_all(
-    axes: Sequence[AxisFields],
-    encoders: Sequence[EncoderFields],
-    pieces: Sequence[Piece],
-    dt: float,
-) -> None:
-    """One cycle of all axes, in the order of the records, then of the encoders besides."""
-    for i in range(len(axes)):
-        cycle(axes[i], pieces, dt)
-    for i in range(len(encoders)):
-        encoder = encoders[i]
+def _follow_others(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    """One cycle of the encoders that the axis has besides."""
+    for i in range(ax.first_encoder, ax.first_encoder + ax.encoder_count):
+        encoder = rows.encoders[i]
         if encoder.leads == 0:
             follow(encoder, dt)
 
 
-def cycles(
-    axes: Sequence[AxisFields],
-    encoders: Sequence[EncoderFields],
-    sensors: Sequence[Sensor],
-    amplifiers: Sequence[Amplifier],
-    pieces: Sequence[Piece],
-    dt: float,
-    count: int,
-) -> None:
-    """`count` cycles of all axes on simulated machines: inputs, NC, outputs."""
+def cycles(rows: NcRows, hardware: HardwareRows, dt: float, count: int) -> None:
+    """`count` cycles of all axes on simulated machines, masters first.
+
+    Each axis has its inputs, its cycle and its outputs at once, while its records are at hand; it
+    knows nothing of the machines of others, so this is as if all inputs came before all axes.
+    """
     for _ in range(count):
-        give_inputs(sensors, amplifiers)
-        cycle_all(axes, encoders, pieces, dt)
-        carry_out(sensors, amplifiers, pieces, dt)
+        for n in range(len(rows.order)):
+            i = rows.order[n]
+            ax = rows.axes[i]
+            machine = hardware.machines[i]
+            if machine.resting or machine.several:
+                give_inputs(machine, hardware)
+            else:
+                sense(machine.sensor)
+                report(machine.amplifier)
+            cycle(ax, rows, dt)
+            if ax.encoder_count > 1:
+                _follow_others(ax, rows, dt)
+            carry_out(machine, hardware, rows.pieces, dt)

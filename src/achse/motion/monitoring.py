@@ -3,8 +3,6 @@
 Kernel source: compiled as it stands, see `compiled`.
 """
 
-from math import floor
-
 from achse.codes import NcError
 from achse.motion.generators.table import (
     CONTINUOUS,
@@ -22,7 +20,10 @@ from achse.motion.port import (
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import arrived, drop_job, fail, stop_fast
 from achse.motion.states import (
+    CAM_COUPLINGS,
+    AxisType,
     ControlBit,
+    DriveType,
     EncoderType,
     HomingState,
     MotionPhase,
@@ -31,7 +32,6 @@ from achse.motion.states import (
     SignalType,
     StateBit,
 )
-from achse.motion.targets import modulo_part
 
 __all__ = [
     "operation_mode",
@@ -41,6 +41,7 @@ __all__ = [
     "supervise_arrival",
     "supervise_enable",
     "supervise_motion",
+    "watch_standstill",
 ]
 
 
@@ -49,6 +50,17 @@ _UNITS_MODULO = 4
 _IO_CYCLES = 8.5
 """Cycles without valid I/O data, and a half, that a closed loop bears."""
 
+
+_FEED = ControlBit.FEED_ENABLE_PLUS.value | ControlBit.FEED_ENABLE_MINUS.value
+
+_CLOSED = StateBit.PTP_MODE.value | StateBit.CONTROL_LOOP_CLOSED.value | StateBit.OPERATIONAL.value
+_NOT_OPERATIONAL = ~StateBit.OPERATIONAL.value
+"""What StateDWord shows without and with an error, before anything else."""
+
+_MOVING = ~StateBit.NOT_MOVING.value
+
+_FOLLOWING = StateBit.PROTECTED.value - StateBit.PTP_MODE.value
+"""What it shows more and less for a slave."""
 
 _QUIET = 32
 """Cycles without a change, beyond those on their way to the drive, until the axis rests."""
@@ -59,6 +71,7 @@ def report(ax: AxisFields, code: int, cut: int) -> None:
     if ax.error_reaction_mode == 1 and ax.error_reaction_delay > 0.0 and ax.error_code == 0:
         if ax.delayed_error_code == 0:
             ax.delayed_error_code = code
+            ax.unusual = 1
             ax.delayed_error_cut = cut
             ax.delayed_error_time = 0.0
         return
@@ -94,35 +107,38 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
 
     Without its enable a moving axis brakes under control and only then opens the loop.
     """
-    encoder = ax.encoder
-    if ax.fast_axis_stop_signal_type != 0 or ax.io_invalid or ax.drive.io_time > 0.0:
+    if ax.unusual:
         _watch_signals(ax, dt)
-    if ax.external_error != 0:
-        fail(ax, ax.external_error, 0)
-        ax.external_error = 0
+        if ax.external_error != 0:
+            fail(ax, ax.external_error, 0)
+            ax.external_error = 0
     enables = ax.control_dword
     phase = ax.set_motion_phase
     status = ax.drive_status
     ready = status & STATUS_READY != 0
-    if ax.limit_switch != 0 and enables & ControlBit.ACCEPT_BLOCKED_DRIVE:
+    if ax.limit_switch and enables & ControlBit.ACCEPT_BLOCKED_DRIVE:
         ready = status & STATUS_ERROR == 0
     closed = ax.loop_closed
     if (
         enables & ControlBit.ENABLE
         and ready
-        and ax.axis_disabled == 0
-        and ax.drive_output_disabled == 0
+        and not ax.axis_disabled
+        and not ax.drive_output_disabled
     ):
-        if ax.error_code == 0:
+        if not ax.error_code:
             closed = 1
-            if phase != MotionPhase.NONE:
+            if phase and enables & _FEED != _FEED:
                 direction = heading(ax)
                 if direction > 0.0 and enables & ControlBit.FEED_ENABLE_PLUS == 0:
                     fail(ax, NcError.FEED_ENABLE_PLUS_WITHDRAWN, 0)
                 elif direction < 0.0 and enables & ControlBit.FEED_ENABLE_MINUS == 0:
                     fail(ax, NcError.FEED_ENABLE_MINUS_WITHDRAWN, 0)
     else:
-        if phase != MotionPhase.NONE and ax.error_code == 0:
+        if (
+            phase != MotionPhase.NONE
+            and ax.error_code == 0
+            and (phase != MotionPhase.COUPLED or ax.set_velocity != 0.0)
+        ):
             if ready:
                 fail(ax, NcError.CONTROLLER_ENABLE_MISSING, 0)
             else:
@@ -133,6 +149,7 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
         closed = 0
     if closed and ax.loop_closed:
         return
+    encoder = ax.encoder
     ax.set_position = encoder.actual_position
     if closed == 0:
         drop_job(ax)
@@ -214,13 +231,13 @@ def _supervise_limits(ax: AxisFields, dt: float) -> None:
 
 def supervise_motion(ax: AxisFields, dt: float) -> None:
     """What can go wrong in a closed loop: following error, soft limits, no movement."""
-    encoder = ax.encoder
-    if ax.delayed_error_code != 0:
+    if ax.delayed_error_code:
         ax.delayed_error_time += dt
         if ax.delayed_error_time >= ax.error_reaction_delay:
             fail(ax, ax.delayed_error_code, ax.delayed_error_cut)
-    if ax.loop_closed == 0:
+    if not ax.loop_closed:
         return
+    encoder = ax.encoder
     _supervise_following_error(ax, dt)
     if ax.limited and ax.set_motion_phase != MotionPhase.NONE:
         _supervise_limits(ax, dt)
@@ -237,19 +254,43 @@ def supervise_motion(ax: AxisFields, dt: float) -> None:
                 report(ax, NcError.NO_MOVEMENT_SEEN, 1)
 
 
-def supervise_arrival(ax: AxisFields, dt: float) -> None:
-    """Position and target window, positioning time, PEH time."""
+def _travelling(ax: AxisFields) -> bool:
+    """Whether no target is waited for: the axis only passes through a window."""
     phase = ax.set_motion_phase
-    way = abs(ax.target_position - ax.encoder.actual_position)
-    travelling = (
+    return (
         TRAVELLING[phase] == 1
-        or (phase == MotionPhase.HOMING and ax.set_velocity != 0.0)
+        or (phase in (MotionPhase.HOMING, MotionPhase.COUPLED) and ax.set_velocity != 0.0)
         or ax.loop_outward == 1
     )
+
+
+def watch_standstill(ax: AxisFields, dt: float) -> None:
+    """Whether an encoder axis moves, for followers and clients; rest counts after its time."""
+    if abs(ax.encoder.actual_velocity) > ax.no_motion_window:
+        ax.encoder_moves = 1
+        ax.no_motion_timer = 0.0
+    elif ax.encoder_moves:
+        ax.no_motion_timer += dt
+        if ax.no_motion_timer > ax.no_motion_time:
+            ax.encoder_moves = 0
+
+
+def supervise_arrival(ax: AxisFields, dt: float) -> None:
+    """Position and target window, positioning time, PEH time."""
+    job = ax.job
+    way = abs(ax.target_position - ax.encoder.actual_position)
     ax.in_position_range = 0
-    if ax.position_range_monitoring_enable and way <= ax.position_range_window and not travelling:
+    if (
+        ax.position_range_monitoring_enable
+        and way <= ax.position_range_window
+        and not _travelling(ax)
+    ):
         ax.in_position_range = 1
-    if ax.target_position_monitoring_enable and way <= ax.target_position_window and not travelling:
+    if (
+        ax.target_position_monitoring_enable
+        and way <= ax.target_position_window
+        and not _travelling(ax)
+    ):
         if ax.in_target_position == 0:
             if ax.target_window_time >= ax.target_position_monitoring_time:
                 ax.in_target_position = 1
@@ -257,16 +298,16 @@ def supervise_arrival(ax: AxisFields, dt: float) -> None:
     else:
         ax.in_target_position = 0
         ax.target_window_time = 0.0
-    if ax.job_timing:
-        ax.job_time += dt
-        if phase == MotionPhase.NONE:
+    if job.timing:
+        job.time += dt
+        if ax.set_motion_phase == MotionPhase.NONE:
             if arrived(ax):
-                ax.last_positioning_time = ax.job_time
-                ax.job_timing = 0
+                ax.last_positioning_time = job.time
+                job.timing = 0
             elif ax.peh_monitoring_enable and ax.target_position_monitoring_enable:
                 ax.peh_time += dt
                 if ax.peh_time > ax.peh_monitoring_time:
-                    ax.job_timing = 0
+                    job.timing = 0
                     report(ax, NcError.PEH_TIME_OVER, 0)
         else:
             ax.peh_time = 0.0
@@ -315,63 +356,10 @@ def operation_mode(ax: AxisFields) -> int:
     return mode
 
 
-def show_state(ax: AxisFields) -> None:
-    """Status double word, motion state, override in force, modulo set position."""
+def _rare_state(ax: AxisFields) -> int:
+    """Bits of the status double word that most axes do not have most of the time."""
     encoder = ax.encoder
-    ax.set_velocity_override = ax.velocity_override / 1e6
-    phase = ax.set_motion_phase
-    v = ax.set_velocity
-    state: int = StateBit.PTP_MODE
-    motion = MotionState.INACTIVE
-    direction = 0.0
-    if ax.error_code != 0:
-        state |= StateBit.ERROR
-    elif ax.loop_closed:
-        state |= StateBit.OPERATIONAL
-    if ax.loop_closed:
-        state |= StateBit.CONTROL_LOOP_CLOSED
-    if phase == MotionPhase.NONE:
-        state |= StateBit.NOT_MOVING
-    else:
-        motion = MotionState.RUNNING
-        a = ax.set_acceleration
-        facing = along_the_set_point(ax)
-        if facing > 0.0:
-            state |= StateBit.POSITIVE_DIRECTION
-            direction = 1.0
-        elif facing < 0.0:
-            state |= StateBit.NEGATIVE_DIRECTION
-            direction = -1.0
-            a = -a
-        if phase != MotionPhase.STOPPING:
-            if ax.planned_override == 0 and v == 0.0:
-                motion = MotionState.OVERRIDE_ZERO
-            if CONTINUOUS[phase]:
-                state |= StateBit.CONTINUOUS_MOTION
-        if v != 0.0:
-            if ax.set_jerk == 0.0 and abs(a) <= 1e-9 * ax.job_acceleration:
-                motion = MotionState.CONSTANT_VELOCITY
-                state |= StateBit.CONSTANT_VELOCITY
-            elif a > 0.0:
-                motion = MotionState.ACCELERATING
-            else:
-                motion = MotionState.DECELERATING
-        if ax.external_setpoint_active:
-            motion = (
-                MotionState.EXTERNAL
-                if phase == MotionPhase.EXTERNAL
-                else MotionState.INTERNAL_AND_EXTERNAL
-            )
-    if ax.error_code == 0 and (phase != MotionPhase.NONE or ax.buffer_count > 0):
-        state |= StateBit.HAS_JOB
-    if ax.buffer_count > 0:
-        state |= StateBit.COMMAND_BUFFERED
-    if encoder.homed:
-        state |= StateBit.HOMED
-    if ax.in_position_range:
-        state |= StateBit.IN_POSITION_AREA
-    if ax.in_target_position:
-        state |= StateBit.IN_TARGET_POSITION
+    state = 0
     if ax.delayed_error_code != 0:
         state |= StateBit.ERROR_PROPAGATION_DELAYED
     if ax.has_been_stopped:
@@ -394,34 +382,143 @@ def show_state(ax: AxisFields) -> None:
         state |= StateBit.EXTERNAL_LATCH_VALID
     if ax.io_invalid:
         state |= StateBit.IO_DATA_INVALID
-    if ax.drive_status & STATUS_ERROR:
-        state |= StateBit.DRIVE_DEVICE_ERROR
     if ax.drive.limit_active:
         state |= StateBit.DRIVE_LIMIT_ACTIVE
     if ax.motion_locked:
         state |= StateBit.MOTION_COMMANDS_LOCKED
+    return state
+
+
+def _more_than_a_move(ax: AxisFields) -> int:
+    """Whether a servo axis does more than move or follow others; without it cycles do not look.
+
+    Who writes to an axis sets its field `unusual`, and so does what a cycle begins by itself.
+    """
+    encoder = ax.encoder
+    drive = ax.drive
+    phase = ax.set_motion_phase
+    if (
+        ax.adapt
+        or (phase > MotionPhase.STOPPING and phase != MotionPhase.COUPLED)
+        or ax.axis_type == AxisType.DISCRETE_RAPID_CREEP
+        or ax.axis_type == AxisType.ENCODER
+        or drive.type == DriveType.STEPPER
+        or ax.drive_operation_mode != drive.adapted_mode
+        or ax.drive_operation_mode
+        or ax.external_setpoint_active
+        or ax.external_error
+        or ax.compensating
+        or ax.reversing_number
+        or ax.phasing_active
+        or ax.homing_state
+        or ax.homing_latch
+        or encoder.latch_active
+        or encoder.latch_valid
+        or encoder.armed
+        or encoder.soft_limit_min_enable
+        or encoder.soft_limit_max_enable
+        or ax.fast_axis_stop_signal_type
+        or ax.io_invalid
+        or drive.io_time > 0.0
+        or drive.limit_active
+        or ax.has_been_stopped
+        or ax.got_new_target
+        or ax.delayed_error_code
+        or ax.motion_locked
+    ):
+        return 1
+    return 0
+
+
+def show_state(ax: AxisFields) -> None:
+    """Status double word and motion state."""
+    encoder = ax.encoder
+    phase = ax.set_motion_phase
+    v = ax.set_velocity
+    if phase == MotionPhase.COUPLED and v == 0.0:
+        phase = MotionPhase.NONE  # shows as an axis at rest
+    motion: int = MotionState.INACTIVE
+    state: int = _CLOSED if ax.loop_closed else StateBit.PTP_MODE
+    waiting = ax.buffer_count
+    if ax.error_code:
+        state = state & _NOT_OPERATIONAL | StateBit.ERROR
+    elif phase or waiting:
+        state |= StateBit.HAS_JOB
+    if waiting:
+        state |= StateBit.COMMAND_BUFFERED
+    if not phase:
+        state |= StateBit.NOT_MOVING
+    else:
+        motion = MotionState.RUNNING
+        a = ax.set_acceleration
+        facing = v if v != 0.0 else along_the_set_point(ax)
+        if facing == 0.0 and not ax.planned_override and phase != MotionPhase.STOPPING:
+            # At override 0 an axis moves logically (004 §4.1.1).
+            facing = ax.job.direction
+            if phase == MotionPhase.POSITIONING:
+                facing = ax.border_position - ax.set_position
+        if facing > 0.0:
+            state |= StateBit.POSITIVE_DIRECTION
+        elif facing < 0.0:
+            state |= StateBit.NEGATIVE_DIRECTION
+            a = -a
+        if CONTINUOUS[phase]:
+            state |= StateBit.CONTINUOUS_MOTION
+        if v != 0.0:
+            if ax.set_jerk == 0.0 and abs(a) <= 1e-9 * ax.job.acceleration:
+                motion = MotionState.CONSTANT_VELOCITY
+                state |= StateBit.CONSTANT_VELOCITY
+            elif a > 0.0:
+                motion = MotionState.ACCELERATING
+            else:
+                motion = MotionState.DECELERATING
+        elif not ax.planned_override and phase != MotionPhase.STOPPING:
+            motion = MotionState.OVERRIDE_ZERO
+    if encoder.homed:
+        state |= StateBit.HOMED
+    if ax.in_position_range:
+        state |= StateBit.IN_POSITION_AREA
+    if ax.in_target_position:
+        state |= StateBit.IN_TARGET_POSITION
+    if ax.drive_status & STATUS_ERROR:
+        state |= StateBit.DRIVE_DEVICE_ERROR
+    if ax.coupling:
+        state += _FOLLOWING
+        if ax.coupling in CAM_COUPLINGS:
+            state |= ax.cam_status
+        if ax.sync_state:
+            motion = ax.sync_state
+    if ax.grouped:
+        state -= StateBit.PTP_MODE
+    if ax.unusual:
+        if ax.external_setpoint_active and phase:
+            motion = (
+                MotionState.EXTERNAL
+                if phase == MotionPhase.EXTERNAL
+                else MotionState.INTERNAL_AND_EXTERNAL
+            )
+        if ax.encoder_moves:
+            state &= _MOVING
+        state |= _rare_state(ax)
+        ax.unusual = _more_than_a_move(ax)
     ax.state_dword = state
     ax.operation_mode_feedback = ax.operation_mode
     ax.motion_state = motion
-    ax.set_direction = direction
-    period = encoder.modulo_factor
-    ax.set_position_modulo = modulo_part(ax.set_position, period)
-    ax.set_modulo_turns = floor((ax.set_position - ax.set_position_modulo) / period + 0.5)
 
 
 def settle(ax: AxisFields) -> None:
-    """Let the axis rest when a whole row of cycles changed nothing."""
+    """Let an axis without a job rest when a whole row of cycles changed nothing."""
     encoder = ax.encoder
     drive = ax.drive
     if (
-        ax.set_motion_phase == MotionPhase.NONE
-        and drive.output == 0.0
+        drive.output == 0.0
         and encoder.actual_acceleration == 0.0
         and encoder.actual_velocity == 0.0
         and encoder.actual_position == encoder.actual_position_unfiltered
         and ax.buffer_count == 0
         and ax.phasing_active == 0
-        and ax.job_timing == 0
+        and ax.encoder_moves == 0
+        and ax.job.timing == 0
         and ax.delayed_error_code == 0
         and ax.following_error_time == 0.0
         and ax.following_error_velocity_time == 0.0

@@ -10,11 +10,16 @@ from typing import Any
 
 from achse.motion import curves
 from achse.motion.axis import Axis
+from achse.motion.channels.parameters import ChannelParameters
+from achse.motion.channels.table import Channels
 from achse.motion.compiled import KERNEL
 from achse.motion.drive import adapt_drive
+from achse.motion.groups.parameters import GroupParameters
+from achse.motion.groups.table import Groups
 from achse.motion.kernel import begin, begin_encoder
 from achse.motion.machine.hardware import Hardware, begin_machine, fit
 from achse.motion.machine.record import PARAMETERS as MACHINE_PARAMETERS
+from achse.motion.order import CycleOrder
 from achse.motion.parts import AxisController, AxisDrive, AxisEncoder, AxisPart
 from achse.motion.record import (
     CONTROLLER,
@@ -31,6 +36,7 @@ from achse.motion.record import (
     encoder_record,
 )
 from achse.motion.remains import Remains
+from achse.motion.rows import NcRows
 from achse.motion.states import choices_of
 from achse.motion.tables import TableParameters, Tables
 from achse.motion.views import Store, View
@@ -229,14 +235,24 @@ def _settle_scaling(encoder: AxisEncoder, values: Mapping[str, float]) -> None:
         encoder.scaling_numerator = encoder.scaling_factor
 
 
+def _nothing() -> None:
+    """What is around a cycle without a bus."""
+
+
+def _none(_: int) -> int:
+    """No cycles are done together."""
+    return 0
+
+
 class Nc:
     """Axes by id and their SAF cycle of `cycle_ns` nanoseconds.
 
     `compiled` chooses the machine-code kernel (True, needs llvmlite), the plain one (False) or, by
     default, machine code if it is compiled already or pays with so many axes. Both give
-    bit-identical states. `tables` are characteristics that drives may use.
+    bit-identical states. `tables` are characteristics that drives may use. `groups` lead several
+    axes, `channels` own them.
 
-    Raises AxisParametersError, TableError.
+    Raises AxisParametersError, TableError, GroupParametersError.
     """
 
     def __init__(
@@ -245,6 +261,8 @@ class Nc:
         axes: Iterable[AxisParameters],
         *,
         tables: Iterable[TableParameters] = (),
+        groups: Iterable[GroupParameters] = (),
+        channels: Iterable[ChannelParameters] = (),
         compiled: bool | None = None,
     ) -> None:
         if cycle_ns <= 0:
@@ -261,6 +279,11 @@ class Nc:
             compiled = KERNEL.available and (load > cycle_ns or KERNEL.cached)
         self.compiled = compiled
         self._cycles: Callable[[int], None]
+        self._many: Callable[[int], int] = _none
+        self.kernel_arguments: tuple[Any, ...] = ()
+        """What machine code takes for all rows and the cycle time; another tuple with new curves.
+        Empty for a plain kernel."""
+        self._around: tuple[Callable[[], None], Callable[[], None]] | None = None
         self.tables = Tables(lambda: self._axes.values())
         self.tables.laid_out = self._take_curves
         ids = [parameters.ids() for parameters in configured]
@@ -276,6 +299,7 @@ class Nc:
         self._controllers = store(AxisController, CONTROLLER, controller_record, controllers)
         self._drives = store(AxisDrive, DRIVE, drive_record, drives)
         self._hardware = Hardware(len(configured), encoders, drives, compiled=compiled)
+        self._order = CycleOrder(len(configured))
         self._axes: dict[int, Axis] = {}
         self._owners: dict[str, dict[int, tuple[Axis, int]]] = {
             "encoder": {}, "controller": {}, "drive": {},
@@ -290,26 +314,32 @@ class Nc:
             self.tables.add_configured(table)
         self.tables.lay_out()
         self.tables.build_valves()
+        self.groups = Groups(groups, self._axes, self._dt)
+        self.channels = Channels(channels, self.groups, self._axes)
 
     def _take_curves(self) -> None:
         """Let the kernel read the curves as they are now."""
         pieces = self.tables.pieces
-        arguments = (
-            *self._records.arguments,
-            *self._encoders.arguments,
-            *self._hardware.arguments,
-        )
+        records, encoders = self._records.arguments, self._encoders.arguments
+        hardware = self._hardware
         if not self.compiled:
-            self._cycles = partial(KERNEL.plain, *arguments, pieces, self._dt)
+            rows = NcRows(
+                *(records[0], encoders[0], self._order.rows),
+                *(pieces, self.tables.cams.numbers),
+            )
+            self._cycles = partial(KERNEL.plain, rows, hardware.rows, self._dt)
             return
         self._curves = Rows(curves.LAYOUT, len(pieces))
         for index, piece in enumerate(pieces):
             self._curves.row(index)[:] = pack(curves.LAYOUT, piece)
-        self._cycles = KERNEL.bind(
-            *arguments,
+        self.kernel_arguments = (
+            *(*records, *encoders, *self._order.arguments),
             *(self._curves.address, self._curves.count),
+            *self.tables.cams.arguments,
+            *hardware.arguments,
             self._dt,
         )
+        self._cycles = KERNEL.bind(*self.kernel_arguments)
 
     def _add(
         self,
@@ -332,6 +362,10 @@ class Nc:
         )
         axis.cycle_ns = self.cycle_ns
         axis.tables = self.tables
+        axis.fellows = self._axes
+        axis.index, axis.order = len(self._axes), self._order
+        axis.first_encoder = len(self._owners["encoder"])
+        axis.encoder_count = len(ids["encoder"])
         parameters.apply(axis)
         parameters.equip(axis, self._hardware)
         begin_machine(axis.machine)
@@ -382,8 +416,37 @@ class Nc:
 
     def cycle(self, count: int = 1) -> None:
         """One SAF cycle of all axes, or several."""
-        self.cycle_count += count
-        self._cycles(count)
+        leading = len(self.groups) and (self.groups.busy or self.channels.running)
+        if self._around is None and not leading:
+            self.cycle_count += count
+            self._cycles(count)
+            return
+        before, after = self._around or (_nothing, _nothing)
+        while count > 0:
+            done = 0 if leading else self._many(count)
+            self.cycle_count += done or 1
+            if done == 0:
+                before()
+                self.channels.step()
+                self.groups.step()
+                self._cycles(1)
+                after()
+                done = 1
+            count -= done
+
+    def connect(
+        self,
+        before: Callable[[], None],
+        after: Callable[[], None],
+        many: Callable[[int], int] | None = None,
+    ) -> None:
+        """Call these around each cycle: they bring the inputs of a bus, and send its outputs.
+
+        `many(count)` may do up to so many cycles with all that belongs to them by itself; it says
+        how many it did.
+        """
+        self._around = before, after
+        self._many = many or _none
 
     def remains(self) -> dict[int, Remains]:
         """What of each axis outlives a restart, by its id."""
@@ -411,4 +474,7 @@ class Nc:
             state.update(record.pack())
         for table in self.tables:
             state.update(table.values)
+            state.update(table.motion)
+        for each in (*self.groups, *self.channels):
+            state.update(each.digest())
         return state.digest()

@@ -18,17 +18,22 @@ from achse.motion.record import (
     ControllerFields,
     EncoderFields,
 )
+from achse.motion.shown import ShownField
 from achse.motion.views import View, views_of
 from achse.native.memory import MemoryCell
 
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
 
-    class _Encoder(EncoderFields): ...
+    class _Encoder(EncoderFields):
+        actual_position_modulo: float
+        actual_modulo_turns: int
 
-    class _Controller(ControllerFields): ...
+    class _Controller(ControllerFields):
+        output_percent: float
 
-    class _Drive(AxisDriveFields): ...
+    class _Drive(AxisDriveFields):
+        output_percent: float
 
 else:
 
@@ -68,7 +73,8 @@ class AxisPart(View):
 
     def place_of(self, name: str, size: int) -> MemoryCell | None:
         """The same of a value by the name it has at the axis."""
-        return self.place(PART_OF[name][1], size)
+        field = PART_OF[name][1]
+        return None if isinstance(field, ShownField) else self.place(field, size)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name!r} of axis {self.axis_id}>"
@@ -129,8 +135,12 @@ def _by_its_name_at_the_axis(short: str) -> property:
 
 
 for _name, (_kind, _row) in PART_OF.items():
-    if _kind and _name != _row.name:
-        _class = {"encoder": AxisEncoder, "controller": AxisController, "drive": AxisDrive}[_kind]
+    if not _kind:
+        continue
+    _class = {"encoder": AxisEncoder, "controller": AxisController, "drive": AxisDrive}[_kind]
+    if isinstance(_row, ShownField):
+        setattr(_class, _row.name, property(_row.read))
+    if _name != _row.name:
         setattr(_class, _name, _by_its_name_at_the_axis(_row.name))
 
 

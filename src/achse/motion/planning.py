@@ -67,7 +67,7 @@ def _peak_velocity(ax: AxisFields, v: float, a: float, count: int) -> float:
         a += t * j
         if abs(v) > peak:
             peak = abs(v)
-    return peak if 0.0 < peak < ax.job_velocity else ax.job_velocity
+    return peak if 0.0 < peak < ax.job.velocity else ax.job.velocity
 
 
 def _plan_to_target(ax: AxisFields, limit: float, end_velocity: float) -> int:
@@ -81,7 +81,7 @@ def _plan_to_target(ax: AxisFields, limit: float, end_velocity: float) -> int:
         ax.border_position,
         end_velocity,
         limit,
-        ax.job_acceleration,
+        ax.job.acceleration,
         ax.table_deceleration,
         ax.table_jerk,
     )
@@ -105,7 +105,7 @@ def _plan_to_border(ax: AxisFields, limit: float, end_velocity: float) -> int:
         way -= sign * stopping_distance(v, a, ax.table_deceleration, ax.table_jerk)
         v = 0.0
         a = 0.0
-    reachable = _NEARLY * reachable_velocity(sign * way, v, a, ax.job_acceleration, ax.table_jerk)
+    reachable = _NEARLY * reachable_velocity(sign * way, v, a, ax.job.acceleration, ax.table_jerk)
     if 0.0 < reachable < end_velocity:
         return _plan_to_target(ax, limit, reachable)
     return count
@@ -122,7 +122,7 @@ def _way_back(ax: AxisFields, limit: float) -> float:
         ax.target_position,
         0.0,
         limit,
-        ax.job_acceleration,
+        ax.job.acceleration,
         ax.table_deceleration,
         ax.table_jerk,
     )
@@ -139,7 +139,7 @@ def _plan_to_speed(ax: AxisFields, velocity: float) -> int:
         ax.plan_velocity,
         ax.plan_acceleration,
         velocity,
-        ax.job_acceleration,
+        ax.job.acceleration,
         ax.table_deceleration,
         ax.table_jerk,
     )
@@ -150,7 +150,7 @@ def _time_to_border(ax: AxisFields, count: int) -> float:
     p = ax.set_position
     v = ax.set_velocity
     a = ax.set_acceleration
-    direction = ax.job_direction
+    direction = ax.job.direction
     begin = 0.0
     for i in range(count):
         step = ax.segment_time[i]
@@ -177,16 +177,16 @@ def _time_to_border(ax: AxisFields, count: int) -> float:
 
 def _is_past_border(ax: AxisFields) -> int:
     """Whether the axis is past the border to the next command before this one could be planned."""
-    if ax.border_velocity == 0.0 or ax.set_velocity * ax.job_direction <= 0.0:
+    if ax.border_velocity == 0.0 or ax.set_velocity * ax.job.direction <= 0.0:
         return 0
-    return 1 if (ax.set_position - ax.border_position) * ax.job_direction > 0.0 else 0
+    return 1 if (ax.set_position - ax.border_position) * ax.job.direction > 0.0 else 0
 
 
 def _find_limit(ax: AxisFields) -> int:
     """Put the border at the soft limit that the job leads to; 1 if it does, -1 if it is passed."""
-    forth = ax.job_direction > 0.0
+    forth = ax.job.direction > 0.0
     limit = highest_rest(ax) if forth else lowest_rest(ax)
-    if abs(limit) == inf or ax.job_direction == 0.0:
+    if abs(limit) == inf or ax.job.direction == 0.0:
         return 0
     if ax.set_motion_phase == MotionPhase.POSITIONING:
         border = ax.border_position
@@ -197,7 +197,7 @@ def _find_limit(ax: AxisFields) -> int:
     ax.border_position = limit
     ax.border_velocity = 0.0
     ax.loop_outward = 0
-    return 1 if (limit - ax.set_position) * ax.job_direction > 0.0 else -1
+    return 1 if (limit - ax.set_position) * ax.job.direction > 0.0 else -1
 
 
 def _put_release_before(ax: AxisFields, count: int, time: float) -> int:
@@ -222,7 +222,7 @@ def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
     ax.remaining_time = 0.0
     count = END_VELOCITY_UNREACHABLE
     back = 0.0
-    velocity = ax.job_direction * limit
+    velocity = ax.job.direction * limit
     if phase == MotionPhase.STOPPING or bounded < 0:
         limit = 0.0
         velocity = 0.0
@@ -244,7 +244,7 @@ def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
                 limit = abs(ax.plan_velocity)
             if limit < _SLOWEST:
                 limit = _SLOWEST
-            velocity = ax.job_direction * limit
+            velocity = ax.job.direction * limit
         count = _plan_to_speed(ax, velocity)
     if count < 0:
         return count
@@ -280,8 +280,8 @@ def _fill_within_limits(ax: AxisFields, limit: float, share: float, bounded: int
     p = ax.set_position
     v = ax.set_velocity
     a = ax.set_acceleration
-    ax.table_deceleration = ax.job_deceleration
-    ax.table_jerk = ax.job_jerk
+    ax.table_deceleration = ax.job.deceleration
+    ax.table_jerk = ax.job.jerk
     if bounded >= 0:
         count = _fill(ax, limit, share, bounded)
         rests = v == 0.0 and a == 0.0
@@ -297,10 +297,10 @@ def _fill_within_limits(ax: AxisFields, limit: float, share: float, bounded: int
         count = _fill(ax, limit, share, -1)
         ax.limit_reached = passes(ax, 0, count, p, v, a)
     if bounded < 0:
-        ax.limit_reached = 1 if ax.job_direction > 0.0 else -1
+        ax.limit_reached = 1 if ax.job.direction > 0.0 else -1
     elif ax.set_motion_phase == MotionPhase.STOPPING:  # and is never weakened again
-        ax.job_deceleration = strongest
-        ax.job_jerk = steepest
+        ax.job.deceleration = strongest
+        ax.job.jerk = steepest
     elif share > 0.0:
         ax.table_end = TO_PAUSE
     return count
@@ -330,7 +330,7 @@ def plan(ax: AxisFields) -> int:
     share = override / 1e6
     phase = ax.set_motion_phase
     ax.planned_fastest = fastest(ax)
-    commanded = ax.job_velocity
+    commanded = ax.job.velocity
     if commanded > ax.planned_fastest:
         commanded = ax.planned_fastest
     limit = commanded * share
@@ -338,22 +338,22 @@ def plan(ax: AxisFields) -> int:
     limited = ax.limited == 1 and ax.external_setpoint_active == 0
     if phase == MotionPhase.POSITIONING:
         overrun(ax)
-        ax.job_direction = 1.0 if ax.border_position >= ax.set_position else -1.0
+        ax.job.direction = 1.0 if ax.border_position >= ax.set_position else -1.0
     if limited:
         bounded = _find_limit(ax)
     if phase == MotionPhase.POSITIONING and ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
-        if ax.job_peak_velocity == 0.0:
+        if ax.job.peak_velocity == 0.0:
             strongest = ax.table_deceleration
             steepest = ax.table_jerk
-            ax.table_deceleration = ax.job_deceleration
-            ax.table_jerk = ax.job_jerk
-            release(ax, ax.job_jerk)
+            ax.table_deceleration = ax.job.deceleration
+            ax.table_jerk = ax.job.jerk
+            release(ax, ax.job.jerk)
             count = _plan_to_border(ax, commanded, ax.border_velocity)
-            ax.job_peak_velocity = _peak_velocity(ax, ax.plan_velocity, ax.plan_acceleration, count)
+            ax.job.peak_velocity = _peak_velocity(ax, ax.plan_velocity, ax.plan_acceleration, count)
             ax.table_deceleration = strongest
             ax.table_jerk = steepest
-        if ax.job_peak_velocity < commanded:
-            limit = ax.job_peak_velocity * share
+        if ax.job.peak_velocity < commanded:
+            limit = ax.job.peak_velocity * share
     if limit < _SLOWEST:
         limit = _SLOWEST
     if override == 0 and not _braking(ax):
@@ -361,13 +361,13 @@ def plan(ax: AxisFields) -> int:
     if limited:
         count = _fill_within_limits(ax, limit, share, bounded)
     else:
-        ax.table_deceleration = ax.job_deceleration
-        ax.table_jerk = ax.job_jerk
+        ax.table_deceleration = ax.job.deceleration
+        ax.table_jerk = ax.job.jerk
         count = _fill(ax, limit, share, 0)
     if count < 0:
         return count
-    if phase == MotionPhase.POSITIONING and ax.job_peak_velocity == 0.0:
-        ax.job_peak_velocity = _peak_velocity(ax, ax.set_velocity, ax.set_acceleration, count)
+    if phase == MotionPhase.POSITIONING and ax.job.peak_velocity == 0.0:
+        ax.job.peak_velocity = _peak_velocity(ax, ax.set_velocity, ax.set_acceleration, count)
     ax.abrupt = 0
     if ax.table_release == 0:
         ax.running_jerk = ax.table_jerk

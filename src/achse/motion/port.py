@@ -12,10 +12,15 @@ Kernel source: compiled as it stands, see `compiled`.
 """
 
 from achse.motion.fields.declare import Field, whole
+from achse.motion.fields.often import OFTEN
 from achse.native.declare import lay_out, plain_record
 
 __all__ = [
     "CAM_CLOSED",
+    "CONTROL_ENABLE",
+    "CONTROL_HOME",
+    "CONTROL_RESET",
+    "CONTROL_WISH",
     "DRIVE_IO",
     "ENCODER_IO",
     "LATCH_DRIVE_DEFINED",
@@ -26,6 +31,8 @@ __all__ = [
     "STATUS_ENABLED",
     "STATUS_ERROR",
     "STATUS_FAST_STOP",
+    "STATUS_HOMED",
+    "STATUS_HOMING_FAILED",
     "STATUS_INVALID",
     "STATUS_LIMITED",
     "STATUS_READY",
@@ -48,6 +55,18 @@ STATUS_ENABLED = 1 << 1
 STATUS_ERROR = 1 << 3
 STATUS_LIMITED = 1 << 6
 """State 1 of a drive: ready to be enabled, enabled, in error, held at a limit."""
+
+STATUS_HOMED = 1 << 4
+STATUS_HOMING_FAILED = 1 << 5
+"""State 1 of a drive that homes itself: it has found its reference, it cannot find it."""
+
+CONTROL_ENABLE = 1 << 0
+CONTROL_WISH = 1 << 1
+CONTROL_RESET = 1 << 2
+CONTROL_HOME = 1 << 3
+"""Control 1 of a drive. On a bus a drive takes its time to be enabled: it is asked to as soon as
+the axis has its enable (wish), and the loop is closed when it says that it is ready (enable).
+Reset clears its error; home lets it look for its reference by itself."""
 
 LIMIT_MIN = 1 << 0
 LIMIT_MAX = 1 << 1
@@ -99,6 +118,7 @@ class EncoderIo:
     ctrl8: int = whole(0, "bits", "control of touch probe 4", 0, 255)
     fresh: int = whole(0, "0/1", "the NC has written outputs")
     news: int = whole(0, "0/1", "an input has changed")
+    dc_time: int = whole(0, "ns", "from the moment of the count to its evaluation", -(2**31), 2**31)
 
 
 class DriveIo:
@@ -125,15 +145,16 @@ class DriveIo:
     data_out4: int = whole(0, "INC", "torque offset")
     data_out5: int = whole(0, "INC", "set torque")
     data_out6: int = whole(0, "INC", "following error")
-    ctrl1: int = whole(0, "bits", "bit 0 enable; control byte of a discrete drive", 0, 255)
+    ctrl1: int = whole(0, "bits", "enable, wish, reset, home; a discrete drive's byte", 0, 255)
     ctrl2: int = whole(0, "bits", "extended control byte of a discrete drive", 0, 255)
     ctrl3: int = whole(0, "bits", "operation mode", 0, 255)
     news: int = whole(0, "0/1", "an input has changed")
     fresh: int = whole(0, "0/1", "the NC has written outputs")
+    dc_time: int = whole(0, "ns", "from the output to its effect", -(2**31), 2**31)
 
 
-ENCODER_IO = lay_out("encoder I/O", [EncoderIo], Field)
-DRIVE_IO = lay_out("drive I/O", [DriveIo], Field)
+ENCODER_IO = lay_out("encoder I/O", [EncoderIo], Field, OFTEN["encoder I/O"])
+DRIVE_IO = lay_out("drive I/O", [DriveIo], Field, OFTEN["drive I/O"])
 
 encoder_io_record = plain_record(ENCODER_IO)
 drive_io_record = plain_record(DRIVE_IO)

@@ -1,7 +1,8 @@
 """The records of an axis: every value of one NC axis, declared once.
 
 An axis is a record of its own, and so is each of its encoders, controllers and drives. It refers to
-those that it works with; another control loop is another reference. What they are put together from
+those that it works with; another control loop is another reference. Within it are the job that it
+works on and those that wait. What they are put together from
 is in `achse.motion.fields`. From the declarations come a layout in memory (`LAYOUT`, `ENCODER`,
 `CONTROLLER`, `DRIVE`), a class with `__slots__` and the static type of both. All values are 64 bits
 wide, so that the kernel means the same on either form. Outside the kernel a value has one name
@@ -15,11 +16,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from achse.motion.fields.axis import AxisParameterFields, AxisState
+from achse.motion.fields.cams import CAM_LAYERS, CamChange, CamMotion, CamSlave
 from achse.motion.fields.controller import (
     ControllerMemory,
     ControllerParameters,
     ControllerState,
 )
+from achse.motion.fields.coupling import MASTERS, CouplingMemory
 from achse.motion.fields.cyclic import CyclicInput
 from achse.motion.fields.declare import Field, Inputs, InternalFields, Parameters, Role, States
 from achse.motion.fields.drive import (
@@ -44,7 +47,9 @@ from achse.motion.fields.encoder import (
 from achse.motion.fields.functions import FunctionInput
 from achse.motion.fields.generators import GeneratorMemory, GeneratorSwitch
 from achse.motion.fields.homing import HomingMemory
+from achse.motion.fields.job import JobProgress, JobRequest
 from achse.motion.fields.monitoring import MonitoringInternal
+from achse.motion.fields.often import OFTEN
 from achse.motion.fields.setpoint import (
     COMMAND_BUFFER,
     SEGMENTS,
@@ -56,11 +61,15 @@ from achse.motion.fields.superposition import (
     PhasingState,
     SuperpositionMemory,
 )
+from achse.motion.fields.synchronising import SynchronisingMemory
 from achse.motion.port import DRIVE_IO, ENCODER_IO, DriveIo, EncoderIo
-from achse.native.declare import lay_out, pack, plain_record, reference
+from achse.motion.shown import SHOWN
+from achse.native.declare import lay_out, pack, plain_record, reference, within
 
 __all__ = [
     "AT_THE_AXIS",
+    "CAM",
+    "CAM_LAYERS",
     "COMMAND_BUFFER",
     "CONTROLLER",
     "DRIVE",
@@ -68,7 +77,9 @@ __all__ = [
     "ENCODER",
     "FIELDS",
     "FILTER_ORDER",
+    "JOB",
     "LAYOUT",
+    "MASTERS",
     "PARTS",
     "PART_OF",
     "POSITION_HISTORY",
@@ -77,9 +88,11 @@ __all__ = [
     "TOUCH_PROBES",
     "AxisDriveFields",
     "AxisFields",
+    "CamFields",
     "ControllerFields",
     "EncoderFields",
     "Field",
+    "JobFields",
     "Role",
     "SlotsRecord",
     "controller_record",
@@ -117,17 +130,34 @@ class _DriveLinks(InternalFields):
     io: DriveIo = reference(DRIVE_IO, Field)
 
 
-ENCODER = lay_out("encoder", (_EncoderLinks, *EncoderFields.__bases__), Field)
-CONTROLLER = lay_out("controller", ControllerFields.__bases__, Field)
-DRIVE = lay_out("drive", (_DriveLinks, *AxisDriveFields.__bases__), Field)
+ENCODER = lay_out("encoder", (_EncoderLinks, *EncoderFields.__bases__), Field, OFTEN["encoder"])
+CONTROLLER = lay_out("controller", ControllerFields.__bases__, Field, OFTEN["controller"])
+DRIVE = lay_out("drive", (_DriveLinks, *AxisDriveFields.__bases__), Field, OFTEN["drive"])
+
+
+class JobFields(JobRequest, JobProgress):
+    """All fields of a job."""
+
+
+JOB = lay_out("job", JobFields.__bases__, Field, OFTEN["job"])
+
+
+class CamFields(CamMotion, CamChange):
+    """All fields of a cam that a slave follows."""
+
+
+CAM = lay_out("cam", CamFields.__bases__, Field)
 
 
 class _AxisLinks(InternalFields):
-    """What the axis works with."""
+    """What the axis works with, and on."""
 
     encoder: EncoderFields = reference(ENCODER, Field)
     controller: ControllerFields = reference(CONTROLLER, Field)
     drive: AxisDriveFields = reference(DRIVE, Field)
+    job: JobFields = within(JOB, Field)
+    waiting: list[JobFields] = within(JOB, Field, COMMAND_BUFFER)
+    cams: list[CamFields] = within(CAM, Field, CAM_LAYERS)
 
 
 class AxisFields(
@@ -147,6 +177,9 @@ class AxisFields(
     SuperpositionMemory,
     PhasingMemory,
     HomingMemory,
+    CouplingMemory,
+    CamSlave,
+    SynchronisingMemory,
 ):
     """All fields of the axis itself."""
 
@@ -159,7 +192,7 @@ _ROLES: dict[type, Role] = {
 }
 
 
-LAYOUT = lay_out("axis", AxisFields.__bases__, Field)
+LAYOUT = lay_out("axis", AxisFields.__bases__, Field, OFTEN["axis"])
 """The record of an axis in memory; `ENCODER`, `CONTROLLER` and `DRIVE` are those of its parts."""
 
 ENCODER.fields["axis"].refers = LAYOUT
@@ -171,6 +204,8 @@ for _layout, _whole in (
     (ENCODER, EncoderFields),
     (CONTROLLER, ControllerFields),
     (DRIVE, AxisDriveFields),
+    (JOB, JobFields),
+    (CAM, CamFields),
 ):
     for _section in _whole.__bases__:
         for _name in _section.__annotations__:
@@ -191,12 +226,15 @@ AT_THE_AXIS = frozenset(
 
 def _flat() -> Iterator[tuple[str, tuple[str, Field]]]:
     for name, row in LAYOUT.fields.items():
-        if row.refers is None:
+        if row.refers is None and row.holds is None:
             yield name, ("", row)
     for part, layout in PARTS.items():
         for name, row in layout.fields.items():
             if row.refers is None:
                 yield name if name in AT_THE_AXIS else f"{part}_{name}", (part, row)
+    for part, shown in SHOWN.items():
+        for name, each in shown.items():
+            yield f"{part}_{name}" if part and name not in AT_THE_AXIS else name, (part, each)
 
 
 PART_OF = dict(_flat())

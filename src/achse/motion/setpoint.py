@@ -1,6 +1,6 @@
 """Set-point generation: jobs become tables of constant-jerk segments, cycles walk along them.
 
-A job is one command at work (`job_*`), further ones wait in the ring `buffer_*`. Anyone who changes
+A job is one command at work (`job`), further ones wait in the ring `waiting`. Anyone who changes
 the job sets `replan`; the next cycle plans the table again. A job whose border is passed at speed
 hands over to the next command, or goes on at its segment end velocity.
 
@@ -8,7 +8,8 @@ Kernel source: compiled as it stands, see `compiled`.
 """
 
 from achse.codes import NcError
-from achse.motion.dynamics import drop_foreign, fastest, fault_deceleration, fault_jerk
+from achse.motion.dynamics import fastest, fault_deceleration, fault_jerk, shed_foreign
+from achse.motion.jobs import take_over
 from achse.motion.limits import table_passes
 from achse.motion.planning import (
     TO_CONSTANT_VELOCITY,
@@ -58,42 +59,29 @@ def end_homing(ax: AxisFields) -> None:
         ax.homing_latch = 0
 
 
-def begin_job(
-    ax: AxisFields,
-    number: int,
-    start_type: int,
-    position: float,
-    velocity: float,
-    acceleration: float,
-    deceleration: float,
-    jerk: float,
-    end_velocity: float,
-) -> None:
-    """Make this command the active one; what the axis does now goes over into it."""
+def begin_job(ax: AxisFields) -> None:
+    """Begin what the job asks for; what the axis does now goes over into it."""
+    job = ax.job
+    start_type = job.start_type
     if ax.set_motion_phase != MotionPhase.NONE:
         ax.set_command_state = CommandState.ABORTED
     end_homing(ax)
     if start_type in (StartType.ENDLESS_POSITIVE, StartType.ENDLESS_NEGATIVE):
         ax.set_motion_phase = MotionPhase.ENDLESS
-        ax.job_direction = 1.0 if start_type == StartType.ENDLESS_POSITIVE else -1.0
+        job.direction = 1.0 if start_type == StartType.ENDLESS_POSITIVE else -1.0
     elif start_type == StartType.HALT:
         ax.set_motion_phase = MotionPhase.STOPPING
     else:
         ax.set_motion_phase = MotionPhase.POSITIONING
-        ax.target_position = resolve_target(ax, start_type, position, ax.set_position)
-        ax.job_direction = 1.0 if ax.target_position >= ax.set_position else -1.0
+        ax.target_position = resolve_target(ax, start_type, job.position, ax.set_position)
+        job.direction = 1.0 if ax.target_position >= ax.set_position else -1.0
+    ax.unusual = 1
     ax.border_time = -1.0
     ax.loop_undecided = 1
     ax.loop_outward = 0
-    ax.job_start_type = start_type
-    ax.job_velocity = velocity
-    ax.job_acceleration = acceleration
-    ax.job_deceleration = deceleration
-    ax.job_jerk = jerk
-    ax.job_end_velocity = end_velocity
-    ax.job_peak_velocity = 0.0
-    ax.job_timing = 0 if start_type == StartType.HALT else 1
-    ax.job_time = 0.0
+    job.peak_velocity = 0.0
+    job.timing = 0 if start_type == StartType.HALT else 1
+    job.time = 0.0
     ax.replan = 1
     ax.switch_armed = 0
     ax.has_been_stopped = 1 if start_type == StartType.HALT else 0
@@ -101,7 +89,7 @@ def begin_job(
     ax.in_target_position = 0
     ax.target_window_time = 0.0
     ax.peh_time = 0.0
-    ax.set_command_number = number
+    ax.set_command_number = job.number
     ax.set_command_state = CommandState.ACTIVE
 
 
@@ -113,19 +101,21 @@ def absorb(ax: AxisFields) -> None:
     if ax.compensating:
         ax.abrupt = 1
     ax.compensating = 0
-    drop_foreign(ax, ax.superposed_acceleration)
+    if ax.superposed_velocity != 0.0 or ax.superposed_acceleration != 0.0:
+        shed_foreign(ax, ax.superposed_acceleration)
     ax.superposed_velocity = 0.0
     ax.superposed_acceleration = 0.0
 
 
 def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
     """Drop the job and everything that waits; brake to rest."""
+    ax.unusual = 1
     ax.buffer_count = 0
     ax.switch_armed = 0
     ax.loop_outward = 0
     ax.border_time = -1.0
     ax.has_been_stopped = 1
-    ax.job_timing = 0
+    ax.job.timing = 0
     if ax.set_motion_phase == MotionPhase.NONE:
         return
     if ax.set_command_state == CommandState.ACTIVE:
@@ -133,8 +123,8 @@ def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
     absorb(ax)
     end_homing(ax)
     ax.set_motion_phase = MotionPhase.STOPPING
-    ax.job_deceleration = deceleration
-    ax.job_jerk = jerk
+    ax.job.deceleration = deceleration
+    ax.job.jerk = jerk
     ax.replan = 1
 
 
@@ -150,7 +140,7 @@ def drop_job(ax: AxisFields) -> None:
     ax.loop_outward = 0
     ax.replan = 0
     ax.border_time = -1.0
-    ax.job_timing = 0
+    ax.job.timing = 0
     ax.segment_count = 0
     ax.segment_index = 0
     ax.set_velocity = 0.0
@@ -189,8 +179,8 @@ def stop_fast(ax: AxisFields) -> None:
     jerk = fault_jerk(ax)
     if (
         ax.set_motion_phase != MotionPhase.STOPPING
-        or deceleration > ax.job_deceleration
-        or jerk > ax.job_jerk
+        or deceleration > ax.job.deceleration
+        or jerk > ax.job.jerk
     ):
         begin_stop(ax, deceleration, jerk)
 
@@ -212,20 +202,11 @@ def take_next(ax: AxisFields) -> None:
     i = ax.buffer_first
     ax.buffer_first = (i + 1) % COMMAND_BUFFER
     ax.buffer_count -= 1
-    begin_job(
-        ax,
-        ax.buffer_number[i],
-        ax.buffer_start_type[i],
-        ax.buffer_position[i],
-        ax.buffer_velocity[i],
-        ax.buffer_acceleration[i],
-        ax.buffer_deceleration[i],
-        ax.buffer_jerk[i],
-        ax.buffer_end_velocity[i],
-    )
+    take_over(ax.job, ax.waiting[i])
+    begin_job(ax)
     if ax.set_motion_phase == MotionPhase.POSITIONING:
-        ax.target_position = resolve_target(ax, ax.job_start_type, ax.buffer_position[i], start)
-        ax.job_direction = 1.0 if ax.target_position >= start else -1.0
+        ax.target_position = resolve_target(ax, ax.job.start_type, ax.job.position, start)
+        ax.job.direction = 1.0 if ax.target_position >= start else -1.0
 
 
 def pass_switch_position(ax: AxisFields) -> None:
@@ -238,14 +219,15 @@ def pass_switch_position(ax: AxisFields) -> None:
     if ax.switch_armed == _SWITCH_TARGET:
         ax.set_motion_phase = MotionPhase.POSITIONING
         ax.target_position = ax.switch_target
-        ax.job_direction = 1.0 if ax.target_position >= ax.set_position else -1.0
-        ax.job_end_velocity = 0.0
+        ax.job.direction = 1.0 if ax.target_position >= ax.set_position else -1.0
+        ax.job.end_velocity = 0.0
     ax.switch_armed = 0
-    ax.job_velocity = ax.switch_velocity
-    if ax.job_end_velocity > ax.job_velocity:
-        ax.job_end_velocity = ax.job_velocity
-    ax.job_peak_velocity = 0.0
+    ax.job.velocity = ax.switch_velocity
+    if ax.job.end_velocity > ax.job.velocity:
+        ax.job.end_velocity = ax.job.velocity
+    ax.job.peak_velocity = 0.0
     ax.got_new_target = 1
+    ax.unusual = 1
     ax.replan = 1
 
 
@@ -255,7 +237,7 @@ def _pass_border(ax: AxisFields) -> None:
         take_next(ax)
         return
     ax.set_motion_phase = MotionPhase.ENDLESS
-    ax.job_velocity = ax.job_end_velocity
+    ax.job.velocity = ax.job.end_velocity
     ax.replan = 1
 
 
@@ -328,7 +310,7 @@ def advance(ax: AxisFields, dt: float) -> float:
         return t
     elif ax.table_end == TO_LIMIT:
         ax.set_position = ax.border_position
-        ax.limit_reached = 1 if ax.job_direction > 0.0 else -1
+        ax.limit_reached = 1 if ax.job.direction > 0.0 else -1
     else:
         ax.set_position = p
         if ax.set_motion_phase == MotionPhase.STOPPING:
@@ -394,7 +376,6 @@ def generate(ax: AxisFields, dt: float) -> None:
             left = advance(ax, left)
     if ax.switch_armed:
         pass_switch_position(ax)
-    v = ax.set_velocity
     if ax.set_motion_phase == MotionPhase.POSITIONING:
         ax.remaining_distance = abs(ax.target_position - ax.set_position)
         if ax.loop_outward:
@@ -406,7 +387,7 @@ def generate(ax: AxisFields, dt: float) -> None:
     else:
         ax.remaining_distance = 0.0
         ax.remaining_time = 0.0
-        if v != 0.0:
+        if ax.set_velocity != 0.0:
             ax.target_position = ax.set_position
 
 
@@ -430,9 +411,10 @@ def displace(ax: AxisFields, way: float) -> None:
     """Let what is planned go on as it is, `way` farther on, and what waits behind it too."""
     for n in range(ax.buffer_count):
         i = (ax.buffer_first + n) % COMMAND_BUFFER
-        if ax.buffer_start_type[i] == StartType.ABSOLUTE:
-            ax.buffer_position[i] += way
-        ax.buffer_blending_position[i] += way
+        job = ax.waiting[i]
+        if job.start_type == StartType.ABSOLUTE:
+            job.position += way
+        job.blending_position += way
     ax.set_position += way
     ax.target_position += way
     ax.segment_position += way
@@ -449,6 +431,8 @@ def shift_setpoint(ax: AxisFields, shift: float) -> None:
     displace(ax, shift)
     ax.limit_watch = 1
     ax.external_origin += shift
+    ax.slave_base += shift
+    ax.lead_offset += shift
     drive.switch_start += shift
     drive.sent_position += shift
     drive.filtered_set_position += shift

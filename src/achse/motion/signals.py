@@ -20,6 +20,7 @@ __all__ = [
     "begin_watch",
     "homing_cam",
     "latch_probe",
+    "latched_position",
     "probe_counts",
     "probe_state",
     "probe_status",
@@ -67,6 +68,11 @@ def _increments(encoder: EncoderFields, count: int) -> int:
 def _position(encoder: EncoderFields, increments: int) -> float:
     offset = encoder.position_offset + encoder.set_position_offset
     return increments * encoder.scale + offset + encoder.position_correction
+
+
+def latched_position(encoder: EncoderFields) -> float:
+    """Where the axis is, by its present names, when the hardware shows its latch of a homing."""
+    return _position(encoder, _increments(encoder, encoder.io.data_in2))
 
 
 def latch_probe(encoder: EncoderFields, edge: int, increments: int, position: float) -> None:

@@ -1,12 +1,25 @@
-"""Numbers with names that the axis interface carries: start types, buffer modes, status bits.
+"""Numbers with names of axes and their parts; those that clients need too are in `codes.axis`.
 
-Source: 002 §6.5 and the cyclic axis interface (004 §5.1); the status bits 15 and 18 are TwinCAT 3.
+Source: 002 §6.5 and the cyclic axis interface (004 §5.1).
 """
 
 from enum import IntEnum
 
+from achse.codes.axis import (
+    ActualPositionType,
+    BufferMode,
+    CommandState,
+    ControlBit,
+    HomingState,
+    MotionState,
+    OperationModeBit,
+    StartType,
+    StateBit,
+)
+
 __all__ = [
     "ANALOG_DRIVES",
+    "CAM_COUPLINGS",
     "DISCRETE_DRIVES",
     "POSITION_MODES",
     "TORQUE_MODES",
@@ -15,6 +28,10 @@ __all__ = [
     "ActualPositionType",
     "AxisType",
     "BufferMode",
+    "CamActivation",
+    "CamInterpolation",
+    "CamOperation",
+    "CamScaling",
     "CharacteristicInterpolation",
     "CommandState",
     "CompensationType",
@@ -22,6 +39,7 @@ __all__ = [
     "ControlLoopSwitch",
     "ControllerType",
     "DeadTimeCompensation",
+    "DecouplingType",
     "DriveOperationMode",
     "DriveOutputType",
     "DriveType",
@@ -45,9 +63,11 @@ __all__ = [
     "ReferenceMode",
     "SignalSource",
     "SignalType",
+    "SlaveType",
     "StartType",
     "StateBit",
     "StepperMode",
+    "SynchronisingBit",
     "TableSubType",
     "TableType",
     "TorqueStartType",
@@ -61,32 +81,6 @@ def choices_of(unit: str) -> type[IntEnum] | None:
     return found if isinstance(found, type) else None
 
 
-class StartType(IntEnum):
-    """Kind of an axis start."""
-
-    ABSOLUTE = 1
-    RELATIVE = 2
-    ENDLESS_POSITIVE = 3
-    ENDLESS_NEGATIVE = 4
-    MODULO = 5
-    MODULO_SHORTEST = 261
-    MODULO_POSITIVE = 517
-    MODULO_NEGATIVE = 773
-    STOP_AND_LOCK = 4096
-    HALT = 8192
-
-
-class BufferMode(IntEnum):
-    """How a command follows the active one."""
-
-    ABORTING = 0
-    BUFFERED = 1
-    BLENDING_LOW = 18
-    BLENDING_PREVIOUS = 19
-    BLENDING_NEXT = 20
-    BLENDING_HIGH = 21
-
-
 class EndPositionType(IntEnum):
     """How a new end position is meant."""
 
@@ -98,7 +92,8 @@ class EndPositionType(IntEnum):
 
 
 class NewEndPositionCommand(IntEnum):
-    """What function 0x12 changes, and when."""
+    """What function 0x12 changes, and when; 14 is that of TcNC (004 §5.2): the velocity changes so
+    early that the new one is reached at the switch position."""
 
     POSITION = 1
     VELOCITY = 2
@@ -106,14 +101,7 @@ class NewEndPositionCommand(IntEnum):
     POSITION_AT_SWITCH_POSITION = 9
     VELOCITY_AT_SWITCH_POSITION = 10
     POSITION_AND_VELOCITY_AT_SWITCH_POSITION = 11
-
-
-class ActualPositionType(IntEnum):
-    """How a set actual position is meant."""
-
-    ABSOLUTE = 1
-    RELATIVE = 2
-    MODULO = 5
+    VELOCITY_REACHED_AT_SWITCH_POSITION = 14
 
 
 class CompensationType(IntEnum):
@@ -160,100 +148,73 @@ class MotionPhase(IntEnum):
     SINE = 8
     DRIVE_OUTPUT = 9
     TORQUE = 10
+    COUPLED = 11
+    GROUPED = 12
 
 
-class MotionState(IntEnum):
-    """AxisState of a master axis."""
+class SlaveType(IntEnum):
+    """By which law an axis follows others (002 §6.4.9, 004 §3.1.4)."""
 
-    INACTIVE = 0
-    RUNNING = 1
-    OVERRIDE_ZERO = 2
-    CONSTANT_VELOCITY = 3
-    ACCELERATING = 4
-    DECELERATING = 5
-    EXTERNAL = 41
-    INTERNAL_AND_EXTERNAL = 42
-
-
-class CommandState(IntEnum):
-    """State of a command; our numbers, the manuals print none."""
-
-    NONE = 0
-    ACTIVE = 1
-    BUFFERED = 2
-    DONE = 3
-    ABORTED = 4
+    LINEAR = 1
+    FLYING_SAW_VELOCITY = 2
+    FLYING_SAW_POSITION = 3
+    SYNCHRONISING_VELOCITY = 5
+    SYNCHRONISING_POSITION = 6
+    TABULAR = 10
+    MULTI_TABULAR = 11
+    MODULO_SAW = 12
+    MOTION_FUNCTION = 13
+    CYCLIC_GEAR = 15
+    BILINEAR = 16
+    SEVERAL_CYCLIC_GEARS = 17
+    SURFACE_SPEED = 18
+    MULTI_MASTER = 100
 
 
-class ControlBit(IntEnum):
-    """Masks of ControlDWord."""
-
-    ENABLE = 1 << 0
-    FEED_ENABLE_PLUS = 1 << 1
-    FEED_ENABLE_MINUS = 1 << 2
-    HOMING_SENSOR = 1 << 5
-    ACCEPT_BLOCKED_DRIVE = 1 << 8
+CAM_COUPLINGS = (
+    SlaveType.TABULAR.value,
+    SlaveType.MULTI_TABULAR.value,
+    SlaveType.MOTION_FUNCTION.value,
+)
+"""Slave types that follow cams."""
 
 
-class StateBit(IntEnum):
-    """Masks of StateDWord."""
+class SynchronisingBit(IntEnum):
+    """Control mask of the universal flying saw (0x4B): what is checked, and how it synchronises.
 
-    OPERATIONAL = 1 << 0
-    HOMED = 1 << 1
-    NOT_MOVING = 1 << 2
-    IN_POSITION_AREA = 1 << 3
-    IN_TARGET_POSITION = 1 << 4
-    PROTECTED = 1 << 5
-    ERROR_PROPAGATION_DELAYED = 1 << 6
-    HAS_BEEN_STOPPED = 1 << 7
-    HAS_JOB = 1 << 8
-    POSITIVE_DIRECTION = 1 << 9
-    NEGATIVE_DIRECTION = 1 << 10
-    HOMING_BUSY = 1 << 11
-    CONSTANT_VELOCITY = 1 << 12
-    COMPENSATING = 1 << 13
-    EXTERNAL_SETPOINT_ENABLED = 1 << 14
-    PHASING_ACTIVE = 1 << 15
-    EXTERNAL_LATCH_VALID = 1 << 16
-    NEW_TARGET_POSITION = 1 << 17
-    DRIVE_LIMIT_ACTIVE = 1 << 18
-    CONTINUOUS_MOTION = 1 << 19
-    CONTROL_LOOP_CLOSED = 1 << 20
-    CAM_TABLE_QUEUED = 1 << 21
-    CAM_DATA_QUEUED = 1 << 22
-    CAM_SCALING_PENDING = 1 << 23
-    COMMAND_BUFFERED = 1 << 24
-    PTP_MODE = 1 << 25
-    SOFT_LIMIT_MIN_EXCEEDED = 1 << 26
-    SOFT_LIMIT_MAX_EXCEEDED = 1 << 27
-    DRIVE_DEVICE_ERROR = 1 << 28
-    MOTION_COMMANDS_LOCKED = 1 << 29
-    IO_DATA_INVALID = 1 << 30
-    ERROR = 1 << 31
+    Values of the public pages on ST_SyncMode; the manuals print none.
+    """
+
+    MIN_POSITION = 0x1
+    MAX_POSITION = 0x2
+    MAX_VELOCITY = 0x4
+    MAX_ACCELERATION = 0x8
+    MAX_DECELERATION = 0x10
+    MAX_JERK = 0x20
+    OVERSHOOT_POSITION = 0x100
+    UNDERSHOOT_POSITION = 0x200
+    OVERSHOOT_VELOCITY = 0x400
+    UNDERSHOOT_VELOCITY = 0x800
+    OVERSHOOT_VELOCITY_ZERO = 0x1000
+    UNDERSHOOT_VELOCITY_ZERO = 0x2000
+    ROLLBACK_LOCK = 0x1_0000
+    INSTANT_STOP_ON_ROLLBACK = 0x2_0000
+    PREFER_CONSTANT_VELOCITY = 0x10_0000
+    IGNORE_MASTER_ACCELERATION = 0x20_0000
+    IGNORE_SLAVE_ACCELERATION = 0x40_0000
+    DETAILED_ERROR_CODES = 0x100_0000
 
 
-class OperationModeBit(IntEnum):
-    """Masks of OpModeDWord; bits 8, 12, 13 and 22 are those of the PLC library."""
+class DecouplingType(IntEnum):
+    """What an axis does once it is uncoupled (002 §6.4.9)."""
 
-    POSITION_AREA_MONITORING = 1 << 0
-    TARGET_POSITION_MONITORING = 1 << 1
-    LOOP = 1 << 2
-    MOTION_MONITORING = 1 << 3
-    PEH_TIME_MONITORING = 1 << 4
-    BACKLASH_COMPENSATION = 1 << 5
-    DELAYED_ERROR_REACTION = 1 << 6
-    MODULO = 1 << 7
-    SIMULATION = 1 << 8
-    STOP_MONITORING = 1 << 12
-    OUTPUT_FILTER = 1 << 13
-    POSITION_LAG_MONITORING = 1 << 16
-    VELOCITY_LAG_MONITORING = 1 << 17
-    SOFT_LIMIT_MIN_MONITORING = 1 << 18
-    SOFT_LIMIT_MAX_MONITORING = 1 << 19
-    POSITION_CORRECTION = 1 << 20
-    ALLOW_SLAVE_COMMANDS = 1 << 21
-    ALLOW_COMMANDS_WITH_EXTERNAL_SETPOINT = 1 << 22
-    APPLICATION_REQUEST = 1 << 23
+    STOP = 0
+    ORIENTED_STOP = 1
+    ENDLESS = 2
+    ENDLESS_NEW_VELOCITY = 3
+    NEW_POSITION = 4
+    NEW_POSITION_AND_VELOCITY = 5
+    INSTANTANEOUS_STOP = 6
 
 
 class AxisType(IntEnum):
@@ -419,18 +380,6 @@ class ProbeMode(IntEnum):
     CONTINUOUS = 2
 
 
-class HomingState(IntEnum):
-    """Step of the homing sequence (004 §5.1.1)."""
-
-    READY = 0
-    TOWARDS_CAM = 1
-    AWAIT_CAM = 2
-    LEAVE_CAM = 3
-    AWAIT_CAM_OFF = 4
-    AWAIT_LATCH = 5
-    SET_POSITION = 6
-
-
 class ControlLoopSwitch(IntEnum):
     """How another control loop takes over."""
 
@@ -474,6 +423,47 @@ class CharacteristicInterpolation(IntEnum):
     SPLINE = 2
 
 
+class CamInterpolation(IntEnum):
+    """How the rows of a cam table are joined (002 §6.4.9)."""
+
+    LINEAR = 0
+    FOUR_POINTS = 1
+    SPLINE = 2
+    LOCAL = 3
+
+
+class CamActivation(IntEnum):
+    """When a change of a running cam acts (002 §6.4.9)."""
+
+    INSTANTANEOUS = 0
+    MASTER_CAM_POSITION = 1
+    MASTER_AXIS_POSITION = 2
+    NEXT_CYCLE = 3
+    NEXT_CYCLE_ONCE = 4
+    AS_SOON_AS_POSSIBLE = 5
+    OFF = 6
+    DELETE_QUEUED = 7
+    MASTER_AXIS_POSITION_POSITIVE = 8
+    MASTER_AXIS_POSITION_NEGATIVE = 9
+
+
+class CamScaling(IntEnum):
+    """Where scaling and offset of a cam come from (002 §6.4.9)."""
+
+    USER_DEFINED = 0
+    AUTO_OFFSET = 1
+    OFF = 2
+
+
+class CamOperation(IntEnum):
+    """What a further coupling of a slave of several cams does (002 §6.4.9)."""
+
+    DEFAULT = 0
+    ADDITIVE = 1
+    EXCHANGE = 2
+    REMOVE = 3
+
+
 class TableType(IntEnum):
     """Main type of a table: what it is for."""
 
@@ -499,8 +489,9 @@ class DriveOutputType(IntEnum):
 
 
 class TorqueStartType(IntEnum):
-    """How a commanded torque is meant."""
+    """How a commanded torque is meant; abort ends it, by a stop."""
 
+    ABORT = 0x3000
     ABSOLUTE = 0x3001
     RELATIVE = 0x3002
 

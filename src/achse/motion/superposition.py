@@ -16,7 +16,7 @@ from achse.motion.record import AxisFields
 from achse.motion.setpoint import absorb, displace, generate
 from achse.motion.states import MotionPhase
 
-__all__ = ["generate_superposed", "superposed_speed", "superposed_way"]
+__all__ = ["generate_superposed", "superpose", "superposed_speed", "superposed_way"]
 
 
 def superposed_way(ax: AxisFields, t: float) -> float:
@@ -92,12 +92,17 @@ def generate_superposed(ax: AxisFields, dt: float) -> None:
     ax.superposed_acceleration = 0.0
     begin = ax.set_position
     generate(ax, dt)
-    if ax.compensating == 0:  # dropped with the job
-        return
+    if ax.compensating:  # it was not dropped with the job
+        ax.superposed_velocity = 0.0
+        superpose(ax, begin, dt)
+
+
+def superpose(ax: AxisFields, begin: float, dt: float) -> None:
+    """What the compensation adds to a cycle in which the main motion began at `begin`."""
     room = _room(ax)
     t = _cover(ax, (ax.set_position - begin) * ax.superposition_direction, room, dt)
     pace = ax.set_velocity * ax.superposition_direction
-    standing = pace <= 0.0 and ax.planned_override != 0
+    standing = pace <= 0.0 and (ax.planned_override != 0 or ax.coupling != 0)
     if t >= ax.superposition_end or standing or ax.set_motion_phase == MotionPhase.NONE:
         absorb(ax)
         return

@@ -12,14 +12,10 @@ from math import floor, inf
 
 from achse.motion.limits import highest_rest, lowest_rest
 from achse.motion.ramps import highest_velocity
-from achse.motion.record import COMMAND_BUFFER, AxisFields
+from achse.motion.record import COMMAND_BUFFER, AxisFields, JobFields
 from achse.motion.states import BufferMode, StartType
 
-__all__ = ["NOWHERE", "look_ahead", "modulo_part", "overrun", "resolve_target"]
-
-
-NOWHERE = inf
-"""The blending position of a command that has none."""
+__all__ = ["look_ahead", "modulo_part", "overrun", "resolve_target"]
 
 _FAR = 1e15
 """Way of an endless command: farther than any axis goes."""
@@ -66,17 +62,17 @@ def resolve_target(ax: AxisFields, start_type: int, position: float, start: floa
     return position
 
 
-def _wanted_velocity(ax: AxisFields, i: int, before: float, end: float) -> float:
-    """How fast the waiting command `i` wants the border to it passed.
+def _wanted_velocity(job: JobFields, before: float, end: float) -> float:
+    """How fast a waiting command wants the border to it passed.
 
     The command before it has the velocity `before` and the segment end velocity `end`.
     """
-    if ax.buffer_start_velocity[i] > 0.0:
-        return ax.buffer_start_velocity[i]
+    if job.start_velocity > 0.0:
+        return job.start_velocity
     if end > 0.0:
         return end
-    own = ax.buffer_velocity[i]
-    mode = ax.buffer_mode[i]
+    own = job.velocity
+    mode = job.mode
     if mode == BufferMode.BLENDING_PREVIOUS:
         return before
     if mode == BufferMode.BLENDING_NEXT:
@@ -115,27 +111,26 @@ def look_ahead(ax: AxisFields) -> None:
     """
     here = ax.set_position
     target = ax.target_position
-    direction = ax.job_direction
-    before = ax.job_velocity
-    end_velocity = ax.job_end_velocity
+    direction = ax.job.direction
+    before = ax.job.velocity
+    end_velocity = ax.job.end_velocity
     ax.border_position = target
     border = target
     count = ax.buffer_count
     for n in range(count):
-        i = (ax.buffer_first + n) % COMMAND_BUFFER
-        blending = ax.buffer_blending_position[i]
+        job = ax.waiting[(ax.buffer_first + n) % COMMAND_BUFFER]
+        blending = job.blending_position
         if (blending - here) * direction > 0.0 and (border - blending) * direction > 0.0:
             border = blending
         if n == 0:
             ax.border_position = border
         else:
-            j = (ax.buffer_first + n - 1) % COMMAND_BUFFER
-            ax.buffer_way[j] = abs(border - here)
+            ax.waiting[(ax.buffer_first + n - 1) % COMMAND_BUFFER].way = abs(border - here)
         here = border
-        ax.buffer_border_velocity[i] = _wanted_velocity(ax, i, before, end_velocity)
-        before = ax.buffer_velocity[i]
-        end_velocity = ax.buffer_end_velocity[i]
-        start_type = ax.buffer_start_type[i]
+        job.border_velocity = _wanted_velocity(job, before, end_velocity)
+        before = job.velocity
+        end_velocity = job.end_velocity
+        start_type = job.start_type
         if start_type in (StartType.ENDLESS_POSITIVE, StartType.ENDLESS_NEGATIVE):
             forth = start_type == StartType.ENDLESS_POSITIVE
             border, end_velocity = _end_of_endless(ax, here, forth, before)
@@ -143,33 +138,30 @@ def look_ahead(ax: AxisFields) -> None:
             forth = direction > 0.0
             border, end_velocity = _end_of_endless(ax, here, forth, 0.0)
         else:
-            target = resolve_target(ax, start_type, ax.buffer_position[i], target)
+            target = resolve_target(ax, start_type, job.position, target)
             border = target
             forth = border > here
-        ax.buffer_way[i] = abs(border - here)
+        job.way = abs(border - here)
         if forth != (direction > 0.0):
-            ax.buffer_border_velocity[i] = 0.0
+            job.border_velocity = 0.0
             direction = -direction
     velocity = end_velocity
     if velocity > 0.0:  # goes on beyond the last border, but not across a soft limit
         end, slow = _end_of_endless(ax, border, direction > 0.0, velocity)
         if slow == 0.0:
-            deceleration = ax.job_deceleration
-            jerk = ax.job_jerk
+            last = ax.job
             if count > 0:
-                i = (ax.buffer_first + count - 1) % COMMAND_BUFFER
-                deceleration = ax.buffer_deceleration[i]
-                jerk = ax.buffer_jerk[i]
+                last = ax.waiting[(ax.buffer_first + count - 1) % COMMAND_BUFFER]
             way = (end - border) * direction
-            highest = highest_velocity(way, 0.0, deceleration, jerk) if way > 0.0 else 0.0
+            highest = 0.0
+            if way > 0.0:
+                highest = highest_velocity(way, 0.0, last.deceleration, last.jerk)
             if velocity > highest:
                 velocity = highest
     for back in range(count):
-        i = (ax.buffer_first + count - 1 - back) % COMMAND_BUFFER
-        highest = highest_velocity(
-            ax.buffer_way[i], velocity, ax.buffer_deceleration[i], ax.buffer_jerk[i]
-        )
-        velocity = ax.buffer_border_velocity[i]
+        job = ax.waiting[(ax.buffer_first + count - 1 - back) % COMMAND_BUFFER]
+        highest = highest_velocity(job.way, velocity, job.deceleration, job.jerk)
+        velocity = job.border_velocity
         if velocity > highest:
             velocity = highest
     ax.border_velocity = velocity

@@ -1,18 +1,20 @@
 """Views: a record of the kernel from outside, its fields as attributes, equal for both forms.
 
 A `View` has every field of its layout as an attribute that holds a Python float, int or indexable
-array, or the view of the record that it refers to. A change of a value is told (`changed`), so that
-what rests wakes.
+array, or the view of the record that it refers to or holds. A change of a value is told
+(`changed`), so that what rests wakes.
 """
 
 from collections.abc import Callable
+from functools import cache
+from operator import attrgetter
 from typing import Any
 
 from achse.motion.fields.declare import Field
 from achse.native.declare import RecordLayout, pack
 from achse.native.memory import Rows, RowView, reader
 
-__all__ = ["Store", "View", "views_of"]
+__all__ = ["InnerView", "Store", "View", "views_of"]
 
 
 class View:
@@ -35,12 +37,26 @@ class View:
         raise NotImplementedError
 
 
+class InnerView(View):
+    """A record within another one, which is told of changes."""
+
+    outer: View
+
+    def changed(self, field: Field) -> None:
+        self.outer.changed(field)
+
+
 class _OfObject(View):
     """A view of a plain object."""
 
     def __init__(self, record: Any) -> None:
         super().__init__()
         self._record = record
+        self.held: dict[str, Any] = {}
+        for row, layout in self.layout.held:
+            inner = getattr(record, row.name)
+            view = views_of(InnerView, layout)[0]
+            _hold(self, row, [view(each) for each in (inner if row.length else (inner,))])
 
     def link(self, name: str, view: View) -> None:
         self.linked[name] = view
@@ -56,6 +72,11 @@ class _OfRow(RowView, View):
     def __init__(self, rows: Rows, index: int) -> None:
         RowView.__init__(self, rows, index)
         View.__init__(self)
+        self.held: dict[str, Any] = {}
+        for row, layout in self.layout.held:
+            inner = rows.within(index, row)
+            view = views_of(InnerView, layout)[1]
+            _hold(self, row, [view(inner, number) for number in range(inner.count)])
 
     def link(self, name: str, view: View) -> None:
         assert isinstance(view, RowView)
@@ -66,16 +87,25 @@ class _OfRow(RowView, View):
         return self.content(self.layout)
 
 
+def _hold(view: Any, row: Field, views: list[Any]) -> None:
+    """Keep the views of the records that a field holds."""
+    for each in views:
+        each.outer = view
+    view.held[row.name] = views if row.length else views[0]
+
+
 def _reference(row: Field) -> property:
     name = row.name
+    if row.holds is not None:
+        return property(lambda view: view.held[name])
     return property(lambda view: view.linked[name])
 
 
 def _object_property(row: Field) -> property:
     name = row.name
-    if row.refers is not None:
+    if row.refers is not None or row.holds is not None:
         return _reference(row)
-    read: Callable[[Any], Any] = eval(f"lambda view: view._record.{name}")
+    read: Callable[[Any], Any] = attrgetter(f"_record.{name}")
     if row.length:
         return property(read)
 
@@ -90,7 +120,7 @@ def _object_property(row: Field) -> property:
 
 
 def _row_property(row: Field) -> property:
-    if row.refers is not None:
+    if row.refers is not None or row.holds is not None:
         return _reference(row)
     if row.length:
         return property(reader(row))
@@ -107,6 +137,7 @@ def _row_property(row: Field) -> property:
     return property(reader(row), write)
 
 
+@cache
 def views_of(base: type[View], layout: RecordLayout[Field]) -> tuple[Any, Any]:
     """The two classes of views of a record: of a plain object, and of one in memory."""
     made = []
@@ -131,7 +162,7 @@ class Store:
         *,
         compiled: bool,
     ) -> None:
-        of_object, of_row = views_of(base, layout)
+        of_object, of_row = views_of(base, layout)  # type: ignore[arg-type]  # mypy: a class has no hash
         self.views: list[Any]
         self.arguments: tuple[Any, ...]
         if compiled:

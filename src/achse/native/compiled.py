@@ -148,8 +148,9 @@ class Kernel:
             digest.update(f"{layout.name} {layout.words}".encode())
             for name, slot in layout.fields.items():
                 digest.update(f"{name} {slot.offset} {slot.length} {slot.is_real}".encode())
-                if slot.refers is not None:
-                    digest.update(slot.refers.name.encode())
+                other = slot.refers or slot.holds
+                if other is not None:
+                    digest.update(f"{other.name} {slot.holds is other}".encode())
         digest.update(self._entry.__qualname__.encode())
         sources: dict[str, FunctionType] = {}
         for name, thing in reached(self._entry):
@@ -183,7 +184,7 @@ def _compiler_digest() -> bytes:
 
 
 def _layouts(layouts: Iterable[RecordLayout[Any]]) -> Iterator[RecordLayout[Any]]:
-    """The layouts and those that their references lead to, each once."""
+    """The layouts and those that their fields refer to or hold, each once."""
     known: set[RecordLayout[Any]] = set()
     waiting = list(layouts)
     while waiting:
@@ -191,7 +192,8 @@ def _layouts(layouts: Iterable[RecordLayout[Any]]) -> Iterator[RecordLayout[Any]
         if layout not in known:
             known.add(layout)
             yield layout
-            waiting += [s.refers for s in layout.fields.values() if s.refers is not None]
+            others = (slot.refers or slot.holds for slot in layout.fields.values())
+            waiting += [other for other in others if other is not None]
 
 
 def _is_number(thing: object) -> bool:

@@ -3,7 +3,7 @@
 A class of fields has an annotation for each field (`float`, `int` or a list of these) and as value
 its default: a number, a list of numbers, or a `Slot` that says more. All values are 64 bits wide,
 so that a kernel means the same on a plain object and on memory. A field can refer to a record of
-another layout: an object, or its address in memory.
+another layout (an object, or its address in memory), or hold one or several within its own record.
 """
 
 import struct
@@ -12,7 +12,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
-__all__ = ["RecordLayout", "Slot", "SlotT", "lay_out", "pack", "plain_record", "reference"]
+__all__ = [
+    "RecordLayout",
+    "Slot",
+    "SlotT",
+    "lay_out",
+    "pack",
+    "plain_record",
+    "reference",
+    "within",
+]
 
 
 @dataclass(slots=True)
@@ -26,6 +35,8 @@ class Slot:
     """Position in the record, in words of 8 bytes."""
     refers: "RecordLayout[Any] | None" = None
     """Of a reference: the layout of the record it leads to."""
+    holds: "RecordLayout[Any] | None" = None
+    """Of a record within, or `length` of them: its layout."""
 
     @property
     def is_real(self) -> bool:
@@ -33,13 +44,23 @@ class Slot:
 
     @property
     def words(self) -> int:
-        return self.length or 1
+        return (self.length or 1) * (self.holds.words if self.holds is not None else 1)
+
+    @property
+    def form(self) -> str:
+        """Its values for `struct`."""
+        if self.holds is not None:
+            return self.holds.codes * (self.length or 1)
+        return f"{self.length or 1}{'d' if self.is_real else 'q'}"
 
     @property
     def fresh(self) -> Any:
         """The value in a fresh record; a reference leads nowhere yet."""
         if self.refers is not None:
             return None
+        if self.holds is not None:
+            record = self.holds.plain
+            return [record() for _ in range(self.length)] if self.length else record()
         return [self.default] * self.length if self.length else self.default
 
 
@@ -52,6 +73,13 @@ def reference(layout: "RecordLayout[Any]", kind: type[SlotT] | type[Slot] = Slot
     return kind(0, refers=layout)
 
 
+def within(
+    layout: "RecordLayout[Any]", kind: type[SlotT] | type[Slot] = Slot, length: int = 0
+) -> Any:
+    """Declares a field that holds a record of `layout`, or a list of `length` of them."""
+    return kind(0, length, holds=layout)
+
+
 @dataclass(frozen=True, eq=False)
 class RecordLayout(Generic[SlotT]):
     """A record in memory: its fields one behind the other, `words` in all."""
@@ -61,16 +89,40 @@ class RecordLayout(Generic[SlotT]):
     words: int
 
     @cached_property
+    def held(self) -> "list[tuple[SlotT, RecordLayout[Any]]]":
+        """The fields that hold records, with the layouts of these."""
+        return [(row, row.holds) for row in self.fields.values() if row.holds is not None]
+
+    @cached_property
+    def codes(self) -> str:
+        """The kinds of all values, for `struct`."""
+        return "".join(row.form for row in self.fields.values())
+
+    @cached_property
     def form(self) -> struct.Struct:
         """All values one behind the other."""
-        kinds = (f"{row.words}{'d' if row.is_real else 'q'}" for row in self.fields.values())
-        return struct.Struct("=" + "".join(kinds))
+        return struct.Struct("=" + self.codes)
+
+    @cached_property
+    def plain(self) -> type:
+        """A class of plain objects with these fields, for a kernel that runs as it is."""
+        fields = self.fields
+
+        def begin(record: object) -> None:
+            for name, row in fields.items():
+                setattr(record, name, row.fresh)
+
+        return type("PlainRecord", (), {"__slots__": tuple(fields), "__init__": begin})
 
 
-def lay_out(name: str, sections: Iterable[type], kind: type[SlotT]) -> RecordLayout[SlotT]:
-    """The layout of a record with the fields of all sections; `kind` describes plain defaults."""
+def lay_out(
+    name: str, sections: Iterable[type], kind: type[SlotT], first: Iterable[str] = ()
+) -> RecordLayout[SlotT]:
+    """The layout of a record with the fields of all sections; `kind` describes plain defaults.
+
+    The fields `first` are in front, in their order; KeyError if there is no such field.
+    """
     fields: dict[str, SlotT] = {}
-    offset = 0
     for section in sections:
         for field in section.__annotations__:
             if field in fields:
@@ -80,27 +132,36 @@ def lay_out(name: str, sections: Iterable[type], kind: type[SlotT]) -> RecordLay
                 row = kind(declared[0], len(declared))
             else:
                 row = declared if isinstance(declared, kind) else kind(declared)
-            row.name, row.offset = field, offset
+            if row.holds is not None and any(each.refers for each in row.holds.fields.values()):
+                raise TypeError(f"field {field!r} holds a record that refers to others")
+            row.name = field
             fields[field] = row
-            offset += row.words
-    return RecordLayout(name, fields, offset)
+    ordered = {field: fields[field] for field in first} | fields
+    offset = 0
+    for row in ordered.values():
+        row.offset = offset
+        offset += row.words
+    return RecordLayout(name, ordered, offset)
 
 
 def plain_record(layout: RecordLayout[Any]) -> type:
     """A class of plain objects with these fields, for a kernel that runs as it is."""
-    fields = layout.fields
-
-    def begin(record: object) -> None:
-        for name, row in fields.items():
-            setattr(record, name, row.fresh)
-
-    return type("PlainRecord", (), {"__slots__": tuple(fields), "__init__": begin})
+    return layout.plain
 
 
 def pack(layout: RecordLayout[Any], record: object) -> bytes:
     """The record's bytes, equal for both forms when every value is equal; references are 0."""
     values: list[float] = []
+    _collect(layout, record, values)
+    return layout.form.pack(*values)
+
+
+def _collect(layout: RecordLayout[Any], record: object, values: list[float]) -> None:
     for name, row in layout.fields.items():
         value: Any = 0 if row.refers is not None else getattr(record, name)
-        values.extend(value if row.length else (value,))
-    return layout.form.pack(*values)
+        each = value if row.length else (value,)
+        if row.holds is None:
+            values.extend(each)
+        else:
+            for inner in each:
+                _collect(row.holds, inner, values)

@@ -31,6 +31,16 @@ class Rows:
         first = self.size * index
         return self.memory[first : first + self.size]
 
+    def within(self, index: int, slot: Slot) -> "Rows":
+        """The records that a field of one of these records holds, in the same memory."""
+        assert slot.holds is not None
+        inner = Rows.__new__(Rows)
+        inner.count, inner.size = slot.length or 1, 8 * slot.holds.words
+        first = self.size * index + 8 * slot.offset
+        inner.address = self.address + first
+        inner.memory = self.memory[first : first + inner.size * inner.count]
+        return inner
+
 
 class RowView:
     """One record in memory: `reals` and `wholes` are its words, as floats and as integers."""

@@ -1,23 +1,37 @@
 """Bodies: what the Structured Text of a PLC does, from the first instance to the last."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from functools import partial
 from typing import Any
 
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import resolved
+from achse.iec.errors import DeclarationError
 from achse.iec.methods import Method
 from achse.iec.structs import Record, RecordKind, StaticRecord, StructType
 from achse.iec.types import IecType
+from achse.iec.variables import Section, Variable
 from achse.plc.builtins import BLOCKS, FUNCTIONS, BlockBody, FunctionBody, Services
-from achse.plc.code.calls import encoded_from, known_from, outputs_of
-from achse.plc.code.execution import BUDGET, Execution
+from achse.plc.code.calls import encoded_from, outputs_of, parameters_of
+from achse.plc.code.execution import BUDGET, CodeForm, Execution
+from achse.plc.code.faults import PlcFault
+from achse.plc.json_documents import JSON_FUNCTIONS
+from achse.plc.lives import Moves, is_alike, unit_variable
 from achse.plc.memory import Area, Memory
 from achse.plc.program import PlacedVariable
+from achse.st.check.kinds import known_from
 from achse.st.typed.places import flat
-from achse.st.typed.project import Routine, RoutineKind, TypedBlock, TypedProject
+from achse.st.typed.project import InitCall, Routine, RoutineKind, TypedBlock, TypedProject
 
-__all__ = ["Bodies"]
+__all__ = ["Bodies", "Guard"]
+
+_RETAINS = True
+_COPYING = True
+"""Flags of FB_init and FB_exit, by their names in words."""
+
+Guard = Callable[[str, Callable[[], Any]], Any]
+"""Runs something that is named in words."""
 
 
 class Bodies:
@@ -26,7 +40,8 @@ class Bodies:
     `budget`: loop passes and calls that one cycle may take before it is stopped.
     `exceptions`: the task option "floating point exceptions". `functions` and `blocks`: what
     routines of libraries do that have no Structured Text, by key; `services` has more of them,
-    those that need the station. `epoch_ns` is the Unix time at time 0.
+    those that need the station. `epoch_ns` is the Unix time at time 0. `form` is what routines
+    become: plain Python or machine code.
     """
 
     def __init__(
@@ -39,16 +54,21 @@ class Bodies:
         blocks: Mapping[str, BlockBody] = BLOCKS,
         services: Services | None = None,
         epoch_ns: int = 0,
+        form: CodeForm = CodeForm.AUTO,
     ) -> None:
         self.project = project
+        self.form = form
         self.budget = budget
         self.exceptions = exceptions
-        self.functions = functions if services is None else {**functions, **services.functions}
+        of_station = {} if services is None else services.functions
+        self.functions = {**functions, **JSON_FUNCTIONS, **of_station}
         self.blocks = blocks if services is None else {**blocks, **services.blocks}
         self._services = services
         self._epoch_ns = epoch_ns
         self._clock_ns: Callable[[], int] = int
         self._task_index: Callable[[], int] = int
+        self.guard: Guard = _unguarded
+        """Runs what a client calls: the PLC puts itself around it."""
         self.execution: Execution | None = None
         self._records: dict[int, Record] = {}
         self._memory: Memory | None = None
@@ -58,6 +78,20 @@ class Bodies:
     def declared(self) -> list[type[StaticRecord]]:
         """Programs and variable lists that the code needs, those of libraries included."""
         return [unit.declared for unit in self.project.units.values() if unit.declared is not None]
+
+    @property
+    def statics(self) -> list[PlacedVariable]:
+        """VAR_STAT variables of functions and methods."""
+        return [] if self.execution is None else list(self.execution.placement.statics.values())
+
+    def has_statics_of(self, other: "Bodies") -> bool:
+        """Whether VAR_STAT variables of functions and methods are declared alike."""
+        return _static_rows(self.project) == _static_rows(other.project)
+
+    @property
+    def has_python(self) -> bool:
+        """Whether a Python class does what a block of the project does."""
+        return bool(self._python_bodies())
 
     @property
     def paths(self) -> set[str]:
@@ -75,7 +109,7 @@ class Bodies:
     def release(self) -> None:
         """Let the memory grow: nothing can run until `settle`."""
         if self.execution is not None:
-            self.execution.views.release()
+            self.execution.release()
         self._records.clear()
 
     def resume(self) -> None:
@@ -88,8 +122,17 @@ class Bodies:
         variables: Iterable[PlacedVariable],
         clock_ns: Callable[[], int],
         task_index: Callable[[], int],
+        *,
+        after: "Bodies | None" = None,
+        keeps_statics: bool = False,
     ) -> None:
-        """All variables have their place: make the code for them."""
+        """All variables have their place: make the code for them.
+
+        `after` are the bodies that these follow in the same memory. With `keeps_statics`, VAR_STAT
+        variables of functions stay where they are, too: no declaration has changed.
+        """
+        if after is not None:
+            self.project = self.project.numbered_after(after.project)
         self._memory = memory
         self._clock_ns, self._task_index = clock_ns, task_index
         self._variables = list(variables)
@@ -104,6 +147,10 @@ class Bodies:
             task_index=task_index,
             budget=self.budget,
             exceptions=self.exceptions,
+            after=None if after is None else after.execution,
+            keeps_statics=keeps_statics,
+            form=self.form,
+            cached=True,
         )
         memory.let_invoke(self._invoked)
 
@@ -132,6 +179,18 @@ class Bodies:
     def store_bytes(self, address: int, data: bytes) -> object:
         """Put bytes into PLC memory; raises ACCESS_VIOLATION."""
         return self._running().namespace["store_bytes"](address, data)
+
+    def make_bytes(self, data: bytes) -> int:
+        """Allocate these bytes; the address, 0 if memory is full."""
+        address = self._running().heap.allocate(len(data))
+        if address:
+            self.store_bytes(address, data)
+        return address
+
+    def free_bytes(self, address: int) -> None:
+        """Give back what `make_bytes` made; anything else is passed over."""
+        with suppress(PlcFault):
+            self._running().heap.free(address)
 
     @property
     def time_ns(self) -> int:
@@ -178,7 +237,30 @@ class Bodies:
         attribute = _python_attribute(this.record, name)
         if attribute is None or not callable(getattr(this.record, attribute)):
             return None
-        return lambda address, *values: getattr(self.record_at(address, this), attribute)(*values)
+        if routine.kind is RoutineKind.BODY:
+            return lambda address: getattr(self.record_at(address, this), attribute)()
+        inputs, outputs = parameters_of(routine), outputs_of(routine)
+
+        def method(address: int, *values: Any) -> Any:
+            given = [
+                item.type.decode(encoded_from(value, flat(item.type)))
+                if item.section is Section.INPUT
+                else value
+                for item, value in zip(inputs, values, strict=True)
+            ]
+            answer = getattr(self.record_at(address, this), attribute)(*given)
+            if not outputs:
+                return None if routine.result is None else _taken(routine.result, answer)
+            told = list(answer) if isinstance(answer, tuple) else [answer]
+            slots = [routine.result, *outputs]
+            if routine.result is None:
+                told = [None, *told]
+            return tuple(
+                None if slot is None else _taken(slot, value)
+                for slot, value in zip(slots, told, strict=True)
+            )
+
+        return method
 
     def record_at(self, address: int, type: StructType[Any]) -> Record:
         """The record at an address, the same object each time."""
@@ -194,43 +276,108 @@ class Bodies:
 
     # life ------------------------------------------------------------------------------------
 
-    def create(self, *, retains: bool = True, copying: bool = False) -> None:
-        """Bring all instances to life: FB_init, start values, call_after_init, in order."""
-        run = self._running()
-        run.refuel()
-        for unit in self.project.units.values():
-            if unit.create:
-                self._with_flags(unit.create, retains, copying)
-        for call in self.project.init_calls:
+    def create(self, moves: Moves | None = None) -> None:
+        """Bring all instances to life: FB_init, start values, call_after_init, in order.
+
+        With `moves`, those that begin in an online change.
+        """
+        with self._awake():
+            for unit in self.project.units.values():
+                if moves is None:
+                    self._with_flags(unit.create, _RETAINS, False)
+                else:
+                    self._part(unit.create, moves.again, False, _COPYING)
+                    self._part(unit.create, moves.new, _RETAINS, False)
+            if moves is None:
+                self._call_in_slots(self.project.init_calls)
+
+    def online_changed(self, after: "Bodies") -> None:
+        """Tell those that want to know of an online change: of block layouts, then of any."""
+        before = after.project.blocks
+        changed = {
+            key
+            for key, block in self.project.blocks.items()
+            if key in before and not is_alike(before[key].type, block.type)
+        }
+        with self._awake() as run:
+            for call in self.project.type_change_calls:
+                routine = self.project.routines.get(call.routine)
+                if routine is not None and call.types & changed:
+                    values = _start_values(routine)
+                    for address in self._instances_of(call.block):
+                        run.function(call.routine)(*address, *values)
+            self._call_in_slots(self.project.online_change_calls)
+
+    def _call_in_slots(self, calls: Iterable[InitCall]) -> None:
+        for call in calls:
             if call.routine in self.project.routines:
                 for address in self._instances_of(call.block):
-                    run.function(call.routine)(*address)
+                    self._running().function(call.routine)(*address)
+
+    @contextmanager
+    def _awake(self) -> Iterator[Execution]:
+        """The whole budget for what runs outside of cycles."""
+        run = self._running()
+        run.refuel()
+        run.allow_calls()
+        try:
+            yield run
+        finally:
+            run.rest()
 
     def _instances_of(self, block: str) -> list[tuple[int, ...]]:
         """Where instances of a block are; without one, a call without instance."""
         if not block:
             return [()]
         assert self._memory is not None
-        wanted = self.project.blocks[block].type
+        wanted = self.project.blocks[block].type.name
         found: list[tuple[int, ...]] = []
         for placed in self._variables:
             start = self._memory.address(placed.area, placed.offset)
             found += [(start + offset,) for offset in _places_of(wanted, placed.variable.type)]
         return found
 
-    def exit(self, *, copying: bool) -> None:
-        """End the life of all instances: FB_exit."""
-        self._running().refuel()
-        for unit in reversed(list(self.project.units.values())):
-            if unit.exit:
-                self._with_flags(unit.exit, copying)
+    def exit(self, moves: Moves) -> None:
+        """End the life of the instances that an online change ends: FB_exit."""
+        with self._awake():
+            for unit in reversed(list(self.project.units.values())):
+                self._part(unit.exit, moves.again, _COPYING)
+                self._part(unit.exit, moves.gone, False)
 
-    def reinit(self) -> None:
+    def reinit(self, moves: Moves) -> None:
         """After values were copied: FB_reinit."""
-        self._running().refuel()
-        for unit in self.project.units.values():
-            if unit.reinit:
-                self._with_flags(unit.reinit)
+        with self._awake():
+            for unit in self.project.units.values():
+                self._part(unit.reinit, moves.copied)
+
+    def made(self) -> Iterator[tuple[int, IecType[Any]]]:
+        """Address and type of each record that `__NEW` made."""
+        for address, of, count in self._running().heap.all_held():
+            for number in range(count):
+                yield address + number * of.size, of
+
+    def refuse_other_layouts(self, declared: Mapping[str, StructType[Any]]) -> None:
+        """Raise `DeclarationError` if what `__NEW` made would have another layout.
+
+        `declared` are the types from now on, by name in lower case. (The vendor's tools take no
+        online change then either: such memory does not move.)
+        """
+        for _, of, _ in self._running().heap.all_held():
+            new = declared.get(of.name.lower())
+            if new is None or not is_alike(of, new):
+                what = "is gone" if new is None else "has another layout"
+                raise DeclarationError(
+                    f"{of.name} {what}, but there are instances that __NEW made: this takes"
+                    " a reset or a restart, not an online change"
+                )
+
+    def _part(self, key: str, names: Collection[str], *flags: bool) -> None:
+        """What a routine of a unit does about some of its variables."""
+        if not key or not names:
+            return
+        part = self._running().part(key, lambda statement: unit_variable(statement) in names)
+        if part is not None:
+            part(*flags[: len(self.project.routines[key].parameters)])
 
     def _with_flags(self, key: str, *flags: bool) -> None:
         routine = self.project.routines.get(key)
@@ -253,11 +400,13 @@ class Bodies:
     def begin_cycle(self) -> None:
         """The whole budget again, and what came from outside."""
         self._running().refuel()
+        self._running().allow_calls()
         if self._services is not None:
             self._services.begin_cycle(self)
 
     def end_cycle(self) -> None:
         """What the cycle had to tell outside may leave."""
+        self._running().rest()
         if self._services is not None:
             self._services.end_cycle()
 
@@ -291,6 +440,54 @@ class Bodies:
         self._call(routine, record, (value,))
         return True
 
+    def has(self, record: Record, name: str) -> bool:
+        """Whether Structured Text does a method of a block or program; `__getX`, `__setX` for
+        a property."""
+        return self._routine(record, name) is not None
+
+    def call(
+        self, record: Record, name: str, values: Sequence[object], named: Mapping[str, object]
+    ) -> Any:
+        """Call a method with Python values, in order or by name; inputs left out start as
+        declared. The result; with outputs a tuple of it and them.
+
+        Raises LookupError if there is none, TypeError for other inputs, `IecValueError` for what
+        an input does not take, and what the Structured Text raises.
+        """
+        routine = self._routine(record, name)
+        if routine is None:
+            raise LookupError(f"{record.__class__.__iec__.name} has no method {name} here")
+        inputs = parameters_of(routine)
+        if any(item.section is not Section.INPUT for item in inputs):
+            raise TypeError(f"{routine.name} has VAR_IN_OUT: call it from Structured Text")
+        if len(values) > len(inputs):
+            raise TypeError(f"{routine.name} takes {len(inputs)} inputs, got {len(values)}")
+        given = {item.name.lower(): value for item, value in zip(inputs, values, strict=False)}
+        for key, value in named.items():
+            if key.lower() in given or key.lower() not in {item.name.lower() for item in inputs}:
+                names = ", ".join(item.name for item in inputs) or "no inputs"
+                raise TypeError(f"{routine.name} takes {names}, each once, got {key}")
+            given[key.lower()] = value
+        image = routine.frame.default
+        arguments = []
+        for item in inputs:
+            data = image[item.offset : item.offset + item.type.size]
+            if item.name.lower() in given:
+                data = item.type.encode(given[item.name.lower()])
+            arguments.append(known_from(data, flat(item.type)).value)
+        answer = self._call(routine, record, arguments)
+        outputs = outputs_of(routine)
+        answers = list(answer) if outputs else [answer]
+        of = [routine.result, *outputs]
+        found = [
+            item.type.decode(encoded_from(value, flat(item.type)))
+            for value, item in zip(answers, of, strict=True)
+            if item is not None
+        ]
+        if not found:
+            return None
+        return tuple(found) if len(found) > 1 else found[0]
+
     def _routine(self, record: Record, name: str) -> Routine | None:
         """The Structured Text of a block's method or of a program's; None without any."""
         type = record.__class__.__iec__
@@ -303,13 +500,13 @@ class Bodies:
         return routine
 
     def _call(self, routine: Routine, record: Record, values: Sequence[Any]) -> Any:
-        self._running().refuel()
         function = self._running().function(routine.key)
-        if routine.this is None:
-            return function(*values)
-        assert self._memory is not None
-        address = self._memory.address_of(record.__iec_buffer__, record.__iec_offset__)
-        return function(address, *values)
+        if routine.this is not None:
+            assert self._memory is not None
+            address = self._memory.address_of(record.__iec_buffer__, record.__iec_offset__)
+            values = (address, *values)
+        with self._awake():
+            return self.guard(f"a call of {routine.name}", lambda: function(*values))
 
     def _invoked(self, record: Record, name: str, values: tuple[Any, ...]) -> Any:
         """A call of Structured Text from Python: of a block's body (no name) or a method."""
@@ -322,6 +519,34 @@ class Bodies:
         assert self._memory is not None
         address = self._memory.address_of(record.__iec_buffer__, record.__iec_offset__)
         return self._running().function(key)(address, *values)
+
+
+def _taken(variable: Variable[Any, Any], value: Any) -> Any:
+    """A value that a Python method gives, as emitted code has it; None is what it starts with."""
+    data = variable.initial_bytes() if value is None else variable.type.encode(value)
+    return known_from(data, flat(variable.type)).value
+
+
+def _start_values(routine: Routine) -> list[Any]:
+    """What the inputs of a routine start with."""
+    return [
+        known_from(item.initial_bytes(), flat(item.type)).value for item in parameters_of(routine)
+    ]
+
+
+def _unguarded(what: str, work: Callable[[], Any]) -> Any:
+    return work()
+
+
+def _static_rows(project: TypedProject) -> list[tuple[Any, ...]]:
+    return sorted(
+        (
+            f"{one.owner}.{one.variable.name}".lower(),
+            one.variable.type.guid,
+            one.variable.initial_bytes(),
+        )
+        for one in project.statics
+    )
 
 
 def _python_attribute(record: type[Record], name: str) -> str | None:
@@ -346,13 +571,14 @@ def _answer(routine: Routine, given: Any) -> bytes:
     )
 
 
-def _places_of(wanted: StructType[Any], type: IecType[Any], offset: int = 0) -> Iterator[int]:
-    """Offsets of all records of a type inside another."""
+def _places_of(wanted: str, type: IecType[Any], offset: int = 0) -> Iterator[int]:
+    """Offsets of all records of a name inside a type: an online change of bodies only leaves the
+    types of variables as they are."""
     type = resolved(type)
     if isinstance(type, StructType):
         base: StructType[Any] | None = type
         while base is not None:
-            if base is wanted:
+            if base.name == wanted:
                 yield offset
                 break
             base = base.base

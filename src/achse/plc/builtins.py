@@ -16,6 +16,9 @@ __all__ = ["BLOCKS", "FUNCTIONS", "BlockBody", "BuiltinContext", "FunctionBody",
 _UNIX_EPOCH = 116_444_736_000_000_000
 """1970 in steps of 100 ns since 1601."""
 
+_WRONG_ARGUMENTS = 0xFF
+"""What MEMCMP gives for a pointer that is 0, or for no bytes."""
+
 _LONGEST_REAL = 510
 """Characters of a number as text."""
 
@@ -29,6 +32,14 @@ class BuiltinContext(Protocol):
 
     def store_bytes(self, address: int, data: bytes) -> object:
         """Raises ACCESS_VIOLATION where there is no memory."""
+        ...
+
+    def make_bytes(self, data: bytes) -> int:
+        """Allocate these bytes; the address, 0 if memory is full."""
+        ...
+
+    def free_bytes(self, address: int) -> None:
+        """Give back what `make_bytes` made; anything else is passed over."""
         ...
 
     @property
@@ -94,7 +105,7 @@ def _memory_set(plc: BuiltinContext, target: int, fill: int, count: int) -> int:
 
 def _memory_compare(plc: BuiltinContext, first: int, second: int, count: int) -> int:
     if not (first and second and count):
-        return 0
+        return _WRONG_ARGUMENTS
     left, right = plc.load_bytes(first, count), plc.load_bytes(second, count)
     return (left > right) - (left < right)
 

@@ -202,6 +202,17 @@ class Region:
         """Take the present content as what `reset` restores."""
         self._initial = dict(_pieces(self.data))
 
+    def initial(self, offset: int, length: int) -> bytes:
+        """What these bytes are after a reset. MemoryRangeError unless all of them exist."""
+        self._check(offset, length)
+        found = bytearray(length)
+        for start in range(offset // _CHUNK * _CHUNK, offset + length, _CHUNK):
+            piece = self._initial.get(start, b"")
+            first, end = max(offset, start), min(offset + length, start + len(piece))
+            if end > first:
+                found[first - offset : end - offset] = piece[first - start : end - start]
+        return bytes(found)
+
     def reset(self, *, origin: bool = False) -> None:
         """Restore the initial values: all (`origin`), or all that is not kept (cold)."""
         kept = [] if origin else [(part, self.data[part]) for part in self._kept]
@@ -223,7 +234,7 @@ class Region:
         self._check(offset, length)
         return bytes(self.data[offset : offset + length])
 
-    def write(self, offset: int, content: bytes) -> None:
+    def write(self, offset: int, content: bytes | memoryview) -> None:
         """Put `content` at `offset`. Raises MemoryRangeError unless all of it fits."""
         self._check(offset, len(content))
         self.data[offset : offset + len(content)] = content

@@ -9,6 +9,7 @@ from achse.iec import (
     DeclarationError,
     IecType,
     Place,
+    RecordKind,
     StructType,
     Variable,
     bind,
@@ -19,7 +20,14 @@ from achse.iec.elementary import BoolType
 from achse.iec.structs import StaticRecord
 from achse.plc.memory import Area, AreaFullError, Memory
 
-__all__ = ["PlacedUnit", "PlacedVariable", "partner_names", "place", "place_statics"]
+__all__ = [
+    "PlacedUnit",
+    "PlacedVariable",
+    "hand_to_blocks",
+    "partner_names",
+    "place",
+    "place_statics",
+]
 
 _AREAS = {
     "I": Area.INPUT,
@@ -121,7 +129,7 @@ class PlacedUnit:
         else:
             region.write_bits(offset * 8 + bit, initial)
         type = variable.type
-        if variable.retain or variable.persistent:
+        if variable.retain or variable.persistent or _is_left_alone(variable):
             region.keep(offset, type.size)
         elif type.is_view:
             if type not in self._remanent:
@@ -193,6 +201,18 @@ def _unique(names: Sequence[str]) -> None:
         seen.add(name.lower())
 
 
+def hand_to_blocks(units: Iterable[PlacedUnit], partners: Mapping[object, object]) -> None:
+    """Hand partners to the Python classes of function blocks, as `PlacedUnit.start` does to units.
+
+    All instances of a block share them.
+    """
+    for found in types_within([type(unit.instance).__iec__ for unit in units]):
+        if isinstance(found, StructType) and found.kind is RecordKind.FUNCTION_BLOCK:
+            for name, wanted in _annotations(found.record):
+                if isinstance(wanted, str) and wanted in partners and not found.has_member(name):
+                    setattr(found.record, name, partners[wanted])
+
+
 def partner_names(cls: type) -> set[str]:
     """The attributes that `PlacedUnit.start` may set."""
     return {name for name, _ in _annotations(cls)}
@@ -209,12 +229,17 @@ def _annotations(cls: type) -> Iterator[tuple[str, type | str]]:
                     yield name, wanted
 
 
+def _is_left_alone(variable: Variable[Any, Any]) -> bool:
+    """Attribute `no_init`: a reset does not touch the variable."""
+    return any(name.lower() in ("no_init", "noinit") for name in variable.attributes)
+
+
 def _remanent_parts(type: IecType[Any], offset: int = 0) -> Iterator[tuple[int, int]]:
     """Offset and size of the retain and persistent members inside a variable."""
     type = resolved(type)
     if isinstance(type, StructType):
         for member in type.fields:
-            if member.retain or member.persistent:
+            if member.retain or member.persistent or _is_left_alone(member):
                 yield offset + member.offset, member.type.size
             else:
                 yield from _remanent_parts(member.type, offset + member.offset)

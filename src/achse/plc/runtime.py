@@ -5,27 +5,39 @@ import logging
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum
+from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, TypeVar
 
 from achse.iec import DeclarationError, PointerType, Program
 from achse.iec.structs import StaticRecord
+from achse.plc.changes import TrialPlacement
 from achse.plc.code.faults import FaultReport, report_of
+from achse.plc.instance_paths import put_instance_paths
+from achse.plc.lives import Moves, layouts
 from achse.plc.memory import Area, AreaFullError, Memory
 from achse.plc.past import Past
-from achse.plc.program import PlacedUnit, PlacedVariable, place, place_statics
+from achse.plc.program import (
+    PlacedUnit,
+    PlacedVariable,
+    hand_to_blocks,
+    place,
+    place_statics,
+)
 from achse.plc.starts import put_start_values
 from achse.plc.system_info import SystemInfo, system_info_list
 from achse.plc.task import Stopwatch, Task
 
 if TYPE_CHECKING:
     from achse.plc.bodies import Bodies  # half of a start; only Structured Text needs it
+    from achse.plc.debug import Debugger
 
 __all__ = ["PlcRuntime", "PlcState", "PlcStateError"]
 
 log = logging.getLogger("achse.plc")
 
 U = TypeVar("U", bound=StaticRecord)
+T = TypeVar("T")
 
 _FIRST_TASK_PORT = 350
 _due = attrgetter("due_ns")
@@ -82,14 +94,22 @@ class PlcRuntime:
         self.stopwatch = stopwatch
         self.state = PlcState.RUN
         self._state_listeners: list[Callable[[PlcState], None]] = []
+        self.keep_persistent: Callable[[], bool] = lambda: True
+        """Keeps PERSISTENT and RETAIN variables as they are now; False if they cannot be written.
+        The station sets it."""
         self.failure = ""
         """The traceback that led to EXCEPTION."""
         self.fault: FaultReport | None = None
         """The same in short, with the place in the Structured Text."""
+        self.complaint = ""
+        """The same as one line of the log: what was done, and what came of it."""
         self.bodies = bodies
+        self.debugger: Debugger | None = None
+        """What stops its tasks at breakpoints; None while nobody debugs."""
         self._running: Task = tasks[0]
         self.warnings: tuple[str, ...] = ()
-        """Initial values that only a running program would give, with file, line and column."""
+        """Initial values that only a running program would give, with file, line and column; none
+        where the bodies run."""
         self.online_changes = 0
         self.restarts = 0
         """Resets so far."""
@@ -111,27 +131,33 @@ class PlcRuntime:
         except Exception as failure:
             self._fail("the start failed", failure)
 
-    def _place(self) -> None:
+    def _place(self, previous: "Bodies | None" = None) -> None:
         programs = [program for task in self.tasks for program in task.programs]
-        of_code = [] if self.bodies is None else self.bodies.declared
         declared = dict.fromkeys([self._system, *self._globals, *programs])
-        names = {unit.__iec__.name.lower() for unit in declared}
-        declared |= {unit: None for unit in of_code if unit.__iec__.name.lower() not in names}
-        self.units = place(declared, self.memory)
+        self.units = place(_with_code(declared, self.bodies), self.memory)
         self._statics = place_statics(self.units, self.memory)
-        self.warnings = put_start_values(self.units, self._statics, self.memory)
+        left = put_start_values(self.units, self._statics, self.memory)
+        self.warnings = left if self.bodies is None else ()  # else its code does what is left
+        put_instance_paths(self.variables, self.memory)
         if self.bodies is not None:
-            self.bodies.settle(
-                self.memory,
-                self.variables,
-                lambda: self._running.time_ns,
-                lambda: self._indices[self._running] + 1,
-            )
+            self._settle(previous)
         self.memory.hold_initial()
         self._by_class: dict[type[StaticRecord], PlacedUnit] = {
             type(unit.instance): unit for unit in self.units
         }
         self._info = SystemInfo(self.memory[Area.DATA].data, self._by_class[self._system].variables)
+
+    def _settle(self, previous: "Bodies | None", *, keeps_statics: bool = False) -> None:
+        assert self.bodies is not None
+        self.bodies.guard = self._guarded
+        self.bodies.settle(
+            self.memory,
+            self.variables,
+            lambda: self._running.time_ns,
+            lambda: self._indices[self._running] + 1,
+            after=previous,
+            keeps_statics=keeps_statics,
+        )
 
     def unit(self, declared: type[U]) -> U:
         """The instance of a program or variable list. KeyError if the PLC has none."""
@@ -178,7 +204,7 @@ class PlcRuntime:
         """
         task = self._next
         while task.due_ns <= now_ns:
-            if self.state is PlcState.RUN:
+            if self.state is PlcState.RUN and not self.is_held:
                 self._cycle(task)
             else:
                 task.skip(now_ns)
@@ -196,20 +222,92 @@ class PlcRuntime:
         self._running = task
         if self.bodies is not None:
             self.bodies.begin_cycle()
+        if self.debugger is not None:
+            self.debugger.run(task, lambda: task.cycle(self.stopwatch))
+            return
+        failed: Exception | None = None
         try:
             task.cycle(self.stopwatch)
         except Exception as failure:
+            failed = failure
+        self.end_cycle(task, failed)
+
+    def end_cycle(self, task: Task, failure: Exception | None) -> None:
+        """A cycle has ended, by itself or by what it raised."""
+        if failure is not None:
             self._fail(f"task {task.name} stopped in cycle {task.cycle_count}", failure)
         if self.bodies is not None:
             self.bodies.end_cycle()
+        if task.exceeds_in_a_row and task.exceeds_in_a_row == task.watchdog_cycles:
+            log.warning(
+                "%s: task %s took longer than its %g ms %d times in a row (%d times so far)",
+                self.name,
+                task.name,
+                task.cycle_ns / 1e6,
+                task.exceeds_in_a_row,
+                task.exceed_count,
+            )
+
+    def _guarded(self, what: str, work: Callable[[], T]) -> T:
+        """Run what a client calls: a fault in it stops the PLC, as one in a task does."""
+        if self.state is PlcState.EXCEPTION:
+            raise PlcStateError(f"{self.name} is in EXCEPTION: nothing of it is called")
+        try:
+            return work()
+        except Exception as failure:
+            self._fail(f"{what} failed", failure)
+            raise
+
+    # debugging -------------------------------------------------------------------------------
+
+    def debug(self) -> "Debugger":
+        """The debugger of this PLC, from now on until `end_debugging`.
+
+        Meanwhile its code is a debug build, which is slower. Raises `DebugError` if it runs no
+        Structured Text.
+        """
+        from achse.plc.debug import Debugger
+
+        if self.debugger is None:
+            self.debugger = Debugger(self)
+        return self.debugger
+
+    def end_debugging(self) -> None:
+        """Forget all breakpoints; a cycle that stands still goes on."""
+        if self.debugger is not None:
+            self.debugger.end()
+            self.debugger = None
+
+    def drop_debugger(self) -> None:
+        """The PLC goes, or its code: a cycle that stands still ends where it is."""
+        if self.debugger is not None:
+            self.debugger.abandon()
+            self.debugger.close()
+            self.debugger = None
+
+    @property
+    def is_held(self) -> bool:
+        """Whether a cycle stands still at a breakpoint; no task runs then."""
+        return self.debugger is not None and self.debugger.stop is not None
+
+    def resume_cycle(self, task: Task) -> None:
+        """A cycle that stood still is about to go on."""
+        self._running = task
+
+    def _abandon(self) -> None:
+        """End a cycle that stands still where it is."""
+        if self.debugger is not None:
+            self.debugger.abandon()
 
     def _fail(self, what: str, failure: Exception) -> None:
         self.failure = "".join(traceback.format_exception(failure))
         if self.bodies is not None:
             self.fault = report_of(failure, self.bodies.paths)
+        placed = self.fault is not None and self.fault.path
+        self.complaint = f"{self.name}: {what}: {self.fault if placed else repr(failure)}"
         self._enter(PlcState.EXCEPTION)
-        if self.fault is not None and self.fault.path:
-            log.error("%s: %s: %s", self.name, what, self.fault)
+        if placed:
+            log.error("%s", self.complaint)
         else:
             log.error("%s: %s", self.name, what, exc_info=failure)
 
@@ -243,6 +341,11 @@ class PlcRuntime:
                 sizes or {},
                 bodies,
             )
+        if self.debugger is not None:
+            if self.bodies is None:
+                self.drop_debugger()
+            else:
+                self.debugger.renew()
         self.online_changes += 1
         self._info.show_online_changes(self.online_changes)
         for listener in self._change_listeners:
@@ -263,45 +366,98 @@ class PlcRuntime:
         called = {task: tuple(programs.get(task.name, task.programs)) for task in self.tasks}
         all_programs = [program for programs in called.values() for program in programs]
         declared = dict.fromkeys([self._system, *globals, *all_programs])
-        trial = Memory(self.memory.sizes)
-        trial.grow(sizes)
-        place_statics(place(declared, trial), trial)
+        memory = Memory(self.memory.sizes)
+        memory.grow(sizes)
+        trial = TrialPlacement(_with_code(declared, bodies or self.bodies), memory)
+        if self.bodies is not None:
+            self.bodies.refuse_other_layouts(layouts(trial.units))
+        moves = Moves.between(self.variables, trial.variables)
+        self._abandon()
+        if bodies is not None and self._is_of_bodies_only(trial, bodies, called):
+            self._put_bodies(bodies)
+            return
         if self.bodies is not None:
             self.bodies.release()
         try:
-            self.memory.grow({area: len(region) for area, region in trial.regions.items()})
+            self.memory.grow({area: len(region) for area, region in memory.regions.items()})
         except AreaFullError as failure:
             raise DeclarationError(str(failure)) from None
         finally:
             if self.bodies is not None:
                 self.bodies.resume()
         if self.bodies is not None:
-            self._end_lives()
+            self._in_change("FB_exit before", partial(self.bodies.exit, moves))
             self.bodies.release()
+        previous = self.bodies
+        statics = [] if previous is None else previous.statics
+        past = Past.of(self.memory, self.units, [*self.variables, *statics])
         if bodies is not None:
             self.bodies = bodies
-        past = Past.of(self.memory, self.units, self.variables)
         firsts = {task: task.first_cycle for task in self.tasks}
         self._globals = globals
         for task, of_task in called.items():
             task.programs = of_task
         self.memory.begin_again()
-        self._place()
+        self._place(previous)
         try:
-            self._start(copying=True)
+            self._start_units()
             past.restore_attributes(self.units)
         except Exception as failure:
             self._fail("the start after an online change failed", failure)
-        past.restore_values(self.memory, self.variables)
+        statics = [] if self.bodies is None else self.bodies.statics
+        made = () if self.bodies is None else self.bodies.made()
+        variables = [*self.variables, *statics]
+        carried = past.restore_values(self.memory, variables, made, moves.renewed)
         put_start_values(self.units, self._statics, self.memory, of=PointerType)
-        if self.bodies is not None and self.state is not PlcState.EXCEPTION:
-            try:
-                self.bodies.reinit()
-            except Exception as failure:
-                self._fail("FB_reinit after an online change failed", failure)
+        if self.bodies is not None:
+            # What FB_init writes to other variables stays: only its own are copied after it.
+            copied = [placed for placed in variables if placed.name.lower() in moves.copied]
+            carried.start_again(copied)
+            self._in_change("FB_init in", partial(self.bodies.create, moves))
+            carried.copy_again(copied)
+            put_start_values(
+                self.units, self._statics, self.memory, of=PointerType, only=moves.copied
+            )
+            self._in_change("FB_reinit after", partial(self.bodies.reinit, moves))
+            self._tell_bodies(previous)
         for task, first in firsts.items():
             task.first_cycle = first
             self._info.show_task(self._indices[task], task)
+
+    def _is_of_bodies_only(
+        self,
+        trial: TrialPlacement,
+        bodies: "Bodies",
+        called: Mapping[Task, Sequence[type[Program]]],
+    ) -> bool:
+        """Whether everything is declared as it is already, and no Python is involved."""
+        names = {
+            task: [program.__iec__.name for program in programs]
+            for task, programs in called.items()
+        }
+        programs = [program for programs in called.values() for program in programs]
+        return (
+            self.bodies is not None
+            and not (self.bodies.has_python or bodies.has_python)
+            and not any(callable(getattr(one, "cycle", None)) for one in programs)
+            and names == {task: [one.__iec__.name for one in task.programs] for task in self.tasks}
+            and bodies.has_statics_of(self.bodies)
+            and trial.is_like(self.units, self._statics)
+            and trial.starts_like(self.units, self._statics, self._initial_of)
+        )
+
+    def _initial_of(self, placed: PlacedVariable) -> bytes:
+        size = max(placed.variable.type.size, 1)
+        return self.memory[placed.area].initial(placed.offset, size)
+
+    def _put_bodies(self, bodies: "Bodies") -> None:
+        """Do something else in the same memory from the next cycle on; no instance is touched."""
+        assert self.bodies is not None
+        previous, self.bodies = self.bodies, bodies
+        previous.release()
+        self._settle(previous, keeps_statics=True)
+        self.bind_tasks()
+        self._tell_bodies(previous)
 
     def on_online_change(self, listener: Callable[[], None]) -> None:
         """Call `listener` after each online change from now on."""
@@ -327,6 +483,7 @@ class PlcRuntime:
 
     def stop(self) -> None:
         """RUN → STOP; variables keep their values. An EXCEPTION stays one."""
+        self._abandon()
         if self.state is PlcState.RUN:
             self._enter(PlcState.STOP)
 
@@ -335,11 +492,12 @@ class PlcRuntime:
 
         A cold reset spares retain and persistent variables, `origin` does not.
         """
+        self._abandon()
         self.memory.reset(origin=origin)
         if self.bodies is not None:
             self.bodies.reset()
         self.restarts += 1
-        self.failure = ""
+        self.failure = self.complaint = ""
         self.fault = None
         self._enter(PlcState.STOP)
         for task in self.tasks:
@@ -349,28 +507,43 @@ class PlcRuntime:
         except Exception as failure:
             self._fail("the start after a reset failed", failure)
 
-    def _end_lives(self) -> None:
-        """FB_exit of all instances, before an online change."""
-        assert self.bodies is not None
-        try:
-            self.bodies.exit(copying=True)
-        except Exception as failure:
-            self._fail("FB_exit before an online change failed", failure)
+    def _tell_bodies(self, previous: "Bodies | None") -> None:
+        if self.bodies is not None and previous is not None:
+            told = partial(self.bodies.online_changed, previous)
+            self._in_change("a call that follows", told)
 
-    def _start(self, *, copying: bool = False) -> None:
+    def _in_change(self, what: str, work: Callable[[], None]) -> None:
+        """Do what Structured Text does in an online change; nothing of a PLC in EXCEPTION."""
+        if self.state is PlcState.EXCEPTION:
+            return
+        try:
+            work()
+        except Exception as failure:
+            self._fail(f"{what} an online change failed", failure)
+
+    def _start(self) -> None:
+        self._start_units()
+        if self.bodies is not None:
+            self.bodies.create()
+
+    def _start_units(self) -> None:
         partners: dict[object, object] = {PlcRuntime: self, "PlcRuntime": self}
         for unit in self.units:
             partners[type(unit.instance)] = partners[type(unit.instance).__name__] = unit.instance
         self._info.show_online_changes(self.online_changes)
+        hand_to_blocks(self.units, partners)
         for unit in self.units:
             task = self.task_of(unit)
             unit.start(partners | {Task: task, "Task": task})
         for task in self.tasks:
             task.first_cycle = True
+        self.bind_tasks()
+
+    def bind_tasks(self) -> None:
+        """Let the tasks call what their programs are now."""
+        for task in self.tasks:
             cycles = [self._cycle_of(program) for program in task.programs]
             task.calls = [cycle for cycle in cycles if callable(cycle)]
-        if self.bodies is not None:
-            self.bodies.create(retains=not copying, copying=copying)
 
     def _cycle_of(self, program: type[Program]) -> object:
         """What a task calls of a program: what Python does, else its Structured Text."""
@@ -391,3 +564,12 @@ class PlcRuntime:
             counters = (task.due_ns, task.cycle_count, task.exceed_count, task.first_cycle)
             state.update(repr(counters).encode())
         return state.digest()
+
+
+def _with_code(
+    declared: Mapping[type[StaticRecord], None], bodies: "Bodies | None"
+) -> list[type[StaticRecord]]:
+    """The units, and those of libraries that the code uses."""
+    names = {unit.__iec__.name.lower() for unit in declared}
+    of_code = [] if bodies is None else bodies.declared
+    return [*declared, *(unit for unit in of_code if unit.__iec__.name.lower() not in names)]

@@ -4,23 +4,8 @@ import struct
 from collections.abc import Sequence
 from typing import Any
 
-from achse.iec import (
-    ARRAY,
-    BOOL,
-    BYTE,
-    DT,
-    DWORD,
-    LINT,
-    PVOID,
-    STRING,
-    UDINT,
-    UINT,
-    GlobalVariables,
-    IecType,
-    StructType,
-    Variable,
-)
-from achse.iec.layout import MemberOffset, TypeLayout
+from achse.iec import ARRAY, UDINT, GlobalVariables, Variable
+from achse.iec.system_types import APP_INFO, TASK_INFO
 from achse.plc.program import PlacedVariable
 from achse.plc.task import Task
 
@@ -30,63 +15,6 @@ _OBJECT_ID_OF_APP = 0x0850_2000
 _OBJECT_ID_OF_FIRST_TASK = 0x0201_0030
 """Object ids as TwinCAT hands them out to the first PLC project and its tasks."""
 
-
-def _structure(
-    name: str, size: int, rows: Sequence[tuple[int, str, IecType[Any]]]
-) -> StructType[Any]:
-    """A structure with members at given offsets; the gaps are reserved."""
-    members = [Variable[Any, Any](type, name=member) for _, member, type in rows]
-    return StructType(
-        name,
-        members,
-        layout=TypeLayout(size, 8, tuple(MemberOffset(offset) for offset, _, _ in rows)),
-    )
-
-
-APP_INFO = _structure(
-    "PLC.PlcAppSystemInfo",
-    256,
-    [
-        (0, "ObjId", UDINT),
-        (4, "TaskCnt", UDINT),
-        (8, "OnlineChangeCnt", UDINT),
-        (12, "Flags", DWORD),
-        (16, "AdsPort", UINT),
-        (18, "BootDataLoaded", BOOL),
-        (19, "OldBootData", BOOL),
-        (20, "AppTimestamp", DT),
-        (24, "KeepOutputsOnBP", BOOL),
-        (25, "ShutdownInProgress", BOOL),
-        (26, "LicensesPending", BOOL),
-        (27, "BSODOccured", BOOL),
-        (28, "LoggedIn", BOOL),
-        (29, "PersistentStatus", BYTE),
-        (32, "TComSrvPtr", PVOID),
-        (64, "AppName", STRING(63)),
-        (128, "ProjectName", STRING(63)),
-    ],
-)
-"""Type of `_AppInfo`."""
-
-TASK_INFO = _structure(
-    "PLC.PlcTaskSystemInfo",
-    128,
-    [
-        (0, "ObjId", UDINT),
-        (4, "CycleTime", UDINT),
-        (8, "Priority", UINT),
-        (10, "AdsPort", UINT),
-        (12, "CycleCount", UDINT),
-        (16, "DcTaskTime", LINT),
-        (24, "LastExecTime", UDINT),
-        (28, "FirstCycle", BOOL),
-        (29, "CycleTimeExceeded", BOOL),
-        (30, "InCallAfterOutputUpdate", BOOL),
-        (31, "RTViolation", BOOL),
-        (64, "TaskName", STRING(63)),
-    ],
-)
-"""Type of the elements of `_TaskInfo`; times in 100 ns, DcTaskTime in ns."""
 
 SYSTEM_LIST = "TwinCAT_SystemInfoVarList"
 

@@ -16,7 +16,8 @@ class Task:
     `cycle_ns` > 0; `priority` 0..255, the lowest number runs first; `port` is the AMS port that
     `_TaskInfo` shows for the task, 0 for 350 and up in the order of the tasks. The programs run
     in the order given, once the PLC has made instances of them. A program with an annotation
-    `task: Task` is given its task.
+    `task: Task` is given its task. `watchdog_cycles` is the task option of that name: after so many
+    cycles in a row that took too long the log warns; 0 for never.
     """
 
     __slots__ = (
@@ -25,6 +26,7 @@ class Task:
         "cycle_ns",
         "due_ns",
         "exceed_count",
+        "exceeds_in_a_row",
         "first_cycle",
         "last_exec_ns",
         "name",
@@ -33,6 +35,7 @@ class Task:
         "programs",
         "stretch",
         "time_ns",
+        "watchdog_cycles",
     )
 
     def __init__(
@@ -43,6 +46,7 @@ class Task:
         *,
         priority: int = 20,
         port: int = 0,
+        watchdog_cycles: int = 0,
     ) -> None:
         if cycle_ns <= 0:
             raise ValueError(f"task {name}: the cycle is more than 0 ns, got {cycle_ns}")
@@ -63,6 +67,9 @@ class Task:
         """Cycles begun since the last reset, modulo 2**32."""
         self.exceed_count = 0
         """Cycles since the last reset that took longer than the cycle time."""
+        self.watchdog_cycles = watchdog_cycles
+        self.exceeds_in_a_row = 0
+        """Cycles up to the last one that took longer than the cycle time."""
         self.first_cycle = True
         """True until the first cycle after a start has ended."""
         self.last_exec_ns = 0
@@ -79,6 +86,7 @@ class Task:
     def clear_counters(self) -> None:
         """The counters begin again."""
         self.cycle_count = self.exceed_count = self.last_exec_ns = 0
+        self.exceeds_in_a_row = 0
 
     def skip(self, now_ns: int) -> None:
         """Pass over all cycles due up to `now_ns`; the next one stays on the grid."""
@@ -106,4 +114,5 @@ class Task:
             self.last_exec_ns = self.stretch * self.cycle_ns
             self.exceed_count += 1
             self.due_ns += self.last_exec_ns - self.cycle_ns
+        self.exceeds_in_a_row = self.exceeds_in_a_row + 1 if self.exceeded else 0
         self.first_cycle = False

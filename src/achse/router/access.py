@@ -11,6 +11,8 @@ import os
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from achse.router.rights import ALL_RIGHTS, Right
+
 __all__ = ["PasswordHash", "Users", "hash_password"]
 
 _COST, _BLOCK, _PARALLEL = 1 << 14, 8, 1
@@ -81,12 +83,21 @@ def hash_password(password: str, salt: bytes | None = None) -> PasswordHash:
 class Users:
     """Users and their password hashes; names without regard to case, as on a real target."""
 
-    def __init__(self, hashes: Mapping[str, PasswordHash] | None = None) -> None:
+    def __init__(
+        self,
+        hashes: Mapping[str, PasswordHash] | None = None,
+        rights: Mapping[str, Right] | None = None,
+    ) -> None:
+        self._rights = {name.casefold(): each for name, each in (rights or {}).items()}
         self._hashes = {name.casefold(): hashed for name, hashed in (hashes or {}).items()}
         self._nobody = PasswordHash(_COST, _BLOCK, _PARALLEL, bytes(16), bytes(_KEY_SIZE))
 
     def __bool__(self) -> bool:
         return bool(self._hashes)
+
+    def rights(self, user: str) -> Right:
+        """What the routes may that this user adds."""
+        return self._rights.get(user.casefold(), ALL_RIGHTS)
 
     def check(self, user: str, password: str) -> bool:
         """Whether this is a user with that password. Takes some 40 ms: not on the loop."""

@@ -5,8 +5,9 @@ else here happens only when that look-up misses. Nothing in here waits or does I
 """
 
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from itertools import chain
+from typing import Any
 
 from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame, NetId, RouterError
 from achse.codes import ReturnCode
@@ -64,6 +65,10 @@ class Router:
         self._next_port = FIRST_CLIENT_PORT
         self.lost_frames = 0
         """Responses and notifications nobody was there for."""
+        self.denied = 0
+        """Requests whose sender had no right to them."""
+        self.changes = 0
+        """Counts what changes the way of frames to local ports."""
 
     def is_local(self, net_id: bytes) -> bool:
         """True for our NetId and its loopback alias."""
@@ -85,6 +90,7 @@ class Router:
         self._ports.add(port)
         self._client_ports += port >= FIRST_CLIENT_PORT
         self._local[address] = endpoint
+        self.changes += 1
         self._local[AmsAddress.of(LOOPBACK_NET_ID, port)] = endpoint
         return address
 
@@ -114,6 +120,7 @@ class Router:
         self._ports.remove(port)
         self._client_ports -= port >= FIRST_CLIENT_PORT
         self._local.pop(address)
+        self.changes += 1
         self._local.pop(AmsAddress.of(LOOPBACK_NET_ID, port), None)
         for listener in self._close_listeners:
             listener(address)
@@ -241,6 +248,13 @@ class Router:
             self._watcher(frame)
         return self._pass(frame)
 
+    def groups_at(self, target: bytes) -> Mapping[int, Any] | None:
+        """The index groups of the device at a local port, for those who read them in its place.
+
+        None if nobody is there, or another than a device, or if somebody is in the way of frames.
+        """
+        return None if self._attended else getattr(self._local.get(target), "readable_groups", None)
+
     def put_gate(self, gate: Gate | None) -> None:
         """Let every frame pass `gate` from now on; None: nothing is in the way.
 
@@ -249,11 +263,13 @@ class Router:
         faults or clients makes the way of a frame longer.
         """
         self._gate = gate
+        self.changes += 1
         self._attended = gate is not None or self._watcher is not None
 
     def put_watcher(self, watcher: Watcher | None) -> None:
         """Show every frame to `watcher` from now on; None: to nobody. There is one."""
         self._watcher = watcher
+        self.changes += 1
         self._attended = watcher is not None or self._gate is not None
 
     def _beyond(self, frame: Frame) -> Endpoint | None:

@@ -11,8 +11,19 @@ from dataclasses import dataclass
 from enum import Enum, IntFlag
 
 from achse.ams import NetId
+from achse.ams.secure import SECURE_PORT, parse_fingerprint
+from achse.router.rights import ALL_RIGHTS, NO_RIGHTS, Right
 
-__all__ = ["Admission", "FixedRouteError", "Route", "RouteError", "RouteFlags", "RouteTable"]
+__all__ = [
+    "Admission",
+    "FixedRouteError",
+    "Route",
+    "RouteError",
+    "RouteFlags",
+    "RouteTable",
+    "RouteTls",
+    "TlsKind",
+]
 
 _MAX_NAME = 255
 _MAX_HOST = 255
@@ -44,6 +55,43 @@ class Admission(Enum):
     UNKNOWN = "unknown"
 
 
+class TlsKind(Enum):
+    """How the two ends of Secure ADS know each other."""
+
+    SELF_SIGNED = "self_signed"
+    """By the fingerprint of the other's certificate."""
+    SHARED_CA = "shared_ca"
+    """By certificates from one authority."""
+    PSK = "psk"
+    """By a key that both have (Python 3.13)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RouteTls:
+    """That a route goes by Secure ADS.
+
+    - `fingerprint`: of the other side's certificate, 64 hex digits; with `SELF_SIGNED` only;
+    - `ignore_name`: with `SHARED_CA`, its certificate may be for another name;
+    - `identity`: with `PSK`, the name of the key.
+    """
+
+    kind: TlsKind = TlsKind.SELF_SIGNED
+    fingerprint: str = ""
+    ignore_name: bool = False
+    identity: str = ""
+
+    def __post_init__(self) -> None:
+        if self.fingerprint:
+            try:
+                object.__setattr__(self, "fingerprint", parse_fingerprint(self.fingerprint))
+            except ValueError as fault:
+                raise RouteError(str(fault)) from None
+        if (self.kind is TlsKind.SELF_SIGNED) != bool(self.fingerprint):
+            raise RouteError("a fingerprint goes with self_signed, and self_signed needs one")
+        if (self.kind is TlsKind.PSK) != bool(self.identity):
+            raise RouteError("an identity goes with psk, and psk needs one")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Route:
     """One route.
@@ -52,7 +100,9 @@ class Route:
     - `temporary`: gone with the next start, never written to a file;
     - `one_way`: we ask there, requests from there are refused (0x723);
     - `nat_net_id`: the NetId that the other side has itself, if `net_id` is only ours for it;
-    - `timeout`: seconds to connect; `max_fragment`: longest AMS packet in bytes, 0 for any.
+    - `timeout`: seconds to connect; `max_fragment`: longest AMS packet in bytes, 0 for any;
+    - `tls`: how it goes by Secure ADS, if it does; then its port is 8016 unless it says another;
+    - `rights`: what the other side may here.
     """
 
     name: str
@@ -63,6 +113,8 @@ class Route:
     nat_net_id: NetId | None = None
     timeout: float = 5.0
     max_fragment: int = 0
+    tls: RouteTls | None = None
+    rights: Right = ALL_RIGHTS
 
     def __post_init__(self) -> None:
         for what, text, limit in (("name", self.name, _MAX_NAME), ("host", self.host, _MAX_HOST)):
@@ -87,8 +139,9 @@ class Route:
             flags |= RouteFlags.NAT
         return flags
 
-    def endpoint(self, default_port: int = 48898) -> tuple[str, int]:
+    def endpoint(self) -> tuple[str, int]:
         """Host and TCP port to dial. Raises RouteError for a port that is none."""
+        default_port = 48898 if self.tls is None else SECURE_PORT
         host, colon, port = self.host.rpartition(":")
         if not colon or (":" in host and not host.startswith("[")):
             return self.host.strip("[]"), default_port
@@ -138,6 +191,8 @@ class RouteTable:
         self.limit = limit
         self.keep: Callable[[Sequence[Route]], None] = _not_kept
         self.look_up: Callable[[str], None] = _not_looked_up
+        self.rights_of_others: Right = ALL_RIGHTS
+        """What those may who have no route, where they get in."""
         self._own = frozenset(own)
         self._by_name: dict[str, Route] = {}
         self._by_net_id: dict[bytes, Route] = {}
@@ -158,8 +213,8 @@ class RouteTable:
         self._listeners.append(listener)
 
     def ignore(self, listener: Callable[[Route | None, Route | None], None]) -> None:
-        """Undo `on_change`."""
-        self._listeners.remove(listener)
+        """Undo `on_change`, if it was."""
+        self._listeners = [each for each in self._listeners if each != listener]
 
     def named(self, name: str) -> Route | None:
         """The route of that name; case does not matter."""
@@ -241,9 +296,12 @@ class RouteTable:
         self._located[host_name.casefold()] = frozenset(addresses)
 
     def admission(self, net_id: bytes, host: str) -> Admission:
-        """How frames that say they come from `net_id` and come from the address `host` stand."""
+        """How frames that say they come from `net_id` and come from the address `host` stand.
+
+        By plain AMS/TCP, that is: the other side of a route by Secure ADS does not come so.
+        """
         route = self._by_net_id.get(net_id)
-        if route is None:
+        if route is None or route.tls is not None:
             return Admission.UNKNOWN
         name = route.host_name
         located = self._located.get(name, frozenset()) if name else frozenset()
@@ -255,6 +313,13 @@ class RouteTable:
                 Admission.ONE_WAY if name and route.one_way and not located else Admission.UNKNOWN
             )
         return Admission.ONE_WAY if route.one_way else Admission.ROUTED
+
+    def rights(self, net_id: bytes, admission: Admission) -> Right:
+        """What a sender may that has been admitted so."""
+        if admission is Admission.ONE_WAY:
+            return NO_RIGHTS
+        route = self._by_net_id.get(net_id) if admission is Admission.ROUTED else None
+        return self.rights_of_others if route is None else route.rights
 
 
 def _not_kept(_: Sequence[Route]) -> None:

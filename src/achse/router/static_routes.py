@@ -1,7 +1,8 @@
 """StaticRoutes.xml: the routes of a router as the file that TwinCAT keeps them in.
 
-Routes over TCP/IP are read; others (MQTT, Secure ADS, …) are left out with a reason. `RemoteNetId`
-is our own element for the NetId behind a NAT route.
+Routes over TCP/IP are read, with Secure ADS (`Tls`) or without; others (MQTT, …) are left out with
+a reason. Our own elements: `RemoteNetId` is the NetId behind a NAT route, `Rights` what a route
+may.
 """
 
 import logging
@@ -9,7 +10,8 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 
 from achse.ams import NetId
-from achse.router.routes import Route, RouteError, RouteFlags
+from achse.router.rights import ALL_RIGHTS, Right, rights_named
+from achse.router.routes import Route, RouteError, RouteFlags, RouteTls, TlsKind
 
 __all__ = ["parse_static_routes", "static_routes"]
 
@@ -55,9 +57,45 @@ def _route(element: ET.Element) -> Route:
             nat_net_id=NetId(nat) if nat else None,
             timeout=float(_field(element, "Timeout", "5")),
             max_fragment=int(_field(element, "MaxFragment", "0")),
+            tls=_tls(element.find("Tls")),
+            rights=_rights(element),
         )
     except ValueError as fault:
         raise RouteError(f"route {name!r}: {fault}") from None
+
+
+_NONE = "none"
+
+
+def _rights(element: ET.Element) -> Right:
+    text = _field(element, "Rights")
+    return rights_named(text.replace(_NONE, "").split()) if text else ALL_RIGHTS
+
+
+def _rights_text(rights: Right) -> str:
+    return " ".join(str(each.name).lower() for each in rights) or _NONE
+
+
+def _tls(element: ET.Element | None) -> RouteTls | None:
+    if element is None:
+        return None
+    ignore = element.get("IgnoreCn", "").strip().lower() in ("true", "1")
+    if element.find("SelfSigned") is not None:
+        return RouteTls(fingerprint=_field(element, "SelfSigned"))
+    if element.find("Psk") is not None:
+        return RouteTls(kind=TlsKind.PSK, identity=_field(element, "Psk/Identity"))
+    return RouteTls(kind=TlsKind.SHARED_CA, ignore_name=ignore)
+
+
+def _add_tls(element: ET.Element, tls: RouteTls) -> None:
+    """As the vendor writes it: the element in `Tls` says which kind it is."""
+    inner = ET.SubElement(element, "Tls")
+    if tls.kind is TlsKind.SELF_SIGNED:
+        ET.SubElement(inner, "SelfSigned").text = tls.fingerprint
+    elif tls.kind is TlsKind.PSK:
+        ET.SubElement(ET.SubElement(inner, "Psk"), "Identity").text = tls.identity
+    elif tls.ignore_name:
+        inner.set("IgnoreCn", "true")
 
 
 def _field(element: ET.Element, name: str, default: str = "") -> str:
@@ -81,9 +119,12 @@ def static_routes(routes: Iterable[Route]) -> str:
             "RemoteNetId": str(route.nat_net_id or ""),
             "Timeout": "" if route.timeout == 5 else format(route.timeout, "g"),
             "MaxFragment": str(route.max_fragment or ""),
+            "Rights": "" if route.rights == ALL_RIGHTS else _rights_text(route.rights),
         }
         for name, value in fields.items():
             if value:
                 ET.SubElement(element, name).text = value
+        if route.tls is not None:
+            _add_tls(element, route.tls)
     ET.indent(root)
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(root, encoding="unicode")}\n'

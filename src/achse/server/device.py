@@ -119,6 +119,10 @@ class Device:
         self.task_cycle_ns = task_cycle_ns
         self.limits = limits or ClientLimits()
         self.notifications = Notifications(clock, self.task_cycle, self.limits)
+        self.request_count = 0
+        """Requests that came here; repeated reads of one variable take a shorter way."""
+        self.error_count = 0
+        """Of these, those that were answered with an error."""
         self.addresses: list[AmsAddress] = []
         self.symbols = None if symbols is None else SymbolServices(symbols, self.limits, self._way)
         single = ServiceTable(
@@ -130,6 +134,8 @@ class Device:
         )
         self.services = ServiceTable((*single, *SumCommands(single, self).groups()))
         self._groups = self.services.by_index
+        self.readable_groups: Mapping[int, IndexGroup] | None = self._groups
+        """Who answers a Read of each index group: a transport may ask there, without a frame."""
         self._in_sums = single.by_index
         self._direct_codes = direct_codes or {}
         self._router: DeviceRouter | None = None
@@ -190,6 +196,7 @@ class Device:
             if frame.command != Command.NOTIFICATION and not flags & _NO_RESPONSE:
                 self._reply(frame.reply(error=ReturnCode.UNKNOWN_COMMAND.number))
             return True
+        self.request_count += 1
         try:
             payload = command(frame)
             if len(payload) > self.limits.answer_bytes:
@@ -218,6 +225,7 @@ class Device:
 
     def _refusal(self, frame: Frame, failure: Exception) -> bytes:
         """The answer that says what went wrong."""
+        self.error_count += 1
         name = Command(frame.command).name
         if isinstance(failure, DeviceError):
             code = int(self._direct_codes.get(failure.code, failure.code))

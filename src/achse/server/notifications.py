@@ -140,6 +140,11 @@ class Notifications:
         """The addresses that hold subscriptions."""
         return self._clients
 
+    def held_by(self, client: bytes) -> int:
+        """How many subscriptions a client holds."""
+        holding = self._clients.get(client)
+        return 0 if holding is None else holding.count
+
     def _keep(self, size: int) -> None:
         """So many bytes of samples are kept in addition."""
         self.queued += size

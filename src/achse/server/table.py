@@ -215,7 +215,10 @@ class ObjectGroup(_RowGroup):
         super().__init__(rows, kind)
 
     def index_groups(self) -> Iterable[int]:
-        return (id >> 8 << 16 | self.base + (id & 0xFF) for id in range(self.last_id + 1))
+        pages, ids = divmod(self.last_id, 0x100)
+        for page in range(pages + 1):
+            first = page << 16 | self.base
+            yield from range(first, first + (ids if page == pages else 0xFF) + 1)
 
     def describe(self) -> Iterator[RowFacts]:
         last = self.base + min(self.last_id, 0xFF)
@@ -401,9 +404,10 @@ class ServiceTable:
         self.groups: Sequence[IndexGroup] = tuple(groups)
         self.by_index: dict[int, IndexGroup] = {}
         for group in self.groups:
-            for index in group.index_groups():
-                if self.by_index.setdefault(index, group) is not group:
-                    raise ValueError(f"two groups serve index group 0x{index:X}")
+            own = dict.fromkeys(group.index_groups(), group)
+            for index in own.keys() & self.by_index.keys():
+                raise ValueError(f"two groups serve index group 0x{index:X}")
+            self.by_index.update(own)
 
     def __iter__(self) -> Iterator[IndexGroup]:
         return iter(self.groups)

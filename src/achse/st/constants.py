@@ -12,10 +12,12 @@ from typing import Any, TypeAlias
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import resolved
 from achse.iec.elementary import BOOL, BYTE, DINT, DWORD, LWORD, WORD, IntegerType
+from achse.iec.enums import EnumType
+from achse.iec.errors import IecError
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
 from achse.st.cursor import Unexpected
-from achse.st.functions import called, is_standard
+from achse.st.functions import UTF8_LITERALS, called, is_standard
 from achse.st.literals import literal_value
 from achse.st.tree import (
     Assign,
@@ -133,15 +135,28 @@ class Evaluator:
                 raise AssertionError("walked by value")
 
     def _literal(self, tree: Literal) -> Constant:
-        type, value, enum = literal_value(tree.text)
+        try:
+            type, value, enum = literal_value(tree.text)
+        except IecError as error:
+            raise Unexpected(tree.at, str(error)) from None
         if enum:
             if isinstance(value, str):
                 return self._lookup((enum, value), tree.at)
-            return Constant(value)
+            return Constant(value, self._enumeration(enum, tree.at))
         if type is None and isinstance(value, int) and "#" in tree.text:
             # 16#FF is bits as much as a number: it fills the smallest bit string that holds it.
             type = next((bits for bits in (BYTE, WORD, DWORD, LWORD) if value <= bits.high), None)
         return Constant(value, type)
+
+    def _enumeration(self, name: str, at: int) -> IecType[Any]:
+        """The type that `E_State#3` names."""
+        try:
+            found = resolved(self._type_of(Name(name, at)))
+        except NotConstant:
+            raise Unexpected(at, f"no type is named '{name[:80]}'") from None
+        if not isinstance(found, EnumType | IntegerType):
+            raise Unexpected(at, f"{name}#… is the value of an enumeration, not of a {found.name}")
+        return found
 
     def _part(self, tree: PartOf) -> Constant:
         whole = self.value(tree.of)
@@ -157,6 +172,8 @@ class Evaluator:
             raise NotConstant(tree.at)
         name = path[-1].upper()
         operands = [argument.value for argument in tree.arguments if argument.value is not None]
+        if name in UTF8_LITERALS and all(isinstance(item, Literal) for item in operands):
+            return called(name, [self.value(item) for item in operands], tree.at)
         if len(path) == 1 and self._is_declared(path, tree.at):
             raise NotConstant(tree.at)
         if name in _OF_TYPES:

@@ -11,6 +11,7 @@ Source: IEC 61131-3 (2013) tables 11, 13, 40 and 47.
 """
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,7 +46,8 @@ __all__ = ["Declarations", "declare", "examine"]
 
 _HINT = (
     "types of libraries come from `libraries`: their sources, or declarations that stand in for"
-    " them; or from the .tmc of the built project, there or beside the sources"
+    " them; or from the .tmc of the built project, there or beside the sources;"
+    " achse symbols stand-ins writes declarations to start from"
 )
 
 
@@ -128,7 +130,14 @@ def examine(
     ]
     if not faults:
         return found, None
-    return found, SourceError(faults, _HINT if names.unknown_types else "")
+    return found, SourceError(list(dict.fromkeys(faults)), _hint(names.unknown_types))
+
+
+def _hint(unknown: Iterable[str]) -> str:
+    names = sorted(unknown, key=str.lower)
+    if not names:
+        return ""
+    return f"missing types: {', '.join(names)}\n{_HINT}" if len(names) > 1 else _HINT
 
 
 class _Declarer:
@@ -153,6 +162,8 @@ class _Declarer:
             except Failed:
                 continue
         self._names.check_pointers()
+        if self._names.unknown_types:
+            self._tell_all_missing()
         for name, (address, source) in self._names.config_addresses.items():
             self._scopes.report(source, address.at, f"no variable '{name}' waits for an address")
         return Declarations(
@@ -166,6 +177,15 @@ class _Declarer:
             {entry.name.lower(): entry.tree for entry in own},
             self._names,
         )
+
+    def _tell_all_missing(self) -> None:
+        """Missing types in what could not be declared because of others, so that one look at the
+        faults finds them all."""
+        from achse.st.unknown import MissingNames  # few need it
+
+        for scope, spec in MissingNames(self._names).places:
+            with suppress(Failed), self._scopes.inside(scope.source):
+                self._names.named(spec, scope)
 
     def _declare(self, entry: DeclaredUnit) -> None:
         tree = entry.tree

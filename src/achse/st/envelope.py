@@ -41,6 +41,9 @@ class TaskDeclaration(NamedTuple):
     cycle_ns: int
     priority: int
     programs: tuple[str, ...]
+    watchdog_cycles: int = 0
+    """These two are in the `.tsproj` of the solution; 0 if it is not there."""
+    port: int = 0
 
 
 def read_task(root: Element) -> TaskDeclaration:

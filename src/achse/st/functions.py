@@ -15,14 +15,15 @@ from achse.iec.elementary import DINT, INT, LREAL, BoolType, IntegerType, RealTy
 from achse.iec.errors import IecError
 from achse.iec.literals import format_value
 from achse.iec.names import ELEMENTARY
-from achse.iec.strings import StringType
+from achse.iec.strings import STRING, StringType
+from achse.iec.text import encode_text
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
 from achse.st.cursor import Unexpected
 from achse.st.literals import literal_value
 from achse.st.values import UNITS_NS, Constant, NotConstant, checked
 
-__all__ = ["called", "is_standard"]
+__all__ = ["UTF8_LITERALS", "called", "is_standard"]
 
 _LONGEST = 255
 """Characters that the string functions work with."""
@@ -90,8 +91,6 @@ def _wrapped(value: int, target: IecType[Any]) -> int:
     width = 8 * target.size
     count = value & (1 << width) - 1
     is_signed = isinstance(target, IntegerType) and target.low < 0
-    if isinstance(target, TimeType):
-        return count % target.modulus  # a time of day after midnight is one of the next day
     return count - (1 << width) if is_signed and count >> (width - 1) else count
 
 
@@ -353,7 +352,22 @@ _OF_TEXTS: dict[str, tuple[int, Callable[..., str | int]]] = {
 }
 """Functions of STRING, with W in front of WSTRING: how many arguments, and what they give."""
 
+
+def _utf8(operands: Sequence[Constant], at: int) -> Constant:
+    """A text in UTF-8; none if it is too long, as of the function."""
+    text = operands[0].value
+    if not isinstance(text, str):
+        raise Unexpected(at, f"a text, got {text!r}")
+    fits = len(encode_text(text, "utf-8")) <= _UTF8.length
+    return Constant(text if fits else "", _UTF8)
+
+
+_UTF8 = STRING(511, "utf-8")
+UTF8_LITERALS = ("SLITERAL_TO_UTF8", "WSLITERAL_TO_UTF8")
+"""Functions of Tc2_Utilities that make initial values of variables with `TcEncoding`."""
+
 _FUNCTIONS: dict[str, _Function] = {
+    **{name: _Function(1, 1, _utf8) for name in UTF8_LITERALS},
     "ABS": _Function(1, 1, _abs),
     "MIN": _Function(2, 32, _extreme(min)),
     "MAX": _Function(2, 32, _extreme(max)),

@@ -7,6 +7,7 @@ from achse.iec.declare import Typelike, iec_type
 from achse.iec.enums import EnumType
 from achse.iec.errors import IecError
 from achse.iec.names import elementary
+from achse.iec.system_types import SYSTEM_TYPES
 from achse.iec.types import IecType
 from achse.st.cursor import Unexpected
 from achse.st.source import SourceError
@@ -34,6 +35,14 @@ class FurtherTypes(Protocol):
         """The enumerations with a value of that name, which may stand alone."""
         ...
 
+    def constant(self, name: str) -> Constant | None:
+        """What a variable of a library's list starts with, by `List.variable`."""
+        ...
+
+    def has_property(self, block: str, name: str) -> bool:
+        """Whether a block of that name has a property of that name."""
+        ...
+
 
 class GivenTypes:
     """Types by name, without case: handed in (of libraries, of Python code), elementary, `further`.
@@ -53,6 +62,11 @@ class GivenTypes:
         return name.lower() in self._types
 
     @property
+    def handed_in(self) -> Mapping[str, IecType[Any]]:
+        """The types that are handed in, by name in lower case."""
+        return self._types
+
+    @property
     def files(self) -> Sequence[str]:
         """Symbol files that are asked for types, as faults name them."""
         return () if self._further is None else self._further.names
@@ -61,9 +75,10 @@ class GivenTypes:
         """The type of a name; raises `Unexpected` if it may mean several."""
         key = name.lower()
         found = self._types.get(key) or self._elementary.get(_MORE_NAMES.get(key, key))
+        found = found or SYSTEM_TYPES.get(key)
         while found is None and "." in key:
             key = key.partition(".")[2]
-            found = self._types.get(key)
+            found = self._types.get(key) or SYSTEM_TYPES.get(key)
         if found is None and self._further is not None:
             try:
                 return self._further.type(name)
@@ -81,3 +96,11 @@ class GivenTypes:
             for value, number in type.numbers.items()
             if value.lower() == name
         ]
+
+    def constant(self, keys: Sequence[str]) -> Constant | None:
+        """What a variable of a library's list starts with, whose names symbol files tell."""
+        return None if self._further is None else self._further.constant(".".join(keys[-2:]))
+
+    def has_property(self, block: str, name: str) -> bool:
+        """Whether a block of a symbol file has a property of that name."""
+        return self._further is not None and self._further.has_property(block, name)

@@ -67,6 +67,11 @@ _TOKEN = re.compile(
     """,
     re.VERBOSE | re.IGNORECASE | re.DOTALL,
 )
+_OBJECT_ENDS = frozenset(
+    ("END_FUNCTION", "END_FUNCTION_BLOCK", "END_PROGRAM", "END_TYPE", "END_INTERFACE")
+)
+_OBJECT_BOUNDS = _OBJECT_ENDS | {word.removeprefix("END_") for word in _OBJECT_ENDS}
+_DEFINING = re.compile(r"\{\s*(?:UN)?DEFINE\b", re.IGNORECASE)
 _ADDRESS = re.compile(r"%[IQM](?:\*|[XBWDL]?[0-9]+(?:\.[0-9]+)*)", re.IGNORECASE)
 _PARTIAL = re.compile(r"%[XBWDL][0-9]{1,3}", re.IGNORECASE)
 _OUTSIDE = re.compile(
@@ -196,8 +201,14 @@ def _set_aside(
     count = len(kinds)
     kept: list[tuple[int, str]] = []
     excluded = 0
+    bounds = _object_bounds(words, kinds, asides)
     for index in asides:
         kind = kinds[index]
+        while bounds and bounds[-1] < index:
+            if kinds[bounds.pop()] in _OBJECT_ENDS:
+                conditions.end_object()
+            else:
+                conditions.begin_object()
         at = starts[index]
         if kind is _OPEN:
             tokens.faults.append((at, "this comment has no end"))
@@ -230,6 +241,13 @@ def _set_aside(
             following += 1
         if following < count:
             tokens.before.setdefault(starts[following], []).append(word)
+
+
+def _object_bounds(words: list[str], kinds: list[str], asides: list[int]) -> list[int]:
+    """Where objects begin and end, the last first; empty where no define could outlive its own."""
+    if not any(_DEFINING.match(words[index]) for index in asides if kinds[index] is _PRAGMA):
+        return []
+    return [index for index in range(len(kinds) - 1, -1, -1) if kinds[index] in _OBJECT_BOUNDS]
 
 
 def _drop_end(index: int, kinds: list[str], words: list[str]) -> None:

@@ -3,6 +3,7 @@
 Source: IEC 61131-3 (2013) tables 5, 6, 8 and 9.
 """
 
+import math
 import re
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -119,7 +120,10 @@ def _number(text: str) -> int | float:
         if _DIGITS[10].fullmatch(text):
             return int(text.replace("_", ""))
         if _REAL.fullmatch(text):
-            return float(text.replace("_", ""))
+            value = float(text.replace("_", ""))
+            if math.isinf(value):
+                raise IecValueError("a number", "at most 1.79E308", text)
+            return value
         raise IecValueError("a number", "digits, like 10, 16#FF or 1.5E3", text)
     pattern = _DIGITS.get(int(base)) if base in ("2", "8", "10", "16") else None
     if pattern is None:

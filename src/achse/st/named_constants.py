@@ -3,7 +3,7 @@
 Source: IEC 61131-3 (2013) tables 11 and 13.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, Protocol
 
@@ -56,6 +56,19 @@ class NamedConstants:
         self._given = given
         self._given_constants = {name.lower(): value for name, value in constants.items()}
 
+    def is_given(self, key: str) -> bool:
+        """Whether a constant of that name, in lower case, is handed in."""
+        return key in self._given_constants
+
+    def known(self) -> Iterator[tuple[str, str, object]]:
+        """Owner, name and value of each constant that is handed in, or was worked out so far."""
+        for name, given in self._given_constants.items():
+            yield "", name, given
+        for scope in self._scopes.asked:
+            for name, found in scope.constants.items():
+                if found is not None:
+                    yield scope.owner, name, found.value
+
     def evaluator(
         self, scope: Scope, otherwise: Callable[[Expression], Constant] | None = None
     ) -> Evaluator:
@@ -103,7 +116,13 @@ class NamedConstants:
         ):
             # The name of a library in front, which nothing here declares.
             return self.global_constant(keys[-1], path[-1], at)
+        if (value := self.of_library(keys)) is not None:
+            return value
         raise Unexpected(at, f"no constant or variable is named '{'.'.join(path)[:80]}'")
+
+    def of_library(self, keys: Sequence[str]) -> Constant | None:
+        """What `List.cMost` of a library is worth that is here as a symbol file only."""
+        return self._given.constant(keys) if len(keys) > 1 else None
 
     def is_inherited(self, key: str, scope: Scope) -> bool:
         """Whether a variable comes from a base that no source declares."""
@@ -153,6 +172,8 @@ class NamedConstants:
             else:
                 scope = self._scopes.scope(entry)
                 if keys[cut] not in scope.variables:
+                    if cut + 1 < len(keys) and self._scopes.find(keys[cut], space) is not None:
+                        continue  # a library that is named like a list
                     raise Unexpected(at, f"{entry.name} has no variable '{keys[cut][:80]}'")
                 return self.constant_of(scope, scope.variables[keys[cut]], keys[cut:], at)
         return None

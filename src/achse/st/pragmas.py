@@ -84,6 +84,7 @@ class Conditions:
             defines = defines.defines
         pairs = defines.items() if isinstance(defines, Mapping) else ((key, "") for key in defines)
         self._defines = {name.lower(): value for name, value in pairs}
+        self._outside = dict(self._defines)
         self._open: list[tuple[bool, bool]] = []
         """Of each open IF: whether a branch was taken already, and whether the outer part counts.
         """
@@ -93,6 +94,14 @@ class Conditions:
     def is_open(self) -> bool:
         """Whether an `{IF}` waits for its `{END_IF}`."""
         return bool(self._open)
+
+    def begin_object(self) -> None:
+        """A unit or type begins: what it defines ends with it."""
+        self._outside = dict(self._defines)
+
+    def end_object(self) -> None:
+        """It ends."""
+        self._defines = dict(self._outside)
 
     def take(self, pragma: str) -> str:
         """Follow a pragma. Returns what is wrong with it, or nothing."""

@@ -1,48 +1,31 @@
-"""Projects: a folder of PLC sources, or one file, as what they declare.
+"""Projects: a folder of PLC sources, or one file, as what they declare, with their libraries."""
 
-Read are `.st` (Structured Text in UTF-8, UTF-16 or cp1252) and the XML files of TwinCAT 3:
-`.TcPOU`, `.TcGVL`, `.TcDUT`, `.TcTLEO`, `.TcIO` and, for tasks, `.TcTTO`. In a folder with a
-`.plcproj` that file says which of them count; without one all below the folder do.
-"""
-
-import codecs
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from pathlib import Path, PureWindowsPath
-from urllib.parse import unquote
+from dataclasses import dataclass, field
+from itertools import chain
+from pathlib import Path
 
 from achse.iec.declare import Typelike
 from achse.iec.layout import TC3_X64, TC3_X86, LayoutRules
 from achse.st.declare import Declarations, examine
-from achse.st.envelope import TaskDeclaration, parse_envelope, read_task
-from achse.st.facts import DeclaredFacts
+from achse.st.envelope import TaskDeclaration
+from achse.st.event_classes import event_classes, events_source
+from achse.st.files import (
+    SYMBOL_FILE,
+    content_of,
+    project_file,
+    read_sources,
+    symbol_files,
+)
 from achse.st.lexer import Defines
+from achse.st.missing import MissingLibrary, missing_libraries
 from achse.st.parser import Parsed, parse
-from achse.st.pragmas import asks_for_declarations
-from achse.st.source import Diagnostic, Location, Source, SourceError
+from achse.st.shelf import gather, references_in
+from achse.st.solution import solution_files, task_options
+from achse.st.source import Diagnostic, Source, SourceError
 from achse.st.symbolfiles.library import LibraryTypes
-from achse.st.xml import parse_xml
 
-__all__ = [
-    "SUFFIXES",
-    "SYMBOL_FILE",
-    "Project",
-    "examine_project",
-    "load_project",
-    "parse_file",
-    "source_files",
-    "symbol_files",
-]
-
-SUFFIXES = (".st", ".tcpou", ".tcgvl", ".tcdut", ".tctleo", ".tcio", ".tctto")
-"""Endings of the files that are read, in lower case."""
-
-SYMBOL_FILE = ".tmc"
-"""Ending of the files that have the types of libraries, in lower case."""
-_TASK = ".tctto"
-_PROJECT = ".plcproj"
-_LARGEST_FILE = 1 << 26
-_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+__all__ = ["Project", "examine_project", "load_project"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +36,10 @@ class Project:
     tasks: tuple[TaskDeclaration, ...]
     sources: tuple[Parsed, ...]
     rules: LayoutRules
+    missing: tuple[MissingLibrary, ...] = ()
+    """Libraries that its `.plcproj` references and that are not here."""
+    stand_ins: Mapping[str, str] = field(default_factory=dict)
+    """Files of declarations made for undeclared names, by name."""
 
 
 def load_project(
@@ -63,15 +50,18 @@ def load_project(
     constants: Mapping[str, object] | None = None,
     rules: LayoutRules | None = None,
     defines: Defines = (),
+    opaque: bool = False,
 ) -> Project:
     """Read and declare the sources of a folder, of a `.plcproj`, or one source file.
 
     `libraries` are further such paths; only what the project names of them is declared, and
-    checked. `types` and `constants` are those of libraries that come without sources, by name.
-    Types that are in none of these are taken from `.tmc` files: those in `libraries`, and those
-    beside the project, in its folder (of a single source the one with its name). `rules` are
-    those of the platform that a `.tmc` is for, else of 64 bits. `defines` are what
-    `{IF defined (…)}` finds. Raises `SourceError` with every fault of every file.
+    checked. Of a folder with several projects those are taken that the `.plcproj` references, and
+    what these reference in turn. `types` and `constants` are those of libraries that come without
+    sources, by name. Types that are in none of these are taken from `.tmc` files: those in
+    `libraries`, and those beside the project, in its folder (of a single source the one with its
+    name). `rules` are those of the platform that a `.tmc` is for, else of 64 bits. `defines` are
+    what `{IF defined (…)}` finds. With `opaque`, undeclared names get stand-ins. Raises
+    `SourceError` with every fault of every file.
     """
     project, fault = examine_project(
         path,
@@ -80,6 +70,7 @@ def load_project(
         constants=constants,
         rules=rules,
         defines=defines,
+        opaque=opaque,
     )
     if fault is not None:
         raise fault
@@ -94,173 +85,70 @@ def examine_project(
     constants: Mapping[str, object] | None = None,
     rules: LayoutRules | None = None,
     defines: Defines = (),
+    opaque: bool = False,
 ) -> tuple[Project, SourceError | None]:
     """What can be read and declared of a project, and what cannot: as `load_project`, for those
     who want to go on and look at the rest. Raises `SourceError` if nothing can be read at all."""
     faults: list[Diagnostic] = []
     others = [Path(item) for item in libraries]
     named = [item for item in others if item.suffix.lower() == SYMBOL_FILE]
-    sources, tasks = _read(Path(path), defines, faults)
-    found = [
-        parsed for item in others if item not in named for parsed in _read(item, defines, faults)[0]
-    ]
+    sources, tasks = read_sources(Path(path), defines, faults)
+    references = references_in(project_file(Path(path)))
+    places = [item for item in others if item not in named]
+    found = gather(references, places, defines, faults)
     files = [(item, item.name) for item in (*named, *symbol_files(Path(path)))]
-    further = LibraryTypes((_content(*item), item[1]) for item in files)
+    solutions = list(solution_files(Path(path)))
+    contents = chain(((content_of(*item), item[1]) for item in files), solutions)
+    events = events_source(event_classes(contents))
+    options = task_options(solutions)
+    tasks = [
+        task._replace(**options[task.name.lower()]._asdict())
+        if task.name.lower() in options
+        else task
+        for task in tasks
+    ]
+    further = LibraryTypes((content_of(*item), item[1]) for item in files)
     if rules is None:
         rules = TC3_X86 if further.pointer_size == 4 else TC3_X64
-    declared, error = examine(
-        sources, libraries=found, types=types, constants=constants, rules=rules, further=further
+    of_events = [events] if events is not None else []
+
+    def examined(stand_ins: Iterable[Parsed]) -> tuple[Declarations, SourceError | None]:
+        return examine(
+            sources,
+            libraries=[*found.sources, *of_events, *stand_ins],
+            types=types,
+            constants=constants,
+            rules=rules,
+            further=further,
+        )
+
+    declared, error = examined(())
+    names = declared.names
+    missing = missing_libraries(
+        found.missing,
+        found.containers,
+        (*sources, *found.sources),
+        names.unknown_types,
+        lambda word: names.scopes.find(word) is not None,
     )
+    made: dict[str, str] = {}
+    if opaque:
+        from achse.st.unknown import MissingNames, stand_ins  # few need it
+
+        made = stand_ins(MissingNames(declared.names))
+        again = [parse(Source(text, name), name=Path(name).stem) for name, text in made.items()]
+        if made:
+            found_again = examined(again)
+            if error is not None or found_again[1] is None:
+                declared, error = found_again
+            else:  # only bodies miss something, and its stand-ins are wrong
+                made = {}
     if error is not None:
         faults += error.faults
-    project = Project(declared, tuple(tasks), tuple(sources), rules)
+    project = Project(declared, tuple(tasks), tuple(sources), rules, missing, made)
     if not faults:
         return project, None
-    return project, SourceError(faults, "" if error is None else error.hint)
-
-
-def symbol_files(path: Path) -> list[Path]:
-    """The `.tmc` files beside a project."""
-    if path.is_dir():
-        projects = [file for file in _below(path) if file.suffix.lower() == _PROJECT]
-        path = projects[0] if len(projects) == 1 else path
-    folder = path if path.is_dir() else path.parent
-    found = [item for item in sorted(folder.iterdir()) if item.suffix.lower() == SYMBOL_FILE]
-    if path.is_file() and path.suffix.lower() != _PROJECT:
-        return [item for item in found if item.stem.lower() == path.stem.lower()]
-    return found
-
-
-def _read(
-    path: Path, defines: Defines, faults: list[Diagnostic]
-) -> tuple[list[Parsed], list[TaskDeclaration]]:
-    """The sources and tasks of one project; which of them cannot be read goes into `faults`."""
-    sources: list[Parsed] = []
-    tasks: list[TaskDeclaration] = []
-    asking: list[tuple[int, Path, str]] = []
-    for file, name in source_files(path):
-        try:
-            if file.suffix.lower() == _TASK:
-                tasks.append(read_task(parse_xml(_content(file, name), name)))
-                continue
-            parsed = parse_file(file, name, defines=defines)
-        except SourceError as error:
-            faults += error.faults
-            continue
-        if asks_for_declarations(parsed.source.text):
-            asking.append((len(sources), file, name))
-        sources.append(parsed)
-    known = defines if isinstance(defines, Mapping) else dict.fromkeys(_names(defines), "")
-    for index, file, name in asking:
-        facts = DeclaredFacts(known, sources[index], sources)
-        sources[index] = parse_file(file, name, defines=facts)
-    return sources, tasks
-
-
-def _names(defines: Defines) -> Iterable[str]:
-    return defines if isinstance(defines, Iterable) else defines.defines
-
-
-def source_files(path: Path) -> list[tuple[Path, str]]:
-    """The files of a project in a fixed order, each with the name it has in faults.
-
-    Raises `SourceError` if there are none, or if it is not clear which count.
-    """
-    if path.is_file():
-        if path.suffix.lower() == _PROJECT:
-            return _listed(path)
-        if path.suffix.lower() not in SUFFIXES:
-            raise _refused(path.name, f"expected a file like {', '.join(SUFFIXES)}")
-        return [(path, path.name)]
-    if not path.is_dir():
-        raise _refused(str(path), "expected a folder of PLC sources or a source file")
-    below = _below(path)
-    projects = [item for item in below if item.suffix.lower() == _PROJECT]
-    if len(projects) > 1:
-        names = ", ".join(item.relative_to(path).as_posix() for item in projects[:5])
-        raise _refused(str(path), f"several projects: name one of {names}")
-    if projects:
-        return _listed(projects[0])
-    files = [
-        (item, item.relative_to(path).as_posix())
-        for item in below
-        if item.suffix.lower() in SUFFIXES and item.is_file()
-    ]
-    if not files:
-        raise _refused(str(path), f"expected files like {', '.join(SUFFIXES)}")
-    return files
-
-
-def _below(folder: Path) -> list[Path]:
-    """All that is in a folder and not hidden, in a fixed order."""
-    return sorted(item for item in folder.rglob("*") if not _is_hidden(item, folder))
-
-
-def _is_hidden(item: Path, root: Path) -> bool:
-    return any(part.startswith(".") for part in item.relative_to(root).parts)
-
-
-def _listed(project: Path) -> list[tuple[Path, str]]:
-    """The files that a `.plcproj` compiles."""
-    root = parse_xml(_content(project, project.name), project.name)
-    files = []
-    for element in root.walk():
-        if (
-            element.tag != "Compile"
-            or element.text_of("ExcludeFromBuild").strip().lower() == "true"
-        ):
-            continue
-        name = PureWindowsPath(unquote(element.attributes.get("Include", ""))).as_posix()
-        if name.lower().endswith(SUFFIXES):
-            file = project.parent / name
-            files.append((file if file.exists() else _without_case(file), name))
-    if not files:
-        raise _refused(project.name, "expected <Compile Include=…> of at least one source")
-    return files
-
-
-def _without_case(path: Path) -> Path:
-    """The file of that name where capitals do not count, as where the project was made."""
-    if path.exists() or path.parent == path:
-        return path
-    folder = _without_case(path.parent)
-    if not folder.is_dir():
-        return path
-    alike = (item for item in folder.iterdir() if item.name.lower() == path.name.lower())
-    return next(alike, path)
-
-
-def parse_file(file: Path, name: str = "", *, defines: Defines = ()) -> Parsed:
-    """Read one source file; `name` is what its faults call it.
-
-    The VAR_GLOBAL blocks of an `.st` make a list with the name of the file. Raises
-    `SourceError` if the file cannot be read or is not XML where it should be.
-    """
-    name = name or file.name
-    data = _content(file, name)
-    if file.suffix.lower() == ".st":
-        return parse(Source(_text(data), name), name=file.stem, defines=defines)
-    return parse_envelope(parse_xml(data, name), name, defines)
-
-
-def _content(file: Path, name: str) -> bytes:
-    try:
-        if file.stat().st_size > _LARGEST_FILE:
-            raise _refused(name, f"the file is larger than {_LARGEST_FILE} bytes")
-        return file.read_bytes()
-    except OSError as error:
-        raise _refused(name, f"cannot be read: {error.strerror or error}") from None
-    except ValueError:
-        raise _refused(name, "cannot be read: this is not a file name") from None
-
-
-def _text(data: bytes) -> str:
-    try:
-        text = data.decode("utf-16" if data.startswith(_UTF_16) else "utf-8-sig")
-    except UnicodeDecodeError:
-        text = data.decode("cp1252", "replace")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
-
-
-def _refused(name: str, message: str) -> SourceError:
-    return SourceError([Diagnostic(Location(name, 1, 1), message)])
+    hints = [str(item) for item in missing if item.uses]
+    if error is not None and error.hint and not hints:
+        hints.append(error.hint)
+    return project, SourceError(faults, "\n".join(hints))

@@ -1,6 +1,6 @@
 """Records: the types of structures, function blocks, programs and lists, with their variables."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from achse.iec.derived import InterfaceType, ReferenceType, resolved
@@ -33,7 +33,7 @@ from achse.st.units import Accessor, FunctionBlock, Method, Part, Property
 if TYPE_CHECKING:
     from achse.st.resolve import Resolver
 
-__all__ = ["LARGEST", "Records", "bound_names", "instance_name", "instance_variables"]
+__all__ = ["LARGEST", "Records", "bound_names", "instance_member", "instance_variables"]
 
 LARGEST = 1 << 28
 """The largest type in bytes; a mistyped bound shall not take the memory of the machine."""
@@ -64,12 +64,13 @@ class Records:
         name: str,
         note: Note,
         extends: NamedType | None,
+        inside: Scope | None = None,
     ) -> StructType[Any]:
-        """A structure or union."""
+        """A structure or union. Initial values see what `inside` does, if it is given."""
         block = VarBlock("VAR", (), spec.members, NO_NOTE, spec.at)
         kind = RecordKind.STRUCT if isinstance(spec, StructOf) else RecordKind.UNION
         base = None if extends is None else self._types.base(extends, scope, kind)
-        return self.record(kind, name, [block], scope, note, spec.at, base)
+        return self.record(kind, name, [block], scope, note, spec.at, base, inside=inside)
 
     def of_block(self, tree: FunctionBlock, entry: DeclaredUnit) -> StructType[Any]:
         """A function block."""
@@ -82,12 +83,17 @@ class Records:
         blocks, note, at = tree.blocks, tree.note, tree.at
         return self.record(kind, entry.name, blocks, scope, note, at, base, tree.parts)
 
-    def _of_methods(self, parts: Iterable[Part], scope: Scope) -> list[Variable[Any, Any]]:
+    def _of_methods(
+        self, parts: Iterable[Part], scope: Scope, block: str, taken: Container[str]
+    ) -> list[Variable[Any, Any]]:
         """The VAR_INST variables of methods, which each instance of the block keeps."""
         found = []
-        for name, block, declaration in instance_variables(parts):
-            for variable, _ in self.declared(block, declaration, scope):
-                variable.name = instance_name(name, variable.name)
+        for name, inside, declaration in instance_variables(parts):
+            for variable, _ in self.declared(inside, declaration, scope):
+                own = _instance_name(name, variable.name)
+                if own.lower() in taken:  # of the method that this one overrides
+                    own = _instance_name(name, variable.name, block)
+                variable.name = own
                 found.append(variable)
         return found
 
@@ -101,8 +107,12 @@ class Records:
         at: int,
         base: StructType[Any] | None = None,
         parts: Sequence[Part] = (),
+        inside: Scope | None = None,
     ) -> StructType[Any]:
-        """The type of a structure, function block, program or list with these variables."""
+        """The type of a structure, function block, program or list with these variables.
+
+        Initial values see what `inside` does, if it is not what types see.
+        """
         blocks = list(blocks)
         methods, properties = (
             methods_of(self._types, parts, scope),
@@ -110,7 +120,7 @@ class Records:
         )
         members: list[Variable[Any, Any]] = []
         taken = {member.name.lower() for member in base.members} if base else set()
-        for variable, place in self.variables(blocks, scope):
+        for variable, place in self.variables(blocks, scope, inside):
             if variable.name.lower() in taken:
                 raise Unexpected(place, f"{name} has two variables named {variable.name}")
             if variable.name.startswith("__"):
@@ -118,7 +128,7 @@ class Records:
             taken.add(variable.name.lower())
             members.append(variable)
         if kind is not RecordKind.STRUCT:
-            members += self._of_methods(parts, scope)
+            members += self._of_methods(parts, scope, name, taken)
             members += _bounds_of(blocks)
         made: StructType[Any] = self._types.scopes.made(
             lambda: StructType(
@@ -139,7 +149,7 @@ class Records:
         return made
 
     def variables(
-        self, blocks: Iterable[VarBlock], scope: Scope
+        self, blocks: Iterable[VarBlock], scope: Scope, inside: Scope | None = None
     ) -> list[tuple[Variable[Any, Any], int]]:
         """The variables that belong to a unit, and where each is declared.
 
@@ -153,7 +163,7 @@ class Records:
             for declaration in block.variables:
                 try:
                     with self._types.scopes.deeper():
-                        made = self.declared(block, declaration, scope)
+                        made = self.declared(block, declaration, scope, inside)
                 except Unexpected as fault:
                     self._types.scopes.report(scope.source, fault.at, fault.message)
                     failed = True
@@ -167,7 +177,7 @@ class Records:
         return found
 
     def declared(
-        self, block: VarBlock, tree: Declaration, scope: Scope
+        self, block: VarBlock, tree: Declaration, scope: Scope, inside: Scope | None = None
     ) -> list[tuple[Variable[Any, Any], int]]:
         """The variables of one declaration, and where each is named."""
         hint = f"{scope.owner}.{tree.names[0].name}"
@@ -176,7 +186,7 @@ class Records:
         type = self._variable_type(block, tree, scope, hint)
         if attributes and attributes.get("TcEncoding", "").upper() == "UTF-8":
             type = with_coding(type, "utf-8")
-        initial, start_values = self._initial(type, tree, scope)
+        initial, start_values = self._initial(type, tree, inside or scope)
         found = []
         for item in tree.names:
             variable: Variable[Any, Any] = Variable(
@@ -205,7 +215,18 @@ class Records:
         left: list[Left] = []
         if tree.initial is not None and not tree.is_reference:
             initial, left = self.initial_value(type, tree.initial, scope)
-        starts = [start_value(self._types, scope, part) for part in left]
+        starts = [
+            start_value(
+                self._types,
+                scope,
+                part,
+                # In a structure's value `:=` binds a reference, too.
+                StartValues.address
+                if isinstance(resolved(part.type), ReferenceType)
+                else StartValues.encoded,
+            )
+            for part in left
+        ]
         if isinstance(tree.initial, Expression) and tree.is_reference:
             if not isinstance(resolved(type), ReferenceType):
                 raise Unexpected(tree.initial.at, f"REF= binds a reference, not a {type.name}")
@@ -234,8 +255,10 @@ class Records:
         self, type: IecType[Any], tree: Initial, scope: Scope
     ) -> tuple[object, list[Left]]:
         """The initial value, and the parts of it that are not constants."""
+        scopes, given = self._types.scopes, self._types.given
         values = InitialValues(
-            self._types.constants.evaluator(scope), self._types.scopes.has_property
+            self._types.constants.evaluator(scope),
+            lambda block, name: scopes.has_property(block, name) or given.has_property(block, name),
         )
         value = values.value(type, tree)
         if value is not None:
@@ -243,9 +266,17 @@ class Records:
         return value, values.left
 
 
-def instance_name(method: str, variable: str) -> str:
+def _instance_name(method: str, variable: str, block: str = "") -> str:
     """The name that a VAR_INST variable of a method has in the record of its block."""
-    return f"__{method}__{variable}"
+    space = f"__{block.rpartition('.')[2]}" if block else ""
+    return f"{space}__{method}__{variable}"
+
+
+def instance_member(type: StructType[Any], method: str, variable: str) -> str:
+    """The name of a VAR_INST variable of a method that a block itself has."""
+    name = _instance_name(method, variable)
+    own = (member.name.lower() for member in type.own_members)
+    return name if name.lower() in own else _instance_name(method, variable, type.name)
 
 
 def instance_variables(parts: Iterable[Part]) -> Iterator[tuple[str, VarBlock, Declaration]]:

@@ -1,6 +1,7 @@
 """Declared types: from the syntax tree to the type objects that Python declarations give."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from difflib import get_close_matches
 from enum import IntEnum
 from typing import Any
@@ -335,7 +336,11 @@ class Resolver:
             return self._enum(spec, scope, entry.name, tree.note, tree.initial)
         type: IecType[Any]
         if isinstance(spec, StructOf | UnionOf):
-            type = self.records.of_structure(spec, scope, entry.name, tree.note, tree.extends)
+            # Only initial values see the members beside them: `a : ARRAY [0..n]` means a constant.
+            outside = replace(scope, variables={}, base=None, extends=None)
+            type = self.records.of_structure(
+                spec, outside, entry.name, tree.note, tree.extends, scope
+            )
         else:
             made = self.type_of(spec, scope, entry.name)
             if attributes.get("TcEncoding", "").upper() == "UTF-8":

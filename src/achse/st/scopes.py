@@ -3,11 +3,12 @@
 Source: IEC 61131-3 (2013) tables 11 and 13.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias, TypeVar
 
+from achse import libraries
 from achse.iec.errors import IecError
 from achse.iec.types import IecType
 from achse.st.constants import Path
@@ -15,10 +16,13 @@ from achse.st.cursor import Unexpected
 from achse.st.parser import Parsed
 from achse.st.source import Diagnostic, Source
 from achse.st.tree import (
+    NO_NOTE,
     Declaration,
     EnumOf,
     NamedType,
     Note,
+    StructOf,
+    UnionOf,
     VarBlock,
 )
 from achse.st.units import (
@@ -40,6 +44,7 @@ __all__ = [
     "Scope",
     "Scopes",
     "attributes_of",
+    "blocks_of",
     "with_bases",
 ]
 
@@ -89,6 +94,14 @@ class Scope:
     """Constants at fault, which is told."""
 
 
+def _library_of(source: Source) -> str:
+    """The name space of a library that comes with achse: the folder of the source."""
+    folder, slash, _ = source.path.partition("/")
+    if not slash or folder not in libraries.names():
+        return ""
+    return "__SYSTEM" if folder == "language" else folder
+
+
 def with_bases(scope: Scope) -> Iterator[Scope]:
     """A scope and those of the blocks it extends, which faulty sources may close to a ring."""
     seen: set[int] = set()
@@ -97,6 +110,17 @@ def with_bases(scope: Scope) -> Iterator[Scope]:
         yield here
         seen.add(id(here))
         here = here.base
+
+
+def blocks_of(unit: Unit) -> Sequence[VarBlock]:
+    """The variables of a unit; the members of a structure or union are one block."""
+    if isinstance(unit, TypeDeclaration):
+        spec = unit.type
+        if isinstance(spec, StructOf | UnionOf):
+            return (VarBlock("VAR", (), spec.members, NO_NOTE, spec.at),)
+        return ()
+    found: Sequence[VarBlock] = getattr(unit, "blocks", ())
+    return found
 
 
 def attributes_of(note: Note) -> dict[str, str]:
@@ -141,6 +165,11 @@ class Scopes:
             if not is_library:
                 first = known.source.locate(known.tree.at)
                 self.report(source, unit.at, f"{name} is declared already, at {first}")
+            elif not known.is_library and (library := _library_of(source)):
+                # Still there for those who name the library: `Tc2_Standard.CONCAT`.
+                full = f"{library}.{name}"
+                entry = DeclaredUnit(full, unit, source, space, is_library)
+                self.entries.setdefault(full.lower(), entry)
             return
         if unit.name.startswith("__"):
             self.report(source, unit.at, "names with two underscores in front are reserved")
@@ -173,6 +202,11 @@ class Scopes:
             if not dot:
                 return None
 
+    @property
+    def asked(self) -> Iterable[Scope]:
+        """The insides of units that somebody has asked for."""
+        return self._scopes.values()
+
     def scope(self, entry: DeclaredUnit) -> Scope:
         """What the inside of a unit sees."""
         found = self._scopes.get(id(entry))
@@ -180,13 +214,13 @@ class Scopes:
             found = Scope(entry.source, entry.name, entry.space)
             self._scopes[id(entry)] = found
             tree = entry.tree
-            if isinstance(tree, FunctionBlock) and tree.extends is not None:
+            if isinstance(tree, FunctionBlock | TypeDeclaration) and tree.extends is not None:
                 base = self.find(tree.extends.name, entry.space)
-                if base is not None and isinstance(base.tree, FunctionBlock):
+                if base is not None and isinstance(base.tree, type(tree)):
                     found.base = self.scope(base)
                 elif base is None:
                     found.extends = tree.extends
-            for block in getattr(tree, "blocks", ()):
+            for block in blocks_of(tree):
                 for declaration in block.variables:
                     for item in declaration.names:
                         found.variables.setdefault(item.name.lower(), (block, declaration))

@@ -1,8 +1,10 @@
 """Source texts and the faults found in them: file, line, column, the line with a caret."""
 
-from bisect import bisect_right
+import re
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 from unicodedata import combining, east_asian_width
 
@@ -10,6 +12,7 @@ from achse.iec.errors import DeclarationError
 
 __all__ = ["Diagnostic", "Location", "Source", "SourceError", "SourceSegment"]
 
+_BREAK = re.compile("\n")
 _LONGEST_LINE = 160
 _SHOWN_FAULTS = 20
 
@@ -91,11 +94,16 @@ class Source:
         """The place of an offset."""
         offset = max(0, min(offset, len(self.text)))
         piece = self._pieces[max(0, bisect_right(self._starts, offset) - 1)]
-        breaks = self.text.count("\n", piece.start, offset)
+        here = bisect_left(self._breaks, offset)
+        breaks = here - bisect_left(self._breaks, piece.start)
         if breaks == 0:
             return Location(self.path, piece.line, piece.column + offset - piece.start)
-        column = offset - self.text.rindex("\n", piece.start, offset)
-        return Location(self.path, piece.line + breaks, column)
+        return Location(self.path, piece.line + breaks, offset - self._breaks[here - 1])
+
+    @cached_property
+    def _breaks(self) -> list[int]:
+        """Where lines end: a routine asks for the place of each of its statements."""
+        return [found.start() for found in _BREAK.finditer(self.text)]
 
     def line_at(self, offset: int) -> str:
         """The whole line an offset is in, as far as its piece goes."""

@@ -12,6 +12,7 @@ from achse.iec.elementary import BOOL, IntegerType, RealType
 from achse.iec.enums import EnumType
 from achse.iec.errors import IecError
 from achse.iec.strings import StringType
+from achse.iec.text import decode_text, encode_text
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
 from achse.st.cursor import Unexpected
@@ -70,6 +71,11 @@ def fitted(constant: Constant, type: IecType[Any], at: int) -> object:
     if isinstance(real, StringType):
         if not isinstance(value, str):
             raise Unexpected(at, f"{type.name} takes a text, got {value!r}")
+        given = constant.type
+        if isinstance(given, StringType) and given.coding == "utf-8" and real.coding != "utf-8":
+            # A STRING that is not said to be UTF-8 holds the bytes all the same.
+            value = decode_text(encode_text(value, "utf-8"))
+        value = real.cut(value)
     elif isinstance(value, str):
         raise Unexpected(at, f"{type.name} takes {type.expected}, got {value!r}")
     elif isinstance(real, IntegerType | EnumType):

@@ -12,14 +12,27 @@ from achse.devices.router import RouterDevice
 from achse.devices.system import StationControl, SystemDevice
 from achse.server import Device
 from achse.station.building import Building, Ground, Parts
+from achse.station.buses import make_buses
+from achse.station.camshaft import make_camshafts
 from achse.station.config import ConfigError, StationConfig
 from achse.station.nc import make_nc
 from achse.station.plc_part import make_plcs
 from achse.station.plcs import collection_paused
+from achse.station.scope import make_scope
+from achse.station.signals import make_signals
+from achse.station.terminals import make_terminals
 
 __all__ = ["PARTS", "assemble", "idle", "permanent"]
 
-PARTS: tuple[Callable[[Building], None], ...] = (make_nc, make_plcs)
+PARTS: tuple[Callable[[Building], None], ...] = (
+    make_nc,
+    make_buses,
+    make_plcs,
+    make_terminals,
+    make_signals,
+    make_camshafts,
+    make_scope,
+)
 """What a station can consist of; each looks at its section of the configuration."""
 
 ROUTER_PORT = 1

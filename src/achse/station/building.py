@@ -7,9 +7,11 @@ A part is a function that gets the `Building` and adds devices, phases and state
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
 
 from achse.ams import RouterError
+from achse.devices.plc import PlcDevice
 from achse.motion import Nc
 from achse.plc import PlcRuntime
 from achse.router import Router
@@ -19,6 +21,12 @@ from achse.station.cycle import IDLE_TICK_NS, Phase
 from achse.station.pacing import Pace
 from achse.station.phases import NotificationPhase, upkeep
 from achse.station.plcs import PlcSource
+
+if TYPE_CHECKING:
+    from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
+    from achse.station.buses import AxisBus
+    from achse.station.ethercat_bus import EthercatBus
+    from achse.station.interface_bus import InterfaceBus
 
 __all__ = ["Building", "Ground", "Parts"]
 
@@ -71,6 +79,12 @@ class Parts(NamedTuple):
     phases: Sequence[Phase]
     tick_ns: int
     digests: Sequence[Callable[[], bytes]]
+    buses: "Sequence[AxisBus]" = ()
+    terminals: "Mapping[str, DigitalTerminal | AnalogTerminal]" = MappingProxyType({})
+    ends: Sequence[Callable[[], None]] = ()
+    """What is done when the station leaves these parts."""
+    fieldbuses: "Mapping[str, EthercatBus | InterfaceBus]" = MappingProxyType({})
+    """The buses by name."""
 
 
 class Building:
@@ -79,13 +93,19 @@ class Building:
     def __init__(self, ground: Ground, kept: Sequence[Device] = ()) -> None:
         self.ground = ground
         self.nc: Nc | None = None
+        self.buses: list[AxisBus] = []
+        """Those that have drives of axes."""
+        self.fieldbuses: dict[str, EthercatBus | InterfaceBus] = {}
+        self.terminals: dict[str, DigitalTerminal | AnalogTerminal] = {}
         self.plcs: dict[int, PlcRuntime] = {}
+        self.plc_devices: dict[int, PlcDevice] = {}
         self.sources: dict[int, PlcSource] = {}
         self._kept = tuple(kept)
         self._devices: list[Device] = []
         self._phases: list[Phase] = []
         self._cycles: dict[str, int] = {}
         self._digests: list[Callable[[], bytes]] = []
+        self._ends: list[Callable[[], None]] = []
 
     def attach(self, device: Device, *ports: int) -> None:
         """Add a device that answers at these ports. Raises ConfigError."""
@@ -98,21 +118,40 @@ class Building:
         if cycle_ns:
             self._cycles[phase.name] = cycle_ns
 
+    def add_attached(self, devices: Iterable[Device], end: Callable[[], None]) -> None:
+        """Add devices that are at their ports already, and what takes them off again."""
+        self._devices.extend(devices)
+        self._ends.append(end)
+
+    def add_interface(self, bus: "InterfaceBus") -> None:
+        """Add a bus that lets go of its interface when the station leaves its parts."""
+        self._ends.append(bus.close)
+
     def add_state(self, digest: Callable[[], bytes]) -> None:
         """Add state that the hash of the station is about."""
         self._digests.append(digest)
 
+    @property
+    def devices(self) -> Sequence[Device]:
+        """Those that stay, and those that were added so far."""
+        return (*self._kept, *self._devices)
+
+    @property
+    def tick_ns(self) -> int:
+        """The tick that the cycles so far have in common."""
+        return math.gcd(*self._cycles.values()) or IDLE_TICK_NS
+
     def finish(self, tick_ns: int | None = None) -> Parts:
         """All that was added; `tick_ns` is that of the cycles if not given. Raises ConfigError."""
         ground = self.ground
-        tick_ns = tick_ns or math.gcd(*self._cycles.values()) or IDLE_TICK_NS
+        tick_ns = tick_ns or self.tick_ns
         if tick_ns < _SHORTEST_TICK_NS:
             told = ", ".join(f"{name} {cycle_ns} ns" for name, cycle_ns in self._cycles.items())
             raise ConfigError(
                 f"cycles: expected multiples of a tick of {_SHORTEST_TICK_NS} ns or more,"
                 f" got {told}"
             )
-        devices = [*self._kept, *self._devices]
+        devices = self.devices
         notify = NotificationPhase(devices, ground.epoch_ns, ground.usage.budget, ground.pace)
         sweep = upkeep(devices, tick_ns, ground.clock)
         return Parts(
@@ -123,8 +162,14 @@ class Building:
             phases=[*self._phases, notify, sweep],
             tick_ns=tick_ns,
             digests=self._digests,
+            buses=self.buses,
+            terminals=self.terminals,
+            ends=self._ends,
+            fieldbuses=self.fieldbuses,
         )
 
     def abandon(self) -> None:
         """Undo what was attached."""
         self.ground.leave(self._devices)
+        for end in self._ends:
+            end()

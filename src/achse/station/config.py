@@ -1,17 +1,14 @@
 """station.toml: what a station consists of, validated; errors name file, key and expectation."""
 
 from collections.abc import Mapping, Sequence
-from decimal import Decimal
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from pydantic import (
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Field,
     FiniteFloat,
-    PlainSerializer,
     ValidationError,
     model_validator,
 )
@@ -19,12 +16,39 @@ from pydantic import (
 from achse.ams import NetId
 from achse.faults.kinds import STATION_FAULTS
 from achse.faults.site import StationFault
+from achse.iec.nearest import did_you_mean
 from achse.motion.tables import HIGHEST_TABLE_ID
-from achse.router.access import PasswordHash
+from achse.motion.tables.limits import TableLimits
+from achse.motion.tables.table import MOST_NUMBERS
+from achse.router.rights import rights_named
 from achse.router.routes import Route
 from achse.server import ClientLimits
+from achse.station.bus_config import BusConfig, DriveConfig
+from achse.station.camshaft_config import CamshaftConfig
+from achse.station.config_types import (
+    ALL_RIGHT_NAMES,
+    ConfigError,
+    ConfigTable,
+    ConfiguredHash,
+    ConfiguredNetId,
+    ConfiguredRights,
+    DurationNs,
+    MomentNs,
+)
 from achse.station.documents import check_depth, parse_toml
+from achse.station.group_config import ChannelConfig, GroupConfig
+from achse.station.metrics import MetricsConfig
+from achse.station.mqtt_config import MqttConfig
+from achse.station.scope_config import ScopeConfig
+from achse.station.secure_config import RouteTlsConfig, SecureConfig
+from achse.station.signal_config import SIGNAL_KINDS, SignalConfig
+from achse.station.terminal_config import TerminalConfig
+from achse.station.web_config import WebConfig
 from achse.transport.held import DEFAULT_MAX_HELD
+from achse.transport.serial_port import Parity, SerialPort
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
 
 __all__ = [
     "AxisConfig",
@@ -35,6 +59,7 @@ __all__ = [
     "PlcConfig",
     "RouteConfig",
     "RouterConfig",
+    "SerialConfig",
     "StationConfig",
     "SystemConfig",
     "TableConfig",
@@ -44,61 +69,11 @@ __all__ = [
 ]
 
 
-class ConfigError(ValueError):
-    """A configuration cannot be used. One line per fault: file, key, expectation, what came."""
+_FEW_KEYS = 12
+"""So many keys of a table are listed whole."""
 
 
-_LONGEST_NS = 3_600_000_000_000
-"""An hour: no cycle is longer."""
-
-_UNITS_NS = {"ns": 1, "us": 1_000, "µs": 1_000, "ms": 1_000_000, "s": 1_000_000_000}
-
-
-def _duration_ns(value: object) -> object:
-    """`"2ms"` and the like as integer nanoseconds."""
-    if isinstance(value, str):
-        for unit in sorted(_UNITS_NS, key=len, reverse=True):
-            number = value.strip().removesuffix(unit)
-            if number != value.strip():
-                try:
-                    nanoseconds = Decimal(number.strip()) * _UNITS_NS[unit]
-                    if nanoseconds <= _LONGEST_NS and nanoseconds == int(nanoseconds):
-                        return int(nanoseconds)
-                except (ArithmeticError, ValueError):  # no number, or none that is finite
-                    pass
-                break
-    raise ValueError('a duration such as "2ms", "250us" or "1s", whole nanoseconds, up to 3600s')
-
-
-def _net_id(value: object) -> object:
-    if isinstance(value, NetId):
-        return value
-    if isinstance(value, str):
-        return NetId(value)
-    raise ValueError("a NetId is six numbers 0..255 with dots")
-
-
-DurationNs = Annotated[int, BeforeValidator(_duration_ns), Field(gt=0)]
-MomentNs = Annotated[int, BeforeValidator(_duration_ns), Field(ge=0)]
-ConfiguredNetId = Annotated[NetId, BeforeValidator(_net_id), PlainSerializer(str, return_type=str)]
-
-
-def _password_hash(value: object) -> object:
-    if isinstance(value, str):
-        return PasswordHash.parse(value)
-    return value
-
-
-ConfiguredHash = Annotated[
-    PasswordHash, BeforeValidator(_password_hash), PlainSerializer(str, return_type=str)
-]
-
-
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
-
-
-class RouterConfig(_Section):
+class RouterConfig(ConfigTable):
     """[router]: the address others see."""
 
     net_id: ConfiguredNetId = NetId("127.0.0.1.1.1")
@@ -124,9 +99,17 @@ class RouterConfig(_Section):
     client may."""
     let_everybody_in: bool = False
     """Listen beyond this computer without `strict`: any client may do anything."""
+    rights: ConfiguredRights = ALL_RIGHT_NAMES
+    """What clients may that have no route, where they get in; programs on this computer with a
+    port of this router may everything."""
+    user_rights: Mapping[str, ConfiguredRights] = {}
+    """What the routes may that a user adds: name = ["read", …]; without it everything."""
+    listen: Literal["plain", "secure", "both"] = "plain"
+    """Plain AMS/TCP, Secure ADS as [secure] says, or both. With `secure` nothing listens at
+    `tcp_port`, and searches are answered only if there is a `udp_port`."""
 
 
-class RouteConfig(_Section):
+class RouteConfig(ConfigTable):
     """[[route]]: where the router of another NetId is."""
 
     name: str
@@ -140,6 +123,10 @@ class RouteConfig(_Section):
     timeout: DurationNs = 5_000_000_000
     max_fragment: int = Field(default=0, ge=0, le=0xFFFF_FFFF)
     """Longest AMS packet, bytes; 0 for any."""
+    tls: RouteTlsConfig | None = None
+    """It goes by Secure ADS; the port is 8016 then."""
+    rights: ConfiguredRights = ALL_RIGHT_NAMES
+    """What who comes from there may: `read`, `write`, `state`, `files`, `methods`."""
 
     @model_validator(mode="after")
     def _can_be(self) -> "RouteConfig":
@@ -156,10 +143,36 @@ class RouteConfig(_Section):
             nat_net_id=self.nat,
             timeout=self.timeout / 1e9,
             max_fragment=self.max_fragment,
+            tls=None if self.tls is None else self.tls.tls(),
+            rights=rights_named(self.rights),
         )
 
 
-class SystemConfig(_Section):
+class SerialConfig(ConfigTable):
+    """[[serial]]: a serial port where somebody may ask the station, or is asked (extra `serial`).
+
+    A packet on it has 255 bytes at most.
+    """
+
+    port: str
+    """`/dev/ttyUSB0`, `COM3`, or `socket://host:port` of a serial server."""
+    baud: int = 38_400
+    parity: Parity = "none"
+    stop_bits: int = 1
+    net_id: ConfiguredNetId | None = None
+    """The NetId of who is at the other end: what asks for it goes there."""
+
+    @model_validator(mode="after")
+    def _can_be(self) -> "SerialConfig":
+        self.serial_port()
+        return self
+
+    def serial_port(self) -> SerialPort:
+        """The port with its settings; raises SerialPortError."""
+        return SerialPort(self.port, self.baud, self.parity, self.stop_bits)
+
+
+class SystemConfig(ConfigTable):
     """[system]: the system service."""
 
     root: str | None = None
@@ -171,18 +184,20 @@ class SystemConfig(_Section):
     """How long a restart takes, or a change to CONFIG."""
 
 
-class TaskConfig(_Section):
+class TaskConfig(ConfigTable):
     """[[plc.task]]: programs called in order, once per cycle."""
 
     name: str = "PlcTask"
     cycle: DurationNs = 10_000_000
     priority: int = Field(default=20, ge=0, le=255)
+    watchdog_cycles: int = Field(default=0, ge=0, le=1_000_000)
+    """After so many cycles in a row that took longer than `cycle` the log warns; 0: never."""
     programs: Sequence[str] = ()
     """Each the name of a declared program, or `module:Class` or `file.py:Class` (relative to the
     station.toml)."""
 
 
-class PlcConfig(_Section):
+class PlcConfig(ConfigTable):
     """[[plc]]: one PLC device. Its variables come from `sources`, from `symbols`, or from Python.
 
     Without `[[plc.task]]` the tasks are those of the project or symbol file.
@@ -195,12 +210,22 @@ class PlcConfig(_Section):
     """A folder of Structured Text (`.TcPOU`, `.TcGVL`, `.TcDUT`, `.st` …), or one such file."""
     libraries: Sequence[str] = ()
     """Sources of libraries, folders or files like `sources`, or `.tmc` files with their types; of
-    them only what is named counts."""
+    them only what is named counts. Of a folder with several projects those are taken that the
+    `.plcproj` references by title."""
+    unknown_types: Literal["refuse", "opaque"] = "refuse"
+    """What happens with types, constants and functions that `sources` name and nothing declares:
+    `opaque` makes stand-ins with what the sources use of them, which do nothing."""
     execute: bool = True
     """Whether the programs of `sources` run; if not, they are declared only."""
     floating_point_exceptions: bool = True
     """The task option of that name: a REAL divided by 0, the root of -1 stop the program; if off
     they are infinity and NaN."""
+    code: Literal["auto", "machine", "plain"] = "auto"
+    """`machine` needs llvmlite (achse[fast]); `auto` takes it where it is there. What programs do
+    is the same."""
+    budget: int = Field(default=5_000_000, ge=1000, le=1_000_000_000)
+    """Loop passes and calls that one cycle of `sources` may take; then it is an endless loop, and
+    exception CYCLE_TIME_EXCEED stops the PLC."""
     symbols: str | None = None
     """A symbol file, `.tmc` or `.tpy`."""
     behaviour: Sequence[str] = ()
@@ -216,10 +241,12 @@ class PlcConfig(_Section):
             raise ValueError("either sources or symbols, not both")
         if self.libraries and self.sources is None:
             raise ValueError("libraries go with sources")
+        if self.unknown_types != "refuse" and self.sources is None:
+            raise ValueError("unknown_types goes with sources")
         return self
 
 
-class NcConfig(_Section):
+class NcConfig(ConfigTable):
     """[nc]: the motion device."""
 
     cycle: DurationNs = 2_000_000
@@ -230,13 +257,18 @@ class NcConfig(_Section):
 class AxisConfig(BaseModel):
     """[[axis]]: an axis of the NC. Further keys are the parameters of the motion record."""
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    model_config = ConfigDict(extra="allow", frozen=True, defer_build=True)
 
     id: int = Field(ge=1, le=255)
     name: str = Field(min_length=1, max_length=30)
     unit: str = Field(default="mm", max_length=10)
     modulo: bool = False
     """The position repeats every `encoder_modulo_factor`."""
+    plc: str | tuple[str, ...] = ()
+    """The variable of a PLC that is this axis: an AXIS_REF (`"MAIN.Axis1"`), or a structure
+    NCTOPLC_… and a structure PLCTONC_… (`["MAIN.fromNc", "MAIN.toNc"]`), which may be named by
+    their place too (`["%IB1000", "%QB1000"]`); `"852:MAIN.Axis1"` if several PLCs have it. Without
+    it what the solution of the sources (`.tsproj`) links, or an AXIS_REF of the axis' name."""
     encoder_ids: tuple[int, ...] = ()
     controller_ids: tuple[int, ...] = ()
     drive_ids: tuple[int, ...] = ()
@@ -249,20 +281,41 @@ class AxisConfig(BaseModel):
         return dict(self.model_extra or {})
 
 
-class TableConfig(_Section):
-    """[[table]]: the characteristic of a valve, which drives name by `drive_table_id`."""
+class TableConfig(ConfigTable):
+    """[[table]]: the characteristic of a valve, which drives name by `drive_table_id`; a cam or a
+    motion function, which slaves follow."""
 
     id: int = Field(ge=1, le=HIGHEST_TABLE_ID)
     name: str = Field(default="", max_length=30)
-    type: Literal["equidistant_linear", "monotonic_linear"] = "monotonic_linear"
-    points: Sequence[tuple[FiniteFloat, FiniteFloat]] = Field(min_length=2)
-    """Velocity and output, each as a share of the full one, -1..1; the velocities rise."""
+    kind: Literal["characteristic", "cam", "motion_function"] = "characteristic"
+    """A motion function comes from a file: its points have laws, velocities and so on besides."""
+    type: Literal[
+        "equidistant_linear", "equidistant_cyclic", "monotonic_linear", "monotonic_cyclic"
+    ] = "monotonic_linear"
+    """Distances of the places; cyclic ones, of cams, begin again behind the last."""
+    points: Sequence[tuple[FiniteFloat, FiniteFloat]] | None = Field(default=None, min_length=2)
+    """Velocity and output, each as a share of the full one, -1..1; of a cam master position and
+    slave position. The first number rises."""
+    file: str | None = None
+    """A file (relative to the station.toml) that has them instead, a line for each: CSV, or text
+    with blanks or tabs between; the first line may say how many rows and columns follow."""
+    boundary: Literal["by_type", "natural", "slopes", "periodic"] = "by_type"
+    """What the spline through a cam does at its ends: slopes of 0, or those of the other end where
+    the type is cyclic; no bend; `begin_slope` and `end_slope`; or those of the other end."""
+    begin_slope: FiniteFloat = 0.0
+    end_slope: FiniteFloat = 0.0
+
+    @model_validator(mode="after")
+    def _has_content(self) -> "TableConfig":
+        if (self.points is None) == (self.file is None):
+            raise ValueError("expected points or file")
+        return self
 
 
 class FaultConfig(BaseModel):
     """[[fault]]: a fault at a given time. Further keys are the fields of its kind."""
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    model_config = ConfigDict(extra="allow", frozen=True, defer_build=True)
 
     kind: str
     at: MomentNs = 0
@@ -287,7 +340,7 @@ class FaultConfig(BaseModel):
 _LIMITS = ClientLimits()
 
 
-class LimitsConfig(_Section):
+class LimitsConfig(ConfigTable):
     """[limits]: how much one client may hold of each device, and leave unread; `all_…` is for all
     clients and devices together."""
 
@@ -326,6 +379,12 @@ class LimitsConfig(_Section):
     """Lines a second that one host may write into the log by ports 100 and 110."""
     all_log_lines: int = Field(default=_LIMITS.all_log_lines, ge=1)
     """The same of all hosts together; the messages reach those who subscribed all the same."""
+    table_numbers: int = Field(default=0, ge=0, le=MOST_NUMBERS)
+    """Numbers of a cam table that a client makes (0x4A11 beyond); 0: 131,072 with machine code,
+    else 32,768. A table that a slave begins to follow keeps the loop for 40 ns (plain: 4 µs) per
+    row."""
+    all_table_numbers: int = Field(default=TableLimits().all_numbers, ge=0, le=MOST_NUMBERS)
+    """Numbers of all tables that clients make (0x4A11 beyond)."""
     unreachable_time: DurationNs = _LIMITS.unreachable_ns
     """How long handles and subscriptions of a client to whom no way leads are kept."""
 
@@ -348,18 +407,31 @@ class LimitsConfig(_Section):
         )
 
 
-class StationConfig(_Section):
+class StationConfig(ConfigTable):
     """A whole station."""
 
     name: str = "achse"
     router: RouterConfig = RouterConfig()
     system: SystemConfig = SystemConfig()
+    secure: SecureConfig = SecureConfig()
+    mqtt: Sequence[MqttConfig] = ()
+    metrics: MetricsConfig = MetricsConfig()
+    web: WebConfig = WebConfig()
     route: Sequence[RouteConfig] = ()
+    serial: Sequence[SerialConfig] = ()
     nc: NcConfig = NcConfig()
     plc: Sequence[PlcConfig] = ()
     table: Sequence[TableConfig] = ()
     axis: Sequence[AxisConfig] = ()
+    bus: Sequence[BusConfig] = ()
+    drive: Sequence[DriveConfig] = ()
+    terminal: Sequence[TerminalConfig] = ()
+    channel: Sequence[ChannelConfig] = ()
+    group: Sequence[GroupConfig] = ()
     fault: Sequence[FaultConfig] = ()
+    signal: Sequence[SignalConfig] = ()
+    scope: ScopeConfig = ScopeConfig()
+    camshaft: Sequence[CamshaftConfig] = Field(default=(), max_length=4)
     limits: LimitsConfig = LimitsConfig()
 
     @model_validator(mode="after")
@@ -368,9 +440,16 @@ class StationConfig(_Section):
             "plc.port": [port for plc in self.plc for port in (plc.port, *plc.also)],
             "table.id": [table.id for table in self.table],
             "axis.id": [axis.id for axis in self.axis],
+            "channel.id": [channel.id for channel in self.channel],
+            "group.id": [group.id for group in self.group],
             "axis.name": [axis.name.casefold() for axis in self.axis],
+            "bus.name": [bus.name for bus in self.bus],
+            "serial.port": [serial.port for serial in self.serial],
             "route.name": [route.name.casefold() for route in self.route],
-            "route.net_id": [str(route.net_id) for route in self.route],
+            "route.net_id": [
+                *(str(route.net_id) for route in self.route),
+                *(str(serial.net_id) for serial in self.serial if serial.net_id),
+            ],
         }
         for what, keys in once.items():
             twice = sorted({str(key) for key in keys if keys.count(key) > 1})
@@ -388,30 +467,120 @@ def parse(document: dict[str, Any], source: str) -> StationConfig:
     try:
         return StationConfig.model_validate(document)
     except ValidationError as failure:
-        lines = []
-        for error in failure.errors():
-            key = ""
-            for part in error["loc"]:
-                key += f"[{part + 1}]" if isinstance(part, int) else f"{'.' * bool(key)}{part}"
-            expected = error["msg"].removeprefix("Value error, ")
-            given = "" if error["type"] == "missing" else f", got {error['input']!r:.80}"
-            if error["type"] == "extra_forbidden":
-                expected, given = "no such key", ""
-            if given in expected or not key:
-                given = ""
-            lines.append(f"{source}: {key + ': ' * bool(key)}{expected}{given}")
+        lines = [f"{source}: {_told(error)}" for error in failure.errors()]
         raise ConfigError("\n".join(lines)) from None
 
 
-def load(path: Path, *, net_id: str | None = None) -> StationConfig:
-    """Read a station.toml; `net_id` replaces the one in there.
+def _told(error: "ErrorDetails") -> str:
+    """Key, expectation and what came."""
+    place = list(error["loc"])
+    if place[:1] == ["signal"] and len(place) > 2:
+        del place[2]  # the kind, by which pydantic names the table
+    expected = error["msg"].removeprefix("Value error, ")
+    given = "" if error["type"] == "missing" else f", got {error['input']!r:.80}"
+    if error["type"] == "missing":
+        expected = "expected, but not there"
+    elif error["type"] == "extra_forbidden":
+        expected, given = f"no such key{_instead(str(place[-1]), _keys_of(error['loc']))}", ""
+    elif error["type"] in ("model_type", "model_attributes_type", "dict_type"):
+        expected = "expected a table"
+    elif error["type"] in ("is_instance_of", "tuple_type", "list_type"):
+        expected = "expected a list"
+        if isinstance(error["input"], dict):  # [axis] where [[axis]] was meant
+            names = ".".join(str(part) for part in place if isinstance(part, str))
+            expected = f"there may be several: write [[{names}]]"
+    elif error["type"].startswith("union_tag"):
+        place.append("kind")
+        kind = error["input"].get("kind") if isinstance(error["input"], dict) else None
+        expected = f"one of {', '.join(SIGNAL_KINDS)}"
+        given = "" if kind is None else f", got {kind!r:.80}{did_you_mean(str(kind), SIGNAL_KINDS)}"
+    key = ""
+    for part in place:
+        key += f"[{part + 1}]" if isinstance(part, int) else f"{'.' * bool(key)}{part}"
+    if given in expected or not key:
+        given = ""
+    return f"{key + ': ' * bool(key)}{expected}{given}"
+
+
+def _instead(key: str, known: list[str]) -> str:
+    """Which key may be meant; all of them where none is near and there are few."""
+    few = len(known) <= _FEW_KEYS
+    return did_you_mean(key, known) or (f"; there are {', '.join(known)}" if few else "")
+
+
+def _keys_of(place: Sequence[int | str]) -> list[str]:
+    """The keys of the table in which an unknown key is."""
+    models: list[type[BaseModel]] = [StationConfig]
+    for part in place[:-1]:
+        if isinstance(part, int):
+            continue
+        tagged = [model for model in models if _kind_of(model) == part]
+        if tagged:
+            models = tagged
+            continue
+        models = [
+            inner
+            for model in models
+            if part in model.model_fields
+            for inner in _models_in(model.model_fields[part].annotation)
+        ]
+    return [key for model in models for key in model.model_fields]
+
+
+def _kind_of(model: type[BaseModel]) -> str | None:
+    """What `kind` says of a model that is one of several."""
+    kind = model.model_fields.get("kind")
+    return next(iter(get_args(kind.annotation)), None) if kind is not None else None
+
+
+def _models_in(annotation: Any) -> list[type[BaseModel]]:
+    """The models that a key's type names."""
+    if parts := get_args(annotation):
+        return [model for part in parts for model in _models_in(part)]
+    is_model = isinstance(annotation, type) and issubclass(annotation, BaseModel)
+    return [annotation] if is_model else []
+
+
+def load(
+    path: Path, *, net_id: str | None = None, interfaces: Mapping[str, str] | None = None
+) -> StationConfig:
+    """Read a station.toml; `net_id` replaces the one in there, `interfaces` those of buses by name
+    ("" for the only bus).
 
     Raises ConfigError; OSError if the file cannot be read.
     """
     try:
-        document = parse_toml(path.read_text(encoding="utf-8"))
+        document = parse_toml(path.read_text(encoding="utf-8-sig"))  # editors begin with a mark
+    except UnicodeDecodeError as failure:
+        raise ConfigError(
+            f"{path}: not UTF-8, byte {failure.start + 1} is 0x{failure.object[failure.start]:02X};"
+            " save it as UTF-8"
+        ) from None
     except ValueError as failure:
         raise ConfigError(f"{path}: no valid TOML: {failure}") from None
     if net_id is not None and isinstance(document.setdefault("router", {}), dict):
         document["router"]["net_id"] = net_id
-    return parse(document, str(path))
+    config = parse(document, str(path))
+    return _on_interfaces(config, interfaces, str(path)) if interfaces else config
+
+
+def _on_interfaces(
+    config: StationConfig, interfaces: Mapping[str, str], source: str
+) -> StationConfig:
+    """The same with the slaves of buses at other interfaces."""
+    names = [bus.name for bus in config.bus]
+    told = ", ".join(names) or "none"
+    wanted = dict(interfaces)
+    if "" in wanted:
+        if len(names) != 1:
+            raise ConfigError(f"{source}: which bus? Expected BUS=INTERFACE; buses: {told}")
+        wanted[names[0]] = wanted.pop("")
+    for name in wanted.keys() - set(names):
+        raise ConfigError(f"{source}: no bus {name!r}; buses: {told}")
+    document = {
+        "bus": [
+            bus.model_copy(update={"interface": wanted.get(bus.name, bus.interface)})
+            for bus in config.bus
+        ]
+    }
+    return config.model_copy(update=document)

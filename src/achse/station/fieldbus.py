@@ -9,7 +9,7 @@ from collections.abc import Callable
 from achse.ethercat import Segment
 from achse.transport.ethernet import Link, UdpLink
 
-__all__ = ["FairShare", "answer_promptly", "serve_segment"]
+__all__ = ["MASTER_PRIORITY", "FairShare", "answer_promptly", "run_first", "serve_segment"]
 
 log = logging.getLogger("achse.drive")
 
@@ -20,7 +20,10 @@ _LONGEST_STEP_NS = 20_000_000
 """More than this at once is time in which the machine held this process up; it is left out."""
 
 _PRIORITY = 50
-"""Real-time priority: above masters on the same machine, which wait for the answers."""
+"""Real-time priority of drives: above masters on the same machine, which wait for the answers."""
+
+MASTER_PRIORITY = 40
+"""Real-time priority of a station whose slaves are on an interface."""
 
 _SHARE, _WINDOW_NS, _ORDINARY_NS = 0.5, 100_000_000, 1_000_000_000
 """Of a processor that may be used with that priority; over how long; for how long it then goes."""
@@ -35,16 +38,19 @@ def answer_promptly() -> bool:
     """
     gc.collect()
     gc.freeze()
-    return _run_first(True)
+    return run_first(_PRIORITY)
 
 
-def _run_first(first: bool) -> bool:
-    """Take real-time priority, or give it back; False if that is not allowed."""
+def run_first(priority: int) -> bool:
+    """Take this real-time priority, 0 gives it back; False if that is not allowed.
+
+    It is that of this thread; what it starts is ordinary.
+    """
     if not hasattr(os, "sched_setscheduler"):
         return False
-    policy = (os.SCHED_FIFO if first else os.SCHED_OTHER) | os.SCHED_RESET_ON_FORK
+    policy = (os.SCHED_FIFO if priority else os.SCHED_OTHER) | os.SCHED_RESET_ON_FORK
     try:
-        os.sched_setscheduler(0, policy, os.sched_param(_PRIORITY if first else 0))
+        os.sched_setscheduler(0, policy, os.sched_param(priority))
     except OSError:
         return False
     return True
@@ -58,7 +64,8 @@ class FairShare:
     100 ms runs like any other program for a second.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, priority: int = _PRIORITY, what: str = "frames") -> None:
+        self._priority, self._what = priority, what
         self.first = True
         """Whether this process runs before others now."""
         self._since_ns = time.monotonic_ns()
@@ -76,12 +83,13 @@ class FairShare:
         self._since_ns, self._used_ns = now, used
         if share > _SHARE and self.first:
             self.first = False
-            _run_first(False)
-            log.warning("frames take %.0f %% of a processor: others run too", 100 * share)
+            run_first(0)
+            told = "%s take %.0f %% of a processor: others run too"
+            log.warning(told, self._what, 100 * share)
         if share > _SHARE:
             self._until_ns = now + _ORDINARY_NS
         elif not self.first and now >= self._until_ns:
-            self.first = _run_first(True)
+            self.first = run_first(self._priority)
 
 
 def serve_segment(

@@ -1,24 +1,35 @@
 """The NC of a station: axes, tables and their parameters as the configuration says."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from achse.devices.nc import NcDevice
+from achse.iec.nearest import did_you_mean
 from achse.motion import AxisParameters, AxisParametersError, Nc
+from achse.motion.groups.parameters import GroupParametersError
 from achse.motion.machine.record import PARAMETERS as MACHINE_PARAMETERS
 from achse.motion.nc import configurable
 from achse.motion.record import FIELDS
-from achse.motion.states import TableSubType, choices_of
+from achse.motion.states import DriveType, EncoderType, TableSubType, TableType, choices_of
 from achse.motion.tables import TableError, TableParameters
+from achse.motion.tables.function import MotionPoint
+from achse.motion.tables.joining import Boundary
+from achse.motion.tables.limits import TableLimits
+from achse.motion.tables.text import TableContent, TableTextError, content_of
 from achse.native.sampling import KERNEL as SAMPLING
 from achse.station.building import Building
+from achse.station.bus_config import DriveConfig
+from achse.station.buses import drives_of
 from achse.station.config import AxisConfig, ConfigError, StationConfig, TableConfig
 from achse.station.phases import NcPhase
 
-__all__ = ["NC_PORTS", "make_nc"]
+__all__ = ["NC_PORTS", "axis_keys", "make_nc"]
 
 NC_PORTS = (500, 501)
 """NC and its SAF task; both answer for the same axes."""
+
+_MOST_WEIGHT = FIELDS["drive_acceleration_scaling"].most
 
 _MODULO_AXIS = 1 << 2
 """Bit of the axis parameter unit_interpretation."""
@@ -29,7 +40,7 @@ def make_nc(building: Building) -> None:
     ground = building.ground
     if not ground.config.axis:
         return
-    nc = building.nc = _nc(ground.config)
+    nc = building.nc = _nc(ground.config, ground.base)
     if nc.compiled:
         _ = SAMPLING.function  # loaded, or compiled, before the first cycle
     building.add_phase(NcPhase(nc, ground.pace), nc.cycle_ns)
@@ -37,23 +48,66 @@ def make_nc(building: Building) -> None:
     building.attach(NcDevice(nc, clock=ground.clock), *NC_PORTS)
 
 
-def _nc(config: StationConfig) -> Nc:
+def _nc(config: StationConfig, base: Path) -> Nc:
     compiled = {"auto": None, "compiled": True, "interpreted": False}[config.nc.kernel]
-    axes = [_axis(axis, number) for number, axis in enumerate(config.axis, 1)]
+    drives = drives_of(config)
+    axes = [_axis(axis, number, drives.get(axis.id)) for number, axis in enumerate(config.axis, 1)]
+    tables = [_table(table, number, base) for number, table in enumerate(config.table, 1)]
     try:
-        return Nc(config.nc.cycle, axes, tables=map(_table, config.table), compiled=compiled)
+        groups = [group.parameters(base) for group in config.group]
+        channels = [channel.parameters(base) for channel in config.channel]
+        nc = Nc(
+            *(config.nc.cycle, axes),
+            tables=tables,
+            groups=groups,
+            channels=channels,
+            compiled=compiled,
+        )
     except AxisParametersError as fault:
         raise ConfigError(f"axis: {fault}") from None
+    except GroupParametersError as fault:
+        raise ConfigError(f"group: {fault}") from None
     except TableError as fault:
         raise ConfigError(f"table: {fault}") from None
     except ImportError as failure:
         raise ConfigError(
             f"nc.kernel: compiled needs llvmlite, install achse[fast] ({failure})"
         ) from None
+    limits = config.limits
+    nc.tables.limits = TableLimits(limits.table_numbers, limits.all_table_numbers)
+    return nc
 
 
-def _table(table: TableConfig) -> TableParameters:
-    return TableParameters(table.id, table.points, table.name, TableSubType[table.type.upper()])
+_KINDS = {
+    "characteristic": TableType.CHARACTERISTIC,
+    "cam": TableType.CAMMING,
+    "motion_function": TableType.MOTION_FUNCTION,
+}
+
+
+def _table(table: TableConfig, number: int, base: Path) -> TableParameters:
+    points = table.points if table.file is None else _from_file(table, f"table[{number}]", base)
+    if not points or (table.kind == "motion_function") != isinstance(points[0], MotionPoint):
+        expected = "points with laws" if table.kind == "motion_function" else "rows of 2 numbers"
+        raise ConfigError(f"table[{number}]: {table.kind}, expected a file that has {expected}")
+    return TableParameters(
+        *(table.id, points, table.name, TableSubType[table.type.upper()]),
+        _KINDS[table.kind],
+        Boundary[table.boundary.upper()],
+        *(table.begin_slope, table.end_slope),
+    )
+
+
+def _from_file(table: TableConfig, key: str, base: Path) -> TableContent:
+    file = base / (table.file or "")
+    try:
+        return content_of(file.read_text(encoding="utf-8-sig"))
+    except TableTextError as fault:
+        place = f"{file}:{fault.line}" if fault.line else f"{file}"
+        raise ConfigError(f"{key}.file: {place}: {fault.message}") from None
+    except (OSError, ValueError) as failure:
+        why = getattr(failure, "strerror", None) or failure
+        raise ConfigError(f"{key}.file: {file}: {why}") from None
 
 
 def _rotary(values: Mapping[str, float]) -> dict[str, float]:
@@ -64,12 +118,20 @@ def _rotary(values: Mapping[str, float]) -> dict[str, float]:
     return cam | dict(values)
 
 
+def axis_keys() -> list[str]:
+    """The parameters that a table of an axis may have, beside the keys of `AxisConfig`."""
+    return [name for name in {**FIELDS, **MACHINE_PARAMETERS} if configurable(name)]
+
+
 def _numbers(parameters: Mapping[str, Any], key: str) -> dict[str, float]:
     """Parameters as numbers; an enumeration may be given by its word, a flag as true or false."""
     numbers: dict[str, float] = {}
     for name, value in parameters.items():
         field = configurable(name)
-        unit = field.unit if field is not None else ""
+        if field is None:
+            near = did_you_mean(name, [*axis_keys(), *AxisConfig.model_fields])
+            raise ConfigError(f"{key}.{name}: no such key{near}")
+        unit = field.unit
         choices = choices_of(unit)
         words = choices.__members__ if choices is not None else {}
         if isinstance(value, str) and value.upper() in words:
@@ -82,8 +144,25 @@ def _numbers(parameters: Mapping[str, Any], key: str) -> dict[str, float]:
     return numbers
 
 
-def _axis(axis: AxisConfig, number: int) -> AxisParameters:
+def _on_a_bus(drive: DriveConfig) -> dict[str, float]:
+    """What follows for an axis from its drive, unless the axis says otherwise."""
+    turned = int(drive.inverted)
+    return {
+        "encoder_type": EncoderType.MDP_513,
+        "drive_type": DriveType.MDP_742,
+        "encoder_scaling_factor": drive.scaling,
+        "encoder_count_direction": turned,
+        "drive_motor_polarity": turned,
+        "drive_acceleration_scaling": min(1.0 / drive.scaling, _MOST_WEIGHT),
+        "simulation_ideal": int(drive.mode == "csp"),
+        "homed_by_drive": int(drive.homing is not None),
+    }
+
+
+def _axis(axis: AxisConfig, number: int, drive: DriveConfig | None) -> AxisParameters:
     values = _numbers(axis.parameters, f"axis[{number}]")
+    if drive is not None:
+        values = _on_a_bus(drive) | values
     elements = [_numbers(found, f"axis[{number}].element") for found in axis.element]
     flags = values.get("unit_interpretation", 0)
     if axis.modulo and float(flags).is_integer():

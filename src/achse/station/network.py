@@ -10,15 +10,23 @@ from pathlib import Path
 
 from achse.ams import NetId
 from achse.ams.discovery import UDP_PORT, OsVersion, RouterInfo
+from achse.ams.mqtt import RouterNote
 from achse.router import Router
 from achse.router.access import Users
+from achse.router.rights import rights_named
 from achse.router.routes import Route, RouteError
 from achse.router.static_routes import parse_static_routes, static_routes
 from achse.station.config import ConfigError, StationConfig
+from achse.station.secure_config import StationIdentity
 from achse.station.state_file import StateFile
 from achse.transport.held import Held
 from achse.transport.host_names import HostNames
+from achse.transport.mqtt import MqttError
+from achse.transport.mqtt_routes import MqttRoutes
 from achse.transport.reason import reason
+from achse.transport.secure_listener import SecureListener
+from achse.transport.serial_port import SerialPortError
+from achse.transport.serial_ports import ServedPort, ServedSerialPorts
 from achse.transport.tcp import TCP_PORT, TcpListener
 from achse.transport.udp import DiscoveryEndpoint
 from achse.transport.uplinks import Uplinks
@@ -47,11 +55,18 @@ def host_system() -> OsVersion:
     return OsVersion(major, minor, build, 2 if system == "Windows" else 0, system)
 
 
+def _users(config: StationConfig) -> Users:
+    """The users of a station, and what the routes may that they add."""
+    rights = {name: rights_named(each) for name, each in config.router.user_rights.items()}
+    return Users(config.router.users, rights)
+
+
 class RouteFile:
     """The routes of a station: those of its configuration, and those in its StaticRoutes.xml."""
 
     def __init__(self, config: StationConfig, router: Router, base: Path) -> None:
         """Fill the router's table and follow it. Raises ConfigError, OSError."""
+        router.routes.rights_of_others = rights_named(config.router.rights)
         self._configured = [item.route() for item in config.route]
         self._file: StateFile | None = None
         self._text = ""
@@ -126,9 +141,13 @@ class Network:
     """The sockets of a running station."""
 
     def __init__(
-        self, config: StationConfig, router: Router, version: tuple[int, int, int]
+        self, config: StationConfig, router: Router, version: tuple[int, int, int], base: Path
     ) -> None:
         self._config = config
+        self._identity = StationIdentity(config.secure, base, config.name)
+        self._base = base
+        self.secure: SecureListener | None = None
+        self.mqtt: tuple[MqttRoutes, ...] = ()
         self._router = router
         self._version = version
         self.listener = TcpListener(
@@ -143,12 +162,24 @@ class Network:
         )
         self.discovery: DiscoveryEndpoint | None = None
         self.uplinks: Uplinks | None = None
+        self.serial = ServedSerialPorts(
+            router,
+            [ServedPort(item.serial_port(), item.net_id) for item in config.serial],
+            held=self.listener.held,
+            fair_queue=self.listener.fair_queue,
+        )
         self._names = HostNames(router.routes)
 
     def info(self) -> RouterInfo:
         """What a search is told."""
         net_id = NetId(self._router.net_id)
-        return RouterInfo(net_id, self._config.name, self._version, host_system())
+        shown = "" if self.secure is None else self._identity.identity.fingerprint
+        return RouterInfo(net_id, self._config.name, self._version, host_system(), shown)
+
+    @property
+    def listeners(self) -> tuple[TcpListener, ...]:
+        """Those of TCP, plain and secure."""
+        return (self.listener,) if self.secure is None else (self.listener, self.secure)
 
     async def open(
         self,
@@ -159,13 +190,15 @@ class Network:
     ) -> None:
         """Listen; None takes the configuration's.
 
-        Raises OSError if a port is taken, ConfigError for an address that lets others than this
-        computer in without `strict` and without `let_everybody_in`.
+        Raises OSError if a port is taken, ConfigError for a serial port that cannot be opened and
+        for an address that lets others than this computer in without `strict` and without
+        `let_everybody_in`.
         """
         config = self._config.router
         where = config.host if host is None else host
         everybody = config.let_everybody_in if let_everybody_in is None else let_everybody_in
-        if not config.strict and await is_reachable_from_outside(where):
+        plain = config.listen != "secure"
+        if plain and not config.strict and await is_reachable_from_outside(where):
             if not everybody:
                 raise ConfigError(
                     f"{where} can be reached from other computers, and without strict = true in"
@@ -177,33 +210,95 @@ class Network:
         self._names.start()
         try:
             await self._names.known(_NAMES_KNOWN_WITHIN)
-            await self.listener.open(where, config.tcp_port if tcp_port is None else tcp_port)
-            await self._open_discovery(config.udp_port if udp_port is None else udp_port)
+            if plain:
+                await self.listener.open(where, config.tcp_port if tcp_port is None else tcp_port)
+            await self._open_discovery(where, config.udp_port if udp_port is None else udp_port)
+            if config.listen != "plain":
+                await self._open_secure(where)
+            await self._open_serial_ports()
+            self._join_networks()
         except BaseException:
             self._names.close()
+            if self.discovery is not None:
+                await self.discovery.close()
+            if self.secure is not None:
+                await self.secure.close()
             await self.listener.close()
             raise
         self.uplinks = Uplinks(
             self._router,
-            local_host=self.listener.host,
+            local_host=self.listener.host or where,
             max_length=config.max_length,
             held=self.listener.held,
             fair_queue=self.listener.fair_queue,
+            credentials=self._identity.credentials,
         )
         self.uplinks.start()
 
-    async def _open_discovery(self, port: int | None) -> None:
+    async def _open_secure(self, host: str) -> None:
+        config, limits = self._config.router, self._config.limits
+        self.secure = SecureListener(
+            self._router,
+            await asyncio.get_running_loop().run_in_executor(None, self._identity.server),
+            _users(self._config),
+            name=self._identity.name,
+            ignore_names=self._config.secure.ignore_names,
+            max_length=config.max_length,
+            max_connections=config.max_connections,
+            max_backlog=limits.unread_bytes,
+            max_per_host=config.max_connections_per_host,
+            held=self.listener.held,
+            fair_queue=self.listener.fair_queue,
+        )
+        await self.secure.open(host, self._config.secure.port)
+
+    def _join_networks(self) -> None:
+        """Those over MQTT; a broker that is not there yet is dialled again and again."""
+        system = host_system()
+        note = RouterNote(
+            online=True,
+            name=self._config.name,
+            os_version=".".join(map(str, system[:3])),
+            os_platform=system.platform,
+            tc_version=".".join(map(str, self._version)),
+        )
+        try:
+            self.mqtt = tuple(
+                MqttRoutes(
+                    self._router,
+                    settings,
+                    note,
+                    max_length=self._config.router.max_length,
+                    max_backlog=self._config.limits.unread_bytes,
+                    held=self.listener.held,
+                    fair_queue=self.listener.fair_queue,
+                )
+                for item in self._config.mqtt
+                for settings in item.networks(self._base)
+            )
+        except MqttError as fault:
+            raise ConfigError(f"mqtt: {fault}") from None
+        for network in self.mqtt:
+            network.start()
+
+    async def _open_serial_ports(self) -> None:
+        try:
+            await self.serial.start()
+        except SerialPortError as fault:
+            raise ConfigError(str(fault)) from None
+
+    async def _open_discovery(self, host: str, port: int | None) -> None:
         """Answer searches. Without a port that was asked for only where it does no harm."""
         if port is None and self.listener.port != TCP_PORT:
             return
         endpoint = DiscoveryEndpoint(
             self.info,
             self._router.routes,
-            Users(self._config.router.users),
+            _users(self._config),
             lambda: self._names.known(_NAMES_KNOWN_WITHIN),
         )
         try:
-            await endpoint.open(self.listener.host, UDP_PORT if port is None else port)
+            await endpoint.open(self.listener.host or host, UDP_PORT if port is None else port)
         except OSError as taken:
             if port is not None:
                 raise OSError(f"UDP port {port}: {reason(taken)}") from taken
@@ -218,4 +313,9 @@ class Network:
         self._names.close()
         if self.discovery is not None:
             await self.discovery.close()
+        for network in self.mqtt:
+            await network.close()
+        await self.serial.close()
+        if self.secure is not None:
+            await self.secure.close()
         await self.listener.close()

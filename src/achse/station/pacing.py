@@ -1,19 +1,22 @@
 """Pacing: turns wall-clock time into calls of the station's cycle.
 
 The cycle itself knows no clock. `Pace` is the arithmetic: which ticks are due at a given moment.
-`Pacer` is the engine: a helper thread sleeps to the next due moment and wakes the loop (a loop's
-own timers are too coarse: a millisecond with epoll); the loop then runs every tick that is due.
+`Pacer` is the engine: a timer of the system wakes the loop at the next due moment (a loop's own
+timers are too coarse: a millisecond with epoll); the loop then runs every tick that is due. Where
+there is no such timer a helper thread sleeps to that moment.
 """
 
 import asyncio
 import logging
 import threading
 import time
+from bisect import bisect_left
 from collections.abc import Callable
 
 from achse.motion import Nc
+from achse.station.wake_timer import WakeTimer
 
-__all__ = ["NcTask", "Pace", "Pacer", "run_unpaced"]
+__all__ = ["STEP_BOUNDS_NS", "NcTask", "Pace", "Pacer", "run_unpaced"]
 
 log = logging.getLogger("achse.pacing")
 
@@ -22,6 +25,9 @@ REBASE_NS = 1_000_000_000
 
 _TURN_NS = 20_000_000
 """Catching up yields to the loop after this much wall time, so that clients are still served."""
+
+STEP_BOUNDS_NS = tuple(count * 10**power for power in range(4, 9) for count in (1, 2, 5))
+"""Bounds of the histogram of computing times: 10 µs, 20 µs, 50 µs … 500 ms."""
 
 _NAP_NS = 50_000_000
 """Long waits are slept in pieces of this, so that stopping is prompt."""
@@ -42,14 +48,28 @@ class Pace:
         self._speed = speed
         self._wall_per_tick = tick_ns / speed
         self.behind_ns = 0.0
+        self.steps = [0] * (len(STEP_BOUNDS_NS) + 1)
+        """How many ticks took so long to compute, by `STEP_BOUNDS_NS`; the last took longer."""
+        self.computed_ns = 0
+        """All of them together."""
         self.late_ticks = 0
         self.rebases = 0
         self._start(now)
+
+    @property
+    def speed(self) -> float:
+        """Station time per wall-clock time."""
+        return self._speed
 
     def _start(self, now: int) -> None:
         self._origin = now
         self._ticks = 0
         self.due = now + int(self._wall_per_tick)
+
+    def note(self, computed_ns: int) -> None:
+        """A tick took so long to compute."""
+        self.steps[bisect_left(STEP_BOUNDS_NS, computed_ns)] += 1
+        self.computed_ns += computed_ns
 
     def take(self, now: int) -> bool:
         """True if a tick is due at `now` (ns); it counts as done then."""
@@ -79,21 +99,51 @@ class Pacer:
         self._stopping = False
         self._served = threading.Event()
         self._loop: asyncio.AbstractEventLoop
-        self._thread: threading.Thread
+        self._thread: threading.Thread | None = None
+        self._timer: WakeTimer | None = None
         self._failed: asyncio.Future[None]
 
     async def __aenter__(self) -> "Pacer":
         self._loop = asyncio.get_running_loop()
         self._failed = self._loop.create_future()
         self.pace = Pace(self._tick_ns, self._speed, time.monotonic_ns())
-        self._thread = threading.Thread(target=self._wake, name="achse-pacer", daemon=True)
-        self._thread.start()
+        if not self._by_timer():
+            self._thread = threading.Thread(target=self._wake, name="achse-pacer", daemon=True)
+            self._thread.start()
         return self
+
+    def _by_timer(self) -> bool:
+        """Let a timer of the system wake the loop; False if there is none."""
+        try:
+            timer = WakeTimer()
+        except OSError:
+            return False
+        try:
+            self._loop.add_reader(timer.fileno(), self._woken)
+        except NotImplementedError:
+            timer.close()
+            return False
+        self._timer = timer
+        timer.wake_at(self.pace.due)
+        return True
+
+    def _woken(self) -> None:
+        timer = self._timer
+        if timer is not None:
+            timer.clear()
+            self._run_due()
+            if not self._stopping:
+                timer.wake_at(self.pace.due)
 
     async def __aexit__(self, *_: object) -> None:
         self._stopping = True
         self._served.set()
-        await self._loop.run_in_executor(None, self._thread.join)
+        timer, self._timer = self._timer, None
+        if timer is not None:
+            self._loop.remove_reader(timer.fileno())
+            timer.close()
+        if self._thread is not None:
+            await self._loop.run_in_executor(None, self._thread.join)
         if self._failed.done():
             self._failed.exception()  # seen here at the latest
 
@@ -120,7 +170,8 @@ class Pacer:
         try:
             while not self._stopping and now - began <= _TURN_NS and self.pace.take(now):
                 self._step()
-                now = time.monotonic_ns()
+                before, now = now, time.monotonic_ns()
+                self.pace.note(now - before)
         except Exception as failure:
             self._stopping = True
             if not self._failed.done():

@@ -1,12 +1,15 @@
-"""Persistent data of the NC's axes: kept over restarts, and over programs in a file."""
+"""Persistent data of axes and PLCs: kept over restarts, and over programs in a file."""
 
 import logging
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from achse.motion import Nc
 from achse.motion.remains import Remains
+from achse.plc import PlcRuntime
+from achse.plc.remains import KeptVariable, inherit_variables, kept_variables
 from achse.station.config import ConfigError, StationConfig
 from achse.station.state_file import StateFile
 
@@ -19,15 +22,18 @@ log = logging.getLogger("achse.station")
 
 
 class PersistentData:
-    """What is left of the axes, by id; without `system.persistent_data` as long as the program.
+    """What is left of the axes, by id, and of PLCs, by port and variable; without
+    `system.persistent_data` as long as the program.
 
-    The file has a table for each axis: `{"nc": {"1": {"zeros": [0], "position": 0, "homed": 1}}}`.
-    One that is damaged is told, and put aside when another is written.
+    The file has a table for each axis: `{"nc": {"1": {"zeros": [0], "position": 0, "homed": 1}}}`,
+    and for each PLC the type and bytes of its RETAIN and PERSISTENT variables, in hexadecimal
+    digits. One that is damaged is told, and put aside when another is written.
     """
 
     def __init__(self, config: StationConfig, base: Path) -> None:
         """Read the file. Raises ConfigError."""
         self._remains: Mapping[int, Remains] = {}
+        self._variables: dict[int, Mapping[str, KeptVariable]] = {}
         self._file: StateFile | None = None
         self._damaged = False
         name = config.system.persistent_data
@@ -43,6 +49,7 @@ class PersistentData:
             document = self._file.read_json()
             if document is not None:
                 self._remains = _parsed(document)
+                self._variables = _parsed_variables(document)
         except OSError as failure:
             log.warning("%s cannot be read, no axis knows its position: %s", path, failure.strerror)
         except (ValueError, AttributeError, KeyError, TypeError, RecursionError) as fault:
@@ -53,11 +60,36 @@ class PersistentData:
         """Let the axes of a fresh NC begin where they were left."""
         nc.inherit(self._remains)
 
-    def save(self, nc: Nc) -> None:
-        """Keep what is left of the axes now; a file that cannot be written is told."""
-        self._remains = nc.remains()
+    def load_plc(self, port: int, plc: PlcRuntime) -> None:
+        """Let the RETAIN and PERSISTENT variables of a fresh PLC begin where they were left, and be
+        kept whenever it asks for that."""
+        plc.keep_persistent = partial(self.save_plc, port, plc)
+        left = inherit_variables(plc, self._variables.get(port, {}))
+        if left:
+            more = f" and {len(left) - 3} more" if len(left) > 3 else ""
+            log.warning(
+                "persistent data of PLC %d: %s%s are gone or have another type",
+                port,
+                ", ".join(left[:3]),
+                more,
+            )
+
+    def save(self, nc: Nc | None, plcs: Mapping[int, PlcRuntime]) -> None:
+        """Keep what is left of axes and PLCs now; a file that cannot be written is told."""
+        if nc is not None:
+            self._remains = nc.remains()
+        for port, plc in plcs.items():
+            self._variables[port] = kept_variables(plc)
+        self._write()
+
+    def save_plc(self, port: int, plc: PlcRuntime) -> bool:
+        """Keep the variables of one PLC as they are now; False if they cannot be written."""
+        self._variables[port] = kept_variables(plc)
+        return self._write()
+
+    def _write(self) -> bool:
         if self._file is None:
-            return
+            return True
         document = {
             str(axis_id): {
                 "zeros": list(remains.zeros),
@@ -70,9 +102,29 @@ class PersistentData:
             if self._damaged:
                 log.warning("the damaged file is kept as %s", self._file.put_aside())
                 self._damaged = False
-            self._file.write_json({"nc": document})
+            self._file.write_json({"nc": document, "plc": self._shown_variables()})
         except OSError as failure:
             log.error("%s cannot be written: %s", self._file.path, failure.strerror)
+            return False
+        return True
+
+    def _shown_variables(self) -> dict[str, dict[str, tuple[str, str]]]:
+        return {
+            str(port): {name: (one.type, one.data.hex()) for name, one in kept.items()}
+            for port, kept in self._variables.items()
+            if kept
+        }
+
+
+def _parsed_variables(document: Any) -> dict[int, Mapping[str, KeptVariable]]:
+    """What the file says of PLCs; raises what is wrong with it."""
+    return {
+        int(port): {
+            str(name): KeptVariable(str(type), bytes.fromhex(data))
+            for name, (type, data) in kept.items()
+        }
+        for port, kept in document.get("plc", {}).items()
+    }
 
 
 def _parsed(document: Any) -> dict[int, Remains]:

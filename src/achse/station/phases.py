@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 from achse.motion import Nc
 from achse.plc import PlcRuntime
@@ -9,7 +10,7 @@ from achse.server import Device, SampleBudget
 from achse.station.cycle import CyclicPhase, Phase, PhasePlace
 from achse.station.pacing import NcTask, Pace
 
-__all__ = ["ChangePhase", "NcPhase", "NotificationPhase", "PlcPhase", "upkeep"]
+__all__ = ["ChangePhase", "NcPhase", "NotificationPhase", "PlcLinks", "PlcPhase", "upkeep"]
 
 _SWEEP_NS = 1_000_000_000
 """How often devices look for clients that are gone, about: a whole number of ticks."""
@@ -68,14 +69,25 @@ class NcPhase(Phase):
             self._nc.cycle(count)
 
 
+class PlcLinks(Protocol):
+    """Something outside a PLC that is variables of it: axes, channels."""
+
+    def show(self) -> None:
+        """Fill its inputs, before its tasks run."""
+
+    def take(self) -> None:
+        """Take its outputs, after its tasks ran."""
+
+
 class PlcPhase(Phase):
-    """The tasks of one PLC, each at its own cycle."""
+    """The tasks of one PLC, each at its own cycle; before and after them, what is linked to it."""
 
     place = PhasePlace.PLC
 
-    def __init__(self, plc: PlcRuntime) -> None:
+    def __init__(self, plc: PlcRuntime, links: Sequence[PlcLinks] = ()) -> None:
         self.name = f"plc {plc.port}"
         self._plc = plc
+        self._links = tuple(links)
 
     @property
     def due_ns(self) -> float:
@@ -84,7 +96,15 @@ class PlcPhase(Phase):
 
     def step(self, now_ns: int) -> None:
         """Run every task that is due."""
+        links = self._links
+        if not links or self._plc.is_held:
+            self._plc.run_due(now_ns)
+            return
+        for each in links:
+            each.show()
         self._plc.run_due(now_ns)
+        for each in links:
+            each.take()
 
 
 class NotificationPhase(Phase):

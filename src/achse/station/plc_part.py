@@ -1,10 +1,16 @@
 """The PLCs of a station: each with its device, as the configuration says."""
 
 import math
+from collections.abc import Mapping
 
+from achse.ams.filetime import from_unix_ns
+from achse.devices.logger import EventLoggerDevice, LoggerDevice, LogMessage, MessageType
 from achse.devices.plc import PlcDevice, PlcRequests
+from achse.plc import PlcRuntime, PlcState
+from achse.station.axis_links import link_axes
 from achse.station.building import Building
-from achse.station.phases import PlcPhase
+from achse.station.channel_links import link_channels
+from achse.station.phases import PlcLinks, PlcPhase
 from achse.station.plcs import PlcSource
 
 __all__ = ["make_plcs"]
@@ -18,7 +24,37 @@ def make_plcs(building: Building) -> None:
         source = PlcSource(config, f"plc[{number}]", ground.base, requests, ground.epoch_ns)
         plc = source.make()
         building.plcs[config.port], building.sources[config.port] = plc, source
-        building.add_phase(PlcPhase(plc), math.gcd(*(task.cycle_ns for task in plc.tasks)))
         building.add_state(plc.digest)
         device = PlcDevice(plc, clock=ground.clock, requests=requests)
+        building.plc_devices[config.port] = device
         building.attach(device, config.port, *config.also)
+        _tell_logger_of_exceptions(building, plc)
+    links: list[Mapping[int, PlcLinks]] = []
+    if building.nc is not None and building.plcs:
+        mapped = {port: source.mapped_axes() for port, source in building.sources.items()}
+        links.append(link_axes(building.nc, building.plcs, ground.config.axis, mapped))
+        links.append(link_channels(building.nc, building.plcs, ground.config.channel))
+    for port, plc in building.plcs.items():
+        cycle_ns = math.gcd(*(task.cycle_ns for task in plc.tasks))
+        own = [each[port] for each in links if port in each]
+        building.add_phase(PlcPhase(plc, own), cycle_ns)
+
+
+def _tell_logger_of_exceptions(building: Building, plc: PlcRuntime) -> None:
+    """Who subscribed to the logger is told why a PLC stopped; the log has it from the PLC."""
+    loggers = [
+        device
+        for device in building.devices
+        if isinstance(device, LoggerDevice) and not isinstance(device, EventLoggerDevice)
+    ]
+
+    def tell(state: PlcState) -> None:
+        if state is PlcState.EXCEPTION:
+            now = from_unix_ns(building.ground.clock())
+            kind = MessageType.ERROR | MessageType.LOG
+            message = LogMessage(now, kind, plc.port, "TCPLC", plc.complaint)
+            for logger in loggers:
+                logger.post(message, shown=True)
+
+    plc.on_state(tell)
+    tell(plc.state)

@@ -5,6 +5,9 @@ import hashlib
 import importlib
 import importlib.util
 import logging
+import re
+import traceback
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -25,6 +28,7 @@ if TYPE_CHECKING:
     from achse.plc.bodies import Bodies
     from achse.plc.builtins import Services
     from achse.st.declare import Declarations
+    from achse.st.solution import AxisMapping
 
 __all__ = ["PlcSource", "collection_paused"]
 
@@ -42,6 +46,8 @@ _REST = 1 << 20
 grow."""
 
 _SHOWN_FAULTS = 20
+_VISU = re.compile(r"VisuElems\.|.*\bVisu_Prg$", re.IGNORECASE)
+"""Programs that the vendor's visualisation brings along."""
 
 log = logging.getLogger("achse.plc")
 
@@ -106,11 +112,19 @@ class PlcSource:
         declared, tasks, globals, programs = self._read()
         called = [program for of_task in programs.values() for program in of_task]
         sizes = _sizes([*globals, *called])
+        watchdogs = {task.name: task.watchdog_cycles for task in config.task}
         return self._checked(
             "",
             lambda: PlcRuntime(
                 [
-                    Task(task.name, task.cycle_ns, programs[task.name], priority=task.priority)
+                    Task(
+                        task.name,
+                        task.cycle_ns,
+                        programs[task.name],
+                        priority=task.priority,
+                        port=task.port,
+                        watchdog_cycles=watchdogs.get(task.name, task.watchdog_cycles),
+                    )
                     for task in tasks
                 ],
                 globals,
@@ -123,6 +137,20 @@ class PlcSource:
             ),
         )
 
+    def mapped_axes(self) -> "Sequence[AxisMapping]":
+        """Axes that the solution of the sources links to variables of this PLC.
+
+        If a link names the project of the sources, only such links count.
+        """
+        if self.config.sources is None:
+            return ()
+        from achse.st.solution import axis_mappings, solution_files
+
+        root = self.base / self.config.sources
+        found = self._checked(".sources", lambda: axis_mappings(solution_files(root)))
+        own = {root.stem.casefold(), root.absolute().parent.name.casefold()}
+        return [each for each in found if each.plc.casefold() in own] or found
+
     def _bodies(self, declared: _Declared) -> "Bodies | None":
         """What the sources do; None if there are none, or `execute` is off.
 
@@ -130,9 +158,13 @@ class PlcSource:
         """
         if declared.declarations is None or not self.config.execute:
             return None
+        from achse.native.backend import compiler_installed
         from achse.plc.bodies import Bodies
+        from achse.plc.code.execution import CodeForm
         from achse.st.check import check  # as above
 
+        if self.config.code == CodeForm.MACHINE.value and not compiler_installed():
+            raise ConfigError(f"{self.key}.code: machine needs llvmlite, install achse[fast]")
         system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)
         project = check(declared.declarations, given=[system])
         for fault in project.faults[:_SHOWN_FAULTS]:
@@ -146,9 +178,11 @@ class PlcSource:
             )
         return Bodies(
             project,
+            budget=self.config.budget,
             exceptions=self.config.floating_point_exceptions,
             services=self.services,
             epoch_ns=self.epoch_ns,
+            form=CodeForm(self.config.code),
         )
 
     @collection_paused()
@@ -160,9 +194,38 @@ class PlcSource:
         ]:
             raise ConfigError(f"{self.key}: tasks and their cycles take a restart to change")
         sizes = _sizes([*globals, *(one for of_task in programs.values() for one in of_task)])
-        self._checked(
-            "", lambda: plc.online_change(globals, programs, sizes, self._bodies(declared))
-        )
+        bodies = self._bodies(declared)
+        self._refuse_new_faults(plc.bodies, bodies)
+        self._checked("", lambda: plc.online_change(globals, programs, sizes, bodies))
+
+    def _refuse_new_faults(self, running: "Bodies | None", bodies: "Bodies | None") -> None:
+        """A routine that runs is not replaced by one with errors: that would stop the PLC."""
+        from achse.st.source import SourceError
+
+        if running is None or bodies is None:
+            return
+        known = Counter(fault.message for fault in running.project.faults)
+        new = []
+        for fault in bodies.project.faults:
+            if known[fault.message]:
+                known[fault.message] -= 1
+            else:
+                new.append(fault)
+        if new:
+            raise ConfigError(f"{self.key}.sources: {SourceError(new)}")
+
+    def files(self) -> Mapping[str, str]:
+        """Where the project's own source files are, by the names they have in faults."""
+        if self.config.sources is None:
+            return {}
+        from achse.st.files import source_files
+        from achse.st.source import SourceError
+
+        try:
+            found = source_files(self.base / self.config.sources)
+        except SourceError:
+            return {}
+        return {name: str(file.resolve()) for file, name in found}
 
     def stamps(self) -> Mapping[Path, tuple[int, int]]:
         """The files that the declarations come from, with their time of change and size."""
@@ -230,15 +293,26 @@ class PlcSource:
             if not root.exists():
                 raise ConfigError(f"{self.key}.sources: {root} does not exist")
             libraries = [self.base / name for name in config.libraries]
-            project = self._checked(".sources", lambda: load_project(root, libraries=libraries))
+            opaque = config.unknown_types == "opaque"
+            project = self._checked(
+                ".sources", lambda: load_project(root, libraries=libraries, opaque=opaque)
+            )
+            if project.stand_ins:
+                lines = sum(text.count("\n") for text in project.stand_ins.values())
+                log.warning(
+                    "%s: %d lines of stand-ins for undeclared names;"
+                    " achse symbols stand-ins %s writes them",
+                    self.key,
+                    lines,
+                    config.sources,
+                )
+            for library in project.missing:
+                log.warning("%s: %s", self.key, library)
             declarations = project.declarations
             return _Declared(
                 declarations.units,
                 list(declarations.types.values()),
-                [
-                    FileTask(task.name, task.cycle_ns, task.priority, tuple(task.programs))
-                    for task in project.tasks
-                ],
+                [FileTask(*task) for task in project.tasks],
                 root.resolve().stem,
                 project.rules.pointer_size,
                 declarations,
@@ -291,7 +365,9 @@ class PlcSource:
             try:
                 module = modules[source] = _module(source, self.base)
             except (Exception, SystemExit) as failure:
-                raise ConfigError(f"{key}: {source} cannot be imported: {failure!r}") from failure
+                raise ConfigError(
+                    f"{key}: {source} cannot be imported: {_in_words(failure)}"
+                ) from failure
         declared = getattr(module, attribute, None)
         if not (isinstance(declared, type) and issubclass(declared, kind)):
             what = "class" if kind is object else kind.__name__
@@ -301,8 +377,21 @@ class PlcSource:
     def _checked(self, key: str, make: Callable[[], T]) -> T:
         try:
             return make()
-        except DeclarationError as fault:
+        except (DeclarationError, ConfigError) as fault:
             raise ConfigError(f"{self.key}{key}: {fault}") from fault
+        except Exception as failure:  # of the user's Python: told with its place
+            raise ConfigError(f"{self.key}{key}: {_in_words(failure)}") from failure
+
+
+def _in_words(failure: BaseException) -> str:
+    """`NameError: name 'x' is not defined (feeder.py, line 3)`."""
+    if isinstance(failure, SyntaxError):
+        return f"SyntaxError: {failure.msg} ({failure.filename}, line {failure.lineno})"
+    frames = traceback.extract_tb(failure.__traceback__)
+    ours = str(Path(__file__).parents[1])
+    users = [frame for frame in frames if not frame.filename.startswith((ours, "<"))]
+    place = f" ({users[-1].filename}, line {users[-1].lineno})" if users else ""
+    return f"{type(failure).__name__}: {failure}{place}"
 
 
 def _tasks(configured: Sequence[TaskConfig], declared: _Declared) -> list[FileTask]:
@@ -313,7 +402,20 @@ def _tasks(configured: Sequence[TaskConfig], declared: _Declared) -> list[FileTa
             for task in configured
         ]
     programs = [u.__iec__.name for u in declared.units if issubclass(u, Program)]
-    return list(declared.tasks) or [FileTask("PlcTask", programs=tuple(programs))]
+    known = {name.lower() for name in programs}
+    if declared.tasks and not known:
+        log.warning("no programs are declared, as in a library: the tasks call nothing")
+        return [task._replace(programs=()) for task in declared.tasks]
+    of_project = []
+    for task in declared.tasks:
+        # The task of a visualisation runs a program of the vendor's screens.
+        screens = [n for n in task.programs if n.lower() not in known and _VISU.match(n)]
+        if screens:
+            log.info("task %s: %s is left out: there are no screens", task.name, ", ".join(screens))
+        rest = tuple(name for name in task.programs if name not in screens)
+        if rest or not screens:
+            of_project.append(task._replace(programs=rest))
+    return of_project or [FileTask("PlcTask", programs=tuple(programs))]
 
 
 def _sizes(units: Iterable[type[StaticRecord]]) -> dict[Area, int]:

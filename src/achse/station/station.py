@@ -9,30 +9,41 @@ import hashlib
 import logging
 import math
 import time
-from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any, Self
 
 from achse.ams import AdsState
+from achse.devices.scope import ScopeDevice
 from achse.devices.station import SERVICE_PORT, StationService
 from achse.devices.system import SystemDevice
+from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
 from achse.faults.active import Faults
+from achse.faults.drive_list import DriveFaults
 from achse.faults.fault import FaultError
 from achse.motion import Nc
 from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.router.tap import Taps
+from achse.scope import ScopeChannel, ScopeTrigger
+from achse.scope.definition import DEFAULT_LENGTH
 from achse.server import Device, Usage
 from achse.station.agenda import Agenda
 from achse.station.assembly import assemble, idle, permanent
 from achse.station.building import Ground, Parts
+from achse.station.buses import AxisBus
 from achse.station.config import ConfigError, StationConfig, load
 from achse.station.cycle import Cycle, Phase
+from achse.station.ethercat_bus import EthercatBus
+from achse.station.fieldbus import MASTER_PRIORITY, FairShare, run_first
+from achse.station.interface_bus import InterfaceBus
+from achse.station.metrics import MetricsPort
 from achse.station.network import Network, RouteFile
 from achse.station.pacing import Pace, Pacer, run_unpaced
 from achse.station.persistent_data import PersistentData
 from achse.station.phases import ChangePhase
+from achse.station.scope import StationScope
 from achse.station.statistics import statistics
 from achse.transport.tcp import TcpListener
 
@@ -67,6 +78,10 @@ class Station:
     ) -> None:
         """`base` is where relative names in the configuration begin; `epoch_ns` is the Unix time
         at station time 0 (stamps of notifications). Raises ConfigError."""
+        if not isinstance(config, StationConfig | None):
+            raise TypeError(
+                f"a StationConfig expected, got {config!r:.80}; Station.load(file) reads a file"
+            )
         self.config = config or StationConfig()
         self.epoch_ns = epoch_ns
         self.cycle: Cycle = Cycle()
@@ -106,13 +121,22 @@ class Station:
         parts = assemble(self._ground, self._kept)
         if parts.nc is not None:
             self._persistent.load(parts.nc)
+        for port, plc in parts.plcs.items():
+            self._persistent.load_plc(port, plc)
         self.nc: Nc | None
+        self.buses: Sequence[AxisBus]
+        """Those that have drives."""
+        self.fieldbuses: Mapping[str, EthercatBus | InterfaceBus]
+        """All by name: their masters, slaves and figures."""
+        self.terminals: Mapping[str, DigitalTerminal | AnalogTerminal] = {}
+        """Virtual terminals by name: what is at their inputs, what their outputs do."""
         self.plcs: Mapping[int, PlcRuntime]
         self.cycle.tick_ns = parts.tick_ns
         self._changes = ChangePhase()
         self.cycle.add(self._changes)
         self._phases: Sequence[Phase] = ()
         self._digests: Sequence[Callable[[], bytes]] = ()
+        self._ends: Sequence[Callable[[], None]] = ()
         self._take(parts)
         self.ended = False
         """Shut down: nothing answers any more."""
@@ -131,14 +155,20 @@ class Station:
 
     @classmethod
     def load(
-        cls, path: str | Path, *, net_id: str | None = None, epoch_ns: int = DEFAULT_EPOCH_NS
+        cls,
+        path: str | Path,
+        *,
+        net_id: str | None = None,
+        interfaces: Mapping[str, str] | None = None,
+        epoch_ns: int = DEFAULT_EPOCH_NS,
     ) -> Self:
-        """A station from a station.toml; `net_id` replaces the one in there.
+        """A station from a station.toml; `net_id` replaces the one in there, `interfaces` (by name
+        of the bus, "" for the only one) where the slaves of buses are.
 
         Raises ConfigError, OSError.
         """
         file = Path(path)
-        config = load(file, net_id=net_id)
+        config = load(file, net_id=net_id, interfaces=interfaces)
         try:
             return cls(config, base=file.parent, epoch_ns=epoch_ns)
         except ConfigError as fault:
@@ -148,6 +178,11 @@ class Station:
     def demo(cls, *, net_id: str | None = None, epoch_ns: int = DEFAULT_EPOCH_NS) -> Self:
         """The station that `achse run` starts without a file: PLC 851, axes X, Y and C."""
         return cls.load(DEMO, net_id=net_id, epoch_ns=epoch_ns)
+
+    @property
+    def base(self) -> Path:
+        """The folder that paths of the configuration begin at."""
+        return self._base
 
     @property
     def time_ns(self) -> int:
@@ -208,10 +243,18 @@ class Station:
 
     def _leave(self) -> None:
         self.save()
+        for plc in self.plcs.values():
+            plc.drop_debugger()
         gone = [device for device in self.devices if device not in self._kept]
         self._ground.leave(gone)
+        self._end_parts()
         self._take(idle(self._ground, self._kept, self.tick_ns))
         self._system.ads_state = AdsState.STOP
+
+    def _end_parts(self) -> None:
+        for end in self._ends:
+            end()
+        self._ends = ()
 
     def _enter_config(self) -> None:
         self._system.ads_state = AdsState.CONFIG
@@ -225,7 +268,8 @@ class Station:
             return
         if parts.nc is not None:
             self._persistent.load(parts.nc)
-        for plc in parts.plcs.values():
+        for port, plc in parts.plcs.items():
+            self._persistent.load_plc(port, plc)
             plc.begin(self.time_ns)
         self._take(parts)
         self.faults.renew()
@@ -237,13 +281,16 @@ class Station:
 
         Whatever ends a running station does that too: a restart, a shutdown, the end of `running`.
         """
-        if self.nc is not None:
-            self._persistent.save(self.nc)
+        if self.nc is not None or self.plcs:
+            self._persistent.save(self.nc, self.plcs)
 
     def _end(self) -> None:
         self.save()
+        for plc in self.plcs.values():
+            plc.drop_debugger()
         for device in self.devices:
             device.detach()
+        self._end_parts()
         self._take(idle(self._ground, (), self.tick_ns))
         self._changes.plan()
         self.ended = True
@@ -259,6 +306,34 @@ class Station:
     def statistics(self) -> dict[str, Any]:
         """Figures about connections, subscriptions, handles, queues and the cycle."""
         return statistics(self)
+
+    def scope(
+        self,
+        channels: str | ScopeChannel | Iterable[str | ScopeChannel | dict[str, Any]],
+        *,
+        length: float = DEFAULT_LENGTH,
+        triggers: str | ScopeTrigger | Iterable[str | ScopeTrigger] = (),
+        pretrigger: float = 0.0,
+        combine: str = "any",
+        name: str = "python",
+    ) -> StationScope:
+        """A scope: `with station.scope(["MAIN.fLevel", "500:Axes.X.ActPos"]) as scope:` records.
+
+        `length` in seconds is what its rings hold, `pretrigger` the share of it before the trigger
+        (0 to below 1). Channels and triggers are words or objects, see `achse.scope`. Raises
+        ScopeError; RuntimeError in CONFIG.
+        """
+        device = next((each for each in self.devices if isinstance(each, ScopeDevice)), None)
+        if device is None:
+            raise RuntimeError(f"the station is in {self.state.name}: it has no scope server")
+        return StationScope.of(
+            *(device, self.epoch_ns, channels),
+            length=length,
+            triggers=triggers,
+            pretrigger=pretrigger,
+            combine=combine,
+            name=name,
+        )
 
     def online_change(self, port: int | None = None) -> dict[int, int]:
         """Read the declarations of PLC `port` (of all) again, and go on with them.
@@ -278,13 +353,30 @@ class Station:
             log.warning("%s", warning)
         return {number: plc.online_changes for number, plc in self.plcs.items()}
 
+    @property
+    def drive_faults(self) -> Sequence[DriveFaults | None]:
+        """What goes wrong with the drives of each bus; None for drives in another process.
+
+        A restart builds the buses again: their faults are over then.
+        """
+        return [bus.faults for bus in self.fieldbuses.values()]
+
+    def source_files(self, port: int) -> Mapping[str, str]:
+        """Where the files of a PLC's own sources are, by the names they have in faults."""
+        source = self._sources.get(port)
+        return {} if source is None else source.files()
+
     def _take(self, parts: Parts) -> None:
         """Consist of `parts`; phases that others added stay."""
         self.nc = parts.nc
+        self.buses = parts.buses
+        self.fieldbuses = parts.fieldbuses
+        self.terminals = parts.terminals
         self.plcs = parts.plcs
         self._sources = parts.sources
         self.devices = parts.devices
         self._digests = parts.digests
+        self._ends = parts.ends
         self.cycle.replace(self._phases, parts.phases)
         self._phases = parts.phases
 
@@ -334,24 +426,47 @@ class Station:
 
         Searches are answered at `udp_port`, see `RouterConfig`; routes are dialled when needed.
         Raises OSError if a port is taken, ConfigError for an address beyond this computer without
-        `strict` and without `let_everybody_in` (None: as the configuration says).
+        `strict` and without `let_everybody_in` (None: as the configuration says), and for a bus on
+        an interface at another `speed` than 1 or 0.
         """
-        network = Network(self.config, self.router, self._system.version)
+        for name, bus in self.fieldbuses.items():
+            if isinstance(bus, InterfaceBus) and speed not in (0, 1):
+                raise ConfigError(
+                    f"bus {name}: slaves on {bus.interface} need speed 1, got {speed:g}"
+                )
+        network = Network(self.config, self.router, self._system.version, self._base)
         await network.open(host, tcp_port, udp_port, let_everybody_in)
-        self.listeners = (*self.listeners, network.listener)
+        metrics = MetricsPort(self.statistics, lambda: self.pace)
+        try:
+            metrics.open(self.config.metrics)
+        except BaseException:
+            await network.close()
+            raise
+        opened = network.listeners
+        self.listeners = (*self.listeners, *opened)
         self.faults.renew()
         cycle = asyncio.create_task(self._go_on(speed, until))
         cycle.add_done_callback(_tell_failure)
         try:
             with self._system.files_beside(asyncio.get_running_loop()):
-                yield RunningStation(network, cycle)
+                yield RunningStation(network, metrics, cycle)
         finally:
             cycle.cancel()
             await asyncio.gather(cycle, return_exceptions=True)
+            for each in self.fieldbuses.values():
+                each.close()
             self.save()
+            await metrics.close()
             await network.close()
             self._system.files.close_all()
-            self.listeners = tuple(each for each in self.listeners if each is not network.listener)
+            self.listeners = tuple(each for each in self.listeners if each not in opened)
+
+    def _promptly(self) -> FairShare | None:
+        """Run before other programs, if a bus on an interface asks for it and the system allows."""
+        buses = (bus for bus in self.fieldbuses.values() if isinstance(bus, InterfaceBus))
+        if any(bus.plan.bus.real_time for bus in buses) and run_first(MASTER_PRIORITY):
+            return FairShare(MASTER_PRIORITY, "cycles of the station")
+        return None
 
     async def _go_on(self, speed: float, until: float | None) -> None:
         end_ns = math.inf if until is None else round(until * 1e9)
@@ -370,7 +485,11 @@ class Station:
             )
             return
 
+        share = self._promptly()
+
         def step() -> None:
+            if share is not None:
+                share.look()
             if self.time_ns < end_ns:
                 self.step()
             if self.time_ns >= end_ns:
@@ -384,6 +503,8 @@ class Station:
                 for end in done:
                     await end
             finally:
+                if share is not None:
+                    run_first(0)
                 self.pace = None
                 for end in ends:
                     end.cancel()
@@ -398,8 +519,9 @@ def _tell_failure(cycle: "asyncio.Task[None]") -> None:
 class RunningStation:
     """A station in operation: where it listens, and its end."""
 
-    def __init__(self, network: Network, cycle: "asyncio.Task[None]") -> None:
+    def __init__(self, network: Network, metrics: MetricsPort, cycle: "asyncio.Task[None]") -> None:
         self.network = network
+        self.metrics = metrics
         self.listener = network.listener
         self._cycle = cycle
 

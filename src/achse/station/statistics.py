@@ -1,14 +1,25 @@
 """Figures about a running station: who is connected, what they hold, whether it keeps up."""
 
-from collections.abc import Sequence, Sized
-from typing import Any, Protocol
+import heapq
+from collections.abc import Mapping, Sequence, Sized
+from typing import TYPE_CHECKING, Any, Protocol
 
+from achse.ams import AmsAddress
+from achse.motion import Nc
 from achse.router import Router
 from achse.server import Device, Usage
 from achse.station.pacing import Pace
+from achse.transport.senders import SenderFigures
 from achse.transport.tcp import TcpListener
 
-__all__ = ["CountedStation", "statistics"]
+if TYPE_CHECKING:
+    from achse.station.ethercat_bus import EthercatBus
+    from achse.station.interface_bus import InterfaceBus
+
+__all__ = ["MOST_CLIENTS", "CountedStation", "statistics"]
+
+MOST_CLIENTS = 200
+"""Clients that the figures list: those with the most requests."""
 
 
 class CountedStation(Protocol):
@@ -18,6 +29,8 @@ class CountedStation(Protocol):
     listeners: Sequence[TcpListener]
     pace: Pace | None
     usage: Usage
+    nc: Nc | None
+    fieldbuses: "Mapping[str, EthercatBus | InterfaceBus]"
 
     @property
     def router(self) -> Router: ...
@@ -42,6 +55,8 @@ def statistics(station: CountedStation) -> dict[str, Any]:
                 "clients": len(set(notifications.clients)),
                 "subscriptions": len(notifications),
                 "handles": 0 if symbols is None else symbols.count,
+                "requests": device.request_count,
+                "errors": device.error_count,
                 "refused": notifications.refused + (0 if symbols is None else symbols.refused),
                 "queued_bytes": notifications.queued,
                 "samples_dropped": notifications.dropped,
@@ -50,20 +65,85 @@ def statistics(station: CountedStation) -> dict[str, Any]:
     connections = [
         connection for listener in station.listeners for connection in listener.connections
     ]
-    pace = station.pace
+    pace, nc = station.pace, station.nc
+    axes = [] if nc is None else list(nc)
+    clients = _clients(station)
     return {
         "time": station.time_ns / 1e9,
         "tick": station.tick_ns / 1e9,
+        "speed": 0.0 if pace is None else pace.speed,
+        "computed": 0.0 if pace is None else pace.computed_ns / 1e9,
         "late_ticks": 0 if pace is None else pace.late_ticks,
         "rebases": 0 if pace is None else pace.rebases,
         "connections": len(connections),
         "connections_refused": sum(listener.refused for listener in station.listeners),
         "connections_cut_off": sum(listener.cut_off for listener in station.listeners),
         "queued_bytes": sum(connection.backlog for connection in connections),
-        "held_bytes": sum(listener.held.total for listener in station.listeners),
+        "held_bytes": sum(held.total for held in {listener.held for listener in station.listeners}),
         "samples_late": station.usage.budget.late,
         "registered_ports": len(station.router.ports),
         "lost_frames": station.router.lost_frames,
+        "requests_denied": station.router.denied,
         "faults": len(station.faults),
+        "axes": len(axes),
+        "axes_moving": sum(axis.set_velocity != 0.0 for axis in axes),
+        "axes_in_error": sum(axis.error_code != 0 for axis in axes),
+        "clients_known": len(clients),
+        "clients": [
+            _of_client(station, *each)
+            for each in heapq.nlargest(
+                MOST_CLIENTS, clients, key=lambda each: each[1].requests if each[1] else 0
+            )
+        ],
         "devices": devices,
+        "buses": [_of_bus(name, bus) for name, bus in station.fieldbuses.items()],
+    }
+
+
+def _clients(station: CountedStation) -> list[tuple[bytes, SenderFigures | None, str | None]]:
+    """Who asks, by TCP and by which connection, or has subscribed in this process."""
+    found: list[tuple[bytes, SenderFigures | None, str | None]] = [
+        (source, connection.senders[source], connection.peer)
+        for listener in station.listeners
+        for connection in listener.connections
+        for source in connection.senders
+    ]
+    known = {source for source, _, _ in found}
+    subscribed = {
+        client: None for device in station.devices for client in device.notifications.clients
+    }
+    found += [(client, None, None) for client in subscribed if client and client not in known]
+    return found
+
+
+def _of_client(
+    station: CountedStation, client: bytes, sender: SenderFigures | None, peer: str | None
+) -> dict[str, Any]:
+    """Requests are counted where they come by TCP; None for a client in this process."""
+    return {
+        "address": str(AmsAddress(client)),
+        "peer": peer,
+        "requests": None if sender is None else sender.requests,
+        "errors": None if sender is None else sender.errors,
+        "subscriptions": sum(each.notifications.held_by(client) for each in station.devices),
+    }
+
+
+def _of_bus(name: str, bus: "EthercatBus | InterfaceBus") -> dict[str, Any]:
+    """Frames of a bus since their last reset; round trips in seconds."""
+    master, trips = bus.master, bus.round_trips
+    frames = master.cyclic.counters
+    return {
+        "name": name,
+        "interface": bus.interface,
+        "trouble": bus.trouble,
+        "slaves": sum(slave.present for slave in master.slaves),
+        "slaves_operational": sum(slave.operational for slave in master.slaves),
+        "frames": frames.sent,
+        "frames_lost": frames.lost,
+        "frames_wrong": frames.wrong,
+        "round_trips": trips.count,
+        "round_trip_mean": trips.mean_ns / 1e9,
+        "round_trip_99": trips.within_ns(0.99) / 1e9,
+        "round_trip_largest": trips.largest_ns / 1e9,
     }

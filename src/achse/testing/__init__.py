@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from achse.testing.addresses import free_host as free_host
     from achse.testing.axis_conformance import AxisReach as AxisReach
     from achse.testing.axis_conformance import check_axis as check_axis
+    from achse.testing.bench import PlcUnit as PlcUnit
+    from achse.testing.bench import PlcUnitFault as PlcUnitFault
+    from achse.testing.bench import plc_unit as plc_unit
     from achse.testing.clock import ManualClock as ManualClock
     from achse.testing.clock import VirtualTimeLoop as VirtualTimeLoop
     from achse.testing.conformance import ConformanceError as ConformanceError
@@ -38,6 +41,8 @@ __all__ = [
     "Live",
     "LiveStation",
     "ManualClock",
+    "PlcUnit",
+    "PlcUnitFault",
     "PysoemReach",
     "ReachError",
     "SegmentReach",
@@ -48,6 +53,7 @@ __all__ = [
     "check_drive",
     "check_transport",
     "free_host",
+    "plc_unit",
 ]
 
 _HOMES = {
@@ -60,6 +66,8 @@ _HOMES = {
     "Live": "achse.testing.live",
     "LiveStation": "achse.testing.live",
     "ManualClock": "achse.testing.clock",
+    "PlcUnit": "achse.testing.bench",
+    "PlcUnitFault": "achse.testing.bench",
     "PysoemReach": "achse.testing.reach",
     "ReachError": "achse.testing.reach",
     "SegmentReach": "achse.testing.reach",
@@ -70,6 +78,7 @@ _HOMES = {
     "check_drive": "achse.testing.drive_conformance",
     "check_transport": "achse.testing.conformance",
     "free_host": "achse.testing.addresses",
+    "plc_unit": "achse.testing.bench",
 }
 
 

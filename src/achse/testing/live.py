@@ -90,6 +90,10 @@ class Live:
         return asyncio.run_coroutine_threadsafe(call(), self._loop).result(_PATIENCE)
 
 
+_TURNS = 2
+"""Turns of the event loop in which a connection is aborted and its socket closed."""
+
+
 class LiveStation(Live):
     """A station at a loopback address of its own, ready within milliseconds.
 
@@ -186,15 +190,26 @@ class LiveStation(Live):
             time.sleep(min(0.05, seconds / self.speed / 10))
 
     def fault(self, kind: str | StationFault, /, **fields: Any) -> ActiveFault:
-        """Make something go wrong, see `achse.faults`; raises FaultError."""
-        return self.run(self.station.faults.add, kind, **fields)
+        """Make something go wrong, see `achse.faults`; raises FaultError.
+
+        Connections that it breaks are closed when it returns.
+        """
+        active = self.run(self.station.faults.add, kind, **fields)
+        for _ in range(_TURNS):
+            self.run(lambda: None)
+        return active
 
     def clear_faults(self) -> None:
         """End all faults."""
         self.run(self.station.faults.clear)
 
     def connect(self, port: int = 851, **settings: Any) -> blocking.Client:
-        """Our own blocking client: `with station.connect() as plc: plc.read("MAIN.nCounter")`."""
+        """Our own blocking client: `with station.connect() as plc: plc.read("MAIN.nCounter")`.
+
+        In virtual time, what waits for an axis lets time pass: `plc.nc.axis("X").move_to(…)`.
+        """
+        if self.speed == 0:
+            settings = {"advance": self.advance} | settings
         return blocking.connect(
             f"{self.host}:{self.tcp_port}", net_id=self.net_id, port=port, **settings
         )

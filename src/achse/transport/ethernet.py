@@ -5,7 +5,10 @@ What answers the frames is a function from frame to frame; nothing here knows wh
 
 import contextlib
 import errno
+import select
 import socket
+import struct
+import time
 from collections.abc import Callable
 from typing import Protocol
 
@@ -19,6 +22,11 @@ _AWAY = {errno.ENETDOWN, errno.ENXIO, errno.ENOBUFS, errno.EAGAIN}
 """Sending fails for now: interface down, queue full. The frame is lost, as on a cable."""
 
 _DOWN = {errno.ENETDOWN, errno.ENXIO}
+
+_TIMESTAMP: int = getattr(socket, "SO_TIMESTAMPNS", 35)
+"""Linux: let the kernel say when a packet arrived (struct timespec)."""
+_TIMESPEC = struct.Struct("@ll")
+_ANCILLARY = 64
 
 Answer = Callable[[bytes], bytes | None]
 """What comes back for a packet, None for nothing."""
@@ -69,6 +77,20 @@ class _Socket:
             self._timeout = timeout_s
 
 
+def _claimed(interface: str, ethertype: int) -> socket.socket | None:
+    """What says that an interface is served, as long as it is open; None if another one is.
+
+    It is a name in the network's own name space (Linux), which goes with its process.
+    """
+    claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    try:
+        claim.bind(f"\0achse-{ethertype:04x}-{interface}")
+    except OSError:
+        claim.close()
+        return None
+    return claim
+
+
 class EthernetLink(_Socket):
     """A raw socket (AF_PACKET, Linux) on `interface`, for frames of one EtherType.
 
@@ -76,7 +98,8 @@ class EthernetLink(_Socket):
     not exist or the process may not (it needs CAP_NET_RAW).
     """
 
-    def __init__(self, interface: str, ethertype: int = ETHERCAT) -> None:
+    def __init__(self, interface: str, ethertype: int = ETHERCAT, *, alone: bool = False) -> None:
+        """With `alone`, `LinkError` if another link of that kind has the interface already."""
         if not hasattr(socket, "AF_PACKET"):
             raise LinkError(
                 "raw Ethernet needs Linux (AF_PACKET); EtherCAT over UDP works anywhere"
@@ -96,6 +119,30 @@ class EthernetLink(_Socket):
             raise LinkError(
                 f"no interface {interface} ({refusal.strerror}); there are {names}"
             ) from None
+
+        with contextlib.suppress(OSError):
+            self._socket.setsockopt(socket.SOL_SOCKET, _TIMESTAMP, 1)
+        self._interface, self._index = interface, socket.if_nametoindex(interface)
+        self.arrived_ns = 0
+        """When the frame that `receive` gave last arrived, by the clock of `time.time_ns`."""
+        self._claim = _claimed(interface, ethertype) if alone else None
+        if alone and self._claim is None:
+            self._socket.close()
+            raise LinkError(f"{interface} is served already, by another process of achse")
+
+    def close(self) -> None:
+        """Close the link, and leave the interface to others."""
+        super().close()
+        if self._claim is not None:
+            self._claim.close()
+
+    @property
+    def gone(self) -> bool:
+        """The interface was removed; one of the same name is another."""
+        try:
+            return socket.if_nametoindex(self._interface) != self._index
+        except OSError:
+            return True
 
     def exchange(self, answer: Answer, timeout_s: float) -> bool:
         """Answer one frame by the way it came; False if none came within `timeout_s`."""
@@ -119,6 +166,47 @@ class EthernetLink(_Socket):
                 if trouble.errno not in _AWAY:
                     raise
         return True
+
+    def send(self, frame: bytes) -> bool:
+        """Send a frame; False if the interface takes none now, it is lost then."""
+        try:
+            self._socket.send(frame)
+        except OSError as trouble:
+            if trouble.errno not in _AWAY:
+                raise
+            self.losses += trouble.errno in _DOWN
+            return False
+        return True
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        """The next frame from outside; None if none came within `timeout_s`, 0 looks only."""
+        self._wait_at_most(0.0)  # stays so: changing it costs more than a look
+        until = time.monotonic() + timeout_s
+        while True:
+            try:
+                frame, ancillary, _, address = self._socket.recvmsg(_BUFFER, _ANCILLARY)
+            except BlockingIOError:
+                left = until - time.monotonic()
+                if left <= 0.0 or not select.select([self._socket], [], [], left)[0]:
+                    return None
+            except OSError as trouble:
+                if trouble.errno not in _AWAY:
+                    raise
+                self.losses += trouble.errno in _DOWN
+                return None
+            else:
+                if address[2] != socket.PACKET_OUTGOING:
+                    self.arrived_ns = _arrival(ancillary)
+                    return frame
+
+
+def _arrival(ancillary: list[tuple[int, int, bytes]]) -> int:
+    """When a packet arrived as the kernel says, else now."""
+    for level, kind, data in ancillary:
+        if (level, kind, len(data)) == (socket.SOL_SOCKET, _TIMESTAMP, _TIMESPEC.size):
+            seconds, rest = _TIMESPEC.unpack(data)
+            return int(seconds * 1_000_000_000 + rest)
+    return time.time_ns()
 
 
 class UdpLink(_Socket):

@@ -12,6 +12,8 @@ __all__ = ["NatPeer"]
 class NatPeer(Peer):
     """`ours` is the NetId that we use for it, `theirs` the one that it has itself."""
 
+    _unchanged = False
+
     def __init__(self, owner: PeerOwner, ours: NetId, theirs: NetId) -> None:
         super().__init__(owner)
         self._ours = bytes(ours)

@@ -8,7 +8,7 @@ Source: reference traffic for the port service (0x1000, 0x0001, 0x1002); 000 §3
 """
 
 import logging
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from achse.ams import (
@@ -26,18 +26,18 @@ from achse.ams import (
 )
 from achse.codes import ReturnCode
 from achse.router import Router
-from achse.router.routes import Admission
+from achse.router.routes import Admission, Route
 from achse.transport.exchanges import Exchanges
 from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
 from achse.transport.outbox import Outbox
+from achse.transport.repeated import REQUEST_SIZE, RepeatedReads
+from achse.transport.sender_rights import SenderRights
+from achse.transport.senders import Senders
 
 __all__ = ["Line", "Peer", "PeerOwner", "Timer", "Turns"]
 
 log = logging.getLogger("achse.tcp")
-
-_LEARNED_PER_CONNECTION = 1024
-"""More source addresses than this on one connection are not one client; the oldest is forgotten."""
 
 _AGAIN_NS = 10_000_000_000
 """Circles of routes are told again after this time."""
@@ -143,14 +143,18 @@ class Peer:
     cut off when more than `max_backlog` bytes wait for it.
     """
 
+    _unchanged = True
+    """Whether frames come and go as they are."""
+
     def __init__(self, owner: PeerOwner) -> None:
         self.owner = owner
         self._router = owner.router
         self._stream = Connection(owner.max_length)
-        self._sources: dict[bytes, None] = {}
+        self.senders = Senders()
         self._last_source = b""
-        self._refused: set[bytes] = set()
+        self._rights = SenderRights()
         self._exchanges = Exchanges()
+        self._repeated = RepeatedReads(owner.router)
         self._circles_told = -_AGAIN_NS
         self._out = Outbox()
         self._counted = 0
@@ -167,6 +171,7 @@ class Peer:
         self.cut_off = False
         """True once the peer was closed because it took too much room."""
         self._open = False
+        self._congested = _CONGESTED
         self._line: Line | None = None
         self.registered: list[AmsAddress] = []
         """Local ports that the peer holds."""
@@ -175,9 +180,15 @@ class Peer:
 
     # the line ----------------------------------------------------------------------------------
 
-    def begin(self, line: Line, host: str = "", port: int = 0) -> None:
-        """Bytes go by `line` from now on; its far end is at `host`:`port`, if that is known."""
+    def begin(
+        self, line: Line, host: str = "", port: int = 0, *, congested: int = _CONGESTED
+    ) -> None:
+        """Bytes go by `line` from now on; its far end is at `host`:`port`, if that is known.
+
+        More than `congested` bytes that wait on it are too many for what can wait as well.
+        """
         self._line = line
+        self._congested = congested
         self._open = True
         if host:
             self.peer_host = host
@@ -198,10 +209,20 @@ class Peer:
             self._late.append(data)
             self._undone += len(data)
             return
-        events = self._stream.receive(data)
         if len(data) <= _QUICK:
-            self._do(events, None)
+            whole = len(data) >= REQUEST_SIZE and not self._stream.pending
+            if whole and self._unchanged and not self._rights:
+                answers, done = self._repeated.answer(data, self._last_source)
+                if done:
+                    self.senders.speaking.requests += done // REQUEST_SIZE
+                    self._out.put(answers)
+                    if done == len(data):
+                        self._flush()
+                        return
+                    data = data[done:]
+            self._do(self._stream.receive(data), None)
             return
+        events = self._stream.receive(data)
         self._events, self._undone = events, len(data)
         if not self.owner.fair_queue.serve(self, self.owner.loop.call_soon):
             self.count()
@@ -234,12 +255,14 @@ class Peer:
                     event.origin = self
                     if event.source != self._last_source and not self._learn(event.source):
                         return False
-                    if self._refused and self._refuse(event):
+                    if self._rights and self._refuse(event):
                         continue
                     if event.is_response:
                         event.via = self._exchanges.take(event)
                     elif event.command == Command.NOTIFICATION:
                         event.via = self._exchanges.answered(event)
+                    else:
+                        self.senders.speaking.requests += 1
                     try:
                         router.deliver(event)
                     except Exception:  # a fault of one frame is not one of its connection
@@ -280,9 +303,10 @@ class Peer:
         self._late.clear()
         self._stream.drop()
         self._exchanges.clear()
-        for source in self._sources:
+        self._repeated.clear()
+        for source in self.senders:
             self._router.forget(source, self)
-        self._sources.clear()
+        self.senders.clear()
         while self.registered:
             self._router.unregister(self.registered.pop().port)
         self.count()
@@ -294,11 +318,6 @@ class Peer:
         """False once nothing more comes from the peer or goes to it."""
         return self._open
 
-    @property
-    def sources(self) -> Iterable[bytes]:
-        """The AMS addresses that the peer sent from."""
-        return self._sources
-
     # addresses -------------------------------------------------------------------------------
 
     def _learn(self, source: bytes) -> bool:
@@ -306,11 +325,13 @@ class Peer:
         router = self._router
         self._last_source = source
         ours = router.is_local(source[:6]) and self.owner.serves_ports(self.peer_host)
-        if source not in self._sources and not ours:
-            admission = router.routes.admission(source[:6], self.peer_host)
-            if admission is Admission.ONE_WAY:
-                self._refused.add(source)
-            elif admission is Admission.UNKNOWN and self.owner.routes_required:
+        if not self.senders and log.isEnabledFor(logging.INFO):
+            facts = {"client": self.client, "peer": self.peer}
+            log.info("%s has come, client %s", self.peer, facts["client"], extra=facts)
+        if source not in self.senders and not ours:
+            admission = self._admission(source[:6])
+            self._rights.assign(source, router.routes.rights(source[:6], admission))
+            if admission is Admission.UNKNOWN and self.owner.routes_required:
                 client = AmsAddress(source).net_id
                 self._turn_out(
                     "client %s from %s has no route here; add it with"
@@ -319,20 +340,38 @@ class Peer:
                     *(client, self.peer_host, client, self.peer_host),
                 )
                 return False
-        self._sources[source] = None
         self._router.learn(source, self)
-        if len(self._sources) > _LEARNED_PER_CONNECTION:
-            oldest = next(iter(self._sources))
-            del self._sources[oldest]
-            self._refused.discard(oldest)
+        oldest = self.senders.turn_to(source)
+        if oldest is not None:
+            self._rights.forget(oldest)
             self._router.forget(oldest, self)
         return True
 
+    def _admission(self, net_id: bytes) -> Admission:
+        """Whether frames from there may come by this connection."""
+        return self._router.routes.admission(net_id, self.peer_host)
+
+    def judge_again(self, route: Route) -> None:
+        """This route came, went or changed: a sender that may less now comes again from the start.
+
+        So nothing goes on that it had subscribed to or opened when it might more.
+        """
+        net_id = bytes(route.net_id)
+        for source in [each for each in self.senders if each[:6] == net_id]:
+            admission = self._admission(net_id)
+            lost = self._rights.assign(source, self._router.routes.rights(net_id, admission))
+            if lost or (admission is Admission.UNKNOWN and self.owner.routes_required):
+                self._turn_out("%s may less than before: the route has changed", route.net_id)
+                return
+
     def _refuse(self, frame: Frame) -> bool:
-        """Refuse a request from the far end of a one-way route."""
-        backwards = frame.is_response or frame.command == Command.NOTIFICATION
-        if backwards or frame.source not in self._refused:
+        """Refuse a request for which its sender has no right."""
+        missing = self._rights.missing(frame)
+        if not missing:
             return False
+        self._router.denied += 1
+        self.senders.speaking.requests += 1
+        self._rights.tell(frame.source, missing, self.peer)
         if not frame.flags & Flags.NO_RESPONSE:
             self.deliver(frame.reply(error=ReturnCode.DEVICE_ACCESS_DENIED.number))
         return True
@@ -412,6 +451,8 @@ class Peer:
                 return True
             if refusal is not None:
                 return False
+        if frame.is_response and (frame.error or any(frame.data[:4])):
+            self.senders.refused(frame.target)
         packet = frame.encode_tcp()
         if frame.command == Command.ADD_NOTIFICATION and frame.is_response:
             self._out.added(self.owner.loop.time())
@@ -466,7 +507,7 @@ class Peer:
     def congested(self) -> bool:
         """True while the peer leaves so much unread that notifications had better wait."""
         line = self._line
-        return line is not None and line.get_write_buffer_size() > _CONGESTED
+        return line is not None and line.get_write_buffer_size() > self._congested
 
     @property
     def backlog(self) -> int:

@@ -11,6 +11,7 @@ from typing import cast
 
 from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.router import Router
+from achse.router.routes import Route
 from achse.transport.connection import TcpConnection
 from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
@@ -23,6 +24,10 @@ log = logging.getLogger("achse.tcp")
 
 TCP_PORT = 48898
 """0xBF02, where AMS routers listen (000 §3)."""
+
+
+MOST_WAITING = 1024
+"""Connections that wait to be taken; where more come at once, the rest dials again 1 s later."""
 
 
 class TcpListener:
@@ -86,16 +91,32 @@ class TcpListener:
         """Listen on `host`:`port`; 0 takes a free one, see `self.port`. OSError if it is taken."""
         self.loop = asyncio.get_running_loop()
         self._server = await self.loop.create_server(
-            lambda: TcpConnection(Peer(self)), host, port, start_serving=False
+            self._connection,
+            host,
+            port,
+            backlog=MOST_WAITING,
+            start_serving=False,
         )
         self.host, self.port = self._server.sockets[0].getsockname()[:2]
         await self._server.start_serving()
+        self.router.routes.on_change(self._changed)
+
+    def _changed(self, old: Route | None, new: Route | None) -> None:
+        """A route is another one: who came by it is judged again."""
+        for peer in list(self.connections):
+            for route in filter(None, (old, new)):
+                peer.judge_again(route)
+
+    def _connection(self) -> asyncio.Protocol:
+        """What takes a connection that came in."""
+        return TcpConnection(Peer(self))
 
     async def close(self) -> None:
         """Stop listening and close every connection; a peer that does not read gets no time."""
         server, self._server = self._server, None
         if server is None:
             return
+        self.router.routes.ignore(self._changed)
         server.close()
         self._refusals.close()
         for connection in list(self.connections):
@@ -157,6 +178,10 @@ class TcpListener:
     def closed(self, peer: Peer) -> None:
         """A connection went down."""
         if peer in self.connections:
+            if log.isEnabledFor(logging.INFO):
+                facts = {"client": peer.client, "peer": peer.peer}
+                whom = f", client {peer.client}" if peer.client else ""
+                log.info("%s has left%s", peer.peer, whom, extra=facts)
             self.connections.remove(peer)
             self._left(peer.peer_host)
         self.cut_off += peer.cut_off

@@ -4,7 +4,6 @@ Source: reference traffic; 002 §7 for the port.
 """
 
 import asyncio
-import contextlib
 import logging
 import socket
 import time
@@ -27,7 +26,7 @@ from achse.codes import ReturnCode
 from achse.router.access import Users
 from achse.router.rate import Rates
 from achse.router.routes import FixedRouteError, Route, RouteError, RouteTable
-from achse.transport.password_queue import PasswordQueue
+from achse.transport.password_checker import PasswordChecker
 
 __all__ = ["ANYBODY", "DiscoveryEndpoint", "ask", "change_route", "scan"]
 
@@ -42,9 +41,6 @@ answer is longer than its question."""
 
 _ALL_AT_ONCE, _ALL_PER_SECOND = 5000, 2000
 """The same for all hosts together."""
-
-_LONGEST_WAIT = 60.0
-"""Seconds; nobody waits longer for the check of a password, and nothing happens without one."""
 
 _LONGEST = 2048
 """Bytes; no discovery datagram is as long."""
@@ -72,13 +68,13 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
         self._users = users or Users()
         self._settled = settled
         self._transport: asyncio.DatagramTransport | None = None
-        self._waiting: PasswordQueue[tuple[DiscoveryPacket, Peer]] = PasswordQueue(time.monotonic)
+        self._passwords: PasswordChecker[tuple[DiscoveryPacket, Peer]] = PasswordChecker(
+            self._users.check, self._decide
+        )
         self._clock: Callable[[], int] = time.monotonic_ns
         self._answers = Rates(
             _PER_SECOND, _ALL_PER_SECOND, at_once=_AT_ONCE, all_at_once=_ALL_AT_ONCE
         )
-        self._came = asyncio.Event()
-        self._checker: asyncio.Task[None] | None = None
         self.host = ""
         self.port = 0
         self.ignored = 0
@@ -88,14 +84,10 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
         """Listen on `host`:`port`; 0 takes a free one, see `self.port`. OSError if it is taken."""
         loop = asyncio.get_running_loop()
         await loop.create_datagram_endpoint(lambda: self, (host, port))
-        if self._users:
-            self._checker = loop.create_task(self._check_each())
 
     async def close(self) -> None:
         """Stop listening."""
-        if self._checker is not None:
-            self._checker.cancel()
-            await asyncio.gather(self._checker, return_exceptions=True)
+        await self._passwords.close()
         if self._transport is not None:
             self._transport.close()
 
@@ -129,11 +121,11 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
                     extra=_sender(request, addr),
                 )
                 self._answer(request, addr, ReturnCode.INVALID_ACCESS)
-            elif not (request.text(Tag.USER) and request.text(Tag.PASSWORD)):
+                return
+            user, password = request.text(Tag.USER), request.text(Tag.PASSWORD)
+            if not (user and password):
                 self._answer(request, addr, ReturnCode.INVALID_ACCESS)  # nothing to check
-            elif self._waiting.put(addr[0], (request, addr)):
-                self._came.set()
-            else:
+            elif not self._passwords.put(addr[0], user, password, (request, addr)):
                 self.ignored += 1
         else:
             self._answer(request, addr, ReturnCode.SERVICE_NOT_SUPPORTED)
@@ -147,35 +139,21 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
 
     # routes ------------------------------------------------------------------------------------
 
-    async def _check_each(self) -> None:
-        loop = asyncio.get_running_loop()
-        while True:
-            taken = self._waiting.take()
-            if taken is None:
-                pause = self._waiting.pause()
-                self._came.clear()
-                with contextlib.suppress(TimeoutError):
-                    async with asyncio.timeout(min(pause, _LONGEST_WAIT)):
-                        await self._came.wait()
-                continue
-            host, (request, addr) = taken
-            wanted = RouteRequest.decode(request)
-            allowed = await loop.run_in_executor(
-                None, self._users.check, wanted.user, wanted.password
-            )
-            self._waiting.checked(host, right=allowed)
-            code = ReturnCode.INVALID_ACCESS
-            if allowed:
-                code = self._change(DiscoveryService(request.service), wanted, addr[0])
-            log.info(
-                "%s wants to %s %r to %s: %s",
-                *(addr[0], DiscoveryService(request.service).name.lower().replace("_", " ")),
-                *(wanted.name, wanted.net_id, code.name),
-                extra=_sender(request, addr),
-            )
-            if self._settled is not None and code is ReturnCode.NO_ERROR:
-                await self._settled()
-            self._answer(request, addr, code)
+    async def _decide(self, asked: tuple[DiscoveryPacket, Peer], host: str, right: bool) -> None:
+        request, addr = asked
+        wanted = RouteRequest.decode(request)
+        code = ReturnCode.INVALID_ACCESS
+        if right:
+            code = self._change(DiscoveryService(request.service), wanted, host)
+        log.info(
+            "%s wants to %s %r to %s: %s",
+            *(host, DiscoveryService(request.service).name.lower().replace("_", " ")),
+            *(wanted.name, wanted.net_id, code.name),
+            extra=_sender(request, addr),
+        )
+        if self._settled is not None and code is ReturnCode.NO_ERROR:
+            await self._settled()
+        self._answer(request, addr, code)
 
     def _change(self, service: DiscoveryService, wanted: RouteRequest, peer: str) -> ReturnCode:
         try:
@@ -190,6 +168,7 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
                     net_id=wanted.net_id,
                     host=wanted.host or peer,
                     temporary=wanted.temporary,
+                    rights=self._users.rights(wanted.user),
                 )
             )
         except FixedRouteError as refusal:

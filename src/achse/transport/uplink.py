@@ -142,11 +142,11 @@ class Uplink:
         nat = self.route.nat_net_id
         return Peer(self) if nat is None else NatPeer(self, self.route.net_id, nat)
 
-    def failed(self, reason: str) -> None:
-        """The host could not be reached."""
+    def failed(self, reason: str, code: ReturnCode = ReturnCode.HOST_UNREACHABLE) -> None:
+        """The host could not be reached, or does not let us in; what waits is answered `code`."""
         self._dialling = False
         self._back_off("%s cannot be reached: %s", self.route.host, reason)
-        self._queue.refuse(ReturnCode.HOST_UNREACHABLE)
+        self._queue.refuse(code)
 
     def _back_off(self, what: str, *details: str) -> None:
         """Say so once, and try again later unless nobody has wanted to go there for a while."""

@@ -2,15 +2,17 @@
 
 import asyncio
 import ipaddress
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from achse.ams import NetId
+from achse.codes import ReturnCode
 from achse.router import Router
 from achse.router.routes import Route
 from achse.transport.connection import TcpConnection
 from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
 from achse.transport.reason import reason
+from achse.transport.secure import Credentials, SecureClient, SecureError
 from achse.transport.uplink import Uplink
 
 __all__ = ["Uplinks"]
@@ -27,8 +29,12 @@ class Uplinks:
         max_length: int,
         held: Held | None = None,
         fair_queue: FairQueue | None = None,
+        credentials: Callable[[Route], Credentials] | None = None,
     ) -> None:
+        """`credentials(route)` says who we are at a route by Secure ADS; it raises ValueError or
+        ConnectionError where we cannot be anybody."""
         self.router = router
+        self._credentials = credentials
         self.held = held or Held()
         self.fair_queue = fair_queue or FairQueue()
         self.local_host = local_host
@@ -84,17 +90,35 @@ class Uplinks:
         host, port = route.endpoint()
         try:
             async with asyncio.timeout(route.timeout):
-                await asyncio.get_running_loop().create_connection(
-                    lambda: TcpConnection(uplink.make_peer()),
+                make = self._protocol(uplink, host)
+                _, protocol = await asyncio.get_running_loop().create_connection(
+                    make,
                     *(host, port),
                     local_addr=(self.local_host, 0) if self._may_leave_by_it(host) else None,
                 )
+                if isinstance(protocol, SecureClient):
+                    await protocol.opened
         except TimeoutError:
             uplink.failed(f"no answer within {route.timeout:g} s")
+        except SecureError as failure:
+            refused = ReturnCode.ACCESS_DENIED if failure.refusal else ReturnCode.TLS_SEND
+            uplink.failed(str(failure), refused)
         except OSError as failure:
             uplink.failed(reason(failure))
-        except UnicodeError as failure:
+        except ValueError as failure:
             uplink.failed(str(failure))
+
+    def _protocol(self, uplink: Uplink, host: str) -> Callable[[], asyncio.Protocol]:
+        """What takes the connection. Raises ValueError, ConnectionError."""
+        if uplink.route.tls is None:
+            return lambda: TcpConnection(uplink.make_peer())
+        if self._credentials is None:
+            raise ValueError("a route by Secure ADS needs a certificate: [secure]")
+        own, credentials = NetId(self.router.net_id), self._credentials(uplink.route)
+        return lambda: SecureClient(
+            *(TcpConnection(uplink.make_peer()), credentials, host, lambda _: own),
+            max_length=self.max_length,
+        )
 
     def _may_leave_by_it(self, host: str) -> bool:
         """Whether a connection to `host` can come from the address at which we listen.

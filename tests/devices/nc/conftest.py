@@ -2,14 +2,37 @@
 
 import struct
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from achse.ams import NetId
 from achse.devices.nc import NcDevice
+from achse.gcode.canon import Handshake
+from achse.gcode.mfunctions import MRule
 from achse.motion import Axis, AxisParameters, Nc
+from achse.motion.channels.parameters import ChannelParameters
+from achse.motion.channels.store import ProgramStore
+from achse.motion.groups.parameters import GroupParameters, KinematicsParameters
+from achse.motion.groups.states import ChannelType, GroupType
+from achse.motion.record import FIELDS
+from achse.motion.shown import ShownField
 from achse.router import Router
+
+
+@pytest.fixture
+def show(monkeypatch: pytest.MonkeyPatch) -> Callable[[Axis, str, float], None]:
+    """Lets a value of an axis be this, also one that is computed when it is read."""
+
+    def show(axis: Axis, name: str, value: float) -> None:
+        if isinstance(FIELDS[name], ShownField):
+            monkeypatch.setattr(type(axis), name, value)
+        else:
+            setattr(axis, name, value)
+
+    return show
+
 
 CYCLE_NS = 2_000_000
 ENABLED = {"control_dword": 7, "velocity_override": 1_000_000}
@@ -30,6 +53,9 @@ class Bench:
             ],
             compiled=False,
         )
+        self._attach(client_of)
+
+    def _attach(self, client_of: Callable[..., Any]) -> None:
         self.axis: Axis = self.nc.axis(1)
         router = Router(NetId("5.1.2.3.1.1"))
         self.device = NcDevice(self.nc, clock=lambda: self.nc.cycle_count * CYCLE_NS)
@@ -77,6 +103,57 @@ class Bench:
         return struct.pack(
             form, kind, 0, position, velocity, acceleration, deceleration, jerk, mode, *extras
         )
+
+
+RULES = {
+    40: MRule(handshake=Handshake.BEFORE_MOVE),
+    7: MRule(fast=Handshake.BEFORE_MOVE),
+    9: MRule(clears=(7, 8)),
+}
+
+
+class GroupBench(Bench):
+    """Four axes, a 3D group 11, a FIFO 12 and a SCARA 13, with channels 1, 2 and 3."""
+
+    def __init__(
+        self, client_of: Callable[..., Any], folder: Path | None = None, **values: float
+    ) -> None:
+        self.folder = folder
+        self.nc = Nc(
+            CYCLE_NS,
+            [AxisParameters(n, f"A{n}", "mm", ENABLED | values) for n in (1, 2, 3, 4)],
+            groups=[
+                GroupParameters(11, GroupType.THREE_D, 1, "3D"),
+                GroupParameters(12, GroupType.FIFO, 2, dimension=2, length=250, time_delta=0.01),
+                GroupParameters(
+                    13, GroupType.KINEMATIC, 3, kinematics=KinematicsParameters("scara")
+                ),
+            ],
+            channels=[
+                ChannelParameters(1, "Interpolation", m_rules=RULES, store=ProgramStore(folder)),
+                ChannelParameters(2, type=ChannelType.FIFO),
+                ChannelParameters(3, type=ChannelType.KINEMATIC_TRANSFORMATION),
+            ],
+            compiled=False,
+        )
+        self._attach(client_of)
+
+    def axes(self, *numbers: int) -> list[float]:
+        """Set positions of these axes."""
+        return [self.nc.axis(number).set_position for number in numbers]
+
+
+@pytest.fixture
+def programs(client_of: Callable[..., Any], tmp_path: Path) -> GroupBench:
+    """The same, with a folder of programs, and axes 1 … 3 in the 3D group."""
+    bench = GroupBench(client_of, tmp_path)
+    bench.put(0x320B, 0x50, "<3I", 1, 2, 3)
+    return bench
+
+
+@pytest.fixture
+def groups(client_of: Callable[..., Any]) -> GroupBench:
+    return GroupBench(client_of)
 
 
 @pytest.fixture

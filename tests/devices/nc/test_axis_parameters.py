@@ -255,19 +255,6 @@ def test_unknown_offsets(bench: Any, refused: Any) -> None:
             bench.write(P, offset, bytes(4))
 
 
-def test_the_parameter_structure_in_both_forms(bench: Any) -> None:
-    for size, form, second in ((512, "<I31sI", 39), (1024, "<I31sxI", 40)):
-        data = bench.read(P, 0x00, size)
-        assert len(data) == size
-        axis_id, name, axis_type = struct.unpack_from(form, data)
-        assert (axis_id, name.rstrip(b"\0"), axis_type) == (1, b"X", 1)
-        assert struct.unpack_from("<I", data, second)[0] == 2000  # cycle time in µs
-    bench.put(P, 0x06, "<d", 12.25)
-    data = bench.read(P, 0x00, 1024)
-    assert struct.pack("<d", 12.25) in data
-    assert data.index(struct.pack("<d", 12.25)) % 8 == 0
-
-
 def test_the_hardware_address(bench: Any) -> None:
     assert bench.read(P, 0x31, 10) == bytes(10)
     data = bench.read(P, 0x31, 64)

@@ -1,5 +1,7 @@
 """The IEC structures of the axis interface have the bytes of its layouts."""
 
+from collections.abc import Callable
+
 from achse.devices.nc.axis_structures import (
     NC_TO_PLC_TC3,
     NCTOPLC_AXIS_REF,
@@ -7,7 +9,7 @@ from achse.devices.nc.axis_structures import (
     PLCTONC_AXIS_REF,
 )
 from achse.iec import iec_type
-from achse.motion import AxisParameters, Nc
+from achse.motion import Axis, AxisParameters, Nc
 
 
 def test_sizes() -> None:
@@ -15,7 +17,7 @@ def test_sizes() -> None:
     assert iec_type(PLCTONC_AXIS_REF).size == PLC_TO_NC.size == 128
 
 
-def test_the_structure_to_the_plc_reads_back() -> None:
+def test_the_structure_to_the_plc_reads_back(show: Callable[[Axis, str, float], None]) -> None:
     axis = Nc(2_000_000, [AxisParameters(7)], compiled=False).axis(7)
     fields = {
         "state_dword": "StateDWord", "error_code": "ErrorCode", "motion_state": "AxisState",
@@ -34,7 +36,7 @@ def test_the_structure_to_the_plc_reads_back() -> None:
         "actual_acceleration": "ActAcc",
     }  # fmt: skip
     for value, name in enumerate(fields, 1):
-        setattr(axis, name, value)
+        show(axis, name, value)
     shown = iec_type(NCTOPLC_AXIS_REF).decode(NC_TO_PLC_TC3.encode(axis))
     assert {name: shown[member] for name, member in fields.items()} == {
         name: value for value, name in enumerate(fields, 1)

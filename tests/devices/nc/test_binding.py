@@ -74,14 +74,15 @@ def test_values_taken_from_memory_make_the_stream_of_those_read_one_by_one(seed:
 def test_values_that_lie_in_memory_as_they_are_shown_have_a_place() -> None:
     pytest.importorskip("llvmlite")
     axis = Nc(2 * MS, [AxisParameters(1)], compiled=True).axis(1)
-    axis.remaining_time, axis.remaining_distance, axis.set_modulo_turns = 1.5, 2.5, -3
+    axis.remaining_time, axis.remaining_distance = 1.5, 2.5
+    axis.encoder.hardware_increments = -3
     read = {row.name: row.sample and row.sample(axis, 16) for row in ROWS}
-    both, turns = read["remaining_time_and_distance"], read["set_modulo_turns"]
+    both, count = read["remaining_time_and_distance"], read["encoder_hardware_increments"]
     assert isinstance(both, MemoryCell)
-    assert isinstance(turns, MemoryCell)
+    assert isinstance(count, MemoryCell)
     assert both() == struct.pack("<dd", 1.5, 2.5)
-    assert turns() == INT32.encode(-3)
-    assert isinstance(read["set_velocity_override"], MemoryCell)
+    assert count() == INT32.encode(-3)
+    assert read["set_velocity_override"] is None  # computed when it is read
     assert read["axis_online_structure"] is None
 
 

@@ -9,12 +9,17 @@ import pytest
 
 import achse
 from achse.ams import DeviceError
-from achse.codes import NcError
+from achse.codes import NcError, ReturnCode
+from achse.devices.nc import channels, groups
+from achse.devices.nc.unserved import OF_CHANNELS_AND_GROUPS
 from achse.server import READ, READ_WRITE, WRITE, Service
 
 OF_THE_PLC_LIBRARY = range(0x4B00, 0x4C00)
 
 ONE_AXIS = 1
+
+OF_ONE_KIND = {row.name for row in (*groups.OF_ONE_KIND, *channels.OF_INTERPRETERS)}
+"""Rows of groups and channels that others answer with 0x703."""
 
 
 def rows(bench: Any) -> list[tuple[int, Service]]:
@@ -134,9 +139,112 @@ def test_a_short_read_gets_the_first_bytes_of_the_value(bench: Any) -> None:
     for group, row in rows(bench):
         if READ not in row.access or group >= 0xA000:  # tables: there is none
             continue
+        if 0x2000 <= group < 0x4000 and row.name in OF_ONE_KIND:
+            continue
         whole = bench.read(group, row.offset, 1 << 16)
         sizes = {form.size for form in forms(row)}
         for length in {0, 1, 3, *(source.randrange(len(whole) + 9) for _ in range(3))} - sizes:
             assert bench.read(group, row.offset, length) == whole[:length], row.name
         checked += 1
     assert checked > 500
+
+
+OBJECTS = {0x2000: (1, 2, 3, 4), 0x3000: (1, 11, 12, 13)}
+"""A channel and a group of each kind."""
+
+
+def test_every_row_of_channels_and_groups_answers_each_object(groups: Any) -> None:
+    """Access and length: a value or the code of a table, never an internal error."""
+    source = random.Random("channels and groups")
+    seen: Counter[str] = Counter()
+    for group in groups.device.services:
+        base = getattr(group, "base", 0)
+        if not 0x2000 <= base < 0x4000:
+            continue
+        for row in group.rows:
+            for id in OBJECTS[base & 0xF000]:
+                sizes = {form.size for form in forms(row)}
+                for length in (*(size or 16 for size in sizes), 0, 3, 200):
+                    data = request(source, length)
+                    for ask in (
+                        lambda g, o, d: groups.read(g, o, len(d)),
+                        groups.write,
+                        lambda g, o, d: groups.exchange(g, o, 64, d),
+                    ):
+                        try:
+                            answer = ask(base + id, row.offset, data)
+                            assert answer is None or len(answer) <= max(length, 64)
+                            seen["answered"] += 1
+                        except DeviceError as refusal:
+                            seen[hex(refusal.code)] += 1
+                if source.randrange(8) == 0:
+                    groups.run(0.004)
+    assert seen["answered"] > 500
+    assert hex(ReturnCode.INTERNAL_ERROR.number) not in seen
+    assert {"0x703", "0x704", "0x705"} <= seen.keys()
+
+
+SERVICES = Path(__file__).parents[2] / "data" / "nc_services.tsv"
+OWNERS = {0x2: (1, 2, 3, 4), 0x3: (11, 12, 13, 1)}
+"""Ids of channels (with an interpreter, FIFO, kinematics, standard) and groups (3D, FIFO,
+kinematic, PTP)."""
+
+
+def listed(*objects: str) -> list[tuple[int, int, str, str]]:
+    """Services of the manual: index group, offset of the first element, access, name."""
+    found = []
+    for line in SERVICES.read_text(encoding="utf-8").splitlines()[1:]:
+        kind, _, group, offset, access, name = line.split("\t")
+        if kind in objects:
+            found.append((int(group, 16), int(offset.replace("n", "0"), 16), access, name))
+    return found
+
+
+def test_every_service_of_channels_and_groups_is_walked(programs: Any, make_bench: Any) -> None:
+    """What is served answers for one kind of channel or group at least: reads give their bytes,
+    what is read may be written again, functions answer 0 or an error of the NC. What is reserved
+    or internal is 0x703 for all of them."""
+    unserved = {each[:3] for services in OF_CHANNELS_AND_GROUPS.values() for each in services}
+    walked: Counter[str] = Counter()
+    others = [make_bench(**STATES[state]) for state in ("encoder_axis", "two_speeds")]
+    for group, offset, access, name in listed("channel", "group"):
+        answers = [_ask(programs, group + owner, offset, access) for owner in OWNERS[group >> 12]]
+        answers += [_ask(each, group + 1, offset, access) for each in others]
+        reserved = (group, offset, access) in unserved
+        if reserved:
+            assert set(answers) == {0x703}, (hex(group), hex(offset), name, answers)
+        else:
+            best = min(answers, key=lambda code: (code != 0, code < 0x4000))
+            assert best == 0 or best in NC_CODES, (hex(group), hex(offset), name, answers)
+        walked["reserved" if reserved else "served"] += 1
+    assert sum(walked.values()) == 221
+    assert walked["reserved"] == len(unserved)
+
+
+NC_CODES = {code.number for code in NcError}
+
+
+def _ask(bench: Any, group: int, offset: int, access: str) -> int:
+    """0, or the refusal of a request of any size that is taken."""
+    worst = 0x703
+    for size in SIZES:
+        try:
+            if access == "R&W":
+                bench.exchange(group, offset, 300, bytes(size))
+            elif "R" in access:
+                data = bench.read(group, offset, 300 if size == 0 else size)
+                if "W" in access:
+                    bench.write(group, offset, data)
+            else:
+                bench.write(group, offset, bytes(size))
+            return 0
+        except DeviceError as refusal:
+            worst = refusal.code if refusal.code != 0x705 else worst
+            if refusal.code not in (0x705, 0x703):
+                return worst
+            if refusal.code == 0x703:
+                return 0x703
+    return worst
+
+
+SIZES = (0, 1, 2, 4, 8, 12, 16, 20, 24, 32, 36, 40, 48, 56, 64, 72, 80, 128, 150, 160, 268)

@@ -155,3 +155,14 @@ def test_the_drive_input(bench: Any) -> None:
     for number, state in ((1, 1), (2, 0), (6, 1), (8, 1)):
         answer = bench.exchange(0x7101, 0x200, 4, struct.pack("<I", number))
         assert struct.unpack("<I", answer)[0] == state
+
+
+def test_while_the_drive_output_is_off_the_structure_is_the_clients(bench: Any) -> None:
+    """Then registers of a terminal are read and written through it (004 §3.3)."""
+    bench.run(0.01)
+    bench.put(DRIVE, 0x01, "<III", 8, 0xFF, 0x88)
+    ours = bench.read(DRIVE, 0x00, 12)[8]
+    bench.put(0x4201, 0x60, "")
+    assert bench.read(DRIVE, 0x00, 12)[8] == 0x88
+    bench.put(0x4201, 0x61, "")
+    assert bench.read(DRIVE, 0x00, 12)[8] == ours != 0x88

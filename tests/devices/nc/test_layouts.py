@@ -1,7 +1,7 @@
 """Every expected byte is at the offset that the manuals print for it."""
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import pytest
@@ -22,7 +22,8 @@ from achse.devices.nc.layouts import (
     Text,
     request,
 )
-from achse.motion import Axis, AxisParameters, Nc
+from achse.motion import Axis, AxisParameters, Nc, commands
+from achse.native.backend import compiler_installed
 
 
 @pytest.fixture
@@ -126,6 +127,7 @@ COMPUTED = {
 )
 def test_fields_stand_at_their_offsets(
     axis: Axis,
+    show: Callable[[Axis, str, float], None],
     structure: AxisStructure,
     fields: Mapping[str, tuple[str, float, int | None, int]],
     size: int,
@@ -133,7 +135,7 @@ def test_fields_stand_at_their_offsets(
     again: Mapping[int, tuple[str, float]],
 ) -> None:
     for name, (_, value, *_) in fields.items():
-        setattr(axis, name, value)
+        show(axis, name, value)
     axis.encoder.position_correction = 0.25
     axis.set_cycle_counter = 3
     axis.user_data_state_offset = 0x1_0017
@@ -194,10 +196,12 @@ def test_the_structure_from_the_plc(axis: Axis) -> None:
     }
 
 
-def test_a_count_beyond_its_field_wraps(axis: Axis) -> None:
+def test_a_count_beyond_its_field_wraps(
+    axis: Axis, show: Callable[[Axis, str, float], None]
+) -> None:
     axis.error_code = 0xFFFF_FFFF
-    axis.set_modulo_turns = 2**31
-    axis.actual_modulo_turns = -(2**40) - 1
+    show(axis, "set_modulo_turns", 2**31)
+    show(axis, "actual_modulo_turns", -(2**40) - 1)
     axis.set_position = 1.0
     assert ONLINE_TC3.encode(axis)[:4] == b"\xff" * 4
     data = NC_TO_PLC_TC3.encode(axis)
@@ -262,3 +266,23 @@ def test_functions_without_data_pass_over_what_comes() -> None:
     assert NO_DATA.size is None
     assert NO_DATA.decode(b"\1") == NO_DATA.decode(b"") == ()
     assert NO_DATA.encode(()) == b""
+
+
+@pytest.mark.parametrize("form", [NC_TO_PLC_TC2, NC_TO_PLC_TC3, ONLINE_TC3])
+@pytest.mark.parametrize("compiled", [False, True])
+def test_an_axis_is_shown_alike_again_and_again(form: AxisStructure, compiled: bool) -> None:
+    """Copied from memory where the record is there, by names where not."""
+    if compiled and not compiler_installed():
+        pytest.skip("needs llvmlite")
+    nc = Nc(2_000_000, [AxisParameters(7)], compiled=compiled)
+    axis = nc.axis(7)
+    show = form.of(axis)
+    assert show() == form.encode(axis)
+    axis.control_dword, axis.velocity_override = 7, 1_000_000
+    commands.start(axis, 3, 0.0, 100.0)
+    for _ in range(40):
+        nc.cycle()
+        assert show() == form.encode(axis)
+    axis.set_cycle_counter = 2**40 + 3
+    axis.set_command_number = 2**17 + 5
+    assert show() == form.encode(axis)

@@ -119,3 +119,17 @@ def test_a_handle_can_be_watched(bench: Any) -> None:
     assert len(positions) >= 100
     assert positions == sorted(positions)
     assert positions[-1] == bench.axis.set_position > 1.0
+
+
+def test_groups_of_several_axes_have_the_symbols_of_the_manual(groups: Any) -> None:
+    """000, 002: SafEntries of every group, SetPathVelo and others of paths alone."""
+    symbols = groups.device.symbols.source
+    for name in ("SvbEntries", "SafEntries", "BlockNumber", "SetPathRemLength", "SetPathVelo"):
+        assert symbols.resolve(f"Groups.3D.{name}") is not None
+    velocity = symbols.resolve("groups.3d.setpathvelo")
+    assert (velocity.index_group, velocity.index_offset, velocity.size) == (0x310B, 0x502, 8)
+    assert velocity.read() == bytes(8)
+    assert symbols.resolve("Groups.Group 12.SafEntries") is not None
+    assert symbols.resolve("Groups.Group 12.SetPathVelo") is None
+    names = [name for name in symbols._symbols if name.startswith(("groups.3d", "GROUPS.3D"))]
+    assert len(names) == 19

@@ -5,6 +5,8 @@ from typing import Any
 
 import pytest
 
+from achse.motion.tables.limits import TableLimits
+
 POINTS = [(-1.0, -1.0), (-0.1, -0.4), (0.0, 0.0), (0.1, 0.5), (1.0, 1.0)]
 P, S, F = 0xA000, 0xA100, 0xA200
 """Index groups of table parameters, states and functions."""
@@ -179,3 +181,126 @@ def test_a_drive_uses_a_table_until_it_is_removed(filled: Any, refused: Any) -> 
     assert filled.get(0x7001, 0x120, "<I") == 0
     with refused(0x4016):
         filled.get(P + 7, 0x10, "<I")
+
+
+def cam(bench: Any, kind: int = 4, *numbers: float) -> None:
+    """Table 7: a cam."""
+    numbers = numbers or (0.0, 0.0, 90.0, 30.0, 360.0, 100.0)
+    bench.put(F + 7, 0x10000, "<III", kind, len(numbers) // 2, 2)
+    bench.write(P + 7, ROWS, doubles(*numbers))
+
+
+def test_a_cam_says_what_it_is(bench: Any, refused: Any) -> None:
+    cam(bench)
+    assert [bench.get(P + 7, offset, "<I") for offset in (3, 4)] == [4, 1]
+    assert [bench.get(P + 7, offset, "<d") for offset in (0x14, 0x15)] == [360.0, 100.0]
+    bench.put(F + 8, 0x10000, "<III", 3, 2, 2)
+    for offset in (0x13, 0x14, 0x15):
+        with refused(0x4A12):
+            bench.get(P + 8, offset, "<d")
+    for offset in (0x0500_0000, 0x0600_0000):
+        with refused(0x4262):
+            bench.read(P + 7, offset, 56)
+    answer = bench.exchange(P + 7, 0x23, 24, doubles(450.0))
+    assert struct.unpack("<3d", answer) == pytest.approx((130.0, 70.0 / 270.0, 0.0))
+
+
+def test_points_of_motion_functions_are_kept(bench: Any, refused: Any) -> None:
+    bench.put(F + 7, 0x10010, "<III", 3, 3, 1)
+    assert [bench.get(P + 7, offset, "<I") for offset in (3, 4, 0x10)] == [3, 16, 3]
+    aligned = struct.pack("<IHHiI5d", 2, 15, 0, 1, 0, 90.0, 5.0, 1.0, 2.0, 3.0)
+    packed = struct.pack("<IHHi5d", 3, 1, 0, 0, 180.0, 9.0, 0.0, 0.0, 0.0)
+    bench.write(P + 7, 0x0500_0001, aligned)
+    bench.write(P + 7, 0x0500_0002, packed)
+    both = bench.read(P + 7, 0x0500_0001, 112)
+    assert both[:56] == aligned
+    assert struct.unpack("<IHHiI5d", both[56:])[5:7] == (180.0, 9.0)
+    column = bench.read(P + 7, 0x0600_0000, 168)
+    assert column[56:] == both
+    bench.write(P + 7, 0x0600_0000, column)
+    for data, error in ((bytes(10), 0x705), (bytes(224), 0x4A15)):
+        with refused(error):
+            bench.write(P + 7, 0x0500_0000, data)
+    with refused(0x4A13):
+        bench.read(P + 7, 0x0500_0003, 56)
+    with refused(0x4A14):
+        bench.read(P + 7, 0x0600_0001, 56)
+    with refused(0x4A16):
+        bench.write(P + 7, 0x0600_0000, aligned)
+    with refused(0x4A1C):
+        bench.write(P + 7, 0x0500_0000, aligned[:16] + doubles(*[float("nan")] * 5))
+    for offset in (0x20, ROWS, COLUMNS):
+        with refused(0x4262):
+            bench.read(P + 7, offset, 16)
+
+
+def test_a_cam_is_scaled(bench: Any, refused: Any) -> None:
+    cam(bench)
+    bench.write(P + 7, 0x115, doubles(1.0, 10.0, 2.0, 5.0, 0.5, 0.0, 0.0))
+    assert struct.unpack("<d", bench.exchange(P + 7, 0x21, 8, doubles(190.0)))[0] == 20.0
+    assert bench.read(P + 7, ROWS + 1, 16) == doubles(90.0, 30.0)
+    for wrong in ((1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0), (1.0, 0.0, 1.0, 0.0, 1.0, 5.0, 0.0)):
+        with refused(0x4A17):
+            bench.write(P + 7, 0x115, doubles(*wrong))
+    bench.put(F + 8, 0x10000, "<III", 1, 2, 2)
+    with refused(0x4A12):
+        bench.write(P + 8, 0x115, doubles(1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0))
+
+
+def test_characteristic_values_of_a_cam(bench: Any, refused: Any) -> None:
+    cam(bench, 3, 0.0, 0.0, 100.0, 50.0)
+    numbers = struct.unpack("<31d", bench.read(P + 7, 0x50, 512)[:248])
+    assert (numbers[0], numbers[23], numbers[29]) == (1.0, 0.5, 0.5)
+    fast = bench.exchange(P + 7, 0x50, 512, doubles(4.0, *[0.0] * 63))
+    numbers = struct.unpack("<31d", fast[:248])
+    assert (numbers[0], numbers[6], numbers[23]) == (4.0, 100.0, 2.0)
+    assert struct.unpack("<3I2H", fast[376:392]) == (7, 2, 2, 11, 0)
+    bench.write(P + 7, 0x50, doubles(3.0, *[0.0] * 63))
+    assert struct.unpack("<d", bench.read(P + 7, 0x50, 512)[184:192])[0] == 1.5
+    with refused(0x4A1C):
+        bench.write(P + 7, 0x50, doubles(-1.0, *[0.0] * 63))
+    with refused(0x705):
+        bench.exchange(P + 7, 0x50, 512, doubles(4.0))
+
+
+def test_the_master_is_searched(bench: Any, refused: Any) -> None:
+    cam(bench, 4, 0.0, 0.0, 135.0, 80.0, 180.0, 100.0, 225.0, 80.0, 360.0, 0.0)
+
+    def search(slave: float, start: float, *more: float) -> tuple[float, ...]:
+        given = doubles(slave, start, *(more or (0.0, 1.0, 0.0, 1.0)), 1e-3, *[0.0] * 5)
+        return struct.unpack("<2I6d40x", bench.exchange(P + 7, 0x24, 96, given))
+
+    assert search(80.0, 180.0)[:6] == (1, 1, 135.0, 225.0, 135.0, 225.0)
+    assert search(80.0, 90.0)[:6] == (1, 1, -135.0, 135.0, 225.0, 135.0)
+    assert search(120.0, 0.0)[:2] == (0, 0)
+    assert search(170.0, 370.0, 10.0, 2.0, 10.0, 2.0)[2:4] == (280.0, 460.0)
+    assert search(80.0, -180.0, 0.0, 1.0, 0.0, -1.0)[2:4] == (-225.0, -135.0)
+    with refused(0x4A17):
+        search(80.0, 180.0, 0.0, 0.0, 0.0, 1.0)
+    with refused(0x4A1C):
+        search(1e300, 180.0)
+
+
+def test_tables_of_clients_have_a_size(bench: Any, refused: Any) -> None:
+    bench.nc.tables.limits = TableLimits(1 << 18, 1 << 20)
+    for rows, columns in ((1 << 17, 3), ((1 << 17) + 1, 1), (1 << 24, 2)):
+        with refused(0x4A11):
+            bench.put(F + 7, 0x10000, "<III", 1, rows, columns)
+    for number in range(7, 11):
+        bench.put(F + number, 0x10000, "<III", 1, 1 << 17, 2)
+    with refused(0x4A11):
+        bench.put(F + 11, 0x10000, "<III", 1, 2, 2)
+    bench.write(F + 7, 0x20000)
+    bench.put(F + 11, 0x10000, "<III", 1, 2, 2)
+    for kind, rows in ((0x10001, 4097), (0x10010, 1171)):
+        with refused(0x4A11):
+            bench.put(F + 12, kind, "<III", 3, rows, 1)
+
+
+def test_several_columns_at_once_all_or_none(filled: Any, refused: Any) -> None:
+    places, values = (-1.0, -0.6, 0.0, 0.5, 1.0), (-0.9, -0.3, 0.0, 0.4, 0.9)
+    filled.write(P + 7, COLUMNS, doubles(*places, *values))
+    assert filled.read(P + 7, COLUMNS, 80) == doubles(*places, *values)
+    with refused(0x4A1C):
+        filled.write(P + 7, COLUMNS, doubles(*places, *values[:-1], float("nan")))
+    assert filled.read(P + 7, COLUMNS, 80) == doubles(*places, *values)

@@ -12,6 +12,6 @@ def test_none_is_served_and_none_listed_twice(bench: Any) -> None:
         for row in bench.device.services.describe()
     }
     listed = [service for services in OF_CHANNELS_AND_GROUPS.values() for service in services]
-    assert len(listed) > 150
+    assert len(listed) > 10
     assert [each for each, count in Counter(listed).items() if count > 1] == []
     assert [each for each in listed if each[:3] in served] == []

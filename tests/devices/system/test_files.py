@@ -372,7 +372,7 @@ wishes = st.lists(
 )
 
 
-@settings(max_examples=40)
+@settings(max_examples=13)
 @given(asked=wishes)
 def test_beside_the_loop_answers_are_the_same(
     asked: list[tuple[int, int, bytes, int]], tmp_path_factory: pytest.TempPathFactory
@@ -499,7 +499,7 @@ requests = st.tuples(
 )
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=300)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=75)
 @given(st.lists(requests, max_size=12))
 def test_whatever_is_asked_stays_inside_and_is_answered(
     device: SystemDevice, client: Any, root: Path, asked: list[Any]

@@ -27,6 +27,12 @@ def test_the_time_of_day_is_utc(moment: datetime) -> None:
     assert rest == [moment.hour, moment.minute, moment.second, 7]
 
 
+def test_the_zone_is_utc() -> None:
+    data = group(0).read(400, 6, 200, b"")
+    assert len(data) == 4 + 108
+    assert struct.unpack_from("<Ii32s", data) == (0, 0, b"UTC".ljust(32, b"\0"))
+
+
 def test_nothing_else_is_told_and_nothing_is_set() -> None:
     with pytest.raises(DeviceError, match="time service 2"):
         group(0).read(400, 2, 16, b"")

@@ -84,7 +84,7 @@ def test_33_and_34_take_the_next_index_pulse(machine: Callable[..., Mechanics], 
         assert drive.position == 0
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(
     st.sampled_from([7, 8, 9, 10, 11, 12, 13, 14]),
     st.integers(-900_000, 900_000),

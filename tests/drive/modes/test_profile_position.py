@@ -243,7 +243,7 @@ def test_targets_wrap_with_the_32_bit_counter() -> None:
     assert drive.position == -(2**31) + 40_000
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=7, deadline=None)
 @given(
     st.lists(st.integers(-400_000, 400_000), min_size=1, max_size=4),
     st.integers(0, 200),

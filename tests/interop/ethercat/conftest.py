@@ -120,7 +120,9 @@ class Bus:
 
     def _command(self, script: str, *arguments: object) -> tuple[object, ...]:
         """A script of masters/, which is told its interface and its reply timeout in ms."""
-        timeout = 50
+        # Slaves that take most of a processor wait for theirs like everyone else. KickCAT waits as
+        # long for frames that it does not miss.
+        timeout = 1000 if script.startswith("pysoem") else 50
         return (sys.executable, HERE / "masters" / script, MASTER_END, timeout, *arguments)
 
     def _inside(self) -> list[str]:

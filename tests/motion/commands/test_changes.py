@@ -150,3 +150,40 @@ def test_new_dynamics_shape_the_rest_of_the_move(rig: Any) -> None:
     assert strongest == pytest.approx(-250.0)
     assert abs(cycles - time / rig.dt) < 1.001
     assert rig.axis.set_position == 600.0
+
+
+@pytest.mark.parametrize("endless", [False, True])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("after", "override"), [(60.0, 1.0), (350.0, 1.0), (60.0, 0.5)])
+def test_a_velocity_is_reached_at_a_position(
+    rig: Any, after: float, override: float, sign: float, endless: bool
+) -> None:
+    """Type 14: the change begins earlier by the way of its ramp (004 §5.2)."""
+    rig.axis.velocity_override = round(override * 1_000_000)
+    kind = (3 if sign > 0 else 4) if endless else 1
+    commands.start(rig.axis, kind, sign * 2000.0, V, 1000.0, 800.0, 9000.0)
+    rig.seconds(1.0)
+    place = rig.axis.set_position + sign * 300.0
+    change = commands.new_end_position_and_velocity
+    assert change(rig.axis, 14, 1, 0.0, after, place) == 0
+    seen = []
+    while (rig.axis.set_position - place) * sign < 0.0:
+        rig.run(1)
+        seen.append(abs(rig.axis.set_velocity))
+    goal = after * override
+    # The change waits for the end of the cycle that passes the place where it begins.
+    assert seen[-1] == pytest.approx(goal, rel=0.05)
+    assert seen[len(seen) // 4] == pytest.approx(V * override)
+    rig.run(5)
+    assert abs(rig.axis.set_velocity) == pytest.approx(goal)
+
+
+def test_a_velocity_without_room_for_its_ramp_changes_at_once(rig: Any) -> None:
+    commands.start(rig.axis, 1, 2000.0, V, 100.0, 100.0, 900.0)
+    rig.seconds(4.0)
+    place = rig.axis.set_position + 1.0
+    change = commands.new_end_position_and_velocity
+    assert change(rig.axis, 14, 1, 0.0, 60.0, place) == 0
+    rig.run(2)
+    assert rig.axis.set_acceleration < 0.0
+    rig.refuses(NcError.ACTIVATION_POSITION_NOT_ON_WAY, change, 14, 1, 0.0, 60.0, place - 500.0)

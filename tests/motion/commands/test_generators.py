@@ -150,9 +150,9 @@ def test_a_universal_start_takes_over(make_rig: Any, name: str) -> None:
 def test_a_generator_takes_the_dynamics_of_the_axis(make_rig: Any) -> None:
     rig = make_rig(default_deceleration=5000.0, max_deceleration=3000.0)
     begin_generator(rig.axis, MotionPhase.VELOCITY_STEPS)
-    assert rig.axis.job_acceleration == rig.axis.default_acceleration
-    assert rig.axis.job_deceleration == 3000.0
-    assert rig.axis.job_jerk == rig.axis.default_jerk
+    assert rig.axis.job.acceleration == rig.axis.default_acceleration
+    assert rig.axis.job.deceleration == 3000.0
+    assert rig.axis.job.jerk == rig.axis.default_jerk
 
 
 @given(
@@ -161,7 +161,7 @@ def test_a_generator_takes_the_dynamics_of_the_axis(make_rig: Any) -> None:
     how=st.sampled_from(["stop", "halt", "clear", "move"]),
 )
 @settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 def test_whenever_it_ends_the_set_point_goes_on_smoothly(
     make_rig: Any, name: str, cycles: int, how: str
@@ -184,7 +184,7 @@ def test_whenever_it_ends_the_set_point_goes_on_smoothly(
     for _ in range(6000):
         rig.run(1)
         axis = rig.axis
-        most = max(axis.job_acceleration, axis.job_deceleration) + axis.job_jerk * rig.dt
+        most = max(axis.job.acceleration, axis.job.deceleration) + axis.job.jerk * rig.dt
         assert abs(axis.set_velocity - before) <= most * rig.dt + 1e-6
         before = axis.set_velocity
         if axis.set_motion_phase == MotionPhase.NONE:

@@ -147,3 +147,13 @@ def test_what_takes_over_from_a_torque_before_its_first_cycle_makes_nothing_fast
     TAKING_OVER[then](axis)
     speeds = [abs(velocity) for _, velocity, _ in rig.trace(2000)]
     assert max(speeds) <= run_out + 1e-9
+
+
+def test_type_0x3000_ends_a_torque(rig: Any) -> None:
+    abort = TORQUE | {"kind": 0x3000}
+    rig.refuses(NcError.GENERATOR_INACTIVE, commands.start_torque_control, *abort.values())
+    assert commands.start_torque_control(rig.axis, *TORQUE.values()) == 0  # type: ignore[arg-type]
+    rig.run(5)
+    assert commands.start_torque_control(rig.axis, *abort.values()) == 0  # type: ignore[arg-type]
+    rig.until_rest()
+    assert rig.axis.set_motion_phase == 0

@@ -29,7 +29,7 @@ def test_the_velocity_changes_at_its_position(make_rig: Any, first: float, secon
 
 def test_an_endless_one_has_its_own_dynamics(rig: Any) -> None:
     assert commands.start_special(rig.axis, 4, 0.0, 50.0, -20.0, 100.0, 800.0, 900.0, 5000.0) == 0
-    assert (rig.axis.job_acceleration, rig.axis.job_deceleration) == (800.0, 900.0)
+    assert (rig.axis.job.acceleration, rig.axis.job.deceleration) == (800.0, 900.0)
     rig.seconds(2.0)
     assert rig.axis.set_velocity == -100.0
 
@@ -44,7 +44,7 @@ def test_an_endless_one_has_its_own_dynamics(rig: Any) -> None:
         ((1, nan, 50.0, 10.0, 20.0), NcError.START_AXIS_DATA),
         ((1, 100.0, 0.0, 50.0, 20.0), NcError.SET_VELOCITY_NOT_ALLOWED),
         ((1, 100.0, 50.0, 50.0, 2001.0), NcError.SET_VELOCITY_NOT_ALLOWED),
-        ((6, 100.0, 50.0, 50.0, 20.0), NcError.START_TYPE),
+        ((7, 100.0, 50.0, 50.0, 20.0), NcError.START_TYPE),
         ((8192, 0.0, 50.0, 0.0, 20.0), NcError.START_TYPE),
         ((1, 100.0, 50.0, 50.0, 20.0, -1.0), NcError.ACCELERATION_NOT_POSITIVE),
     ],

@@ -87,15 +87,15 @@ def test_dynamics(rig: Any, dynamics: tuple[float, float, float], error: NcError
 
 def test_zero_dynamics_of_the_universal_start_are_the_defaults(rig: Any) -> None:
     assert commands.universal_start(rig.axis, 1, 10.0, V) == 0
-    assert rig.axis.job_acceleration == rig.axis.default_acceleration
-    assert rig.axis.job_jerk == rig.axis.default_jerk
+    assert rig.axis.job.acceleration == rig.axis.default_acceleration
+    assert rig.axis.job.jerk == rig.axis.default_jerk
 
 
 @pytest.mark.parametrize(
     ("kind", "position", "error"),
     [
         (0, 10.0, NcError.START_TYPE),
-        (6, 10.0, NcError.START_TYPE),
+        (7, 10.0, NcError.START_TYPE),
         (1, nan, NcError.START_AXIS_DATA),
         (2, inf, NcError.START_AXIS_DATA),
         (1, 1e11, NcError.PRECISION_LOST),
@@ -196,8 +196,8 @@ def test_defaults_wider_than_anything_are_used_as_far_as_they_go(make_rig: Any) 
     assert rig.axis.set_position == 100.0
     rig = make_rig(default_acceleration=1e9, default_deceleration=1e9)
     assert commands.universal_start(rig.axis, 1, 100.0, V) == 0
-    assert rig.axis.job_acceleration == rig.axis.max_acceleration
-    assert rig.axis.job_deceleration == rig.axis.max_deceleration
+    assert rig.axis.job.acceleration == rig.axis.max_acceleration
+    assert rig.axis.job.deceleration == rig.axis.max_deceleration
 
 
 @pytest.mark.parametrize("compiled", [False, True])
@@ -263,3 +263,37 @@ def test_an_endless_start_is_in_velocity_after_its_ramp(rig: Any, sign: float) -
     rig.run(1)
     for bit in (StateBit.CONSTANT_VELOCITY, StateBit.CONTINUOUS_MOTION, StateBit.HAS_JOB):
         assert rig.has(bit)
+
+
+def test_an_additive_start_counts_from_the_last_target_reached_or_not(rig: Any) -> None:
+    """Type 6; what waits counts too, and where nothing has an end the set position does."""
+    assert commands.universal_start(rig.axis, StartType.ABSOLUTE, 50.0, V) == 0
+    rig.run(3)
+    assert rig.axis.set_position < 49.0
+    assert commands.universal_start(rig.axis, StartType.ADDITIVE, 10.0, V) == 0
+    assert rig.axis.target_position == 60.0
+    buffered = {"buffer_mode": BufferMode.BUFFERED}
+    assert commands.universal_start(rig.axis, StartType.ADDITIVE, 5.0, V, **buffered) == 0
+    rig.until(lambda axis: axis.set_position > 64.9)
+    rig.until_rest()
+    assert rig.axis.set_position == 65.0
+    assert commands.universal_start(rig.axis, StartType.ADDITIVE, -5.0, V) == 0
+    rig.until_rest()
+    assert rig.axis.set_position == 60.0
+    assert commands.universal_start(rig.axis, StartType.ENDLESS_POSITIVE, 0.0, V) == 0
+    rig.run(100)
+    here = rig.axis.set_position
+    assert commands.universal_start(rig.axis, StartType.ADDITIVE, 500.0, V) == 0
+    assert rig.axis.target_position == here + 500.0
+
+
+def test_modulo_in_current_direction_goes_on_as_before(rig: Any) -> None:
+    for first, target, end in ((20.0, 10.0, 370.0), (-20.0, 10.0, 10.0)):
+        assert commands.universal_start(rig.axis, StartType.RELATIVE, first, V) == 0
+        rig.until_rest()
+        assert commands.universal_start(rig.axis, StartType.MODULO_CURRENT, target, V) == 0
+        rig.until_rest()
+        assert rig.axis.set_position == pytest.approx(end)
+    rig.refuses(NcError.MODULO_START_RANGE, commands.start, StartType.MODULO_CURRENT, 360.0, V)
+    assert commands.start(rig.axis, StartType.ABSOLUTE_INTERNAL, 5.0, V) == 0
+    assert rig.axis.target_position == 5.0

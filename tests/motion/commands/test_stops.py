@@ -106,7 +106,7 @@ def test_an_oriented_stop_ends_at_the_next_such_position_in_reach(
     rig.seconds(1.3)
     assert rig.axis.set_velocity == sign * v
     begin = rig.axis.set_position
-    least = stopping_way(v, rig.axis.job_deceleration, rig.axis.job_jerk)
+    least = stopping_way(v, rig.axis.job.deceleration, rig.axis.job.jerk)
     assert commands.oriented_stop(rig.axis, wanted, 100.0, 1000.0) == 0
     rig.run(1)
     assert rig.has(StateBit.HAS_BEEN_STOPPED)
@@ -181,7 +181,7 @@ def test_clear_takes_job_and_waiting_commands_away(rig: Any) -> None:
     assert not rig.has(StateBit.COMMAND_BUFFERED)
     assert not rig.has(StateBit.HAS_BEEN_STOPPED)
     rig.until_rest()
-    way = stopping_way(v, rig.axis.job_deceleration, rig.axis.job_jerk)
+    way = stopping_way(v, rig.axis.job.deceleration, rig.axis.job.jerk)
     assert rig.axis.set_position == pytest.approx(begin + way)
     assert rig.axis.set_command_state == CommandState.ABORTED
     rig.run(1)

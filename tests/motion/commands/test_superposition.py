@@ -111,7 +111,7 @@ def test_accelerations_of_zero_are_the_defaults(moving: Any) -> None:
     assert done.deceleration_increase == axis.default_deceleration
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=75, deadline=None)
 @given(
     kind=st.integers(1, 6),
     acceleration=st.floats(1.0, 1e5),

@@ -163,7 +163,7 @@ def test_positions_renamed_on_the_way_do_not_matter(make: Any) -> None:
     assert ends[2] == pytest.approx(ends[0])
 
 
-def test_a_real_drive_homes_as_exactly(make_rig: Any) -> None:
+def test_a_real_homed_by_drive_as_exactly(make_rig: Any) -> None:
     rig = make_rig(encoder_reference_mode=2)
     commands.home(rig.axis)
     walk(rig)

@@ -103,7 +103,7 @@ def test_a_stop_of_a_sine_leads_on_smoothly(make_rig: Any) -> None:
     p, v, a = axis.set_position, axis.set_velocity, axis.set_acceleration
     assert commands.stop(axis) == 0
     trace = rig.trace(1)
-    assert abs(trace[1][1] - v) <= abs(a) * rig.dt + axis.job_jerk * rig.dt**2
+    assert abs(trace[1][1] - v) <= abs(a) * rig.dt + axis.job.jerk * rig.dt**2
     rig.until_rest()
     assert abs(axis.set_position - p) < 5.0
     assert axis.error_code == 0

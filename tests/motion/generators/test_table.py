@@ -30,9 +30,10 @@ def test_each_row_names_the_commands_that_begin_it(row: table.Generator) -> None
 def test_what_a_phase_means_for_the_axis() -> None:
     endless = {MotionPhase.ENDLESS}
     for phase in MotionPhase:
-        assert UNPLANNED[phase] == (phase in UNLIMITED)
+        led = {MotionPhase.COUPLED, MotionPhase.GROUPED}
+        assert UNPLANNED[phase] == (phase in UNLIMITED | led)
         assert CONTINUOUS[phase] == (phase in UNLIMITED | endless)
-        brakes = endless | {MotionPhase.STOPPING}
+        brakes = endless | {MotionPhase.STOPPING, MotionPhase.GROUPED}
         assert TRAVELLING[phase] == (phase in UNLIMITED - {MotionPhase.EXTERNAL} | brakes)
 
 

@@ -262,3 +262,74 @@ def test_what_does_not_fit_is_refused() -> None:
     ):
         with pytest.raises(InstructionError, match=reason):
             refused()
+
+
+def test_an_opening_comes_first_and_knows_what_the_body_needs(load: Any) -> None:
+    module = ModuleBuilder()
+    body = module.function("run", [I64], [I64], exported=True)
+    (given,) = body.parameters
+    body.return_(body.add(given, Operand(I64, "%late")))
+    with body.opening():
+        assert body.named("late", body.constant(I64, 40)).text == "%late"
+    assert load(module).function("run")(2) == 42
+
+
+def test_a_handler_gets_the_fault_and_the_trail_of_places(load: Any) -> None:
+    """A fault two calls down: the places it came through, innermost first."""
+    module = ModuleBuilder()
+    told = module.callback("told", [], [I64])
+    inner = module.function("inner", [I64], [I64], faults=True)
+    (given,) = inner.parameters
+    inner.require(inner.convert(given, BOOL), 7, given)
+    inner.return_(*inner.parameters)
+    middle = module.function("middle", [I64], [I64], faults=True)
+    middle.place = lambda: 11
+    middle.return_(*middle.call(inner.function, *middle.parameters))
+    for name, safe in (("safe", True), ("bare", False)):
+        outer = module.function(name, [I64], [I64], exported=True, faults=True)
+        outer.place = lambda: 22
+        handler = outer.label()
+        with outer.protected(handler if safe else None):
+            outer.return_(*outer.call(middle.function, *outer.parameters))
+        outer.begin(handler)
+        assert outer.handler is None
+        outer.return_(*outer.call(told))
+    seen: list[Any] = []
+
+    def told_() -> int:
+        seen.append(code.caught())
+        return -1
+
+    code = load(module, told=told_)
+    assert code.function("safe")(5) == 5
+    assert code.function("safe")(0) == -1
+    ((failure, places),) = seen
+    assert failure.number == 7
+    assert places == [11, 22]
+    with pytest.raises(MachineFault):
+        code.function("bare")(0)
+    assert next(iter(code.fault_words)) == 0
+    assert code.function("safe")(1) == 1
+
+
+def test_depth_comes_back_by_what_was_taken(load: Any) -> None:
+    module = ModuleBuilder()
+    deep = module.declare("deep", [I64], [I64], exported=True, faults=True)
+    body = module.write(deep)
+    body.will_descend()
+    (n,) = body.parameters
+    more, end = body.label(), body.label()
+    body.branch(body.convert(n, BOOL), more, end)
+    body.begin(more)
+    body.return_(*body.call(deep, body.subtract(n, body.constant(I64, 1))))
+    body.begin(end)
+    body.return_(n)
+    with body.opening():
+        body.descend(100, 5)
+    run = load(module).function("deep")
+    assert run(9) == 0
+    for _ in range(3):
+        with pytest.raises(MachineFault) as fault:
+            run(10)
+        assert fault.value.number == 5
+        assert run(9) == 0

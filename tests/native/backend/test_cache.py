@@ -1,6 +1,9 @@
 """The cache of object files."""
 
 import os
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -14,6 +17,55 @@ def test_what_was_saved_is_loaded() -> None:
     saved.save(b"code")
     assert ObjectCache("pump", "0123").load() == b"code"
     assert ObjectCache("pump", "0124").load() is None
+
+
+def test_the_cache_stays_small_and_keeps_what_is_used(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("ACHSE_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr("achse.native.backend.cache._LARGEST", 3000)
+    folder = cache_directory()
+    made = [ObjectCache("old", str(number)) for number in range(3)]
+    for age, one in zip((300, 200, 100), made, strict=True):
+        one.save(bytes(900))
+        os.utime(one.path, (time.time() - age,) * 2)
+    own, abandoned, fresh = folder / "mine.txt", folder / "a.part", folder / "b.part"
+    for path in (own, abandoned, fresh):
+        path.write_bytes(bytes(5000))
+        os.utime(path, (1, 1) if path is not fresh else None)
+    assert made[0].load() == bytes(900)
+    ObjectCache("new", "1").save(bytes(900))
+    assert made[0].load() is not None, "it was used"
+    assert made[1].load() is None
+    assert own.exists(), "it is not ours"
+    assert fresh.exists(), "somebody writes it"
+    assert not abandoned.exists()
+    large = ObjectCache("large", "1")
+    large.save(bytes(9000))
+    assert large.load() == bytes(9000)
+    assert [path.name for path in folder.glob("*.o")] == [large.path.name]
+
+
+_PROCESS = """
+import sys
+from achse.native.backend import cache
+cache._LARGEST = 40_000
+for number in range(60):
+    code = bytes([number]) * 3000
+    one = cache.ObjectCache("shared", str(number % 20))
+    found = one.load()
+    assert found is None or (len(found) == 3000 and found == found[:1] * 3000), found
+    one.save(code)
+"""
+
+
+def test_processes_share_the_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("ACHSE_CACHE_DIR", str(tmp_path / "cache"))
+    running = [subprocess.Popen([sys.executable, "-c", _PROCESS]) for _ in range(3)]
+    assert [one.wait() for one in running] == [0, 0, 0]
+    folder = cache_directory()
+    assert sum(path.stat().st_size for path in folder.glob("shared-*.o")) <= 40_000
+    assert not list(folder.glob("*.part"))
 
 
 def test_a_broken_file_counts_for_nothing() -> None:

@@ -220,3 +220,20 @@ def test_what_does_not_fit_is_refused() -> None:
     ):
         with pytest.raises(InstructionError, match=reason):
             refused()  # type: ignore[no-untyped-call]
+
+
+@pytest.mark.parametrize("type", [I64, I32, U8], ids=repr)
+def test_a_float_that_fits_is_cut_in_one_instruction(type: MachineType, several: Any) -> None:
+    run = several({"cut": ([F64], type, lambda body, value: body.truncate(value, type))})
+    for value in (0.0, 1.75, 99.5, *((-1.75, -99.5) if type.signed else ())):
+        assert run["cut"](value) == int(value)
+    assert type.least <= run["cut"](1e300) <= type.most
+
+
+def test_only_floats_are_cut_to_whole_numbers() -> None:
+    body = ModuleBuilder().function("main", [F64, I64])
+    number, whole = body.parameters
+    with pytest.raises(InstructionError, match="a float to a whole number expected"):
+        body.truncate(whole, I64)
+    with pytest.raises(InstructionError, match="a float to a whole number expected"):
+        body.truncate(number, F32)

@@ -2,7 +2,15 @@
 
 import pytest
 
-from achse.native.backend import F64, I16, InstructionError, ModuleBuilder
+from achse.native.backend import (
+    F64,
+    I16,
+    I64,
+    InstructionError,
+    MachineCode,
+    ModuleBuilder,
+    compile_module,
+)
 
 
 def test_a_declared_function_has_to_be_written() -> None:
@@ -48,3 +56,19 @@ def test_the_interface_is_what_python_sees() -> None:
     ask = module.callback("ask", [], [F64])
     assert module.interface.functions == {"run": run.function}
     assert module.interface.callbacks == {"ask": ask.signature}
+
+
+def test_words_are_shared_and_tables_are_functions() -> None:
+    module = ModuleBuilder()
+    words = module.words("counts", 2)
+    body = module.function("count", [], exported=True)
+    body.store(body.add(body.load(I64, words, 8), body.constant(I64, 1)), words, 8)
+    body.return_()
+    module.table("all", [body.function, None])
+    code = MachineCode(compile_module(module), module.interface)
+    shared = code.words("counts")
+    shared[1] = 41
+    code.function("count")()
+    assert list(shared) == [0, 42]
+    first, second = code.table("all", 2)
+    assert first != 0 == second

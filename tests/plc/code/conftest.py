@@ -1,6 +1,7 @@
 """A bench for emitted code: variables of a program, statements, and what they come to."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import pytest
@@ -9,26 +10,34 @@ from achse.iec import Program, plain
 from achse.iec.structs import RecordKind, RecordMeta, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
+from achse.native.backend import compiler_installed
 from achse.plc.bodies import Bodies
-from achse.plc.code.execution import Execution
-from achse.plc.code.faults import FaultReport
-from achse.plc.memory import Memory
+from achse.plc.code.execution import CodeForm, Execution
+from achse.plc.code.faults import ExceptionCode, FaultReport
+from achse.plc.memory import Area, Memory
 from achse.plc.program import place
 from achse.plc.runtime import PlcRuntime, PlcState
+from achse.plc.system_info import system_info_list
 from achse.plc.task import Task
 from achse.st.check import check
-from achse.st.declare import declare
+from achse.st.declare import Declarations, declare
+from achse.st.facts import DeclaredFacts
 from achse.st.parser import parse
+from achse.st.pragmas import asks_for_declarations
 from achse.st.source import Source
 from achse.st.typed.places import Storage, UnitBase, flat
 from achse.st.typed.project import Routine, RoutineKind, TypedProject, TypedUnit
 from achse.st.typed.statements import TypedStatement
 
+BEST = CodeForm.MACHINE if compiler_installed() else CodeForm.PLAIN
+
 
 class Bench:
     """One program `MAIN` with variables of the given types, and its body."""
 
-    def __init__(self, types: Mapping[str, IecType[Any]], **options: Any) -> None:
+    def __init__(
+        self, types: Mapping[str, IecType[Any]], form: CodeForm = CodeForm.PLAIN, **options: Any
+    ) -> None:
         members: dict[str, Variable[Any, Any]] = {
             name: Variable(type, name=name) for name, type in types.items()
         }
@@ -36,7 +45,7 @@ class Bench:
         unit: Any = RecordMeta("MAIN", (Program,), dict(members), iec=self.type)
         self.memory = Memory()
         self.units = place([unit], self.memory)
-        self.options = options
+        self.options = {"form": form, **options}
         self.execution: Execution | None = None
 
     def storage(self, name: str, offset: int = 0, **more: Any) -> Storage:
@@ -60,7 +69,7 @@ class Bench:
         project = TypedProject({"main": self.routine(body)}, {}, {}, {"main": unit}, {})
         placed = [each for one in self.units for each in one.variables]
         if self.execution is not None:
-            self.execution.views.release()
+            self.execution.release()
         self.execution = Execution(project, self.memory, placed, **self.options)
         for name, data in values.items():
             self.write(name, data)
@@ -85,22 +94,83 @@ class Bench:
         raise KeyError(name)
 
 
-class Ran:
-    """Structured Text in a PLC, cycled by hand in virtual time."""
+@lru_cache(64)
+def _checked(text: str) -> tuple[Declarations, TypedProject]:
+    """What the front end makes of a source: a PLC and its twin, and the next one, share it."""
+    source = Source(text, "test.st")
+    parsed = parse(source, name="GVL")
+    if asks_for_declarations(text):
+        parsed = parse(source, name="GVL", defines=DeclaredFacts({}, parsed, [parsed]))
+    project = declare([parsed])
+    system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)
+    return project, check(project, given=[system])
 
-    def __init__(self, text: str, **options: Any) -> None:
-        project = declare([parse(Source(text, "test.st"), name="GVL")])
-        self.typed = check(project)
+
+class Ran:
+    """Structured Text in a PLC, cycled by hand in virtual time.
+
+    As machine code it has a twin of plain code, which begins each cycle with the same memory and
+    has to end it with the same memory; not so with services, which answer only once.
+    """
+
+    def __init__(
+        self, text: str, form: CodeForm = BEST, *, has_twin: bool = True, **options: Any
+    ) -> None:
+        project, self.typed = _checked(text)
         assert not self.typed.faults, "\n".join(map(str, self.typed.faults))
         programs = list(project.programs.values())
         self.task = Task("PlcTask", 10_000_000, [programs[0]])
-        self.plc = PlcRuntime([self.task], project.units, bodies=Bodies(self.typed, **options))
+        bodies = Bodies(self.typed, form=form, **options)
+        self.plc = PlcRuntime([self.task], project.units, bodies=bodies)
         self.name = programs[0].__iec__.name
+        self.twin: Ran | None = None
+        if form is CodeForm.MACHINE and has_twin and "services" not in options:
+            self.twin = Ran(text, CodeForm.PLAIN, **options)
+            self._compare(self.twin)
+
+    @property
+    def kept_plain(self) -> Mapping[str, str]:
+        """Routines that are not machine code, and why."""
+        assert self.plc.bodies is not None
+        assert self.plc.bodies.execution is not None
+        return self.plc.bodies.execution.kept_plain
 
     def cycle(self, count: int = 1) -> "Ran":
         """So many cycles of 10 ms."""
-        self.plc.run_due(self.task.due_ns + (count - 1) * self.task.cycle_ns)
+        if self.twin is None:
+            self.plc.run_due(self.task.due_ns + (count - 1) * self.task.cycle_ns)
+            return self
+        for _ in range(count):
+            self._copy_to(self.twin)
+            self.plc.run_due(self.task.due_ns)
+            self.twin.plc.run_due(self.task.time_ns)
+            self._compare(self.twin)
         return self
+
+    def _copy_to(self, twin: "Ran") -> None:
+        """What a test put into this memory is in the other, too."""
+        if self.plc.restarts > twin.plc.restarts:
+            twin.plc.reset()
+            twin.plc.run()
+        for area in Area:
+            twin.plc.memory[area].restore(self.plc.memory[area].snapshot())
+
+    def _compare(self, twin: "Ran") -> None:
+        ours, theirs = self.plc.fault, twin.plc.fault
+        if ours is not None and theirs is not None and ours.code == ExceptionCode.STACK_OVERFLOW:
+            # How deep calls can be is up to the stack of Python and that of the processor.
+            assert theirs.code == ours.code
+            return
+        assert (self.plc.state, str(ours)) == (twin.plc.state, str(theirs))
+        for area in Area:
+            here, there = self.plc.memory[area].data, twin.plc.memory[area].data
+            if here != there:
+                where = next(at for at in range(len(here)) if here[at] != there[at])
+                piece = slice(max(where - 16, 0), where + 16)
+                raise AssertionError(
+                    f"{area.value} differs at byte {where}: {bytes(here[piece])!r} as machine"
+                    f" code, {bytes(there[piece])!r} as plain code"
+                )
 
     def __getitem__(self, path: str) -> Any:
         """A variable of the program as a plain value."""
@@ -117,13 +187,29 @@ class Ran:
         return self.plc.fault
 
 
+FORMS = [
+    CodeForm.PLAIN,
+    pytest.param(
+        CodeForm.MACHINE,
+        marks=pytest.mark.skipif(not compiler_installed(), reason="llvmlite is not installed"),
+    ),
+]
+
+
+@pytest.fixture(scope="session", params=FORMS, ids=lambda form: form.value)
+def form(request: pytest.FixtureRequest) -> CodeForm:
+    """Plain code and machine code: what a test says holds for both."""
+    found: CodeForm = request.param
+    return found
+
+
 @pytest.fixture(scope="session")
-def run() -> Callable[..., Ran]:
+def run(form: CodeForm) -> Callable[..., Ran]:
     """`run(text)`: a PLC with that source, its first program in a task; one cycle has run."""
-    return lambda text, cycles=1, **options: Ran(text, **options).cycle(cycles)
+    return lambda text, cycles=1, **options: Ran(text, form, **options).cycle(cycles)
 
 
 @pytest.fixture(scope="session")
-def bench() -> Callable[..., Bench]:
+def bench(form: CodeForm) -> Callable[..., Bench]:
     """`bench(types)`: a program with variables of these types."""
-    return Bench
+    return lambda types, **options: Bench(types, form, **options)

@@ -4,6 +4,10 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from achse.plc.runtime import PlcState
 
 Run = Callable[..., Any]
 
@@ -89,10 +93,56 @@ def test_a_catch_does_not_hold_up_the_budget(run: Run) -> None:
     assert ran.stopped.name == "CYCLE_TIME_EXCEED"
 
 
-def test_loops_inside_each_other_beyond_what_python_takes_are_told(run: Run) -> None:
-    deep = 30
-    text = "".join(f"FOR i{n} := 1 TO 2 DO " for n in range(deep)) + ";" + " END_FOR" * deep
-    names = " ".join(f"i{n} : INT;" for n in range(deep))
-    ran = run(f"PROGRAM MAIN VAR {names} END_VAR {text} END_PROGRAM")
-    assert ran.stopped.name == "UNRESOLVED_EXTREFS"
-    assert "too deep" in ran.stopped.message
+@given(
+    st.lists(st.sampled_from(["FOR", "WHILE", "REPEAT", "IF", "TRY", "CASE"]), max_size=45),
+    st.sampled_from(["EXIT", "CONTINUE", "RETURN", ""]),
+    st.integers(0, 44),
+)
+@settings(max_examples=10)
+def test_statements_nest_as_deep_as_one_likes(
+    run: Run, kinds: list[str], leaves: str, at: int
+) -> None:
+    """Each level runs its inside once, but for what leaves it; counts at the end are witness."""
+    heads = {
+        "FOR": "FOR i{n} := 1 TO 1 DO ",
+        "WHILE": "WHILE w{n} < 1 DO w{n} := w{n} + 1; ",
+        "REPEAT": "REPEAT ",
+        "IF": "IF nIn >= 0 THEN ",
+        "TRY": "__TRY ",
+        "CASE": "CASE w{n} OF 0, 1: ",
+    }
+    tails = {
+        "FOR": "END_FOR ",
+        "WHILE": "END_WHILE ",
+        "REPEAT": "UNTIL nIn >= 0 END_REPEAT ",
+        "IF": "END_IF ",
+        "TRY": "__CATCH(e) nIn := 1000; __ENDTRY ",
+        "CASE": "END_CASE ",
+    }
+    loops = [n for n, kind in enumerate(kinds) if kind in ("FOR", "WHILE", "REPEAT")]
+    at = min(at, len(kinds))
+    inside = [n for n in loops if n < at]
+    if leaves in ("EXIT", "CONTINUE") and not inside:
+        leaves = ""
+    text = ""
+    for n in range(len(kinds) + 1):
+        if n == at and leaves:
+            text += f"IF nIn >= 0 THEN {leaves}; END_IF "
+        if n < len(kinds):
+            text += "nIn := nIn + 1; " + heads[kinds[n]].format(n=n)
+    text += "nIn := nIn + 1; "
+    for n in reversed(range(len(kinds))):
+        text += tails[kinds[n]] + "nOut := nOut + 1; "
+    names = " ".join(f"i{n}, w{n} : INT;" for n in range(len(kinds)))
+    ran = run(
+        f"PROGRAM MAIN VAR {names} nIn, nOut : INT; e : __SYSTEM.ExceptionCode; END_VAR\n"
+        f"{text} END_PROGRAM"
+    )
+    assert ran.plc.state is PlcState.RUN, ran.plc.failure
+    count = len(kinds)
+    if not leaves:
+        assert (ran["nIn"], ran["nOut"]) == (count + 1, count)
+    elif leaves == "RETURN":
+        assert (ran["nIn"], ran["nOut"]) == (at, 0)
+    else:
+        assert (ran["nIn"], ran["nOut"]) == (at, inside[-1] + 1)

@@ -40,7 +40,7 @@ ROWS = [
     ("s : STRING; n : INT;", "s := INT_TO_STRING(n);", "s := WRITE_TEXT.STRING(80)(n);"),
     ("s : STRING; n : INT;", "n := STRING_TO_INT(s);", "n := READ_TEXT.INT(s);"),
     ("s : STRING;", "s := TO_STRING(5);", "s := WRITE_TEXT.STRING(80)(5);"),
-    ("t : TIME; n : UDINT;", "n := TIME_TO_UDINT(t);", "n := t;"),
+    ("t : TIME; n : UDINT;", "n := TIME_TO_UDINT(t);", "n := EXTEND.UDINT(t);"),
     ("a : ARRAY [0..1] OF INT; n : INT;", "n := TO_INT(a);",
      "fault: a ARRAY [0..1] OF INT has no conversion to INT"),
     # texts

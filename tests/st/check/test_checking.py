@@ -84,8 +84,8 @@ def test_tables_have_the_most_derived_parts(typed: Typed) -> None:
          "FB implements I_A without its Go"),
         ("FUNCTION_BLOCK FB EXTENDS FB_Abstract END_FUNCTION_BLOCK",
          "FB leaves FB_Abstract.Go abstract"),
-        ("FUNCTION_BLOCK FB VAR x : FB_Abstract; END_VAR x.Go(); END_FUNCTION_BLOCK",
-         "FB_Abstract.Go is abstract: it has no body to call"),
+        ("FUNCTION_BLOCK FB VAR x : FB_Abstract; END_VAR END_FUNCTION_BLOCK",
+         "FB_Abstract is abstract: there is no instance of it"),
     ],
 )  # fmt: skip
 def test_what_is_missing_of_a_block_is_told(typed: Typed, block: str, message: str) -> None:
@@ -140,3 +140,9 @@ def test_a_generic_block_is_checked_for_each_of_its_values(typed: Typed) -> None
 def test_statics_of_routines_are_listed(typed: Typed) -> None:
     project = typed("FUNCTION F VAR_STAT n : INT; END_VAR n := n + 1; END_FUNCTION")
     assert [(one.owner, one.variable.name) for one in project.statics] == [("F", "n")]
+
+
+def test_an_interface_cannot_extend_itself(typed: Typed) -> None:
+    text = "INTERFACE I_A EXTENDS I_B\nEND_INTERFACE\nINTERFACE I_B EXTENDS I_A\nEND_INTERFACE\n"
+    found = [fault.message for fault in typed(text).faults]
+    assert found == ["interface I_A extends itself", "interface I_B extends itself"]

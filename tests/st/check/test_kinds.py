@@ -7,6 +7,7 @@ import pytest
 from achse.iec.arrays import ArrayType, Bounds
 from achse.iec.derived import PointerType
 from achse.iec.elementary import (
+    BOOL,
     BYTE,
     DINT,
     DWORD,
@@ -22,10 +23,18 @@ from achse.iec.elementary import (
     USINT,
     IntegerType,
 )
+from achse.iec.strings import StringType, WStringType
 from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
-from achse.st.check.kinds import common_integer, common_real, natural, promoted, same_shape
+from achse.st.check.kinds import (
+    common_integer,
+    common_real,
+    known_from,
+    natural,
+    promoted,
+    same_shape,
+)
 
 
 @pytest.mark.parametrize(
@@ -77,3 +86,16 @@ def test_shapes() -> None:
         (PointerType(INT), PointerType(LREAL), True),
     ]
     assert [same_shape(left, right) for left, right, _ in rows] == [row[2] for row in rows]
+
+
+def test_bytes_in_memory_are_constants() -> None:
+    rows: list[tuple[IecType[Any], bytes, object]] = [
+        (BOOL, b"\1", True),
+        (INT, b"\xfe\xff", -2),
+        (LREAL, bytes(8), 0.0),
+        (StringType(3), b"ab\0z", b"ab"),
+        (WStringType(2), b"a\0\0\0z\0", b"a\0"),
+        (PointerType(INT), b"\5" + bytes(7), 5),
+    ]
+    for type, image, value in rows:
+        assert known_from(image, type).value == value

@@ -44,6 +44,7 @@ def test_create(typed: Callable[[str], TypedProject]) -> None:
     project = typed(SOURCE)
     assert not project.faults
     assert routine(project, "main.__create") == [
+        "fb.n := 0;",
         f"CREATE fb : FB_Next: {FLAGS}, callee.nStart := 3",
         "    fb.n := 4;",
         f"CREATE aFb[0] : FB_Next: {FLAGS}, callee.nStart := 1",

@@ -208,7 +208,7 @@ NUMBERS = st.recursive(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=38, deadline=None)
 @given(st.data())
 def test_any_expression_of_integers(data: st.DataObject) -> None:
     tree = data.draw(NUMBERS)

@@ -1,7 +1,5 @@
 """Axis parameter services, 0x4000 + ID. Source: 002 §6.4.4.1."""
 
-import struct
-from collections.abc import Sequence
 from operator import attrgetter
 from typing import Any
 
@@ -11,50 +9,16 @@ from achse.devices.nc.binding import parameter, per_element, shown
 from achse.devices.nc.controller import CONTROLLER_VIEWS
 from achse.devices.nc.drive import DRIVE_VIEWS
 from achse.devices.nc.encoder import ENCODER_VIEWS
-from achse.devices.nc.groups import OWNERS_OF_AXIS
+from achse.devices.nc.groups.every import OWNERS_OF_AXIS
 from achse.devices.nc.layouts import REAL64, UINT16, UINT32, OfAxis, Text
+from achse.devices.nc.parameter_set import LongParameterSet, ShortParameterSet
 from achse.motion import Axis
 from achse.server import READ, Layout, Service
 
-__all__ = ["AXIS_PARAMETERS", "ParameterSet"]
+__all__ = ["AXIS_PARAMETERS"]
 
 MOST_ELEMENTS = 9
 USER_DATA_STATES = (0, 0x1_0012, 0x1_0014, 0x1_0017)
-
-
-class ParameterSet:
-    """The parameter structure: id, name, type, then every parameter in the order of the rows.
-
-    Only the first three fields are documented. In the form of TwinCAT 3 each value is on a
-    multiple of its size, in that of TwinCAT 2 they are packed; what does not fit is left out.
-    """
-
-    def __init__(self, size: int, rows: Sequence[Service], *, aligned: bool) -> None:
-        self.size = size
-        self.name = f"axis parameters ({size} bytes)"
-        self._rows = rows
-        self._aligned = aligned
-
-    def encode(self, axis: Axis) -> bytes:
-        name = axis.name.encode("cp1252", "replace")[:30].ljust(31, b"\0")
-        form = "<I31sxI" if self._aligned else "<I31sI"
-        data = bytearray(struct.pack(form, axis.axis_id, name, axis.axis_type))
-        for row in self._rows:
-            target = axis if row.element is None else row.element(axis, 0)
-            value = row.encoder(0)(row.get(target))
-            if self._aligned:
-                data.extend(bytes(-len(data) % min(len(value), 8)))
-            if len(data) + len(value) > self.size:
-                break
-            data += value
-        return bytes(data.ljust(self.size, b"\0"))
-
-    def decode(self, data: bytes) -> dict[str, Any]:
-        """The documented fields; for clients, as no row takes a structure in."""
-        form = "<I31sxI" if self._aligned else "<I31sI"
-        axis_id, name, axis_type = struct.unpack_from(form, data)
-        text = name.split(b"\0", 1)[0].decode("cp1252", "replace")
-        return {"axis_id": axis_id, "axis_name": text, "axis_type": axis_type}
 
 
 def _ids(axis: Axis) -> tuple[int, ...]:
@@ -63,8 +27,8 @@ def _ids(axis: Axis) -> tuple[int, ...]:
 
 
 def _hardware(axis: Axis) -> tuple[Any, ...]:
-    """NetId, port, channel: all zero, as the hardware of the axis is simulated."""
-    return bytes(6), 0, 0
+    """NetId, port, channel of a drive on a bus; all zero where the hardware is simulated."""
+    return axis.hardware_address
 
 
 def _hardware_extended(axis: Axis) -> tuple[Any, ...]:
@@ -74,7 +38,7 @@ def _hardware_extended(axis: Axis) -> tuple[Any, ...]:
     drive = axis.drive_ids[min(n, len(axis.drive_ids) - 1)]
     drive_part = drive, n, axis.drive.type
     encoder_part = encoder, n, axis.encoder.type
-    return bytes(6), 0, 0, *drive_part, *encoder_part, axis.axis_id, axis.axis_type, 0, 0
+    return *axis.hardware_address, *drive_part, *encoder_part, axis.axis_id, axis.axis_type, 0, 0
 
 
 def _text(offset: int, name: str, size: int, attribute: str, description: str) -> Service:
@@ -230,8 +194,8 @@ AXIS_PARAMETERS = (
             "axis_parameter_structure",
             READ,
             (
-                ParameterSet(512, _IN_THE_STRUCTURE, aligned=False),
-                ParameterSet(1024, _IN_THE_STRUCTURE, aligned=True),
+                ShortParameterSet(_IN_THE_STRUCTURE),
+                LongParameterSet(_OWN),
             ),
             "all parameters of the axis, TwinCAT 2 or 3 by length",
             read=lambda axis: axis,

@@ -6,6 +6,7 @@ Source: 002 §6.4.4.2.
 from collections import namedtuple
 from collections.abc import Callable
 from operator import attrgetter
+from typing import NamedTuple
 
 from achse.ams import DeviceError
 from achse.codes import NcError
@@ -19,6 +20,7 @@ from achse.devices.nc.binding import (
 from achse.devices.nc.controller import CONTROLLER_VIEWS
 from achse.devices.nc.drive import DRIVE_VIEWS
 from achse.devices.nc.encoder import ENCODER_VIEWS
+from achse.devices.nc.functions.cams import CAM_STATES
 from achse.devices.nc.layouts import (
     INT32,
     ONLINE_TC2,
@@ -30,6 +32,13 @@ from achse.devices.nc.layouts import (
     request,
 )
 from achse.motion import Axis, commands
+from achse.motion.couplings.characteristic import (
+    CHARACTERISTIC_VALUES,
+    characteristic_of,
+    course_of,
+)
+from achse.motion.record import MASTERS
+from achse.motion.states import SlaveType
 from achse.server import READ, READ_WRITE, WRITE, Layout, Service
 
 __all__ = ["AXIS_STATES"]
@@ -146,7 +155,69 @@ _OPERATION_MODE = Service(
     response=Layout("<i4x", namedtuple("OperationMode", "mode")),
 )
 
+
+_COUPLING_PARAMETERS = Service(
+    0x22,
+    "coupling_parameters",
+    READ,
+    Layout("<4d"),
+    "parameters of the coupling, 0 without one; the first is the gear ratio of a linear one",
+    "1",
+    read=lambda axis: tuple(axis.coupling_parameter),
+)
+
+
+class _RatioTo(NamedTuple):
+    """The ratio of an axis to its master number `master`, the first for 0."""
+
+    axis: Axis
+    master: int
+
+    @property
+    def value(self) -> float:
+        if self.master == 0:
+            return self.axis.set_gear_ratio
+        places = self.axis.ratio_place[: self.axis.master_count]
+        if self.axis.coupling != SlaveType.MULTI_MASTER:
+            return self.axis.set_gear_ratio if self.master == 1 else 0.0
+        return sum(self.axis.ratio[n] for n, place in enumerate(places) if place == self.master - 1)
+
+
+def _ratio_to(axis: Axis, n: int) -> _RatioTo:
+    if n > MASTERS:
+        raise DeviceError(NcError.AXIS_ID.number, f"an axis has {MASTERS} masters at most, not {n}")
+    return _RatioTo(axis, n)
+
+
+_GEAR_RATIO = Service(
+    0x12,
+    "set_gear_ratio",
+    READ,
+    REAL64,
+    "gear ratio in force, 0 = not coupled; of several masters, that to master n",
+    "1",
+    read=attrgetter("value"),
+    element=_ratio_to,
+)
+
+
+def _characteristic(axis: Axis) -> tuple[float, ...]:
+    course = course_of(axis)
+    return tuple(characteristic_of(course)) if course else (0.0,) * CHARACTERISTIC_VALUES
+
+
+_SYNCHRONISING = Service(
+    0x26,
+    "sync_profile_characteristic_values",
+    READ,
+    Layout(f"<{CHARACTERISTIC_VALUES}d"),
+    "way on which a slave synchronises: begin, end, extremes and means; 0 of other axes",
+    "1",
+    read=_characteristic,
+)
+
 AXIS_STATES = (
+    _GEAR_RATIO,
     *per_element(
         _ONLINE,
         shown(0x09, UINT32, "set_cycle_counter"),
@@ -158,7 +229,6 @@ AXIS_STATES = (
         shown(0x0F, REAL64, "set_acceleration", symbol="SetAcc"),
         shown(0x10, REAL64, "set_jerk", symbol="SetJerk"),
         shown(0x11, REAL64, "set_torque", symbol="SetTorque"),
-        shown(0x12, REAL64, "set_gear_ratio"),
         shown(0x13, REAL64, "target_position"),
         _REMAINING,
         shown(0x15, UINT32, "set_command_number", symbol="CmdNo"),
@@ -174,8 +244,12 @@ AXIS_STATES = (
     _STOP_INFORMATION,
     shown(0x20, UINT32, "coupling_state"),
     shown(0x21, UINT32, "coupling_table_index"),
+    _COUPLING_PARAMETERS,
+    shown(0x23, REAL64, "gear_ratio", "set_gear_ratio"),
     shown(0x24, UINT32, "active_control_loop"),
     shown(0x25, UINT16, "external_setpoint_active"),
+    *CAM_STATES,
+    _SYNCHRONISING,
     shown(0x29, UINT32, "delayed_error_code"),
     shown(0x2A, REAL64, "fading_position_difference"),
     shown(0x2B, REAL64, "fading_relative_velocity"),

@@ -76,13 +76,6 @@ _UNSERVED = {
         (0x6100, 0xA04, "R", "mw_i_limit_active"),
         (0x6100, 0xA05, "R", "mw_d_limit_active"),
     ),
-    "of a coupled slave; couplings are not built yet: answers 0x703": (
-        (0x4100, 0x22, "R", "coupling_parameters"),
-        (0x4100, 0x23, "R", "gear_ratio"),
-        (0x4100, 0x26, "R", "sync_profile_characteristic_values"),
-        (0x4100, 0x27, "R&W", "table_coupling_info"),
-        (0x4100, 0x28, "R&W", "multi_table_coupling_info"),
-    ),
     "shares its offset with `velocity_part_…`; the controller type tells which answers": (
         (0x4100, 0x20201, "R", "controller_velocity_p_part"),
         (0x4100, 0x20202, "R", "controller_velocity_i_part"),
@@ -102,28 +95,13 @@ _UNSERVED = {
         (0x4300, 0xC3, "R", "reserved_c3"),
         (0x4300, 0xC4, "R", "reserved_c4"),
     ),
-    "couples or uses a table; couplings are not built yet: answers 0x703": (
-        (0x4200, 0x40, "W", "couple"),
-        (0x4200, 0x40, "W", "couple_multi_master"),
-        (0x4200, 0x41, "W", "decouple"),
-        (0x4200, 0x41, "W", "decouple_with_follow_up"),
-        (0x4200, 0x42, "W", "change_coupling_parameters"),
-        (0x4200, 0x43, "W", "change_table_coupling_at_position"),
-        (0x4200, 0x43, "W", "change_table_coupling_offsets"),
-        (0x4200, 0x43, "W", "change_table_coupling_offsets_scaling"),
-        (0x4200, 0x44, "W", "stop_slave"),
-        (0x4200, 0x45, "W", "couple_table"),
-        (0x4200, 0x46, "W", "activate_correction_table"),
-        (0x4200, 0x46, "W", "activate_correction_table_at_position"),
-        (0x4200, 0x47, "W", "deactivate_profile_table"),
-        (0x4200, 0x48, "R&W", "last_correction_offset"),
-        (0x4200, 0x49, "W", "set_slave_table_scaling"),
-        (0x4200, 0x4A, "W", "couple_multi_cam"),
-        (0x4200, 0x4A, "W", "couple_solo_table"),
-        (0x4200, 0x4B, "W", "couple_universal_flying_saw"),
-        (0x4200, 0x4D, "W", "change_table_scaling"),
-    ),
     "another form of the row at the same offset: told by length": (
+        (0x4200, 0x40, "W", "couple_multi_master"),
+        (0x4200, 0x41, "W", "decouple_with_follow_up"),
+        (0x4200, 0x43, "W", "change_table_coupling_at_position"),
+        (0x4200, 0x43, "W", "change_table_coupling_offsets_scaling"),
+        (0x4200, 0x46, "W", "activate_correction_table_at_position"),
+        (0x4200, 0x4A, "W", "couple_multi_cam"),
         (0x5200, 0x201, "W", "activate_latch_rising_canopen"),
         (0x5200, 0x202, "W", "activate_latch_falling_canopen"),
         (0x5200, 0x205, "W", "deactivate_latch"),
@@ -144,20 +122,6 @@ _UNSERVED = {
         (0x6100, 0x123, "R", "set_velocity_filter_test_velocity_corrected"),
         (0x6100, 0x124, "R", "set_velocity_filter_test_acceleration_corrected"),
     ),
-    "of cam tables, which are not built yet: answers 0x703": (
-        (0xA000, 0x14, "R", "master_period"),
-        (0xA000, 0x15, "R", "slave_stroke"),
-        (0xA000, 0x1A, "RW", "online_change_activation"),
-        (0xA000, 0x22, "R&W", "motion_function_points"),
-        (0xA000, 0x24, "R&W", "master_position_at_slave"),
-        (0xA000, 0x50, "RW", "characteristic_values"),
-        (0xA000, 0x50, "R&W", "characteristic_values_at_velocity"),
-        (0xA000, 0x115, "W", "set_scaling"),
-        (0xA000, 0x5000000, "RW", "motion_function_rows"),
-        (0xA000, 0x6000000, "RW", "motion_function_columns"),
-        (0xA200, 0x10000, "W", "create_cam_table"),
-        (0xA200, 0x10010, "W", "create_motion_function_table"),
-    ),
 }  # fmt: skip
 """Reason, and the services it holds for."""
 
@@ -169,20 +133,15 @@ UNSERVED = tuple(
 )
 """Services without a row of their own."""
 
-_OF_COUPLINGS = "of couplings, which are not built yet"
-_OF_AN_IMAGE = "of an I/O image, which the simulated encoder and drive do without"
+_OF_AN_IMAGE = (
+    "the place in the image of the bus, for who looks there; `[[drive]]` says where the data are"
+)
 _INTERNAL = "internal to the NC; no manual prints a bit of it"
 _ONE_MODE = "1, standard, is the only mode that a manual prints; others are refused"
 _OF_A_PULSE = "of two-speed axes; the start types that pulse (288, 289) are for servo axes alone"
-_OF_INTERPOLATION = "of interpolation, which is not built yet"
+_OF_INTERPOLATION = "auxiliary axes follow the path in proportion, without a tolerance ball"
 
 WITHOUT_EFFECT = {
-    "couple_slaves_by_actual_values": _OF_COUPLINGS,
-    "fading_acceleration": _OF_COUPLINGS,
-    "allow_slave_motion_commands": "of couplings; its bit in the operation mode word is set",
-    "controller_slave_coupling_kcp": _OF_COUPLINGS,
-    "controller_following_error_difference_scaling": _OF_COUPLINGS,
-    "max_velocity_jump": _OF_INTERPOLATION,
     "auxiliary_axis_limiting_enable": _OF_INTERPOLATION,
     "auxiliary_axis_tolerance_ball": _OF_INTERPOLATION,
     "auxiliary_axis_max_position_deviation": _OF_INTERPOLATION,
@@ -198,69 +157,59 @@ WITHOUT_EFFECT = {
     "drive_output_address_offset": _OF_AN_IMAGE,
     "drive_mode": _ONE_MODE,
     "drive_control_dword": _INTERNAL,
-    "drive_reset_counter": "reserved: how long the NC asks a drive to reset; the simulated one "
+    "drive_reset_counter": "how long the NC asks a drive on a bus to reset; the simulated one "
     "needs no longer than the cycle that asks",
-    "drive_dead_time_compensation_control": "the structures of a drive carry no time, and the "
-    "simulated one takes its outputs with the cycle: absolute and relative times are the same",
+    "drive_dead_time_compensation_control": "times in the structures are relative to the cycle, "
+    "on a bus and without one",
     "drive_stepper_mask_cycle7": "no excitation has more than six cycles",
     "drive_stepper_mask_cycle8": "no excitation has more than six cycles",
 }
 """Parameters by their field that can be written and read back, and why they change nothing."""
 
-_ONE_CHANNEL = "there is one channel, of the PTP groups of all axes"
-_NO_INTERPRETER = "the channel has no interpreter"
-_ONE_AXIS = "a group has one axis, which moves point to point"
-_NO_PREPARATION = "commands of one axis need no preparation"
-_NO_COUPLING = "couplings are not built yet"
+_CONSTANT = "served; answers a constant"
+_NO_BALL = f"{_CONSTANT}: {_OF_INTERPOLATION}"
+
+OF_PROGRAMS = {
+    "tolerance_ball_radius": f"served; kept and shown only: {_OF_INTERPOLATION}",
+    "program_load_buffer_size": f"{_CONSTANT}: no program may be longer",
+    "interpreter_simulation_mode": f"{_CONSTANT}: the switch is not released",
+    "partial_segment_change": _NO_BALL,
+    "inside_tolerance_ball_auxiliary": _NO_BALL,
+    "tolerance_ball_error_auxiliary": _NO_BALL,
+}
+"""What comes of rows of channels with an interpreter and of 3D groups that do less than others."""
+
+_CONFIGURED = "of the configuration"
+_SINGLE = "of single axes; groups of several have their own"
+_NO_PREPARATION = "commands are prepared in the set-point task itself"
 
 CONSTANT = {
     (0x1000, 0x14): "the set-point task runs with its inputs",
-    (0x1100, 0x01): _ONE_CHANNEL,
-    (0x1100, 0x31): _ONE_CHANNEL,
-    (0x2000, 0x01): _ONE_CHANNEL,
-    (0x2000, 0x02): _ONE_CHANNEL,
-    (0x2000, 0x03): _ONE_CHANNEL,
-    (0x2000, 0x04): _NO_INTERPRETER,
-    (0x2100, 0x01): f"errors are those of its axes; {_NO_INTERPRETER}",
-    (0x3000, 0x03): _ONE_AXIS,
-    (0x3000, 0x06): f"{_ONE_AXIS}; another value is refused",
+    (0x1100, 0x01): _CONFIGURED,
+    (0x1100, 0x31): _CONFIGURED,
+    (0x2000, 0x01): _CONFIGURED,
+    (0x2000, 0x02): _CONFIGURED,
+    (0x2000, 0x03): _CONFIGURED,
+    (0x2000, 0x04): _CONFIGURED,
+    (0x2100, 0x01): f"{_SINGLE}: errors of the standard channel are those of its axes",
+    (0x3000, 0x03): _CONFIGURED,
+    (0x3000, 0x06): "0 for single axes and FIFOs; another value is refused",
     (0x3000, 0x0B): _NO_PREPARATION,
-    (0x3000, 0x0C): "as many commands as the buffer of an axis takes",
-    (0x3000, 0x10): "every axis moves in each cycle; another value is refused",
-    (0x3000, 0x21): _ONE_CHANNEL,
-    (0x3000, 0x22): _ONE_CHANNEL,
-    (0x3000, 0x23): _ONE_CHANNEL,
-    (0x3100, 0x02): _ONE_AXIS,
-    (0x3100, 0x03): _NO_COUPLING,
+    (0x3000, 0x0C): _CONFIGURED,
+    (0x3000, 0x10): "every group has set points in each cycle; another value is refused",
+    (0x3000, 0x21): _CONFIGURED,
+    (0x3000, 0x22): _CONFIGURED,
+    (0x3000, 0x23): _CONFIGURED,
+    (0x3100, 0x02): _SINGLE,
     (0x3100, 0x04): _NO_PREPARATION,
     (0x3100, 0x07): "no manual prints a state within a state",
-    (0x3100, 0x09): _NO_COUPLING,
-    (0x3100, 0x0A): _NO_COUPLING,
     (0x3100, 0x0B): _NO_PREPARATION,
     (0x3100, 0x0E): _NO_PREPARATION,
     (
         0x4000,
         0x31,
     ): "a simulated drive has no hardware address; ids and types are the axis'",
-    (0x4000, 0x51): _ONE_CHANNEL,
-    (0x4000, 0x52): _ONE_CHANNEL,
-    (0x4000, 0x53): _ONE_CHANNEL,
-    (0x4000, 0x56): _ONE_AXIS,
-    (0x4100, 0x12): _NO_COUPLING,
-    (0x4100, 0x20): _NO_COUPLING,
-    (0x4100, 0x21): _NO_COUPLING,
-    (0x4100, 0x2A): _NO_COUPLING,
-    (0x4100, 0x2B): _NO_COUPLING,
-    (0x4100, 0x2C): _NO_COUPLING,
-    (0x4100, 0x2_0021): _NO_COUPLING,
-    (0x4100, 0x2_0022): _NO_COUPLING,
-    (0x4100, 0x2_0023): _NO_COUPLING,
-    (0x4300, 0x84): _NO_COUPLING,
-    (0x4300, 0xB5): _NO_COUPLING,
     (0x4300, 0xB6): _NO_PREPARATION,
-    (0x6100, 0x21): _NO_COUPLING,
-    (0x6100, 0x22): _NO_COUPLING,
-    (0x6100, 0x23): _NO_COUPLING,
 }
 """Index group and offset of rows that answer the same whatever the axes do, and why."""
 
@@ -279,9 +228,11 @@ def coverage(rows: Iterable[RowFacts]) -> Iterator[Covered]:
 
 
 def _answer(row: RowFacts) -> str:
+    if row.name in OF_PROGRAMS:
+        return OF_PROGRAMS[row.name]
     reason = CONSTANT.get((row.index_group, row.index_offset))
     if reason:
-        return f"served; answers a constant: {reason}"
+        return f"{_CONSTANT}: {reason}"
     for name in (_PREFIXES.get(row.index_group, "") + row.name, row.name):
         if name in WITHOUT_EFFECT:
             return f"served; kept and shown only: {WITHOUT_EFFECT[name]}"

@@ -13,12 +13,8 @@ from achse.devices.nc.controller import CONTROLLER_PARAMETERS, CONTROLLER_STATES
 from achse.devices.nc.drive import DRIVE_FUNCTIONS, DRIVE_PARAMETERS, DRIVE_STATES
 from achse.devices.nc.encoder import ENCODER_PARAMETERS, ENCODER_STATES
 from achse.devices.nc.functions import AXIS_FUNCTIONS, ENCODER_FUNCTIONS
-from achse.devices.nc.groups import (
-    GROUP_FUNCTIONS,
-    GROUP_PARAMETERS,
-    GROUP_STATES,
-    index_in_channel,
-)
+from achse.devices.nc.groups import GROUP_FUNCTIONS, GROUP_PARAMETERS, GROUP_STATES
+from achse.devices.nc.groups.binding import GroupFinder
 from achse.devices.nc.io_structures import DRIVE_CYCLIC, ENCODER_CYCLIC
 from achse.devices.nc.ring0 import RING0_FUNCTIONS, RING0_PARAMETERS, RING0_STATES
 from achse.devices.nc.symbols import NcSymbols, interface_groups
@@ -37,12 +33,12 @@ RING0_GROUPS: tuple[tuple[int, tuple[Service, ...]], ...] = (
 )
 """Index group, rows."""
 
-PTP_GROUPS = (
-    (0x3000, GROUP_PARAMETERS, NcError.GROUP_ID),
-    (0x3100, GROUP_STATES, NcError.GROUP_ID),
-    (0x3200, GROUP_FUNCTIONS, NcError.GROUP_ID),
+GROUPS = (
+    (0x3000, GROUP_PARAMETERS),
+    (0x3100, GROUP_STATES),
+    (0x3200, GROUP_FUNCTIONS),
 )
-"""Index group + id, rows over the axis of the group, error for an id that no group has."""
+"""Index group + id, rows over the group."""
 
 AXIS_GROUPS = (
     (0x4000, AXIS_PARAMETERS, NcError.AXIS_ID),
@@ -79,7 +75,7 @@ class NcDevice(Device):
             "TwinCAT NC",
             (3, 1, 4024),
             _groups(nc),
-            NcSymbols(nc, ((0x4100, AXIS_STATES), (0x4300, AXIS_CYCLIC)), _FROM_PLC),
+            NcSymbols(nc, ((0x4100, AXIS_STATES), (0x4300, AXIS_CYCLIC)), _FROM_PLC, GROUP_STATES),
             clock=clock,
             task_cycle_ns=nc.cycle_ns,
         )
@@ -90,10 +86,9 @@ def _groups(nc: Nc) -> Iterator[IndexGroup]:
     for group, rows in RING0_GROUPS:
         yield Group(group, rows, nc)
     yield from channel_groups(nc)
-    for base, rows, unknown in PTP_GROUPS:
-        more = (index_in_channel(nc),) if rows is GROUP_PARAMETERS else ()
-        every = (*rows, *more)
-        yield ObjectGroup(base, _HIGHEST_ID, _finder(nc, unknown), every, kind=ObjectAxis)
+    find_group = GroupFinder(nc).find
+    for base, rows in GROUPS:
+        yield ObjectGroup(base, _HIGHEST_ID, find_group, rows)
     for base, rows, unknown in AXIS_GROUPS:
         part = _KINDS.get(unknown)
         kind = VIEWS[part][0] if part else ObjectAxis

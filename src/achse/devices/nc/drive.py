@@ -12,7 +12,7 @@ from achse.codes import NcError
 from achse.devices.nc import binding
 from achse.devices.nc.binding import error_state, in_sub_range, not_while_enabled
 from achse.devices.nc.layouts import INT32, REAL64, UINT8, UINT16, UINT32, Text
-from achse.devices.nc.tables import answered
+from achse.devices.nc.table_places import answered
 from achse.motion.parts import AxisDrive
 from achse.motion.record import DRIVE_DELAY
 from achse.motion.states import AxisType, ControlBit, OutputFilter
@@ -240,9 +240,9 @@ DRIVE_FUNCTIONS = (
     ),
 )  # fmt: skip
 
-_NOT_AT_THE_AXIS = {
-    0x20, 0x21, 0x22, 0x31, 0x32, 0x33, 0x10D, 0x10E, 0x10F, 0x110, 0x111, 0x112,
-}  # fmt: skip
+_NOT_AT_THE_AXIS = {0x20, 0x21, 0x22}
+"""002 prints scaling and filter of torque and the output filters at the drive only, but the PLC
+library reads and writes them at the axis (MC_AxisParameter 1081 … 1093)."""
 
 DRIVE_VIEWS = {
     "parameters": tuple(in_sub_range("drive_", DRIVE_PARAMETERS, without=_NOT_AT_THE_AXIS)),

@@ -11,6 +11,7 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
+from achse.devices.nc.terminals import note_output, shown_input
 from achse.motion.parts import AxisDrive, AxisEncoder, AxisPart
 from achse.motion.states import DISCRETE_DRIVES, AxisType
 from achse.server import READ, WRITE, Layout, Service
@@ -66,12 +67,13 @@ class _EncoderInput:
 
     def encode(self, encoder: AxisEncoder) -> bytes:
         io = encoder.io
-        return _ENCODER_IN.pack(
+        data = _ENCODER_IN.pack(
             _signed(io.data_in1), _signed(io.data_in2),
             io.state1, io.state2, io.state3, _io_state(encoder, io.state4),
             *map(_signed, (io.data_in3, io.data_in4, io.data_in5, io.data_in6)),
             io.state5, io.state6, io.state7, io.state8, _time(encoder), 0,
         )  # fmt: skip
+        return shown_input(encoder, data)
 
     def decode(self, data: bytes) -> tuple[int, ...]:
         return _ENCODER_IN.unpack(data)
@@ -104,19 +106,26 @@ class _DriveInput:
 
     def encode(self, drive: AxisDrive) -> bytes:
         io = drive.io
-        return _DRIVE_IN.pack(
+        data = _DRIVE_IN.pack(
             _signed(io.data_in1), io.data_in2,
             io.state1, io.state2, io.state3, _io_state(drive, io.state4),
             io.data_in3, 0, 0, 0, 0, 0, 0, io.state8, 0, 0,
         )  # fmt: skip
+        return shown_input(drive, data)
 
     def decode(self, data: bytes) -> tuple[int, ...]:
         return _DRIVE_IN.unpack(data)
 
 
 def _drive_output(drive: AxisDrive) -> bytes:
-    """The whole structure: what clients wrote, and above it what the NC writes."""
+    """The whole structure: what clients wrote, and above it what the NC writes.
+
+    While the output is switched off (0x60) the NC writes nothing: registers of a terminal are read
+    and written meanwhile (004 §3.3).
+    """
     image = bytearray(b"".join(_DWORD.pack(word) for word in drive.output_image))
+    if drive.owner.drive_output_disabled:
+        return bytes(image)
     io = drive.io
     if drive.type in DISCRETE_DRIVES or drive.owner.axis_type == AxisType.DISCRETE_RAPID_CREEP:
         _DRIVE_OUT.pack_into(image, 0, 0, 0, io.ctrl1, io.ctrl2)
@@ -174,6 +183,7 @@ def _write(field: str) -> Callable[[Any, bytes], None]:
         image = getattr(part, field)
         for i in range(len(data) // 4):
             image[i] = _DWORD.unpack_from(data, 4 * i)[0]
+        note_output(part)
 
     return write
 
@@ -192,6 +202,7 @@ def _write_bits(field: str) -> Callable[[Any, tuple[int, int, int]], None]:
         _DWORD.pack_into(content, offset, before & ~mask | value & mask)
         for i in range(words):
             image[i] = _DWORD.unpack_from(content, 4 * i)[0]
+        note_output(part)
 
     return write
 

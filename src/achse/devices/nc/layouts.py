@@ -4,14 +4,18 @@ TwinCAT 2 packs structures, TwinCAT 3 aligns each field to a multiple of its siz
 served: a request is understood by its length, an answer has the form whose length was asked for.
 """
 
+import re
 import struct
 from collections import namedtuple
 from collections.abc import Callable
-from operator import attrgetter
+from functools import partial
+from operator import attrgetter, itemgetter
 from typing import Any
 
 from achse.motion import Axis
 from achse.motion.parts import AxisPart
+from achse.motion.record import FIELDS
+from achse.native.memory import MemoryCell, gather
 from achse.server import Codec, Layout
 
 __all__ = [
@@ -161,6 +165,8 @@ class AxisStructure:
         self._fields = tuple(field for _, field in shown)
         self._values = attrgetter(*self._fields)
         self._pack_unsigned = struct.Struct(form.replace("i", "I")).pack
+        self._form = form
+        self._codes = tuple(code for code, _ in shown)
         self._masks = [
             None if code == "d" else (1 << 8 * struct.calcsize("<" + code)) - 1 for code, _ in shown
         ]
@@ -173,9 +179,43 @@ class AxisStructure:
             pairs = zip(values, self._masks, strict=True)
             return self._pack_unsigned(*(v if mask is None else v & mask for v, mask in pairs))
 
+    def of(self, axis: Axis) -> Callable[[], bytes]:
+        """The same for one axis, again and again: what is in memory is copied from there."""
+        places = [
+            axis.place_of(field, struct.calcsize("<" + code)) if field in FIELDS else None
+            for code, field in zip(self._codes, self._fields, strict=True)
+        ]
+        computed = [n for n, place in enumerate(places) if place is None]
+        if len(computed) == len(places) or len(computed) < _SEVERAL:
+            return partial(self.encode, axis)
+        read = gather(place for place in places if place is not None)
+        get = attrgetter(*(self._fields[n] for n in computed))
+        codes = iter(places)
+        form = re.sub(r"[a-wyzA-Z]", lambda code: _copied(code[0], next(codes)), self._form)
+        kept = [n for n, place in enumerate(places) if place is not None]
+        order = sorted(range(len(places)), key=[*kept, *computed].__getitem__)
+        pick, put = itemgetter(*order), struct.Struct(form).pack
+
+        def encode() -> bytes:
+            try:
+                return put(*pick(read() + get(axis)))
+            except struct.error:  # a count beyond its field wraps
+                return self.encode(axis)
+
+        return encode
+
     def decode(self, data: bytes) -> dict[str, Any]:
         """The values by record field; for clients, as no row takes a structure in."""
         return dict(zip(self._fields, self._unpack(data), strict=True))
+
+
+_SEVERAL = 2
+"""So many values an `attrgetter` answers as a tuple."""
+
+
+def _copied(code: str, place: MemoryCell | None) -> str:
+    """The `struct` code of bytes that are copied, or of a number."""
+    return code if place is None else f"{struct.calcsize('<' + code)}s"
 
 
 _ONLINE = (

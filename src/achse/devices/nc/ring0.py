@@ -3,8 +3,6 @@
 from collections.abc import Callable
 
 from achse.codes import NcError
-from achse.devices.nc.channels import channel_ids
-from achse.devices.nc.groups import group_ids
 from achse.devices.nc.layouts import INT32, NO_DATA, UINT16, UINT32
 from achse.motion import Nc
 from achse.server import READ, WRITE, Repeated, Service
@@ -20,9 +18,13 @@ def _tables(nc: Nc) -> list[int]:
     return nc.tables.ids()
 
 
+def _group_ids(nc: Nc) -> list[int]:
+    return sorted([*_axes(nc), *(group.group_id for group in nc.groups)])
+
+
 _IDS_OF: dict[str, Callable[[Nc], list[int]]] = {
-    "channel": channel_ids,
-    "group": group_ids,
+    "channel": lambda nc: nc.channels.ids(),
+    "group": _group_ids,
     "axis": _axes,
     "encoder": lambda nc: nc.ids("encoder"),
     "controller": lambda nc: nc.ids("controller"),

@@ -23,12 +23,14 @@ from achse.iec.names import ELEMENTARY
 from achse.iec.paths import follow, parse_path, split_symbol
 from achse.iec.symbols import SymbolEntry, SymbolFlag, encode_symbols, fold
 from achse.motion import Axis, Nc
+from achse.motion.groups.group import AxisGroup
 from achse.server import READ, WRITE, AreaGroup, Service, TableSizes
 
 __all__ = ["NcSymbol", "NcSymbols", "interface_groups"]
 
 CYCLIC = 0x4300
 TO_PLC = 0x80
+GROUP_STATE = 0x3100
 FROM_PLC = 0x00
 
 _MEMBERS = 0x0100_4300
@@ -108,6 +110,11 @@ def _write_from_plc(row: Service, axis: Axis, start: int = 0) -> Callable[[bytes
     return write
 
 
+def _reader(row: Service, group: AxisGroup) -> Callable[[], bytes]:
+    encode, get = row.encoder(0), row.get
+    return lambda: encode(get(group))
+
+
 def _row_access(
     row: Service, axis: Axis
 ) -> tuple[Callable[[], bytes], Callable[[bytes], None] | None]:
@@ -158,17 +165,23 @@ class NcSymbols:
     """All symbols of one NC: those of its rows, per axis, and the cyclic structures.
 
     `groups` are (first index group, rows) of the axis; `from_plc` is the row of the structure from
-    the PLC. The names are made when they are first needed.
+    the PLC; `of_groups` are the states of groups of several axes, which
+    have names like `Groups.<group>.SetPathVelo`. The names are made when they are first needed.
     """
 
     version = 1
 
     def __init__(
-        self, nc: Nc, groups: tuple[tuple[int, tuple[Service, ...]], ...], from_plc: Service
+        self,
+        nc: Nc,
+        groups: tuple[tuple[int, tuple[Service, ...]], ...],
+        from_plc: Service,
+        of_groups: tuple[Service, ...] = (),
     ) -> None:
         self._nc = nc
         self._rows = [(base, row) for base, rows in groups for row in rows if row.symbol]
         self._from_plc = from_plc
+        self._group_rows = [row for row in of_groups if row.symbol]
 
     def resolve(self, name: str) -> NcSymbol | None:
         """`Axes.X.SetPos`, `Axes.X.ToPlc`, `Axes.X.ToPlc.ActPos`, … in any case."""
@@ -211,7 +224,26 @@ class NcSymbols:
 
     @cached_property
     def _symbols(self) -> dict[str, NcSymbol]:
-        return {fold(symbol.name): symbol for axis in self._nc for symbol in self._of(axis)}
+        found = [symbol for axis in self._nc for symbol in self._of(axis)]
+        found += [symbol for group in self._nc.groups for symbol in self._of_group(group)]
+        return {fold(symbol.name): symbol for symbol in found}
+
+    def _of_group(self, group: AxisGroup) -> Iterator[NcSymbol]:
+        """Those of a group of several axes, as far as its kind has them."""
+        for row in self._group_rows:
+            read = _reader(row, group)
+            try:
+                read()
+            except DeviceError:
+                continue
+            yield NcSymbol(
+                f"Groups.{group.name}.{row.symbol}",
+                _TYPES[getattr(row.codec, "name", "")],
+                GROUP_STATE + group.group_id,
+                row.offset,
+                read,
+                comment=row.description,
+            )
 
     def _of(self, axis: Axis) -> Iterator[NcSymbol]:
         for base, row in self._rows:

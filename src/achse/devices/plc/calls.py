@@ -9,6 +9,7 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.iec import IecDecodeError, IecError, Method, Property, Record
 from achse.iec.paths import PathIndex, PathMember, Step
+from achse.plc import PlcStateError
 
 if TYPE_CHECKING:
     from achse.plc.bodies import Bodies
@@ -34,7 +35,7 @@ def caller(
             try:
                 answer = bodies.call_encoded(_living(unit, steps), method, data)
             except Exception as failure:
-                raise _failed(f"method {method.name}", failure) from None
+                raise _stopped(f"method {method.name}", failure) from None
             if answer is not None:
                 return answer
         body = _python_method(_living(unit, steps), method)
@@ -77,7 +78,7 @@ def property_access(
             try:
                 given = bodies.get_encoded(target, declared.name)
             except Exception as failure:
-                raise _failed(f"property {declared.name}", failure) from None
+                raise _stopped(f"property {declared.name}", failure) from None
             if given is not None:
                 return given
         getter = _python_property(target, declared).fget
@@ -99,7 +100,7 @@ def property_access(
                 if bodies.set_encoded(target, declared.name, whole):
                     return
             except Exception as failure:
-                raise _failed(f"property {declared.name}", failure) from None
+                raise _stopped(f"property {declared.name}", failure) from None
         setter = _python_property(target, declared).fset
         if setter is None:
             raise DeviceError(ReturnCode.INVALID_ACCESS, f"{declared.name} has no SET")
@@ -124,6 +125,14 @@ def _living(unit: Record, steps: Sequence[Step]) -> Any:
         elif isinstance(step, PathIndex):
             target = target[step.indices if len(step.indices) > 1 else step.indices[0]]
     return target
+
+
+def _stopped(what: str, failure: Exception) -> DeviceError:
+    """What a client is told of Structured Text that failed: the PLC has logged it, and stopped."""
+    code = ReturnCode.DEVICE_ERROR
+    if isinstance(failure, PlcStateError):
+        code = ReturnCode.INVALID_STATE
+    return DeviceError(code, f"{what}: {failure}")
 
 
 def _failed(what: str, failure: Exception) -> DeviceError:

@@ -57,7 +57,8 @@ class PlcDevice(Device):
     """A PLC application on port 851 (or 801, 852, …).
 
     Write Control takes RUN, STOP and RESET: the first two keep all variables, RESET initialises
-    them and stops. RUN after a program error is refused with 0x712 until a RESET.
+    them and stops. RUN after a program error is refused with 0x712 until a RESET. SAVE_CONFIG keeps
+    persistent variables as they are, as FB_WritePersistentData asks for.
     `requests` is what its programs ask others, from the first of its ports.
     """
 
@@ -90,6 +91,8 @@ class PlcDevice(Device):
     def attach(self, router: DeviceRouter, port: int) -> AmsAddress:
         """Answer on `port`, and ask from the first one. Raises RouterError."""
         address = super().attach(router, port)
+        if self._asking is not None:
+            self._asking.indications.connect(self._reply)
         if self._asking is not None and len(self.addresses) == 1:
             self._asking.connect(router, address)
         return address
@@ -99,10 +102,21 @@ class PlcDevice(Device):
         if frame.flags & 1 and self._asking is not None:
             self._asking.receive(frame)
             return True
+        if self._asking is not None and self._is_for_programs(frame):
+            return True
         return super().deliver(frame)
+
+    def _is_for_programs(self, frame: Frame) -> bool:
+        """Whether a program takes a request; one of a PLC that stands still is not taken."""
+        bodies = self.plc.bodies
+        if self._asking is None or bodies is None or self.plc.state is not PlcState.RUN:
+            return False
+        return self._asking.indications.take(frame, bodies.project.routines.__contains__)
 
     def _show_state(self, state: PlcState) -> None:
         self.ads_state = _ADS_STATES[state]
+        if state is not PlcState.RUN and self._asking is not None:
+            self._asking.indications.forget()
 
     def task_cycle(self, context: int) -> int:
         """Cycle of task number `context`; of the first one if there is no such task."""
@@ -110,7 +124,8 @@ class PlcDevice(Device):
         return tasks[context - 1 if 0 < context <= len(tasks) else 0].cycle_ns
 
     def write_control(self, ads_state: int, device_state: int, data: bytes) -> None:
-        """Run, stop or reset the PLC; any other state is refused with 0x712."""
+        """Run, stop or reset the PLC, or keep its persistent variables (SAVE_CONFIG; 0x700 if they
+        cannot be written); any other state is refused with 0x712."""
         try:
             if ads_state == AdsState.RUN:
                 self.plc.run()
@@ -118,6 +133,11 @@ class PlcDevice(Device):
                 self.plc.stop()
             elif ads_state == AdsState.RESET:
                 self.plc.reset()
+            elif ads_state == AdsState.SAVE_CONFIG:
+                if not self.plc.keep_persistent():
+                    raise DeviceError(
+                        ReturnCode.DEVICE_ERROR, "persistent variables cannot be written"
+                    )
             else:
                 raise PlcStateError(f"a PLC does not go to {AdsState(ads_state).name}")
         except PlcStateError as failure:

@@ -25,7 +25,8 @@ from achse.ams.commands import (
 )
 from achse.ams.filetime import from_unix_ns
 from achse.codes import ReturnCode
-from achse.devices.logger import LogMessage
+from achse.devices.logger import LogMessage, MessageType
+from achse.devices.plc.serving import PlcIndications
 from achse.plc.builtins import BlockBody, BuiltinContext, FunctionBody
 from achse.plc.code.faults import PlcFault
 from achse.server.device import DeviceRouter
@@ -33,7 +34,16 @@ from achse.server.device import DeviceRouter
 __all__ = ["PlcRequests"]
 
 _LOGGER_PORT = 100
+_EVENT_LOGGER_PORT = 110
 _SENDER = "TCPLC"
+_KINDS = (
+    MessageType.HINT,
+    MessageType.LOG,
+    MessageType.WARNING,
+    MessageType.ERROR,
+    MessageType.ERROR,
+)
+"""Kinds of messages by the severity of an event."""
 _LONGEST_MESSAGE = 253
 _MOST_OPEN = 4096
 _PLACE_OF_VALUE = re.compile(r"%[sdfSDF]")
@@ -67,6 +77,8 @@ class PlcRequests:
         self._open: dict[int, _Open] = {}
         self._out: list[Frame] = []
         self._last = 0
+        self.indications = PlcIndications()
+        """What others ask the programs."""
         self.blocks: Mapping[str, BlockBody] = {
             "adsread": self._block("READ", _read),
             "adsreadex": self._block("READ", _read, _count),
@@ -76,14 +88,18 @@ class PlcRequests:
             "adsrdstate": self._block("RDSTATE", _read_state, _state),
             "adsrddevinfo": self._block("RDINFO", _read_device_info, _device_info),
             "adswrtctl": self._block("WRITE", _write_control),
+            "fb_getlocalamsnetid": self._own_net_id,
+            **self.indications.blocks,
         }
-        """Function blocks of `tc2_system/ads.st`."""
+        """Function blocks of `tc2_system/ads.st` and `serving.st`, and one of
+        `tc2_utilities/computer.st`."""
         self.functions: Mapping[str, FunctionBody] = {
             "adslogstr": self._log,
             "adslogdint": self._log,
             "adsloglreal": self._log,
+            "tc_event_send": self._event,
         }
-        """Functions of `tc2_system/log.st`."""
+        """Functions of `tc2_system/log.st` and `tc3_eventlogger/events.st`."""
 
     def connect(self, router: DeviceRouter, own: AmsAddress) -> None:
         """Ask through `router` from now on, as `own`."""
@@ -104,6 +120,7 @@ class PlcRequests:
 
     def end_cycle(self) -> None:
         """Send what the cycle asked for."""
+        self.indications.end_cycle()
         out, self._out = self._out, []
         if self._router is None:
             return
@@ -114,6 +131,7 @@ class PlcRequests:
         """Nobody wants an answer any more: variables begin again, or their places changed."""
         self._open.clear()
         self._out.clear()
+        self.indications.forget()
 
     def receive(self, frame: Frame) -> None:
         """An answer came; it waits for the next cycle. One that nobody waits for is dropped."""
@@ -210,6 +228,14 @@ class PlcRequests:
         self._out.append(frame)
         return self._last
 
+    def _own_net_id(self, plc: BuiltinContext, block: Any) -> None:
+        if block.bExecute and not block.before:
+            net_id = self._own.net_id
+            block.AddrString = str(net_id)
+            for place, number in enumerate(str(net_id).split(".")):
+                block.AddrBytes[place] = int(number)
+        block.before = block.bExecute
+
     # the log ---------------------------------------------------------------------------------
 
     def _log(self, plc: BuiltinContext, mask: int, text: Any, value: Any) -> int:
@@ -220,6 +246,15 @@ class PlcRequests:
         ).encode()
         request = WriteRequest(1, 0, message)
         self._ask(AmsAddress.of(self._own.net_id, _LOGGER_PORT), Command.WRITE, request)
+        return 0
+
+    def _event(self, plc: BuiltinContext, severity: int, text: Any) -> int:
+        kind = _KINDS[max(0, min(severity, len(_KINDS) - 1))]
+        message = LogMessage(
+            from_unix_ns(self._clock()), kind, self._own.port, _SENDER, _text(text)
+        ).encode()
+        target = AmsAddress.of(self._own.net_id, _EVENT_LOGGER_PORT)
+        self._ask(target, Command.WRITE, WriteRequest(1, 0, message))
         return 0
 
 

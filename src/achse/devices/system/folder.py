@@ -101,7 +101,7 @@ class Folder:
     def holds(self, path: Path) -> bool:
         """Whether what is found at `path` is in the folder, and no link that leads out."""
         try:
-            return not path.is_symlink() or path.resolve().is_relative_to(self.root)
+            return not path.is_symlink() or _resolved(path).is_relative_to(self.root)
         except (OSError, RuntimeError):
             return False
 
@@ -135,7 +135,7 @@ class Folder:
             path /= _spelled(path, part)
             if left or not itself:
                 try:
-                    path = path.resolve()
+                    path = _resolved(path)
                 except (OSError, RuntimeError):  # links in a circle
                     raise _nothing(name) from None
                 if not path.is_relative_to(self.root):
@@ -204,3 +204,11 @@ def device_errors() -> Iterator[None]:
     except OSError as failure:
         code = _CODES.get(failure.errno or 0, ReturnCode.DEVICE_ERROR)
         raise DeviceError(code, failure.strerror or "") from failure
+
+
+def _resolved(path: Path) -> Path:
+    """Where links lead. OSError for those in a circle, which Python 3.13 leaves as they are."""
+    found = path.resolve()
+    if found.is_symlink():
+        raise OSError(errno.ELOOP, "links in a circle", str(path))
+    return found

@@ -2,7 +2,7 @@
 
 import platform
 from collections.abc import Iterable
-from xml.sax.saxutils import escape
+from html import escape
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
@@ -51,8 +51,13 @@ class TargetDescription:
             f"<TargetVersion><Version>{version}</Version><Revision>{revision}</Revision>"
             f"<Build>{build}</Build></TargetVersion>"
             f"<TargetFeatures><NetId>{net_id}</NetId></TargetFeatures>"
-            f"<Hardware><Model>achse</Model><SerialNo>{escape(self._name)}</SerialNo>"
-            f"<CPUArchitecture>{escape(platform.machine())}</CPUArchitecture></Hardware>"
-            f"<OsImage><OsName>{escape(platform.system())}</OsName>"
-            f"<OsVersion>{escape(platform.release())}</OsVersion></OsImage></TcTargetDesc>"
+            f"<Hardware><Model>achse</Model><SerialNo>{_text(self._name)}</SerialNo>"
+            f"<CPUArchitecture>{_text(platform.machine())}</CPUArchitecture></Hardware>"
+            f"<OsImage><OsName>{_text(platform.system())}</OsName>"
+            f"<OsVersion>{_text(platform.release())}</OsVersion></OsImage></TcTargetDesc>"
         )
+
+
+def _text(value: str) -> str:
+    """A text in XML. That of xml.sax would bring HTTP and mail with it into every start."""
+    return escape(value, quote=False)

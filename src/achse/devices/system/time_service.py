@@ -1,7 +1,7 @@
 """Time service of the system service: the time of day of the station (group 400).
 
-Offset 1 is what NT_GetTime of the PLC libraries asks. Which offset and layout it has is in no
-manual at hand.
+Offset 1 is what NT_GetTime of the PLC libraries asks, offset 6 FB_GetTimeZoneInformation. Which
+offsets and layouts they have is in no manual at hand; the zone is laid out as the library's type.
 """
 
 import struct
@@ -15,7 +15,11 @@ from achse.server import IndexGroup, RawGroup
 __all__ = ["TimeService"]
 
 _DATE_AND_TIME = 1
+_TIME_ZONE = 6
 _SYSTEM_TIME = struct.Struct("<8H")
+_ZONE = struct.Struct("<Ii32s16xi32s16xi")
+"""What counts now (0: the zone has no summer), bias in minutes; name, rule and bias of winter, the
+same of summer."""
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
@@ -34,10 +38,13 @@ class TimeService:
             write=self._refuse,
             response="UINT year, month, day of the week (0 Sunday), day, hour, minute, second, ms",
             last_offset=0xFFFF_FFFF,
-            description="Offset 1: local time of the station, which is UTC. Others: 0x701.",
+            description="Offset 1: local time of the station, which is UTC; 6: its time zone."
+            " Others: 0x701.",
         )
 
     def _read(self, offset: int, length: int, client: bytes) -> bytes:
+        if offset == _TIME_ZONE:
+            return _ZONE.pack(0, 0, b"UTC", 0, b"UTC", 0)
         if offset != _DATE_AND_TIME:
             raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"time service {offset}")
         now = _EPOCH + timedelta(milliseconds=self._clock() // 1_000_000)

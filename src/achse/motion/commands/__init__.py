@@ -6,18 +6,44 @@ changes nothing. Functions carry the index offset of 0x4200 + axis id that they 
 of 0 mean the axis default.
 """
 
+from achse.motion.commands.cams import (
+    CamDemand,
+    change_cam_offsets,
+    change_cam_scaling,
+    couple_by_cam,
+    end_profile,
+    follow_correction,
+    last_correction,
+    scale_slave,
+)
 from achse.motion.commands.changes import (
     freeze_override,
     new_dynamics,
     new_end_position,
     new_end_position_and_velocity,
 )
+from achse.motion.commands.couplings import (
+    change_coupling,
+    couple,
+    couple_to_several,
+    decouple,
+    decouple_and_start,
+    decouple_with_follow_up,
+    stop_slave,
+)
 from achse.motion.commands.external import (
     start_external_setpoint,
     stop_external_setpoint,
     stop_external_setpoint_endless,
 )
-from achse.motion.commands.groups import decouple_and_start, return_to_ptp_group
+from achse.motion.commands.groups import (
+    begin_group_motion,
+    end_group_motion,
+    join_group,
+    leave_group,
+    return_to_ptp_group,
+    why_not_in_group,
+)
 from achse.motion.commands.homing import home, set_homing_state
 from achse.motion.commands.loops import switch_control_loop
 from achse.motion.commands.open_loop import (
@@ -74,21 +100,38 @@ from achse.motion.commands.switches import (
     set_drive_output,
     set_external_error,
 )
+from achse.motion.commands.synchronising import synchronise
 
 __all__ = [
+    "CamDemand",
     "Compensation",
     "activate_latch",
     "activate_touch_probe",
+    "begin_group_motion",
+    "change_cam_offsets",
+    "change_cam_scaling",
+    "change_coupling",
     "change_drive_output",
     "clear",
+    "couple",
+    "couple_by_cam",
+    "couple_to_several",
     "deactivate_latch",
     "deactivate_touch_probe",
+    "decouple",
     "decouple_and_start",
+    "decouple_with_follow_up",
     "disable",
     "emergency_stop",
     "enable",
+    "end_group_motion",
+    "end_profile",
+    "follow_correction",
     "freeze_override",
     "home",
+    "join_group",
+    "last_correction",
+    "leave_group",
     "new_dynamics",
     "new_end_position",
     "new_end_position_and_velocity",
@@ -100,6 +143,7 @@ __all__ = [
     "release_lock",
     "reset",
     "return_to_ptp_group",
+    "scale_slave",
     "set_actual_position",
     "set_actual_position_in_drive",
     "set_actual_position_on_the_fly",
@@ -126,7 +170,10 @@ __all__ = [
     "stop_external_setpoint",
     "stop_external_setpoint_endless",
     "stop_information",
+    "stop_slave",
     "stop_superposition",
     "switch_control_loop",
+    "synchronise",
     "universal_start",
+    "why_not_in_group",
 ]

@@ -16,10 +16,14 @@ from achse.motion.checks import (
     why_not_velocity,
 )
 from achse.motion.commands.queue import sign
+from achse.motion.ramps import append_velocity_ramp
+from achse.motion.segments import MAX_SEGMENTS, end_state
 from achse.motion.states import EndPositionType, MotionPhase, NewEndPositionCommand, StartType
 from achse.motion.targets import resolve_target
 
 __all__ = ["freeze_override", "new_dynamics", "new_end_position", "new_end_position_and_velocity"]
+
+_FULL_OVERRIDE = 1_000_000
 
 _END_POSITION_START = {
     EndPositionType.ABSOLUTE: StartType.ABSOLUTE,
@@ -47,26 +51,26 @@ def new_end_position_and_velocity(
 ) -> int:
     """Change target, velocity or both of the running move, at once or from a position on (0x12)."""
     if command_type not in NewEndPositionCommand.__members__.values():
-        return NcError.JOB_TYPE.number
+        return NcError.JOB_TYPE
     changes = command_type & 3
     at_switch = bool(command_type & 8)
     code = why_no_command(axis)
     if code:
         return code
     if axis.set_motion_phase not in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
-        return NcError.GROUP_BUSY.number
+        return NcError.GROUP_BUSY
     if changes & NewEndPositionCommand.VELOCITY:
         code = why_not_velocity(axis, velocity)
         if code:
             return code
     else:
-        velocity = axis.job_velocity
+        velocity = axis.job.velocity
     p = axis.set_position
     target, direction = axis.target_position, 0.0
-    start_type = axis.job_start_type
+    start_type = axis.job.start_type
     if changes & NewEndPositionCommand.POSITION:
         if position_type not in _END_POSITION_START:
-            return NcError.JOB_START_TYPE.number
+            return NcError.JOB_START_TYPE
         start_type = _END_POSITION_START[EndPositionType(position_type)]
         code = why_not_position(axis, start_type, position)
         if code:
@@ -82,21 +86,24 @@ def new_end_position_and_velocity(
         if code:
             return code
     if at_switch:
-        return _arm_switch(axis, changes, start_type, target, velocity, switch_position)
+        code = _arm_switch(axis, changes, start_type, target, velocity, switch_position)
+        if not code and command_type == NewEndPositionCommand.VELOCITY_REACHED_AT_SWITCH_POSITION:
+            _begin_earlier(axis, velocity)
+        return code
     axis.switch_armed = 0
-    axis.job_velocity = velocity
-    axis.job_end_velocity = min(axis.job_end_velocity, velocity)
+    axis.job.velocity = velocity
+    axis.job.end_velocity = min(axis.job.end_velocity, velocity)
     if changes & NewEndPositionCommand.POSITION:
         axis.got_new_target = 1
-        axis.job_start_type = start_type
-        axis.job_end_velocity = 0.0
-        axis.job_direction = direction or axis.job_direction
+        axis.job.start_type = start_type
+        axis.job.end_velocity = 0.0
+        axis.job.direction = direction or axis.job.direction
         if start_type in ENDLESS:
             axis.set_motion_phase = MotionPhase.ENDLESS
         else:
             axis.set_motion_phase = MotionPhase.POSITIONING
             axis.target_position = target
-    axis.job_peak_velocity = 0.0
+    axis.job.peak_velocity = 0.0
     axis.replan = 1
     return OK
 
@@ -107,22 +114,41 @@ def _arm_switch(
     """Keep a change for the moment the set point passes `where`."""
     has_target = bool(changes & NewEndPositionCommand.POSITION)
     if not isfinite(where):
-        return NcError.START_AXIS_DATA.number
+        return NcError.START_AXIS_DATA
     if has_target and start_type in ENDLESS:
-        return NcError.JOB_START_TYPE.number
+        return NcError.JOB_START_TYPE
     p = axis.set_position
     if axis.set_motion_phase == MotionPhase.POSITIONING:
         on_way = min(p, axis.target_position) <= where <= max(p, axis.target_position)
     else:
-        on_way = (where - p) * axis.job_direction >= 0.0
+        on_way = (where - p) * axis.job.direction >= 0.0
     if not on_way:
-        return NcError.ACTIVATION_POSITION_NOT_ON_WAY.number
+        return NcError.ACTIVATION_POSITION_NOT_ON_WAY
     axis.switch_from_below = int(where >= p)
     axis.switch_position = where
     axis.switch_target = target
     axis.switch_velocity = velocity
     axis.switch_armed = 2 if has_target else 1
     return OK
+
+
+def _begin_earlier(axis: Axis, velocity: float) -> None:
+    """Move the switch position back by the way of the ramp to the new velocity.
+
+    The ramp is that of the running command, from its velocity at the present override. Where there
+    is no room for it any more it begins at once, and the velocity is reached later.
+    """
+    share = min(axis.planned_override, _FULL_OVERRIDE) / _FULL_OVERRIDE
+    times, jerks = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    job = axis.job
+    before = job.velocity * share
+    limits = job.acceleration, job.deceleration, job.jerk
+    goal = velocity * share
+    count = append_velocity_ramp(times, jerks, 0, 1.0, before, 0.0, goal, limits)
+    way = end_state(times, jerks, count, 0.0, before, 0.0)[0]
+    room = abs(axis.switch_position - axis.set_position)
+    back = min(way, room)
+    axis.switch_position += -back if axis.switch_from_below else back
 
 
 def new_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: float = 0.0) -> int:
@@ -134,15 +160,15 @@ def new_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: flo
     if code:
         return code
     if axis.set_motion_phase not in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
-        return NcError.NO_MOTION.number
-    jerk = jerk or axis.job_jerk
+        return NcError.NO_MOTION
+    jerk = jerk or axis.job.jerk
     code = why_not_dynamics(axis, acceleration, deceleration, jerk)
     if code:
         return code
-    axis.job_acceleration = acceleration
-    axis.job_deceleration = deceleration
-    axis.job_jerk = jerk
-    axis.job_peak_velocity = 0.0
+    axis.job.acceleration = acceleration
+    axis.job.deceleration = deceleration
+    axis.job.jerk = jerk
+    axis.job.peak_velocity = 0.0
     axis.replan = 1
     return OK
 

@@ -24,9 +24,9 @@ def start_external_setpoint(axis: Axis, start_type: int, end_position: float) ->
     if code:
         return code
     if start_type not in (StartType.ABSOLUTE, StartType.RELATIVE):
-        return NcError.START_TYPE.number
+        return NcError.START_TYPE
     if not isfinite(end_position):
-        return NcError.START_AXIS_DATA.number
+        return NcError.START_AXIS_DATA
     begin_generator(axis, MotionPhase.EXTERNAL)
     axis.external_setpoint_active = 1
     axis.external_position = axis.set_position
@@ -42,10 +42,10 @@ def stop_external_setpoint(axis: Axis) -> int:
     A motion command on top of them goes on.
     """
     if not axis.external_setpoint_active:
-        return NcError.EXTERNAL_GENERATOR_NOT_ACTIVE.number
+        return NcError.EXTERNAL_GENERATOR_NOT_ACTIVE
     leave_external(axis)
     if axis.set_motion_phase != MotionPhase.EXTERNAL:
-        axis.job_peak_velocity = 0.0
+        axis.job.peak_velocity = 0.0
         axis.replan = 1
     elif axis.set_velocity == 0.0:
         axis.set_acceleration = 0.0
@@ -55,7 +55,7 @@ def stop_external_setpoint(axis: Axis) -> int:
         axis.set_motion_phase = MotionPhase.NONE
         axis.set_command_state = CommandState.DONE
     else:
-        begin_stop(axis, axis.job_deceleration, axis.job_jerk)
+        begin_stop(axis, axis.job.deceleration, axis.job.jerk)
     return OK
 
 
@@ -74,11 +74,11 @@ def stop_external_setpoint_endless(
 ) -> int:
     """Go over from external set points into an endless move, without a stop (0x2B)."""
     if not axis.external_setpoint_active:
-        return NcError.EXTERNAL_GENERATOR_NOT_ACTIVE.number
+        return NcError.EXTERNAL_GENERATOR_NOT_ACTIVE
     if start_type not in ENDLESS:
-        return NcError.START_TYPE.number
+        return NcError.START_TYPE
     if buffer_mode != BufferMode.ABORTING:
-        return NcError.FUNCTION_NOT_AVAILABLE.number
+        return NcError.FUNCTION_NOT_AVAILABLE
     axis.external_setpoint_active = 0
     code = universal_start(
         axis,

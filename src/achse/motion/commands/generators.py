@@ -12,12 +12,12 @@ __all__ = ["begin_generator", "why_no_generator"]
 def why_no_generator(axis: Axis, *directions: float, at_any_axis: bool = False) -> int:
     """What forbids a generator that will move in these directions (their signs count)."""
     if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP and not at_any_axis:
-        return NcError.GENERATOR_FUNCTION_MISSING.number
+        return NcError.GENERATOR_FUNCTION_MISSING
     if axis.external_setpoint_active:
-        return NcError.EXTERNAL_GENERATOR_ACTIVE.number
+        return NcError.EXTERNAL_GENERATOR_ACTIVE
     code = why_no_command(axis)
     if not code and busy(axis):
-        code = NcError.GROUP_BUSY.number
+        code = NcError.GROUP_BUSY
     for direction in directions or (0.0,):
         code = code or why_not_permitted(axis, direction)
     return code
@@ -26,13 +26,13 @@ def why_no_generator(axis: Axis, *directions: float, at_any_axis: bool = False) 
 def begin_generator(axis: Axis, phase: MotionPhase) -> None:
     """Make `phase` the active job; a stop of it brakes with the dynamics of the axis."""
     axis.set_motion_phase = phase
-    axis.job_acceleration, axis.job_deceleration, axis.job_jerk = dynamics(axis, 0.0, 0.0, 0.0)
-    axis.table_deceleration = axis.job_deceleration
-    axis.table_jerk = axis.job_jerk
+    axis.job.acceleration, axis.job.deceleration, axis.job.jerk = dynamics(axis, 0.0, 0.0, 0.0)
+    axis.table_deceleration = axis.job.deceleration
+    axis.table_jerk = axis.job.jerk
     if axis.set_acceleration == 0.0:  # another one was made with the running jerk
-        axis.running_jerk = axis.job_jerk
+        axis.running_jerk = axis.job.jerk
     axis.table_release = 0
-    axis.job_timing = 0
+    axis.job.timing = 0
     axis.generator_time = 0.0
     axis.generator_stage = 0
     axis.generator_round = 0

@@ -1,17 +1,73 @@
-"""What an axis belongs to: its own PTP group, or a master that leads it."""
+"""What an axis belongs to: its own PTP group, or one of several axes that leads it."""
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
+from achse.motion.commands.generators import begin_generator
+from achse.motion.commands.queue import busy
+from achse.motion.states import AxisType, CommandState, MotionPhase
 
-__all__ = ["decouple_and_start", "return_to_ptp_group"]
+__all__ = [
+    "begin_group_motion",
+    "end_group_motion",
+    "join_group",
+    "leave_group",
+    "return_to_ptp_group",
+    "why_not_in_group",
+]
 
 
-def decouple_and_start(axis: Axis, start_type: int, *_: float) -> int:
-    """Uncouple a slave and start it (0x17); an axis that is not a slave cannot be uncoupled."""
-    return NcError.DECOUPLING_NOT_POSSIBLE.number
+def why_not_in_group(axis: Axis) -> int:
+    """What forbids to take the axis out of its PTP group now.
+
+    It must be an axis with a set point, at rest and not a slave; its enable does not matter.
+    """
+    if axis.axis_type in (AxisType.ENCODER, AxisType.DISCRETE_RAPID_CREEP):
+        return NcError.NCI_AXIS_TYPE
+    if axis.grouped:
+        return NcError.MASTER_NOT_INSERTED
+    if axis.coupling:
+        return NcError.FUNCTION_FOR_SLAVE
+    if busy(axis) or axis.external_setpoint_active:
+        return NcError.GROUP_BUSY
+    return OK
+
+
+def join_group(axis: Axis) -> int:
+    """Leave the PTP group; from now on the group of several axes moves it."""
+    code = why_not_in_group(axis)
+    if code == OK:
+        axis.grouped = 1
+    return code
+
+
+def leave_group(axis: Axis) -> None:
+    """Be in the own PTP group again."""
+    end_group_motion(axis)
+    axis.grouped = 0
+
+
+def begin_group_motion(axis: Axis) -> None:
+    """Let the group lead the axis from the next cycle on; it asks for the present position."""
+    axis.group_position = axis.set_position
+    axis.group_velocity = axis.group_acceleration = axis.group_jerk = 0.0
+    begin_generator(axis, MotionPhase.GROUPED)
+
+
+def end_group_motion(axis: Axis) -> None:
+    """Stand still where the group has led the axis; one that brakes by itself goes on."""
+    if axis.set_motion_phase != MotionPhase.GROUPED:
+        return
+    axis.set_motion_phase = MotionPhase.NONE
+    axis.set_velocity = axis.set_acceleration = axis.set_jerk = 0.0
+    axis.target_position = axis.set_position
+    axis.set_command_state = CommandState.DONE
 
 
 def return_to_ptp_group(axis: Axis) -> int:
-    """Back into the axis' own PTP group (0x70), where a single axis is already."""
-    return OK
+    """Back into the axis' own PTP group (0x70), out of the group of several axes it is in.
+
+    The others stay in theirs; 0x4220 while the group moves.
+    """
+    group = axis.group
+    return OK if group is None else group.remove(axis)

@@ -6,6 +6,7 @@ from achse.motion.checks import OK, why_no_command, why_not_velocity
 from achse.motion.commands.generators import begin_generator, why_no_generator
 from achse.motion.commands.queue import busy
 from achse.motion.generators.homing import cam_direction, pulse_direction
+from achse.motion.port import STATUS_HOMED, STATUS_HOMING_FAILED
 from achse.motion.record import TOUCH_PROBES
 from achse.motion.states import (
     TORQUE_MODES,
@@ -42,10 +43,12 @@ def end_application_request(axis: Axis) -> None:
 def home(axis: Axis) -> int:
     """Home the axis (0x10) as its reference mode says; the axis is not homed meanwhile.
 
-    In mode 20 the application is asked to do it.
+    In mode 20 the application is asked to do it. A drive on a bus may do it itself.
     """
     if axis.encoder.reference_mode == ReferenceMode.APPLICATION:
         return _ask_application(axis)
+    if axis.homed_by_drive and axis.drive.on_bus:
+        return _let_the_drive_home(axis)
     directions = cam_direction(axis), pulse_direction(axis)
     code = why_no_generator(axis, *directions, at_any_axis=True) or _why_not_home(axis)
     if code:
@@ -55,9 +58,26 @@ def home(axis: Axis) -> int:
     axis.homing_state = HomingState.TOWARDS_CAM
     axis.homing_begins = 1
     axis.homing_latch = 0
-    axis.job_velocity = axis.homing_velocity_towards_cam
-    axis.job_direction = 0.0
+    axis.job.velocity = axis.homing_velocity_towards_cam
+    axis.job.direction = 0.0
     axis.replan = 1
+    axis.switch_armed = 0
+    axis.state_dword = axis.state_dword & ~StateBit.HOMED | StateBit.HOMING_BUSY
+    return OK
+
+
+def _let_the_drive_home(axis: Axis) -> int:
+    """The drive looks for its reference with its own methods and velocities."""
+    code = why_no_generator(axis)
+    if code:
+        return code
+    if axis.encoder.is_absolute:
+        return NcError.FUNCTION_NOT_ALLOWED
+    begin_generator(axis, MotionPhase.HOMING)
+    axis.homed = 0
+    axis.homing_state = HomingState.AWAIT_LATCH
+    axis.homing_latch = 0
+    axis.drive.io.state1 &= ~(STATUS_HOMED | STATUS_HOMING_FAILED)
     axis.switch_armed = 0
     axis.state_dword = axis.state_dword & ~StateBit.HOMED | StateBit.HOMING_BUSY
     return OK
@@ -68,9 +88,9 @@ def _ask_application(axis: Axis) -> int:
     if code:
         return code
     if busy(axis):
-        return NcError.GROUP_BUSY.number
+        return NcError.GROUP_BUSY
     if axis.encoder.is_absolute:
-        return NcError.FUNCTION_NOT_ALLOWED.number
+        return NcError.FUNCTION_NOT_ALLOWED
     axis.homed = 0
     axis.application_command_number += 1
     _request_application(axis, _REQUEST_HOMING)
@@ -81,26 +101,26 @@ def _why_not_home(axis: Axis) -> int:
     """What of encoder, latch and parameters forbids a homing sequence of the NC."""
     mode = axis.encoder.reference_mode
     if axis.encoder.is_absolute:
-        return NcError.FUNCTION_NOT_ALLOWED.number
+        return NcError.FUNCTION_NOT_ALLOWED
     if mode not in ReferenceMode.__members__.values() or mode == ReferenceMode.NOT_DEFINED:
-        return NcError.ENCODER_REFERENCE_MODE.number
+        return NcError.ENCODER_REFERENCE_MODE
     if axis.drive_operation_mode in TORQUE_MODES:
-        return NcError.FUNCTION_NOT_AVAILABLE.number
+        return NcError.FUNCTION_NOT_AVAILABLE
     if mode in _WITH_LATCH_1 and (
         axis.encoder.probe_active[0] or axis.encoder.probe_active[TOUCH_PROBES]
     ):
-        return NcError.ENCODER_HARDWARE_LATCH.number
+        return NcError.ENCODER_HARDWARE_LATCH
     if why_not_velocity(axis, axis.homing_velocity_towards_cam):
-        return NcError.AXIS_HOMING_VELOCITY_TOWARDS_CAM.number
+        return NcError.AXIS_HOMING_VELOCITY_TOWARDS_CAM
     if why_not_velocity(axis, axis.homing_velocity_off_cam):
-        return NcError.AXIS_HOMING_VELOCITY_OFF_CAM.number
+        return NcError.AXIS_HOMING_VELOCITY_OFF_CAM
     return OK
 
 
 def set_homing_state(axis: Axis, state: int) -> int:
     """Show a step of a homing that the application does (0x2C); 0 ends its request."""
     if axis.set_motion_phase == MotionPhase.HOMING:
-        return NcError.GROUP_BUSY.number
+        return NcError.GROUP_BUSY
     axis.homing_state = state
     if state == HomingState.READY:
         end_application_request(axis)

@@ -1,11 +1,9 @@
-"""Manual travel: start types whose velocity or distance is a parameter of the axis (004 §3.1.2).
-
-The low digit is the direction, the middle one endless (1) or by a step (2), the high one which.
-"""
+"""Manual travel: start types whose velocity or distance is a parameter of the axis (004 §3.1.2)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from achse.codes.axis import JogType
 from achse.motion.axis import Axis
 from achse.motion.states import StartType
 
@@ -28,14 +26,14 @@ class Jog:
 _SLOW, _FAST, _RAPID = "jog_velocity_slow", "jog_velocity_fast", "rapid_traverse_velocity"
 
 _KINDS = {
-    0x110: Jog((_SLOW, _SLOW), endless=True),
-    0x210: Jog((_FAST, _FAST), endless=True),
-    0x310: Jog((_RAPID, _RAPID), endless=True),
-    0x120: Jog(("pulse_distance_positive", "pulse_distance_negative")),
-    0x220: Jog(step=0.001),
-    0x320: Jog(step=0.01),
-    0x420: Jog(step=0.1),
-    0x520: Jog(step=1.0),
+    JogType.SLOW: Jog((_SLOW, _SLOW), endless=True),
+    JogType.FAST: Jog((_FAST, _FAST), endless=True),
+    JogType.RAPID: Jog((_RAPID, _RAPID), endless=True),
+    JogType.PULSE: Jog(("pulse_distance_positive", "pulse_distance_negative")),
+    JogType.STEP_0_001: Jog(step=0.001),
+    JogType.STEP_0_01: Jog(step=0.01),
+    JogType.STEP_0_1: Jog(step=0.1),
+    JogType.STEP_1: Jog(step=1.0),
 }
 
 JOGS: Mapping[int, Jog] = {

@@ -24,13 +24,13 @@ def switch_control_loop(
     `external_setpoint` is not used.
     """
     if not 0 <= loop < control_loop_count(axis):
-        return NcError.REQUEST_PARAMETER.number
+        return NcError.REQUEST_PARAMETER
     if switch_type not in ControlLoopSwitch.__members__.values():
-        return NcError.FUNCTION_TYPE.number
+        return NcError.FUNCTION_TYPE
     if not abs(sync_value) <= axis.drive.full:
-        return NcError.REQUEST_PARAMETER.number
+        return NcError.REQUEST_PARAMETER
     if axis.set_motion_phase == MotionPhase.HOMING and switch_type != ControlLoopSwitch.STANDARD:
-        return NcError.GROUP_BUSY.number
+        return NcError.GROUP_BUSY
     error, output = axis.set_position - axis.actual_position, axis.drive.output
     choose_control_loop(axis, loop)
     reset_controller(axis)

@@ -7,6 +7,7 @@ from achse.motion.axis import Axis
 from achse.motion.checks import OK, why_no_command, why_not_away, why_not_permitted
 from achse.motion.commands.generators import begin_generator, why_no_generator
 from achse.motion.commands.queue import busy
+from achse.motion.commands.stops import stop
 from achse.motion.setpoint import absorb, begin_stop
 from achse.motion.states import (
     POSITION_MODES,
@@ -61,8 +62,8 @@ def _output(axis: Axis, output_type: int, value: float) -> float:
 
 def _why_not_output(output_type: int, value: float) -> int:
     if output_type not in DriveOutputType.__members__.values():
-        return NcError.START_TYPE.number
-    return OK if isfinite(value) else NcError.START_AXIS_DATA.number
+        return NcError.START_TYPE
+    return OK if isfinite(value) else NcError.START_AXIS_DATA
 
 
 def start_drive_output(axis: Axis, output_type: int, value: float) -> int:
@@ -83,7 +84,7 @@ def start_drive_output(axis: Axis, output_type: int, value: float) -> int:
 def change_drive_output(axis: Axis, output_type: int, value: float) -> int:
     """Change the direct output of the drive (0x28)."""
     if axis.set_motion_phase != MotionPhase.DRIVE_OUTPUT:
-        return NcError.GENERATOR_INACTIVE.number
+        return NcError.GENERATOR_INACTIVE
     code = _why_not_output(output_type, value) or why_not_permitted(axis, value)
     if code:
         return code
@@ -94,8 +95,8 @@ def change_drive_output(axis: Axis, output_type: int, value: float) -> int:
 def stop_drive_output(axis: Axis) -> int:
     """End the direct output (0x27): the position controller takes over and brakes the axis."""
     if axis.set_motion_phase != MotionPhase.DRIVE_OUTPUT:
-        return NcError.GENERATOR_INACTIVE.number
-    begin_stop(axis, axis.job_deceleration, axis.job_jerk)
+        return NcError.GENERATOR_INACTIVE
+    begin_stop(axis, axis.job.deceleration, axis.job.jerk)
     return OK
 
 
@@ -118,13 +119,17 @@ def start_torque_control(
     The set torque runs to its target with `torque_ramp` per second, 0 at once. It begins with the
     manual torque if bit 0 of the mask says so, else with the actual torque. The drive keeps the
     velocity between the limits, and its change below acceleration and deceleration, 0 without
-    limit. A stop or any motion command leads back to position control; after an error that opens
-    the loop the drive stays in torque mode, without torque.
+    limit. A stop, type 0x3000 and any motion command lead back to position control; after an error
+    that opens the loop the drive stays in torque mode, without torque.
     """
     if torque_start_type not in TorqueStartType.__members__.values():
-        return NcError.START_TYPE.number
+        return NcError.START_TYPE
+    if torque_start_type == TorqueStartType.ABORT:
+        if axis.set_motion_phase != MotionPhase.TORQUE:
+            return NcError.GENERATOR_INACTIVE
+        return stop(axis)
     if buffer_mode != BufferMode.ABORTING:
-        return NcError.FUNCTION_NOT_AVAILABLE.number
+        return NcError.FUNCTION_NOT_AVAILABLE
     positive = (torque_ramp, acceleration, deceleration)
     signed = (torque, velocity_limit_high, velocity_limit_low, manual_torque)
     if (
@@ -133,11 +138,11 @@ def start_torque_control(
         or not all(abs(value) <= _LARGEST for value in signed)
         or velocity_limit_low > velocity_limit_high
     ):
-        return NcError.START_AXIS_DATA.number
+        return NcError.START_AXIS_DATA
     runs = axis.set_motion_phase == MotionPhase.TORQUE
     if control_mask & _UPDATE_ONLY:
         if not (runs and axis.torque_continuous):
-            return NcError.GENERATOR_INACTIVE.number
+            return NcError.GENERATOR_INACTIVE
     else:
         code = _begin_torque(axis, torque_start_type, control_mask, torque, manual_torque)
         if code:
@@ -156,12 +161,12 @@ def _begin_torque(
 ) -> int:
     """Make the torque the active job, if nothing forbids it."""
     if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP or axis.drive.type == DriveType.STEPPER:
-        return NcError.GENERATOR_FUNCTION_MISSING.number
+        return NcError.GENERATOR_FUNCTION_MISSING
     if axis.external_setpoint_active:
-        return NcError.EXTERNAL_GENERATOR_ACTIVE.number
+        return NcError.EXTERNAL_GENERATOR_ACTIVE
     code = why_no_command(axis)
     if not code and axis.set_motion_phase not in _TORQUE_TAKES_OVER:
-        code = NcError.GROUP_BUSY.number
+        code = NcError.GROUP_BUSY
     present = axis.drive.actual_torque
     if axis.set_motion_phase == MotionPhase.TORQUE:
         present = axis.set_torque
@@ -191,11 +196,11 @@ def set_drive_operation_mode(axis: Axis, mode: int) -> int:
     that the simulated drive has not is refused with 0x4602.
     """
     if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP or axis.drive.type == DriveType.STEPPER:
-        return NcError.AXIS_INCOMPATIBLE.number
+        return NcError.AXIS_INCOMPATIBLE
     if mode not in _MODES:
-        return NcError.DRIVE_MODE.number
+        return NcError.DRIVE_MODE
     if busy(axis):
-        return NcError.GROUP_BUSY.number
+        return NcError.GROUP_BUSY
     axis.drive_operation_mode = mode
     axis.torque_mode_before = DriveOperationMode.DEFAULT
     axis.set_torque = 0.0
@@ -206,8 +211,8 @@ def set_drive_operation_mode(axis: Axis, mode: int) -> int:
 def release_brake(axis: Axis, released: int) -> int:
     """Keep the parking brake released (1) or leave it to the axis (0), which a reset does too."""
     if axis.axis_type != AxisType.DISCRETE_RAPID_CREEP:
-        return NcError.AXIS_INCOMPATIBLE.number
+        return NcError.AXIS_INCOMPATIBLE
     if released not in (0, 1):
-        return NcError.REQUEST_PARAMETER.number
+        return NcError.REQUEST_PARAMETER
     axis.brake_released = released
     return OK

@@ -7,6 +7,7 @@ from achse.motion.axis import Axis
 from achse.motion.checks import OK, why_not_target, why_not_velocity
 from achse.motion.commands.generators import begin_generator, why_no_generator
 from achse.motion.commands.queue import dynamics, next_number, show_accepted
+from achse.motion.jobs import ask
 from achse.motion.setpoint import begin_job
 from achse.motion.states import MotionPhase, StartType
 
@@ -37,11 +38,11 @@ def start_reversing(
     if code:
         return code
     if start_type != StartType.ABSOLUTE:
-        return NcError.START_TYPE.number
+        return NcError.START_TYPE
     if not (isfinite(end_position_1) and isfinite(end_position_2) and 0.0 <= idle_time < 1e10):
-        return NcError.START_AXIS_DATA.number
+        return NcError.START_AXIS_DATA
     if end_position_1 == end_position_2:
-        return NcError.COMMAND_SAME_TARGET.number
+        return NcError.COMMAND_SAME_TARGET
     code = (
         why_not_target(axis, end_position_1)
         or why_not_target(axis, end_position_2, end_position_1)
@@ -49,8 +50,8 @@ def start_reversing(
     )
     if code:
         return code
-    begin_job(
-        axis,
+    ask(
+        axis.job,
         next_number(axis),
         StartType.ABSOLUTE,
         end_position_1,
@@ -58,6 +59,7 @@ def start_reversing(
         *dynamics(axis, 0.0, 0.0, 0.0),
         0.0,
     )
+    begin_job(axis)
     axis.reversing_number = axis.command_counter
     axis.reversing_target = end_position_2
     axis.generator_pause = idle_time
@@ -87,9 +89,9 @@ def start_velocity_steps(
     if code:
         return code
     if start_type != StartType.ABSOLUTE:
-        return NcError.START_TYPE.number
+        return NcError.START_TYPE
     if not (0.0 < move_time < 1e10 and 0.0 <= idle_time < 1e10):
-        return NcError.START_AXIS_DATA.number
+        return NcError.START_AXIS_DATA
     own = dynamics(axis, 0.0, 0.0, 0.0)[1]
     twice = 2.0 * max(own, axis.fast_axis_stop_deceleration)
     first = axis.set_position + velocity_1 * move_time
@@ -133,7 +135,7 @@ def start_sine_oscillation(
     if code:
         return code
     if start_type != StartType.ABSOLUTE:
-        return NcError.START_TYPE.number
+        return NcError.START_TYPE
     cycle = axis.owner.cycle_ns * 1e-9
     highest = 0.5 / cycle * (1.0 + 1e-9)
     if not (
@@ -146,11 +148,11 @@ def start_sine_oscillation(
         and cycle <= step_duration < 1e10
         and 1 <= measurement_count <= MOST_MEASUREMENTS
     ):
-        return NcError.START_AXIS_DATA.number
+        return NcError.START_AXIS_DATA
     base, fast = 2.0 * pi * base_frequency, 2.0 * pi * max(start_frequency, stop_frequency)
     acceleration = base_amplitude * base + start_amplitude * fast
     if acceleration > axis.max_acceleration:
-        return NcError.ACCELERATION_NOT_PERMITTED.number
+        return NcError.ACCELERATION_NOT_PERMITTED
     slow = 2.0 * pi * min(start_frequency, stop_frequency)
     way = (2.0 * base_amplitude / base if base else 0.0) + 2.0 * start_amplitude / slow
     code = why_not_velocity(axis, base_amplitude + start_amplitude)
@@ -158,10 +160,10 @@ def start_sine_oscillation(
     if code:
         return code
     begin_generator(axis, MotionPhase.SINE)
-    axis.job_deceleration = max(axis.job_deceleration, acceleration)
-    axis.job_jerk = max(axis.job_jerk, base_amplitude * base**2 + start_amplitude * fast**2)
-    axis.table_deceleration = axis.job_deceleration
-    axis.running_jerk = axis.table_jerk = axis.job_jerk
+    axis.job.deceleration = max(axis.job.deceleration, acceleration)
+    axis.job.jerk = max(axis.job.jerk, base_amplitude * base**2 + start_amplitude * fast**2)
+    axis.table_deceleration = axis.job.deceleration
+    axis.running_jerk = axis.table_jerk = axis.job.jerk
     axis.sine_base_velocity = base_amplitude
     axis.sine_base_frequency = base_frequency
     axis.sine_base_angle = 0.0

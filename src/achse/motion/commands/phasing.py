@@ -35,13 +35,13 @@ def start_phasing(
     Buffer modes do not exist here (002), another than aborting answers 0x4251.
     """
     if axis.axis_disabled:
-        return NcError.AXIS_NOT_READY.number
+        return NcError.AXIS_NOT_READY
     if phasing_type not in PhasingType.__members__.values():
-        return NcError.JOB_START_TYPE.number
+        return NcError.JOB_START_TYPE
     if buffer_mode != BufferMode.ABORTING or blending_position:
-        return NcError.FUNCTION_NOT_AVAILABLE.number
+        return NcError.FUNCTION_NOT_AVAILABLE
     if master_axis_id > _LAST_AXIS:
-        return NcError.AXIS_ID.number
+        return NcError.AXIS_ID
     acceleration, deceleration, jerk = dynamics(axis, acceleration, deceleration, jerk)
     code = why_not_dynamics(axis, acceleration, deceleration, jerk)
     p, v, a = axis.phasing_position, axis.phasing_velocity, axis.phasing_acceleration
@@ -55,7 +55,7 @@ def start_phasing(
     else:
         code = code or why_not_velocity(axis, velocity)
         if not code and not isfinite(phase_shift):
-            code = NcError.START_AXIS_DATA.number
+            code = NcError.START_AXIS_DATA
         if code:
             return code
         begin = p
@@ -69,7 +69,7 @@ def start_phasing(
         if count >= 0:
             axis.phasing_begin = begin
     if count < 0:
-        return NcError.DYNAMICS_NOT_ALLOWED.number
+        return NcError.DYNAMICS_NOT_ALLOWED
     axis.phasing_target = target
     axis.phasing_count = count
     axis.phasing_index = 0

@@ -52,9 +52,9 @@ def _controls(encoder: AxisEncoder) -> bool:
 def _shift(encoder: AxisEncoder, position_type: int, position: float) -> tuple[int, float]:
     """By how much the position grows, after the error that forbids it."""
     if encoder.is_absolute:
-        return NcError.FUNCTION_NOT_ALLOWED.number, 0.0
+        return NcError.FUNCTION_NOT_ALLOWED, 0.0
     if not abs(position) <= FARTHEST:
-        return NcError.ENCODER_SET_POSITION_RANGE.number, 0.0
+        return NcError.ENCODER_SET_POSITION_RANGE, 0.0
     if position_type == ActualPositionType.ABSOLUTE:
         shift = position - encoder.actual_position
     elif position_type == ActualPositionType.RELATIVE:
@@ -62,9 +62,9 @@ def _shift(encoder: AxisEncoder, position_type: int, position: float) -> tuple[i
     elif position_type == ActualPositionType.MODULO:
         shift = position - modulo_part(encoder.actual_position, encoder.modulo_factor)
     else:
-        return NcError.JOB_START_TYPE.number, 0.0
+        return NcError.JOB_START_TYPE, 0.0
     if abs(encoder.actual_position + shift) > FARTHEST:
-        return NcError.ENCODER_SET_POSITION_RANGE.number, 0.0
+        return NcError.ENCODER_SET_POSITION_RANGE, 0.0
     return OK, shift
 
 
@@ -79,9 +79,9 @@ def set_actual_position(at: Axis | AxisEncoder, position_type: int, position: fl
     """Give the present position another value, set and actual alike (0x1A); at rest only."""
     encoder = at.encoder
     if encoder.is_absolute:
-        return NcError.FUNCTION_NOT_ALLOWED.number
+        return NcError.FUNCTION_NOT_ALLOWED
     if _controls(encoder) and busy(encoder.owner):
-        return NcError.GROUP_BUSY.number
+        return NcError.GROUP_BUSY
     code, shift = _shift(encoder, position_type, position)
     if code == OK:
         _rename(encoder, shift)
@@ -110,7 +110,7 @@ def set_actual_position_on_the_fly(
     """
     encoder = at.encoder
     if position_type not in (_ABSOLUTE, _RELATIVE):
-        return NcError.JOB_START_TYPE.number
+        return NcError.JOB_START_TYPE
     code, shift = _shift(encoder, position_type, position)
     if code:
         return code
@@ -130,11 +130,11 @@ def set_actual_position_in_drive(
     encoder = at.encoder
     owner = encoder.owner
     if owner.drive.type not in _CANOPEN or owner.controller.type not in _POSITION_INTERFACE:
-        return NcError.FUNCTION_NOT_AVAILABLE.number
+        return NcError.FUNCTION_NOT_AVAILABLE
     if encoder.position_offset != 0.0:
-        return NcError.ENCODER_POSITION_OFFSET.number
+        return NcError.ENCODER_POSITION_OFFSET
     if _controls(encoder) and busy(encoder.owner):
-        return NcError.GROUP_BUSY.number
+        return NcError.GROUP_BUSY
     code, shift = _shift(encoder, position_type, position)
     if code:
         return code
@@ -158,11 +158,11 @@ def set_encoder_scaling_factor(
     """
     encoder = at.encoder
     if scaling_type not in (_ABSOLUTE, _RELATIVE):
-        return NcError.JOB_START_TYPE.number
+        return NcError.JOB_START_TYPE
     if not (isfinite(factor) and 1e-8 <= factor <= 100.0):
-        return NcError.ENCODER_SCALING_FACTOR.number
+        return NcError.ENCODER_SCALING_FACTOR
     if scaling_type == _ABSOLUTE and _controls(encoder) and busy(encoder.owner):
-        return NcError.GROUP_BUSY.number
+        return NcError.GROUP_BUSY
     growth = factor / encoder.scaling_factor
     difference = encoder.software_increments * encoder.scale * (growth - 1.0)
     if scaling_type == _ABSOLUTE:
@@ -182,7 +182,7 @@ def reinitialize_encoder(at: Axis | AxisEncoder) -> int:
     encoder = at.encoder
     owner = encoder.owner
     if owner.control_dword & ControlBit.ENABLE or owner.loop_closed:
-        return NcError.FUNCTION_NOT_ALLOWED.number
+        return NcError.FUNCTION_NOT_ALLOWED
     encoder.reinitialization_state = 1
     encoder.adapt = encoder.owner.adapt = 1
     owner.initialize_command_counter += 1
@@ -202,7 +202,7 @@ def set_homed_flag(at: Axis | AxisEncoder, homed: int) -> int:
     """Set or clear the homed flag (0x1B); it ends a request to the application to home."""
     encoder = at.encoder
     if homed not in (0, 1):
-        return NcError.ENCODER_HOMED_FLAG.number
+        return NcError.ENCODER_HOMED_FLAG
     encoder.homed = homed
     if homed and _controls(encoder):
         end_application_request(encoder.owner)

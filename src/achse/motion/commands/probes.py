@@ -54,9 +54,9 @@ def _activate(encoder: AxisEncoder, edge: int, continuous: bool, source: int) ->
 
 def _why_not_activate(encoder: AxisEncoder, edge: int) -> int:
     if encoder.probe_active[edge]:
-        return NcError.ENCODER_FUNCTION_ACTIVE.number
+        return NcError.ENCODER_FUNCTION_ACTIVE
     if _homing_holds_latch(encoder, edge):
-        return NcError.ENCODER_EXTERNAL_LATCH.number
+        return NcError.ENCODER_EXTERNAL_LATCH
     return OK
 
 
@@ -75,7 +75,7 @@ def activate_touch_probe(
         or probe_mode not in ProbeMode.__members__.values()
         or signal_source not in SignalSource.__members__.values()
     ):
-        return NcError.REQUEST_PARAMETER.number
+        return NcError.REQUEST_PARAMETER
     code = _why_not_activate(encoder, edge)
     if code:
         return code
@@ -90,7 +90,7 @@ def deactivate_touch_probe(at: Axis | AxisEncoder, probe_unit: int, signal_edge:
     encoder = at.encoder
     edge = _edge(probe_unit, signal_edge)
     if edge is None:
-        return NcError.REQUEST_PARAMETER.number
+        return NcError.REQUEST_PARAMETER
     encoder.probe_active[edge] = 0
     encoder.probe_valid[edge] = 0
     _count(encoder)
@@ -130,12 +130,12 @@ def set_latch_event(at: Axis | AxisEncoder, position: float) -> int:
     """Let the first latch, which waits, latch this position (0x210); simulated encoders only."""
     encoder = at.encoder
     if encoder.type != EncoderType.SIMULATION:
-        return NcError.ENCODER_FUNCTION_NOT_SUPPORTED.number
+        return NcError.ENCODER_FUNCTION_NOT_SUPPORTED
     if not abs(position) <= FARTHEST:
-        return NcError.REQUEST_PARAMETER.number
+        return NcError.REQUEST_PARAMETER
     edges = [e for e in range(0, PROBE_EDGES, TOUCH_PROBES) if encoder.probe_active[e]]
     if not edges:
-        return NcError.ENCODER_EXTERNAL_LATCH.number
+        return NcError.ENCODER_EXTERNAL_LATCH
     offset = encoder.position_offset + encoder.set_position_offset
     offset += encoder.position_correction
     for edge in edges:

@@ -7,6 +7,7 @@ from achse.motion.states import MotionPhase, StartType, StateBit
 from achse.motion.targets import resolve_target
 
 __all__ = [
+    "as_resolved_start",
     "busy",
     "dynamics",
     "heading",
@@ -19,12 +20,16 @@ __all__ = [
 
 
 def busy(axis: Axis) -> bool:
-    return axis.set_motion_phase != MotionPhase.NONE or axis.buffer_count > 0
+    """Whether it has a job; a slave at rest with its masters has none."""
+    stands = axis.set_motion_phase == MotionPhase.COUPLED and axis.set_velocity == 0.0
+    return axis.buffer_count > 0 or (axis.set_motion_phase != MotionPhase.NONE and not stands)
 
 
 def occupied(axis: Axis) -> bool:
-    """Whether a motion command works or waits; external set points alone are none."""
-    return busy(axis) and (axis.set_motion_phase != MotionPhase.EXTERNAL or axis.buffer_count > 0)
+    """Whether a motion command works or waits; external set points and masters
+    alone are none."""
+    led = axis.set_motion_phase in (MotionPhase.EXTERNAL, MotionPhase.COUPLED)
+    return busy(axis) and (not led or axis.buffer_count > 0)
 
 
 def sign(value: float) -> float:
@@ -36,7 +41,7 @@ def heading(axis: Axis) -> float:
     if axis.set_velocity != 0.0:
         return sign(axis.set_velocity)
     if axis.set_motion_phase == MotionPhase.ENDLESS:
-        return axis.job_direction
+        return axis.job.direction
     return sign(axis.target_position - axis.set_position) or 1.0
 
 
@@ -63,19 +68,42 @@ def journey(axis: Axis) -> tuple[float, float, float]:
     else:
         end, direction = begin, 0.0
         if axis.set_motion_phase == MotionPhase.ENDLESS:
-            direction = axis.job_direction
+            direction = axis.job.direction
     for n in range(axis.buffer_count):
         slot = (axis.buffer_first + n) % COMMAND_BUFFER
-        start_type = axis.buffer_start_type[slot]
+        job = axis.waiting[slot]
+        start_type = job.start_type
         if start_type == StartType.HALT:
             continue
         begin = end
         if start_type in ENDLESS:
             direction = ENDLESS[StartType(start_type)]
         else:
-            end = resolve_target(axis, start_type, axis.buffer_position[slot], begin)
+            end = resolve_target(axis, start_type, job.position, begin)
             direction = sign(end - begin)
     return begin, end, direction
+
+
+def as_resolved_start(axis: Axis, start_type: int, position: float) -> tuple[int, float]:
+    """A start that means something else depending on what was accepted before, as what it is now.
+
+    Additive (6) counts from the last commanded target, reached or not; where a command without end
+    is at work, from the set position. Modulo in current direction (1029) goes on as the last
+    command went. Other starts are as they are; 9 is absolute.
+    """
+    if start_type == StartType.ADDITIVE:
+        base = axis.target_position
+        if occupied(axis):
+            base = axis.set_position
+            if axis.set_motion_phase == MotionPhase.POSITIONING or axis.buffer_count:
+                base = journey(axis)[1]
+        return StartType.ABSOLUTE, base + position
+    if start_type == StartType.ABSOLUTE_INTERNAL:
+        return StartType.ABSOLUTE, position
+    if start_type == StartType.MODULO_CURRENT:
+        backwards = (journey(axis)[2] or axis.job.direction) < 0.0
+        return StartType.MODULO_NEGATIVE if backwards else StartType.MODULO_POSITIVE, position
+    return start_type, position
 
 
 def show_accepted(axis: Axis) -> None:

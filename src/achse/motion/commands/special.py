@@ -6,7 +6,7 @@ from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import ENDLESS, why_no_command, why_not_velocity
 from achse.motion.commands.changes import new_end_position_and_velocity
-from achse.motion.commands.queue import busy
+from achse.motion.commands.queue import as_resolved_start, busy
 from achse.motion.commands.starts import start
 from achse.motion.states import NewEndPositionCommand, StartType
 from achse.motion.targets import resolve_target
@@ -38,16 +38,17 @@ def start_special(
 
     Refused while a job runs; None takes the axis default.
     """
-    code = why_no_command(axis) or (busy(axis) and NcError.GROUP_BUSY.number)
+    code = why_no_command(axis) or (busy(axis) and NcError.GROUP_BUSY)
     code = code or why_not_velocity(axis, end_velocity)
     if code:
         return code
     if not (isfinite(position) and isfinite(velocity_change_position)):
-        return NcError.START_AXIS_DATA.number
+        return NcError.START_AXIS_DATA
+    start_type, position = as_resolved_start(axis, start_type, position)
     if start_type in StartType.__members__.values() and not _on_way(
         axis, start_type, position, velocity_change_position
     ):
-        return NcError.ACTIVATION_POSITION_NOT_ON_WAY.number
+        return NcError.ACTIVATION_POSITION_NOT_ON_WAY
     return start(
         axis, start_type, position, start_velocity, acceleration, deceleration, jerk
     ) or new_end_position_and_velocity(

@@ -18,6 +18,7 @@ from achse.motion.checks import (
 )
 from achse.motion.commands.jog import JOGS, as_plain_start
 from achse.motion.commands.queue import (
+    as_resolved_start,
     dynamics,
     journey,
     next_number,
@@ -26,14 +27,16 @@ from achse.motion.commands.queue import (
     sign,
 )
 from achse.motion.commands.stops import halt
-from achse.motion.record import COMMAND_BUFFER
+from achse.motion.jobs import ask
+from achse.motion.record import COMMAND_BUFFER, JobFields
 from achse.motion.setpoint import absorb, begin_job
 from achse.motion.states import AxisType, BufferMode, MotionPhase, StartType
-from achse.motion.targets import NOWHERE, look_ahead, resolve_target
+from achse.motion.targets import look_ahead, resolve_target
 
 __all__ = ["start", "universal_start"]
 
 _HALTS = (StartType.HALT, StartType.STOP_AND_LOCK)
+_OWN_MOVES = (MotionPhase.POSITIONING, MotionPhase.ENDLESS)
 
 _BLENDING = {
     BufferMode.BLENDING_LOW,
@@ -64,13 +67,13 @@ def start(
     )
     code = (
         why_no_command(axis)
-        or (occupied(axis) and NcError.GROUP_BUSY.number)
+        or (occupied(axis) and NcError.GROUP_BUSY)
         or why_not_dynamics(axis, *given)
     )
     if code:
         return code
     if start_type in _HALTS:
-        return NcError.START_TYPE.number
+        return NcError.START_TYPE
     code, move = _as_move(axis, start_type, position, velocity)
     code = code or why_not_velocity(axis, move.velocity)
     return code or _accept(axis, move, *given)
@@ -101,7 +104,16 @@ def universal_start(
     stop at its own target but goes on at that velocity, until a further command takes over there.
     Both velocities are 0 … `velocity` (0x4286), 0 being not given.
     """
+    if start_type in _HALTS and axis.set_motion_phase in _OWN_MOVES:
+        # Of MC_Halt and MC_Stop, 0 is what the move has, not the default.
+        deceleration = deceleration or axis.job.deceleration
+        jerk = jerk or axis.job.jerk
     acceleration, deceleration, jerk = dynamics(axis, acceleration, deceleration, jerk)
+    if axis.coupling:
+        if not axis.allow_slave_motion_commands:
+            return NcError.JOB_FOR_SLAVE
+        if buffer_mode != BufferMode.ABORTING:
+            return NcError.FUNCTION_NOT_AVAILABLE
     if start_type in _HALTS:
         later = start_type == StartType.HALT and buffer_mode == BufferMode.BUFFERED
         if later and occupied(axis):
@@ -111,7 +123,7 @@ def universal_start(
     if code:
         return code
     if buffer_mode not in BufferMode.__members__.values():
-        return NcError.FUNCTION_NOT_AVAILABLE.number
+        return NcError.FUNCTION_NOT_AVAILABLE
     code = (
         why_no_command(axis)
         or why_not_velocity(axis, move.velocity)
@@ -143,10 +155,12 @@ def _as_move(axis: Axis, start_type: int, position: float, velocity: float) -> t
     move = _Move(start_type, position, velocity)
     if start_type in JOGS:
         if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
-            return NcError.AXIS_INCOMPATIBLE.number, move
+            return NcError.AXIS_INCOMPATIBLE, move
         move = _Move(*as_plain_start(axis, start_type, velocity))
     elif start_type not in StartType.__members__.values():
-        return NcError.START_TYPE.number, move
+        return NcError.START_TYPE, move
+    else:
+        move = _Move(*as_resolved_start(axis, start_type, position), velocity)
     return OK, move
 
 
@@ -170,7 +184,7 @@ def _accept(
         return code
     queued = buffer_mode != BufferMode.ABORTING and occupied(axis)
     if queued and axis.set_motion_phase == MotionPhase.HOMING:
-        return NcError.GROUP_BUSY.number  # where it ends, and at which position, is not known yet
+        return NcError.GROUP_BUSY  # where it ends, and at which position, is not known yet
     before, begin, direction_before = journey(axis)
     if not queued:
         begin = axis.set_position
@@ -188,8 +202,8 @@ def _accept(
     if not queued:
         axis.buffer_count = 0
         absorb(axis)
-        begin_job(
-            axis,
+        ask(
+            axis.job,
             next_number(axis),
             start_type,
             position,
@@ -199,36 +213,41 @@ def _accept(
             jerk,
             segment_end_velocity,
         )
+        begin_job(axis)
         show_accepted(axis)
         return OK
     if axis.buffer_count == COMMAND_BUFFER:
-        return NcError.COMMAND_BUFFER_FULL.number
+        return NcError.COMMAND_BUFFER_FULL
     if direction == 0.0 and begin != before:
-        return NcError.COMMAND_SAME_TARGET.number
+        return NcError.COMMAND_SAME_TARGET
     if buffer_mode in _BLENDING:
         if direction != direction_before:
-            return NcError.COMMAND_OTHER_DIRECTION.number
+            return NcError.COMMAND_OTHER_DIRECTION
         way = abs(begin - before)
         if (
             blending_position is not None
             and not 0.0 <= (begin - blending_position) * direction <= way
         ):
-            return NcError.ACTIVATION_POSITION_NOT_ON_WAY.number
+            return NcError.ACTIVATION_POSITION_NOT_ON_WAY
     else:
         blending_position = None
-    _wait(
-        axis,
+    job = _behind(axis)
+    ask(
+        job,
+        next_number(axis),
         start_type,
-        buffer_mode,
-        position=position,
-        velocity=velocity,
-        acceleration=acceleration,
-        deceleration=deceleration,
-        jerk=jerk,
-        blending_position=NOWHERE if blending_position is None else blending_position,
-        start_velocity=segment_start_velocity,
-        end_velocity=segment_end_velocity,
+        position,
+        velocity,
+        acceleration,
+        deceleration,
+        jerk,
+        segment_end_velocity,
     )
+    job.mode = buffer_mode
+    job.start_velocity = segment_start_velocity
+    if blending_position is not None:
+        job.blending_position = blending_position
+    _wait(axis)
     show_accepted(axis)
     return OK
 
@@ -237,9 +256,9 @@ def _why_not_segment(
     velocity: float, blending_position: float | None, start_velocity: float, end_velocity: float
 ) -> int:
     if blending_position is not None and not isfinite(blending_position):
-        return NcError.START_AXIS_DATA.number
+        return NcError.START_AXIS_DATA
     if not (0.0 <= start_velocity <= velocity and 0.0 <= end_velocity <= velocity):
-        return NcError.VELOCITY_NOT_PERMITTED.number
+        return NcError.VELOCITY_NOT_PERMITTED
     return OK
 
 
@@ -249,36 +268,29 @@ def _halt_later(axis: Axis, acceleration: float, deceleration: float, jerk: floa
     if code:
         return code
     if axis.set_motion_phase == MotionPhase.HOMING:
-        return NcError.GROUP_BUSY.number
+        return NcError.GROUP_BUSY
     if axis.buffer_count == COMMAND_BUFFER:
-        return NcError.COMMAND_BUFFER_FULL.number
-    nothing = dict.fromkeys(("position", "velocity", "start_velocity", "end_velocity"), 0.0)
-    _wait(
-        axis,
-        StartType.HALT,
-        BufferMode.BUFFERED,
-        acceleration=acceleration,
-        deceleration=deceleration,
-        jerk=jerk,
-        blending_position=NOWHERE,
-        **nothing,
-    )
+        return NcError.COMMAND_BUFFER_FULL
+    job = _behind(axis)
+    dynamics = acceleration, deceleration, jerk
+    ask(job, next_number(axis), StartType.HALT, 0.0, 0.0, *dynamics, 0.0)
+    job.mode = BufferMode.BUFFERED
+    _wait(axis)
     show_accepted(axis)
     return OK
 
 
-def _wait(axis: Axis, start_type: int, buffer_mode: int, **values: float) -> None:
-    """Put a command behind those that wait; `values` fill the `buffer_` fields of these names."""
-    slot = (axis.buffer_first + axis.buffer_count) % COMMAND_BUFFER
-    axis.buffer_number[slot] = next_number(axis)
-    axis.buffer_start_type[slot] = start_type
-    axis.buffer_mode[slot] = buffer_mode
-    for name, value in values.items():
-        getattr(axis, f"buffer_{name}")[slot] = float(value)
+def _behind(axis: Axis) -> JobFields:
+    """The job behind those that wait."""
+    return axis.waiting[(axis.buffer_first + axis.buffer_count) % COMMAND_BUFFER]
+
+
+def _wait(axis: Axis) -> None:
+    """Let the job behind those that wait be one of them."""
     axis.buffer_count += 1
     if axis.set_motion_phase == MotionPhase.POSITIONING:
         border = axis.border_position, axis.border_velocity
         look_ahead(axis)
         if border != (axis.border_position, axis.border_velocity):
-            axis.job_peak_velocity = 0.0
+            axis.job.peak_velocity = 0.0
             axis.replan = 1

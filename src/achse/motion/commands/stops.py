@@ -4,7 +4,7 @@ from math import isfinite
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import OK, STEEPEST_JERK, why_not_dynamics, why_not_target
+from achse.motion.checks import OK, STEEPEST_JERK, why_not_dynamics, why_not_own, why_not_target
 from achse.motion.commands.queue import heading, next_number, sign
 from achse.motion.dynamics import fault_deceleration, fault_jerk
 from achse.motion.profile import stopping_distance, stopping_time
@@ -27,26 +27,26 @@ __all__ = [
 def _brake(axis: Axis, deceleration: float, jerk: float) -> None:
     """Begin a stop; one that already runs is never weakened."""
     if axis.set_motion_phase == MotionPhase.STOPPING:
-        deceleration = max(deceleration, axis.job_deceleration)
-        jerk = max(jerk, axis.job_jerk)
+        deceleration = max(deceleration, axis.job.deceleration)
+        jerk = max(jerk, axis.job.jerk)
     begin_stop(axis, deceleration, jerk)
     axis.state_dword |= StateBit.HAS_BEEN_STOPPED
 
 
 def halt(axis: Axis, start_type: int, deceleration: float, jerk: float, buffer_mode: int) -> int:
     if axis.axis_disabled:
-        return NcError.AXIS_NOT_READY.number
+        return NcError.AXIS_NOT_READY
     if axis.error_code:
         return axis.error_code
     if axis.motion_locked and start_type == StartType.HALT:
-        return NcError.AXIS_LOCKED_BY_STOP.number
+        return NcError.AXIS_LOCKED_BY_STOP
     code = why_not_dynamics(axis, axis.max_acceleration, deceleration, jerk)
     if code:
         return code
     if buffer_mode != BufferMode.ABORTING and not (
         buffer_mode == BufferMode.BUFFERED and start_type == StartType.HALT
     ):
-        return NcError.FUNCTION_NOT_AVAILABLE.number
+        return NcError.FUNCTION_NOT_AVAILABLE
     next_number(axis)
     _brake(axis, deceleration, jerk)
     axis.set_command_number = axis.command_counter
@@ -60,13 +60,16 @@ def halt(axis: Axis, start_type: int, deceleration: float, jerk: float, buffer_m
 
 def stop(axis: Axis) -> int:
     """Stop with the deceleration and jerk of the running command (0x02)."""
-    _brake(axis, axis.job_deceleration, axis.job_jerk)
+    code = why_not_own(axis)
+    if code:
+        return code
+    _brake(axis, axis.job.deceleration, axis.job.jerk)
     return OK
 
 
 def parameterized_stop(axis: Axis, deceleration: float, jerk: float) -> int:
     """Stop with the given deceleration and jerk (0x05)."""
-    code = why_not_dynamics(axis, axis.max_acceleration, deceleration, jerk)
+    code = why_not_own(axis) or why_not_dynamics(axis, axis.max_acceleration, deceleration, jerk)
     if code:
         return code
     _brake(axis, deceleration, jerk)
@@ -78,12 +81,15 @@ def emergency_stop(axis: Axis, deceleration: float, jerk: float) -> int:
 
     The ramp is the strongest one of the axis where that is stronger still.
     """
+    code = why_not_own(axis)
+    if code:
+        return code
     if not (0.0 < deceleration <= axis.max_deceleration and 0.0 < jerk <= STEEPEST_JERK):
-        return NcError.EMERGENCY_STOP_DATA.number
+        return NcError.EMERGENCY_STOP_DATA
     if axis.set_motion_phase != MotionPhase.NONE and (
-        deceleration < axis.job_deceleration or jerk < axis.job_jerk
+        deceleration < axis.job.deceleration or jerk < axis.job.jerk
     ):
-        return NcError.EMERGENCY_STOP_DATA.number
+        return NcError.EMERGENCY_STOP_DATA
     _brake(axis, max(deceleration, fault_deceleration(axis)), max(jerk, fault_jerk(axis)))
     return OK
 
@@ -93,15 +99,15 @@ def oriented_stop(axis: Axis, modulo_position: float, deceleration: float, jerk:
 
     The ramp is that of the running command; the given one is checked but without effect (002).
     """
-    code = why_not_dynamics(axis, axis.max_acceleration, deceleration, jerk)
+    code = why_not_own(axis) or why_not_dynamics(axis, axis.max_acceleration, deceleration, jerk)
     if code:
         return code
     if not (modulo_position >= 0.0 and isfinite(modulo_position)):
-        return NcError.MODULO_START_RANGE.number
+        return NcError.MODULO_START_RANGE
     if axis.set_motion_phase not in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
-        return NcError.NO_MOTION.number
+        return NcError.NO_MOTION
     ramp = stopping_distance(
-        axis.set_velocity, axis.set_acceleration, axis.job_deceleration, axis.job_jerk
+        axis.set_velocity, axis.set_acceleration, axis.job.deceleration, axis.job.jerk
     )
     rest = axis.set_position + ramp
     direction = sign(ramp) or heading(axis)
@@ -115,8 +121,8 @@ def oriented_stop(axis: Axis, modulo_position: float, deceleration: float, jerk:
     axis.switch_armed = 0
     axis.set_motion_phase = MotionPhase.POSITIONING
     axis.target_position = target
-    axis.job_end_velocity = 0.0
-    axis.job_peak_velocity = 0.0
+    axis.job.end_velocity = 0.0
+    axis.job.peak_velocity = 0.0
     axis.reversing_number = 0
     axis.replan = 1
     axis.has_been_stopped = 1
@@ -129,8 +135,11 @@ def clear(axis: Axis) -> int:
 
     Other than after a stop, bit 7 of the status does not say that the axis was stopped.
     """
+    code = why_not_own(axis)
+    if code:
+        return code
     stopped = axis.has_been_stopped
-    begin_stop(axis, axis.job_deceleration, axis.job_jerk)
+    begin_stop(axis, axis.job.deceleration, axis.job.jerk)
     axis.has_been_stopped = stopped
     axis.got_new_target = 0
     return OK
@@ -150,8 +159,8 @@ def stop_information(axis: Axis, deceleration: float, jerk: float) -> tuple[floa
     """
     moving = axis.set_motion_phase != MotionPhase.NONE
     if not deceleration > 0.0:
-        deceleration = axis.job_deceleration if moving else axis.default_deceleration
+        deceleration = axis.job.deceleration if moving else axis.default_deceleration
     if not jerk > 0.0:
-        jerk = axis.job_jerk if moving else axis.default_jerk
+        jerk = axis.job.jerk if moving else axis.default_jerk
     state = axis.set_velocity, axis.set_acceleration, deceleration, jerk
     return stopping_distance(*state), stopping_time(*state)

@@ -58,8 +58,8 @@ class Compensation(NamedTuple):
 def start_superposition(axis: Axis, asked: Compensation) -> tuple[int, Compensation]:
     """Start a section compensation (0x30): the refusing error or 0, and what is carried out.
 
-    The axis must be travelling to a position or endlessly. Accelerations of 0 are the axis
-    defaults. No set velocity exceeds the axis maximum, and an axis that falls back does not turn.
+    The axis must be travelling to a position, endlessly or as a slave. Accelerations of 0 are the
+    axis defaults. No set velocity exceeds the axis maximum, and one that falls back does not turn.
     """
     code = _why_not(axis, asked)
     if code:
@@ -71,7 +71,7 @@ def start_superposition(axis: Axis, asked: Compensation) -> tuple[int, Compensat
     code = why_not_dynamics(axis, acceleration, deceleration, jerk)
     limit = _fastest(axis, asked)
     if not code and limit <= 0.0:
-        code = NcError.SET_VELOCITY_NOT_ALLOWED.number
+        code = NcError.SET_VELOCITY_NOT_ALLOWED
     if code:
         return code, asked
     done = _as_possible(asked, limit)
@@ -121,9 +121,9 @@ def _begin(axis: Axis, direction: float, done: Compensation) -> None:
 def stop_superposition(axis: Axis) -> int:
     """End a section compensation with its own deceleration (0x31); the main motion goes on."""
     if not axis.compensating:
-        return NcError.COMPENSATION_NOT_ACTIVE.number
+        return NcError.COMPENSATION_NOT_ACTIVE
     if axis.superposition_stopping:
-        return NcError.COMPENSATION_STOPPING.number
+        return NcError.COMPENSATION_STOPPING
     now = axis.superposed_way / axis.superposition_process_velocity
     speed = superposed_speed(axis, now)
     fall = speed / axis.superposition_deceleration
@@ -138,29 +138,31 @@ def stop_superposition(axis: Axis) -> int:
 
 def _why_not(axis: Axis, asked: Compensation) -> int:
     if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
-        return NcError.AXIS_INCOMPATIBLE.number
+        return NcError.AXIS_INCOMPATIBLE
     if asked.type not in CompensationType.__members__.values():
-        return NcError.COMPENSATION_TYPE.number
+        return NcError.COMPENSATION_TYPE
     accelerations = (asked.acceleration_increase, asked.deceleration_increase)
     if not (
         all(value == 0.0 or value >= _LEAST for value in accelerations)
         and _LEAST <= asked.process_velocity <= _MOST
     ):
-        return NcError.COMPENSATION_DYNAMICS.number
+        return NcError.COMPENSATION_DYNAMICS
     if not asked.velocity_increase >= _LEAST:
-        return NcError.COMPENSATION_CAMBER.number
+        return NcError.COMPENSATION_CAMBER
     if not _LEAST <= abs(asked.distance) <= _MOST:
-        return NcError.SUPERIMPOSED_MOVE_DATA.number
+        return NcError.SUPERIMPOSED_MOVE_DATA
     if not _LEAST <= asked.length <= _MOST or _base_way(asked) <= 0.0:
-        return NcError.COMPENSATION_DISTANCE.number
+        return NcError.COMPENSATION_DISTANCE
     code = why_no_command(axis)
     if code:
         return code
     if axis.external_setpoint_active:
-        return NcError.EXTERNAL_GENERATOR_ACTIVE.number
-    moving = axis.set_motion_phase in (MotionPhase.POSITIONING, MotionPhase.ENDLESS)
+        return NcError.EXTERNAL_GENERATOR_ACTIVE
+    moving = axis.set_motion_phase in (MotionPhase.POSITIONING, MotionPhase.ENDLESS) or (
+        axis.set_motion_phase == MotionPhase.COUPLED and axis.set_velocity != 0.0
+    )
     if axis.compensating or not moving:
-        return NcError.COMPENSATION_ACTIVE.number
+        return NcError.COMPENSATION_ACTIVE
     return OK
 
 
@@ -177,7 +179,8 @@ def _fastest(axis: Axis, asked: Compensation) -> float:
     if asked.distance < 0.0:
         return min(asked.velocity_increase, asked.process_velocity)
     most = min(axis.max_velocity, axis.drive.reference_velocity)
-    ratio = most / axis.job_velocity - 1.0
+    main = abs(axis.set_velocity) if axis.coupling else axis.job.velocity
+    ratio = most / main - 1.0
     return min(asked.velocity_increase, asked.process_velocity * ratio)
 
 
@@ -208,7 +211,7 @@ def _as_possible(asked: Compensation, limit: float) -> Compensation:
         top = 2.0 * distance / (time + sqrt(room)) if room >= 0.0 else limit
         needed = time if top <= limit * (1.0 + _ROUNDING) and room >= 0.0 else 2.0 * time
     if needed > time * (1.0 + _ROUNDING):
-        warning = NcError.COMPENSATION_IN_PART.number
+        warning = NcError.COMPENSATION_IN_PART
         top = min(limit, time / c)
         distance = top * time - 0.5 * c * top * top
         needed = time

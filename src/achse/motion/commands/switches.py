@@ -12,13 +12,13 @@ __all__ = ["disable", "enable", "reset", "set_drive_output", "set_external_error
 
 
 def reset(axis: Axis) -> int:
-    """Reset errors (0x01). During a move it stops the axis abruptly.
+    """Reset errors (0x01), those of a drive on a bus too. During a move it stops the axis abruptly.
 
-    A stop runs to its end, with the strongest ramp of the axis.
+    A stop runs to its end, with the strongest ramp of the axis; what MC_Stop locked is free again.
     """
     if axis.set_motion_phase == MotionPhase.STOPPING:
         stop_fast(axis)
-    elif axis.set_motion_phase != MotionPhase.NONE:
+    elif axis.set_motion_phase not in (MotionPhase.NONE, MotionPhase.COUPLED):
         drop_job(axis)
     axis.buffer_count = 0
     axis.error_code = 0
@@ -30,15 +30,20 @@ def reset(axis: Axis) -> int:
     axis.got_new_target = 0
     axis.brake_released = 0
     axis.reset_command_counter += 1
+    for drive in axis.drives:
+        drive.reset_cycles = drive.reset_counter if drive.on_bus else 0
     end_application_request(axis)
-    axis.state_dword &= ~(StateBit.ERROR | StateBit.ERROR_PROPAGATION_DELAYED)
+    axis.motion_locked = 0
+    axis.state_dword &= ~(
+        StateBit.ERROR | StateBit.ERROR_PROPAGATION_DELAYED | StateBit.MOTION_COMMANDS_LOCKED
+    )
     return OK
 
 
 def set_external_error(axis: Axis, code: int) -> int:
     """Put the axis into error `code` (0x19); it brakes as after any run-time error."""
     if not 0 < code <= 0xFFFF_FFFF:
-        return NcError.REQUEST_PARAMETER.number
+        return NcError.REQUEST_PARAMETER
     axis.external_error = code
     return OK
 
@@ -52,7 +57,7 @@ def enable(axis: Axis) -> int:
 def disable(axis: Axis) -> int:
     """Disable the complete axis (0x50), not while it has a job."""
     if busy(axis):
-        return NcError.GROUP_BUSY.number
+        return NcError.GROUP_BUSY
     axis.axis_disabled = 1
     return OK
 

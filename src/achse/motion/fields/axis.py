@@ -115,6 +115,10 @@ class AxisParameterFields(Parameters):
     motion_monitoring_enable: int = flag(0, "physical movement is supervised")
     motion_monitoring_window: float = real(0.1, "mm", "movement that counts as movement", 0.0, 1e6)
     motion_monitoring_time: float = real(0.5, "s", "time in which it must be seen", 0.0, 600.0)
+    no_motion_window: float = real(
+        0.1, "mm/s", "velocity below which an encoder axis does not move", 0.0, 1e3
+    )
+    no_motion_time: float = real(0.01, "s", "time below it until that counts", 0.0, 60.0)
     error_reaction_mode: int = whole(0, "1", "0 at once, 1 delayed", 0, 1)
     error_reaction_delay: float = real(0.0, "s", "delay of the reaction in mode 1", 0.0, 1000.0)
 
@@ -127,7 +131,6 @@ class AxisState(States):
     state_dword: int = whole(0, "StateBit", "status double word")
     operation_mode_state_dword: int = whole(0, "OperationModeBit", "active monitoring functions")
     motion_state: int = whole(0, "MotionState", "what the set-point generator does")
-    set_velocity_override: float = real(0.0, "1", "override in force, 1.0 = 100 %")
     compensating: int = flag(0, "section compensation is active")
     external_setpoint_active: int = flag(0, "the external set-point generator is active")
     phasing_active: int = flag(0, "phasing is active")
@@ -142,7 +145,6 @@ class AxisState(States):
     fading_relative_velocity: float = real(0.0, "mm/s", "while set values fade")
     fading_relative_acceleration: float = real(0.0, "mm/s²", "while set values fade")
     set_gear_ratio: float = real(0.0, "1", "gear ratio in force, 0 = not coupled")
-    coupling_table_index: int = whole(0, "1", "table of the coupling, 0 = none")
     coupling_state: int = whole(0, "1", "0 single, 1 master, 2 both, 3 slave")
     reset_command_counter: int = whole(0, "1", "resets so far")
     loop_closed: int = flag(0, "position control loop is closed")

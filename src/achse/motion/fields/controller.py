@@ -96,7 +96,6 @@ class ControllerState(States):
     following_error_difference_peak_negative: float = real(0.0, "mm", "smallest of these so far")
     following_error_difference_peak_positive: float = real(0.0, "mm", "largest of these so far")
     output: float = real(0.0, "mm/s", "output of the position controller")
-    output_percent: float = real(0.0, "%", "the same of full output")
     position_p_part: float = real(0.0, "mm/s", "P-part of the position loop")
     position_i_part: float = real(0.0, "mm/s", "I-part of the position loop")
     position_d_part: float = real(0.0, "mm/s", "D-part of the position loop")

@@ -103,6 +103,7 @@ class DriveInterface(Parameters):
     """What the NC is configured to know of the drive beyond its type; no service."""
 
     simulation_ideal: int = flag(0, "the drive takes positions, whatever its type and controller")
+    homed_by_drive: int = flag(0, "a drive on a bus homes the axis itself")
 
 
 class DriveInput(Inputs):
@@ -118,7 +119,6 @@ class DriveState(States):
     """Output to the drive (002 §6.4.7.2, 0x7100 + ID)."""
 
     output: float = real(0.0, "mm/s", "total output to the drive")
-    output_percent: float = real(0.0, "%", "the same of full output")
     limit_active: int = flag(0, "the output is held at a limit")
     output_peak_negative: float = real(0.0, "mm/s", "smallest total output so far")
     output_peak_positive: float = real(0.0, "mm/s", "largest total output so far")
@@ -139,12 +139,16 @@ class DriveState(States):
 class DriveInternal(InternalFields):
     """What the drive derives from its parameters, and keeps from cycle to cycle."""
 
+    on_bus: int = flag(0, "it is process data of a bus, not a simulated amplifier")
+    reset_cycles: int = whole(0, "1", "cycles for which it is still asked to reset")
     special: int = flag(0, "more than a linear velocity drive is in use")
     ideal: int = flag(0, "the drive takes positions and follows them")
     digital: int = flag(0, "the outputs are weighted set values, not a share of full output")
     adapted_mode: int = whole(0, "DriveOperationMode", "operation mode this is derived for")
     delay: int = whole(0, "1", "cycles by which the velocity output is late")
     dsc_gain: float = real(0.0, "1/s", "gain of a position loop in the drive, 0 = none")
+    torque_weight: float = real(1.0, "1", "share of a new torque in the filtered one")
+    torque_rate_weight: float = real(1.0, "1", "share of a new change of it in the filtered one")
     full: float = real(2200.0, "mm/s", "velocity at 100 % output")
     signal_before: int = flag(0, "fast-stop signal of the cycle before")
     io_time: float = real(0.0, "s", "time without valid I/O data")

@@ -93,8 +93,6 @@ class EncoderState(States):
     """Actual values (002 §6.4.5.2, 0x5100 + ID)."""
 
     actual_position: float = real(0.0, "mm", "actual position")
-    actual_position_modulo: float = real(0.0, "mm", "actual position within its period")
-    actual_modulo_turns: int = whole(0, "1", "period of the actual position")
     actual_velocity: float = real(0.0, "mm/s", "actual velocity, filtered")
     actual_velocity_unfiltered: float = real(0.0, "mm/s", "actual velocity of this cycle")
     actual_acceleration: float = real(0.0, "mm/s²", "actual acceleration, filtered")
@@ -155,5 +153,7 @@ class EncoderMemory(InternalFields):
     scale: float = real(1e-4, "mm/INC", "scaling with the sign of the direction")
     data: int = whole(0, "INC", "count as the hardware showed it last")
     raw: int = whole(0, "INC", "the same within the mask")
+    velocity_weight: float = real(1.0, "1", "share of a new velocity in the filtered one")
+    acceleration_weight: float = real(1.0, "1", "share of a new acceleration in the filtered one")
     backlash_side: float = real(0.0, "1", "direction of the last movement")
     history: list[float] = reals(POSITION_HISTORY, "mm", "actual positions, a ring")

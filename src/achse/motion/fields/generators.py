@@ -39,6 +39,12 @@ class GeneratorMemory(InternalFields):
     sine_angle: float = real(0.0, "1", "its phase angle")
     sine_share: float = real(0.0, "1", "of the amplitudes, follows the override")
 
+    grouped: int = flag(0, "the axis belongs to a group of several axes")
+    group_position: float = real(0.0, "mm", "set position that its group asks for")
+    group_velocity: float = real(0.0, "mm/s", "its velocity there")
+    group_acceleration: float = real(0.0, "mm/s²", "its acceleration there")
+    group_jerk: float = real(0.0, "mm/s³", "its jerk there")
+
     direct_output: float = real(0.0, "mm/s", "output to the drive past the controller")
     torque_target: float = real(0.0, "1000 = 100 %", "commanded torque")
     torque_ramp: float = real(0.0, "1000 = 100 %/s", "change of the set torque, 0 = at once")

@@ -9,6 +9,9 @@ class MonitoringInternal(InternalFields):
     """What supervision remembers from cycle to cycle."""
 
     adapt: int = flag(1, "parameters changed: derived values must be computed again")
+    unusual: int = flag(1, "it may do more than move or follow: the cycle looks for it")
+    first_encoder: int = whole(0, "1", "row of its first encoder, the others are behind it")
+    encoder_count: int = whole(1, "1", "its encoders")
     resting: int = flag(0, "nothing changes until somebody writes to the record")
     quiet_cycles: int = whole(0, "1", "cycles without a change")
     drive_status: int = whole(0, "bits", "state 1 of the drive")
@@ -21,5 +24,7 @@ class MonitoringInternal(InternalFields):
     peh_time: float = real(0.0, "s", "time since the logical end")
     motion_time: float = real(0.0, "s", "time without movement")
     motion_position: float = real(0.0, "mm", "where the last movement was seen")
+    encoder_moves: int = flag(0, "an encoder axis moves, or did so a moment ago")
+    no_motion_timer: float = real(0.0, "s", "time since it was fast enough")
     delayed_error_cut: int = flag(0, "the delayed error will open the loop")
     delayed_error_time: float = real(0.0, "s", "time since it was seen")

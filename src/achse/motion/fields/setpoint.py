@@ -1,8 +1,8 @@
-"""Fields of the set-point generator: set values, active command, table, waiting commands."""
+"""Fields of the set-point generator: set values, table."""
 
 from math import inf
 
-from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole, wholes
+from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole
 
 __all__ = ["COMMAND_BUFFER", "SEGMENTS", "SetpointInternal", "SetpointState"]
 
@@ -22,9 +22,6 @@ class SetpointState(States):
     set_velocity: float = real(0.0, "mm/s", "set velocity")
     set_acceleration: float = real(0.0, "mm/s²", "set acceleration")
     set_jerk: float = real(0.0, "mm/s³", "set jerk")
-    set_direction: float = real(0.0, "1", "-1, 0, 1: sign of the set velocity")
-    set_position_modulo: float = real(0.0, "mm", "set position within its period")
-    set_modulo_turns: int = whole(0, "1", "period of the set position")
     set_motion_phase: int = whole(0, "MotionPhase", "what makes the set point, 0 = nothing")
     target_position: float = real(0.0, "mm", "position where the axis will stand")
     remaining_time: float = real(0.0, "s", "until the set point arrives")
@@ -47,16 +44,6 @@ class SetpointInternal(InternalFields):
     limited: int = flag(0, "a soft limit is in force")
     limit_watch: int = flag(0, "limits or positions changed: the table is looked at again")
     limit_reached: int = whole(0, "1", "soft limit that ends the motion: 1 upper, -1 lower")
-    job_start_type: int = whole(0, "StartType", "kind of the active command")
-    job_velocity: float = real(0.0, "mm/s", "commanded velocity")
-    job_acceleration: float = real(0.0, "mm/s²", "commanded acceleration")
-    job_deceleration: float = real(0.0, "mm/s²", "commanded deceleration")
-    job_jerk: float = real(0.0, "mm/s³", "commanded jerk")
-    job_end_velocity: float = real(0.0, "mm/s", "velocity beyond the target")
-    job_direction: float = real(0.0, "1", "direction of the active command")
-    job_timing: int = flag(0, "positioning time is being measured")
-    job_time: float = real(0.0, "s", "positioning time so far")
-    job_peak_velocity: float = real(0.0, "mm/s", "velocity the job reaches at 100 % override")
     switch_armed: int = whole(0, "1", "change at the switch position: 1 velocity, 2 target too")
     switch_from_below: int = flag(0, "the switch position is in positive direction")
     switch_position: float = real(0.0, "mm", "where the change happens")
@@ -79,27 +66,8 @@ class SetpointInternal(InternalFields):
     segment_acceleration: float = real(0.0, "mm/s²", "acceleration at its start")
     segment_time: list[float] = reals(SEGMENTS, "s", "duration of each row")
     segment_jerk: list[float] = reals(SEGMENTS, "mm/s³", "jerk of each row")
-    buffer_first: int = whole(0, "1", "oldest entry")
-    buffer_count: int = whole(0, "1", "entries")
-    buffer_number: list[int] = wholes(COMMAND_BUFFER, "1", "command number")
-    buffer_start_type: list[int] = wholes(COMMAND_BUFFER, "StartType", "kind")
-    buffer_mode: list[int] = wholes(COMMAND_BUFFER, "BufferMode", "transition from its predecessor")
-    buffer_position: list[float] = reals(COMMAND_BUFFER, "mm", "target or distance")
-    buffer_velocity: list[float] = reals(COMMAND_BUFFER, "mm/s", "velocity")
-    buffer_acceleration: list[float] = reals(COMMAND_BUFFER, "mm/s²", "acceleration")
-    buffer_deceleration: list[float] = reals(COMMAND_BUFFER, "mm/s²", "deceleration")
-    buffer_jerk: list[float] = reals(COMMAND_BUFFER, "mm/s³", "jerk")
-    buffer_blending_position: list[float] = reals(
-        COMMAND_BUFFER, "mm", "where it takes over; infinite = at the target before it"
-    )
-    buffer_start_velocity: list[float] = reals(
-        COMMAND_BUFFER, "mm/s", "segment start velocity; 0 = that of the mode"
-    )
-    buffer_end_velocity: list[float] = reals(COMMAND_BUFFER, "mm/s", "velocity beyond the target")
-    buffer_way: list[float] = reals(COMMAND_BUFFER, "mm", "from border to border")
-    buffer_border_velocity: list[float] = reals(
-        COMMAND_BUFFER, "mm/s", "wanted velocity at the border where it begins"
-    )
+    buffer_first: int = whole(0, "1", "oldest of the jobs that wait")
+    buffer_count: int = whole(0, "1", "jobs that wait")
     table_deceleration: float = real(0.0, "mm/s²", "deceleration it was made with")
     table_jerk: float = real(0.0, "mm/s³", "jerk it was made with, but for its release")
     table_release: int = flag(0, "its first row takes acceleration away with the running jerk")

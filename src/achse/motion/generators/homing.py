@@ -9,9 +9,10 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 
 from achse.codes import NcError
 from achse.motion.generators import moves
+from achse.motion.port import STATUS_HOMED, STATUS_HOMING_FAILED
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import arrived, end_homing, fail, shift_origin
-from achse.motion.signals import LATCHED, begin_watch, homing_cam
+from achse.motion.signals import LATCHED, begin_watch, homing_cam, latched_position
 from achse.motion.states import CommandState, HomingState, MotionPhase, ReferenceMode
 
 __all__ = ["cam_direction", "home", "pulse_direction", "step"]
@@ -29,13 +30,13 @@ def pulse_direction(ax: AxisFields) -> float:
 
 def _run(ax: AxisFields, velocity: float, direction: float) -> None:
     """Go on endlessly, or come to rest with direction 0."""
-    ax.job_velocity = velocity
-    ax.job_direction = direction
+    ax.job.velocity = velocity
+    ax.job.direction = direction
     ax.replan = 1
 
 
 def _stop(ax: AxisFields) -> None:
-    _run(ax, ax.job_velocity, 0.0)
+    _run(ax, ax.job.velocity, 0.0)
 
 
 def _stands(ax: AxisFields) -> bool:
@@ -61,12 +62,22 @@ def _arm(ax: AxisFields) -> None:
         ax.homing_state = HomingState.AWAIT_LATCH
 
 
+def _found(ax: AxisFields, latched: float) -> None:
+    """The place that is at `latched` has the reference position; homing is over."""
+    ax.target_position = ax.set_position
+    end_homing(ax)
+    shift_origin(ax, ax.encoder.reference_position - latched)
+    ax.encoder.homed = 1
+    ax.set_motion_phase = MotionPhase.NONE
+    ax.set_command_state = CommandState.DONE
+
+
 def home(ax: AxisFields) -> None:
     """The step of a homing sequence that this cycle takes; the set-point generator moves."""
     state = ax.homing_state
     cam = homing_cam(ax)
     if state == HomingState.TOWARDS_CAM:
-        if cam == 0 and ax.job_direction == 0.0:
+        if cam == 0 and ax.job.direction == 0.0:
             _run(ax, ax.homing_velocity_towards_cam, cam_direction(ax))
         if ax.homing_begins:
             ax.homing_begins = 0  # the first cycle shows this step to those that read cyclically
@@ -94,15 +105,29 @@ def home(ax: AxisFields) -> None:
             ax.homing_state = HomingState.SET_POSITION
             _stop(ax)
     elif state == HomingState.SET_POSITION and _stands(ax):
-        ax.target_position = ax.set_position
-        end_homing(ax)
-        shift_origin(ax, ax.encoder.reference_position - ax.homing_latch_position)
-        ax.encoder.homed = 1
-        ax.set_motion_phase = MotionPhase.NONE
-        ax.set_command_state = CommandState.DONE
+        _found(ax, ax.homing_latch_position)
+
+
+def _by_drive(ax: AxisFields) -> None:
+    """A drive on a bus looks for its reference by itself; the set point follows the axis.
+
+    Its latch of the homing says what it counts at its reference.
+    """
+    encoder = ax.encoder
+    ax.set_position = encoder.actual_position
+    ax.set_velocity = 0.0
+    ax.set_acceleration = 0.0
+    status = ax.drive.io.state1
+    if status & STATUS_HOMING_FAILED:
+        fail(ax, NcError.HOMING_CAM_NOT_FOUND, 0)
+    elif status & STATUS_HOMED:
+        _found(ax, latched_position(encoder))
 
 
 def step(ax: AxisFields, dt: float) -> None:
     """One cycle: what the sequence wants now, moved like any move."""
+    if ax.homed_by_drive and ax.drive.on_bus:
+        _by_drive(ax)
+        return
     home(ax)
     moves.step(ax, dt)

@@ -23,7 +23,7 @@ def position_in_turn(ax: AxisFields) -> None:
         ax.set_motion_phase = MotionPhase.REVERSING
         ax.set_command_state = CommandState.ACTIVE
         ax.generator_time = 0.0
-        ax.job_timing = 0
+        ax.job.timing = 0
 
 
 def step(ax: AxisFields, dt: float) -> None:
@@ -35,19 +35,12 @@ def step(ax: AxisFields, dt: float) -> None:
         return
     if ax.generator_time < ax.generator_pause + 0.5 * dt:
         return
-    here = ax.set_position
-    target = ax.reversing_target
-    ax.reversing_target = here
-    begin_job(
-        ax,
-        ax.reversing_number,
-        StartType.ABSOLUTE,
-        target,
-        ax.job_velocity,
-        ax.job_acceleration,
-        ax.job_deceleration,
-        ax.job_jerk,
-        0.0,
-    )
+    job = ax.job
+    job.number = ax.reversing_number
+    job.start_type = StartType.ABSOLUTE
+    job.position = ax.reversing_target
+    job.end_velocity = 0.0
+    ax.reversing_target = ax.set_position
+    begin_job(ax)
     generate(ax, dt)
     position_in_turn(ax)

@@ -10,8 +10,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from achse.motion.generators import (
+    coupled,
     direct_output,
     external,
+    grouped,
     homing,
     moves,
     reversing,
@@ -141,6 +143,15 @@ GENERATORS = (
         travelling=(MotionPhase.DRIVE_OUTPUT,),
         continuous=(MotionPhase.DRIVE_OUTPUT,),
     ),
+    Generator(
+        "group",
+        (MotionPhase.GROUPED,),
+        ("begin_group_motion",),
+        grouped.step,
+        planned=False,
+        travelling=(MotionPhase.GROUPED,),
+    ),
+    Generator("coupling", (MotionPhase.COUPLED,), ("couple",), coupled.step, planned=False),
 )
 """Each phase belongs to one row; of those that lead in any phase, the first does."""
 

@@ -32,6 +32,9 @@ __all__ = ["drive_servo", "loaded", "move", "report"]
 _STILL = 1e-9
 """A velocity below this without output is zero."""
 
+_MOST = 2_147_483_647.0
+"""Increments that a double word holds either way."""
+
 _NOWHERE = 1e15
 """A limit switch from there on is none."""
 
@@ -43,16 +46,23 @@ def report(a: Amplifier) -> None:
     """Put the inputs of the drive into its structure."""
     m = a.machine
     io = a.io
-    if m.plain == 0 or io.ctrl1 != a.reported_control or a.limited:
+    if not m.plain or io.ctrl1 != a.reported_control or a.limited:
         _report_status(a)
-    if m.torque != 0.0 or io.data_in2 != 0:
-        torque = within_32_bits(_in_direction(a, m.torque * a.torque_weight))
-        if io.data_in2 != torque:
-            io.data_in2 = torque
+    torque = m.torque
+    if torque != 0.0 or io.data_in2 != 0:
+        torque *= a.torque_weight
+        if a.motor_inverted:
+            torque = -torque
+        shown = round(torque) if abs(torque) < _MOST else within_32_bits(torque)
+        if io.data_in2 != shown:
+            io.data_in2 = shown
             io.news = 1
-    if m.velocity != 0.0 or io.data_in3 != 0:
-        velocity = m.velocity * a.velocity_weight
-        speed = within_32_bits(-velocity if a.motor_inverted else velocity)
+    velocity = m.velocity
+    if velocity != 0.0 or io.data_in3 != 0:
+        velocity *= a.velocity_weight
+        if a.motor_inverted:
+            velocity = -velocity
+        speed = round(velocity) if abs(velocity) < _MOST else within_32_bits(velocity)
         if io.data_in3 != speed:
             io.data_in3 = speed
             io.news = 1
@@ -117,10 +127,9 @@ def move(m: Machine, velocity: float, way: float, lasting: int) -> None:
     m.position += way
 
 
-def _show_torque(m: Machine, before: float, velocity: float, dt: float) -> None:
+def _show_torque(a: Amplifier, m: Machine, before: float, velocity: float, dt: float) -> None:
     """Torque of the motor: what accelerates it, against load and friction."""
-    scale = 1e-3 * m.full_torque_acceleration
-    torque = (velocity - before) / dt / scale + m.load_torque
+    torque = (velocity - before) / dt / a.torque_scale + m.load_torque
     if velocity > 0.0:
         torque += m.friction_torque
     elif velocity < 0.0:
@@ -143,8 +152,6 @@ def _delayed(a: Amplifier, output: float) -> float:
 def _valve(a: Amplifier, pieces: Sequence[Piece]) -> float:
     """Velocity, as a share of the full one, that an analog output means."""
     share = a.io.data_out1 / a.full_output
-    if a.valve_count == 0 and a.nonlinear == 0:
-        return share
     if a.valve_count > 0:
         if a.valve_inverse:
             return place_of(pieces, a.valve_first, a.valve_count, share)
@@ -207,7 +214,7 @@ def loaded(a: Amplifier, command: float, velocity: float, dt: float) -> float:
     if a.torque_offset_weight > 0.0:
         torque += _in_direction(a, io.data_out4 / a.torque_offset_weight)
     lag = a.time_constant
-    scale = 1e-3 * m.full_torque_acceleration
+    scale = a.torque_scale
     a.limited = 0
     if io.ctrl3 in TORQUE_MODES:
         if enabled and a.set_torque_weight > 0.0:
@@ -254,14 +261,14 @@ def _follow_position(a: Amplifier, dt: float) -> None:
     if abs(velocity - told) * dt * a.position_weight <= 2.0:  # but for rounded increments
         velocity = told
     move(m, velocity, way, a.delay + 2)
-    _show_torque(m, before, velocity, dt)
+    _show_torque(a, m, before, velocity, dt)
 
 
 def _stand(a: Amplifier, dt: float) -> None:
     m = a.machine
     before = m.velocity
     move(m, 0.0, 0.0, a.delay + 2)
-    _show_torque(m, before, 0.0, dt)
+    _show_torque(a, m, before, 0.0, dt)
 
 
 def _set_delay(a: Amplifier, mode: int, dt: float) -> None:
@@ -280,6 +287,18 @@ def _set_delay(a: Amplifier, mode: int, dt: float) -> None:
             a.delayed[i] = begin
 
 
+def _adapt(a: Amplifier, dt: float) -> None:
+    """Derive what follows from the parameters of drive and machine."""
+    m = a.machine
+    a.delays = 1 if a.dead_time > 0.0 or a.delay > 0 else 0
+    a.loads = 0
+    if m.load_torque != 0.0 or m.friction_torque != 0.0 or a.drift != 0.0 or a.position_loop != 0:
+        a.loads = 1
+    a.lag_weight = dt / (a.time_constant + dt)
+    a.torque_scale = 1e-3 * m.full_torque_acceleration
+    m.adapt = 0
+
+
 def drive_servo(a: Amplifier, pieces: Sequence[Piece], dt: float) -> None:
     """Move the motor until the next cycle, as the outputs say.
 
@@ -288,12 +307,17 @@ def drive_servo(a: Amplifier, pieces: Sequence[Piece], dt: float) -> None:
     m = a.machine
     io = a.io
     mode = io.ctrl3
-    if a.dead_time > 0.0 or a.delay > 0:
+    if m.adapt:
+        _adapt(a, dt)
+    if a.delays:
         _set_delay(a, mode, dt)
     command = 0.0
     if io.ctrl1 & _ENABLE:
-        if mode == 0:
-            command = a.full_velocity * _valve(a, pieces)
+        if not mode:
+            if not a.valve_count and not a.nonlinear:
+                command = a.full_velocity * (io.data_out1 / a.full_output)
+            else:
+                command = a.full_velocity * _valve(a, pieces)
         elif mode in POSITION_MODES:
             _follow_position(a, dt)
             return
@@ -309,25 +333,18 @@ def drive_servo(a: Amplifier, pieces: Sequence[Piece], dt: float) -> None:
     delay = a.delay
     if delay > 0:
         command = _delayed(a, command)
-    if m.limit_switch != 0 and outward(m, command):
+    if m.limit_switch and outward(m, command):
         command = 0.0
     before = m.velocity
-    if (
-        m.load_torque != 0.0
-        or m.friction_torque != 0.0
-        or a.drift != 0.0
-        or io.data_out4 != 0
-        or a.position_loop != 0
-        or mode in TORQUE_MODES
-    ):
+    if a.loads or io.data_out4 or (mode and mode in TORQUE_MODES):
         velocity = loaded(a, command, before, dt)
     else:
         a.limited = 0
-        velocity = before + (command - before) * (dt / (a.time_constant + dt))
-    if abs(velocity) < _STILL and command == 0.0:
+        velocity = before + (command - before) * a.lag_weight
+    if command == 0.0 and abs(velocity) < _STILL:
         velocity = 0.0
     if m.blocked:
         velocity = 0.0
     move(m, velocity, velocity * dt, delay + 2)
     if velocity != before or m.torque != 0.0 or m.load_torque != 0.0:
-        _show_torque(m, before, velocity, dt)
+        _show_torque(a, m, before, velocity, dt)

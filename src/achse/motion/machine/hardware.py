@@ -1,9 +1,18 @@
 """Hardware: the simulated machines of an NC, built as its axes are set up at the start."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from achse.motion.machine.kernel import ANALOG, DIGITAL, STEPPER, TWO_SPEEDS, carry_out, give_inputs
+from achse.motion.machine.amplifier import report
+from achse.motion.machine.kernel import (
+    ANALOG,
+    DIGITAL,
+    STEPPER,
+    TWO_SPEEDS,
+    HardwareRows,
+    carry_out,
+    give_inputs,
+)
 from achse.motion.machine.record import (
     AMPLIFIER,
     MACHINE,
@@ -16,6 +25,7 @@ from achse.motion.machine.record import (
     machine_record,
     sensor_record,
 )
+from achse.motion.machine.sensor import sense
 from achse.motion.port import (
     DRIVE_IO,
     ENCODER_IO,
@@ -108,9 +118,10 @@ class AmplifierView(_Amplifier):
 def _wake(machine: MachineView) -> None:
     if machine.resting:
         machine.resting = 0
-    machine.quiet_cycles = 0
-    if machine.plain:
+    if machine.quiet_cycles or machine.plain or machine.adapt == 0:
+        machine.quiet_cycles = 0
         machine.plain = 0
+        machine.adapt = 1
 
 
 class Hardware:
@@ -131,6 +142,7 @@ class Hardware:
         for amplifier, drive_io in zip(self._amplifiers.views, drive_ios.views, strict=True):
             amplifier.link("io", drive_io)
         self._stores = self._machines, encoder_ios, drive_ios  # whose memory must stay
+        self._taken = 0, 0
         self._free = (
             iter(self._machines.views),
             iter(self._sensors.views),
@@ -139,8 +151,16 @@ class Hardware:
 
     @property
     def arguments(self) -> tuple[Any, ...]:
-        """What the kernel takes for the sensors and the amplifiers."""
-        return *self._sensors.arguments, *self._amplifiers.arguments
+        """What machine code takes for the rows."""
+        stores = self._machines, self._sensors, self._amplifiers
+        return tuple(argument for store in stores for argument in store.arguments)
+
+    @property
+    def rows(self) -> HardwareRows:
+        """The rows for a plain kernel."""
+        return HardwareRows(
+            self._machines.arguments[0], self._sensors.arguments[0], self._amplifiers.arguments[0]
+        )
 
     def records(self) -> Iterator[View]:
         """All records, for a hash of the state."""
@@ -152,10 +172,11 @@ class Hardware:
 
         For who stands in for an NC; plain records only, without the curves of valves.
         """
-        carry: Callable[..., None] = carry_out
-        give: Callable[..., None] = give_inputs
-        carry(*self.arguments, [], dt)
-        give(*self.arguments)
+        rows = self.rows
+        for machine in rows.machines:
+            carry_out(machine, rows, [], dt)
+        for machine in rows.machines:
+            give_inputs(machine, rows)
 
     def build(self, sensors: int, amplifiers: int) -> MachineView:
         """The next machine, with so many sensors and amplifiers."""
@@ -163,6 +184,12 @@ class Hardware:
         machine: MachineView = next(machines)
         machine.sensors = [next(free_sensors) for _ in range(sensors)]
         machine.amplifiers = [next(free_amplifiers) for _ in range(amplifiers)]
+        machine.first_sensor, machine.sensor_count = self._taken[0], sensors
+        machine.first_amplifier, machine.amplifier_count = self._taken[1], amplifiers
+        self._taken = self._taken[0] + sensors, self._taken[1] + amplifiers
+        machine.several = int(sensors > 1 or amplifiers > 1)
+        machine.link("sensor", machine.sensors[0])
+        machine.link("amplifier", machine.amplifiers[0])
         for sensor in machine.sensors:
             sensor.link("machine", machine)
         for number, amplifier in enumerate(machine.amplifiers):
@@ -228,7 +255,10 @@ def _fit_stepper(amplifier: AmplifierView, axis: "Axis", drive: "AxisDrive") -> 
 
 def begin_machine(machine: MachineView) -> None:
     """Let the hardware say what it is, before the first cycle."""
-    give_inputs(machine.sensors, machine.amplifiers)
+    for sensor in machine.sensors:
+        sense(sensor)
+    for amplifier in machine.amplifiers:
+        report(amplifier)
 
 
 def place_machine(machine: MachineView, position: float) -> None:

@@ -4,14 +4,15 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from achse.motion.curves import Piece
 from achse.motion.machine.amplifier import drive_servo, report
 from achse.motion.machine.discrete import run_stepper, run_two_speeds
-from achse.motion.machine.record import Amplifier, Sensor
+from achse.motion.machine.record import Amplifier, Machine, Sensor
 from achse.motion.machine.sensor import arm_latches, sense
 
-__all__ = ["ANALOG", "DIGITAL", "STEPPER", "TWO_SPEEDS", "carry_out", "give_inputs"]
+__all__ = ["ANALOG", "DIGITAL", "STEPPER", "TWO_SPEEDS", "HardwareRows", "carry_out", "give_inputs"]
 
 DIGITAL = 0
 ANALOG = 1
@@ -20,33 +21,54 @@ STEPPER = 3
 """How an amplifier is built (`Amplifier.kind`)."""
 
 
-def give_inputs(sensors: Sequence[Sensor], amplifiers: Sequence[Amplifier]) -> None:
-    """Before the cycle of the NC: what the hardware says now."""
-    for i in range(len(sensors)):
-        sensor = sensors[i]
-        if sensor.machine.resting == 0 or sensor.noise > 0.0:
+@dataclass
+class HardwareRows:
+    """The records of simulated machines; machine code gets their addresses and numbers."""
+
+    machines: Sequence[Machine]
+    sensors: Sequence[Sensor]
+    amplifiers: Sequence[Amplifier]
+
+
+def give_inputs(machine: Machine, hardware: HardwareRows) -> None:
+    """Before the cycle of the NC: what the hardware of a machine says now."""
+    if machine.several:
+        if machine.on_bus == 0:
+            _give_all_inputs(machine, hardware)
+    elif machine.resting == 0:
+        sense(machine.sensor)
+        report(machine.amplifier)
+    elif machine.sensor.noise > 0.0:
+        sense(machine.sensor)
+
+
+def _give_all_inputs(machine: Machine, hardware: HardwareRows) -> None:
+    for i in range(machine.first_sensor, machine.first_sensor + machine.sensor_count):
+        sensor = hardware.sensors[i]
+        if machine.resting == 0 or sensor.noise > 0.0:
             sense(sensor)
-    for i in range(len(amplifiers)):
-        amplifier = amplifiers[i]
-        if amplifier.machine.resting == 0:
-            report(amplifier)
+    if machine.resting == 0:
+        for i in range(machine.first_amplifier, machine.first_amplifier + machine.amplifier_count):
+            report(hardware.amplifiers[i])
 
 
-def carry_out(
-    sensors: Sequence[Sensor], amplifiers: Sequence[Amplifier], pieces: Sequence[Piece], dt: float
-) -> None:
-    """After the cycle of the NC: its outputs move the machines until the next one."""
-    for i in range(len(sensors)):
-        if sensors[i].io.fresh:
-            arm_latches(sensors[i])
-    for i in range(len(amplifiers)):
-        amplifier = amplifiers[i]
-        machine = amplifier.machine
-        if machine.driver == amplifier.number and (amplifier.io.fresh or machine.resting == 0):
-            amplifier.io.fresh = 0
-            if amplifier.kind == TWO_SPEEDS:
-                run_two_speeds(amplifier, dt)
-            elif amplifier.kind == STEPPER:
-                run_stepper(amplifier, dt)
-            else:
-                drive_servo(amplifier, pieces, dt)
+def carry_out(machine: Machine, hardware: HardwareRows, pieces: Sequence[Piece], dt: float) -> None:
+    """After the cycle of the NC: its outputs move the machine until the next one."""
+    amplifier = machine.amplifier
+    if machine.several:
+        if machine.on_bus:
+            return
+        amplifier = hardware.amplifiers[machine.first_amplifier + machine.driver]
+        for i in range(machine.first_sensor, machine.first_sensor + machine.sensor_count):
+            if hardware.sensors[i].io.fresh:
+                arm_latches(hardware.sensors[i])
+    elif machine.sensor.io.fresh:
+        arm_latches(machine.sensor)
+    if not machine.resting or amplifier.io.fresh:
+        amplifier.io.fresh = 0
+        if amplifier.kind <= ANALOG:  # or DIGITAL
+            drive_servo(amplifier, pieces, dt)
+        elif amplifier.kind == TWO_SPEEDS:
+            run_two_speeds(amplifier, dt)
+        else:
+            run_stepper(amplifier, dt)

@@ -7,6 +7,7 @@ Places are in axis units, in the direction of the axis, from where its encoder c
 """
 
 from achse.motion.fields.declare import Field, Role, flag, real, reals, whole, wholes
+from achse.motion.fields.often import OFTEN
 from achse.motion.port import DRIVE_IO, ENCODER_IO, DriveIo, EncoderIo
 from achse.native.declare import lay_out, plain_record, reference
 
@@ -84,7 +85,14 @@ class _MachineState:
     limit_switch: int = whole(0, "1", "hardware limit switch it is on: -1, 0 none, 1", -1, 1)
     resting: int = flag(0, "nothing moves until an output or a parameter changes")
     quiet_cycles: int = whole(0, "1", "cycles without a movement")
+    adapt: int = flag(1, "something about it has changed: derived values must be computed again")
     plain: int = flag(0, "what a drive reports of its state does not depend on the machine")
+    several: int = flag(0, "it has more than one sensor or amplifier, or is on a bus")
+    on_bus: int = flag(0, "a bus fills the structures of its axis instead")
+    first_sensor: int = whole(0, "1", "row of its first sensor, the others are behind it")
+    sensor_count: int = whole(0, "1", "its sensors")
+    first_amplifier: int = whole(0, "1", "row of its first amplifier, the others are behind it")
+    amplifier_count: int = whole(0, "1", "its amplifiers")
 
 
 class SensorParameters:
@@ -164,13 +172,22 @@ class _AmplifierState:
     step_cycles: int = whole(0, "1", "cycles since the last step")
     step_interval: int = whole(0, "1", "cycles between the last two steps")
     limited: int = flag(0, "the velocity is held at a limit of the torque command")
+    delays: int = flag(0, "outputs take their time to the drive")
+    loads: int = flag(0, "load, friction, drift or a position loop in the drive")
+    lag_weight: float = real(1.0, "1", "share of the way to its command that it goes in a cycle")
+    torque_scale: float = real(20.0, "mm/s²", "acceleration of 1/1000 of the full torque")
 
 
-class Machine(MachineParameters, _MachineState):
-    """The simulated machine of one axis."""
+class _MachineLinks:
+    sensor: "Sensor" = Field(0)  # type: ignore[assignment]  # refers to what comes below
+    amplifier: "Amplifier" = Field(0)  # type: ignore[assignment]
 
 
-MACHINE = lay_out("machine", Machine.__bases__, Field)
+class Machine(_MachineLinks, MachineParameters, _MachineState):
+    """The simulated machine of one axis; it refers to the first of its sensors and amplifiers."""
+
+
+MACHINE = lay_out("machine", Machine.__bases__, Field, OFTEN["machine"])
 
 
 class _SensorLinks:
@@ -182,7 +199,7 @@ class Sensor(_SensorLinks, SensorParameters, _SensorState):
     """An encoder of the simulated machine."""
 
 
-SENSOR = lay_out("sensor", Sensor.__bases__, Field)
+SENSOR = lay_out("sensor", Sensor.__bases__, Field, OFTEN["sensor"])
 
 
 class _AmplifierLinks:
@@ -195,7 +212,10 @@ class Amplifier(_AmplifierLinks, AmplifierParameters, _AmplifierState):
     """A drive of the simulated machine."""
 
 
-AMPLIFIER = lay_out("amplifier", Amplifier.__bases__, Field)
+AMPLIFIER = lay_out("amplifier", Amplifier.__bases__, Field, OFTEN["amplifier"])
+
+MACHINE.fields["sensor"].refers = SENSOR
+MACHINE.fields["amplifier"].refers = AMPLIFIER
 
 machine_record = plain_record(MACHINE)
 sensor_record = plain_record(SENSOR)

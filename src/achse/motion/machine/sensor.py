@@ -15,6 +15,7 @@ _FARTHEST = 4.0e18
 """A count does not go beyond."""
 
 _FULL_MASK = 0xFFFF_FFFF
+_HALF = 0x8000_0000
 
 _WAITS = 1 << 0
 _LATCHED = 1 << 1
@@ -54,23 +55,27 @@ def sense(s: Sensor) -> None:
     if io.state4:
         io.state4 = 0
         io.news = 1
-    way = m.position / s.encoder_resolution
+    position = m.position
+    way = position / s.encoder_resolution
     if s.encoder_inverted:
         way = -way
     way += s.zero + 0.5
-    count = floor(way) if -_FARTHEST < way < _FARTHEST else count_at(s, m.position)
+    count = floor(way) if abs(way) < _FARTHEST else count_at(s, position)
     if s.noise > 0.0:
         s.noise_state = (s.noise_state * 1_103_515_245 + 12_345) % 0x8000_0000
         count += floor(s.noise * (s.noise_state / 1_073_741_824.0 - 1.0) + 0.5)
     if count != s.count:
         s.count = count
-        io.data_in1 = _shown(s, count)
+        if s.encoder_mask == _FULL_MASK and abs(count) < _HALF:
+            io.data_in1 = count
+        else:
+            io.data_in1 = _shown(s, count)
         io.news = 1
-    if m.cam_input == 0:
+    if not m.cam_input:
         cam = 0
         if m.period > 0.0:
             cam = CAM_CLOSED if cam_closed(m) else 0
-        elif m.cam_begin <= m.position <= m.cam_end:
+        elif m.cam_begin <= position <= m.cam_end:
             cam = CAM_CLOSED
         if cam != io.state2:
             io.state2 = cam

@@ -1,10 +1,10 @@
 """One function while it is written: its variables, memory, ways, calls and faults."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from achse.native.backend.faults import BUDGET, DEPTH, FAULT, RAISE, OwnFault
+from achse.native.backend.faults import BUDGET, DEPTH, FAULT, PASS, RAISE, OwnFault
 from achse.native.backend.instructions import Instructions, Relation
 from achse.native.backend.types import (
     ADDRESS,
@@ -27,6 +27,8 @@ __all__ = ["FunctionBuilder", "Label", "LocalVariable"]
 
 Label = str
 """Where a function can go on."""
+
+_DEPTH_BEFORE = "%depth.before"
 
 
 class LocalVariable(Operand):
@@ -51,21 +53,42 @@ class FunctionBuilder(Instructions):
         )
         self._exported = exported
         self._slots: list[str] = []
+        self._cold: list[str] = []
         self._deep = False
+        self._handler: Label | None = None
+        self.place: Callable[[], int] | None = None
+        """Gives what is written down when a call from here on leaves with a fault: see
+        `MachineCode.caught`."""
 
     def clear(self) -> None:
         """Begin again with an empty body."""
         self._lines.clear()
         self._slots.clear()
+        self._cold.clear()
         self._ended = False
         self._deep = False
+        self._handler = None
+
+    @property
+    def length(self) -> int:
+        """Instructions so far: a measure of the stack that a call takes."""
+        return len(self._lines)
+
+    @contextmanager
+    def opening(self) -> Iterator[None]:
+        """What is written within comes before all that was written already."""
+        lines, ended = self._lines, self._ended
+        self._lines, self._ended = [], False
+        yield
+        self._lines, self._ended = self._lines + lines, ended
 
     @contextmanager
     def draft(self) -> Iterator[None]:
         """What is written within is thrown away: to learn the type of what it would give."""
         lines, slots, ended = len(self._lines), len(self._slots), self._ended
+        cold = len(self._cold)
         yield
-        del self._lines[lines:], self._slots[slots:]
+        del self._lines[lines:], self._slots[slots:], self._cold[cold:]
         self._ended = ended
 
     # -- local variables ---------------------------------------------------------------------
@@ -200,8 +223,7 @@ class FunctionBuilder(Instructions):
             raise InstructionError(f"results {signature.results} expected, got {len(results)}")
         for value, type in zip(results, signature.results, strict=True):
             self._expect(value, type)
-        if self._deep:
-            self._count_depth(1)
+        self._rise()
         if len(results) < 2:
             self._end("ret " + (results[0].typed if results else "void"))
             return
@@ -275,8 +297,8 @@ class FunctionBuilder(Instructions):
         """Leave with a fault, and two values that say more, unless the condition holds."""
         bad, good = self.label(), self.label()
         self.branch(condition, good, bad)
-        self.begin(bad)
-        self.leave(fault, first, second)
+        with self.aside(bad):
+            self.leave(fault, first, second)
         self.begin(good)
 
     def leave(
@@ -292,8 +314,10 @@ class FunctionBuilder(Instructions):
         self._give_up()
 
     def _give_up(self) -> None:
-        if self._deep:
-            self._count_depth(1)
+        if self._handler is not None:
+            self.jump(self._handler)
+            return
+        self._rise()
         result = self.function.signature.llvm_result
         self._end("ret void" if result == "void" else f"ret {result} zeroinitializer")
 
@@ -304,30 +328,72 @@ class FunctionBuilder(Instructions):
         bad, good = self.label(), self.label()
         fault = self.emit(I64, f"load i64, ptr {FAULT}")
         self.branch(self.compare(Relation.EQUAL, fault, Operand(I64, "0")), good, bad)
-        self.begin(bad)
-        self._give_up()
+        with self.aside(bad):
+            self.pass_on()
         self.begin(good)
 
-    def spend(self, amount: int = 1) -> None:
-        """Take from the budget that the host sets; OwnFault.BUDGET_SPENT if it is not enough."""
+    def pass_on(self) -> None:
+        """Go on with the fault that there is: to the handler, or to the caller."""
+        if self.place is not None:
+            self._add(f"call void {PASS}(i64 {self.place()})")
+        self._give_up()
+
+    @property
+    def handler(self) -> Label | None:
+        """Where faults lead to; None: out of the function."""
+        return self._handler
+
+    @contextmanager
+    def protected(self, handler: Label | None) -> Iterator[None]:
+        """Faults within lead to the handler. There the fault is still to be read; see
+        `MachineCode.caught`."""
+        before, self._handler = self._handler, handler
+        yield
+        self._handler = before
+
+    @contextmanager
+    def aside(self, label: Label) -> Iterator[None]:
+        """What is written within, at a label, is out of the usual way."""
+        lines, ended = self._lines, self._ended
+        self._lines, self._ended = [f"{label}:"], False
+        yield
+        self._cold += self._lines
+        self._lines, self._ended = lines, ended
+
+    def spend(self, amount: int = 1, fault: int = OwnFault.BUDGET_SPENT) -> None:
+        """Take from the budget that the host sets; a fault if it is not enough."""
         budget = self.emit(I64, f"load i64, ptr {BUDGET}")
         left = self.subtract(budget, Operand(I64, str(amount)))
         self._add(f"store {left.typed}, ptr {BUDGET}")
         enough = self.compare(Relation.GREATER_EQUAL, left, Operand(I64, "0"))
-        self.require(enough, OwnFault.BUDGET_SPENT)
+        self.require(enough, fault)
 
-    def descend(self) -> None:
-        """At the begin of a function that may call itself: OwnFault.TOO_DEEP instead of a crash."""
+    def will_descend(self) -> None:
+        """Say before the body is written that `descend` comes in its `opening`."""
         self._deep = True
-        left = self._count_depth(-1)
-        enough = self.compare(Relation.GREATER_EQUAL, left, Operand(I64, "0"))
-        self.require(enough, OwnFault.TOO_DEEP)
 
-    def _count_depth(self, by: int) -> Operand:
-        depth = self.emit(I64, f"load i64, ptr {DEPTH}")
-        depth = self.add(depth, Operand(I64, str(by)))
-        self._add(f"store {depth.typed}, ptr {DEPTH}")
-        return depth
+    def descend(self, amount: int = 1, fault: int = OwnFault.TOO_DEEP) -> None:
+        """At the begin of a function that may call itself: a fault instead of a crash.
+
+        `amount` is the part of the depth that a call takes until it is left.
+        """
+        self._deep = True
+        self._add(f"{_DEPTH_BEFORE} = load i64, ptr {DEPTH}")
+        left = self.subtract(Operand(I64, _DEPTH_BEFORE), Operand(I64, str(amount)))
+        self._add(f"store {left.typed}, ptr {DEPTH}")
+        enough = self.compare(Relation.GREATER_EQUAL, left, Operand(I64, "0"))
+        self.require(enough, fault)
+
+    def _rise(self) -> None:
+        """The depth is what it was before."""
+        if self._deep:
+            self._add(f"store i64 {_DEPTH_BEFORE}, ptr {DEPTH}")
+
+    def named(self, name: str, value: Operand) -> Operand:
+        """The same value under a name that was used before it was there: see `opening`."""
+        same = "add {}, 0" if value.type.is_whole else "getelementptr i8, {}, i64 0"
+        self._add(f"%{name} = {same.format(value.typed)}")
+        return Operand(value.type, f"%{name}")
 
     # -- the text ----------------------------------------------------------------------------
 
@@ -341,4 +407,6 @@ class FunctionBuilder(Instructions):
             parameters = [f"{e.type.llvm} {e.type.extension}{e.text}" for e in self.parameters]
         head = f"define {linkage}{result} {self.function.symbol}({', '.join(parameters)}) nounwind"
         end = [] if self._ended else ["  unreachable" if signature.results else "  ret void"]
-        return "\n".join([head + " {", "begin:", *self._slots, *self._lines, *end, "}"])
+        return "\n".join(
+            [head + " {", "begin:", *self._slots, *self._lines, *end, *self._cold, "}"]
+        )

@@ -1,7 +1,9 @@
 """Object files in the user's cache: made once, loaded by later processes.
 
 A file's name ends with a digest of all that its content follows from: what has changed is another
-file, and a stale one is never used. ACHSE_CACHE_DIR moves the cache.
+file, and a stale one is never used. ACHSE_CACHE_DIR moves the cache. Files that were not used for
+the longest time go when all are more than 256 MiB. Any number of processes may use it at once: a
+file is there whole or not at all, and one that goes is made again.
 
 What others than this user may have written is not loaded: it would run with the user's rights.
 """
@@ -20,6 +22,14 @@ log = logging.getLogger("achse.native")
 
 _CHECK = hashlib.sha256().digest_size
 
+_OBJECT, _TEMPORARY = ".o", ".part"
+
+_LARGEST = 256 << 20
+"""Bytes of all files: some hundred large projects."""
+
+_ABANDONED_S = 3600.0
+"""A temporary file that old is of a process that was ended while it wrote."""
+
 
 def cache_directory() -> Path:
     """Where machine code is kept."""
@@ -34,7 +44,7 @@ class ObjectCache:
     """One object file, by a name that people read and a digest of what it follows from."""
 
     def __init__(self, name: str, digest: str) -> None:
-        self.path = cache_directory() / f"{name}-{digest}.o"
+        self.path = cache_directory() / f"{name}-{digest}{_OBJECT}"
         """Where it is, or would be."""
 
     def load(self) -> bytes | None:
@@ -52,6 +62,8 @@ class ObjectCache:
             content = self.path.read_bytes()
         except OSError:
             return None
+        with suppress(OSError):
+            os.utime(self.path)  # it was used now
         check, code = content[:_CHECK], content[_CHECK:]
         return code if check == hashlib.sha256(code).digest() else None
 
@@ -63,13 +75,40 @@ class ObjectCache:
             folder.mkdir(mode=0o700, exist_ok=True)
             if _distrusted(folder):
                 return
-            handle, temporary = tempfile.mkstemp(dir=folder)
+            handle, temporary = tempfile.mkstemp(_TEMPORARY, dir=folder)
             try:
                 with os.fdopen(handle, "wb") as file:
                     file.write(hashlib.sha256(code).digest() + code)
                 os.replace(temporary, self.path)
             except OSError:
                 os.unlink(temporary)
+            _make_room(folder, self.path)
+
+
+def _make_room(folder: Path, newest: Path) -> None:
+    """Remove the files that were not used for the longest time until the rest is small enough.
+
+    Only our own kinds of files; others may remove some of them meanwhile.
+    """
+    found: list[tuple[float, int, Path]] = []
+    now = newest.stat().st_mtime  # written just now
+    for path in folder.iterdir():
+        if path.suffix not in (_OBJECT, _TEMPORARY) or path == newest:
+            continue
+        with suppress(OSError):
+            facts = path.lstat()
+            if path.suffix == _OBJECT:
+                found.append((facts.st_mtime, facts.st_size, path))
+            elif now - facts.st_mtime > _ABANDONED_S:
+                path.unlink()
+    found.sort()
+    used = newest.stat().st_size + sum(size for _, size, _ in found)
+    for _, size, path in found:
+        if used <= _LARGEST:
+            return
+        with suppress(OSError):
+            path.unlink()
+        used -= size
 
 
 def _distrusted(path: Path) -> str:

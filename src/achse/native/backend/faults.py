@@ -6,7 +6,19 @@ out looks there and returns at once. Numbers above 0 mean what the front end say
 
 from enum import IntEnum
 
-__all__ = ["BUDGET", "DEPTH", "FAULT", "NOTES", "RAISE", "RUNTIME", "MachineFault", "OwnFault"]
+__all__ = [
+    "BUDGET",
+    "DEPTH",
+    "FAULT",
+    "NOTES",
+    "PASS",
+    "RAISE",
+    "RUNTIME",
+    "TRAIL",
+    "TRAIL_LENGTH",
+    "MachineFault",
+    "OwnFault",
+]
 
 
 class OwnFault(IntEnum):
@@ -31,10 +43,14 @@ class MachineFault(Exception):
         self.second = second
 
 
-BUDGET, DEPTH, FAULT, NOTES, RAISE = (
-    f"@achse.{name}" for name in ("budget", "depth", "fault", "notes", "raise")
+BUDGET, DEPTH, FAULT, NOTES, RAISE, TRAIL, PASS = (
+    f"@achse.{name}" for name in ("budget", "depth", "fault", "notes", "raise", "trail", "pass")
 )
-"""Symbols of what every module has once: two counters, the fault, the notes, who sets the fault."""
+"""Symbols of what every module has once: two counters, the fault, the notes, who sets the fault;
+where the fault came through, and who writes that down."""
+
+TRAIL_LENGTH = 64
+"""Places of a trail that are kept: those next to the fault."""
 
 RUNTIME = f"""\
 {BUDGET} = global i64 0
@@ -44,5 +60,19 @@ define internal void {RAISE}(i64 %number, i64 %first, i64 %second) cold noinline
   store i64 %number, ptr {FAULT}
   store i64 %first, ptr getelementptr (i8, ptr {FAULT}, i64 8)
   store i64 %second, ptr getelementptr (i8, ptr {FAULT}, i64 16)
+  ret void
+}}
+{TRAIL} = global [{TRAIL_LENGTH + 1} x i64] zeroinitializer
+define internal void {PASS}(i64 %place) cold noinline nounwind {{
+  %length = load i64, ptr {TRAIL}
+  %full = icmp uge i64 %length, {TRAIL_LENGTH}
+  br i1 %full, label %end, label %more
+more:
+  %next = add i64 %length, 1
+  store i64 %next, ptr {TRAIL}
+  %to = getelementptr i64, ptr {TRAIL}, i64 %next
+  store i64 %place, ptr %to
+  br label %end
+end:
   ret void
 }}"""

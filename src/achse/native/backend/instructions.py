@@ -282,6 +282,17 @@ class Instructions:
             operation = "trunc" if old.bits > type.bits else "sext" if old.signed else "zext"
         return self.emit(type, f"{operation} {value.typed} to {type.llvm}")
 
+    def truncate(self, value: Operand, type: MachineType) -> Operand:
+        """A float without its fraction as a whole number; if the type cannot hold it, some number.
+
+        One instruction, where `convert` takes eight.
+        """
+        if not value.type.is_real or not type.is_whole:
+            raise InstructionError(f"{value.type} to {type}: a float to a whole number expected")
+        sign = "s" if type.signed else "u"
+        number = self.emit(type, f"fpto{sign}i {value.typed} to {type.llvm}")
+        return self.emit(type, f"freeze {number.typed}")
+
     def reinterpret(self, value: Operand, type: MachineType) -> Operand:
         """The same bits as another type of the same size."""
         if value.type.bits != type.bits or ADDRESS in (value.type, type):

@@ -5,13 +5,24 @@ Needs llvmlite, which is imported when it is used.
 
 import ctypes
 import importlib.util
+import platform
+import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from enum import Enum
 from functools import cache
 from typing import Any
 
-from achse.native.backend.faults import BUDGET, DEPTH, FAULT, NOTES, MachineFault, OwnFault
+from achse.native.backend.faults import (
+    BUDGET,
+    DEPTH,
+    FAULT,
+    NOTES,
+    TRAIL,
+    TRAIL_LENGTH,
+    MachineFault,
+    OwnFault,
+)
 from achse.native.backend.module import C_FUNCTIONS, C_PREFIX, ModuleBuilder, ModuleInterface
 from achse.native.backend.types import CallTarget, FunctionSignature
 
@@ -78,7 +89,8 @@ def address_of(buffer: bytearray | memoryview, offset: int = 0) -> int:
 
 
 class MachineCode:
-    """An object file in memory, for good. `callbacks` are the functions that it expects.
+    """An object file in memory, for good. `callbacks` are the functions that it expects,
+    `deepest` is what all calls inside each other may take by `descend`.
 
     Raises TypeError if a callback is missing or unknown.
     """
@@ -88,11 +100,17 @@ class MachineCode:
         content: bytes,
         interface: ModuleInterface,
         callbacks: Mapping[str, Callable[..., Any]] | None = None,
+        *,
+        deepest: int = DEEPEST,
     ) -> None:
         import llvmlite.binding as llvm
 
         self._interface = interface
-        engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine(Effort.FULL))
+        engine = llvm.create_mcjit_compiler(
+            llvm.parse_assembly(""),
+            _machine(Effort.FULL),
+            use_lmm=_lies_close_together(content) or None,
+        )
         engine.add_object_file(llvm.ObjectFileRef.from_data(content))
         engine.finalize_object()
         _LOADED.append(engine)
@@ -100,9 +118,10 @@ class MachineCode:
         self._raised: list[BaseException] = []
         self._fault = self._words(FAULT, 3)
         self._budget = self._words(BUDGET, 1)
+        self._trail = self._words(TRAIL, TRAIL_LENGTH + 1)
         depth = self._words(DEPTH, 1)
         if depth:
-            depth[0] = DEEPEST
+            depth[0] = deepest
         given = dict(callbacks or {})
         if given.keys() != interface.callbacks.keys():
             raise TypeError(f"callbacks {list(interface.callbacks)} expected, got {list(given)}")
@@ -136,19 +155,45 @@ class MachineCode:
         plain: Callable[..., Any] = self._prototype(function)
         if not function.faults:
             return plain
-        fault, raised = self._fault, self._raised
+        fault = self._fault
 
         def call(*arguments: Any) -> Any:
             result = plain(*arguments)
             if fault[0]:
-                number, first, second = fault
-                fault[0] = 0
-                if number == OwnFault.CALLBACK_RAISED and raised:
-                    raise raised.pop()
-                raise MachineFault(number, first, second)
+                raise self.caught()[0]
             return result
 
         return call
+
+    @property
+    def budget_words(self) -> Any:
+        """The budget as a view of one word, shared with the machine code."""
+        return self._budget
+
+    @property
+    def fault_words(self) -> Any:
+        """A view of the fault that there is: the first word is 0 if there is none."""
+        return self._fault
+
+    def words(self, name: str) -> Any:
+        """Words of the module, as a view of integers; KeyError if it has none of that name."""
+        return self._words(f'@"words.{name}"', self._interface.words[name])
+
+    def table(self, name: str, length: int) -> list[int]:
+        """Where the functions of a table are."""
+        return list(self._words(f'@"table.{name}"', length))
+
+    def caught(self) -> tuple[BaseException, list[int]]:
+        """For a callback at a handler, or the host after a call: the fault that there is, and the
+        places it came through, the innermost first. There is none any more then."""
+        number, first, second = self._fault
+        self._fault[0] = 0
+        length = self._trail[0]
+        self._trail[0] = 0
+        places = list(self._trail[1 : length + 1])
+        if number == OwnFault.CALLBACK_RAISED and self._raised:
+            return self._raised.pop(), places
+        return MachineFault(number, first, second), places
 
     def plain_function(self, name: str) -> Any:
         """An exported function that cannot fault, as ctypes has it: with `argtypes`."""
@@ -160,7 +205,7 @@ class MachineCode:
 
     def _words(self, symbol: str, count: int) -> Any:
         """The words of a variable of the module, None if it has none."""
-        place = self._engine.get_global_value_address(symbol[1:])
+        place = self._engine.get_global_value_address(symbol[1:].strip('"'))
         if not place:
             return None
         words = (ctypes.c_int64 * count).from_address(place)
@@ -204,15 +249,33 @@ def _machine(effort: Effort) -> Any:
         cpu=llvm.get_host_cpu_name(),
         features=llvm.get_host_cpu_features().flatten(),
         opt=effort.value,
-        codemodel="jitdefault",
         jit=True,
+        **_addressing(effort),
     )
+
+
+def _addressing(effort: Effort) -> dict[str, str]:
+    """How code reaches constants and functions; LLVM's own choice is by addresses of 64 bits.
+
+    On x86-64 these are three instructions for each constant and call, a tenth of a kernel. Offsets
+    do where all of an object file lies close together, and calls outside go by a table; the quick
+    selection of instructions knows no such table.
+    """
+    if effort is Effort.FULL and sys.platform == "linux" and platform.machine() == "x86_64":
+        return {"codemodel": "small", "reloc": "pic"}
+    return {"codemodel": "jitdefault"}
+
+
+def _lies_close_together(content: bytes) -> bool:
+    """Whether an object file reaches what is in it by offsets."""
+    import llvmlite.binding as llvm
+
+    sections = llvm.ObjectFileRef.from_data(content).sections()
+    return any(each.name() == b".text" and each.size() for each in sections)
 
 
 @cache
 def _c_library() -> ctypes.CDLL:
-    import sys
-
     if sys.platform == "win32":
         return ctypes.CDLL("ucrtbase")
     whole = ctypes.CDLL(None)  # Python's own math functions are in it

@@ -18,6 +18,11 @@ from achse.native.backend.types import (
 
 __all__ = ["C_FUNCTIONS", "C_PREFIX", "MATH", "ModuleBuilder", "ModuleInterface"]
 
+_CALLS = """!llvm.module.flags = !{!1}
+!1 = !{i32 7, !"RtLibUseGOT", i32 1}
+"""
+"""Calls outside that LLVM makes itself go by a table of addresses, as `nonlazybind` says."""
+
 C_PREFIX = "achse_"
 """C functions get names of their own, so that LLVM does not know better what they give."""
 
@@ -38,6 +43,7 @@ class ModuleInterface:
 
     functions: Mapping[str, CallTarget] = field(default_factory=dict)
     callbacks: Mapping[str, FunctionSignature] = field(default_factory=dict)
+    words: Mapping[str, int] = field(default_factory=dict)
 
 
 class ModuleBuilder:
@@ -49,6 +55,8 @@ class ModuleBuilder:
         self._callbacks: dict[str, CallTarget] = {}
         self._declared: dict[str, str] = {}
         self._data: dict[bytes, str] = {}
+        self._words: dict[str, int] = {}
+        self._tables: dict[str, Sequence[CallTarget | None]] = {}
         self._bodies: list[FunctionBuilder] = []
         self.notes = b""
         """Bytes that go with the machine code into the cache: what its fault numbers mean."""
@@ -56,7 +64,7 @@ class ModuleBuilder:
     @property
     def interface(self) -> ModuleInterface:
         callbacks = {name: callback.signature for name, callback in self._callbacks.items()}
-        return ModuleInterface(dict(self._exported), callbacks)
+        return ModuleInterface(dict(self._exported), callbacks, dict(self._words))
 
     # -- what can be called ------------------------------------------------------------------
 
@@ -125,7 +133,7 @@ class ModuleBuilder:
         signature = FunctionSignature(tuple(parameters), (result,))
         function = CallTarget(f"@{C_PREFIX}{name}", signature, convention=True)
         pure = all(each.is_real for each in (*parameters, result))
-        self.external(function, "readnone nounwind" if pure else "nounwind")
+        self.external(function, ("readnone " if pure else "") + "nounwind nonlazybind")
         return function
 
     def external(self, function: CallTarget, attributes: str = "") -> None:
@@ -141,6 +149,16 @@ class ModuleBuilder:
         """The address of constant bytes; it is a multiple of 8."""
         return Operand(ADDRESS, self._data.setdefault(content, f"@data{len(self._data)}"))
 
+    def words(self, name: str, count: int) -> Operand:
+        """The address of words of 64 bits that the host reads and writes; they begin as 0."""
+        self._words[name] = count
+        return Operand(ADDRESS, f'@"words.{name}"')
+
+    def table(self, name: str, functions: Sequence[CallTarget | None]) -> Operand:
+        """The address of a list of functions, 8 bytes each; None is 0. The host can read it."""
+        self._tables[name] = functions
+        return Operand(ADDRESS, f'@"table.{name}"')
+
     # -- the text ----------------------------------------------------------------------------
 
     def assembly(self) -> str:
@@ -155,15 +173,27 @@ class ModuleBuilder:
             for content, symbol in self._data.items()
         ]
         pointers = [f"{callback.symbol} = global ptr null" for callback in self._callbacks.values()]
-        used = [*self._declared.values(), *data, *pointers]
+        words = [
+            f'@"words.{name}" = global [{count} x i64] zeroinitializer'
+            for name, count in self._words.items()
+        ]
+        tables = [
+            f'@"table.{name}" = constant [{len(functions)} x ptr] [{_pointers(functions)}]'
+            for name, functions in self._tables.items()
+        ]
+        used = [*self._declared.values(), *data, *pointers, *words, *tables]
         if self._callbacks or any(function.faults for function in self._functions.values()):
             used.append(RUNTIME)
         if self.notes:
             used.append(f"{NOTES} = constant {_characters(_counted(self.notes))}")
-        return "\n".join([*used, *bodies, f"{EMPTY_NOTE} = !{{}}"]) + "\n"
+        return "\n".join([*used, *bodies, f"{EMPTY_NOTE} = !{{}}", _CALLS])
 
     def _is_exported(self, function: CallTarget) -> bool:
         return function in self._exported.values()
+
+
+def _pointers(functions: Sequence[CallTarget | None]) -> str:
+    return ", ".join(f"ptr {each.symbol if each else 'null'}" for each in functions)
 
 
 def _counted(content: bytes) -> bytes:

@@ -308,7 +308,7 @@ class Arithmetic:
         return self.code.intrinsic("sqrt", operand)
 
     def whole(self, operand: Operand, node: ast.AST) -> Operand:
-        """A float without its fraction as a whole number; beyond 64 bits the nearest one."""
+        """A float without its fraction as a whole number; beyond 64 bits some number."""
         if self.unit.checked:
             code = self.code
             number = code.compare(Relation.EQUAL, operand, operand)
@@ -316,7 +316,7 @@ class Arithmetic:
             low = code.compare(Relation.GREATER_EQUAL, operand, code.constant(F64, -(2.0**63)))
             high = code.compare(Relation.LESS, operand, code.constant(F64, 2.0**63))
             self.check(_TO_INT, node, code.bit_and(low, high))
-        return self.code.convert(operand, I64)
+        return self.code.truncate(operand, I64)
 
     def classify(self, callee: Callable[..., Any], operand: Operand) -> Operand:
         """`isnan`, `isinf` and `isfinite`."""

@@ -219,7 +219,7 @@ class ExpressionCompiler(Arithmetic):
         self.code.store(operand, place.address, aligned=True)
 
     def field(self, node: ast.Attribute) -> NumberLocation | KernelValue:
-        """A field of a record, the record that it refers to, or one of the tables."""
+        """A field of a record, the record that it refers to or holds, or one of the tables."""
         owner = self.value(node.value)
         if isinstance(owner.kind, RowTables):
             return self._table(owner, node)
@@ -235,6 +235,11 @@ class ExpressionCompiler(Arithmetic):
                 somewhere = self.code.convert(target, BOOL.machine)
                 self.check((AttributeError, f"{node.attr} leads nowhere"), node, somewhere)
             return KernelValue(RecordReference(slot.refers), (target,))
+        if slot.holds is not None:
+            held = RecordReference(slot.holds)
+            if slot.length:
+                return KernelValue(Row(held), (address, self.code.constant(I64, slot.length)))
+            return KernelValue(held, (address,))
         kind = REAL if slot.is_real else INT
         if slot.length:
             return KernelValue(Row(kind), (address, self.code.constant(I64, slot.length)))

@@ -9,13 +9,12 @@ from achse.iec.types import IecType
 from achse.iec.variables import Section, Variable
 from achse.plc.code.source import ATOM, CodeExpression
 from achse.plc.code.storages import local_name
-from achse.st.check.kinds import counted, is_whole
+from achse.st.check.kinds import counted, is_whole, known_from
 from achse.st.typed.expressions import (
     AddressOf,
     Created,
     DirectTarget,
     Invocation,
-    Known,
     Stored,
     TypedValue,
 )
@@ -25,7 +24,14 @@ from achse.st.typed.project import Routine, RoutineKind
 if TYPE_CHECKING:
     from achse.plc.code.expressions import ExpressionWriter
 
-__all__ = ["CallWriter", "HeldAddress", "encoded_from", "known_from", "outputs_of", "parameters_of"]
+__all__ = [
+    "CallWriter",
+    "HeldAddress",
+    "encoded_from",
+    "is_plain",
+    "outputs_of",
+    "parameters_of",
+]
 
 _WITH_FRAME = frozenset(
     {RoutineKind.FUNCTION, RoutineKind.METHOD, RoutineKind.GET, RoutineKind.SET, RoutineKind.LIFE}
@@ -138,7 +144,7 @@ class CallWriter:
         if instance is None:
             return None, ""
         of = self._of
-        if isinstance(instance, AddressOf) and _is_plain(instance.storage):
+        if isinstance(instance, AddressOf) and is_plain(instance.storage):
             return instance.storage, of.storages.address(instance.storage).text
         name = of.temporary()
         lines.append(f"{name} = {of.exact_value(instance).text}")
@@ -250,7 +256,7 @@ class HeldAddress(NamedTuple):
     type: IecType[Any] | None
 
 
-def _is_plain(storage: Storage) -> bool:
+def is_plain(storage: Storage) -> bool:
     """Whether the address of a storage can be written twice: nothing in it has an effect."""
     return not storage.steps and not isinstance(storage.base, PointerBase)
 
@@ -260,24 +266,6 @@ def _ranged(text: str, type: IecType[Any] | None) -> CodeExpression:
         whole = counted(type)
         return CodeExpression(text, ATOM, whole.low, whole.high)
     return CodeExpression(text)
-
-
-def known_from(image: bytes, type: IecType[Any]) -> Known:
-    """The constant that some bytes are, of a flat type."""
-    if isinstance(type, BoolType):
-        return Known(image[0] != 0, type)
-    if isinstance(type, RealType):
-        return Known(type.decode(image), type)
-    if isinstance(type, StringType):
-        text = image[: type.length * type.unit]
-        if type.unit == 1:
-            return Known(text.partition(b"\0")[0], type)
-        end = next((at for at in range(0, len(text), 2) if text[at : at + 2] == b"\0\0"), len(text))
-        return Known(text[:end], type)
-    if is_whole(type):
-        whole = counted(type)
-        return Known(int.from_bytes(image, "little", signed=whole.low < 0), type)
-    return Known(image, type)
 
 
 def encoded_from(value: Any, type: IecType[Any]) -> bytes:

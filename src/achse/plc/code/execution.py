@@ -2,35 +2,67 @@
 
 import logging
 import struct
+import sys
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NoReturn
+from dataclasses import replace
+from enum import Enum
+from types import FrameType
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
+from achse.native.backend import compiler_installed
 from achse.plc.code.faults import CATCHABLE, ExceptionCode, PlcFault, code_of
 from achse.plc.code.frames import Frames, Heap
-from achse.plc.code.linker import Linker
+from achse.plc.code.linker import Linker, Probe
 from achse.plc.code.operations import OPERATIONS, real_operations
 from achse.plc.code.placement import MissingPlaceError, Placement
 from achse.plc.code.pointers import pointer_operations
 from achse.plc.code.routines import compiled, emit_routine
-from achse.plc.code.statements import TooDeepError
 from achse.plc.code.texts import TEXTS
 from achse.plc.code.views import Views
 from achse.plc.memory import Memory
 from achse.plc.program import PlacedVariable
 from achse.st.check.folding import rescaled
 from achse.st.typed.project import Routine, TypedProject
+from achse.st.typed.statements import TypedStatement
 
-__all__ = ["Builtins", "Execution"]
+if TYPE_CHECKING:
+    from achse.plc.machine.program import MachineProgram
+
+__all__ = ["Builtins", "CodeForm", "Execution", "Listener"]
 
 log = logging.getLogger("achse.plc")
 
 Builtins = Mapping[str, Callable[..., Any]]
 """Python functions that stand for routines without Structured Text, by key."""
 
-BUDGET = 20_000_000
-"""Loop passes and calls that one cycle of a task may take."""
+Listener = Callable[[tuple[Any, ...], Mapping[str, Any]], object]
+"""Is told of a call: the arguments in order, and those by name."""
+
+
+class CodeForm(Enum):
+    """What routines become."""
+
+    PLAIN = "plain"
+    """Functions of Python."""
+    MACHINE = "machine"
+    """Machine code, as far as they can be translated; needs llvmlite."""
+    AUTO = "auto"
+    """Machine code where llvmlite is installed."""
+
+
+BUDGET = 5_000_000
+"""Loop passes and calls that one cycle of a task may take: a second or less."""
+
+DEEPEST_CALLS = 2000
+"""Calls inside each other, wherever the station itself is called from."""
+
+_CATCHES = 1000
+"""How many exceptions a program may catch in a cycle that does nothing else."""
+
+_OVERFLOWS = 50
+"""The same of stack overflows, which take long to unwind."""
 
 
 class _Jump(Exception):
@@ -53,7 +85,11 @@ class Execution:
 
     `clock_ns` gives the time of the running cycle, `task_index` the number of the running task.
     `budget` is how many loop passes and calls one cycle may take. `exceptions` is the task option
-    "floating point exceptions".
+    "floating point exceptions". `after` is the execution that this one follows in the same memory:
+    what `__NEW` made stays, and with `keeps_statics` so do VAR_STAT variables of functions.
+    `form` says what routines become; both forms leave the same bytes.
+    `cached`: machine code comes from the user's cache if it is there; that is for projects that
+    come from sources, which are what the cache knows them by.
     """
 
     def __init__(
@@ -67,19 +103,29 @@ class Execution:
         task_index: Callable[[], int] = lambda: 1,
         budget: int = BUDGET,
         exceptions: bool = True,
+        after: "Execution | None" = None,
+        keeps_statics: bool = False,
+        form: CodeForm = CodeForm.PLAIN,
+        cached: bool = False,
     ) -> None:
         self.project = project
         self.memory = memory
         self.budget = budget
-        self._fuel = [budget]
+        self._fuel: Any = [budget]
+        self._limit_before = 0
+        """Python's limit of calls when nothing runs; 0 while nothing does."""
         self._overrides = dict(builtins or {})
-        placement = Placement(memory, variables)
+        self._clock_ns, self._task_index = clock_ns, task_index
+        variables = list(variables)
+        self.placement = placement = Placement(memory, variables)
+        if after is not None and keeps_statics:
+            placement.statics.update(after.placement.statics)
         for static in project.statics:
             placement.add_static(static)
         self.views = Views(memory)
         self.frames = Frames(memory, self.views)
-        self.heap = Heap(memory)
-        self._linker = Linker(project, placement)
+        self.heap: Heap = Heap(memory) if after is None else after.heap
+        self._linker = Linker(project, placement, exceptions=exceptions)
         self.namespace: dict[str, Any] = {
             **OPERATIONS,
             **TEXTS,
@@ -111,22 +157,76 @@ class Execution:
         }
         self.left_out: dict[str, str] = dict(project.left_out)
         """Routines that cannot run, and why."""
-        self.views.renew()
+        self.machine: MachineProgram | None = None
+        """The machine code; None if all is plain."""
+        self.kept_plain: Mapping[str, str] = {}
+        """Routines that are plain beside machine code, and why."""
+        if form is not CodeForm.PLAIN:
+            self._translate_if_possible(form, variables, exceptions, cached)
+        self.renew()
         self._link()
 
     # functions -------------------------------------------------------------------------------
 
+    def _translate_if_possible(
+        self, form: CodeForm, variables: list[PlacedVariable], exceptions: bool, cached: bool
+    ) -> None:
+        """Of `CodeForm.AUTO`, whatever keeps machine code away leaves all plain."""
+        if form is CodeForm.AUTO and not compiler_installed():
+            return
+        try:
+            self._translate(variables, exceptions, cached)
+        except Exception as failure:
+            if form is CodeForm.MACHINE:
+                raise
+            log.warning("programs run as plain Python, not as machine code: %r", failure)
+
+    def _translate(self, variables: list[PlacedVariable], exceptions: bool, cached: bool) -> None:
+        """Make machine code of what can be; the rest shares budget and frames with it."""
+        from achse.plc.machine.build import machine_code
+        from achse.plc.machine.program import MachineHost, MachineProgram
+
+        by_python = sorted(key for key in self._overrides if key in self.project.routines)
+        content = machine_code(
+            self.project,
+            self.placement,
+            variables,
+            by_python,
+            exceptions=exceptions,
+            cached=cached,
+        )
+        host = MachineHost(
+            self.project,
+            self.memory,
+            budget=self.budget,
+            clock_ns=self._clock_ns,
+            task_index=self._task_index,
+            plain=lambda key: self.namespace[self._linker.name_of(key)],
+            dispatched=self._dispatched,
+            caught=self._caught,
+            deepest=DEEPEST_CALLS,
+        )
+        self.machine = MachineProgram(content, host)
+        self.kept_plain = self.machine.notes.plain
+        self._fuel = self.namespace["F"] = self.machine.budget
+        self.frames.share(self.machine.frames)
+        self.refuel()
+        for key, why in self.kept_plain.items():
+            log.debug("%s stays plain: %s", key, why)
+
     def _link(self) -> None:
+        in_machine = {} if self.machine is None else self.machine.keys
         for key, routine in self.project.routines.items():
             name = self._linker.name_of(key)
+            if self.machine is not None and key in in_machine:
+                self.namespace[name] = self.machine.function(key)
+                continue
             if routine.body is None or key in self._overrides:
                 self.namespace[name] = self._without_text(routine)
                 continue
             try:
                 lines = emit_routine(routine, self._linker)
                 function = compiled(routine, lines, self.namespace, self._linker.names)
-            except TooDeepError:
-                self._leave_out(key, "loops and __TRY inside each other are too deep")
             except MissingPlaceError as missing:
                 self._leave_out(key, f"{missing.args[0]} has no memory in this PLC")
             except (SyntaxError, RecursionError, MemoryError) as refusal:
@@ -135,7 +235,11 @@ class Execution:
                 self.namespace[name] = function
         self.namespace.update(self._linker.constants)
         self.namespace.update(self.views.namespace())
-        self._tables: dict[int, dict[str, Callable[..., Any]]] = {
+        self._tables = self._all_tables()
+
+    def _all_tables(self) -> dict[int, dict[str, Callable[..., Any]]]:
+        """The functions that calls through an address find, by the number of the block."""
+        return {
             number: {
                 name: self.namespace[self._linker.name_of(key)]
                 for name, key in block.table.items()
@@ -162,15 +266,98 @@ class Execution:
         found: Callable[..., Any] = self.namespace[self._linker.name_of(key)]
         return found
 
+    def observe(self, key: str, listener: "Listener") -> None:
+        """Call `listener` with what a routine is called with, each time before it runs.
+
+        KeyError if there is no such routine. Machine code does not tell of its calls: all routines
+        are plain from then on.
+        """
+        if self.machine is not None:
+            self.replace(self.plain())
+            self.machine = None
+        function, name = self.function(key), self._linker.name_of(key)
+
+        def observed(*arguments: Any, **named: Any) -> Any:
+            listener(arguments, named)
+            return function(*arguments, **named)
+
+        self.namespace[name] = observed
+        self._tables = self._all_tables()
+
+    def replace(self, functions: Mapping[str, Callable[..., Any]]) -> None:
+        """Let other functions be the routines of these keys, from the next cycle on.
+
+        `function` gives the new ones.
+        """
+        for key, function in functions.items():
+            self.namespace[self._linker.name_of(key)] = function
+        self._tables = self._all_tables()
+
+    def plain(self, probe: Probe | None = None) -> dict[str, Callable[..., Any]]:
+        """The routines with a body as functions of Python, made once more; `probe` for a debug
+        build. They are not in use until `replace`."""
+        made: dict[str, Callable[..., Any]] = {}
+        self._linker.probe = probe
+        try:
+            for key, routine in self.project.routines.items():
+                if routine.body is None or key in self._overrides or key in self.left_out:
+                    continue
+                lines = emit_routine(routine, self._linker)
+                made[key] = compiled(routine, lines, self.namespace, self._linker.names)
+        finally:
+            self._linker.probe = None
+        self.namespace.update(self._linker.constants)
+        return made
+
+    def part(self, key: str, wanted: Callable[[TypedStatement], bool]) -> Callable[..., Any] | None:
+        """A routine of a unit with the wanted ones of its statements; None without any."""
+        routine = self.project.routines.get(key)
+        body = () if routine is None else tuple(filter(wanted, routine.body or ()))
+        if routine is None or not body or key in self.left_out:
+            return None
+        lines = emit_routine(replace(routine, body=body), self._linker)
+        function = compiled(routine, lines, self.namespace, self._linker.names)
+        self.namespace.update(self._linker.constants)
+        return function
+
+    def type_at(self, address: int) -> StructType[Any] | None:
+        """The type of the function block at an address; None if there is none."""
+        block = self.project.block_numbered.get(self._number_at(address))
+        return None if block is None else block.type
+
     def renew(self) -> None:
         """See the memory as it is now."""
         self.views.renew()
         self.namespace.update(self.views.namespace())
+        if self.machine is not None:
+            self.machine.renew()
+
+    def release(self) -> None:
+        """Let the memory grow: nothing can run until `renew`."""
+        self.views.release()
+        if self.machine is not None:
+            self.machine.release()
 
     def refuel(self) -> None:
         """A new cycle: the whole budget, and no frame left from before."""
         self._fuel[0] = self.budget
         self.frames.clear()
+
+    def rest(self) -> None:
+        """Nothing runs any more: Python's limit of calls is what it was."""
+        if self._limit_before:
+            sys.setrecursionlimit(self._limit_before)
+            self._limit_before = 0
+
+    def allow_calls(self) -> None:
+        """Let calls go as deep as always: Python counts the station's own, too."""
+        depth = DEEPEST_CALLS
+        frame: FrameType | None = sys._getframe()
+        while frame is not None:
+            depth += 1
+            frame = frame.f_back
+        self._limit_before = self._limit_before or sys.getrecursionlimit()
+        sys.setrecursionlimit(depth)
 
     # what emitted code calls -----------------------------------------------------------------
 
@@ -181,9 +368,11 @@ class Execution:
         )
 
     def _caught(self, failure: BaseException) -> None:
-        """A program may catch what it likes, but not the end of its budget."""
+        """A program may catch what it likes, but not the end of its budget, and it costs some."""
         if self._fuel[0] < 0:
             raise failure
+        is_overflow = code_of(failure) == ExceptionCode.STACK_OVERFLOW
+        self._fuel[0] -= self.budget // (_OVERFLOWS if is_overflow else _CATCHES)
 
     def _begin_block(self, address: int, number: int) -> None:
         self.namespace["store_Q" if self._pointer_size == 8 else "store_I"](address, number)

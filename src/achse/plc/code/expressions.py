@@ -8,7 +8,7 @@ from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.strings import StringType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
-from achse.plc.code.calls import CallWriter, HeldAddress
+from achse.plc.code.calls import CallWriter, HeldAddress, is_plain
 from achse.plc.code.linker import Linker
 from achse.plc.code.source import ATOM, CodeExpression, Precedence, exact, joined
 from achse.plc.code.storages import Storages, format_of
@@ -35,7 +35,7 @@ from achse.st.typed.expressions import (
 from achse.st.typed.places import Storage
 from achse.st.typed.project import Routine
 
-__all__ = ["ExpressionWriter"]
+__all__ = ["ExpressionWriter", "may_be_invalid"]
 
 _ARITHMETIC = {
     Operator.ADD: ("+", Precedence.ADD),
@@ -356,9 +356,9 @@ class ExpressionWriter:
     def _real(
         self, operator: Operator, operands: tuple[TypedValue, ...], type: RealType
     ) -> CodeExpression:
-        pieces = [self.exact_value(one) for one in operands]
         if operator in _ARITHMETIC:
-            return reduce(partial(_real_joined, operator, type.size == 4), pieces)
+            return self._real_arithmetic(operator, operands, type)
+        pieces = [self.exact_value(one) for one in operands]
         if operator is Operator.DIV:
             divisor = operands[1]
             if isinstance(divisor, Known) and divisor.value:
@@ -372,6 +372,48 @@ class ExpressionWriter:
         if operator in _CHOICES:
             return CodeExpression(f"{_CHOICES[operator]}({arguments})")
         return CodeExpression(f"{_MATHEMATICS[operator]}({arguments})", loose=True)
+
+    def _real_arithmetic(
+        self, operator: Operator, operands: tuple[TypedValue, ...], type: RealType
+    ) -> CodeExpression:
+        """Sums and products, as far as they are one expression.
+
+        Infinity minus infinity and 0 times infinity are invalid operations: with exceptions on,
+        a result that is NaN although no operand was one stops the program.
+        """
+        if not (self.linker.exceptions and may_be_invalid(operator, operands)):
+            pieces = [self.exact_value(one) for one in operands]
+            return reduce(partial(_real_joined, operator, type.size == 4), pieces)
+        leaves: list[str] = []
+        text = self._real_chain(operator, operands, type, leaves).text
+        name = self.temporary()
+        checked = f"({name} if ({name} := {text}) == {name} else invalid({', '.join(leaves)}))"
+        return CodeExpression(checked, loose=True)
+
+    def _real_chain(
+        self,
+        operator: Operator,
+        operands: tuple[TypedValue, ...],
+        type: RealType,
+        leaves: list[str],
+    ) -> CodeExpression:
+        pieces: list[CodeExpression] = []
+        for one in operands:
+            if isinstance(one, Computed) and one.operator in _ARITHMETIC:
+                piece = self._real_chain(one.operator, one.operands, type, leaves)
+                if type.size == 4:
+                    piece = CodeExpression(f"single({piece.text})")
+            else:
+                piece = self.exact_value(one)
+                if not isinstance(one, Known):
+                    if not (isinstance(one, Read) and is_plain(one.storage)):
+                        name = self.temporary()
+                        piece = CodeExpression(f"({name} := {piece.text})")
+                        leaves.append(name)
+                    else:
+                        leaves.append(piece.text)
+            pieces.append(piece)
+        return reduce(partial(_real_joined, operator, type.size == 4), pieces)
 
     def _whole(
         self, operator: Operator, operands: tuple[TypedValue, ...], type: IntegerType
@@ -432,10 +474,40 @@ class ExpressionWriter:
                 f"{count.at(Precedence.BIT_AND)} & {mask}", Precedence.BIT_AND, 0, mask
             )
         if operator is Operator.SHR:
-            low, high = min(value.low, value.low >> count.low), value.high >> count.low
-            return joined(value, ">>", count, Precedence.SHIFT, low, max(high, -1))
+            low = min(value.low >> count.low, value.low >> count.high)
+            high = max(value.high >> count.low, value.high >> count.high)
+            return joined(value, ">>", count, Precedence.SHIFT, low, high)
         low, high = min(value.low << count.high, 0), max(value.high << count.high, 0)
         return joined(value, "<<", count, Precedence.SHIFT, low, high)
+
+
+def may_be_invalid(operator: Operator, operands: tuple[TypedValue, ...]) -> bool:
+    """Whether sums or products of reals in this expression can be NaN out of numbers."""
+    if any(
+        isinstance(one, Computed)
+        and one.operator in _ARITHMETIC
+        and may_be_invalid(one.operator, one.operands)
+        for one in operands
+    ):
+        return True
+    unbounded = sum(not _is_finite(one) for one in operands)
+    if operator is not Operator.MUL:
+        return unbounded > 1
+    return unbounded > 1 or (unbounded == 1 and any(map(_may_be_zero, operands)))
+
+
+def _may_be_zero(value: TypedValue) -> bool:
+    """Of a number: whether it may be 0."""
+    return _is_finite(value) and not (isinstance(value, Known) and value.value)
+
+
+def _is_finite(value: TypedValue) -> bool:
+    """Whether a real is a number whatever is in memory."""
+    if isinstance(value, Known):
+        return isinstance(value.value, int | float) and math.isfinite(value.value)
+    if isinstance(value, Converted):
+        return value.rule in (Conversion.TO_REAL, Conversion.FROM_BOOL)
+    return isinstance(value, Computed) and value.operator in (Operator.SIN, Operator.COS)
 
 
 def _real_joined(

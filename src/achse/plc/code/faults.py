@@ -119,6 +119,8 @@ def report_of(failure: BaseException, paths: Iterable[str]) -> FaultReport:
             routine, path, line = code.co_name, code.co_filename, trace.tb_lineno
         trace = trace.tb_next
     says = getattr(failure, "says", None)
+    if isinstance(failure, RecursionError):
+        says = "calls inside each other are too deep: a recursion without end?"
     return FaultReport(
         code_of(failure), str(failure) if says is None else says, routine, path, line
     )

@@ -1,5 +1,6 @@
 """Frames of running calls, and memory that programs make with `__NEW`."""
 
+from collections.abc import Iterator
 from typing import Any
 
 from achse.iec.structs import StructType
@@ -25,25 +26,39 @@ class Frames:
         memory.grow({Area.STACK: STACK_SIZE})
         self._region = memory[Area.STACK]
         self._views = views
-        self._top = 0
+        self._top: Any = [0]
+        self._floor = 0
+        """Frames below are those of a cycle that a debugger holds."""
+
+    def share(self, top: Any) -> None:
+        """Count in a word that machine code counts in as well."""
+        self._top = top
 
     def clear(self) -> None:
-        """No call is running."""
-        self._top = 0
+        """No call is running, but those that are held."""
+        self._top[0] = self._floor
+
+    def hold(self) -> None:
+        """Keep the frames that there are, whatever runs meanwhile."""
+        self._floor = self._top[0]
+
+    def let_go(self) -> None:
+        """The frames held may be left again: their cycle goes on."""
+        self._top[0], self._floor = self._floor, 0
 
     def enter(self, size: int, image: bytes) -> int:
         """The offset of a new frame that begins as `image`. STACK_OVERFLOW if there is no room."""
-        start = self._top
+        start: int = self._top[0]
         end = start + (size + _ALIGNMENT - 1 & -_ALIGNMENT)
         if end > STACK_SIZE:
             raise PlcFault(ExceptionCode.STACK_OVERFLOW, f"{STACK_SIZE} bytes of frames are full")
-        self._top = end
+        self._top[0] = end
         self._region.data[start : start + size] = image
         return start
 
     def leave(self, start: int) -> None:
         """The frame at that offset, and all after it, are gone."""
-        self._top = start
+        self._top[0] = start
 
 
 class Heap:
@@ -79,6 +94,11 @@ class Heap:
     def holds(self, address: int, of: StructType[Any], count: int) -> None:
         """Say what is in the bytes at an address."""
         self._records[address] = (of, count)
+
+    def all_held(self) -> Iterator[tuple[int, StructType[Any], int]]:
+        """Address, type and number of all records."""
+        for address, (of, count) in self._records.items():
+            yield address, of, count
 
     def held(self, address: int) -> tuple[StructType[Any], int] | None:
         """The records that are there; None if there are others or none."""

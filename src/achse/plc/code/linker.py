@@ -1,7 +1,7 @@
 """The linker: what emitted code refers to by name, and where it is."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
@@ -9,7 +9,7 @@ from achse.plc.code.placement import Placement
 from achse.plc.memory import Area
 from achse.st.typed.project import Routine, TypedBlock, TypedProject, TypedRecord
 
-__all__ = ["Linker", "LiveRecord"]
+__all__ = ["Linker", "LiveRecord", "Probe"]
 
 
 class LiveRecord(NamedTuple):
@@ -33,13 +33,31 @@ def _live(record: TypedRecord) -> LiveRecord:
     )
 
 
+class Probe(Protocol):
+    """Marks in code for a debugger, as pieces of Python."""
+
+    def statement(self, routine: Routine, at: int) -> tuple[str, ...]:
+        """Lines that a statement begins with."""
+        ...
+
+    def entry(self, routine: Routine) -> str:
+        """What a call begins with, once `f` is the offset of its frame; makes `call`."""
+        ...
+
+
 class Linker:
     """Names in emitted code: `R12` is a routine, `K7` a constant. Both stay as they are."""
 
     stack = Area.STACK
 
-    def __init__(self, project: TypedProject, placement: Placement) -> None:
+    def __init__(
+        self, project: TypedProject, placement: Placement, *, exceptions: bool = True
+    ) -> None:
         self.project = project
+        self.probe: Probe | None = None
+        """Of a debug build: what code says before each statement."""
+        self.exceptions = exceptions
+        """The task option "floating point exceptions"."""
         self.placement = placement
         self.constants: dict[str, Any] = {}
         self._names: dict[str, str] = {}

@@ -84,6 +84,13 @@ def _raise_exception(code: int) -> None:
     raise PlcFault(code, "raised by the program")
 
 
+def _invalid(*operands: float) -> float:
+    """NaN where an operand is NaN already; else FPU_INVALID_OPERATION."""
+    if all(one == one for one in operands):
+        raise PlcFault(ExceptionCode.FPU_INVALID_OPERATION)
+    return math.nan
+
+
 OPERATIONS: dict[str, Callable[..., Any]] = {
     "single": single,
     "whole": rounded,
@@ -96,6 +103,7 @@ OPERATIONS: dict[str, Callable[..., Any]] = {
     "chosen": _chosen,
     "selected": _selected,
     "raise_exception": _raise_exception,
+    "invalid": _invalid,
     "atan": math.atan,
 }
 """Names in emitted code that do not depend on the task option."""
@@ -114,9 +122,14 @@ def _quiet_division(left: float, right: float) -> float:
 
 def _loud_division(left: float, right: float) -> float:
     try:
-        return left / right
+        found = left / right
     except ZeroDivisionError:
-        raise PlcFault(ExceptionCode.FPU_DIVIDEBYZERO) from None
+        if math.isinf(left):
+            return _quiet_division(left, right)
+        if left and left == left:
+            raise PlcFault(ExceptionCode.FPU_DIVIDEBYZERO) from None
+        return _invalid(left)
+    return found if found == found else _invalid(left, right)
 
 
 def _quiet(function: Callable[..., float], pole: Callable[..., float]) -> Callable[..., float]:

@@ -1,9 +1,8 @@
 """Placement: where in PLC memory the storages of a typed project are."""
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from achse.iec.variables import Variable
 from achse.plc.memory import Area, Memory
 from achse.plc.program import PlacedVariable
 from achse.st.typed.places import ImageBase, StaticBase, UnitBase
@@ -31,17 +30,18 @@ class Placement:
     def __init__(self, memory: Memory, variables: Iterable[PlacedVariable]) -> None:
         self.memory = memory
         self._by_name = {placed.name.lower(): placed for placed in variables}
-        self._own_statics: dict[Variable[Any, Any], Spot] = {}
+        self.statics: dict[str, PlacedVariable] = {}
+        """VAR_STAT variables of functions and methods, by name in lower case."""
 
     def spot(self, base: UnitBase | StaticBase | ImageBase) -> Spot:
         """Where a base begins. Raises `MissingPlaceError`."""
         if isinstance(base, ImageBase):
             return Spot(_IMAGES[base.area], 0)
         if isinstance(base, StaticBase):
-            own = self._own_statics.get(base.variable)
-            if own is not None:
-                return own
             name = f"{base.owner}.{base.variable.name}"
+            own = self.statics.get(name.lower())
+            if own is not None:
+                return Spot(own.area, own.offset)
         else:
             name = f"{base.unit}.{base.variable.name}"
         placed = self._by_name.get(name.lower())
@@ -58,4 +58,6 @@ class Placement:
             region = self.memory[Area.DATA]
             offset = region.allocate(variable.type.size, variable.type.alignment)
             region.write(offset, variable.initial_bytes())
-            self._own_statics[variable] = Spot(Area.DATA, offset)
+            name = f"{base.owner}.{variable.name}"
+            placed = PlacedVariable(name, variable, Area.DATA, offset, None)
+            self.statics[name.lower()] = placed

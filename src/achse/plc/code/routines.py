@@ -2,11 +2,12 @@
 
 import ast
 from collections.abc import Mapping
+from dataclasses import replace
 from types import CodeType, FunctionType
 from typing import Any, cast
 
 from achse.iec.variables import Variable
-from achse.plc.code.calls import known_from, outputs_of, parameters_of
+from achse.plc.code.calls import outputs_of, parameters_of
 from achse.plc.code.expressions import ExpressionWriter
 from achse.plc.code.linker import Linker
 from achse.plc.code.source import CodeExpression, SourceLine, SourceLines
@@ -14,6 +15,7 @@ from achse.plc.code.statements import StatementWriter
 from achse.plc.code.storages import local_name
 from achse.plc.code.views import OFFSET_MASK
 from achse.plc.memory import ADDRESS_BITS
+from achse.st.check.kinds import known_from
 from achse.st.typed.places import FrameBase, Storage, flat
 from achse.st.typed.project import Routine, RoutineKind
 
@@ -28,8 +30,11 @@ def source_of(routine: Routine, linker: Linker) -> str:
 def emit_routine(routine: Routine, linker: Linker) -> list[SourceLine]:
     """The lines of the Python function that a routine is.
 
-    Raises `TooDeepError` for loops inside each other deeper than Python takes.
+    With a probe, all variables of the frame are in memory, where a debugger finds them.
     """
+    if linker.probe is not None:
+        names_in_memory = frozenset(field.name.lower() for field in routine.frame.fields)
+        routine = replace(routine, addressed=names_in_memory)
     of = ExpressionWriter(routine, linker)
     body = SourceLines()
     statements = StatementWriter(of, body)
@@ -38,8 +43,11 @@ def emit_routine(routine: Routine, linker: Linker) -> list[SourceLine]:
     body.indent()
     if routine.result is not None or outputs_of(routine):
         statements.leave()
-    needs_frame = of.needs_frame or any(
-        field.name.lower() in routine.addressed for field in routine.frame.fields
+    lines = statements.pieces + body.lines
+    needs_frame = (
+        of.needs_frame
+        or linker.probe is not None
+        or any(field.name.lower() in routine.addressed for field in routine.frame.fields)
     )
     head = SourceLines()
     head.place(routine.at)
@@ -52,8 +60,8 @@ def emit_routine(routine: Routine, linker: Linker) -> list[SourceLine]:
     _instance(head, routine, of)
     _locals(head, routine, of, {parameter.name for parameter in parameters})
     if not needs_frame:
-        return head.lines + body.lines
-    return head.lines + _framed(routine, of, body.lines, parameters)
+        return head.lines + lines
+    return head.lines + _framed(routine, of, lines, parameters)
 
 
 _WITH_PARAMETERS = frozenset(
@@ -115,13 +123,24 @@ def _framed(
     lines.indent()
     for store in stores:
         lines.add(store)
+    probe = of.linker.probe
+    if probe is not None:
+        lines.add(probe.entry(routine))
     for line in body:
         lines.place(line.at)
         lines.add(line.text.removeprefix("    "))
     lines.dedent()
+    if probe is not None:
+        lines.add("except CATCHABLE as failure:")
+        lines.indent()
+        lines.add("raised(call, failure)")
+        lines.add("raise")
+        lines.dedent()
     lines.add("finally:")
     lines.indent()
     lines.add("leave(f)")
+    if probe is not None:
+        lines.add("returned(call)")
     return lines.lines
 
 
@@ -139,5 +158,10 @@ def compiled(
             place.col_offset = place.end_col_offset = 0
     module = compile(tree, routine.source.path, "exec")
     code = next(one for one in module.co_consts if isinstance(one, CodeType))
-    code = code.replace(co_name=routine.name, co_qualname=routine.name)
-    return FunctionType(code, namespace, names[routine.key])
+    return FunctionType(_named(code, routine.name), namespace, names[routine.key])
+
+
+def _named(code: CodeType, name: str) -> CodeType:
+    """The code and the functions inside it with the name of the routine, for reports."""
+    inner = tuple(_named(one, name) if isinstance(one, CodeType) else one for one in code.co_consts)
+    return code.replace(co_name=name, co_qualname=name, co_consts=inner)

@@ -94,6 +94,11 @@ class SourceLines:
         """One more line."""
         self.lines.append(SourceLine("    " * self._depth + text, self._at))
 
+    @property
+    def depth(self) -> int:
+        """Levels of indentation."""
+        return self._depth
+
     def indent(self) -> None:
         """Lines from now on are inside the last one."""
         self._depth += 1

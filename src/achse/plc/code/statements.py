@@ -1,9 +1,16 @@
-"""Statements of the typed form as lines of Python."""
+"""Statements of the typed form as lines of Python.
 
+Python takes only so many loops inside each other: what is deeper becomes a function of its own
+before the body, which sees the variables of the routine and tells how it was left.
+"""
+
+from collections.abc import Callable, Sequence
+from enum import IntEnum
+from functools import partial
 from typing import TYPE_CHECKING
 
 from achse.plc.code.calls import outputs_of
-from achse.plc.code.source import CodeExpression, SourceLines
+from achse.plc.code.source import CodeExpression, SourceLine, SourceLines
 from achse.plc.code.storages import local_name
 from achse.st.typed.expressions import Invocation, Latched, Stored, TypedValue
 from achse.st.typed.places import FrameBase, Storage, flat
@@ -28,14 +35,30 @@ from achse.st.typed.statements import (
 if TYPE_CHECKING:
     from achse.plc.code.expressions import ExpressionWriter
 
-__all__ = ["StatementWriter", "TooDeepError"]
+__all__ = ["JUMP_COST", "StatementWriter"]
 
-_DEEPEST = 18
-"""Loops and __TRY inside each other, beyond which Python takes no more."""
+_DEEPEST = 12
+"""Loops and __TRY inside each other in one Python function, which takes 20 at most: a statement
+and its list may add some before the next one is asked."""
+
+JUMP_COST = 10
+"""What a jump takes of the budget: an exception of Python, as long as some loop passes."""
+
+_WIDEST = 60
+"""Levels of indentation in one Python function; Python takes 100."""
+
+_MOST_BRANCHES = 30
+"""Branches of one choice that are written with `elif`."""
+
+_COMPOUND = (Conditional, CaseSelection, CountedLoop, ConditionLoop, Protected)
 
 
-class TooDeepError(Exception):
-    """Statements inside each other deeper than Python takes."""
+class _Leaves(IntEnum):
+    """What a piece of a routine that is a function of its own gives back."""
+
+    RETURN = 1
+    EXIT = 2
+    CONTINUE = 3
 
 
 class StatementWriter:
@@ -44,9 +67,16 @@ class StatementWriter:
     def __init__(self, expressions: "ExpressionWriter", lines: SourceLines) -> None:
         self._of = expressions
         self._lines = lines
-        self._loops: list[tuple[str, TypedStatement]] = []
-        """What EXIT and CONTINUE mean here: `plain` for Python's own, `raised` inside marks."""
+        self._loops: list[tuple[str, TypedStatement, int]] = []
+        """What EXIT and CONTINUE mean here: `plain` for Python's own, `raised` inside marks; and
+        the function that the loop is in."""
         self._depth = 0
+        self._function = 0
+        """How many functions of their own are around the present statement."""
+        self._leaves: set[_Leaves] = set()
+        """How the present one is left."""
+        self.pieces: list[SourceLine] = []
+        """The lines of those functions."""
 
     def block(self, statements: TypedStatements) -> None:
         """A list of statements, one level in."""
@@ -65,19 +95,25 @@ class StatementWriter:
         lines = self._lines
         if statement.at:
             lines.place(statement.at)
+        if isinstance(statement, _COMPOUND) and (self._depth >= _DEEPEST or lines.depth >= _WIDEST):
+            self._piece(statement)
+            return
+        self._mark(statement)
         match statement:
             case Do(value):
                 self.do(value)
             case Conditional(branches, otherwise):
-                word = "if"
-                for branch in branches:
-                    lines.place(branch.at or statement.at)
-                    lines.add(f"{word} {self._of.condition(branch.condition)}:")
-                    self.block(branch.body)
-                    word = "elif"
-                if otherwise:
-                    lines.add("else:")
-                    self.block(otherwise)
+                self._branches(
+                    [
+                        (
+                            one.at or statement.at,
+                            partial(self._of.condition, one.condition),
+                            one.body,
+                        )
+                        for one in branches
+                    ],
+                    otherwise,
+                )
             case CaseSelection():
                 self._selection(statement)
             case CountedLoop():
@@ -99,6 +135,13 @@ class StatementWriter:
             case LifeStep():
                 self._life(statement)
 
+    def _mark(self, statement: TypedStatement) -> None:
+        """In a debug build: say that the statement is next."""
+        probe = self._of.linker.probe
+        if probe is not None and statement.at and not isinstance(statement, LifeStep):
+            for line in probe.statement(self._of.routine, statement.at):
+                self._lines.add(line)
+
     def do(self, value: TypedValue) -> None:
         """An expression for what it does."""
         of, lines = self._of, self._lines
@@ -116,9 +159,53 @@ class StatementWriter:
         else:
             lines.add(of.value(value).text)
 
+    def _piece(self, statement: TypedStatement) -> None:
+        """A statement as a function of its own."""
+        name, left = self._of.temporary(), self._of.temporary()
+        outer = (self._lines, self._depth, self._leaves)
+        self._lines, self._depth, self._leaves = SourceLines(), 0, set()
+        self._function += 1
+        lines = self._lines
+        lines.place(statement.at)
+        lines.indent()
+        lines.add(f"def {name}():")
+        lines.indent()
+        routine = self._of.routine
+        names = [
+            local_name(field)
+            for field in routine.frame.fields
+            if field.name.lower() not in routine.addressed
+        ]
+        if names:
+            lines.add(f"nonlocal {', '.join(names)}")
+        self.statement(statement)
+        self._function -= 1
+        leaves = self._leaves
+        self._lines, self._depth, self._leaves = outer
+        self.pieces += lines.lines
+        lines = self._lines
+        lines.add(f"{left} = {name}()")
+        for reason, act in (
+            (_Leaves.RETURN, self.leave),
+            (_Leaves.EXIT, lambda: self._leave("break", "LoopLeft")),
+            (_Leaves.CONTINUE, lambda: self._leave("continue", "LoopGoesOn")),
+        ):
+            if reason in leaves:
+                lines.add(f"if {left} == {reason.value}:")
+                lines.indent()
+                act()
+                lines.dedent()
+
     def leave(self) -> None:
         """RETURN, with what the routine gives."""
+        if self._function:
+            self._give_back(_Leaves.RETURN)
+            return
         self._lines.add(f"return {self.results()}".rstrip())
+
+    def _give_back(self, reason: _Leaves) -> None:
+        self._leaves.add(reason)
+        self._lines.add(f"return {reason.value}")
 
     def results(self) -> str:
         """The result; with outputs a tuple of it and them."""
@@ -139,27 +226,47 @@ class StatementWriter:
     def _selection(self, statement: CaseSelection) -> None:
         lines, held = self._lines, self._of.temporary()
         lines.add(f"{held} = {self._of.exact_value(statement.selector).text}")
-        word = "if"
+        branches = []
         for choice in statement.choices:
             tests = [
                 f"{held} == {low}" if low == high else f"{low} <= {held} <= {high}"
                 for low, high in choice.labels
             ]
-            lines.place(choice.at or statement.at)
-            lines.add(f"{word} {' or '.join(tests)}:")
-            self.block(choice.body)
-            word = "elif"
-        if statement.otherwise and word == "if":
-            lines.add("if True:")
-            self.block(statement.otherwise)
-        elif statement.otherwise:
-            lines.add("else:")
-            self.block(statement.otherwise)
+            test = partial(str, " or ".join(tests))
+            branches.append((choice.at or statement.at, test, choice.body))
+        self._branches(branches, statement.otherwise)
 
-    def _deeper(self) -> None:
-        self._depth += 1
-        if self._depth > _DEEPEST:
-            raise TooDeepError
+    def _branches(
+        self,
+        branches: Sequence[tuple[int, Callable[[], str], TypedStatements]],
+        otherwise: TypedStatements,
+    ) -> None:
+        """The first one whose test holds; each test is written at its own place.
+
+        Each `elif` of Python is inside the one before, and a few hundred are too deep for it. Cases
+        of a `match` stand side by side.
+        """
+        lines = self._lines
+        if not branches:
+            if otherwise:
+                lines.add("if True:")
+                self.block(otherwise)
+            return
+        is_long = len(branches) > _MOST_BRANCHES
+        word, last = ("case _ if", "case _:") if is_long else ("if", "else:")
+        if is_long:
+            lines.add("match None:")
+            lines.indent()
+        for at, test, body in branches:
+            lines.place(at)
+            lines.add(f"{word} {test()}:")
+            self.block(body)
+            word = word if is_long else "elif"
+        if otherwise:
+            lines.add(last)
+            self.block(otherwise)
+        if is_long:
+            lines.dedent()
 
     def _counted(self, statement: CountedLoop) -> None:
         self.do(statement.start)
@@ -174,19 +281,19 @@ class StatementWriter:
     def _loop(self, head: str, body: TypedStatements, statement: TypedStatement) -> None:
         """A loop; with marks inside, EXIT and CONTINUE come as exceptions."""
         lines = self._lines
-        self._deeper()
+        self._depth += 1
         raised = _has_marks(body)
         if raised:
-            self._deeper()
+            self._depth += 1
             lines.add("try:")
             lines.indent()
         lines.add(head)
         lines.indent()
         lines.add("F[0] = fuel = F[0] - 1")
         lines.add("if fuel < 0: exhausted()")
-        self._loops.append(("raised" if raised else "plain", statement))
+        self._loops.append(("raised" if raised else "plain", statement, self._function))
         if raised:
-            self._deeper()
+            self._depth += 1
             lines.add("try:")
             self.block(body)
             lines.add("except LoopGoesOn:")
@@ -212,15 +319,19 @@ class StatementWriter:
 
     def _advance(self, statement: TypedStatement) -> None:
         """What is between a pass of a loop and the next."""
+        self._mark(statement)
         if isinstance(statement, CountedLoop):
             self.do(statement.advance)
         elif isinstance(statement, ConditionLoop) and not statement.before:
             self._lines.add(f"if not ({self._of.value(statement.condition).text}): break")
 
     def _leave(self, word: str, exception: str) -> None:
-        form, statement = self._loops[-1]
+        form, statement, function = self._loops[-1]
         if form == "raised":
             self._lines.add(f"raise {exception}")
+            return
+        if function != self._function:
+            self._give_back(_Leaves.EXIT if word == "break" else _Leaves.CONTINUE)
             return
         if word == "continue":
             self._advance(statement)
@@ -230,8 +341,7 @@ class StatementWriter:
 
     def _protected(self, statement: Protected) -> None:
         lines, of = self._lines, self._of
-        self._deeper()
-        self._deeper()
+        self._depth += 2
         held = of.temporary()
         lines.add("try:")
         lines.indent()
@@ -253,8 +363,7 @@ class StatementWriter:
     def _with_marks(self, statements: TypedStatements) -> None:
         """A list with marks: from the mark that was jumped to, on to the end."""
         lines = self._lines
-        self._deeper()
-        self._deeper()
+        self._depth += 2
         where = self._of.temporary()
         marks: dict[str, int] = {}
         sections: list[list[TypedStatement]] = [[]]
@@ -267,7 +376,7 @@ class StatementWriter:
         lines.add(f"{where} = 0")
         lines.add("while True:")
         lines.indent()
-        lines.add("F[0] = fuel = F[0] - 1")
+        lines.add(f"F[0] = fuel = F[0] - {JUMP_COST}")
         lines.add("if fuel < 0: exhausted()")
         lines.add("try:")
         lines.indent()

@@ -28,7 +28,7 @@ from achse.st.typed.places import (
 if TYPE_CHECKING:
     from achse.plc.code.expressions import ExpressionWriter
 
-__all__ = ["Storages", "format_of", "local_name"]
+__all__ = ["Storages", "format_of", "local_name", "parts_without_headers"]
 
 _POINTER_MASK = (1 << 64) - 1
 
@@ -277,7 +277,7 @@ class Storages:
             return CodeExpression(f"{name}({self._address(where).text}, {value.text})")
         if isinstance(type, StructType | ArrayType):
             address = self._address(where).text
-            parts = _parts_without_headers(type)
+            parts = parts_without_headers(type)
             if parts == ((0, type.size),):
                 return CodeExpression(f"store_bytes({address}, {value.text})")
             return CodeExpression(
@@ -366,7 +366,7 @@ def _rounded(type: IecType[Any], value: CodeExpression) -> CodeExpression:
     return value
 
 
-def _parts_without_headers(type: IecType[Any]) -> tuple[tuple[int, int], ...]:
+def parts_without_headers(type: IecType[Any]) -> tuple[tuple[int, int], ...]:
     """The bytes of a record that a copy takes: all but the headers of function blocks."""
     gaps = sorted(_headers(type, 0))
     parts: list[tuple[int, int]] = []

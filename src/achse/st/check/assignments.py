@@ -166,18 +166,42 @@ class Assignments:
     def added(self, pointer: Expression, summand: Expression, at: int) -> TypedOperand:
         """`__XADD`: adds to what a pointer leads to; its old value is the result."""
         body = self._body
-        place = body.expressions.operand(pointer)
-        type = place.flat
-        if not isinstance(type, PointerType) or not isinstance(flat(type.target), IntegerType):
-            raise Unexpected(at, f"__XADD takes a pointer to a whole number, got {place.type.name}")
-        target = flat(type.target)
-        storage = Storage(PointerBase(place.value), 0, target, at=at)
-        operand = TypedOperand(Read(storage, target, at), type.target, storage)
+        operand, storage = self._pointed("__XADD", pointer, at)
+        target = operand.flat
+        assert isinstance(target, IntegerType)
         more = body.expressions.operand(summand)
         machine = common_integer(target, target)
         values = (converted(operand.value, machine, at), converted(more.value, machine, at))
         total = converted(Computed(Operator.ADD, values, machine, at), target, at)
         return self._old_of(storage, operand, total, at)
+
+    def swapped(
+        self, pointer: Expression, old: Expression, new: Expression, at: int
+    ) -> TypedOperand:
+        """`__COMPARE_AND_SWAP`: whether what a pointer leads to was `old`; then it is `new`."""
+        body = self._body
+        operand, storage = self._pointed("__COMPARE_AND_SWAP", pointer, at)
+        type = operand.flat
+        before = body.converter.implicit(body.expressions.operand(old), operand.type, old.at)
+        after = body.converter.implicit(body.expressions.operand(new), operand.type, new.at)
+        kept = body.frame.storage(body.frame.temporary(type), at)
+        is_old = Computed(Operator.EQ, (Read(storage, type, at), before), BOOL, at)
+        noted = Stored(kept, converted(is_old, type, at), type, at)
+        was_old = Computed(Operator.NE, (Read(kept, type, at), Known(0, type, at)), BOOL, at)
+        chosen = Computed(Operator.SEL, (was_old, Read(storage, type, at), after), type, at)
+        stored = Stored(storage, chosen, type, at)
+        found = Computed(Operator.MUX, (Known(0, DINT, at), noted, stored), type, at)
+        return TypedOperand(Computed(Operator.NE, (found, Known(0, type, at)), BOOL, at), BOOL)
+
+    def _pointed(self, name: str, pointer: Expression, at: int) -> tuple[TypedOperand, Storage]:
+        """The whole number that a pointer leads to."""
+        place = self._body.expressions.operand(pointer)
+        type = place.flat
+        if not isinstance(type, PointerType) or not isinstance(flat(type.target), IntegerType):
+            raise Unexpected(at, f"{name} takes a pointer to a whole number, got {place.type.name}")
+        target = flat(type.target)
+        storage = Storage(PointerBase(place.value), 0, target, at=at)
+        return TypedOperand(Read(storage, target, at), type.target, storage), storage
 
     def _old_of(
         self, storage: Storage, operand: TypedOperand, new: TypedValue, at: int

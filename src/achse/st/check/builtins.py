@@ -150,12 +150,13 @@ class Builtins:
                 return self._name_of(operand, enum, target, at)
             if source is None and operand.loose and isinstance(operand.flat, IntegerType):
                 operand = body.widened(operand, at)
-            shown = target
-            return TypedOperand(converted(operand.value, shown, at), shown)
         value = operand.value
         if source is not None and _is_plain(operand.flat) and _is_plain(source):
             value = self._as_source(operand, source, at)
         found = converted(value, target, at)
+        if _is_count(target) is not _is_count(found.type):
+            # A TIME as a number computes like a number, and a number as a TIME like a time.
+            found = folded(Converted(found, target, Conversion.EXTEND, at))
         return TypedOperand(found, target, text=None)
 
     def _as_source(self, operand: TypedOperand, source: IecType[Any], at: int) -> TypedValue:
@@ -395,6 +396,10 @@ def _values(name: str, arguments: Sequence[Argument], at: int) -> list[Expressio
 
 def _is_plain(type: IecType[Any]) -> bool:
     return isinstance(type, BoolType | IntegerType | RealType | TimeType)
+
+
+def _is_count(type: IecType[Any] | None) -> bool:
+    return isinstance(type, IntegerType)
 
 
 def _is_address(operand: TypedOperand) -> bool:

@@ -31,6 +31,7 @@ from achse.st.typed.expressions import (
     DirectTarget,
     Invocation,
     Known,
+    Read,
     Stored,
     TableTarget,
     TypedValue,
@@ -42,6 +43,7 @@ from achse.st.typed.places import (
     flat,
 )
 from achse.st.typed.project import RoutineKind
+from achse.st.typed.statements import Do, TypedStatement
 from achse.st.units import FunctionBlock, Program
 
 if TYPE_CHECKING:
@@ -67,6 +69,8 @@ class CallChecker:
 
     def __init__(self, body: "RoutineBody") -> None:
         self._body = body
+        self.after: list[TypedStatement] = []
+        """What is done behind the statement that is being checked: SETs of `=> property`."""
 
     def call(self, tree: Call) -> TypedOperand:
         """`of(arguments)`. Raises `Unexpected` and `Failed`."""
@@ -396,6 +400,8 @@ class CallChecker:
             if have.length < want.length:
                 self._body.warn(at, f"{name} is a {want.name}: a {have.name} is shorter")
             return
+        if _is_one_type_twice(operand.type, wanted):
+            return
         if have.size == want.size and not isinstance(have, StructType | ArrayType):
             self._body.warn(at, f"{name} is a {wanted.name}, got a {operand.type.name}")
             return
@@ -434,13 +440,27 @@ class CallChecker:
         """`nOut => x`: read after the call."""
         body = self._body
         at = target.at
-        into = body.expressions.operand(target)
+        meaning = body.expressions.meaning(target)
+        if isinstance(meaning, PropertyUse) and self.has_set(meaning):
+            return self._output_to_property(parameter, place, meaning, at)
+        into = body.expressions.as_operand(meaning, at)
         if into.storage is None:
             raise Unexpected(at, f"{parameter.variable.name} => takes a variable")
         body.check_writable(into, at)
         found = read(place, parameter.variable.type, at)
         value = body.converter.implicit(found, into.type, at)
         return Stored(into.storage, value, into.storage.type, at)
+
+    def _output_to_property(
+        self, parameter: DeclaredParameter, place: Storage, use: PropertyUse, at: int
+    ) -> Stored:
+        """`nOut => Property`: kept after the call, and set behind the statement."""
+        frame = self._body.frame
+        type = flat(parameter.variable.type)
+        kept = frame.storage(frame.temporary(type), at)
+        operand = TypedOperand(Read(kept, type, at), parameter.variable.type, kept)
+        self.after.append(Do(self.write_property(use, operand, at), at))
+        return Stored(kept, Read(place, type, at), type, at)
 
 
 def _table_name(signature: Signature) -> str:
@@ -479,3 +499,15 @@ def _target_of(type: IecType[Any]) -> IecType[Any]:
 
 
 _NOTHING: IecType[Any] = IecType("nothing", 0, 1, 0)
+
+
+def _is_one_type_twice(have: IecType[Any], want: IecType[Any]) -> bool:
+    """Whether a library of ours and a symbol file both have this type: `AXIS_REF` and
+    `Tc2_MC2.AXIS_REF`. The variable is as long as the block takes it to be, or longer."""
+    have, want = resolved(have), resolved(want)
+    return (
+        isinstance(have, StructType)
+        and isinstance(want, StructType)
+        and have.name.rpartition(".")[2].casefold() == want.name.rpartition(".")[2].casefold()
+        and have.size >= want.size
+    )

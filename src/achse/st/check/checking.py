@@ -12,7 +12,15 @@ from achse.st.check.blocks import Blocks
 from achse.st.check.body import RoutineBody
 from achse.st.check.contracts import Contracts
 from achse.st.check.life import Life, element_of
+from achse.st.check.origin import origin_of
 from achse.st.check.signatures import Routines, Signature, attributes_in
+from achse.st.check.slots import (
+    AFTER_GLOBAL_INIT,
+    AFTER_ONLINE_CHANGE,
+    slot_calls,
+    slot_of,
+    type_change_calls,
+)
 from achse.st.cursor import Unexpected
 from achse.st.declare import Declarations
 from achse.st.resolve import Resolver, generics_of
@@ -20,7 +28,6 @@ from achse.st.scopes import DeclaredUnit, Failed
 from achse.st.source import Diagnostic, Source
 from achse.st.typed.places import StaticBase
 from achse.st.typed.project import (
-    InitCall,
     Routine,
     RoutineKind,
     TypedBlock,
@@ -42,6 +49,8 @@ from achse.st.units import (
 )
 
 __all__ = ["Checking", "check"]
+
+_WITH_FRAME = (RoutineKind.FUNCTION, RoutineKind.METHOD)
 
 _SLOT = 50_000
 _SLOT_OF_CONSTANTS = 49_990
@@ -192,10 +201,13 @@ class Checking:
             {unit.type.name.lower(): unit for unit in units},
             interfaces,
             tuple(self._statics),
-            tuple(sorted(self._init_calls(), key=lambda call: call.slot)),
+            slot_calls(AFTER_GLOBAL_INIT, self._done.values(), self._notes),
+            slot_calls(AFTER_ONLINE_CHANGE, self._done.values(), self._notes),
+            type_change_calls(self._done.values(), self._notes),
             tuple(faults),
             tuple(sorted(self._warnings, key=lambda one: one.location)),
             self._left_out,
+            origin_of(self.names, self.given_units.values()),
         )
 
     def _guarded(self, entry: DeclaredUnit, work: Any) -> None:
@@ -365,7 +377,10 @@ class Checking:
             if not isinstance(entry.tree, Interface):
                 continue
             methods: dict[str, str] = {}
-            for owner in (*self.blocks.bases_of_interface(entry), entry):
+            bases = list(self.blocks.bases_of_interface(entry))
+            if any(entry in self.blocks.bases_of_interface(base) for base in bases):
+                self.fault(entry.source, entry.tree.at, f"interface {entry.name} extends itself")
+            for owner in (*bases, entry):
                 for name, part in self.blocks.own_parts(owner).items():
                     prefix = owner.name.lower()
                     if isinstance(part, Property):
@@ -376,16 +391,6 @@ class Checking:
                     else:
                         methods[name] = f"{prefix}.{name}"
             found[key] = TypedInterface(entry.name, self.blocks.interfaces(entry), methods)
-        return found
-
-    def _init_calls(self) -> list[InitCall]:
-        name = "call_after_global_init_slot"
-        found = []
-        for routine in self._done.values():
-            note = self._notes.get(routine.key, {})
-            if note.get(name, "").strip().isdecimal():
-                owner = routine.owner if routine.this is not None else ""
-                found.append(InitCall(int(note[name]), routine.key, owner))
         return found
 
     # routines --------------------------------------------------------------------------------
@@ -403,6 +408,12 @@ class Checking:
             self._left_out[signature.key] = "its body is not Structured Text"
             self.warn(entry.source, signature.tree.at, f"{signature.name} has no ST body")
             return
+        slot = slot_of(self._notes[signature.key])
+        if slot and signature.parameters and signature.kind in _WITH_FRAME:
+            body.fault(
+                signature.tree.at,
+                f"{signature.name} has attribute {slot}: the runtime calls it, without inputs",
+            )
         opening = self._opening(body)
         statements = body.statements.routine(signature.body or ())
         self._finish(body, opening, None if builtin else statements, builtin)

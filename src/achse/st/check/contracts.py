@@ -3,16 +3,27 @@
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from achse.iec.structs import StructType
 from achse.iec.types import IecType
+from achse.iec.variables import Section
 from achse.st.check.blocks import Blocks
 from achse.st.check.kinds import same_shape
+from achse.st.check.life import element_of
 from achse.st.check.signatures import Routines, Signature
 from achse.st.cursor import Unexpected
 from achse.st.resolve import Resolver
 from achse.st.scopes import DeclaredUnit, Failed
 from achse.st.source import Source
 from achse.st.typed.places import flat
-from achse.st.units import Action, FunctionBlock, Method, Part, Property
+from achse.st.units import (
+    Action,
+    FunctionBlock,
+    GlobalList,
+    Method,
+    Part,
+    Program,
+    Property,
+)
 
 __all__ = ["Contracts"]
 
@@ -32,8 +43,11 @@ class Contracts:
         self._fault = fault
 
     def check(self, entry: DeclaredUnit) -> None:
-        """Tell what a block lacks, and which of its methods do not fit those they override."""
+        """Tell what a block lacks, which of its methods do not fit those they override, and which
+        of its variables cannot be."""
         tree = entry.tree
+        if isinstance(tree, FunctionBlock | Program | GlobalList):
+            self._check_variables(entry, tree)
         if not isinstance(tree, FunctionBlock):
             return
         for part in tree.parts:
@@ -43,6 +57,36 @@ class Contracts:
             return
         for name in self._missing(entry):
             self._fault(entry.source, tree.at, name)
+
+    def _check_variables(
+        self, entry: DeclaredUnit, tree: FunctionBlock | Program | GlobalList
+    ) -> None:
+        """There is no instance of an abstract block."""
+        try:
+            if isinstance(tree, FunctionBlock):
+                type = self._names.entry_type(entry, tree.at)
+            else:
+                type = self._names.unit(entry).__iec__
+        except (Failed, Unexpected):
+            return
+        abstract = {
+            member.name.lower(): inner.name
+            for member in (type.own_members if isinstance(type, StructType) else ())
+            if member.section is not Section.IN_OUT
+            and (inner := element_of(member.type)) is not None
+            and self._is_abstract_block(inner)
+        }
+        for block in tree.blocks if abstract else ():
+            for name in (name for item in block.variables for name in item.names):
+                block_name = abstract.get(name.name.lower())
+                if block_name is not None:
+                    message = f"{block_name} is abstract: there is no instance of it"
+                    self._fault(entry.source, name.at, message)
+
+    def _is_abstract_block(self, type: StructType[Any]) -> bool:
+        entry = self._names.entry_of(type)
+        tree = None if entry is None else entry.tree
+        return isinstance(tree, FunctionBlock) and "ABSTRACT" in tree.modifiers
 
     def _missing(self, entry: DeclaredUnit) -> Iterator[str]:
         """What interfaces and abstract bases ask for and nothing gives."""

@@ -76,8 +76,9 @@ def _unit(type: TimeType[Any]) -> str:
 def _to_text(source: IecType[Any], target: StringType) -> Conversion | None:
     if not isinstance(source, StringType):
         return Conversion.WRITE_TEXT
-    if source.unit != target.unit or source.coding != target.coding:
+    if source.unit != target.unit:
         return Conversion.RECODE_TEXT
+    # The bytes stay, whether one is said to be UTF-8 or not.
     return Conversion.CUT_TEXT if source.length > target.length else None
 
 
@@ -95,6 +96,7 @@ class Converter:
         """The operand as a variable of `target` takes it. Raises `Unexpected` if none does."""
         to = flat(target)
         if operand.loose and operand.is_constant:
+            self._check_value(operand, target, at)
             return self._constant(operand, target, to, at)
         value = operand.value
         source = operand.flat
@@ -181,11 +183,23 @@ class Converter:
             return
         names = {name.lower() for name in enum.attributes}
         if isinstance(source, EnumType):
+            alike = isinstance(enum, EnumType) and source.numbers == enum.numbers
+            if alike and _simple(source.name) == _simple(enum.name):
+                return  # once of a library, once of a symbol file
             self._warn(at, f"a value of {source.name} goes into a {enum.name}")
         elif "strict" in names:
             raise Unexpected(at, f"{enum.name} is strict: it takes its values only")
         if isinstance(operand.flat, RealType):
             self._warn(at, f"a {operand.type.name} is rounded to go into a {target.name}")
+
+    def _check_value(self, operand: TypedOperand, target: IecType[Any], at: int) -> None:
+        """A strict enumeration takes numbers, but only those that it has."""
+        enum = resolved(target)
+        if not isinstance(enum, EnumType):
+            return
+        is_strict = "strict" in {name.lower() for name in enum.attributes}
+        if is_strict and operand.constant not in enum.numbers.values():
+            raise Unexpected(at, f"{enum.name} is strict: it takes its values only")
 
     def _check_loss(
         self, operand: TypedOperand, target: IecType[Any], to: IecType[Any], at: int
@@ -216,3 +230,8 @@ class Converter:
         is_both = isinstance(source, IntegerType) and isinstance(to, IntegerType)
         if is_both and (loses_sign or turns):
             self._warn(at, f"a {operand.type.name} may change its sign as a {target.name}")
+
+
+def _simple(name: str) -> str:
+    """A name without its name space, to compare."""
+    return name.rpartition(".")[2].casefold()

@@ -84,7 +84,11 @@ class ExpressionChecker:
             case TypeName(name=name) | UnitName(name=name):
                 raise Unexpected(at, f"{name} is not a value")
             case SpaceName(name, place):
-                raise self._body.names.unknown(name, place)
+                constants = self._body.checking.names.constants
+                value = constants.of_library(name.lower().split("."))
+                if value is None:
+                    raise self._body.names.unknown(name, place)
+                return constant_operand(value, place)
 
     def called_without_arguments(self, found: Meaning, at: int) -> TypedOperand:
         """What is called without parentheses, as older sources do."""

@@ -7,6 +7,8 @@ from achse.iec.arrays import ArrayType
 from achse.iec.derived import ReferenceType, resolved
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
+from achse.iec.variables import Variable
+from achse.st.check.kinds import known_from
 from achse.st.check.meanings import PropertyUse
 from achse.st.check.names import replaced
 from achse.st.check.operands import TypedOperand, read
@@ -65,6 +67,43 @@ class Initials:
             body.failed = True
         return []
 
+    def defaults(
+        self, storage: Storage, type: IecType[Any], declaration: Declaration
+    ) -> list[TypedStatement]:
+        """What a record's type says of the members that a declaration gives values to.
+
+        That is what they are before the declaration counts: while siblings start, and in FB_init.
+        """
+        if declaration.initial is None or declaration.is_reference:
+            return []
+        try:
+            return list(self._defaults(storage, type, declaration.initial, type.default))
+        except (Unexpected, Failed):
+            return []  # `statements` tells it
+
+    def _defaults(
+        self, storage: Storage, type: IecType[Any], initial: Initial, image: bytes
+    ) -> Iterator[TypedStatement]:
+        """`image` is what the type around says the bytes of `storage` start with."""
+        real = resolved(type)
+        if isinstance(initial, StructInitial) and isinstance(real, StructType):
+            for item in initial.members:
+                if real.has_member(item.name):
+                    member = real.member(item.name)
+                    part = image[member.offset : member.offset + member.type.size]
+                    if member.bit is not None:
+                        part = bytes([part[0] >> member.bit & 1])
+                    place = _member(storage, member, item.at)
+                    yield from self._defaults(place, member.type, item.value, part)
+        elif isinstance(initial, ArrayInitial) and isinstance(real, ArrayType):
+            size = real.element.size
+            for position, (place, value) in enumerate(self._placed(storage, real, initial)):
+                part = image[position * size : (position + 1) * size]
+                yield from self._defaults(place, real.element, value, part)
+        elif not isinstance(real, StructType | ArrayType):
+            kind = flat(type)
+            yield Do(Stored(storage, known_from(image, kind), kind, initial.at), initial.at)
+
     def _values(
         self, storage: Storage, type: IecType[Any], initial: Initial, all_of_it: bool
     ) -> Iterator[TypedStatement]:
@@ -91,14 +130,7 @@ class Initials:
         for item in initial.members:
             if type.has_member(item.name):
                 member = type.member(item.name)
-                place = replaced(
-                    storage,
-                    offset=storage.offset + member.offset,
-                    type=flat(member.type),
-                    bit=member.bit,
-                    name=f"{storage.name}.{member.name}",
-                    at=item.at,
-                )
+                place = _member(storage, member, item.at)
                 if isinstance(resolved(member.type), ReferenceType):
                     real = resolved(member.type)
                     assert isinstance(real, ReferenceType)
@@ -110,6 +142,8 @@ class Initials:
                     raise Unexpected(item.at, f"REF= binds a reference, not a {member.type.name}")
                 yield from self._values(place, member.type, item.value, all_of_it)
                 continue
+            if body.checking.names.given.has_property(type.name, item.name):
+                continue  # of a library whose code is not here: there is no SET to call
             whole = read(storage, type, item.at)
             found = body.paths.member_of(whole, item.name, item.at)
             if not isinstance(found, PropertyUse) or not isinstance(item.value, Expression):
@@ -120,17 +154,20 @@ class Initials:
     def _elements(
         self, storage: Storage, type: ArrayType[Any], initial: ArrayInitial, all_of_it: bool
     ) -> Iterator[TypedStatement]:
+        for place, value in self._placed(storage, type, initial):
+            yield from self._values(place, type.element, value, all_of_it)
+
+    def _placed(
+        self, storage: Storage, type: ArrayType[Any], initial: ArrayInitial
+    ) -> Iterator[tuple[Storage, Initial]]:
+        """Each element that is given a value, and the value."""
         element = type.element
         for position, value in enumerate(self._flattened(type, initial.values)):
             if position >= type.count:
                 return
-            place = replaced(
-                storage,
-                offset=storage.offset + position * element.size,
-                type=flat(element),
-                name=f"{storage.name}[{position}]",
-            )
-            yield from self._values(place, element, value, all_of_it)
+            offset = storage.offset + position * element.size
+            name = f"{storage.name}[{position}]"
+            yield replaced(storage, offset=offset, type=flat(element), name=name), value
 
     def _flattened(
         self, type: ArrayType[Any], values: Sequence[Initial | Repetition]
@@ -164,3 +201,15 @@ class Initials:
         if not isinstance(value, int):
             raise Unexpected(tree.at, "how often a value repeats is a constant")
         return value
+
+
+def _member(storage: Storage, member: Variable[Any, Any], at: int) -> Storage:
+    """Where a member of a record lies."""
+    return replaced(
+        storage,
+        offset=storage.offset + member.offset,
+        type=flat(member.type),
+        bit=member.bit,
+        name=f"{storage.name}.{member.name}",
+        at=at,
+    )

@@ -19,6 +19,7 @@ from achse.iec.elementary import (
     ULINT,
     USINT,
     WORD,
+    BoolType,
     IntegerType,
     RealType,
 )
@@ -26,6 +27,7 @@ from achse.iec.strings import StringType
 from achse.iec.structs import StructType
 from achse.iec.times import LTIME, TIME, TimeType
 from achse.iec.types import IecType
+from achse.st.typed.expressions import Known
 
 __all__ = [
     "BITS",
@@ -44,6 +46,7 @@ __all__ = [
     "is_signed",
     "is_text",
     "is_whole",
+    "known_from",
     "natural",
     "promoted",
     "same_shape",
@@ -165,3 +168,21 @@ def extends(derived: StructType[Any], base: StructType[Any]) -> bool:
 def duration_of(date: IecType[Any]) -> TimeType[Any]:
     """The type of a difference of dates: TIME; LTIME of the 64-bit ones."""
     return TIME if date.size == TIME.size else LTIME
+
+
+def known_from(image: bytes, type: IecType[Any]) -> Known:
+    """The constant that some bytes are, of a flat type."""
+    if isinstance(type, BoolType):
+        return Known(image[0] != 0, type)
+    if isinstance(type, RealType):
+        return Known(type.decode(image), type)
+    if isinstance(type, StringType):
+        text = image[: type.length * type.unit]
+        if type.unit == 1:
+            return Known(text.partition(b"\0")[0], type)
+        end = next((at for at in range(0, len(text), 2) if text[at : at + 2] == b"\0\0"), len(text))
+        return Known(text[:end], type)
+    if is_whole(type):
+        whole = counted(type)
+        return Known(int.from_bytes(image, "little", signed=whole.low < 0), type)
+    return Known(image, type)

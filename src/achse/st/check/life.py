@@ -20,9 +20,17 @@ from achse.iec.types import IecType
 from achse.iec.variables import Section, Variable
 from achse.st.check.frames import VariableFrame
 from achse.st.check.signatures import DeclaredParameter, Signature
-from achse.st.records import instance_name, instance_variables
+from achse.st.records import instance_member, instance_variables
 from achse.st.scopes import DeclaredUnit, Scope
-from achse.st.tree import Argument, ArrayInitial, Call, Declaration, StructOf
+from achse.st.tree import (
+    Argument,
+    ArrayInitial,
+    ArrayOf,
+    Call,
+    Declaration,
+    StructOf,
+    TypeSpec,
+)
 from achse.st.typed.expressions import AddressOf, DirectTarget, Invocation, Known, Read, Stored
 from achse.st.typed.places import CalleeBase, InstanceBase, Storage, UnitBase, flat
 from achse.st.typed.project import RoutineKind
@@ -49,6 +57,7 @@ class Life:
     def __init__(self, checking: "Checking") -> None:
         self._checking = checking
         self._needs: dict[tuple[int, LifeEvent], bool] = {}
+        self._making: dict[int, bool] = {}
         self._signatures: dict[str, Signature | None] = {}
 
     # what is needed --------------------------------------------------------------------------
@@ -59,10 +68,12 @@ class Life:
         found = self._needs.get(key)
         if found is None:
             self._needs[key] = False
-            if type.kind is not RecordKind.UNIT and self._checking.names.entry_of(type) is None:
-                return False  # Declared where a variable is, or without sources.
             found = self._needs[key] = self._is_needed(type, event)
         return found
+
+    def _has_routine(self, type: StructType[Any], event: LifeEvent) -> bool:
+        """Whether a routine does it: not for records without name or source."""
+        return self._checking.names.entry_of(type) is not None and self.needs(type, event)
 
     def _is_needed(self, type: StructType[Any], event: LifeEvent) -> bool:
         if type.base is not None and self.needs(type.base, event):
@@ -80,6 +91,22 @@ class Life:
             if self.needs(inner, event):
                 return True
         return False
+
+    def _makes_values(self, type: StructType[Any]) -> bool:
+        """Whether a record, at any depth, begins with more than constants: by code of its own.
+
+        That is an initial value that is not constant, or an FB_init.
+        """
+        found = self._making.get(id(type))
+        if found is None:
+            self._making[id(type)] = False
+            inner = (element_of(member.type) for member in type.fields)
+            found = self._making[id(type)] = (
+                self.init_method(type) is not None
+                or any(member.start_values for member in type.fields)
+                or any(one is not None and self._makes_values(one) for one in inner)
+            )
+        return found
 
     def is_block(self, type: StructType[Any]) -> bool:
         """Whether a record is a function block whose source is known."""
@@ -170,7 +197,7 @@ class Life:
     ) -> tuple[Stored, ...]:
         body = body or self._checking.current
         found: list[Stored] = []
-        if not self.needs(type, LifeEvent.CREATE):
+        if not self._has_routine(type, LifeEvent.CREATE):
             return ()
         signature = self.signature(type, LifeEvent.CREATE)
         found += [self._flag(body, parameter, at) for parameter in signature.parameters[:2]]
@@ -200,20 +227,29 @@ class Life:
         """What brings a variable to life, with the values of its declaration."""
         at = declaration.names[0].at
         inner = element_of(type)
-        if inner is None or not (self.is_block(inner) or self.needs(inner, LifeEvent.CREATE)):
-            if starts:
-                yield from body.initials.statements(storage, type, declaration)
+        # What a declaration says counts over what FB_init, or members by their siblings, made.
+        all_of_it = inner is not None and self._makes_values(inner)
+        if all_of_it:
+            yield from body.initials.defaults(storage, type, declaration)
+        if inner is not None and self._is_nameless(inner, declaration):
+            for place, member, inside in _inside(storage, type, declaration):
+                yield from self.created(body, place, member.type, inside, bool(member.start_values))
+        values: tuple[TypedStatement, ...] = ()
+        if starts or all_of_it:
+            values = tuple(
+                body.initials.statements(storage, type, declaration, all_of_it=all_of_it)
+            )
+        if inner is None or not (
+            self.is_block(inner) or self._has_routine(inner, LifeEvent.CREATE)
+        ):
+            yield from values
             return
         self._checking.require_record(inner)
         count = 1 if inner.size == 0 else flat(type).size // inner.size
-        all_of_it = self.init_method(inner) is not None
-        values = tuple(
-            body.initials.statements(storage, type, declaration, all_of_it=all_of_it)
-            if starts or all_of_it
-            else ()
-        )
         element = Storage(storage.base, storage.offset, inner, name=storage.name, at=at)
         each = list(self._written(declaration, count))
+        if count == 0:
+            return
         if count == 1:
             given = self._arguments(body, inner, each[0], at)
             yield LifeStep(LifeEvent.CREATE, element, inner, 1, inner.size, given, values, at)
@@ -229,6 +265,10 @@ class Life:
                 given = self._arguments(body, inner, written, at)
                 yield LifeStep(LifeEvent.CREATE, one, inner, 1, inner.size, given, (), at)
         yield from values
+
+    def _is_nameless(self, type: StructType[Any], declaration: Declaration) -> bool:
+        """Whether a structure is declared with its variable: it has no routines of its own."""
+        return self._checking.names.entry_of(type) is None and bool(_members(declaration.type))
 
     def _written(self, declaration: Declaration, count: int) -> Iterator[tuple[Argument, ...]]:
         """The arguments of FB_init for each element of a variable."""
@@ -335,17 +375,34 @@ class Life:
                     body, storage, member.type, found, bool(member.start_values)
                 )
                 continue
-            inner = element_of(member.type)
-            if inner is None or not self.needs(inner, event):
-                continue
-            self._checking.require_record(inner)
-            count = flat(member.type).size // inner.size
-            element = Storage(storage.base, storage.offset, inner, name=member.name)
-            flags: tuple[Stored, ...] = ()
-            if event is LifeEvent.EXIT:
-                parameter = self.signature(inner, event).parameters[0]
-                flags = (self._flag(body, parameter, storage.at),)
-            yield LifeStep(event, element, inner, count, inner.size, flags, (), storage.at)
+            yield from self._of_variable(body, storage, member.type, found, event)
+
+    def _of_variable(
+        self,
+        body: "RoutineBody",
+        storage: Storage,
+        type: IecType[Any],
+        declaration: Declaration,
+        event: LifeEvent,
+    ) -> Iterator[TypedStatement]:
+        """FB_exit or FB_reinit of what a variable is made of."""
+        inner = element_of(type)
+        if inner is None or not self.needs(inner, event):
+            return
+        if self._is_nameless(inner, declaration):
+            for place, member, inside in _inside(storage, type, declaration):
+                yield from self._of_variable(body, place, member.type, inside, event)
+            return
+        if not self._has_routine(inner, event):
+            return
+        self._checking.require_record(inner)
+        count = flat(type).size // inner.size
+        element = Storage(storage.base, storage.offset, inner, name=storage.name)
+        flags: tuple[Stored, ...] = ()
+        if event is LifeEvent.EXIT:
+            parameter = self.signature(inner, event).parameters[0]
+            flags = (self._flag(body, parameter, storage.at),)
+        yield LifeStep(event, element, inner, count, inner.size, flags, (), storage.at)
 
     def _place(self, type: StructType[Any], member: Variable[Any, Any], at: int) -> Storage:
         kind = flat(member.type)
@@ -369,7 +426,7 @@ class Life:
         if isinstance(tree, FunctionBlock | Program):
             for method, _, item in instance_variables(tree.parts):
                 for name in item.names:
-                    found[instance_name(method, name.name).lower()] = item
+                    found[instance_member(type, method, name.name).lower()] = item
         return found
 
 
@@ -381,6 +438,36 @@ def element_of(type: IecType[Any]) -> StructType[Any] | None:
     if isinstance(real, StructType) and real.kind is not RecordKind.UNION:
         return real
     return None
+
+
+def _members(tree: TypeSpec) -> tuple[Declaration, ...]:
+    """What a STRUCT that is written where a variable is declares; nothing for other types."""
+    while isinstance(tree, ArrayOf):
+        tree = tree.element
+    return tree.members if isinstance(tree, StructOf) else ()
+
+
+def _inside(
+    storage: Storage, type: IecType[Any], declaration: Declaration
+) -> Iterator[tuple[Storage, Variable[Any, Any], Declaration]]:
+    """The members of a nameless structure, of each element of an array: place, type, tree."""
+    inner = element_of(type)
+    assert inner is not None
+    count = 1 if inner.size == 0 else flat(type).size // inner.size
+    for number in range(count):
+        start = storage.offset + number * inner.size
+        for item in _members(declaration.type):
+            for name in item.names:
+                member = inner.member(name.name)
+                place = Storage(
+                    storage.base,
+                    start + member.offset,
+                    flat(member.type),
+                    member.bit,
+                    name=f"{storage.name}.{member.name}",
+                    at=name.at,
+                )
+                yield place, member, item
 
 
 def _as_arguments(value: object) -> tuple[Argument, ...]:

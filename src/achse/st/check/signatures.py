@@ -11,7 +11,7 @@ from achse.iec.types import IecType
 from achse.iec.variables import Section, Variable
 from achse.st.check.frames import VariableFrame
 from achse.st.cursor import Unexpected
-from achse.st.records import bound_names, instance_name
+from achse.st.records import bound_names, instance_member
 from achse.st.resolve import Resolver
 from achse.st.scopes import DeclaredUnit, Failed, Scope, attributes_of
 from achse.st.source import Source
@@ -237,7 +237,7 @@ class Routines:
         if section == "VAR_INST" and made.this is not None:
             method = made.name.rpartition(".")[2]
             for item in declaration.names:
-                made.members[item.name.lower()] = instance_name(method, item.name)
+                made.members[item.name.lower()] = instance_member(made.this, method, item.name)
             return
         if section in ("VAR_STAT", "VAR_INST") or (
             section in _LOCALS and "CONSTANT" in block.qualifiers

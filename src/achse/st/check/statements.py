@@ -95,6 +95,7 @@ class StatementChecker:
         if self._all_labels:
             own = {item.name.lower() for item in statements if isinstance(item, Label)}
             self._labels.append(own)
+        self._none_after(statements[0].at if statements else 0)
         for statement in statements:
             try:
                 typed = _CHECKS[type(statement)](self, statement)
@@ -107,9 +108,19 @@ class StatementChecker:
             else:
                 if typed is not None:
                     found.append(typed)
+                if isinstance(statement, Assign | Call):
+                    found += self._body.calls.after
+                    self._body.calls.after.clear()
+                self._none_after(statement.at)
         if self._all_labels:
             self._labels.pop()
         return tuple(found)
+
+    def _none_after(self, at: int) -> None:
+        """A property takes an output behind its call: not in the middle of something else."""
+        if self._body.calls.after:
+            self._body.calls.after.clear()
+            self._body.fault(at, "a property takes an output (=>) of a call that stands alone")
 
     # simple ----------------------------------------------------------------------------------
 

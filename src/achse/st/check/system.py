@@ -255,7 +255,9 @@ class SystemOperators:
         return self._body.assignments.added(trees[0], trees[1], at)
 
     def _swapped(self, trees: list[Expression], at: int) -> TypedOperand:
-        raise Unexpected(at, "__COMPARE_AND_SWAP is not supported: no task interrupts another here")
+        """`__COMPARE_AND_SWAP(pointer, old, new)`: TRUE if it was `old`, and is `new` now."""
+        self._take("__COMPARE_AND_SWAP", trees, 3, at)
+        return self._body.assignments.swapped(trees[0], trees[1], trees[2], at)
 
     # names -----------------------------------------------------------------------------------
 

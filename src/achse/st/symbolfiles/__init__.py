@@ -1,4 +1,4 @@
-"""Symbol files: `.tmc` read and written, `.tpy` read, and what differs between two of them."""
+"""Symbol files: `.tmc` and `.tpy` read and written, and what differs between two of them."""
 
 from achse.st.source import Diagnostic, Location, SourceError
 from achse.st.symbolfiles.difference import Change, differences
@@ -6,6 +6,7 @@ from achse.st.symbolfiles.model import FileTask, FileVariable, SymbolFile, units
 from achse.st.symbolfiles.tmc import read_tmc
 from achse.st.symbolfiles.tmcwriter import write_tmc
 from achse.st.symbolfiles.tpy import read_tpy
+from achse.st.symbolfiles.tpywriter import write_tpy
 
 __all__ = [
     "Change",
@@ -17,9 +18,12 @@ __all__ = [
     "read_tmc",
     "read_tpy",
     "units_of",
+    "write_symbol_file",
     "write_tmc",
+    "write_tpy",
 ]
 
+_WRITERS = {".tmc": write_tmc, ".tpy": write_tpy}
 _READERS = {".tmc": read_tmc, ".tpy": read_tpy}
 
 
@@ -30,3 +34,11 @@ def read_symbol_file(data: bytes, source: str) -> SymbolFile:
             return read(data, source)
     expected = "expected a file name that ends in .tmc or .tpy"
     raise SourceError([Diagnostic(Location(source, 1, 1), expected)])
+
+
+def write_symbol_file(file: SymbolFile, name: str) -> bytes:
+    """The bytes of a `.tmc` or `.tpy`, as the ending of `name` says. Raises ValueError."""
+    for suffix, write in _WRITERS.items():
+        if name.lower().endswith(suffix):
+            return write(file)
+    raise ValueError(f"expected a file name that ends in .tmc or .tpy, got {name!r}")

@@ -5,12 +5,14 @@ with their real layout.
 """
 
 from collections.abc import Iterable
+from functools import cached_property
 from typing import Any
 
 from achse.iec.enums import EnumType
 from achse.iec.errors import DeclarationError
 from achse.iec.types import IecType
-from achse.st.symbolfiles.tmc import types_of_tmc
+from achse.st.symbolfiles.tmc import start_values, types_of_tmc
+from achse.st.values import Constant
 
 __all__ = ["LibraryTypes"]
 
@@ -24,6 +26,7 @@ class LibraryTypes:
 
     def __init__(self, files: Iterable[tuple[bytes, str]]) -> None:
         read = [(*types_of_tmc(data, name), name) for data, name in files]
+        self._modules = [(module, types) for types, module, _ in read]
         self.names = [name for _, _, name in read]
         """The files, as faults name them."""
         self._files = [types for types, _, _ in read]
@@ -51,3 +54,24 @@ class LibraryTypes:
         """The enumerations with a value of that name, which may stand alone."""
         found = [types.type(name) for types in self._files for name in types.with_value(value)]
         return [type for type in found if isinstance(type, EnumType)]
+
+    def constant(self, name: str) -> Constant | None:
+        """The single value that a variable of a library's list starts with: `List.cMost`.
+
+        A file does not say which of them are CONSTANT; a library that is not here changes none.
+        """
+        return self._constants.get(name.lower())
+
+    @cached_property
+    def _constants(self) -> dict[str, Constant]:
+        found: dict[str, Constant] = {}
+        for module, types in self._modules:
+            for name, constant in start_values(module, types):
+                found.setdefault(name.lower(), constant)
+        return found
+
+    def has_property(self, block: str, name: str) -> bool:
+        """Whether a block of that name, or its base, has a property of that name."""
+        return any(
+            types.has_property(found, name) for types in self._files for found in types.named(block)
+        )

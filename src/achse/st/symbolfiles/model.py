@@ -51,6 +51,8 @@ class FileTask(NamedTuple):
     cycle_ns: int = 10_000_000
     priority: int = 20
     programs: tuple[str, ...] = ()
+    watchdog_cycles: int = 0
+    port: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,14 +1,18 @@
 """`.tmc` files read: the module description of a TwinCAT 3 PLC project."""
 
+from collections.abc import Iterator
+from enum import IntEnum
+
 from achse.iec.errors import shown
 from achse.iec.names import with_coding
 from achse.iec.variables import Variable
 from achse.st.symbolfiles.initials import initial_image
 from achse.st.symbolfiles.model import FileTask, FileVariable, SymbolFile
 from achse.st.symbolfiles.types import FileTypes, checked_address, properties_of
+from achse.st.values import Constant
 from achse.st.xml import Element, parse_xml
 
-__all__ = ["AREAS", "read_tmc", "types_of_tmc"]
+__all__ = ["AREAS", "read_tmc", "start_values", "types_of_tmc"]
 
 AREAS = {"InputDst": "I", "OutputSrc": "Q", "MArea": "M", "RetainSrc": "R", "Internal": "D"}
 """AreaType of a data area, and the area of an `Address`; any other type counts as data."""
@@ -53,6 +57,25 @@ def read_tmc(data: bytes, source: str = "tmc") -> SymbolFile:
         _port(module),
         types.pointer_size,
     )
+
+
+def start_values(module: Element, types: FileTypes) -> Iterator[tuple[str, Constant]]:
+    """What the single variables of global lists start with, as far as the file says it."""
+    areas = module.find("DataAreas")
+    for area in () if areas is None else areas.all("DataArea"):
+        for symbol in area.all("Symbol"):
+            default = symbol.find("Default")
+            if default is None or "TcVarGlobal" not in properties_of(symbol):
+                continue
+            type = types.type_of(symbol, "BaseType")
+            image = initial_image(type, default)
+            if image is None:
+                continue
+            value = type.decode(bytes(image))
+            if isinstance(value, IntEnum):
+                value = int(value)
+            if isinstance(value, int | float | str):
+                yield symbol.child("Name").text.strip(), Constant(value, type)
 
 
 def _is_plc(module: Element) -> bool:

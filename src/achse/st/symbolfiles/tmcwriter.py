@@ -23,7 +23,16 @@ from achse.st.symbolfiles.model import FileVariable, SymbolFile, is_defined
 from achse.st.symbolfiles.tmc import AREAS
 from achse.st.xml import escape
 
-__all__ = ["write_tmc"]
+__all__ = [
+    "bits_of",
+    "data_type",
+    "default_of",
+    "defined_types",
+    "item_properties",
+    "properties",
+    "text",
+    "write_tmc",
+]
 
 _AREA_NUMBERS = {"InputDst": 0, "OutputSrc": 1, "MArea": 2, "Internal": 3, "RetainSrc": 4}
 _AREA_NAMES = {
@@ -54,8 +63,8 @@ def _document(file: SymbolFile) -> Lines:
     )
     yield "<DataTypes>"
     roots = [*file.types, *(item.declared.type for item in file.variables)]
-    for type in _defined(roots):
-        yield from _data_type(type)
+    for type in defined_types(roots):
+        yield from data_type(type)
     yield "</DataTypes>"
     yield "<Modules>"
     platform = "TwinCAT RT (x64)" if file.pointer_size == 8 else "TwinCAT RT (x86)"
@@ -63,18 +72,18 @@ def _document(file: SymbolFile) -> Lines:
         f'<Module GUID="{_guid(derived_guid("module " + file.name))}"'
         f' TcSmClass="TComPlcObjDef" TargetPlatform="{platform}">'
     )
-    yield _text("Name", file.name)
+    yield text("Name", file.name)
     yield '<CLSID ClassFactory="TcPlc30">{08500001-0000-0000-F000-000000000064}</CLSID>'
     yield "<Licenses/>"
     yield "<Contexts>"
     for number, task in enumerate(file.tasks):
         yield "<Context>"
-        yield _text("Id", number, NeedCalleeCall="true")
-        yield _text("Name", task.name)
+        yield text("Id", number, NeedCalleeCall="true")
+        yield text("Name", task.name)
         yield "<ManualConfig>"
-        yield _text("OTCID", f"#x{0x0201_0030 + 0x10 * number:08x}")
-        yield _text("Priority", task.priority)
-        yield _text("CycleTime", task.cycle_ns)
+        yield text("OTCID", f"#x{0x0201_0030 + 0x10 * number:08x}")
+        yield text("Priority", task.priority)
+        yield text("CycleTime", task.cycle_ns)
         yield "</ManualConfig>"
         yield "</Context>"
     yield "</Contexts>"
@@ -82,36 +91,38 @@ def _document(file: SymbolFile) -> Lines:
     yield "<DataAreas>"
     yield from _areas(file)
     yield "</DataAreas>"
-    yield from _properties([("ApplicationName", f"Port_{file.port}")])
+    yield from properties([("ApplicationName", f"Port_{file.port}")])
     yield "</Module>"
     yield "</Modules>"
     yield "</TcModuleClass>"
 
 
-def _text(tag: str, text: object, **attributes: object) -> str:
+def text(tag: str, content: object, **attributes: object) -> str:
+    """An element with text and attributes."""
     marks = "".join(f' {name}="{escape(str(value))}"' for name, value in attributes.items())
-    return f"<{tag}{marks}>{escape(str(text))}</{tag}>"
+    return f"<{tag}{marks}>{escape(str(content))}</{tag}>"
 
 
-def _comment(text: str) -> Lines:
-    if text:
-        yield _text("Comment", text)
+def _comment(words: str) -> Lines:
+    if words:
+        yield text("Comment", words)
 
 
 def _guid(guid: bytes) -> str:
     return f"{{{str(UUID(bytes_le=guid)).upper()}}}"
 
 
-def _properties(pairs: Iterable[tuple[str, str]]) -> Lines:
+def properties(pairs: Iterable[tuple[str, str]]) -> Lines:
+    """`<Properties>`, if there are any."""
     pairs = list(pairs)
     if not pairs:
         return
     yield "<Properties>"
     for name, value in pairs:
         yield "<Property>"
-        yield _text("Name", name)
+        yield text("Name", name)
         if value:
-            yield _text("Value", value)
+            yield text("Value", value)
         yield "</Property>"
     yield "</Properties>"
 
@@ -119,7 +130,7 @@ def _properties(pairs: Iterable[tuple[str, str]]) -> Lines:
 # types -------------------------------------------------------------------------------------------
 
 
-def _defined(roots: Sequence[IecType[Any]]) -> list[IecType[Any]]:
+def defined_types(roots: Sequence[IecType[Any]]) -> list[IecType[Any]]:
     """The types that need a `<DataType>`, with those they extend, by name."""
     found: dict[str, IecType[Any]] = {}
     while roots:
@@ -134,8 +145,8 @@ def _named(tag: str, name: str, **attributes: object) -> str:
     space, dot, own = name.rpartition(".")
     # A name such as `INT (1..5)` has dots that part nothing.
     if dot and own.isidentifier():
-        return _text(tag, own, **attributes, Namespace=space)
-    return _text(tag, name, **attributes)
+        return text(tag, own, **attributes, Namespace=space)
+    return text(tag, name, **attributes)
 
 
 def _reference(
@@ -170,63 +181,71 @@ def _reference(
     return _named(tag, type.name, **marks, **pointers), infos
 
 
-def _data_type(type: IecType[Any]) -> Lines:
+def data_type(type: IecType[Any]) -> Lines:
+    """The `<DataType>` of a type that has a name of its own."""
     yield "<DataType>"
     yield _named("Name", type.name, GUID=_guid(type.guid))
     yield from _comment(type.comment)
-    yield _text("BitSize", 8 * type.size)
-    properties = list(type.attributes.items())
+    yield text("BitSize", 8 * type.size)
+    notes = list(type.attributes.items())
     if isinstance(type, EnumType):
-        yield _text("BaseType", type.base.name)
+        yield text("BaseType", type.base.name)
         for name, number in type.numbers.items():
             yield "<EnumInfo>"
-            yield _text("Text", name)
-            yield _text("Enum", number)
+            yield text("Text", name)
+            yield text("Enum", number)
             yield from _comment(type.comments.get(name, ""))
             yield "</EnumInfo>"
     elif isinstance(type, SubrangeType):
-        yield _text("BaseType", type.integer.name)
-        properties += [("LowerBorder", str(type.low)), ("UpperBorder", str(type.high))]
+        yield text("BaseType", type.integer.name)
+        notes += [("LowerBorder", str(type.low)), ("UpperBorder", str(type.high))]
     elif isinstance(type, AliasType):
         base, infos = _reference("BaseType", type.base)
         yield base
         yield from infos
     elif isinstance(type, StructType):
         if type.kind is RecordKind.FUNCTION_BLOCK:
-            properties.insert(0, ("PouType", "FunctionBlock"))
+            notes.insert(0, ("PouType", "FunctionBlock"))
         if type.base is not None:
             yield _named("ExtendsType", type.base.name)
         for member in type.own_members:
             yield from _member(member)
         for method in type.own_methods:
             yield from _method(method, type.methods.index(method))
-    yield from _properties(properties)
+    yield from properties(notes)
     yield "</DataType>"
 
 
 def _member(member: Variable[Any, Any]) -> Lines:
     name, infos = _reference("Type", member.type)
     yield "<SubItem>"
-    yield _text("Name", member.name, **({} if member.in_memory else {"Static": "true"}))
+    yield text("Name", member.name, **({} if member.in_memory else {"Static": "true"}))
     yield name
     yield from infos
     yield from _comment(member.comment)
-    yield _text("BitSize", _bits(member))
+    yield text("BitSize", bits_of(member))
     if member.in_memory:
-        yield _text("BitOffs", 8 * member.offset + (member.bit or 0))
-    yield from _default(member)
-    properties = [("ItemType", kind)] if (kind := _ITEM_TYPES.get(member.section)) else []
-    if member.persistent:
-        properties.append(("TcPersistent", ""))
-    yield from _properties([*properties, *member.attributes.items()])
+        yield text("BitOffs", 8 * member.offset + (member.bit or 0))
+    yield from default_of(member)
+    yield from properties(item_properties(member))
     yield "</SubItem>"
 
 
-def _bits(variable: Variable[Any, Any]) -> int:
+def item_properties(member: Variable[Any, Any]) -> list[tuple[str, str]]:
+    """What the properties of a member say: its section, and its attributes."""
+    notes = [("ItemType", kind)] if (kind := _ITEM_TYPES.get(member.section)) else []
+    if member.persistent:
+        notes.append(("TcPersistent", ""))
+    return [*notes, *member.attributes.items()]
+
+
+def bits_of(variable: Variable[Any, Any]) -> int:
+    """Its size in bits."""
     return 1 if variable.type.is_bit else 8 * variable.type.size
 
 
-def _default(variable: Variable[Any, Any]) -> Lines:
+def default_of(variable: Variable[Any, Any]) -> Lines:
+    """`<Default>`, if it has an initial value."""
     if variable.initial is None:
         return
     parts = initial_parts(variable.type, variable.initial_bytes())
@@ -235,22 +254,22 @@ def _default(variable: Variable[Any, Any]) -> Lines:
     yield "<Default>"
     for path, kind, literal in parts:
         if path:
-            yield f"<SubItem>{_text('Name', path)}{_text(kind, literal)}</SubItem>"
+            yield f"<SubItem>{text('Name', path)}{text(kind, literal)}</SubItem>"
         else:
-            yield _text(kind, literal)
+            yield text(kind, literal)
     yield "</Default>"
 
 
 def _method(method: Method, number: int) -> Lines:
     yield "<Method>"
-    yield _text("Name", method.name, RpcEnable="plc", VTableIndex=number)
+    yield text("Name", method.name, RpcEnable="plc", VTableIndex=number)
     yield from _comment(method.comment)
     if method.returns is not None:
         name, infos = _reference(
             "ReturnType", method.returns, "ReturnArrayInfo", RpcDirection="out"
         )
         yield name
-        yield _text("ReturnBitSize", 8 * method.returns.size)
+        yield text("ReturnBitSize", 8 * method.returns.size)
         yield from infos
     for item in method.parameters:
         type: IecType[Any] = item.type
@@ -260,15 +279,15 @@ def _method(method: Method, number: int) -> Lines:
             type = ReferenceType(type)
         name, infos = _reference("Type", type, RpcDirection=direction)
         yield "<Parameter>"
-        yield _text("Name", item.name)
+        yield text("Name", item.name)
         yield name
         yield from infos
         yield from _comment(item.comment)
-        yield _text("BitSize", 8 * size)
+        yield text("BitSize", 8 * size)
         own = [("ItemType", "Output")] if item.is_output else []
-        yield from _properties([*own, *item.attributes.items()])
+        yield from properties([*own, *item.attributes.items()])
         yield "</Parameter>"
-    yield from _properties(method.attributes.items())
+    yield from properties(method.attributes.items())
     yield "</Method>"
 
 
@@ -289,10 +308,10 @@ def _areas(file: SymbolFile) -> Lines:
         task = number // _AREAS_PER_TASK
         name = file.tasks[task].name if task < len(file.tasks) else f"Task {task}"
         yield "<DataArea>"
-        yield _text("AreaNo", number, AreaType=kinds[number], CreateSymbols="true")
-        yield _text("Name", f"{name} {_AREA_NAMES[kinds[number]]}")
-        yield _text("ContextId", task)
-        yield _text("ByteSize", _area_size(grouped[number]))
+        yield text("AreaNo", number, AreaType=kinds[number], CreateSymbols="true")
+        yield text("Name", f"{name} {_AREA_NAMES[kinds[number]]}")
+        yield text("ContextId", task)
+        yield text("ByteSize", _area_size(grouped[number]))
         for item in grouped[number]:
             yield from _symbol(item, kinds[number])
         yield "</DataArea>"
@@ -314,19 +333,19 @@ def _symbol(item: FileVariable, kind: str) -> Lines:
     in_bit = address is not None and address.bit is not None
     name, infos = _reference("BaseType", variable.type)
     yield "<Symbol>"
-    yield _text("Name", item.name)
+    yield text("Name", item.name)
     yield from _comment(variable.comment)
-    yield _text("BitSize", 1 if in_bit else _bits(variable))
+    yield text("BitSize", 1 if in_bit else bits_of(variable))
     yield name
     yield from infos
-    yield from _default(variable)
-    properties = list(variable.attributes.items())
+    yield from default_of(variable)
+    notes = list(variable.attributes.items())
     if kind in ("InputDst", "OutputSrc"):
-        properties.append(("TcAddressType", kind.removesuffix("Dst").removesuffix("Src")))
+        notes.append(("TcAddressType", kind.removesuffix("Dst").removesuffix("Src")))
     if variable.persistent:
-        properties.append(("TcPersistent", ""))
+        notes.append(("TcPersistent", ""))
     if item.is_global:
-        properties.append(("TcVarGlobal", ""))
-    yield from _properties(properties)
-    yield _text("BitOffs", _bit_offset(item))
+        notes.append(("TcVarGlobal", ""))
+    yield from properties(notes)
+    yield text("BitOffs", _bit_offset(item))
     yield "</Symbol>"

@@ -121,6 +121,21 @@ class FileTypes:
             return self.named(key.partition(".")[2])
         return self._without_space.get(key, [])
 
+    def has_property(self, name: str, wanted: str) -> bool:
+        """Whether the block of that whole name, or its base, has a property named `wanted`."""
+        accessors = {f"__{which}{wanted.lower()}" for which in ("get", "set")}
+        for _ in range(_DEEPEST):
+            element = self._elements.get(name.strip().lower())
+            if element is None:
+                break
+            if any(m.text_of("Name").strip().lower() in accessors for m in element.all("Method")):
+                return True
+            extended = element.find("ExtendsType")
+            if extended is None:
+                break
+            name = self._text(extended, extended)
+        return False
+
     @cached_property
     def _without_space(self) -> dict[str, list[str]]:
         found: dict[str, list[str]] = {}

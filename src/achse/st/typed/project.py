@@ -1,9 +1,10 @@
 """The typed form: routines, and the blocks, units and interfaces they belong to."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
+from itertools import count
 from typing import Any
 
 from achse.iec.structs import StaticRecord, StructType
@@ -16,6 +17,7 @@ __all__ = [
     "InitCall",
     "Routine",
     "RoutineKind",
+    "TypeChangeCall",
     "TypedBlock",
     "TypedInterface",
     "TypedProject",
@@ -141,12 +143,23 @@ class TypedInterface:
 
 @dataclass(frozen=True, slots=True)
 class InitCall:
-    """A routine with attribute `call_after_global_init_slot`, run before the first cycle; that of
-    a block for each of its instances."""
+    """A routine with attribute `call_after_global_init_slot`, run before the first cycle, or
+    `call_after_online_change_slot`; that of a block for each of its instances."""
 
     slot: int
     routine: str
     block: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class TypeChangeCall:
+    """A method with attribute `call_on_type_change`, run for each instance of its block after an
+    online change of the layout of one of these blocks."""
+
+    routine: str
+    block: str
+    types: frozenset[str]
+    """Keys of the blocks."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,10 +179,25 @@ class TypedProject:
     """VAR_STAT of functions and methods; those of blocks are among their type's members."""
     init_calls: Sequence[InitCall] = ()
     """In the order of their slots."""
+    online_change_calls: Sequence[InitCall] = ()
+    """In the order of their slots."""
+    type_change_calls: Sequence[TypeChangeCall] = ()
     faults: Sequence[Diagnostic] = ()
     warnings: Sequence[Diagnostic] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)
     """Keys of routines that are not in `routines`, and why, in words."""
+    origin: str = ""
+    """Digest of all it follows from."""
+
+    def numbered_after(self, earlier: "TypedProject") -> "TypedProject":
+        """The same with the block numbers of an earlier project, whose instances are in memory."""
+        known = {key: block.number for key, block in earlier.blocks.items()}
+        free = count(max([0, *known.values()]) + 1)
+        blocks = {
+            key: replace(block, number=known[key] if key in known else next(free))
+            for key, block in self.blocks.items()
+        }
+        return replace(self, blocks=blocks)
 
     @cached_property
     def block_numbered(self) -> Mapping[int, TypedBlock]:

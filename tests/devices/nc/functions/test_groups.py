@@ -1,18 +1,10 @@
-"""Groups and masters over ADS."""
+"""Groups over ADS."""
 
-import struct
 from typing import Any
 
 import pytest
 
 F = 0x4201
-
-
-@pytest.mark.parametrize("form", ["<II5dI3d", "<II5dI4x3d"], ids=["76 bytes", "80 bytes"])
-def test_uncoupling_an_axis_that_is_not_coupled(bench: Any, refused: Any, form: str) -> None:
-    with refused(0x424D):
-        bench.exchange(F, 0x17, 4, struct.pack(form, 1, 0, 10.0, 100.0, *[0.0] * 3, 0, *[0.0] * 3))
-    assert bench.axis.set_motion_phase == 0
 
 
 def test_return_to_the_ptp_group(bench: Any) -> None:

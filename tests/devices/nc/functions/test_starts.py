@@ -35,7 +35,7 @@ MISTAKES: dict[str, Any] = {
     "velocity above the maximum": ({}, (1, 100.0, 2000.1), 0x4221),
     "velocity not a number": ({}, (1, 100.0, nan), 0x4221),
     "velocity too small": ({}, (1, 100.0, 1e-4), 0x4231),
-    "start type unknown": ({}, (6, 100.0, 100.0), 0x4239),
+    "start type unknown": ({}, (7, 100.0, 100.0), 0x4239),
     "position not a number": ({}, (1, nan, 100.0), 0x423B),
     "position infinite": ({}, (2, inf, 100.0), 0x423B),
     "too far": ({}, (1, 1e12, 100.0), 0x4232),
@@ -72,8 +72,8 @@ def test_start(bench: Any, form: str) -> None:
 @pytest.mark.parametrize("form", ["<IddIdIdId", "<I4xddI4xdI4xdI4xd"], ids=[TC2, TC3])
 def test_start_extended_takes_its_own_dynamics_or_the_defaults(bench: Any, form: str) -> None:
     bench.put(F, 0x21, form, 2, 50.0, 100.0, 0, 1000.0, 1, 0.0, 0, 9000.0)
-    assert (bench.axis.job_acceleration, bench.axis.job_deceleration) == (1000.0, 1500.0)
-    assert bench.axis.job_jerk == 9000.0
+    assert (bench.axis.job.acceleration, bench.axis.job.deceleration) == (1000.0, 1500.0)
+    assert bench.axis.job.jerk == 9000.0
     bench.until_rest()
     assert bench.axis.set_position == pytest.approx(50.0)
 
@@ -81,7 +81,7 @@ def test_start_extended_takes_its_own_dynamics_or_the_defaults(bench: Any, form:
 @pytest.mark.parametrize("form", ["<IddddIdIdId", "<I4xddddI4xdI4xdI4xd"], ids=[TC2, TC3])
 def test_start_special_has_two_velocities(bench: Any, form: str) -> None:
     bench.put(F, 0x22, form, 1, 300.0, 50.0, 100.0, 150.0, 0, 1000.0, 1, 0.0, 0, 9000.0)
-    assert (bench.axis.job_acceleration, bench.axis.job_deceleration) == (1000.0, 1500.0)
+    assert (bench.axis.job.acceleration, bench.axis.job.deceleration) == (1000.0, 1500.0)
     bench.until(lambda: bench.axis.set_position >= 99.0)
     assert bench.axis.set_velocity == pytest.approx(50.0)
     bench.until(lambda: bench.axis.set_velocity >= 149.999)

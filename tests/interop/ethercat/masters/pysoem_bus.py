@@ -19,6 +19,13 @@ PATIENT, DEFAULT = 6500.0, 100.0
 """Process data watchdogs, ms: this master may have to wait for its processor, and as it is."""
 
 
+TRIES = 100
+"""How often a telegram goes that pysoem waits 2 ms for, whatever is set: others run here too."""
+
+PATIENCE_US = 1_000_000
+"""How long a telegram may take where pysoem asks, in µs."""
+
+
 class Bus:
     """A master whose drives all get the same outputs; `outputs` and `inputs` are their layouts.
 
@@ -51,7 +58,7 @@ class Bus:
 
     def watchdog(self, milliseconds: float) -> None:
         for drive in self.drives:
-            drive.set_watchdog("processdata", milliseconds)
+            set_watchdog(drive, milliseconds)
 
     def inputs(self) -> list[tuple[int, ...]]:
         """Of each drive."""
@@ -78,6 +85,18 @@ class Bus:
             if reached == state & 0xF:
                 break
         return reached
+
+
+def set_watchdog(drive: Any, milliseconds: float) -> None:
+    """Ask until an answer comes in time."""
+    for left in reversed(range(TRIES)):
+        try:
+            drive.set_watchdog("processdata", milliseconds)
+        except pysoem.WkcError:
+            if not left:
+                raise
+        else:
+            return
 
 
 def number(drive: Any, index: int, subindex: int = 0, *, signed: bool = False) -> int:

@@ -14,6 +14,7 @@ from pysoem_bus import (
     ENABLED,
     FAULT,
     FAULT_STATE,
+    PATIENCE_US,
     READY,
     STATE,
     SWITCHED_ON,
@@ -60,7 +61,7 @@ def move(master: Any, found: Found) -> None:
     found["dc"] = master.config_dc()
     for drive in bus.drives:
         drive.dc_sync(True, SYNC0_NS)
-    found["0981h"] = [drive._fprd(0x0981, 1)[0] for drive in bus.drives]
+    found["0981h"] = [drive._fprd(0x0981, 1, PATIENCE_US)[0] for drive in bus.drives]
     found["safeop"] = master.state_check(pysoem.SAFEOP_STATE, 500_000)
     found["expected"] = master.expected_wkc
     bus.put(0, CSP, 3000, 0, 0, 0)

@@ -5,7 +5,7 @@
 
 from typing import Any
 
-from pysoem_bus import Found, run
+from pysoem_bus import PATIENCE_US, Found, run
 
 ALIAS = 0x1234
 STATION, STATION_ALIAS, RESET = 0x0010, 0x0012, 0x0040
@@ -37,11 +37,11 @@ def alias(master: Any, found: Found) -> None:
     for word in (4, 7):
         drive.eeprom_write(word, bytes(words[2 * word : 2 * word + 2]))
     found["written"] = configuration(drive) == bytes(words)
-    found["before"] = int.from_bytes(drive._fprd(STATION_ALIAS, 2), "little")
+    found["before"] = int.from_bytes(drive._fprd(STATION_ALIAS, 2, PATIENCE_US), "little")
     for letter in b"RES":
-        drive._fpwr(RESET, bytes((letter,)))
+        drive._fpwr(RESET, bytes((letter,)), PATIENCE_US)
     found["count"] = master.config_init()
-    found["after"] = int.from_bytes(master.slaves[0]._fprd(STATION_ALIAS, 2), "little")
+    found["after"] = int.from_bytes(master.slaves[0]._fprd(STATION_ALIAS, 2, PATIENCE_US), "little")
 
 
 if __name__ == "__main__":

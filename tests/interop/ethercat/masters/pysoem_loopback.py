@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pysoem
-from pysoem_bus import DEFAULT, PATIENT
+from pysoem_bus import DEFAULT, PATIENT, set_watchdog
 
 
 def main() -> None:
@@ -30,7 +30,7 @@ def exchange(master: Any) -> int:
 
 def watchdog(master: Any, milliseconds: float) -> None:
     for slave in master.slaves:
-        slave.set_watchdog("processdata", milliseconds)
+        set_watchdog(slave, milliseconds)
 
 
 def run(master: Any, found: dict[str, Any]) -> None:

@@ -1,12 +1,13 @@
 """pysoem reads a drive's whole dictionary in every way, and takes wrong steps; JSON on stdout.
 
-`pysoem_objects.py INTERFACE MS WHAT`; WHAT is `dictionary` or `steps`.
+`pysoem_objects.py INTERFACE MS WHAT`; WHAT is `dictionary`, `values` or `steps`.
 """
 
 import struct
 from collections.abc import Callable
 from typing import Any
 
+import pysoem
 from pysoem_bus import Found, abort_of, run
 
 VAR = 7
@@ -49,6 +50,24 @@ def dictionary(master: Any, found: Found) -> None:
         ]
         if whole != b"".join(parts):
             differs.append([hex(each.index), whole.hex(), [part.hex() for part in parts]])
+
+
+def values(master: Any, found: Found) -> None:
+    """What every entry of the dictionary holds, or the abort code it is refused with."""
+    master.config_init()
+    drive = master.slaves[0]
+
+    def value(index: int, subindex: int) -> str:
+        try:
+            return str(drive.sdo_read(index, subindex).hex())
+        except pysoem.SdoError as refusal:
+            return f"{refusal.abort_code:08X}"
+
+    found["values"] = [
+        [each.index, subindex, value(each.index, subindex)]
+        for each in drive.od
+        for subindex in range(max(len(each.entries), 1))
+    ]
 
 
 def steps(master: Any, found: Found) -> None:
@@ -97,4 +116,4 @@ def steps(master: Any, found: Found) -> None:
 
 
 if __name__ == "__main__":
-    run({"dictionary": dictionary, "steps": steps})
+    run({"dictionary": dictionary, "values": values, "steps": steps})

@@ -3,6 +3,7 @@
 Source: 002 §6.4.4.3.
 """
 
+from achse.devices.nc.functions.couplings import COUPLINGS, COUPLINGS_OF_GROUP
 from achse.devices.nc.functions.external import EXTERNAL
 from achse.devices.nc.functions.groups import GROUPS
 from achse.devices.nc.functions.homing import HOMING
@@ -16,7 +17,7 @@ from achse.devices.nc.functions.stops import STOPS
 from achse.devices.nc.functions.superposition import SUPERPOSITION
 from achse.devices.nc.functions.switches import SWITCHES
 
-__all__ = ["AXIS_FUNCTIONS", "ENCODER_FUNCTIONS"]
+__all__ = ["AXIS_FUNCTIONS", "COUPLINGS_OF_GROUP", "ENCODER_FUNCTIONS"]
 
 AXIS_FUNCTIONS = (
     *SWITCHES,
@@ -26,6 +27,7 @@ AXIS_FUNCTIONS = (
     *HOMING,
     *LOOPS,
     *GROUPS,
+    *COUPLINGS,
     *SUPERPOSITION,
     *EXTERNAL,
     *OSCILLATIONS,

@@ -71,7 +71,7 @@ STARTS = (
         "new_end_position_and_velocity",
         commands.new_end_position_and_velocity,
         _NEW_END_POSITION,
-        "change target, velocity or both, at once or from a switch position on",
+        "change target, velocity or both, at once or from a switch position on; 14: reached there",
     ),
     function(0x15, "new_dynamics", commands.new_dynamics, _DYNAMICS, "change the dynamics"),
     Service(

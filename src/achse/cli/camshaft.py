@@ -1,0 +1,157 @@
+"""`achse camshaft` shows the camshaft controllers of a station and what their cams switch."""
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from achse.cli.failure import fail
+from achse.cli.output import print_json, print_table
+from achse.cli.target import Json, client_command
+
+if TYPE_CHECKING:
+    from achse.client import Client
+
+__all__ = ["camshaft"]
+
+CAMSHAFT_PORT = 900
+
+_FIRST_WORD = ".configured_cams"
+"""Each controller has one symbol with this ending: how its name is found."""
+
+camshaft = typer.Typer(no_args_is_help=True, help="Show camshaft controllers and their cams.")
+
+Name = Annotated[
+    str | None,
+    typer.Argument(metavar="NAME", help="The controller.", show_default="the first"),
+]
+
+
+@client_command(camshaft, CAMSHAFT_PORT, "list")
+async def list_(client: "Client", in_json: Json = False) -> None:
+    """The controllers: angle, stroke rate, cams, tracks that are on, errors."""
+    found = [await _state(client, name) for name in await _names(client)]
+    if in_json:
+        print_json(found)
+        return
+    print_table(
+        [
+            ("name", "degrees", "1/min", "cams", "tracks on", "errors"),
+            *(
+                (
+                    *(each["name"], f"{each['angle'] / 10:.1f}", str(each["actual_rate"])),
+                    *(str(each["configured_cams"]), _tracks(each["cams"])),
+                    " ".join(each["errors"]) or "none",
+                )
+                for each in found
+            ),
+        ],
+        right=frozenset((1, 2, 3)),
+    )
+
+
+@client_command(camshaft, CAMSHAFT_PORT)
+async def show(client: "Client", name: Name = None, in_json: Json = False) -> None:
+    """All values of a controller, and the cams that have a type."""
+    from achse.camshaft.parameters import (
+        CAM_PARAMETERS,
+        CAMS,
+        CONTROLLER_PARAMETERS,
+        ENCODER_PARAMETERS,
+        CamType,
+    )
+
+    name = await _chosen(client, name)
+    own = {f"{name}.{each.name}": each for each in CONTROLLER_PARAMETERS}
+    own |= {f"{name}.Encoder.{each.name}": each for each in ENCODER_PARAMETERS}
+    values = {own[key].name: int(value) for key, value in (await client.read_many(own)).items()}
+    types = await client.read_many(f"{name}.Cam{n}.type" for n in range(1, CAMS + 1))
+    cams = []
+    for number, kind in enumerate(types.values(), 1):
+        if kind:
+            keys = [f"{name}.Cam{number}.{each.name}" for each in CAM_PARAMETERS]
+            read = (await client.read_many(keys)).values()
+            names = (each.name for each in CAM_PARAMETERS)
+            cams.append({"number": number} | dict(zip(names, map(int, read), strict=True)))
+    if in_json:
+        print_json({**await _state(client, name), "parameters": values, "cam": cams})
+        return
+    units = {each.name: each.unit for each in own.values()}
+    print_table([(key, str(value), units[key]) for key, value in values.items()])
+    for cam in cams:
+        kind = CamType(cam["type"]).name.lower()
+        flags = [
+            flag
+            for flag in ("forward", "backward", "dynamic", "hysteresis_on", "force")
+            if cam[flag]
+        ]
+        print(
+            f"cam {cam['number']}: {kind} on track {cam['track']},"
+            f" {cam['start']}..{cam['end']} degrees, {' '.join(flags)}"
+        )
+
+
+@client_command(camshaft, CAMSHAFT_PORT, endless=True)
+async def watch(
+    client: "Client",
+    name: Name = None,
+    cycle: Annotated[
+        float, typer.Option(min=0.001, help="How often the station looks, seconds.")
+    ] = 0.01,
+    count: Annotated[
+        int | None, typer.Option(min=1, help="End after so many.", show_default="Ctrl-C")
+    ] = None,
+    in_json: Json = False,
+) -> None:
+    """A line for each change of the tracks."""
+    name = await _chosen(client, name)
+    async with client.subscribe(f"{name}.Outputs.cams", cycle_time=cycle) as samples:
+        seen = 0
+        async for sample in samples:
+            bits = int(sample.value)
+            if in_json:
+                print_json({"time": sample.time.isoformat(), "name": name, "cams": bits})
+            else:
+                stamp = f"{sample.time.astimezone():%H:%M:%S.%f}"[:-3]
+                print(f"{stamp}  {name}  {_tracks(bits)}", flush=True)
+            seen += 1
+            if seen == count:
+                return
+
+
+async def _names(client: "Client") -> list[str]:
+    """The controllers, in their order."""
+    return [
+        entry.name.removesuffix(_FIRST_WORD)
+        for entry in sorted(await client.symbols(), key=lambda entry: entry.index_group)
+        if entry.name.endswith(_FIRST_WORD) and not entry.name.endswith(".Outputs" + _FIRST_WORD)
+    ]
+
+
+async def _chosen(client: "Client", name: str | None) -> str:
+    """The name as the station has it."""
+    names = await _names(client)
+    if name is None:
+        return names[0]
+    found = next((each for each in names if each.casefold() == name.casefold()), None)
+    if found is None:
+        from achse.iec.nearest import did_you_mean
+
+        fail(f"no camshaft {name!r}, there are {', '.join(names)}{did_you_mean(name, names)}")
+    return found
+
+
+async def _state(client: "Client", name: str) -> dict[str, Any]:
+    """What a controller shows."""
+    words = (
+        *("raw", "angle", "actual_rate", "configured_cams", "cams"),
+        *("io_errors", "encoder_error", "shaft_error", "rate_error"),
+    )
+    read = (await client.read_many(f"{name}.Outputs.{word}" for word in words)).values()
+    values = dict(zip(words, map(int, read), strict=True))
+    errors = [word for word in words if "error" in word and values.pop(word)]
+    return {"name": name, **values, "errors": errors}
+
+
+def _tracks(bits: int) -> str:
+    """The tracks that are on."""
+    return " ".join(str(track) for track in range(bits.bit_length()) if bits >> track & 1) or "-"

@@ -1,0 +1,158 @@
+"""`achse certificate` shows and makes certificates of Secure ADS."""
+
+import asyncio
+import socket
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from achse.cli.failure import fail
+from achse.cli.output import print_json, print_table
+from achse.cli.target import Json
+
+if TYPE_CHECKING:
+    from achse.client.secure_link import SecureTarget
+
+__all__ = ["certificate", "connect_first", "secure_target"]
+
+certificate = typer.Typer(
+    no_args_is_help=True, help="Certificates of Secure ADS: ours, and those that targets show."
+)
+
+Folder = Annotated[
+    Path | None,
+    typer.Option(
+        help="Where certificate and key are.",
+        show_default="ACHSE_CERTIFICATES, else achse in the user's configuration",
+    ),
+]
+
+
+@certificate.command()
+def create(
+    folder: Folder = None,
+    name: Annotated[
+        str | None, typer.Option(help="Whose it is (CN).", show_default="this host's name")
+    ] = None,
+    in_json: Json = False,
+) -> None:
+    """Make a key and a self-signed certificate (RSA 2048); one that is there stays."""
+    from achse.transport.own_certificate import CERTIFICATE_FILE, CertificateError, OwnCertificate
+
+    place = _place(folder)
+    if (place / CERTIFICATE_FILE).exists():
+        fail(f"{place / CERTIFICATE_FILE} is there already; `achse certificate show` shows it")
+    try:
+        made = OwnCertificate.made(place, name or socket.gethostname())
+    except CertificateError as fault:
+        fail(str(fault))
+    except OSError as failure:
+        fail(f"{failure.filename or place}: {failure.strerror}", name="CANNOT_WRITE")
+    _tell(
+        {
+            "certificate": str(made.certificate),
+            "key": str(made.key),
+            "fingerprint": made.fingerprint,
+        },
+        in_json,
+    )
+
+
+@certificate.command()
+def show(
+    target: Annotated[
+        str | None,
+        typer.Argument(
+            help="Host or host:port whose certificate is to be shown.", show_default="our own"
+        ),
+    ] = None,
+    folder: Folder = None,
+    in_json: Json = False,
+) -> None:
+    """Show the fingerprint of our certificate, or of the one that a target shows."""
+    from achse.transport.own_certificate import (
+        CERTIFICATE_FILE,
+        KEY_FILE,
+        CertificateError,
+        OwnCertificate,
+    )
+
+    if target is not None:
+        shown = asyncio.run(_shown_by(secure_target(target, folder)))
+        _tell({"target": target, "fingerprint": shown}, in_json)
+        return
+    place = _place(folder)
+    if not (place / CERTIFICATE_FILE).exists():
+        fail(f"{place / CERTIFICATE_FILE} is not there; `achse certificate create` makes it")
+    try:
+        own = OwnCertificate.load(place / CERTIFICATE_FILE, place / KEY_FILE)
+    except CertificateError as fault:
+        fail(str(fault))
+    except OSError as failure:
+        fail(f"{failure.filename}: {failure.strerror}")
+    _tell({"certificate": str(own.certificate), "fingerprint": own.fingerprint}, in_json)
+
+
+def secure_target(text: str, folder: Path | None = None) -> "SecureTarget":
+    """`host`, `host:port` or `secure://…` of a command line."""
+    from dataclasses import replace
+
+    from achse.client.secure_link import SECURE_SCHEME, SecureTarget
+
+    try:
+        parsed = SecureTarget.parse(
+            text if text.startswith(SECURE_SCHEME) else f"{SECURE_SCHEME}{text}"
+        )
+    except ValueError as fault:
+        raise typer.BadParameter(str(fault)) from None
+    return replace(parsed, certificates=folder) if folder is not None else parsed
+
+
+async def _shown_by(target: "SecureTarget") -> str:
+    """The fingerprint that a target shows, whether it knows us or not."""
+    from achse.client.link import Onlooker
+    from achse.client.secure_link import SecureDialer
+    from achse.transport.own_certificate import CertificateError
+
+    dialer = SecureDialer(target)
+    try:
+        link = await dialer.open(Onlooker())
+        link.close()
+    except CertificateError as fault:
+        fail(str(fault))
+    except OSError as failure:
+        if not dialer.fingerprint:
+            fail(f"{dialer.peer}: {failure}")
+    return dialer.fingerprint
+
+
+async def connect_first(target: "SecureTarget") -> tuple[str, str]:
+    """Make us known to a target by user and password; the NetId and fingerprint it shows."""
+    from achse.client.link import Onlooker
+    from achse.client.secure_link import SecureDialer
+    from achse.transport.own_certificate import CertificateError
+
+    dialer = SecureDialer(target)
+    try:
+        link = await dialer.open(Onlooker())
+    except CertificateError as fault:
+        fail(str(fault))
+    except OSError as failure:
+        fail(f"{dialer.peer}: {failure}")
+    net_id = str(link.peer_net_id)
+    link.close()
+    return net_id, dialer.fingerprint
+
+
+def _place(folder: Path | None) -> Path:
+    from achse.client.secure_link import own_folder
+
+    return folder or own_folder()
+
+
+def _tell(facts: dict[str, str], in_json: bool) -> None:
+    if in_json:
+        print_json(facts)
+    else:
+        print_table(list(facts.items()))

@@ -1,0 +1,124 @@
+"""Completion in shells: axes, symbols, kinds of faults and their fields, of the target in question.
+
+A shell waits while these run: who does not answer at once is left out, and nothing is ever told.
+"""
+
+import os
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+__all__ = [
+    "axes",
+    "drive_fault_fields",
+    "drive_fault_kinds",
+    "fault_fields",
+    "fault_kinds",
+    "symbols",
+]
+
+_PATIENCE_S = 0.7
+"""For connection and answers together."""
+
+_MOST = 200
+"""More are of no help to anybody."""
+
+
+def _asked(
+    context: Any, port: int, ask: Callable[[Any], Coroutine[Any, Any, list[str]]]
+) -> list[str]:
+    """What the target of the command line answers, nothing if it does not."""
+    import asyncio
+
+    from achse.ams import NetId
+    from achse.client import connect
+    from achse.client.link import TcpDialer
+
+    options = getattr(context, "params", None) or {}
+    host = options.get("host") or os.environ.get("ACHSE_HOST", "127.0.0.1")
+    tcp_port = options.get("tcp_port") or os.environ.get("ACHSE_TCP_PORT") or 48898
+    net_id = options.get("net_id")
+
+    async def run() -> list[str]:
+        async with (
+            asyncio.timeout(_PATIENCE_S),
+            connect(
+                TcpDialer(host, int(tcp_port)),
+                net_id=NetId(net_id) if net_id else None,
+                port=options.get("port") or port,
+                timeout=_PATIENCE_S,
+                reconnect=False,
+                watch_symbols=False,
+            ) as client,
+        ):
+            return await ask(client)
+
+    try:
+        return asyncio.run(run())
+    except Exception:  # a shell must not see any of it
+        return []
+
+
+def axes(ctx: Any, incomplete: str) -> list[str]:
+    """Names of axes, and ids where one has no name."""
+    from achse.cli.nc import axes_of
+
+    async def ask(client: Any) -> list[str]:
+        return [axis.name or str(axis.axis_id) for axis in await axes_of(client)]
+
+    return _beginning(incomplete, _asked(ctx, 501, ask))
+
+
+def symbols(ctx: Any, incomplete: str) -> list[str]:
+    """Names of symbols, part by part: `MA` → `MAIN.` → `MAIN.nCounter`."""
+
+    async def ask(client: Any) -> list[str]:
+        return [entry.name for entry in await client.symbols()]
+
+    found = _beginning(incomplete, _asked(ctx, 851, ask))
+    depth = incomplete.count(".") + 1
+    parts = dict.fromkeys(
+        name if name.count(".") < depth else ".".join(name.split(".")[:depth]) + "."
+        for name in found
+    )
+    return list(parts)[:_MOST]
+
+
+def fault_kinds(incomplete: str) -> list[str]:
+    """Kinds of faults of a station."""
+    from achse.faults.kinds import STATION_FAULTS
+
+    return _beginning(incomplete, STATION_FAULTS)
+
+
+def drive_fault_kinds(incomplete: str) -> list[str]:
+    """Kinds of faults of drives that are served."""
+    from achse.faults.drives import DRIVE_FAULTS
+
+    return _beginning(incomplete, DRIVE_FAULTS)
+
+
+def fault_fields(ctx: Any, incomplete: str) -> list[str]:
+    """`KEY=` for the fields of the kind that is there already."""
+    from achse.faults.kinds import STATION_FAULTS
+
+    return _fields(STATION_FAULTS, ctx, incomplete)
+
+
+def drive_fault_fields(ctx: Any, incomplete: str) -> list[str]:
+    """The same of drives."""
+    from achse.faults.drives import DRIVE_FAULTS
+
+    return _fields(DRIVE_FAULTS, ctx, incomplete)
+
+
+def _fields(kinds: Any, ctx: Any, incomplete: str) -> list[str]:
+    kind = (getattr(ctx, "params", None) or {}).get("kind")
+    if kind not in list(kinds):
+        return []
+    return _beginning(incomplete, [f"{name}=" for name in ("at", *kinds.parameters(kind))])
+
+
+def _beginning(incomplete: str, names: Any) -> list[str]:
+    """The names that begin so, without case."""
+    wanted = incomplete.casefold()
+    return [name for name in names if name.casefold().startswith(wanted)]

@@ -1,0 +1,92 @@
+"""What went wrong, told on stderr: a sentence, or with `--json` code, name and message."""
+
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO
+
+import typer
+
+if TYPE_CHECKING:
+    from achse.ams import AdsError
+
+__all__ = [
+    "dumped",
+    "errors_in_json",
+    "fail",
+    "fail_by",
+    "in_json",
+    "name_of",
+    "tell",
+    "wants_json",
+]
+
+_in_json = False
+
+
+def wants_json(words: Sequence[str]) -> bool:
+    """Whether a command line asks for JSON. Errors in the command line itself are told so too."""
+    options = words[: words.index("--")] if "--" in words else words
+    return "--json" in options
+
+
+@contextmanager
+def errors_in_json(wanted: bool) -> Iterator[None]:
+    """Meanwhile errors are objects, or sentences."""
+    global _in_json
+    before, _in_json = _in_json, wanted
+    try:
+        yield
+    finally:
+        _in_json = before
+
+
+def in_json() -> bool:
+    """Whether errors are objects now."""
+    return _in_json
+
+
+def tell(message: str, *, name: str = "FAILED", code: int | None = None) -> None:
+    """Tell an error on stderr, as a sentence or an object; `code` is that of ADS, or None."""
+    if _in_json:
+        told = {"code": code or None, "name": name, "message": message}
+        message = dumped(told, sys.stderr)
+    print(message, file=sys.stderr)
+
+
+def dumped(document: Any, stream: TextIO) -> str:
+    """JSON on one line; what `stream` cannot write is escaped."""
+    encoding = getattr(stream, "encoding", None) or "utf-8"
+    return json.dumps(document, ensure_ascii=not encoding.lower().startswith("utf"))
+
+
+def fail(
+    message: str, exit_code: int = 1, *, name: str = "FAILED", code: int | None = None
+) -> NoReturn:
+    """Tell an error, and end the command."""
+    tell(message, name=name, code=code)
+    raise typer.Exit(exit_code)
+
+
+def fail_by(*refusals: "AdsError", hint: str = "") -> NoReturn:
+    """Tell what a target answered, or that it did not, and end; the first has code and name."""
+    first = refusals[0]
+    text = "\n".join(map(str, refusals))
+    fail(
+        f"{text.rstrip('.')}; {hint}" if hint else text,
+        name=name_of(first),
+        code=getattr(first, "code", None),
+    )
+
+
+def name_of(refusal: "AdsError") -> str:
+    """`SYMBOL_NOT_FOUND` for a code of the tables, else the kind of error: `CONNECTION_LOST`."""
+    from achse.codes import NcError, ReturnCode
+
+    code = getattr(refusal, "code", None)
+    row = None if not code else ReturnCode.of(code) or NcError.of(code)
+    if row is not None:
+        return row.name
+    kind = type(refusal).__name__
+    return "".join(f"_{sign}" if sign.isupper() else sign for sign in kind).strip("_").upper()

@@ -1,0 +1,78 @@
+"""The root of the command tree: errors of the command line are told like all others."""
+
+import sys
+from collections.abc import Sequence
+from typing import Any, cast
+
+import typer
+from typer.core import TyperGroup
+
+from achse.cli.failure import errors_in_json, in_json, tell, wants_json
+
+__all__ = ["Front"]
+
+_MOST_OPTIONS = 6
+
+_UsageError = cast(type[Exception], typer.BadParameter.__base__)
+_CommandError = cast(type[Exception], _UsageError.__base__)
+"""What the parser of the command line raises; Typer does not export it."""
+
+
+class Front(TyperGroup):
+    """The commands of achse; with `--json` on the command line errors are objects."""
+
+    def main(
+        self,
+        args: Sequence[str] | None = None,
+        prog_name: str | None = None,
+        complete_var: str | None = None,
+        standalone_mode: bool = True,
+        windows_expand_args: bool = True,
+        **extra: Any,
+    ) -> Any:
+        """Run a command line; standalone it ends the process."""
+        words = sys.argv[1:] if args is None else list(args)
+        with errors_in_json(wants_json(words)):
+            try:
+                code = super().main(
+                    args, prog_name, complete_var, False, windows_expand_args, **extra
+                )
+            except _CommandError as fault:
+                if not standalone_mode:
+                    raise
+                code = _told(fault)
+            except typer.Abort:
+                if not standalone_mode:
+                    raise
+                tell("aborted", name="ABORTED")
+                code = 1
+        if not standalone_mode:
+            return code
+        sys.exit(code)
+
+
+def _told(fault: Any) -> int:
+    """Tell an error of the command line; gives the exit code."""
+    fault.message = (fault.message or "").removeprefix("Value error, ")  # how the parser checks
+    if fault.message.startswith("Got unexpected extra argument"):
+        fault.message += _options(fault)
+    if in_json():
+        tell(fault.format_message(), name="USAGE" if isinstance(fault, _UsageError) else "FAILED")
+    else:
+        from typer.rich_utils import rich_format_error
+
+        rich_format_error(fault)
+    return int(fault.exit_code)
+
+
+def _options(fault: Any) -> str:
+    """`; an option says what a value is: --to, --by`, as the command has them."""
+    context = getattr(fault, "ctx", None)
+    known = [] if context is None else context.command.params
+    names = [
+        max(one.opts, key=len)
+        for one in known
+        if one.param_type_name == "option" and not getattr(one, "is_flag", False) and not one.hidden
+    ]
+    names = [name for name in names if name.startswith("--")][:_MOST_OPTIONS]
+    return f"; options say what a value is: {', '.join(names)}" if names else ""

@@ -1,0 +1,203 @@
+"""A part program on axes that only exist in numbers: how long it takes, how fast it is where.
+
+The path is planned as in the station, with look-ahead, jerk and the limits of the axes; handshakes
+are granted at once, homing takes no time.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from math import hypot
+from typing import Any
+
+from achse.gcode.canon import (
+    ArcMove,
+    Canonical,
+    DwellTime,
+    Handshake,
+    HomeAxis,
+    LineMove,
+    MFunction,
+    PathParameter,
+    PathSetting,
+)
+from achse.gcode.drawing import PathSample
+from achse.motion.path import (
+    ArcGeometry,
+    PathArc,
+    PathDwell,
+    PathLimits,
+    PathLine,
+    PathParameters,
+    PathPlanner,
+    PathSegment,
+    PathTableFull,
+    Smoothing,
+    SmoothingSubtype,
+)
+
+__all__ = ["ProgramTime", "run_commands"]
+
+CYCLE_TIME = 0.002
+"""s, as the NC's by default."""
+MAX_TIME = 24 * 3600.0
+"""s of a run; a longer one is given up."""
+_AT_LIMIT = 0.98
+"""A velocity or acceleration above this share of its limit is at the limit."""
+
+
+@dataclass
+class ProgramTime:
+    """How a run went. Times in s, lengths in mm."""
+
+    seconds: float = 0.0
+    dwell: float = 0.0
+    feed_length: float = 0.0
+    rapid_length: float = 0.0
+    moves: int = 0
+    handshakes: int = 0
+    complete: bool = True
+    greatest_velocity: float = 0.0
+    """mm/s along the path."""
+    at_limit: dict[str, float] = field(default_factory=dict)
+    """Seconds for which an axis is at its velocity or acceleration limit: `X velocity` …"""
+    samples: list[PathSample] = field(default_factory=list)
+
+
+class _Run:
+    def __init__(self, limits: Sequence[PathLimits], start: Sequence[float], record: bool) -> None:
+        self.limits = limits
+        self.parameters = PathParameters(c0=0.0)
+        self.planner = PathPlanner(limits, start, cycle_time=CYCLE_TIME, parameters=self.parameters)
+        self.record = record
+        self.time = ProgramTime()
+        self.cycles = 0
+
+    def drain(self) -> Iterator[None]:
+        """Run until the path is at its end."""
+        while not self.planner.finished:
+            self.cycle()
+            yield
+
+    def cycle(self) -> None:
+        planner, time = self.planner, self.time
+        planner.advance()
+        self.cycles += 1
+        time.greatest_velocity = max(time.greatest_velocity, planner.velocity)
+        pairs = zip(self.limits, planner.axis_velocity, planner.axis_acceleration, strict=False)
+        for number, (limit, velocity, acceleration) in enumerate(pairs):
+            name = "XYZ"[number] if number < 3 else f"Q{number - 2}"
+            if abs(velocity) >= _AT_LIMIT * limit.velocity:
+                self._count(f"{name} velocity")
+            if abs(acceleration) >= _AT_LIMIT * limit.acceleration:
+                self._count(f"{name} acceleration")
+        if self.record:
+            x, y, z = planner.position[:3]
+            time.samples.append(PathSample((x, y, z), planner.velocity))
+
+    def _count(self, name: str) -> None:
+        self.time.at_limit[name] = self.time.at_limit.get(name, 0.0) + CYCLE_TIME
+
+    def append(self, segment: PathSegment) -> None:
+        while True:
+            try:
+                self.planner.append(segment)
+                return
+            except PathTableFull:
+                self.cycle()
+
+    def move(self, move: LineMove | ArcMove) -> None:
+        time, end = self.time, (*move.end, *move.auxiliary)
+        begin = self.planner.programmed_position
+        length = move.length
+        time.moves += 1
+        if move.rapid:
+            time.rapid_length += length
+        else:
+            time.feed_length += length
+        feed = self._rapid(begin, end, length) if move.rapid else move.velocity
+        if isinstance(move, LineMove):
+            self.append(PathLine(end, feed, exact_stop=move.exact_stop))
+            return
+        self.append(PathArc(_geometry(move), feed, move.auxiliary, exact_stop=move.exact_stop))
+
+    def _rapid(self, begin: Sequence[float], end: Sequence[float], length: float) -> float:
+        """The velocity along the path at which the first axis is at its limit."""
+        ways = [abs(b - a) for a, b in zip(begin, end, strict=True)]
+        length = length or hypot(*ways)
+        times = [way / limit.velocity for way, limit in zip(ways, self.limits, strict=True)]
+        return length / max(times) if max(times) > 0.0 else 1.0
+
+    def set(self, setting: PathSetting) -> None:
+        values = setting.values
+        changes: dict[str, Any] = {}
+        match setting.parameter:
+            case PathParameter.VERTEX_SMOOTHING:
+                changes = {
+                    "smoothing": Smoothing(int(values[0])),
+                    "smoothing_subtype": SmoothingSubtype(int(values[1]) or 1),
+                    "smoothing_radius": values[2],
+                }
+            case PathParameter.C1_REDUCTION_FACTOR:
+                changes = {"c1": values[0]}
+            case PathParameter.C2_REDUCTION_FACTOR:
+                changes = {"c2": values[0]}
+            case PathParameter.PATH_DYNAMICS | PathParameter.GROUP_DYNAMICS:
+                changes = dict(
+                    zip(("acceleration", "deceleration", "jerk"), values[-3:], strict=True)
+                )
+            case PathParameter.MINIMUM_VELOCITY:
+                changes = {"least_velocity": values[0]}
+            case _:
+                return
+        self.parameters = replace(self.parameters, **changes)
+        self.planner.parameters = self.parameters
+
+
+def _geometry(move: ArcMove) -> ArcGeometry:
+    x, y, z = move.normal
+    a, b, c = (at - centre for at, centre in zip(move.start, move.centre, strict=True))
+    return ArcGeometry(
+        move.centre,
+        (a, b, c),
+        (y * c - z * b, z * a - x * c, x * b - y * a),
+        move.angle,
+        (x * move.rise, y * move.rise, z * move.rise),
+    )
+
+
+def run_commands(
+    commands: Iterable[Canonical],
+    limit: PathLimits,
+    start: Sequence[float],
+    *,
+    record: bool = False,
+) -> ProgramTime:
+    """Run the commands on eight axes with the same limits; `record` keeps each cycle's sample.
+
+    `start` is where X, Y, Z and Q1..Q5 are. PathError for a move that cannot be planned.
+    """
+    run = _Run([limit] * 8, start, record)
+    for command in commands:
+        if isinstance(command, LineMove | ArcMove):
+            run.move(command)
+        elif isinstance(command, DwellTime):
+            run.time.dwell += command.seconds
+            run.append(PathDwell(command.seconds))
+        elif isinstance(command, PathSetting):
+            run.set(command)
+        elif isinstance(command, HomeAxis) or (
+            isinstance(command, MFunction) and command.handshake is not Handshake.NONE
+        ):
+            run.time.handshakes += isinstance(command, MFunction)
+            for _ in run.drain():
+                pass
+        if run.cycles * CYCLE_TIME > MAX_TIME:
+            run.time.complete = False
+            break
+    else:
+        for _ in run.drain():
+            if run.cycles * CYCLE_TIME > MAX_TIME:
+                run.time.complete = False
+                break
+    run.time.seconds = run.cycles * CYCLE_TIME
+    return run.time

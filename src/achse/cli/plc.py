@@ -1,0 +1,298 @@
+"""`achse plc` debugs the Structured Text of a running station: breakpoints, steps, variables."""
+
+import asyncio
+import sys
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from achse.cli.failure import fail
+from achse.cli.output import print_json, print_table
+from achse.cli.target import STATION_PORT, Json, client_command
+
+if TYPE_CHECKING:
+    from achse.client import Client
+    from achse.dap.link import DebugLink
+
+__all__ = ["plc"]
+
+plc = typer.Typer(
+    no_args_is_help=True,
+    help="Debug the Structured Text of a running station: breakpoints, steps, variables.",
+)
+
+Plc = Annotated[
+    int,
+    typer.Option(min=0, max=65535, help="AMS port of the PLC.", show_default="the first one"),
+]
+Call = Annotated[
+    int, typer.Option(min=0, help="Whose variables: 0 is the innermost call, 1 its caller …")
+]
+
+_PATIENCE = 2.0
+"""Seconds in which a step of a running station should come to its next statement."""
+
+_PAUSE = 0.02
+
+
+def _place(text: str) -> tuple[str, int]:
+    path, colon, line = text.rpartition(":")
+    if not colon or not line.isdigit() or not path:
+        raise typer.BadParameter(f"FILE:LINE, got {text!r}", param_hint="PLACE")
+    return path, int(line)
+
+
+async def _ask(link: "DebugLink", do: str, /, **fields: Any) -> Any:
+    from achse.dap.link import DebugRefused
+
+    try:
+        return await link.ask(do, **fields)
+    except DebugRefused as refusal:
+        fail(str(refusal))
+
+
+def _link(client: "Client", plc: int) -> "DebugLink":
+    from achse.dap.link import DebugLink
+
+    return DebugLink(client, plc)
+
+
+# breakpoints ---------------------------------------------------------------------------------
+
+
+@client_command(plc, STATION_PORT, "break")
+async def set_breakpoint(
+    client: "Client",
+    place: Annotated[str, typer.Argument(metavar="FILE:LINE", show_default=False)],
+    condition: Annotated[
+        str, typer.Option("--if", metavar="EXPRESSION", help="Stop if this holds.")
+    ] = "",
+    hits: Annotated[int, typer.Option(min=0, help="Stop from this hit on.")] = 0,
+    plc: Plc = 0,
+    in_json: Json = False,
+) -> None:
+    """Stop before the first statement at a line, or after it.
+
+    A cycle that stops stands still, with all tasks of its PLC; the station, its NC, other PLCs and
+    ADS go on.
+    """
+    path, line = _place(place)
+    found = await _ask(
+        _link(client, plc), "break", path=path, line=line, condition=condition, hits=hits
+    )
+    if in_json:
+        print_json(found)
+    else:
+        print(_breakpoint(found))
+    if not found["found"]:
+        raise typer.Exit(1)
+
+
+@client_command(plc, STATION_PORT)
+async def breaks(client: "Client", plc: Plc = 0, in_json: Json = False) -> None:
+    """List the breakpoints."""
+    found = await _ask(_link(client, plc), "breaks")
+    if in_json:
+        print_json(found)
+        return
+    for each in found:
+        print(_breakpoint(each))
+
+
+@client_command(plc, STATION_PORT)
+async def clear(
+    client: "Client",
+    number: Annotated[int, typer.Argument(min=0, help="Which one.", show_default="all")] = 0,
+    plc: Plc = 0,
+) -> None:
+    """Forget a breakpoint, or all."""
+    await _ask(_link(client, plc), "clear", number=number)
+
+
+def _breakpoint(facts: dict[str, Any]) -> str:
+    parts = [f"{facts['number']}  {facts['path']}:{facts['line']}"]
+    if facts["condition"]:
+        parts.append(f"if {facts['condition']}")
+    parts.append(f"{facts['hits']} hits" if facts["found"] else facts["message"])
+    return "  ".join(parts)
+
+
+# going on ------------------------------------------------------------------------------------
+
+
+@client_command(plc, STATION_PORT, "continue")
+async def go_on(client: "Client", plc: Plc = 0, in_json: Json = False) -> None:
+    """Go on after a breakpoint."""
+    _tell(await _ask(_link(client, plc), "go"), in_json)
+
+
+@client_command(plc, STATION_PORT)
+async def step(
+    client: "Client",
+    into: Annotated[bool, typer.Option("--in", help="Into a routine that is called.")] = False,
+    out: Annotated[bool, typer.Option("--out", help="To the caller.")] = False,
+    plc: Plc = 0,
+    in_json: Json = False,
+) -> None:
+    """Go on to the next statement."""
+    if into and out:
+        raise typer.BadParameter("--in or --out, not both")
+    link = _link(client, plc)
+    state = await _ask(link, "step", how="into" if into else "out" if out else "over")
+    _tell(await _until_held(link, state), in_json)
+
+
+@client_command(plc, STATION_PORT)
+async def pause(client: "Client", plc: Plc = 0, in_json: Json = False) -> None:
+    """Stop at the next statement that runs."""
+    link = _link(client, plc)
+    _tell(await _until_held(link, await _ask(link, "pause")), in_json)
+
+
+async def _until_held(link: "DebugLink", state: dict[str, Any]) -> dict[str, Any]:
+    """The state at the next stop, or what it is after a while."""
+    waited = 0.0
+    while state["state"] == "run" and waited < _PATIENCE:
+        await asyncio.sleep(_PAUSE)
+        waited += _PAUSE
+        state = await _ask(link, "state")
+    return state
+
+
+@client_command(plc, STATION_PORT)
+async def end(client: "Client", plc: Plc = 0) -> None:
+    """Forget all breakpoints, go on, and run at full speed again."""
+    await _ask(_link(client, plc), "end")
+
+
+# looking -------------------------------------------------------------------------------------
+
+
+@client_command(plc, STATION_PORT)
+async def where(client: "Client", plc: Plc = 0, in_json: Json = False) -> None:
+    """Show where the PLC stands still: the calls inside each other."""
+    link = _link(client, plc)
+    state = await _ask(link, "state")
+    calls = await _ask(link, "calls")
+    if in_json:
+        print_json({**state, "calls": calls})
+        return
+    _tell(state, in_json)
+    for call in calls:
+        print(f"  {call['number']}  {call['routine']}  {call['path']}:{call['line']}")
+
+
+@client_command(plc, STATION_PORT, signed=True)
+async def watch(
+    client: "Client",
+    expressions: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[EXPRESSION]…",
+            help="Variables, or expressions of them.",
+            show_default="the variables of the call",
+        ),
+    ] = None,
+    call: Call = 0,
+    plc: Plc = 0,
+    in_json: Json = False,
+) -> None:
+    """Show values at a breakpoint; of global variables at any time."""
+    link = _link(client, plc)
+    if expressions:
+        found = [await _ask(link, "evaluate", expression=text, call=call) for text in expressions]
+    else:
+        found = []
+        for scope in ("locals", "instance", "unit"):
+            found += await _ask(link, "variables", scope=scope, call=call)
+    if in_json:
+        print_json(found)
+    elif found:
+        print_table([(each["name"], each["type"], each["value"]) for each in found])
+
+
+@client_command(plc, STATION_PORT, "set", signed=True)
+async def set_value(
+    client: "Client",
+    target: Annotated[str, typer.Argument(help="A variable.", show_default=False)],
+    value: Annotated[str, typer.Argument(help="A literal, or an expression.", show_default=False)],
+    call: Call = 0,
+    plc: Plc = 0,
+    in_json: Json = False,
+) -> None:
+    """Give a variable a value, that of a call at a breakpoint too."""
+    found = await _ask(_link(client, plc), "set", target=target, value=value, call=call)
+    if in_json:
+        print_json(found)
+    else:
+        print(f"{target} = {found['value']}")
+
+
+def _tell(state: dict[str, Any], in_json: bool) -> None:
+    if in_json:
+        print_json(state)
+        return
+    stop = state.get("stop")
+    if stop is None:
+        fault = f": {state['fault']}" if state.get("fault") else ""
+        print(f"{state['plc']}: {state['state']}{fault}")
+        return
+    text = f": {stop['text']}" if stop["text"] else ""
+    print(
+        f"{state['plc']}: {stop['reason']} in {stop['routine']}"
+        f" ({stop['path']}:{stop['line']}), task {stop['task']}{text}"
+    )
+
+
+# editors -------------------------------------------------------------------------------------
+
+
+@plc.command()
+def debug(
+    dap: Annotated[
+        bool, typer.Option("--dap", help="Speak the Debug Adapter Protocol; needed.")
+    ] = False,
+    listen: Annotated[
+        str | None,
+        typer.Option(
+            metavar="[HOST:]PORT",
+            help="Wait for editors at this TCP port, one after the other; 0 is a free one.",
+            show_default="standard input and output",
+        ),
+    ] = None,
+    let_everybody_in: Annotated[
+        bool,
+        typer.Option(
+            "--let-everybody-in",
+            help="Allow an address that other computers reach: they may run programs here.",
+        ),
+    ] = False,
+) -> None:
+    """Serve an editor that debugs Structured Text: VS Code and others, over their own protocol.
+
+    The editor says by `launch` which station.toml to run, or by `attach` where a station runs.
+    """
+    if not dap:
+        fail("achse plc debug: --dap is the only way to debug so far")
+    from achse.dap.serve import OpenToAllError, serve_standard_streams, serve_tcp
+
+    try:
+        if listen is None:
+            asyncio.run(serve_standard_streams())
+        else:
+            host, _, port = listen.rpartition(":")
+            if not port.isdigit() or int(port) > 65535:
+                raise typer.BadParameter(f"[HOST:]PORT, got {listen!r}", param_hint="--listen")
+            asyncio.run(
+                serve_tcp(host or "127.0.0.1", int(port), _ready, let_everybody_in=let_everybody_in)
+            )
+    except OpenToAllError as refusal:
+        fail(str(refusal))
+    except (OSError, UnicodeError) as failure:  # the latter for what cannot be a host name
+        fail(f"cannot listen on {listen}: {getattr(failure, 'strerror', None) or failure}")
+    except KeyboardInterrupt:
+        sys.exit(0)
+
+
+def _ready(host: str, port: int) -> None:
+    print(f"achse debug ready tcp={host}:{port}", flush=True)

@@ -1,0 +1,43 @@
+"""The root of the command line, which commands are hung on."""
+
+import json
+from typing import Annotated
+
+import typer
+
+from achse.cli.failure import in_json
+from achse.cli.front import Front
+
+__all__ = ["new_root"]
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from achse import __version__
+
+        print(json.dumps({"version": __version__}) if in_json() else f"achse {__version__}")
+        raise typer.Exit
+
+
+def new_root() -> typer.Typer:
+    """A root without commands."""
+    app = typer.Typer(
+        cls=Front,
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+        help="A motion station: PLC and NC devices with moving axes behind an ADS/AMS router.",
+    )
+    app.callback()(_root)
+    return app
+
+
+def _root(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
+    ] = False,
+) -> None:
+    """What comes before the commands."""

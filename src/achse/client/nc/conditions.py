@@ -1,0 +1,65 @@
+"""What a program can wait for at an axis: by a word, a state, a bit of its status, or a test."""
+
+import difflib
+from collections.abc import Callable
+
+from achse.client.nc.moves import failure_of
+from achse.client.nc.status import AxisStatus, PlcOpenState
+from achse.codes.axis import StateBit
+
+__all__ = ["CONDITIONS", "AxisCondition", "ConditionJudge", "condition_of"]
+
+AxisCondition = str | PlcOpenState | StateBit | Callable[[AxisStatus], object]
+
+CONDITIONS: dict[str, Callable[[AxisStatus], bool]] = {
+    "in target": lambda status: status.in_target,
+    "standstill": lambda status: status.standstill,
+    "moving": lambda status: not status.standstill,
+    "idle": lambda status: not status.has_job and not status.waiting,
+    "enabled": lambda status: status.enabled,
+    "disabled": lambda status: not status.enabled,
+    "homed": lambda status: status.homed,
+    "referenced": lambda status: status.homed,
+    "constant velocity": lambda status: status.has(StateBit.CONSTANT_VELOCITY),
+    "failed": lambda status: status.failed,
+}
+"""The words; underscores count as spaces, case does not count."""
+
+
+def condition_of(condition: AxisCondition) -> tuple[Callable[[AxisStatus], object], str]:
+    """The test of a condition, and what to call it. ValueError for an unknown word."""
+    if isinstance(condition, StateBit):
+        bit = condition
+        return lambda status: status.has(bit), bit.name.lower().replace("_", " ")
+    if isinstance(condition, PlcOpenState):
+        state = condition
+        return lambda status: status.state is state, state.value
+    if isinstance(condition, str):
+        word = condition.strip().lower().replace("_", " ")
+        if word not in CONDITIONS:
+            near = difflib.get_close_matches(word, CONDITIONS)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            raise ValueError(f"expected one of {', '.join(CONDITIONS)}, got {condition!r}{hint}")
+        return CONDITIONS[word], word
+    if callable(condition):
+        return condition, "its condition"
+    raise ValueError(f"a condition is a word, a state, a bit or a function, got {condition!r:.60}")
+
+
+class ConditionJudge:
+    """Done when the condition holds; an error that comes meanwhile ends it."""
+
+    def __init__(self, axis: str, holds: Callable[[AxisStatus], object]) -> None:
+        self._axis = axis
+        self._holds = holds
+        self._failed: bool | None = None
+
+    def see(self, status: AxisStatus) -> bool:
+        if self._holds(status):
+            return True
+        failure = failure_of(self._axis, status)
+        if self._failed is None:
+            self._failed = failure is not None  # an old error may be what is to go away
+        if failure is not None and not self._failed:
+            raise failure
+        return False

@@ -1,0 +1,40 @@
+"""Where the documentation tells of a code, service or name: pages and their anchors.
+
+The anchors are made when the site is built (`achse docs build`), from the same rows as the pages.
+"""
+
+from achse.codes.ads import ReturnCode
+from achse.codes.nc import NcError
+
+__all__ = ["SITE", "code_link", "library_link", "on_site", "service_link"]
+
+SITE = "ACHSE_DOCS"
+"""The variable of the environment that says where a site is: `https://docs.example/achse`."""
+
+
+def code_link(code: int) -> str | None:
+    """The page and anchor of an ADS return code or NC error: `reference/nc-errors/#0x4655`.
+
+    None for a code that no table has.
+    """
+    for page, codes in (("return-codes", ReturnCode), ("nc-errors", NcError)):
+        if codes.of(code) is not None:
+            return f"reference/{page}/#0x{code:X}"
+    return None
+
+
+def service_link(port: int, group: int, offset: int) -> str:
+    """The page and anchor of a service: `reference/services-500/#0x4101-0xA`."""
+    return f"reference/services-{port}/#0x{group:X}-0x{offset:X}"
+
+
+def library_link(library: str, name: str) -> str:
+    """The page and anchor of a block, function or type: `…/plc-library-tc2_mc2/#MC_Power`."""
+    return f"reference/plc-library-{library}/#{name}"
+
+
+def on_site(link: str | None, site: str | None) -> str | None:
+    """The whole link where a site is known, else None; addresses of the web alone are taken."""
+    if link is None or not site or not site.startswith(("http://", "https://")):
+        return None
+    return f"{site.rstrip('/')}/{link}"

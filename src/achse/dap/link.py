@@ -1,0 +1,38 @@
+"""Asking a station's debugging service, as any client does."""
+
+import json
+from typing import Any
+
+from achse.client import Client
+from achse.devices.debugging import DEBUG
+
+__all__ = ["DebugLink", "DebugRefused"]
+
+_LONGEST = 1 << 22
+"""Bytes of an answer."""
+
+
+class DebugRefused(Exception):
+    """The station says why not."""
+
+
+class DebugLink:
+    """One PLC of a station, by AMS port; 0 is the first. `client` asks the station's own port."""
+
+    def __init__(self, client: Client, plc: int = 0) -> None:
+        self._client = client
+        self._plc = plc
+
+    async def ask(self, do: str, /, **fields: Any) -> Any:
+        """What the service answers. Raises `DebugRefused`, and AdsError for the connection."""
+        request = json.dumps({"do": do, **fields}).encode()
+        answer = await self._client.read_write_raw(DEBUG, self._plc, _LONGEST, request)
+        found = json.loads(answer)
+        if isinstance(found, dict) and "error" in found:
+            raise DebugRefused(str(found["error"]))
+        return found
+
+    async def state(self) -> dict[str, Any]:
+        """What the PLC does now."""
+        found: dict[str, Any] = await self.ask("state")
+        return found

@@ -1,0 +1,77 @@
+"""Frames of the Debug Adapter Protocol: a head with the length, and JSON.
+
+Source: Debug Adapter Protocol 1.6x, base protocol.
+"""
+
+import json
+import re
+from typing import Any
+
+__all__ = ["DapFrameError", "FrameReader", "encode_frame"]
+
+_LARGEST_HEAD = 4096
+_LARGEST_BODY = 1 << 22
+_END = b"\r\n\r\n"
+_FIELD = re.compile(rb"([A-Za-z-]+):(.*)", re.DOTALL)
+
+
+class DapFrameError(Exception):
+    """What came is not a frame, and where the next one begins is not known."""
+
+
+def encode_frame(message: dict[str, Any]) -> bytes:
+    """A message as sent."""
+    body = json.dumps(message, ensure_ascii=False).encode("utf-8", "replace")
+    return b"Content-Length: %d" % len(body) + _END + body
+
+
+class FrameReader:
+    """Takes bytes as they come, gives whole messages. Sans I/O."""
+
+    def __init__(self) -> None:
+        self._data = bytearray()
+        self._length: int | None = None
+
+    def feed(self, data: bytes) -> list[Any]:
+        """The JSON values of all frames that are whole now; None for a body that is not JSON.
+
+        Raises `DapFrameError`.
+        """
+        self._data += data
+        found: list[Any] = []
+        while True:
+            if self._length is None:
+                end = self._data.find(_END)
+                if end < 0:
+                    if len(self._data) > _LARGEST_HEAD:
+                        raise DapFrameError(f"a head has at most {_LARGEST_HEAD} bytes")
+                    return found
+                self._length = _length_of(bytes(self._data[:end]))
+                del self._data[: end + len(_END)]
+            if len(self._data) < self._length:
+                return found
+            body = bytes(self._data[: self._length])
+            del self._data[: self._length]
+            self._length = None
+            try:
+                found.append(json.loads(body))
+            except (ValueError, RecursionError):
+                found.append(None)
+
+
+def _length_of(head: bytes) -> int:
+    """Nothing but fields: what a web page makes a browser send is refused at its first line."""
+    found: int | None = None
+    for line in head.split(b"\r\n"):
+        field = _FIELD.fullmatch(line)
+        if field is None:
+            raise DapFrameError(f"a head has fields like Content-Length: 5, got {line[:40]!r}")
+        if field[1].lower() != b"content-length":
+            continue
+        text = field[2].strip()
+        if not text.isdigit() or len(text) > 9 or int(text) > _LARGEST_BODY:
+            raise DapFrameError(f"Content-Length: 0 to {_LARGEST_BODY}, got {text[:20]!r}")
+        found = int(text)
+    if found is None:
+        raise DapFrameError("a head without Content-Length")
+    return found

@@ -1,0 +1,62 @@
+"""Debugging over ADS: a group of the station's own service, by which any client stops a PLC.
+
+A request is a JSON object with `do`; so is the answer, `{"error": …}` for what cannot be done. The
+index offset is the AMS port of the PLC, 0 for the first one. Read gives the state.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Protocol
+
+from achse.plc import PlcRuntime
+from achse.server import RawGroup
+
+if TYPE_CHECKING:
+    from achse.devices.debug_service import DebugService
+
+__all__ = ["DEBUG", "Attached", "DebuggedStation", "debug_group"]
+
+DEBUG = 0xFA05
+"""Index group."""
+
+Attached = Callable[[bytes, int], object]
+"""Called with a client and the AMS port of a PLC."""
+
+
+class DebuggedStation(Protocol):
+    """What the group needs of its station."""
+
+    @property
+    def plcs(self) -> Mapping[int, PlcRuntime]: ...
+
+    def source_files(self, port: int) -> Mapping[str, str]:
+        """Where the files of a PLC's own sources are, by the names they have in faults."""
+        ...
+
+
+def debug_group(station: DebuggedStation, attached: Attached) -> RawGroup:
+    """The service by which PLCs are debugged. It is loaded when somebody asks.
+
+    `attached` is told of a client that wants debugging to end with its connection.
+    """
+    made: list[DebugService] = []
+
+    def service() -> "DebugService":
+        if not made:
+            from achse.devices.debug_service import DebugService
+
+            made.append(DebugService(station, attached))
+        return made[0]
+
+    return RawGroup(
+        DEBUG,
+        "debugging",
+        read=lambda offset, length, client: service().state(offset),
+        read_write=lambda offset, length, data, client: service().answer(offset, data, client),
+        last_offset=0xFFFF,
+        request='JSON: {"do": "break", "path": …, "line": …}, clear, breaks, attach, exceptions,'
+        " go, step, pause, calls, variables, evaluate, set, source, files, end",
+        response="JSON: what was asked for, or the error; Read: the state",
+        description="Offset = AMS port of a PLC (0: the first). Breakpoints, steps, calls and"
+        " variables; a cycle that stands still holds the PLC, not the station.",
+        source="achse",
+    )

@@ -1,0 +1,166 @@
+"""Files of a slave over ADS: opened by name, read or written in parts, closed.
+
+A file is read whole from the slave with the first part that is asked for, and written whole when
+it is closed: that is how FoE takes it.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from achse.ams import DeviceError
+from achse.codes import ReturnCode
+from achse.devices.io.groups import SlaveGroup
+from achse.devices.io.later import answer_later
+from achse.ethercat.master import BusError, BusSlave, Master
+from achse.ethercat.master.foe_client import MAX_FILE, FoeClient
+from achse.ethercat.master.steps import Steps
+from achse.server import IndexGroup, RawGroup
+
+__all__ = ["SlaveFiles"]
+
+_MOST_OPEN = 8
+"""Files of one slave that are open at a time, for all clients."""
+_LONGEST_NAME = 255
+_U32 = 0xFFFF_FFFF
+_HEADER = "vendor's interface header"
+
+
+@dataclass
+class _OpenFile:
+    client: bytes
+    name: str
+    password: int
+    writes: bool
+    data: bytes | None = None
+    at: int = 0
+
+
+class SlaveFiles:
+    """The open files of one slave. `ready` raises what is wrong with it as it is now."""
+
+    def __init__(
+        self,
+        master: Master,
+        slave: BusSlave,
+        ready: Callable[[], None],
+        note: Callable[[bytes, BusError], None],
+    ) -> None:
+        self._master = master
+        self._slave = slave
+        self._ready = ready
+        self._note = note
+        self._files: dict[int, _OpenFile] = {}
+        self._last = 0
+
+    def groups(self) -> Iterator[IndexGroup]:
+        """The index groups of files."""
+        for group, name, ask, request, response in (
+            (
+                SlaveGroup.FILE_OPEN_READ,
+                "file, opened for reading",
+                self._open(writes=False),
+                "name of the file; offset: password",
+                "UINT32 handle",
+            ),
+            (
+                SlaveGroup.FILE_OPEN_WRITE,
+                "file, opened for writing",
+                self._open(writes=True),
+                "name of the file; offset: password",
+                "UINT32 handle",
+            ),
+            (SlaveGroup.FILE_CLOSE, "file, closed", self._close, "offset: handle", ""),
+            (
+                SlaveGroup.FILE_READ,
+                "file, read",
+                self._read,
+                "offset: handle",
+                "the next bytes; none at its end",
+            ),
+            (SlaveGroup.FILE_WRITE, "file, written", self._write, "bytes; offset: handle", ""),
+        ):
+            yield RawGroup(
+                group,
+                name,
+                read_write=ask,
+                last_offset=_U32,
+                request=request,
+                response=response,
+                description="FoE; a file is written when it is closed",
+                source=_HEADER,
+            )
+
+    def end_client(self, client: bytes) -> None:
+        """A client is gone: its files are closed, and what was not written is dropped."""
+        for handle in [number for number, each in self._files.items() if each.client == client]:
+            del self._files[handle]
+
+    def _open(self, *, writes: bool) -> Callable[[int, int, bytes, bytes], bytes]:
+        def open_file(offset: int, length: int, data: bytes, client: bytes) -> bytes:
+            self._ready()
+            name = data.partition(b"\0")[0]
+            if not 0 < len(name) <= _LONGEST_NAME:
+                raise DeviceError(ReturnCode.INVALID_DATA, f"a name has 1 to {_LONGEST_NAME} bytes")
+            if len(self._files) >= _MOST_OPEN:
+                raise DeviceError(ReturnCode.DEVICE_NO_MEMORY, f"{_MOST_OPEN} files are open")
+            self._last = self._last % _U32 + 1
+            self._files[self._last] = _OpenFile(
+                client, name.decode("latin-1"), offset, writes, b"" if writes else None
+            )
+            return self._last.to_bytes(4, "little")
+
+        return open_file
+
+    def _file(self, handle: int, client: bytes, *, writes: bool | None = None) -> _OpenFile:
+        found = self._files.get(handle)
+        if found is None or found.client != client:
+            raise DeviceError(ReturnCode.INVALID_OFFSET, f"no file is open as {handle}")
+        if writes is not None and found.writes != writes:
+            raise DeviceError(ReturnCode.INVALID_ACCESS, "the file is open the other way")
+        return found
+
+    def _read(self, handle: int, length: int, data: bytes, client: bytes) -> bytes:
+        file = self._file(handle, client, writes=False)
+        if file.data is not None:
+            return _next(file, length)
+
+        def steps() -> Steps[bytes]:
+            file.data = yield from self._foe().read(file.name, file.password)
+            return _next(file, length)
+
+        raise answer_later(
+            self._master, steps(), lambda part: part, lambda trouble: self._note(client, trouble)
+        )
+
+    def _write(self, handle: int, length: int, data: bytes, client: bytes) -> bytes:
+        file = self._file(handle, client, writes=True)
+        assert file.data is not None
+        if len(file.data) + len(data) > MAX_FILE:
+            raise DeviceError(ReturnCode.INVALID_SIZE, f"{MAX_FILE} bytes at most")
+        file.data += data
+        return b""
+
+    def _close(self, handle: int, length: int, data: bytes, client: bytes) -> bytes:
+        file = self._file(handle, client)
+        del self._files[handle]
+        if not file.writes:
+            return b""
+        assert file.data is not None
+        raise answer_later(
+            self._master,
+            self._foe().write(file.name, file.data, file.password),
+            lambda none: b"",
+            lambda trouble: self._note(client, trouble),
+        )
+
+    def _foe(self) -> FoeClient:
+        self._ready()
+        assert self._slave.mailbox is not None
+        return FoeClient(self._slave.mailbox)
+
+
+def _next(file: _OpenFile, length: int) -> bytes:
+    assert file.data is not None
+    part = file.data[file.at : file.at + length]
+    file.at += len(part)
+    return part

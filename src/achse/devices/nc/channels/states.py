@@ -1,0 +1,112 @@
+"""States of a channel with an interpreter, 0x2100 + ID (002 §6.4.2.2)."""
+
+from collections.abc import Callable
+from typing import Any
+
+from achse.ams import DeviceError
+from achse.codes import NcError
+from achse.devices.nc.channels.binding import LineText, of_interpreter, show_program
+from achse.devices.nc.layouts import UINT32
+from achse.motion.channels.channel import NcChannel
+from achse.motion.channels.program_channel import ProgramChannel
+from achse.motion.channels.states import InterpreterState
+from achse.server import READ_WRITE, Layout, Service
+
+__all__ = ["PROGRAM_STATES"]
+
+_FROM_PATH, _FROM_INTERPRETER, _FROM_ERROR = 1, 2, 3
+
+_LINE = LineText()
+
+
+def _line(channel: NcChannel, index: int) -> str:
+    return of_interpreter(channel).line_at(index)
+
+
+def _program_info(channel: ProgramChannel) -> tuple[int, int, bytes]:
+    """The block that the path is on; where it is, one at fault; else that of the interpreter."""
+    if channel.state in (InterpreterState.ABORTING, InterpreterState.ABORTED):
+        source, index = _FROM_ERROR, channel.text_index
+    elif channel.feeder is not None and channel.feeder.origin is not None:
+        source, index = _FROM_PATH, channel.path_index
+    else:
+        source, index = _FROM_INTERPRETER, channel.interpreter_index
+    return source, index, channel.program_name.encode("cp1252", "replace")[:259]
+
+
+def _readout(read: Callable[[ProgramChannel], Any]) -> Callable[[ProgramChannel], Any]:
+    """Only while parameter 0x53 is 1; else 0x4162."""
+
+    def get(channel: ProgramChannel) -> Any:
+        if not channel.readout:
+            raise DeviceError(NcError.G_STATE_UNKNOWN.number, "parameter 0x53 is 0")
+        return read(channel)
+
+    return get
+
+
+def _words(channel: ProgramChannel) -> tuple[int, ...]:
+    return channel.modal.words(channel.data.skip_mask)
+
+
+def _shifts(channel: ProgramChannel) -> tuple[float, ...]:
+    shifts, number = channel.data.shifts, channel.modal.shift
+    adjustable = shifts.adjustable(number) if number != 53 else (0.0, 0.0, 0.0)
+    return (
+        *(channel.block_counter, 0, *adjustable),
+        *(*shifts.programmed(58), *shifts.programmed(59)),
+    )
+
+
+def _rotation(channel: ProgramChannel) -> tuple[float, ...]:
+    return (channel.block_counter, 0, *channel.modal.rotation)
+
+
+PROGRAM_STATES = (
+    show_program(
+        *(0x03, UINT32, "interpreter_state", "what the interpreter does"),
+        lambda channel: channel.state,
+    ),
+    show_program(
+        *(0x04, UINT32, "interpreter_operation_mode", "0, or which single blocks"),
+        lambda channel: channel.operation_mode,
+    ),
+    show_program(
+        *(0x05, UINT32, "loaded_program_number", "number of the loaded program, 0 by name"),
+        lambda channel: channel.program_number,
+    ),
+    show_program(
+        *(0x07, _LINE, "loaded_program_name", "name of the loaded program"),
+        lambda channel: channel.program_name,
+    ),
+    show_program(
+        *(0x08, UINT32, "interpreter_simulation_mode", "0: it cannot be switched on"),
+        lambda channel: 0,
+    ),
+    show_program(
+        *(0x10, UINT32, "text_index", "offset of the block at fault in the program's file"),
+        lambda channel: channel.text_index,
+    ),
+    Service(
+        *(0x11, "program_line", READ_WRITE, UINT32, "line of the program at a text index"),
+        exchange=_line,
+        response=_LINE,
+    ),
+    show_program(
+        *(0x12, Layout("<II260s"), "current_program_info"),
+        "1 path, 2 interpreter, 3 fault; offset of the block; file",
+        _program_info,
+    ),
+    show_program(
+        *(0x13, Layout("<18I"), "active_g_code", "a word per modal group, while 0x53 is 1"),
+        _readout(_words),
+    ),
+    show_program(
+        *(0x14, Layout("<II9d"), "active_zero_offsets", "counter, 0, G54…G57, G58, G59"),
+        _readout(_shifts),
+    ),
+    show_program(
+        *(0x15, Layout("<II3d"), "active_rotation", "counter, 0, angles about X, Y, Z"),
+        _readout(_rotation),
+    ),
+)

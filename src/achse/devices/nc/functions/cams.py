@@ -1,0 +1,280 @@
+"""Couplings by tables, 0x4200 + ID:0x43 … 0x4D (002 §6.4.4.3), and what they show (§6.4.4.2)."""
+
+from collections import namedtuple
+from typing import Any
+
+from achse.ams import DeviceError
+from achse.codes import NcError, ReturnCode
+from achse.devices.nc.functions.calling import carry_out, function
+from achse.devices.nc.layouts import NOTHING, REAL64, UINT32, request
+from achse.motion import Axis, commands
+from achse.motion.commands import CamDemand
+from achse.motion.couplings.cams import names_of, part_at, seen_master
+from achse.motion.fields.cams import CAM_LIST
+from achse.motion.record import CamFields
+from achse.motion.states import CAM_COUPLINGS, SlaveType
+from achse.motion.tables import Table
+from achse.motion.tables.memory import BEGIN, PERIOD, STROKE, cam_values
+from achse.server import READ_WRITE, WRITE, Codec, Layout, Service
+
+__all__ = ["CAMS", "CAM_STATES", "SCALE_SLAVE"]
+
+_COUPLE_BY_TABLE = request(
+    slave_type="I", master_axis_id="I", master_subindex="I", slave_subindex="I",
+    slave_offset="d", master_offset="d", slave_absolute="I", master_absolute="I",
+    table_id="I", table_count="H", profile_table_count="H",
+    **{f"table_id{n}": "I" for n in range(1, 9)},
+)  # fmt: skip
+_SOLO = {
+    "slave_type": "I", "master_axis_id": "I", "master_subindex": "I", "slave_subindex": "I",
+    "table_id": "I", "interpolation_type": "I", "slave_offset": "d", "master_offset": "d",
+    "slave_scaling": "d", "master_scaling": "d", "slave_absolute": "I", "master_absolute": "I",
+    "activation_type": "I", "activation_position": "d", "master_scaling_type": "I",
+    "slave_scaling_type": "I",
+}  # fmt: skip
+_SEVERAL = {
+    "cam_operation_mode": "I", "reference_table_id": "I",
+    **{f"reserved{n}": "Q" for n in range(2, 15)},
+}  # fmt: skip
+_CHANGE = {
+    "activation_type": "I", "activation_position": "d", "master_scaling_type": "I",
+    "slave_scaling_type": "I", "master_offset": "d", "slave_offset": "d",
+    "master_scaling": "d", "slave_scaling": "d",
+}  # fmt: skip
+_OFFSETS = {"slave_offset": "d", "master_offset": "d"}
+_SCALINGS = {"slave_scaling": "d", "master_scaling": "d"}
+_CORRECTION = {"table_id": "I", "activation_position": "d"}
+
+
+def _refuse_places(asked: Any) -> None:
+    """Places within an axis, which only groups have."""
+    if asked.master_subindex or asked.slave_subindex:
+        raise DeviceError(NcError.SLAVE_COUPLING_PARAMETER.number, "subindices, expected 0")
+
+
+def _couple_by_table(axis: Axis, asked: Any) -> None:
+    """One table, whose count of tables is then the interpolation; or a first one, beside which the
+    others are corrections and profiles that 0x46 starts."""
+    _refuse_places(asked)
+    several = asked.slave_type == SlaveType.MULTI_TABULAR
+    others: list[int] = []
+    if several:
+        if max(asked.table_count, asked.profile_table_count) > CAM_LIST:
+            raise DeviceError(NcError.TOO_MANY_TABLES.number, f"{asked.table_count} tables")
+        others = [getattr(asked, f"table_id{n + 1}") for n in range(asked.table_count)]
+    demand = CamDemand(
+        asked.table_id,
+        0 if several else asked.table_count,
+        asked.slave_offset,
+        asked.master_offset,
+        slave_absolute=asked.slave_absolute,
+        master_absolute=asked.master_absolute,
+    )
+    carry_out(
+        commands.couple_by_cam(
+            axis, asked.slave_type, asked.master_axis_id, demand, further_tables=others
+        )
+    )
+
+
+def _couple(axis: Axis, asked: Any) -> None:
+    _refuse_places(asked)
+    demand = CamDemand(
+        *(asked.table_id, asked.interpolation_type, asked.slave_offset, asked.master_offset),
+        *(asked.slave_scaling, asked.master_scaling),
+        *(asked.slave_absolute, asked.master_absolute),
+        *(asked.activation_type, asked.activation_position),
+        *(asked.master_scaling_type, asked.slave_scaling_type),
+    )
+    further = getattr(asked, "cam_operation_mode", 0), getattr(asked, "reference_table_id", 0)
+    carry_out(
+        commands.couple_by_cam(axis, asked.slave_type, asked.master_axis_id, demand, *further)
+    )
+
+
+def _change_scaling(axis: Axis, asked: Any) -> None:
+    """Here, and only here, the master's values come before the slave's."""
+    demand = CamDemand(
+        getattr(asked, "table_id", 0),
+        slave_offset=asked.slave_offset,
+        master_offset=asked.master_offset,
+        slave_scaling=asked.slave_scaling,
+        master_scaling=asked.master_scaling,
+        activation=asked.activation_type,
+        position=asked.activation_position,
+        master_type=asked.master_scaling_type,
+        slave_type=asked.slave_scaling_type,
+    )
+    carry_out(commands.change_cam_scaling(axis, demand))
+
+
+def _change_offsets(axis: Axis, values: tuple[float, ...]) -> None:
+    carry_out(commands.change_cam_offsets(axis, *values))
+
+
+def _correct(axis: Axis, asked: Any) -> None:
+    table_id, *position = asked if isinstance(asked, tuple) else (asked,)
+    carry_out(commands.follow_correction(axis, table_id, *position))
+
+
+def _last_correction(axis: Axis, table_id: int) -> float:
+    found = commands.last_correction(axis, table_id)
+    if found is None:
+        raise DeviceError(NcError.TABLE_NOT_FOUND.number, f"no correction by table {table_id}")
+    return found
+
+
+SCALE_SLAVE = function(
+    0x49, "set_slave_table_scaling", commands.scale_slave, REAL64,
+    "new scaling of the slave positions of the first cam, at once",
+)  # fmt: skip
+
+CAMS = (
+    Service(
+        0x43, "change_table_coupling_offsets", WRITE,
+        (
+            *request(**_OFFSETS),
+            *request(**_OFFSETS, **_SCALINGS),
+            *request(**_OFFSETS, **_SCALINGS, activation_position="d"),
+        ),
+        "new offsets of the first cam, and scalings, at once or at a master position",
+        write=_change_offsets, non_finite=True,
+    ),
+    Service(
+        0x45, "couple_table", WRITE, _COUPLE_BY_TABLE,
+        "let a standing axis follow a table; of a solo table the count is the interpolation",
+        write=_couple_by_table, non_finite=True,
+    ),
+    Service(
+        0x46, "activate_correction_table", WRITE, (UINT32, *request(**_CORRECTION)),
+        "run a table once beside others, from now or from a master position on; its stroke remains",
+        write=_correct, non_finite=True,
+    ),
+    function(
+        0x47, "deactivate_profile_table", commands.end_profile, UINT32,
+        "take a table out at the end of its cycle",
+    ),
+    Service(
+        0x48, "last_correction_offset", READ_WRITE, UINT32,
+        "what a correction table has added, by its id", "mm", exchange=_last_correction,
+        response=Layout("<f"),
+    ),
+    SCALE_SLAVE,
+    Service(
+        0x4A, "couple_solo_table", WRITE, (*request(**_SOLO), *request(**_SOLO, **_SEVERAL)),
+        "let a standing axis follow a table, or change to another; by the long form one of several",
+        write=_couple, non_finite=True,
+    ),
+    Service(
+        0x4D, "change_table_scaling", WRITE,
+        (*request(**_CHANGE), *request(**_CHANGE, table_id="I", reserved2="I")),
+        "new scalings and offsets of a cam at work, when the activation says so",
+        write=_change_scaling, non_finite=True,
+    ),
+)  # fmt: skip
+
+
+_PLACES: tuple[Codec, ...] = (
+    NOTHING,
+    REAL64,
+    *request(table_id="I", reserved1="I", master_position="d"),
+)
+
+_FARTHEST = 1e12
+
+_INFO = Layout(
+    "<6I6d2I10dI92x",
+    namedtuple(
+        "CamCouplingInfo",
+        "table_id main_type sub_type interpolation_type row_count column_count "
+        "master_cam_start_position slave_cam_start_position raw_master_period raw_slave_stroke "
+        "master_axis_coupling_position slave_axis_coupling_position master_absolute "
+        "slave_absolute master_offset slave_offset master_scaling slave_scaling "
+        "sum_of_slave_strokes sum_of_superposition_distance actual_master_axis_position "
+        "actual_slave_axis_position actual_master_cam_position actual_slave_cam_position "
+        "slave_state_dword",
+    ),
+)
+"""Its packing is our choice: each field at a multiple of its size, zeros to 256 bytes."""
+
+_INFO_OF_SEVERAL = Layout(
+    "<4I9d8x",
+    namedtuple(
+        "MultiCamInfo",
+        "table_id layer main_type sub_type master_offset slave_offset master_scaling "
+        "slave_scaling actual_master_cam_position actual_slave_cam_position "
+        "sum_of_slave_strokes master_reference slave_reference",
+    ),
+)
+"""No manual prints a field of it: these are ours."""
+
+
+def _layer(axis: Axis, table_id: int) -> tuple[int, CamFields, Table]:
+    """A cam at work: 0x425C at an axis that follows none, 0x4261 for a table that it does not."""
+    if axis.coupling not in CAM_COUPLINGS:
+        raise DeviceError(NcError.SLAVE_TYPE.number, "the axis follows no table")
+    for number, layer in enumerate(axis.cams[: axis.cam_count]):
+        if layer.table and table_id in (0, layer.table):
+            return number, layer, axis.tables.find(layer.table)
+    raise DeviceError(NcError.TABLE_NOT_FOUND.number, f"no table {table_id} is at work")
+
+
+def _asked(asked: Any) -> tuple[int, float | None]:
+    """Table and master position; 0: the first, None: now."""
+    if isinstance(asked, float):
+        return 0, asked
+    return (asked.table_id, asked.master_position) if asked else (0, None)
+
+
+def _info(axis: Axis, asked: Any) -> tuple[float, ...]:
+    """How a cam is followed, now or for a master position."""
+    table_id, position = _asked(asked)
+    if position is not None and abs(position) > _FARTHEST:
+        raise DeviceError(ReturnCode.INVALID_DATA, f"master position up to {_FARTHEST:g}")
+    _, layer, table = _layer(axis, table_id)
+    rows, cam = axis.rows, layer.cam
+    names = names_of(rows, layer)
+    master = seen_master(axis, rows, layer) if position is None else position - names
+    near, within, value = layer.near, layer.cam_position, layer.value
+    origin = layer.master_reference + layer.master_offset
+    part, *_, strokes = part_at(rows, layer, (master - origin) / layer.master_scaling)
+    cam_position, slave_position = layer.cam_position, layer.value
+    layer.near, layer.cam_position, layer.value = near, within, value
+    slave = axis.set_position if position is None else axis.slave_base + part + axis.coupled_offset
+    return (
+        *(layer.table, table.table_main_type, table.table_sub_type, layer.interpolation),
+        *(table.row_count, table.column_count),
+        *(rows.cams[cam + BEGIN], cam_values(rows.cams, cam, 0, rows.cams[cam + BEGIN])[0]),
+        *(rows.cams[cam + PERIOD], rows.cams[cam + STROKE]),
+        *(origin + names, axis.slave_base + layer.slave_reference + layer.slave_offset),
+        *(layer.master_absolute, layer.slave_absolute),
+        *(layer.master_offset, layer.slave_offset, layer.master_scaling, layer.slave_scaling),
+        *(layer.slave_scaling * strokes, axis.coupled_offset),
+        *(master + names, slave, cam_position, slave_position),
+        axis.state_dword & 0xFFFF_FFFF,
+    )
+
+
+def _info_of_several(axis: Axis, table_id: int) -> tuple[float, ...]:
+    """How one of several cams is followed."""
+    number, layer, table = _layer(axis, table_id)
+    return (
+        *(layer.table, number, table.table_main_type, table.table_sub_type),
+        *(layer.master_offset, layer.slave_offset, layer.master_scaling, layer.slave_scaling),
+        *(layer.cam_position, layer.value, layer.slave_scaling * layer.strokes),
+        *(layer.master_reference, layer.slave_reference),
+    )
+
+
+CAM_STATES = (
+    Service(
+        0x27, "table_coupling_info", READ_WRITE, _PLACES,
+        "how the slave follows its table, now or at a master position", exchange=_info,
+        response=_INFO,
+    ),
+    Service(
+        0x28, "multi_table_coupling_info", READ_WRITE, UINT32,
+        "how a slave follows one of its tables, by its id", exchange=_info_of_several,
+        response=_INFO_OF_SEVERAL,
+    ),
+)  # fmt: skip

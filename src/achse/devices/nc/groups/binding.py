@@ -1,0 +1,127 @@
+"""How group rows refer to groups: by attribute, and for some kinds of group alone."""
+
+from collections.abc import Callable
+from typing import Any
+
+from achse.ams import DeviceError
+from achse.codes import NcError, ReturnCode
+from achse.devices.nc.functions.calling import carry_out
+from achse.motion import Axis, Nc
+from achse.motion.groups.group import AxisGroup
+from achse.motion.groups.ptp import PtpGroup
+from achse.motion.path import PathError
+from achse.server import READ, WRITE, Codec, Service
+
+__all__ = ["AnyGroup", "GroupFinder", "group_function", "group_of", "set_value", "show"]
+
+AnyGroup = AxisGroup | PtpGroup
+
+
+def group_of(axis: Axis) -> AnyGroup:
+    """The group that the axis belongs to now."""
+    return PtpGroup(axis) if axis.group is None else axis.group
+
+
+class GroupFinder:
+    """All groups of an NC by their ids, PTP groups included."""
+
+    def __init__(self, nc: Nc) -> None:
+        self._nc = nc
+        self._single = {axis.axis_id: PtpGroup(axis) for axis in nc}
+
+    def ids(self) -> list[int]:
+        """Ids of all groups."""
+        return sorted([*self._single, *(group.group_id for group in self._nc.groups)])
+
+    def find(self, group_id: int) -> AnyGroup:
+        """The group with this id. Raises DeviceError 0x4011."""
+        found = self._single.get(group_id)
+        if found is not None:
+            return found
+        try:
+            return self._nc.groups.group(group_id)
+        except KeyError:
+            raise DeviceError(NcError.GROUP_ID.number, f"id {group_id}") from None
+
+
+def _checked(kinds: tuple[type, ...], function: Callable[..., Any]) -> Callable[..., Any]:
+    """`function`, or 0x703 for a group of another kind."""
+
+    def call(group: AnyGroup, *arguments: Any) -> Any:
+        if not isinstance(group, kinds):
+            raise DeviceError(ReturnCode.INVALID_OFFSET, f"not of a group of type {group.type}")
+        return function(group, *arguments)
+
+    return call
+
+
+def show(
+    offset: int,
+    codec: Codec | tuple[Codec, ...],
+    name: str,
+    description: str,
+    read: Callable[..., Any],
+    *kinds: type,
+    unit: str = "1",
+    count: int = 1,
+    symbol: str = "",
+) -> Service:
+    """A row that shows a value, of groups of these kinds alone if there are any."""
+    get = _checked(kinds, read) if kinds else read
+    return Service(
+        *(offset, name, READ, codec, description, unit), read=get, count=count, symbol=symbol
+    )
+
+
+def set_value(
+    offset: int,
+    codec: Codec | tuple[Codec, ...],
+    error: NcError,
+    name: str,
+    description: str,
+    field: str,
+    *kinds: type,
+    unit: str = "1",
+    **limits: Any,
+) -> Service:
+    """A row that shows and sets an attribute of groups of these kinds."""
+
+    def read(group: AnyGroup) -> Any:
+        return getattr(group, field)
+
+    def write(group: AnyGroup, value: Any) -> None:
+        try:
+            setattr(group, field, value)
+        except PathError as refused:
+            raise DeviceError(error.number, str(refused)) from None
+
+    if kinds:
+        read, write = _checked(kinds, read), _checked(kinds, write)
+    return Service(
+        *(offset, name, READ | WRITE, codec, description, unit),
+        read=read,
+        write=write,
+        code=error.number,
+        guard=_checked(kinds, lambda group: None) if kinds else None,
+        **limits,
+    )
+
+
+def group_function(
+    offset: int,
+    name: str,
+    call: Callable[..., int],
+    codec: Codec | tuple[Codec, ...],
+    description: str,
+    *kinds: type,
+) -> Service:
+    """A row that is written with the arguments of `call`, a function of groups of these kinds."""
+
+    def write(group: AnyGroup, data: Any) -> None:
+        carry_out(call(group, *data) if isinstance(data, tuple) else call(group, data))
+
+    return Service(
+        *(offset, name, WRITE, codec, description),
+        write=_checked(kinds, write) if kinds else write,
+        non_finite=True,
+    )

@@ -1,0 +1,166 @@
+"""Distributed clocks: delays and offsets of all slaves, SYNC signals of each.
+
+The system time is that of the bus: what the station hands in when the frames go out.
+
+Source: ETG.1000.4 §6.8, tables 60 and 61.
+"""
+
+import struct
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+from achse.ethercat.frame import Datagram, DatagramCommand
+from achse.ethercat.master.bus_slave import BusSlave
+from achse.ethercat.master.configuration import ClockConfiguration
+from achse.ethercat.master.errors import BusError, FrameLost
+from achse.ethercat.master.steps import Pause, Steps, Trip, read, read_number, write
+from achse.ethercat.master.topology import build_tree, propagation_delays
+from achse.ethercat.registers import Register
+
+__all__ = [
+    "ClockDeviation",
+    "difference_of",
+    "measure_clocks",
+    "settle_drift",
+    "start_sync",
+    "stop_sync",
+]
+
+_LEAD_NS = 100_000_000
+"""SYNC0 begins that long after it is set, rounded up to the cycle."""
+_TRIES = 3
+_BURST, _BURST_NS = 20, 1_000_000
+"""Telegrams with the time in a frame, and how long to the next."""
+_U64 = 0xFFFF_FFFF_FFFF_FFFF
+_SIGN = 0x8000_0000
+_TIMES = struct.Struct("<4I8xQ")
+"""From register 0x0900: four ports; the processing unit's time is 0x18 behind."""
+
+_REACH = Register.RECEIVE_TIME_UNIT.end - Register.RECEIVE_TIME_PORT_0
+
+
+_CLASSES_US = (1, 2, 5, 10, 20, 50, 100, 200, 500)
+"""Ends of the classes of a deviation, in µs; the last class has none."""
+
+
+class ClockDeviation:
+    """How far clocks are from the reference, in classes; counts while `active`."""
+
+    def __init__(self) -> None:
+        self.active = False
+        self.clear()
+
+    def clear(self) -> None:
+        """Count from 0."""
+        self._ahead = [0] * (len(_CLASSES_US) + 1)
+        self._behind = list(self._ahead)
+        self._largest = 0
+
+    def add(self, difference_ns: int) -> None:
+        """Count one reading."""
+        if not self.active:
+            return
+        size = abs(difference_ns)
+        self._largest = max(self._largest, size)
+        place = sum(size >= 1000 * end for end in _CLASSES_US)
+        (self._behind if difference_ns < 0 else self._ahead)[place] += 1
+
+    def figures(self) -> list[int]:
+        """Count, those ahead, those behind, the largest in ns, ten classes each."""
+        ahead, behind = sum(self._ahead), sum(self._behind)
+        return [ahead + behind, ahead, behind, self._largest, *self._ahead, *self._behind]
+
+
+def measure_clocks(
+    slaves: Sequence[BusSlave], newcomers: Collection[int] | None = None
+) -> Steps[int | None]:
+    """Set delay and offset of each slave with a clock; the station of the reference, None: none.
+
+    `slaves` are all that frames pass, in their order. With `newcomers` (stations) only these are
+    set, to the time that the reference has now: the clocks of the others run on.
+    """
+    clocks = [slave for slave in slaves if slave.facts.has_clock]
+    if not clocks:
+        return None
+    reference = clocks[0].station
+    latch = Datagram.at(DatagramCommand.BWR, 0, Register.RECEIVE_TIME_PORT_0, bytes(4))
+    time = Datagram.at(DatagramCommand.FPRD, reference, Register.SYSTEM_TIME, bytes(8))
+    latched = yield Trip((latch, time), tries=1)
+    if latched.datagrams[0].counter < len(clocks):
+        raise FrameLost(
+            f"receive times: {latched.datagrams[0].counter} slaves latched,"
+            f" {len(clocks)} have clocks"
+        )
+    start = latched.now_ns
+    if newcomers is not None and reference not in newcomers:
+        start = int.from_bytes(latched.datagrams[1].data, "little")
+    times: list[Sequence[int] | None] = [None] * len(slaves)
+    unit: dict[int, int] = {}
+    for number, slave in enumerate(slaves):
+        if slave.facts.has_clock:
+            data = yield from read(slave.station, Register.RECEIVE_TIME_PORT_0, _REACH)
+            *ports, unit[slave.station] = _TIMES.unpack(data)
+            times[number] = ports
+    delays = propagation_delays(build_tree([each.facts.dl_status for each in slaves]), times)
+    first = slaves.index(clocks[0])
+    for number, slave in enumerate(slaves):
+        if slave.facts.has_clock and (newcomers is None or slave.station in newcomers):
+            slave.facts.delay_ns = max(delays[number] - delays[first], 0)
+            yield from _set_clock(slave, start + slave.facts.delay_ns - unit[slave.station])
+    return reference
+
+
+def settle_drift(reference: int, telegrams: int) -> Steps[None]:
+    """Send the reference's time to all so often in bursts, before anything has to be on time.
+
+    So the loops of the slaves learn how fast their clocks run (static drift compensation).
+    """
+    time = Datagram.at(DatagramCommand.FRMW, reference, Register.SYSTEM_TIME, bytes(8))
+    while telegrams > 0:
+        burst = min(telegrams, _BURST)
+        yield Trip(tuple(replace(time) for _ in range(burst)), tries=1)
+        telegrams -= burst
+        yield Pause(_BURST_NS)
+
+
+def _set_clock(slave: BusSlave, offset_ns: int) -> Steps[None]:
+    station, delay = slave.station, slave.facts.delay_ns
+    offset = (offset_ns & _U64).to_bytes(8, "little")
+    yield from write(station, Register.SYSTEM_TIME_OFFSET, offset)
+    yield from write(station, Register.SYSTEM_TIME_DELAY, delay.to_bytes(4, "little"))
+    speed = Register.SPEED_COUNTER_START
+    yield from write(station, speed, speed.default.to_bytes(2, "little"))
+
+
+def difference_of(number: int) -> int:
+    """Register 0x092C in ns: positive where the slave is ahead of the reference."""
+    return -(number & ~_SIGN) if number & _SIGN else number
+
+
+def stop_sync(station: int) -> Steps[None]:
+    """No SYNC signals."""
+    yield from write(station, Register.CYCLIC_UNIT_CONTROL, bytes(2))
+
+
+def start_sync(slave: BusSlave, clock: ClockConfiguration, cycle_ns: int) -> Steps[None]:
+    """Set the SYNC signals up: they begin some 100 ms from now, on the grid of the bus cycle."""
+    station = slave.station
+    cycle0 = clock.cycle0_ns or cycle_ns
+    shift = cycle0 // 2 if clock.shift_ns is None else clock.shift_ns
+    for _ in range(_TRIES):
+        yield from stop_sync(station)
+        time = yield from read_number(station, Register.SYSTEM_TIME)
+        grid = max(cycle0, cycle_ns)
+        start = ((time + _LEAD_NS) // grid + 1) * grid + shift
+        yield from write(station, Register.START_TIME, (start & _U64).to_bytes(8, "little"))
+        yield from write(station, Register.SYNC0_CYCLE, struct.pack("<II", cycle0, clock.cycle1_ns))
+        yield from write(
+            station, Register.CYCLIC_UNIT_CONTROL, clock.assign_activate.to_bytes(2, "little")
+        )
+        # a start that has passed meanwhile never fires
+        if (yield from read_number(station, Register.SYSTEM_TIME)) < start:
+            slave.output_shift_ns = shift
+            break
+    else:
+        raise BusError(f"station {station}: SYNC0 was set {_TRIES} times and always too late")
+    yield Pause(max(start - time, 0))

@@ -1,0 +1,137 @@
+"""Files of a slave by mailbox (FoE): read and written whole, in packets that are acknowledged.
+
+Source: ETG.1000.6 §5.8.
+"""
+
+import struct
+from enum import IntEnum
+
+from achse.ethercat.mailbox import MailboxProtocol
+from achse.ethercat.master.errors import BusError, WrongAnswer
+from achse.ethercat.master.mailbox_client import MailboxClient
+from achse.ethercat.master.steps import Pause, Steps
+
+__all__ = ["MAX_FILE", "FoeClient", "FoeError", "FoeRefusal"]
+
+MAX_FILE = 16 << 20
+"""Bytes of the longest file that is taken from a slave or given to it."""
+
+_READ, _WRITE, _DATA, _ACKNOWLEDGE, _ERROR, _BUSY = range(1, 7)
+_HEAD = struct.Struct("<BxI")
+_MAILBOX_HEADER = 6
+_BUSY_NS = 10_000_000
+_MOST_BUSY = 6_000
+"""How often a slave may say that it is busy with one packet."""
+
+
+class FoeError(IntEnum):
+    """Why a slave refuses a file."""
+
+    UNDEFINED = 0x8000
+    NOT_FOUND = 0x8001
+    ACCESS_DENIED = 0x8002
+    DISK_FULL = 0x8003
+    ILLEGAL = 0x8004
+    PACKET_NUMBER = 0x8005
+    ALREADY_EXISTS = 0x8006
+    NO_USER = 0x8007
+    BOOTSTRAP_ONLY = 0x8008
+    NOT_IN_BOOTSTRAP = 0x8009
+    NO_RIGHTS = 0x800A
+    PROGRAM_ERROR = 0x800B
+
+
+class FoeRefusal(BusError):
+    """The slave refused a file; `number` is its code, `told` its own words."""
+
+    def __init__(self, station: int, name: str, number: int, told: str) -> None:
+        known = {int(each): each.name.replace("_", " ").lower() for each in FoeError}
+        why = known.get(number, "unknown code")
+        super().__init__(f"station {station}: {name}: 0x{number:04X} {why} {told}".rstrip())
+        self.number = number
+        self.told = told
+
+
+class FoeClient:
+    """Files of the slave behind a mailbox. All are `Steps`; they raise `BusError`."""
+
+    def __init__(self, mailbox: MailboxClient) -> None:
+        self._mailbox = mailbox
+
+    def read(self, name: str, password: int = 0, *, response_ns: int = 0) -> Steps[bytes]:
+        """The whole file."""
+        mailbox = self._mailbox
+        room = mailbox.incoming.length - _MAILBOX_HEADER - _HEAD.size
+        yield from mailbox.acquire()
+        try:
+            value = bytearray()
+            request = _HEAD.pack(_READ, password) + name.encode()
+            number, busy = 1, 0
+            while True:
+                operation, told, data = yield from self._ask(name, request, response_ns)
+                if operation == _BUSY:
+                    busy = yield from self._wait(name, busy)
+                elif operation != _DATA or told != number:
+                    raise WrongAnswer(f"{name}: packet {number} expected, got {operation}:{told}")
+                else:
+                    value += data
+                    if len(value) > MAX_FILE:
+                        raise WrongAnswer(f"{name}: longer than {MAX_FILE} bytes")
+                    request, busy = _HEAD.pack(_ACKNOWLEDGE, number), 0
+                    number += 1
+                    if len(data) < room:
+                        yield from mailbox.send(MailboxProtocol.FOE, request)
+                        return bytes(value)
+        finally:
+            mailbox.release()
+
+    def write(
+        self, name: str, data: bytes, password: int = 0, *, response_ns: int = 0
+    ) -> Steps[None]:
+        """Write the whole file."""
+        if len(data) > MAX_FILE:
+            raise WrongAnswer(f"{name}: {MAX_FILE} bytes at most, got {len(data)}")
+        mailbox = self._mailbox
+        room = mailbox.capacity - _HEAD.size
+        yield from mailbox.acquire()
+        try:
+            request = _HEAD.pack(_WRITE, password) + name.encode()
+            number, busy, at, last = 0, 0, 0, False
+            while True:
+                operation, told, _ = yield from self._ask(name, request, response_ns)
+                if operation == _BUSY:
+                    busy = yield from self._wait(name, busy)
+                    continue
+                if operation != _ACKNOWLEDGE or told != number:
+                    raise WrongAnswer(
+                        f"{name}: expected {number} acknowledged, got {operation}:{told}"
+                    )
+                if last:
+                    return
+                part = data[at : at + room]
+                at += len(part)
+                last = len(part) < room
+                number, busy = number + 1, 0
+                request = _HEAD.pack(_DATA, number) + part
+        finally:
+            mailbox.release()
+
+    def _wait(self, name: str, busy: int) -> Steps[int]:
+        if busy >= _MOST_BUSY:
+            raise WrongAnswer(f"{name}: busy for ever")
+        yield Pause(_BUSY_NS)
+        return busy + 1
+
+    def _ask(self, name: str, request: bytes, response_ns: int) -> Steps[tuple[int, int, bytes]]:
+        """Send a packet; operation, number and data of the answer."""
+        mailbox = self._mailbox
+        yield from mailbox.send(MailboxProtocol.FOE, request)
+        answer = yield from mailbox.receive(
+            MailboxProtocol.FOE, lambda data: len(data) >= _HEAD.size, response_ns
+        )
+        operation, number = _HEAD.unpack_from(answer)
+        data = answer[_HEAD.size :]
+        if operation == _ERROR:
+            told = data.partition(b"\0")[0].decode("latin-1")
+            raise FoeRefusal(mailbox.station, name, number, told)
+        return operation, number, data

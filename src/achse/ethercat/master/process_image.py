@@ -1,0 +1,248 @@
+"""The process image: where each entry of each slave is in the cyclic datagrams.
+
+Logical addresses: per sync unit the outputs of its slaves one after the other, then their inputs;
+each slave begins at a whole byte. Each SyncManager with process data takes one FMMU, the mailbox
+state one more.
+
+Source: ETG.1000.4 §5.4 (working counter), §6.6 (FMMU).
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from achse.ethercat.fmmu import Fmmu
+from achse.ethercat.frame import DatagramCommand
+from achse.ethercat.master.configuration import (
+    BusConfiguration,
+    ProcessSyncManager,
+    SlaveConfiguration,
+)
+from achse.ethercat.registers import SM_BASE
+
+__all__ = [
+    "MAILBOX_BITS",
+    "EntryPlace",
+    "ProcessArea",
+    "ProcessDatagram",
+    "ProcessImage",
+    "entry_places",
+]
+
+FIRST_LOGICAL = 0x0100_0000
+"""Of the first process data."""
+MAILBOX_BITS = 0x0900_0000
+"""Logical address of the mailbox states, one bit for each slave."""
+
+_STEP = 0x0800
+"""From one datagram to the next."""
+_LIMIT = 1400
+"""Bytes of process data in one datagram: it shares its frame with others."""
+
+_READ, _WRITE = 1, 2
+_SM1_STATUS = SM_BASE + 8 + 5
+_FULL_BIT = 3
+
+
+@dataclass(frozen=True, slots=True)
+class EntryPlace:
+    """Where an entry is in the `outputs` or `inputs` of its slave; `bit` counts from there."""
+
+    index: int
+    subindex: int
+    bit: int
+    bits: int
+    name: str
+    data_type: int
+    pdo: int
+
+    @property
+    def byte(self) -> int:
+        """The byte in which it begins."""
+        return self.bit >> 3
+
+
+def entry_places(slave: SlaveConfiguration, output: bool) -> tuple[EntryPlace, ...]:
+    """All entries of one direction, padding left out, in order."""
+    places = []
+    base = 0
+    for manager in _managers(slave, output):
+        bit = base
+        for pdo in slave.outputs if output else slave.inputs:
+            if slave.manager_of(pdo) != manager.number:
+                continue
+            for entry in pdo.entries:
+                if entry.index:
+                    places.append(
+                        EntryPlace(
+                            entry.index,
+                            entry.subindex,
+                            bit,
+                            entry.bits,
+                            entry.name,
+                            entry.data_type,
+                            pdo.index,
+                        )
+                    )
+                bit += entry.bits
+        base += 8 * (slave.bits(manager) + 7 >> 3)
+    return tuple(places)
+
+
+def _managers(slave: SlaveConfiguration, output: bool) -> list[ProcessSyncManager]:
+    return [each for each in slave.sync_managers if each.output == output and slave.bits(each)]
+
+
+@dataclass
+class ProcessArea:
+    """The process data of one slave in one direction: `first` is its byte in the datagram."""
+
+    first: int = 0
+    length: int = 0
+
+
+@dataclass
+class ProcessDatagram:
+    """One logical datagram with the slaves that have their data in it.
+
+    `working` is the working counter that it should come back with. `output_end` is where its
+    outputs end and its inputs begin. `valid` tells whether the last cycle had that counter, `fresh`
+    counts the cycles that had, `wrong` those that had not.
+    """
+
+    unit: str
+    logical: int
+    command: DatagramCommand
+    slaves: list[int] = field(default_factory=list)
+    length: int = 0
+    output_end: int = 0
+    working: int = 0
+    valid: bool = False
+    fresh: int = 0
+    wrong: int = 0
+
+
+@dataclass(frozen=True)
+class _Size:
+    position: int
+    outputs: int
+    inputs: int
+
+
+class ProcessImage:
+    """Datagrams, areas and FMMUs of a bus, made from its configuration once."""
+
+    def __init__(self, bus: BusConfiguration) -> None:
+        self.bus = bus
+        self.datagrams: list[ProcessDatagram] = []
+        self.outputs: list[ProcessArea] = [ProcessArea() for _ in bus.slaves]
+        self.inputs: list[ProcessArea] = [ProcessArea() for _ in bus.slaves]
+        self.writes: dict[int, ProcessDatagram] = {}
+        """By position: the datagram that a slave takes its outputs from."""
+        self.reads: dict[int, ProcessDatagram] = {}
+        for unit, members in _units(bus.slaves).items():
+            for chunk in _chunks(members):
+                self._add(unit, chunk)
+        self.mailboxes = [
+            position for position, slave in enumerate(bus.slaves) if slave.mailbox_in is not None
+        ]
+
+    def _add(self, unit: str, chunk: list[_Size]) -> None:
+        base = FIRST_LOGICAL + _STEP * len(self.datagrams)
+        whole = all(self.bus.slaves[each.position].logical_read_write for each in chunk)
+        outputs = [each for each in chunk if each.outputs]
+        inputs = [each for each in chunk if each.inputs]
+        out_size = sum(each.outputs for each in outputs)
+        if whole and outputs and inputs:
+            made = [ProcessDatagram(unit, base, DatagramCommand.LRW)]
+            made[0].working = 2 * len(outputs) + len(inputs)
+        else:
+            made = [
+                ProcessDatagram(unit, at, command, working=len(members))
+                for command, members, at in (
+                    (DatagramCommand.LWR, outputs, base),
+                    (DatagramCommand.LRD, inputs, base + out_size),
+                )
+                if members
+            ]
+        for datagram in made:
+            at = 0
+            if datagram.command is not DatagramCommand.LRD:
+                for each in outputs:
+                    self.outputs[each.position] = ProcessArea(at, each.outputs)
+                    self.writes[each.position] = datagram
+                    at += each.outputs
+            datagram.output_end = at
+            if datagram.command is not DatagramCommand.LWR:
+                for each in inputs:
+                    self.inputs[each.position] = ProcessArea(at, each.inputs)
+                    self.reads[each.position] = datagram
+                    at += each.inputs
+            datagram.length = at
+            datagram.slaves = [each.position for each in chunk]
+            self.datagrams.append(datagram)
+
+    def fmmus(self, position: int, available: int) -> list[Fmmu]:
+        """The FMMUs of a slave, at most `available`; the mailbox state comes last, if it fits.
+
+        ValueError if the process data need more.
+        """
+        slave = self.bus.slaves[position]
+        made = []
+        for output, areas, owners, direction in (
+            (True, self.outputs, self.writes, _WRITE),
+            (False, self.inputs, self.reads, _READ),
+        ):
+            owner = owners.get(position)
+            if owner is None:
+                continue
+            at = owner.logical + areas[position].first
+            for manager in _managers(slave, output):
+                size = slave.bits(manager) + 7 >> 3
+                made.append(Fmmu(at, size, 0, 7, manager.start, 0, direction, 1))
+                at += size
+        if len(made) > available:
+            raise ValueError(
+                f"{slave.name}: process data need {len(made)} FMMUs, the slave has {available}"
+            )
+        if slave.mailbox_in is not None and len(made) < available:
+            bit = self.mailboxes.index(position)
+            made.append(
+                Fmmu(
+                    MAILBOX_BITS + (bit >> 3), 1, bit & 7, bit & 7, _SM1_STATUS, _FULL_BIT, _READ, 1
+                )
+            )
+        return made
+
+    def lengths(self, position: int) -> Mapping[int, int]:
+        """Bytes of each SyncManager with process data, 0 where nothing is mapped."""
+        slave = self.bus.slaves[position]
+        return {each.number: slave.bits(each) + 7 >> 3 for each in slave.sync_managers}
+
+
+def _units(slaves: Sequence[SlaveConfiguration]) -> dict[str, list[_Size]]:
+    units: dict[str, list[_Size]] = {}
+    for position, slave in enumerate(slaves):
+        sizes = [
+            sum(slave.bits(each) + 7 >> 3 for each in _managers(slave, output))
+            for output in (True, False)
+        ]
+        if any(sizes):
+            units.setdefault(slave.sync_unit, []).append(_Size(position, *sizes))
+    return units
+
+
+def _chunks(members: Iterable[_Size]) -> Iterable[list[_Size]]:
+    """Slaves that share a datagram; ValueError if one is too large for a frame by itself."""
+    chunk: list[_Size] = []
+    size = 0
+    for each in members:
+        needed = each.outputs + each.inputs
+        if needed > _LIMIT:
+            raise ValueError(f"a slave has {_LIMIT} bytes of process data at most, got {needed}")
+        if size + needed > _LIMIT:
+            yield chunk
+            chunk, size = [], 0
+        chunk.append(each)
+        size += needed
+    if chunk:
+        yield chunk

@@ -1,0 +1,186 @@
+"""Cable redundancy: each frame goes out at both adapters, and what comes back is made one frame.
+
+While the ring is closed, the slaves process the copy of the first adapter, and that of the second
+comes back as it was sent. With a cable cut each copy has passed its part of the slaves: working
+counters are added, what was read is put together. So the rest of the master sees one line.
+
+Commands by position count on in the second part. The clocks there need a reference of their own.
+
+Source: ETG.1500 (cable redundancy); copies by source address as open masters tell them apart.
+"""
+
+import struct
+from collections.abc import Collection
+
+from achse.ethercat.frame import (
+    Addressing,
+    DatagramCommand,
+    FrameError,
+    datagram_offsets,
+)
+
+__all__ = ["SURE", "Redundancy"]
+
+_U16 = struct.Struct("<H")
+_HEAD, _INDEX_AT, _SOURCE_END = 14, 17, 11
+_LEAST = 28
+_HEADER, _LENGTH = 10, 0x7FF
+_NOP = int(DatagramCommand.NOP)
+_BROADCAST = {int(each) for each in DatagramCommand if each.addressing is Addressing.BROADCAST}
+_TIME = {int(DatagramCommand.ARMW), int(DatagramCommand.FRMW)}
+_POSITION = {
+    int(each)
+    for each in DatagramCommand
+    if each.addressing is Addressing.POSITION and int(each) not in _TIME
+}
+_FRMW = int(DatagramCommand.FRMW)
+SURE = 3
+"""So many copies missing in a row: the next are not waited for."""
+
+
+class Redundancy:
+    """Makes copies of frames for both adapters and one frame of those that come back.
+
+    `split` is how many slaves the first adapter reaches while the ring is open, None while it is
+    closed. `reached` are the slaves that processed the last broadcast, by adapter. `missing` counts
+    the copies of each adapter that did not come back, in a row. `reference` is the station whose
+    clock leads the second part, None for none.
+    """
+
+    def __init__(self) -> None:
+        self.split: int | None = None
+        self.reached = [0, 0]
+        self.missing = [0, 0]
+        self.strays = 0
+        """Frames that came and that were not sent."""
+        self.reference: int | None = None
+        self._sent: dict[int, tuple[bytes, bytes]] = {}
+        """Both copies of each frame by index; 256 at most."""
+        self._done: set[int] = set()
+        """Indices of frames that were handed over."""
+        self._first: dict[int, tuple[int, bytes]] = {}
+        """Of a frame whose other copy is away: which one is there."""
+
+    @property
+    def open(self) -> bool:
+        """The ring is open, or an adapter has lost its copies."""
+        return self.split is not None or max(self.missing) >= SURE
+
+    def copies(self, frame: bytes) -> tuple[bytes, bytes]:
+        """What the first and the second adapter send."""
+        second = bytearray(frame)
+        second[_SOURCE_END] = frame[_SOURCE_END] ^ 1
+        for at in datagram_offsets(frame, _HEAD):
+            command = frame[at]
+            if command in _TIME:
+                reference = self.reference if self.split is not None else None
+                if reference is None:
+                    second[at] = _NOP
+                else:
+                    second[at] = _FRMW
+                    _U16.pack_into(second, at + 2, reference)
+            elif command in _POSITION:
+                if self.split is None:
+                    second[at] = _NOP  # a ring that opens now has two of each position
+                else:
+                    (position,) = _U16.unpack_from(frame, at + 2)
+                    _U16.pack_into(second, at + 2, position + self.split & 0xFFFF)
+        index = frame[_INDEX_AT]
+        copies = self._sent[index] = frame, bytes(second)
+        self._first.pop(index, None)
+        self._done.discard(index)
+        return copies
+
+    def take(self, copy: bytes) -> bytes | None:
+        """Take a copy that came; the whole frame, or None while the other copy is away."""
+        if len(copy) < _LEAST or copy[_INDEX_AT] not in self._sent:
+            self.strays += 1
+            return None
+        index, number = copy[_INDEX_AT], copy[_SOURCE_END] & 1
+        self.missing[number] = 0
+        if index in self._done:
+            return None  # the other copy was taken alone
+        there = self._first.pop(index, None)
+        if there is None or there[0] == number:
+            if self.missing[1 - number] >= SURE:
+                return self._alone(number, copy)
+            self._first[index] = number, copy
+            return None
+        first, second = (there[1], copy) if number else (copy, there[1])
+        self._done.add(index)
+        merged = self._merge(first, second, self._sent[index])
+        if merged is None:
+            self.strays += 1
+        return merged
+
+    @property
+    def halves(self) -> frozenset[int]:
+        """Indices of the frames of which one copy is here and the other away."""
+        return frozenset(self._first)
+
+    def flush(self, indices: Collection[int] | None = None) -> list[bytes]:
+        """Nothing more comes for now: frames with one copy, as far as that has got.
+
+        All, or those with these indices.
+        """
+        frames = []
+        for index in list(self._first) if indices is None else self.halves.intersection(indices):
+            number, copy = self._first.pop(index)
+            self.missing[1 - number] += 1
+            alone = self._alone(number, copy)
+            if alone is not None:
+                frames.append(alone)
+        return frames
+
+    def _alone(self, number: int, copy: bytes) -> bytes | None:
+        """The frame, of one copy: the other one is taken to have passed no slave."""
+        sent = self._sent[copy[_INDEX_AT]]
+        self._done.add(copy[_INDEX_AT])
+        copies = (sent[0], copy) if number else (copy, sent[1])
+        return self._merge(*copies, sent)
+
+    def _merge(self, first: bytes, second: bytes, sent: tuple[bytes, bytes]) -> bytes | None:
+        """One frame of two; None where they do not belong together."""
+        try:
+            places = datagram_offsets(sent[0], _HEAD)
+            if any(datagram_offsets(each, _HEAD) != places for each in (first, second)):
+                return None
+        except FrameError:
+            return None
+        merged = bytearray(first)
+        for at in places:
+            command = first[at]
+            if second[at] == _NOP:
+                continue
+            end = at + _HEADER + ((first[at + 6] | first[at + 7] << 8) & _LENGTH)
+            if command in _BROADCAST or command in _POSITION:
+                own, passed = (
+                    _number(came, at + 2) - _number(went, at + 2) & 0xFFFF
+                    for came, went in zip((first, second), sent, strict=True)
+                )
+                _U16.pack_into(merged, at + 2, _number(sent[0], at + 2) + own + passed & 0xFFFF)
+                if command in _BROADCAST:
+                    self.reached = [own, passed]
+                    self.split = own if passed else None
+            ours, theirs = _number(first, end), _number(second, end)
+            if theirs:
+                data = slice(at + _HEADER, end)
+                merged[data] = _together(first[data], second[data], ours, command)
+                _U16.pack_into(merged, end, ours + theirs & 0xFFFF)
+            merged[at + 8] |= second[at + 8]
+            merged[at + 9] |= second[at + 9]
+        return bytes(merged)
+
+
+def _number(frame: bytes, at: int) -> int:
+    return frame[at] | frame[at + 1] << 8
+
+
+def _together(ours: bytes, theirs: bytes, counter: int, command: int) -> bytes:
+    """What both parts of the slaves read; time is that of the first part, if it has a clock."""
+    if not counter:
+        return theirs
+    if command in _TIME:
+        return ours
+    both = int.from_bytes(ours, "little") | int.from_bytes(theirs, "little")
+    return both.to_bytes(len(ours), "little")

@@ -1,0 +1,466 @@
+"""Watching over a bus: start-up, slaves that leave their state, get lost and come back.
+
+Source: ETG.1020 for the order of a start; ETG.1000.4 §6.1, §6.2 for what is read.
+"""
+
+from collections.abc import Callable, Sequence
+
+from achse.codes import AlState, AlStatus
+from achse.ethercat.frame import DatagramCommand
+from achse.ethercat.master.bring_up import BringUp
+from achse.ethercat.master.bus_slave import PORTS, BusSlave, SlaveFacts
+from achse.ethercat.master.clocks import (
+    ClockDeviation,
+    difference_of,
+    measure_clocks,
+    settle_drift,
+)
+from achse.ethercat.master.configuration import BusConfiguration
+from achse.ethercat.master.cyclic import CyclicExchange
+from achse.ethercat.master.errors import BusError, FrameLost
+from achse.ethercat.master.events import BusEventKind
+from achse.ethercat.master.inspection import (
+    MAX_SLAVES,
+    count_slaves,
+    inspect,
+    match,
+    reset_bus,
+    same_device,
+    scattered_reads,
+    set_station,
+)
+from achse.ethercat.master.redundancy import SURE, Redundancy
+from achse.ethercat.master.states import report_of
+from achse.ethercat.master.steps import Pause, Steps, broadcast_read, now, write
+from achse.ethercat.master.traffic import AcyclicTraffic, BusJob
+from achse.ethercat.registers import Register
+
+__all__ = ["Supervision"]
+
+Tell = Callable[[BusEventKind, BusSlave | None, int, str], None]
+"""Reports an event: kind, slave, number, text."""
+
+_LOOK_NS = 100_000_000
+"""How often states are read while the cyclic frames show nothing unusual."""
+_COUNTERS_NS = 1_000_000_000
+_RETRY_NS = 100_000_000
+_RX_SIZE = Register.LOST_LINKS.end - Register.RX_ERRORS
+_LOST_AT = Register.LOST_LINKS - Register.RX_ERRORS
+_FORWARDED_AT = 8
+_CLOSED_END = b"\x0c"
+"""Loop control: port 1 is closed."""
+_FPRD, _APRD = DatagramCommand.FPRD, DatagramCommand.APRD
+
+
+class Supervision:
+    """Keeps each slave in the state that it shall have. `cyclic_on`: process data are sent."""
+
+    def __init__(
+        self,
+        bus: BusConfiguration,
+        slaves: Sequence[BusSlave],
+        cyclic: CyclicExchange,
+        traffic: AcyclicTraffic,
+        bring_up: BringUp,
+        tell: Tell,
+        redundancy: Redundancy | None = None,
+    ) -> None:
+        self.bus = bus
+        self.slaves = slaves
+        self.cyclic_on = False
+        self.link = False
+        """Frames come back and pass a slave."""
+        self.found = 0
+        """Slaves that frames pass, configured or not."""
+        self.strangers: list[tuple[int, int, int, int]] = []
+        """Identities of slaves found that are not in the configuration."""
+        self.reference: int | None = None
+        """Station of the reference clock."""
+        self.changes = 0
+        """How often slaves came or went."""
+        self._cyclic = cyclic
+        self._traffic = traffic
+        self._bring_up = bring_up
+        self._tell = tell
+        self._redundancy = redundancy
+        self._ring: tuple[int | None, bool, bool] = None, False, False
+        """Where the ring is open; whether the copies of each adapter are missing."""
+        self.deviation = ClockDeviation()
+        self._leads: dict[int, BusJob[None]] = {}
+        self._given_up: set[int] = set()
+        self._collecting: set[int] = set()
+        self._look_due = 0
+        self._counters_due = 0
+        self._urgent = False
+        self._seen = (0, 0, 0)
+        self._lost_before = 0
+
+    @property
+    def quiet_until_ns(self) -> int:
+        """Until when nothing is looked at, if the cyclic frames stay as they are; 0: at once."""
+        cyclic = self._cyclic
+        seen = (cyclic.present, cyclic.al_states, cyclic.counters.wrong)
+        if (
+            *(self._urgent, self._leads, self._collecting, seen != self._seen),
+            *(cyclic.counters.lost > self._lost_before, any(cyclic.mailbox_bits)),
+        ) != (False, {}, set(), False, False, False):
+            return 0
+        return min(self._look_due, self._counters_due)
+
+    def retry(self, slave: BusSlave) -> None:
+        """The slave is asked for a state: what it could not do before is tried again."""
+        self._given_up.discard(slave.position)
+        self._urgent = True
+
+    def restart(self, slave: BusSlave) -> None:
+        """Lead a slave by way of Init; one that does not answer comes up when it is back."""
+        self.retry(slave)
+        job = self._leads.pop(slave.position, None)
+        if job is not None:
+            job.cancel()
+        if slave.present:
+            self._lead(slave, fresh=True)
+
+    def look_soon(self) -> None:
+        """Look at the states and for newcomers with the next cycle."""
+        self._urgent = True
+
+    def run(self) -> Steps[None]:
+        """For ever: start the bus, then watch over it."""
+        started = False
+        while True:
+            try:
+                if not started:
+                    yield from self._start_up()
+                    started = True
+                yield from self._watch()
+            except FrameLost as trouble:
+                self._link_lost(str(trouble))
+            except BusError as trouble:
+                self._tell(BusEventKind.STATE_FAILED, None, 0, str(trouble))
+            yield Pause(_RETRY_NS)
+            if started:
+                yield from self._wait_for_link()
+
+    def _link_lost(self, text: str) -> None:
+        if self.link:
+            self.link = False
+            self._tell(BusEventKind.LINK_LOST, None, 0, text)
+        for slave in self.slaves:
+            self._lose(slave)
+
+    def _wait_for_link(self) -> Steps[None]:
+        while not self.link:
+            try:
+                self.found = yield from count_slaves()
+                self.link = self.found > 0
+            except FrameLost:
+                pass
+            if not self.link:
+                yield Pause(_RETRY_NS)
+            else:
+                self._tell(BusEventKind.LINK_BACK, None, self.found, f"{self.found} slaves answer")
+                self._urgent = True
+
+    # start
+
+    def _start_up(self) -> Steps[None]:
+        count = yield from count_slaves()
+        if count == 0:
+            raise FrameLost("no slave answers")
+        yield from reset_bus()
+        spare = self.bus.spare_stations(MAX_SLAVES)
+        for position in range(count):  # addresses that no configured slave has
+            yield from set_station(position, spare + position)
+        facts: list[SlaveFacts] = []
+        for position in range(count):
+            found = yield from inspect(spare + position)
+            facts.append(found)
+        identities = [each.identity for each in facts]
+        configured = [each.configuration for each in self.slaves]
+        places = match(configured, identities, self.bus.strict_revision)
+        self.strangers = []
+        for position, place in enumerate(places):
+            if place is None:
+                self.strangers.append(identities[position])
+                self._wrong(position, identities[position])
+            else:
+                slave = self.slaves[place]
+                yield from set_station(position, slave.station)
+                self._found(slave, facts[position])
+        self.found = count
+        self.link = True
+        self._tell(BusEventKind.LINK_BACK, None, count, f"{count} slaves found")
+        present = [each for each in self.slaves if each.present]
+        if self._redundancy is not None and self._redundancy.split is None and present:
+            # frames have to come back the way they went: the last slave turns them round
+            last = present[-1].station
+            yield from write(last, Register.DL_CONTROL + 1, _CLOSED_END)
+            self.reference = yield from measure_clocks(present)
+            yield from write(last, Register.DL_CONTROL + 1, b"\0")
+        else:
+            self.reference = yield from measure_clocks(present)
+        if self.reference is not None and any(each.configuration.clock for each in present):
+            yield from settle_drift(self.reference, self.bus.drift_telegrams)
+        self._cyclic.set_reference(self.reference)
+        self.cyclic_on = True
+        self._urgent = True
+
+    def _found(self, slave: BusSlave, facts: SlaveFacts) -> None:
+        facts.delay_ns = slave.facts.delay_ns
+        slave.facts = facts
+        slave.present = True
+        slave.mismatch = False
+        slave.state = AlState.INIT
+        self.changes += 1
+
+    def _wrong(self, position: int, identity: tuple[int, int, int, int]) -> None:
+        text = ":".join(f"{each:08X}" for each in identity[:3])
+        wanted = self.slaves[position] if position < len(self.slaves) else None
+        if wanted is not None:
+            wanted.mismatch = True
+        self._tell(
+            BusEventKind.WRONG_SLAVE,
+            wanted,
+            position,
+            f"position {position}: found {text}, configured {wanted.name if wanted else 'nothing'}",
+        )
+
+    # supervision
+
+    def _watch(self) -> Steps[None]:
+        while True:
+            time = yield from now()
+            cyclic = self._cyclic
+            seen = (cyclic.present, cyclic.al_states, cyclic.counters.wrong)
+            lost = cyclic.counters.lost
+            if (
+                self._urgent
+                or seen != self._seen
+                or lost > self._lost_before
+                or time >= self._look_due
+            ):
+                self._urgent = False
+                self._seen = seen
+                self._lost_before = lost
+                self._look_due = time + _LOOK_NS
+                yield from self._look()
+            if time >= self._counters_due:
+                self._counters_due = time + _COUNTERS_NS
+                yield from self._read_counters()
+            self._collect_messages()
+            if self._redundancy is not None:
+                yield from self._watch_ring(self._redundancy)
+            yield Pause(self.bus.cycle_ns)
+
+    def _look(self) -> Steps[None]:
+        """Read the state of each slave, act on what has changed."""
+        self._poll_mailboxes()
+        stations = [each.station for each in self.slaves]
+        reports = yield from scattered_reads(stations, Register.AL_STATUS, 6, _FPRD)
+        for slave, data in zip(self.slaves, reports, strict=True):
+            if data is None:
+                self._lose(slave)
+            elif slave.present and slave.position not in self._leads:
+                self._judge(slave, data)
+        _, self.found = yield from broadcast_read(Register.AL_STATUS, 2)
+        answering = sum(data is not None for data in reports)
+        if self.found > answering + len(self.strangers) or any(
+            data is not None and not slave.present
+            for slave, data in zip(self.slaves, reports, strict=True)
+        ):
+            yield from self._admit()
+
+    def _judge(self, slave: BusSlave, data: bytes) -> None:
+        report = report_of(data)
+        before, failed = slave.state, slave.error
+        slave.state, slave.error, slave.al_code = report
+        left = report.state != before and report.state != slave.wanted
+        if left or (report.error and not failed):
+            slave.abnormal_changes += left
+            code = AlStatus.of(report.code)
+            self._tell(
+                BusEventKind.STATE_LEFT if left else BusEventKind.AL_ERROR,
+                slave,
+                report.code,
+                f"{slave.name}: state {before}, now {report.state}:"
+                f" 0x{report.code:04X} {code.text if code else ''}".rstrip(),
+            )
+        if (report.error or report.state != slave.wanted) and slave.position not in self._given_up:
+            self._lead(slave)
+
+    def _lead(self, slave: BusSlave, fresh: bool = False) -> None:
+        if slave.position in self._leads:
+            return
+
+        def finished(job: BusJob[None]) -> None:
+            self._leads.pop(slave.position, None)
+            if job.error is not None:
+                self._given_up.add(slave.position)
+                self._tell(
+                    BusEventKind.STATE_FAILED,
+                    slave,
+                    slave.al_code,
+                    f"{slave.name}: {slave.wanted.name} not reached: {job.error}",
+                )
+
+        self._leads[slave.position] = self._traffic.start(
+            self._bring_up.lead(slave, fresh), finished
+        )
+
+    def _lose(self, slave: BusSlave) -> None:
+        if not slave.present:
+            return
+        slave.present = False
+        slave.state = 0
+        slave.error = False
+        slave.losses += 1
+        self.changes += 1
+        job = self._leads.pop(slave.position, None)
+        if job is not None:
+            job.cancel()
+        self._tell(BusEventKind.SLAVE_LOST, slave, 0, f"{slave.name} does not answer")
+
+    # the ring of a redundant bus
+
+    def _watch_ring(self, redundancy: Redundancy) -> Steps[None]:
+        """Tell where the ring is open, and give the clocks behind the cut one of their own."""
+        missing = tuple(count >= SURE for count in redundancy.missing)
+        ring = redundancy.split, missing[0], missing[1]
+        if ring == self._ring:
+            return
+        before, self._ring = self._ring, ring
+        split = ring[0]
+        closed = None, False, False
+        if ring == closed:
+            self._tell(BusEventKind.RING_CLOSED, None, 0, "frames go round the ring again")
+        elif before == closed or before[0] != split:
+            where = "the second adapter" if split is None else f"before position {split}"
+            self._tell(BusEventKind.RING_OPEN, None, split or 0, f"open at {where}")
+        present = [each for each in self.slaves if each.present]
+        first = len(present) if split is None else split
+        parts = present[:first], present[first:]
+        references = [next((each for each in part if each.facts.has_clock), None) for part in parts]
+        lead = references[0] or references[1]
+        self.reference = None if lead is None else lead.station
+        self._cyclic.set_reference(self.reference)
+        redundancy.reference = None if references[1] is None else references[1].station
+        for part, reference in zip(parts, references, strict=True):
+            for slave in part:
+                if reference is not None and slave.facts.has_clock:
+                    delay = max(slave.facts.delay_ns - reference.facts.delay_ns, 0)
+                    data = delay.to_bytes(4, "little")
+                    yield from write(slave.station, Register.SYSTEM_TIME_DELAY, data)
+
+    # slaves that come
+
+    def _admit(self) -> Steps[None]:
+        """Find the slaves that came: give them their addresses, lead them to their state."""
+        count = min(self.found, MAX_SLAVES)
+        stations = yield from scattered_reads(
+            [-position for position in range(count)], Register.STATION_ADDRESS, 2, _APRD
+        )
+        known = {each.station: each for each in self.slaves}
+        missing = [each for each in self.slaves if not each.present]
+        newcomers: set[int] = set()
+        self.strangers = []
+        for position, data in enumerate(stations):
+            slave = known.get(int.from_bytes(data or b"", "little"))
+            if slave is not None and slave.present:
+                continue
+            slave = yield from self._identify(position, missing)
+            if slave is not None:
+                missing.remove(slave)
+                newcomers.add(slave.station)
+        if not newcomers:
+            return
+        present = [each for each in self.slaves if each.present]
+        for each in present:
+            dl_status = yield from scattered_reads(
+                [each.station], Register.DL_STATUS, Register.DL_STATUS.size, _FPRD
+            )
+            if dl_status[0] is not None:
+                each.facts.dl_status = int.from_bytes(dl_status[0], "little")
+        self.reference = yield from measure_clocks(present, newcomers)
+        self._cyclic.set_reference(self.reference)
+        for each in present:
+            if each.station in newcomers:
+                self._tell(BusEventKind.SLAVE_BACK, each, each.position, f"{each.name} is back")
+                self._given_up.discard(each.position)
+                self._lead(each, fresh=True)
+
+    def _identify(self, position: int, missing: Sequence[BusSlave]) -> Steps[BusSlave | None]:
+        """Which of the missing slaves is at a position; it gets its address."""
+        spare = self.bus.spare_stations(MAX_SLAVES) + position
+        yield from set_station(position, spare)
+        facts = yield from inspect(spare)
+        for slave in missing:
+            if same_device(slave.configuration, facts.identity, self.bus.strict_revision):
+                yield from set_station(position, slave.station)
+                self._found(slave, facts)
+                return slave
+        self.strangers.append(facts.identity)
+        return None
+
+    # counters and messages
+
+    def _read_counters(self) -> Steps[None]:
+        """Take error counters over and clear them; read how far the clocks are apart."""
+        present = [each for each in self.slaves if each.present]
+        stations = [each.station for each in present]
+        counters = yield from scattered_reads(stations, Register.RX_ERRORS, _RX_SIZE, _FPRD)
+        for slave, data in zip(present, counters, strict=True):
+            if data is not None and any(data):
+                _add_counters(slave, data)
+                for register in (Register.RX_ERRORS, Register.LOST_LINKS):
+                    yield from write(slave.station, register, bytes(register.size))
+        clocks = [each for each in present if each.facts.has_clock]
+        differences = yield from scattered_reads(
+            [each.station for each in clocks],
+            Register.SYSTEM_TIME_DIFFERENCE,
+            Register.SYSTEM_TIME_DIFFERENCE.size,
+            _FPRD,
+        )
+        for slave, data in zip(clocks, differences, strict=True):
+            if data is not None:
+                slave.clock_difference_ns = difference_of(int.from_bytes(data, "little"))
+                self.deviation.add(slave.clock_difference_ns)
+
+    def _collect_messages(self) -> None:
+        """Fetch messages that slaves put up by themselves: emergencies."""
+        bits = self._cyclic.take_mailbox_bits()
+        if not any(bits):
+            return
+        for number, position in enumerate(self._cyclic.image.mailboxes):
+            if number >> 3 < len(bits) and bits[number >> 3] >> (number & 7) & 1:
+                slave = self.slaves[position]
+                if slave.reads_mailbox_bit:
+                    self._collect(slave)
+
+    def _poll_mailboxes(self) -> None:
+        """Look into the mailboxes whose state is not in the cyclic frames."""
+        for slave in self.slaves:
+            if not slave.reads_mailbox_bit:
+                self._collect(slave)
+
+    def _collect(self, slave: BusSlave) -> None:
+        mailbox, position = slave.mailbox, slave.position
+        if (
+            mailbox is None
+            or not mailbox.idle
+            or not slave.present
+            or slave.state < AlState.PREOP
+            or slave.state == AlState.BOOT
+            or position in self._collecting
+        ):
+            return
+        self._collecting.add(position)
+        self._traffic.start(mailbox.collect(), lambda job: self._collecting.discard(position))
+
+
+def _add_counters(slave: BusSlave, data: bytes) -> None:
+    counters = slave.counters
+    for port in range(PORTS):
+        counters.errors[port] += data[2 * port] + data[2 * port + 1]
+        counters.forwarded[port] += data[_FORWARDED_AT + port]
+        counters.lost_links[port] += data[_LOST_AT + port]

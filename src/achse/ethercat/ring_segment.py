@@ -1,0 +1,115 @@
+"""A ring: a line of slaves whose end is connected to the master's second adapter.
+
+A frame that enters by port 0 of a slave is processed, one that comes the other way passes as it is
+until a port without link turns it round. With a cable cut in the middle each adapter has its part
+of the slaves.
+
+Source: ETG.1000.4 §6.1.4 for ports and their order; ETG.1500 for cable redundancy.
+"""
+
+from collections.abc import Iterable
+
+from achse.ethercat.frame import payload_offset
+from achse.ethercat.logical import Plan
+from achse.ethercat.segment import HOP_NS, Segment
+from achse.ethercat.slave import Slave
+
+__all__ = ["RingSegment"]
+
+_OUT = 1
+"""The port to the next slave."""
+
+
+class RingSegment(Segment):
+    """Slaves in a line between two adapters of the master: 0 at port 0 of the first, 1 at the end.
+
+    `end_whole`: the cable at the second adapter is there.
+    """
+
+    def __init__(
+        self, slaves: Iterable[Slave] = (), *, cycle_ns: int = 0, hop_ns: int = HOP_NS
+    ) -> None:
+        self.end_whole = True
+        self._closed = False
+        """The frame goes all the way round."""
+        self._returns = False
+        """What the second adapter sends comes to a slave."""
+        self._far: list[Slave] = []
+        self._far_plans: dict[tuple[int, int, int], Plan] = {}
+        self._far_stations: dict[int, list[Slave]] = {}
+        super().__init__(slaves, cycle_ns=cycle_ns, hop_ns=hop_ns)
+
+    @property
+    def parts(self) -> tuple[int, int]:
+        """How many slaves process the frames of each adapter."""
+        return len(self._order), len(self._far)
+
+    def cut_end(self, cut: bool = True) -> None:
+        """Cut the cable at the second adapter, or mend it."""
+        self.end_whole = not cut
+        self._route()
+
+    def process_from(self, adapter: int, frame: bytes) -> tuple[bytes, int] | None:
+        """A frame of one adapter: as it comes back, and to which one; None if it is lost."""
+        if adapter == 0:
+            reply = super().process(frame)
+            return None if reply is None else (reply, int(self._closed))
+        if not self._returns:
+            self.counters.lost += 1
+            return None
+        if self._closed:
+            passed = bytearray(frame)
+            if payload_offset(frame) is not None:
+                passed[6] |= 0x02
+            return bytes(passed), 0
+        self._swap()
+        try:
+            reply = super().process(frame)
+        finally:
+            self._swap()
+        return None if reply is None else (reply, 1)
+
+    def _swap(self) -> None:
+        self._order, self._far = self._far, self._order
+        self._plans, self._far_plans = self._far_plans, self._plans
+        self._stations, self._far_stations = self._far_stations, self._stations
+
+    def _remapped(self) -> None:
+        super()._remapped()
+        self._far_plans.clear()
+        self._far_stations.clear()
+
+    def _route(self) -> None:
+        """Which slaves each adapter reaches, and when frames pass them."""
+        places = self._places
+        last = len(places) - 1
+        opened = []
+        for number, place in enumerate(places):
+            linked = [place.whole, False, False, False]
+            linked[_OUT] = self.end_whole if number == last else places[number + 1].whole
+            opened.append(place.slave.esc.set_links(linked))
+        cuts = [number for number, place in enumerate(places) if not place.whole]
+        self._returns = bool(opened) and opened[last][_OUT]
+        self._closed = self._returns and not cuts
+        near = places[: cuts[0] if cuts else len(places)]
+        far = places[cuts[-1] :] if cuts and self._returns else []
+        self._order = [place.slave for place in near]
+        self._far = [place.slave for place in far]
+        self._endless = False
+        hop = self.hop_ns
+        begin = hop
+        for part in (self._order, self._far):
+            for number, slave in enumerate(part):
+                arrival = begin + number * hop
+                back = begin + (2 * len(part) - number - 2) * hop
+                behind = number + 1 < len(part) and not self._closed
+                slave.esc.clock.arrival_ns = arrival
+                slave.esc.clock.port_delays = (arrival, back if behind else None, None, None)
+            begin = (len(self._far) + 1) * hop
+        self._remapped()
+        self._collect_irq()
+
+    def _collect_irq(self) -> None:
+        self._irq = 0
+        for slave in (*self._order, *self._far):
+            self._irq |= slave.esc.irq

@@ -1,0 +1,1 @@
+"""Fleets: many stations of one template, in processes that are looked after."""

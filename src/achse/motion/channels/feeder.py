@@ -1,0 +1,405 @@
+"""The feeder: takes canonical commands in order, and gives motion to a 3D group.
+
+Motion goes ahead into the table of segments; what belongs to a place of the path (fast M functions,
+H, S, T, messages) waits until the path is there. What holds the path (handshakes, decoder stops,
+homing) waits until all motion before it is done.
+"""
+
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import TypeAlias
+
+from achse.codes import NcError
+from achse.gcode.canon import (
+    ArcMove,
+    Canonical,
+    DecoderStop,
+    DwellTime,
+    FastMReset,
+    Handshake,
+    HomeAxis,
+    LineMove,
+    MFunction,
+    Moving,
+    Origin,
+    PathParameter,
+    PathSetting,
+    ProgramEnd,
+    ProgramMessage,
+    ProgramStop,
+    TechnologyWord,
+)
+from achse.gcode.line_run import LineRun
+from achse.motion.channels.technology import TechnologyOutputs
+from achse.motion.checks import OK
+from achse.motion.groups.path_group import PathGroup
+from achse.motion.path import (
+    ArcGeometry,
+    PathArc,
+    PathDwell,
+    PathError,
+    PathLine,
+    Smoothing,
+    SmoothingSubtype,
+)
+
+__all__ = ["Fed", "Feeder"]
+
+
+class Fed(Enum):
+    """What came of a command."""
+
+    DONE = "carried out, or on its way"
+    FULL = "the table of segments takes no more now"
+    WAITS = "it waits for what was before it, or for the PLC"
+    REFUSED = "the error is set"
+
+
+_FEED_STEPS = 16
+"""Parts of a block whose feed changes on its way (FLIN)."""
+_SHORTEST_STEP = 0.01
+"""Parts are not made shorter, mm."""
+
+_PathMark: TypeAlias = tuple[int, Callable[[], None]]
+"""Number of the segment behind which something happens, and what."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    """Segments with numbers in a row, and the blocks that they come from."""
+
+    first: int
+    last: int
+    origin: Callable[[int], Origin]
+    """Of the segment with this number."""
+
+
+class Feeder:
+    """One program's way from commands to motion. `granted` is what the PLC says to handshakes."""
+
+    def __init__(self, group: PathGroup, outputs: TechnologyOutputs) -> None:
+        self.group = group
+        self.outputs = outputs
+        self.granted = 0
+        self.error = OK
+        self.message = ""
+        self.skip_virtual = 0
+        self._marks: deque[_PathMark] = deque()
+        self._entries: deque[_Entry] = deque()
+        self._origin: Origin | None = None
+        self._parts: deque[PathLine | PathArc] = deque()
+        """What is left of the present move."""
+        self._deleting = False
+        """The move that can be deleted is the last one: nothing goes behind it before its end."""
+        self._deleted = False
+        self._left: set[int] = set()
+        """Main axes that are not where the program has them, since a distance was deleted."""
+        self._homing = False
+        self._base = group.path_parameters
+        self._budget = 0
+
+    # where the path is
+
+    @property
+    def origin(self) -> Origin | None:
+        """The block that the path is on, or was last on."""
+        self._forget_entries()
+        present, entries = self.group.present, self._entries
+        if entries and entries[0].first <= present:
+            self._origin = entries[0].origin(min(present, entries[0].last))
+        return self._origin
+
+    def _forget_entries(self) -> None:
+        """Blocks that the path has passed are not shown again."""
+        present, entries = self.group.present, self._entries
+        while len(entries) > 1 and entries[0].last < present:
+            entries.popleft()
+
+    @property
+    def done(self) -> bool:
+        """Whether everything so far is carried out."""
+        return self.group.rests and not self._marks
+
+    @property
+    def can_delete(self) -> bool:
+        """Whether the present move was programmed with DelDTG."""
+        return self._deleting and not self.group.rests
+
+    def delete(self) -> int:
+        """End the present move where it is, if it may; 0x42D4 if not."""
+        if not self.can_delete:
+            return NcError.DELETE_DISTANCE_TO_GO
+        self._deleted = True
+        return self.group.delete_distance_to_go()
+
+    def pass_marks(self) -> None:
+        """Do what belongs to places that the path has passed."""
+        self._forget_entries()
+        while self._marks and (self.group.rests or self.group.present > self._marks[0][0]):
+            self._marks.popleft()[1]()
+
+    def begin_cycle(self) -> None:
+        """So many segments may go over in this cycle (group parameter 0x514)."""
+        self._budget = self.group.max_commands_per_cycle
+
+    # commands
+
+    @property
+    def room(self) -> int:
+        """Lines that `feed_lines` takes in this cycle; 0 while each move is looked at alone."""
+        if self._deleting or self._left or self.group.single_block_mode:
+            return 0
+        return max(0, min(self._budget, self.group.free))
+
+    def feed_lines(self, run: LineRun) -> Fed:
+        """Lines in a row, from the first that is not taken; the same as one by one.
+
+        If one is refused (`error`), those before it are taken and `run.taken` is its number.
+        """
+        group, most = self.group, self.room
+        if most < 1:
+            return Fed.FULL
+        before, begin = group.number, run.taken
+        code = group.append_lines(run.ends[begin : begin + most], run.auxiliary, run.velocity)
+        count = group.number - before
+        if count:
+            run.taken += count
+            self._budget -= count
+            shift = begin - before - 1
+
+            def origin(number: int) -> Origin:
+                return run.origin(number + shift)
+
+            self._entries.append(_Entry(before + 1, group.number, origin))
+        if code:
+            return self._refuse(code)
+        return Fed.DONE if run.taken == len(run) else Fed.FULL
+
+    def feed(self, command: Canonical) -> Fed:
+        """One command, in order; the same again in the next cycle unless it is done."""
+        if self._deleting:
+            if not self.group.rests:
+                return Fed.WAITS
+            self._deleting = False
+            if self._deleted:
+                self._left = {0, 1, 2}
+                self._deleted = False
+        if isinstance(command, LineMove | ArcMove):
+            return self._move(command)
+        if isinstance(command, DwellTime):
+            return self._append(PathDwell(command.seconds), command.origin)
+        if isinstance(command, MFunction):
+            return self._m_function(command)
+        if isinstance(command, FastMReset):
+            self._mark(lambda: self.outputs.clear_fast(command.numbers))
+        elif isinstance(command, TechnologyWord):
+            self._mark(lambda: self.outputs.show(command.word, command.value))
+        elif isinstance(command, ProgramMessage):
+            self._mark(lambda: self._tell(command.text))
+        elif isinstance(command, PathSetting):
+            return self._set(command)
+        elif isinstance(command, HomeAxis):
+            return self._home(command)
+        elif isinstance(command, DecoderStop | ProgramStop | ProgramEnd):
+            return Fed.DONE if self.done else Fed.WAITS
+        return Fed.DONE
+
+    def _mark(self, action: Callable[[], None]) -> None:
+        if self.done:
+            action()
+        else:
+            self._marks.append((self.group.number, action))
+
+    def _tell(self, text: str) -> None:
+        self.message = text
+
+    def _refuse(self, code: int) -> Fed:
+        self.error = code
+        return Fed.REFUSED
+
+    def _append(self, segment: PathLine | PathArc | PathDwell, origin: Origin) -> Fed:
+        if self._budget <= 0 or self.group.free < 1:
+            return Fed.FULL
+        code = self.group.append(segment)
+        if code:
+            return self._refuse(code)
+        self._budget -= 1
+        number = self.group.number
+        self._entries.append(_Entry(number, number, lambda _: origin))
+        return Fed.DONE
+
+    def _move(self, move: Moving) -> Fed:
+        if not self._parts:
+            code = self._take_apart(move)
+            if code:
+                return self._refuse(code)
+        while self._parts:
+            fed = self._append(self._parts[0], move.origin)
+            if fed is not Fed.DONE:
+                return fed
+            self._parts.popleft()
+            if self._parts:
+                self.group.joins_smoothly = True
+        self.group.joins_smoothly = False
+        if move.delete_distance:
+            self._deleting = True
+        return Fed.DONE
+
+    def _take_apart(self, move: Moving) -> int:
+        """The segments of a move, more than one if its feed changes on the way; 0 or the error."""
+        planner = self.group.planner
+        if planner is None:
+            return NcError.NCI_GENERATOR_INACTIVE
+        begin = planner.programmed_position
+        end = self._end_of(move, begin)
+        if end is None:
+            return NcError.CIRCLE_NOT_COMPUTABLE
+        if any((*move.end, *move.auxiliary)[len(begin) :]):
+            return NcError.NCI_AXIS_TYPE
+        feed = self.group.rapid_feed(begin, end) if move.rapid else move.velocity
+        if not feed > 0.0:
+            return NcError.NCI_VELOCITY_NOT_POSITIVE
+        feeds = [feed]
+        if move.start_velocity != move.velocity and not self.group.single_block_mode:
+            count = min(_FEED_STEPS, max(1, int(move.length / _SHORTEST_STEP)))
+            step = (feed - move.start_velocity) / count
+            feeds = [move.start_velocity + (n + 0.5) * step for n in range(count)]
+        if isinstance(move, LineMove):
+            self._parts.extend(_line_parts(begin, end, feeds, move.exact_stop))
+        else:
+            ends = end[3:]
+            self._parts.extend(_arc_parts(_geometry(move), begin[3:], ends, feeds, move.exact_stop))
+        return OK
+
+    def _end_of(self, move: Moving, begin: Sequence[float]) -> tuple[float, ...] | None:
+        """Where the move ends; axes that a deleted distance has left elsewhere stay there until
+        they are programmed. None for an arc that would begin elsewhere."""
+        end = [*move.end, *move.auxiliary][: len(begin)]
+        if self._left and isinstance(move, ArcMove):
+            return None
+        for axis in list(self._left):
+            if move.end[axis] == move.start[axis]:
+                end[axis] = begin[axis]
+            else:
+                self._left.discard(axis)
+        return tuple(end)
+
+    def _m_function(self, command: MFunction) -> Fed:
+        def happen() -> None:
+            self.outputs.clear_fast(command.clears)
+            if command.fast:
+                self.outputs.set_fast(command.number)
+
+        if command.handshake is Handshake.NONE:
+            self._mark(happen)
+            return Fed.DONE
+        if not self.done:
+            return Fed.WAITS
+        if not self.outputs.request:
+            happen()
+        return Fed.DONE if self.outputs.ask(command.number, self.granted) else Fed.WAITS
+
+    def _home(self, command: HomeAxis) -> Fed:
+        if not self._homing:
+            if not self.done:
+                return Fed.WAITS
+            code = self.group.home(command.axis)
+            if code:
+                return self._refuse(code)
+            self._homing = True
+        if self.group.homing:
+            return Fed.WAITS
+        self._homing = False
+        return Fed.DONE
+
+    def _set(self, setting: PathSetting) -> Fed:
+        values = setting.values
+        base = self.group.path_parameters
+        try:
+            match setting.parameter:
+                case PathParameter.VERTEX_SMOOTHING:
+                    kind, subtype, radius = values
+                    base = replace(
+                        base,
+                        smoothing=Smoothing(int(kind)),
+                        smoothing_subtype=SmoothingSubtype(int(subtype) or 1),
+                        smoothing_radius=radius,
+                    )
+                case PathParameter.SPLINE_SMOOTHING:
+                    base = replace(base, smoothing=Smoothing.BEZIER, smoothing_radius=values[0])
+                case PathParameter.C1_REDUCTION_FACTOR:
+                    base = replace(base, c1=values[0])
+                case PathParameter.C2_REDUCTION_FACTOR:
+                    base = replace(base, c2=values[0])
+                case PathParameter.VELO_JUMP:
+                    self.group.velo_jumps = values
+                case PathParameter.DEVIATION_ANGLE:
+                    base = replace(base, c0=values[0], angle_low=values[1], angle_high=values[2])
+                case PathParameter.PATH_DYNAMICS | PathParameter.GROUP_DYNAMICS:
+                    acceleration, deceleration, jerk = values[-3:]
+                    base = replace(
+                        base, acceleration=acceleration, deceleration=deceleration, jerk=jerk
+                    )
+                case PathParameter.MINIMUM_VELOCITY:
+                    base = replace(base, least_velocity=values[0])
+                case PathParameter.DYNAMIC_OVERRIDE:
+                    self.group.dynamic_override = values[0]
+                case PathParameter.SKIP_VIRTUAL_MOVEMENTS:
+                    self.skip_virtual = int(values[0])
+            self.group.path_parameters = base
+        except (PathError, ValueError):
+            return self._refuse(NcError.GROUP_PARAMETER)
+        return Fed.DONE
+
+    def finish(self) -> None:
+        """The program is over: what it set is as it was before."""
+        self.group.path_parameters = self._base
+        self.group.velo_jumps = (1.0, 1.0, 1.0)
+        self.group.dynamic_override = 1.0
+        self._marks.clear()
+        self._entries.clear()
+        self.outputs.drop()
+
+
+def _line_parts(
+    begin: Sequence[float], end: Sequence[float], feeds: Sequence[float], exact_stop: bool
+) -> Iterator[PathLine]:
+    """A line with one feed after the other, each for an equal part of it."""
+    count = len(feeds)
+    for n, feed in enumerate(feeds[:-1], 1):
+        yield PathLine([a + (b - a) * n / count for a, b in zip(begin, end, strict=True)], feed)
+    yield PathLine(end, feeds[-1], exact_stop=exact_stop)
+
+
+def _arc_parts(
+    arc: ArcGeometry,
+    begin: Sequence[float],
+    end: Sequence[float],
+    feeds: Sequence[float],
+    exact_stop: bool,
+) -> Iterator[PathArc]:
+    """The same for an arc; `begin` and `end` are those of the auxiliary axes."""
+    count = len(feeds)
+    for n, feed in enumerate(feeds):
+        last = n == count - 1
+        there = (
+            end
+            if last
+            else [a + (b - a) * (n + 1) / count for a, b in zip(begin, end, strict=True)]
+        )
+        yield PathArc(arc.part(n, count), feed, there, exact_stop=exact_stop and last)
+
+
+def _geometry(move: ArcMove) -> ArcGeometry:
+    """An arc as the planner takes it."""
+    first = [a - b for a, b in zip(move.start, move.centre, strict=True)]
+    x, y, z = move.normal
+    second = (
+        y * first[2] - z * first[1],
+        z * first[0] - x * first[2],
+        x * first[1] - y * first[0],
+    )
+    rise = (x * move.rise, y * move.rise, z * move.rise)
+    return ArcGeometry(move.centre, (first[0], first[1], first[2]), second, move.angle, rise)

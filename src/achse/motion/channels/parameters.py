@@ -1,0 +1,33 @@
+"""What a channel is when the NC starts."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from achse.gcode.mfunctions import MRule
+from achse.motion.channels.store import ProgramStore
+from achse.motion.channels.technology import M_FUNCTIONS
+from achse.motion.groups.parameters import GroupParametersError
+from achse.motion.groups.states import ChannelType, InterpreterType
+
+__all__ = ["ChannelParameters"]
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelParameters:
+    """A channel that owns groups of several axes. Raises GroupParametersError."""
+
+    channel_id: int
+    name: str = ""
+    type: ChannelType = ChannelType.INTERPRETER
+    interpreter: InterpreterType = InterpreterType.CLASSIC
+    m_rules: Mapping[int, MRule] = field(default_factory=dict)
+    """What M functions do, by number 0..159."""
+    store: ProgramStore | None = None
+    """Where its programs and files are."""
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.channel_id <= 255:
+            raise GroupParametersError(f"channel id {self.channel_id}: expected 1..255")
+        for number in self.m_rules:
+            if not 0 <= number < M_FUNCTIONS:
+                raise GroupParametersError(f"M function {number}: expected 0..{M_FUNCTIONS - 1}")

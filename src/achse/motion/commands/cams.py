@@ -1,0 +1,483 @@
+"""Cams: let an axis follow others by tables, change that while it runs, take cams in and out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+
+from achse.codes import NcError
+from achse.motion.axis import Axis
+from achse.motion.checks import OK
+from achse.motion.commands.couplings import begin_coupling, why_not_slave
+from achse.motion.couplings.cams import (
+    CHANGE_BEGIN,
+    CHANGE_EXCHANGE,
+    CHANGE_NOTHING,
+    CHANGE_REMOVE,
+    CHANGE_SCALING,
+    base,
+    names_of,
+    planned,
+    seen_master,
+)
+from achse.motion.couplings.masters import look_at
+from achse.motion.order import CouplingRing
+from achse.motion.record import CAM, CAM_LAYERS, CamFields
+from achse.motion.states import (
+    CAM_COUPLINGS,
+    CamActivation,
+    CamInterpolation,
+    CamOperation,
+    CamScaling,
+    SlaveType,
+)
+from achse.motion.tables import TableError
+from achse.motion.tables.memory import BEGIN, CYCLIC, PERIOD
+
+__all__ = [
+    "CamDemand",
+    "change_cam_offsets",
+    "change_cam_scaling",
+    "couple_by_cam",
+    "end_profile",
+    "follow_correction",
+    "last_correction",
+    "scale_slave",
+]
+
+LARGEST_OFFSET = 1e9
+LARGEST_SCALING = 1e6
+SMALLEST_SCALING = 1e-6
+"""Between these bounds positions of cams are numbers that can be told from each other."""
+
+_AT_COUPLING = (
+    CamActivation.INSTANTANEOUS,
+    CamActivation.MASTER_CAM_POSITION,
+    CamActivation.MASTER_AXIS_POSITION,
+    CamActivation.NEXT_CYCLE,
+    CamActivation.AS_SOON_AS_POSSIBLE,
+    CamActivation.MASTER_AXIS_POSITION_POSITIVE,
+    CamActivation.MASTER_AXIS_POSITION_NEGATIVE,
+)
+_AT_EXCHANGE = (*_AT_COUPLING, CamActivation.NEXT_CYCLE_ONCE)
+"""A cam may take the place of another for one cycle; it cannot begin, or go, for one."""
+_WHILE_RUNNING = (*_AT_EXCHANGE, CamActivation.OFF, CamActivation.DELETE_QUEUED)
+_BY_CYCLE = (CamActivation.MASTER_CAM_POSITION, CamActivation.NEXT_CYCLE)
+"""They count from the begin of the cam, which an axis in relative positions has not yet."""
+
+
+@dataclass(frozen=True)
+class CamDemand:
+    """How a cam is to be followed, and from when on (0x4200 + ID:0x4A, 0x4D).
+
+    Offsets in axis units. Scalings: axis units for one of the cam.
+    """
+
+    table_id: int = 0
+    interpolation: int = CamInterpolation.LINEAR
+    slave_offset: float = 0.0
+    master_offset: float = 0.0
+    slave_scaling: float = 1.0
+    master_scaling: float = 1.0
+    slave_absolute: int = 0
+    master_absolute: int = 0
+    activation: int = CamActivation.INSTANTANEOUS
+    position: float = 0.0
+    master_type: int = CamScaling.USER_DEFINED
+    slave_type: int = CamScaling.USER_DEFINED
+
+
+def couple_by_cam(
+    slave: Axis,
+    slave_type: int,
+    master_id: int,
+    demand: CamDemand,
+    operation: int = CamOperation.DEFAULT,
+    reference: int = 0,
+    *,
+    further_tables: Sequence[int] = (),
+) -> int:
+    """Let a standing axis follow a master by a cam (0x45, 0x4A); positions do not jump.
+
+    A slave of type 10 or 13 that follows the master already changes to the table when the
+    activation says so. One of type 11 takes the cam in beside others, takes it in place of the
+    table `reference`, or takes the table `table_id` out. Where it names `further_tables` at
+    coupling, it holds them: they cannot be deleted, and only they can be its corrections.
+    """
+    if slave_type not in CAM_COUPLINGS:
+        return NcError.SLAVE_TYPE
+    if operation not in CamOperation.__members__.values():
+        return NcError.TABLE_EXECUTION_MODE
+    if slave_type == SlaveType.MULTI_TABULAR and operation == CamOperation.REMOVE:
+        return _remove(slave, demand)
+    exchanges = slave.coupling == slave_type and (
+        slave_type != SlaveType.MULTI_TABULAR or operation == CamOperation.EXCHANGE
+    )
+    code = _why_not(slave, demand, _AT_EXCHANGE if exchanges else _AT_COUPLING)
+    if code:
+        return code
+    try:
+        if slave_type == SlaveType.MOTION_FUNCTION:
+            slave.tables.find(demand.table_id).demand_points()
+        cam = slave.tables.cam(demand.table_id, demand.interpolation)
+        for table_id in further_tables:
+            slave.tables.find(table_id)
+    except TableError as fault:
+        return fault.error
+    if slave.coupling != slave_type:
+        code = _begin(slave, slave_type, master_id, demand, cam, operation)
+        for n, table_id in enumerate(further_tables if not code else ()):
+            slave.cam_list[n] = table_id
+        return code
+    if slave_type != SlaveType.MULTI_TABULAR:
+        return _exchange(slave, slave.cams[0], master_id, demand, cam)
+    if operation == CamOperation.EXCHANGE:
+        layer = _layer_of(slave, reference)
+        if layer is None:
+            return NcError.TABLE_NOT_FOUND
+        return _exchange(slave, layer, master_id, demand, cam)
+    return _add(slave, master_id, demand, cam)
+
+
+def _why_not(slave: Axis, demand: CamDemand, activations: Sequence[CamActivation]) -> int:
+    """What forbids a demand at any time."""
+    if demand.activation not in activations:
+        return NcError.ONLINE_CHANGE_MODE
+    for given in (demand.master_type, demand.slave_type):
+        if given not in CamScaling.__members__.values():
+            return NcError.SCALING_MODE
+    numbers = (demand.slave_offset, demand.master_offset, demand.position)
+    scalings = (demand.slave_scaling, demand.master_scaling)
+    if not all(map(isfinite, (*numbers, *scalings))):
+        return NcError.SLAVE_COUPLING_PARAMETER
+    if max(map(abs, numbers)) > LARGEST_OFFSET or max(map(abs, scalings)) > LARGEST_SCALING:
+        return NcError.SLAVE_COUPLING_PARAMETER
+    if abs(demand.master_scaling) < SMALLEST_SCALING and demand.master_type != CamScaling.OFF:
+        return NcError.SLAVE_COUPLING_PARAMETER
+    return OK
+
+
+def _order(layer: CamFields, kind: int, demand: CamDemand, cam: int) -> None:
+    """Let a layer wait for this."""
+    layer.next_kind = kind
+    layer.next_when = demand.activation
+    layer.next_position = demand.position
+    layer.next_table = demand.table_id if cam else 0
+    layer.next_cam = cam
+    layer.next_interpolation = demand.interpolation
+    layer.next_master_absolute = int(demand.master_absolute != 0)
+    layer.next_slave_absolute = int(demand.slave_absolute != 0)
+    layer.next_master_type = demand.master_type
+    layer.next_slave_type = demand.slave_type
+    layer.next_master_offset = demand.master_offset
+    layer.next_slave_offset = demand.slave_offset
+    layer.next_master_scaling = demand.master_scaling
+    layer.next_slave_scaling = demand.slave_scaling
+
+
+def _fresh(slave: Axis, master: Axis, demand: CamDemand, cam: int, once: int = 0) -> CamFields:
+    """A layer that is to begin, which belongs to no axis yet: a refusal changes nothing."""
+    look_at(master)
+    layer: CamFields = CAM.plain()
+    layer.master, layer.once = master.index, once
+    layer.seen = seen_master(slave, slave.rows, layer)
+    _order(layer, CHANGE_BEGIN, demand, cam)
+    return layer
+
+
+def _take(layer: CamFields, fresh: CamFields) -> None:
+    for name in CAM.fields:
+        setattr(layer, name, getattr(fresh, name))
+
+
+def _begin(
+    slave: Axis, slave_type: int, master_id: int, demand: CamDemand, cam: int, operation: int
+) -> int:
+    """The first cam of an axis that follows nobody yet."""
+    code = why_not_slave(slave)
+    if code:
+        return code
+    if slave_type == SlaveType.MULTI_TABULAR and operation == CamOperation.EXCHANGE:
+        return NcError.TABLE_SLAVE_WITHOUT_TABLE
+    if demand.master_type == CamScaling.AUTO_OFFSET:
+        return NcError.SCALING_WITHOUT_REFERENCE_TABLE
+    if demand.activation in _BY_CYCLE and not demand.master_absolute:
+        return NcError.ONLINE_CHANGE_MODE
+    begun: list[CamFields] = []
+
+    def prepare(masters: Sequence[Axis]) -> int:
+        begun.append(_fresh(slave, masters[0], demand, cam))
+        return _why_not_there(slave, begun[0], demand, masters[0], alone=True)
+
+    code = begin_coupling(slave, slave_type, [master_id], prepare=prepare)
+    if code:
+        return code
+    for n, layer in enumerate(slave.cams):
+        _take(layer, CAM.plain() if n else begun[0])
+    slave.cam_count = 1
+    base(slave, slave.rows)
+    return OK
+
+
+def _why_not_there(
+    slave: Axis, layer: CamFields, demand: CamDemand, master: Axis, *, alone: bool
+) -> int:
+    """Refuse a cam in absolute positions that the slave would have to jump to, or whose master has
+    passed the place where it is to begin."""
+    at = seen_master(slave, slave.rows, layer)
+    names = names_of(slave.rows, layer)
+    moves = master.lead_velocity
+    by_axis = (
+        CamActivation.MASTER_AXIS_POSITION,
+        CamActivation.MASTER_AXIS_POSITION_POSITIVE,
+        CamActivation.MASTER_AXIS_POSITION_NEGATIVE,
+    )
+    if demand.activation in by_axis:
+        if moves and (demand.position - names - at) * moves < 0.0:
+            return NcError.ACTIVATION_POSITION_PASSED
+        at = demand.position - names
+    numbers = slave.rows.cams
+    cam, scaling, offset = layer.next_cam, demand.master_scaling, demand.master_offset
+    if demand.master_type == CamScaling.OFF:
+        scaling, offset = 1.0, 0.0
+    offset -= names
+    begin, period = numbers[cam + BEGIN], numbers[cam + PERIOD]
+    if demand.activation == CamActivation.MASTER_CAM_POSITION:
+        at = offset + scaling * demand.position
+    elif demand.activation == CamActivation.NEXT_CYCLE:
+        at = offset + scaling * begin
+    if not demand.slave_absolute or demand.slave_type == CamScaling.AUTO_OFFSET:
+        return OK
+    if demand.activation == CamActivation.AS_SOON_AS_POSSIBLE:
+        place = (at - offset) / scaling
+        if demand.master_absolute and numbers[cam + CYCLIC] == 0.0:
+            if place < begin:
+                return NcError.TABLE_MASTER_BELOW
+            if place > begin + period:
+                return NcError.TABLE_MASTER_ABOVE
+        return OK
+    there = planned(slave, slave.rows, layer, at)[7]
+    jump = there - slave.set_position if alone else there
+    return NcError.TABLE_SLAVE_RANGE if abs(jump) > slave.position_range_window else OK
+
+
+def _exchange(slave: Axis, layer: CamFields, master_id: int, demand: CamDemand, cam: int) -> int:
+    """Let another table take the place of one that runs."""
+    master = slave.fellows.get(master_id)
+    if master is None:
+        return NcError.ADDRESS_MASTER_AXIS
+    if master.index != layer.master:
+        return NcError.SLAVE_COUPLING_PARAMETER
+    if demand.master_type == CamScaling.AUTO_OFFSET and not layer.table:
+        return NcError.SCALING_WITHOUT_REFERENCE_TABLE
+    if layer.next_kind not in (CHANGE_NOTHING, CHANGE_EXCHANGE):
+        return NcError.ACTIVATION_PENDING
+    return _let_wait(slave, layer, CHANGE_EXCHANGE, demand, cam)
+
+
+def _let_wait(slave: Axis, layer: CamFields, kind: int, demand: CamDemand, cam: int = 0) -> int:
+    """Order a change of a cam at work, unless its master has passed the place for it."""
+    axes = list(slave.fellows.values())
+    moves = axes[layer.master].lead_velocity
+    at = seen_master(slave, slave.rows, layer)
+    at += names_of(slave.rows, layer)
+    by_axis = demand.activation == CamActivation.MASTER_AXIS_POSITION
+    if by_axis and moves and (demand.position - at) * moves < 0.0:
+        return NcError.ACTIVATION_POSITION_PASSED
+    _order(layer, kind, demand, cam)
+    slave.cam_changes = 1
+    slave.wake()
+    return OK
+
+
+def _layer_of(slave: Axis, table_id: int) -> CamFields | None:
+    """The layer that runs a table; 0: the first that runs any."""
+    for layer in slave.cams[: slave.cam_count]:
+        if layer.table and table_id in (0, layer.table):
+            return layer
+    return None
+
+
+def _add(slave: Axis, master_id: int, demand: CamDemand, cam: int, once: int = 0) -> int:
+    """Take a further cam in."""
+    master = slave.fellows.get(master_id)
+    if master is None:
+        return NcError.ADDRESS_MASTER_AXIS
+    if demand.master_type == CamScaling.AUTO_OFFSET:
+        return NcError.SCALING_WITHOUT_REFERENCE_TABLE
+    if demand.activation in _BY_CYCLE and not demand.master_absolute:
+        return NcError.ONLINE_CHANGE_MODE
+    free = [layer for layer in slave.cams if not layer.table and not layer.next_kind]
+    if not free:
+        return NcError.TOO_MANY_TABLES
+    layer = free[0]
+    fresh = _fresh(slave, master, demand, cam, once)
+    code = _why_not_there(slave, fresh, demand, master, alone=False)
+    code = code or _follow_too(slave, master)
+    if code:
+        return code
+    _take(layer, fresh)
+    slave.cam_count = max(slave.cam_count, slave.cams.index(layer) + 1)
+    slave.cam_changes = 1
+    slave.wake()
+    return OK
+
+
+def _follow_too(slave: Axis, master: Axis) -> int:
+    """Let the slave follow this axis besides those that it follows."""
+    if master.index in slave.followed:
+        return OK
+    axes = list(slave.fellows.values())
+    masters = [axes[row] for row in slave.followed]
+    if len(masters) == CAM_LAYERS:
+        return NcError.TOO_MANY_TABLES
+    if master.error_code:
+        return master.error_code
+    parameters, count = list(slave.coupling_parameter), slave.cam_count
+    try:
+        slave.follow(slave.coupling, [*masters, master])
+    except CouplingRing:
+        return NcError.MASTER_NOT_INSERTED
+    for n, value in enumerate(parameters):
+        slave.coupling_parameter[n] = value
+    slave.cam_count = count
+    return OK
+
+
+def _remove(slave: Axis, demand: CamDemand) -> int:
+    """Take a cam out; what it adds then remains."""
+    if slave.coupling != SlaveType.MULTI_TABULAR:
+        return NcError.TABLE_SLAVE_WITHOUT_TABLE
+    code = _why_not(slave, demand, _AT_COUPLING)
+    if code:
+        return code
+    layer = _layer_of(slave, demand.table_id)
+    if layer is None:
+        return NcError.TABLE_NOT_FOUND
+    stay = [
+        each
+        for each in slave.cams[: slave.cam_count]
+        if each.table and each.next_kind != CHANGE_REMOVE
+    ]
+    if stay == [layer]:  # a slave without any cam: that is what decoupling is for
+        return NcError.DECOUPLING_NOT_POSSIBLE
+    if layer.next_kind not in (CHANGE_NOTHING, CHANGE_REMOVE):
+        return NcError.ACTIVATION_PENDING
+    return _let_wait(slave, layer, CHANGE_REMOVE, demand)
+
+
+def change_cam_scaling(slave: Axis, demand: CamDemand) -> int:
+    """Change offsets and scalings of a cam at work (0x4D); `table_id` 0 is the first cam.
+
+    Activation 6 keeps the values waiting for good, 7 forgets what waits.
+    """
+    if slave.coupling not in CAM_COUPLINGS:
+        return NcError.SLAVE_TYPE
+    code = _why_not(slave, demand, _WHILE_RUNNING)
+    if code:
+        return code
+    layer = _layer_of(slave, demand.table_id)
+    if layer is None:
+        return NcError.TABLE_NOT_FOUND if demand.table_id else NcError.TABLE_SLAVE_WITHOUT_TABLE
+    if demand.activation == CamActivation.DELETE_QUEUED:
+        layer.next_kind = layer.next_table = 0
+        slave.wake()
+        return OK
+    if demand.master_type == CamScaling.AUTO_OFFSET and not layer.master_absolute:
+        return NcError.SCALING_MODE
+    if layer.next_kind not in (CHANGE_NOTHING, CHANGE_SCALING):
+        return NcError.ACTIVATION_PENDING
+    return _let_wait(slave, layer, CHANGE_SCALING, demand)
+
+
+def change_cam_offsets(slave: Axis, slave_offset: float, master_offset: float, *more: float) -> int:
+    """Change offsets, and scalings, of the first cam (0x43), at once or at a master position.
+
+    `more` is empty, or slave scaling and master scaling, or these and the position.
+    """
+    if slave.coupling not in CAM_COUPLINGS:
+        return NcError.SLAVE_TYPE
+    layer = _layer_of(slave, 0)
+    if layer is None:
+        return NcError.TABLE_SLAVE_WITHOUT_TABLE
+    slave_scaling, master_scaling = more[:2] or (layer.slave_scaling, layer.master_scaling)
+    if more and 0.0 in more[:2]:
+        return NcError.SLAVE_COUPLING_PARAMETER
+    demand = CamDemand(
+        slave_offset=slave_offset,
+        master_offset=master_offset,
+        slave_scaling=slave_scaling,
+        master_scaling=master_scaling,
+    )
+    if len(more) > 2:
+        demand = CamDemand(
+            slave_offset=slave_offset,
+            master_offset=master_offset,
+            slave_scaling=slave_scaling,
+            master_scaling=master_scaling,
+            activation=CamActivation.MASTER_AXIS_POSITION,
+            position=more[2],
+        )
+    return change_cam_scaling(slave, demand)
+
+
+def scale_slave(slave: Axis, scaling: float) -> int:
+    """Change the slave scaling of the first cam at once (0x49)."""
+    if slave.coupling not in CAM_COUPLINGS:
+        return NcError.SLAVE_TYPE
+    layer = _layer_of(slave, 0)
+    if layer is None:
+        return NcError.TABLE_SLAVE_WITHOUT_TABLE
+    return change_cam_scaling(
+        slave,
+        CamDemand(
+            slave_offset=layer.slave_offset, slave_scaling=scaling, master_type=CamScaling.OFF
+        ),
+    )
+
+
+def follow_correction(slave: Axis, table_id: int, position: float | None = None) -> int:
+    """Run a correction table once, from now or from a master position on (0x46).
+
+    Its slave positions are added from where it begins; its stroke remains.
+    """
+    if slave.coupling != SlaveType.MULTI_TABULAR:
+        return NcError.SLAVE_TYPE
+    begins = CamActivation.INSTANTANEOUS
+    if position is not None:
+        begins = CamActivation.MASTER_AXIS_POSITION
+    demand = CamDemand(table_id, activation=begins, position=position or 0.0)
+    code = _why_not(slave, demand, _AT_COUPLING)
+    if code:
+        return code
+    if any(slave.cam_list) and table_id not in slave.cam_list:
+        return NcError.TABLE_NOT_FOUND
+    ran = _layer_of(slave, table_id) if table_id else None
+    if ran is not None and not ran.once:
+        return NcError.SLAVE_TABLE_IN_USE
+    try:
+        cam = slave.tables.cam(table_id, demand.interpolation)
+    except TableError as fault:
+        return fault.error
+    axes = list(slave.fellows.values())
+    if ran is not None:  # what it has added remains
+        _order(ran, CHANGE_EXCHANGE, demand, cam)
+        slave.cam_changes = 1
+        slave.wake()
+        return OK
+    return _add(slave, axes[slave.cams[0].master].axis_id, demand, cam, once=1)
+
+
+def end_profile(slave: Axis, table_id: int) -> int:
+    """Take a cam out at the end of its cycle (0x47)."""
+    if slave.coupling != SlaveType.MULTI_TABULAR:
+        return NcError.SLAVE_TYPE
+    return _remove(slave, CamDemand(table_id, activation=CamActivation.NEXT_CYCLE))
+
+
+def last_correction(slave: Axis, table_id: int) -> float | None:
+    """What a correction table that runs or has run has added so far (0x48); None: none has."""
+    if slave.coupling == SlaveType.MULTI_TABULAR:
+        for layer in slave.cams[: slave.cam_count]:
+            if layer.table == table_id and layer.once:
+                return layer.part
+    return None

@@ -1,0 +1,381 @@
+"""Couplings: let an axis follow others, change how, and let it go again.
+
+Services that couple by a law of their own use `why_not_slave` and `begin_coupling`.
+"""
+
+from collections.abc import Callable, Sequence
+from math import isfinite
+
+from achse.codes import NcError
+from achse.motion.axis import Axis
+from achse.motion.checks import OK, why_not_dynamics, why_not_velocity
+from achse.motion.commands.queue import busy, dynamics, next_number
+from achse.motion.commands.starts import universal_start
+from achse.motion.commands.stops import oriented_stop
+from achse.motion.couplings.table import Coupling, count_from_here, law_of
+from achse.motion.fields.coupling import COUPLING_PARAMETERS
+from achse.motion.jobs import ask
+from achse.motion.order import CouplingRing
+from achse.motion.setpoint import absorb, begin_job, begin_stop, drop_job, end_homing
+from achse.motion.states import (
+    AxisType,
+    CommandState,
+    DecouplingType,
+    MotionPhase,
+    SlaveType,
+    StartType,
+)
+
+__all__ = [
+    "LARGEST_PARAMETER",
+    "begin_coupling",
+    "change_coupling",
+    "couple",
+    "couple_to_several",
+    "decouple",
+    "decouple_and_start",
+    "decouple_with_follow_up",
+    "stop_slave",
+    "why_not_slave",
+]
+
+LARGEST_PARAMETER = 1e6
+"""Parameters of couplings are up to this, either sign (002 §6.4.4.3)."""
+
+
+def couple(
+    slave: Axis,
+    slave_type: int,
+    master_id: int,
+    master_subindex: int = 0,
+    slave_subindex: int = 0,
+    *parameters: float,
+) -> int:
+    """Let an axis follow another one (0x40); positions do not jump.
+
+    Four parameters, what is not given is 0; what they mean is said by the law. Both axes stand,
+    unless the law couples in motion.
+    """
+    given = (*parameters, 0.0, 0.0, 0.0, 0.0)[:COUPLING_PARAMETERS]
+    law = law_of(slave_type)
+    if law is None or not law.by_parameters:
+        return NcError.SLAVE_TYPE
+    if master_subindex or slave_subindex:  # of table and group places, which no such type has
+        return NcError.SLAVE_COUPLING_PARAMETER
+    code = why_not_slave(slave)
+    if code:
+        return code
+    return begin_coupling(
+        slave,
+        slave_type,
+        (master_id, *law.others(given)),
+        given,
+        moving=law.moving,
+        prepare=lambda masters: _why_not_parameters(slave, masters, law, given),
+    )
+
+
+def couple_to_several(
+    slave: Axis,
+    slave_type: int,
+    master_ids: Sequence[int],
+    acceleration: float,
+    deceleration: float = 0.0,
+    jerk: float = 0.0,
+    velocity: float = 0.0,
+) -> int:
+    """Let an axis follow up to four masters with the ratios of the cyclic interface (0x40).
+
+    Ids of 0 name no master; the first one is there. Dynamics of 0 are the axis defaults, a jerk or
+    velocity of 0 does not limit. All may be in motion: the slave reaches v = Σ g · v by its ramp.
+    """
+    if slave_type not in _OF_SEVERAL:
+        return NcError.SLAVE_TYPE
+    code = why_not_slave(slave)
+    if code:
+        return code
+    given = acceleration, deceleration, jerk, velocity
+    if not all(isfinite(each) and each >= 0.0 for each in given) or not master_ids[0]:
+        return NcError.SLAVE_COUPLING_PARAMETER
+    places = [place for place, id in enumerate(master_ids) if id]
+    ids = [master_ids[place] for place in places]
+    if len(set(ids)) < len(ids):
+        return NcError.SLAVE_COUPLING_PARAMETER
+    ramp = dynamics(slave, acceleration, deceleration or acceleration, jerk)
+    code = why_not_dynamics(slave, *ramp)
+    if code:
+        return code
+
+    def prepare(masters: Sequence[Axis]) -> int:
+        slave.gear_acceleration, slave.gear_deceleration = ramp[:2]
+        slave.gear_jerk, slave.gear_velocity = jerk, velocity
+        for n, place in enumerate(places):
+            slave.ratio_place[n], slave.ratio[n] = place, 0.0
+        return OK
+
+    return begin_coupling(
+        slave,
+        SlaveType.MULTI_MASTER,
+        ids,
+        moving=True,
+        slave_moves=True,
+        prepare=prepare,
+    )
+
+
+_OF_SEVERAL = (
+    SlaveType.CYCLIC_GEAR,
+    SlaveType.SEVERAL_CYCLIC_GEARS,
+    SlaveType.MULTI_MASTER,
+)
+"""Slave types of the longer forms, all the same; 002 prints none."""
+
+
+def why_not_slave(slave: Axis) -> int:
+    """What forbids that this axis becomes a slave at all."""
+    if slave.axis_disabled:
+        return NcError.AXIS_NOT_READY
+    if slave.error_code:
+        return slave.error_code
+    if slave.grouped:
+        return NcError.FUNCTION_NOT_ALLOWED
+    if slave.motion_locked:
+        return NcError.AXIS_LOCKED_BY_STOP
+    if slave.external_setpoint_active:
+        return NcError.EXTERNAL_GENERATOR_ACTIVE
+    if slave.axis_type in (AxisType.ENCODER, AxisType.DISCRETE_RAPID_CREEP):
+        return NcError.AXIS_INCOMPATIBLE
+    return NcError.SLAVE_ADDRESS if slave.coupling else OK
+
+
+def _moves(axis: Axis) -> bool:
+    """Whether an axis has a job, or is led along by its own masters; an encoder axis, whether it
+    goes farther than an increment in a cycle."""
+    if axis.axis_type == AxisType.ENCODER:
+        return abs(axis.actual_velocity) * axis.cycle_ns > axis.encoder.scaling_factor * 1e9
+    own = busy(axis) and axis.set_motion_phase != MotionPhase.COUPLED
+    return own or axis.set_velocity != 0.0
+
+
+def _ready(masters: Sequence[Axis]) -> int:
+    """Nothing more to demand."""
+    return OK
+
+
+def begin_coupling(
+    slave: Axis,
+    coupling: int,
+    master_ids: Sequence[float],
+    parameters: Sequence[float] = (),
+    *,
+    moving: bool = False,
+    slave_moves: bool = False,
+    prepare: Callable[[Sequence[Axis]], int] = _ready,
+) -> int:
+    """Let an axis that may be a slave (`why_not_slave`) follow these masters by a law.
+
+    Masters stand unless `moving`, the slave unless `slave_moves`; what it does then goes over into
+    the coupling. `prepare` gets the masters: it refuses with a code, or fills the law's memory.
+    The law's `base` comes last.
+    """
+    masters = [slave.fellows[int(n)] for n in master_ids if n in slave.fellows]
+    if len(masters) < len(master_ids):
+        return NcError.ADDRESS_MASTER_AXIS
+    code = prepare(masters)
+    if code:
+        return code
+    for master in masters:
+        if master.axis_type == AxisType.DISCRETE_RAPID_CREEP:
+            return NcError.AXIS_INCOMPATIBLE
+        if master.error_code:
+            return master.error_code
+    standing = (*(() if slave_moves else (slave,)), *(() if moving else masters))
+    if any(map(_moves, standing)):
+        return NcError.COUPLING_DURING_JOB
+    try:
+        slave.follow(coupling, masters)
+    except CouplingRing:
+        return NcError.MASTER_NOT_INSERTED
+    for n, value in enumerate(parameters):
+        slave.coupling_parameter[n] = value
+    absorb(slave)
+    end_homing(slave)
+    slave.buffer_count = slave.switch_armed = 0
+    job = slave.job
+    job.timing = 0
+    job.acceleration, job.deceleration, job.jerk = dynamics(slave, 0.0, 0.0, 0.0)  # of its stops
+    if slave.set_command_state == CommandState.ACTIVE:
+        slave.set_command_state = CommandState.ABORTED
+    if slave.loop_closed:
+        slave.set_motion_phase = MotionPhase.COUPLED
+    count_from_here(slave, slave.rows)
+    return OK
+
+
+def _why_not_parameters(
+    slave: Axis, masters: Sequence[Axis], law: Coupling, parameters: Sequence[float]
+) -> int:
+    if not all(isfinite(each) and abs(each) <= LARGEST_PARAMETER for each in parameters):
+        return NcError.SLAVE_COUPLING_PARAMETER
+    return law.why_not(slave, masters, parameters) if law.why_not else NcError.SLAVE_TYPE
+
+
+def change_coupling(slave: Axis, *parameters: float) -> int:
+    """Change the parameters of a coupling at work (0x42).
+
+    A new gear ratio of slave type 1 acts at once: the velocity jumps, the position does not.
+    """
+    law = law_of(slave.coupling)
+    if law is None or law.why_not is None:
+        return NcError.SLAVE_TYPE
+    axes = list(slave.fellows.values())
+    masters = [axes[row] for row in slave.followed]
+    others = tuple(master.axis_id for master in masters[1:])
+    if law.by_parameters and law.others(parameters) != others:
+        return NcError.SLAVE_COUPLING_PARAMETER
+    code = _why_not_parameters(slave, masters, law, parameters)
+    if code:
+        return code
+    for n, value in enumerate(parameters):
+        slave.coupling_parameter[n] = value
+    if law.change is None:
+        count_from_here(slave, slave.rows)
+    else:
+        law.change(slave, slave.rows)
+    slave.wake()
+    return OK
+
+
+def decouple(slave: Axis) -> int:
+    """Let a slave go (0x41): a standing one rests, a moving one keeps its velocity, endlessly."""
+    if not slave.coupling:
+        return NcError.DECOUPLING_NOT_POSSIBLE
+    if slave.set_velocity == 0.0 and slave.set_acceleration == 0.0:
+        _free(slave)
+        drop_job(slave)
+        return OK
+    return decouple_with_follow_up(slave, DecouplingType.ENDLESS)
+
+
+def decouple_with_follow_up(
+    slave: Axis,
+    decoupling_type: int,
+    position: float = 0.0,
+    velocity: float = 0.0,
+    acceleration: float = 0.0,
+    deceleration: float = 0.0,
+    jerk: float = 0.0,
+) -> int:
+    """Let a slave go, and what it does then (0x41): one of `DecouplingType`.
+
+    It goes on from the position, velocity and acceleration that it has. Position and velocity count
+    only where the type names them; dynamics of 0 are the axis defaults. The override of the axis,
+    which a slave has none of, acts from then on.
+    """
+    if not slave.coupling:
+        return NcError.DECOUPLING_NOT_POSSIBLE
+    if decoupling_type not in DecouplingType.__members__.values():
+        return NcError.DECOUPLING_TYPE
+    given = dynamics(slave, acceleration, deceleration, jerk)
+    code = why_not_dynamics(slave, *given)
+    if code:
+        return code
+    if decoupling_type in (
+        DecouplingType.ENDLESS_NEW_VELOCITY,
+        DecouplingType.NEW_POSITION_AND_VELOCITY,
+    ) and why_not_velocity(slave, velocity):
+        return NcError.DECOUPLING_VELOCITY
+    match decoupling_type:
+        case DecouplingType.STOP:
+            _free(slave)
+            slave.job.acceleration = given[0]
+            begin_stop(slave, *given[1:])
+            return OK
+        case DecouplingType.INSTANTANEOUS_STOP:
+            _free(slave)
+            drop_job(slave)
+            return OK
+        case DecouplingType.ORIENTED_STOP:
+            return _stop_oriented(slave, position, given)
+        case DecouplingType.ENDLESS:
+            reached = _run_out(slave, given[2])
+            _endless(slave, reached, abs(reached), given)
+            return OK
+        case DecouplingType.ENDLESS_NEW_VELOCITY:
+            _endless(slave, slave.set_velocity or 1.0, velocity, given)
+            return OK
+        case DecouplingType.NEW_POSITION:
+            velocity = abs(_run_out(slave, given[2]))
+            if velocity == 0.0:  # from rest there is no velocity to keep
+                return NcError.DECOUPLING_VELOCITY
+    return decouple_and_start(slave, StartType.ABSOLUTE, position, velocity, *given)
+
+
+def _free(slave: Axis) -> None:
+    """Follow nobody; set values stay what they are.
+
+    The jerk that takes a deceleration away in time is at least that before rest.
+    """
+    slave.release()
+    absorb(slave)
+    v, a = slave.set_velocity, slave.set_acceleration
+    slave.running_jerk = a * a / abs(v) if a * v < 0.0 else 0.0
+
+
+def _run_out(slave: Axis, jerk: float) -> float:
+    """Velocity once the acceleration is taken away; not across rest."""
+    v, a = slave.set_velocity, slave.set_acceleration
+    reached = v + a * abs(a) / (2.0 * jerk)
+    return 0.0 if reached * v < 0.0 else reached
+
+
+def _endless(
+    slave: Axis, heading: float, velocity: float, given: tuple[float, float, float]
+) -> None:
+    """Go on at `velocity`, in the direction of `heading`; without either, come to rest."""
+    _free(slave)
+    if velocity == 0.0:
+        slave.job.acceleration = given[0]
+        begin_stop(slave, *given[1:])
+        return
+    start_type = StartType.ENDLESS_POSITIVE if heading > 0.0 else StartType.ENDLESS_NEGATIVE
+    ask(slave.job, next_number(slave), start_type, 0.0, velocity, *given, 0.0)
+    begin_job(slave)
+
+
+def _stop_oriented(slave: Axis, position: float, given: tuple[float, float, float]) -> int:
+    """Come to rest at a position within the period."""
+    job = slave.job
+    job.acceleration, job.deceleration, job.jerk = given
+    job.velocity = abs(slave.set_velocity)
+    phase = slave.set_motion_phase
+    slave.set_motion_phase = MotionPhase.ENDLESS
+    code = _as_free(slave, oriented_stop, position, *given[1:])
+    if code:
+        slave.set_motion_phase = phase
+    return code
+
+
+def _as_free(slave: Axis, command: Callable[..., int], *arguments: float) -> int:
+    """A command as an axis takes it that follows nobody; refused, the slave stays coupled."""
+    coupling, slave.coupling = slave.coupling, 0
+    code = command(slave, *arguments)
+    slave.coupling = coupling
+    if not code:
+        slave.release()
+    return code
+
+
+def decouple_and_start(slave: Axis, start_type: int, *arguments: float) -> int:
+    """Uncouple a slave and start it (0x17); an axis that is not a slave cannot be uncoupled."""
+    if not slave.coupling:
+        return NcError.DECOUPLING_NOT_POSSIBLE
+    return _as_free(slave, universal_start, start_type, *arguments)
+
+
+def stop_slave(slave: Axis) -> int:
+    """Stop a flying saw and uncouple it (0x44); other slaves have no motion of their own."""
+    law = law_of(slave.coupling)
+    if law is not None and law.stops:
+        return decouple_with_follow_up(slave, DecouplingType.STOP)
+    return NcError.FUNCTION_FOR_SLAVE if slave.coupling else NcError.FUNCTION_NOT_AVAILABLE

@@ -1,0 +1,317 @@
+"""Ways on which a slave comes to run with its master: by the master's position, or by time.
+
+By position the way is one polynomial over the master, or three (two curves and constant velocity
+between them). It is the same at any velocity of the master, and the slave goes back on it when the
+master does. By time the slave is changed over with limited acceleration and jerk.
+
+Velocities over the master are slave units per master unit; times its velocity they are those of the
+axis. u is the share of a piece, 0 … 1.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from collections.abc import MutableSequence, Sequence
+
+from achse.motion.couplings.chase import approach_velocity, settle
+from achse.motion.fields.synchronising import SYNC_TERMS
+from achse.motion.record import AxisFields
+from achse.motion.states import AxisType, MotionState, SynchronisingBit
+
+__all__ = [
+    "AT_REST",
+    "BY_POSITION",
+    "BY_TIME",
+    "INACTIVE",
+    "LINEAR",
+    "NO_WAY",
+    "SETTLING",
+    "STOPPING",
+    "begin_approach",
+    "follow_approach",
+    "heading_of",
+    "line",
+    "meet",
+    "place_at",
+    "quintic",
+    "ramp",
+    "run_with",
+    "take_gear",
+    "weak_ramp",
+]
+
+INACTIVE = 0
+BY_POSITION = 1
+BY_TIME = 2
+LINEAR = 3
+STOPPING = 4
+SETTLING = 6
+"""What makes the set point: nothing, a way over the master, a change over in time, the gear, a stop
+because the master went back, the last of a change over to a master that trembles. 5 is a modulo
+saw's own."""
+
+
+AT_REST = 1e-9
+"""A master that is slower stands: no way over it can be computed from its velocity."""
+
+NO_WAY = 1e-9
+"""A way of the master that is shorter is none."""
+
+
+def quintic(
+    terms: MutableSequence[float],
+    first: int,
+    length: float,
+    begin: float,
+    height: float,
+    slope: float,
+    bend: float,
+    end_slope: float,
+) -> None:
+    """The way of `height` over `length` from velocity and acceleration to `end_slope`.
+
+    It ends without acceleration. Velocities and accelerations are those over the master.
+    """
+    c1 = slope * length
+    c2 = 0.5 * bend * length * length
+    a = height - c1 - c2
+    b = end_slope * length - c1 - 2.0 * c2
+    c = -2.0 * c2
+    terms[first] = begin
+    terms[first + 1] = c1
+    terms[first + 2] = c2
+    terms[first + 3] = 10.0 * a - 4.0 * b + 0.5 * c
+    terms[first + 4] = -15.0 * a + 7.0 * b - c
+    terms[first + 5] = 6.0 * a - 3.0 * b + 0.5 * c
+
+
+def ramp(
+    terms: MutableSequence[float],
+    first: int,
+    length: float,
+    begin: float,
+    slope: float,
+    end_slope: float,
+) -> None:
+    """From one velocity to another over `length`, without acceleration at both ends (cubic)."""
+    change = (end_slope - slope) * length
+    terms[first] = begin
+    terms[first + 1] = slope * length
+    terms[first + 2] = 0.0
+    terms[first + 3] = change
+    terms[first + 4] = -0.5 * change
+    terms[first + 5] = 0.0
+
+
+def line(
+    terms: MutableSequence[float], first: int, length: float, begin: float, slope: float
+) -> None:
+    """Constant velocity over `length`."""
+    ramp(terms, first, length, begin, slope, slope)
+
+
+def weak_ramp(
+    terms: MutableSequence[float], first: int, length: float, slope: float, smooth: bool
+) -> None:
+    """From rest to a velocity over `length`: the velocity is a line, or `smooth` a cubic curve."""
+    if smooth:
+        ramp(terms, first, length, 0.0, 0.0, slope)
+        return
+    line(terms, first, length, 0.0, 0.0)
+    terms[first + 2] = 0.5 * slope * length
+
+
+def place_at(
+    terms: Sequence[float], first: int, length: float, u: float
+) -> tuple[float, float, float, float]:
+    """Position and its three derivatives by the master's way, at the share `u` of a piece."""
+    c1 = terms[first + 1]
+    c2 = terms[first + 2]
+    c3 = terms[first + 3]
+    c4 = terms[first + 4]
+    c5 = terms[first + 5]
+    s = terms[first] + u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5))))
+    d1 = c1 + u * (2.0 * c2 + u * (3.0 * c3 + u * (4.0 * c4 + u * 5.0 * c5)))
+    d2 = 2.0 * c2 + u * (6.0 * c3 + u * (12.0 * c4 + u * 20.0 * c5))
+    d3 = 6.0 * c3 + u * (24.0 * c4 + u * 60.0 * c5)
+    return s, d1 / length, d2 / (length * length), d3 / (length * length * length)
+
+
+def heading_of(velocity: float) -> float:
+    """Its sign; 0 of a master at rest, which may go either way."""
+    if abs(velocity) < AT_REST:
+        return 0.0
+    return 1.0 if velocity > 0.0 else -1.0
+
+
+def begin_approach(
+    ax: AxisFields, seen: float, velocity: float, acceleration: float, gear: float
+) -> None:
+    """Count from here, where the slave sees its master at a position and with a velocity."""
+    ax.gear = gear
+    ax.slave_base = ax.set_position
+    ax.sync_seen = seen
+    ax.sync_begin = seen
+    ax.sync_moved = 1 if ax.set_velocity != 0.0 or ax.set_acceleration != 0.0 else 0
+    ax.sync_begin_position = ax.set_position
+    ax.sync_begin_velocity = ax.set_velocity
+    ax.sync_begin_acceleration = ax.set_acceleration
+    ax.sync_master_velocity = velocity
+    ax.sync_master_acceleration = acceleration
+    ax.sync_lead_velocity = gear * velocity
+    ax.sync_lead_acceleration = gear * acceleration
+    ax.sync_heading = heading_of(velocity)
+    ax.sync_offset = 0.0
+    ax.sync_count = 0
+    ax.sync_method = BY_TIME
+    ax.sync_state = MotionState.SLAVE_SYNCHRONISING
+
+
+def meet(ax: AxisFields, master_way: float, slave_way: float) -> None:
+    """Meet the master where it will be after its way; the slave goes `slave_way` until then.
+
+    By one polynomial of the fifth degree; `begin_approach` was before. Where slave or master have
+    an acceleration it begins with that, unless it is to be ignored.
+    """
+    heading = -1.0 if master_way < 0.0 else 1.0
+    velocity = heading * ax.sync_master_velocity
+    slope = 0.0
+    bend = 0.0
+    if abs(velocity) >= AT_REST:
+        slope = ax.sync_begin_velocity / velocity
+        own = 0.0
+        if ax.sync_mask & SynchronisingBit.IGNORE_SLAVE_ACCELERATION == 0:
+            own = ax.sync_begin_acceleration
+        if ax.sync_mask & SynchronisingBit.IGNORE_MASTER_ACCELERATION == 0:
+            own -= slope * heading * ax.sync_master_acceleration
+        bend = own / (velocity * velocity)
+    ax.sync_heading = heading
+    ax.sync_length[0] = heading * master_way
+    ax.sync_count = 1
+    ax.sync_method = BY_POSITION
+    end_slope = heading * ax.gear
+    quintic(ax.sync_terms, 0, heading * master_way, 0.0, slave_way, slope, bend, end_slope)
+
+
+def run_with(ax: AxisFields, slave: float, master: float, gear: float) -> None:
+    """Run with the master from now on: the slave is at `slave` where it sees it at `master`."""
+    ax.slave_base = slave
+    ax.master_base[0] = master
+    ax.gear = gear
+    ax.sync_method = LINEAR
+    ax.sync_state = MotionState.SLAVE_SYNCHRONOUS
+
+
+def take_gear(ax: AxisFields, velocity: float, acceleration: float, gear: float) -> None:
+    """Another gear on the way in time, where the slave sees its master move like this."""
+    ax.gear = gear
+    ax.sync_lead_velocity = gear * velocity
+    ax.sync_lead_acceleration = gear * acceleration
+    ax.sync_method = BY_TIME
+
+
+def _stand(ax: AxisFields) -> None:
+    ax.set_velocity = 0.0
+    ax.set_acceleration = 0.0
+    ax.set_jerk = 0.0
+
+
+def _stop_because_it_goes_back(ax: AxisFields) -> None:
+    """The master is behind where it was at coupling: come to rest and stay there."""
+    ax.sync_method = STOPPING
+    ax.sync_state = MotionState.INACTIVE
+    ax.sync_lead_velocity = 0.0
+    ax.sync_lead_acceleration = 0.0
+    if ax.sync_mask & SynchronisingBit.INSTANT_STOP_ON_ROLLBACK:
+        ax.sync_method = INACTIVE
+
+
+def _by_position(
+    ax: AxisFields, seen: float, velocity: float, acceleration: float, jerk: float
+) -> None:
+    """One cycle of the way over the master."""
+    way = ax.sync_heading * (seen - ax.sync_begin)
+    if way < 0.0:
+        if ax.sync_moved:
+            _stop_because_it_goes_back(ax)
+            return
+        ax.set_position = ax.slave_base
+        ax.sync_state = MotionState.SLAVE_PREPHASE
+        _stand(ax)
+        return
+    piece = 0
+    for _ in range(ax.sync_count):
+        if way < ax.sync_length[piece]:
+            break
+        way -= ax.sync_length[piece]
+        piece += 1
+    last = ax.sync_count - 1
+    if piece > last:
+        length = ax.sync_length[last]
+        s, _, _, _ = place_at(ax.sync_terms, SYNC_TERMS * last, length, 1.0)
+        met = seen - ax.sync_heading * way
+        run_with(ax, ax.slave_base + s, met, ax.gear)
+        return
+    length = ax.sync_length[piece]
+    s, d1, d2, d3 = place_at(ax.sync_terms, SYNC_TERMS * piece, length, way / length)
+    v = ax.sync_heading * velocity
+    a = ax.sync_heading * acceleration
+    ax.set_position = ax.slave_base + s
+    ax.set_velocity = d1 * v
+    ax.set_acceleration = d2 * v * v + d1 * a
+    ax.set_jerk = d3 * v * v * v + 3.0 * d2 * v * a + d1 * ax.sync_heading * jerk
+    ax.sync_state = MotionState.SLAVE_SYNCHRONISING
+
+
+def _by_time(
+    ax: AxisFields, master: AxisFields, seen: float, velocity: float, acceleration: float, dt: float
+) -> None:
+    """One cycle of a change over to the velocity of the master."""
+    noisy = master.axis_type == AxisType.ENCODER
+    wanted = ax.gear * velocity
+    rising = 0.0 if noisy else ax.gear * acceleration
+    jerk = 0.0 if noisy else ax.gear * master.lead_jerk
+    way = ax.gear * (seen - ax.sync_seen)
+    too_fast = ax.sync_mask & SynchronisingBit.MAX_VELOCITY and abs(wanted) > ax.sync_velocity
+    if too_fast:
+        wanted = ax.sync_velocity if wanted > 0.0 else -ax.sync_velocity
+        rising = 0.0
+        jerk = 0.0
+        way = wanted * dt
+    if ax.sync_method == SETTLING and not too_fast:
+        if settle(ax, wanted, way, dt):
+            run_with(ax, ax.set_position, seen, ax.gear)
+        return
+    ax.sync_method = BY_TIME
+    if approach_velocity(ax, wanted, rising, jerk, way, noisy, dt) and not too_fast:
+        if noisy:
+            ax.sync_method = SETTLING
+            ax.quiet_cycles = 0
+        else:
+            run_with(ax, ax.set_position, seen, ax.gear)
+
+
+def follow_approach(
+    ax: AxisFields, master: AxisFields, seen: float, velocity: float, acceleration: float, dt: float
+) -> None:
+    """One cycle of a slave that comes to its master, or runs with it."""
+    if ax.sync_heading == 0.0:
+        ax.sync_heading = heading_of(velocity)
+    behind = ax.sync_heading * (seen - ax.sync_begin) < 0.0
+    if behind and ax.sync_method == LINEAR and ax.sync_mask & SynchronisingBit.ROLLBACK_LOCK:
+        _stop_because_it_goes_back(ax)
+    if ax.sync_method == BY_POSITION:
+        _by_position(ax, seen, velocity, acceleration, master.lead_jerk)
+    if ax.sync_method == BY_TIME or ax.sync_method == SETTLING:
+        _by_time(ax, master, seen, velocity, acceleration, dt)
+    elif ax.sync_method == STOPPING and approach_velocity(ax, 0.0, 0.0, 0.0, 0.0, False, dt):
+        ax.sync_method = INACTIVE
+    if ax.sync_method == INACTIVE:
+        ax.sync_state = MotionState.INACTIVE
+        _stand(ax)
+    elif ax.sync_method == LINEAR:
+        ax.set_position = ax.slave_base + ax.gear * (seen - ax.master_base[0])
+        ax.set_velocity = ax.gear * velocity
+        ax.set_acceleration = ax.gear * acceleration
+        ax.set_jerk = ax.gear * master.lead_jerk
+    ax.sync_seen = seen
+    ax.set_gear_ratio = ax.gear

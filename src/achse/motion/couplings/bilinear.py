@@ -1,0 +1,70 @@
+"""Slave type 16, bi-linear: s = s0 + g1 · (M1 - M10) + g2 · (M2 - M20), for example to tap threads.
+
+The slave has set values only while master 1 moves logically: it has a job, at override 0 too, or
+its set point moves. Else the slave stands, whatever master 2 does, and counts from there.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from collections.abc import Sequence
+
+from achse.codes import NcError
+from achse.motion.couplings.masters import seen, seen_acceleration, seen_jerk, seen_velocity
+from achse.motion.record import AxisFields
+from achse.motion.rows import NcRows
+from achse.motion.states import MotionPhase
+
+__all__ = ["base", "others", "step", "why_not"]
+
+
+def base(ax: AxisFields, rows: NcRows) -> None:
+    """Count from here: where the slave and both masters are now."""
+    ax.slave_base = ax.set_position
+    ax.master_base[0] = seen(ax, rows, 0)
+    ax.master_base[1] = seen(ax, rows, 1)
+    ax.gear = ax.coupling_parameter[0]
+
+
+def _moves(ax: AxisFields, rows: NcRows) -> int:
+    """Whether master 1 moves logically."""
+    phase = rows.axes[ax.master[0]].set_motion_phase
+    if phase != MotionPhase.NONE and phase != MotionPhase.COUPLED:
+        return 1
+    return 1 if seen_velocity(ax, rows, 0) != 0.0 else 0
+
+
+def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    """One cycle of the law."""
+    moves = _moves(ax, rows)
+    first = ax.coupling_parameter[0]
+    second = ax.coupling_parameter[1]
+    ax.set_gear_ratio = first
+    if moves or ax.master_moved:  # the last part of its way, too
+        ax.set_position = (
+            ax.slave_base
+            + first * (seen(ax, rows, 0) - ax.master_base[0])
+            + second * (seen(ax, rows, 1) - ax.master_base[1])
+        )
+        ax.set_velocity = first * seen_velocity(ax, rows, 0) + second * seen_velocity(ax, rows, 1)
+        ax.set_acceleration = first * seen_acceleration(ax, rows, 0)
+        ax.set_acceleration += second * seen_acceleration(ax, rows, 1)
+        ax.set_jerk = first * seen_jerk(ax, rows, 0)
+        ax.set_jerk += second * seen_jerk(ax, rows, 1)
+    if moves == 0:
+        ax.set_velocity = 0.0
+        ax.set_acceleration = 0.0
+        ax.set_jerk = 0.0
+        base(ax, rows)
+    ax.master_moved = moves
+
+
+def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
+    """Parameters 1 and 2 are the gear ratios, not 0; parameter 3 is the id of master 2."""
+    if parameters[0] == 0.0 or parameters[1] == 0.0:
+        return NcError.GEAR_FACTOR_ZERO
+    return NcError.SLAVE_COUPLING_PARAMETER if masters[0] == masters[1] else 0
+
+
+def others(parameters: Sequence[float]) -> tuple[float, ...]:
+    """Id of master 2."""
+    return (parameters[2],)

@@ -1,0 +1,62 @@
+"""Characteristic values of a slave that synchronises (002 §6.4.4.2, 0x4100 + ID:0x26)."""
+
+from typing import TYPE_CHECKING
+
+from achse.motion.couplings.approach import AT_REST
+from achse.motion.couplings.course import SlaveCourse, course_by_time, course_over_master
+from achse.motion.states import SlaveType
+
+if TYPE_CHECKING:
+    from achse.motion.axis import Axis
+
+__all__ = ["CHARACTERISTIC_VALUES", "characteristic_of", "course_of"]
+
+CHARACTERISTIC_VALUES = 64
+"""Numbers in the answer; those behind the 31 that the manual names are 0."""
+
+_SYNCHRONISING = (
+    SlaveType.FLYING_SAW_VELOCITY,
+    SlaveType.FLYING_SAW_POSITION,
+    SlaveType.SYNCHRONISING_VELOCITY,
+    SlaveType.SYNCHRONISING_POSITION,
+)
+
+
+def course_of(slave: "Axis") -> SlaveCourse | None:
+    """The course on which a slave synchronises or did; None for others.
+
+    It is that of the master's velocity at coupling, of 1 if it stood.
+    """
+    if slave.coupling not in _SYNCHRONISING:
+        return None
+    (row,) = slave.followed
+    begin = slave.sync_begin + slave.rows.axes[row].lead_offset
+    velocity = slave.sync_master_velocity
+    if slave.sync_count:
+        if abs(velocity) < AT_REST:
+            velocity = slave.sync_heading
+        lengths = list(slave.sync_length[: slave.sync_count])
+        terms = list(slave.sync_terms)
+        return course_over_master(begin, velocity, slave.sync_begin_position, lengths, terms)
+    state = slave.sync_begin_position, slave.sync_begin_velocity, slave.sync_begin_acceleration
+    limits = slave.sync_acceleration, slave.sync_deceleration, slave.sync_jerk
+    return course_by_time(begin, velocity, state, slave.gear * velocity, limits)
+
+
+def characteristic_of(course: SlaveCourse) -> list[float]:
+    """64 numbers: master velocity, begin and end of both, extremes and where they are, means."""
+
+    def master(time: float) -> float:
+        return course.master_begin + course.master_velocity * time
+
+    begin = [master(0.0), *(course.begin(order) for order in range(4))]
+    end = [master(course.duration), *(course.end(order) for order in range(4))]
+    values = [course.master_velocity, *begin, *end]
+    for extreme in (course.least, course.most):
+        for order in range(3):
+            place = extreme(order)
+            values += [master(place.time), place.value]
+        velocity = course.velocity_at(place.time)
+        values += [velocity, extreme(3).value, velocity * place.value]
+    values += [course.mean_speed(), course.effective_acceleration()]
+    return values + [0.0] * (CHARACTERISTIC_VALUES - len(values))

@@ -1,0 +1,242 @@
+"""Run up to a target that moves: its velocity, or its velocity and position, with limited jerk.
+
+What is between slave and target is taken away by a profile of its own, as fast as the limits allow,
+and the motion of the target is added. While the target keeps its velocity that is the fastest way.
+A target that changes its velocity takes its part of the limits; one that changes it more than the
+slave may is followed as far as the limits allow.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from achse.motion.profile import plan_to_position, plan_to_velocity
+from achse.motion.record import AxisFields
+from achse.motion.segments import segment_acceleration, segment_position, segment_velocity
+
+__all__ = ["approach_place", "approach_velocity", "limits_beside", "settle", "settle_place"]
+
+_LEFT = 0.05
+"""Share of a limit that is for coming nearer, whatever the target takes."""
+
+_ROUNDED = 1e-9
+
+_DIGITS = 1e-12
+
+
+def limits_beside(
+    ax: AxisFields, velocity: float, rising: float, jerk: float
+) -> tuple[float, float]:
+    """Acceleration and jerk that a target of this velocity and acceleration leaves to the slave."""
+    v = ax.set_velocity
+    limit = ax.sync_acceleration
+    if v * velocity < 0.0:  # it passes rest: both limits
+        if ax.sync_deceleration < limit:
+            limit = ax.sync_deceleration
+    elif abs(v) > abs(velocity):
+        limit = ax.sync_deceleration
+    left = limit - abs(rising)
+    if left < _LEFT * limit:
+        left = _LEFT * limit
+    jerk_left = ax.sync_jerk - abs(jerk)
+    if jerk_left < _LEFT * ax.sync_jerk:
+        jerk_left = _LEFT * ax.sync_jerk
+    return left, jerk_left
+
+
+def _walk(
+    ax: AxisFields, count: int, dt: float, v: float, a: float
+) -> tuple[bool, float, float, float]:
+    """A cycle along the planned segments: whether they end in it; way, velocity, acceleration."""
+    left = dt
+    p = 0.0
+    for i in range(count):
+        if left <= 0.0:
+            break
+        t = ax.segment_time[i]
+        if t > left:
+            t = left
+        j = ax.segment_jerk[i]
+        p = segment_position(t, j, p, v, a)
+        v = segment_velocity(t, j, v, a)
+        a = segment_acceleration(t, j, a)
+        left -= ax.segment_time[i]
+    return left > 0.0, p, v, a
+
+
+def _most(ax: AxisFields, velocity: float, change: float, dt: float) -> float:
+    """Largest acceleration in a cycle whose velocity changes to this way, or goes on changing."""
+    limit = ax.sync_acceleration if change * velocity >= 0.0 else ax.sync_deceleration
+    if ax.set_velocity * velocity < 0.0:
+        if ax.sync_acceleration < limit:
+            limit = ax.sync_acceleration
+        if ax.sync_deceleration < limit:
+            limit = ax.sync_deceleration
+    before = abs(ax.set_acceleration) - ax.sync_jerk * dt
+    return before if before > limit else limit
+
+
+def _kept(ax: AxisFields, velocity: float, acceleration: float, dt: float) -> float:
+    """The acceleration nearest to this one that the limits allow in this cycle."""
+    before = ax.set_acceleration
+    change = ax.sync_jerk * dt
+    limit = _most(ax, velocity, acceleration, dt)
+    kept = acceleration
+    if kept > before + change:
+        kept = before + change
+    elif kept < before - change:
+        kept = before - change
+    if kept > limit:
+        kept = limit
+    elif kept < -limit:
+        kept = -limit
+    return kept
+
+
+def _changes_too_fast(ax: AxisFields, velocity: float, dt: float) -> bool:
+    """Whether no acceleration within the limits leads to this velocity in a cycle.
+
+    Those at its ends may be within them even so: they are samples, and a target that jumps has
+    others between.
+    """
+    change = velocity - ax.set_velocity
+    most = _most(ax, velocity, change, dt)
+    if abs(ax.set_acceleration) > most:
+        most = abs(ax.set_acceleration)
+    return abs(change) > most * dt + _DIGITS * (abs(velocity) + abs(ax.set_velocity))
+
+
+def _take(
+    ax: AxisFields,
+    velocity: float,
+    rising: float,
+    way: float,
+    p: float,
+    w: float,
+    b: float,
+    dt: float,
+) -> bool:
+    """Go where the target goes and `p` besides; less if that is beyond the limits (False)."""
+    before = ax.set_velocity
+    was = ax.set_acceleration
+    a = rising + b
+    v = velocity + w
+    kept = _kept(ax, v, a, dt)
+    exact = abs(kept - a) <= _ROUNDED * (abs(a) + abs(was)) and not _changes_too_fast(ax, v, dt)
+    moved = way + p
+    a = kept  # of rounding only, if exact
+    if not exact:
+        v = before + 0.5 * (was + a) * dt
+        moved = dt * (before + dt * (2.0 * was + a) / 6.0)
+    ax.set_position += moved
+    ax.set_velocity = v
+    ax.set_acceleration = a
+    ax.set_jerk = (a - was) / dt
+    ax.sync_offset += moved - way
+    ax.sync_lead_velocity = velocity
+    ax.sync_lead_acceleration = rising
+    return exact
+
+
+def approach_velocity(
+    ax: AxisFields, velocity: float, rising: float, jerk: float, way: float, noisy: bool, dt: float
+) -> bool:
+    """One cycle nearer to the velocity of a target; whether the slave has it.
+
+    `rising` is the acceleration of the target, `way` what it moved in this cycle. A `noisy` one is
+    met with what one cycle of acceleration changes.
+    """
+    w = ax.set_velocity - ax.sync_lead_velocity
+    b = ax.set_acceleration - ax.sync_lead_acceleration
+    limit, jerk_limit = limits_beside(ax, velocity, rising, jerk)
+    count = plan_to_velocity(ax.segment_time, ax.segment_jerk, w, b, 0.0, limit, limit, jerk_limit)
+    done, p, w, b = _walk(ax, count, dt, w, b)
+    if done:
+        w = 0.0
+        b = 0.0
+    exact = _take(ax, velocity, rising, way, p, w, b, dt)
+    if noisy:
+        return abs(ax.set_velocity - velocity) <= limit * dt
+    return done and exact
+
+
+def approach_place(
+    ax: AxisFields, velocity: float, rising: float, jerk: float, way: float, top: float, dt: float
+) -> bool:
+    """One cycle nearer to the place of a target, which is `-sync_offset` away; whether it is there.
+
+    `top` is the largest velocity beside it.
+    """
+    w = ax.set_velocity - ax.sync_lead_velocity
+    b = ax.set_acceleration - ax.sync_lead_acceleration
+    limit, jerk_limit = limits_beside(ax, velocity, rising, jerk)
+    offset = ax.sync_offset
+    count = plan_to_position(
+        ax.segment_time, ax.segment_jerk, offset, w, b, 0.0, 0.0, top, limit, limit, jerk_limit
+    )
+    done, p, w, b = _walk(ax, count, dt, w, b)
+    if done:
+        w = 0.0
+        b = 0.0
+        p = -offset
+    return _take(ax, velocity, rising, way, p, w, b, dt) and done
+
+
+def settle(ax: AxisFields, velocity: float, way: float, dt: float) -> bool:
+    """One cycle with a noisy target that the slave follows; whether nothing is left between them.
+
+    All that the target does is taken over, as it is from then on. What is left of velocity and
+    acceleration beside it goes within the limits.
+    """
+    ax.quiet_cycles = 0  # it is not done even if all stand
+    w = ax.set_velocity - ax.sync_lead_velocity
+    was = ax.set_acceleration
+    count = plan_to_velocity(
+        ax.segment_time,
+        ax.segment_jerk,
+        w,
+        was,
+        0.0,
+        ax.sync_acceleration,
+        ax.sync_deceleration,
+        ax.sync_jerk,
+    )
+    done, p, w, b = _walk(ax, count, dt, w, was)
+    if done:
+        w = 0.0
+        b = 0.0
+    ax.set_position += way + p
+    ax.set_velocity = velocity + w
+    ax.set_acceleration = b
+    ax.set_jerk = (b - was) / dt
+    ax.sync_lead_velocity = velocity
+    return done
+
+
+def settle_place(ax: AxisFields, velocity: float, way: float, top: float, dt: float) -> bool:
+    """One cycle with a noisy target that the slave follows, nearer to its place beside it, which is
+    `-sync_offset` away; whether it is there.
+
+    All that the target does is taken over. Within the limits is what the slave does besides, at
+    most with the velocity `top`.
+    """
+    ax.quiet_cycles = 0  # it is not done even if all stand
+    w = ax.set_velocity - ax.sync_lead_velocity
+    was = ax.set_acceleration
+    offset = ax.sync_offset
+    limit = ax.sync_acceleration
+    if ax.sync_deceleration < limit:
+        limit = ax.sync_deceleration
+    count = plan_to_position(
+        ax.segment_time, ax.segment_jerk, offset, w, was, 0.0, 0.0, top, limit, limit, ax.sync_jerk
+    )
+    done, p, w, b = _walk(ax, count, dt, w, was)
+    if done:
+        p = -offset
+        w = 0.0
+        b = 0.0
+    ax.set_position += way + p
+    ax.set_velocity = velocity + w
+    ax.set_acceleration = b
+    ax.set_jerk = (b - was) / dt
+    ax.sync_offset = offset + p
+    ax.sync_lead_velocity = velocity
+    return done

@@ -1,0 +1,158 @@
+"""Slave types 2 and 3, flying saws: the slave waits for its master, then runs with it.
+
+With positions (004 §3.1.4) the slave stands until the master is twice the slave's way before the
+place where both meet, and then gains its velocity: as a line (type 2) or without a jump of its
+acceleration (type 3). Type 2 without positions changes over to the velocity at once, by the
+dynamics of the axis (002 §6.4.9). A saw at an angle to its master is faster by 1 / sin angle; 90
+degrees are along the master.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from collections.abc import Sequence
+from math import sin
+
+from achse.codes import NcError
+from achse.motion.couplings.approach import (
+    BY_POSITION,
+    BY_TIME,
+    INACTIVE,
+    LINEAR,
+    NO_WAY,
+    SETTLING,
+    begin_approach,
+    follow_approach,
+    heading_of,
+    run_with,
+    take_gear,
+    weak_ramp,
+)
+from achse.motion.couplings.masters import look_at, seen, seen_acceleration, seen_velocity
+from achse.motion.record import AxisFields
+from achse.motion.rows import NcRows
+from achse.motion.states import MotionState, SlaveType
+
+__all__ = ["base", "change", "step", "why_not_position", "why_not_velocity"]
+
+_DEGREE = 0.017453292519943295
+_ALONG = 90.0
+_LEAST_ANGLE = 1e-6  # nearer to the normal of the path no saw keeps up with its master
+_LARGEST_GEAR = 1e6
+
+
+def _gear(parameters: Sequence[float]) -> float:
+    """Velocity of the slave by that of the master; a gear of 0 is 1."""
+    gear = parameters[3]
+    if gear == 0.0:
+        gear = 1.0
+    if parameters[2] == _ALONG:
+        return gear
+    return gear / sin(parameters[2] * _DEGREE)
+
+
+def _by_velocity(slave_type: int, parameters: Sequence[float]) -> bool:
+    """Whether it synchronises with the velocity alone."""
+    return (
+        slave_type == SlaveType.FLYING_SAW_VELOCITY
+        and parameters[0] == 0.0
+        and parameters[1] == 0.0
+    )
+
+
+def base(ax: AxisFields, rows: NcRows) -> None:
+    """Begin: wait for the master, or change over to its velocity; so does one that ran with its
+    master and had its loop open.
+
+    Where the master is too far already, the slave stays where it is.
+    """
+    master = rows.axes[ax.master[0]]
+    here = seen(ax, rows, 0)
+    velocity = seen_velocity(ax, rows, 0)
+    acceleration = seen_acceleration(ax, rows, 0)
+    gear = _gear(ax.coupling_parameter)
+    again = ax.sync_state == MotionState.SLAVE_SYNCHRONOUS
+    ax.sync_mask = 0
+    ax.sync_velocity = ax.max_velocity
+    ax.sync_acceleration = ax.default_acceleration
+    ax.sync_deceleration = ax.default_deceleration
+    ax.sync_jerk = ax.default_jerk
+    begin_approach(ax, here, velocity, acceleration, gear)
+    if again or _by_velocity(ax.coupling, ax.coupling_parameter):
+        return
+    length = 2.0 * (ax.coupling_parameter[1] - ax.set_position) / gear
+    heading = 1.0 if length > 0.0 else -1.0
+    begin = ax.coupling_parameter[0] - master.lead_offset - length
+    if heading * length < NO_WAY or (here - begin) * heading > 0.0:
+        ax.sync_method = INACTIVE
+        ax.sync_state = MotionState.INACTIVE
+        return
+    ax.sync_method = BY_POSITION
+    ax.sync_state = MotionState.SLAVE_PREPHASE
+    ax.sync_begin = begin
+    ax.sync_heading = heading
+    ax.sync_count = 1
+    ax.sync_length[0] = heading * length
+    smooth = ax.coupling == SlaveType.FLYING_SAW_POSITION
+    weak_ramp(ax.sync_terms, 0, heading * length, heading * gear, smooth)
+
+
+def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    """One cycle of the law; a phase shift of the slave moves what it sees of the master."""
+    master = rows.axes[ax.master[0]]
+    velocity = seen_velocity(ax, rows, 0)
+    acceleration = seen_acceleration(ax, rows, 0)
+    follow_approach(ax, master, seen(ax, rows, 0), velocity, acceleration, dt)
+
+
+def _why_not(
+    slave_type: int, ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]
+) -> int:
+    """The angle is above 0 and not above 90 degrees; the master has to be before where it begins.
+
+    A saw on its way by position takes no other parameters; one that runs with its master takes
+    another gear alone.
+    """
+    angle = parameters[2]
+    if not _LEAST_ANGLE <= angle <= _ALONG or abs(_gear(parameters)) > _LARGEST_GEAR:
+        return NcError.SLAVE_COUPLING_PARAMETER
+    if ax.coupling:
+        if ax.sync_method in (LINEAR, BY_TIME, SETTLING):
+            return 0
+        if ax.sync_state == MotionState.SLAVE_SYNCHRONISING:
+            return NcError.SYNCHRONISING_CONDITIONS
+    if _by_velocity(slave_type, parameters):
+        return 0
+    master = masters[0]
+    look_at(master)
+    length = 2.0 * (parameters[1] - ax.set_position) / _gear(parameters)
+    heading = heading_of(master.lead_velocity + ax.phasing_velocity) or 1.0
+    begin = parameters[0] - master.lead_offset - length
+    here = master.lead_position + ax.phasing_position
+    if length * heading < NO_WAY or (here - begin) * heading > 0.0:
+        return NcError.SLAVE_COUPLING_PARAMETER
+    return 0
+
+
+def why_not_velocity(
+    ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]
+) -> int:
+    """Type 2, see `_why_not`."""
+    return _why_not(SlaveType.FLYING_SAW_VELOCITY, ax, masters, parameters)
+
+
+def why_not_position(
+    ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]
+) -> int:
+    """Type 3, see `_why_not`."""
+    return _why_not(SlaveType.FLYING_SAW_POSITION, ax, masters, parameters)
+
+
+def change(ax: AxisFields, rows: NcRows) -> None:
+    """New parameters: another gear acts at once; a saw that waits, waits by the new ones."""
+    gear = _gear(ax.coupling_parameter)
+    if ax.sync_method == LINEAR:
+        run_with(ax, ax.set_position, seen(ax, rows, 0), gear)
+    elif ax.sync_method == BY_TIME or ax.sync_method == SETTLING:
+        take_gear(ax, seen_velocity(ax, rows, 0), seen_acceleration(ax, rows, 0), gear)
+    else:
+        base(ax, rows)

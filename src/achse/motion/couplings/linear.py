@@ -1,0 +1,36 @@
+"""Slave type 1, linear: s = s0 + g · (M - M0), positions and all derivatives.
+
+A new gear ratio acts at once: the velocity jumps, the position does not (004 §3.1.4).
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from collections.abc import Sequence
+
+from achse.codes import NcError
+from achse.motion.couplings.masters import seen, seen_acceleration, seen_jerk, seen_velocity
+from achse.motion.record import AxisFields
+from achse.motion.rows import NcRows
+
+__all__ = ["base", "step", "why_not"]
+
+
+def base(ax: AxisFields, rows: NcRows) -> None:
+    """Count from here: where the slave and its master are now."""
+    ax.slave_base = ax.set_position
+    ax.master_base[0] = seen(ax, rows, 0)
+    ax.gear = ax.coupling_parameter[0]
+
+
+def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    """One cycle of the law."""
+    ax.set_position = ax.slave_base + ax.gear * (seen(ax, rows, 0) - ax.master_base[0])
+    ax.set_velocity = ax.gear * seen_velocity(ax, rows, 0)
+    ax.set_acceleration = ax.gear * seen_acceleration(ax, rows, 0)
+    ax.set_jerk = ax.gear * seen_jerk(ax, rows, 0)
+    ax.set_gear_ratio = ax.gear
+
+
+def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
+    """Parameter 1 is the gear ratio, not 0."""
+    return NcError.GEAR_FACTOR_ZERO if parameters[0] == 0.0 else 0

@@ -1,0 +1,236 @@
+"""What an axis that others follow shows them: set values, or actual values where parameters say so.
+
+An axis that is not ready, that is whose control loop is open, holds what it shows, and comes to
+rest there; with parameter 0x1C its actual values lead then. An encoder axis has no others; it is
+seen where it will be after the dead time of its group (0x3000 + ID:0x606). Between set and actual
+values, and between dead times, what followers see fades, with the acceleration of parameter 0x1D.
+Whatever is renamed or closed again, it does not jump.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from math import sqrt
+
+from achse.motion.fields.cams import CAM_LIST
+from achse.motion.fields.coupling import COUPLING_PARAMETERS
+from achse.motion.record import AxisFields
+from achse.motion.rows import NcRows
+from achse.motion.states import AxisType
+
+__all__ = [
+    "begin_to_lead",
+    "lead_on",
+    "let_go",
+    "look_at",
+    "seen",
+    "seen_acceleration",
+    "seen_jerk",
+    "seen_of_row",
+    "seen_velocity",
+    "show_coupling",
+]
+
+ALONE = 0
+LEADS = 1
+BOTH = 2
+FOLLOWS = 3
+"""Coupling states (004 §5.1.1)."""
+
+
+def show_coupling(ax: AxisFields) -> None:
+    """Coupling state of an axis (state 0x20)."""
+    if ax.coupling:
+        ax.coupling_state = BOTH if ax.followers else FOLLOWS
+    else:
+        ax.coupling_state = LEADS if ax.followers else ALONE
+
+
+def seen(ax: AxisFields, rows: NcRows, n: int) -> float:
+    """Position of master n as its slave sees it: a phase shift moves the first one."""
+    position = rows.axes[ax.master[n]].lead_position
+    return position + ax.phasing_position if n == 0 else position
+
+
+def seen_velocity(ax: AxisFields, rows: NcRows, n: int) -> float:
+    """Velocity of master n as its slave sees it."""
+    velocity = rows.axes[ax.master[n]].lead_velocity
+    return velocity + ax.phasing_velocity if n == 0 else velocity
+
+
+def seen_acceleration(ax: AxisFields, rows: NcRows, n: int) -> float:
+    """Acceleration of master n as its slave sees it."""
+    acceleration = rows.axes[ax.master[n]].lead_acceleration
+    return acceleration + ax.phasing_acceleration if n == 0 else acceleration
+
+
+def seen_jerk(ax: AxisFields, rows: NcRows, n: int) -> float:
+    """Jerk of master n; that of a phase shift is left out."""
+    return rows.axes[ax.master[n]].lead_jerk
+
+
+def seen_of_row(ax: AxisFields, rows: NcRows, row: int) -> tuple[float, float, float, float]:
+    """Position, velocity, acceleration and jerk of the axis of a row, as a slave sees it.
+
+    A phase shift moves the first master alone. An axis that follows nobody yet looks at the one
+    that it is to follow first.
+    """
+    master = rows.axes[row]
+    position = master.lead_position
+    velocity = master.lead_velocity
+    acceleration = master.lead_acceleration
+    if ax.coupling == 0 or row == ax.master[0]:
+        position += ax.phasing_position
+        velocity += ax.phasing_velocity
+        acceleration += ax.phasing_acceleration
+    return position, velocity, acceleration, master.lead_jerk
+
+
+def let_go(ax: AxisFields, rows: NcRows) -> None:
+    """Follow nobody from now on; set values stay what they are.
+
+    Every coupling ends here.
+    """
+    for n in range(ax.master_count):
+        master = rows.axes[ax.master[n]]
+        master.followers -= 1
+        show_coupling(master)
+    for n in range(COUPLING_PARAMETERS):
+        ax.coupling_parameter[n] = 0.0
+    ax.coupling = 0
+    ax.sync_state = 0
+    ax.master_count = 0
+    ax.cam_count = 0
+    for n in range(CAM_LIST):
+        ax.cam_list[n] = 0
+    ax.coupled_offset = 0.0
+    ax.controller.following_error_difference = 0.0
+    ax.gear = 0.0
+    ax.set_gear_ratio = 0.0
+    show_coupling(ax)
+
+
+def _fading_acceleration(ax: AxisFields) -> float:
+    """Parameter 0x1D; 0 is the smaller one of the default acceleration and deceleration."""
+    if ax.fading_acceleration > 0.0:
+        return ax.fading_acceleration
+    if ax.default_deceleration < ax.default_acceleration:
+        return ax.default_deceleration
+    return ax.default_acceleration
+
+
+def _hold(ax: AxisFields, dt: float) -> None:
+    """Followers see the axis stand, or come to rest with the fading acceleration."""
+    v = ax.lead_velocity
+    a = _fading_acceleration(ax)
+    time = abs(v) / a
+    if time > dt:
+        time = dt
+        ax.quiet_cycles = 0
+    if v > 0.0:
+        a = -a
+    ax.lead_position += time * (v + 0.5 * a * time)
+    ax.lead_velocity = v + a * time if time == dt else 0.0
+    ax.lead_acceleration = a if ax.lead_velocity != 0.0 else 0.0
+    ax.lead_jerk = 0.0
+    ax.lead_offset = ax.set_position - ax.lead_position
+    ax.lead_held = 1
+
+
+def _fade(ax: AxisFields, dt: float) -> None:
+    """Take the difference between set and actual values away, as fast as the acceleration lets.
+
+    Twice the same acceleration: away from where it goes, then to rest where there is none.
+    """
+    d = ax.fading_position_difference
+    v = ax.fading_relative_velocity
+    if d == 0.0 and v == 0.0:
+        ax.fading_relative_acceleration = 0.0
+        return
+    ax.quiet_cycles = 0
+    a = _fading_acceleration(ax)
+    sign = 1.0 if d + v * abs(v) / (2.0 * a) > 0.0 else -1.0
+    top = a * d * sign + 0.5 * v * v
+    top = sqrt(top) if top > 0.0 else 0.0
+    first = (sign * v + top) / a
+    if first < 0.0:
+        first = 0.0
+    second = top / a
+    if dt >= first + second:
+        ax.fading_position_difference = 0.0
+        ax.fading_relative_velocity = 0.0
+        ax.fading_relative_acceleration = 0.0
+        return
+    if first > dt:
+        first = dt
+    d += first * (v - 0.5 * sign * a * first)
+    v -= sign * a * first
+    left = dt - first
+    ax.fading_relative_acceleration = sign * a if left > 0.0 else -sign * a
+    d += left * (v + 0.5 * sign * a * left)
+    v += sign * a * left
+    ax.fading_position_difference = d
+    ax.fading_relative_velocity = v
+
+
+def begin_to_lead(ax: AxisFields) -> None:
+    """The first follower comes: show it what is, without any history."""
+    ax.lead_held = 0
+    ax.lead_offset = 0.0
+    ax.lead_by_actual = _by_actual_values(ax)
+    ax.lead_dead_time = ax.coupling_dead_time if ax.axis_type == AxisType.ENCODER else 0.0
+    ax.lead_velocity = 0.0
+    ax.fading_position_difference = 0.0
+    ax.fading_relative_velocity = 0.0
+    lead_on(ax, 0.0)
+
+
+def _by_actual_values(ax: AxisFields) -> int:
+    if ax.axis_type == AxisType.ENCODER:
+        return 1
+    return 1 if ax.loop_closed == 0 and ax.couple_slaves_by_actual_values == 1 else 0
+
+
+def lead_on(ax: AxisFields, dt: float) -> None:
+    """What followers see of this cycle."""
+    by_actual = _by_actual_values(ax)
+    if by_actual == 0 and (ax.loop_closed == 0 or ax.lead_held):
+        _hold(ax, dt)
+        if ax.loop_closed and ax.lead_velocity == 0.0:
+            ax.lead_held = 0
+        ax.lead_by_actual = 0
+        return
+    position = ax.set_position
+    velocity = ax.set_velocity
+    acceleration = ax.set_acceleration
+    jerk = ax.set_jerk
+    if by_actual:
+        encoder = ax.encoder
+        position = encoder.actual_position
+        velocity = encoder.actual_velocity
+        acceleration = encoder.actual_acceleration
+        jerk = 0.0
+    ahead = ax.coupling_dead_time
+    if ax.axis_type != AxisType.ENCODER:
+        ahead = 0.0
+    if ahead != 0.0:
+        position += ahead * velocity
+        velocity += ahead * acceleration
+    position -= ax.lead_offset
+    if by_actual != ax.lead_by_actual or ahead != ax.lead_dead_time:
+        ax.lead_by_actual = by_actual
+        ax.lead_dead_time = ahead
+        ax.fading_position_difference = ax.lead_position + ax.lead_velocity * dt - position
+        ax.fading_relative_velocity = ax.lead_velocity - velocity
+    else:
+        _fade(ax, dt)
+    ax.lead_position = position + ax.fading_position_difference
+    ax.lead_velocity = velocity + ax.fading_relative_velocity
+    ax.lead_acceleration = acceleration + ax.fading_relative_acceleration
+    ax.lead_jerk = jerk
+    ax.lead_held = 0
+
+
+def look_at(ax: AxisFields) -> None:
+    """Let an axis that nobody follows yet show what a follower would see of it."""
+    if ax.followers == 0:
+        begin_to_lead(ax)

@@ -1,0 +1,130 @@
+"""Slave type 12, flying saw of modulo axes: the slave turns with its master, at the same angle.
+
+It comes there on the shortest way, half a period at most, with a share of its acceleration
+(004 §3.1.4). What it does is asked for by parameter 1, at any time: rest (0), turn with its master
+(1), turn with its second master (2); it changes over from whatever it does.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from collections.abc import Sequence
+from math import floor
+
+from achse.codes import NcError
+from achse.motion.couplings.approach import LINEAR, begin_approach, follow_approach, run_with
+from achse.motion.couplings.chase import approach_place, settle_place
+from achse.motion.couplings.masters import seen, seen_acceleration, seen_jerk, seen_velocity
+from achse.motion.profile import stopping_distance
+from achse.motion.record import AxisFields
+from achse.motion.rows import NcRows
+from achse.motion.states import AxisType, MotionState
+
+__all__ = ["base", "others", "step", "why_not"]
+
+_TO_PLACE = 5
+"""The slave goes to its place beside the master; other methods are those of `approach`."""
+_SETTLING_THERE = 7
+"""It has the velocity of a master that trembles, and takes what is left of the way."""
+
+_LEFT = 0.05
+"""Share of the largest velocity that is left for the way to the place."""
+
+_REST = 0.0
+_SECOND = 2.0
+
+
+def _leader(ax: AxisFields) -> int:
+    """Which of its masters the slave is after."""
+    return 1 if ax.coupling_parameter[0] == _SECOND else 0
+
+
+def base(ax: AxisFields, rows: NcRows) -> None:
+    """Begin from what the slave does: the place beside the master is the nearest to where it would
+    have its velocity."""
+    leader = _leader(ax)
+    place = seen(ax, rows, leader)
+    velocity = seen_velocity(ax, rows, leader)
+    acceleration = seen_acceleration(ax, rows, leader)
+    limit = ax.default_acceleration
+    if ax.default_deceleration < limit:
+        limit = ax.default_deceleration
+    limit *= ax.coupling_parameter[1]
+    ax.sync_mask = 0
+    ax.sync_acceleration = limit
+    ax.sync_deceleration = limit
+    ax.sync_jerk = ax.default_jerk
+    ax.sync_velocity = ax.max_velocity
+    if ax.coupling_parameter[0] == _REST:
+        begin_approach(ax, place, velocity, acceleration, 0.0)
+        return
+    begin_approach(ax, place, velocity, acceleration, 1.0)
+    relative = ax.set_velocity - velocity
+    bend = ax.set_acceleration
+    if rows.axes[ax.master[leader]].axis_type != AxisType.ENCODER:
+        bend -= acceleration
+    offset = ax.set_position - (place + rows.axes[ax.master[leader]].lead_offset)
+    beside = offset + stopping_distance(relative, bend, limit, ax.sync_jerk)
+    period = ax.encoder.modulo_factor
+    offset -= period * floor(beside / period + 0.5)
+    ax.sync_offset = offset
+    ax.slave_base = ax.set_position - offset
+    ax.master_base[0] = place
+    ax.sync_method = _TO_PLACE
+
+
+def _come_near(ax: AxisFields, rows: NcRows, leader: int, place: float, dt: float) -> bool:
+    """One cycle nearer to the place beside the master; whether the slave is there."""
+    velocity = seen_velocity(ax, rows, leader)
+    acceleration = seen_acceleration(ax, rows, leader)
+    jerk = seen_jerk(ax, rows, leader)
+    noisy = rows.axes[ax.master[leader]].axis_type == AxisType.ENCODER
+    if noisy:
+        acceleration = 0.0
+        jerk = 0.0
+    top = ax.sync_velocity - abs(velocity)
+    if top < _LEFT * ax.sync_velocity:
+        top = _LEFT * ax.sync_velocity
+    way = place - ax.sync_seen
+    if ax.sync_method == _SETTLING_THERE:
+        return settle_place(ax, velocity, way, top, dt)
+    there = approach_place(ax, velocity, acceleration, jerk, way, top, dt)
+    if noisy and abs(ax.set_velocity - velocity) <= ax.sync_acceleration * dt:
+        ax.sync_method = _SETTLING_THERE
+        ax.quiet_cycles = 0
+        return False
+    return there
+
+
+def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    """One cycle of the law; a phase shift of the slave moves what it sees of its first master."""
+    leader = _leader(ax)
+    place = seen(ax, rows, leader)
+    if ax.sync_method != _TO_PLACE and ax.sync_method != _SETTLING_THERE:
+        velocity = seen_velocity(ax, rows, leader)
+        acceleration = seen_acceleration(ax, rows, leader)
+        follow_approach(ax, rows.axes[ax.master[leader]], place, velocity, acceleration, dt)
+        if ax.gear == 0.0 and ax.sync_method == LINEAR:
+            ax.sync_state = MotionState.INACTIVE
+        return
+    if _come_near(ax, rows, leader, place, dt):
+        ax.set_position = ax.slave_base + (place - ax.master_base[0])
+        run_with(ax, ax.set_position, place, 1.0)
+    ax.sync_seen = place
+    ax.set_gear_ratio = ax.gear
+
+
+def others(parameters: Sequence[float]) -> tuple[float, ...]:
+    """The second master, parameter 3."""
+    return (parameters[2],) if parameters[2] else ()
+
+
+def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
+    """Axes of one period, a share above 0 and not above 1; a table of its own (parameter 4) is not
+    approved by the manual. It begins with its first master."""
+    known = (_REST, 1.0, _SECOND)[: 1 + len(masters)] if ax.coupling else (1.0,)
+    if parameters[0] not in known or not 0.0 < parameters[1] <= 1.0 or parameters[3] != 0.0:
+        return NcError.SLAVE_COUPLING_PARAMETER
+    period = ax.encoder.modulo_factor
+    if any(master.encoder.modulo_factor != period for master in masters):
+        return NcError.SLAVE_COUPLING_PARAMETER
+    return 0

@@ -1,0 +1,160 @@
+"""A slave of one to four masters: v = Σ g · v, reached within the dynamics of the coupling.
+
+The ratios come in each cycle (`gear_ratio_1` … 4 of the cyclic interface). Where a new one, or the
+masters, ask for more than the dynamics allow, the slave runs behind and catches up with the
+velocity; from then on positions follow too: s = s0 + Σ g · (M - M0). Without a jerk limit the
+velocity bends abruptly; with one, the slave is in gear again once the masters' velocities stand.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from achse.motion.couplings.masters import seen, seen_acceleration, seen_jerk, seen_velocity
+from achse.motion.profile import plan_to_velocity
+from achse.motion.record import AxisFields
+from achse.motion.rows import NcRows
+from achse.motion.segments import segment_acceleration, segment_position, segment_velocity
+
+__all__ = ["base", "change", "step"]
+
+MOST = 1e6
+"""Largest ratio; a larger one, or one that is not a number, changes nothing."""
+
+_MORE = 1.0 + 1e-9
+"""How far limits may be exceeded by rounding, relative."""
+
+
+def _ratio(ax: AxisFields, place: int) -> float:
+    """The ratio that is asked for."""
+    if place == 0:
+        return ax.gear_ratio_1
+    if place == 1:
+        return ax.gear_ratio_2
+    if place == 2:
+        return ax.gear_ratio_3
+    return ax.gear_ratio_4
+
+
+def base(ax: AxisFields, rows: NcRows) -> None:
+    """Begin with the velocity that the slave has."""
+    for n in range(ax.master_count):
+        ax.master_base[n] = seen(ax, rows, n)
+    ax.slave_base = ax.set_position
+    ax.in_gear = 0
+
+
+def _take_ratios(ax: AxisFields) -> None:
+    for n in range(ax.master_count):
+        ratio = _ratio(ax, ax.ratio_place[n])
+        if ratio != ax.ratio[n] and abs(ratio) <= MOST:
+            ax.ratio[n] = ratio
+            ax.in_gear = 0
+
+
+def _limit(ax: AxisFields, v: float, change: float) -> float:
+    """What limits a change of velocity."""
+    return ax.gear_acceleration if v * change >= 0.0 else ax.gear_deceleration
+
+
+def _bend(ax: AxisFields, goal: float, dt: float) -> int:
+    """Come nearer to the goal velocity, as no jerk limits it; whether it is reached."""
+    v = ax.set_velocity
+    aim = goal if v * goal >= 0.0 else 0.0
+    change = aim - v
+    limit = _limit(ax, v, change)
+    if abs(change) <= limit * dt * _MORE:
+        bending = abs(change) / limit
+        ax.set_position += 0.5 * (v + aim) * bending + aim * (dt - bending)
+        ax.set_velocity = aim
+        ax.set_acceleration = change / dt
+        return 1 if aim == goal else 0
+    a = limit if change > 0.0 else -limit
+    ax.set_position += dt * (v + 0.5 * a * dt)
+    ax.set_velocity = v + a * dt
+    ax.set_acceleration = a
+    return 0
+
+
+def _swing(ax: AxisFields, goal: float, dt: float) -> int:
+    """Come nearer to the goal velocity along a ramp of limited jerk; whether it is reached."""
+    p = ax.set_position
+    v = ax.set_velocity
+    a = ax.set_acceleration
+    count = plan_to_velocity(
+        ax.segment_time,
+        ax.segment_jerk,
+        v,
+        a,
+        goal,
+        ax.gear_acceleration,
+        ax.gear_deceleration,
+        ax.gear_jerk,
+    )
+    left = dt
+    reached = 1
+    ax.set_jerk = 0.0
+    for i in range(count):
+        t = ax.segment_time[i]
+        if t > left:
+            t = left
+            reached = 0
+        if t > 0.0:
+            j = ax.segment_jerk[i]
+            p = segment_position(t, j, p, v, a)
+            v = segment_velocity(t, j, v, a)
+            a = segment_acceleration(t, j, a)
+            left -= t
+            ax.set_jerk = 0.0 if reached else j
+        if reached == 0:
+            break
+    if reached:
+        v = goal
+        a = 0.0
+        p += v * left
+    ax.set_position = p
+    ax.set_velocity = v
+    ax.set_acceleration = a
+    return reached
+
+
+def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    """One cycle of the law."""
+    _take_ratios(ax)
+    way = 0.0
+    goal = 0.0
+    a = 0.0
+    j = 0.0
+    for n in range(ax.master_count):
+        ratio = ax.ratio[n]
+        way += ratio * (seen(ax, rows, n) - ax.master_base[n])
+        goal += ratio * seen_velocity(ax, rows, n)
+        a += ratio * seen_acceleration(ax, rows, n)
+        j += ratio * seen_jerk(ax, rows, n)
+    ax.set_gear_ratio = ax.ratio[0]
+    most = ax.gear_velocity
+    capped = most > 0.0 and abs(goal) > most
+    if capped:
+        goal = most if goal > 0.0 else -most
+        ax.in_gear = 0
+    change = goal - ax.set_velocity
+    if abs(change) > _limit(ax, ax.set_velocity, change) * dt * _MORE:
+        ax.in_gear = 0
+    if ax.gear_jerk > 0.0 and abs(a - ax.set_acceleration) > ax.gear_jerk * dt * _MORE:
+        ax.in_gear = 0
+    if ax.in_gear:
+        ax.set_position = ax.slave_base + way
+        ax.set_velocity = goal
+        ax.set_acceleration = a
+        ax.set_jerk = j
+        return
+    ax.set_jerk = 0.0
+    reached = _swing(ax, goal, dt) if ax.gear_jerk > 0.0 else _bend(ax, goal, dt)
+    base(ax, rows)
+    ax.in_gear = 0 if capped else reached
+
+
+def change(ax: AxisFields, rows: NcRows) -> None:
+    """New ratios by the service (0x42): as if the cyclic interface had brought them."""
+    ax.gear_ratio_1 = ax.coupling_parameter[0]
+    ax.gear_ratio_2 = ax.coupling_parameter[1]
+    ax.gear_ratio_3 = ax.coupling_parameter[2]
+    ax.gear_ratio_4 = ax.coupling_parameter[3]

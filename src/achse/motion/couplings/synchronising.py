@@ -1,0 +1,81 @@
+"""Slave types 5 and 6, the universal flying saw: a slave in any motion comes to its master.
+
+Type 5 changes over to the velocity of the master in time, with the limits of the service. Type 6 is
+at a place of its own when the master is at another one; its way is a polynomial of the fifth degree
+over the master, from the velocity and acceleration that it has. Once it runs with the master it is
+a linear coupling. What is checked before is in `sync_checks`.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from collections.abc import Sequence
+
+from achse.codes import NcError
+from achse.motion.couplings.approach import (
+    BY_POSITION,
+    BY_TIME,
+    INACTIVE,
+    NO_WAY,
+    SETTLING,
+    begin_approach,
+    follow_approach,
+    meet,
+    run_with,
+    take_gear,
+)
+from achse.motion.couplings.masters import seen, seen_acceleration, seen_velocity
+from achse.motion.record import AxisFields
+from achse.motion.rows import NcRows
+from achse.motion.states import MotionState, SlaveType
+
+__all__ = ["base", "change", "step", "why_not"]
+
+
+def base(ax: AxisFields, rows: NcRows) -> None:
+    """Begin where both are now; one that ran with its master and had its loop open changes over.
+
+    Where the master is not before the place any more, the slave stays where it is.
+    """
+    master = rows.axes[ax.master[0]]
+    here = seen(ax, rows, 0)
+    velocity = seen_velocity(ax, rows, 0)
+    acceleration = seen_acceleration(ax, rows, 0)
+    again = ax.sync_state == MotionState.SLAVE_SYNCHRONOUS
+    begin_approach(ax, here, velocity, acceleration, ax.coupling_parameter[0])
+    if again or ax.coupling == SlaveType.SYNCHRONISING_VELOCITY:
+        return
+    way = ax.coupling_parameter[1] - master.lead_offset - here
+    if abs(way) < NO_WAY or way * ax.sync_heading < 0.0:
+        ax.sync_method = INACTIVE
+        ax.sync_state = MotionState.INACTIVE
+        return
+    meet(ax, way, ax.coupling_parameter[2] - ax.set_position)
+
+
+def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    """One cycle of the law; a phase shift of the slave moves what it sees of the master."""
+    master = rows.axes[ax.master[0]]
+    velocity = seen_velocity(ax, rows, 0)
+    acceleration = seen_acceleration(ax, rows, 0)
+    follow_approach(ax, master, seen(ax, rows, 0), velocity, acceleration, dt)
+
+
+def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
+    """A slave that runs with its master, or changes over in time, takes another gear ratio.
+
+    The service by four parameters (0x40) does not couple these types.
+    """
+    if ax.coupling not in (SlaveType.SYNCHRONISING_VELOCITY, SlaveType.SYNCHRONISING_POSITION):
+        return NcError.SLAVE_TYPE
+    if parameters[0] == 0.0:
+        return NcError.GEAR_FACTOR_ZERO
+    return NcError.SYNCHRONISING_CONDITIONS if ax.sync_method == BY_POSITION else 0
+
+
+def change(ax: AxisFields, rows: NcRows) -> None:
+    """Another gear ratio: of a slave that runs with its master at once."""
+    gear = ax.coupling_parameter[0]
+    if ax.sync_method == BY_TIME or ax.sync_method == SETTLING:
+        take_gear(ax, seen_velocity(ax, rows, 0), seen_acceleration(ax, rows, 0), gear)
+    elif ax.sync_state == MotionState.SLAVE_SYNCHRONOUS:
+        run_with(ax, ax.set_position, seen(ax, rows, 0), gear)

@@ -1,0 +1,280 @@
+"""The table of couplings: what makes the set point of an axis that follows others.
+
+The way of a set point is: command, generator, coupling, controller, hardware port. A coupling comes
+after the axis' own generator, whose set point it takes over, adds to or leaves. What comes behind
+it (following error, soft limits, outputs, status) knows nothing of it. Its masters had their turns
+before (`achse.motion.order`), so their set values are those of this cycle.
+
+A law is a module beside this one with a row here:
+
+- `step` makes position, velocity, acceleration and jerk of this cycle in closed form, from what
+  masters show (`lead_position` … of `rows.axes[ax.master[n]]`) and from the law's own memory.
+- `base` lets it count from where slave and masters are now. It is called at the end of coupling,
+  when parameters change (unless the law says how), and when the slave's open loop is closed again.
+- Its memory is fields of its own (a class in `achse.motion.fields`, named in `record.AxisFields`).
+  `base` sets them all; nothing clears them. The parameters of the service are
+  `ax.coupling_parameter`.
+- What it demands before it is coupled by parameters (0x40), and how it changes while it runs
+  (0x42), is in its row as well, outside the kernel. Laws with services of their own (tables,
+  synchronising) demand things there.
+- It ends by `let_go` of `masters`, called in the kernel for errors and motions of the slave's own,
+  outside by `Axis.release`. A law that ends by itself calls it too. Set values stay; who calls
+  says what comes then (`set_motion_phase`).
+
+A superposition is on top of what the law makes (`coupled_offset`); a law does not see it.
+
+What masters show does not jump when they are renamed: a position of the master's own is
+`lead_position + lead_offset`. `masters.seen` has the phase shift of the slave in it.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from achse.motion.couplings import (
+    bilinear,
+    cams,
+    cyclic_gear,
+    flying_saw,
+    linear,
+    modulo_saw,
+    multi_master,
+    surface_speed,
+    synchronising,
+)
+from achse.motion.couplings.masters import lead_on, let_go
+from achse.motion.record import AxisFields
+from achse.motion.rows import NcRows
+from achse.motion.states import MotionPhase, SlaveType
+from achse.motion.superposition import superpose
+
+if TYPE_CHECKING:
+    from achse.motion.axis import Axis
+
+__all__ = ["COUPLINGS", "Coupling", "count_from_here", "couple", "law_of", "led"]
+
+
+def _anywhere(ax: AxisFields, rows: NcRows) -> None:
+    """The law counts from nowhere."""
+
+
+def _by_the_next_cycle(ax: AxisFields, rows: NcRows) -> None:
+    """The law looks at its parameters in each cycle."""
+
+
+def _any(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
+    """Any parameters will do."""
+    return 0
+
+
+def _none_besides(parameters: Sequence[float]) -> tuple[float, ...]:
+    """No further masters."""
+    return ()
+
+
+class Coupling(NamedTuple):
+    """A law by which an axis follows others: its row, all that there is to say of it."""
+
+    name: str
+    number: int
+    """What the axis has in its field `coupling`, not 0: the slave type that asks for it."""
+    step: Callable[[AxisFields, NcRows, float], None]
+    """Set point of this cycle; masters are `rows.axes[ax.master[n]]`, n < `ax.master_count`."""
+    base: Callable[[AxisFields, NcRows], None] = _anywhere
+    """Begin to count where slave and masters are now: at coupling, and after the slave's loop was
+    open."""
+    by_parameters: bool = True
+    """Whether four parameters couple by it (0x40); else a service of its own does."""
+    why_not: Callable[["Axis", Sequence["Axis"], Sequence[float]], int] | None = _any
+    """Code that refuses these four parameters for a slave and its masters, or 0; they are finite
+    and not above a million. Asked at coupling and when they change. None: it has no parameters."""
+    others: Callable[[Sequence[float]], tuple[float, ...]] = _none_besides
+    """Ids of the masters that are named by parameters."""
+    moving: bool = False
+    """Whether masters may move at coupling by parameters."""
+    change: Callable[[AxisFields, NcRows], None] | None = None
+    """New parameters while it runs; without it the law counts from here (`base`)."""
+    stops: bool = False
+    """Whether its slave has a motion of its own that can be stopped (0x44)."""
+
+
+COUPLINGS: tuple[Coupling, ...] = (
+    Coupling("linear", SlaveType.LINEAR.value, linear.step, linear.base, why_not=linear.why_not),
+    Coupling(
+        "cam", SlaveType.TABULAR.value, cams.step, cams.base, by_parameters=False, why_not=None
+    ),
+    Coupling(
+        "several cams",
+        SlaveType.MULTI_TABULAR.value,
+        cams.step,
+        cams.base,
+        by_parameters=False,
+        why_not=None,
+    ),
+    Coupling(
+        "motion function",
+        SlaveType.MOTION_FUNCTION.value,
+        cams.step,
+        cams.base,
+        by_parameters=False,
+        why_not=None,
+    ),
+    Coupling(
+        "cyclic gear",
+        SlaveType.CYCLIC_GEAR.value,
+        cyclic_gear.step,
+        cyclic_gear.base,
+        why_not=cyclic_gear.why_not,
+        moving=True,
+        change=_by_the_next_cycle,
+    ),
+    Coupling(
+        "bi-linear",
+        SlaveType.BILINEAR.value,
+        bilinear.step,
+        bilinear.base,
+        why_not=bilinear.why_not,
+        others=bilinear.others,
+    ),
+    Coupling(
+        "constant surface speed",
+        SlaveType.SURFACE_SPEED.value,
+        surface_speed.step,
+        surface_speed.base,
+        why_not=surface_speed.why_not,
+        moving=True,
+        change=_by_the_next_cycle,
+    ),
+    Coupling(
+        "multi-master",
+        SlaveType.MULTI_MASTER.value,
+        multi_master.step,
+        multi_master.base,
+        by_parameters=False,
+        change=multi_master.change,
+    ),
+    Coupling(
+        "flying saw, velocity",
+        SlaveType.FLYING_SAW_VELOCITY.value,
+        flying_saw.step,
+        flying_saw.base,
+        why_not=flying_saw.why_not_velocity,
+        moving=True,
+        change=flying_saw.change,
+        stops=True,
+    ),
+    Coupling(
+        "flying saw, position",
+        SlaveType.FLYING_SAW_POSITION.value,
+        flying_saw.step,
+        flying_saw.base,
+        why_not=flying_saw.why_not_position,
+        moving=True,
+        change=flying_saw.change,
+        stops=True,
+    ),
+    Coupling(
+        "synchronising, velocity",
+        SlaveType.SYNCHRONISING_VELOCITY.value,
+        synchronising.step,
+        synchronising.base,
+        by_parameters=False,
+        why_not=synchronising.why_not,
+        change=synchronising.change,
+        stops=True,
+    ),
+    Coupling(
+        "synchronising, position",
+        SlaveType.SYNCHRONISING_POSITION.value,
+        synchronising.step,
+        synchronising.base,
+        by_parameters=False,
+        why_not=synchronising.why_not,
+        change=synchronising.change,
+        stops=True,
+    ),
+    Coupling(
+        "modulo saw",
+        SlaveType.MODULO_SAW.value,
+        modulo_saw.step,
+        modulo_saw.base,
+        why_not=modulo_saw.why_not,
+        others=modulo_saw.others,
+        moving=True,
+        stops=True,
+    ),
+)
+"""Each law once, by the slave type that asks for it."""
+
+
+def law_of(number: int) -> Coupling | None:
+    """The law of a slave type; None: there is none."""
+    return next((row for row in COUPLINGS if row.number == number), None)
+
+
+def couple(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    """One cycle of an axis that follows others or has followers."""
+    if ax.coupling:
+        _follow(ax, rows, dt)
+    if ax.followers:
+        lead_on(ax, dt)
+
+
+def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    """Set point of this cycle by the law.
+
+    A motion of its own, or an error, ends the coupling. While its loop is open the axis stays
+    coupled; once it is closed the law counts from where both are then.
+    """
+    phase = ax.set_motion_phase
+    if ax.error_code != 0 or (phase != MotionPhase.COUPLED and phase != MotionPhase.NONE):
+        let_go(ax, rows)
+        return
+    if ax.loop_closed == 0:
+        return
+    if phase == MotionPhase.NONE:
+        ax.set_motion_phase = MotionPhase.COUPLED
+        count_from_here(ax, rows)
+    begin = ax.set_position
+    ax.set_position -= ax.coupled_offset
+    ax.set_velocity -= ax.superposed_velocity
+    ax.set_acceleration -= ax.superposed_acceleration
+    for row in COUPLINGS:
+        if ax.coupling == row.number:
+            row.step(ax, rows, dt)
+            break
+    ax.set_position += ax.coupled_offset
+    if ax.compensating:
+        ax.superposed_velocity = 0.0
+        ax.superposed_acceleration = 0.0
+        before = ax.set_position
+        superpose(ax, begin, dt)
+        ax.coupled_offset += ax.set_position - before
+    ax.target_position = ax.set_position
+    v = ax.set_velocity
+    a = ax.set_acceleration
+    ax.abrupt = 1  # whatever the law does, no jerk limits it
+    ax.running_jerk = a * a / abs(v) if a * v < 0.0 else 0.0
+
+
+def count_from_here(ax: AxisFields, rows: NcRows) -> None:
+    """Let the law count from where slave and masters are now, without what is superposed."""
+    ax.set_position -= ax.coupled_offset
+    ax.set_velocity -= ax.superposed_velocity
+    ax.set_acceleration -= ax.superposed_acceleration
+    for row in COUPLINGS:
+        if ax.coupling == row.number:
+            row.base(ax, rows)
+            break
+    ax.set_position += ax.coupled_offset
+    ax.set_velocity += ax.superposed_velocity
+    ax.set_acceleration += ax.superposed_acceleration
+
+
+def led(ax: AxisFields, rows: NcRows) -> bool:
+    """Whether one of its masters does not rest: then the axis does not rest either."""
+    awake = 0
+    for n in range(ax.master_count):
+        awake += 1 - rows.axes[ax.master[n]].resting
+    return awake > 0

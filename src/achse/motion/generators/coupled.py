@@ -1,0 +1,15 @@
+"""Coupled: the axis has no motion of its own; a law makes its set point later in the cycle.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from achse.motion.record import AxisFields
+from achse.motion.states import MotionPhase
+
+__all__ = ["step"]
+
+
+def step(ax: AxisFields, dt: float) -> None:
+    """One cycle: nothing to do; without a coupling the axis rests."""
+    if ax.coupling == 0:
+        ax.set_motion_phase = MotionPhase.NONE

@@ -1,0 +1,51 @@
+"""Set points from a group: path, FIFO or kinematics say where the axis is in each cycle.
+
+The axis takes what its group asks for as long as it can follow: not faster than its maximum
+velocity (0x4359), not beyond its soft limits. Otherwise it brakes by its own ramp, which the group
+sees as the end of the common motion.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from achse.codes import NcError
+from achse.motion.dynamics import drop_foreign, fastest
+from achse.motion.limits import TOLERANCE
+from achse.motion.record import AxisFields
+from achse.motion.setpoint import fail, generate
+
+__all__ = ["step"]
+
+_LARGEST = 1e30
+"""Numbers beyond are none."""
+
+_ROUNDED = 1.0 + 1e-6
+"""What a limit may be passed by, for the rounding of the group."""
+
+
+def _fault(ax: AxisFields, way: float, dt: float) -> int:
+    """Why the axis cannot be where its group wants it, 0 = nothing."""
+    if not (abs(way) <= _LARGEST and abs(ax.group_velocity) <= _LARGEST):
+        return NcError.EXTERNAL_SETPOINT_DATA
+    if abs(way) > fastest(ax) * _ROUNDED * dt + ax.encoder.scaling_factor:
+        return NcError.SET_VELOCITY_TOO_HIGH
+    if way > 0.0 and ax.group_position > ax.limit_high + TOLERANCE:
+        return NcError.SOFT_LIMIT_MAX_PASSED
+    if way < 0.0 and ax.group_position < ax.limit_low - TOLERANCE:
+        return NcError.SOFT_LIMIT_MIN_PASSED
+    return 0
+
+
+def step(ax: AxisFields, dt: float) -> None:
+    """One cycle led by the group."""
+    fault = _fault(ax, ax.group_position - ax.set_position, dt)
+    if fault:
+        ax.limit_watch = 1
+        ax.abrupt = 1
+        drop_foreign(ax, ax.set_acceleration)
+        fail(ax, fault, 0)
+        generate(ax, dt)
+        return
+    ax.set_position = ax.group_position
+    ax.set_velocity = ax.group_velocity
+    ax.set_acceleration = ax.group_acceleration
+    ax.set_jerk = ax.group_jerk

@@ -1,0 +1,271 @@
+"""Kinematic groups: a tool is moved by its places (MCS), and the axes of the machine (ACS) follow.
+
+The places are virtual axes that anyone may move, alone or by a path; in each cycle the axes are
+where the inverse of the kinematics wants them for where the places were in the cycle before. The
+other way round (`by_axes`), the axes are moved and the places follow. Source: 002 §6.4.3.
+"""
+
+from collections.abc import Mapping, Sequence
+from math import isfinite
+
+from achse.codes import NcError
+from achse.motion.axis import Axis
+from achse.motion.checks import OK
+from achse.motion.commands.positions import set_actual_position
+from achse.motion.commands.queue import busy
+from achse.motion.commands.stops import stop
+from achse.motion.groups.group import AxisGroup
+from achse.motion.groups.kinematics.table import KinematicsLaw
+from achse.motion.groups.parameters import GroupParameters
+from achse.motion.groups.states import GroupType
+from achse.motion.setpoint import stop_fast
+from achse.motion.states import ActualPositionType, MotionPhase
+
+__all__ = ["KinematicGroup"]
+
+COORDINATES = 8
+"""Places and axes of a kinematic group at most."""
+
+
+class KinematicGroup(AxisGroup):
+    """Up to 8 axes (`places` of this group: those that follow) and the 8 that lead them."""
+
+    type = GroupType.KINEMATIC
+
+    def __init__(
+        self,
+        parameters: GroupParameters,
+        axes: Mapping[int, Axis],
+        law: KinematicsLaw,
+        numbers: Sequence[float],
+    ) -> None:
+        super().__init__(parameters, axes, COORDINATES)
+        self.law = law
+        self.numbers = list(numbers)
+        self.leading: list[Axis | None] = [None] * COORDINATES
+        self.by_axes = False
+        """The axes lead, the places follow."""
+        self._pose = [0.0] * COORDINATES
+        """Axes as the last cycle had them, which choose among several solutions."""
+        self._velocities = [0.0] * COORDINATES
+
+    @property
+    def mcs_ids(self) -> list[int]:
+        """Ids of the axes that are places of the tool, 0 = none."""
+        return self.ids if self.by_axes else self._leading_ids
+
+    @property
+    def acs_ids(self) -> list[int]:
+        """Ids of the axes of the machine."""
+        return self._leading_ids if self.by_axes else self.ids
+
+    @property
+    def _leading_ids(self) -> list[int]:
+        return [0 if axis is None else axis.axis_id for axis in self.leading]
+
+    def assign(self, ids: Sequence[int]) -> int:
+        """Axes alone say too little: 0x54 has both lists."""
+        return NcError.GROUP_PARAMETER
+
+    def assign_one(self, axis_id: int, place: int) -> int:
+        """The same."""
+        return NcError.GROUP_PARAMETER
+
+    def assign_both(self, mcs: Sequence[int], acs: Sequence[int], *, by_axes: bool = False) -> int:
+        """Places and axes (0x54), 0 = none, as many of one as of the other.
+
+        What follows is put where it belongs: places get the position that the axes have. 0x42E0 for
+        lists that do not match, 0x4234 where the kinematics has no solution.
+        """
+        given = [id for id in (*mcs, *acs) if id]
+        matches = [bool(id) for id in mcs] == [bool(id) for id in acs]
+        if not any(mcs) or not matches or len(set(given)) < len(given):
+            return NcError.GROUP_PARAMETER
+        if self.moving and not self._stands():
+            return NcError.GROUP_BUSY
+        if any(id not in self._axes for id in given):
+            return NcError.AXIS_ID
+        both = {
+            True: [self._axes[id] if id else None for id in mcs],
+            False: [self._axes[id] if id else None for id in acs],
+        }
+        for axis in both[True]:
+            if axis is not None and (busy(axis) or (axis.grouped and axis.group is not self)):
+                return NcError.GROUP_BUSY if busy(axis) else NcError.MASTER_NOT_INSERTED
+            if axis is not None and axis.encoder.is_absolute:
+                return NcError.FUNCTION_NOT_ALLOWED
+        here = [0.0 if axis is None else axis.set_position for axis in both[False]]
+        places = [0.0] * COORDINATES
+        if not self._holds(self.law.forward(self.numbers, here, places), places):
+            return NcError.NUMBER_RANGE_LEFT
+        was = self.moving
+        if was:
+            self._end_motion()
+        followers = both[by_axes]
+        ids = [0 if axis is None else axis.axis_id for axis in followers]
+        code = self._take(dict(enumerate(ids)))
+        if code:
+            if was:
+                self._begin_motion()
+            return code
+        self.by_axes, self.leading = by_axes, both[not by_axes]
+        self._pose = here
+        for axis, position in zip(both[True], places, strict=True):
+            if axis is not None:
+                _rename(axis, position)
+        return OK
+
+    def assigned(self) -> None:
+        """What led before leads no longer."""
+        self.leading = [None] * COORDINATES
+
+    def dissolve(self) -> int:
+        """Give all axes back (0x53); 0x4220 while any of them moves."""
+        if not self._stands():
+            return NcError.GROUP_BUSY
+        self._end_motion()
+        return super().dissolve()
+
+    def remove(self, axis: Axis) -> int:
+        """The kinematics needs every axis: give all back."""
+        return self.dissolve()
+
+    def _stands(self) -> bool:
+        led = [axis for axis in self.leading if axis is not None]
+        return not any(busy(axis) for axis in led) and not any(self._velocities)
+
+    @property
+    def wants_to_move(self) -> bool:
+        """Whether a leading axis moves while the group rests."""
+        return (
+            not self.moving
+            and not self.error_code
+            and any(
+                axis is not None and (axis.set_motion_phase or axis.buffer_count)
+                for axis in self.leading
+            )
+        )
+
+    def begin(self) -> None:
+        """Follow from now on; leading axes stop if the others cannot."""
+        code = self.why_not_move()
+        if code:
+            self.error_code = code
+            self._halt()
+        else:
+            self._begin_motion()
+
+    def step(self, dt: float) -> None:
+        """One cycle: what follows is where the leading axes were in the last cycle."""
+        if self._lost():
+            self._fail(self.error_code or NcError.GROUP_CONSEQUENTIAL_ERROR)
+            return
+        leads = [0.0 if axis is None else axis.set_position for axis in self.leading]
+        if self.by_axes:
+            self._pose = leads
+            led = [0.0] * COORDINATES
+            solved = self.law.forward(self.numbers, leads, led)
+        else:
+            led = list(self._pose)
+            solved = self.law.inverse(self.numbers, leads, led)
+        if not self._holds(solved, led):
+            self._fail(NcError.NUMBER_RANGE_LEFT)
+            return
+        if not self.by_axes:
+            self._pose = led
+        still = True
+        for n, axis in enumerate(self.places):
+            if axis is None:
+                continue
+            velocity = (led[n] - axis.group_position) / dt
+            acceleration = (velocity - self._velocities[n]) / dt
+            self._velocities[n] = velocity
+            axis.group_position, axis.group_velocity = led[n], velocity
+            axis.group_acceleration = acceleration
+            still = still and velocity == 0.0
+        if still and not any(
+            axis is not None and axis.set_motion_phase != MotionPhase.NONE for axis in self.leading
+        ):
+            self._end_motion()
+
+    @staticmethod
+    def _holds(solved: int, values: Sequence[float]) -> bool:
+        return bool(solved) and all(map(isfinite, values))
+
+    def _fail(self, code: int) -> None:
+        """The common motion is over: everything that moves brakes by itself."""
+        if not self.error_code:
+            self.error_code = code
+        for axis in self.members:
+            if axis.set_motion_phase == MotionPhase.GROUPED:
+                stop_fast(axis)
+        self._halt()
+        self._velocities = [0.0] * COORDINATES
+        self.moving = self.stopping = False
+
+    def _halt(self) -> None:
+        for axis in self.leading:
+            if axis is not None and axis.set_motion_phase != MotionPhase.NONE:
+                if axis.group is None:
+                    stop_fast(axis)
+                else:
+                    axis.group.stop()
+
+    def stop(self) -> int:
+        """Stop the leading axes (0x02); the others follow them to rest."""
+        for axis in self.leading:
+            if axis is not None:
+                if axis.group is None:
+                    stop(axis)
+                else:
+                    axis.group.stop()
+        return OK
+
+    def clear(self) -> int:
+        """The same: nothing waits (0x03)."""
+        return self.stop()
+
+    def reset(self) -> int:
+        """Reset errors (0x01); after one the places are put where the axes are."""
+        failed = self.error_code
+        code = super().reset()
+        if failed and not self.moving and self._stands():
+            self._settle()
+        return code
+
+    def _settle(self) -> None:
+        acs = self.leading if self.by_axes else self.places
+        mcs = self.places if self.by_axes else self.leading
+        here = [0.0 if axis is None else axis.set_position for axis in acs]
+        places = [0.0] * COORDINATES
+        if self._holds(self.law.forward(self.numbers, here, places), places):
+            self._pose = here
+            for axis, position in zip(mcs, places, strict=True):
+                if axis is not None:
+                    _rename(axis, position)
+
+    # services
+
+    def forward(self, axes: Sequence[float]) -> list[float] | int:
+        """Places for these axes (0x801), or 0x4234 where there are none. Nothing moves."""
+        places = [0.0] * COORDINATES
+        solved = self.law.forward(self.numbers, axes, places)
+        return places if self._holds(solved, places) else NcError.NUMBER_RANGE_LEFT
+
+    def inverse(self, places: Sequence[float]) -> list[float] | int:
+        """Axes for these places (0x802), in the present pose, or 0x4234."""
+        axes = list(self._pose)
+        solved = self.law.inverse(self.numbers, places, axes)
+        return axes if self._holds(solved, axes) else NcError.NUMBER_RANGE_LEFT
+
+    def digest(self) -> bytes:
+        """All that decides what the group does next, as bytes."""
+        own = (self._leading_ids, self.by_axes, self._pose, self._velocities)
+        return super().digest() + repr(own).encode()
+
+
+def _rename(axis: Axis, position: float) -> None:
+    """Let the set position of an axis at rest be this."""
+    if axis.set_position != position:
+        lag = axis.actual_position - axis.set_position
+        set_actual_position(axis, ActualPositionType.ABSOLUTE, position + lag)

@@ -1,0 +1,563 @@
+"""3D groups: up to three main axes X, Y, Z and five auxiliary axes Q1..Q5 on a common path.
+
+Segments come one by one; the planner of `achse.motion.path` says where the path is in each cycle.
+Source: 002 §6.4.3.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import hypot, isfinite
+
+from achse.codes import NcError
+from achse.motion.axis import Axis
+from achse.motion.checks import OK
+from achse.motion.commands.groups import begin_group_motion, end_group_motion
+from achse.motion.commands.homing import home
+from achse.motion.dynamics import fastest
+from achse.motion.groups.group import FULL_OVERRIDE, AxisGroup
+from achse.motion.groups.parameters import GroupParameters
+from achse.motion.groups.path_view import PathView
+from achse.motion.groups.reach import PathReach
+from achse.motion.groups.states import GroupType, SafState
+from achse.motion.path import (
+    PathDwell,
+    PathError,
+    PathLimits,
+    PathLine,
+    PathOverride,
+    PathParameters,
+    PathPlanner,
+    PathSegment,
+    ReductionMethod,
+)
+from achse.motion.path.compiled import KERNEL
+from achse.motion.states import MotionPhase
+
+__all__ = ["MAIN_AXES", "PLACES", "PathGroup"]
+
+MAIN_AXES = 3
+PLACES = 8
+"""X, Y, Z, Q1..Q5."""
+
+_NO_AXIS = PathLimits(1e9, 1e12, 1e15)
+"""An empty place limits nothing."""
+
+_ABOVE = 10.0
+"""Override that is possible above 100 %."""
+
+
+class PathGroup(AxisGroup):
+    """Axes on a path. Places 0..2 are X, Y, Z, places 3..7 are Q1..Q5.
+
+    `begin` lets the group lead its axes, `append` adds segments, `end` gives the axes free; between
+    these the axes rest wherever the path is at its end. Each segment has a number, from 1 on.
+    """
+
+    type = GroupType.THREE_D
+
+    def __init__(self, parameters: GroupParameters, axes: Mapping[int, Axis]) -> None:
+        super().__init__(parameters, axes, PLACES)
+        self._single_block = 0
+        self._path = PathParameters()
+        self._angles = [self._path.angle_low, self._path.angle_high]
+        self.total_remaining_path_enable = 0
+        self._reach = PathReach(self.places)
+        self.override_above_full = 0
+        self.max_commands_per_cycle = parameters.segments_per_cycle
+        self.table_size = parameters.table_size
+        self.planner: PathPlanner | None = None
+        self._way_before = 0.0
+        """Way since the start of the program, up to the last reset of the planner."""
+        self._number = 0
+        self._forgetting = False
+        self._deleting = False
+        self.segment_change = 0
+        """1 in a cycle in which a new segment begins."""
+        self.view = PathView(self)
+        """What the states show."""
+        self._override_used = -1.0
+        self._jumps = [1.0, 1.0, 1.0]
+        self._dynamic = 1.0
+        self._joins_smoothly = False
+        self._homing: Axis | None = None
+
+    # parameters
+
+    @property
+    def path_parameters(self) -> PathParameters:
+        """What holds for segments that are appended from now on."""
+        return self._path
+
+    @path_parameters.setter
+    def path_parameters(self, parameters: PathParameters) -> None:
+        """Raises PathError."""
+        self._path = parameters
+        self._use_parameters()
+
+    def _use_parameters(self) -> None:
+        if self.planner is not None:
+            smooth = self._joins_smoothly
+            self.planner.parameters = replace(self._path, c1=1.0, c2=1.0) if smooth else self._path
+
+    @property
+    def joins_smoothly(self) -> bool:
+        """The next segment goes on with the one before: no factor of a transition is between."""
+        return self._joins_smoothly
+
+    @joins_smoothly.setter
+    def joins_smoothly(self, smooth: bool) -> None:
+        if smooth is not self._joins_smoothly:
+            self._joins_smoothly = smooth
+            self._use_parameters()
+
+    def _change(self, **values: object) -> None:
+        self.path_parameters = replace(self._path, **values)  # type: ignore[arg-type]
+
+    @property
+    def reduction_method(self) -> ReductionMethod:
+        """How corners reduce the velocity (0x500)."""
+        return self._path.method
+
+    @reduction_method.setter
+    def reduction_method(self, method: int) -> None:
+        self._change(method=ReductionMethod(method))
+
+    @property
+    def reduction_factor_c0(self) -> float:
+        """Factor at corners (0x501)."""
+        return self._path.c0
+
+    @reduction_factor_c0.setter
+    def reduction_factor_c0(self, factor: float) -> None:
+        self._change(c0=factor)
+
+    @property
+    def reduction_factor_c1(self) -> float:
+        """Factor where the curvature jumps (0x502)."""
+        return self._path.c1
+
+    @reduction_factor_c1.setter
+    def reduction_factor_c1(self, factor: float) -> None:
+        self._change(c1=factor)
+
+    @property
+    def reduction_factor_c2(self) -> float:
+        """Factor where the curvature goes on (0x507)."""
+        return self._path.c2
+
+    @reduction_factor_c2.setter
+    def reduction_factor_c2(self, factor: float) -> None:
+        self._change(c2=factor)
+
+    @property
+    def critical_angle_low(self) -> float:
+        """Corners up to here reduce nothing, degrees (0x503)."""
+        return self._path.angle_low
+
+    @critical_angle_low.setter
+    def critical_angle_low(self, angle: float) -> None:
+        self._change(angle_low=angle)
+
+    @property
+    def critical_angle_high(self) -> float:
+        """Corners from here on reduce as far as it goes, degrees (0x504)."""
+        return self._path.angle_high
+
+    @critical_angle_high.setter
+    def critical_angle_high(self, angle: float) -> None:
+        self._change(angle_high=angle)
+
+    @property
+    def min_path_velocity(self) -> float:
+        """Transitions reduce to no less, mm/s (0x505)."""
+        return self._path.least_velocity
+
+    @min_path_velocity.setter
+    def min_path_velocity(self, velocity: float) -> None:
+        self._change(least_velocity=velocity)
+
+    @property
+    def override_type(self) -> PathOverride:
+        """What the override refers to (0x50A)."""
+        return self._path.override_type
+
+    @override_type.setter
+    def override_type(self, kind: int) -> None:
+        above = kind == PathOverride.REDUCED_ABOVE
+        self._change(override_type=PathOverride(kind), most_override=_ABOVE if above else 1.0)
+
+    @property
+    def single_block_mode(self) -> int:
+        """1: the path rests at the end of each segment until `next_block` (0x06)."""
+        return self._single_block
+
+    @single_block_mode.setter
+    def single_block_mode(self, on: int) -> None:
+        self._single_block = on
+        if self.planner is not None:
+            self.planner.single_block = bool(on)
+
+    @property
+    def soft_limit_monitoring_enable(self) -> int:
+        """1: segments end within the soft limits of the axes (0x509)."""
+        return int(self._reach.soft_limits)
+
+    @soft_limit_monitoring_enable.setter
+    def soft_limit_monitoring_enable(self, on: int) -> None:
+        self._reach.soft_limits = bool(on)
+
+    def next_block(self) -> None:
+        """Single block: go on with the next segment."""
+        if self.planner is not None:
+            self.planner.next_block()
+
+    @property
+    def at_block_end(self) -> bool:
+        """Single block: it rests where a segment ends that is not the last one."""
+        planner = self.planner
+        if planner is None or not self._single_block or self.rests or not self.stands:
+            return False
+        return planner.at_barrier
+
+    # axes
+
+    def why_not_assign(self, places: Mapping[int, Axis | None]) -> int:
+        """Auxiliary axes need a main axis (0x42F0)."""
+        held = {place for place, id in enumerate(self.ids) if id}
+        held |= {place for place, axis in places.items() if axis is not None}
+        held -= {place for place, axis in places.items() if axis is None}
+        if held and not any(place < MAIN_AXES for place in held):
+            return NcError.AUXILIARY_AXIS_COUNT
+        return OK
+
+    def assigned(self) -> None:
+        """The path of the axes that were there before is over."""
+        self.planner = None
+
+    @property
+    def positions(self) -> tuple[float, ...]:
+        """Set positions of X, Y, Z, Q1..Q5; 0 for an empty place."""
+        return tuple(0.0 if axis is None else axis.set_position for axis in self.places)
+
+    # motion
+
+    def begin(self) -> int:
+        """Lead the axes from now on; nothing moves before a segment comes."""
+        code = self.why_not_move()
+        if code:
+            return code
+        used = max(MAIN_AXES, 1 + max(n for n, axis in enumerate(self.places) if axis is not None))
+        limits = [self._limits(axis, n) for n, axis in enumerate(self.places[:used])]
+        dt = self.cycle_ns / 1e9
+        try:
+            self.planner = PathPlanner(
+                limits,
+                self.positions[:used],
+                cycle_time=dt,
+                parameters=self._path,
+                table=self.table_size,
+                compiled=KERNEL.available and KERNEL.cached,
+            )
+        except PathError:
+            return NcError.GROUP_PARAMETER
+        self._joins_smoothly = False
+        self.planner.single_block = bool(self._single_block)
+        self._way_before, self._number = 0.0, 0
+        self._override_used = -1.0
+        self._forgetting = self._deleting = False
+        self.emergency_stop_active = 0
+        self._begin_motion()
+        return OK
+
+    def _limits(self, axis: Axis | None, place: int) -> PathLimits:
+        if axis is None:
+            return _NO_AXIS
+        jump = self._jumps[place] if place < MAIN_AXES else 1.0
+        part = self._dynamic
+        return PathLimits(
+            velocity=fastest(axis),
+            acceleration=part * min(axis.default_acceleration, axis.max_acceleration),
+            deceleration=part * min(axis.default_deceleration, axis.max_deceleration),
+            jerk=part * axis.default_jerk,
+            velo_jump=axis.max_velocity_jump or jump,
+        )
+
+    def rapid_feed(self, start: Sequence[float], end: Sequence[float]) -> float:
+        """Path velocity of G00 on a line: what the rapid traverse of the axes leaves."""
+        ways = [abs(b - a) for a, b in zip(start, end, strict=True)]
+        length = hypot(*ways[:MAIN_AXES]) or hypot(*ways)
+        feeds = [
+            min(axis.rapid_traverse_velocity or fastest(axis), fastest(axis)) * length / way
+            for axis, way in zip(self.places, ways, strict=False)
+            if axis is not None and way > 0.0
+        ]
+        return min(feeds, default=1.0)
+
+    @property
+    def free(self) -> int:
+        """Segments that can still be appended."""
+        return self.planner.free if self.planner is not None and self.moving else 0
+
+    def append(self, segment: PathSegment) -> int:
+        """Append a segment (its `block` is given here); 0 or the error that refuses it.
+
+        0x42BD, 0x42E4 if it ends beyond soft limits, 0x42C0 for a place without an axis, 0x42E0 for
+        numbers that cannot be. `number` is that of the segment afterwards.
+        """
+        planner = self.planner
+        if planner is None or not self.moving or self.stopping:
+            return NcError.NCI_GENERATOR_INACTIVE
+        if not isinstance(segment, PathDwell):
+            code = self._reach.why_not(segment, planner.programmed_position)
+            if code:
+                return code
+        try:
+            planner.append(replace(segment, block=self._number + 1))
+        except PathError:
+            return NcError.GROUP_PARAMETER
+        self._number += 1
+        return OK
+
+    def append_lines(
+        self, ends: Sequence[Sequence[float]], auxiliary: Sequence[float], feed: float
+    ) -> int:
+        """Append lines in X, Y, Z as far as they fit; auxiliary axes stay. 0 or the error of the
+        first one that is refused; `number` says how many are appended. Much faster than `append`.
+        """
+        planner = self.planner
+        if planner is None or not self.moving or self.stopping:
+            return NcError.NCI_GENERATOR_INACTIVE
+        ends = ends[: planner.free]
+        if not ends:
+            return OK
+        begin = planner.programmed_position
+        rest = begin[MAIN_AXES:]
+        if tuple(auxiliary[: len(rest)]) != rest or any(auxiliary[len(rest) :]):
+            return self.append(PathLine((*ends[0], *auxiliary)[: len(begin)], feed))
+        code: int = OK
+        if not self._reach.surely(ends, begin):
+            for n, end in enumerate(ends):
+                code = self._reach.why_not(PathLine((*end, *rest), feed), begin)
+                if code:
+                    ends = ends[:n]
+                    break
+        try:
+            points = [(*end, *rest) for end in ends] if rest else ends
+            self._number += planner.append_lines(points, feed, self._number + 1)
+        except PathError:
+            return NcError.GROUP_PARAMETER
+        return code
+
+    @property
+    def number(self) -> int:
+        """Number of the last segment that was appended."""
+        return self._number
+
+    @property
+    def present(self) -> int:
+        """Number of the segment that the path is on."""
+        return 0 if self.planner is None else self.planner.block
+
+    @property
+    def rests(self) -> bool:
+        """At rest, at the end of all that was appended."""
+        return self.planner is None or not self.moving or self.planner.finished
+
+    @property
+    def stands(self) -> bool:
+        """At rest, wherever the path is."""
+        return self.planner is None or not self.moving or self.planner.standstill
+
+    def end(self) -> None:
+        """Give the axes free; the path is at its end."""
+        self._end_motion()
+
+    def step(self, dt: float) -> None:
+        """One cycle along the path."""
+        planner = self.planner
+        if planner is None:
+            self._end_motion()
+            return
+        if self._lost() and not self.stopping:
+            self.clear()
+        if (self.stopping or self._deleting) and planner.standstill and not self._ends(planner):
+            return
+        before = planner.block
+        self._use_override(planner)
+        planner.advance()
+        self.segment_change = int(planner.block != before)
+        point = zip(
+            self.places,
+            planner.position,
+            planner.axis_velocity,
+            planner.axis_acceleration,
+            strict=False,
+        )
+        for axis, position, velocity, acceleration in point:
+            if axis is not None and axis is not self._homing:
+                axis.group_position, axis.group_velocity = position, velocity
+                axis.group_acceleration = acceleration
+
+    def _ends(self, planner: PathPlanner) -> bool:
+        """At rest: end what stops, drop what is deleted; whether the path goes on."""
+        if self._deleting:
+            self._deleting = False
+            planner.step_on()
+            self._restart(planner)
+        if self.stopping:
+            self._end_motion()
+            return False
+        return True
+
+    def _restart(self, planner: PathPlanner) -> None:
+        """Forget the rest of the path; the next segment begins here."""
+        self._way_before += planner.state.way
+        planner.reset(planner.position)
+
+    def home(self, place: int) -> int:
+        """Home one axis (G74) while the others wait; `homing` says when it is done."""
+        axis = self.places[place] if place < len(self.places) else None
+        if axis is None:
+            return NcError.NCI_AXIS_TYPE
+        end_group_motion(axis)
+        axis.grouped = 0
+        code = home(axis)
+        axis.grouped = 1
+        if code:
+            begin_group_motion(axis)
+        else:
+            self._homing = axis
+        return code
+
+    @property
+    def homing(self) -> bool:
+        """Whether an axis is still homing; one that is done is led again."""
+        axis = self._homing
+        if axis is None:
+            return False
+        if axis.set_motion_phase != MotionPhase.NONE:
+            return True
+        self._homing = None
+        if axis.error_code == OK:
+            begin_group_motion(axis)
+            self.take_positions()
+        return False
+
+    def _lost(self) -> bool:
+        """An axis that homes is not lost."""
+        return self._homing is None and super()._lost()
+
+    @property
+    def velo_jumps(self) -> tuple[float, ...]:
+        """Factors of velocity jumps of X, Y, Z (paramVeloJump), where the axis has none."""
+        return tuple(self._jumps)
+
+    @velo_jumps.setter
+    def velo_jumps(self, factors: Sequence[float]) -> None:
+        self._jumps = list(factors)
+        self._fill_limits()
+
+    @property
+    def dynamic_override(self) -> float:
+        """Part of acceleration and jerk of the axes that segments may use (DYNOVR)."""
+        return self._dynamic
+
+    @dynamic_override.setter
+    def dynamic_override(self, part: float) -> None:
+        self._dynamic = part
+        self._fill_limits()
+
+    def _fill_limits(self) -> None:
+        """Let segments from now on keep to the limits as they are."""
+        planner = self.planner
+        if planner is not None:
+            used = len(planner.limits)
+            planner.limits = [self._limits(axis, n) for n, axis in enumerate(self.places[:used])]
+
+    def take_positions(self) -> None:
+        """Begin where the axes are now, after they were moved by something else, at rest."""
+        planner = self.planner
+        if planner is not None and self.moving:
+            self._way_before += planner.state.way
+            planner.reset(self.positions[: len(planner.position)])
+
+    def _use_override(self, planner: PathPlanner) -> None:
+        override = self.override / FULL_OVERRIDE
+        above = self.override_above_full and self.override_type == PathOverride.REDUCED_ABOVE
+        override = min(override, _ABOVE if above else 1.0)
+        if override != self._override_used:
+            self._override_used = planner.override = override
+
+    def stop(self) -> int:
+        """Brake on the path, and end it there (0x02)."""
+        if self.moving and self.planner is not None:
+            self.emergency_stop_active = 0
+            self.stopping = True
+            self.planner.hold()
+        return OK
+
+    def clear(self) -> int:
+        """The same: what is to come goes with it (0x03)."""
+        return self.stop()
+
+    def emergency_stop(self, deceleration: float, jerk: float) -> int:
+        """Brake on the path with these, if they are stronger (0x04); `step_on` goes on."""
+        if not (isfinite(deceleration) and isfinite(jerk) and deceleration >= 0.0 and jerk >= 0.0):
+            return NcError.EMERGENCY_STOP_DATA
+        planner = self.planner
+        if planner is None or not self.moving or self.stopping:
+            return OK
+        if deceleration and jerk:
+            planner.emergency_stop(deceleration, jerk)
+        else:
+            planner.hold()
+        self.emergency_stop_active = 1
+        return OK
+
+    def step_on(self) -> int:
+        """Go on after an emergency stop (0x06)."""
+        if self.emergency_stop_active and self.planner is not None and not self.stopping:
+            self.planner.step_on()
+        self.emergency_stop_active = 0
+        return OK
+
+    def delete_distance_to_go(self) -> int:
+        """Brake, then forget the rest of what was appended (channel function 0x40)."""
+        if self.planner is None or not self.moving or self.stopping or self.rests:
+            return NcError.DELETE_DISTANCE_TO_GO
+        self._deleting = True
+        self.planner.hold()
+        return OK
+
+    # states
+
+    @property
+    def way(self) -> float:
+        """Way along the path since `begin`, mm."""
+        return self._way_before + (0.0 if self.planner is None else float(self.planner.state.way))
+
+    @property
+    def saf_state(self) -> SafState:
+        """State in the set-point task; at rest at the end of the path it is ready."""
+        found = super().saf_state
+        return SafState.READY if found is SafState.RUNNING and self.rests else found
+
+    @property
+    def saf_table_size(self) -> int:
+        """Entries of the table of segments."""
+        return self.table_size
+
+    @property
+    def saf_entry_count(self) -> int:
+        """Segments that wait or are under way."""
+        return self.planner.entries if self.planner is not None and self.moving else 0
+
+    def digest(self) -> bytes:
+        """All that decides what the group does next, as bytes."""
+        planner = self.planner
+        own = (self._path, self._number, self._single_block, self._way_before)
+        there: tuple[object, ...] = ()
+        if planner is not None:
+            state = planner.state
+            there = (planner.position, state.way, state.velocity, state.acceleration, state.hold)
+        return super().digest() + repr((own, there)).encode()

@@ -1,0 +1,26 @@
+"""The kernel in machine code: `run` of `achse.motion.path.kernel` and whatever it calls."""
+
+from achse.motion.path.kernel import run
+from achse.motion.path.record import (
+    AXIS,
+    GATE,
+    PIECE,
+    POINT,
+    STATE,
+    PathAxis,
+    PathGate,
+    PathPiece,
+    PathPlace,
+    PathState,
+)
+from achse.native.compiled import Kernel
+
+__all__ = ["KERNEL"]
+
+KERNEL = Kernel(
+    "path",
+    run,
+    {PathAxis: AXIS, PathGate: GATE, PathPiece: PIECE, PathPlace: POINT, PathState: STATE},
+)
+"""Called with address and number of pieces, gates and axes, the state's address, numbers,
+operation, count."""

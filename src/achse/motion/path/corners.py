@@ -1,0 +1,117 @@
+"""Transitions: the velocity with which the path may go from one piece to the next.
+
+C0 is a corner, C1 a tangent that goes on with another curvature, C2 a curvature that goes on too.
+The rules are those of 002 §6.4.3.1, 0x3000+ID:0x500 to 0x505, and of the public pages on them.
+
+Kernel source: compiled as it stands, see `achse.motion.path.compiled`.
+"""
+
+from collections.abc import Sequence
+from enum import IntEnum
+from math import atan2, cos, fabs, pi, sqrt, tan
+
+from achse.motion.path.bounds import ENDLESS
+from achse.motion.path.geometry import point_at
+from achse.motion.path.record import MAIN_AXES, PathAxis, PathPiece, PathPlace, PathState
+
+__all__ = ["ReductionMethod", "angle_between", "corner_factor", "transition"]
+
+_STRAIGHT = 1e-6
+"""Angle up to which a tangent goes on, rad."""
+_SAME_BEND = 1e-6
+"""Difference of curvature up to which it goes on, relative."""
+_NO_BEND = 1e-9
+"""1/mm."""
+_REVERSAL = 1e-9
+
+
+class ReductionMethod(IntEnum):
+    """How a corner reduces the velocity (0x3000+ID:0x500)."""
+
+    COULOMB = 0
+    COSINE = 1
+    VELO_JUMP = 2
+    DEVIATION_ANGLE = 3
+
+
+def angle_between(a: PathPlace, b: PathPlace) -> float:
+    """Angle of the tangents in X, Y, Z, 0..pi; pi where one of them does not move these."""
+    product = 0.0
+    first = 0.0
+    second = 0.0
+    difference = 0.0
+    total = 0.0
+    for i in range(MAIN_AXES):
+        x = a.tangent[i]
+        y = b.tangent[i]
+        product += x * y
+        first += x * x
+        second += y * y
+    if first < 0.5 or second < 0.5:
+        return pi
+    # accurate for small angles, where the cosine is not
+    for i in range(MAIN_AXES):
+        d = a.tangent[i] - b.tangent[i]
+        s = a.tangent[i] + b.tangent[i]
+        difference += d * d
+        total += s * s
+    return 2.0 * atan2(sqrt(difference), sqrt(total))
+
+
+def corner_factor(method: int, angle: float, c0: float, low: float, high: float) -> float:
+    """Factor on the velocity at a corner; angles in rad.
+
+    Coulomb: c0 sqrt(tan((pi - angle) / 2)), at most 1, and c0 at a reversal, as printed. Cosine: 1
+    up to the low angle, c0 from the high angle on. Deviation angle: c0 between them, 0 above.
+    """
+    if angle <= low:
+        return 1.0
+    if method == ReductionMethod.COULOMB:
+        if angle >= pi - _REVERSAL:
+            return c0
+        return min(1.0, c0 * sqrt(tan(0.5 * (pi - angle))))
+    if method == ReductionMethod.COSINE:
+        if angle >= high:
+            return c0
+        return 1.0 - (1.0 - c0) * (cos(low) - cos(angle)) / (cos(low) - cos(high))
+    if method == ReductionMethod.DEVIATION_ANGLE:
+        return 0.0 if angle > high else c0
+    return 1.0
+
+
+def transition(
+    piece: PathPiece, following: PathPiece, axes: Sequence[PathAxis], state: PathState
+) -> float:
+    """Velocity allowed from the end of a piece on to the beginning of the following one, mm/s."""
+    a, b = state.before, state.after
+    point_at(piece, piece.length, a)
+    point_at(following, 0.0, b)
+    most = min(
+        min(piece.feed * state.most_override, piece.caps[piece.spans - 1]),
+        min(following.feed * state.most_override, following.caps[0]),
+    )
+    angle = angle_between(a, b)
+    jump = ENDLESS
+    shorter = 0.5 * (piece.whole + following.whole)
+    for i in range(state.used):
+        axis = axes[i]
+        step = fabs(a.tangent[i] - b.tangent[i])
+        if step <= _STRAIGHT:
+            continue
+        if i >= MAIN_AXES or state.method == ReductionMethod.VELO_JUMP:
+            jump = min(jump, axis.jump / step)
+        # corners that follow faster than cycles add up to a bend: its acceleration is bounded too
+        weakest = min(axis.acceleration, axis.deceleration)
+        together = max(shorter / state.cycle_time, sqrt(weakest * shorter / step))
+        jump = min(jump, together)
+    if angle > _STRAIGHT:
+        factor = corner_factor(state.method, angle, state.c0, state.angle_low, state.angle_high)
+        return max(min(factor * most, jump), min(state.least_velocity, most))
+    factor = state.c2
+    for i in range(MAIN_AXES):
+        step = fabs(a.bend[i] - b.bend[i])
+        if step > _SAME_BEND * (fabs(a.bend[i]) + fabs(b.bend[i])) + _NO_BEND:
+            factor = state.c1
+            if state.keep_jerk:
+                jump = min(jump, sqrt(axes[i].jerk * state.cycle_time / step))
+    return max(min(factor * most, jump), min(state.least_velocity, most))

@@ -1,0 +1,296 @@
+"""Look-ahead: how fast the path may be now, so that it keeps all that the gates ahead allow.
+
+A state (way, velocity, acceleration) is *safe* if there is a way out of it (`way_out`). The last
+known gate has velocity 0, so whatever is appended only makes more states safe.
+
+The cycle goes as fast as it may: it follows the ramp up for as long as the state after it is safe,
+and from there the way out. Ramps are exact, and the way out is kept until there is another: so the
+path never is where it cannot keep a limit.
+
+Kernel source: compiled as it stands, see `achse.motion.path.compiled`.
+"""
+
+from collections.abc import Sequence
+
+from achse.motion.path.bounds import ENDLESS
+from achse.motion.path.gates import (
+    build_gates,
+    gate_acceleration,
+    gate_deceleration,
+    gate_jerk,
+)
+from achse.motion.path.ramp import ramp_after, stretch
+from achse.motion.path.record import PathGate, PathPiece, PathState, PieceKind
+from achse.motion.path.way_out import (
+    NEAR,
+    find_rest,
+    find_way_out,
+    follow_way_out,
+    keep_way_out,
+)
+
+__all__ = ["move", "rest_ahead", "stop_at_end"]
+
+_SNAP = 1e-8
+"""At rest so near a gate, the path is there, mm."""
+_HALVINGS = 34
+_CROSSINGS = 44
+_INSTANT = 1.0 / 1024.0
+"""Part of a cycle: a way up that is shorter is not looked for, but from rest."""
+_SIMILAR = 0.5
+"""Pieces are taken together within a cycle if the next allows at least this part."""
+_MOMENT = 1e-9
+"""An acceleration that the jerk ends in this time, s, is none."""
+_ROUNDED = 1.0 - 1e-6
+_ABOVE = 1.0 + 1e-9
+_TURNS = 256
+"""Changes of the ramp within one cycle; many short segments that each stop need some."""
+
+
+def _local(
+    gates: Sequence[PathGate], state: PathState, v: float, a: float, end: float, similar: bool
+) -> tuple[float, float, float, float, float]:
+    """Velocity wanted; acceleration, deceleration and jerk at velocities up to v, up to `end`.
+
+    Where they hold: with `similar` up to the first span that allows much less, or stops.
+    """
+    wanted = up = down = jerk = ENDLESS
+    for k in range(state.gate, state.gates):
+        gate = gates[k]
+        if gate.waits:
+            if similar and k > state.gate:
+                return wanted, up, down, jerk, gates[k - 1].at
+            continue
+        most_up, most_down = gate_acceleration(gate, v), gate_deceleration(gate, v)
+        most_jerk = gate_jerk(gate, v)
+        if k > state.gate:
+            begin = gates[k - 1].at
+            if begin > end:
+                break
+            if similar and (
+                most_jerk < _SIMILAR * jerk or most_up < _SIMILAR * up or a < -most_down
+            ):
+                return wanted, up, down, jerk, begin
+        wanted = min(wanted, gate.velocity)
+        up = min(up, most_up)
+        down = min(down, most_down)
+        jerk = min(jerk, most_jerk)
+    return wanted, up, down, jerk, ENDLESS
+
+
+def _time_to(
+    v: float, a: float, w: float, up: float, down: float, jerk: float, way: float, time: float
+) -> float:
+    """When, within some time, the ramp to w has gone a way."""
+    low = 0.0
+    high = time
+    for _ in range(_CROSSINGS):
+        middle = 0.5 * (low + high)
+        step, _, _ = ramp_after(v, a, w, up, down, jerk, middle)
+        if step < way:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _cross(
+    pieces: Sequence[PathPiece], gates: Sequence[PathGate], state: PathState, x: float
+) -> float:
+    """Go on to the piece at x; x itself, which is that of a gate where the path ends."""
+    rows = len(pieces)
+    while x >= gates[state.gate].at - NEAR:
+        gate = gates[state.gate]
+        if gate.limit <= 0.0 and (state.velocity > 0.0 or state.acceleration != 0.0):
+            break  # its ramp ends in a moment
+        piece = pieces[state.current % rows]
+        if piece.kind == PieceKind.WAIT and state.waiting > 0.0:
+            break
+        if state.gate == state.gates - 1:
+            state.arrived = 1
+            return gate.at
+        state.gate += 1
+        if not gate.ends:
+            continue
+        if state.backwards:
+            state.current -= 1
+            if pieces[state.current % rows].last:
+                state.passed -= 1
+        else:
+            if piece.last:
+                state.passed += 1
+            state.current += 1
+            state.waiting = pieces[state.current % rows].wait
+    return x
+
+
+def move(
+    pieces: Sequence[PathPiece], gates: Sequence[PathGate], state: PathState, time: float
+) -> None:
+    """Move along the path for some time."""
+    rows = len(pieces)
+    sign = -1.0 if state.backwards else 1.0
+    x = sign * state.way
+    left = time
+    state.arrived = 0
+    for _ in range(_TURNS):
+        x = _cross(pieces, gates, state, x)
+        if state.arrived or left <= 0.0:
+            break
+        if pieces[state.current % rows].kind == PieceKind.WAIT:
+            if state.hold:
+                break
+            waits = min(left, state.waiting)
+            left -= waits
+            state.waiting -= waits
+            if state.waiting > 0.0:
+                break
+            continue
+        wanted = _prepare(gates, state, x)
+        before = left
+        x, left = _go_up(gates, state, x, left, wanted)
+        if left > 0.0:
+            if state.out:
+                x, left = follow_way_out(state, left)
+            elif left >= before:
+                at = gates[state.gate].at
+                if state.hold or at - x > _SNAP:
+                    break
+                x = at
+    state.way = sign * x
+
+
+def rest_ahead(
+    pieces: Sequence[PathPiece], gates: Sequence[PathGate], state: PathState, room: float
+) -> float:
+    """Way from here on which the path surely can come to rest: at most `room`, or ENDLESS."""
+    if state.velocity == 0.0 and state.acceleration == 0.0:
+        return 0.0
+    if state.out and not state.backwards:
+        # behind the way out, with what the known path allows at its weakest
+        down = jerk = ENDLESS
+        for n in range(state.current, state.following):
+            down = min(down, pieces[n % len(pieces)].deceleration)
+            jerk = min(jerk, pieces[n % len(pieces)].jerk)
+        way = state.out_at - state.way + stretch(state.out_speed, 0.0, 0.0, down, jerk)
+        if way <= room:
+            return way
+    if not state.fresh:
+        build_gates(pieces, gates, state)
+    return find_rest(gates, state)
+
+
+def stop_at_end(
+    pieces: Sequence[PathPiece], gates: Sequence[PathGate], state: PathState, first: int
+) -> bool:
+    """Single block: stop at the end of a segment, the first one, from piece `first` on, where the
+    path still can; False if there is none yet."""
+    for n in range(first, state.following):
+        if not pieces[n % len(pieces)].last:
+            continue
+        state.barrier = n
+        build_gates(pieces, gates, state)
+        v, a = state.velocity, state.acceleration
+        if v == 0.0 and a == 0.0:
+            return True
+        x = -state.way if state.backwards else state.way
+        k, speed, down, jerk = find_way_out(gates, state, x, v, a, v, False, True)
+        if k >= 0:
+            keep_way_out(state, gates[k].at, x, v, a, speed, down, jerk, False)
+            return True
+    state.barrier = -1
+    state.fresh = 0
+    return False
+
+
+def _prepare(gates: Sequence[PathGate], state: PathState, x: float) -> bool:
+    """There is a way out from here; whether what is wanted at the gates can be kept."""
+    v, a = state.velocity, state.acceleration
+    if v == 0.0 and a == 0.0:
+        state.out = 0
+        return state.slower == 1
+    if state.slower and state.out < 2:
+        k, speed, down, jerk = find_way_out(gates, state, x, v, a, v, True, True)
+        if k >= 0:
+            keep_way_out(state, gates[k].at, x, v, a, speed, down, jerk, True)
+    if not state.out:
+        k, speed, down, jerk = find_way_out(gates, state, x, v, a, v, False, True)
+        if k < 0:
+            # none: what is left is to brake with what this span allows
+            k, speed = state.gate, 0.0
+            down, jerk = gate_deceleration(gates[k], v), gate_jerk(gates[k], v)
+            state.lost += 1
+        keep_way_out(state, gates[k].at, x, v, a, speed, down, jerk, False)
+    return state.slower == 1 and state.out == 2
+
+
+def _go_up(
+    gates: Sequence[PathGate], state: PathState, x: float, left: float, wanted: bool
+) -> tuple[float, float]:
+    """Follow the ramp to the velocity that is wanted for as long as there is a way out, and keep
+    that: where it leads, and time that is left."""
+    v, a = state.velocity, state.acceleration
+    gate = gates[state.gate]
+    rise = max(a, 0.0) + left * gate_jerk(gate, v)
+    faster = left * min(rise, max(a, gate_acceleration(gate, v)))
+    reach = x + left * (v + faster)
+    aim, up, down, jerk, until = _local(gates, state, v + faster, a, reach, True)
+    if state.hold:
+        aim = 0.0
+    if v == 0.0 and a == 0.0 and aim <= 0.0:
+        return x, left
+    if v + 0.5 * a * abs(a) / jerk > aim:
+        # it brakes beyond this cycle: with what the pieces on the way allow
+        weak_down, weak_jerk = down, jerk
+        for _ in range(3):
+            reach = max(reach, x + stretch(v, a, aim, weak_down, weak_jerk))
+            _, _, weak_down, weak_jerk, _ = _local(gates, state, v, a, reach, False)
+        if v + 0.5 * a * abs(a) / weak_jerk >= aim:
+            down, jerk, until = weak_down, weak_jerk, ENDLESS
+    if a < 0.0 and (2.0 * v * jerk < _ROUNDED * a * a or a < -down * _ABOVE):
+        return x, left  # the brake is let go as the way out says
+    peak = v
+    if a > 0.0 and v + 0.5 * a * a / jerk > aim:
+        peak = v + 0.5 * a * a / jerk
+        if peak > gate.cap * _ABOVE:
+            return x, left
+    longest = left
+    step, v1, a1 = ramp_after(v, a, aim, up, down, jerk, longest)
+    if x + step > until:
+        longest = _time_to(v, a, aim, up, down, jerk, until - x, left)
+        step, v1, a1 = ramp_after(v, a, aim, up, down, jerk, longest)
+    k, speed, out_down, out_jerk = find_way_out(
+        gates, state, x + step, v1, a1, max(peak, v1), wanted, False
+    )
+    good = longest
+    if k < 0:
+        # the longest time that the way up is safe
+        good = 0.0
+        bad = min(left * _INSTANT, longest)
+        middle = bad
+        for n in range(_HALVINGS):
+            step, v1, a1 = ramp_after(v, a, aim, up, down, jerk, middle)
+            last, last_speed, last_down, last_jerk = find_way_out(
+                gates, state, x + step, v1, a1, max(peak, v1), wanted, False
+            )
+            if last >= 0:
+                good = middle
+                k, speed, out_down, out_jerk = last, last_speed, last_down, last_jerk
+                if n == 0:
+                    bad = longest
+            else:
+                bad = middle
+                if n == 0 and v > 0.0:
+                    break
+            if (bad - good) * (v + faster) < 0.1 * NEAR:
+                break
+            middle = 0.5 * (good + bad)
+        if k < 0:
+            return x, left
+        step, v1, a1 = ramp_after(v, a, aim, up, down, jerk, good)
+    x += step
+    if v1 <= NEAR and abs(a1) <= _MOMENT * jerk:
+        v1 = a1 = 0.0
+    keep_way_out(state, gates[k].at, x, v1, a1, speed, out_down, out_jerk, wanted)
+    state.velocity, state.acceleration = v1, a1
+    return x, left - good

@@ -1,0 +1,298 @@
+"""Records of the path planner: pieces of the path, gates ahead, its state. Units: mm, s.
+
+A piece is what the path has between two transitions: a line, an arc (helix), a curve that rounds
+a corner, a point to wait at. A gate is a transition ahead with what it allows. `AXES` values belong
+to X, Y, Z and the auxiliary axes Q1..Q5; the length of a path is measured in X, Y, Z.
+"""
+
+from enum import IntEnum
+
+from achse.native.declare import Slot, lay_out, plain_record, within
+
+__all__ = [
+    "AXES",
+    "AXIS",
+    "COEFFICIENTS",
+    "GATE",
+    "KNOTS",
+    "MAIN_AXES",
+    "PIECE",
+    "POINT",
+    "SPANS",
+    "STATE",
+    "PathAxis",
+    "PathGate",
+    "PathPiece",
+    "PathPlace",
+    "PathState",
+    "PieceKind",
+    "axis_record",
+    "gate_record",
+    "piece_record",
+    "state_record",
+]
+
+MAIN_AXES = 3
+AXES = 8
+"""X, Y, Z, Q1..Q5 (002 §6.4.3: 3 + 5 axes of a group)."""
+
+COEFFICIENTS = 6 * AXES
+"""A curve of degree 5 in all axes."""
+
+KNOTS = 33
+"""Places of a curve whose way from its beginning is known."""
+
+SPANS = 32
+"""Parts of a bent piece, each with bounds of its own."""
+
+_NO_AXES = [0.0] * AXES
+_NO_SPANS = [0.0] * SPANS
+
+
+class PieceKind(IntEnum):
+    """What a piece is."""
+
+    LINE = 0
+    ARC = 1
+    CURVE = 2
+    """Rounds a corner: polynomials of a parameter from 0 to 1."""
+    WAIT = 3
+    """A point with a dwell time; its length is 0."""
+
+
+class PathPlace:
+    """A point of the path with its derivatives by the way along the path."""
+
+    position: list[float] = _NO_AXES
+    tangent: list[float] = _NO_AXES
+    """First derivative: a unit vector in X, Y, Z."""
+    bend: list[float] = _NO_AXES
+    """Second derivative, 1/mm."""
+    twist: list[float] = _NO_AXES
+    """Third derivative, 1/mm²."""
+
+
+POINT = lay_out("PathPlace", [PathPlace], Slot)
+
+
+class PathPiece:
+    """One piece of the path."""
+
+    kind: int = 0
+    block: int = 0
+    """Number of the block that it belongs to; a curve belongs to the block before the corner."""
+    block_after: int = 0
+    """Of a curve: the block it belongs to in its second half; else as `block`."""
+    last: int = 0
+    """1: the last piece of its segment."""
+    stops: int = 0
+    """1: exact stop at its end."""
+    first: float = 0.0
+    """Way along the path where it begins."""
+    length: float = 0.0
+    whole: float = 0.0
+    """Its length before corners were rounded: they take a share of it."""
+    wait: float = 0.0
+    """Dwell time, s."""
+    feed: float = 0.0
+    """Programmed velocity, mm/s."""
+    spans: int = 0
+    """Parts that have bounds of their own."""
+    ends: list[float] = _NO_SPANS
+    """Way from the beginning of the piece to the end of each."""
+    caps: list[float] = _NO_SPANS
+    """Velocity that the feed and the limits of the axes allow."""
+    starts: list[float] = _NO_SPANS
+    """Acceleration along the path from rest; it falls with the square of the velocity."""
+    accelerations: list[float] = _NO_SPANS
+    """Acceleration along the path at the highest velocity; mm/s²."""
+    rests: list[float] = _NO_SPANS
+    """Deceleration towards rest; it falls with the square of the velocity too."""
+    decelerations: list[float] = _NO_SPANS
+    """Deceleration at the highest velocity."""
+    powers: list[float] = _NO_SPANS
+    """Deceleration times velocity, at most: along a bend it takes jerk of the axes; mm²/s³."""
+    first_jerks: list[float] = _NO_SPANS
+    """Jerk along the path from rest; it falls with the cube of the velocity."""
+    jerks: list[float] = _NO_SPANS
+    """Jerk at the highest velocity."""
+    path_acceleration: float = 0.0
+    """What is asked for along the path (paramPathDynamics), whatever the axes allow."""
+    path_deceleration: float = 0.0
+    path_jerk: float = 0.0
+    deceleration: float = 0.0
+    """The least of all parts."""
+    jerk: float = 0.0
+    gate: float = 0.0
+    """Velocity that the transition at its end allows; of the last piece 0."""
+    begin: list[float] = _NO_AXES
+    end: list[float] = _NO_AXES
+    slope: list[float] = _NO_AXES
+    """Line: derivative by the way. Arc: that of its straight share (pitch, auxiliary axes)."""
+    centre: list[float] = [0.0] * MAIN_AXES
+    first_radius: list[float] = [0.0] * MAIN_AXES
+    """Arc: from centre to start, the radius long."""
+    second_radius: list[float] = [0.0] * MAIN_AXES
+    """Arc: a quarter turn further."""
+    turn: float = 0.0
+    """Arc: angle by way, rad/mm."""
+    coefficients: list[float] = [0.0] * COEFFICIENTS
+    """Curve: of powers 0..5 of its parameter, 8 axes each."""
+    ways: list[float] = [0.0] * KNOTS
+    """Curve: way from its beginning at 0, 1/32, …, 1."""
+
+
+PIECE = lay_out("PathPiece", [PathPiece], Slot)
+
+
+class PathGate:
+    """A transition ahead, or a place where the bounds change, with the span that leads to it."""
+
+    at: float = 0.0
+    """Way in the direction of travel."""
+    limit: float = 0.0
+    """Velocity allowed there and behind it."""
+    safe: float = 0.0
+    """Velocity, at acceleration 0, from which all gates behind it are kept piece by piece."""
+    wanted_limit: float = 0.0
+    """As `limit`, with the override."""
+    wanted_safe: float = 0.0
+    ends: int = 0
+    """1: the piece ends there."""
+    waits: int = 0
+    """1: the piece is a dwell time."""
+    velocity: float = 0.0
+    """Of the span before the gate: the velocity wanted there, and its bounds as in the piece."""
+    cap: float = 0.0
+    start: float = 0.0
+    acceleration: float = 0.0
+    rest: float = 0.0
+    deceleration: float = 0.0
+    power: float = 0.0
+    first_jerk: float = 0.0
+    jerk: float = 0.0
+    most_acceleration: float = 0.0
+    """What is asked for along the path, or by an emergency stop."""
+    most_deceleration: float = 0.0
+    most_jerk: float = 0.0
+
+
+GATE = lay_out("PathGate", [PathGate], Slot)
+
+
+class PathAxis:
+    """Limits of an axis."""
+
+    velocity: float = 0.0
+    acceleration: float = 0.0
+    deceleration: float = 0.0
+    jerk: float = 0.0
+    jump: float = 0.0
+    """Velocity that may jump at a corner (VeloJump): factor times acceleration times cycle time."""
+
+
+AXIS = lay_out("PathAxis", [PathAxis], Slot)
+
+
+class PathState:
+    """Where the path is, what it was told, and what the cycle shows."""
+
+    # pieces count from 0 on, piece n is in row n % rows
+    oldest: int = 0
+    """First piece that is still there: as far as the path can go back."""
+    current: int = 0
+    following: int = 0
+    """The piece that comes next when one is appended."""
+    history: int = 0
+    """Pieces that stay behind the current one."""
+    table: int = 0
+    """Segments that may wait or be under way."""
+    appended: int = 0
+    """Segments since the beginning."""
+    passed: int = 0
+    """Segments that ended since the beginning; less again when the path goes back."""
+
+    # motion
+    way: float = 0.0
+    velocity: float = 0.0
+    """In the direction of travel; never negative."""
+    acceleration: float = 0.0
+    backwards: int = 0
+    waiting: float = 0.0
+    """What is left of the dwell time."""
+    arrived: int = 0
+    """1: at rest at the end of the path."""
+
+    # commands
+    hold: int = 0
+    """1: come to rest (feed hold, stop)."""
+    stop_deceleration: float = 0.0
+    """Emergency stop: its dynamics; 0 those of the path."""
+    stop_jerk: float = 0.0
+    barrier: int = -1
+    """Single block: the path stops at the end of this piece; -1 none."""
+    override: float = 1.0
+    override_type: int = 0
+    most_override: float = 1.0
+
+    # parameters of segments that are appended from now on
+    path_acceleration: float = 0.0
+    path_deceleration: float = 0.0
+    path_jerk: float = 0.0
+    method: int = 0
+    c0: float = 0.0
+    c1: float = 1.0
+    c2: float = 1.0
+    angle_low: float = 0.0
+    angle_high: float = 0.0
+    least_velocity: float = 0.0
+    keep_jerk: int = 0
+    smoothing: int = 0
+    smoothing_subtype: int = 0
+    smoothing_radius: float = 0.0
+    cycle_time: float = 0.0
+    used: int = 0
+    """How many axes there are."""
+
+    # gates ahead
+    gates: int = 0
+    gate: int = 0
+    """The next gate."""
+    fresh: int = 0
+    """1: the gates are those of the pieces."""
+    slower: int = 0
+    """1: somewhere less is wanted than the gates allow."""
+
+    # the way out: a ramp that leads to a gate in time, and the safe velocity there
+    out: int = 0
+    """0 none (at rest), 1 it keeps what the gates allow, 2 also what is wanted there."""
+    out_begin: float = 0.0
+    """Where it begins, in the direction of travel, with which velocity and acceleration."""
+    out_velocity: float = 0.0
+    out_acceleration: float = 0.0
+    out_speed: float = 0.0
+    """Velocity at its end."""
+    out_deceleration: float = 0.0
+    out_jerk: float = 0.0
+    out_time: float = 0.0
+    """How long it has been followed, s."""
+    out_duration: float = 0.0
+    out_at: float = 0.0
+    """The gate that it leads to."""
+    lost: int = 0
+    """How often there was none in motion: never, if the bounds are right."""
+
+    # results
+    point: PathPlace = within(POINT)
+    before: PathPlace = within(POINT)
+    after: PathPlace = within(POINT)
+    axis_velocity: list[float] = _NO_AXES
+    axis_acceleration: list[float] = _NO_AXES
+
+
+STATE = lay_out("PathState", [PathState], Slot)
+
+axis_record = plain_record(AXIS)
+gate_record = plain_record(GATE)
+piece_record = plain_record(PIECE)
+state_record = plain_record(STATE)

@@ -1,0 +1,215 @@
+"""Ways out: ramps from where the path is to a gate ahead, to its safe velocity and no acceleration.
+
+A way out brakes with the least deceleration and jerk of all spans up to its gate, each at the
+highest velocity it has on the way. It passes the gates before it with what they allow. Once found
+it is kept, and can be followed to its end whatever comes: only what is appended changes the gates,
+and that allows more.
+
+Kernel source: compiled as it stands, see `achse.motion.path.compiled`.
+"""
+
+from collections.abc import Sequence
+from math import fabs
+
+from achse.motion.path.bounds import ENDLESS
+from achse.motion.path.gates import gate_acceleration, gate_deceleration, gate_jerk
+from achse.motion.path.ramp import ramp_after, ramp_duration, rest_is_nearer, stretch
+from achse.motion.path.record import PathGate, PathState
+
+__all__ = ["NEAR", "find_rest", "find_way_out", "follow_way_out", "keep_way_out"]
+
+NEAR = 1e-9
+"""Ways are equal up to this, mm; velocities, mm/s."""
+_SNAP = 1e-8
+"""A ramp that ends so near a gate ends there."""
+_MOMENT = 1e-12
+"""Times are equal up to this, s."""
+_ABOVE = 1.0 + 1e-9
+"""For rounding."""
+_BELOW = 1.0 - 1e-6
+
+
+def find_way_out(
+    gates: Sequence[PathGate],
+    state: PathState,
+    x: float,
+    v: float,
+    a: float,
+    top: float,
+    wanted: bool,
+    rest: bool,
+) -> tuple[int, float, float, float]:
+    """The way out from way x, velocity v and acceleration a: gate, speed, deceleration, jerk.
+
+    Gate -1 if there is none. `top` is the highest velocity since the gates before x were ahead;
+    `wanted`: keep what is wanted at the gates too. `rest`: also a ramp to rest, which can be
+    shorter than one to a lower velocity; there is one where less was known of the path before.
+    """
+    down = jerk = ENDLESS
+    least = ENDLESS
+    cap = ENDLESS  # of the first span
+    checked = False  # whether a gate before was passed with a stronger ramp
+    for k in range(state.gate, state.gates):
+        gate = gates[k]
+        limit = gate.wanted_limit if wanted else gate.limit
+        room = gate.at - x
+        if room < -NEAR:
+            if top > limit * _ABOVE:
+                break
+            continue
+        if not gate.waits:
+            fastest = v
+            if a > 0.0:
+                fastest = min(v + 0.5 * a * a / gate_jerk(gate, gate.cap), gate.cap)
+            jerk = min(jerk, gate_jerk(gate, fastest))
+            highest = v + 0.5 * a * a / jerk if a > 0.0 else v
+            if cap >= ENDLESS:
+                cap = gate.cap
+            if highest > cap * _ABOVE:
+                break
+            down = min(down, gate_deceleration(gate, highest))
+        if a < -down * _ABOVE or (a < 0.0 and 2.0 * v * jerk < _BELOW * a * a):
+            break  # the brake is on too strongly for what comes
+        room = max(room, 0.0)
+        released = v + 0.5 * a * fabs(a) / jerk
+        speed = min(released, min(gate.wanted_safe if wanted else gate.safe, least))
+        if v * v - speed * speed <= 2.0 * down * (room + NEAR):
+            way = _way_to(v, a, speed, down, jerk)
+            if rest and way > room + NEAR and rest_is_nearer(speed, down, jerk):
+                speed = 0.0
+                way = stretch(v, a, speed, down, jerk)
+            if way <= room + NEAR and (
+                not checked or _passes(gates, state, x, v, a, k, down, jerk, wanted)
+            ):
+                return k, speed if speed > NEAR else 0.0, down, jerk
+        highest = v + 0.5 * a * a / jerk if a > 0.0 else v
+        if highest > limit:
+            if stretch(v, a, limit, down, jerk) > room + NEAR:
+                break
+            checked = True
+        if a > 0.0 and k < state.gates - 1:
+            if _release_way(gates[k + 1], v, a, jerk) > room + NEAR:
+                break
+            checked = True
+        least = min(least, limit)
+    return -1, 0.0, down, jerk
+
+
+def _way_to(v: float, a: float, speed: float, down: float, jerk: float) -> float:
+    """Way to a speed with no acceleration; the speed is what the acceleration leads to, or less."""
+    if v + 0.5 * a * fabs(a) / jerk > speed:
+        return stretch(v, a, speed, down, jerk)
+    t = fabs(a) / jerk
+    return t * (v + t * a / 3.0)
+
+
+def _release_way(after: PathGate, v: float, a: float, jerk: float) -> float:
+    """Way until an acceleration is so low that the span behind a gate can go on with it."""
+    if after.waits:
+        return 0.0
+    most = gate_acceleration(after, v + 0.5 * a * a / jerk)
+    if a <= most:
+        return 0.0
+    t = (a - most) / jerk
+    return t * (v + t * (0.5 * a - t * jerk / 6.0))
+
+
+def _passes(
+    gates: Sequence[PathGate],
+    state: PathState,
+    x: float,
+    v: float,
+    a: float,
+    last: int,
+    down: float,
+    jerk: float,
+    wanted: bool,
+) -> bool:
+    """Whether a ramp with this deceleration and jerk keeps what the gates before the last allow."""
+    highest = v + 0.5 * a * a / jerk if a > 0.0 else v
+    for k in range(state.gate, last):
+        gate = gates[k]
+        limit = gate.wanted_limit if wanted else gate.limit
+        room = gate.at - x
+        if room < -NEAR:
+            continue
+        if highest > limit and stretch(v, a, limit, down, jerk) > room + NEAR:
+            return False
+        if a > 0.0:
+            if not gate.waits and down > gate_deceleration(gate, highest) * _ABOVE:
+                return False
+            if _release_way(gates[k + 1], v, a, jerk) > room + NEAR:
+                return False
+    return True
+
+
+def find_rest(gates: Sequence[PathGate], state: PathState) -> float:
+    """The way from here on which the path comes to rest with one ramp; ENDLESS if there is none."""
+    x = -state.way if state.backwards else state.way
+    v, a = state.velocity, state.acceleration
+    down = jerk = ENDLESS
+    for k in range(state.gate, state.gates):
+        gate = gates[k]
+        if gate.waits:
+            continue
+        jerk = min(jerk, gate_jerk(gate, gate.cap if a > 0.0 else v))
+        highest = v + 0.5 * a * a / jerk if a > 0.0 else v
+        down = min(down, gate_deceleration(gate, highest))
+        if a < -down * _ABOVE or (a < 0.0 and 2.0 * v * jerk < _BELOW * a * a):
+            break
+        way = stretch(v, a, 0.0, down, jerk)
+        if way <= gate.at - x:
+            return way if _passes(gates, state, x, v, a, k, down, jerk, False) else ENDLESS
+    return ENDLESS
+
+
+def keep_way_out(
+    state: PathState,
+    at: float,
+    x: float,
+    v: float,
+    a: float,
+    speed: float,
+    down: float,
+    jerk: float,
+    wanted: bool,
+) -> None:
+    """Keep a way out that was found, to the gate at a way."""
+    state.out = 2 if wanted else 1
+    state.out_begin = x
+    state.out_velocity = v
+    state.out_acceleration = a
+    state.out_speed = speed
+    state.out_deceleration = down
+    state.out_jerk = jerk
+    state.out_at = at
+    state.out_time = 0.0
+    state.out_duration = ramp_duration(v, a, speed, ENDLESS, down, jerk)
+    if speed > 0.0:
+        left = at - x - _way_to(v, a, speed, down, jerk)
+        state.out_duration += max(left, 0.0) / speed
+
+
+def follow_way_out(state: PathState, time: float) -> tuple[float, float]:
+    """Follow the way out for some time, or to its end: where it leads, and time that is left."""
+    spent = min(time, state.out_duration - state.out_time)
+    ends = spent >= state.out_duration - state.out_time - _MOMENT
+    state.out_time += spent
+    way, v, a = ramp_after(
+        state.out_velocity,
+        state.out_acceleration,
+        state.out_speed,
+        ENDLESS,
+        state.out_deceleration,
+        state.out_jerk,
+        state.out_time,
+    )
+    x = state.out_begin + way
+    if ends:
+        v, a = state.out_speed, 0.0
+        state.out = 0
+        if fabs(state.out_at - x) <= _SNAP:
+            x = state.out_at
+    state.velocity = max(v, 0.0)
+    state.acceleration = a
+    return x, time - spent

@@ -1,0 +1,13 @@
+"""What a table cannot be."""
+
+from achse.codes import NcError
+
+__all__ = ["TableError"]
+
+
+class TableError(Exception):
+    """A table cannot be what was asked for: `error` is the NC's."""
+
+    def __init__(self, error: NcError, message: str) -> None:
+        super().__init__(message)
+        self.error = error

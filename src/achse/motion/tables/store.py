@@ -1,0 +1,596 @@
+"""All tables of an NC by id: who uses them, and the memory from which drives and slaves read.
+
+Tables know axes only as `achse.motion.tables.users.TableUser`.
+"""
+
+from array import array
+from collections.abc import Callable, Iterable, Iterator
+from math import isfinite
+from typing import Any
+
+from achse.codes import NcError
+from achse.motion.couplings.cams import CHANGE_POINTS, part_now
+from achse.motion.curves import Piece
+from achse.motion.laws.element import ELEMENT
+from achse.motion.states import (
+    CamActivation,
+    CamInterpolation,
+    CamScaling,
+    CharacteristicInterpolation,
+    TableType,
+)
+from achse.motion.tables.errors import TableError
+from achse.motion.tables.function import survey_function
+from achse.motion.tables.joining import JOINING, Boundary, join
+from achse.motion.tables.limits import TableLimits
+from achse.motion.tables.memory import (
+    BEGIN,
+    COUNT,
+    CYCLIC,
+    ELEMENTS,
+    FORM,
+    HEADER,
+    PERIOD,
+    PIECE,
+    RATE,
+    STEP,
+    STROKE,
+    CamMemory,
+)
+from achse.motion.tables.search import CamCurve, Crossing, FunctionCurve, nearest
+from achse.motion.tables.survey import SURVEY, VALUES, at_velocity, survey
+from achse.motion.tables.table import (
+    MOST_NUMBERS,
+    MOTION_POINT,
+    PointActivation,
+    Table,
+    TableParameters,
+    TableScaling,
+)
+from achse.motion.tables.users import TableUser, at_work, cams_in_use
+
+__all__ = ["Tables"]
+
+_WORTH_MACHINE_CODE = 1000
+"""Rows that the plain way takes some ms for."""
+
+_REACH = 3
+"""Rows on either side that a changed one changes the local cubics of."""
+
+_LEAST_ROWS = {
+    CamInterpolation.FOUR_POINTS: 4,
+    CamInterpolation.SPLINE: 3,
+    CamInterpolation.LOCAL: 3,
+}
+
+
+_POINTS_STAY = (
+    CamActivation.INSTANTANEOUS,
+    CamActivation.OFF,
+    CamActivation.DELETE_QUEUED,
+)
+"""With these nothing waits for changed points."""
+
+
+def _returns(layer: Any) -> bool:
+    """Whether a layer has other points for one cycle, and waits for those from before."""
+    return bool(layer.next_kind == CHANGE_POINTS and layer.next_returns)
+
+
+class Tables:
+    """All tables of an NC by id; `pieces` and `cams` are what the kernel reads."""
+
+    def __init__(self, axes: Callable[[], Iterable[TableUser]]) -> None:
+        self._axes = axes
+        self.limits = TableLimits()
+        """Of tables that clients make."""
+        self._made: set[int] = set()
+        self._tables: dict[int, Table] = {}
+        self.pieces: list[Piece] = []
+        """All characteristics of drives, one behind the other."""
+        self.cams = CamMemory()
+        self._blocks: dict[tuple[int, int], int] = {}
+        """Where in `cams` a table lies, by its id and interpolation."""
+        self._newest: dict[tuple[int, int], int] = {}
+        """Where in there the points of a motion function that has been changed are."""
+        self._valves: list[tuple[Any, list[Piece]]] = []
+        """Valves whose curve is that of their drive's table at the start, inverted."""
+        self.laid_out: Callable[[], None] = lambda: None
+        """Told when `pieces` are others, or `cams` are elsewhere."""
+
+    def __iter__(self) -> Iterator[Table]:
+        return iter(self._tables.values())
+
+    def __len__(self) -> int:
+        return len(self._tables)
+
+    def ids(self) -> list[int]:
+        return sorted(self._tables)
+
+    def find(self, table_id: int) -> Table:
+        """The table with this id; TableError 0x4261 if there is none."""
+        try:
+            return self._tables[table_id]
+        except KeyError:
+            raise TableError(NcError.TABLE_NOT_FOUND, f"no table {table_id}") from None
+
+    def create(
+        self, table_id: int, main_type: TableType, sub_type: int, rows: int, columns: int
+    ) -> Table:
+        """A new table, all 0. Raises TableError: 0x4063, 0x4A00, 0x4A02, 0x4A03, 0x4A07, 0x4A11."""
+        if table_id in self._tables:
+            raise TableError(NcError.TABLE_EXISTS, f"table {table_id} is there already")
+        made = (self._tables[each] for each in self._made)
+        self.limits.demand(main_type, rows, columns, made)
+        table = Table(table_id, main_type, sub_type, rows, columns)
+        self.add(table)
+        self._made.add(table_id)
+        return table
+
+    def add(self, table: Table) -> None:
+        """Take a new table in; TableError 0x4063 if its id is taken, 0x4A11 without memory."""
+        if table.table_id in self._tables:
+            raise TableError(NcError.TABLE_EXISTS, f"{table!r} is there already")
+        if table.size + sum(each.size for each in self) > MOST_NUMBERS:
+            raise TableError(
+                NcError.TABLE_NO_MEMORY, f"{table!r}: tables take at most {MOST_NUMBERS} numbers"
+            )
+        self._tables[table.table_id] = table
+
+    def add_configured(self, parameters: TableParameters) -> None:
+        """Take a table in with its points. Raises TableError."""
+        of_points = parameters.main_type == TableType.MOTION_FUNCTION
+        table = Table(
+            parameters.table_id,
+            parameters.main_type,
+            parameters.sub_type,
+            len(parameters.points),
+            1 if of_points else 2,
+            parameters.name,
+        )
+        if of_points:
+            for number, point in enumerate(parameters.points):
+                MOTION_POINT.pack_into(table.motion, number * MOTION_POINT.size, *point)
+        else:
+            table.values = array("d", (value for point in parameters.points for value in point))
+        table.filled = True
+        table.boundary = parameters.boundary, parameters.begin_slope, parameters.end_slope
+        if table.table_main_type == TableType.CHARACTERISTIC:
+            table.curve()
+        else:
+            table.checked()
+        self.add(table)
+
+    def delete(self, table_id: int) -> None:
+        """Forget a table; TableError 0x4261 if there is none, 0x4259 if it is in use."""
+        self.find(table_id)
+        users = self.user_count(table_id)
+        if users:
+            raise TableError(NcError.SLAVE_TABLE_IN_USE, f"table {table_id} has {users} users")
+        self._forget_blocks()
+        del self._tables[table_id]
+        self._made.discard(table_id)
+
+    def user_count(self, table_id: int) -> int:
+        """How many drives, simulated valves and slaves use a table."""
+        drives = [used for _, used, _ in self._used()].count(table_id)
+        slaves = sum(table_id == used for _, used, _ in cams_in_use(self._axes()))
+        named = sum(table_id in axis.cam_list for axis in self._axes())
+        return drives + slaves + named
+
+    def write(self, table: Table, index: int, values: Iterable[float], step: int = 1) -> None:
+        """Change numbers of a table from `index` on, each `step` behind the one before.
+
+        Those who use it go on with the new curve. Raises TableError, and changes nothing, if the
+        table is in use and would not be a function any more, or if a slave at work would jump by
+        more than its position window (0x4A18): cam tables have no later activation (002).
+        """
+        fresh = array("d", values)
+        # a sum of finite numbers is finite, or they are looked at one by one
+        if not isfinite(sum(fresh)) and not all(map(isfinite, fresh)):
+            raise TableError(NcError.TABLE_PARAMETER, f"{table!r} takes finite numbers")
+        end = index + step * len(fresh)
+        before = table.values[index:end:step]
+        table.values[index:end:step] = fresh
+        last = index + step * (len(fresh) - 1)
+        rows = index // table.column_count, last // table.column_count + 1
+        table.changed(*rows)
+        try:
+            self._take_over(table, *rows)
+        except TableError:
+            table.values[index:end:step] = before
+            table.changed(*rows)
+            self._fill_again(table, *rows)
+            raise
+        table.filled = True
+        table.last_written = last
+
+    def write_points(self, table: Table, index: int, points: bytes, step: int = 1) -> None:
+        """Change points of a motion function, as `write` changes numbers.
+
+        Raises TableError: 0x4262 if the table is none, 0x4A1C for a number that is not finite.
+        """
+        table.demand_points()
+        fresh = list(MOTION_POINT.iter_unpack(points))
+        if not all(isfinite(number) for point in fresh for number in point):
+            raise TableError(NcError.TABLE_PARAMETER, f"{table!r} takes finite numbers")
+        before = bytes(table.motion)
+        size = MOTION_POINT.size
+        for n in range(len(fresh)):
+            at = size * (index + n * step)
+            table.motion[at : at + size] = points[size * n : size * (n + 1)]
+        table.changed()
+        last = index + step * (len(fresh) - 1)
+        try:
+            self._take_over(table, index // table.column_count, last // table.column_count + 1)
+        except TableError:
+            table.motion[:] = before
+            table.changed()
+            raise
+        table.filled = True
+
+    def scale(self, table: Table, scaling: TableScaling) -> None:
+        """Read a monotonic table otherwise from now on (0x115).
+
+        Raises TableError, and changes nothing: 0x4A12 for other tables, 0x4A17 for a scaling of 0
+        or a range that ends before it begins, 0x4A18 where a slave at work would jump.
+        """
+        if table.equidistant or table.of_points:
+            raise TableError(NcError.TABLE_FUNCTION_NOT_AVAILABLE, f"{table!r} is not monotonic")
+        if not scaling.master_scaling > 0.0 or scaling.range_high < scaling.range_low:
+            raise TableError(NcError.TABLE_SCALING, f"{table!r}: {scaling}")
+        before, table.scaling = table.scaling, scaling
+        table.changed()
+        try:
+            self._take_over(table, 0, table.row_count)
+        except TableError:
+            table.scaling = before
+            table.changed()
+            self._fill_again(table, 0, table.row_count)
+            raise
+
+    def _take_over(self, table: Table, low: int, high: int) -> None:
+        """Give those who use a table its rows `low` … `high` - 1 as they are now."""
+        if any(used == table.table_id for _, used, _ in self._used()):
+            self.lay_out()
+        mine = [key for key in self._blocks if key[0] == table.table_id]
+        if not mine:
+            return
+        self._forget_blocks()
+        kept = [key for key in mine if key in self._blocks]
+        if kept:
+            table.checked()
+        for key in kept:
+            if table.of_points:
+                self._renew(table, key)
+            else:
+                self._refill(table, key, low, high)
+        for axis, _, _ in cams_in_use(self._axes()):
+            axis.resting = 0
+
+    def _refill(self, table: Table, key: tuple[int, int], low: int, high: int) -> None:
+        """Write some rows of a block, unless a slave would jump."""
+        running = at_work(self._axes(), key)
+        before = [part_now(axis.rows, layer) for axis, layer in running]
+        self._fill(table, key[1], self._blocks[key], low, high)
+        for (axis, layer), was in zip(running, before, strict=True):
+            jump = part_now(axis.rows, layer) - was
+            if not abs(jump) <= axis.position_range_window:
+                raise TableError(
+                    NcError.TABLE_SLAVE_RANGE,
+                    f"{table!r}: axis {axis.axis_id} would jump by {jump:g}",
+                )
+
+    def _fill_again(self, table: Table, low: int, high: int) -> None:
+        """Write the blocks of a table of numbers as they were before these rows were refused."""
+        for key, begin in self._blocks.items():
+            if key[0] == table.table_id and not table.of_points:
+                self._fill(table, key[1], begin, low, high)
+
+    def change_online(self, table: Table, change: PointActivation) -> None:
+        """Say when changed points of a motion function become active (0x1A).
+
+        Raises TableError 0x4A1B for an activation, 0x4A17 for a scaling type that is not known.
+        """
+        if change.activation not in CamActivation.__members__.values():
+            raise TableError(
+                NcError.TABLE_EXECUTION_MODE, f"activation {change.activation}, expected 0..9"
+            )
+        for each in (change.master_scaling_type, change.slave_scaling_type):
+            if each not in CamScaling.__members__.values():
+                raise TableError(NcError.TABLE_SCALING, f"scaling type {each}, expected 0..2")
+        if not isfinite(change.position):
+            raise TableError(NcError.TABLE_PARAMETER, f"{table!r} takes finite numbers")
+        table.online = change
+
+    def _renew(self, table: Table, key: tuple[int, int]) -> None:
+        """Let slaves change to the points of a motion function as they are now, when it says.
+
+        Its block then has each version that a slave still uses, and behind them this one.
+        """
+        layers = [layer for axis in self._axes() for layer in axis.cams[: axis.cam_count]]
+        running = [each for each in layers if (each.table, each.interpolation) == key]
+        later = table.online.activation not in _POINTS_STAY
+        if later and any(
+            each.next_kind not in (0, CHANGE_POINTS) or _returns(each) for each in running
+        ):
+            raise TableError(
+                NcError.ACTIVATION_PENDING, f"{table!r}: another change of its slave waits"
+            )
+        waiting = [each for each in layers if (each.next_table, each.next_interpolation) == key]
+        used = {each.cam for each in running} | {each.next_cam for each in waiting}
+        before, numbers = self.cams.arguments, self.cams.numbers
+        versions = {}
+        for address in sorted(used):
+            size = HEADER + ELEMENT * int(numbers[address + COUNT])
+            versions[address] = numbers[address : address + size]
+        held = sum(map(len, versions.values()))
+        place = self._blocks[key] = self.cams.take(held + self._size(table))
+        self.cams.keep(self._blocks.values())
+        moved = {}
+        for address, version in versions.items():
+            self.cams.numbers[place : place + len(version)] = version
+            moved[address] = place
+            place += len(version)
+        self._newest[key] = place
+        self._fill(table, key[1], place, 0, 0)
+        for layer in running:
+            layer.cam = moved[layer.cam]
+        for layer in waiting:
+            layer.next_cam = moved[layer.next_cam] if _returns(layer) else place
+        for axis in self._axes():
+            for layer in axis.cams if axis.coupling else ():
+                if (layer.table, layer.interpolation) == key:
+                    self._change_points(axis, layer, table.online, place)
+        if self.cams.arguments != before:
+            self.laid_out()
+
+    @staticmethod
+    def _change_points(axis: Any, layer: Any, online: PointActivation, place: int) -> None:
+        """Let a layer go on with other points of its motion function, when they are to be active.
+
+        Offsets and scalings stay what they are unless they follow by themselves.
+        """
+        kept = _returns(layer) and online.activation != CamActivation.DELETE_QUEUED
+        if layer.next_kind == CHANGE_POINTS and not kept:
+            layer.next_kind = layer.next_table = 0
+        if online.activation == CamActivation.INSTANTANEOUS:
+            layer.cam = place
+        if online.activation in _POINTS_STAY:
+            return
+        layer.next_kind, layer.next_when = CHANGE_POINTS, online.activation
+        layer.next_returns = 0
+        layer.next_position = online.position
+        layer.next_table, layer.next_cam = layer.table, place
+        layer.next_interpolation = layer.interpolation
+        layer.next_master_absolute = layer.master_absolute
+        layer.next_slave_absolute = layer.slave_absolute
+        layer.next_master_type, layer.next_slave_type = (
+            online.master_scaling_type,
+            online.slave_scaling_type,
+        )
+        layer.next_master_offset = layer.master_offset
+        layer.next_slave_offset = layer.slave_offset
+        layer.next_master_scaling = layer.master_scaling
+        layer.next_slave_scaling = layer.slave_scaling
+        axis.cam_changes = 1
+
+    # -- cams --------------------------------------------------------------------------------
+
+    def cam(self, table_id: int, interpolation: int) -> int:
+        """Where in `cams` a cam lies, joined like this; it is kept while a slave uses it.
+
+        Raises TableError: 0x4261 no table, 0x4262 not for slaves, 0x4256 nothing was written to it,
+        0x4A08 interpolation, 0x4A21 too few rows for it, 0x4A06 … no function.
+        """
+        table = self.find(table_id)
+        if table.table_main_type == TableType.CHARACTERISTIC:
+            raise TableError(NcError.TABLE_WRONG_KIND, f"{table!r} is for CHARACTERISTIC")
+        if interpolation not in CamInterpolation.__members__.values():
+            raise TableError(
+                NcError.TABLE_INTERPOLATION_TYPE, f"interpolation {interpolation}, expected 0..3"
+            )
+        if not table.filled:
+            raise TableError(NcError.TABLE_SLAVE_WITHOUT_TABLE, f"{table!r} is empty")
+        least = _LEAST_ROWS.get(CamInterpolation(interpolation), 2)
+        if table.row_count < least and not table.of_points:
+            raise TableError(
+                NcError.TABLE_TOO_FEW_SPLINE_POINTS,
+                f"{table!r}: {table.row_count} points, expected {least} or more",
+            )
+        if interpolation == CamInterpolation.FOUR_POINTS and not table.equidistant:
+            raise TableError(
+                NcError.TABLE_INTERPOLATION_TYPE, f"{table!r} has no equal steps for four points"
+            )
+        key = table_id, interpolation
+        self._forget_blocks()
+        if key not in self._blocks:
+            table.checked()
+            before = self.cams.arguments
+            begin = self.cams.take(self._size(table))
+            self._blocks[key] = begin
+            try:
+                self._fill(table, interpolation, begin, 0, table.row_count)
+            except TableError:
+                del self._blocks[key]
+                self.cams.keep(self._blocks.values())
+                raise
+            if self.cams.arguments != before:
+                self.laid_out()
+        return self._newest.get(key, self._blocks[key])
+
+    def characteristic_values(self, table: Table, velocity: float) -> list[float]:
+        """The values of `achse.motion.tables.survey` at a master velocity.
+
+        Rows are joined as slaves join them, else by a spline through all that there can be one of.
+        Raises TableError if the table is not a function.
+        """
+        if table.of_points:
+            return at_velocity(survey_function(table.function()), velocity)
+        cams, first = self._joined(table, CamInterpolation.SPLINE)
+        found = array("d", [0.0]) * VALUES
+        if table.row_count >= _WORTH_MACHINE_CODE and SURVEY.available:
+            SURVEY.function(*cams.arguments, first, *found.buffer_info())
+        else:
+            survey(cams.numbers, first, found)
+        return at_velocity(found, velocity)
+
+    def nearest(
+        self, table: Table, value: float, start: float
+    ) -> tuple[Crossing | None, Crossing | None]:
+        """The nearest master positions at or below `start`, and at or above, where the slave is at
+        `value`; rows are joined as slaves join them, else by straight lines. Raises TableError."""
+        if table.of_points:
+            below, above = nearest(FunctionCurve(table.function(), table.cyclic), value, start)
+            return below, above
+        cams, first = self._joined(table, CamInterpolation.LINEAR)
+        below, above = nearest(CamCurve(cams.numbers, first), value, start)
+        return below, above
+
+    def _joined(self, table: Table, otherwise: CamInterpolation) -> tuple[CamMemory, int]:
+        """A table as slaves use it, else joined `otherwise` if it has the rows for it."""
+        for key, begin in self._blocks.items():
+            if key[0] == table.table_id:
+                return self.cams, begin
+        table.checked()
+        if table.row_count < _LEAST_ROWS.get(otherwise, 2):
+            otherwise = CamInterpolation.LINEAR
+        cams = CamMemory()
+        begin = cams.take(self._size(table))
+        self._fill(table, otherwise, begin, 0, table.row_count, cams.numbers)
+        return cams, begin
+
+    def _size(self, table: Table) -> int:
+        """Numbers of its block."""
+        if table.of_points:
+            return HEADER + len(table.function())
+        return HEADER + PIECE * table.row_count
+
+    def _fill(
+        self,
+        table: Table,
+        interpolation: int,
+        begin: int,
+        low: int,
+        high: int,
+        numbers: "array[float] | None" = None,
+    ) -> None:
+        """Write the block of a table that is a function, of which some rows have changed."""
+        places, values = table.checked()
+        if numbers is None:
+            numbers = self.cams.numbers
+        rows = table.row_count
+        numbers[begin : begin + HEADER] = array("d", HEADER * [0.0])
+        numbers[begin + COUNT] = rows
+        numbers[begin + BEGIN] = places[0]
+        numbers[begin + PERIOD] = places[-1] - places[0]
+        numbers[begin + STROKE] = values[-1] - values[0]
+        numbers[begin + CYCLIC] = table.cyclic
+        if table.of_points:
+            elements = table.function()
+            numbers[begin + FORM] = ELEMENTS
+            numbers[begin + COUNT] = len(elements) // ELEMENT
+            numbers[begin + HEADER : begin + HEADER + len(elements)] = elements
+            return
+        if table.equidistant:
+            numbers[begin + STEP] = (places[-1] - places[0]) / (rows - 1)
+            numbers[begin + RATE] = 1.0 / numbers[begin + STEP]
+        low, high = low - _REACH, high + _REACH
+        if low <= 0 or high >= rows:
+            low, high = 0, rows
+        boundary, begin_slope, end_slope = table.boundary
+        if boundary == Boundary.BY_TYPE:
+            boundary = Boundary.PERIODIC if table.cyclic else Boundary.SLOPES
+        rest = begin, interpolation, boundary.value, begin_slope, end_slope, low, high
+        if rows >= _WORTH_MACHINE_CODE and JOINING.available:
+            addresses = (each.buffer_info() for each in (places, values, numbers))
+            JOINING.function(*(part for address in addresses for part in address), *rest)
+        else:
+            join(places, values, numbers, *rest)
+
+    def _forget_blocks(self) -> None:
+        """Free the memory of cams that nobody uses any more."""
+        used = {
+            (table_id, interpolation) for _, table_id, interpolation in cams_in_use(self._axes())
+        }
+        kept = {key: begin for key, begin in self._blocks.items() if key in used}
+        if len(kept) < len(self._blocks):
+            self._blocks = kept
+            self._newest = {key: at for key, at in self._newest.items() if key in kept}
+            self.cams.keep(kept.values())
+
+    # -- characteristics of drives ------------------------------------------------------------
+
+    def choose(self, drive: Any, table_id: int) -> None:
+        """Let a drive use a table, 0: none. Raises TableError, and changes nothing then."""
+        self._change(drive, "table_id", table_id)
+
+    def interpolate(self, drive: Any, interpolation: int) -> None:
+        """Let a drive join the points of its table otherwise. Raises TableError like `choose`."""
+        self._change(drive, "table_interpolation_type", interpolation)
+
+    def remove(self, drive: Any, table_id: int) -> None:
+        """Take a table out of a drive, and delete it. Raises TableError, and does neither then."""
+        self.find(table_id)
+        if drive.table_id != table_id:
+            raise TableError(NcError.TABLE_NOT_FOUND, f"{drive!r} does not use table {table_id}")
+        users = self.user_count(table_id)
+        if users > 1:
+            raise TableError(NcError.SLAVE_TABLE_IN_USE, f"table {table_id} has {users} users")
+        self.choose(drive, 0)
+        self.delete(table_id)
+
+    def _change(self, drive: Any, field: str, value: int) -> None:
+        before = getattr(drive, field)
+        setattr(drive, field, value)
+        try:
+            self.lay_out()
+        except TableError:
+            setattr(drive, field, before)
+            raise
+
+    def _used(self) -> Iterator[tuple[TableUser, int, int]]:
+        """Table and interpolation of each drive and valve, with its axis."""
+        for axis in self._axes():
+            for drive in axis.drives:
+                yield axis, drive.amplifier.table_id, CharacteristicInterpolation.LINEAR
+                yield axis, drive.table_id, drive.table_interpolation_type
+
+    def build_valves(self) -> None:
+        """Let the valve of each drive that has a table now be the inverse of it from now on."""
+        for axis in self._axes():
+            for drive in axis.drives:
+                if drive.table_id and not drive.amplifier.table_id:
+                    table = self.find(drive.table_id)
+                    curve = table.curve(drive.table_interpolation_type)
+                    self._valves.append((drive.amplifier, curve))
+        self.lay_out()
+
+    def lay_out(self) -> None:
+        """Give each drive the curve of its table. Raises TableError, and changes nothing then."""
+        pieces: list[Piece] = []
+        places = {(0, kind.value): (0, 0) for kind in CharacteristicInterpolation}
+        for axis, table_id, interpolation in self._used():
+            if (table_id, interpolation) in places:
+                continue
+            try:
+                curve = self.find(table_id).curve(interpolation)
+            except TableError as fault:
+                raise TableError(fault.error, f"{fault}, for axis {axis.axis_id}") from None
+            places[table_id, interpolation] = len(pieces), len(curve)
+            pieces += curve
+        self.pieces = pieces
+        for amplifier, curve in self._valves:
+            amplifier.valve_first, amplifier.valve_count = len(pieces), len(curve)
+            amplifier.valve_inverse = 1
+            pieces += curve
+        for axis in self._axes():
+            for drive in axis.drives:
+                valve = drive.amplifier.table_id, CharacteristicInterpolation.LINEAR
+                if drive.amplifier.table_id:
+                    drive.amplifier.valve_first, drive.amplifier.valve_count = places[valve]
+                key = drive.table_id, drive.table_interpolation_type
+                drive.curve_first, drive.curve_count = places[key]
+            axis.adapt = 1
+            axis.resting = 0
+        self.laid_out()

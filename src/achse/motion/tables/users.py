@@ -1,0 +1,60 @@
+"""Who uses tables: an axis with its drives, and as a slave with its cams.
+
+What uses a table follows from the records of the axes alone, so a slave that the cycle lets go has
+let its tables go too.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, Protocol
+
+from achse.motion.states import CAM_COUPLINGS
+
+__all__ = ["TableUser", "at_work", "cams_in_use"]
+
+
+# Any: records have their fields by name in either form
+class TableUser(Protocol):
+    """An axis: its drives have characteristics, as a slave it has cams."""
+
+    axis_id: int
+    adapt: int
+    resting: int
+    coupling: int
+    cam_count: int
+    cam_list: Any
+    loop_closed: int
+    position_range_window: float
+
+    @property
+    def rows(self) -> Any:
+        """What the kernel walks; `cams` of it are the numbers of all tables."""
+
+    @property
+    def drives(self) -> Sequence[Any]:
+        """Each has `table_id` and `table_interpolation_type`, its valve `amplifier.table_id`."""
+
+    @property
+    def cams(self) -> Sequence[Any]:
+        """Layers: `table`, `interpolation`, and `next_table` … of what is to come; 0: none."""
+
+
+def cams_in_use(axes: Iterable[TableUser]) -> Iterator[tuple[TableUser, int, int]]:
+    """Table and interpolation of each layer of each slave, and of what it will change to."""
+    for axis in axes:
+        if axis.coupling in CAM_COUPLINGS:
+            for layer in axis.cams[: axis.cam_count]:
+                if layer.table:
+                    yield axis, layer.table, layer.interpolation
+                if layer.next_table:
+                    yield axis, layer.next_table, layer.next_interpolation
+
+
+def at_work(axes: Iterable[TableUser], key: tuple[int, int]) -> list[tuple[TableUser, Any]]:
+    """The slaves, with the layer, that move by this table and interpolation."""
+    return [
+        (axis, layer)
+        for axis in axes
+        if axis.coupling in CAM_COUPLINGS and axis.loop_closed
+        for layer in axis.cams[: axis.cam_count]
+        if (layer.table, layer.interpolation) == key
+    ]

@@ -1,0 +1,123 @@
+"""The debug build of a PLC's code: every statement says where it is, every call is on a list."""
+
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
+
+from achse.plc.code.execution import Execution
+from achse.st.typed.project import Routine, RoutineKind
+
+__all__ = ["CallRecord", "DebugBuild", "Mark", "matching_paths"]
+
+CallRecord = list[int]
+"""Of a running call: number of the present mark, of the routine, address of the instance, offset
+of the frame."""
+
+
+class Mark(NamedTuple):
+    """A statement that can be stopped at."""
+
+    routine: Routine
+    path: str
+    line: int
+
+
+class _Marks:
+    """What is put into the code, and what its numbers mean."""
+
+    def __init__(self) -> None:
+        self.marks: list[Mark | None] = [None]
+        """By number; 0 is the head of a routine."""
+        self.routines: list[Routine] = []
+        self._numbers: dict[tuple[str, int], int] = {}
+        self._of_routine: dict[str, int] = {}
+
+    def statement(self, routine: Routine, at: int) -> tuple[str, ...]:
+        if routine.kind is RoutineKind.LIFE:
+            return ()  # start values: nobody stops in a declaration
+        number = self._numbers.get((routine.key, at))
+        if number is None:
+            number = self._numbers[routine.key, at] = len(self.marks)
+            place = routine.locate(at)
+            self.marks.append(Mark(routine, place.path, place.line))
+        return f"call[0] = {number}", f"if {number} in STOPS: stopped(call)"
+
+    def entry(self, routine: Routine) -> str:
+        number = self._of_routine.get(routine.key)
+        if number is None:
+            number = self._of_routine[routine.key] = len(self.routines)
+            self.routines.append(routine)
+        this = "0" if routine.this is None else "this"
+        return f"call = called({number}, {this}, f)"
+
+
+class DebugBuild:
+    """Functions for debugging beside those of an execution.
+
+    `names` are what the code calls: STOPS, `called`, `returned`, `stopped`, `raised`.
+    """
+
+    def __init__(self, execution: Execution, names: Mapping[str, Any]) -> None:
+        self._execution = execution
+        self._marks = _Marks()
+        execution.namespace.update(names)
+        self._functions = execution.plain(self._marks)
+        self._before: dict[str, Callable[..., Any]] = {}
+        by_path: dict[str, list[tuple[int, int]]] = {}
+        for number, mark in enumerate(self._marks.marks):
+            if mark is not None:
+                by_path.setdefault(mark.path, []).append((mark.line, number))
+        self._lines = {path: sorted(lines) for path, lines in by_path.items()}
+
+    def install(self) -> None:
+        """Let the debug functions run from the next cycle on."""
+        execution = self._execution
+        self._before = {key: execution.function(key) for key in self._functions}
+        execution.replace(self._functions)
+
+    def remove(self) -> None:
+        """Let the functions run that were there."""
+        self._execution.replace(self._before)
+
+    def mark(self, number: int) -> Mark | None:
+        """What a number means; None for the head of a routine."""
+        return self._marks.marks[number]
+
+    def routine(self, number: int) -> Routine:
+        """The routine of a number."""
+        return self._marks.routines[number]
+
+    @property
+    def paths(self) -> list[str]:
+        """The files with statements."""
+        return sorted(self._lines)
+
+    def at(self, path: str, line: int) -> tuple[str, int, frozenset[int]] | None:
+        """The first statements of a file at a line or after it: file, line, their marks.
+
+        A path means the files whose names end with it, or that it ends with; capitals and the
+        kind of slashes do not count. None if there is no such file, or nothing after the line.
+        """
+        for known in matching_paths(path, self._lines):
+            lines = self._lines[known]
+            first = bisect_left(lines, (line, 0))
+            if first < len(lines):
+                found = lines[first][0]
+                return known, found, frozenset(n for at, n in lines if at == found)
+        return None
+
+
+def matching_paths(path: str, known: Iterable[str]) -> list[str]:
+    """The known paths that may be meant, the likeliest first."""
+    wanted = _parts(path)
+    found: list[tuple[int, str]] = []
+    for one in known:
+        parts = _parts(one)
+        shared = min(len(parts), len(wanted))
+        if shared and parts[-shared:] == wanted[-shared:]:
+            found.append((-shared, one))
+    return [one for _, one in sorted(found)]
+
+
+def _parts(path: str) -> list[str]:
+    return [part for part in path.replace("\\", "/").lower().split("/") if part not in ("", ".")]

@@ -1,0 +1,65 @@
+"""A thread that runs a cycle and can stand still in the middle: control goes to and fro."""
+
+import threading
+from collections.abc import Callable
+
+__all__ = ["Carrier"]
+
+_STACK = 64 << 20
+"""Bytes for calls inside each other."""
+
+
+class Carrier:
+    """Runs one piece of work at a time; never at the same time as who started it.
+
+    `run` and `resume` come back when the work has ended (True), or waits in `hold` (False).
+    `failure` is what ended it, None if nothing did.
+    """
+
+    def __init__(self) -> None:
+        self._go = threading.Semaphore(0)
+        self._back = threading.Semaphore(0)
+        self._work: Callable[[], object] | None = None
+        self._ended = True
+        self.failure: BaseException | None = None
+        before = threading.stack_size(_STACK)
+        try:
+            self._thread = threading.Thread(target=self._serve, name="achse debug", daemon=True)
+            self._thread.start()
+        finally:
+            threading.stack_size(before)
+
+    def _serve(self) -> None:
+        while True:
+            self._go.acquire()
+            work = self._work
+            if work is None:
+                return
+            try:
+                work()
+            except BaseException as failure:
+                self.failure = failure
+            self._ended = True
+            self._back.release()
+
+    def run(self, work: Callable[[], object]) -> bool:
+        """Begin some work."""
+        self._work, self.failure, self._ended = work, None, False
+        return self.resume()
+
+    def resume(self) -> bool:
+        """Let the work that stands still go on."""
+        self._go.release()
+        self._back.acquire()
+        return self._ended
+
+    def hold(self) -> None:
+        """Inside the work: stand still until `resume`."""
+        self._back.release()
+        self._go.acquire()
+
+    def close(self) -> None:
+        """End the thread; nothing may be standing still."""
+        self._work = None
+        self._go.release()
+        self._thread.join()

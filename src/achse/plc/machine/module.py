@@ -1,0 +1,239 @@
+"""A project as one module of machine code: its routines, what dispatches calls, doors to Python."""
+
+import marshal
+from collections.abc import Collection
+from dataclasses import dataclass, field
+
+from achse.native.backend import CallTarget, FunctionBuilder, ModuleBuilder, Operand
+from achse.plc.code.linker import Linker
+from achse.plc.code.placement import MissingPlaceError, Placement, Spot
+from achse.plc.machine.fault_places import FaultPlaces
+from achse.plc.machine.outside import nodes_outside
+from achse.plc.machine.routines import door_in, door_out, translate_routine
+from achse.plc.machine.signatures import RoutineSignature, signature_of
+from achse.plc.machine.support import AREA_ROW, ENTRIES, Support
+from achse.plc.machine.values import NotTranslatedError
+from achse.plc.memory import Area
+from achse.st.typed.expressions import TypedValue
+from achse.st.typed.places import ImageBase, StaticBase, UnitBase
+from achse.st.typed.project import Routine, TypedProject
+
+__all__ = ["ModuleNotes", "ProjectTranslator"]
+
+_POINTER_SIZE = 8
+
+
+@dataclass(slots=True)
+class ModuleNotes:
+    """What the runtime has to know of a module, beside its code."""
+
+    sites: FaultPlaces
+    doors_in: dict[str, int] = field(default_factory=dict)
+    """Translated routines and their places in the table of entries."""
+    doors_out: list[tuple[str, str]] = field(default_factory=list)
+    """What Python does: key of the routine whose signature it is, and of the one that runs."""
+    outside: list[tuple[int, int]] = field(default_factory=list)
+    """Nodes that Python does: number of the routine, and of the node in it."""
+    texts: list[str] = field(default_factory=list)
+    plain: dict[str, str] = field(default_factory=dict)
+    """Routines that stay plain, and why."""
+
+    def packed(self) -> bytes:
+        """All of it, for the cache."""
+        rows = (self.doors_in, self.doors_out, self.outside, self.texts, self.plain)
+        return marshal.dumps((self.sites.content, *rows))
+
+    @classmethod
+    def unpacked(cls, content: bytes) -> "ModuleNotes":
+        """What `packed` gave."""
+        sites, *rows = marshal.loads(content)
+        return cls(FaultPlaces(sites), *rows)
+
+
+class ProjectTranslator:
+    """Translates all routines of a project that can be.
+
+    `by_python` are keys of routines that Python does: built-ins, behaviour classes. `exceptions`
+    is the task option "floating point exceptions".
+    """
+
+    def __init__(
+        self,
+        project: TypedProject,
+        placement: Placement,
+        by_python: Collection[str],
+        *,
+        exceptions: bool,
+    ) -> None:
+        self.placement = placement
+        self.exceptions = exceptions
+        self.module = ModuleBuilder()
+        self.support = Support(self.module)
+        self.notes = ModuleNotes(FaultPlaces())
+        self._project = project
+        self._linker = Linker(project, placement)
+        self._by_python = by_python
+        self._numbers = {key: number for number, key in enumerate(project.routines)}
+        self._functions: dict[str, CallTarget] = {}
+        self._signatures: dict[str, RoutineSignature] = {}
+        self._tables: dict[tuple[object, ...], tuple[Operand, int]] = {}
+        self._spots: dict[int, Spot] = {}
+        self._outside: dict[int, dict[int, int]] = {}
+        self._outside_numbers: dict[tuple[int, int], int] = {}
+        self._sizes = {area: len(placement.memory[area]) & -_POINTER_SIZE for area in Area}
+        self.pointer_size = next(
+            (block.type.rules.pointer_size for block in project.blocks.values()), _POINTER_SIZE
+        )
+
+    @property
+    def sites(self) -> FaultPlaces:
+        """Where faults may come from."""
+        return self.notes.sites
+
+    def translated(self) -> ModuleBuilder:
+        """The module."""
+        done: set[str] = set()
+        for key, routine in self._project.routines.items():
+            why = self._untranslatable(routine)
+            if not why:
+                builder = self.module.write(self.function(key))
+                why = self._translate(routine, builder)
+                if why:
+                    self._write_door_out(key, builder)
+                done.add(key)
+            if why:
+                self.notes.plain[key] = why
+        for key in list(self._functions):
+            if key not in done:
+                self._write_door_out(key, self.module.write(self._functions[key]))
+        self._doors_in()
+        self.module.notes = self.notes.packed()
+        return self.module
+
+    def _untranslatable(self, routine: Routine) -> str:
+        if routine.key in self._by_python:
+            return "Python does it"
+        return "it has no Structured Text" if routine.body is None else ""
+
+    def _translate(self, routine: Routine, builder: FunctionBuilder) -> str:
+        """Why it stays plain; empty if it does not."""
+        try:
+            translate_routine(self, routine, self._numbers[routine.key], builder)
+        except NotTranslatedError as why:
+            return str(why)
+        except MissingPlaceError as missing:
+            return f"{missing.args[0]} has no memory in this PLC"
+        except RecursionError:
+            return "it is nested too deep"
+        return ""
+
+    def _write_door_out(self, key: str, builder: FunctionBuilder) -> None:
+        builder.clear()
+        signature = self._signatures[key]
+        self.notes.doors_out.append((key, key))
+        door_out(self, signature, builder, len(self.notes.doors_out) - 1)
+
+    def _doors_in(self) -> None:
+        """What Python can call, in the table of entries."""
+        entries: list[CallTarget] = []
+        for key, target in self._functions.items():
+            if key in self.notes.plain or key not in self._project.routines:
+                continue
+            signature = self._signatures[key]
+            self.notes.doors_in[key] = len(entries)
+            if signature.is_simple:
+                entries.append(target)
+            else:
+                entries.append(door_in(self, signature, target, f"in.{key}"))
+        self.module.table(ENTRIES, entries)
+
+    # what translators of routines ask --------------------------------------------------------
+
+    def routine(self, key: str) -> Routine | str:
+        """A routine; or, in words, why there is none."""
+        return self._linker.routine(key)
+
+    def function(self, key: str) -> CallTarget:
+        """The machine function of a routine."""
+        found = self._functions.get(key)
+        if found is None:
+            signature = signature_of(self._project.routines[key])
+            self._signatures[key] = signature
+            found = self._functions[key] = self.module.declare(
+                f"st.{key}", signature.parameters, signature.results, faults=True
+            )
+        return found
+
+    def dispatch_table(self, name: str, declared: Routine) -> tuple[Operand, int]:
+        """Functions by the numbers of blocks, and how many rows there are."""
+        like = signature_of(declared, dispatched=True).like
+        found = self._tables.get((name, like))
+        if found is not None:
+            return found
+        blocks = self._project.block_numbered
+        rows: list[CallTarget | None] = [None] * (max(blocks, default=0) + 1)
+        for number, block in blocks.items():
+            key = block.table.get(name, "")
+            routine = self._project.routines.get(key)
+            if routine is not None:
+                rows[number] = (
+                    self.function(key)
+                    if signature_of(routine, dispatched=True).like == like
+                    else self._adapter(declared, key)
+                )
+        place = len(self._tables)
+        found = self._tables[name, like] = (self.module.table(f"methods.{place}", rows), len(rows))
+        return found
+
+    def _adapter(self, declared: Routine, key: str) -> CallTarget:
+        """A method with other parameters than the one it stands for: Python sorts that out."""
+        signature = signature_of(declared, dispatched=True)
+        number = len(self.notes.doors_out)
+        self.notes.doors_out.append((declared.key, key))
+        target = self.module.declare(
+            f"as.{number}", signature.parameters, signature.results, faults=True
+        )
+        door_out(self, signature, self.module.write(target), number)
+        return target
+
+    def text_number(self, text: str) -> int:
+        """The number of a name that Python is told."""
+        if text not in self.notes.texts:
+            self.notes.texts.append(text)
+        return self.notes.texts.index(text)
+
+    def outside(self, routine: int, node: TypedValue) -> int:
+        """The number of a node that Python does."""
+        nodes = self._outside.get(routine)
+        if nodes is None:
+            of = list(self._project.routines.values())[routine]
+            nodes = self._outside[routine] = {
+                id(one): place for place, one in enumerate(nodes_outside(of))
+            }
+        row = (routine, nodes[id(node)])
+        number = self._outside_numbers.get(row)
+        if number is None:
+            number = self._outside_numbers[row] = len(self.notes.outside)
+            self.notes.outside.append(row)
+        return number
+
+    def spot(self, base: UnitBase | StaticBase | ImageBase) -> Spot:
+        """Where a variable is."""
+        if not isinstance(base, UnitBase):
+            return self.placement.spot(base)
+        found = self._spots.get(id(base.variable))
+        if found is None:
+            found = self._spots[id(base.variable)] = self.placement.spot(base)
+        return found
+
+    def room(self, area: Area) -> int:
+        """Bytes of an area that code can reach."""
+        return self._sizes[area]
+
+    def address_of(self, area: Area) -> int:
+        """What a pointer to the begin of an area holds."""
+        return self.placement.memory.address(area, 0)
+
+    def area_row(self, area: Area) -> int:
+        """Where an area is in the table of areas, in bytes."""
+        return (list(Area).index(area) + 1) * AREA_ROW

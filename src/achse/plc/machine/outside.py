@@ -1,0 +1,140 @@
+"""What Python does for machine code: texts of numbers, names of enumerations, other codings."""
+
+import struct
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import fields, is_dataclass
+from typing import TYPE_CHECKING, Any
+
+from achse.iec.elementary import BoolType, RealType
+from achse.iec.strings import StringType
+from achse.iec.types import IecType
+from achse.native.backend import ADDRESS, BOOL, F64, I64, U8, Operand
+from achse.plc.code.texts import TEXTS
+from achse.plc.machine.values import MachineText, machine_type
+from achse.st.check.kinds import counted
+from achse.st.typed.expressions import Conversion, Converted, EnumName, TypedValue
+from achse.st.typed.project import Routine
+
+if TYPE_CHECKING:
+    from achse.plc.machine.expressions import ExpressionTranslator
+
+__all__ = ["OutsideTranslator", "maker_of", "nodes_outside", "reader_of"]
+
+_BY_PYTHON = frozenset({Conversion.RECODE_TEXT, Conversion.WRITE_TEXT, Conversion.READ_TEXT})
+
+
+class OutsideTranslator:
+    """Writes the calls of Python that values of one routine need."""
+
+    def __init__(self, expressions: "ExpressionTranslator") -> None:
+        self._of = expressions
+
+    def text(
+        self, node: TypedValue, operands: Sequence[TypedValue], type: IecType[Any]
+    ) -> MachineText:
+        """A text that Python makes of a value."""
+        of = self._of
+        b = of.builder
+        assert isinstance(type, StringType)
+        (given,) = of.several(operands)
+        bits, address, length = b.constant(I64, 0), Operand(ADDRESS, "null"), b.constant(I64, 0)
+        if isinstance(given, MachineText):
+            address, length = given.address, given.length
+        else:
+            assert isinstance(given, Operand)
+            bits = self._bits(given)
+        made = of.buffer(type.length * type.unit)
+        number = b.constant(I64, of.module.outside(of.number_of_routine, node))
+        (size,) = b.call(of.module.support.text_made, number, bits, address, length, made)
+        return MachineText(made, size, steady=True)
+
+    def number(self, node: TypedValue, text: MachineText, type: IecType[Any]) -> Operand:
+        """A number that Python reads from a text."""
+        of = self._of
+        b = of.builder
+        number = b.constant(I64, of.module.outside(of.number_of_routine, node))
+        (bits,) = b.call(of.module.support.text_read, number, text.address, text.length)
+        wanted = machine_type(type)
+        if wanted.is_real:
+            return b.convert(b.reinterpret(bits, F64), wanted)
+        return b.convert(bits, wanted)
+
+    def _bits(self, value: Operand) -> Operand:
+        b = self._of.builder
+        if value.type.is_real:
+            return b.reinterpret(b.convert(value, F64), I64)
+        if value.type is BOOL:
+            value = b.convert(value, U8)
+        return b.convert(value, I64)
+
+
+def nodes_outside(routine: Routine) -> Iterator[TypedValue]:
+    """The nodes of a routine that Python does, always in the same order."""
+    for part in (routine.opening, routine.body or ()):
+        yield from _found(part)
+
+
+def _found(part: Any) -> Iterator[TypedValue]:
+    if isinstance(part, tuple):
+        for one in part:
+            yield from _found(one)
+    elif is_dataclass(part) and not isinstance(part, type):
+        if isinstance(part, EnumName) or (isinstance(part, Converted) and part.rule in _BY_PYTHON):
+            yield part
+        if type(part).__module__.startswith(_TYPED):
+            for field in fields(part):
+                yield from _found(getattr(part, field.name))
+
+
+_TYPED = "achse.st.typed"
+
+
+def _decoded(bits: int, type: IecType[Any]) -> Any:
+    """The value of a type in a word of 64 bits."""
+    if isinstance(type, BoolType):
+        return bits != 0
+    if isinstance(type, RealType):
+        return struct.unpack("<d", struct.pack("<q", bits))[0]
+    whole = counted(type)
+    return bits & (1 << 8 * whole.size) - 1 if whole.low == 0 else bits
+
+
+def maker_of(node: TypedValue) -> Callable[[int, bytes], bytes]:
+    """What makes the text of a node, of a word or of a text."""
+    if isinstance(node, EnumName):
+        names, kind, text_type = dict(node.names), node.operand.type, node.type
+        assert kind is not None
+        assert isinstance(text_type, StringType)
+        size = text_type.length * text_type.unit
+
+        def named(bits: int, _: bytes) -> bytes:
+            number = _decoded(bits, kind)
+            return (names.get(number) or str(number).encode())[:size]
+
+        return named
+    assert isinstance(node, Converted)
+    source, target = node.operand.type, node.type
+    assert source is not None
+    assert isinstance(target, StringType)
+    room = target.length * target.unit
+    if node.rule is Conversion.RECODE_TEXT:
+        recode = TEXTS["text_recoded"]
+        return lambda _, text: bytes(recode(text, source, target))[:room]
+    write = TEXTS["text_written"]
+    return lambda bits, _: bytes(write(_decoded(bits, source), source, target))[:room]
+
+
+def reader_of(node: TypedValue) -> Callable[[bytes], int]:
+    """What reads the number of a node from a text, as a word."""
+    assert isinstance(node, Converted)
+    source, target, read = node.operand.type, node.type, TEXTS["text_read"]
+
+    def word(text: bytes) -> int:
+        found = read(text, source, target)
+        if isinstance(target, RealType):
+            number: int = struct.unpack("<q", struct.pack("<d", found))[0]
+            return number
+        found = int(found) & (1 << 64) - 1
+        return found - (1 << 64) if found >> 63 else found
+
+    return word

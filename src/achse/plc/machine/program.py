@@ -1,0 +1,379 @@
+"""A project as machine code in the memory of a PLC, with doors to the Python beside it."""
+
+import ctypes
+import struct
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from achse.iec.elementary import BoolType, RealType
+from achse.iec.types import IecType
+from achse.native.backend import MachineCode, address_of
+from achse.plc.code.faults import CATCHABLE, ExceptionCode, PlcFault, code_of
+from achse.plc.machine.module import ModuleNotes
+from achse.plc.machine.outside import maker_of, nodes_outside, reader_of
+from achse.plc.machine.signatures import PartKind, RoutineSignature, SignaturePart, signature_of
+from achse.plc.machine.support import AREA_WORDS, ENTRIES, FRAME_WORDS, INTERFACE
+from achse.plc.memory import Area, Memory
+from achse.st.check.kinds import counted
+from achse.st.typed.project import TypedProject
+
+__all__ = ["MachineHost", "MachineProgram"]
+
+
+class MachineHost:
+    """What machine code needs of the PLC that it runs in."""
+
+    def __init__(
+        self,
+        project: TypedProject,
+        memory: Memory,
+        *,
+        budget: int,
+        deepest: int,
+        clock_ns: Callable[[], int],
+        task_index: Callable[[], int],
+        plain: Callable[[str], Callable[..., Any]],
+        dispatched: Callable[[int, str], Callable[..., Any]],
+        caught: Callable[[BaseException], None],
+    ) -> None:
+        self.project = project
+        self.memory = memory
+        self.budget = budget
+        self.deepest = deepest
+        """Calls inside each other."""
+        self.clock_ns = clock_ns
+        self.task_index = task_index
+        self.plain = plain
+        """The plain function of a routine, by key."""
+        self.dispatched = dispatched
+        """The plain function that a block has under a name; raises what a call of it raises."""
+        self.caught = caught
+        """Takes from the budget for what is caught; raises it again if there is none left."""
+
+
+class MachineProgram:
+    """Machine code of a project, loaded: `function` gives a routine as plain code has it."""
+
+    def __init__(self, content: bytes, host: MachineHost) -> None:
+        self._host = host
+        self._routines = list(host.project.routines.values())
+        self._held: list[BaseException] = []
+        self._doors: dict[int, Callable[[int], None]] = {}
+        self._makers: dict[int, Callable[[int, bytes], bytes]] = {}
+        self._readers: dict[int, Callable[[bytes], int]] = {}
+        code = MachineCode(
+            content,
+            INTERFACE,
+            {
+                "plain": self._plain,
+                "clock": host.clock_ns,
+                "task_index": host.task_index,
+                "caught": self._caught,
+                "hold": self._hold,
+                "again": self._again,
+                "missing": self._missing,
+                "text_made": self._text_made,
+                "text_read": self._text_read,
+            },
+            deepest=host.deepest,
+        )
+        self._code = code
+        self.notes = ModuleNotes.unpacked(code.notes)
+        self.budget = code.budget_words
+        """A view of one word: what is left of the budget."""
+        self.frames = code.words(FRAME_WORDS)
+        """A view of one word: bytes of frames in use."""
+        self._areas = code.words(AREA_WORDS)
+        self._entries = code.table(ENTRIES, len(self.notes.doors_in))
+        self._call = code.plain_function("call")
+        self._call_with = code.plain_function("call_with")
+        self._fault = code.fault_words
+        self._is_open = False
+
+    # memory ----------------------------------------------------------------------------------
+
+    def renew(self) -> None:
+        """See the areas as they are now."""
+        for number, area in enumerate(Area, 1):
+            data = self._host.memory[area].data
+            size = len(data) & ~7
+            self._areas[2 * number] = address_of(data) if size else 0
+            self._areas[2 * number + 1] = size
+        self._is_open = True
+
+    def release(self) -> None:
+        """The areas may move: nothing can run until `renew`."""
+        self._is_open = False
+        for number in range(len(self._areas)):
+            self._areas[number] = 0
+
+    # Python calls machine code ---------------------------------------------------------------
+
+    @property
+    def keys(self) -> Mapping[str, int]:
+        """Routines that are machine code."""
+        return self.notes.doors_in
+
+    def function(self, key: str) -> Callable[..., Any]:
+        """A routine, called as the plain function of it."""
+        routine = self._host.project.routines[key]
+        entry = self._entries[self.notes.doors_in[key]]
+        signature = signature_of(routine)
+        if not signature.is_simple:
+            return self._with_block(entry, signature)
+        plain, fault, frames = self._call, self._fault, self.frames
+        if signature.has_instance:
+            with_instance = self._call_with
+
+            def run_on(this: int) -> None:
+                if not self._is_open:
+                    raise _closed()
+                top = frames[0]
+                with_instance(entry, this)
+                if fault[0]:
+                    raise self._failed(top)
+
+            return run_on
+
+        def run() -> None:
+            if not self._is_open:
+                raise _closed()
+            top = frames[0]
+            plain(entry)
+            if fault[0]:
+                raise self._failed(top)
+
+        return run
+
+    def _failed(self, top: int) -> BaseException:
+        """The exception of the fault that there is."""
+        self.frames[0] = top
+        failure, places = self._code.caught()
+        return self.notes.sites.failure(failure, places, self._routines, self._host.budget)
+
+    def _with_block(self, entry: int, signature: RoutineSignature) -> Callable[..., Any]:
+        names = [f"v_{part.name.lower()}" for part in signature.inputs]
+        words = len(signature.parameters)
+        call, fault, frames = self._call_with, self._fault, self.frames
+
+        def run(*values: Any, **named: Any) -> Any:
+            if not self._is_open:
+                raise _closed()
+            block = (ctypes.c_int64 * (words + 1))()
+            place = 0
+            if signature.has_instance:
+                block[0], values = values[0], values[1:]
+                place = 1
+            kept: list[Any] = []
+            given = [*values, *(named[name] for name in names[len(values) :])]
+            for part, value in zip(signature.inputs, given, strict=True):
+                place = _put(block, place, part, value, kept)
+            rooms: list[Any] = []
+            result = signature.result
+            if result is not None and result.kind is not PartKind.NUMBER:
+                place = _put_room(block, place, result.room, rooms)
+            for part in signature.outputs:
+                place = _put_room(block, place, part.room, rooms)
+                if part.kind is PartKind.TEXT:
+                    place = _put_room(block, place, _WORD, rooms)
+            top = frames[0]
+            call(entry, ctypes.addressof(block))
+            if fault[0]:
+                raise self._failed(top)
+            found = None
+            if result is not None:
+                found = _result(result, block[words], rooms)
+            if not signature.outputs:
+                return found
+            return (found, *(_output(part, rooms) for part in signature.outputs))
+
+        return run
+
+    # machine code calls Python ---------------------------------------------------------------
+
+    def _plain(self, number: int, address: int) -> None:
+        door = self._doors.get(number)
+        if door is None:
+            door = self._doors[number] = self._door(number)
+        door(address)
+
+    def _door(self, number: int) -> Callable[[int], None]:
+        like, key = self.notes.doors_out[number]
+        routine = self._host.project.routines[like]
+        signature = signature_of(routine, dispatched=like != key)
+        function = self._host.plain(key)
+        words = len(signature.parameters) + 1
+
+        def door(address: int) -> None:
+            block = (ctypes.c_int64 * words).from_address(address)
+            place = 0
+            values: list[Any] = []
+            if signature.has_instance:
+                values.append(block[0] & (1 << 64) - 1)
+                place = 1
+            for part in signature.inputs:
+                match part.kind:
+                    case PartKind.NUMBER:
+                        values.append(_decoded(block[place], part.type))
+                    case PartKind.TEXT:
+                        values.append(ctypes.string_at(block[place], block[place + 1]))
+                        place += 1
+                    case PartKind.PACKED:
+                        values.append(ctypes.string_at(block[place], part.room))
+                place += 1
+            given = function(*values)
+            outputs = given[1:] if signature.outputs else ()
+            result = given[0] if signature.outputs else given
+            if signature.result is not None:
+                if signature.result.kind is PartKind.NUMBER:
+                    block[words - 1] = _encoded(result, signature.result.type)
+                else:
+                    room = bytes(result)[: signature.result.room]
+                    ctypes.memmove(block[place], room, len(room))
+                    block[words - 1] = len(room)
+                    place += 1
+            for part, value in zip(signature.outputs, outputs, strict=True):
+                place = _give(block, place, part, value)
+
+        return door
+
+    def _caught(self) -> int:
+        """What `__TRY` caught: its code. What it may not catch goes on."""
+        failure, places = self._code.caught()
+        failure = self.notes.sites.failure(failure, places, self._routines, self._host.budget)
+        if not isinstance(failure, CATCHABLE):
+            raise failure
+        self._host.caught(failure)
+        return code_of(failure)
+
+    def _hold(self) -> None:
+        failure, places = self._code.caught()
+        self._held.append(
+            self.notes.sites.failure(failure, places, self._routines, self._host.budget)
+        )
+
+    def _again(self) -> None:
+        raise self._held.pop()
+
+    def _missing(self, address: int, number: int) -> None:
+        self._host.dispatched(address, self.notes.texts[number])
+        raise PlcFault(ExceptionCode.UNKNOWN, "the block at an address has no such method")
+
+    def _node(self, number: int) -> Any:
+        routine, place = self.notes.outside[number]
+        for at, node in enumerate(nodes_outside(self._routines[routine])):
+            if at == place:
+                return node
+        raise AssertionError(f"no node {place} in {self._routines[routine].name}")
+
+    def _text_made(self, number: int, bits: int, text: int, size: int, room: int) -> int:
+        maker = self._makers.get(number)
+        if maker is None:
+            maker = self._makers[number] = maker_of(self._node(number))
+        made = maker(bits, ctypes.string_at(text, size) if text else b"")
+        ctypes.memmove(room, made, len(made))
+        return len(made)
+
+    def _text_read(self, number: int, text: int, size: int) -> int:
+        reader = self._readers.get(number)
+        if reader is None:
+            reader = self._readers[number] = reader_of(self._node(number))
+        return reader(ctypes.string_at(text, size))
+
+
+_WORD = 8
+
+
+def _closed() -> RuntimeError:
+    return RuntimeError("the memory of the PLC is being placed again: nothing runs now")
+
+
+# values in words -------------------------------------------------------------------------------
+
+
+def _encoded(value: Any, type: IecType[Any]) -> int:
+    if isinstance(type, RealType):
+        number: int = struct.unpack("<q", struct.pack("<d", value))[0]
+        return number
+    return int(value)
+
+
+def _decoded(word: int, type: IecType[Any]) -> Any:
+    if isinstance(type, BoolType):
+        return word & 0xFF != 0
+    if isinstance(type, RealType):
+        return struct.unpack("<d", struct.pack("<q", word))[0]
+    whole = counted(type)
+    bits = word & (1 << 8 * whole.size) - 1
+    return bits - (1 << 8 * whole.size) if bits > whole.high else bits
+
+
+def _put(block: Any, place: int, part: SignaturePart, value: Any, kept: list[Any]) -> int:
+    """An argument into a block; the next place."""
+    if part.kind is PartKind.NUMBER:
+        block[place] = _encoded(value, part.type)
+        return place + 1
+    value = bytes(value)[: part.room]
+    if part.kind is PartKind.PACKED:
+        value = value.ljust(part.room, b"\0")
+    buffer = ctypes.create_string_buffer(value, max(len(value), 1))
+    kept.append(buffer)
+    block[place] = ctypes.addressof(buffer)
+    if part.kind is PartKind.PACKED:
+        return place + 1
+    block[place + 1] = len(value)
+    return place + 2
+
+
+def _put_room(block: Any, place: int, size: int, rooms: list[Any]) -> int:
+    """Room for what comes back into a block; the next place."""
+    room = ctypes.create_string_buffer(max(size, _WORD))
+    rooms.append(room)
+    block[place] = ctypes.addressof(room)
+    return place + 1
+
+
+def _result(part: SignaturePart, word: int, rooms: list[Any]) -> Any:
+    match part.kind:
+        case PartKind.NUMBER:
+            return _decoded(word, part.type)
+        case PartKind.TEXT:
+            return rooms.pop(0).raw[:word]
+    return rooms.pop(0).raw[: part.room]
+
+
+def _output(part: SignaturePart, rooms: list[Any]) -> Any:
+    room = rooms.pop(0).raw
+    match part.kind:
+        case PartKind.NUMBER:
+            number = int.from_bytes(room[: part.type.size], "little")
+            return _native(room, part, number)
+        case PartKind.TEXT:
+            return room[: int.from_bytes(rooms.pop(0).raw[:8], "little")]
+    return room[: part.room]
+
+
+def _native(room: bytes, part: SignaturePart, number: int) -> Any:
+    if isinstance(part.type, RealType):
+        return part.type.codec.unpack(room[: part.type.size])[0]
+    return _decoded(number, part.type)
+
+
+def _give(block: Any, place: int, part: SignaturePart, value: Any) -> int:
+    """An output where the caller wants it; the next place."""
+    if part.kind is PartKind.NUMBER:
+        if isinstance(part.type, BoolType):
+            data = b"\1" if value else b"\0"
+        elif isinstance(part.type, RealType):
+            data = part.type.codec.pack(value)
+        else:
+            whole = counted(part.type)
+            data = int(value).to_bytes(whole.size, "little", signed=whole.low < 0)
+        ctypes.memmove(block[place], data, len(data))
+        return place + 1
+    data = bytes(value)[: part.room]
+    ctypes.memmove(block[place], data, len(data))
+    if part.kind is PartKind.PACKED:
+        return place + 1
+    ctypes.c_int64.from_address(block[place + 1]).value = len(data)
+    return place + 2

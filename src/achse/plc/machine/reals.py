@@ -1,0 +1,250 @@
+"""REAL and LREAL in machine code: what is undefined stops the program or is an infinity or NaN.
+
+REAL is computed in single precision where that is the same as in double precision rounded once,
+and in double precision else.
+"""
+
+import math
+import struct
+from typing import TYPE_CHECKING
+
+from achse.native.backend import BOOL, F32, F64, U32, U64, MachineType, Operand, Relation
+from achse.plc.code.expressions import may_be_invalid
+from achse.plc.machine.fault_places import FaultKind
+from achse.plc.machine.values import machine_type
+from achse.st.typed.expressions import Computed, Known, Operator
+
+if TYPE_CHECKING:
+    from achse.plc.machine.expressions import ExpressionTranslator
+
+__all__ = ["RealTranslator"]
+
+_ARITHMETIC = (Operator.ADD, Operator.SUB, Operator.MUL)
+_CHOICES = (Operator.MIN, Operator.MAX, Operator.LIMIT)
+_C_NAMES = {
+    Operator.LN: "log",
+    Operator.LOG: "log10",
+    Operator.EXP: "exp",
+    Operator.SIN: "sin",
+    Operator.COS: "cos",
+    Operator.TAN: "tan",
+    Operator.ASIN: "asin",
+    Operator.ACOS: "acos",
+    Operator.ATAN: "atan",
+}
+
+
+class RealTranslator:
+    """Operators of reals, for one routine."""
+
+    def __init__(self, expressions: "ExpressionTranslator") -> None:
+        self._of = expressions
+
+    def computed(self, value: Computed) -> Operand:
+        """A real."""
+        of = self._of
+        b, operator = of.builder, value.operator
+        type = machine_type(value.type)
+        if operator in _ARITHMETIC:
+            return self._arithmetic(value, type)
+        values = [of.at_type(of.number(one), type) for one in value.operands]
+        first = values[0]
+        match operator:
+            case Operator.DIV:
+                divisor = value.operands[1]
+                known = isinstance(divisor, Known) and bool(divisor.value)
+                return self._divided(*values, known=known)
+            case Operator.NEG:
+                return b.negate(first)
+            case Operator.ABS:
+                return b.absolute(first)
+        if operator in _CHOICES:
+            return of.choice(operator, values)
+        wide = [b.convert(one, F64) for one in values]
+        found = self._power(*wide) if operator is Operator.EXPT else self._of_one(operator, *wide)
+        return b.convert(found, type)
+
+    def _arithmetic(self, value: Computed, type: MachineType) -> Operand:
+        """Sums and products, as far as they are one expression.
+
+        With exceptions on, a result that is NaN although no operand was one stops the program.
+        """
+        of = self._of
+        b = of.builder
+        leaves: list[Operand] = []
+        found = self._chain(value, type, leaves)
+        if not (of.module.exceptions and may_be_invalid(value.operator, value.operands)):
+            return found
+        kept = b.variable(type)
+        b.set(kept, found)
+        odd, good = b.label(), b.label()
+        b.branch(b.compare(Relation.EQUAL, found, found), good, odd)
+        with b.aside(odd):
+            self._required_nan(leaves)
+            b.set(kept, self._nan(type))
+            b.jump(good)
+        b.begin(good)
+        return b.get(kept)
+
+    def _chain(self, value: Computed, type: MachineType, leaves: list[Operand]) -> Operand:
+        of = self._of
+        b = of.builder
+        pieces: list[Operand] = []
+        for one in value.operands:
+            if isinstance(one, Computed) and one.operator in _ARITHMETIC:
+                pieces.append(self._chain(one, type, leaves))
+                continue
+            piece = of.at_type(of.number(one), type)
+            pieces.append(piece)
+            if not isinstance(one, Known):
+                leaves.append(piece)
+        found = pieces[0]
+        for piece in pieces[1:]:
+            match value.operator:
+                case Operator.ADD:
+                    found = b.add(found, piece)
+                case Operator.SUB:
+                    found = b.subtract(found, piece)
+                case _:
+                    found = b.multiply(found, piece)
+        return found
+
+    def _required_nan(self, values: list[Operand]) -> None:
+        """FPU_INVALID_OPERATION unless one of the values is NaN."""
+        of = self._of
+        b = of.builder
+        known = b.constant(BOOL, False)
+        for one in values:
+            known = b.bit_or(known, b.compare(Relation.NOT_EQUAL, one, one))
+        b.require(known, of.site(FaultKind.REAL_INVALID))
+
+    def _nan(self, type: MachineType) -> Operand:
+        """The NaN of plain code."""
+        b = self._of.builder
+        kind = U32 if type is F32 else U64
+        bits = struct.unpack(*(("<I", _SINGLE) if kind is U32 else ("<Q", _DOUBLE)))[0]
+        return b.reinterpret(b.constant(kind, bits), type)
+
+    def _loudly_divided(self, left: Operand, right: Operand) -> Operand:
+        """With exceptions on: only infinity may be divided by 0."""
+        of = self._of
+        b = of.builder
+        zero = b.constant(right.type, 0.0)
+        found = b.divide(left, right)
+        kept = b.variable(left.type)
+        b.set(kept, found)
+        is_zero = b.compare(Relation.EQUAL, right, zero)
+        is_nan = b.compare(Relation.NOT_EQUAL, found, found)
+        odd, nan, number, good = (b.label() for _ in range(4))
+        b.branch(b.bit_or(is_zero, is_nan), odd, good)
+        with b.aside(odd):
+            b.branch(is_nan, nan, number)
+            b.begin(nan)
+            self._required_nan([left, right])
+            b.set(kept, self._nan(left.type))
+            b.jump(good)
+            b.begin(number)
+            endless = b.constant(left.type, math.inf)
+            is_endless = b.compare(Relation.EQUAL, b.absolute(left), endless)
+            b.require(is_endless, of.site(FaultKind.REAL_DIVIDE))
+            b.jump(good)
+        b.begin(good)
+        return b.get(kept)
+
+    def _divided(self, left: Operand, right: Operand, *, known: bool) -> Operand:
+        of = self._of
+        b = of.builder
+        if known:
+            return b.divide(left, right)
+        zero = b.constant(right.type, 0.0)
+        if of.module.exceptions:
+            return self._loudly_divided(left, right)
+        nothing = b.compare(Relation.EQUAL, left, zero)
+        undefined = b.bit_or(nothing, b.compare(Relation.NOT_EQUAL, left, left))
+        undefined = b.bit_and(undefined, b.compare(Relation.EQUAL, right, zero))
+        return self._not_a_number(undefined, b.divide(left, right))
+
+    def _of_one(self, operator: Operator, value: Operand) -> Operand:
+        """A function of one number, of 64 bits."""
+        b = self._of.builder
+        if operator is Operator.SQRT:
+            bad = b.compare(Relation.LESS, value, b.constant(F64, 0.0))
+            return self._checked(b.intrinsic("sqrt", value), invalid=bad)
+        found = b.math(_C_NAMES[operator], value)
+        match operator:
+            case Operator.LN | Operator.LOG:
+                zero = b.constant(F64, 0.0)
+                pole = b.compare(Relation.EQUAL, value, zero)
+                bad = b.compare(Relation.LESS, value, zero)
+                return self._checked(found, invalid=bad, pole=pole, at_pole=-math.inf)
+            case Operator.SIN | Operator.COS | Operator.TAN:
+                endless = b.constant(F64, math.inf)
+                bad = b.compare(Relation.EQUAL, b.absolute(value), endless)
+                return self._checked(found, invalid=bad)
+            case Operator.ASIN | Operator.ACOS:
+                bad = b.compare(Relation.GREATER, b.absolute(value), b.constant(F64, 1.0))
+                return self._checked(found, invalid=bad)
+        return found
+
+    def _power(self, base: Operand, power: Operand) -> Operand:
+        b = self._of.builder
+        found = b.math("pow", base, power)
+        lowest, highest = b.constant(F64, -math.inf), b.constant(F64, math.inf)
+        negative = b.bit_and(
+            b.compare(Relation.EQUAL, found, lowest), b.compare(Relation.NOT_EQUAL, base, lowest)
+        )
+        found = b.select(negative, highest, found)  # too large is +inf, as plain code has it
+        zero = b.constant(F64, 0.0)
+        pole = b.bit_and(
+            b.compare(Relation.EQUAL, base, zero),
+            b.bit_and(
+                b.compare(Relation.LESS, power, zero), b.compare(Relation.GREATER, power, lowest)
+            ),
+        )
+        number = b.compare(Relation.EQUAL, base, base)
+        numbers = b.bit_and(number, b.compare(Relation.EQUAL, power, power))
+        bad = b.bit_and(numbers, b.compare(Relation.NOT_EQUAL, found, found))
+        found = self._checked(found, invalid=bad, pole=pole, at_pole=math.inf)
+        # A NaN comes through as it is, where the result is one.
+        is_nan = b.compare(Relation.NOT_EQUAL, found, found)
+        nan_in = b.bit_and(is_nan, b.compare(Relation.NOT_EQUAL, base, base))
+        found = self._as_bits(nan_in, base, found)
+        nan_in = b.bit_and(b.bit_and(is_nan, number), b.compare(Relation.NOT_EQUAL, power, power))
+        return self._as_bits(nan_in, power, found)
+
+    def _checked(
+        self,
+        found: Operand,
+        *,
+        invalid: Operand,
+        pole: Operand | None = None,
+        at_pole: float = 0.0,
+    ) -> Operand:
+        """The result, unless the function is not defined there."""
+        of = self._of
+        b = of.builder
+        yes = b.constant(BOOL, True)
+        if of.module.exceptions:
+            if pole is not None:
+                b.require(b.bit_xor(pole, yes), of.site(FaultKind.REAL_DIVIDE))
+            b.require(b.bit_xor(invalid, yes), of.site(FaultKind.REAL_INVALID))
+            return found
+        if pole is not None:
+            found = b.select(pole, b.constant(F64, at_pole), found)
+        return self._not_a_number(invalid, found)
+
+    def _not_a_number(self, condition: Operand, value: Operand) -> Operand:
+        """The NaN of plain code if the condition holds, else the value."""
+        b = self._of.builder
+        kind = U32 if value.type is F32 else U64
+        nan = b.reinterpret(self._nan(value.type), kind)
+        return b.reinterpret(b.select(condition, nan, b.reinterpret(value, kind)), value.type)
+
+    def _as_bits(self, condition: Operand, yes: Operand, no: Operand) -> Operand:
+        """One of two reals of 64 bits, as bits: to LLVM one NaN is as good as another."""
+        b = self._of.builder
+        chosen = b.select(condition, b.reinterpret(yes, U64), b.reinterpret(no, U64))
+        return b.reinterpret(chosen, F64)
+
+
+_SINGLE, _DOUBLE = struct.pack("<f", math.nan), struct.pack("<d", math.nan)

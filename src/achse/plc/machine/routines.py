@@ -1,0 +1,254 @@
+"""Routines in machine code: head, frame, body; and the doors between them and Python."""
+
+from typing import TYPE_CHECKING, Any
+
+from achse.iec.strings import StringType
+from achse.iec.types import IecType
+from achse.native.backend import (
+    ADDRESS,
+    BOOL,
+    F64,
+    I64,
+    U8,
+    U64,
+    CallTarget,
+    FunctionBuilder,
+    MachineType,
+    Operand,
+    Relation,
+)
+from achse.plc.code.frames import STACK_SIZE
+from achse.plc.machine.expressions import ExpressionTranslator
+from achse.plc.machine.fault_places import FaultKind
+from achse.plc.machine.signatures import PartKind, RoutineSignature, signature_of
+from achse.plc.machine.statements import StatementTranslator
+from achse.plc.machine.support import WORD
+from achse.plc.machine.values import (
+    MachineText,
+    MachineValue,
+    NotTranslatedError,
+    PackedBytes,
+    is_packed,
+)
+from achse.plc.memory import Area
+from achse.st.check.kinds import known_from
+from achse.st.typed.places import FrameBase, Storage, flat
+from achse.st.typed.project import Routine
+
+if TYPE_CHECKING:
+    from achse.plc.machine.module import ProjectTranslator
+
+__all__ = ["door_in", "door_out", "translate_routine"]
+
+_ALIGNMENT = 8
+_UNIT = 512
+"""Bytes of the stack that one unit of depth stands for; an instruction takes 2 bytes at most, as
+measured."""
+_DEEPEST_ROUTINE = 1000
+"""Units of depth that one call may take."""
+
+
+def translate_routine(
+    module: "ProjectTranslator", routine: Routine, number: int, builder: FunctionBuilder
+) -> None:
+    """Write a routine. Raises `NotTranslatedError`."""
+    _RoutineTranslator(module, routine, number, builder).write()
+
+
+class _RoutineTranslator:
+    def __init__(
+        self, module: "ProjectTranslator", routine: Routine, number: int, builder: FunctionBuilder
+    ) -> None:
+        self._module = module
+        self._routine = routine
+        self._builder = builder
+        self._signature = signature_of(routine)
+        self._of = ExpressionTranslator(module, routine, number, builder)
+        self._is_framed = any(
+            field.name.lower() in routine.addressed for field in routine.frame.fields
+        )
+        parameters = list(builder.parameters)
+        if self._signature.has_instance:
+            self._of.this = parameters.pop(0)
+        self._inputs: list[list[Operand]] = []
+        for part in self._signature.inputs:
+            width = 2 if part.kind is PartKind.TEXT else 1
+            self._inputs.append([parameters.pop(0) for _ in range(width)])
+        self._rooms = parameters
+
+    def write(self) -> None:
+        """Body first: it shows what the head needs."""
+        routine, of, b = self._routine, self._of, self._builder
+        b.will_descend()
+        for field in routine.frame.fields:
+            if field.name.lower() not in routine.addressed:
+                of.locals[field.name.lower()] = of.own(flat(field.type))
+        of.place(routine.at)
+        statements = StatementTranslator(of, self._results, self._leave)
+        statements.block((*routine.opening, *(routine.body or ())))
+        if not b.ended:
+            self._leave(self._results())
+        with b.opening():
+            self._head()
+
+    # the head --------------------------------------------------------------------------------
+
+    def _head(self) -> None:
+        routine, of, b = self._routine, self._of, self._builder
+        of.place(routine.at)
+        depth = 1 + (of.buffered + 2 * b.length) // _UNIT
+        if depth > _DEEPEST_ROUTINE:
+            raise NotTranslatedError("it is too large for the stack")
+        b.descend(depth, of.site(FaultKind.DEPTH))
+        b.spend(1, of.site(FaultKind.BUDGET))
+        if of.uses_instance:
+            self._instance()
+        if self._is_framed:
+            of.area(Area.STACK)
+        for area in sorted(of.areas, key=lambda one: one.name):
+            row = b.load(ADDRESS, self._module.support.areas, self._module.area_row(area))
+            b.named(f"area.{area.name.lower()}", row)
+        self._locals()
+        if self._is_framed:
+            self._enter()
+
+    def _instance(self) -> None:
+        of, b, this = self._of, self._builder, self._routine.this
+        assert this is not None
+        if of.aligned_instance and this.alignment > 1:
+            low = b.bit_and(of.this, b.constant(U64, this.alignment - 1))
+            good = b.compare(Relation.EQUAL, low, b.constant(U64, 0))
+            b.require(good, of.site(FaultKind.ALIGNMENT), of.this)
+        b.named("instance", of.storages.looked_up(of.this, this.size))
+
+    def _locals(self) -> None:
+        """Variables without an address, with what they start with."""
+        routine, of = self._routine, self._of
+        given = {
+            part.name: words
+            for part, words in zip(self._signature.inputs, self._inputs, strict=True)
+        }
+        image = routine.frame.default
+        for field in routine.frame.fields:
+            if field.name.lower() not in of.locals:
+                continue
+            type = flat(field.type)
+            words = given.get(field.name)
+            if words is None:
+                start = known_from(image[field.offset : field.offset + field.type.size], type)
+                value = of.value(start)
+            else:
+                value = _as_value(words, type)
+            of.storages.store(Storage(FrameBase(), field.offset, type), lambda given=value: given)  # type: ignore[misc]
+
+    def _enter(self) -> None:
+        """The frame: room for it, its image, and the parameters that need memory."""
+        routine, of, b = self._routine, self._of, self._builder
+        frames = self._module.support.frames
+        top = b.named("frame.offset", b.load(U64, frames))
+        size = routine.frame.size
+        end = b.add(top, b.constant(U64, size + _ALIGNMENT - 1 & -_ALIGNMENT))
+        room = b.compare(Relation.LESS_EQUAL, end, b.constant(U64, STACK_SIZE))
+        b.require(room, of.site(FaultKind.FRAMES))
+        b.store(end, frames)
+        frame = b.named("frame", b.address(of.area(Area.STACK), top))
+        b.copy(frame, b.module.data(routine.frame.default), size)
+        for part, words in zip(self._signature.inputs, self._inputs, strict=True):
+            if part.name.lower() not in routine.addressed:
+                continue
+            storage = Storage(FrameBase(), part.offset, part.type)
+            value = _as_value(words, part.type)
+            of.storages.store(storage, lambda given=value: given)  # type: ignore[misc]
+
+    # the end ---------------------------------------------------------------------------------
+
+    def _results(self) -> list[Operand]:
+        """What the routine gives: texts, records and outputs are where the caller wants them."""
+        of, b, signature = self._of, self._builder, self._signature
+        rooms = list(self._rooms)
+        found: list[Operand] = []
+        if signature.result is not None:
+            result = signature.result
+            value = of.storages.read(Storage(FrameBase(), result.offset, result.type))
+            if isinstance(value, Operand):
+                found.append(value)
+            elif isinstance(value, MachineText):
+                b.copy(rooms.pop(0), value.address, value.length)
+                found.append(value.length)
+            else:
+                b.copy(rooms.pop(0), value.address, value.size)
+        for part in signature.outputs:
+            value = of.storages.read(Storage(FrameBase(), part.offset, part.type))
+            room = rooms.pop(0)
+            if isinstance(value, Operand):
+                b.store(value, room)
+            elif isinstance(value, MachineText):
+                b.copy(room, value.address, value.length)
+                b.store(value.length, rooms.pop(0))
+            else:
+                b.copy(room, value.address, value.size)
+        return found
+
+    def _leave(self, results: list[Operand]) -> None:
+        if self._is_framed:
+            self._builder.store(self._of.frame_offset, self._module.support.frames)
+        self._builder.return_(*results)
+
+
+def _as_value(words: list[Operand], type: IecType[Any]) -> MachineValue:
+    """A parameter."""
+    if isinstance(type, StringType):
+        return MachineText(words[0], words[1])
+    return PackedBytes(words[0], type.size) if is_packed(type) else words[0]
+
+
+# doors: a block has a word for each argument and each thing that is given ----------------------
+
+
+def _to_word(b: FunctionBuilder, value: Operand) -> Operand:
+    if value.type.is_real:
+        return b.reinterpret(b.convert(value, F64), I64)
+    if value.type is BOOL:
+        value = b.convert(value, U8)
+    return b.convert(value, I64)
+
+
+def _from_word(b: FunctionBuilder, word: Operand, type: MachineType) -> Operand:
+    if type.is_real:
+        return b.convert(b.reinterpret(word, F64), type)
+    return b.convert(word, type)
+
+
+def door_in(
+    module: "ProjectTranslator", signature: RoutineSignature, target: CallTarget, name: str
+) -> CallTarget:
+    """A function of a block, for Python: the words of all parameters; after them, the result."""
+    b = module.module.function(name, [ADDRESS], faults=True)
+    (block,) = b.parameters
+    arguments = [
+        _from_word(b, b.load(I64, block, number * WORD), type)
+        for number, type in enumerate(signature.parameters)
+    ]
+    results = b.call(target, *arguments)
+    for result in results:
+        b.store(_to_word(b, result), block, len(arguments) * WORD)
+    b.return_()
+    return b.function
+
+
+def door_out(
+    module: "ProjectTranslator", signature: RoutineSignature, builder: FunctionBuilder, number: int
+) -> None:
+    """A function of machine code that Python does: `number` says which."""
+    b = builder
+    b.place = None
+    size = len(b.parameters) + 1
+    block = b.buffer(size * WORD)
+    for place, value in enumerate(b.parameters):
+        b.store(_to_word(b, value), block, place * WORD)
+    b.call(module.support.plain, b.constant(I64, number), block)
+    results = [
+        _from_word(b, b.load(I64, block, len(b.parameters) * WORD), type)
+        for type in signature.results
+    ]
+    b.return_(*results)

@@ -1,0 +1,120 @@
+"""Signatures of routines in machine code, and the block of words that Python calls them with.
+
+A scalar is a value in a register, a text two (where it is, how many bytes), a record or array one.
+The result, if it is a scalar, is a result; a text or record is written where the caller says, and
+of a text the length is the result. Outputs are written where the caller says: a scalar into 8
+bytes, a text into its own bytes and 8 for the length.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from achse.iec.strings import StringType
+from achse.iec.types import IecType
+from achse.native.backend import ADDRESS, I64, U64, MachineType
+from achse.plc.code.calls import outputs_of, parameters_of
+from achse.plc.machine.values import is_packed, machine_type
+from achse.st.typed.places import flat
+from achse.st.typed.project import Routine, RoutineKind
+
+__all__ = ["PartKind", "RoutineSignature", "SignaturePart", "signature_of"]
+
+_WITH_PARAMETERS = frozenset(
+    {RoutineKind.FUNCTION, RoutineKind.METHOD, RoutineKind.GET, RoutineKind.SET, RoutineKind.LIFE}
+)
+
+
+class PartKind(Enum):
+    """How a value goes over."""
+
+    NUMBER = "number"
+    TEXT = "text"
+    PACKED = "packed"
+
+
+@dataclass(frozen=True, slots=True)
+class SignaturePart:
+    """A parameter, result or output."""
+
+    name: str
+    type: IecType[Any]
+    """Flat."""
+    offset: int
+    """In the frame."""
+
+    @property
+    def kind(self) -> PartKind:
+        if isinstance(self.type, StringType):
+            return PartKind.TEXT
+        return PartKind.PACKED if is_packed(self.type) else PartKind.NUMBER
+
+    @property
+    def room(self) -> int:
+        """Bytes of a text without its NUL, or of a record."""
+        if isinstance(self.type, StringType):
+            return self.type.length * self.type.unit
+        return self.type.size
+
+
+@dataclass(frozen=True, slots=True)
+class RoutineSignature:
+    """What a routine takes and gives."""
+
+    has_instance: bool
+    inputs: tuple[SignaturePart, ...]
+    result: SignaturePart | None
+    outputs: tuple[SignaturePart, ...]
+
+    @property
+    def is_simple(self) -> bool:
+        """Whether the instance is all there is."""
+        return not self.inputs and self.result is None and not self.outputs
+
+    @property
+    def parameters(self) -> list[MachineType]:
+        """Of the machine function."""
+        found: list[MachineType] = [U64] if self.has_instance else []
+        for part in self.inputs:
+            match part.kind:
+                case PartKind.NUMBER:
+                    found.append(machine_type(part.type))
+                case PartKind.TEXT:
+                    found += [ADDRESS, I64]
+                case PartKind.PACKED:
+                    found.append(ADDRESS)
+        if self.result is not None and self.result.kind is not PartKind.NUMBER:
+            found.append(ADDRESS)
+        for part in self.outputs:
+            found += [ADDRESS, ADDRESS] if part.kind is PartKind.TEXT else [ADDRESS]
+        return found
+
+    @property
+    def results(self) -> list[MachineType]:
+        """Of the machine function."""
+        if self.result is None or self.result.kind is PartKind.PACKED:
+            return []
+        return [I64 if self.result.kind is PartKind.TEXT else machine_type(self.result.type)]
+
+    @property
+    def like(self) -> tuple[object, ...]:
+        """Equal for routines that can stand for each other in a table."""
+        rooms = [part.room for part in (*self.outputs, *([self.result] if self.result else []))]
+        return (tuple(self.parameters), tuple(self.results), tuple(rooms))
+
+
+def signature_of(routine: Routine, *, dispatched: bool = False) -> RoutineSignature:
+    """The signature of a routine; of what is called through a table always with an instance."""
+    has_instance = dispatched or routine.this is not None
+    if routine.kind not in _WITH_PARAMETERS:
+        return RoutineSignature(has_instance, (), None, ())
+
+    def parts(variables: list[Any]) -> tuple[SignaturePart, ...]:
+        return tuple(SignaturePart(one.name, flat(one.type), one.offset) for one in variables)
+
+    return RoutineSignature(
+        has_instance,
+        parts(parameters_of(routine)),
+        parts([routine.result])[0] if routine.result is not None else None,
+        parts(outputs_of(routine)),
+    )

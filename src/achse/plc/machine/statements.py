@@ -1,0 +1,320 @@
+"""Statements of the typed form in machine code.
+
+The place of a statement is written down as plain code has it, so that both name the same line in
+the same fault; and both take from the budget at the same places.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from achse.native.backend import I64, U32, Label, Operand, Relation
+from achse.plc.code.statements import JUMP_COST
+from achse.plc.machine.fault_places import FaultKind
+from achse.plc.machine.values import NotTranslatedError
+from achse.st.typed.expressions import Computed, Invocation, Latched, Operator, Stored, TypedValue
+from achse.st.typed.statements import (
+    CaseSelection,
+    Conditional,
+    ConditionLoop,
+    CountedLoop,
+    Do,
+    JumpMark,
+    JumpTo,
+    LifeStep,
+    LoopExit,
+    LoopNext,
+    Protected,
+    RoutineExit,
+    TypedStatement,
+    TypedStatements,
+)
+
+if TYPE_CHECKING:
+    from achse.plc.machine.expressions import ExpressionTranslator
+
+__all__ = ["StatementTranslator"]
+
+_WIDEST = 64
+"""Labels of a CASE that one range may become."""
+
+
+@dataclass(slots=True)
+class _Loop:
+    """What EXIT and CONTINUE mean."""
+
+    statement: TypedStatement
+    head: Label
+    end: Label
+    finals: int
+    """How many FINALLY parts are around the loop."""
+
+
+@dataclass(slots=True)
+class _Marks:
+    """A list with marks."""
+
+    labels: dict[str, Label]
+    finals: int
+    at: int
+    handler: Label | None
+
+
+class StatementTranslator:
+    """Translates the statements of one routine.
+
+    `results` computes what the routine gives, `leave` returns with it.
+    """
+
+    def __init__(
+        self,
+        expressions: "ExpressionTranslator",
+        results: Callable[[], list[Operand]],
+        leave: Callable[[list[Operand]], None],
+    ) -> None:
+        self._of = expressions
+        self._results = results
+        self._leave = leave
+        self._loops: list[_Loop] = []
+        self._marks: list[_Marks] = []
+        self._finals: list[tuple[Label | None, TypedStatements]] = []
+        """FINALLY parts that are around the statement."""
+
+    def block(self, statements: TypedStatements) -> None:
+        """A list of statements."""
+        if any(isinstance(one, JumpMark) for one in statements):
+            self._with_marks(statements)
+            return
+        for one in statements:
+            self.statement(one)
+
+    def statement(self, statement: TypedStatement) -> None:
+        """One statement."""
+        of = self._of
+        b = of.builder
+        if statement.at:
+            of.place(statement.at)
+        match statement:
+            case Do(value):
+                self.do(value)
+            case Conditional():
+                self._conditional(statement)
+            case CaseSelection():
+                self._selection(statement)
+            case CountedLoop() | ConditionLoop():
+                self._loop(statement)
+            case Protected():
+                self._protected(statement)
+            case LoopExit():
+                loop = self._loops[-1]
+                self._through(loop.finals)
+                b.jump(loop.end)
+            case LoopNext():
+                loop = self._loops[-1]
+                self._through(loop.finals)
+                self._advance(loop)
+            case RoutineExit():
+                given = self._results()
+                self._through(0)
+                self._leave(given)
+            case JumpTo(label):
+                self._jump(label)
+            case JumpMark():
+                raise AssertionError("a mark is part of its list")
+            case LifeStep():
+                raise NotTranslatedError("instances begin to live in it")
+
+    def do(self, value: TypedValue) -> None:
+        """An expression for what it does."""
+        of = self._of
+        match value:
+            case Stored(storage, inner):
+                of.storages.store(storage, lambda: of.value(inner), alone=True)
+            case Invocation():
+                of.calls.call(value, alone=True)
+            case Latched(storage, inner, sets):
+                of.storages.latch(storage, lambda: of.number(inner), sets=sets, alone=True)
+            case _:
+                of.value(value)
+        of.end_statement()
+
+    def _branch(self, condition: TypedValue, yes: Label, no: Label) -> None:
+        of = self._of
+        b = of.builder
+        while isinstance(condition, Computed) and condition.operator is Operator.NOT:
+            condition, yes, no = condition.operands[0], no, yes
+        b.branch(of.number(condition), yes, no)
+        of.end_statement()
+
+    # choices ---------------------------------------------------------------------------------
+
+    def _conditional(self, statement: Conditional) -> None:
+        of = self._of
+        b = of.builder
+        end = b.label()
+        for branch in statement.branches:
+            of.place(branch.at or statement.at)
+            yes, no = b.label(), b.label()
+            self._branch(branch.condition, yes, no)
+            b.begin(yes)
+            self.block(branch.body)
+            b.jump(end)
+            b.begin(no)
+        self.block(statement.otherwise)
+        b.begin(end)
+
+    def _selection(self, statement: CaseSelection) -> None:
+        of = self._of
+        b = of.builder
+        selector = of.number(statement.selector)
+        of.end_statement()
+        end, otherwise = b.label(), b.label()
+        bodies = [b.label() for _ in statement.choices]
+        low, high = selector.type.least, selector.type.most
+        cases: dict[int, Label] = {}
+        wide = False
+        for choice, body in zip(statement.choices, bodies, strict=True):
+            for first, last in choice.labels:
+                first, last = max(first, low), min(last, high)
+                wide = wide or last - first > _WIDEST
+                if not wide:
+                    for number in range(first, last + 1):
+                        cases.setdefault(number, body)
+        if wide:
+            self._ranges(statement, selector, bodies, otherwise)
+        else:
+            b.switch(selector, cases, otherwise)
+        for choice, body in zip(statement.choices, bodies, strict=True):
+            of.place(choice.at or statement.at)
+            b.begin(body)
+            self.block(choice.body)
+            b.jump(end)
+        b.begin(otherwise)
+        self.block(statement.otherwise)
+        b.begin(end)
+
+    def _ranges(
+        self, statement: CaseSelection, selector: Operand, bodies: list[Label], otherwise: Label
+    ) -> None:
+        """Range by range."""
+        b, type = self._of.builder, selector.type
+        for choice, body in zip(statement.choices, bodies, strict=True):
+            for first, last in choice.labels:
+                first, last = max(first, type.least), min(last, type.most)
+                if first > last:
+                    continue
+                above = b.compare(Relation.GREATER_EQUAL, selector, b.constant(type, first))
+                below = b.compare(Relation.LESS_EQUAL, selector, b.constant(type, last))
+                more = b.label()
+                b.branch(b.bit_and(above, below), body, more)
+                b.begin(more)
+        b.jump(otherwise)
+
+    # loops -----------------------------------------------------------------------------------
+
+    def _loop(self, statement: CountedLoop | ConditionLoop) -> None:
+        of = self._of
+        b = of.builder
+        if isinstance(statement, CountedLoop):
+            self.do(statement.start)
+        head, body, end = b.label(), b.label(), b.label()
+        loop = _Loop(statement, head, end, len(self._finals))
+        b.begin(head)
+        if isinstance(statement, CountedLoop):
+            self._branch(statement.beyond, end, body)
+        elif statement.before:
+            self._branch(statement.condition, body, end)
+        b.begin(body)
+        b.spend(1, of.site(FaultKind.BUDGET))
+        self._loops.append(loop)
+        self.block(statement.body)
+        self._loops.pop()
+        self._advance(loop)
+        b.begin(end)
+
+    def _advance(self, loop: _Loop) -> None:
+        """What is between a pass of a loop and the next."""
+        b, statement = self._of.builder, loop.statement
+        if b.ended:
+            return
+        if isinstance(statement, CountedLoop):
+            self.do(statement.advance)
+        elif isinstance(statement, ConditionLoop) and not statement.before:
+            self._branch(statement.condition, loop.head, loop.end)
+            return
+        b.jump(loop.head)
+
+    # jumps -----------------------------------------------------------------------------------
+
+    def _with_marks(self, statements: TypedStatements) -> None:
+        """A list with marks; it takes from the budget when it begins and with each jump."""
+        of = self._of
+        b = of.builder
+        labels = {one.label: b.label() for one in statements if isinstance(one, JumpMark)}
+        b.spend(JUMP_COST, of.site(FaultKind.BUDGET))
+        self._marks.append(_Marks(labels, len(self._finals), of.at, b.handler))
+        for one in statements:
+            if isinstance(one, JumpMark):
+                b.begin(labels[one.label])
+            else:
+                self.statement(one)
+        self._marks.pop()
+
+    def _jump(self, label: str) -> None:
+        of = self._of
+        b = of.builder
+        for marks in reversed(self._marks):
+            if label in marks.labels:
+                self._through(marks.finals)
+                at = of.at
+                of.place(marks.at)
+                with b.protected(marks.handler):
+                    b.spend(JUMP_COST, of.site(FaultKind.BUDGET))
+                b.jump(marks.labels[label])
+                of.place(at)
+                return
+        raise NotTranslatedError(f"a jump to {label}, which is not there")
+
+    # exceptions ------------------------------------------------------------------------------
+
+    def _through(self, finals: int) -> None:
+        """The FINALLY parts between here and where we go, the innermost first."""
+        b, around, at = self._of.builder, list(self._finals), self._of.at
+        while len(self._finals) > finals:
+            outer, part = self._finals.pop()
+            with b.protected(outer):
+                self.block(part)
+        self._finals = around
+        self._of.place(at)
+
+    def _protected(self, statement: Protected) -> None:
+        of = self._of
+        b = of.builder
+        caught, failed, end = b.label(), b.label(), b.label()
+        frames = of.module.support.frames
+        kept = b.variable(I64)
+        b.set(kept, b.load(I64, frames))
+        self._finals.append((b.handler, statement.final))
+        with b.protected(caught):
+            self.block(statement.body)
+        b.jump(end)
+        b.begin(caught)
+        b.store(b.get(kept), frames)
+        with b.protected(failed):
+            (code,) = b.call(of.module.support.caught)
+            if statement.code is not None:
+                storage = statement.code
+                of.storages.store(storage, lambda: b.convert(code, U32), alone=True)
+                of.end_statement()
+            self.block(statement.handler)
+        self._finals.pop()
+        b.jump(end)
+        at = of.at
+        b.begin(failed)
+        b.store(b.get(kept), frames)
+        b.call(of.module.support.hold)
+        self.block(statement.final)
+        b.call(of.module.support.again)
+        b.begin(end)
+        of.at = at
+        self.block(statement.final)

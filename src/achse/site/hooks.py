@@ -1,0 +1,108 @@
+"""Hooks of MkDocs (see mkdocs.yml): the front page, links within the repository, anchors, pictures.
+
+- README, CHANGELOG, CONTRIBUTING, SECURITY and the pages of examples/ are pages of the site too;
+  links to files that are not pages become their names.
+- Each row of a reference page has an anchor: its code (`0x4655`), its index group and offset
+  (`0x4101-0xA`), or its name (`MC_Power`): see `achse.codes.links`.
+- Pictures are made now, in virtual time (`achse.site.pictures`), and stand where a page has
+  `<!-- picture: NAME -->`.
+
+Needs the extra `docs`.
+"""
+
+import posixpath
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from achse.site.pictures import PICTURES
+
+__all__ = ["PAGES", "anchored", "on_files", "on_page_markdown", "relinked"]
+
+ROOT = Path(__file__).parents[3]
+
+PAGES = {
+    "README.md": "index.md",
+    "CHANGELOG.md": "changelog.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "SECURITY.md": "security.md",
+}
+"""Files of the repository that are pages, and their places in the site."""
+
+_LINK = re.compile(r"(?<!!)\[([^\]]*)\]\((?![a-z]+:|#)([^)#\s]+)(#[^)]*)?\)")
+_PICTURE = re.compile(r"<!-- picture: (\w+) -->")
+_FENCE = re.compile(r"^(```.*?^```$)", re.MULTILINE | re.DOTALL)
+_HEX = re.compile(r"(0x[0-9A-Fa-f]+)( … 0x[0-9A-Fa-f]+)?")
+_NAME = re.compile(r"`(\w+)`")
+
+
+@cache
+def _pages() -> dict[str, str]:
+    """All files outside docs/ that are pages: by path in the repository, the place in the site."""
+    examples = {
+        str(path.relative_to(ROOT)): str(path.relative_to(ROOT))
+        for path in sorted((ROOT / "examples").rglob("*.md"))
+    }
+    return PAGES | examples
+
+
+def on_files(files: Any, *, config: Any) -> Any:
+    """Add pages from outside docs/, and the pictures."""
+    from mkdocs.structure.files import File
+
+    for path, uri in _pages().items():
+        text = (ROOT / path).read_text(encoding="utf-8")
+        files.append(File.generated(config, uri, content=text))
+    for name, make in PICTURES.items():
+        files.append(File.generated(config, f"pictures/{name}.svg", content=make()))
+    return files
+
+
+def on_page_markdown(markdown: str, *, page: Any, config: Any, files: Any) -> str:
+    """The text of a page as the site shows it."""
+    uri = page.file.src_uri
+    known = {file.src_uri for file in files}
+    if uri.startswith("reference/"):
+        markdown = "".join(anchored(line) for line in markdown.splitlines(keepends=True))
+    parts = _FENCE.split(markdown)
+    parts[::2] = [relinked(part, uri, known) for part in parts[::2]]
+    return "".join(parts)
+
+
+def relinked(text: str, uri: str, known: set[str]) -> str:
+    """Links of a page at `uri` to files of the repository lead to the pages of the site."""
+    pages = _pages()
+    here = next((path for path, place in pages.items() if place == uri), f"docs/{uri}")
+
+    def link(found: re.Match[str]) -> str:
+        path = posixpath.normpath(posixpath.join(posixpath.dirname(here), found[2]))
+        target = pages.get(path, path.removeprefix("docs/"))
+        if target not in known:
+            return found[1]
+        way = posixpath.relpath(target, posixpath.dirname(uri) or ".")
+        return f"[{found[1]}]({way}{found[3] or ''})"
+
+    def picture(found: re.Match[str]) -> str:
+        way = posixpath.relpath(f"pictures/{found[1]}.svg", posixpath.dirname(uri) or ".")
+        return f"![{found[1].replace('_', ' ')}]({way})"
+
+    return _PICTURE.sub(picture, _LINK.sub(link, text))
+
+
+def anchored(line: str) -> str:
+    """A row of a reference page with its anchor; other lines as they are."""
+    if not line.startswith("| "):
+        return line
+    cells = [cell.strip() for cell in line[2:].split(" | ")]
+    code = _HEX.fullmatch(cells[0])
+    offset = _HEX.fullmatch(cells[1]) if len(cells) > 1 else None
+    if code and offset:
+        name = f"0x{int(code[1], 16):X}-0x{int(offset[1], 16):X}"
+    elif code:
+        name = f"0x{int(code[1], 16):X}"
+    elif named := _NAME.fullmatch(cells[0]):
+        name = named[1]
+    else:
+        return line
+    return f'| <a id="{name}"></a>{line[2:]}'

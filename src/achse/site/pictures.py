@@ -1,0 +1,101 @@
+"""Pictures of the documentation, made from the code they show: none is kept in the repository."""
+
+import io
+import itertools
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+__all__ = ["PICTURES"]
+
+_STEP = 0.002
+_PROGRAM = """PROGRAM MAIN
+VAR
+    nCount : INT;
+    sText : STRING(20);
+END_VAR
+nCount := sText + 1;
+nCout := 2;
+END_PROGRAM
+"""
+
+
+def _profile() -> str:
+    """Position, velocity and acceleration of a jerk-limited move, by matplotlib."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    from matplotlib import pyplot
+
+    names = ("position, mm", "velocity, mm/s", "acceleration, mm/s²")
+    moments, curves = _samples()
+    with matplotlib.rc_context({"svg.hashsalt": "achse", "svg.fonttype": "none"}):
+        figure, panels = pyplot.subplots(3, 1, sharex=True, figsize=(7, 5), layout="constrained")
+        for panel, name, curve in zip(panels, names, curves, strict=True):
+            panel.plot(moments, curve)
+            panel.set_ylabel(name)
+            panel.grid(alpha=0.3)
+        panels[-1].set_xlabel("time, s")
+        out = io.StringIO()
+        figure.savefig(out, format="svg", metadata={"Date": None})
+        pyplot.close(figure)
+    return out.getvalue()
+
+
+def _samples() -> tuple[list[float], list[list[float]]]:
+    """The move of CONTRIBUTING: 0 to 100 mm at 50 mm/s, 500 and 400 mm/s², 5000 mm/s³."""
+    from achse.motion.profile import plan_to_position
+    from achse.motion.segments import (
+        MAX_SEGMENTS,
+        segment_acceleration,
+        segment_position,
+        segment_velocity,
+    )
+
+    times, jerks = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    count = plan_to_position(times, jerks, 0.0, 0.0, 0.0, 100.0, 0.0, 50.0, 500.0, 400.0, 5000.0)
+    moments: list[float] = []
+    curves: list[list[float]] = [[], [], []]
+    begin, p, v, a = 0.0, 0.0, 0.0, 0.0
+    for span, jerk in itertools.islice(zip(times, jerks, strict=True), count):
+        steps = max(int(span / _STEP), 1)
+        for k in range(steps + 1):
+            t = span * k / steps
+            moments.append(begin + t)
+            curves[0].append(segment_position(t, jerk, p, v, a))
+            curves[1].append(segment_velocity(t, jerk, v, a))
+            curves[2].append(segment_acceleration(t, jerk, a))
+        begin, (p, v, a) = begin + span, (curve[-1] for curve in curves)
+    return moments, curves
+
+
+def _terminal() -> str:
+    """`achse check` and what it finds, as a terminal shows it."""
+    from rich.console import Console
+    from rich.text import Text
+
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "main.st").write_text(_PROGRAM, encoding="utf-8")
+        settings: Mapping[str, Any] = {"cwd": folder, "text": True, "encoding": "utf-8"}
+        found = subprocess.run(
+            [sys.executable, "-m", "achse", "check", "main.st"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            check=False,
+            env={**os.environ, "FORCE_COLOR": "1", "COLUMNS": "80"},
+            **settings,
+        ).stdout
+    console = Console(record=True, width=84, file=io.StringIO(), force_terminal=True)
+    console.print("$ achse check main.st")
+    console.print(Text.from_ansi(found))
+    drawn = console.export_svg(title="achse", unique_id="achse")
+    return re.sub(r"@font-face \{.*?\}", "", drawn, flags=re.DOTALL)  # they are on a foreign host
+
+
+PICTURES: Mapping[str, Callable[[], str]] = {"profile": _profile, "terminal": _terminal}
+"""By name, what makes its SVG."""

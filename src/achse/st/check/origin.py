@@ -1,0 +1,32 @@
+"""What a typed project follows from: a digest that differs wherever the project could.
+
+All sources that were looked at, all constants that were worked out of them or handed in, and what
+the runtime declares. Who keeps what was made of a project asks for it again by this.
+"""
+
+import hashlib
+from collections.abc import Iterable
+
+from achse.iec.structs import StaticRecord
+from achse.st.resolve import Resolver
+
+__all__ = ["origin_of"]
+
+
+def origin_of(names: Resolver, given: Iterable[type[StaticRecord]]) -> str:
+    """40 hexadecimal digits; call it when everything is checked, and so worked out."""
+    found = hashlib.blake2b(digest_size=20)
+    entries = names.scopes.entries
+    sources = {id(entry.source): entry.source for entry in entries.values()}
+    for source in sources.values():
+        found.update(f"{source.path}\0{source.text}\0".encode("utf-8", "surrogatepass"))
+    # Which of their parts count can depend on names that were defined for the parser.
+    found.update(" ".join(f"{name}:{entry.tree.at}" for name, entry in entries.items()).encode())
+    for owner, name, value in names.constants.known():
+        found.update(f"{owner} {name} {value!r}\0".encode("utf-8", "surrogatepass"))
+    for name, type in names.given.handed_in.items():
+        found.update(f"{name} {type.name} {type.guid!r}\0".encode())
+    for unit in given:
+        record = unit.__iec__
+        found.update(f"{record.name} {record.guid!r}".encode() + record.default)
+    return found.hexdigest()

@@ -1,0 +1,202 @@
+"""Files of PLC sources: which of them a folder or a `.plcproj` has, and what is in one.
+
+Read are `.st` (Structured Text in UTF-8, UTF-16 or cp1252) and the XML files of TwinCAT 3:
+`.TcPOU`, `.TcGVL`, `.TcDUT`, `.TcTLEO`, `.TcIO` and, for tasks, `.TcTTO`. In a folder with a
+`.plcproj` that file says which of them count; without one all below the folder do.
+
+Source: files of TwinCAT 3 projects, seen in public projects.
+"""
+
+import codecs
+from collections.abc import Iterable, Mapping
+from pathlib import Path, PureWindowsPath
+from urllib.parse import unquote
+
+from achse.st.envelope import TaskDeclaration, parse_envelope, read_task
+from achse.st.facts import DeclaredFacts
+from achse.st.lexer import Defines
+from achse.st.parser import Parsed, parse
+from achse.st.pragmas import asks_for_declarations
+from achse.st.source import Diagnostic, Location, Source, SourceError
+from achse.st.xml import parse_xml
+
+__all__ = [
+    "PROJECT",
+    "SUFFIXES",
+    "SYMBOL_FILE",
+    "content_of",
+    "files_below",
+    "parse_file",
+    "project_file",
+    "read_sources",
+    "source_files",
+    "symbol_files",
+]
+
+SUFFIXES = (".st", ".tcpou", ".tcgvl", ".tcdut", ".tctleo", ".tcio", ".tctto")
+"""Endings of the files that are read, in lower case."""
+
+SYMBOL_FILE = ".tmc"
+"""Ending of the files that have the types of libraries, in lower case."""
+
+PROJECT = ".plcproj"
+"""Ending of the file that says what is in a project, in lower case."""
+
+_TASK = ".tctto"
+_LARGEST_FILE = 1 << 26
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+def read_sources(
+    path: Path, defines: Defines, faults: list[Diagnostic]
+) -> tuple[list[Parsed], list[TaskDeclaration]]:
+    """The sources and tasks of one project; which of them cannot be read goes into `faults`."""
+    sources: list[Parsed] = []
+    tasks: list[TaskDeclaration] = []
+    asking: list[tuple[int, Path, str]] = []
+    for file, name in source_files(path):
+        try:
+            if file.suffix.lower() == _TASK:
+                tasks.append(read_task(parse_xml(content_of(file, name), name)))
+                continue
+            parsed = parse_file(file, name, defines=defines)
+        except SourceError as error:
+            faults += error.faults
+            continue
+        if asks_for_declarations(parsed.source.text):
+            asking.append((len(sources), file, name))
+        sources.append(parsed)
+    known = defines if isinstance(defines, Mapping) else dict.fromkeys(_names(defines), "")
+    for index, file, name in asking:
+        facts = DeclaredFacts(known, sources[index], sources)
+        sources[index] = parse_file(file, name, defines=facts)
+    return sources, tasks
+
+
+def _names(defines: Defines) -> Iterable[str]:
+    return defines if isinstance(defines, Iterable) else defines.defines
+
+
+def symbol_files(path: Path) -> list[Path]:
+    """The `.tmc` files beside a project."""
+    if path.is_dir():
+        projects = [file for file in files_below(path) if file.suffix.lower() == PROJECT]
+        path = projects[0] if len(projects) == 1 else path
+    folder = path if path.is_dir() else path.parent
+    found = [item for item in sorted(folder.iterdir()) if item.suffix.lower() == SYMBOL_FILE]
+    if path.is_file() and path.suffix.lower() != PROJECT:
+        return [item for item in found if item.stem.lower() == path.stem.lower()]
+    return found
+
+
+def source_files(path: Path) -> list[tuple[Path, str]]:
+    """The files of a project in a fixed order, each with the name it has in faults.
+
+    Raises `SourceError` if there are none, or if it is not clear which count.
+    """
+    if path.is_file():
+        if path.suffix.lower() == PROJECT:
+            return _listed(path)
+        if path.suffix.lower() not in SUFFIXES:
+            raise _refused(path.name, f"expected a file like {', '.join(SUFFIXES)}")
+        return [(path, path.name)]
+    if not path.is_dir():
+        raise _refused(str(path), "expected a folder of PLC sources or a source file")
+    below = files_below(path)
+    projects = [item for item in below if item.suffix.lower() == PROJECT]
+    if len(projects) > 1:
+        names = ", ".join(item.relative_to(path).as_posix() for item in projects[:5])
+        raise _refused(str(path), f"several projects: name one of {names}")
+    if projects:
+        return _listed(projects[0])
+    files = [
+        (item, item.relative_to(path).as_posix())
+        for item in below
+        if item.suffix.lower() in SUFFIXES and item.is_file()
+    ]
+    if not files:
+        raise _refused(str(path), f"expected files like {', '.join(SUFFIXES)}")
+    return files
+
+
+def files_below(folder: Path) -> list[Path]:
+    """All that is in a folder and not hidden, in a fixed order."""
+    return sorted(item for item in folder.rglob("*") if not _is_hidden(item, folder))
+
+
+def project_file(path: Path) -> Path | None:
+    """The `.plcproj` that says what is in a path; None without one."""
+    if path.suffix.lower() == PROJECT and path.is_file():
+        return path
+    found = [item for item in files_below(path) if item.suffix.lower() == PROJECT]
+    return found[0] if len(found) == 1 else None
+
+
+def _is_hidden(item: Path, root: Path) -> bool:
+    return any(part.startswith(".") for part in item.relative_to(root).parts)
+
+
+def _listed(project: Path) -> list[tuple[Path, str]]:
+    """The files that a `.plcproj` compiles."""
+    root = parse_xml(content_of(project, project.name), project.name)
+    files = []
+    for element in root.walk():
+        if (
+            element.tag != "Compile"
+            or element.text_of("ExcludeFromBuild").strip().lower() == "true"
+        ):
+            continue
+        name = PureWindowsPath(unquote(element.attributes.get("Include", ""))).as_posix()
+        if name.lower().endswith(SUFFIXES):
+            file = project.parent / name
+            files.append((file if file.exists() else _without_case(file), name))
+    if not files:
+        raise _refused(project.name, "expected <Compile Include=…> of at least one source")
+    return files
+
+
+def _without_case(path: Path) -> Path:
+    """The file of that name where capitals do not count, as where the project was made."""
+    if path.exists() or path.parent == path:
+        return path
+    folder = _without_case(path.parent)
+    if not folder.is_dir():
+        return path
+    alike = (item for item in folder.iterdir() if item.name.lower() == path.name.lower())
+    return next(alike, path)
+
+
+def parse_file(file: Path, name: str = "", *, defines: Defines = ()) -> Parsed:
+    """Read one source file; `name` is what its faults call it.
+
+    The VAR_GLOBAL blocks of an `.st` make a list with the name of the file. Raises
+    `SourceError` if the file cannot be read or is not XML where it should be.
+    """
+    name = name or file.name
+    data = content_of(file, name)
+    if file.suffix.lower() == ".st":
+        return parse(Source(_text(data), name), name=file.stem, defines=defines)
+    return parse_envelope(parse_xml(data, name), name, defines)
+
+
+def content_of(file: Path, name: str) -> bytes:
+    try:
+        if file.stat().st_size > _LARGEST_FILE:
+            raise _refused(name, f"the file is larger than {_LARGEST_FILE} bytes")
+        return file.read_bytes()
+    except OSError as error:
+        raise _refused(name, f"cannot be read: {error.strerror or error}") from None
+    except ValueError:
+        raise _refused(name, "cannot be read: this is not a file name") from None
+
+
+def _text(data: bytes) -> str:
+    try:
+        text = data.decode("utf-16" if data.startswith(_UTF_16) else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("cp1252", "replace")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _refused(name: str, message: str) -> SourceError:
+    return SourceError([Diagnostic(Location(name, 1, 1), message)])

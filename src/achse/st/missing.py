@@ -1,0 +1,134 @@
+"""Libraries that a project references and nobody has: which units need them, and for what.
+
+Source: names as public projects and their symbol files use them.
+"""
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from achse.st.parser import Parsed
+from achse.st.references import LibraryReference
+
+__all__ = ["MissingLibrary", "missing_libraries"]
+
+_SHOWN_FILES = 3
+_SHOWN_NAMES = 4
+
+_NAMES: Mapping[str, str] = {
+    "tc2_mc2": r"MC_\w+|AXIS_REF|E_JogMode|ST_AxisStatus|ST_MoveOptions|(?:NC|PLC)TO(?:PLC|NC)\w*",
+    "tc2_mc2_drive": r"FB_[SC]o[ES](?:Read|Write)\w*",
+    "tc3_iotbase": r"\w+_Iot(?:Mqtt|Http|Socket)\w*",
+    "tc2_serialcom": r"(?:Com|Serial)\w*Buffer|(?:Send|Receive)(?:String|Byte|Data)\w*"
+    r"|SerialLine\w+|EL6(?:in|out)Data\w+|KL6\w+|PcComm\w+",
+    "tc2_modbussrv": r"FB_MB\w+",
+    "tc2_modbusrtu": r"Modbus\w+",
+    "tc2_controllertoolbox": r"(?:FB|ST|E)_CTRL_\w+",
+    "tc2_dataexchange": r"FB_(?:Read|Write)AdsSym\w+",
+    "tc2_sups": r"\w+_S_UPS_\w+",
+    "tc3_ipcdiag": r"\w+_IPCDiag\w*",
+    "tc3_vision": r"(?:FB_VN|F_VN|ST_VN|E_VN|ITcVn)\w+",
+    "tc3_dynamicmemory": r"FB_DynMem\w+",
+    "tc2_mdp": r"\w+_MDP_\w+",
+    "tc3_packml_v2": r"\w*_?PMLV?\w+|\w*PackML\w*",
+    "tc3_packml_v3": r"\w*_?PMLV?\w+|\w*PackML\w*",
+    "tcunit": r"FB_TestSuite|TEST(?:_FINISHED|_ORDERED)?|Assert\w+|TcUnit",
+}
+"""What names of a library look like, as public projects use them."""
+
+_WORD = re.compile(r"[A-Za-z_]\w*")
+
+
+@dataclass(frozen=True, slots=True)
+class MissingLibrary:
+    """A library that a project references, and that is neither here nor in the user's folders."""
+
+    reference: LibraryReference
+    uses: Mapping[str, tuple[str, ...]]
+    """Files of the project that need it, each with the names it uses of the library."""
+    container: str = ""
+    """A file of the library that is there and cannot be read."""
+
+    def __str__(self) -> str:
+        """What is missing, who needs it, and what to put where."""
+        if not self.uses:
+            return f"library {self.reference} is not here; nothing in the project seems to need it"
+        files = [
+            f"{file} ({_some(names, _SHOWN_NAMES)})"
+            for file, names in list(self.uses.items())[:_SHOWN_FILES]
+        ]
+        if len(self.uses) > _SHOWN_FILES:
+            files.append(f"{len(self.uses) - _SHOWN_FILES} more files")
+        unread = (
+            f" {self.container} is in a form that only the vendor's tools read."
+            if self.container
+            else ""
+        )
+        return (
+            f"library {self.reference} is not here, but needed by {', '.join(files)}.{unread}"
+            " Put its sources (a folder with its .plcproj, .TcPOU or .st files) into a folder of"
+            ' libraries, and name it: libraries = ["folder"] in station.toml, --library folder'
+        )
+
+
+def _some(names: tuple[str, ...], count: int) -> str:
+    more = ["…"] if len(names) > count else []
+    return ", ".join([*names[:count], *more])
+
+
+def missing_libraries(
+    references: Iterable[LibraryReference],
+    containers: Mapping[str, str],
+    sources: Iterable[Parsed],
+    unknown: Iterable[str],
+    is_declared: Callable[[str], bool],
+) -> tuple[MissingLibrary, ...]:
+    """Who needs which of the missing libraries.
+
+    `unknown` are names of types that nothing declares. A name belongs to the library named
+    before it, to one that has names like it, or else to the only one that is missing.
+    """
+    references = list(references)
+    if not references:
+        return ()
+    doubtful = {name.lower() for name in unknown}
+    strangers = [item for item in references if item.title.lower() not in _NAMES]
+    uses: dict[str, dict[str, dict[str, None]]] = {item.title: {} for item in references}
+    patterns = [(item.title, _pattern(item)) for item in references]
+    for parsed in sources:
+        text = _code(parsed.source.text)
+        words: dict[str, None] = dict.fromkeys(_WORD.findall(text))
+        for title, pattern in patterns:
+            found = {word: None for word in words if pattern.fullmatch(word)}
+            found = {word: None for word in found if not is_declared(word)}
+            if len(strangers) == 1 and strangers[0].title == title:
+                others = [p for t, p in patterns if t != title]
+                found |= {
+                    word: None
+                    for word in words
+                    if word.lower() in doubtful and not any(p.fullmatch(word) for p in others)
+                }
+            if found:
+                uses[title][parsed.source.path] = found
+    return tuple(
+        MissingLibrary(
+            item,
+            {file: tuple(names) for file, names in uses[item.title].items()},
+            containers.get(item.titles[0], ""),
+        )
+        for item in references
+    )
+
+
+def _pattern(reference: LibraryReference) -> re.Pattern[str]:
+    known = _NAMES.get(reference.title.lower())
+    parts = [re.escape(reference.namespace), *([known] if known else [])]
+    return re.compile("|".join(f"(?:{part})" for part in parts), re.IGNORECASE)
+
+
+_NO_CODE = re.compile(r"\(\*.*?\*\)|//[^\n]*|'(?:[^'$]|\$.)*'", re.DOTALL)
+
+
+def _code(text: str) -> str:
+    """The text without comments and literals."""
+    return _NO_CODE.sub(" ", text)

@@ -1,0 +1,400 @@
+"""Meanings of expressions, as far as missing names go: the type that is declared, or the use.
+
+Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a declaration.
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import TypeAlias
+
+from achse.iec.errors import IecError
+from achse.iec.times import TimeType
+from achse.st.cursor import Unexpected
+from achse.st.functions import is_standard
+from achse.st.literals import literal_value
+from achse.st.printer import print_type
+from achse.st.resolve import Resolver
+from achse.st.scopes import DeclaredUnit, Failed, Scope
+from achse.st.tree import (
+    ArrayOf,
+    Binary,
+    Call,
+    Dereference,
+    Expression,
+    GlobalName,
+    Index,
+    Literal,
+    Member,
+    Name,
+    NamedType,
+    PointerTo,
+    ReferenceTo,
+    StringOf,
+    StructOf,
+    Super,
+    This,
+    TypeSpec,
+    Unary,
+    UnionOf,
+)
+from achse.st.units import (
+    Function,
+    GlobalList,
+    Interface,
+    Method,
+    Part,
+    Program,
+    Property,
+    TypeDeclaration,
+    Unit,
+)
+from achse.st.unknown.uses import LONG_TEXT, MissingUse
+
+__all__ = ["TRUTHS", "Meanings", "Sense", "bases_of"]
+
+TRUTHS = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE", "&")
+_COMPARING = ("=", "<>", "<", "<=", ">", ">=")
+_LONG_SUM = 8
+"""How many operands of one expression are asked for its type."""
+_BUILT_IN = frozenset(
+    """ADR ADRINST BITADR SIZEOF XSIZEOF INDEXOF LOWER_BOUND UPPER_BOUND TEST_AND_SET TIME LTIME
+    __NEW __DELETE __ISVALIDREF __QUERYINTERFACE __QUERYPOINTER __VARINFO __POUNAME __POSITION
+    __CURRENTTASK TWINCAT_SYSTEMINFOVARLIST _APPINFO _TASKINFO""".split()  # noqa: SIM905
+)
+"""What is there without a declaration."""
+
+Sense: TypeAlias = "MissingUse | DeclaredUnit | tuple[TypeSpec, Scope] | None"
+"""Of an expression: a missing name, a unit, a declared type and where it is seen from, neither."""
+
+
+class Meanings:
+    """Knows which names are missing, and what expressions mean by them.
+
+    `types` are missing types, `names` missing constants, variables and functions, `lists` those
+    of `names` that have something behind a dot; all by name in lower case.
+    """
+
+    def __init__(self, names: Resolver) -> None:
+        self._names = names
+        self._scopes = names.scopes
+        self.types: dict[str, MissingUse] = {}
+        self.names: dict[str, MissingUse] = {}
+        self.lists: dict[str, MissingUse] = {}
+        self.this: DeclaredUnit | None = None
+        """The unit whose body is looked at."""
+        self._known: dict[tuple[str, str], bool] = {}
+
+    def is_missing(self, spec: NamedType, scope: Scope) -> bool:
+        """Whether nothing declares the type of a name."""
+        key = (spec.name.lower(), scope.space)
+        if key not in self._known:
+            try:
+                self._known[key] = (
+                    self._scopes.find(spec.name, scope.space) is None
+                    and self._names.given.find(spec.name, spec.at) is None
+                )
+            except (Unexpected, Failed, IecError):
+                self._known[key] = False
+        return self._known[key]
+
+    def use(self, spec: NamedType) -> MissingUse:
+        name = spec.name.rpartition(".")[2]
+        return self.types.setdefault(name.lower(), MissingUse(name))
+
+    # what an expression means ------------------------------------------------------------------
+
+    def constant(self, tree: Expression, scope: Scope) -> Sense:
+        """What a name in a bound means: never a variable of a base."""
+        if isinstance(tree, Name):
+            return self._named(tree.name, scope, is_space=True)
+        return self.of(tree, scope)
+
+    def of(self, tree: Expression, scope: Scope) -> Sense:
+        """What an expression means."""
+        match tree:
+            case Name(name) | GlobalName(name):
+                return self._named(name, scope)
+            case Member(Name(space), name) if not space[:1].islower():
+                # Behind a missing base, `Lib.x` is of a library rather than of the base.
+                return self._member(tree.of, name, scope, self._named(space, scope, is_space=True))
+            case Member(of, name):
+                return self._member(of, name, scope, self.of(of, scope))
+            case Index(of, indices):
+                return self._index(self.of(of, scope), indices)
+            case Dereference(of):
+                found = self.of(of, scope)
+                if isinstance(of, This | Super):
+                    return found
+                if isinstance(found, MissingUse):
+                    found.target = found.target or MissingUse(found.name)
+                    return found.target
+                if isinstance(found, tuple) and isinstance(found[0], PointerTo):
+                    return found[0].target, found[1]
+                return None
+            case Call(of):
+                return self._result(self.of(of, scope))
+            case This():
+                return self._own()
+            case Super():
+                tree_of = None if self.this is None else self.this.tree
+                base = getattr(tree_of, "extends", None)
+                return None if not isinstance(base, NamedType) else (base, scope)
+            case _:
+                return None
+
+    def _own(self) -> Sense:
+        entry = self.this
+        return None if entry is None else (NamedType(entry.name), self._scopes.scope(entry))
+
+    def _named(self, name: str, scope: Scope, *, is_space: bool = False) -> Sense:
+        key = name.lower()
+        if key in scope.values or is_standard(name.upper()) or name.upper() in _BUILT_IN:
+            return None
+        if key.startswith("__"):
+            return None
+        own = self._scopes.own(key, scope)
+        if own is not None:
+            return own[1][1].type, own[0]
+        is_inherited, inherited = self._inherited(name, scope, is_space)
+        if is_inherited:
+            return inherited
+        is_known, found = self._anywhere(name, scope)
+        return found if is_known else self.names.setdefault(key, MissingUse(name))
+
+    def _anywhere(self, name: str, scope: Scope) -> tuple[bool, Sense]:
+        """Whether a name is known that no unit is in front of, and what it means then."""
+        key = name.lower()
+        found = self._scopes.find(name, scope.space)
+        if found is not None:
+            return True, found
+        if declared := self._scopes.globals.get(key):
+            return True, (declared[0][1][1].type, declared[0][0])
+        if key in self.types:
+            return True, self.types[key]
+        with suppress(Unexpected, Failed, IecError):
+            if (
+                key in self._scopes.loose_values
+                or is_standard(name.upper())
+                or self._names.given.find(name, 0) is not None
+                or self._names.given.values(key)
+                or self._names.constants.is_given(key)
+            ):
+                return True, None
+        return False, None
+
+    def _inherited(self, name: str, scope: Scope, is_space: bool) -> tuple[bool, Sense]:
+        """Whether a name is a part of the unit or of its base, and what it means then."""
+        entry = self.this
+        seen: set[int] = set()
+        while entry is not None and id(entry) not in seen:
+            seen.add(id(entry))
+            for part in getattr(entry.tree, "parts", ()):
+                if part.name.lower() == name.lower():
+                    return True, _part_type(part, self._scopes.scope(entry))
+            base = getattr(entry.tree, "extends", None)
+            if not isinstance(base, NamedType):
+                break
+            if self.is_missing(base, scope):
+                key = name.lower()
+                if key in self._scopes.entries or key in self._scopes.globals:
+                    return False, None
+                if is_space:
+                    return False, None
+                return True, self.use(base).member(name)
+            entry = self._scopes.find(base.name, scope.space)
+            if entry is None:  # of a symbol file
+                return True, None
+        return False, None
+
+    def missing_base(self, entry: DeclaredUnit | None) -> MissingUse | None:
+        """The base of a block, or of its bases, that nothing declares."""
+        seen: set[int] = set()
+        while entry is not None and id(entry) not in seen:
+            seen.add(id(entry))
+            base = next(iter(bases_of(entry.tree)), None)
+            if base is None:
+                return None
+            if self.is_missing(base, self._scopes.scope(entry)):
+                return self.use(base)
+            entry = self._scopes.find(base.name, entry.space)
+        return None
+
+    def _member(self, of: Expression, name: str, scope: Scope, whole: Sense) -> Sense:
+        if isinstance(whole, MissingUse):
+            if self.types.get(whole.name.lower()) is whole:
+                whole.values.setdefault(name.lower(), name)
+                return None
+            if isinstance(of, Name) and self.names.get(of.name.lower()) is whole:
+                is_known, found = self._anywhere(name, scope)
+                if is_known:
+                    whole.is_space = True
+                    return found
+                self.lists[of.name.lower()] = whole
+                whole.member(name).space = whole
+            return whole.member(name)
+        if isinstance(whole, DeclaredUnit):
+            if isinstance(whole.tree, GlobalList | Program):
+                inside = self._scopes.scope(whole)
+                if declared := inside.variables.get(name.lower()):
+                    return declared[1].type, inside
+            return None
+        return None if whole is None else self.member_of(whole, name)
+
+    def member_of(self, whole: tuple[TypeSpec, Scope], name: str) -> Sense:
+        spec, scope = whole
+        if isinstance(spec, ReferenceTo):
+            return self.member_of((spec.target, scope), name)
+        if isinstance(spec, StructOf | UnionOf):
+            for member in spec.members:
+                if any(item.name.lower() == name.lower() for item in member.names):
+                    return member.type, scope
+            return None
+        if not isinstance(spec, NamedType):
+            return None
+        if self.is_missing(spec, scope):
+            return self.use(spec).member(name)
+        entry = self._scopes.find(spec.name, scope.space)
+        seen: set[int] = set()
+        while entry is not None and id(entry) not in seen:
+            seen.add(id(entry))
+            inside = self._scopes.scope(entry)
+            if declared := inside.variables.get(name.lower()):
+                return declared[1].type, inside
+            for part in getattr(entry.tree, "parts", ()):
+                if part.name.lower() == name.lower():
+                    return _part_type(part, inside)
+            base = next(iter(bases_of(entry.tree)), None)
+            if isinstance(entry.tree, TypeDeclaration):
+                alias = entry.tree.type
+                if isinstance(alias, ReferenceTo):
+                    alias = alias.target
+                base = alias if isinstance(alias, NamedType) else base
+            if base is None:
+                return None
+            if self.is_missing(base, inside):
+                return self.use(base).member(name)
+            entry = self._scopes.find(base.name, inside.space)
+        return None
+
+    def _index(self, whole: Sense, indices: Sequence[Expression]) -> Sense:
+        if isinstance(whole, tuple):
+            return self.element(whole)
+        if not isinstance(whole, MissingUse):
+            return None
+        whole.element = whole.element or MissingUse(whole.name)
+        for index in indices:
+            if isinstance(index, Literal) and index.text.isdecimal() and len(index.text) < 5:
+                whole.highest = max(whole.highest, int(index.text))
+        return whole.element
+
+    def element(self, whole: tuple[TypeSpec, Scope]) -> tuple[TypeSpec, Scope] | None:
+        spec, scope = whole
+        if isinstance(spec, ReferenceTo):
+            return self.element((spec.target, scope))
+        if isinstance(spec, NamedType):
+            entry = self._scopes.find(spec.name, scope.space)
+            if entry is not None and isinstance(entry.tree, TypeDeclaration):
+                inner = entry.tree.type
+                if isinstance(inner, ArrayOf | PointerTo):
+                    return self.element((inner, self._scopes.scope(entry)))
+            return None
+        if isinstance(spec, ArrayOf):
+            return spec.element, scope
+        return (spec.target, scope) if isinstance(spec, PointerTo) else None
+
+    def _result(self, callee: Sense) -> Sense:
+        if isinstance(callee, DeclaredUnit):
+            tree = callee.tree
+            if isinstance(tree, Function) and tree.returns is not None:
+                return tree.returns, self._scopes.scope(callee)
+            return None
+        if isinstance(callee, MissingUse):
+            callee.is_called = True
+        return callee
+
+    def type_use(self, at: tuple[TypeSpec, Scope]) -> MissingUse | None:
+        """The missing type that a variable is of, if it is."""
+        spec, scope = at
+        if isinstance(spec, ReferenceTo):
+            return self.type_use((spec.target, scope))
+        if isinstance(spec, NamedType) and self.is_missing(spec, scope):
+            return self.use(spec)
+        return None
+
+    # texts of types ----------------------------------------------------------------------------
+
+    def spec_text(self, at: tuple[TypeSpec, Scope]) -> str:
+        """A type as text that means the same elsewhere; nothing if it cannot."""
+        spec, scope = at
+        if isinstance(spec, ReferenceTo):
+            return self.spec_text((spec.target, scope))
+        if isinstance(spec, StringOf) and (spec.length is None or isinstance(spec.length, Literal)):
+            return print_type(spec)
+        if isinstance(spec, PointerTo) and (inner := self.spec_text((spec.target, scope))):
+            return f"POINTER TO {inner}"
+        if isinstance(spec, NamedType) and not spec.generics:
+            return spec.name.rpartition(".")[2] if self.is_missing(spec, scope) else spec.name
+        return ""
+
+    def text(self, tree: Expression, scope: Scope) -> str:
+        """The type of an expression, where it shows."""
+        if isinstance(tree, Literal):
+            return _literal_text(tree)
+        if isinstance(tree, Unary):
+            return "BOOL" if tree.operator == "NOT" else self.text(tree.operand, scope)
+        if isinstance(tree, Binary):
+            if tree.operator in _COMPARING:
+                return "BOOL"
+            for _ in range(_LONG_SUM):
+                if told := self.text(tree.right, scope):
+                    return told
+                if not isinstance(tree.left, Binary):
+                    break
+                tree = tree.left
+            left = "" if isinstance(tree.left, Binary) else self.text(tree.left, scope)
+            return left or ("BOOL" if tree.operator.upper() in TRUTHS else "")
+        if isinstance(tree, Call) and isinstance(tree.of, Name):
+            name = tree.of.name.upper()
+            if name == "ADR":
+                return "PVOID"
+            if "TO_" in name and is_standard(name):
+                return name.rpartition("TO_")[2]
+        found = self.of(tree, scope)
+        if isinstance(found, tuple):
+            return self.spec_text(found)
+        return found.type if isinstance(found, MissingUse) else ""
+
+
+def bases_of(unit: Unit) -> tuple[NamedType, ...]:
+    """What a unit extends."""
+    if isinstance(unit, Interface):
+        return unit.extends
+    base = getattr(unit, "extends", None)
+    return (base,) if isinstance(base, NamedType) else ()
+
+
+def _part_type(part: Part, scope: Scope) -> tuple[TypeSpec, Scope] | None:
+    """The type of a property, or of what a method returns."""
+    if isinstance(part, Property):
+        return part.type, scope
+    if isinstance(part, Method) and part.returns is not None:
+        return part.returns, scope
+    return None
+
+
+def _literal_text(tree: Literal) -> str:
+    try:
+        type, value, enum = literal_value(tree.text)
+    except IecError:
+        return ""
+    if enum:
+        return enum
+    if isinstance(value, bool):
+        return "BOOL"
+    if isinstance(value, str):
+        return LONG_TEXT if tree.text[0] != '"' else "WSTRING(255)"
+    if isinstance(type, TimeType):
+        return type.name
+    if type is not None:
+        return type.name
+    return "LREAL" if isinstance(value, float) else "DINT"

@@ -1,0 +1,338 @@
+"""Stand-ins: declarations for what a project uses and nothing declares, as Structured Text.
+
+A type has the members, inputs, outputs and methods that the project uses, an enumeration the
+values. What no use tells is guessed from the name (`bBusy` is a BOOL) and has a question mark.
+
+Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a declaration.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+
+from achse.iec.names import ELEMENTARY
+from achse.st.unknown.uses import MissingUse
+from achse.st.unknown.walk import MissingNames
+from achse.st.words import KEYWORDS
+
+__all__ = ["LISTS_FILE", "TYPES_FILE", "stand_ins"]
+
+TYPES_FILE = "types.st"
+LISTS_FILE = "constants.st"
+
+_HIGHEST = 255
+"""The last index of an array that is indexed by variables only."""
+_VALUE = 16
+"""Of constants; a project has arrays of that many elements."""
+_STEP = "    "
+_COUNTS = (
+    "sint",
+    "usint",
+    "int",
+    "uint",
+    "dint",
+    "udint",
+    "lint",
+    "ulint",
+    "byte",
+    "word",
+    "dword",
+)
+_PREFIXES = {
+    "b": "BOOL",
+    "x": "BOOL",
+    "n": "DINT",
+    "i": "INT",
+    "ui": "UINT",
+    "di": "DINT",
+    "udi": "UDINT",
+    "by": "BYTE",
+    "w": "WORD",
+    "dw": "DWORD",
+    "f": "LREAL",
+    "lr": "LREAL",
+    "r": "REAL",
+    "s": "STRING",
+    "ws": "WSTRING",
+    "t": "TIME",
+    "dt": "DT",
+    "p": "PVOID",
+    "h": "UDINT",
+}
+_WORDS = {
+    **dict.fromkeys(("busy", "done", "error", "active", "valid", "aborted"), "BOOL"),
+    **dict.fromkeys(("execute", "enable", "reset", "commandaborted", "q", "in"), "BOOL"),
+    **dict.fromkeys(("position", "velocity", "distance", "override", "jerk"), "LREAL"),
+    **dict.fromkeys(("acceleration", "deceleration"), "LREAL"),
+    **dict.fromkeys(("errorid", "errid", "axisid"), "UDINT"),
+}
+_PREFIX = re.compile(r"([a-z]{1,3})[A-Z0-9_]")
+_LIST = re.compile(r"GVL|Global|Const|Param|Lib|^Tc\d|^G_", re.IGNORECASE)
+"""Names that are those of lists and libraries, and not of enumerations."""
+_NAME = re.compile(r"[^\W\d]\w*", re.ASCII)
+
+
+def stand_ins(missing: MissingNames) -> dict[str, str]:
+    """Files of Structured Text by name: the types, and one for each list of variables.
+
+    Nothing is in there if nothing is missing.
+    """
+    return _Writer(missing).files()
+
+
+class _Writer:
+    def __init__(self, missing: MissingNames) -> None:
+        found = missing.meanings
+        self._types = found.types
+        self._names = found.names
+        self._lists = found.lists
+        self._values: dict[str, dict[str, str]] = {}
+        """Those of enumerations, which may be named with and without their library."""
+        self._texts: dict[str, list[str]] = {}
+        """Declarations by name in lower case."""
+
+    def files(self) -> dict[str, str]:
+        lists: dict[str, dict[str, MissingUse]] = {}
+        for key, use in self._names.items():
+            if key in self._types or not _is_name(use.name):
+                continue
+            if key in self._lists and not use.is_called:
+                if _is_enumeration(use):
+                    self._enumeration(use.name, [one.name for one in use.members.values()])
+                    continue
+                variables = self._of_library(use)
+                if variables:
+                    lists[f"{use.name}.st"] = variables
+            elif use.is_called:
+                self._function(use)
+            else:
+                lists.setdefault(LISTS_FILE, {})[key] = use
+        for use in list(self._types.values()):
+            self._type(use.name, use)
+        files = {name: "\n".join(self._list(found)) for name, found in sorted(lists.items())}
+        types = [line for text in self._texts.values() for line in (*text, "")]
+        if types:
+            files[TYPES_FILE] = "\n".join(types)
+        return files
+
+    def _of_library(self, space: MissingUse) -> dict[str, MissingUse]:
+        """The variables behind a name; its types and functions are declared without it."""
+        variables: dict[str, MissingUse] = {}
+        for key, use in space.members.items():
+            if not _is_name(use.name):
+                continue
+            if use.is_called and not use.members:
+                self._function(use)
+            elif use.members and _is_enumeration(use):
+                self._enumeration(use.name, [one.name for one in use.members.values()])
+            else:
+                variables[key] = use
+        return variables
+
+    # lists -----------------------------------------------------------------------------------
+
+    def _list(self, variables: Mapping[str, MissingUse]) -> Iterator[str]:
+        constants = [use for use in variables.values() if _is_constant(use)]
+        rest = [use for use in variables.values() if not _is_constant(use)]
+        if constants:
+            yield "VAR_GLOBAL CONSTANT"
+            for number, use in enumerate(constants, 1):
+                value = ""
+                if use.is_bound:
+                    value = f" := {1 if use.is_low else _VALUE}"
+                elif self._type_of(use, "Global")[0].lower() in _COUNTS:
+                    value = f" := {number}"  # Labels of a CASE have to differ.
+                yield f"{_STEP}{self._declared(use, 'Global', value)}"
+            yield "END_VAR"
+        if rest:
+            yield "VAR_GLOBAL"
+            yield from (f"{_STEP}{self._declared(use, 'Global')}" for use in rest)
+            yield "END_VAR"
+        yield ""
+
+    def _declared(
+        self, use: MissingUse, owner: str, value: str = "", *, is_input: bool = False
+    ) -> str:
+        type, is_sure = self._type_of(use, owner)
+        if use.is_mixed and is_input:
+            type = "ANY"
+        note = " // value?" if value else "" if is_sure else " // type?"
+        return f"{use.name} : {type}{value};{note}"
+
+    # types -----------------------------------------------------------------------------------
+
+    def _type_of(self, use: MissingUse, owner: str) -> tuple[str, bool]:
+        """The type of a variable or member, and whether a use tells it."""
+        if use.is_bound:
+            return "INT", True
+        if use.is_called and not (use.inputs or use.outputs):
+            self._type(name := f"{owner}_{use.name}", replace(use, is_interface=True))
+            return name, True
+        if use.element is not None:
+            inner, is_sure = self._type_of(use.element, owner)
+            return f"ARRAY [0..{use.highest or _HIGHEST}] OF {inner}", is_sure and use.highest > 0
+        if use.target is not None:
+            inner, is_sure = self._type_of(use.target, owner)
+            return f"POINTER TO {inner}", is_sure
+        if use.members or use.is_called:
+            name = f"{owner}_{use.name}"
+            self._type(name, use)
+            return name, True
+        if use.type and use.type.lower() != owner.lower():
+            return use.type, True
+        like = use.like
+        if like is not None and like.space is not None and _is_enumeration(like.space):
+            return like.space.name, True
+        if like is not None and like.type and like.type.lower() != owner.lower():
+            return like.type, True
+        return _guessed(use.name), False
+
+    def _type(self, name: str, use: MissingUse) -> None:
+        if name.lower() in self._texts or not _is_name(name):
+            return
+        self._texts[name.lower()] = []  # A type may point to its own kind.
+        if use.is_interface:
+            lines = list(self._interface(name, use))
+        elif use.values and not use.is_structure:
+            self._enumeration(name, use.values.values())
+            return
+        elif _is_block(use):
+            lines = list(self._block(name, use))
+        elif use.members or use.is_structure:
+            members = [self._declared(one, name) for one in use.members.values()]
+            lines = [f"TYPE {name} : STRUCT", *(_STEP + line for line in members)]
+            lines += ["END_STRUCT END_TYPE"]
+        elif use.element is not None:
+            type, _ = self._type_of(use, name)
+            lines = [f"TYPE {name} : {type}; END_TYPE"]
+        elif use.type and use.type.lower() != name.lower():
+            lines = [f"TYPE {name} : {use.type}; END_TYPE"]
+        else:
+            lines = [f"FUNCTION_BLOCK {name} // what is it?", "END_FUNCTION_BLOCK"]
+        self._texts[name.lower()] = lines
+
+    def _enumeration(self, name: str, values: Iterable[str]) -> None:
+        known = self._values.setdefault(name.lower(), {})
+        for value in values:
+            known.setdefault(value.lower(), value)
+        told = ", ".join(known.values())
+        self._texts[name.lower()] = [f"TYPE {name} : ({told}); END_TYPE // numbers?"]
+
+    def _block(self, name: str, use: MissingUse) -> Iterator[str]:
+        methods = [one for one in use.members.values() if _is_method(one)]
+        variables = [one for one in use.members.values() if not _is_method(one)]
+        taken = {*use.inputs, *use.outputs}
+        inputs = [*use.inputs.values(), *use.arguments]
+        inputs += [one for one in variables if one.is_written and one.name.lower() not in taken]
+        outputs = list(use.outputs.values())
+        outputs += [
+            one for one in variables if not one.is_written and one.name.lower() not in taken
+        ]
+        for key, one in {**use.inputs, **use.outputs}.items():
+            if key in use.members and not one.type:
+                one.type = use.members[key].type
+        passed = [one for one in inputs if self._is_passed(one)]
+        yield f"FUNCTION_BLOCK {name}"
+        if use.generics:
+            numbers = ", ".join(f"nGeneric{number + 1}" for number in range(use.generics))
+            yield f"VAR_GENERIC CONSTANT {numbers} : DINT := 1; END_VAR"
+        yield from self._section("VAR_INPUT", [one for one in inputs if one not in passed], name)
+        yield from self._section("VAR_IN_OUT", passed, name)
+        yield from self._section("VAR_OUTPUT", outputs, name)
+        if use.initials:
+            yield "METHOD FB_init : BOOL"
+            yield "VAR_INPUT bInitRetains : BOOL; bInCopyCode : BOOL; END_VAR"
+            yield from self._section("VAR_INPUT", use.initials.values(), name)
+            yield "END_METHOD"
+        for one in methods:
+            yield from self._method(one, name)
+        yield "END_FUNCTION_BLOCK"
+
+    def _is_passed(self, use: MissingUse) -> bool:
+        """Whether an input is a block, which is not copied."""
+        found = self._types.get(use.type.lower())
+        return found is not None and (_is_block(found) or not _is_told(found))
+
+    def _interface(self, name: str, use: MissingUse) -> Iterator[str]:
+        yield f"INTERFACE {name}"
+        for one in use.members.values():
+            if _is_method(one):
+                yield from self._method(one, name)
+            else:
+                type, _ = self._type_of(one, name)
+                yield f"PROPERTY {one.name} : {type}"
+                yield "GET END_GET" if not one.is_written else "GET END_GET SET END_SET"
+                yield "END_PROPERTY"
+        yield "END_INTERFACE"
+
+    def _method(self, use: MissingUse, owner: str) -> Iterator[str]:
+        result = use.type or "BOOL"
+        if use.members:  # `fb.A().B()`
+            result, _ = self._type_of(replace(use, inputs={}, outputs={}, arguments=[]), owner)
+        yield f"METHOD {use.name} : {result}"
+        inside = f"{owner}_{use.name}"
+        yield from self._section(
+            "VAR_INPUT", [*use.inputs.values(), *use.arguments], inside, is_routine=True
+        )
+        yield from self._section("VAR_OUTPUT", use.outputs.values(), inside)
+        yield "END_METHOD"
+
+    def _function(self, use: MissingUse) -> None:
+        lines = [f"FUNCTION {use.name} : {use.type or _guessed(use.name)}"]
+        lines += self._section(
+            "VAR_INPUT", [*use.inputs.values(), *use.arguments], use.name, is_routine=True
+        )
+        lines += self._section("VAR_OUTPUT", use.outputs.values(), use.name)
+        self._texts[use.name.lower()] = [*lines, "END_FUNCTION"]
+
+    def _section(
+        self, word: str, variables: Iterable[MissingUse], owner: str, *, is_routine: bool = False
+    ) -> Iterator[str]:
+        is_input = word == "VAR_INPUT" and is_routine
+        lines = [_STEP + self._declared(one, owner, is_input=is_input) for one in variables]
+        if lines:
+            yield word
+            yield from lines
+            yield "END_VAR"
+
+
+def _is_name(name: str) -> bool:
+    return (
+        _NAME.fullmatch(name) is not None
+        and name.upper() not in KEYWORDS
+        and name.lower() not in ELEMENTARY
+        and not name.startswith("__")
+    )
+
+
+def _is_block(use: MissingUse) -> bool:
+    called = any(_is_method(one) for one in use.members.values())
+    told = use.is_block or use.is_called or use.inputs or use.outputs or use.generics
+    return bool(told or called)
+
+
+def _is_told(use: MissingUse) -> bool:
+    """Whether any use tells what it is."""
+    return bool(use.members or use.type or use.values or use.element or use.is_structure)
+
+
+def _is_method(use: MissingUse) -> bool:
+    return use.is_called and not (use.members and (use.inputs or use.outputs))
+
+
+def _is_enumeration(use: MissingUse) -> bool:
+    """Whether a name with something behind it, which is only read, is a type with its values."""
+    return not (use.is_space or _LIST.search(use.name)) and not any(
+        one.members or one.is_called or one.is_written or one.is_bound or one.element
+        for one in use.members.values()
+    )
+
+
+def _is_constant(use: MissingUse) -> bool:
+    return not (use.is_written or use.members or use.element or use.is_called)
+
+
+def _guessed(name: str) -> str:
+    """A type from the name alone."""
+    found = _PREFIX.match(name)
+    return _WORDS.get(name.lower()) or _PREFIXES.get(found[1] if found else "", "DINT")

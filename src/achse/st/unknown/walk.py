@@ -1,0 +1,456 @@
+"""Missing names: a walk through a project that notes each use of undeclared names.
+
+Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a declaration.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import fields
+from typing import Any
+
+from achse.st.resolve import Resolver
+from achse.st.scopes import DeclaredUnit, Scope, blocks_of
+from achse.st.tree import (
+    NO_NOTE,
+    Argument,
+    ArrayInitial,
+    ArrayOf,
+    Assign,
+    Binary,
+    Call,
+    Case,
+    Declaration,
+    EnumOf,
+    Expression,
+    For,
+    If,
+    Member,
+    MemberInitial,
+    Name,
+    NamedType,
+    PointerTo,
+    Range,
+    ReferenceTo,
+    RepeatUntil,
+    StringOf,
+    StructInitial,
+    StructOf,
+    Subrange,
+    TypeSpec,
+    Unary,
+    UnionOf,
+    VarBlock,
+    While,
+)
+from achse.st.units import (
+    Accessor,
+    Action,
+    Function,
+    FunctionBlock,
+    Interface,
+    Method,
+    Property,
+    TypeDeclaration,
+    Unit,
+)
+from achse.st.unknown.meanings import TRUTHS, Meanings, Sense, bases_of
+from achse.st.unknown.uses import MissingUse
+
+__all__ = ["MissingNames"]
+
+_NUMBERS = ("+", "-", "*", "/", "MOD")
+_COUNTS = ("sint", "usint", "int", "uint", "dint", "udint", "byte", "word", "dword")
+_NO_BLOCK = VarBlock("VAR", (), (), NO_NOTE)
+
+
+class MissingNames:
+    """Walks all of a project's own units once.
+
+    `meanings` have what is missing; `places` are where missing types are named.
+    """
+
+    def __init__(self, names: Resolver) -> None:
+        self._scopes = names.scopes
+        self.meanings = Meanings(names)
+        self.places: list[tuple[Scope, NamedType]] = []
+        own = [entry for entry in self._scopes.entries.values() if not entry.is_library]
+        for entry in own:
+            self._in_types(entry)
+        for entry in own:
+            self.meanings.this = entry
+            self._in_unit(entry)
+        found = self.meanings.names
+        for key in [key for key, use in found.items() if use.is_space and not use.members]:
+            del found[key]
+
+    # types -----------------------------------------------------------------------------------
+
+    def _in_types(self, entry: DeclaredUnit) -> None:
+        """Every type that a unit names, so that expressions know later which are missing."""
+        tree = entry.tree
+        scope = self._scopes.scope(entry)
+        for extended in bases_of(tree):
+            if self._noted(extended, scope):
+                use = self.meanings.use(extended)
+                use.is_block |= isinstance(tree, FunctionBlock)
+                use.is_structure |= isinstance(tree, TypeDeclaration)
+                use.is_interface |= isinstance(tree, Interface)
+        for interface in getattr(tree, "implements", ()):
+            if self._noted(interface, scope):
+                self.meanings.use(interface).is_interface = True
+        if isinstance(tree, TypeDeclaration):
+            self._in_spec(tree.type, scope)
+        for block, returns in _inner(tree):
+            if returns is not None:
+                self._in_spec(returns, scope)
+            for declaration in () if block is None else block.variables:
+                self._in_spec(declaration.type, scope)
+
+    def _noted(self, spec: NamedType, scope: Scope) -> bool:
+        if not self.meanings.is_missing(spec, scope):
+            return False
+        use = self.meanings.use(spec)
+        use.generics = max(use.generics, len(spec.generics))
+        self.places.append((scope, spec))
+        return True
+
+    def _in_spec(self, spec: TypeSpec, scope: Scope) -> None:
+        match spec:
+            case NamedType():
+                self._noted(spec, scope)
+            case ArrayOf(_, element):
+                self._in_spec(element, scope)
+            case PointerTo(target) | ReferenceTo(target):
+                self._in_spec(target, scope)
+            case StructOf(members) | UnionOf(members):
+                for member in members:
+                    self._in_spec(member.type, scope)
+            case _:
+                pass
+
+    # units -----------------------------------------------------------------------------------
+
+    def _in_unit(self, entry: DeclaredUnit) -> None:
+        tree = entry.tree
+        scope = self._scopes.scope(entry)
+        if isinstance(tree, TypeDeclaration):
+            self._in_bounds(tree.type, scope)
+            if tree.initial is not None:
+                self._in_initial(tree.initial, (tree.type, scope), scope)
+            if isinstance(tree.type, EnumOf):
+                return
+        self._in_blocks(blocks_of(tree), scope)
+        self._in_statements(getattr(tree, "body", None), scope)
+        for part in getattr(tree, "parts", ()):
+            if isinstance(part, Property):
+                for accessor in (part.get, part.set):
+                    if accessor is not None:
+                        self._in_part(accessor, part.name, part.type, scope)
+            elif isinstance(part, Method):
+                self._in_part(part, part.name, part.returns, scope)
+            elif isinstance(part, Action):
+                self._in_statements(part.body, scope)
+
+    def _in_part(
+        self, tree: Method | Accessor, name: str, returns: TypeSpec | None, scope: Scope
+    ) -> None:
+        inside = Scope(scope.source, f"{scope.owner}.{name}", scope.space, scope)
+        for block in tree.blocks:
+            for declaration in block.variables:
+                for item in declaration.names:
+                    inside.variables.setdefault(item.name.lower(), (block, declaration))
+        if returns is not None:
+            result = Declaration((Name(name),), None, returns, (), None, NO_NOTE)
+            inside.variables.setdefault(name.lower(), (_NO_BLOCK, result))
+        self._in_blocks(tree.blocks, inside)
+        self._in_statements(tree.body, inside)
+
+    def _in_blocks(self, blocks: Iterable[VarBlock], scope: Scope) -> None:
+        for block in blocks:
+            for declaration in block.variables:
+                self._in_bounds(declaration.type, scope)
+                at = (declaration.type, scope)
+                self._in_arguments_of(declaration, at, scope)
+                if declaration.initial is not None:
+                    self._in_initial(declaration.initial, at, scope)
+                    if "CONSTANT" in block.qualifiers:
+                        self._constant(declaration, scope)
+
+    def _constant(self, declaration: Declaration, scope: Scope) -> None:
+        """What a whole constant is made of may be a bound."""
+        tree, spec = declaration.initial, declaration.type
+        if not isinstance(spec, NamedType) or spec.name.lower() not in _COUNTS:
+            return
+        for name in _leaves(tree) if isinstance(tree, Expression) else ():
+            use = self.meanings.constant(name, scope)
+            if isinstance(use, MissingUse) and not use.is_called:
+                use.is_bound = True
+
+    def _in_bounds(self, spec: TypeSpec, scope: Scope) -> None:
+        """Lengths and bounds are whole numbers."""
+        for tree, is_low in _numbers_of(spec):
+            for name in _leaves(tree):
+                use = self.meanings.constant(name, scope)
+                if isinstance(use, MissingUse):
+                    use.is_bound = True
+                    use.is_low |= is_low
+        if isinstance(spec, StructOf | UnionOf):
+            self._in_blocks([VarBlock("VAR", (), spec.members, NO_NOTE, spec.at)], scope)
+
+    def _in_arguments_of(
+        self, declaration: Declaration, at: tuple[TypeSpec, Scope], scope: Scope
+    ) -> None:
+        use = self.meanings.type_use(at)
+        arguments = declaration.arguments
+        if isinstance(arguments, ArrayInitial):
+            return
+        for argument in arguments:
+            if argument.value is None:
+                continue
+            self._in_expression(argument.value, scope)
+            if use is not None and argument.name:
+                use.is_block = True
+                one = use.initials.setdefault(argument.name.lower(), MissingUse(argument.name))
+                one.told(self.meanings.text(argument.value, scope))
+
+    def _in_initial(self, tree: Any, at: tuple[TypeSpec, Scope] | None, scope: Scope) -> None:
+        use = None if at is None else self.meanings.type_use(at)
+        if isinstance(tree, StructInitial):
+            for item in tree.members:
+                self._in_member(item, use, at, scope)
+        elif isinstance(tree, ArrayInitial):
+            element = at and self.meanings.element(at)
+            for value in tree.values:
+                for inner in getattr(value, "values", (value,)):
+                    self._in_initial(inner, element, scope)
+        elif isinstance(tree, Expression):
+            self._in_expression(tree, scope)
+            text = self.meanings.text(tree, scope)
+            if use is not None:
+                use.told(text)
+                self._value_of(tree, use, scope)
+            elif at is not None:
+                self._told(self.meanings.of(tree, scope), self.meanings.spec_text(at))
+
+    def _in_member(
+        self,
+        item: MemberInitial,
+        use: MissingUse | None,
+        at: tuple[TypeSpec, Scope] | None,
+        scope: Scope,
+    ) -> None:
+        if use is not None:
+            use.is_structure = True
+            member = use.member(item.name)
+            member.is_written = True
+            if isinstance(item.value, Expression):
+                self._told(member, self.meanings.text(item.value, scope))
+                self._alike(member, item.value, scope)
+            elif isinstance(item.value, ArrayInitial):
+                self._elements_told(member, item.value, scope)
+            self._in_initial(item.value, None, scope)
+            return
+        found = None if at is None else self.meanings.member_of(at, item.name)
+        self._in_initial(item.value, found if isinstance(found, tuple) else None, scope)
+
+    def _elements_told(self, use: MissingUse, tree: ArrayInitial, scope: Scope) -> None:
+        """`(aSpeeds := [1.0, 2.0])`: how many elements, and of what."""
+        use.element = use.element or MissingUse(use.name)
+        use.highest = max(use.highest, len(tree.values) - 1)
+        for value in tree.values:
+            for one in getattr(value, "values", (value,)):
+                if isinstance(one, Expression):
+                    use.element.told(self.meanings.text(one, scope))
+
+    def _alike(self, use: MissingUse, tree: Expression, scope: Scope) -> None:
+        found = self.meanings.of(tree, scope)
+        if isinstance(found, MissingUse) and found is not use:
+            use.like = use.like or found
+
+    def _value_of(self, tree: Expression, use: MissingUse, scope: Scope) -> None:
+        """`x : E_Mode := E_Mode.Auto` or `:= Auto`: a value of a missing enumeration."""
+        found = self.meanings.of(tree, scope)
+        if isinstance(found, MissingUse) and not use.type:
+            name = tree.name if isinstance(tree, Name | Member) else ""
+            if name and not found.members and not found.is_called:
+                use.values.setdefault(name.lower(), name)
+
+    # statements ------------------------------------------------------------------------------
+
+    def _in_statements(self, statements: Any, scope: Scope) -> None:
+        for statement in statements or ():
+            self._in_statement(statement, scope)
+
+    def _in_statement(self, tree: Any, scope: Scope) -> None:
+        if isinstance(tree, Expression):
+            self._in_expression(tree, scope)
+            return
+        if isinstance(tree, If):
+            for branch in tree.branches:
+                self._told(self.meanings.of(branch.condition, scope), "BOOL")
+        elif isinstance(tree, While | RepeatUntil):
+            self._told(self.meanings.of(tree.condition, scope), "BOOL")
+        elif isinstance(tree, For):
+            self._told(self.meanings.of(tree.last, scope), self.meanings.text(tree.variable, scope))
+        elif isinstance(tree, Case):
+            labels = [label for choice in tree.choices for label in choice.labels]
+            for label in labels:
+                if not isinstance(label, Range):
+                    self._compared(tree.selector, label, scope)
+        for inner in _children(tree):
+            if isinstance(inner, Range):
+                self._in_expression(inner.low, scope)
+                self._in_expression(inner.high, scope)
+            else:
+                self._in_statement(inner, scope)
+
+    def _in_expression(self, tree: Expression, scope: Scope) -> None:
+        """What an expression says of missing names in it."""
+        stack: list[Expression] = [tree]
+        while stack:
+            tree = stack.pop()
+            if isinstance(tree, Assign):
+                self._compared(tree.target, tree.value, scope)
+                found = self.meanings.of(tree.target, scope)
+                if isinstance(found, MissingUse):
+                    found.is_written = True
+            elif isinstance(tree, Binary):
+                self._binary(tree, scope)
+            elif isinstance(tree, Unary) and tree.operator == "NOT":
+                self._told(self.meanings.of(tree.operand, scope), "BOOL")
+            elif isinstance(tree, Call):
+                self._call(tree, scope)
+            else:
+                self.meanings.of(tree, scope)
+            if not (isinstance(tree, Member) and isinstance(tree.of, Name)):
+                stack += [item for item in _children(tree) if isinstance(item, Expression)]
+            if isinstance(tree, Call):
+                stack += [item.value for item in tree.arguments if item.value is not None]
+
+    def _binary(self, tree: Binary, scope: Scope) -> None:
+        if tree.operator.upper() in TRUTHS:
+            for side in (tree.left, tree.right):
+                found = self.meanings.of(side, scope)
+                other = tree.right if side is tree.left else tree.left
+                self._told(found, self.meanings.text(other, scope) or "BOOL")
+            return
+        self._compared(tree.left, tree.right, scope)
+        if tree.operator in _NUMBERS:
+            for side in (tree.left, tree.right):
+                self._told(self.meanings.of(side, scope), "DINT")
+
+    def _compared(self, left: Expression, right: Expression, scope: Scope) -> None:
+        """Two sides that have one type."""
+        for one, other in ((left, right), (right, left)):
+            found = self.meanings.of(one, scope)
+            if not isinstance(found, MissingUse):
+                continue
+            found.told(self.meanings.text(other, scope))
+            self._alike(found, other, scope)
+            seen = self.meanings.of(other, scope)
+            if isinstance(seen, tuple) and (use := self.meanings.type_use(seen)) is not None:
+                self._value_of(one, use, scope)
+
+    def _call(self, tree: Call, scope: Scope) -> None:
+        found = self.meanings.of(tree.of, scope)
+        use = self.meanings.type_use(found) if isinstance(found, tuple) else found
+        if isinstance(use, MissingUse):
+            use.is_called = True
+            if isinstance(found, tuple):
+                use.is_block = True
+            for place, argument in enumerate(tree.arguments):
+                self._argument(use, place, argument, scope)
+            return
+        callee = self._callee(found)
+        if callee is None:
+            return
+        inside = self._scopes.scope(callee)
+        for argument in tree.arguments:
+            if argument.value is None or not argument.name:
+                continue
+            declared = self._scopes.own(argument.name.lower(), inside)
+            if declared is not None:
+                text = self.meanings.spec_text((declared[1][1].type, declared[0]))
+                self._told(self.meanings.of(argument.value, scope), text)
+            elif (base := self.meanings.missing_base(callee)) is not None:
+                base.is_block = True
+                self._argument(base, 0, argument, scope)
+
+    def _argument(self, use: MissingUse, place: int, argument: Argument, scope: Scope) -> None:
+        text = "" if argument.value is None else self.meanings.text(argument.value, scope)
+        if argument.name:
+            named = use.outputs if argument.is_output else use.inputs
+            one = named.setdefault(argument.name.lower(), MissingUse(argument.name))
+        else:
+            while len(use.arguments) <= place:
+                use.arguments.append(MissingUse(f"p{len(use.arguments) + 1}"))
+            one = use.arguments[place]
+        one.told(text)
+
+    def _callee(self, found: Sense) -> DeclaredUnit | None:
+        if isinstance(found, DeclaredUnit):
+            return found
+        if isinstance(found, tuple) and isinstance(found[0], NamedType):
+            return self._scopes.find(found[0].name, found[1].space)
+        return None
+
+    @staticmethod
+    def _told(found: Sense, text: str) -> None:
+        if isinstance(found, MissingUse):
+            found.told(text)
+
+
+def _children(tree: Any) -> Iterator[Any]:
+    """The nodes right below one."""
+    for item in fields(tree):
+        value = getattr(tree, item.name)
+        for one in value if isinstance(value, tuple) else (value,):
+            if hasattr(one, "__dataclass_fields__"):
+                yield one
+
+
+def _numbers_of(spec: TypeSpec) -> Iterator[tuple[Expression, bool]]:
+    """The bounds and lengths in a type, and whether each is a first index."""
+    if isinstance(spec, StringOf) and spec.length is not None:
+        yield spec.length, False
+    elif isinstance(spec, ArrayOf):
+        for part in spec.dimensions:
+            if part is not None:
+                yield from ((part.low, True), (part.high, False))
+        yield from _numbers_of(spec.element)
+    elif isinstance(spec, PointerTo | ReferenceTo):
+        yield from _numbers_of(spec.target)
+    elif isinstance(spec, Subrange):
+        yield from ((spec.limits.low, True), (spec.limits.high, False))
+    elif isinstance(spec, NamedType):
+        yield from ((item, False) for item in spec.generics)
+    elif isinstance(spec, EnumOf):
+        yield from ((item.value, False) for item in spec.values if item.value is not None)
+
+
+def _leaves(tree: Expression) -> Iterator[Expression]:
+    """The names that an expression is made of."""
+    stack: list[Any] = [tree]
+    while stack:
+        one = stack.pop()
+        if isinstance(one, Name | Member):
+            yield one
+        else:
+            stack += _children(one)
+
+
+def _inner(unit: Unit) -> Iterator[tuple[VarBlock | None, TypeSpec | None]]:
+    """The blocks of variables and results of a unit and its parts."""
+    for block in blocks_of(unit):
+        yield block, None
+    if isinstance(unit, Function):
+        yield None, unit.returns
+    for part in getattr(unit, "parts", ()):
+        inside: list[Any] = [part]
+        if isinstance(part, Property):
+            yield None, part.type
+            inside = [item for item in (part.get, part.set) if item is not None]
+        elif isinstance(part, Method):
+            yield None, part.returns
+        for owner in inside:
+            for block in getattr(owner, "blocks", ()):
+                yield block, None

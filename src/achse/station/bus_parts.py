@@ -1,0 +1,63 @@
+"""What buses of drives and of terminals have in common: the bus itself, its devices for ADS."""
+
+from collections.abc import Sequence
+
+from achse.ams import NetId
+from achse.devices.io import IO_PORT, AttachedBuses, IoDevice, ServedBus
+from achse.server import Device
+from achse.station.building import Building
+from achse.station.bus_config import BusConfig
+from achse.station.bus_plan import BusPlan
+from achse.station.config import StationConfig
+from achse.station.ethercat_bus import EthercatBus
+from achse.station.interface_bus import InterfaceBus
+from achse.station.terminal_config import TerminalConfig
+
+__all__ = ["attach_buses", "make_bus", "served_bus", "terminals_on"]
+
+
+def terminals_on(config: StationConfig, bus: BusConfig) -> list[TerminalConfig]:
+    """The terminals of a bus; without a name they are on the first one."""
+    first = bus.name == config.bus[0].name
+    return [
+        each for each in config.terminal if each.bus == bus.name or (each.bus is None and first)
+    ]
+
+
+def make_bus(
+    building: Building, plan: BusPlan, *, compiled: bool = False
+) -> EthercatBus | InterfaceBus:
+    """The bus of a plan: in this process, or on its interface. Raises MachineError."""
+    if plan.bus.interface is None:
+        return EthercatBus(plan, compiled=compiled)
+    made = InterfaceBus(plan, plan.bus.interface)
+    building.add_interface(made)
+    return made
+
+
+def served_bus(number: int, bus: EthercatBus | InterfaceBus, net_id: NetId) -> ServedBus:
+    """A bus as ADS shows it; it follows when the bus gets another master."""
+    served = ServedBus(number, bus.master, net_id)
+    if isinstance(bus, InterfaceBus):
+        served.way = bus
+
+        def renewed() -> None:
+            served.master = bus.master
+
+        bus.on_renewal(renewed)
+    return served
+
+
+def attach_buses(building: Building, served: Sequence[ServedBus]) -> None:
+    """Put the buses on the router, beside those that are there."""
+    ground = building.ground
+
+    def share(device: Device) -> None:
+        device.share(ground.usage)
+        device.limit(ground.config.limits.limits())
+
+    present = next((each for each in building.devices if isinstance(each, IoDevice)), None)
+    if present is None:
+        ground.router.release(IO_PORT)
+    attached = AttachedBuses(ground.router, served, clock=ground.clock, share=share, beside=present)
+    building.add_attached(attached.devices, attached.close)

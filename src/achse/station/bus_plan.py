@@ -1,0 +1,265 @@
+"""What a station has on a bus: a drive or a terminal at each place along the cable.
+
+A plan makes the configuration of the bus, from the virtual slaves of this process or from what a
+search found on a network interface.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from achse.ethercat import describe
+from achse.ethercat.master import (
+    BusConfiguration,
+    ClockConfiguration,
+    InitCommand,
+    SlaveConfiguration,
+    from_description,
+)
+from achse.ethercat.master.configuration import FIRST_STATION
+from achse.ethercat.master.scanning import FoundSlave
+from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
+from achse.motion.servo import INPUT_OBJECTS, OUTPUT_OBJECTS
+from achse.station.bus_config import BusConfig, DriveConfig
+from achse.station.terminal_config import TerminalConfig
+from achse.station.virtual_drives import make_drives
+
+__all__ = [
+    "DEFAULT_INPUTS",
+    "DEFAULT_OUTPUTS",
+    "BusPlan",
+    "BusSlot",
+    "make_terminal",
+    "slave_configuration",
+]
+
+DEFAULT_OUTPUTS = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B8, 0x60FF)
+DEFAULT_INPUTS = (0x6041, 0x6061, 0x6064, 0x6077, 0x60B9, 0x60BA, 0x60BB, 0x60FD)
+"""Process data by which an axis has all modes, both edges of touch probe 1 and the inputs."""
+
+_NOBODY = 0xFFFF_FFFF
+"""A vendor id that no slave has."""
+_TARGETS = {"csp": 0x607A, "csv": 0x60FF, "cst": 0x6071}
+_INTERPOLATION_TIME = 0x60C2
+_EXPONENTS = (-3, -4, -5, -6)
+
+
+@dataclass(frozen=True)
+class BusSlot:
+    """A place along the cable, 0 the first, and what the station has there."""
+
+    place: int
+    name: str
+    device: DriveConfig | TerminalConfig
+
+
+class BusPlan:
+    """The slots of a bus: those of `drives`, then those of `terminals`, each in their order.
+
+    Without a position the next free place is taken. `cycle_ns` is that of the bus. ValueError for
+    a position that two have.
+    """
+
+    def __init__(
+        self,
+        bus: BusConfig,
+        drives: Sequence[DriveConfig],
+        terminals: Sequence[TerminalConfig],
+        cycle_ns: int,
+    ) -> None:
+        self.bus = bus
+        self.cycle_ns = cycle_ns
+        devices: list[tuple[str, DriveConfig | TerminalConfig]] = [
+            *((f"Drive {n} (axis {drive.axis})", drive) for n, drive in enumerate(drives, 1)),
+            *((terminal.name, terminal) for terminal in terminals),
+        ]
+        places = _places([(name, device.position) for name, device in devices])
+        self.slots = tuple(
+            BusSlot(place, name, device)
+            for place, (name, device) in zip(places, devices, strict=True)
+        )
+        self.own_mapping = any(drive.own_mapping for drive in drives)
+
+    def in_process(self, known: Mapping[int, SlaveConfiguration]) -> BusConfiguration:
+        """The bus of virtual slaves, one for each slot; `known` describes them by place."""
+        along = sorted(self.slots, key=lambda slot: slot.place)
+        slaves = tuple(self._configured(slot, known[slot.place]) for slot in along)
+        return BusConfiguration(slaves, self.cycle_ns, name=self.bus.name)
+
+    def expected(self) -> BusConfiguration:
+        """The bus as long as nothing is known of its slaves: virtual ones in their places."""
+        return self.found([])[0]
+
+    def found(self, slaves: Sequence[FoundSlave]) -> tuple[BusConfiguration, list[str]]:
+        """The bus of these slaves, and what is wrong with it.
+
+        A slot without a slave that fits has what is expected there, so that such a slave may come.
+        Other slaves are brought to Op too, without links.
+        """
+        slots = {slot.place: slot for slot in self.slots}
+        count = max(len(slaves), *(place + 1 for place in slots), 0)
+        made: list[SlaveConfiguration] = []
+        faults: list[str] = []
+        missing: list[str] = []
+        for place in range(count):
+            there = slaves[place] if place < len(slaves) else None
+            slot = slots.get(place)
+            if slot is None:
+                if there is not None:
+                    unlinked = replace(there.configuration, clock=None, optional=True)
+                    made.append(_at(place, unlinked))
+                continue
+            configuration = self._expected(slot)
+            if there is None:
+                missing.append(slot.name)
+            else:
+                own = self._configured(slot, there.configuration)
+                fault = there.trouble or _misfit(slot, own)
+                if fault:
+                    told = there.configuration.type_name or there.configuration.name
+                    faults.append(f"place {place + 1} ({told}) cannot be {slot.name}: {fault}")
+                else:
+                    configuration = own
+            made.append(_at(place, configuration))
+        if missing:
+            faults.insert(
+                0,
+                f"{len(slaves)} slaves found, {len(slaves) + len(missing)} or more expected:"
+                f" {', '.join(missing)} missing",
+            )
+        return BusConfiguration(tuple(made), self.cycle_ns, name=self.bus.name), faults
+
+    def _expected(self, slot: BusSlot) -> SlaveConfiguration:
+        """What is there as long as nobody has seen it."""
+        device = slot.device
+        if not isinstance(device, DriveConfig) or not device.own_mapping:
+            return self._configured(slot, _virtual(slot))
+        # its process data have to be read: no slave fits until the bus is searched again
+        device = device.model_copy(update={"own_mapping": False})
+        slave = self._configured(replace(slot, device=device), _virtual(slot))
+        return replace(slave, vendor_id=_NOBODY)
+
+    def _configured(self, slot: BusSlot, slave: SlaveConfiguration) -> SlaveConfiguration:
+        slave = replace(slave, name=slot.name)
+        if isinstance(slot.device, DriveConfig):
+            return slave_configuration(slave, self.bus, slot.device, self.cycle_ns)
+        return replace(slave, clock=None)
+
+
+def _places(wanted: Sequence[tuple[str, int | None]]) -> list[int]:
+    """A place for each, 0 the first."""
+    taken: dict[int, str] = {}
+    for name, position in wanted:
+        if position is not None:
+            if position in taken:
+                raise ValueError(f"position {position}: {taken[position]} is there, got {name} too")
+            taken[position] = name
+    free = (position for position in range(1, len(wanted) + 256) if position not in taken)
+    return [(next(free) if position is None else position) - 1 for _, position in wanted]
+
+
+def _at(place: int, slave: SlaveConfiguration) -> SlaveConfiguration:
+    return replace(slave, station=FIRST_STATION + place)
+
+
+def _virtual(slot: BusSlot) -> SlaveConfiguration:
+    """The virtual slave of a slot."""
+    if isinstance(slot.device, DriveConfig):
+        (drive,) = make_drives([slot.device])
+        return from_description(describe(drive))
+    return from_description(describe(make_terminal(slot.device)))
+
+
+def make_terminal(config: TerminalConfig) -> DigitalTerminal | AnalogTerminal:
+    """The virtual terminal that a table says."""
+    made = DigitalTerminal if config.kind == "digital" else AnalogTerminal
+    return made(config.input_count, config.output_count, config.name)
+
+
+def _misfit(slot: BusSlot, slave: SlaveConfiguration) -> str:
+    """Why a slave cannot be what the station has there, empty if it can."""
+    sizes = [
+        sum(slave.bits(each) for each in slave.sync_managers if each.output == output) + 7 >> 3
+        for output in (False, True)
+    ]
+    if isinstance(slot.device, TerminalConfig):
+        virtual = make_terminal(slot.device)
+        wanted = [virtual.input_size, virtual.output_size]
+        told = "expected {} bytes of inputs and {} of outputs".format(*wanted)
+        return "" if sizes == wanted else told + ", it has {} and {}".format(*sizes)
+    if not slave.coe and not slot.device.own_mapping:
+        return "it has no CoE"
+    needed = (
+        ("outputs", slave.outputs, (0x6040, _TARGETS[slot.device.mode]), OUTPUT_OBJECTS),
+        ("inputs", slave.inputs, (0x6041, 0x6064), INPUT_OBJECTS),
+    )
+    for way, pdos, objects, known in needed:
+        entries = {(each.index, each.subindex): each for pdo in pdos for each in pdo.entries}
+        for index in objects:
+            entry = entries.get((index, 0))
+            if entry is None or entry.bits != 8 * known[index].size:
+                return f"{index:04X}h is not in its {way}"
+    return ""
+
+
+def slave_configuration(
+    slave: SlaveConfiguration, bus: BusConfig, drive: DriveConfig, cycle_ns: int
+) -> SlaveConfiguration:
+    """A slave as the drive of an axis: mapping, start commands, SYNC0, sync unit of its own."""
+    if not drive.own_mapping:
+        slave = slave.with_entries(
+            [
+                (index, 0, 8 * OUTPUT_OBJECTS[index].size)
+                for index in drive.outputs or DEFAULT_OUTPUTS
+            ],
+            [(index, 0, 8 * INPUT_OBJECTS[index].size) for index in drive.inputs or DEFAULT_INPUTS],
+        )
+    clock = (slave.clock or ClockConfiguration()) if bus.synchronous else None
+    commands = (*_interpolation(cycle_ns), *_homing(drive), *_start(drive))
+    return replace(
+        slave,
+        clock=clock,
+        commands=(*slave.commands, *commands),
+        sync_unit=drive.sync_unit or slave.name,
+    )
+
+
+def _command(index: int, subindex: int, value: int, size: int, comment: str) -> InitCommand:
+    data = (value & (1 << 8 * size) - 1).to_bytes(size, "little")
+    return InitCommand(index, subindex, data, comment=comment)
+
+
+def _interpolation(cycle_ns: int) -> list[InitCommand]:
+    """60C2h: the cycle of the set values; nothing where the object has no form for it."""
+    for exponent in _EXPONENTS:
+        value, rest = divmod(cycle_ns, 10 ** (9 + exponent))
+        if not rest and value <= 255:
+            told = "interpolation time"
+            return [
+                _command(_INTERPOLATION_TIME, 1, value, 1, told),
+                _command(_INTERPOLATION_TIME, 2, exponent, 1, told),
+            ]
+    return []
+
+
+def _homing(drive: DriveConfig) -> list[InitCommand]:
+    homing = drive.homing
+    if homing is None:
+        return []
+
+    def increments(value: float) -> int:
+        return round(value / drive.scaling)
+
+    return [
+        _command(0x6098, 0, homing.method, 1, "homing method"),
+        _command(0x6099, 1, increments(homing.search_velocity), 4, "velocity towards the switch"),
+        _command(0x6099, 2, increments(homing.index_velocity), 4, "velocity towards the index"),
+        _command(0x609A, 0, increments(homing.acceleration), 4, "homing acceleration"),
+        _command(0x607C, 0, increments(homing.offset), 4, "home offset"),
+    ]
+
+
+def _start(drive: DriveConfig) -> list[InitCommand]:
+    return [
+        _command(each.index, each.subindex, each.value, each.size, "[[drive.start]]")
+        for each in drive.start
+    ]

@@ -1,0 +1,276 @@
+"""Buses of a station: the axes of the NC joined with the drives that are slaves of a bus.
+
+In each cycle of the NC the inputs of the last frame are taken, the NC works, and the outputs go out
+with the next frame.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
+
+from achse.ams import NetId
+from achse.devices.io import ServedBus, default_net_id
+from achse.drive import Drive
+from achse.motion import Nc
+from achse.motion.servo import ProcessEntry, ServoError, ServoLink, ServoOptions, Servos, ServoView
+from achse.station.building import Building
+from achse.station.bus_config import DriveConfig
+from achse.station.bus_parts import attach_buses, make_bus, served_bus, terminals_on
+from achse.station.bus_plan import BusPlan
+from achse.station.config import ConfigError, StationConfig
+from achse.station.ethercat_bus import EthercatBus
+from achse.station.interface_bus import InterfaceBus
+from achse.station.kernel_cycles import KernelCycles
+
+__all__ = ["AxisBus", "BusPlace", "DriveBus", "DriveSlave", "drives_of", "make_buses"]
+
+
+class BusPlace(Protocol):
+    """Where an entry is in the process data of a slave."""
+
+    @property
+    def bit(self) -> int: ...
+
+    @property
+    def bits(self) -> int: ...
+
+
+class DriveSlave(Protocol):
+    """A slave with a drive: memory of its process data, and whether that is alive."""
+
+    @property
+    def station(self) -> int:
+        """Its station address, which is its AMS port at the NetId of the bus."""
+
+    @property
+    def inputs(self) -> memoryview: ...
+
+    @property
+    def outputs(self) -> memoryview: ...
+
+    @property
+    def input_entries(self) -> Mapping[tuple[int, int], BusPlace]: ...
+
+    @property
+    def output_entries(self) -> Mapping[tuple[int, int], BusPlace]: ...
+
+    @property
+    def operational(self) -> bool:
+        """In Op, and its data came with the last frame."""
+
+
+class DriveBus(Protocol):
+    """A bus with drives, in the order of their axes."""
+
+    @property
+    def slaves(self) -> Sequence[DriveSlave]: ...
+
+    @property
+    def drives(self) -> Sequence[Drive]:
+        """The virtual drives, if they are in this process."""
+
+    def take(self) -> None:
+        """Take the inputs that came since the last cycle."""
+
+    def exchange(self) -> None:
+        """Send the outputs of one cycle; inputs come at once or with `take`."""
+
+    def on_renewal(self, renewed: Callable[[], None]) -> None:
+        """Call `renewed` whenever `slaves` are others: the bus was searched again."""
+
+    def torque_per_acceleration(self, number: int) -> float:
+        """‰ for an increment a second² at drive `number`, 0 if nobody knows."""
+
+    def digest(self) -> bytes:
+        """What of the bus is state of the station."""
+
+
+def drives_of(config: StationConfig) -> dict[int, DriveConfig]:
+    """The drive of each axis that has one, by axis id. Raises ConfigError."""
+    ids = {axis.name.casefold(): axis.id for axis in config.axis}
+    found: dict[int, DriveConfig] = {}
+    buses = [bus.name for bus in config.bus]
+    for number, drive in enumerate(config.drive, 1):
+        key = f"drive[{number}]"
+        axis = drive.axis if isinstance(drive.axis, int) else ids.get(drive.axis.casefold(), 0)
+        if axis not in ids.values():
+            raise ConfigError(f"{key}.axis: expected an axis of the NC, got {drive.axis!r}")
+        if axis in found:
+            raise ConfigError(f"{key}.axis: axis {axis} has a drive already")
+        if not buses:
+            raise ConfigError(f"{key}: expected a table [[bus]] for the drives")
+        if drive.bus not in buses and (drive.bus is not None or len(buses) > 1):
+            raise ConfigError(f"{key}.bus: expected one of {', '.join(buses)}, got {drive.bus!r}")
+        found[axis] = drive
+    return found
+
+
+class AxisBus:
+    """The axes that have their drives on one bus."""
+
+    def __init__(
+        self, nc: Nc, bus: DriveBus, drives: Mapping[int, DriveConfig], net_id: NetId
+    ) -> None:
+        """`drives` in the order of the slaves, by axis id; `net_id` is that of the bus.
+
+        Raises ServoError.
+        """
+        self.bus = bus
+        self._nc = nc
+        self._drives = dict(drives)
+        self._net_id = net_id
+        self.servos: Servos
+        self._link()
+        bus.on_renewal(self._link)
+        self.shortcut = (
+            KernelCycles(nc, self.servos, bus)
+            if isinstance(bus, EthercatBus) and not bus.terminals
+            else None
+        )
+
+    def _link(self) -> None:
+        """Join the axes with the slaves that there are now."""
+        nc, bus = self._nc, self.bus
+        links = []
+        places: list[tuple[DriveSlave, slice, slice]] = []
+        read = written = 0
+        for number, (axis_id, drive) in enumerate(self._drives.items()):
+            slave = bus.slaves[number]
+            nc.axis(axis_id).hardware_address = bytes(self._net_id), slave.station, 0
+            inputs = _entries(slave.input_entries, read)
+            outputs = _entries(slave.output_entries, written)
+            options = self._options(drive, bus.torque_per_acceleration(number))
+            links.append(ServoLink(axis_id, inputs, outputs, options))
+            ends = read + len(slave.inputs), written + len(slave.outputs)
+            places.append((slave, slice(read, ends[0]), slice(written, ends[1])))
+            read, written = ends
+        self.servos = Servos(nc, links, read, written)
+        for link in links:
+            axis = nc.axis(link.axis_id)
+            first_in = min(entry.offset for entry in link.inputs)
+            first_out = min(entry.offset for entry in link.outputs)
+            axis.encoder.input_address_offset = axis.drive.input_address_offset = first_in
+            axis.encoder.output_address_offset = axis.drive.output_address_offset = first_out
+        self._places: list[tuple[ServoView, DriveSlave, slice, slice]] = [
+            (servo, *place) for servo, place in zip(self.servos.servos, places, strict=True)
+        ]
+        for _, slave, _, part in self._places:
+            self.servos.outputs[part] = slave.outputs
+
+    @property
+    def at_rest(self) -> bool:
+        """No axis is enabled."""
+        return not any(servo.axis.loop_closed for servo in self.servos.servos)
+
+    def _options(self, drive: DriveConfig, known: float) -> ServoOptions:
+        cycle = self._nc.cycle_seconds
+        dead_time = None if drive.dead_time is None else drive.dead_time * 1e-9
+        if dead_time is None and drive.mode != "csp":
+            dead_time = _DEAD_CYCLES * cycle
+        bandwidth = drive.velocity_bandwidth or _BANDWIDTH / cycle
+        reset = drive.velocity_reset_time
+        torque = known
+        if drive.torque_per_acceleration is not None:
+            torque = drive.torque_per_acceleration * drive.scaling
+        homing = drive.homing
+        return ServoOptions(
+            drive.interface,
+            home_offset=round(homing.offset / drive.scaling) if homing else 0,
+            dead_time=dead_time,
+            velocity_gain=torque * math.tau * bandwidth,
+            velocity_reset_time=4.0 / (math.tau * bandwidth) if reset is None else reset * 1e-9,
+            torque_per_acceleration=torque,
+            torque_limit=drive.torque_limit,
+        )
+
+    def many(self, count: int) -> int:
+        """Up to `count` cycles in one go; how many were done."""
+        return 0 if self.shortcut is None else self.shortcut.run(count)
+
+    def before(self) -> None:
+        self.bus.take()
+        servos = self.servos
+        image = servos.inputs
+        for servo, slave, part, _ in self._places:
+            valid = slave.operational
+            if valid:
+                image[part] = slave.inputs
+            if servo.valid != valid:
+                servos.connect(servo, valid)
+        servos.take()
+
+    def after(self) -> None:
+        servos = self.servos
+        servos.send()
+        image = servos.outputs
+        for _, slave, _, part in self._places:
+            slave.outputs[:] = image[part]
+        self.bus.exchange()
+
+    def digest(self) -> bytes:
+        """State of the servos and of the bus."""
+        return self.servos.digest() + self.bus.digest()
+
+
+_DEAD_CYCLES = 2.5
+"""Without a measurement: a set value acts for a cycle, what it did is read a cycle later."""
+
+_BANDWIDTH = 0.03
+"""Of the velocity loop of cst, as a share of the frequency of the cycle."""
+
+_WHOLE_BYTE = 8
+
+
+def _entries(places: Mapping[tuple[int, int], BusPlace], first: int) -> list[ProcessEntry]:
+    """The entries of a slave whose data begin at byte `first` of the image."""
+    return [
+        ProcessEntry(index, first + place.bit // _WHOLE_BYTE, place.bits // _WHOLE_BYTE)
+        for (index, subindex), place in places.items()
+        if subindex == 0 and place.bit % _WHOLE_BYTE == 0 and place.bits % _WHOLE_BYTE == 0
+    ]
+
+
+def _connect(nc: Nc, buses: Sequence[AxisBus]) -> None:
+    """Let each cycle of the NC begin and end with all buses."""
+    if len(buses) == 1:
+        nc.connect(buses[0].before, buses[0].after, buses[0].many)
+        return
+
+    def before() -> None:
+        for bus in buses:
+            bus.before()
+
+    def after() -> None:
+        for bus in buses:
+            bus.after()
+
+    nc.connect(before, after)
+
+
+def make_buses(building: Building) -> None:
+    """The buses that have drives, joined with the NC. Raises ConfigError."""
+    config = building.ground.config
+    drives = drives_of(config)
+    if building.nc is None or not drives:
+        return
+    nc, ground = building.nc, building.ground
+    served: list[ServedBus] = []
+    for number, bus in enumerate(config.bus, 1):
+        own = {id: drive for id, drive in drives.items() if drive.bus in (None, bus.name)}
+        if not own:
+            continue
+        net_id = default_net_id(ground.router.net_id, number)
+        try:
+            plan = BusPlan(bus, list(own.values()), terminals_on(config, bus), nc.cycle_ns)
+            made = make_bus(building, plan, compiled=nc.compiled)
+            joined = AxisBus(nc, made, own, net_id)
+        except (ServoError, ValueError) as fault:
+            raise ConfigError(f"bus[{number}]: {fault}") from None
+        if isinstance(made, InterfaceBus):
+            made.at_rest = lambda joined=joined: joined.at_rest  # type: ignore[misc]
+        building.fieldbuses[bus.name] = made
+        building.buses.append(joined)
+        building.add_state(joined.digest)
+        served.append(served_bus(number, made, net_id))
+    _connect(nc, building.buses)
+    attach_buses(building, served)

@@ -1,0 +1,108 @@
+"""What the tables of a station.toml are made of: durations, addresses, the base of all tables."""
+
+from collections.abc import Sequence
+from decimal import Decimal
+from typing import Annotated, Literal
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    WithJsonSchema,
+)
+
+from achse.ams import NetId
+from achse.router.access import PasswordHash
+
+__all__ = [
+    "ALL_RIGHT_NAMES",
+    "ConfigError",
+    "ConfigTable",
+    "ConfiguredHash",
+    "ConfiguredNetId",
+    "ConfiguredRights",
+    "DurationNs",
+    "MomentNs",
+]
+
+
+class ConfigError(ValueError):
+    """A configuration cannot be used. One line per fault: file, key, expectation, what came."""
+
+
+_LONGEST_NS = 3_600_000_000_000
+"""An hour: no cycle is longer."""
+
+_UNITS_NS = {"ns": 1, "us": 1_000, "µs": 1_000, "ms": 1_000_000, "s": 1_000_000_000}
+
+
+def _duration_ns(value: object) -> object:
+    """`"2ms"` and the like as integer nanoseconds."""
+    if isinstance(value, str):
+        for unit in sorted(_UNITS_NS, key=len, reverse=True):
+            number = value.strip().removesuffix(unit)
+            if number != value.strip():
+                try:
+                    nanoseconds = Decimal(number.strip()) * _UNITS_NS[unit]
+                    if nanoseconds <= _LONGEST_NS and nanoseconds == int(nanoseconds):
+                        return int(nanoseconds)
+                except (ArithmeticError, ValueError):  # no number, or none that is finite
+                    pass
+                break
+    raise ValueError('a duration such as "2ms", "250us" or "1s", whole nanoseconds, up to 3600s')
+
+
+def _net_id(value: object) -> object:
+    if isinstance(value, NetId):
+        return value
+    if isinstance(value, str):
+        return NetId(value)
+    raise ValueError("a NetId is six numbers 0..255 with dots")
+
+
+_SCHEMA_OF_DURATION = WithJsonSchema(
+    {
+        "type": "string",
+        "pattern": r"^\s*[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)?\s*(ns|us|µs|ms|s)$",
+        "examples": ["2ms", "250us", "1s"],
+    },
+    mode="validation",
+)
+"""What editors are told of it."""
+
+DurationNs = Annotated[int, BeforeValidator(_duration_ns), Field(gt=0), _SCHEMA_OF_DURATION]
+MomentNs = Annotated[int, BeforeValidator(_duration_ns), Field(ge=0), _SCHEMA_OF_DURATION]
+ConfiguredNetId = Annotated[
+    NetId,
+    BeforeValidator(_net_id),
+    PlainSerializer(str, return_type=str),
+    WithJsonSchema({"type": "string", "pattern": r"^\d{1,3}(\.\d{1,3}){5}$"}, mode="validation"),
+]
+
+
+def _password_hash(value: object) -> object:
+    if isinstance(value, str):
+        return PasswordHash.parse(value)
+    return value
+
+
+ConfiguredHash = Annotated[
+    PasswordHash,
+    BeforeValidator(_password_hash),
+    PlainSerializer(str, return_type=str),
+    WithJsonSchema({"type": "string"}, mode="validation"),
+]
+
+
+ConfiguredRights = Sequence[Literal["read", "write", "state", "files", "methods"]]
+"""Names of rights; `rights_named` makes one of them."""
+
+ALL_RIGHT_NAMES: ConfiguredRights = ("read", "write", "state", "files", "methods")
+
+
+class ConfigTable(BaseModel):
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, arbitrary_types_allowed=True, defer_build=True
+    )

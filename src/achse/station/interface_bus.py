@@ -1,0 +1,282 @@
+"""An EtherCAT bus of a station on a network interface: slaves of other processes, or real ones.
+
+The interface is opened and its slaves are searched while the station runs: nothing waits for them.
+Until they are found, and whenever they are gone, axes are without valid data (0x4655).
+"""
+
+import hashlib
+import logging
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from achse.codes import AlState
+from achse.drive import Drive
+from achse.ethercat.frame import Datagram, DatagramCommand, EthercatFrame
+from achse.ethercat.master import BusConfiguration, BusError, BusJob, BusSlave, Master
+from achse.ethercat.master.inspection import match
+from achse.ethercat.master.scanning import FoundSlave, scan_bus
+from achse.ethercat.master.traffic import AcyclicTraffic
+from achse.ethercat.registers import Register
+from achse.station.bus_config import DriveConfig
+from achse.station.bus_link import BusLink, FrameLink, RoundTrips
+from achse.station.bus_plan import BusPlan
+from achse.station.ethercat_bus import slaves_digest, tell_event
+from achse.station.virtual_drives import make_drives, torque_per_acceleration
+from achse.transport.ethernet import EthernetLink, LinkError
+
+__all__ = ["BusSocket", "InterfaceBus", "open_interface"]
+
+log = logging.getLogger("achse.bus")
+
+_AGAIN_NS = 1_000_000_000
+"""Until the interface is opened, or the bus is searched, once more."""
+_LOOK_NS = 100_000_000
+_TIMEOUT_NS = 20_000_000
+"""How long a frame of a search may be away."""
+_TURN_NS = 250_000
+"""How long a search waits for a frame; a quarter of the cycle goes into that."""
+
+
+class BusSocket(FrameLink, Protocol):
+    """An open interface."""
+
+    @property
+    def gone(self) -> bool:
+        """The interface was removed."""
+
+    def close(self) -> None: ...
+
+
+def open_interface(interface: str) -> BusSocket:
+    """A raw socket on the interface, which no other master of achse has. Raises LinkError."""
+    return EthernetLink(interface, alone=True)
+
+
+class InterfaceBus:
+    """One bus on `interface`; `slaves` are in the order of the drives of `plan`.
+
+    In each cycle `take` brings what has come since the last one, `exchange` sends. `trouble` says
+    why the bus does not work as configured, empty if it does. After a search with another result
+    than before there is another `master`; `on_renewal` tells.
+    """
+
+    faults = None
+    """Of drives in another process, or real ones."""
+
+    def __init__(
+        self,
+        plan: BusPlan,
+        interface: str,
+        *,
+        open_link: Callable[[str], BusSocket] = open_interface,
+        make_way: Callable[[Master, BusSocket], BusLink] = BusLink,
+    ) -> None:
+        """`make_way` joins a master to the open interface; a test hands another clock in there."""
+        self.plan = plan
+        self.interface = interface
+        self.cycle_ns = plan.cycle_ns
+        self.now_ns = 0
+        self.bank = None
+        self.drives: Sequence[Drive] = ()
+        """None: they are not in this process."""
+        self.trouble = f"{interface} is not open yet"
+        self.round_trips = RoundTrips()
+        self.searches = 0
+        """How often slaves were found."""
+        self.at_rest: Callable[[], bool] = lambda: True
+        """Whether nothing moves that a search would stop."""
+        self._open_link, self._make_way = open_link, make_way
+        self._socket: BusSocket | None = None
+        self._way: BusLink | None = None
+        """None as long as the slaves are not found."""
+        self._search: tuple[AcyclicTraffic, BusJob[list[FoundSlave]]] | None = None
+        self._left: list[Master] = []
+        self._renewals: list[Callable[[], None]] = []
+        self._again_ns = self._look_ns = 0
+        self._misfits: Counter[tuple[int, int, int, int]] = Counter()
+        """Identities of slaves that were found and cannot be what the tables say."""
+        self._torques = [
+            torque_per_acceleration(make_drives([slot.device])[0])
+            for slot in plan.slots
+            if isinstance(slot.device, DriveConfig)
+        ]
+        self.master: Master
+        self._configure(plan.expected())
+
+    # slaves
+
+    def _configure(self, configuration: BusConfiguration) -> None:
+        """Another master, if the bus is another than before."""
+        before = getattr(self, "master", None)
+        if before is not None and before.bus == configuration:
+            return
+        self.master = Master(configuration)
+        self.master.now_ns = self.now_ns
+        self.master.on_event = tell_event
+        state = AlState.OP if before is None else before.wanted
+        self.master.request(state)
+        stations = [configuration.stations().index(1001 + slot.place) for slot in self.plan.slots]
+        made = [self.master.slaves[number] for number in stations]
+        self.slaves: Sequence[BusSlave] = made[: len(self._torques)]
+        self.terminal_slaves: Sequence[BusSlave] = made[len(self._torques) :]
+        if before is not None:
+            before.on_event = None
+            self._left.append(before)
+            for renewed in self._renewals:
+                renewed()
+
+    def on_renewal(self, renewed: Callable[[], None]) -> None:
+        """Call `renewed` whenever `master` and its slaves are others."""
+        self._renewals.append(renewed)
+
+    def torque_per_acceleration(self, number: int) -> float:
+        """‰ for an increment a second² at drive `number`, as its [drive.machine] says."""
+        return self._torques[number]
+
+    # the cycle
+
+    def take(self) -> None:
+        """What has come since the last cycle."""
+        if self._way is not None:
+            self._way.take(self.now_ns)
+        elif self._search is not None:
+            self._go_on_searching()
+
+    def exchange(self) -> None:
+        """Outputs and requests go out; what comes back is for the next cycle."""
+        self.now_ns = now = self.now_ns + self.cycle_ns
+        if self._way is not None:
+            self._way.send(now)
+            if now >= self._look_ns:
+                self._look_ns = now + _LOOK_NS
+                self._look()
+        else:
+            self.master.poll(now)  # requests end: nothing answers
+            if now >= self._again_ns and self._search is None:
+                self._begin()
+        if self._left:
+            self._end_left()
+
+    def _end_left(self) -> None:
+        """Requests to a master that is gone end, each with its error."""
+        for master in self._left:
+            master.poll(self.now_ns, 4)
+        self._left = [each for each in self._left if each.traffic.waiting > 1]
+
+    def _tell(self, trouble: str) -> None:
+        """Say what is wrong, once."""
+        if trouble != self.trouble:
+            self.trouble = trouble
+            if trouble:
+                log.warning("%s: %s", self.plan.bus.name, trouble)
+            else:
+                log.info("%s: complete on %s", self.plan.bus.name, self.interface)
+
+    def _begin(self) -> None:
+        """Open the interface if it is not, and search the slaves."""
+        self._again_ns = self.now_ns + _AGAIN_NS
+        if self._socket is not None and self._socket.gone:
+            self.close()
+        if self._socket is None:
+            try:
+                self._socket = self._open_link(self.interface)
+            except LinkError as refusal:
+                self._tell(str(refusal))
+                return
+            except OSError as failure:
+                self._tell(f"{self.interface}: {failure.strerror}")
+                return
+        while self._socket.receive(0.0) is not None:
+            pass
+        traffic = AcyclicTraffic(max(_TIMEOUT_NS, 4 * self.cycle_ns))
+        self._search = traffic, traffic.start(scan_bus(with_objects=self.plan.own_mapping))
+
+    def _go_on_searching(self) -> None:
+        """Frames of the search, as many as about a quarter of the cycle has time for."""
+        assert self._search is not None
+        assert self._socket is not None
+        traffic, job = self._search
+        socket, now = self._socket, self.now_ns
+        for _ in range(max(self.cycle_ns // (4 * _TURN_NS), 1)):
+            while (came := socket.receive(0.0)) is not None:
+                traffic.receive(came, now)
+            frames = traffic.frames(now, 4)
+            if job.done:
+                break
+            for frame in frames:
+                socket.send(frame)
+            if not frames and traffic.idle:
+                return
+            came = socket.receive(_TURN_NS / 1e9)
+            if came is not None:
+                traffic.receive(came, now)
+        if job.done:
+            self._search = None
+            self._take_over(job)
+
+    def _take_over(self, job: BusJob[list[FoundSlave]]) -> None:
+        """Go on with what the search found."""
+        try:
+            found = job.result()
+        except BusError as trouble:
+            self._tell(f"{self.interface}: {trouble}")
+            return
+        configuration, faults = self.plan.found(found)
+        self.searches += 1
+        identities = [each.facts.identity for each in found]
+        places = match(configuration.slaves, identities)
+        self._misfits = Counter(
+            each for each, place in zip(identities, places, strict=True) if place is None
+        )
+        self._configure(configuration)
+        assert self._socket is not None
+        self._way = self._make_way(self.master, self._socket)
+        self._way.round_trips = self.round_trips
+        self._look_ns = self.now_ns + _LOOK_NS
+        self._tell("; ".join(faults))
+
+    def _look(self) -> None:
+        """Whether the interface is still there, and no slave has come that is not known."""
+        assert self._socket is not None
+        if self._socket.gone:
+            self._leave()
+            self.close()
+            self._tell(f"{self.interface} is gone")
+            return
+        if self.trouble and self.master.operational:
+            self._tell("")
+        supervision = self.master.supervision
+        if not Counter(supervision.strangers) - self._misfits:
+            return
+        if self.at_rest():
+            log.info("%s: other slaves than before, searched again", self.plan.bus.name)
+            self._leave()
+        else:
+            self._tell(
+                f"{self.interface} has other slaves than before: searched again when no axis is"
+                " enabled"
+            )
+
+    def _leave(self) -> None:
+        """No frames any more; the bus is searched again."""
+        self._way = None
+        self._again_ns = self.now_ns
+
+    def close(self) -> None:
+        """Let go of the interface, the slaves in Init; the next cycle opens it again."""
+        if self._search is not None:
+            self._search[1].cancel()
+            self._search = None
+        socket, self._socket = self._socket, None
+        self._way = None
+        if socket is not None:
+            init = Datagram.at(DatagramCommand.BWR, 0, Register.AL_CONTROL, b"\x11\0")
+            socket.send(EthercatFrame([init]).encode())
+            socket.close()
+
+    def digest(self) -> bytes:
+        """States of slaves, and their process data."""
+        state = hashlib.blake2b(self.now_ns.to_bytes(8, "little"))
+        state.update(slaves_digest(self.master.slaves))
+        return state.digest()

@@ -1,0 +1,126 @@
+"""The shortcut: cycles in which a bus of virtual drives carries nothing but valid process data.
+
+In virtual time nobody looks in between, and frames in Python cost twenty times what axes and drives
+do. As long as master, slaves and drives have nothing else to do, their cycles are done in one
+kernel; the state afterwards is that which frames would have left.
+"""
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+from achse.drive.compiled import Bank
+from achse.drive.drive import LONGEST_CYCLE_NS
+from achse.motion import Nc
+from achse.motion.servo import Servos
+from achse.native.memory import Rows
+from achse.station.ethercat_bus import EthercatBus
+from achse.station.whole_cycle import KERNEL, STRAND
+
+__all__ = ["KernelCycles"]
+
+_FEWEST = 2
+"""Fewer cycles are done by frames."""
+
+
+class KernelCycles:
+    """Does cycles of an NC and its only bus, if that is possible now."""
+
+    def __init__(self, nc: Nc, servos: Servos, bus: EthercatBus) -> None:
+        self._nc, self._servos, self._bus = nc, servos, bus
+        self._run: Callable[[int], int] | None = None
+        self._arguments: tuple[Any, ...] = ()
+        self.allowed = nc.compiled and bus.bank is not None and KERNEL.available and KERNEL.cached
+        """Whether its machine code is there (`achse warmup` compiles it); others may forbid it."""
+        self.cycles = 0
+        """How many cycles were done by it so far."""
+        cycle_ns = bus.cycle_ns
+        self._drive_cycles = -(-cycle_ns // LONGEST_CYCLE_NS)
+        self._drive_dt = cycle_ns * 1e-9 / self._drive_cycles
+        self._strands = Rows(STRAND, len(bus.slaves))
+        self._parts: list[tuple[slice, slice]] = []
+        read = written = 0
+        for n, slave in enumerate(bus.slaves):
+            row = self._strands.row(n).cast("q")
+            row[STRAND.fields["record"].offset] = n
+            row[STRAND.fields["inputs"].offset] = read
+            row[STRAND.fields["outputs"].offset] = written
+            ends = read + len(slave.inputs), written + len(slave.outputs)
+            self._parts.append((slice(read, ends[0]), slice(written, ends[1])))
+            read, written = ends
+
+    def run(self, count: int) -> int:
+        """Up to `count` cycles; how many were done, 0 if frames have to do them."""
+        if count < _FEWEST or not self.allowed:
+            return 0
+        bus = self._bus
+        cycle_ns = bus.cycle_ns
+        room = (bus.master.quiet_until_ns - 1 - bus.now_ns) // cycle_ns
+        count = min(count, room)
+        if count < _FEWEST or bus.segment.disturbance is not None:
+            return 0
+        if len(bus.segment.reachable) < len(bus.segment.slaves):
+            return 0
+        for slave in bus.segment.slaves:
+            if not slave.steps_by(cycle_ns):
+                return 0
+        for drive in bus.drives:
+            if drive.kernel_record(cycle_ns) is None:
+                return 0
+        for servo in self._servos.servos:
+            if not (servo.valid and servo.begun):
+                return 0
+        return self._skip(count)
+
+    def _skip(self, count: int) -> int:
+        bus, servos = self._bus, self._servos
+        if self._arguments is not self._nc.kernel_arguments:
+            self._bind()
+        assert self._run is not None
+        inputs, outputs = servos.inputs, servos.outputs
+        for slave, (part, _) in zip(bus.slaves, self._parts, strict=True):
+            inputs[part] = slave.inputs
+        told = self._run(count)
+        unfinished, done = told < 0, abs(told)
+        whole = done - unfinished
+        elapsed = whole * bus.cycle_ns
+        bus.now_ns += elapsed
+        bus.segment.time.now_ns += elapsed
+        for each in bus.segment.slaves:
+            each.skip(elapsed, bus.cycle_ns if unfinished else 0)
+        bus.master.skip(whole)
+        for slave, drive, (read, written) in zip(bus.slaves, bus.drives, self._parts, strict=True):
+            bus.master.cyclic.exchanged(slave.position)[:] = inputs[read]
+            slave.outputs[:] = outputs[written]
+            drive.take_steps(None if unfinished else bytes(outputs[written]))
+        if unfinished:
+            bus.exchange()
+        self.cycles += whole
+        return done
+
+    def _bind(self) -> None:
+        bank = self._bus.bank
+        assert isinstance(bank, Bank)
+        drives, servos = bank.rows, self._servos
+        memories = [
+            (ctypes.c_char * len(image)).from_buffer(image)
+            for image in (servos.inputs, servos.outputs)
+        ]
+        images = [part for memory in memories for part in (ctypes.addressof(memory), len(memory))]
+        self._arguments = self._nc.kernel_arguments
+        bound = KERNEL.bind(
+            *self._arguments,
+            *servos.kernel_arguments,
+            *(self._strands.address, self._strands.count),
+            *(drives.address, drives.count),
+            *(drives.address, drives.count * drives.size // 8),
+            *images,
+            *(self._drive_dt, self._drive_cycles),
+        )
+
+        def run(count: int) -> int:
+            assert memories  # they stay where they are
+            done: int = bound(count)
+            return done
+
+        self._run = run

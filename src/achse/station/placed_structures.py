@@ -1,0 +1,169 @@
+"""Structures of a PLC that are `AT %I` or `AT %Q` and belong to something outside it, by type."""
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import product
+from typing import Any, NamedTuple, Protocol
+
+from achse.iec import ArrayType, IecType, StructType, resolved
+from achse.iec.nearest import did_you_mean
+from achse.plc import Area, PlcRuntime
+from achse.plc.program import PlacedVariable
+from achse.station.config import ConfigError
+
+__all__ = ["NamedPlace", "PlacedStructure", "find_place", "placed_structures"]
+
+_PLACE = re.compile(r"%([IQ])B(\d{1,9})", re.IGNORECASE)
+_AREAS = {"i": Area.INPUT, "q": Area.OUTPUT}
+
+_Judge = Callable[[StructType[Any]], bool]
+
+
+class PlacedStructure(NamedTuple):
+    """A structure at an address: `MAIN.Axis1.NcToPlc`, of `MAIN.Axis1`."""
+
+    name: str
+    owner: str
+    """The structure around it that counts as its owner; its own name if there is none."""
+    area: Area
+    offset: int
+    type: StructType[Any]
+
+
+class NamedPlace(Protocol):
+    """What `find_place` looks among."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def owner(self) -> str: ...
+
+    @property
+    def area(self) -> Area: ...
+
+    @property
+    def offset(self) -> int: ...
+
+
+def placed_structures(
+    variables: Iterable[PlacedVariable],
+    is_wanted: _Judge,
+    is_owner: _Judge = lambda type: False,
+) -> list[PlacedStructure]:
+    """The wanted structures among the variables that are at an address, by place.
+
+    They may be in other structures and in arrays; the innermost around them that `is_owner` says
+    yes to is their owner.
+    """
+    walk = _Walk(is_wanted, is_owner)
+    found = [
+        each
+        for placed in variables
+        if walk.holds(placed.variable.type, placed.variable.address is not None)
+        for each in walk.through(
+            placed.variable.type,
+            placed.name,
+            "",
+            placed.area,
+            placed.offset,
+            placed.variable.address is not None,
+        )
+    ]
+    return sorted(found, key=lambda each: (each.area.value, each.offset))
+
+
+class _Walk:
+    """Goes through types; what holds nothing is looked at once."""
+
+    def __init__(self, is_wanted: _Judge, is_owner: _Judge) -> None:
+        self._is_wanted, self._is_owner = is_wanted, is_owner
+        self._known: dict[int, bool] = {}
+
+    def holds(self, type: IecType[Any], addressed: bool) -> bool:
+        real = resolved(type)
+        if isinstance(real, ArrayType):
+            return self.holds(real.element, addressed)
+        if not isinstance(real, StructType):
+            return False
+        if self._is_wanted(real):
+            return addressed
+        holds = self._known.get(id(real))
+        if holds is None:
+            self._known[id(real)] = False  # while it is looked at: a type does not hold itself
+            holds = self._known[id(real)] = any(
+                self.holds(member.type, member.address is not None) for member in real.fields
+            )
+        return holds
+
+    def through(
+        self,
+        type: IecType[Any],
+        name: str,
+        owner: str,
+        area: Area,
+        offset: int,
+        addressed: bool,
+    ) -> Iterator[PlacedStructure]:
+        real = resolved(type)
+        if isinstance(real, ArrayType):
+            size = real.element.size
+            ranges = (range(bounds.first, bounds.last + 1) for bounds in real.dimensions)
+            for number, index in enumerate(product(*ranges)):
+                each, at = f"{name}[{','.join(map(str, index))}]", offset + number * size
+                yield from self.through(real.element, each, owner, area, at, addressed)
+        elif isinstance(real, StructType):
+            if self._is_wanted(real):
+                if addressed:
+                    yield PlacedStructure(name, owner or name, area, offset, real)
+                return
+            inner = name if self._is_owner(real) else ""
+            for member in real.fields:
+                if self.holds(member.type, member.address is not None):
+                    yield from self.through(
+                        member.type,
+                        f"{name}.{member.name}",
+                        inner,
+                        area,
+                        offset + member.offset,
+                        member.address is not None,
+                    )
+
+
+def find_place(
+    given: str,
+    key: str,
+    there: Mapping[tuple[int, str], NamedPlace],
+    plcs: Mapping[int, PlcRuntime],
+    kinds: str,
+) -> tuple[int, str]:
+    """The PLC and the variable that a link of the configuration means.
+
+    `given` is `851:MAIN.Axis1`, without port where that is clear, or a place (`%IB0`); `there` has
+    the structures by port and name in small letters, `kinds` is what they are, for ConfigError.
+    """
+    head, colon, rest = given.partition(":")
+    wanted = (rest if colon else given).strip().casefold()
+    if colon and (not head.strip().isdecimal() or int(head) not in plcs):
+        raise ConfigError(f"{key}: expected a PLC before the colon, got {given!r}")
+    if at := _PLACE.fullmatch(wanted):
+        here = _AREAS[at[1]], int(at[2])
+        found = {
+            port: each.name.casefold()
+            for (port, _), each in there.items()
+            if (each.area, each.offset) == here
+        }
+    else:
+        found = {port: known for port, known in there if known == wanted}
+    if colon:
+        found = {port: name for port, name in found.items() if port == int(head)}
+    if len(found) == 1:
+        return found.popitem()
+    if found:
+        first = next(iter(found))
+        raise ConfigError(f'{key}: {given} is in several PLCs, say which: "{first}:{given}"')
+    names = [variable for at in there.values() for variable in (at.owner, at.name)]
+    near = did_you_mean(rest if colon else given, names)
+    raise ConfigError(
+        f"{key}: no variable of the type {kinds} (AT %I*, AT %Q*) is named {given!r}{near}"
+    )

@@ -1,0 +1,12 @@
+(A plate with rounded corners; M40 waits for the PLC, M7 is the coolant)
+N10 G00 X0 Y0
+N20 M7
+N30 G01 X40 F6000
+N40 G03 X50 Y10 I0 J10
+N50 G01 Y30
+N60 G03 X40 Y40 I-10 J0
+N70 G01 X0
+N80 M40
+N90 G01 Y0
+N100 M9
+N110 M30

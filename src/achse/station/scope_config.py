@@ -1,0 +1,112 @@
+"""[scope] in a station.toml: limits of the scope server, and the views that it begins with."""
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+from pydantic import Field, FiniteFloat, model_validator
+
+from achse.devices.scope import ScopeLimits
+from achse.scope import ScopeDefinition, definition_of
+from achse.station.config_types import ConfigTable, DurationNs
+
+__all__ = ["ScopeChannelConfig", "ScopeConfig", "ScopeViewConfig"]
+
+_LIMITS = ScopeLimits()
+
+
+class ScopeChannelConfig(ConfigTable):
+    """A channel as a table; one that needs only its name can be words."""
+
+    name: str | None = None
+    """How exports call it; as its symbol unless given."""
+    symbol: str | None = None
+    """A symbol of the device at `port`."""
+    index_group: int | None = Field(default=None, ge=0, le=0xFFFF_FFFF)
+    index_offset: int | None = Field(default=None, ge=0, le=0xFFFF_FFFF)
+    """Where the value is, without `symbol`."""
+    port: int | None = Field(default=None, ge=1, le=65535)
+    """AMS port of the device; the first PLC unless given, without one the NC."""
+    type: str | None = None
+    """BIT, INT8 … UINT64, REAL32, REAL64 or an IEC name; as the symbol or row says unless given."""
+    sample_time: DurationNs | None = None
+    """How often; the cycle of its task unless given."""
+    scale: FiniteFloat = 1.0
+    offset: FiniteFloat = 0.0
+    """What is shown is `raw * scale + offset`."""
+    unit: str | None = None
+    comment: str | None = None
+
+    def document(self) -> dict[str, Any]:
+        """The channel as definitions have it."""
+        found: dict[str, Any] = {
+            key: value
+            for key in type(self).model_fields
+            if (value := getattr(self, key)) is not None
+        }
+        if self.sample_time is not None:
+            found["sample_time"] = self.sample_time / 1e9
+        return found
+
+
+class ScopeViewConfig(ConfigTable):
+    """[[scope.view]]: a scope that is there from the start. The first is the vendor's view 1."""
+
+    name: str = "scope"
+    record_length: DurationNs = 10_000_000_000
+    """How much the rings hold."""
+    pretrigger: float = Field(default=0.0, ge=0, lt=1)
+    """Share of it that is before the trigger."""
+    channels: Sequence[str | ScopeChannelConfig] = ()
+    """`SYMBOL`, `PORT:SYMBOL` or `PORT:GROUP:OFFSET[:TYPE]`, with `@2ms` behind it for a sample
+    time; or tables."""
+    triggers: Sequence[str] = ()
+    """`CHANNEL rising LEVEL` and the like; see the how-to."""
+    combine: Literal["any", "all"] = "any"
+    """Whether any trigger is enough, or all must fire in the same sample."""
+    start: bool = False
+    """Whether it goes online with the station."""
+
+    @model_validator(mode="after")
+    def _can_be(self) -> "ScopeViewConfig":
+        self.definition()
+        return self
+
+    def definition(self) -> ScopeDefinition:
+        """The definition; raises ScopeError."""
+        return definition_of(
+            {
+                "name": self.name,
+                "record_length": self.record_length / 1e9,
+                "pretrigger": self.pretrigger,
+                "combine": self.combine,
+                "channels": [
+                    each if isinstance(each, str) else each.document() for each in self.channels
+                ],
+                "triggers": list(self.triggers),
+            }
+        )
+
+
+class ScopeConfig(ConfigTable):
+    """[scope]: the scope server, AMS port 14000. One client has at most half of each limit."""
+
+    folder: str | None = None
+    """Folder (relative to the station.toml) in which the vendor's services load and export files;
+    without it they answer 0x70C."""
+    memory: int = Field(default=_LIMITS.memory, ge=4096)
+    """Bytes of the rings of all scopes together (0x70A beyond)."""
+    channels: int = Field(default=_LIMITS.channels, ge=1)
+    """Channels of all scopes together (0x716 beyond)."""
+    scopes: int = Field(default=_LIMITS.scopes, ge=1)
+    """Scopes that clients have made, all together (0x716 beyond)."""
+    scopes_per_client: int = Field(default=_LIMITS.scopes_per_client, ge=1)
+    """The same of one client (0x716 beyond)."""
+    time: float = Field(default=_LIMITS.time, gt=0, le=1)
+    """Share of the time that sampling may take, as reckoned at a scope's start (0x708 beyond)."""
+    view: Sequence[ScopeViewConfig] = ()
+
+    def limits(self) -> ScopeLimits:
+        """What scopes may take."""
+        return ScopeLimits(
+            self.memory, self.channels, self.scopes, self.scopes_per_client, self.time
+        )

@@ -1,0 +1,139 @@
+"""[secure] of a station.toml, and what is made of it: certificate, authority, keys."""
+
+import socket
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from achse.ams.secure import SECURE_PORT, pre_shared_key
+from achse.router.routes import Route, RouteError, RouteTls, TlsKind
+from achse.station.config_types import ConfigError, ConfigTable
+from achse.transport.own_certificate import CertificateError, OwnCertificate
+from achse.transport.secure import Credentials
+from achse.transport.tls import HAS_PSK, ClientTls, ServerTls, TlsError
+
+__all__ = ["RouteTlsConfig", "SecureConfig", "StationIdentity"]
+
+
+class SecureConfig(ConfigTable):
+    """[secure]: Secure ADS (extra `secure`), where [router] has `listen`, or a route has `tls`."""
+
+    port: int = Field(default=SECURE_PORT, ge=0, le=65535)
+    """TCP port; 0 takes a free one."""
+    certificate: str | None = None
+    """File (PEM, relative to the station.toml). Without it and `key` a self-signed one is made in
+    `folder`."""
+    key: str | None = None
+    folder: str = "certificates"
+    """Where a self-signed certificate is kept, relative to the station.toml."""
+    ca: str | None = None
+    """File (PEM) of the authority whose certificates are let in."""
+    ignore_names: bool = False
+    """Let certificates in that are for another name or address than their client has."""
+    psk: Mapping[str, str] = {}
+    """Pre-shared keys (Python 3.13): identity = "password, or 64 hex digits"."""
+    identities_case_sensitive: bool = False
+
+    @model_validator(mode="after")
+    def _can_be(self) -> "SecureConfig":
+        if (self.certificate is None) != (self.key is None):
+            raise ValueError("certificate and key go together")
+        if self.psk and not HAS_PSK:
+            raise ValueError("psk needs Python 3.13 or later; older ones know certificates only")
+        return self
+
+
+class RouteTlsConfig(ConfigTable):
+    """`tls` of a [[route]]: it goes by Secure ADS."""
+
+    kind: Literal["self_signed", "shared_ca", "psk"] = "self_signed"
+    fingerprint: str = ""
+    """Of the other side's certificate: 64 hex digits, as `achse certificate show` prints them."""
+    ignore_name: bool = False
+    """With `shared_ca`: its certificate may be for another name."""
+    identity: str = ""
+    """With `psk`: the name of the key in [secure]."""
+
+    @model_validator(mode="after")
+    def _can_be(self) -> "RouteTlsConfig":
+        self.tls()
+        return self
+
+    def tls(self) -> RouteTls:
+        """What the router's table keeps; raises RouteError."""
+        return RouteTls(
+            kind=TlsKind(self.kind),
+            fingerprint=self.fingerprint,
+            ignore_name=self.ignore_name,
+            identity=self.identity,
+        )
+
+
+class StationIdentity:
+    """Who a station is on Secure ADS; its certificate is read, or made, when it is first needed."""
+
+    def __init__(self, config: SecureConfig, base: Path, name: str) -> None:
+        self._config = config
+        self._base = base
+        self.name = name or socket.gethostname()
+        self._identity: OwnCertificate | None = None
+
+    @property
+    def identity(self) -> OwnCertificate:
+        """Raises ConfigError."""
+        if self._identity is None:
+            config = self._config
+            try:
+                if config.certificate is None or config.key is None:
+                    self._identity = OwnCertificate.made(self._base / config.folder, self.name)
+                else:
+                    files = self._base / config.certificate, self._base / config.key
+                    self._identity = OwnCertificate.load(*files)
+            except CertificateError as fault:
+                raise ConfigError(f"secure: {fault}") from None
+            except OSError as failure:
+                raise ConfigError(f"secure: {failure.filename}: {failure.strerror}") from None
+        return self._identity
+
+    @property
+    def _ca(self) -> Path | None:
+        return None if self._config.ca is None else self._base / self._config.ca
+
+    def server(self) -> ServerTls:
+        """What the listener shows and takes. Raises ConfigError."""
+        try:
+            return ServerTls(
+                self.identity,
+                ca=self._ca,
+                keys={name: self._key(name) for name in self._config.psk},
+                key_names_matter=self._config.identities_case_sensitive,
+            )
+        except TlsError as fault:
+            raise ConfigError(f"secure: {fault}") from None
+
+    def credentials(self, route: Route) -> Credentials:
+        """Who we are at the far end of a route. Raises ConfigError, RouteError."""
+        tls = route.tls
+        assert tls is not None
+        if tls.kind is TlsKind.PSK:
+            if tls.identity not in self._config.psk:
+                raise RouteError(f"[secure] psk has no key of {tls.identity!r}")
+            client = ClientTls(psk=(tls.identity, self._key(tls.identity)))
+        else:
+            by_ca = tls.kind is TlsKind.SHARED_CA
+            if by_ca and self._ca is None:
+                raise RouteError("[secure] names no ca")
+            client = ClientTls(self.identity, ca=self._ca if by_ca else None)
+        return Credentials(
+            client,
+            kind=tls.kind,
+            fingerprint=tls.fingerprint,
+            ignore_name=tls.ignore_name,
+            host=self.name,
+        )
+
+    def _key(self, identity: str) -> bytes:
+        matters = self._config.identities_case_sensitive
+        return pre_shared_key(identity, self._config.psk[identity], case_sensitive=matters)

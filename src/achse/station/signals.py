@@ -1,0 +1,196 @@
+"""Simulated signals in the cycle: each writes its variable before the PLC's programs run."""
+
+import logging
+import math
+from collections.abc import Callable
+from typing import Any
+
+from achse.ams import DeviceError
+from achse.devices.plc import PlcDevice
+from achse.devices.plc.symbols import PlcSymbol
+from achse.iec import EnumType, IecType, resolved
+from achse.iec.elementary import BoolType, IntegerType, RealType
+from achse.iec.nearest import did_you_mean
+from achse.station.building import Building
+from achse.station.config import ConfigError
+from achse.station.cycle import CyclicPhase, PhasePlace
+from achse.station.signal_config import (
+    CounterSignal,
+    CsvSignal,
+    ExpressionSignal,
+    NoiseSignal,
+    PeriodicSignal,
+    SignalConfig,
+)
+from achse.station.waveforms import CsvError, Waveform, counter, noise, periodic, read_csv
+
+__all__ = ["make_signals"]
+
+log = logging.getLogger("achse.station")
+
+
+def make_signals(building: Building) -> None:
+    """The signals of the configuration, in its order. Raises ConfigError."""
+    configs = building.ground.config.signal
+    if not configs:
+        return
+    by_plc: dict[int, list[_Signal]] = {}
+    for number, config in enumerate(configs, 1):
+        key = f"signal[{number}]"
+        port = next(iter(building.plcs), 0) if config.plc is None else config.plc
+        device = building.plc_devices.get(port)
+        if device is None:
+            there = ", ".join(map(str, building.plcs)) or "none"
+            raise ConfigError(f"{key}.plc: expected the port of a [[plc]] ({there}), got {port}")
+        by_plc.setdefault(port, []).append(_Signal(key, config, device, building))
+    for port, signals in by_plc.items():
+        plc = building.plcs[port]
+        cycle_ns = math.gcd(*(task.cycle_ns for task in plc.tasks))
+        targets = [signal.symbol.name.casefold() for signal in signals]
+        for signal, name in zip(signals, targets, strict=True):
+            if targets.count(name) > 1:
+                raise ConfigError(f"{signal.key}.symbol: {name} has more than one signal")
+
+        def write(now_ns: int, signals: list[_Signal] = signals) -> None:
+            for signal in signals:
+                signal.write(now_ns)
+
+        def bind_again(signals: list[_Signal] = signals) -> None:
+            for signal in signals:
+                signal.bind_again()
+
+        plc.on_online_change(bind_again)
+        building.add_phase(
+            CyclicPhase(PhasePlace.INPUTS, f"signals of plc {port}", cycle_ns, write), cycle_ns
+        )
+        write(building.ground.clock() - building.ground.epoch_ns)  # there before the first cycle
+
+
+class _Signal:
+    """A signal at its variable; after an online change it looks for it again."""
+
+    def __init__(
+        self, key: str, config: SignalConfig, device: PlcDevice, building: Building
+    ) -> None:
+        self.key = key
+        self._config = config
+        self._device = device
+        self._building = building
+        self._failed = False
+        self._bind()
+
+    def _bind(self) -> None:
+        """Find the variables. Raises ConfigError."""
+        config, key = self._config, self.key
+        self.symbol = self._found(config.symbol, f"{key}.symbol")
+        if self.symbol.read_only:
+            raise ConfigError(f"{key}.symbol: {config.symbol} is a constant")
+        self._encode = _encoder(self.symbol.type, f"{key}.symbol: {config.symbol}")
+        self._value: Callable[[int], float] | None = self._waveform()
+
+    def bind_again(self) -> None:
+        """Go on after an online change; a variable that is gone is told, and left alone."""
+        try:
+            self._bind()
+        except ConfigError as fault:
+            log.warning("after the online change: %s", fault)
+            self._value = None
+
+    def write(self, now_ns: int) -> None:
+        """Write the value of this moment; one that cannot be computed is told once."""
+        if self._value is None:
+            return
+        try:
+            self.symbol.write(self._encode(self._value(now_ns)))
+        except (ArithmeticError, ValueError, DeviceError) as failure:
+            if not self._failed:
+                self._failed = True
+                log.warning(
+                    "%s (%s) has no value at %.9g s, it stays as it is: %s",
+                    self.key,
+                    self.symbol.name,
+                    now_ns / 1e9,
+                    failure,
+                )
+        else:
+            self._failed = False
+
+    def _waveform(self) -> Waveform:
+        config = self._config
+        tasks = self._device.plc.tasks
+        cycle_ns = math.gcd(*(task.cycle_ns for task in tasks))
+        if isinstance(config, CsvSignal):
+            try:
+                return read_csv(config, self._building.ground.base)
+            except CsvError as fault:
+                raise ConfigError(f"{self.key}.{fault}") from None
+        if isinstance(config, ExpressionSignal):
+            return self._computed(config.expression)
+        if isinstance(config, CounterSignal):
+            return counter(config, cycle_ns)
+        if isinstance(config, NoiseSignal):
+            return noise(config, cycle_ns)
+        assert isinstance(config, PeriodicSignal)
+        return periodic(config)
+
+    def _computed(self, text: str) -> Waveform:
+        from achse.station.expressions import ExpressionError, parse_expression
+
+        key = f"{self.key}.expression"
+
+        def variable(name: str) -> Callable[[], float]:
+            symbol = self._found(name, key)
+            type = resolved(symbol.type)
+            if not _is_numeric(type):
+                raise ExpressionError(f"{name}: expected a number or a BOOL, got a {type.name}")
+            decode, read = type.decode, symbol.read
+            return lambda: float(decode(read()))
+
+        try:
+            value = parse_expression(text, variable).value
+        except ExpressionError as fault:
+            raise ConfigError(f"{key}: {fault}, in {text!r:.80}") from None
+        return lambda now_ns: value(now_ns / 1e9)
+
+    def _found(self, name: str, key: str) -> PlcSymbol:
+        symbols = self._device.symbols
+        assert symbols is not None
+        try:
+            found = symbols.source.resolve(name)
+        except DeviceError as refusal:
+            raise ConfigError(f"{key}: {name}: {refusal.context or refusal}") from None
+        if not isinstance(found, PlcSymbol) or found.call is not None:
+            known = (placed.name for placed in self._device.plc.variables)
+            near = did_you_mean(name, known)
+            raise ConfigError(f"{key}: expected a variable of the PLC, got {name!r}{near}")
+        return found
+
+
+def _is_numeric(type: IecType[Any]) -> bool:
+    return isinstance(type, IntegerType | RealType | BoolType | EnumType)
+
+
+def _encoder(type: IecType[Any], what: str) -> Callable[[float], bytes]:
+    """What makes a value of that type of a number: rounded, and kept within its range.
+
+    Counters that are too large begin again at the other end. Raises ConfigError.
+    """
+    real = resolved(type)
+    if isinstance(real, EnumType):
+        real = real.base
+    if isinstance(real, BoolType):
+        return lambda value: b"\1" if value > 0 else b"\0"
+    if isinstance(real, RealType):
+        encode_real = real.encode
+        return lambda value: encode_real(value)
+    if not isinstance(real, IntegerType):
+        raise ConfigError(f"{what}: expected a number or a BOOL, got a {type.name}")
+    encode, low, high = real.encode, real.low, real.high
+    span = high - low + 1
+
+    def whole(value: float) -> bytes:
+        if isinstance(value, int):
+            return encode((value - low) % span + low)
+        return encode(min(max(round(value), low), high))
+
+    return whole

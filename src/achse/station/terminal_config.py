@@ -1,0 +1,57 @@
+"""[[terminal]] of station.toml: virtual terminals on a bus, and the bytes of a PLC they are at."""
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from achse.station.config_types import ConfigTable
+
+__all__ = ["TerminalConfig"]
+
+_DIGITAL, _ANALOG = 64, 8
+_LAST_ADDRESS = 0xFFFF
+
+
+class TerminalConfig(ConfigTable):
+    """[[terminal]]: a terminal on a bus, alone or beside drives."""
+
+    name: str = Field(min_length=1, max_length=31)
+    kind: Literal["digital", "analog"] = "digital"
+    bus: str | None = None
+    """Name of the bus; not needed if there is one."""
+    position: int | None = Field(default=None, ge=1, le=255)
+    """Place along the cable, the first is 1; without it the next free one, behind the drives."""
+    inputs: int | None = Field(default=None, ge=0, le=_DIGITAL)
+    """Channels; 16 digital or 4 analog unless given."""
+    outputs: int | None = Field(default=None, ge=0, le=_DIGITAL)
+    """Channels; 16 digital or 4 analog unless given."""
+    plc: int | None = Field(default=None, ge=1, le=65535)
+    """Port of the PLC; the first one unless given."""
+    input_address: int | None = Field(default=None, ge=0, le=_LAST_ADDRESS)
+    """Byte of %I where the inputs begin; without it the PLC does not see them."""
+    output_address: int | None = Field(default=None, ge=0, le=_LAST_ADDRESS)
+    """Byte of %Q where the outputs begin; without it the PLC does not write them."""
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> "TerminalConfig":
+        most = _DIGITAL if self.kind == "digital" else _ANALOG
+        for what, number in (("inputs", self.input_count), ("outputs", self.output_count)):
+            if number > most:
+                raise ValueError(f"{what}: expected at most {most} {self.kind} channels")
+        if not self.input_count + self.output_count:
+            raise ValueError("expected inputs or outputs")
+        return self
+
+    @property
+    def input_count(self) -> int:
+        """Input channels."""
+        return self._default if self.inputs is None else self.inputs
+
+    @property
+    def output_count(self) -> int:
+        """Output channels."""
+        return self._default if self.outputs is None else self.outputs
+
+    @property
+    def _default(self) -> int:
+        return 16 if self.kind == "digital" else 4

@@ -1,0 +1,26 @@
+"""[web]: the page in the browser that `achse run` serves beside the station."""
+
+from pathlib import Path
+
+from pydantic import Field
+
+from achse.station.config_types import ConfigTable
+
+__all__ = ["WebConfig"]
+
+
+class WebConfig(ConfigTable):
+    """[web]: the station in the browser at `http://host:port/` (extra `web`)."""
+
+    port: int | None = Field(default=None, ge=0, le=65535)
+    """Without it there is a page only with `achse run --web`; 0 takes a free one."""
+    host: str = Field(default="127.0.0.1", min_length=1)
+    """An address that other computers reach needs a token, which the address printed has."""
+    token: str = Field(default="", pattern=r"^[A-Za-z0-9_.~-]*$", max_length=200)
+    """Needed to open the page; empty: none on this computer, a random one elsewhere."""
+    read_only: bool = False
+    """Pages may look, and change nothing. Without it they may what `router.rights` says."""
+    viewers: int = Field(default=64, ge=1, le=10_000)
+    """How many pages may be open."""
+    scene: Path | None = None
+    """A JSON file that describes the machine for its picture."""

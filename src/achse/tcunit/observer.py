@@ -1,0 +1,88 @@
+"""What happens in TcUnit while it runs: which test begins where, which assertion fails where."""
+
+import sys
+from collections.abc import Mapping, Set
+from types import FrameType
+from typing import Any
+
+from achse.plc.bodies import Bodies
+from achse.tcunit.results import CodePlace, Failure
+
+__all__ = ["Observer"]
+
+_TESTS = ("test", "test_ordered")
+"""Functions that begin a test: the name is the first input."""
+
+_FORMATTER = "fb_adsassertmessageformatter.logassertfailure"
+"""What every failed assertion calls: Expected, Actual, Message, TestInstancePath."""
+
+_MOST_FAILURES = 1000
+"""Of one test; an assertion in a test that does not end fails in each cycle."""
+
+
+class Observer:
+    """Listens to TcUnit in one PLC. `own` are the names of TcUnit's units, in lower case."""
+
+    def __init__(self, bodies: Bodies, own: Set[str]) -> None:
+        self._paths = bodies.paths
+        self._own = own
+        self.places: dict[tuple[str, str], CodePlace] = {}
+        """Where TEST is, by the block of the suite and the name of the test, in lower case."""
+        self.failures: dict[tuple[str, str], list[Failure]] = {}
+        """By the path of the suite and the name of the test, in lower case."""
+        execution = bodies.execution
+        assert execution is not None
+        for key in _TESTS:
+            if key in execution.project.routines:
+                execution.observe(key, self._begins)
+        if _FORMATTER in execution.project.routines:
+            execution.observe(_FORMATTER, self._fails)
+
+    def _begins(self, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
+        frame = self._caller()
+        values = [*arguments, *named.values()]
+        if frame is None or not values:
+            return
+        name = _text(values[0]).strip()
+        if name.lower().startswith("disabled_"):
+            name = name[len("disabled_") :]
+        block = frame.f_code.co_name.partition(".")[0]
+        place = CodePlace(frame.f_code.co_filename, frame.f_lineno)
+        self.places.setdefault((block.lower(), name.lower()), place)
+
+    def _fails(self, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
+        given = dict(
+            zip(("Expected", "Actual", "Message", "TestInstancePath"), arguments[1:], strict=False)
+        )
+        given |= {name.removeprefix("v_"): value for name, value in named.items()}
+        given = {name.lower(): value for name, value in given.items()}
+        path = _text(given.get("testinstancepath", b""))
+        suite, _, test = path.rpartition("@")
+        found = self.failures.setdefault((suite.lower(), test.lower()), [])
+        frame = self._caller()
+        place = None if frame is None else CodePlace(frame.f_code.co_filename, frame.f_lineno)
+        if len(found) < _MOST_FAILURES:
+            found.append(
+                Failure(
+                    _text(given.get("message", b"")),
+                    _text(given.get("expected", b"")),
+                    _text(given.get("actual", b"")),
+                    place,
+                )
+            )
+
+    def _caller(self) -> FrameType | None:
+        """The innermost running line of Structured Text that is not TcUnit's own."""
+        frame: FrameType | None = sys._getframe(2)
+        while frame is not None:
+            code = frame.f_code
+            if code.co_filename in self._paths:
+                unit = code.co_name.partition(".")[0].lower()
+                if unit not in self._own:
+                    return frame
+            frame = frame.f_back
+        return None
+
+
+def _text(value: Any) -> str:
+    return value.decode("cp1252", "replace") if isinstance(value, bytes) else str(value)

@@ -1,0 +1,282 @@
+"""Run the TcUnit tests of a project: in a station of its own, in virtual time."""
+
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from achse.iec import IecError, Record, StructType
+from achse.plc import PlcRuntime, PlcState
+from achse.st.files import source_files
+from achse.st.source import SourceError
+from achse.station import ConfigError, Station
+from achse.station.config import load, parse
+from achse.tcunit.locate import find_tcunit, units_of
+from achse.tcunit.observer import Observer
+from achse.tcunit.results import CodePlace, Failure, Suite, TestOutcome, TestRun, UnitTest
+
+__all__ = ["LIMIT", "TIMEOUT", "ProjectError", "run_tests"]
+
+LIMIT = 60.0
+"""Seconds of PLC time after which tests that still run are unfinished."""
+
+TIMEOUT = 600.0
+"""Seconds on the clock on the wall, for the same."""
+
+_SUITE = "fb_testsuite"
+_LIST = "GVL_TcUnit"
+_REST = 10
+"""Cycles after the end, in which TcUnit writes its report."""
+
+_SHOWN = 20
+
+
+class ProjectError(Exception):
+    """The project cannot be read, has errors, or has no tests."""
+
+
+def run_tests(
+    project: str | Path,
+    *,
+    libraries: Sequence[str | Path] = (),
+    limit: float = LIMIT,
+    timeout: float = TIMEOUT,
+    environ: Mapping[str, str] | None = None,
+) -> TestRun:
+    """Run the tests of a folder of sources, a `.plcproj`, one source file or a station.toml.
+
+    `libraries` are sources of further libraries; where TcUnit is: see `find_tcunit`. `limit` and
+    `timeout`: seconds of PLC time and of waiting, above 0. Raises `ProjectError`, and
+    `TcUnitMissing` if TcUnit is nowhere.
+    """
+    path = Path(project)
+    if not path.exists():
+        raise ProjectError(f"{path} does not exist")
+    try:
+        bench = _Bench(path, [Path(item) for item in libraries], environ)
+    except (ConfigError, SourceError) as fault:
+        raise ProjectError(str(fault)) from None
+    except OSError as failure:
+        raise ProjectError(f"{failure.filename}: {failure.strerror}") from None
+    return bench.run(limit, timeout)
+
+
+class _Bench:
+    """A station with the project and TcUnit."""
+
+    def __init__(
+        self, path: Path, libraries: list[Path], environ: Mapping[str, str] | None
+    ) -> None:
+        self._path = path
+        if path.suffix.lower() == ".toml":
+            base, config = path.parent, load(path)
+        else:
+            source_files(path)  # says what is wrong with the path, before TcUnit is looked for
+            base = Path()
+            config = parse({"plc": [{"sources": str(path.resolve())}]}, str(path))
+        self._roots = {
+            plc.port: base / plc.sources for plc in config.plc if plc.sources is not None
+        }
+        if not self._roots:
+            raise ProjectError(f"{path}: no [[plc]] has sources")
+        named = [base / name for plc in config.plc for name in plc.libraries]
+        root = next(iter(self._roots.values()))
+        tcunit = find_tcunit(root, [*libraries, *named], environ)
+        added = [str(item.resolve()) for item in libraries]
+        if tcunit is not None and tcunit not in (*named, *libraries):
+            added.append(str(tcunit.resolve()))
+        plcs = tuple(
+            plc.model_copy(
+                # machine code would not tell which line calls an assertion
+                update={"libraries": (*plc.libraries, *added), "code": "plain"}
+            )
+            if plc.sources is not None
+            else plc
+            for plc in config.plc
+        )
+        self.station = Station(config.model_copy(update={"plc": plcs}), base=base)
+        own = units_of(tcunit) if tcunit is not None else set()
+        self._plcs = [
+            _PlcTests(self.station.plcs[port], own, _files(root))
+            for port, root in self._roots.items()
+            if _has_suites(self.station.plcs[port])
+        ]
+        if not self._plcs:
+            raise ProjectError(f"{path}: no test: no function block EXTENDS FB_TestSuite")
+        for tests in self._plcs:
+            tests.check()
+
+    def run(self, limit: float, timeout: float) -> TestRun:
+        """Run until all tests have ended, or cannot end."""
+        problem = self._until_the_end(limit, timeout)
+        suites = [suite for tests in self._plcs for suite in tests.suites()]
+        duration = max(tests.ended_ns for tests in self._plcs) / 1e9
+        for tests in self._plcs:
+            fault = tests.plc.fault
+            if fault is not None:
+                return TestRun(suites, duration, str(fault), tests.place(fault.path, fault.line))
+        if not any(suite.tests for suite in suites):
+            problem = self._why_nothing() or problem
+        return TestRun(suites, duration, problem)
+
+    def _until_the_end(self, limit: float, timeout: float) -> str:
+        """What kept tests from ending; empty if all ended."""
+        station = self.station
+        step = min(tests.plc.tasks[0].cycle_ns for tests in self._plcs) / 1e9
+        began = time.monotonic()
+        while True:
+            station.advance(step)
+            for tests in self._plcs:
+                tests.look(station.time_ns)
+            if all(tests.has_ended for tests in self._plcs):
+                break
+            if station.time_ns >= limit * 1e9:
+                return f"not all tests ended within {limit:g} s of PLC time"
+            if time.monotonic() - began >= timeout:
+                return f"not all tests ended within {timeout:g} s of waiting"
+        station.advance(_REST * step)
+        return ""
+
+    def _why_nothing(self) -> str:
+        if not any(tests.suite_count for tests in self._plcs):
+            return "no test suite: no PROGRAM has an instance of a block that EXTENDS FB_TestSuite"
+        if not any(tests.is_started for tests in self._plcs):
+            return "no test has run: the PROGRAM of no task calls TcUnit.RUN()"
+        return "no suite has a test: TEST('name') begins one"
+
+
+def _has_suites(plc: PlcRuntime) -> bool:
+    return plc.bodies is not None and _SUITE in plc.bodies.project.blocks
+
+
+def _files(root: Path) -> dict[str, str]:
+    """The files of a project as one can open them from here, by their names in faults."""
+    here = Path.cwd()
+    found = {}
+    for file, name in source_files(root):
+        full = file.resolve()
+        found[name] = str(full.relative_to(here) if full.is_relative_to(here) else full)
+    return found
+
+
+class _PlcTests:
+    """The tests in one PLC."""
+
+    def __init__(self, plc: PlcRuntime, own: set[str], files: Mapping[str, str]) -> None:
+        assert plc.bodies is not None
+        self.plc = plc
+        self._bodies = plc.bodies
+        self._files = files
+        self.ended_ns = 0
+        self.has_ended = False
+        self._observer = Observer(plc.bodies, own)
+        try:
+            self._list: Any = plc.instance(_LIST)
+        except KeyError:
+            faults = "\n".join(map(str, plc.bodies.project.faults[:_SHOWN]))
+            raise ProjectError(
+                f"TcUnit has errors, so that its list {_LIST} cannot be made:\n{faults}"
+            ) from None
+
+    def check(self) -> None:
+        """Raise `ProjectError` for errors in the bodies of the project itself."""
+        faults = [
+            fault for fault in self._bodies.project.faults if fault.location.path in self._files
+        ]
+        if faults:
+            shown = "\n".join(str(fault) for fault in faults[:_SHOWN])
+            more = f"\n{len(faults) - _SHOWN} more" if len(faults) > _SHOWN else ""
+            raise ProjectError(f"{len(faults)} errors: no test has run\n{shown}{more}")
+
+    def look(self, now_ns: int) -> None:
+        """Note whether all has ended."""
+        if not self.has_ended:
+            self.ended_ns = now_ns
+            self.has_ended = self.plc.state is PlcState.EXCEPTION or (
+                bool(self._list["TcUnitRunner"]["AllTestSuitesFinished"])
+                and bool(self._list["TcUnitRunner"]["TestResults"]["StoredGeneralTestResults"])
+            )
+
+    @property
+    def suite_count(self) -> int:
+        """Suites that FB_init has told TcUnit of."""
+        return int(self._list["NumberOfInitializedTestSuites"])
+
+    @property
+    def is_started(self) -> bool:
+        """Whether RUN was called; TcUnit's time of the start is 0 in the very first cycle."""
+        return any(self._value(suite, "StartedAt", 0) for suite in self._records())
+
+    def place(self, path: str, line: int) -> CodePlace | None:
+        """A place of a fault, with a path that can be opened from here."""
+        return CodePlace(self._files.get(path, path), line) if path else None
+
+    def suites(self) -> list[Suite]:
+        """Results as they are now."""
+        return [self._suite(record) for record in self._records()]
+
+    def _records(self) -> list[Record]:
+        addresses = self._list["TestSuiteAddresses"]
+        type = self._bodies.project.blocks[_SUITE].type
+        found = []
+        for number in range(1, self.suite_count + 1):
+            address = int(addresses[number])
+            execution = self._bodies.execution
+            assert execution is not None
+            found.append(self._bodies.record_at(address, execution.type_at(address) or type))
+        return found
+
+    def _suite(self, record: Record) -> Suite:
+        path = str(self._value(record, "InstancePath", ""))
+        project = f"{self.plc.project}."
+        name = path.removeprefix(project)
+        block = type(record).__iec__
+        tests: list[UnitTest] = []
+        for number in range(1, int(self._value(record, "NumberOfTests", 0)) + 1):
+            try:
+                test = record["Tests"][number]
+            except IecError:  # more than the list has room for: TcUnit says so itself
+                break
+            tests.append(self._test(test, path, name, block))
+        return Suite(name, tests, float(self._value(record, "Duration", 0.0)))
+
+    def _test(self, test: Record, path: str, suite: str, block: StructType[Any]) -> UnitTest:
+        name = str(test["TestName"])
+        failures = [
+            Failure(each.message, each.expected, each.actual, self._placed(each.place))
+            for each in self._observer.failures.get((path.lower(), name.lower()), ())
+        ]
+        if test["TestIsFailed"] and not failures:
+            failures.append(Failure(str(test["AssertionMessage"])))
+        if self._value(test, "TestIsSkipped", False):
+            outcome = TestOutcome.SKIPPED
+        elif not test["TestIsFinished"]:
+            outcome = TestOutcome.UNFINISHED
+        else:
+            outcome = TestOutcome.FAILED if test["TestIsFailed"] else TestOutcome.PASSED
+        return UnitTest(
+            suite,
+            name,
+            outcome,
+            float(self._value(test, "Duration", 0.0)),
+            int(test["NumberOfAssertions"]),
+            failures,
+            self._placed(self._place_of(block, name)),
+        )
+
+    def _place_of(self, block: StructType[Any] | None, name: str) -> CodePlace | None:
+        """Where TEST is; in a base, where several blocks share it."""
+        while block is not None:
+            found = self._observer.places.get((block.name.lower(), name.lower()))
+            if found is not None:
+                return found
+            block = block.base
+        return None
+
+    def _placed(self, place: CodePlace | None) -> CodePlace | None:
+        return None if place is None else self.place(place.path, place.line)
+
+    @staticmethod
+    def _value(record: Record, name: str, default: Any) -> Any:
+        """A variable that not every version of TcUnit has."""
+        return record[name] if type(record).__iec__.has_member(name) else default

@@ -1,0 +1,284 @@
+"""The listener of Secure ADS: who is let in, and what it may say it is.
+
+Source: what each mode checks, network facts 2.3.
+"""
+
+import asyncio
+import logging
+from collections import Counter
+from typing import Any
+
+from achse.ams import NetId
+from achse.ams.secure import (
+    SECURE_PORT,
+    ConnectBlock,
+    ConnectFlags,
+    SecureRefusal,
+    fingerprint_of,
+)
+from achse.router import Router
+from achse.router.access import Users
+from achse.router.routes import Admission, Route, RouteError, RouteTls
+from achse.transport.connection import TcpConnection
+from achse.transport.own_certificate import names_of
+from achse.transport.password_checker import PasswordChecker
+from achse.transport.peer import Peer
+from achse.transport.secure import SecureServer
+from achse.transport.tcp import TcpListener
+from achse.transport.tls import ServerTls, Tls
+
+__all__ = ["SecureListener"]
+
+log = logging.getLogger("achse.secure")
+
+_HANDSHAKES, _HANDSHAKES_PER_HOST = 256, 32
+"""Clients at a time that have not shown who they are; further ones are closed at once."""
+
+_LONGEST_WAIT = 1.0
+
+
+class _SecurePeer(Peer):
+    """A far end that has shown who it is: it speaks for its own NetId only.
+
+    Further NetIds may come by it that have a route with its fingerprint.
+    """
+
+    def __init__(self, owner: "SecureListener") -> None:
+        super().__init__(owner)
+        self._net_id = b""
+        self._fingerprint = ""
+
+    def know(self, net_id: NetId, fingerprint: str) -> None:
+        """Who it is."""
+        self._net_id, self._fingerprint = bytes(net_id), fingerprint
+
+    @property
+    def net_id(self) -> bytes:
+        """Who it said it is; empty before it was let in."""
+        return self._net_id
+
+    def _admission(self, net_id: bytes) -> Admission:
+        route = self.owner.router.routes.to(net_id)
+        if route is not None and route.tls is None:
+            admission = super()._admission(net_id)
+            if net_id != self._net_id or admission is Admission.UNKNOWN:
+                return Admission.UNKNOWN  # the plain route of another host
+            return admission
+        by_fingerprint = (
+            route is not None
+            and route.tls is not None
+            and bool(self._fingerprint)
+            and route.tls.fingerprint == self._fingerprint
+        )
+        if net_id != self._net_id and not by_fingerprint:
+            return Admission.UNKNOWN
+        return Admission.ONE_WAY if route is not None and route.one_way else Admission.ROUTED
+
+
+class SecureListener(TcpListener):
+    """Accepts Secure ADS connections for a router. Without proof nobody gets in.
+
+    - self-signed: by the fingerprint of a route to the client's NetId; at a first contact user and
+      password make that route;
+    - shared authority: the certificate comes from it and is for the client's name or address
+      (unless `ignore_names`);
+    - pre-shared key: anyone who knows it.
+
+    Nobody gets a local AMS port by it, and nobody speaks for this router's own NetId.
+    """
+
+    def __init__(
+        self,
+        router: Router,
+        tls: ServerTls,
+        users: Users | None = None,
+        *,
+        name: str = "",
+        ignore_names: bool = False,
+        **limits: Any,
+    ) -> None:
+        super().__init__(router, routes_required=True, **limits)
+        self._tls = tls
+        self._users = users or Users()
+        self._answer = ConnectBlock(net_id=NetId(router.net_id), host=name)
+        self._ignore_names = ignore_names
+        self._shaking: set[SecureServer] = set()
+        self._shaking_per_host: Counter[str] = Counter()
+        self._passwords: PasswordChecker[_Question] = PasswordChecker(
+            self._users.check, self._decide
+        )
+        self.denied = 0
+        """Clients that could not show who they are."""
+
+    async def open(self, host: str = "127.0.0.1", port: int = SECURE_PORT) -> None:
+        await super().open(host, port)
+
+    def _changed(self, old: Route | None, new: Route | None) -> None:
+        """Who came by a route that is gone, or lets in another, or gives less, comes again."""
+        if old is None or (new is not None and _lets_in(old) == _lets_in(new)):
+            return
+        net_id = bytes(old.net_id)
+        for peer in list(self.connections):
+            if isinstance(peer, _SecurePeer) and (
+                net_id == peer.net_id or any(source[:6] == net_id for source in peer.senders)
+            ):
+                peer.warn("the route %s has changed", old.name)
+                peer.close()
+
+    async def close(self) -> None:
+        await self._passwords.close()
+        for channel in list(self._shaking):
+            channel.close()
+        await super().close()
+
+    def serves_ports(self, host: str) -> bool:
+        return False
+
+    def _connection(self) -> asyncio.Protocol:
+        peer = _SecurePeer(self)
+
+        def admitted(block: ConnectBlock, tls: Tls) -> None:
+            shown = fingerprint_of(tls.certificate) if tls.certificate else ""
+            peer.know(block.net_id, shown)
+
+        return _Counted(
+            *(TcpConnection(peer), self._tls, self._judge, self._answer),
+            admitted=admitted,
+            ended=self._shaken,
+            max_length=self.max_length,
+            owner=self,
+        )
+
+    def _refuse(self, peer: Peer, whose: str = "", name: str = "", limit: int = 0) -> None:
+        """No room: there is no way to say so before the connection is made."""
+        self.refused += 1
+        peer.warn("no room: [router] %s is %d", name or "connections", limit)
+        peer.abort()
+
+    # handshakes -----------------------------------------------------------------------------
+
+    def shakes(self, channel: SecureServer) -> bool:
+        """Another one has come; False if there are too many that have not shown who they are."""
+        host = channel.host
+        if (
+            len(self._shaking) >= _HANDSHAKES
+            or self._shaking_per_host[host] >= _HANDSHAKES_PER_HOST
+        ):
+            self.refused += 1
+            return False
+        self._shaking.add(channel)
+        self._shaking_per_host[host] += 1
+        return True
+
+    def _shaken(self, channel: SecureServer) -> None:
+        if channel in self._shaking:
+            self._shaking.discard(channel)
+            self._shaking_per_host[channel.host] -= 1
+            if not self._shaking_per_host[channel.host]:
+                del self._shaking_per_host[channel.host]
+
+    # who is let in --------------------------------------------------------------------------
+
+    def _judge(
+        self, block: ConnectBlock, tls: Tls, host: str
+    ) -> "asyncio.Future[SecureRefusal] | SecureRefusal":
+        verdict = self._verdict(block, tls, host)
+        if verdict is None:
+            question = _Question(block, fingerprint_of(tls.certificate), host)
+            if not self._passwords.put(host, block.user, block.password, question):
+                return SecureRefusal.UNKNOWN_USER
+            return question.answer
+        self.denied += verdict is not SecureRefusal.NONE
+        return verdict
+
+    def _verdict(self, block: ConnectBlock, tls: Tls, host: str) -> SecureRefusal | None:
+        """What is decided at once; None where a password is to be checked."""
+        if block.version != 1:
+            return SecureRefusal.VERSION
+        if self.router.is_local(bytes(block.net_id)) or not any(block.net_id[:4]):
+            return SecureRefusal.UNKNOWN_CERTIFICATE
+        if block.flags & ConnectFlags.SELF_SIGNED and tls.certificate:
+            if block.user or block.flags & ConnectFlags.ADD_REMOTE:
+                return None if self._users and block.password else SecureRefusal.UNKNOWN_USER
+            route = self.router.routes.to(bytes(block.net_id))
+            known = route.tls.fingerprint if route is not None and route.tls is not None else ""
+            if known and known == fingerprint_of(tls.certificate):
+                return SecureRefusal.NONE
+            return SecureRefusal.UNKNOWN_CERTIFICATE
+        if not tls.trusted or self._is_of_another(block, tls):
+            return SecureRefusal.UNKNOWN_CERTIFICATE
+        if tls.certificate and not self._ignore_names:
+            names = names_of(tls.certificate)
+            if host not in names and block.host.casefold() not in names:
+                return SecureRefusal.NAME_MISMATCH
+        return SecureRefusal.NONE
+
+    def _is_of_another(self, block: ConnectBlock, tls: Tls) -> bool:
+        """Whether the NetId has a route with the fingerprint of somebody else."""
+        route = self.router.routes.to(bytes(block.net_id))
+        known = route.tls.fingerprint if route is not None and route.tls is not None else ""
+        return bool(known) and known != (fingerprint_of(tls.certificate) if tls.certificate else "")
+
+    async def _decide(self, question: "_Question", _: str, right: bool) -> None:
+        refusal = self._make_known(question) if right else SecureRefusal.UNKNOWN_USER
+        self.denied += refusal is not SecureRefusal.NONE
+        if not question.answer.done():
+            question.answer.set_result(refusal)
+
+    def _make_known(self, question: "_Question") -> SecureRefusal:
+        """Keep the fingerprint with the route to this client; a route is made where none is."""
+        block, routes = question.block, self.router.routes
+        net_id = bytes(block.net_id)
+        old = routes.to(net_id)
+        tls, rights = RouteTls(fingerprint=question.fingerprint), self._users.rights(block.user)
+        if old is not None and (old.tls, old.rights) == (tls, rights):
+            return SecureRefusal.NONE
+        keeps = old is not None and bool(block.flags & ConnectFlags.SERVER_INFO)
+        try:
+            routes.add(
+                Route(
+                    name=(old.name if old is not None else block.host) or str(block.net_id),
+                    net_id=block.net_id,
+                    host=old.host if old is not None and keeps else question.host,
+                    tls=tls,
+                    rights=rights,
+                )
+            )
+        except (RouteError, OSError) as fault:
+            log.warning("no route for %s: %s", block.net_id, fault)
+            return SecureRefusal.UNKNOWN_CERTIFICATE
+        kept = routes.to(net_id)
+        if kept is None or kept.tls != tls:
+            # a fixed route stays as it is, without a word: nobody comes by it with a password
+            log.warning("route %s is fixed and has another fingerprint", block.net_id)
+            return SecureRefusal.UNKNOWN_CERTIFICATE
+        log.info("%s is known by its fingerprint %s", block.net_id, question.fingerprint)
+        return SecureRefusal.NONE
+
+
+def _lets_in(route: Route) -> tuple[object, ...]:
+    """What of a route says who comes by it, and what they may."""
+    return bytes(route.net_id), route.tls, route.rights, route.one_way
+
+
+class _Question:
+    """A first contact that waits for the check of its password."""
+
+    def __init__(self, block: ConnectBlock, fingerprint: str, host: str) -> None:
+        self.block = block
+        self.fingerprint = fingerprint
+        self.host = host
+        self.answer: asyncio.Future[SecureRefusal] = asyncio.get_running_loop().create_future()
+
+
+class _Counted(SecureServer):
+    """Counts among the handshakes of its listener as soon as it is there."""
+
+    def __init__(self, *parts: Any, owner: SecureListener, **more: Any) -> None:
+        super().__init__(*parts, **more)
+        self._owner = owner
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        if not self._owner.shakes(self):
+            self._end("too many that have not shown who they are")

@@ -1,0 +1,49 @@
+"""What each sender of one connection may."""
+
+import logging
+
+from achse.ams import AmsAddress, Command, Frame
+from achse.router.rights import ALL_RIGHTS, NO_RIGHTS, Right, needed_rights
+
+__all__ = ["SenderRights"]
+
+log = logging.getLogger("achse.tcp")
+
+
+class SenderRights:
+    """The rights of the senders of a connection; false while each of them may everything."""
+
+    def __init__(self) -> None:
+        self._limited: dict[bytes, Right] = {}
+        self._told = NO_RIGHTS
+
+    def __bool__(self) -> bool:
+        return bool(self._limited)
+
+    def assign(self, source: bytes, rights: Right) -> Right:
+        """From now on `source` has these rights; what it had before and has no longer."""
+        before = self._limited.pop(source, ALL_RIGHTS)
+        if rights != ALL_RIGHTS:
+            self._limited[source] = rights
+        return before & ~rights
+
+    def forget(self, source: bytes) -> None:
+        """It sends no more."""
+        self._limited.pop(source, None)
+
+    def missing(self, frame: Frame) -> Right:
+        """The rights that the sender of a request needs and does not have."""
+        if frame.is_response or frame.command == Command.NOTIFICATION:
+            return NO_RIGHTS
+        return needed_rights(frame) & ~self._limited.get(frame.source, ALL_RIGHTS)
+
+    def tell(self, source: bytes, missing: Right, peer: str) -> None:
+        """Log that the sender has not this right, once for each right."""
+        if missing & ~self._told:
+            self._told |= missing
+            client = AmsAddress(source)
+            log.warning(
+                "%s may not %s here: refused with 0x723, as whatever it asks of that kind",
+                *(client, str(missing.name).lower().replace("|", ", ")),
+                extra={"client": str(client), "peer": peer},
+            )

@@ -1,0 +1,43 @@
+"""Requests on their way to partners over MQTT, where no connection ends when a partner vanishes."""
+
+from achse.ams import Command, Flags, Frame
+from achse.ams.frame import AMS_HEADER
+from achse.codes import ReturnCode
+
+__all__ = ["Unanswered"]
+
+_MOST = 16_384
+"""Requests that may be unanswered; the oldest is forgotten."""
+
+
+class Unanswered:
+    """Requests without their answers; the answers they get if their target vanishes."""
+
+    def __init__(self) -> None:
+        self._asked: dict[tuple[bytes, bytes, int], Frame] = {}
+
+    def __len__(self) -> int:
+        return len(self._asked)
+
+    def add(self, frame: Frame) -> None:
+        """`frame` goes out; responses, notifications and what wants no answer are not kept."""
+        if frame.is_response or frame.command == Command.NOTIFICATION:
+            return
+        if frame.flags & Flags.NO_RESPONSE:
+            return
+        if len(self._asked) >= _MOST:
+            del self._asked[next(iter(self._asked))]
+        head = (frame.target, frame.source, frame.command, frame.flags, 0, frame.invoke_id)
+        self._asked[frame.source, frame.target, frame.invoke_id] = Frame(*head)
+
+    def answered(self, message: bytes) -> None:
+        """A message came; if it is a response, nobody waits for it any more."""
+        target, source, _, flags, _, _, invoke_id = AMS_HEADER.unpack_from(message)
+        if flags & Flags.RESPONSE:
+            self._asked.pop((target, source, invoke_id), None)
+
+    def fail(self, net_id: bytes) -> list[Frame]:
+        """What was asked of a router that is offline, answered with 0x7; it is kept no longer."""
+        gone = [key for key in self._asked if key[1][:6] == net_id]
+        asked = [self._asked.pop(key) for key in gone]
+        return [each.reply(error=ReturnCode.TARGET_MACHINE_NOT_FOUND.number) for each in asked]

@@ -1,0 +1,270 @@
+"""EtherCAT buses of a target and the drives on them, as its masters answer for them."""
+
+import asyncio
+import contextlib
+import struct
+from collections.abc import Awaitable
+from typing import Any
+
+from achse.ams import AdsError, DeviceError, NetId
+from achse.client import Target
+from achse.drive import Alarm
+from achse.web.arguments import Arguments
+from achse.web.feeds import Feed
+from achse.web.messages import CallError
+from achse.web.watched import IO_PORT, NC_PORT, WatchedTarget
+
+__all__ = ["BusDesk", "drive_state"]
+
+_MASTER_PORT = 0xFFFF
+_DEVICES, _IDS, _NAME, _NET_ID, _BOX_NAME = 0x5000, 1, 1, 5, 6
+_MASTER_STATE, _ADDRESSES, _STATES, _FRAMES, _IDENTITY = 0x3, 0x7, 0x9, 0xC, 0x11
+_CRC_ERRORS, _DEV_STATE, _TRIPS, _WAY = 0x12, 0x45, 0x101, 0x102
+_AXIS_PARAMETERS, _HARDWARE = 0x4000, 0x31
+_STATE_OFFSET = 0x100
+_SDO = 0xF302
+_LONGEST = 0x1_0000
+_STATE_NAMES = {1: "INIT", 2: "PREOP", 3: "BOOT", 4: "SAFEOP", 8: "OP"}
+_FAULTS = (
+    (0x0010, "error"), (0x0020, "wrong slave"), (0x0040, "start command refused"),
+    (0x0100, "not present"), (0x0400, "link missing"), (0x0800, "additional link"),
+)  # fmt: skip
+"""Bits of state and link of a slave, the link's in the upper byte."""
+
+_BUS_FAULTS = (
+    (0x0001, "link error"), (0x0004, "second link lost"), (0x0008, "ring is open"),
+    (0x0100, "slaves in Init"), (0x0200, "slaves in PreOp"), (0x0400, "slaves in SafeOp"),
+    (0x0800, "slaves with errors"), (0x1000, "clocks apart"),
+)  # fmt: skip
+"""Bits of the state of a bus."""
+
+_DRIVE_STATES = (
+    (0x4F, 0x00, "NOT_READY_TO_SWITCH_ON"), (0x4F, 0x40, "SWITCH_ON_DISABLED"),
+    (0x6F, 0x21, "READY_TO_SWITCH_ON"), (0x6F, 0x23, "SWITCHED_ON"),
+    (0x6F, 0x27, "OPERATION_ENABLED"), (0x6F, 0x07, "QUICK_STOP_ACTIVE"),
+    (0x4F, 0x0F, "FAULT_REACTION_ACTIVE"), (0x4F, 0x08, "FAULT"),
+)  # fmt: skip
+"""Mask and value of the statusword (CiA 402, 6041h)."""
+
+_OBJECTS = (
+    (0x603F, 0, "error_code", "<H", ""), (0x6040, 0, "controlword", "<H", ""),
+    (0x6041, 0, "statusword", "<H", ""), (0x6060, 0, "mode of operation", "<b", ""),
+    (0x6061, 0, "mode", "<b", "mode that is active"),
+    (0x6062, 0, "position demand", "<i", ""), (0x6064, 0, "position", "<i", "actual value"),
+    (0x606C, 0, "velocity", "<i", "actual value"), (0x6071, 0, "target torque", "<h", ""),
+    (0x6077, 0, "torque", "<h", "actual value, 0.1 %"), (0x607A, 0, "target position", "<i", ""),
+    (0x60F4, 0, "following error", "<i", ""), (0x60FF, 0, "target velocity", "<i", ""),
+    (0x6502, 0, "supported modes", "<I", ""),
+)  # fmt: skip
+"""Objects of a drive that are shown: index, subindex, name, form, meaning."""
+
+_SHOWN = ("error_code", "controlword", "statusword", "mode", "position", "velocity", "torque")
+
+
+def drive_state(statusword: int) -> str:
+    """State of the drive's machine by its statusword."""
+    return next((name for mask, value, name in _DRIVE_STATES if statusword & mask == value), "?")
+
+
+class BusDesk:
+    """What pages ask about buses and drives."""
+
+    def __init__(self, watched: WatchedTarget) -> None:
+        self._watched = watched
+        self._io = watched.device(IO_PORT)
+
+    async def _masters(self) -> list[tuple[int, Target]]:
+        data = await self._io.read_raw(_DEVICES, _IDS, 2 + 2 * 64)
+        count = int.from_bytes(data[:2], "little")
+        ids = struct.unpack_from(f"<{min(count, (len(data) - 2) // 2)}H", data, 2)
+        masters = []
+        for id in ids:
+            net_id = NetId(await self._io.read_raw(_DEVICES + id, _NET_ID, 6))
+            masters.append((id, self._io.at_port(_MASTER_PORT, net_id)))
+        return masters
+
+    async def there(self) -> bool:
+        """Whether the target has a bus."""
+        try:
+            return bool(await self._masters())
+        except (AdsError, ValueError, struct.error):
+            return False
+
+    async def watch_bus(self, feed: Feed, given: Arguments) -> None:
+        """Topic `bus`: each bus with its slaves."""
+        every = given.number("every", 0.5, 0.1, 10.0)
+        while True:
+            wrong = await self._wrong_counters()
+            feed.show([await self._bus(id, master, wrong) for id, master in await self._masters()])
+            await feed.pause(every)
+
+    async def _wrong_counters(self) -> dict[str, int]:
+        """Cyclic frames with another working counter than expected, by bus: achse stations."""
+        try:
+            figures = await self._watched.statistics()
+        except AdsError:
+            return {}
+        return {bus["name"]: bus["frames_wrong"] for bus in figures.get("buses", [])}
+
+    async def _bus(self, id: int, master: Target, wrong: dict[str, int]) -> dict[str, Any]:
+        data = await self._io.read_raw(_DEVICES + id, _NAME, 256)
+        name = data.split(b"\0", 1)[0].decode("cp1252", "replace")
+        lowest = int.from_bytes(await master.read_raw(_MASTER_STATE, _STATE_OFFSET, 2), "little")
+        return {
+            "name": name,
+            "net_id": str(master.address.net_id),
+            "state": _STATE_NAMES.get(lowest & 0xF, "none"),
+            **await self._frames(master),
+            "wrong": wrong.get(name),
+            "slaves": await self._slaves(id, master),
+        }
+
+    async def _frames(self, master: Target) -> dict[str, Any]:
+        """Frames since the last reset, round trips in s, and what is wrong; None: not told."""
+        told: dict[str, Any] = dict.fromkeys(
+            ("cycles", "lost", "round_trip", "round_trip_99", "round_trip_largest")
+        )
+        told["faults"] = []
+        frames = await _maybe(master.read_raw(_FRAMES, 0, 20), "<5I")
+        if frames is not None:
+            told["cycles"], told["lost"] = frames[1], frames[2] + frames[4]
+        bits = await _maybe(master.read_raw(_DEV_STATE, 0, 2), "<H")
+        if bits is not None:
+            told["faults"] = [text for bit, text in _BUS_FAULTS if bits[0] & bit]
+        trips = await _maybe(master.read_raw(_TRIPS, 0, 48), "<6Q")
+        if trips is not None and trips[0]:
+            names = ("round_trip", "round_trip_99", "round_trip_largest")
+            told.update(zip(names, (each / 1e9 for each in trips[3:]), strict=True))
+        with contextlib.suppress(AdsError):
+            trouble = (await master.read_raw(_WAY, 1, _LONGEST)).rstrip(b"\0").decode()
+            told["faults"] += [trouble] if trouble else []
+        return told
+
+    async def _stations(self, master: Target) -> tuple[int, ...]:
+        data = await master.read_raw(_ADDRESSES, 0, _LONGEST)
+        return struct.unpack(f"<{len(data) // 2}H", data)
+
+    async def _slaves(self, id: int, master: Target) -> list[dict[str, Any]]:
+        stations = await self._stations(master)
+        states = await master.read_raw(_STATES, 0, _LONGEST)
+        errors = await _maybe(master.read_raw(_CRC_ERRORS, 0, _LONGEST), f"<{len(stations)}I")
+        found = []
+        for number, station in enumerate(stations):
+            identity = struct.unpack("<4I", await master.read_raw(_IDENTITY, station, 16))
+            word = int.from_bytes(states[2 * number : 2 * number + 2], "little")
+            found.append(
+                {
+                    "station": station,
+                    "name": await self._box_name(id, station),
+                    "state": _STATE_NAMES.get(word & 0xF, "none"),
+                    "faults": [text for bit, text in _FAULTS if word & bit],
+                    "errors": None if errors is None else errors[number],
+                    **dict(zip(("vendor", "product", "revision", "serial"), identity, strict=True)),
+                }
+            )
+        return found
+
+    async def _box_name(self, id: int, station: int) -> str:
+        asked = station.to_bytes(2, "little")
+        name = await self._io.read_write_raw(_DEVICES + id, _BOX_NAME, 256, asked)
+        return name.rstrip(b"\0").decode("cp1252", "replace")
+
+    # drives ------------------------------------------------------------------------------------
+
+    async def drives(self, given: Arguments) -> list[dict[str, Any]]:
+        """Call `drives.list`: slaves that answer as drives do (CiA 402)."""
+        found = []
+        axes = await self._axes()
+        for id, master in await self._masters():
+            net_id = bytes(master.address.net_id)
+            for station in await self._stations(master):
+                slave = master.at_port(station)
+                values = await _values(slave, _SHOWN)
+                if values["statusword"] is None:
+                    continue
+                word = values["statusword"]
+                error = values.pop("error_code") or 0
+                alarm = Alarm.of(error)
+                bus_state = await _maybe(master.read_raw(_STATES, station, 2), "<2B")
+                found.append(
+                    {
+                        "drive": station,
+                        "name": await self._box_name(id, station),
+                        "axis": axes.get((net_id, station)),
+                        "state": drive_state(word),
+                        **values,
+                        "error": error,
+                        "error_text": f"{alarm.panel} {alarm.text}"
+                        if alarm
+                        else (f"0x{error:04X}" if error else ""),
+                        "error_link": None,
+                        "bus_state": None
+                        if bus_state is None
+                        else _STATE_NAMES.get(bus_state[0] & 0xF, "none"),
+                    }
+                )
+        return found
+
+    async def _axes(self) -> dict[tuple[bytes, int], str]:
+        """Names of axes by the drives that they have: NetId of the bus, station address."""
+        nc = self._watched.device(NC_PORT)
+        found: dict[tuple[bytes, int], str] = {}
+        try:
+            for axis in await nc.nc.axes():
+                group = _AXIS_PARAMETERS + await axis.id()
+                drive = await _maybe(nc.read_raw(group, _HARDWARE, 10), "<6sHH")
+                if drive is not None and drive[1]:
+                    found[drive[0], drive[1]] = str(axis)
+        except AdsError:
+            pass  # no NC: no axes
+        return found
+
+    async def watch_drives(self, feed: Feed, given: Arguments) -> None:
+        """Topic `drives`: the same again and again."""
+        every = given.number("every", 0.5, 0.1, 10.0)
+        while True:
+            feed.show(await self.drives(given))
+            await feed.pause(every)
+
+    async def objects(self, given: Arguments) -> list[dict[str, Any]]:
+        """Call `drives.objects`: objects of a drive by its station address."""
+        station = given.whole("drive", None, 1, 0xFFFE)
+        for _, master in await self._masters():
+            if station in await self._stations(master):
+                names = [name for _, _, name, _, _ in _OBJECTS]
+                values = await _values(master.at_port(station), names)
+                return [
+                    {
+                        "key": f"{index:04X}:{subindex:02X}", "name": name,
+                        "value": values[name], "unit": "", "writable": False,
+                        "meaning": meaning, "link": None,
+                    }
+                    for index, subindex, name, _, meaning in _OBJECTS
+                    if values[name] is not None
+                ]  # fmt: skip
+        raise CallError(f"drive: no slave has the address {station}")
+
+
+async def _maybe(reading: Awaitable[bytes], form: str) -> tuple[Any, ...] | None:
+    """What was read, taken apart; None where the target has no such service."""
+    try:
+        data = await reading
+    except DeviceError:
+        return None
+    return struct.unpack(form, data) if len(data) == struct.calcsize(form) else None
+
+
+async def _values(slave: Target, names: tuple[str, ...] | list[str]) -> dict[str, Any]:
+    """Values of objects by name; None for those that the slave does not have."""
+
+    async def read(index: int, subindex: int, form: str) -> int | None:
+        size = struct.calcsize(form)
+        try:
+            data = await slave.read_raw(_SDO, index << 16 | subindex, size)
+        except AdsError:
+            return None
+        return int(struct.unpack(form, data)[0]) if len(data) == size else None
+
+    wanted = [each for each in _OBJECTS if each[2] in names]
+    found = await asyncio.gather(*(read(i, s, form) for i, s, _, form, _ in wanted))
+    return {name: value for (_, _, name, _, _), value in zip(wanted, found, strict=True)}

@@ -1,0 +1,58 @@
+"""The log of a target: messages that its logger sends to those who subscribe."""
+
+import struct
+from typing import Any
+
+from achse.ams.filetime import to_datetime
+from achse.web.arguments import Arguments
+from achse.web.feeds import Feed
+from achse.web.watched import LOGGER_PORT, WatchedTarget
+
+__all__ = ["JournalDesk", "message_of"]
+
+_MESSAGES, _EVERY_MESSAGE = 1, 0xFFFF
+_HEADER = struct.Struct("<QII16sI")
+_LONGEST = 4096
+_LEVELS = ((0x04, "error"), (0x02, "warning"), (0x01, "info"))
+
+
+class JournalDesk:
+    """Follows the logger of a target."""
+
+    def __init__(self, watched: WatchedTarget) -> None:
+        self._logger = watched.device(LOGGER_PORT)
+
+    async def watch(self, feed: Feed, given: Arguments) -> None:
+        """Topic `log`: messages from now on."""
+        async with self._logger.subscribe_as(
+            _MESSAGES, _EVERY_MESSAGE, _LONGEST, cycle_time=0.0
+        ) as samples:
+            async for sample in samples:
+                message = message_of(bytes(sample.value))
+                if message is not None:
+                    feed.show_lines([message])
+
+
+def message_of(data: bytes) -> dict[str, Any] | None:
+    """A message of the logger as a line; None if the bytes are not one."""
+    if len(data) < _HEADER.size:
+        return None
+    filetime, kind, port, sender, length = _HEADER.unpack_from(data)
+    text = data[_HEADER.size : _HEADER.size + length]
+    if not filetime:
+        return None  # nothing was logged yet
+    try:
+        time = to_datetime(filetime).timestamp()
+    except (OverflowError, ValueError, OSError):
+        time = None
+    return {
+        "time": time,
+        "level": next((name for bit, name in _LEVELS if kind & bit), "info"),
+        "source": _text(sender) or f"port {port}",
+        "port": port,
+        "text": _text(text),
+    }
+
+
+def _text(data: bytes) -> str:
+    return data.partition(b"\0")[0].decode("cp1252", "replace")

@@ -1,0 +1,153 @@
+"""uvicorn in a loop that is not its own: without its signals, and patient for a while only."""
+
+import asyncio
+import contextlib
+import socket
+from collections.abc import Iterator
+from typing import Any
+
+import h11
+import uvicorn
+from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.wsproto_impl import WSProtocol
+
+__all__ = ["BoundedHttp", "BoundedSocket", "QuietServer", "listen", "server_for"]
+
+REQUEST_WITHIN = 10.0
+"""Seconds until a connection must have sent a whole request."""
+
+ANSWER_WITHIN = 120.0
+"""Seconds that reading an answer may take."""
+
+MOST_WAITING = 256
+"""Connections at most, pages that are open among them."""
+
+_BACKLOG = 64
+
+
+class BoundedHttp(H11Protocol):
+    """HTTP with a time limit for every request and every answer, and a bound on connections."""
+
+    _timer: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """A connection came; one too many ends at once."""
+        super().connection_made(transport)
+        if len(self.connections) > MOST_WAITING:
+            transport.abort()
+            return
+        self._within(REQUEST_WITHIN)
+
+    def data_received(self, data: bytes) -> None:
+        """What came; a whole request gives time for its answer."""
+        super().data_received(data)
+        if self._timer is not None and self.conn.their_state in (h11.DONE, h11.MUST_CLOSE):
+            self._within(ANSWER_WITHIN)
+
+    def on_response_complete(self) -> None:
+        """The next request has its own time."""
+        super().on_response_complete()
+        self._within(REQUEST_WITHIN)
+
+    def handle_websocket_upgrade(self, event: h11.Request) -> None:
+        """A page has come to stay."""
+        self._end_timer()
+        super().handle_websocket_upgrade(event)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """The end."""
+        self._end_timer()
+        super().connection_lost(exc)
+
+    def _within(self, seconds: float) -> None:
+        self._end_timer()
+        self._timer = self.loop.call_later(seconds, self._too_late)
+
+    def _end_timer(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _too_late(self) -> None:
+        self._timer = None
+        if not self.transport.is_closing():
+            self.transport.abort()
+
+
+class BoundedSocket(WSProtocol):
+    """A WebSocket that reads no more while what it has to send is not taken: pings as well."""
+
+    def pause_writing(self) -> None:
+        """The page does not read."""
+        super().pause_writing()
+        if not self.transport.is_closing():
+            self.transport.pause_reading()
+
+    def resume_writing(self) -> None:
+        """It reads again."""
+        super().resume_writing()
+        if not self.read_paused and not self.transport.is_closing():
+            self.transport.resume_reading()
+
+
+class QuietServer(uvicorn.Server):
+    """uvicorn's server without signal handlers: who has the loop ends it."""
+
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self.ready = asyncio.Event()
+        """Set when it listens."""
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Listen, and say so."""
+        await super().startup(sockets)
+        self.ready.set()
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Leave signals alone."""
+        yield
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A socket that listens there. Raises OSError."""
+    family, *_, where = socket.getaddrinfo(
+        host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+    )[0]
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if family == socket.AF_INET6:
+            listener.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 0)
+        listener.bind(where)
+        listener.listen(_BACKLOG)
+        listener.setblocking(False)
+    except BaseException:
+        listener.close()
+        raise
+    return listener
+
+
+def server_for(app: Any, most_bytes: int) -> QuietServer:
+    """A server for an application; messages of pages have at most so many bytes."""
+    return QuietServer(
+        uvicorn.Config(
+            app,
+            http=BoundedHttp,
+            ws=BoundedSocket,
+            ws_max_size=most_bytes,
+            ws_per_message_deflate=False,
+            ws_ping_interval=20.0,
+            ws_ping_timeout=20.0,
+            lifespan="off",
+            log_config=None,
+            log_level="error",
+            access_log=False,
+            proxy_headers=False,
+            server_header=False,
+            date_header=False,
+            timeout_keep_alive=5,
+            timeout_graceful_shutdown=2,
+            h11_max_incomplete_event_size=16 * 1024,
+        )
+    )

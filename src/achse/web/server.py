@@ -1,0 +1,140 @@
+"""The web server of a station or of any target: opened in a running loop, closed with it."""
+
+import asyncio
+import contextlib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from achse.client import Client
+from achse.router.rights import ALL_RIGHTS, Right
+from achse.web.calls import calls_of, desks_of, topics_of
+from achse.web.door import Door, is_own_computer
+from achse.web.feeds import Feeds, Pause
+from achse.web.pages import Pages
+from achse.web.settings import WebExtraMissing, WebSettings
+from achse.web.traffic import ServiceRows, rows_of_demo
+from achse.web.viewer import Viewer, Wire
+from achse.web.watched import WatchedTarget
+
+if TYPE_CHECKING:
+    from starlette.applications import Starlette
+
+    from achse.web.listening import QuietServer
+
+__all__ = ["WebServer"]
+
+_ENDS_WITHIN = 5.0
+"""Seconds that open pages have to go."""
+
+
+class WebServer:
+    """Shows the target of a client in browsers.
+
+    `async with WebServer(client, WebSettings(port=0)) as web: print(web.url)`. `rights` are what
+    pages may at most; with `read_only` settings they may only read. `rows` name
+    services in the traffic; `pause` waits for seconds.
+    """
+
+    def __init__(
+        self,
+        client: Client,
+        settings: WebSettings | None = None,
+        *,
+        name: str = "",
+        rights: Right = ALL_RIGHTS,
+        pages: Path | None = None,
+        rows: ServiceRows = rows_of_demo,
+        pause: Pause = asyncio.sleep,
+    ) -> None:
+        self.settings = settings or WebSettings()
+        if self.settings.read_only:
+            rights &= Right.READ
+        self.watched = WatchedTarget(client, name=name, rights=rights)
+        self.desks = desks_of(self.watched, self.settings.scene, rows)
+        self._calls = calls_of(self.watched, self.desks)
+        self.feeds = Feeds(topics_of(self.desks), pause)
+        self._pages = pages
+        self._viewers: set[Viewer] = set()
+        self._server: QuietServer | None = None
+        self._serving: asyncio.Task[None] | None = None
+        self._token = self.settings.token
+        self.host, self.port = "", 0
+
+    @property
+    def open_pages(self) -> frozenset[Viewer]:
+        """Those that are open."""
+        return frozenset(self._viewers)
+
+    @property
+    def viewers(self) -> int:
+        """How many pages are open."""
+        return len(self._viewers)
+
+    @property
+    def url(self) -> str:
+        """The address to open, with the token if one is needed."""
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        token = f"?token={self._token}" if self._token else ""
+        return f"http://{host}:{self.port}/{token}"
+
+    def app(self, port: int = 0) -> "Starlette":
+        """The ASGI application alone. Raises WebExtraMissing."""
+        try:
+            from achse.web.app import web_app
+        except ImportError:
+            raise WebExtraMissing from None
+        return web_app(
+            Door(self._token, port), Pages(self._pages), self.serve, self.desks.scopes.download
+        )
+
+    async def open(self) -> None:
+        """Listen. Raises OSError if that cannot be, WebExtraMissing without the extra `web`."""
+        try:
+            from achse.web.app import MOST_BYTES
+            from achse.web.listening import listen, server_for
+        except ImportError:
+            raise WebExtraMissing from None
+        listener = listen(self.settings.host, self.settings.port)
+        self.host, self.port = listener.getsockname()[:2]
+        if not self._token and not is_own_computer(self.host):
+            self._token = Door.new_token()
+        server = self._server = server_for(self.app(self.port), MOST_BYTES)
+        self._serving = asyncio.create_task(server.serve(sockets=[listener]))
+        ready = asyncio.create_task(server.ready.wait())
+        await asyncio.wait((ready, self._serving), return_when=asyncio.FIRST_COMPLETED)
+        ready.cancel()
+        if self._serving.done():
+            self._serving.result()
+
+    async def close(self) -> None:
+        """End: pages are told that the server goes."""
+        server, serving = self._server, self._serving
+        self._server = self._serving = None
+        self.feeds.close()
+        if server is None or serving is None:
+            return
+        server.should_exit = True
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(_ENDS_WITHIN):
+                await serving
+
+    async def __aenter__(self) -> "WebServer":
+        await self.open()
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.close()
+
+    async def serve(self, wire: Wire) -> bool:
+        """Serve one page to its end; False if too many are open."""
+        if len(self._viewers) >= self.settings.viewers:
+            return False
+        viewer = Viewer(self._calls, self.feeds, self.watched.rights)
+        self._viewers.add(viewer)
+        self.watched.on_connection(viewer.tell_connection)
+        try:
+            await viewer.serve(wire)
+        finally:
+            self.watched.ignore_connection(viewer.tell_connection)
+            self._viewers.discard(viewer)
+        return True

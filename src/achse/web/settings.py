@@ -1,0 +1,44 @@
+"""What a web server of a station is told: where it listens, who may do what, how many may look."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["WEB_PORT", "WebExtraMissing", "WebSettings"]
+
+WEB_PORT = 8080
+"""TCP port unless another is named."""
+
+VIEWERS = 64
+"""Open pages at most."""
+
+
+class WebExtraMissing(ImportError):
+    """The packages of the extra `web` are not installed."""
+
+    def __init__(self) -> None:
+        super().__init__("the browser page needs the extra web: pip install achse[web]")
+
+
+@dataclass(frozen=True, slots=True)
+class WebSettings:
+    """Settings of a `WebServer`."""
+
+    host: str = "127.0.0.1"
+    port: int = WEB_PORT
+    """0 takes a free one."""
+    token: str = ""
+    """Needed to open the page; empty: none on this computer, a random one elsewhere."""
+    read_only: bool = False
+    """Pages may look, and change nothing."""
+    viewers: int = VIEWERS
+    """How many pages may be open; more are refused."""
+    scene: Path | None = None
+    """A JSON file that describes the machine for its picture."""
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.port <= 0xFFFF:
+            raise ValueError(f"web port: expected 0..65535, got {self.port!r}")
+        if self.viewers < 1:
+            raise ValueError(f"web viewers: expected 1 or more, got {self.viewers!r}")
+        if self.token and not (self.token.isascii() and self.token.isprintable()):
+            raise ValueError("web token: expected letters and digits")

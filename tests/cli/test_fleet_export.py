@@ -1,0 +1,42 @@
+"""`achse fleet export` prints what `achse.fleet.export` makes, or what is wrong with the file."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from achse.cli.app import app
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> str:
+    (tmp_path / "t.toml").write_text("")
+    file = tmp_path / "fleet.toml"
+    file.write_text(
+        'template = "t.toml"\ncount = 2\nnet_id = "5.1.1.1.1.1"\n'
+        '[mqtt]\nbroker = "127.0.0.1"\ntopic = "t"\n'
+    )
+    return str(file)
+
+
+@pytest.mark.parametrize(
+    ("kind", "word"), [("compose", "services:"), ("kubernetes", "StatefulSet")]
+)
+def test_both_kinds(file: str, kind: str, word: str) -> None:
+    words = ("fleet", "export", kind, file, "--image", "here/achse:1")
+    told = CliRunner().invoke(app, words)
+    assert told.exit_code == 0, told.output
+    assert word in told.stdout
+    assert '"here/achse:1"' in told.stdout
+    as_json = json.loads(CliRunner().invoke(app, (*words, "--json")).stdout)
+    assert as_json == {"kind": kind, "text": told.stdout}
+
+
+def test_a_fault_of_the_file(file: str) -> None:
+    Path(file).write_text("count = 0\n")
+    told = CliRunner().invoke(app, ("fleet", "export", "compose", file))
+    assert told.exit_code == 1
+    assert "fleet.toml:1: count" in told.stderr
+    told = CliRunner().invoke(app, ("fleet", "export", "compose", f"{file}.gone"))
+    assert "No such file" in told.stderr

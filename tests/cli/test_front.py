@@ -1,0 +1,63 @@
+"""Errors of the command line itself, and the version."""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from achse import __version__
+from achse.cli.app import app
+
+
+def _run(*words: str) -> Any:
+    return CliRunner().invoke(app, words)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("ads", "state", "--colour", "--json"), "No such option: --colour"),
+        (("adds", "--json"), "No such command 'adds'. Did you mean 'ads'?"),
+        (("axis", "mvoe", "--json"), "Did you mean 'move'"),
+        (("ads", "read", "--json"), "Missing argument"),
+        (("ads", "state", "--net-id", "1.2", "--json"), "six numbers"),
+        (("run", "--net-id", "1.2", "--json"), "six numbers"),
+        (("run", "--speed", "fast", "--json"), "a number above 0"),
+        (("ads", "route", "add", "--net-id", "x", "--password", "y", "--json"), "six numbers"),
+        (("ads", "raw", "read", "x", "0", "--json"), "0x4040"),
+    ],
+)
+def test_an_error_of_the_command_line_is_an_object(words: tuple[str, ...], told: str) -> None:
+    result = _run(*words)
+    assert (result.exit_code, result.stdout) == (2, "")
+    error = json.loads(result.stderr)
+    assert (error["code"], error["name"]) == (None, "USAGE")
+    assert told in error["message"]
+
+
+def test_a_value_without_its_option_tells_the_options() -> None:
+    for words, option in [
+        (("axis", "move", "X", "100"), "--to"),
+        (("ads", "raw", "read", "0x4020", "0", "4"), "--length"),
+    ]:
+        error = json.loads(_run(*words, "--json").stderr)
+        assert "unexpected extra argument" in error["message"]
+        assert option in error["message"].partition("options say what a value is: ")[2]
+
+
+def test_without_json_it_is_told_to_people() -> None:
+    result = _run("adds")
+    assert result.exit_code == 2
+    assert "Did you mean 'ads'" in result.stderr
+
+
+def test_a_refusal_is_an_object_of_code_name_and_message(cli: Callable[..., Any]) -> None:
+    told = json.loads(cli("ads", "read", "GVL.nothing", "--json", exit_code=1).stderr)
+    assert (told["code"], told["name"]) == (0x710, "SYMBOL_NOT_FOUND")
+    assert "GVL.nothing" in told["message"]
+
+
+def test_the_version_is_told() -> None:
+    assert _run("--version").stdout == f"achse {__version__}\n"

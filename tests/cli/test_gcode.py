@@ -1,0 +1,93 @@
+"""`achse gcode` as a person calls it."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from achse.cli.app import app
+from achse.gcode.checking import check_program
+
+PART = "N10 G0 X5\nN20 G54\nN30 G1 X10 F600\nN40 G41 D1 X20\nN50 Y20\nN60 G40 X0\nL8\nM30\n"
+
+
+@pytest.fixture
+def part(tmp_path: Path) -> Path:
+    path = tmp_path / "part.nc"
+    path.write_text(PART)
+    (tmp_path / "L8.NC").write_text("X1\nM17\n")
+    (tmp_path / "tools.wz").write_text("D1 1 20 50 0 2\n")
+    (tmp_path / "shifts.txt").write_text("G54F 100 0 0\n")
+    return path
+
+
+def options(part: Path) -> list[str]:
+    return ["--tools", str(part.parent / "tools.wz"), "--offsets", str(part.parent / "shifts.txt")]
+
+
+def call(*words: str) -> tuple[int, str]:
+    result = CliRunner().invoke(app, ["gcode", *words])
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    return result.exit_code, result.output
+
+
+def test_a_good_program(part: Path) -> None:
+    assert call("check", str(part), *options(part)) == (
+        0,
+        "10 blocks run, 6 moves: 0 errors\n",
+    )
+
+
+def test_errors_have_a_caret(part: Path) -> None:
+    code, printed = call("check", str(part))
+    assert code == 1
+    assert printed.startswith("part.nc:4:5: error: G41: tool D1 has radius 0 mm (0x4154")
+    assert "\nN40 G41 D1 X20\n    ^\n" in printed
+    code, printed = call("check", str(part), "--json")
+    assert code == 1
+    (error,) = json.loads(printed)["errors"]
+    assert (error["line"], error["column"], error["index"]) == (4, 5, 34)
+    assert error["name"] == "TOOL_COMPENSATION_RADIUS"
+
+
+def test_an_endless_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(check_program, "__kwdefaults__", {"positions": (0.0,) * 3, "blocks": 2000})
+    path = tmp_path / "loop.nc"
+    path.write_text("N1 R1=R1+1\n@100 K-1\n")
+    code, printed = call("check", str(path))
+    assert code == 1
+    assert "loops" in printed
+    assert call("time", str(path))[0] == 1
+
+
+def test_pictures(part: Path) -> None:
+    for words in ((), ("--programmed", "--view", "iso")):
+        target = part.parent / "picture.svg"
+        code, printed = call("plot", str(part), "--out", str(target), *options(part), *words)
+        assert (code, printed) == (0, f"{target}: 6 moves\n")
+        assert target.read_text().startswith("<svg ")
+    assert call("plot", str(part), *options(part))[0] == 0
+    assert part.with_suffix(".svg").exists()
+    assert call("plot", str(part), "--view", "abc")[0] == 2
+
+
+def test_time(part: Path) -> None:
+    code, printed = call("time", str(part), *options(part))
+    assert code == 0
+    assert " s for 6 moves\n" in printed
+    code, printed = call("time", str(part), *options(part), "--json", "-v", "100")
+    found = json.loads(printed)
+    assert found["complete"]
+    assert found["seconds"] > found["rapid_length"] / 100.0
+
+
+@pytest.mark.parametrize("command", ["check", "plot", "time"])
+def test_files_that_are_wrong(command: str, part: Path) -> None:
+    assert call(command, str(part.parent / "nothing.nc"))[0] == 1
+    wrong = part.parent / "wrong.wz"
+    wrong.write_text("D999 1\n")
+    code, printed = call(command, str(part), "--tools", str(wrong))
+    assert code == 1
+    assert "line 1: expected D1 to D255" in printed
+    assert call(command, str(part), "--offsets", str(part.parent / "none"))[0] == 1

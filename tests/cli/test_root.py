@@ -1,0 +1,34 @@
+"""`achse run` is the same command whether the others are there or not."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from achse.cli import run
+from achse.cli.app import app
+from achse.cli.root import new_root
+
+
+@pytest.mark.parametrize(
+    "words", [("run", "--help"), ("run", "--speed"), ("run", "--nothing"), ("--version",)]
+)
+def test_it_is_told_the_same(words: tuple[str, ...]) -> None:
+    alone = new_root()
+    run.register(alone)
+    outcomes = [CliRunner().invoke(each, words, prog_name="achse") for each in (app, alone)]
+    assert outcomes[0].output == outcomes[1].output
+    assert outcomes[0].exit_code == outcomes[1].exit_code
+
+
+def test_a_start_loads_no_other_commands() -> None:
+    asked = (
+        "import sys, achse.cli as cli; cli._commands(['run']);"
+        " print([name for name in sys.modules if name.startswith('achse.cli.ad')])"
+    )
+    told = subprocess.run(
+        [sys.executable, "-c", asked], capture_output=True, text=True, env=os.environ
+    )
+    assert told.stdout.strip() == "[]", told.stderr

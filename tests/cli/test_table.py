@@ -1,0 +1,92 @@
+"""`achse table`: tables come from files, are shown, drawn, checked, and go to files."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+Lines = Callable[..., list[str]]
+Document = Callable[..., Any]
+Cli = Callable[..., Any]
+
+STROKE = "master,slave,law\n0,0,5\n180,100,0\n"
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    file = tmp_path / "stroke.csv"
+    file.write_text(STROKE)
+    return file
+
+
+def test_from_a_file_and_back(lines: Lines, document: Document, file: Path, tmp_path: Path) -> None:
+    assert lines("table", "import", "77", str(file), "--replace") == [
+        "table 77: motion function, 2 rows"
+    ]
+    assert any(line.split()[0] == "77" for line in lines("table", "list"))
+    assert [each["kind"] for each in document("table", "list") if each["id"] == 77] == [
+        "motion function"
+    ]
+    title, names, *rows = lines("table", "show", "77")
+    assert title.startswith("77 Table 77: linear motion function")
+    assert names.split()[:3] == ["master", "slave", "law"]
+    assert rows[1].split()[:2] == ["180", "100"]
+    shown = document("table", "show", "77")
+    assert shown["content"][0]["law"] == 5
+    out = tmp_path / "out.csv"
+    assert lines("table", "export", "77", str(out)) == [f"{out}: 2 rows"]
+    assert document("table", "import", "78", str(out), "--cyclic", "--replace")["cyclic"]
+    assert document("table", "show", "78")["content"] == shown["content"]
+
+
+def test_checks_of_a_table_of_the_nc(cli: Cli, file: Path) -> None:
+    cli("table", "import", "77", str(file), "--replace")
+    found = json.loads(
+        cli(
+            "table", "check", "77", "-v", "720", "--max-velocity", "700", "--json", exit_code=1
+        ).stdout
+    )
+    assert found["extremes"]["velocity"]["most"] == pytest.approx(750.0)
+    assert [each["quantity"] for each in found["violations"]] == ["velocity"]
+    assert not found["ok"]
+    told = cli("table", "check", "77", "-v", "1e6", "--axis", "X", exit_code=1).stdout
+    assert "velocity" in told
+    assert "is beyond its limit" in told
+    cli("table", "check", "77", "-v", "0.001", "--axis", "X", "--max-position", "200")
+
+
+def test_a_file_needs_no_station(cli: Cli, file: Path) -> None:
+    told = cli("table", "check", str(file), "--tcp-port", "1").stdout
+    assert told.splitlines()[1].split()[0] == "velocity"
+    drawn = cli("table", "plot", str(file), "--tcp-port", "1", "--max-velocity", "1").stdout
+    assert "beyond its limit" in drawn
+    found = json.loads(cli("table", "plot", str(file), "--tcp-port", "1", "--json").stdout)
+    assert len(found["jerk"]) == len(found["master"])
+
+
+def test_pictures(cli: Cli, file: Path, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    out = tmp_path / "stroke.svg"
+    assert cli("table", "plot", str(file), "--out", str(out)).stdout.strip() == str(out)
+    assert out.read_text().startswith("<?xml")
+
+
+def test_refusals_are_sentences(cli: Cli, tmp_path: Path) -> None:
+    wrong = tmp_path / "wrong.csv"
+    wrong.write_text("0 0 16\n1 1 0\n")
+    for arguments in (
+        ("show", "4000"),
+        ("export", "4000", str(tmp_path / "x.csv")),
+        ("plot", "4000"),
+        ("check", "9999"),
+        ("check", str(tmp_path / "none.csv")),
+        ("check", str(wrong)),
+        ("import", "79", str(wrong)),
+        ("check", str(wrong), "--axis", "XX"),
+    ):
+        result = cli("table", *arguments, exit_code=1)
+        assert result.stderr
+        assert "Traceback" not in result.stderr
+    assert "79" not in [line.split()[0] for line in cli("table", "list").stdout.splitlines()]

@@ -1,0 +1,22 @@
+"""Where the documentation tells of a code; that the anchors are there: tests/docs/test_site.py."""
+
+import pytest
+
+from achse.codes.links import code_link, library_link, service_link
+
+
+@pytest.mark.parametrize(
+    ("code", "link"),
+    [
+        (0x4655, "reference/nc-errors/#0x4655"),
+        (0x745, "reference/return-codes/#0x745"),
+        (0xFFFF_FFFE, None),
+    ],
+)
+def test_a_code_has_the_anchor_of_its_table(code: int, link: str | None) -> None:
+    assert code_link(code) == link
+
+
+def test_services_and_blocks() -> None:
+    assert service_link(501, 0x4101, 0xA) == "reference/services-501/#0x4101-0xA"
+    assert library_link("tcnc", "AXFNC") == "reference/plc-library-tcnc/#AXFNC"

@@ -1,0 +1,26 @@
+"""Asking the service: answers, refusals."""
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+import achse
+from achse.dap.link import DebugLink, DebugRefused
+from achse.devices.station import SERVICE_PORT
+from achse.station import Station
+from achse.station.config import parse
+
+
+def test_answers_and_refusals(project: Path) -> None:
+    station = Station(parse({"plc": [{"sources": str(project)}]}, "test"))
+
+    async def main() -> None:
+        async with achse.connect(station.router, port=SERVICE_PORT) as client:
+            link = DebugLink(client, 851)
+            assert (await link.state())["tasks"] == ["PlcTask"]
+            assert await link.ask("breaks") == []
+            with pytest.raises(DebugRefused, match="nothing stands still"):
+                await link.ask("go")
+
+    asyncio.run(main())

@@ -1,0 +1,254 @@
+"""Couplings over ADS, of an axis and of its group."""
+
+import struct
+from typing import Any
+
+import pytest
+
+F, G, S, C = 0x4203, 0x3203, 0x4103, 0x4303
+"""Axis 3 is the slave; axis 1 its master."""
+
+COUPLE = "<4I4d"
+FOLLOW_UP = ["<I4x5d", "<I5d"]
+
+
+def couple(bench: Any, gear: float, *, kind: int = 1, master: int = 1) -> None:
+    bench.put(F, 0x40, COUPLE, kind, master, 0, 0, gear, 0.0, 0.0, 0.0)
+
+
+def test_a_slave_follows_and_says_so(bench: Any) -> None:
+    couple(bench, -0.5)
+    bench.run(0.004)
+    assert (bench.get(S, 0x20, "<I"), bench.get(0x4101, 0x20, "<I")) == (3, 1)
+    assert struct.unpack("<4d", bench.read(S, 0x22, 32)) == (-0.5, 0.0, 0.0, 0.0)
+    assert bench.get(S, 0x23, "<d") == bench.get(S, 0x12, "<d") == -0.5
+    assert (bench.get(C, 0xB5, "<I"), bench.get(C, 0x81, "<I") >> 5 & 1) == (3, 1)
+    assert bench.get(0x3103, 0x09, "<I") == 3
+    assert bench.get(0x3101, 0x03, "<I") == 1
+    bench.start(100.0, 200.0)
+    bench.run(2.0)
+    assert bench.get(S, 0x0A, "<d") == -50.0
+
+
+@pytest.mark.parametrize(("group", "offset"), [(F, 0x41), (G, 0x141)])
+def test_letting_go(bench: Any, refused: Any, group: int, offset: int) -> None:
+    with refused(0x424D):
+        bench.write(group, offset)
+    couple(bench, 1.0)
+    bench.write(group, offset)
+    bench.run(0.004)
+    assert (bench.get(S, 0x20, "<I"), bench.get(0x4101, 0x20, "<I")) == (0, 0)
+    bench.put(0x4203, 0x20, "<I4xdd", 1, 10.0, 100.0)
+
+
+@pytest.mark.parametrize("form", FOLLOW_UP, ids=["48 bytes", "44 bytes"])
+def test_letting_go_to_a_position(bench: Any, refused: Any, form: str) -> None:
+    couple(bench, 1.0)
+    bench.start(1000.0, 200.0)
+    bench.run(1.0)
+    with refused(0x428D):
+        bench.put(F, 0x41, form, 7, 0.0, 0.0, 0.0, 0.0, 0.0)
+    bench.put(F, 0x41, form, 5, 700.0, 100.0, 0.0, 0.0, 0.0)
+    bench.run(8.0)
+    assert (bench.nc.axis(3).set_position, bench.axis.set_position) == (700.0, 1000.0)
+
+
+def test_the_group_couples_and_changes_too(bench: Any) -> None:
+    bench.put(G, 0x140, COUPLE, 1, 1, 0, 0, 2.0, 0.0, 0.0, 0.0)
+    bench.put(G, 0x142, "<4d", 3.0, 0.0, 0.0, 0.0)
+    bench.start(10.0, 200.0)
+    bench.run(1.0)
+    assert bench.get(S, 0x0A, "<d") == 30.0
+
+
+def test_a_new_gear_ratio(bench: Any, refused: Any) -> None:
+    with refused(0x425C):
+        bench.put(F, 0x42, "<4d", 1.0, 0.0, 0.0, 0.0)
+    couple(bench, 1.0)
+    with refused(0x421B):
+        bench.put(F, 0x42, "<4d", 0.0, 0.0, 0.0, 0.0)
+    bench.put(F, 0x42, "<4d", 2.0, 0.0, 0.0, 0.0)
+    bench.run(0.004)
+    assert bench.get(S, 0x23, "<d") == 2.0
+
+
+@pytest.mark.parametrize(
+    ("request_", "code"),
+    [
+        ((99, 1, 0, 0, 1.0, 0.0, 0.0, 0.0), 0x425C),
+        ((10, 1, 0, 0, 1.0, 0.0, 0.0, 0.0), 0x425C),
+        ((1, 77, 0, 0, 1.0, 0.0, 0.0, 0.0), 0x420C),
+        ((1, 3, 0, 0, 1.0, 0.0, 0.0, 0.0), 0x421C),
+        ((1, 1, 1, 0, 1.0, 0.0, 0.0, 0.0), 0x425B),
+        ((1, 1, 0, 1, 1.0, 0.0, 0.0, 0.0), 0x425B),
+        ((1, 1, 0, 0, 0.0, 0.0, 0.0, 0.0), 0x421B),
+        ((1, 1, 0, 0, 1.1e6, 0.0, 0.0, 0.0), 0x425B),
+        ((1, 1, 0, 0, float("nan"), 0.0, 0.0, 0.0), 0x425B),
+    ],
+)
+def test_what_is_no_coupling(bench: Any, refused: Any, request_: Any, code: int) -> None:
+    before = bench.nc.digest()
+    with refused(code):
+        bench.put(F, 0x40, COUPLE, *request_)
+    assert bench.nc.digest() == before
+
+
+def test_moving_axes_and_slaves_are_not_coupled(bench: Any, refused: Any) -> None:
+    bench.start(10.0, 100.0)
+    with refused(0x425A):
+        couple(bench, 1.0)
+    bench.run(1.0)
+    couple(bench, 1.0)
+    with refused(0x4249):
+        couple(bench, 1.0)
+    with refused(0x421C):  # a ring
+        bench.put(0x4201, 0x40, COUPLE, 1, 3, 0, 0, 1.0, 0.0, 0.0, 0.0)
+
+
+def test_what_a_slave_does_not_take(bench: Any, refused: Any) -> None:
+    couple(bench, 1.0)
+    with refused(0x4266):
+        bench.start(10.0, 100.0, axis=3)
+    with refused(0x4266):
+        bench.exchange(F, 0x16, 4, bench.universal(1, 10.0, 100.0))
+    for offset in (0x02, 0x03, 0x44):
+        with refused(0x4267):
+            bench.write(F, offset)
+
+
+def test_a_slave_that_takes_commands_lets_go(bench: Any, refused: Any) -> None:
+    bench.put(0x4003, 0x20, "<H", 1)
+    couple(bench, 1.0)
+    with refused(0x4251):
+        bench.exchange(F, 0x16, 4, bench.universal(1, 10.0, 100.0, mode=1))
+    bench.exchange(F, 0x16, 4, bench.universal(1, 10.0, 100.0))
+    bench.run(1.0)
+    assert bench.get(S, 0x0A, "<d") == 10.0
+    assert bench.get(S, 0x20, "<I") == 0
+
+
+def test_uncouple_and_start(bench: Any) -> None:
+    couple(bench, 1.0)
+    answer = bench.exchange(F, 0x17, 4, bench.universal(1, 10.0, 100.0))
+    assert struct.unpack("<HH", answer)[0] == 1
+    bench.run(1.0)
+    assert (bench.get(S, 0x0A, "<d"), bench.get(S, 0x20, "<I")) == (10.0, 0)
+
+
+def test_stopping_what_is_no_flying_saw(bench: Any, refused: Any) -> None:
+    with refused(0x4251):
+        bench.write(F, 0x44)
+
+
+def test_parameters_of_no_coupling(bench: Any) -> None:
+    assert bench.read(S, 0x22, 32) == bytes(32)
+    assert bench.get(S, 0x23, "<d") == 0.0
+
+
+@pytest.mark.parametrize(("offset", "length"), [(0x40, 47), (0x40, 49), (0x41, 45), (0x42, 31)])
+def test_lengths(bench: Any, refused: Any, offset: int, length: int) -> None:
+    with refused(0x705):
+        bench.write(F, offset, bytes(length))
+
+
+@pytest.mark.parametrize("form", ["<II5dI3d", "<II5dI4x3d"], ids=["76 bytes", "80 bytes"])
+def test_uncoupling_an_axis_that_is_not_coupled(bench: Any, refused: Any, form: str) -> None:
+    with refused(0x424D):
+        bench.exchange(
+            0x4201, 0x17, 4, struct.pack(form, 1, 0, 10.0, 100.0, *[0.0] * 3, 0, *[0.0] * 3)
+        )
+    assert bench.axis.set_motion_phase == 0
+
+
+SEVERAL = {64: "<12Id2I", 104: "<12Id2I5d"}
+
+
+@pytest.mark.parametrize("length", SEVERAL)
+@pytest.mark.parametrize("slave_type", [15, 17, 100])
+def test_several_masters(bench: Any, refused: Any, length: int, slave_type: int) -> None:
+    more = (0.0, 0.0, 0.0, 0.0, 0.0) if length == 104 else ()
+
+    def couple(*ids: int, kind: int = slave_type) -> None:
+        first, *others = ids
+        masters = (first, 0, 0, *others, 0, 0, 0, 0, 0)
+        data = struct.pack(SEVERAL[length], kind, *masters, 500.0, 0, 0, *more)
+        bench.write(F, 0x40, data)
+
+    for code, ids in ((0x425B, (0, 1, 2, 0)), (0x420C, (1, 77, 0, 0)), (0x425B, (1, 1, 0, 0))):
+        with refused(code):
+            couple(*ids)
+    with refused(0x425C):
+        couple(1, 2, 0, 0, kind=1)
+    couple(1, 0, 0, 0)
+    assert [bench.get(0x4100 + n, 0x20, "<I") for n in (1, 3)] == [1, 3]
+    bench.write(F, 0x42, struct.pack("<4d", 0.5, 7.0, 7.0, -2.0))
+    bench.run(0.01)
+    ratios = [bench.get(S, n << 20 | 0x12, "<d") for n in range(5)]
+    assert ratios == [0.5, 0.5, 0.0, 0.0, 0.0]
+    with refused(0x4012):
+        bench.get(S, 5 << 20 | 0x12, "<d")
+    assert struct.unpack("<4d", bench.read(S, 0x22, 32)) == (0.5, 7.0, 7.0, -2.0)
+    bench.write(F, 0x41)
+    assert bench.get(S, 0x20, "<I") == 0
+
+
+SAWS = ["<4I7dI", "<4I7dI4x"]
+"""Universal flying saw, without and with the reserved word."""
+
+
+@pytest.mark.parametrize("form", SAWS, ids=["76 bytes", "80 bytes"])
+def test_the_universal_flying_saw(bench: Any, refused: Any, form: str) -> None:
+    """Refused, coupled from rest by places, its characteristic values, another gear, stopped."""
+    places = 1.0, 100.0, 50.0
+    for kind, master, sub, gear, code in (
+        (4, 1, 0, 1.0, 0x425C), (6, 9, 0, 1.0, 0x420C), (6, 1, 1, 1.0, 0x425B),
+        (6, 1, 0, 0.0, 0x421B), (6, 1, 0, -1.0, 0x42DF),
+    ):  # fmt: skip
+        with refused(code):
+            bench.put(F, 0x4B, form, kind, master, sub, 0, gear, *places[1:], 0, 0, 0, 0, 0)
+    with refused(0x42DD):
+        bench.put(F, 0x4B, form, 6, 1, 0, 0, *places, -1.0, 0, 0, 0, 0)
+    assert bench.get(S, 0x20, "<I") == 0
+    bench.put(F, 0x4B, form, 6, 1, 0, 0, *places, 0, 0, 0, 0, 0)
+    values = struct.unpack("<64d", bench.read(S, 0x26, 512))
+    assert values[:3] == (1.0, bench.axis.set_position, bench.nc.axis(3).set_position)
+    assert values[6:9] == pytest.approx((100.0, 50.0, 1.0))
+    assert values[31:] == (0.0,) * 33
+    bench.start(200.0, 200.0)
+    bench.run(3.0)
+    assert bench.get(S, 0x0A, "<d") == pytest.approx(150.0, abs=1e-9)
+    assert struct.unpack("<4d", bench.read(S, 0x22, 32)) == (*places, 0.0)
+    bench.put(F, 0x42, "<4d", 2.0, 0.0, 0.0, 0.0)
+    bench.start(250.0, 200.0)
+    bench.run(3.0)
+    assert bench.get(S, 0x0A, "<d") == pytest.approx(250.0, abs=1e-9)
+    bench.write(F, 0x44)
+    bench.run(0.004)
+    assert bench.get(S, 0x20, "<I") == 0
+
+
+@pytest.mark.parametrize("size", [0, 48, 72, 75, 77, 79, 84])
+def test_other_lengths_of_the_universal_flying_saw(bench: Any, refused: Any, size: int) -> None:
+    with refused(0x705):
+        bench.write(F, 0x4B, bytes(size))
+
+
+def test_characteristic_values_of_who_does_not_synchronise(bench: Any, refused: Any) -> None:
+    assert bench.read(S, 0x26, 512) == bytes(512)
+    with refused(0x704):
+        bench.write(S, 0x26, bytes(512))
+
+
+@pytest.mark.parametrize(("group", "offset"), [(F, 0x40), (G, 0x140)])
+def test_flying_saws(bench: Any, refused: Any, group: int, offset: int) -> None:
+    """Diagonal saw of 30 degrees: at 250 of the master it is at 150."""
+    with refused(0x425B):
+        bench.put(group, offset, COUPLE, 3, 1, 0, 0, 200.0, 50.0, 0.0, 1.0)
+    bench.put(group, offset, COUPLE, 3, 1, 0, 0, 200.0, 50.0, 30.0, 1.0)
+    bench.start(250.0, 200.0)
+    bench.run(4.0)
+    assert bench.get(S, 0x0A, "<d") == pytest.approx(150.0, abs=1e-9)
+    assert bench.get(S, 0x23, "<d") == pytest.approx(2.0)
+    bench.write(group, offset + 4)
+    bench.run(0.1)
+    assert bench.get(S, 0x20, "<I") == 0

@@ -1,0 +1,76 @@
+"""The documentation as a site: it builds without a warning, and each row has its anchor there."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from achse.codes import NcError, ReturnCode
+from achse.codes.links import code_link, library_link, service_link
+from achse.st.standard import standard_libraries
+from achse.st.units import Function, FunctionBlock
+from achse.station import Station
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    pytest.importorskip("mkdocs", reason="needs the extra docs")
+    out = tmp_path_factory.mktemp("site")
+    built = subprocess.run(
+        [sys.executable, "-m", "achse", "docs", "build", "--out", str(out)],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONWARNINGS": "ignore"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert built.returncode == 0, built.stdout + built.stderr
+    return out
+
+
+def test_it_is_whole_and_asks_no_other_host(site: Path) -> None:
+    assert "A motion station you can pip-install" in (site / "index.html").read_text()
+    assert (site / "search" / "search_index.json").stat().st_size > 100_000
+    foreign = re.compile(r'<(?:script|link|img)[^>]*(?:src|href)="(?:https?:)?//')
+    pages = list(site.rglob("*.html"))
+    assert len(pages) > 100
+    assert [page for page in pages if foreign.search(page.read_text(encoding="utf-8"))] == []
+
+
+def test_pictures_are_made_by_the_run(site: Path) -> None:
+    shown = (site / "explanation" / "life-of-a-move" / "index.html").read_text(encoding="utf-8")
+    assert "pictures/profile.svg" in shown
+    assert "<svg" in (site / "pictures" / "terminal.svg").read_text(encoding="utf-8")
+
+
+def test_each_code_service_and_block_has_its_anchor(site: Path) -> None:
+    links = [code_link(code.number) for code in (*ReturnCode, *NcError)]
+    for device in Station.demo().devices:
+        port = min(address.port for address in device.addresses)
+        links += [
+            service_link(port, row.index_group, row.index_offset)
+            for row in device.services.describe()
+        ]
+    for parsed in standard_libraries():
+        library = parsed.source.path.partition("/")[0]
+        links += [
+            library_link(library, unit.name)
+            for unit in parsed.units
+            if isinstance(unit, Function | FunctionBlock) and not unit.name.startswith("_")
+        ]
+    assert len(links) > 2000
+    texts: dict[str, str] = {}
+    missing = []
+    for link in links:
+        assert link is not None
+        page, _, anchor = link.partition("#")
+        if page not in texts:
+            texts[page] = (site / page / "index.html").read_text(encoding="utf-8")
+        if f'id="{anchor}"' not in texts[page]:
+            missing.append(link)
+    assert missing == []

@@ -1,0 +1,117 @@
+"""The process image: places of entries, datagrams, FMMUs."""
+
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.ethercat import DatagramCommand, Loopback, describe
+from achse.ethercat.description import Pdo, PdoEntry
+from achse.ethercat.master.configuration import (
+    BusConfiguration,
+    ProcessSyncManager,
+    SlaveConfiguration,
+    from_description,
+)
+from achse.ethercat.master.process_image import MAILBOX_BITS, ProcessImage, entry_places
+
+
+def box(outputs: int, inputs: int, unit: str = "", lrw: bool = True) -> SlaveConfiguration:
+    """A slave with as many bits."""
+
+    def pdo(index: int, manager: int, bits: int) -> tuple[Pdo, ...]:
+        entries = tuple(PdoEntry(0x6000, 1 + n, 1, "", 1) for n in range(bits))
+        return (Pdo(index, "", manager, True, entries),) if bits else ()
+
+    return SlaveConfiguration(
+        "box",
+        sync_managers=(
+            ProcessSyncManager(2, 0x1100, 0x64, True),
+            ProcessSyncManager(3, 0x1180, 0x20, False),
+        ),
+        outputs=pdo(0x1600, 2, outputs),
+        inputs=pdo(0x1A00, 3, inputs),
+        sync_unit=unit,
+        logical_read_write=lrw,
+    )
+
+
+def test_outputs_come_before_inputs_and_count_twice() -> None:
+    image = ProcessImage(BusConfiguration((box(16, 8), box(0, 24), box(8, 0))))
+    (datagram,) = image.datagrams
+    assert datagram.command is DatagramCommand.LRW
+    assert (datagram.output_end, datagram.length, datagram.working) == (3, 7, 2 * 2 + 2)
+    assert [each.first for each in image.outputs] == [0, 0, 2]
+    assert [each.first for each in image.inputs] == [3, 4, 0]
+
+
+def test_one_kind_alone_needs_no_lrw() -> None:
+    image = ProcessImage(BusConfiguration((box(0, 8),)))
+    assert [(each.command, each.working) for each in image.datagrams] == [(DatagramCommand.LRD, 1)]
+    image = ProcessImage(BusConfiguration((box(8, 0),)))
+    assert [(each.command, each.working) for each in image.datagrams] == [(DatagramCommand.LWR, 1)]
+
+
+def test_without_lrw_there_are_two_datagrams() -> None:
+    image = ProcessImage(BusConfiguration((box(8, 8), box(8, 8, lrw=False))))
+    write, read = image.datagrams
+    assert (write.command, write.working, write.length) == (DatagramCommand.LWR, 2, 2)
+    assert (read.command, read.working, read.output_end) == (DatagramCommand.LRD, 2, 0)
+    assert read.logical == write.logical + 2
+    assert image.fmmus(1, 3)[1].logical == read.logical + 1
+
+
+def test_sync_units_have_datagrams_of_their_own() -> None:
+    image = ProcessImage(BusConfiguration((box(8, 8, "a"), box(8, 8, "b"), box(8, 8, "a"))))
+    assert [each.slaves for each in image.datagrams] == [[0, 2], [1]]
+
+
+def test_fmmus_and_the_bit_of_the_mailbox() -> None:
+    slave = from_description(describe(Loopback(4)))
+    image = ProcessImage(BusConfiguration((slave, slave)))
+    outputs, inputs, mailbox = image.fmmus(1, 3)
+    assert (outputs.writes, outputs.length, outputs.physical) == (True, 4, 0x1200)
+    assert (inputs.reads, inputs.physical) == (True, 0x1300)
+    assert (mailbox.logical, mailbox.start_bit, mailbox.stop_bit) == (MAILBOX_BITS, 1, 1)
+    assert len(image.fmmus(1, 2)) == 2
+    with pytest.raises(ValueError, match="need 2 FMMUs, the slave has 1"):
+        image.fmmus(1, 1)
+
+
+def test_a_slave_larger_than_a_frame_is_refused() -> None:
+    with pytest.raises(ValueError, match="at most"):
+        ProcessImage(BusConfiguration((box(8 * 1401, 0),)))
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 2000), st.integers(0, 2000), st.sampled_from("ab"), st.booleans()),
+        max_size=40,
+    )
+)
+def test_no_two_areas_overlap(drawn: list[tuple[int, int, str, bool]]) -> None:
+    bus = BusConfiguration(tuple(box(*each) for each in drawn))
+    image = ProcessImage(bus)
+    for datagram in image.datagrams:
+        used = [False] * datagram.length
+        for owners, areas in ((image.writes, image.outputs), (image.reads, image.inputs)):
+            for position, owner in owners.items():
+                if owner is datagram:
+                    area = areas[position]
+                    for byte in range(area.first, area.first + area.length):
+                        assert not used[byte]
+                        used[byte] = True
+        assert all(used)
+    logical = sorted((each.logical, each.length) for each in image.datagrams)
+    for (first, length), (second, _) in pairwise(logical):
+        assert first + length <= second
+
+
+def test_entries_know_their_bit() -> None:
+    slave = from_description(describe(Loopback(4))).with_entries(
+        [(0x7000, 1, 8), (0, 0, 3), (0x7000, 2, 8)]
+    )
+    first, second = entry_places(slave, True)
+    assert (first.bit, second.bit, second.byte) == (0, 11, 1)
+    assert [each.subindex for each in entry_places(slave, False)] == [1, 2, 3, 4]

@@ -1,0 +1,174 @@
+"""The supervisor with processes that only say that they are stations."""
+
+import asyncio
+import os
+import signal
+import sys
+import time
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import pytest
+
+from achse.fleet.plan import FleetPlan
+from achse.fleet.supervisor import FleetSupervisor, usable_cores
+from achse.station.config import ConfigError
+
+PATIENCE = 60.0
+ACTOR = """
+import json, sys
+print("not JSON")
+for number in map(int, sys.argv[1:]):
+    print(json.dumps({"event": "ready", "station": number, "address": "here"}))
+    figures = {"event": "figures", "station": number, "state": "RUN", "axes": 3, "online": True,
+               "cycles": 2, "computed_s": 0.5, "partners": 7}
+    print(json.dumps(figures), flush=True)
+print("said", *sys.argv[1:], file=sys.stderr)
+sys.stdin.read()
+"""
+
+
+def plan_of(folder: Path, more: str = "") -> FleetPlan:
+    (folder / "t.toml").write_text("")
+    (folder / "fleet.toml").write_text(
+        f'template = "t.toml"\ncount = 3\nnet_id = "5.1.1.1.1.1"\n{more}\n'
+        '[mqtt]\nbroker = "b"\ntopic = "t"\n'
+    )
+    return FleetPlan.load(folder / "fleet.toml")
+
+
+def actor(numbers: Sequence[int], core: int | None) -> list[str]:
+    return [sys.executable, "-c", ACTOR, *map(str, numbers)]
+
+
+@asynccontextmanager
+async def running(
+    plan: FleetPlan,
+    folder: Path,
+    command: Callable[[Sequence[int], int | None], list[str]] = actor,
+) -> AsyncIterator[FleetSupervisor]:
+    supervisor = FleetSupervisor(plan, command, folder / "logs")
+    task = asyncio.create_task(supervisor.run())
+    try:
+        await asyncio.wait_for(supervisor.ready(), PATIENCE)
+        yield supervisor
+    finally:
+        supervisor.stop()
+        await asyncio.wait_for(task, PATIENCE)
+    assert {row["state"] for row in supervisor.rows()} <= {"ended", "failed"}
+    children = [each.child for each in supervisor.processes if each.child is not None]
+    assert all(child.returncode is not None for child in children)
+
+
+async def until(condition: Callable[[], object]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end
+        await asyncio.sleep(0.01)
+
+
+async def test_stations_are_started_shown_and_ended(tmp_path: Path) -> None:
+    async with running(plan_of(tmp_path, "stations_per_process = 2"), tmp_path) as supervisor:
+        await until(lambda: all(row["axes"] == 3 for row in supervisor.rows()))
+        rows = supervisor.rows()
+        assert [row["station"] for row in rows] == [1, 2, 3]
+        assert [row["process"] for row in rows] == [1, 1, 2]
+        assert rows[0]["pid"] == rows[1]["pid"] != rows[2]["pid"]
+        assert {row["state"] for row in rows} == {"RUN"}
+        assert {row["cycle_s"] for row in rows} == {0.25}
+        log = supervisor.log_of(3)
+        await until(lambda: log.read_text() == "said 3\n")
+
+
+async def test_a_killed_one_is_started_again(tmp_path: Path) -> None:
+    async with running(plan_of(tmp_path), tmp_path) as supervisor:
+        before = [row["pid"] for row in supervisor.rows()]
+        os.kill(before[1], signal.SIGKILL)
+        await until(lambda: supervisor.rows()[1]["pid"] not in (None, before[1]))
+        await until(lambda: supervisor.rows()[1]["state"] == "RUN")
+        rows = supervisor.rows()
+        assert [row["restarts"] for row in rows] == [0, 1, 0]
+        assert [rows[0]["pid"], rows[2]["pid"]] == [before[0], before[2]]
+
+
+async def test_restarts_have_an_end_and_an_order_begins_again(tmp_path: Path) -> None:
+    async with running(plan_of(tmp_path, "restarts = 0"), tmp_path) as supervisor:
+        os.kill(supervisor.rows()[0]["pid"], signal.SIGKILL)
+        await until(lambda: supervisor.rows()[0]["state"] == "failed")
+        assert await asyncio.wait_for(supervisor.restart([1]), PATIENCE) == [1]
+        await until(lambda: supervisor.rows()[0]["state"] == "RUN")
+
+
+async def test_an_ordered_restart_takes_the_whole_process(tmp_path: Path) -> None:
+    async with running(plan_of(tmp_path, "stations_per_process = 2"), tmp_path) as supervisor:
+        before = [row["pid"] for row in supervisor.rows()]
+        assert await asyncio.wait_for(supervisor.restart([2]), PATIENCE) == [1, 2]
+        after = [row["pid"] for row in supervisor.rows()]
+        assert before[0] not in after
+        assert before[2] == after[2]
+        assert await asyncio.wait_for(supervisor.restart(), PATIENCE) == [1, 2, 3]
+        assert {row["restarts"] for row in supervisor.rows()} == {0}
+
+
+@pytest.mark.parametrize(
+    "words", [[sys.executable, "-c", "raise SystemExit(1)"], ["/does/not/exist"]]
+)
+async def test_what_never_was_ready_is_not_started_again(tmp_path: Path, words: list[str]) -> None:
+    async with running(plan_of(tmp_path), tmp_path, lambda numbers, core: words) as supervisor:
+        rows = supervisor.rows()
+        assert {row["state"] for row in rows} == {"failed"}
+        assert {row["pid"] for row in rows} == {None}
+
+
+async def test_a_silent_one_is_shown_as_silent(tmp_path: Path) -> None:
+    now = 0.0
+    plan = plan_of(tmp_path)
+    supervisor = FleetSupervisor(plan, actor, tmp_path / "logs", clock=lambda: now)
+    task = asyncio.create_task(supervisor.run())
+    await until(lambda: all(row["state"] == "RUN" for row in supervisor.rows()))
+    now = 100.0
+    assert {row["state"] for row in supervisor.rows()} == {"silent"}
+    supervisor.stop()
+    await asyncio.wait_for(task, PATIENCE)
+
+
+async def test_one_that_hangs_is_killed_and_started_again(tmp_path: Path) -> None:
+    """The actor says nothing after its first words."""
+    plan = plan_of(tmp_path, "stations_per_process = 3")
+    supervisor = FleetSupervisor(plan, actor, tmp_path / "logs", look_s=0.01)
+    task = asyncio.create_task(supervisor.run())
+    await until(lambda: supervisor.rows()[0]["restarts"] >= 2)
+    supervisor.stop()
+    await asyncio.wait_for(task, PATIENCE)
+
+
+async def test_a_log_keeps_its_end(tmp_path: Path) -> None:
+    wordy = (
+        'import sys; print(\'{"event": "ready", "station": 1}\', flush=True)\n'
+        "sys.stderr.write(('x' * 99 + chr(10)) * 100_000 + 'the end' + chr(10))\n"
+        "sys.stderr.flush()\nsys.stdin.read()\n"
+        "sys.stderr.write('further' + chr(10))"
+    )
+    plan = plan_of(tmp_path)
+    command = [sys.executable, "-c", wordy]
+    supervisor = FleetSupervisor(plan, lambda numbers, core: command, tmp_path, look_s=0.01)
+    task = asyncio.create_task(supervisor.run())
+    log = supervisor.log_of(1)
+    await until(lambda: log.exists() and log.read_bytes().endswith(b"the end\n"))
+    await until(lambda: 0 < log.stat().st_size < 2**20)
+    supervisor.stop()
+    await asyncio.wait_for(task, PATIENCE)
+    kept = log.read_text().splitlines()
+    assert kept[0] == "x" * 99
+    assert kept[-2:] == ["the end", "further"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux pins processes to cores")
+def test_cores(tmp_path: Path) -> None:
+    ours = sorted(os.sched_getaffinity(0))
+    assert usable_cores(plan_of(tmp_path)) == ours
+    assert usable_cores(plan_of(tmp_path, 'cores = "none"')) == []
+    assert usable_cores(plan_of(tmp_path, f"cores = [{ours[-1]}]")) == [ours[-1]]
+    with pytest.raises(ConfigError, match=r"fleet.toml:4: cores: there are .*, got 9999"):
+        usable_cores(plan_of(tmp_path, "cores = [9999]"))

@@ -1,0 +1,138 @@
+"""A real browser on the pages of a station: Debian's Chromium, driven by playwright."""
+
+import os
+import re
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+from tests.conftest import browser_binary
+
+FLAGS = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+]  # fmt: skip
+"""A container's Chromium as root, which asks nobody but the station."""
+
+PATIENCE_MS = 60_000
+"""For every wait: what else the machine has to do decides nothing."""
+
+ADDRESS = re.compile(r"^achse web .*?\burl=(\S+)", re.MULTILINE)
+
+
+class Shown:
+    """A page of a station as a user has it: opened by its name, judged by what it says."""
+
+    def __init__(self, page: "Page", url: str, artefacts: Path) -> None:
+        self.page = page
+        self.url = url
+        self.complaints: list[str] = []
+        self._artefacts = artefacts
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.on("console", self._heard)
+
+    def _heard(self, message: Any) -> None:
+        if message.type in ("error", "warning"):
+            self.complaints.append(f"{message.type}: {message.text}")
+
+    def open(self, name: str) -> "Page":
+        """Go to `overview`, or `axes?axis=1`; the page is there when this returns."""
+        self.page.goto(f"{self.url}#{name}")
+        self.page.wait_for_function(
+            "name => document.body.dataset.connection === 'open'"
+            " && document.querySelector('#nav [aria-current]')?.dataset.page === name"
+            " && document.querySelector('#page')?.childElementCount > 0"
+            " && document.title.startsWith(document.querySelector('#title').textContent)",
+            arg=name.partition("?")[0],
+        )
+        return self.page
+
+    def picture(self, name: str) -> Path:
+        """Keep a screenshot as an artefact of the run."""
+        path = self._artefacts / f"{name}.png"
+        self.page.screenshot(path=path)
+        return path
+
+
+@pytest.fixture(scope="module")
+def browser(witness: Callable[[str], None]) -> "Iterator[Browser]":
+    """One Chromium for the tests of a file: while it runs, its driver keeps the event loop."""
+    witness("playwright")
+    witness("chromium")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        running = driver.chromium.launch(executable_path=browser_binary(), args=FLAGS)
+        yield running
+        running.close()
+
+
+@pytest.fixture(scope="session")
+def artefacts(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where screenshots are kept: ACHSE_ARTEFACTS, or pytest's own folder."""
+    chosen = os.environ.get("ACHSE_ARTEFACTS")
+    folder = Path(chosen) if chosen else tmp_path_factory.mktemp("screenshots")
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+@pytest.fixture
+def show(browser: "Browser", artefacts: Path) -> Callable[..., AbstractContextManager[Shown]]:
+    """`with show(url, color_scheme="dark") as shown:` is a fresh tab.
+
+    At its end nothing may stand on the console.
+    """
+
+    @contextmanager
+    def tab(url: str, **settings: Any) -> Iterator[Shown]:
+        context = browser.new_context(**settings)
+        context.set_default_timeout(PATIENCE_MS)
+        try:
+            shown = Shown(context.new_page(), url, artefacts)
+            yield shown
+            assert shown.complaints == []
+        finally:
+            context.close()
+
+    return tab
+
+
+@pytest.fixture(scope="session")
+def serve_pages(
+    start_station: Callable[..., AbstractContextManager[Any]],
+) -> Callable[..., AbstractContextManager["Served"]]:
+    """`with serve_pages("station.toml") as station:` runs a station with pages at `.url`."""
+
+    @contextmanager
+    def start(*arguments: str) -> Iterator[Served]:
+        with start_station(*arguments, "--web-port", "0") as running:
+            line = running.process.stdout.readline()
+            found = ADDRESS.search(line)
+            assert found, line
+            yield Served(running, found[1])
+
+    return start
+
+
+@pytest.fixture(scope="module")
+def web_station(
+    serve_pages: Callable[..., AbstractContextManager["Served"]],
+) -> Iterator["Served"]:
+    """The demo station with its pages."""
+    with serve_pages() as running:
+        yield running
+
+
+class Served:
+    """A running station and the address of its pages."""
+
+    def __init__(self, station: Any, url: str) -> None:
+        self.host, self.port, self.net_id = station.host, station.port, station.net_id
+        self.process = station.process
+        self.url = url

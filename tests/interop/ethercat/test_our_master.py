@@ -1,0 +1,76 @@
+"""Our master over a cable: drives of another process, and slaves that others wrote."""
+
+import json
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from achse.drive import Drive
+
+pytestmark = pytest.mark.timeout(300)
+
+SIMULATOR = os.environ.get("ACHSE_KICKCAT_SIMULATOR") or shutil.which("network_simulator")
+"""KickCAT's network simulator, built from its source; its slaves lie in `slave_configs` there."""
+OP = 8
+
+
+@pytest.mark.parametrize("count", [1, 8])
+def test_drives_of_another_process_are_found_and_moved(bus: Any, count: int) -> None:
+    bus.drives("--count", count)
+    found = bus.master("achse_master.py", 500, 200)
+    assert (found["count"], found["trouble"]) == (count, [""] * count)
+    assert found["identity"] == [[0xAAAA, 5]] * count
+    assert found["states"] == [OP] * count, found["events"]
+    assert found["operational"] == 500
+    assert found["delays"] == [300 * number for number in range(count)]
+    assert found["enabled"] == list(range(count))
+    assert all(moved > 1000 for moved in found["moved"])
+
+
+def test_coe_over_ads_is_what_sdo_gives_on_the_wire(
+    bus: Any, witness: Callable[[str], None], tmp_path: Path
+) -> None:
+    """All objects of a drive, read by pysoem, by our master's ADS device, and by pysoem again.
+
+    What moves by itself, as temperatures and times, has to be between the two looks.
+    """
+    witness("pysoem")
+    bus.drives("--count", 1)
+    before = bus.master("pysoem_objects.py", "values")["values"]
+    file = tmp_path / "entries.json"
+    file.write_text(json.dumps([each[:2] for each in before]))
+    ours = bus.master("achse_objects.py", file)
+    after = bus.master("pysoem_objects.py", "values")["values"]
+    assert {index for index, _, _ in before} == {each.index for each in Drive().objects()}
+    assert len(before) >= 203
+    assert [each[:2] for each in ours] == [each[:2] for each in before]
+    for (index, subindex, value), (*_, first), (*_, last) in zip(ours, before, after, strict=True):
+        assert len(value) in (len(first), len(last)), f"{index:04X}:{subindex:02X}"
+        low, high = sorted(int.from_bytes(bytes.fromhex(each), "little") for each in (first, last))
+        number = int.from_bytes(bytes.fromhex(value), "little")
+        assert low <= number <= high, f"{index:04X}:{subindex:02X}"
+
+
+def test_drives_of_kickcat_are_found_and_moved(bus: Any, tmp_path: Path) -> None:
+    """Three of its simulated drives with motors: other registers, EEPROM, objects than ours."""
+    if SIMULATOR is None:
+        pytest.skip("KickCAT's network_simulator is not here (ACHSE_KICKCAT_SIMULATOR names it)")
+    folder = os.environ.get("ACHSE_KICKCAT_SLAVES", str(Path(SIMULATOR).parent / "slave_configs"))
+    drive = Path(folder) / "ecat402-drive.json"
+    if not drive.exists():
+        pytest.skip(f"no {drive} (ACHSE_KICKCAT_SLAVES names its folder)")
+    log = tmp_path / "simulator.log"
+    bus.serve(
+        *("sh", "-c", 'cd "$1"; shift; log=$1; shift; echo ready; exec "$@" > "$log"', "sh"),
+        *(folder, log, SIMULATOR, "-i", "cable1", "-s", *[drive.name] * 3),
+    )
+    found = bus.master("achse_master.py", 300, 200)
+    assert (found["count"], found["trouble"]) == (3, [""] * 3)
+    assert found["identity"] == [[0x29C, 0x03B1_1002]] * 3
+    assert found["states"] == [OP] * 3, found["events"]
+    assert found["operational"] == 300
+    assert found["enabled"] == [0, 1, 2]

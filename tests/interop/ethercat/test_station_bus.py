@@ -1,0 +1,51 @@
+"""A station with its bus on an interface, slaves of another process at the other end of a cable."""
+
+import re
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytestmark = pytest.mark.timeout(1300)
+
+NOBODY = "trap 'kill $!; exit 0' TERM; echo ready; sleep 1000 & wait"
+"""Holds the namespace; the slaves are started inside it."""
+
+ROOT = Path(__file__).parents[3]
+TRIES = 3
+"""A machine that is busy for longer than the watchdogs is an axis error too, as documented."""
+
+INVALID, NOT_READY = 0x4655, 0x4650
+
+
+def test_whatever_breaks_is_an_axis_error_over_ads_and_recovers(bus: Any) -> None:
+    bus.serve("sh", "-c", NOBODY)
+    found = bus.master("achse_station.py")
+    assert found["echo"], "terminals share the bus"
+    assert found["cable"] == {"errors": [INVALID, INVALID], "recovered": True}
+    assert found["killed"] == {"errors": [INVALID, INVALID], "recovered": True}
+    assert found["safeop"]["errors"][0] == INVALID
+    assert found["alarm"]["errors"][0] == NOT_READY
+    assert found["safeop"]["recovered"]
+    assert found["alarm"]["recovered"]
+    assert found["statistics"]["round_trips"] > 0
+    assert found["statistics"]["trouble"] == ""
+
+
+def test_the_commands_of_the_how_to(unshare: list[str]) -> None:
+    page = (ROOT / "docs" / "how-to" / "put-axes-on-drives.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"^```sh\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    first, commands = block.split("\n", 1)
+    assert first == "unshare --net bash"
+    for _ in range(TRIES):
+        command = [*unshare, "bash", "-e", "-c", commands]
+        run = subprocess.run(command, capture_output=True, text=True, timeout=400, cwd=ROOT)
+        if run.returncode == 0:
+            break
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert "OP; no fault" in run.stdout
+    assert "cable0: complete" in run.stdout
+    assert "X: 0.000 → 50.0" in run.stdout
+    assert "0x4655" in run.stdout
+    assert "→ 0.0" in run.stdout or "→ -0.0" in run.stdout

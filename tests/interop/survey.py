@@ -1,0 +1,231 @@
+"""Loads and runs all PLC projects below a folder, and writes down how far each comes.
+
+    python -m tests.interop.survey FOLDER docs/coverage/projects.md [--only WORD]... [--from NAME]
+
+The page is written again after each project, so that a survey may be ended at any time and go on
+`--from` a repository; rows of projects that it does not try stay. FOLDER has checked-out
+repositories, one folder each, named `owner+name`; a file `COMMIT` in one says which commit it is.
+Each project is loaded with the libraries of all repositories at hand, checked, and run for 1,000
+cycles in virtual time, in a process of its own with a time limit.
+"""
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+__all__ = [
+    "Outcome",
+    "page_of",
+    "projects_below",
+    "row_of",
+    "rows_of",
+    "survey",
+    "try_project",
+]
+
+Rows = dict[tuple[str, str], str]
+"""Lines of the page by repository and project."""
+
+CYCLES = 1000
+LIMIT_S = 240.0
+"""Real time that one project may take."""
+_SOURCES = (".tcpou", ".st")
+_SLICES = 20
+
+
+@dataclass
+class Outcome:
+    """How far a project came."""
+
+    repository: str
+    project: str
+    commit: str = ""
+    units: int = 0
+    errors: int = 0
+    cycles: int = 0
+    reason: str = ""
+    """The first error, or why it stopped."""
+    missing: list[str] = field(default_factory=list)
+    """Titles of libraries that it needs and that are not here."""
+
+    @property
+    def whole(self) -> bool:
+        """Whether all of it was taken without an error."""
+        return self.units > 0 and not self.errors
+
+    @property
+    def ran(self) -> bool:
+        """Whether it came through all cycles."""
+        return self.whole and self.cycles >= CYCLES
+
+
+def projects_below(folder: Path) -> Iterator[tuple[Path, Path]]:
+    """Repositories with their projects: each `.plcproj`, else the folder if it has sources."""
+    for repository in sorted(item for item in folder.iterdir() if item.is_dir()):
+        files = sorted(item for item in repository.rglob("*") if item.is_file())
+        projects = [item for item in files if item.suffix.lower() == ".plcproj"]
+        if not projects and any(item.suffix.lower() in _SOURCES for item in files):
+            projects = [repository]
+        for project in projects:
+            yield repository, project
+
+
+def try_project(folder: Path, repository: Path, project: Path) -> Outcome:
+    """Load, check and run one project."""
+    from achse.plc import Task
+    from achse.plc.system_info import system_info_list
+    from achse.st.check import check
+    from achse.st.project import examine_project
+    from achse.st.source import SourceError
+
+    commit = repository / "COMMIT"
+    name = project.relative_to(repository).as_posix()
+    outcome = Outcome(repository.name.replace("+", "/"), "" if name == "." else name)
+    if commit.exists():
+        outcome.commit = commit.read_text().strip()
+    libraries = [repository, folder]
+    try:
+        found, error = examine_project(project, libraries=libraries)
+    except SourceError as nothing:
+        outcome.errors, outcome.reason = 1, _first_line(str(nothing))
+        return outcome
+    tasks = [Task(task.name) for task in found.tasks] or [Task()]
+    system = system_info_list(tasks, app_name="", project_name="", port=851, timestamp=0)
+    typed = check(found.declarations, given=[system])
+    faults = list(dict.fromkeys([*(error.faults if error else ()), *typed.faults]))
+    outcome.units, outcome.errors = len(found.sources), len(faults)
+    outcome.missing = [item.reference.title for item in found.missing if item.uses]
+    if faults:
+        outcome.reason = _first_line(str(min(faults, key=lambda fault: fault.location)))
+        return outcome
+    _run(outcome, project, libraries)
+    return outcome
+
+
+def _run(outcome: Outcome, project: Path, libraries: list[Path]) -> None:
+    """A station with that PLC, until its slowest task had its cycles."""
+    from achse.station import Station
+    from achse.station.config import ConfigError, parse
+
+    plc_section = {"sources": str(project), "libraries": [str(item) for item in libraries]}
+    try:
+        station = Station(parse({"plc": [plc_section]}, "survey.toml"), base=project.parent)
+    except ConfigError as fault:
+        outcome.errors, outcome.reason = 1, _first_line(str(fault))
+        return
+    plc = station.plcs[851]
+    tasks = [task for task in plc.tasks if task.programs] or plc.tasks
+    slowest = max(task.cycle_ns for task in tasks)
+    for _ in range(_SLICES):
+        station.advance(slowest * CYCLES / _SLICES / 1e9)
+        if plc.failure:
+            break
+    station.advance(slowest / 1e9)
+    outcome.cycles = min(task.cycle_count for task in tasks)
+    if plc.failure:
+        said = str(plc.fault) if plc.fault is not None else plc.failure.strip().splitlines()[-1]
+        outcome.reason = f"stopped after {outcome.cycles} cycles: {_first_line(said)}"
+        outcome.cycles = min(outcome.cycles, CYCLES - 1)
+
+
+def _first_line(text: str) -> str:
+    return text.strip().splitlines()[0][:200] if text.strip() else ""
+
+
+def survey(folder: Path, page: Path, only: Sequence[str] = (), begin: str = "") -> None:
+    """Projects below a folder, each in a process of its own; the page follows each of them.
+
+    `only` are words of which one is in the repository's name, `begin` the first repository.
+    """
+    jobs = [
+        job
+        for job in projects_below(folder)
+        if job[0].name >= begin and (not only or any(word in job[0].name for word in only))
+    ]
+    rows = rows_of(page.read_text(encoding="utf-8")) if page.exists() else {}
+    with ThreadPoolExecutor(2) as pool:
+        for outcome in pool.map(lambda job: _apart(folder, *job), jobs):
+            rows[outcome.repository, outcome.project] = row_of(outcome)
+            page.write_text(page_of(rows), encoding="utf-8")
+
+
+def _apart(folder: Path, repository: Path, project: Path) -> Outcome:
+    paths = [str(item) for item in (folder, repository, project)]
+    command = [sys.executable, "-m", "tests.interop.survey", "--one", *paths]
+    name = project.relative_to(repository).as_posix()
+    failed = Outcome(repository.name.replace("+", "/"), name, errors=1)
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT_S, check=False)
+    except subprocess.TimeoutExpired:
+        failed.reason = f"took longer than {LIMIT_S:.0f} s"
+        return failed
+    try:
+        return Outcome(**json.loads(done.stdout.splitlines()[-1]))
+    except (IndexError, ValueError):
+        failed.reason = f"ended with {done.returncode}: {done.stderr.strip()[-200:]}"
+        return failed
+
+
+def rows_of(page: str) -> Rows:
+    """The rows of a page that was written before."""
+    cells = [line.split(" | ") for line in page.splitlines() if line.startswith("| ")]
+    return {
+        (row[0].removeprefix("| "), row[2]): " | ".join(row) for row in cells[2:] if len(row) > 2
+    }
+
+
+def row_of(item: Outcome) -> str:
+    """The line of one project."""
+    reason = item.reason.replace("|", "\\|").replace("`", "'")
+    if item.errors > 1:
+        reason = f"{item.errors} errors: {reason}"
+    if item.errors and item.missing:
+        reason = f"needs {', '.join(item.missing)}; {reason}"
+    return (
+        f"| {item.repository} | {item.commit[:8]} | {item.project} | {item.units}"
+        f" | {'yes' if item.whole else 'no'} | {item.cycles} | {reason} |"
+    )
+
+
+def page_of(rows: Rows) -> str:
+    """The page of all projects, by repository and name."""
+    cells = [line.split(" | ") for line in rows.values()]
+    whole = sum(row[4] == "yes" for row in cells)
+    ran = sum(row[4] == "yes" and int(row[5]) >= CYCLES for row in cells)
+    lines = [
+        "# Public PLC projects",
+        "",
+        "Made by `python -m tests.interop.survey`, which loads every PLC project of a folder of"
+        " checked-out repositories, checks all of it, and runs it for 1,000 cycles of its slowest"
+        " task in virtual time. Libraries come from the same folder where their sources are there."
+        " Whole means: not one error in any unit."
+        " Projects that move axes are in [a page of their own](motion-projects.md).",
+        "",
+        f"{len(rows)} projects: {whole} load whole, {ran} of them run 1,000 cycles.",
+        "",
+        "| repository | commit | project | units | whole | cycles | why not |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+        *(rows[key] for key in sorted(rows)),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments: list[str]) -> None:
+    """See the module."""
+    if arguments[0] == "--one":
+        print(json.dumps(asdict(try_project(*map(Path, arguments[1:])))))
+        return
+    folder, page, *options = arguments
+    pairs = list(zip(options[::2], options[1::2], strict=True))
+    only = [word for option, word in pairs if option == "--only"]
+    begin = next((name for option, name in pairs if option == "--from"), "")
+    survey(Path(folder).resolve(), Path(page), only, begin)
+    print(Path(page).read_text(encoding="utf-8").splitlines()[4])
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

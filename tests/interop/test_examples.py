@@ -1,0 +1,192 @@
+"""The programs of examples/ do what their pages say, against a station."""
+
+import json
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from achse.testing import LiveStation
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+NPM = Path(__file__).parent / "npm" / "node_modules"
+
+PATIENCE = 120.0
+"""Seconds; a program that takes longer hangs."""
+
+
+@pytest.fixture
+def live() -> Iterator[LiveStation]:
+    with LiveStation() as station:
+        yield station
+
+
+def _run(
+    *command: object, cwd: Path | None = None, environment: dict[str, str] | None = None
+) -> str:
+    """What a program prints; it must end with exit code 0."""
+    finished = subprocess.run(
+        [str(word) for word in command],
+        cwd=cwd,
+        env=os.environ | (environment or {}),
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+    )
+    assert finished.returncode == 0, finished.stdout + finished.stderr
+    return finished.stdout
+
+
+def test_each_folder_has_a_page_and_a_line_in_the_list() -> None:
+    listed = (EXAMPLES / "README.md").read_text(encoding="utf-8")
+    for folder in (each for each in EXAMPLES.iterdir() if each.is_dir()):
+        if any(folder.glob("*.*")):
+            assert (folder / "README.md").is_file()
+            assert f"]({folder.name}/README.md)" in listed
+
+
+def test_home_assistant(live: LiveStation, witness: Callable[[str], None]) -> None:
+    witness("pyads")
+    witness("pyyaml")
+    program = EXAMPLES / "home-assistant" / "try_configuration.py"
+    printed = _run(sys.executable, program, "--host", live.host, "--seconds", "3")
+    page = (EXAMPLES / "home-assistant" / "README.md").read_text(encoding="utf-8")
+    for line in page.rpartition("```text\n")[2].partition("```")[0].splitlines():
+        assert line in printed.splitlines()
+    turned = _run(
+        sys.executable, program, "--host", live.host, "--turn", "Conveyor", "off", "--seconds", "3"
+    )
+    assert "switch Conveyor = off" in turned.splitlines()
+    with live.connect() as plc:
+        assert plc.read("GVL.bBool") is False
+
+
+def test_node_red(live: LiveStation, witness: Callable[[str], None]) -> None:
+    witness("ads-client")
+    program = EXAMPLES / "node-red" / "run-flow.mjs"
+    with (
+        subprocess.Popen(
+            ["node", program, live.host, live.net_id, "2"],
+            env=os.environ | {"NODE_PATH": str(NPM)},
+            stdout=subprocess.PIPE,
+            text=True,
+        ) as flow,
+        live.connect() as plc,
+    ):
+        assert flow.stdout is not None
+        first = json.loads(flow.stdout.readline())
+        assert first == {
+            "node": "show",
+            "payload": {"fX": 1, "fY": 2, "sName": "home", "bValid": True},
+        }
+        plc.write("GVL.nInt", 40)
+        rest, _ = flow.communicate(timeout=PATIENCE)
+        assert json.loads(rest)["payload"] == 16
+        assert flow.returncode == 0
+        assert plc.read("GVL.fLreal") == 16.0
+
+
+def test_the_flow_names_only_nodes_that_it_has() -> None:
+    flow = json.loads((EXAMPLES / "node-red" / "flow.json").read_text(encoding="utf-8"))
+    ids = {node["id"] for node in flow}
+    for node in flow:
+        assert {id for wire in node.get("wires", []) for id in wire} <= ids
+        assert node.get("connection", "station") in ids
+        assert node.get("z", "tab") in ids
+
+
+def test_pytest(tmp_path: Path) -> None:
+    folder = shutil.copytree(EXAMPLES / "pytest", tmp_path / "machine")
+    command = (sys.executable, "-m", "pytest", "-q", "-W", "error", "-p", "no:cacheprovider", ".")
+    printed = _run(*command, cwd=folder)
+    assert re.search(r"^\d passed", printed, re.MULTILINE), printed
+
+
+def test_ophyd(live: LiveStation, witness: Callable[[str], None]) -> None:
+    witness("pyads")
+    witness("ophyd")
+    printed = _run(sys.executable, EXAMPLES / "ophyd" / "scan.py", live.host)
+    steps = re.findall(r"^x +([\d.]+) mm$", printed, re.MULTILINE)
+    assert [float(step) for step in steps] == pytest.approx([0, 10, 20, 30], abs=0.2)
+
+
+PROGRAM_WITH_OPHYD = """
+import sys
+import pyads
+from ads_axis import NC_PORT, AdsAxis, AxisFault
+with pyads.Connection(sys.argv[1] + ".1.1", NC_PORT, sys.argv[1]) as nc:
+    x = AdsAxis(nc, 1, velocity=50.0, name="x")
+    x.enable()
+    status = x.move(1000, wait=False)
+    nc.write(0x4301, 0x01, 0, pyads.PLCTYPE_UDINT)
+    try:
+        status.wait(30)
+    except AxisFault as fault:
+        print(fault)
+    try:
+        x.move(10).wait(30)
+    except pyads.ADSError as refusal:
+        print(refusal.err_code)
+"""
+
+
+def test_ophyd_tells_faults_and_refusals(live: LiveStation, witness: Callable[[str], None]) -> None:
+    witness("pyads")
+    witness("ophyd")
+    printed = _run(sys.executable, "-c", PROGRAM_WITH_OPHYD, live.host, cwd=EXAMPLES / "ophyd")
+    assert printed.splitlines()[:2] == ["x: 0x4260", str(0x4260)]
+
+
+PROGRAM_WITH_CAPROTO = """
+import time
+from caproto.sync.client import read, write
+def put(name, value):
+    write("X:" + name, value, timeout=30, repeater=False)
+def get(name):
+    return read("X:" + name, timeout=30, repeater=False).data[0]
+put("CNEN", 1)
+time.sleep(0.5)
+put("VELO", 200.0)
+put("VAL", 50.0)
+while not get("DMOV"):
+    time.sleep(0.05)
+print(round(get("RBV")), get("MSTA"))
+put("VAL", 5000.0)
+put("STOP", 1)
+while not get("DMOV"):
+    time.sleep(0.05)
+print(get("RBV") < 4000)
+"""
+
+
+def test_epics(live: LiveStation, witness: Callable[[str], None]) -> None:
+    witness("pyads")
+    witness("caproto")
+    with socket.create_server((live.host, 0)) as free:
+        port = str(free.getsockname()[1])
+    environment = {
+        "EPICS_CA_SERVER_PORT": port,
+        "EPICS_CAS_SERVER_PORT": port,
+        "EPICS_CA_ADDR_LIST": live.host,
+        "EPICS_CA_AUTO_ADDR_LIST": "NO",
+        "EPICS_CAS_BEACON_ADDR_LIST": live.host,
+        "EPICS_CAS_AUTO_BEACON_ADDR_LIST": "NO",
+    }
+    program = EXAMPLES / "epics" / "ioc.py"
+    with subprocess.Popen(
+        [sys.executable, program, "--host", live.host, "--interface", live.host],
+        env=os.environ | environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    ) as ioc:
+        try:
+            printed = _run(sys.executable, "-c", PROGRAM_WITH_CAPROTO, environment=environment)
+        finally:
+            ioc.terminate()
+    assert printed.splitlines() == ["50 0", "True"]

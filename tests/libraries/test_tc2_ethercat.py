@@ -1,0 +1,140 @@
+"""Tc2_EtherCAT against a bus that answers as the manual of the master says."""
+
+import struct
+from pathlib import Path
+from typing import Any
+
+from achse.server import Device, RawGroup
+from achse.station import Station
+from achse.station.config import parse
+
+STATES = {1001: 8, 1002: 8}
+
+
+class Bus(Device):
+    """A master with two slaves; what is asked of it, and of them, is the same object."""
+
+    def __init__(self) -> None:
+        self.states = dict(STATES)
+        self.objects = {0x1018_0001: struct.pack("<I", 2)}
+        groups = [
+            RawGroup(3, "master", read=lambda *_: struct.pack("<H", 8), last_offset=0x100),
+            RawGroup(6, "count", read=lambda *_: struct.pack("<H", 2)),
+            RawGroup(7, "addresses", read=lambda *_: struct.pack("<2H", *self.states)),
+            RawGroup(9, "states", read=self._state, write=self._ask_for, last_offset=0xFFFF),
+            RawGroup(0x11, "identity", read=self._identity, last_offset=0xFFFF),
+            RawGroup(0x12, "crc", read=self._crc, last_offset=0xFFFF),
+            RawGroup(0x45, "state", read=lambda *_: struct.pack("<H", 0x1001)),
+            RawGroup(
+                0xF302, "objects", read=self._object, write=self._put, last_offset=0xFFFF_FFFF
+            ),
+        ]
+        super().__init__("bus", (1, 0, 0), groups, clock=lambda: 0)
+
+    def _state(self, offset: int, length: int, client: bytes) -> bytes:
+        chosen = [self.states[offset]] if offset else list(self.states.values())
+        return b"".join(bytes((state, 0)) for state in chosen)[:length]
+
+    def _ask_for(self, offset: int, data: bytes, client: bytes) -> None:
+        self.states[offset] = struct.unpack("<H", data)[0]
+
+    def _identity(self, offset: int, length: int, client: bytes) -> bytes:
+        return struct.pack("<4I", 2, 0x07D4_3052, 0x0012_0000, 5)
+
+    def _crc(self, offset: int, length: int, client: bytes) -> bytes:
+        return struct.pack("<4I", 1, 2, 3, 4)[:length] if offset else struct.pack("<2I", 10, 0)
+
+    def _object(self, offset: int, length: int, client: bytes) -> bytes:
+        if offset & 0x8000_0100 == 0x8000_0100:
+            number = offset >> 16 & 0xF
+            return struct.pack(
+                "<HH16s32sI4IHHB3x", 35, 1001 + number, b"EL2004", b"Term 1", 0, 2, 3, 4, 5, 0, 0, 0
+            )
+        return self.objects[offset]
+
+    def _put(self, offset: int, data: bytes, client: bytes) -> None:
+        self.objects[offset] = data
+
+
+CALLS = (
+    ("count : FB_EcGetSlaveCount", "", ""),
+    ("all : FB_EcGetAllSlaveStates", "pStateBuf := ADR(buffer), cbBufLen := SIZEOF(buffer)", ""),
+    ("addrs : FB_EcGetAllSlaveAddr", "pAddrBuf := ADR(words), cbBufLen := SIZEOF(words)", ""),
+    ("one : FB_EcGetSlaveState",
+     "nSlaveAddr := 1002", "text := F_ConvSlaveStateToString(one.state);"),
+    ("id : FB_EcGetSlaveIdentity",
+     "nSlaveAddr := 1002", "name := F_ConvProductCodeToString(id.identity);"),
+    ("crc : FB_EcGetSlaveCrcErrorEx", "nSlaveAddr := 1001", ""),
+    ("sums : FB_EcGetAllSlaveCrcErrors",
+     "pCrcErrorBuf := ADR(longs), cbBufLen := SIZEOF(longs)", ""),
+    ("master : FB_EcGetMasterState", "", ""),
+    ("dev : FB_EcGetMasterDevState", "", "devs := F_ConvMasterDevStateToString(dev.nDevState);"),
+    ("wr : FB_EcCoESdoWrite",
+     "nSlaveAddr := 1001, nIndex := 16#8010, nSubIndex := 2, pSrcBuf := ADR(value),"
+     " cbBufLen := 4", ""),
+    ("rd : FB_EcCoESdoRead",
+     "nSlaveAddr := 1001, nIndex := 16#8010, nSubIndex := 2, pDstBuf := ADR(back),"
+     " cbBufLen := 4", ""),
+    ("req : FB_EcSetSlaveState", "nSlaveAddr := 1002, reqState := 4", ""),
+    ("conf : FB_EcGetConfSlaves",
+     "pArrEcConfSlaveInfo := ADR(slaves), cbBufLen := SIZEOF(slaves)", ""),
+    ("lost : FB_EcGetSlaveState", "sNetId := '9.9.9.9.1.1', nSlaveAddr := 1", ""),
+)  # fmt: skip
+
+
+def test_diagnosis_and_objects(tmp_path: Path) -> None:
+    variables, body = "", "CASE step OF\n"
+    for number, (declared, inputs, kept) in enumerate(CALLS):
+        name = declared.split()[0]
+        variables += f" {declared};"
+        given = f"{inputs}, " if inputs else ""
+        body += (
+            f"{number}: {name}({given}bExecute := TRUE); IF NOT {name}.bBusy THEN {kept}"
+            f" errors[{number}] := {name}.bError; step := step + 1; END_IF\n"
+        )
+    text = (
+        f"PROGRAM MAIN VAR step : INT; errors : ARRAY [0..20] OF BOOL; {variables}"
+        " buffer : ARRAY [0..9] OF ST_EcSlaveState; words : ARRAY [0..9] OF UINT; longs : ARRAY"
+        " [0..9] OF UDINT; text, name, devs : T_MaxString; value : DINT := 77; back : DINT;"
+        " slaves :"
+        f" ARRAY [0..3] OF ST_EcSlaveConfigData; END_VAR {body} END_CASE END_PROGRAM"
+    )
+    (tmp_path / "a.st").write_text(text, encoding="utf-8")
+    station = Station(parse({"plc": [{"sources": "a.st"}]}, "a.toml"), base=tmp_path)
+    bus = Bus()
+    for port in (0xFFFF, 1001, 1002):
+        bus.attach(station.router, port)
+    station.advance(2)
+    plc = station.plcs[851]
+    assert plc.failure == ""
+    main: Any = plc.instance("MAIN")
+    assert main["step"] == len(CALLS)
+    assert [n for n, error in enumerate(main["errors"]) if error] == [len(CALLS) - 1]
+    assert (main["count"]["nSlaves"], main["all"]["nSlaves"], main["addrs"]["nSlaves"]) == (2, 2, 2)
+    assert list(main["words"])[:2] == [1001, 1002]
+    assert (main["text"], main["name"]) == ("OP", "EL2004-0000-0018")
+    assert main["crc"]["crcError"]["portD"] == 4
+    assert (list(main["longs"])[:2], main["sums"]["nSlaves"]) == ([10, 0], 2)
+    assert (main["master"]["state"], main["devs"]) == (8, "Link error, DC not in sync")
+    assert (main["back"], main["rd"]["cbRead"]) == (77, 4)
+    assert bus.states[1002] == main["req"]["currState"]["deviceState"] == 4
+    assert main["conf"]["nSlaves"] == 2
+    assert [(slave["nAddr"], slave["sName"]) for slave in main["slaves"]][:2] == [
+        (1001, "Term 1"),
+        (1002, "Term 1"),
+    ]
+    assert main["slaves"][1]["stSlaveIdentity"]["serialNo"] == 5
+
+
+def test_times_of_distributed_clocks() -> None:
+    from tests.plc.code.conftest import Ran
+
+    ran = Ran(
+        "PROGRAM MAIN VAR now : T_DCTIME64; t : TIMESTRUCT; s : STRING(29); back : T_DCTIME64;"
+        " END_VAR now := F_GetCurDcTaskTime64(); t := DCTIME64_TO_SYSTEMTIME(now);"
+        " s := DCTIME64_TO_STRING(now + 7); back := SYSTEMTIME_TO_DCTIME64(t, 3, 4); END_PROGRAM",
+        epoch_ns=946_684_800_000_000_000 + 86_400_000_000_000,
+    ).cycle(2)
+    assert ran["now"] == 86_400_000_000_000 + 20_000_000
+    assert ran["s"] == "2000-01-02-00:00:00.020000007"
+    assert ran["back"] == ran["now"] + 3004

@@ -1,0 +1,94 @@
+"""Tc3_JsonXml: documents that are written, read, searched and changed."""
+
+import base64
+import json
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.plc.code.conftest import Ran
+
+
+@settings(max_examples=7, deadline=None)
+@given(
+    text=st.text('ab"\\/\t\n{}', max_size=9),
+    whole=st.integers(-(2**31), 2**31 - 1),
+    real=st.floats(-1e6, 1e6),
+    data=st.binary(max_size=7),
+    truth=st.booleans(),
+)
+def test_what_is_written_is_json(
+    text: str, whole: int, real: float, data: bytes, truth: bool
+) -> None:
+    signs = {"\t": "$T", "\n": "$L"}
+    shown = "".join(signs.get(sign, sign) for sign in text)
+    listed = ", ".join(str(byte) for byte in data.ljust(7, b"\0"))
+    ran = Ran(
+        f"PROGRAM MAIN VAR w : FB_JsonSaxWriter; s : STRING(20) := '{shown}'; b : ARRAY [0..6] OF"
+        f" BYTE := [{listed}]; out : STRING(999); n, k : UDINT; short : STRING(255); none : UDINT;"
+        " END_VAR w.ResetDocument(); w.StartObject(); w.AddKeyString('text', s); w.AddKey('list');"
+        f" w.StartArray(); w.AddDint({whole}); w.AddLreal({real!r});"
+        f" w.AddBool({str(truth).upper()});"
+        " w.AddNull(); w.StartObject(); w.EndObject(); w.EndArray(); w.AddKeyNumber('n', 7);"
+        f" w.AddKey('hex'); w.AddHexBinary(ADR(b), {len(data)}); w.AddKey('b64');"
+        f" w.AddBase64(ADR(b), {len(data)}); w.AddKey('raw'); w.AddRawObject('{{\"x\":[1]}}');"
+        " w.AddKey('at'); w.AddDateTime(DT#2024-02-29-12:34:56); w.EndObject();"
+        " n := w.CopyDocument(out, SIZEOF(out)); k := w.GetDocumentLength();"
+        " none := w.CopyDocument(out, 10); w.ResetDocument(); w.AddString('é');"
+        " short := w.GetDocument(); END_PROGRAM"
+    ).cycle(3)
+    assert ran.plc.failure == ""
+    found = json.loads(ran["out"])
+    assert abs(found["list"][1] - real) < 1e-9 * max(1, abs(real))
+    assert found | {"list": found["list"][:1] + found["list"][2:]} == {
+        "text": text,
+        "list": [whole, truth, None, {}],
+        "n": 7,
+        "hex": data.hex().upper(),
+        "b64": base64.b64encode(data).decode(),
+        "raw": {"x": [1]},
+        "at": "2024-02-29T12:34:56.000",
+    }
+    assert (ran["n"], ran["none"]) == (ran["k"] + 1, 0)
+
+
+READ = (
+    '{"name":"pump","n":-5,"big":18446744073709551615,"x":1.5,"on":true,"l":[1,2,3],"o":{"p":"q"}}'
+)
+
+
+def test_what_is_read() -> None:
+    ran = Ran(
+        f"PROGRAM MAIN VAR d : FB_JsonDomParser; s : STRING(300) := '{READ}'; root, v, it, e :"
+        " SJsonValue; name, part, all, other : STRING(255); n : DINT; big : ULINT; x : LREAL; on,"
+        " has, hasnot, bad, isInt, isObj : BOOL; sum : DINT; names : STRING(255); size, idx : DINT;"
+        " i : SJsonIterator; END_VAR"
+        " root := d.ParseDocument(s); v := d.FindMember(root, 'name'); name := d.GetString(v);"
+        " n := d.GetInt(d.FindMember(root, 'n')); big := d.GetUint64(d.FindMember(root, 'big'));"
+        " x := d.GetDouble(d.FindMember(root, 'x')); on := d.GetBool(d.FindMember(root, 'on'));"
+        " has := d.HasMember(root, 'o'); hasnot := d.HasMember(root, 'zz');"
+        " part := d.GetString(d.FindMemberPath(root, 'o/p')); v := d.FindMember(root, 'l');"
+        " size := UDINT_TO_DINT(d.GetArraySize(v)); idx := d.GetInt(d.GetArrayValueByIdx(v, 1));"
+        " it := d.ArrayBegin(v); e := d.ArrayEnd(v); sum := 0; WHILE it <> e DO"
+        " sum := sum + d.GetInt(d.GetArrayValue(it)); it := d.NextArray(it); END_WHILE"
+        " names := ''; i := d.MemberBegin(root); WHILE i <> d.MemberEnd(root) DO"
+        " names := CONCAT(CONCAT(names, d.GetMemberName(i)), ' '); i := d.NextMember(i); END_WHILE"
+        " isInt := d.IsInt(d.FindMember(root, 'n')); isObj := d.IsObject(root);"
+        " d.RemoveMemberByName(root, 'l'); d.RemoveMemberByName(root, 'big');"
+        " d.AddStringMember(root, 'new', 'té$'x'); d.SetInt(d.FindMember(root, 'n'), 8);"
+        " v := d.AddArrayMember(root, 'a'); d.PushbackBoolValue(v, TRUE);"
+        " d.PushbackDoubleValue(v, 0.5); d.AddJsonMember(root, 'j', '{\"k\":null}');"
+        " all := d.GetDocument(); bad := d.ParseDocument('{') = 0; d.NewDocument();"
+        " other := d.GetDocument(); END_PROGRAM"
+    ).cycle(2)
+    assert ran.plc.failure == ""
+    assert (ran["name"], ran["n"], ran["big"], ran["x"]) == ("pump", -5, 2**64 - 1, 1.5)
+    assert (ran["on"], ran["has"], ran["hasnot"], ran["bad"]) == (True, True, False, True)
+    assert (ran["part"], ran["sum"], ran["size"], ran["idx"]) == ("q", 6, 3, 2)
+    assert ran["names"] == "name n big x on l o "
+    assert (ran["isInt"], ran["isObj"], ran["other"]) == (True, True, "{}")
+    found = json.loads(ran["all"].encode("cp1252").decode("utf-8"))
+    assert found == {
+        "name": "pump", "n": 8, "x": 1.5, "on": True, "o": {"p": "q"}, "new": "té'x",
+        "a": [True, 0.5], "j": {"k": None},
+    }  # fmt: skip

@@ -1,0 +1,217 @@
+"""Commands of cams: what is refused and with which code; refused, nothing has changed."""
+
+from math import inf, nan
+from typing import Any
+
+import pytest
+
+from achse.codes import NcError
+from achse.motion import AxisParameters, Nc, commands
+from achse.motion.commands import CamDemand
+from achse.motion.couplings.masters import look_at
+from achse.motion.setpoint import shift_setpoint
+from achse.motion.states import CamActivation, CamOperation, CamScaling, TableType
+
+VALUES = {"control_dword": 7, "velocity_override": 1_000_000}
+
+
+def build() -> Nc:
+    """Axis 2 is to follow axis 1; table 7 is a cam, 8 a characteristic, 9 empty, 10 one column."""
+    nc = Nc(2_000_000, [AxisParameters(n, values=VALUES) for n in (1, 2, 3)], compiled=False)
+    tables = nc.tables
+    cam = tables.create(7, TableType.CAMMING, 3, 3, 2)
+    tables.write(cam, 0, [0.0, 0.0, 90.0, 30.0, 360.0, 100.0])
+    valve = tables.create(8, TableType.CHARACTERISTIC, 3, 2, 2)
+    tables.write(valve, 0, [0.0, 0.0, 1.0, 1.0])
+    tables.create(9, TableType.CAMMING, 3, 2, 2)
+    short = tables.create(10, TableType.CAMMING, 3, 2, 2)
+    tables.write(short, 0, [0.0, 0.0, 1.0, 1.0])
+    falling = tables.create(11, TableType.CAMMING, 4, 2, 2)
+    tables.write(falling, 0, [1.0, 0.0, 0.0, 1.0])
+    nc.cycle(3)
+    return nc
+
+
+def couple(nc: Nc, law: int = 10, master: int = 1, *more: int, **demand: Any) -> int:
+    given = {"table_id": 7, "master_absolute": 1, "slave_absolute": 1} | demand
+    return commands.couple_by_cam(nc.axis(2), law, master, CamDemand(**given), *more)
+
+
+@pytest.mark.parametrize(
+    ("demand", "error"),
+    [
+        ({"table_id": 1}, NcError.TABLE_NOT_FOUND),
+        ({"table_id": 8}, NcError.TABLE_WRONG_KIND),
+        ({"table_id": 9}, NcError.TABLE_SLAVE_WITHOUT_TABLE),
+        ({"table_id": 10, "interpolation": 2}, NcError.TABLE_TOO_FEW_SPLINE_POINTS),
+        ({"table_id": 11}, NcError.TABLE_NOT_MONOTONIC),
+        ({"interpolation": 1}, NcError.TABLE_TOO_FEW_SPLINE_POINTS),
+        ({"interpolation": 4}, NcError.TABLE_INTERPOLATION_TYPE),
+        ({"slave_offset": nan}, NcError.SLAVE_COUPLING_PARAMETER),
+        ({"master_offset": 1e10}, NcError.SLAVE_COUPLING_PARAMETER),
+        ({"master_scaling": 0.0}, NcError.SLAVE_COUPLING_PARAMETER),
+        ({"slave_scaling": inf}, NcError.SLAVE_COUPLING_PARAMETER),
+        ({"slave_offset": 100.0}, NcError.TABLE_SLAVE_RANGE),
+        ({"activation": CamActivation.NEXT_CYCLE_ONCE}, NcError.ONLINE_CHANGE_MODE),
+        ({"activation": CamActivation.OFF}, NcError.ONLINE_CHANGE_MODE),
+        ({"activation": 10}, NcError.ONLINE_CHANGE_MODE),
+        ({"activation": 3, "master_absolute": 0}, NcError.ONLINE_CHANGE_MODE),
+        ({"activation": 1, "master_absolute": 0}, NcError.ONLINE_CHANGE_MODE),
+        ({"master_type": CamScaling.AUTO_OFFSET}, NcError.SCALING_WITHOUT_REFERENCE_TABLE),
+        ({"master_type": 3}, NcError.SCALING_MODE),
+        ({"slave_type": 3}, NcError.SCALING_MODE),
+        ({"activation": 5, "master_offset": 10.0}, NcError.TABLE_MASTER_BELOW),
+        ({"activation": 5, "master_offset": -370.0}, NcError.TABLE_MASTER_ABOVE),
+    ],
+)
+def test_demands_that_are_refused(demand: dict[str, Any], error: NcError) -> None:
+    nc = build()
+    before = nc.digest()
+    assert couple(nc, **demand) == error
+    assert nc.digest() == before
+    assert nc.tables.user_count(7) == 0
+
+
+def test_couplings_that_are_refused() -> None:
+    nc = build()
+    before = nc.digest()
+    assert couple(nc, 12) == NcError.SLAVE_TYPE
+    assert couple(nc, 10, 9) == NcError.ADDRESS_MASTER_AXIS
+    assert couple(nc, 10, 2) == NcError.MASTER_NOT_INSERTED
+    assert couple(nc, 11, 1, 4) == NcError.TABLE_EXECUTION_MODE
+    exchange, remove = CamOperation.EXCHANGE, CamOperation.REMOVE
+    assert couple(nc, 11, 1, exchange, 7) == NcError.TABLE_SLAVE_WITHOUT_TABLE
+    assert couple(nc, 11, 1, remove) == NcError.TABLE_SLAVE_WITHOUT_TABLE
+    assert nc.digest() == before
+    commands.start(nc.axis(1), 1, 500.0, 100.0)
+    nc.cycle(20)
+    look_at(nc.axis(1))  # as every demand does; nobody follows what it shows
+    before = nc.digest()
+    assert couple(nc) == NcError.COUPLING_DURING_JOB
+    assert nc.digest() == before
+
+
+def test_an_axis_that_follows_no_cam_has_none_to_change() -> None:
+    nc = build()
+    axis, before = nc.axis(2), nc.digest()
+    for code in (
+        commands.change_cam_scaling(axis, CamDemand()),
+        commands.change_cam_offsets(axis, 1.0, 2.0),
+        commands.scale_slave(axis, 2.0),
+        commands.follow_correction(axis, 7),
+        commands.end_profile(axis, 7),
+    ):
+        assert code == NcError.SLAVE_TYPE
+    assert commands.last_correction(axis, 7) is None
+    assert nc.digest() == before
+
+
+def test_changes_that_are_refused() -> None:
+    nc = build()
+    assert couple(nc, master_absolute=0) == 0
+    axis = nc.axis(2)
+    nc.cycle()
+    before = nc.digest()
+    change = commands.change_cam_scaling
+    assert change(axis, CamDemand(table_id=8)) == NcError.TABLE_NOT_FOUND
+    assert change(axis, CamDemand(activation=10)) == NcError.ONLINE_CHANGE_MODE
+    assert change(axis, CamDemand(master_type=1)) == NcError.SCALING_MODE
+    assert commands.change_cam_offsets(axis, 0.0, 0.0, 0.0, 1.0) == NcError.SLAVE_COUPLING_PARAMETER
+    assert commands.change_cam_offsets(axis, 0.0, 0.0, 1.0, 0.0) == NcError.SLAVE_COUPLING_PARAMETER
+    assert commands.scale_slave(axis, nan) == NcError.SLAVE_COUPLING_PARAMETER
+    assert couple(nc, 10, 3) == NcError.SLAVE_COUPLING_PARAMETER
+    assert couple(nc, 11) == NcError.SLAVE_ADDRESS
+    assert nc.digest() == before
+
+
+def test_one_thing_waits_at_a_time() -> None:
+    nc = build()
+    assert couple(nc) == 0
+    axis = nc.axis(2)
+    off = CamDemand(activation=CamActivation.OFF)
+    assert commands.change_cam_scaling(axis, off) == 0
+    assert couple(nc) == NcError.ACTIVATION_PENDING
+    assert commands.change_cam_scaling(axis, CamDemand(activation=7)) == 0
+    assert couple(nc, activation=CamActivation.NEXT_CYCLE) == 0
+    assert commands.change_cam_scaling(axis, off) == NcError.ACTIVATION_PENDING
+
+
+def test_a_place_that_the_master_has_passed() -> None:
+    nc = build()
+    assert couple(nc) == 0
+    commands.start(nc.axis(1), 1, 500.0, 100.0)
+    nc.cycle(1000)
+    passed = CamDemand(activation=CamActivation.MASTER_AXIS_POSITION, position=10.0)
+    assert commands.change_cam_scaling(nc.axis(2), passed) == NcError.ACTIVATION_POSITION_PASSED
+    assert commands.change_cam_offsets(nc.axis(2), 0.0, 0.0, 1.0, 1.0, 400.0) == 0
+
+
+def test_four_cams_are_the_most() -> None:
+    nc = build()
+    for _ in range(4):
+        assert couple(nc, 11, slave_absolute=0) == 0
+        nc.cycle()
+    assert nc.tables.user_count(7) == 4
+    before = nc.digest()
+    assert couple(nc, 11, slave_absolute=0) == NcError.TOO_MANY_TABLES
+    assert nc.digest() == before
+    with pytest.raises(Exception, match="has 4 users"):
+        nc.tables.delete(7)
+
+
+def test_offsets_and_scalings_act_at_once() -> None:
+    nc = build()
+    assert couple(nc) == 0
+    axis = nc.axis(2)
+    assert commands.change_cam_offsets(axis, 5.0, -45.0) == 0
+    nc.cycle()
+    assert axis.set_position == 20.0
+    assert commands.scale_slave(axis, 2.0) == 0
+    nc.cycle()
+    assert axis.set_position == 35.0
+    assert commands.change_cam_offsets(axis, 0.0, 0.0, 3.0, 2.0) == 0
+    nc.cycle()
+    layer = axis.cams[0]
+    assert (axis.set_position, layer.slave_scaling, layer.master_scaling) == (0.0, 3.0, 2.0)
+
+
+@pytest.mark.parametrize("law", [10, 11])
+def test_a_master_that_led_before_is_where_it_is_now(law: int) -> None:
+    """Let go, it moves on: the next cam looks at its place, not at the one it last showed."""
+    nc = build()
+    master, slave = nc.axis(1), nc.axis(2)
+    assert couple(nc, law) == 0
+    nc.cycle()
+    assert commands.decouple(slave) == 0
+    assert commands.universal_start(master, 1, 90.0, 100.0) == 0
+    nc.cycle(2000)
+    assert master.set_position == 90.0
+    assert couple(nc, law) == NcError.TABLE_SLAVE_RANGE
+    assert couple(nc, law, slave_offset=-30.0) == 0
+    nc.cycle()
+    assert slave.set_position == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_master_that_was_renamed_while_it_led_has_its_own_positions_later() -> None:
+    nc = build()
+    master, slave = nc.axis(1), nc.axis(2)
+    assert couple(nc) == 0
+    nc.cycle()
+    shift_setpoint(master, 90.0)
+    nc.cycle()
+    assert slave.set_position == 0.0
+    assert commands.decouple(slave) == 0
+    assert couple(nc) == NcError.TABLE_SLAVE_RANGE
+    assert couple(nc, slave_offset=-30.0) == 0
+
+
+def test_a_cam_of_another_master_leaves_the_names_of_the_first() -> None:
+    nc = build()
+    slave = nc.axis(2)
+    assert couple(nc, 11) == 0
+    nc.cycle()
+    shift_setpoint(nc.axis(1), 90.0)
+    nc.cycle()
+    assert couple(nc, 11, 3, CamOperation.ADDITIVE) == 0
+    nc.cycle(3)
+    assert slave.set_position == 0.0

@@ -1,0 +1,223 @@
+"""Slave type 1: the slave keeps s = s0 + g · (M - M0), whatever its master does."""
+
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from achse.codes import NcError
+from achse.motion import AxisParameters, Nc, commands
+
+VALUES = {
+    "control_dword": 7,
+    "velocity_override": 1_000_000,
+    "max_velocity": 1e4,
+    "default_acceleration": 5e3,
+    "default_deceleration": 5e3,
+    "default_jerk": 1e5,
+    "controller_following_error_position_monitoring_enable": 0,
+}
+
+
+def station(count: int = 2, *, compiled: bool = False, **values: float) -> Nc:
+    nc = Nc(
+        2_000_000,
+        [AxisParameters(n, values=VALUES | values) for n in range(1, count + 1)],
+        compiled=compiled,
+    )
+    nc.cycle(3)
+    return nc
+
+
+def place(nc: Nc, axis_id: int, position: float) -> None:
+    """Bring an axis there."""
+    assert commands.start(nc.axis(axis_id), 1, position, 1000.0) == 0
+    nc.cycle(2000)
+    assert nc.axis(axis_id).set_position == position
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_worked_numbers(compiled: bool) -> None:
+    """M0 = 100, s0 = 7, g = -0.25, M = 140, vM = 80: s = -3, v = -20."""
+    nc = station(compiled=compiled)
+    master, slave = nc
+    place(nc, 1, 100.0)
+    place(nc, 2, 7.0)
+    assert commands.couple(slave, 1, 1, 0, 0, -0.25) == 0
+    assert (slave.coupling_state, master.coupling_state) == (3, 1)
+    commands.universal_start(master, 1, 1000.0, 80.0)
+    while master.set_position < 140.0:
+        nc.cycle()
+    assert slave.set_position == 7.0 - 0.25 * (master.set_position - 100.0)
+    assert (master.set_velocity, slave.set_velocity) == (80.0, -20.0)
+    commands.universal_start(master, 1, 140.0, 80.0)
+    nc.cycle(2000)
+    assert (master.set_position, slave.set_position) == (140.0, -3.0)
+
+
+def test_a_new_ratio_acts_at_once() -> None:
+    """g 1 → 2 at M = 50, s = 50: M = 60 → s = 70."""
+    nc = station()
+    _master, slave = nc
+    commands.couple(slave, 1, 1, 0, 0, 1.0)
+    place(nc, 1, 50.0)
+    assert commands.change_coupling(slave, 2.0, 0.0, 0.0, 0.0) == 0
+    place(nc, 1, 60.0)
+    assert slave.set_position == 70.0
+
+
+def test_a_new_ratio_in_motion_loses_no_way() -> None:
+    nc = station()
+    master, slave = nc
+    commands.couple(slave, 1, 1, 0, 0, 1.0)
+    commands.universal_start(master, 3, 0.0, 100.0)
+    nc.cycle(1000)
+    here, there = slave.set_position, master.set_position
+    assert commands.change_coupling(slave, 2.0, 0.0, 0.0, 0.0) == 0
+    nc.cycle()
+    assert slave.set_position == here + 2.0 * (master.set_position - there)
+    assert slave.set_velocity == 200.0
+
+
+def test_a_phase_shift_acts() -> None:
+    nc = station()
+    _master, slave = nc
+    commands.couple(slave, 1, 1, 0, 0, 2.0)
+    assert commands.start_phasing(slave, 2, 0, 1, 10.0, 100.0, 1000.0, 1000.0, 10000.0) == 0
+    nc.cycle(1000)
+    assert slave.set_position == 20.0
+    assert slave.phasing_position == 10.0
+
+
+def test_renamed_positions_do_not_move_the_slave() -> None:
+    nc = station()
+    master, slave = nc
+    commands.couple(slave, 1, 1, 0, 0, 1.0)
+    place(nc, 1, 50.0)
+    assert commands.set_actual_position(master, 1, 500.0) == 0
+    nc.cycle(10)
+    assert slave.set_position == 50.0
+    place(nc, 1, 510.0)
+    assert slave.set_position == pytest.approx(60.0, abs=1e-9)
+    assert commands.set_actual_position(slave, 1, 0.0) == 0
+    place(nc, 1, 520.0)
+    assert slave.set_position == pytest.approx(10.0, abs=1e-9)
+
+
+def test_without_its_enable_a_slave_waits_and_does_not_jump() -> None:
+    nc = station()
+    _master, slave = nc
+    commands.couple(slave, 1, 1, 0, 0, 1.0)
+    slave.control_dword = 0
+    nc.cycle(5)
+    assert (slave.error_code, slave.coupling_state, slave.loop_closed) == (0, 3, 0)
+    place(nc, 1, 50.0)
+    slave.control_dword = 7
+    nc.cycle(5)
+    assert slave.set_position == pytest.approx(0.0, abs=1e-3)
+    place(nc, 1, 60.0)
+    assert slave.set_position == pytest.approx(10.0, abs=1e-3)
+
+
+def test_a_slave_that_loses_its_enable_in_motion_brakes_alone() -> None:
+    nc = station()
+    master, slave = nc
+    commands.couple(slave, 1, 1, 0, 0, 1.0)
+    commands.universal_start(master, 3, 0.0, 100.0)
+    nc.cycle(1000)
+    slave.control_dword = 6
+    nc.cycle(2000)
+    assert slave.error_code == 0x4260
+    assert (slave.set_velocity, slave.coupling_state, master.coupling_state) == (0.0, 0, 0)
+    assert master.set_velocity == 100.0
+
+
+def test_a_soft_limit_of_the_slave_holds() -> None:
+    nc = station()
+    master, slave = nc
+    slave.encoder.soft_limit_max, slave.encoder.soft_limit_max_enable = 100.0, 1
+    commands.couple(slave, 1, 1, 0, 0, 1.0)
+    commands.universal_start(master, 3, 0.0, 100.0)
+    nc.cycle(3000)
+    assert slave.error_code == NcError.SOFT_LIMIT_MAX_PASSED
+    assert 95.0 < slave.set_position <= 100.0 + 1e-6
+    assert slave.set_velocity == 0.0
+
+
+def test_a_master_that_is_not_ready_does_not_pull() -> None:
+    nc = station()
+    master, slave = nc
+    commands.couple(slave, 1, 1, 0, 0, 1.0)
+    master.control_dword = 0
+    nc.cycle(5)
+    master.machine.position += 5.0
+    master.wake()
+    nc.cycle(5)
+    assert slave.set_position == 0.0
+    master.control_dword = 7
+    nc.cycle(50)
+    assert slave.set_position == 0.0
+
+
+STEP = st.tuples(
+    st.sampled_from(["start", "stop", "override", "endless", "back"]),
+    st.floats(1.0, 300.0),
+    st.floats(0.0, 1.0),
+    st.integers(1, 300),
+)
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    gears=st.lists(st.floats(-20.0, 20.0).filter(lambda g: abs(g) > 1e-3), min_size=1, max_size=4),
+    steps=st.lists(STEP, min_size=1, max_size=6),
+    begin=st.floats(-500.0, 500.0),
+)
+def test_slaves_of_slaves_keep_their_law(
+    gears: list[float], steps: list[Any], begin: float
+) -> None:
+    nc = station(len(gears) + 1, max_velocity=1e9)
+    axes = list(nc)
+    for n, gear in enumerate(gears):
+        axes[n + 1].drive.reference_velocity = 1e9
+        commands.set_actual_position(axes[n + 1], 1, begin)
+        nc.cycle()
+        assert commands.couple(axes[n + 1], 1, n + 1, 0, 0, gear) == 0
+    bases = [axis.set_position for axis in axes]
+    master = axes[0]
+    for kind, size, share, cycles in steps:
+        match kind:
+            case "start":
+                commands.universal_start(master, 2, size * (2 * share - 1), size)
+            case "endless":
+                commands.universal_start(master, 3, 0.0, size)
+            case "back":
+                commands.universal_start(master, 4, 0.0, size)
+            case "stop":
+                commands.parameterized_stop(master, 100.0 * size, 1000.0 * size)
+            case "override":
+                master.velocity_override = int(1e6 * share)
+        for _ in range(cycles):
+            nc.cycle()
+            for n, gear in enumerate(gears):
+                law = bases[n + 1] + gear * (axes[n].set_position - bases[n])
+                assert axes[n + 1].set_position == pytest.approx(law, rel=1e-12, abs=1e-9)
+                assert axes[n + 1].set_velocity == gear * axes[n].set_velocity
+
+
+@pytest.mark.parametrize("gear", [1.0, -3.7])
+def test_both_kernels_do_the_same(gear: float) -> None:
+    digests = []
+    for compiled in (False, True):
+        nc = station(3, compiled=compiled)
+        commands.couple(nc.axis(2), 1, 1, 0, 0, gear)
+        commands.couple(nc.axis(3), 1, 2, 0, 0, 0.3)
+        commands.universal_start(nc.axis(1), 1, 50.0, 100.0)
+        nc.cycle(200)
+        commands.decouple(nc.axis(2))
+        nc.cycle(200)
+        nc.axis(1).control_dword = 6
+        nc.cycle(200)
+        digests.append(nc.digest())
+    assert digests[0] == digests[1]

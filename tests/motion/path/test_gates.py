@@ -1,0 +1,84 @@
+"""Gates: what spans allow at a velocity, and safe velocities."""
+
+from math import cos, sin
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.motion.path import (
+    ArcGeometry,
+    PathArc,
+    PathLimits,
+    PathOverride,
+    PathParameters,
+    PathPlanner,
+)
+from achse.motion.path.gates import (
+    build_gates,
+    gate_acceleration,
+    gate_deceleration,
+    gate_jerk,
+    piece_velocity,
+)
+from achse.motion.path.record import gate_record, piece_record, state_record
+
+
+@pytest.mark.parametrize(
+    ("kind", "override", "velocity"),
+    [
+        (PathOverride.REDUCED, 0.5, 40.0),
+        (PathOverride.ORIGINAL, 0.5, 50.0),
+        (PathOverride.ORIGINAL, 0.9, 80.0),
+        (PathOverride.REDUCED_ABOVE, 1.2, 80.0),
+    ],
+)
+def test_overrides(kind: PathOverride, override: float, velocity: float) -> None:
+    """Programmed 100 mm/s, the axes allow 80."""
+    piece, state = piece_record(), state_record()
+    piece.feed, piece.caps[0] = 100.0, 80.0
+    PathParameters(override_type=kind, most_override=1.5).fill(state)
+    state.override = override
+    assert piece_velocity(piece, 0, state) == pytest.approx(velocity)
+
+
+def test_a_span_allows_more_the_slower_it_is() -> None:
+    gate = gate_record()
+    gate.cap, gate.start, gate.acceleration = 100.0, 1000.0, 200.0
+    gate.rest, gate.deceleration, gate.power = 800.0, 0.0, 1e12
+    gate.first_jerk, gate.jerk = 9000.0, 1000.0
+    gate.most_acceleration, gate.most_deceleration, gate.most_jerk = 900.0, 1e12, 1e12
+    assert gate_acceleration(gate, 0.0) == 900.0
+    assert gate_acceleration(gate, 50.0) == 800.0
+    assert gate_acceleration(gate, 200.0) == 200.0
+    assert gate_deceleration(gate, 50.0) == 600.0
+    assert gate_jerk(gate, 50.0) == 8000.0
+    gate.power = 10_000.0
+    assert gate_deceleration(gate, 50.0) == 200.0
+
+
+@given(
+    st.floats(50.0, 500.0),
+    st.floats(100.0, 1e4),
+    st.floats(1e3, 1e7),
+    st.floats(1.0, 100.0),
+    st.floats(0.1, 6.0),
+    st.floats(1.0, 1000.0),
+)
+def test_what_is_safe_rises_when_more_is_known(  # type: ignore[no-untyped-def]
+    velocity, acceleration, jerk, radius, angle, feed
+) -> None:
+    path = PathPlanner([PathLimits(velocity, acceleration, jerk)] * 3, (radius, 0, 0))
+    first = ArcGeometry((0, 0, 0), (radius, 0, 0), (0, radius, 0), angle)
+    c, s = radius * cos(angle), radius * sin(angle)
+    second = ArcGeometry((0, 0, 0), (c, s, 0), (-s, c, 0), 0.5)
+    gates = [gate_record() for _ in range(64)]
+    found = []
+    for arc in (first, second):
+        path.append(PathArc(arc, feed))
+        build_gates(path._pieces, gates, path.state)
+        found.append([gate.safe for gate in gates[: path._pieces[0].spans]])
+    # a ramp to rest may be shorter than one to a lower velocity
+    assert all(more >= 0.6 * less for less, more in zip(*found, strict=True))
+    assert found[0][-1] == 0.0
+    assert found[1][-1] > 0.0

@@ -1,0 +1,90 @@
+"""Cams in memory: pieces are found at any place, blocks come and go."""
+
+import random
+from array import array
+from bisect import bisect_right
+
+import pytest
+
+from achse.motion.tables.memory import (
+    COUNT,
+    HEADER,
+    PIECE,
+    RATE,
+    STEP,
+    CamMemory,
+    cam_values,
+    row_at,
+)
+
+
+def cam(memory: CamMemory, places: list[float], step: float = 0.0) -> int:
+    """Straight lines of slope 2."""
+    first = memory.take(HEADER + PIECE * len(places))
+    memory.numbers[first : first + HEADER] = array("d", [0.0] * HEADER)
+    memory.numbers[first + COUNT] = len(places)
+    memory.numbers[first + 2] = places[0]
+    memory.numbers[first + STEP] = step
+    memory.numbers[first + RATE] = 1.0 / step if step else 0.0
+    for n, place in enumerate(places):
+        at = first + HEADER + PIECE * n
+        slope = 2.0 if n < len(places) - 1 else 0.0
+        memory.numbers[at : at + PIECE] = array("d", [place, 2.0 * place, slope, 0.0, 0.0])
+    return first
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_the_row_is_found_from_anywhere(seed: int) -> None:
+    dice = random.Random(seed)
+    count = dice.randint(2, 60)
+    step = dice.choice((0.0, dice.uniform(0.01, 20.0)))
+    places = [dice.uniform(-500.0, 500.0)]
+    while len(places) < count:
+        places.append(
+            places[0] + len(places) * step if step else places[-1] + dice.uniform(0.001, 9.0)
+        )
+    memory = CamMemory()
+    first = cam(memory, places, step)
+    for _ in range(60):
+        place = dice.choice((dice.choice(places), dice.uniform(places[0] - 9.0, places[-1] + 9.0)))
+        right = max(bisect_right(places, place) - 1, 0)
+        assert row_at(memory.numbers, first, dice.randint(-1, count), place) == right
+
+
+def test_outside_a_linear_cam_its_ends_hold() -> None:
+    memory = CamMemory()
+    first = cam(memory, [0.0, 1.0, 3.0])
+    assert cam_values(memory.numbers, first, 0, -5.0) == (0.0, 0.0, 0.0, 0.0, 0)
+    assert cam_values(memory.numbers, first, 0, 2.0) == (4.0, 2.0, 0.0, 0.0, 1)
+    assert cam_values(memory.numbers, first, 0, 99.0) == (6.0, 0.0, 0.0, 0.0, 2)
+
+
+def test_blocks_stay_and_free_ones_are_used_again() -> None:
+    memory = CamMemory()
+    a, b, c = (memory.take(size) for size in (100, 50, 70))
+    memory.numbers[c] = 7.0
+    memory.keep({a, c})
+    assert memory.take(50) == b
+    big = memory.take(5000)
+    assert big > c
+    assert memory.numbers[c] == 7.0
+    assert memory.arguments == memory.numbers.buffer_info()
+    assert len(memory.numbers) >= big + 5000
+    memory.keep(())
+    assert memory.take(5000) == a
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_blocks_never_overlap(seed: int) -> None:
+    dice = random.Random(seed)
+    memory, taken = CamMemory(), dict[int, int]()
+    for _ in range(200):
+        if taken and dice.random() < 0.4:
+            taken.pop(dice.choice(list(taken)))
+            memory.keep(taken)
+        size = dice.randint(1, 300)
+        begin = memory.take(size)
+        assert begin > 0
+        assert all(begin + size <= other or other + taken[other] <= begin for other in taken)
+        assert begin + size <= len(memory.numbers)
+        taken[begin] = size

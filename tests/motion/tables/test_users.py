@@ -1,0 +1,26 @@
+"""Users of tables: slaves with what they follow and what they will change to."""
+
+from achse.motion import AxisParameters, Nc, commands
+from achse.motion.commands import CamDemand
+from achse.motion.states import TableType
+from achse.motion.tables.users import at_work, cams_in_use
+
+
+def test_what_waits_is_in_use_and_what_runs_is_at_work() -> None:
+    nc = Nc(2_000_000, [AxisParameters(n, values={"control_dword": 7}) for n in (1, 2)])
+    nc.cycle(3)
+    for table_id in (7, 8):
+        table = nc.tables.create(table_id, TableType.CAMMING, 4, 2, 2)
+        nc.tables.write(table, 0, [0.0, 0.0, 360.0, 0.0])
+    slave = nc.axis(2)
+    assert list(cams_in_use(nc)) == []
+    assert commands.couple_by_cam(slave, 10, 1, CamDemand(7)) == 0
+    assert commands.couple_by_cam(slave, 10, 1, CamDemand(8, activation=3)) == 0
+    assert [used[1:] for used in cams_in_use(nc)] == [(7, 0), (8, 0)]
+    assert at_work(nc, (7, 0)) == [(slave, slave.cams[0])]
+    assert at_work(nc, (8, 0)) == at_work(nc, (7, 2)) == []
+    slave.control_dword = 0
+    nc.cycle()
+    assert at_work(nc, (7, 0)) == []
+    assert commands.decouple(slave) == 0
+    assert list(cams_in_use(nc)) == []

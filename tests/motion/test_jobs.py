@@ -1,0 +1,34 @@
+"""Jobs: what one asks for is all that another takes over."""
+
+from math import inf
+
+from achse.motion.fields.job import JobProgress, JobRequest
+from achse.motion.jobs import ask, take_over
+from achse.motion.record import JOB
+from achse.motion.states import BufferMode, StartType
+from achse.native.declare import plain_record
+
+Job = plain_record(JOB)
+
+
+def test_a_job_asks_for_what_is_given_and_nothing_else() -> None:
+    job = Job()
+    job.start_velocity, job.blending_position, job.mode = 3.0, 4.0, BufferMode.BUFFERED
+    ask(job, 7, StartType.RELATIVE, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    given = {name: getattr(job, name) for name in JobRequest.__annotations__}
+    assert given == {
+        "number": 7, "start_type": StartType.RELATIVE, "mode": BufferMode.ABORTING,
+        "position": 1.0, "velocity": 2.0, "acceleration": 3.0, "deceleration": 4.0, "jerk": 5.0,
+        "end_velocity": 6.0, "start_velocity": 0.0, "blending_position": inf,
+    }  # fmt: skip
+
+
+def test_all_that_is_asked_for_is_taken_over_and_no_progress() -> None:
+    job, other = Job(), Job()
+    for number, name in enumerate(JOB.fields, 1):
+        setattr(other, name, number)
+    take_over(job, other)
+    for name in JobRequest.__annotations__:
+        assert getattr(job, name) == getattr(other, name), name
+    for name in JobProgress.__annotations__:
+        assert getattr(job, name) == JOB.fields[name].default, name

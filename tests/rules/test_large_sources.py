@@ -1,0 +1,102 @@
+"""Large sources load and run: work grows with their length, and nothing is too deep."""
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from tests.plc.code.conftest import Ran
+
+PLAIN_PROGRAM = "PROGRAM MAIN VAR a, b : DINT; END_VAR\n"
+
+
+def _statements(size: int) -> str:
+    return PLAIN_PROGRAM + "a := a + 1;\n" * size + "END_PROGRAM"
+
+
+def _declarations(size: int) -> str:
+    names = "".join(f"v{number} : DINT := {number};\n" for number in range(size))
+    return f"PROGRAM MAIN VAR a, b : DINT;\n{names}END_VAR\na := v{size - 1} + 1;\nEND_PROGRAM"
+
+
+def _elsif(size: int) -> str:
+    branches = "".join(f"ELSIF b = {number} THEN a := {number};\n" for number in range(1, size))
+    return f"{PLAIN_PROGRAM}b := {size - 1};\nIF b = 0 THEN a := 1;\n{branches}END_IF\nEND_PROGRAM"
+
+
+def _case(size: int) -> str:
+    choices = "".join(f"{number}: a := {number};\n" for number in range(size - 1))
+    return f"{PLAIN_PROGRAM}b := -1;\nCASE b OF\n{choices}ELSE a := {size};\nEND_CASE\nEND_PROGRAM"
+
+
+def _functions(size: int) -> str:
+    functions = "".join(
+        f"FUNCTION F{number} : DINT\nVAR_INPUT x : DINT; END_VAR\nF{number} := x + {number};\n"
+        "END_FUNCTION\n"
+        for number in range(size // 4)
+    )
+    return f"{functions}{PLAIN_PROGRAM}a := F{size // 4 - 1}(1);\nEND_PROGRAM"
+
+
+KINDS: dict[Callable[[int], str], Callable[[int], int]] = {
+    _statements: lambda size: size,
+    _declarations: lambda size: size,
+    _elsif: lambda size: size - 1,
+    _case: lambda size: size,
+    _functions: lambda size: size // 4,
+}
+"""What a source of so many lines leaves in `a`."""
+
+
+def _calls(work: Callable[[], Any]) -> int:
+    """How many functions, of Python or in C, are called."""
+    found = 0
+
+    def note(frame: Any, event: str, argument: Any) -> None:
+        nonlocal found
+        found += event in ("call", "c_call")
+
+    before = sys.getprofile()
+    sys.setprofile(note)
+    try:
+        work()
+    finally:
+        sys.setprofile(before)
+    return found
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_work_grows_with_the_length(kind: Callable[[int], str]) -> None:
+    small, large = kind(400), kind(1600)
+    assert Ran(large).cycle()["a"] == KINDS[kind](1600)
+    assert _calls(lambda: Ran(large)) < 4.4 * _calls(lambda: Ran(small))
+
+
+def test_a_hundred_thousand_lines_of_declarations() -> None:
+    assert Ran(_declarations(100_000)).cycle()["a"] == 100_000
+
+
+def test_a_hundred_thousand_lines_of_statements() -> None:
+    statements = "a\n:=\na\n+ 1\n;\n" * 20_000
+    text = f"{PLAIN_PROGRAM}{statements}END_PROGRAM"
+    assert text.count("\n") > 100_000
+    assert Ran(text).cycle()["a"] == 20_000
+
+
+def test_choices_inside_each_other_at_the_end_of_long_ones() -> None:
+    """Depth is what Python's own nesting and ours have in common."""
+    text = "a := 7;\n"
+    for _ in range(8):
+        branches = "".join(f"ELSIF b = {number} THEN a := {number};\n" for number in range(1, 40))
+        text = f"IF b = 0 THEN a := 1;\n{branches}ELSE\n{text}END_IF\n"
+    assert Ran(f"{PLAIN_PROGRAM}b := 99;\n{text}END_PROGRAM").cycle()["a"] == 7
+
+
+def test_leaving_loops_from_a_long_choice() -> None:
+    branches = "".join(f"ELSIF b = {number} THEN CONTINUE;\n" for number in range(2, 60))
+    text = (
+        "WHILE TRUE DO\nb := b + 1;\nIF b = 1 THEN a := 0;\n"
+        f"{branches}ELSIF b > 70 THEN EXIT;\nEND_IF\na := a + 1;\nEND_WHILE\n"
+    )
+    assert Ran(f"{PLAIN_PROGRAM}{text}END_PROGRAM").cycle()["a"] == 12

@@ -1,0 +1,163 @@
+"""Decks: rings of rows, values wherever they are, and what becomes of a channel without values."""
+
+import mmap
+import threading
+from collections.abc import Callable
+
+import pytest
+
+from achse.native.compiled import compiler_installed
+from achse.native.memory import MemoryCell
+from achse.scope.channel import ScopeChannel
+from achse.scope.deck import Deck, DeckChannel, ScopeSource, address_of
+from achse.scope.trigger import trigger_of
+from achse.scope.types import SCOPE_TYPES
+
+MS = 1_000_000
+
+
+def deck(
+    *reads: tuple[str, Callable[[], bytes]], compiled: bool, capacity: int = 4, trigger: str = ""
+) -> Deck:
+    channels = [
+        DeckChannel(ScopeChannel(f"c{n}"), ScopeSource(read, SCOPE_TYPES[type], MS))
+        for n, (type, read) in enumerate(reads)
+    ]
+    triggers = [trigger_of(trigger)] if trigger else []
+    made = Deck(channels, MS, capacity, triggers, compiled=compiled)
+    made.start(MS)
+    return made
+
+
+def words(rows: bytes) -> list[int]:
+    return memoryview(rows).cast("q").tolist()
+
+
+def test_rows_have_the_values_of_their_moment(compiled: bool, memory: bytearray) -> None:
+    made = deck(
+        ("UINT8", MemoryCell(memory, 3, 1)),
+        ("INT16", lambda: b"\xff\xff"),
+        ("INT64", MemoryCell(memory, 5, 8)),
+        compiled=compiled,
+    )
+    for moment in (1, 2, 3):
+        memory[3] = moment
+        memory[5:13] = (-moment).to_bytes(8, "little", signed=True)
+        assert made.sample() == 0
+    assert words(made.rows(0, 9)[1]) == [1, 0xFFFF, -1, 2, 0xFFFF, -2, 3, 0xFFFF, -3]
+    assert made.due_ns == 4 * MS
+
+
+def test_the_oldest_rows_go_and_are_counted(compiled: bool, memory: bytearray) -> None:
+    made = deck(("UINT8", MemoryCell(memory, 0, 1)), compiled=compiled)
+    for moment in range(11):
+        memory[0] = moment
+        made.sample()
+    assert made.oldest == 7
+    assert made.rows(0, 100)[0] == 7
+    assert words(made.rows(0, 100)[1]) == [7, 8, 9, 10]
+    first, rows = made.rows(8, 2)
+    assert (first, words(rows)) == (8, [8, 9])
+    assert made.rows(20, 5) == (11, b"")
+    assert made.rows(9, 0) == (9, b"")
+    assert made.rows(9, -5) == (9, b"")
+
+
+def test_memory_that_grows_is_found_again(compiled: bool, memory: bytearray) -> None:
+    made = deck(("UINT32", MemoryCell(memory, 100, 4)), compiled=compiled)
+    made.sample()
+    memory.extend(bytes(1 << 22))  # it is elsewhere now
+    memory[100] = 7
+    made.sample()
+    assert words(made.rows(0, 9)[1]) == [0, 7]
+
+
+def test_a_channel_that_cannot_be_read_ends(compiled: bool, memory: bytearray) -> None:
+    values = iter((b"\1", b"\2"))
+
+    def read() -> bytes:
+        try:
+            return next(values)
+        except StopIteration:
+            raise LookupError("axis 3 is gone") from None
+
+    made = deck(
+        ("UINT8", read),
+        ("UINT8", lambda: b"\5"),
+        ("UINT8", MemoryCell(memory, 0, 1)),
+        compiled=compiled,
+    )
+    for _ in range(4):
+        memory[0] += 1
+        made.sample()
+    gone, *others = made.channels
+    assert (gone.lost, gone.length) == ("axis 3 is gone", 2)
+    assert not any(each.lost for each in others)
+    assert words(made.rows(0, 9)[1]) == [1, 5, 1, 2, 5, 2, 0, 5, 3, 0, 5, 4]
+    made.lose(0, "again")
+    assert gone.lost == "axis 3 is gone"
+
+
+def test_triggers_fire_at_their_row(compiled: bool, memory: bytearray) -> None:
+    made = deck(("UINT8", MemoryCell(memory, 0, 1)), compiled=compiled, trigger="c0 rising 2")
+    fired = []
+    for value in (3, 1, 2, 2, 0, 5):
+        memory[0] = value
+        fired.append(made.sample())
+    assert fired == [0, 0, 1, 0, 0, 1]
+
+
+def test_an_address_is_that_of_the_value(memory: bytearray) -> None:
+    if not compiler_installed():
+        pytest.skip("no compiler")
+    pages = mmap.mmap(-1, 4096)
+    made = deck(("UINT16", MemoryCell(pages, 9, 2)), compiled=True)  # type: ignore[arg-type]
+    pages[9:11] = b"\1\2"
+    made.sample()
+    assert words(made.rows(0, 1)[1]) == [0x0201]
+    assert address_of(MemoryCell(memory, 5, 1)) - address_of(MemoryCell(memory, 0, 1)) == 5
+    memory.extend(b"free to grow")
+    pages.close()
+
+
+def test_a_copy_beside_sampling_has_whole_rows_in_order(memory: bytearray) -> None:
+    """Another thread copies; rows that go meanwhile are left out, none is of two moments."""
+    made = deck(
+        *[("INT64", MemoryCell(memory, 8 * n, 8)) for n in range(16)],
+        compiled=compiler_installed(),
+        capacity=20_000,
+    )
+
+    def sample(count: int) -> None:
+        for _ in range(count):
+            memory[:] = made.count.to_bytes(8, "little") * 16
+            made.sample()
+
+    sample(25_000)
+    copies: list[tuple[int, bytearray]] = []
+
+    def copy() -> None:
+        copies.extend(made.copy(made.oldest, made.count) for _ in range(10))
+
+    thread = threading.Thread(target=copy)
+    thread.start()
+    while thread.is_alive():
+        sample(100)
+    for first, rows in copies:
+        found = words(bytes(rows))
+        assert found[::16] == list(range(first, first + len(found) // 16))
+        assert found[15::16] == found[::16]
+
+
+def test_a_copy_leaves_out_what_went_meanwhile(memory: bytearray) -> None:
+    made = deck(("INT64", MemoryCell(memory, 0, 8)), compiled=False, capacity=4)
+    for _ in range(6):
+        memory[0] = made.count
+        made.sample()
+    assert made.copy(0, 6) == (
+        2,
+        bytearray(bytes([2, *bytes(7), 3, *bytes(7), 4, *bytes(7), 5, *bytes(7)])),
+    )
+    for _ in range(10):
+        made.sample()
+    assert made.copy(2, 6) == (6, bytearray())

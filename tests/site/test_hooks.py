@@ -1,0 +1,46 @@
+"""What MkDocs is told: anchors of rows, links within the repository."""
+
+import pytest
+
+from achse.site.hooks import anchored, relinked
+
+
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        ("| 0x4655 | 18005 | `DRIVE` | text |\n", "0x4655"),
+        ("| 0x00004655 | 18005 | `DRIVE` | text |\n", "0x4655"),
+        ("| 0x1000 | 0x00000010 | R | UINT32 |\n", "0x1000-0x10"),
+        ("| 0x4000 … 0x40FF | 0x0000000A … 0x0000000B | R |\n", "0x4000-0xA"),
+        ("| `MC_Power` | function block | x |\n", "MC_Power"),
+    ],
+)
+def test_a_row_has_an_anchor(line: str, name: str) -> None:
+    assert anchored(line) == f'| <a id="{name}"></a>{line[2:]}'
+
+
+@pytest.mark.parametrize("line", ["| hex | decimal |\n", "| --- | --- |\n", "0x10 | 0x20\n", "\n"])
+def test_other_lines_stay(line: str) -> None:
+    assert anchored(line) == line
+
+
+KNOWN = {"index.md", "how-to/a.md", "how-to/b.md", "examples/drives/README.md", "changelog.md"}
+
+
+@pytest.mark.parametrize(
+    ("text", "uri", "found"),
+    [
+        ("[b](b.md)", "how-to/a.md", "[b](b.md)"),
+        ("[b](b.md#part)", "how-to/a.md", "[b](b.md#part)"),
+        ("[top](../../README.md)", "how-to/a.md", "[top](../index.md)"),
+        ("[a](docs/how-to/a.md)", "index.md", "[a](how-to/a.md)"),
+        ("[d](examples/drives/README.md)", "index.md", "[d](examples/drives/README.md)"),
+        ("[top](../../README.md)", "examples/drives/README.md", "[top](../../index.md)"),
+        ("[code](../../src/achse/x.py)", "how-to/a.md", "code"),
+        ("[far](https://example.org/x.md)", "index.md", "[far](https://example.org/x.md)"),
+        ("[here](#part)", "index.md", "[here](#part)"),
+        ("<!-- picture: profile -->", "how-to/a.md", "![profile](../pictures/profile.svg)"),
+    ],
+)
+def test_links_lead_to_pages_of_the_site(text: str, uri: str, found: str) -> None:
+    assert relinked(text, uri, KNOWN) == found

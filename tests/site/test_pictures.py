@@ -1,0 +1,27 @@
+"""Pictures show what the code does, the same each time, and ask no other host."""
+
+import xml.etree.ElementTree as ET
+
+import pytest
+
+from achse.site.pictures import PICTURES, _samples
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_a_picture_is_svg(name: str) -> None:
+    if name == "profile":
+        pytest.importorskip("matplotlib")
+    drawn = PICTURES[name]()
+    assert ET.fromstring(drawn).tag.endswith("svg")
+    assert "@font-face" not in drawn
+    assert "url(http" not in drawn
+
+
+def test_the_profile_ends_where_it_must() -> None:
+    moments, (position, velocity, acceleration) = _samples()
+    assert moments[-1] == pytest.approx(2.2025)
+    assert (position[0], velocity[0]) == (0.0, 0.0)
+    assert position[-1] == pytest.approx(100.0)
+    assert velocity[-1] == pytest.approx(0.0, abs=1e-9)
+    assert max(velocity) == pytest.approx(50.0)
+    assert max(map(abs, acceleration)) <= 500.0 + 1e-9

@@ -1,0 +1,63 @@
+"""Libraries that are not here, and who needs them."""
+
+from pathlib import Path
+
+from achse.st.missing import MissingLibrary, missing_libraries
+from achse.st.parser import parse
+from achse.st.project import examine_project
+from achse.st.references import LibraryReference
+from achse.st.source import Source
+
+IOT = LibraryReference("Tc3_IotBase", "3.1", "Tc3_IotBase", {})
+MINE = LibraryReference("My Lib", "", "My_Lib", {})
+
+
+def _missing(text: str, *references: LibraryReference, unknown: str = "") -> list[MissingLibrary]:
+    parsed = parse(Source(text, "a.st"))
+    found = missing_libraries(
+        references,
+        {"mylib": "m.library"},
+        [parsed],
+        unknown.split(),
+        lambda name: name == "FB_Own",
+    )
+    return list(found)
+
+
+def test_names_belong_to_the_library_that_has_such() -> None:
+    text = "PROGRAM P VAR a : FB_IotMqttClient; b : FB_Mine; c : My_Lib.X; END_VAR"
+    text += " // ST_IotSocketTls\n"
+    iot, mine = _missing(text + "END_PROGRAM", IOT, MINE, unknown="fb_iotmqttclient fb_mine")
+    assert iot.uses == {"a.st": ("FB_IotMqttClient",)}
+    assert mine.uses == {"a.st": ("My_Lib", "FB_Mine")}
+    assert str(iot) == (
+        "library Tc3_IotBase 3.1 is not here, but needed by a.st (FB_IotMqttClient). Put its"
+        " sources (a folder with its .plcproj, .TcPOU or .st files) into a folder of libraries,"
+        ' and name it: libraries = ["folder"] in station.toml, --library folder'
+    )
+    assert "m.library is in a form that only the vendor's tools read" in str(mine)
+
+
+def test_what_the_project_declares_itself_needs_no_library() -> None:
+    (found,) = _missing("TYPE FB_Own : INT; END_TYPE", MINE)
+    assert found.uses == {}
+    assert "nothing in the project seems to need it" in str(found)
+    assert _missing("TYPE T : FB_IotMqttClient; END_TYPE") == []
+
+
+def test_many_files_are_counted() -> None:
+    uses = {f"{number}.st": ("A", "B", "C", "D", "E") for number in range(5)}
+    text = str(MissingLibrary(MINE, uses))
+    assert "0.st (A, B, C, D, …)" in text
+    assert "2.st (A, B, C, D, …), 2 more files." in text
+
+
+def test_the_hint_of_a_project_names_it(tmp_path: Path) -> None:
+    (tmp_path / "a.st").write_text("PROGRAM P VAR a : FB_IotMqttClient; END_VAR END_PROGRAM")
+    (tmp_path / "a.plcproj").write_text(
+        '<P><Compile Include="a.st"/><LibraryReference Include="Tc3_IotBase,*,v"/></P>'
+    )
+    project, error = examine_project(tmp_path)
+    assert [item.reference.title for item in project.missing] == ["Tc3_IotBase"]
+    assert error is not None
+    assert "library Tc3_IotBase is not here, but needed by a.st (FB_IotMqttClient)" in error.hint

@@ -1,0 +1,111 @@
+"""Stand-ins for undeclared names: what uses tell, and projects that load with them."""
+
+from pathlib import Path
+
+import pytest
+
+from achse.st.check import check
+from achse.st.declare import declare, examine
+from achse.st.parser import parse
+from achse.st.project import examine_project, load_project
+from achse.st.source import Source, SourceError
+from achse.st.unknown import MissingNames, stand_ins
+
+PROJECT = """
+VAR_GLOBAL CONSTANT nOwn : INT := Lib.nMost; END_VAR
+TYPE ST_Own EXTENDS ST_Base : STRUCT a : ARRAY [Lib.nLeast..nOwn] OF ST_Part; END_STRUCT END_TYPE
+FUNCTION_BLOCK FB_Own EXTENDS FB_Base IMPLEMENTS I_Thing, I_Other
+VAR
+    fbSend : Lib.FB_Send := (nPort := 3, aRates := [1, 2.5, 3]);
+    fbNew : FB_New(nSize := 5);
+    eMode : E_Mode := E_Mode.Auto;
+    hFile : T_Handle := 0;
+    aQueue : Queue<4>;
+    pNode : POINTER TO ST_Node;
+    refNode : REFERENCE TO ST_Node;
+    nLength : UDINT;
+    sText : STRING(20);
+    eSet : SetType;
+END_VAR
+METHOD Run : BOOL
+VAR_INPUT stIn : ST_In; END_VAR
+fbSend(bExecute := TRUE, sName := sText, nDone => nLength);
+IF fbSend.bBusy AND NOT fbSend.bError THEN
+    fbSend.tWait := T#1S;
+END_IF
+nLength := F_Length(sText, 5) + pNode^.nSize;
+Run := refNode.stNext.bLast;
+CASE eMode OF
+    E_Mode.Auto: fbSend.Reset(bAll := TRUE);
+    E_Mode.Hand: SUPER^.Stop();
+END_CASE
+eSet := Lib.SetType.First;
+bInherited := stIn.fPosition > 5.0;
+fbSend.oData.aValues[7] := 1.5;
+END_METHOD
+END_FUNCTION_BLOCK
+PROGRAM MAIN
+VAR fb : FB_Own; n : INT; b : BOOL; x : INT; END_VAR
+n := Lib.nMost;
+fb(nFromBase := n);
+b := E_Disk.ON_DISK = E_Disk.ON_TAPE;
+LogText(Text := 'a', nLevel := 5);
+LogText(Text := n, nLevel := 6);
+fb.Check('x').Equal(1); fb.nFromBase := 4;
+END_PROGRAM
+"""
+
+
+def files_of(text: str) -> dict[str, str]:
+    found, _ = examine([parse(Source(text, "x.st"))])
+    return stand_ins(MissingNames(found.names))
+
+
+def test_a_project_loads_and_checks_with_its_stand_ins() -> None:
+    files = files_of(PROJECT)
+    assert sorted(files) == ["Lib.st", "types.st"]
+    libraries = [parse(Source(text, name), name=name[:-3]) for name, text in files.items()]
+    project = check(declare([parse(PROJECT)], libraries=libraries))
+    assert [str(fault) for fault in project.faults] == []
+
+
+@pytest.mark.parametrize(
+    ("file", "text"),
+    [
+        ("Lib.st", "nMost : INT := 16; // value?"),
+        ("Lib.st", "nLeast : INT := 1; // value?"),
+        ("types.st", "TYPE E_Mode : (Auto, Hand); END_TYPE // numbers?"),
+        ("types.st", "TYPE SetType : (First); END_TYPE // numbers?"),
+        ("types.st", "TYPE E_Disk : (ON_DISK, ON_TAPE); END_TYPE // numbers?"),
+        ("types.st", "METHOD Stop : BOOL"),
+        ("types.st", "TYPE T_Handle : DINT; END_TYPE"),
+        ("types.st", "FUNCTION_BLOCK FB_New\nMETHOD FB_init : BOOL"),
+        ("types.st", "    bExecute : BOOL;\n    sName : STRING(20);"),
+        ("types.st", "aRates : ARRAY [0..2] OF LREAL;"),
+        ("types.st", "tWait : TIME;"),
+        ("types.st", "VAR_OUTPUT\n    nDone : UDINT;\n    bBusy : BOOL;\n    bError : BOOL;"),
+        ("types.st", "METHOD Reset : BOOL\nVAR_INPUT\n    bAll : BOOL;"),
+        ("types.st", "VAR_GENERIC CONSTANT nGeneric1 : DINT := 1; END_VAR"),
+        ("types.st", "INTERFACE I_Other\nEND_INTERFACE"),
+        ("types.st", "aValues : ARRAY [0..7] OF LREAL;"),
+        ("types.st", "FUNCTION LogText : DINT\nVAR_INPUT\n    Text : ANY;"),
+    ],
+)
+def test_what_uses_tell(file: str, text: str) -> None:
+    assert text in files_of(PROJECT)[file]
+
+
+def test_opaque_projects(tmp_path: Path) -> None:
+    (tmp_path / "x.st").write_text(PROJECT)
+    _, error = examine_project(tmp_path)
+    assert error is not None
+    project = load_project(tmp_path, opaque=True)
+    assert sorted(project.stand_ins) == ["Lib.st", "types.st"]
+    (tmp_path / "x.st").write_text("PROGRAM MAIN END_PROGRAM")
+    assert load_project(tmp_path, opaque=True).stand_ins == {}
+
+
+def test_real_faults_stay_faults(tmp_path: Path) -> None:
+    (tmp_path / "x.st").write_text("PROGRAM MAIN VAR a : ST_A; b : ARRAY [5..1] OF INT; END_VAR")
+    with pytest.raises(SourceError, match="run backwards"):
+        load_project(tmp_path, opaque=True)

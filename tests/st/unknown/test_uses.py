@@ -1,0 +1,32 @@
+"""What is known of a missing name grows with its uses."""
+
+from achse.st.unknown.uses import LONG_TEXT, MissingUse
+
+
+def test_literals_tell_least() -> None:
+    use = MissingUse("x")
+    for told, known in [
+        ("", ""),
+        ("DINT", "DINT"),
+        ("LREAL", "LREAL"),
+        ("DINT", "LREAL"),
+        ("REAL", "REAL"),
+    ]:
+        use.told(told)
+        assert use.type == known
+    assert not use.is_mixed
+    use.told("BOOL")
+    assert (use.type, use.is_mixed) == ("REAL", True)
+
+
+def test_texts_and_numbers_are_mixed() -> None:
+    use = MissingUse("x")
+    use.told(LONG_TEXT)
+    use.told("INT")
+    assert (use.type, use.is_mixed) == ("INT", True)
+
+
+def test_members_without_case() -> None:
+    use = MissingUse("x")
+    assert use.member("bDone") is use.member("BDONE")
+    assert use.members["bdone"].name == "bDone"

@@ -1,0 +1,33 @@
+"""What buses of drives and of terminals have in common."""
+
+from achse.station.bus_parts import terminals_on
+from achse.station.config import parse
+from achse.station.ethercat_bus import EthercatBus
+from achse.station.interface_bus import InterfaceBus
+from achse.station.station import Station
+
+AXES = [{"id": 1, "name": "A"}, {"id": 2, "name": "B"}]
+
+
+def test_terminals_without_a_name_are_on_the_only_bus() -> None:
+    config = parse({"bus": [{}], "terminal": [{"name": "a"}, {"name": "b", "bus": "EtherCAT"}]}, "")
+    assert [each.name for each in terminals_on(config, config.bus[0])] == ["a", "b"]
+
+
+def test_each_bus_is_where_its_table_says() -> None:
+    document = {
+        "axis": AXES,
+        "bus": [{"name": "here"}, {"name": "there", "interface": "no-such-if"}],
+        "drive": [{"axis": 1, "bus": "here"}, {"axis": 2, "bus": "there"}],
+    }
+    station = Station(parse(document, "test"))
+    here, there = station.fieldbuses.values()
+    assert isinstance(here, EthercatBus)
+    assert isinstance(there, InterfaceBus)
+    station.advance(1.0)
+    assert here.master.operational
+    assert "no-such-if" in there.trouble
+    assert [bus["interface"] for bus in station.statistics()["buses"]] == ["", "no-such-if"]
+    station.restart()
+    station.advance(1.0)
+    assert station.fieldbuses["there"] is not there

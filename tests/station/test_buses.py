@@ -1,0 +1,138 @@
+"""Axes on the drives of a bus, as a station has them."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from achse.codes import NcError
+from achse.codes.axis import StartType
+from achse.drive.alarms import Alarm
+from achse.motion import commands
+from achse.station.config import ConfigError, parse
+from achse.station.station import Station
+
+AXIS = {"max_velocity": 400.0, "default_acceleration": 2000.0, "default_deceleration": 2000.0,
+        "default_jerk": 20_000.0}  # fmt: skip
+
+
+def station(*drives: dict[str, Any], **more: Any) -> Station:
+    document = {
+        "bus": [{}],
+        "axis": [{"id": n, "name": f"A{n}", **AXIS} for n in range(1, len(drives) + 1)],
+        "drive": [{"axis": n} | drive for n, drive in enumerate(drives, 1)],
+    }
+    return Station(parse(document | more, "test"))
+
+
+def enable(made: Station) -> None:
+    assert made.nc is not None
+    for axis in made.nc:
+        axis.control_dword, axis.velocity_override = 7, 1_000_000
+    made.advance(1.5)
+    assert [axis.loop_closed for axis in made.nc] == [1] * len(made.nc)
+
+
+@pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
+def test_axes_in_each_mode_reach_their_targets(kernel: str) -> None:
+    modes: list[dict[str, Any]] = [{"mode": mode} for mode in ("csp", "csv", "cst")]
+    modes[1] |= {"inverted": True, "gear": [3, 1]}
+    made = station(*modes, nc={"kernel": kernel})
+    enable(made)
+    assert made.nc is not None
+    for axis in made.nc:
+        assert commands.start(axis, StartType.ABSOLUTE, 33.0, 100.0) == 0
+    made.advance(3.0)
+    for axis in made.nc:
+        assert axis.error_code == 0
+        assert axis.actual_position == pytest.approx(33.0, abs=0.02)
+
+
+def test_equal_histories_have_equal_digests_on_either_kernel() -> None:
+    digests = set()
+    for kernel in ("interpreted", "compiled", "compiled"):
+        made = station({"mode": "csp"}, {"mode": "cst"}, nc={"kernel": kernel})
+        enable(made)
+        assert made.nc is not None
+        for axis in made.nc:
+            commands.start(axis, StartType.ABSOLUTE, 20.0, 100.0)
+        made.advance(0.5)
+        digests.add(made.digest())
+    assert len(digests) == 1
+
+
+def test_32_axes_move_together() -> None:
+    made = station(*[{} for _ in range(32)])
+    enable(made)
+    assert made.nc is not None
+    for axis in made.nc:
+        assert commands.start(axis, StartType.ABSOLUTE, float(axis.axis_id), 100.0) == 0
+    made.advance(2.0)
+    for axis in made.nc:
+        assert axis.actual_position == pytest.approx(axis.axis_id, abs=1e-3)
+
+
+def test_a_fault_is_an_error_of_its_axis_alone() -> None:
+    made = station({}, {})
+    enable(made)
+    assert made.nc is not None
+    made.buses[0].bus.drives[0].faults.alarm(Alarm.OVER_VOLTAGE, lasting=False)
+    for axis in made.nc:
+        commands.start(axis, StartType.ABSOLUTE, 50.0, 50.0)
+    made.advance(2.0)
+    first, second = made.nc
+    assert NcError.of(first.error_code) is NcError.DRIVE_NOT_READY
+    assert (second.error_code, second.actual_position) == (0, pytest.approx(50.0, abs=1e-3))
+    commands.reset(first)
+    made.advance(0.5)
+    assert first.loop_closed
+
+
+def test_a_restart_brings_axes_and_drives_again() -> None:
+    made = station({})
+    enable(made)
+    made.restart()
+    made.advance(2.0)
+    enable(made)
+
+
+def test_an_axis_without_a_drive_stays_simulated() -> None:
+    document = {"axis": [{"id": 7, "name": "S", **AXIS}, {"id": 8, "name": "D", **AXIS}],
+                "bus": [{}], "drive": [{"axis": "d"}]}  # fmt: skip
+    made = Station(parse(document, "test"))
+    enable(made)
+    assert made.nc is not None
+    for axis in made.nc:
+        commands.start(axis, StartType.ABSOLUTE, 10.0, 100.0)
+    made.advance(2.0)
+    for axis in made.nc:
+        assert axis.actual_position == pytest.approx(10.0, abs=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("document", "told"),
+    [
+        ({"drive": [{"axis": 1}]}, r"drive\[1\]: expected a table \[\[bus\]\]"),
+        ({"bus": [{}], "drive": [{"axis": 9}]}, r"drive\[1\].axis: expected an axis"),
+        ({"bus": [{}], "drive": [{"axis": "Q"}]}, "expected an axis of the NC, got 'Q'"),
+        ({"bus": [{}], "drive": [{"axis": 1}, {"axis": "A"}]}, "has a drive already"),
+        ({"bus": [{}], "drive": [{"axis": 1, "bus": "B"}]}, r"drive\[1\].bus: expected one of"),
+        ({"bus": [{"name": "a"}, {"name": "a"}]}, "bus.name"),
+        ({"bus": [{}], "drive": [{"axis": 1, "outputs": [0x6040]}]}, "csp needs 607Ah"),
+    ],
+)
+def test_what_does_not_fit_is_told(document: dict[str, Any], told: str) -> None:
+    axes = [{"id": 1, "name": "A", **AXIS}]
+    with pytest.raises(ConfigError, match=told):
+        Station(parse({"axis": axes} | document, "test"))
+
+
+def test_the_example_moves() -> None:
+    made = Station.load(Path(__file__).parents[2] / "examples" / "drives" / "station.toml")
+    enable(made)
+    assert made.nc is not None
+    for axis in made.nc:
+        assert commands.start(axis, StartType.ABSOLUTE, 40.0, 100.0) == 0
+    made.advance(3.0)
+    for axis in made.nc:
+        assert axis.actual_position == pytest.approx(40.0, abs=0.1), axis

@@ -1,0 +1,73 @@
+"""[[channel]] and [[group]] in a station.toml."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from achse.motion.groups.kinematic import KinematicGroup
+from achse.station import ConfigError, Station
+from achse.station.config import parse
+
+AXES = [{"id": n, "name": f"A{n}"} for n in (1, 2, 3)]
+
+
+def station(tmp_path: Path, **tables: Any) -> Station:
+    return Station(parse({"axis": AXES, **tables}, "here"), base=tmp_path)
+
+
+def test_a_station_has_the_groups_it_describes(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(
+        "NUMBERS = {'ratio': 2.0}\n"
+        "def forward(n, a, p):\n    p[0] = n[0] * a[0]\n    return 1\n"
+        "def inverse(n, p, a):\n    a[0] = p[0] / n[0]\n    return 1\n"
+    )
+    made = station(
+        tmp_path,
+        channel=[{"id": 4, "type": "fifo"}, {"id": 5, "type": "kinematic", "name": "Robot"}],
+        group=[
+            {"id": 20, "type": "fifo", "channel": 4, "dimension": 3, "axes": [1, 0, 2]},
+            {
+                "id": 21,
+                "type": "kinematic",
+                "channel": 5,
+                "kinematics": "mine.py",
+                "numbers": {"ratio": 3.0},
+            },
+        ],
+    )
+    assert made.nc is not None
+    assert made.nc.groups.group(20).ids == [1, 0, 2]
+    group = made.nc.groups.group(21)
+    assert isinstance(group, KinematicGroup)
+    assert group.forward([2.0] + [0.0] * 7) == [6.0] + [0.0] * 7
+    assert made.nc.channels.ids() == [1, 4, 5]
+    assert group.channel.name == "Robot"
+
+
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        ({"group": [{"id": 20, "channel": 4}]}, "no channel 4"),
+        ({"channel": [{"id": 1}], "group": [{"id": 1, "channel": 1}]}, "PTP group"),
+        ({"channel": [{"id": 1}, {"id": 1}]}, "channel.id: each once"),
+        ({"channel": [{"id": 1}], "group": [{"id": 20, "channel": 1, "kind": "3d"}]}, "no such"),
+        (
+            {
+                "channel": [{"id": 1, "type": "kinematic"}],
+                "group": [{"id": 20, "channel": 1, "type": "kinematic", "kinematics": "arm.py"}],
+            },
+            "arm.py",
+        ),
+    ],
+)
+def test_what_cannot_be(tmp_path: Path, tables: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        station(tmp_path, **tables)
+
+
+def test_the_demo_station_has_a_channel_with_an_interpreter() -> None:
+    made = Station.demo()
+    assert made.nc is not None
+    channel = made.nc.channels.channel(1)
+    assert (channel.type, channel.interpreter_type, channel.group_ids) == (2, 2, [11])

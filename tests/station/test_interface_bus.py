@@ -1,0 +1,317 @@
+"""A bus on a network interface, in virtual time: searched, lost, found again, each with its end."""
+
+from collections import deque
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from achse.codes import AlState, AlStatus, NcError
+from achse.codes.axis import StartType
+from achse.drive import Drive
+from achse.drive.alarms import Alarm
+from achse.ethercat import Loopback, Segment, Slave
+from achse.ethercat.master import Master
+from achse.ethercat.terminals import DigitalTerminal
+from achse.motion import commands
+from achse.station import interface_bus
+from achse.station.bus_link import BusLink
+from achse.station.bus_plan import BusPlan
+from achse.station.config import ConfigError, parse
+from achse.station.interface_bus import BusSocket, InterfaceBus
+from achse.station.station import Station
+from achse.transport.ethernet import LinkError
+
+MS = 1_000_000
+AXIS = {"max_velocity": 400.0, "default_acceleration": 2000.0, "default_deceleration": 2000.0,
+        "default_jerk": 20_000.0}  # fmt: skip
+
+
+class Interface:
+    """Interfaces of a machine; one has slaves, which answer before the next cycle."""
+
+    def __init__(self, cycle_ns: int, slaves: list[Any]) -> None:
+        self.cycle_ns = cycle_ns
+        self.segment = Segment(Slave(each) for each in slaves)
+        self.there = self.up = self.allowed = True
+        self.now_ns = 0
+        self.opened = 0
+
+    def replace(self, slaves: list[Any]) -> None:
+        """Other slaves, or the same ones after their process was started again."""
+        now = self.segment.time.now_ns
+        self.segment = Segment(Slave(each) for each in slaves)
+        self.segment.advance(now)
+
+    def open(self, interface: str) -> "Cable":
+        if not self.allowed:
+            raise LinkError(f"raw Ethernet on {interface} needs CAP_NET_RAW")
+        if not self.there:
+            raise LinkError(f"no interface {interface}; there are lo")
+        self.opened += 1
+        return Cable(self)
+
+
+class Cable:
+    def __init__(self, interface: Interface) -> None:
+        self.interface = interface
+        self.arrived_ns = 0
+        self.waiting: deque[bytes] = deque()
+
+    @property
+    def gone(self) -> bool:
+        return not self.interface.there
+
+    def send(self, frame: bytes) -> bool:
+        interface = self.interface
+        if not (interface.up and interface.there):
+            return False
+        interface.segment.advance(interface.now_ns)
+        reply = interface.segment.process(frame)
+        if reply is not None:
+            self.waiting.append(reply)
+        return True
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        self.arrived_ns = self.interface.now_ns
+        return self.waiting.popleft() if self.waiting and self.interface.up else None
+
+    def close(self) -> None:
+        self.waiting.clear()
+
+
+class Made:
+    """A station whose bus is on `interface`."""
+
+    def __init__(
+        self,
+        monkeypatch: pytest.MonkeyPatch,
+        interface: Interface,
+        drives: int,
+        terminals: int = 0,
+        **document: Any,
+    ) -> None:
+        self.interface = interface
+
+        def clock() -> int:
+            return interface.now_ns
+
+        def way(master: Master, socket: BusSocket) -> BusLink:
+            return BusLink(master, socket, clock=clock, now=clock)
+
+        class Clocked(InterfaceBus):
+            """Each cycle of the bus is a cycle of the interface's time."""
+
+            def __init__(self, plan: BusPlan, name: str) -> None:
+                super().__init__(plan, name, open_link=interface.open, make_way=way)
+
+            def exchange(self) -> None:
+                interface.now_ns += interface.cycle_ns
+                super().exchange()
+
+        monkeypatch.setattr("achse.station.bus_parts.InterfaceBus", Clocked)
+        whole: dict[str, Any] = {
+            "nc": {"cycle": f"{interface.cycle_ns // 1000}us", "kernel": "interpreted"},
+            "bus": [{"interface": "veth0"}],
+            "axis": [{"id": n, "name": f"A{n}", **AXIS} for n in range(1, drives + 1)],
+            "drive": [{"axis": n} for n in range(1, drives + 1)],
+            "terminal": [{"name": f"T{n}"} for n in range(1, terminals + 1)],
+        }
+        self.station = Station(parse(whole | document, "test"))
+        (bus,) = self.station.fieldbuses.values()
+        assert isinstance(bus, InterfaceBus)
+        self.bus = bus
+
+    @property
+    def axes(self) -> list[Any]:
+        assert self.station.nc is not None
+        return list(self.station.nc)
+
+    def until(self, condition: Any, seconds: float = 30.0) -> None:
+        """Station time passes until a condition holds."""
+        for _ in range(round(seconds / 0.02)):
+            if condition():
+                return
+            self.station.advance(0.02)
+        assert condition(), (self.bus.trouble, [vars(each) for each in self.bus.master.slaves])
+
+    def operational(self) -> bool:
+        return self.bus.trouble == "" and self.bus.master.operational
+
+    def enable(self) -> None:
+        for axis in self.axes:
+            axis.control_dword, axis.velocity_override = 7, 1_000_000
+        self.until(lambda: all(axis.loop_closed for axis in self.axes))
+
+    def go(self, target: float, velocity: float = 50.0) -> None:
+        for axis in self.axes:
+            assert commands.start(axis, StartType.ABSOLUTE, target, velocity) == 0
+
+    def errors(self) -> set[NcError | None]:
+        return {NcError.of(axis.error_code) if axis.error_code else None for axis in self.axes}
+
+    def recovers(self) -> None:
+        """What the how-to says: mend it, wait for Op, MC_Reset, go on."""
+        self.until(self.operational)
+        for axis in self.axes:
+            assert commands.reset(axis) == 0
+        self.until(lambda: all(axis.loop_closed for axis in self.axes))
+        self.go(10.0, 100.0)
+        self.until(lambda: all(abs(axis.actual_position - 10.0) < 0.02 for axis in self.axes))
+        assert self.errors() == {None}
+
+
+def drives(count: int) -> list[Drive]:
+    return [Drive() for _ in range(count)]
+
+
+def test_the_slaves_are_searched_while_the_station_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = Made(monkeypatch, Interface(2 * MS, drives(2)), 2)
+    assert made.bus.trouble == "veth0 is not open yet"
+    made.until(made.operational)
+    made.enable()
+    made.go(30.0)
+    made.until(lambda: all(abs(axis.actual_position - 30.0) < 0.01 for axis in made.axes))
+    assert made.bus.searches == 1
+    assert made.bus.round_trips.count > 100
+    assert made.bus.master.cyclic.counters.lost == 0
+    (figures,) = made.station.statistics()["buses"]
+    assert (figures["interface"], figures["slaves_operational"]) == ("veth0", 2)
+
+
+@pytest.mark.parametrize(
+    ("trouble", "told"),
+    [
+        ("there", "no interface veth0; there are lo"),
+        ("allowed", "raw Ethernet on veth0 needs CAP_NET_RAW"),
+        ("up", "veth0: command 7 to 0 at 0x0130: sent 3 times, nothing came back"),
+    ],
+)
+def test_an_interface_that_does_not_serve_is_told_and_tried_again(
+    trouble: str, told: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    interface = Interface(2 * MS, drives(1))
+    setattr(interface, trouble, False)
+    made = Made(monkeypatch, interface, 1)
+    made.axes[0].control_dword = 7
+    made.until(lambda: made.bus.trouble == told)
+    made.station.advance(2.0)
+    assert [record.getMessage() for record in caplog.records].count(f"EtherCAT: {told}") == 1
+    made.axes[0].velocity_override = 1_000_000
+    made.go(10.0)
+    made.until(lambda: made.errors() == {NcError.DRIVE_NOT_READY})
+    setattr(interface, trouble, True)
+    made.recovers()
+
+
+def test_too_few_slaves_are_told_and_the_others_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    interface = Interface(2 * MS, drives(1))
+    made = Made(monkeypatch, interface, 2)
+    made.until(lambda: "Drive 2 (axis 2) missing" in made.bus.trouble)
+    made.until(lambda: made.bus.slaves[0].operational)
+    assert not made.bus.slaves[1].present
+    interface.replace(drives(2))
+    made.until(lambda: made.bus.master.operational)
+    made.enable()
+
+
+def test_another_slave_than_a_drive_is_told_until_it_is_changed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    interface = Interface(2 * MS, [DigitalTerminal(8, 8, "EL"), Drive()])
+    made = Made(monkeypatch, interface, 2, drive=[{"axis": 1, "own_mapping": True}, {"axis": 2}])
+    told = "cannot be Drive 1 (axis 1): 6040h is not in its outputs"
+    made.until(lambda: told in made.bus.trouble)
+    made.until(lambda: made.bus.slaves[1].operational)
+    interface.replace(drives(2))
+    made.until(made.operational)
+
+
+def test_slaves_that_are_not_in_the_tables_are_let_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    line = [Loopback(4), Drive(), Loopback(2)]
+    made = Made(monkeypatch, Interface(2 * MS, line), 1, drive=[{"axis": 1, "position": 2}])
+    made.until(made.operational)
+    assert [slave.state for slave in made.bus.master.slaves] == [AlState.OP] * 3
+    made.enable()
+
+
+def test_a_bus_has_one_speed(monkeypatch: pytest.MonkeyPatch) -> None:
+    import asyncio
+
+    made = Made(monkeypatch, Interface(2 * MS, drives(1)), 1)
+
+    async def run() -> None:
+        async with made.station.running(tcp_port=0, udp_port=None, speed=2.0):
+            raise AssertionError("not refused")
+
+    with pytest.raises(ConfigError, match="slaves on veth0 need speed 1, got 2"):
+        asyncio.run(run())
+
+
+def test_closing_leaves_the_slaves_in_init(monkeypatch: pytest.MonkeyPatch) -> None:
+    interface = Interface(2 * MS, drives(1))
+    made = Made(monkeypatch, interface, 1)
+    made.until(made.operational)
+    made.bus.close()
+    interface.segment.advance(interface.now_ns + 20 * MS)
+    assert interface.segment.slaves[0].state is AlState.INIT
+    made.until(lambda: interface.opened == 2 and made.operational())
+
+
+def test_the_socket_is_a_raw_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = []
+
+    def link(interface: str, *, alone: bool) -> BusSocket:
+        opened.append((interface, alone))
+        return Cable(Interface(MS, []))
+
+    monkeypatch.setattr(interface_bus, "EthernetLink", link)
+    interface_bus.open_interface("eth7")
+    assert opened == [("eth7", True)]
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.data())
+def test_whatever_happens_to_the_bus_ends_in_its_error_and_recovers(data: st.DataObject) -> None:
+    """All parameters drawn: axes, terminals, cycle, what fails, when and for how long."""
+    draw = data.draw
+    count = draw(st.integers(1, 3), "drives")
+    terminals = draw(st.integers(0, 2), "terminals")
+    cycle_ns = draw(st.sampled_from([1, 2, 4]), "cycle in ms") * MS
+    moved = drives(count)
+    line = [*moved, *(DigitalTerminal(16, 16, f"T{n}") for n in range(terminals))]
+    interface = Interface(cycle_ns, line)
+    with pytest.MonkeyPatch.context() as patch:
+        made = Made(patch, interface, count, terminals)
+        made.until(made.operational)
+        made.enable()
+        made.go(300.0, draw(st.floats(10.0, 100.0), "velocity"))
+        made.station.advance(draw(st.floats(0.0, 1.0), "when"))
+        hit = draw(st.integers(0, count - 1), "drive")
+        fault = draw(
+            st.sampled_from(["cable", "killed", "safeop", "alarm", "interface"]), "what happens"
+        )
+        expected = NcError.DRIVE_IO_INVALID
+        slave = interface.segment.slaves[hit]
+        if fault == "cable":
+            interface.up = False
+        elif fault == "interface":
+            interface.there = False
+        elif fault == "safeop":
+            slave.hang()
+            slave.fail(AlStatus.WATCHDOG)
+        elif fault == "alarm":
+            moved[hit].faults.alarm(Alarm.OVER_VOLTAGE, lasting=False)
+            expected = NcError.DRIVE_NOT_READY
+        else:
+            interface.replace([*drives(count), *line[count:]])
+        everybody = fault in ("cable", "interface", "killed")
+        wanted = {expected} if everybody or count == 1 else {expected, None}
+        made.until(lambda: made.errors() == wanted)
+        made.station.advance(draw(st.floats(0.0, 2.0), "for how long"))
+        interface.up = interface.there = True
+        slave.hang(False)
+        if fault == "safeop":  # given up after some tries, as the how-to says
+            made.bus.master.request(AlState.OP, made.bus.slaves[hit])
+        made.recovers()

@@ -1,0 +1,139 @@
+"""The shortcut leaves what frames leave: states, counters, events, whatever happens in between."""
+
+import random
+from typing import Any
+
+import pytest
+
+from achse.codes import AlStatus
+from achse.codes.axis import StartType
+from achse.ethercat import Disturbance
+from achse.motion import commands
+from achse.native.compiled import compiler_installed
+from achse.station.config import parse
+from achse.station.ethercat_bus import EthercatBus
+from achse.station.kernel_cycles import KernelCycles
+from achse.station.station import Station
+from achse.station.whole_cycle import KERNEL
+
+pytestmark = pytest.mark.skipif(not compiler_installed(), reason="needs llvmlite")
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _compiled() -> None:
+    """The shortcut is taken where its machine code is there already."""
+    if compiler_installed():
+        _ = KERNEL.function
+
+
+AXIS = {"max_velocity": 400.0, "default_acceleration": 2000.0, "default_deceleration": 2000.0,
+        "default_jerk": 20_000.0}  # fmt: skip
+
+
+def station(drives: list[dict[str, Any]], shortcut: bool, **more: Any) -> Station:
+    document = {
+        "nc": {"kernel": "compiled"} | more.pop("nc", {}),
+        "bus": [{}],
+        "axis": [{"id": n, "name": f"A{n}"} | AXIS for n in range(1, len(drives) + 1)],
+        "drive": [{"axis": n} | drive for n, drive in enumerate(drives, 1)],
+    }
+    made = Station(parse(document | more, "test"))
+    shortcut_of(made).allowed = shortcut
+    return made
+
+
+def shortcut_of(made: Station) -> KernelCycles:
+    found = made.buses[0].shortcut
+    assert found is not None
+    return found
+
+
+def bus_of(made: Station) -> EthercatBus:
+    bus = made.buses[0].bus
+    assert isinstance(bus, EthercatBus)
+    return bus
+
+
+def told(made: Station) -> dict[str, Any]:
+    """All that one can see of a station, its bus and what happened on it."""
+    bus = bus_of(made)
+    assert made.nc is not None
+    return {
+        "digest": made.digest(),
+        "nc": made.nc.digest(),
+        "cycles": made.nc.cycle_count,
+        "counters": repr(bus.master.cyclic.counters),
+        "acyclic": (bus.master.traffic.sent, bus.master.traffic.lost, bus.master.traffic.strays),
+        "events": [(event.time_ns, event.kind, event.number) for event in bus.master.take_events()],
+        "times": (bus.now_ns, bus.segment.time.now_ns, bus.master.now_ns,
+                  bus.master.cyclic.reference_ns),
+        "toggles": [slave.input_toggle for slave in bus.master.slaves],
+        "due": [slave.due_ns for slave in bus.segment.slaves],
+    }  # fmt: skip
+
+
+def test_most_cycles_of_a_quiet_bus_need_no_frames() -> None:
+    made = station([{}, {"mode": "csv"}], True)
+    made.advance(5.0)
+    assert shortcut_of(made).cycles > 0.7 * 2500
+    assert bus_of(made).segment.counters.frames < 1500
+
+
+def test_frames_do_what_is_asked_for() -> None:
+    made = station([{}], False)
+    made.advance(2.0)
+    assert shortcut_of(made).cycles == 0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_it_leaves_what_frames_leave(seed: int) -> None:
+    chance = random.Random(seed)
+    drives = [
+        {
+            "mode": chance.choice(["csp", "csv", "cst"]),
+            "inverted": chance.random() < 0.5,
+            "resolution": chance.choice([10_000, 131_072]),
+            "homing": {"method": chance.choice([33, 34, 37])},
+            "machine": {"probe": [2.0, 5.0]},
+        }
+        for _ in range(chance.randint(1, 3))
+    ]
+    cycle = chance.choice(["1ms", "2ms", "4ms"])
+    both = [station(drives, shortcut, nc={"cycle": cycle}) for shortcut in (True, False)]
+    for made in both:
+        assert made.nc is not None
+        for axis in made.nc:
+            axis.control_dword, axis.velocity_override = 7, 1_000_000
+        made.advance(1.3)
+    assert told(both[0]) == told(both[1])
+    for _ in range(5):
+        what = chance.choice(["move", "move", "home", "alarm", "reset", "cable", "probe",
+                                     "lose", "fall", "disable"])  # fmt: skip
+        number = chance.randint(1, len(drives))
+        target, seconds = chance.uniform(-30.0, 30.0), chance.uniform(0.01, 0.5)
+        for made in both:
+            assert made.nc is not None
+            axis, bus = made.nc.axis(number), bus_of(made)
+            slave = bus.segment.slaves[number - 1]
+            if what == "move":
+                commands.start(axis, StartType.ABSOLUTE, target, 100.0)
+            elif what == "home":
+                commands.home(axis)
+            elif what == "alarm":
+                bus.drives[number - 1].record.alarm_request = 0xFF11
+            elif what == "reset":
+                commands.reset(axis)
+            elif what == "probe":
+                commands.activate_touch_probe(axis, 1, 0, 1, 0)
+            elif what == "lose":
+                bus.segment.disturbance = Disturbance(lose=3)
+            elif what == "fall":
+                slave.fail(AlStatus.WATCHDOG)
+            elif what == "disable":
+                axis.control_dword ^= 1
+            elif slave in bus.segment.reachable:
+                bus.segment.break_link(slave)
+            else:
+                bus.segment.repair_link(slave)
+            made.advance(seconds)
+        assert told(both[0]) == told(both[1]), what

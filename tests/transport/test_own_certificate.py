@@ -1,0 +1,74 @@
+"""Certificates: made once, kept, read; what cannot be used is told by its file."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from achse.transport.own_certificate import (
+    CERTIFICATE_FILE,
+    KEY_FILE,
+    CertificateError,
+    OwnCertificate,
+    names_of,
+)
+from tests.transport.certificates import authority, identity, signed
+
+
+def test_it_is_made_once_and_kept(tmp_path: Path) -> None:
+    made = OwnCertificate.made(tmp_path / "new" / "folder", "panel")
+    assert made == OwnCertificate.made(tmp_path / "new" / "folder", "another")
+    assert len(made.fingerprint) == 64
+    from cryptography import x509
+
+    parsed = x509.load_pem_x509_certificate(made.certificate.read_bytes())
+    from cryptography.hazmat.primitives.serialization import Encoding
+
+    assert names_of(parsed.public_bytes(Encoding.DER)) == {"panel"}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such modes")
+def test_only_its_owner_reads_the_key() -> None:
+    assert identity("panel").key.stat().st_mode & 0o077 == 0
+
+
+def test_names_and_addresses() -> None:
+    from cryptography import x509
+    from cryptography.hazmat.primitives.serialization import Encoding
+
+    file = signed("Press", "192.0.2.7", "::1").certificate
+    parsed = x509.load_pem_x509_certificate(file.read_bytes())
+    assert names_of(parsed.public_bytes(Encoding.DER)) == {"press", "192.0.2.7", "::1"}
+
+
+def test_what_cannot_be_used_is_told(tmp_path: Path) -> None:
+    ours, others = identity("panel"), identity("other")
+    with pytest.raises(CertificateError, match=r"other.*achse\.key is not the key of .*panel"):
+        OwnCertificate.load(ours.certificate, others.key)
+    broken = tmp_path / "broken"
+    broken.write_bytes(b"certificate")
+    with pytest.raises(CertificateError, match="broken: a certificate in PEM"):
+        OwnCertificate.load(broken, ours.key)
+    with pytest.raises(CertificateError, match="broken: a key in PEM"):
+        OwnCertificate.load(ours.certificate, broken)
+    (tmp_path / KEY_FILE).write_bytes(ours.key.read_bytes())
+    with pytest.raises(FileNotFoundError, match=CERTIFICATE_FILE):
+        OwnCertificate.made(tmp_path, "half")  # nothing is written over a key
+    assert authority().exists()
+
+
+def test_without_the_extra_it_says_so(tmp_path: Path) -> None:
+    code = (
+        "import sys; sys.modules['cryptography'] = None\n"
+        "from pathlib import Path\n"
+        "from achse.transport.own_certificate import OwnCertificate, CertificateError\n"
+        "try:\n"
+        "    OwnCertificate.made(Path(sys.argv[1]), 'x')\n"
+        "except CertificateError as fault:\n"
+        "    print(fault)\n"
+    )
+    told = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, check=True
+    )
+    assert told.stdout == "Secure ADS needs the extra secure: pip install achse[secure]\n"

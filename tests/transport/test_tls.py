@@ -1,0 +1,170 @@
+"""The two engines against each other: who is trusted, what is refused, any cut of the bytes."""
+
+import random
+import ssl
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.ams.secure import fingerprint_of
+from achse.transport.tls import HAS_PSK, ClientTls, ServerTls, Tls, TlsError, offered_suites
+from tests.transport.certificates import authority, identity, signed
+
+
+def shake(server: ServerTls, client: Tls, step: int = 65_536) -> Tls:
+    """Carry bytes both ways until nobody has any; the server's end."""
+    hello, far = bytearray(), None
+    while data := client.outgoing():
+        for place in range(0, len(data), step):
+            piece = data[place : place + step]
+            if far is None:
+                hello += piece
+                far = server.accept(bytes(hello))
+                if far is None:
+                    continue
+                piece = bytes(hello)
+            far.receive(piece)
+        assert far is not None
+        back = far.outgoing()
+        for place in range(0, len(back), step):
+            client.receive(back[place : place + step])
+    assert far is not None
+    return far
+
+
+@pytest.mark.parametrize("step", [1, 7, 65_536])
+def test_certificates_are_seen_by_both_and_bytes_go_both_ways(step: int) -> None:
+    client = ClientTls(identity("panel")).start()
+    server = shake(ServerTls(identity("press")), client, step)
+    assert server.established
+    assert client.established
+    assert fingerprint_of(server.certificate) == identity("panel").fingerprint
+    assert fingerprint_of(client.certificate) == identity("press").fingerprint
+    assert not server.trusted
+    assert not client.trusted
+    client.send(b"there" * 50_000)
+    assert server.receive(client.outgoing()) == b"there" * 50_000
+    server.send(b"back" * 50_000)
+    assert client.receive(server.outgoing()) == b"back" * 50_000
+
+
+def test_a_client_without_certificate_gets_through_the_handshake_untrusted() -> None:
+    client = ClientTls().start()
+    server = shake(ServerTls(identity("press"), ca=authority()), client)
+    assert server.established
+    assert (server.certificate, server.trusted) == (b"", False)
+
+
+def test_an_authority_vouches_for_its_own_only() -> None:
+    server = ServerTls(signed("press"), ca=authority())
+    for who, trusted in ((signed("panel"), True), (signed("x", by="y"), False)):
+        far = shake(server, ClientTls(who).start())
+        assert far.trusted is trusted
+    assert not shake(server, ClientTls(identity("panel")).start()).trusted
+    client = ClientTls(signed("panel"), ca=authority()).start()
+    shake(server, client)
+    assert client.trusted
+
+
+def test_a_client_does_not_talk_to_a_server_that_nobody_vouches_for() -> None:
+    client = ClientTls(signed("panel"), ca=authority()).start()
+    with pytest.raises(TlsError, match=r"self.signed|unable to get"):
+        shake(ServerTls(identity("press")), client)
+
+
+@pytest.mark.parametrize(
+    "suite", ["DHE-RSA-AES256-SHA256", "DHE-RSA-AES128-SHA256", "DHE-RSA-AES256-SHA"]
+)
+def test_suites_of_real_targets_are_taken(suite: str) -> None:
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    context.maximum_version = ssl.TLSVersion.TLSv1_2
+    context.set_ciphers(suite)
+    come, go = ssl.MemoryBIO(), ssl.MemoryBIO()
+    client = context.wrap_bio(come, go)
+    server = None
+    for _ in range(6):
+        try:
+            client.do_handshake()
+            break
+        except ssl.SSLWantReadError:
+            data = go.read()
+            server = server or ServerTls(identity("press")).accept(data)
+            assert server is not None
+            server.receive(data)
+            come.write(server.outgoing())
+    cipher = client.cipher()
+    assert cipher is not None
+    assert cipher[0] == suite
+
+
+@pytest.mark.skipif(not HAS_PSK, reason="this Python knows no pre-shared keys (3.13 does)")
+def test_pre_shared_keys() -> None:
+    server = ServerTls(identity("press"), keys={"Panel": b"k" * 32})
+    client = ClientTls(psk=("panel", b"k" * 32)).start()
+    far = shake(server, client)
+    assert far.trusted
+    assert client.trusted
+    for wrong in (("panel", b"l" * 32), ("other", b"k" * 32)):
+        with pytest.raises(TlsError):
+            shake(server, ClientTls(psk=wrong).start())
+    # who brings a certificate comes by the same port
+    assert shake(server, ClientTls(identity("panel")).start()).certificate
+
+
+@pytest.mark.skipif(HAS_PSK, reason="this Python knows pre-shared keys")
+def test_without_pre_shared_keys_it_says_so() -> None:
+    with pytest.raises(TlsError, match=r"need Python 3\.13 or later, this is 3"):
+        ServerTls(identity("press"), keys={"panel": b"k" * 32})
+    with pytest.raises(TlsError, match=r"need Python 3\.13"):
+        ClientTls(psk=("panel", b"k" * 32)).start()
+
+
+def test_what_is_not_tls_is_refused_with_its_first_byte() -> None:
+    for data in (b"GET / HTTP/1.1\r\n", b"\0\0\x20\0\0\0", b"\x15\3\3\0\2\1\0"):
+        with pytest.raises(TlsError):
+            offered_suites(data)
+    hello = ClientTls().start().outgoing()
+    assert all(offered_suites(hello[:size]) is None for size in range(len(hello)))
+    assert 0xC030 in (offered_suites(hello) or ())
+
+
+@given(st.integers(0, 400), st.integers(0, 255), st.randoms(use_true_random=False))
+def test_no_hello_escapes(place: int, value: int, draw: random.Random) -> None:
+    """A hello with a changed byte, cut anywhere, is taken, waited for, or refused."""
+    hello = bytearray(_HELLO)
+    hello[place % len(hello)] = value
+    data = bytes(hello[: draw.randrange(len(hello) + 1)])
+    try:
+        server = _SERVER.accept(data)
+        if server is not None:
+            server.receive(data)
+            server.receive(draw.randbytes(50))
+            server.end()
+    except TlsError:
+        pass
+
+
+_HELLO = ClientTls().start().outgoing()
+_SERVER = ServerTls(identity("press"))
+
+
+def test_garbage_in_the_middle_is_an_error() -> None:
+    client = ClientTls(identity("panel")).start()
+    server = shake(ServerTls(identity("press")), client)
+    client.send(b"x" * 100)
+    data = bytearray(client.outgoing())
+    data[-1] ^= 1
+    with pytest.raises(TlsError):
+        server.receive(bytes(data))
+
+
+def test_an_end_is_told() -> None:
+    client = ClientTls(identity("panel")).start()
+    server = shake(ServerTls(identity("press")), client)
+    client.send(b"last")
+    client.end()
+    assert server.receive(client.outgoing()) == b"last"
+    server.end()
+    assert client.receive(server.outgoing()) == b""

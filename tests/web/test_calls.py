@@ -1,0 +1,21 @@
+"""The table of calls: every one that writes needs the right to."""
+
+from achse.ams import NetId
+from achse.client import connect
+from achse.router import Router
+from achse.router.rights import Right
+from achse.web.calls import calls_of, desks_of, topics_of
+from achse.web.watched import WatchedTarget
+
+CHANGING = (".do", ".write", ".call", ".set", ".clear")
+
+
+async def test_calls_that_change_something_need_more_than_reading() -> None:
+    async with connect(Router(NetId("1.2.3.4.5.6")), keep_alive=None) as client:
+        watched = WatchedTarget(client)
+        desks = desks_of(watched)
+        calls = calls_of(watched, desks)
+        for name, call in calls.items():
+            changes = name.endswith(CHANGING)
+            assert (call.needs != Right.READ) == changes, name
+        assert {"axes", "overview"} <= topics_of(desks).keys()

@@ -1,0 +1,77 @@
+"""The door: hosts, origins and tokens."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.web.door import Door, is_own_computer
+
+HOST = "127.0.0.1:8080"
+
+
+def status(door: Door, token: str | None = None, cookie: str = "", **headers: str) -> int:
+    """HTTP status of a refusal, 0 for who gets in."""
+    named = {name.replace("_", "-"): value for name, value in ({"host": HOST} | headers).items()}
+    query = {} if token is None else {"token": token}
+    refusal = door.refusal(named, query, {door.cookie: cookie})
+    return 0 if refusal is None else refusal[0]
+
+
+@pytest.mark.parametrize(
+    ("headers", "expected"),
+    [
+        ({}, 0),
+        ({"origin": f"http://{HOST}"}, 0),
+        ({"host": "localhost:8080", "origin": "http://localhost:8080"}, 0),
+        ({"host": "[::1]:8080", "origin": "http://[::1]:8080"}, 0),
+        ({"origin": "http://evil.example"}, 403),
+        ({"origin": "http://127.0.0.1:9"}, 403),
+        ({"origin": "null"}, 403),
+        ({"origin": f"file://{HOST}"}, 403),
+        ({"origin": "http://[::1"}, 403),
+        ({"host": "evil.example", "origin": "http://evil.example"}, 421),
+        ({"host": ""}, 421),
+        ({"host": "[::"}, 421),
+        ({"sec_fetch_site": "cross-site", "sec_fetch_mode": "no-cors"}, 403),
+        ({"sec_fetch_site": "cross-site", "sec_fetch_mode": "navigate"}, 0),
+    ],
+)
+def test_without_a_token_only_pages_of_this_computer(
+    headers: dict[str, str], expected: int
+) -> None:
+    assert status(Door("", 8080), **headers) == expected
+
+
+def test_with_a_token_every_name_and_nobody_without_it() -> None:
+    door = Door("geheim", 8080)
+    there = {"host": "plc.example:8080", "origin": "http://plc.example:8080"}
+    assert status(door, **there) == 401
+    assert status(door, "falsch", **there) == 401
+    assert status(door, "geheim", **there) == 0
+    assert status(door, None, "geheim", **there) == 0
+    assert status(door, "falsch", "geheim", **there) == 401
+    assert status(door, "geheim", host="plc.example", origin="http://evil.example") == 403
+
+
+@given(st.text(), st.text(), st.text(min_size=1), st.text(), st.text())
+def test_whatever_comes_is_let_in_or_refused(
+    host: str, origin: str, token: str, given_token: str, cookie: str
+) -> None:
+    door = Door(token, 1)
+    if status(door, given_token, cookie, host=host, origin=origin) == 0:
+        assert given_token == token
+        assert origin.lower().endswith(host.lower())
+
+
+def test_tokens_are_new_each_time_and_cookies_know_the_port() -> None:
+    assert len({Door.new_token() for _ in range(20)}) == 20
+    assert Door("x", 1).cookie != Door("x", 2).cookie
+
+
+@pytest.mark.parametrize(
+    ("host", "own"),
+    [("127.0.0.1", True), ("::1", True), ("127.1.2.3", True), ("0.0.0.0", False),
+     ("::", False), ("192.168.1.5", False), ("name", False)],
+)  # fmt: skip
+def test_own_addresses(host: str, own: bool) -> None:
+    assert is_own_computer(host) is own
