@@ -1,7 +1,9 @@
 """A station with its bus on an interface, slaves of another process at the other end of a cable."""
 
+import os
 import re
 import subprocess
+import sysconfig
 from pathlib import Path
 from typing import Any
 
@@ -38,9 +40,16 @@ def test_the_commands_of_the_how_to(unshare: list[str]) -> None:
     (block,) = re.findall(r"^```sh\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     first, commands = block.split("\n", 1)
     assert first == "unshare --net bash"
+    path = os.pathsep.join((sysconfig.get_path("scripts"), os.environ["PATH"]))
     for _ in range(TRIES):
-        command = [*unshare, "bash", "-e", "-c", commands]
-        run = subprocess.run(command, capture_output=True, text=True, timeout=400, cwd=ROOT)
+        run = subprocess.run(
+            [*unshare, "bash", "-e", "-c", commands],
+            capture_output=True,
+            text=True,
+            timeout=400,
+            cwd=ROOT,
+            env=os.environ | {"PATH": path},
+        )
         if run.returncode == 0:
             break
     assert run.returncode == 0, run.stdout + run.stderr
