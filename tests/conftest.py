@@ -56,6 +56,9 @@ settings.load_profile("busy")
 DEEP = 10
 """How many times as many random examples `--deep` tries."""
 
+DEEP_TIMEOUT = 1800.0
+"""Seconds for a property with so many examples; each test has 120 s else."""
+
 TCP_PORT = 48898
 READY_WITHIN = 60.0
 """Seconds; how fast a station is ready on an idle machine is a matter of benchmarks/."""
@@ -306,6 +309,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         function = getattr(item, "obj", None)
         if config.option.deep and is_hypothesis_test(function):
             function = getattr(function, "__func__", function)
+            if item.get_closest_marker("timeout") is None:
+                item.add_marker(pytest.mark.timeout(DEEP_TIMEOUT))
             if function not in deepened:
                 deepened.add(function)
                 own = getattr(function, SETTINGS, settings())

@@ -50,3 +50,13 @@ def test_a_full_table_waits() -> None:
     took = timed(text)
     assert took.moves == 399
     assert took.feed_length == pytest.approx(3.99)
+
+
+def test_what_a_program_sets_holds_here_too() -> None:
+    """FLIN, DYNOVR and smoothing: the same way to the path as in the channel."""
+    plain = timed("F6000\nG1 X100\nG1 X200").seconds
+    assert timed("F1200\nG1 X1\nF6000\nG1 FLIN X100\nG1 X200").seconds > plain + 0.5
+    assert timed("DYNOVR=0.25\nF6000\nG1 X100\nG1 X200").seconds > plain + 0.2
+    corner = "F6000\nG1 X100\nG1 Y100"
+    smooth = "#set paramSplineSmoothing(10)#\n" + corner
+    assert timed(smooth).seconds < timed(corner).seconds - 0.05

@@ -5,9 +5,7 @@ are granted at once, homing takes no time.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from math import hypot
-from typing import Any
+from dataclasses import dataclass, field
 
 from achse.gcode.canon import (
     ArcMove,
@@ -17,22 +15,19 @@ from achse.gcode.canon import (
     HomeAxis,
     LineMove,
     MFunction,
-    PathParameter,
+    Moving,
     PathSetting,
 )
 from achse.gcode.drawing import PathSample
+from achse.motion.channels.program_path import ProgramSettings, segment_of
 from achse.motion.path import (
-    ArcGeometry,
-    PathArc,
     PathDwell,
     PathLimits,
-    PathLine,
     PathParameters,
     PathPlanner,
     PathSegment,
     PathTableFull,
-    Smoothing,
-    SmoothingSubtype,
+    rapid_feed,
 )
 
 __all__ = ["ProgramTime", "run_commands"]
@@ -66,8 +61,9 @@ class ProgramTime:
 class _Run:
     def __init__(self, limits: Sequence[PathLimits], start: Sequence[float], record: bool) -> None:
         self.limits = limits
-        self.parameters = PathParameters(c0=0.0)
-        self.planner = PathPlanner(limits, start, cycle_time=CYCLE_TIME, parameters=self.parameters)
+        self.settings = ProgramSettings(PathParameters(c0=0.0))
+        path = self.settings.path
+        self.planner = PathPlanner(limits, start, cycle_time=CYCLE_TIME, parameters=path)
         self.record = record
         self.time = ProgramTime()
         self.cycles = 0
@@ -105,64 +101,24 @@ class _Run:
             except PathTableFull:
                 self.cycle()
 
-    def move(self, move: LineMove | ArcMove) -> None:
+    def move(self, move: Moving) -> None:
         time, end = self.time, (*move.end, *move.auxiliary)
-        begin = self.planner.programmed_position
-        length = move.length
         time.moves += 1
+        feed = move.velocity
         if move.rapid:
-            time.rapid_length += length
+            time.rapid_length += move.length
+            most = [limit.velocity for limit in self.limits]
+            feed = rapid_feed(self.planner.programmed_position, end, most)
         else:
-            time.feed_length += length
-        feed = self._rapid(begin, end, length) if move.rapid else move.velocity
-        if isinstance(move, LineMove):
-            self.append(PathLine(end, feed, exact_stop=move.exact_stop))
-            return
-        self.append(PathArc(_geometry(move), feed, move.auxiliary, exact_stop=move.exact_stop))
-
-    def _rapid(self, begin: Sequence[float], end: Sequence[float], length: float) -> float:
-        """The velocity along the path at which the first axis is at its limit."""
-        ways = [abs(b - a) for a, b in zip(begin, end, strict=True)]
-        length = length or hypot(*ways)
-        times = [way / limit.velocity for way, limit in zip(ways, self.limits, strict=True)]
-        return length / max(times) if max(times) > 0.0 else 1.0
+            time.feed_length += move.length
+        self.append(segment_of(move, end, feed))
 
     def set(self, setting: PathSetting) -> None:
-        values = setting.values
-        changes: dict[str, Any] = {}
-        match setting.parameter:
-            case PathParameter.VERTEX_SMOOTHING:
-                changes = {
-                    "smoothing": Smoothing(int(values[0])),
-                    "smoothing_subtype": SmoothingSubtype(int(values[1]) or 1),
-                    "smoothing_radius": values[2],
-                }
-            case PathParameter.C1_REDUCTION_FACTOR:
-                changes = {"c1": values[0]}
-            case PathParameter.C2_REDUCTION_FACTOR:
-                changes = {"c2": values[0]}
-            case PathParameter.PATH_DYNAMICS | PathParameter.GROUP_DYNAMICS:
-                changes = dict(
-                    zip(("acceleration", "deceleration", "jerk"), values[-3:], strict=True)
-                )
-            case PathParameter.MINIMUM_VELOCITY:
-                changes = {"least_velocity": values[0]}
-            case _:
-                return
-        self.parameters = replace(self.parameters, **changes)
-        self.planner.parameters = self.parameters
-
-
-def _geometry(move: ArcMove) -> ArcGeometry:
-    x, y, z = move.normal
-    a, b, c = (at - centre for at, centre in zip(move.start, move.centre, strict=True))
-    return ArcGeometry(
-        move.centre,
-        (a, b, c),
-        (y * c - z * b, z * a - x * c, x * b - y * a),
-        move.angle,
-        (x * move.rise, y * move.rise, z * move.rise),
-    )
+        self.settings = self.settings.changed(setting)
+        self.planner.parameters = self.settings.path
+        self.planner.limits = [
+            self.settings.limits(limit, place) for place, limit in enumerate(self.limits)
+        ]
 
 
 def run_commands(

@@ -3,6 +3,8 @@
 from math import atan2, hypot, pi
 from typing import Any
 
+import pytest
+
 from achse.codes import NcError
 from achse.gcode.canon import ArcMove, DwellTime, LineMove, Origin, PathParameter, PathSetting
 from achse.motion.channels.feeder import Fed, Feeder
@@ -103,47 +105,52 @@ def flin(end: tuple[float, float, float], begin: float, velocity: float) -> Line
     return LineMove(HERE, (0.0, 0.0, 0.0), end, (0.0,) * 5, velocity, begin)
 
 
-def test_a_linear_feed_changes_along_the_block(program: Any) -> None:
-    """FLIN: the velocity follows the way, in sixteen steps."""
+@pytest.mark.parametrize(("begin", "velocity"), [(20.0, 100.0), (90.0, 15.0)])
+@pytest.mark.parametrize("single", [0, 1])
+def test_a_linear_feed_changes_along_the_block(
+    program: Any, begin: float, velocity: float, single: int
+) -> None:
+    """FLIN: the velocity follows the way, in steps of a 32nd of the change; one segment does it."""
     for axis in program.nc:
         axis.default_acceleration = axis.default_deceleration = 1e5
         axis.max_acceleration = axis.max_deceleration = 1e5
         axis.default_jerk = 1e8
-    program.group.max_commands_per_cycle = 5
-    program.group.reduction_factor_c2 = 0.1  # not between the steps
+    program.group.single_block_mode = single
     feeder = begun(program)
-    command = flin((100.0, 0.0, 0.0), 20.0, 100.0)
-    assert feeder.feed(command) is Fed.FULL
-    seen = []
-    while not program.group.rests or feeder.feed(command) is not Fed.DONE:
+    assert feeder.feed(flin((100.0, 0.0, 0.0), begin, velocity)) is Fed.DONE
+    assert program.group.number == 1
+    step = abs(velocity - begin) / 32.0
+    seen = 0
+    while not program.group.rests:
         program.cycle()
-        feeder.begin_cycle()
-        if program.group.saf_entry_count < 16 and program.group.number < 16:
-            feeder.feed(command)
-        if program.group.number == 16 and program.group.rests:
-            break
-        seen.append((program.nc.axis(1).set_position, program.group.view.velocity))
-    assert program.group.number == 16
+        x = program.nc.axis(1).set_position
+        if 5.0 < x < 95.0:
+            seen += 1
+            wanted = begin + (velocity - begin) * x / 100.0
+            assert abs(program.group.view.velocity - wanted) < 0.8 * step, x
+            assert abs(program.group.view.programmed_velocity - wanted) < 1e-6
+    assert seen > 100
     assert program.at() == [100.0, 0.0, 0.0]
-    for x, v in seen:
-        if 5.0 < x < 94.0:
-            assert abs(v - (20.0 + 0.8 * x)) < 3.0, (x, v)
 
 
 def test_a_linear_feed_keeps_to_the_arc(program: Any) -> None:
-    program.group.max_commands_per_cycle = 100
     feeder = begun(program)
     arc = ArcMove(
         *(HERE, (0.0, 0.0, 0.0), (20.0, 0.0, 4.0), (10.0, 0.0, 0.0), (0.0, 0.0, 1.0), pi, 4.0),
         *((0.0,) * 5, 60.0, 10.0),
     )
     assert feeder.feed(arc) is Fed.DONE
-    assert program.group.number == 16
+    assert program.group.number == 1
+    slow = quick = 0.0
     while not program.group.rests:
         program.cycle()
         x, y, z = (program.nc.axis(n).set_position for n in (1, 2, 3))
         assert abs(hypot(x - 10.0, y) - 10.0) < 1e-9
         assert abs(z - 4.0 * (pi - atan2(-y, x - 10.0)) / pi) < 1e-9 or abs(y) < 1e-9
+        slow = program.group.view.velocity if x < 2.0 else slow
+        quick = max(quick, program.group.view.velocity)
+    assert slow < 25.0
+    assert quick > 50.0
     assert program.at() == [20.0, 0.0, 4.0]
 
 

@@ -70,7 +70,7 @@ def test_a_jump_of_velocity_is_what_the_axis_can_do_in_a_cycle() -> None:
     before, after = piece_record(), piece_record()
     for piece, direction in ((before, 0), (after, 1)):
         piece.kind, piece.length, piece.whole = int(PieceKind.LINE), 10.0, 10.0
-        piece.feed = piece.caps[0] = 100.0
+        piece.feed = piece.start_feed = piece.caps[0] = 100.0
         piece.spans = 1
         piece.slope[direction] = 1.0
     assert transition(before, after, axes, state) == pytest.approx(4.0)

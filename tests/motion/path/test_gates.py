@@ -36,7 +36,7 @@ from achse.motion.path.record import gate_record, piece_record, state_record
 def test_overrides(kind: PathOverride, override: float, velocity: float) -> None:
     """Programmed 100 mm/s, the axes allow 80."""
     piece, state = piece_record(), state_record()
-    piece.feed, piece.caps[0] = 100.0, 80.0
+    piece.feed, piece.start_feed, piece.caps[0] = 100.0, 100.0, 80.0
     PathParameters(override_type=kind, most_override=1.5).fill(state)
     state.override = override
     assert piece_velocity(piece, 0, state) == pytest.approx(velocity)

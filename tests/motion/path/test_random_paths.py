@@ -125,13 +125,14 @@ def _draw_segment(draw: Random, path: PathPlanner, contour: Contour, block: int)
     start = path.programmed_position
     begin = start[:3]
     feed = 10 ** draw.uniform(0, 3)
+    begun = draw.choice([None, None, 10 ** draw.uniform(0, 3)])
     size = 10 ** draw.uniform(-2, 2)
     auxiliary = [x + draw.choice([0.0, draw.uniform(-size, size)]) for x in start[3:]]
     kind = draw.random()
     if kind < 0.6:
         end = [x + draw.choice([0.0, draw.uniform(-size, size)]) for x in begin]
         exact = draw.random() < 0.1
-        path.append(PathLine([*end, *auxiliary], feed, block, exact_stop=exact))
+        path.append(PathLine([*end, *auxiliary], feed, block, exact_stop=exact, start_feed=begun))
         contour.parts.append((begin, tuple(end)))
         return
     if kind < 0.65:
@@ -155,7 +156,7 @@ def _draw_segment(draw: Random, path: PathPlanner, contour: Contour, block: int)
         end[plane.second] = centre[1] + size * sin(turned)
         end[plane.normal] += draw.choice([0.0, draw.uniform(-size, size)])
         arc = plane_arc(begin, end, plane=plane, clockwise=clockwise, centre=centre)
-    path.append(PathArc(arc, feed, auxiliary, block))
+    path.append(PathArc(arc, feed, auxiliary, block, start_feed=begun))
     contour.parts.append(arc)
 
 

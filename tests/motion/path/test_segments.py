@@ -15,6 +15,7 @@ from achse.motion.path.segments import (
     PathError,
     arc_through,
     plane_arc,
+    rapid_feed,
 )
 
 
@@ -108,3 +109,11 @@ def test_parts_of_an_arc_are_the_arc(angle: float, rise: float, count: int) -> N
     assert sum(part.length for part in parts) == pytest.approx(whole.length)
     for before, after in pairwise(parts):
         assert before.end == pytest.approx(after.start)
+
+
+def test_rapid_feed_is_that_of_the_first_axis_at_its_velocity() -> None:
+    begin, end = (0.0, 0.0, 0.0, 5.0), (300.0, 400.0, 0.0, 5.0)
+    assert rapid_feed(begin, end, (200.0, 200.0, 200.0, 1.0)) == pytest.approx(250.0)
+    assert rapid_feed(begin, end, (90.0, None, None)) == pytest.approx(150.0)
+    assert rapid_feed(begin, (0.0, 0.0, 0.0, 9.0), (9.0, 9.0, 9.0, 2.0)) == 2.0
+    assert rapid_feed(begin, begin, (9.0, 9.0, 9.0, 2.0)) == 1.0

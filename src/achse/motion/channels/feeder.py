@@ -6,7 +6,7 @@ homing) waits until all motion before it is done.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TypeAlias
@@ -24,7 +24,6 @@ from achse.gcode.canon import (
     MFunction,
     Moving,
     Origin,
-    PathParameter,
     PathSetting,
     ProgramEnd,
     ProgramMessage,
@@ -32,18 +31,11 @@ from achse.gcode.canon import (
     TechnologyWord,
 )
 from achse.gcode.line_run import LineRun
+from achse.motion.channels.program_path import ProgramSettings, segment_of
 from achse.motion.channels.technology import TechnologyOutputs
 from achse.motion.checks import OK
 from achse.motion.groups.path_group import PathGroup
-from achse.motion.path import (
-    ArcGeometry,
-    PathArc,
-    PathDwell,
-    PathError,
-    PathLine,
-    Smoothing,
-    SmoothingSubtype,
-)
+from achse.motion.path import PathDwell, PathError, PathSegment
 
 __all__ = ["Fed", "Feeder"]
 
@@ -56,11 +48,6 @@ class Fed(Enum):
     WAITS = "it waits for what was before it, or for the PLC"
     REFUSED = "the error is set"
 
-
-_FEED_STEPS = 16
-"""Parts of a block whose feed changes on its way (FLIN)."""
-_SHORTEST_STEP = 0.01
-"""Parts are not made shorter, mm."""
 
 _PathMark: TypeAlias = tuple[int, Callable[[], None]]
 """Number of the segment behind which something happens, and what."""
@@ -85,19 +72,16 @@ class Feeder:
         self.granted = 0
         self.error = OK
         self.message = ""
-        self.skip_virtual = 0
         self._marks: deque[_PathMark] = deque()
         self._entries: deque[_Entry] = deque()
         self._origin: Origin | None = None
-        self._parts: deque[PathLine | PathArc] = deque()
-        """What is left of the present move."""
         self._deleting = False
         """The move that can be deleted is the last one: nothing goes behind it before its end."""
         self._deleted = False
         self._left: set[int] = set()
         """Main axes that are not where the program has them, since a distance was deleted."""
         self._homing = False
-        self._base = group.path_parameters
+        self._base = self._settings = ProgramSettings(group.path_parameters)
         self._budget = 0
 
     # where the path is
@@ -219,7 +203,7 @@ class Feeder:
         self.error = code
         return Fed.REFUSED
 
-    def _append(self, segment: PathLine | PathArc | PathDwell, origin: Origin) -> Fed:
+    def _append(self, segment: PathSegment, origin: Origin) -> Fed:
         if self._budget <= 0 or self.group.free < 1:
             return Fed.FULL
         code = self.group.append(segment)
@@ -231,47 +215,22 @@ class Feeder:
         return Fed.DONE
 
     def _move(self, move: Moving) -> Fed:
-        if not self._parts:
-            code = self._take_apart(move)
-            if code:
-                return self._refuse(code)
-        while self._parts:
-            fed = self._append(self._parts[0], move.origin)
-            if fed is not Fed.DONE:
-                return fed
-            self._parts.popleft()
-            if self._parts:
-                self.group.joins_smoothly = True
-        self.group.joins_smoothly = False
-        if move.delete_distance:
-            self._deleting = True
-        return Fed.DONE
-
-    def _take_apart(self, move: Moving) -> int:
-        """The segments of a move, more than one if its feed changes on the way; 0 or the error."""
         planner = self.group.planner
         if planner is None:
-            return NcError.NCI_GENERATOR_INACTIVE
+            return self._refuse(NcError.NCI_GENERATOR_INACTIVE)
         begin = planner.programmed_position
         end = self._end_of(move, begin)
         if end is None:
-            return NcError.CIRCLE_NOT_COMPUTABLE
+            return self._refuse(NcError.CIRCLE_NOT_COMPUTABLE)
         if any((*move.end, *move.auxiliary)[len(begin) :]):
-            return NcError.NCI_AXIS_TYPE
+            return self._refuse(NcError.NCI_AXIS_TYPE)
         feed = self.group.rapid_feed(begin, end) if move.rapid else move.velocity
         if not feed > 0.0:
-            return NcError.NCI_VELOCITY_NOT_POSITIVE
-        feeds = [feed]
-        if move.start_velocity != move.velocity and not self.group.single_block_mode:
-            count = min(_FEED_STEPS, max(1, int(move.length / _SHORTEST_STEP)))
-            step = (feed - move.start_velocity) / count
-            feeds = [move.start_velocity + (n + 0.5) * step for n in range(count)]
-        if isinstance(move, LineMove):
-            self._parts.extend(_line_parts(begin, end, feeds, move.exact_stop))
-        else:
-            ends = end[3:]
-            self._parts.extend(_arc_parts(_geometry(move), begin[3:], ends, feeds, move.exact_stop))
-        return OK
+            return self._refuse(NcError.NCI_VELOCITY_NOT_POSITIVE)
+        fed = self._append(segment_of(move, end, feed), move.origin)
+        if fed is Fed.DONE and move.delete_distance:
+            self._deleting = True
+        return fed
 
     def _end_of(self, move: Moving, begin: Sequence[float]) -> tuple[float, ...] | None:
         """Where the move ends; axes that a deleted distance has left elsewhere stay there until
@@ -315,91 +274,23 @@ class Feeder:
         return Fed.DONE
 
     def _set(self, setting: PathSetting) -> Fed:
-        values = setting.values
-        base = self.group.path_parameters
+        group = self.group
         try:
-            match setting.parameter:
-                case PathParameter.VERTEX_SMOOTHING:
-                    kind, subtype, radius = values
-                    base = replace(
-                        base,
-                        smoothing=Smoothing(int(kind)),
-                        smoothing_subtype=SmoothingSubtype(int(subtype) or 1),
-                        smoothing_radius=radius,
-                    )
-                case PathParameter.SPLINE_SMOOTHING:
-                    base = replace(base, smoothing=Smoothing.BEZIER, smoothing_radius=values[0])
-                case PathParameter.C1_REDUCTION_FACTOR:
-                    base = replace(base, c1=values[0])
-                case PathParameter.C2_REDUCTION_FACTOR:
-                    base = replace(base, c2=values[0])
-                case PathParameter.VELO_JUMP:
-                    self.group.velo_jumps = values
-                case PathParameter.DEVIATION_ANGLE:
-                    base = replace(base, c0=values[0], angle_low=values[1], angle_high=values[2])
-                case PathParameter.PATH_DYNAMICS | PathParameter.GROUP_DYNAMICS:
-                    acceleration, deceleration, jerk = values[-3:]
-                    base = replace(
-                        base, acceleration=acceleration, deceleration=deceleration, jerk=jerk
-                    )
-                case PathParameter.MINIMUM_VELOCITY:
-                    base = replace(base, least_velocity=values[0])
-                case PathParameter.DYNAMIC_OVERRIDE:
-                    self.group.dynamic_override = values[0]
-                case PathParameter.SKIP_VIRTUAL_MOVEMENTS:
-                    self.skip_virtual = int(values[0])
-            self.group.path_parameters = base
+            wanted = replace(self._settings, path=group.path_parameters).changed(setting)
         except (PathError, ValueError):
             return self._refuse(NcError.GROUP_PARAMETER)
+        self._use(wanted)
         return Fed.DONE
+
+    def _use(self, settings: ProgramSettings) -> None:
+        self._settings, group = settings, self.group
+        group.path_parameters = settings.path
+        group.velo_jumps = settings.velo_jumps
+        group.dynamic_override = settings.dynamic_override
 
     def finish(self) -> None:
         """The program is over: what it set is as it was before."""
-        self.group.path_parameters = self._base
-        self.group.velo_jumps = (1.0, 1.0, 1.0)
-        self.group.dynamic_override = 1.0
+        self._use(self._base)
         self._marks.clear()
         self._entries.clear()
         self.outputs.drop()
-
-
-def _line_parts(
-    begin: Sequence[float], end: Sequence[float], feeds: Sequence[float], exact_stop: bool
-) -> Iterator[PathLine]:
-    """A line with one feed after the other, each for an equal part of it."""
-    count = len(feeds)
-    for n, feed in enumerate(feeds[:-1], 1):
-        yield PathLine([a + (b - a) * n / count for a, b in zip(begin, end, strict=True)], feed)
-    yield PathLine(end, feeds[-1], exact_stop=exact_stop)
-
-
-def _arc_parts(
-    arc: ArcGeometry,
-    begin: Sequence[float],
-    end: Sequence[float],
-    feeds: Sequence[float],
-    exact_stop: bool,
-) -> Iterator[PathArc]:
-    """The same for an arc; `begin` and `end` are those of the auxiliary axes."""
-    count = len(feeds)
-    for n, feed in enumerate(feeds):
-        last = n == count - 1
-        there = (
-            end
-            if last
-            else [a + (b - a) * (n + 1) / count for a, b in zip(begin, end, strict=True)]
-        )
-        yield PathArc(arc.part(n, count), feed, there, exact_stop=exact_stop and last)
-
-
-def _geometry(move: ArcMove) -> ArcGeometry:
-    """An arc as the planner takes it."""
-    first = [a - b for a, b in zip(move.start, move.centre, strict=True)]
-    x, y, z = move.normal
-    second = (
-        y * first[2] - z * first[1],
-        z * first[0] - x * first[2],
-        x * first[1] - y * first[0],
-    )
-    rise = (x * move.rise, y * move.rise, z * move.rise)
-    return ArcGeometry(move.centre, (first[0], first[1], first[2]), second, move.angle, rise)

@@ -6,7 +6,7 @@ Source: 002 §6.4.3.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import hypot, isfinite
+from math import isfinite
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
@@ -29,6 +29,7 @@ from achse.motion.path import (
     PathPlanner,
     PathSegment,
     ReductionMethod,
+    rapid_feed,
 )
 from achse.motion.path.compiled import KERNEL
 from achse.motion.states import MotionPhase
@@ -78,7 +79,6 @@ class PathGroup(AxisGroup):
         self._override_used = -1.0
         self._jumps = [1.0, 1.0, 1.0]
         self._dynamic = 1.0
-        self._joins_smoothly = False
         self._homing: Axis | None = None
 
     # parameters
@@ -92,23 +92,8 @@ class PathGroup(AxisGroup):
     def path_parameters(self, parameters: PathParameters) -> None:
         """Raises PathError."""
         self._path = parameters
-        self._use_parameters()
-
-    def _use_parameters(self) -> None:
         if self.planner is not None:
-            smooth = self._joins_smoothly
-            self.planner.parameters = replace(self._path, c1=1.0, c2=1.0) if smooth else self._path
-
-    @property
-    def joins_smoothly(self) -> bool:
-        """The next segment goes on with the one before: no factor of a transition is between."""
-        return self._joins_smoothly
-
-    @joins_smoothly.setter
-    def joins_smoothly(self, smooth: bool) -> None:
-        if smooth is not self._joins_smoothly:
-            self._joins_smoothly = smooth
-            self._use_parameters()
+            self.planner.parameters = self._path
 
     def _change(self, **values: object) -> None:
         self.path_parameters = replace(self._path, **values)  # type: ignore[arg-type]
@@ -260,7 +245,6 @@ class PathGroup(AxisGroup):
             )
         except PathError:
             return NcError.GROUP_PARAMETER
-        self._joins_smoothly = False
         self.planner.single_block = bool(self._single_block)
         self._way_before, self._number = 0.0, 0
         self._override_used = -1.0
@@ -284,14 +268,13 @@ class PathGroup(AxisGroup):
 
     def rapid_feed(self, start: Sequence[float], end: Sequence[float]) -> float:
         """Path velocity of G00 on a line: what the rapid traverse of the axes leaves."""
-        ways = [abs(b - a) for a, b in zip(start, end, strict=True)]
-        length = hypot(*ways[:MAIN_AXES]) or hypot(*ways)
-        feeds = [
-            min(axis.rapid_traverse_velocity or fastest(axis), fastest(axis)) * length / way
-            for axis, way in zip(self.places, ways, strict=False)
-            if axis is not None and way > 0.0
+        most = [
+            None
+            if axis is None
+            else min(axis.rapid_traverse_velocity or fastest(axis), fastest(axis))
+            for axis in self.places
         ]
-        return min(feeds, default=1.0)
+        return rapid_feed(start, end, most)
 
     @property
     def free(self) -> int:

@@ -21,6 +21,7 @@ from achse.motion.path.segments import (
     Plane,
     arc_through,
     plane_arc,
+    rapid_feed,
 )
 from achse.motion.path.smoothing import Smoothing, SmoothingSubtype
 
@@ -46,4 +47,5 @@ __all__ = [
     "SmoothingSubtype",
     "arc_through",
     "plane_arc",
+    "rapid_feed",
 ]

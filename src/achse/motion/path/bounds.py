@@ -23,7 +23,7 @@ from achse.motion.path.record import (
     PieceKind,
 )
 
-__all__ = ["bound"]
+__all__ = ["bound", "feed_at", "span_feed"]
 
 ENDLESS = 1e12
 """A bound where there is none."""
@@ -39,6 +39,8 @@ _SAMPLE = 1.0 / _SAMPLES
 """Places of a curve that are looked at, in each part of it."""
 _SPAN_ANGLE = pi / 36.0
 """Angle of one part of an arc, at least."""
+_SPAN_LENGTH = 0.01
+"""Length of a part whose feed is another than that of its neighbours, mm, at least."""
 _FALL_SHARE = 0.6
 _MARGIN = 1.01
 """For what is between them."""
@@ -48,8 +50,12 @@ def bound(piece: PathPiece, axes: Sequence[PathAxis], state: PathState) -> None:
     """Fill in what the piece allows."""
     piece.spans = 1
     piece.ends[0] = piece.length
+    if piece.start_feed != piece.feed:
+        piece.spans = min(max(floor(piece.length / _SPAN_LENGTH), 1), SPANS)
     if piece.kind == PieceKind.ARC:
-        piece.spans = min(max(ceil(piece.turn * piece.length / _SPAN_ANGLE), 1), SPANS)
+        bends = min(max(ceil(piece.turn * piece.length / _SPAN_ANGLE), 1), SPANS)
+        piece.spans = max(piece.spans, bends)
+    if piece.kind == PieceKind.LINE or piece.kind == PieceKind.ARC:
         for k in range(piece.spans):
             piece.ends[k] = piece.length * (k + 1) / piece.spans
     elif piece.kind == PieceKind.CURVE:
@@ -62,7 +68,7 @@ def bound(piece: PathPiece, axes: Sequence[PathAxis], state: PathState) -> None:
     piece.deceleration = piece.path_deceleration
     piece.jerk = piece.path_jerk
     for k in range(piece.spans):
-        piece.caps[k] = piece.feed * state.most_override
+        piece.caps[k] = span_feed(piece, k) * state.most_override
         piece.starts[k] = piece.accelerations[k] = ENDLESS
         piece.rests[k] = piece.decelerations[k] = piece.powers[k] = ENDLESS
         piece.first_jerks[k] = piece.jerks[k] = ENDLESS
@@ -84,6 +90,19 @@ def bound(piece: PathPiece, axes: Sequence[PathAxis], state: PathState) -> None:
         least = min(piece.decelerations[k], piece.powers[k] / piece.caps[k])
         piece.deceleration = min(piece.deceleration, least)
         piece.jerk = min(piece.jerk, piece.jerks[k])
+
+
+def feed_at(piece: PathPiece, way: float) -> float:
+    """Programmed velocity at a way from the beginning of a piece, mm/s."""
+    if piece.start_feed == piece.feed:
+        return piece.feed
+    return piece.start_feed + (piece.feed - piece.start_feed) * way / piece.ends[piece.spans - 1]
+
+
+def span_feed(piece: PathPiece, k: int) -> float:
+    """Programmed velocity of a part of a piece: that of its middle, mm/s."""
+    begin = piece.ends[k - 1] if k else 0.0
+    return feed_at(piece, 0.5 * (begin + piece.ends[k]))
 
 
 def _asked(value: float) -> float:

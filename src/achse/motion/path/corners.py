@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from enum import IntEnum
 from math import atan2, cos, fabs, pi, sqrt, tan
 
-from achse.motion.path.bounds import ENDLESS
+from achse.motion.path.bounds import ENDLESS, feed_at
 from achse.motion.path.geometry import point_at
 from achse.motion.path.record import MAIN_AXES, PathAxis, PathPiece, PathPlace, PathState
 
@@ -87,8 +87,8 @@ def transition(
     point_at(piece, piece.length, a)
     point_at(following, 0.0, b)
     most = min(
-        min(piece.feed * state.most_override, piece.caps[piece.spans - 1]),
-        min(following.feed * state.most_override, following.caps[0]),
+        min(feed_at(piece, piece.length) * state.most_override, piece.caps[piece.spans - 1]),
+        min(feed_at(following, 0.0) * state.most_override, following.caps[0]),
     )
     angle = angle_between(a, b)
     jump = ENDLESS

@@ -9,7 +9,7 @@ Kernel source: compiled as it stands, see `achse.motion.path.compiled`.
 
 from collections.abc import Sequence
 
-from achse.motion.path.bounds import ENDLESS
+from achse.motion.path.bounds import ENDLESS, span_feed
 from achse.motion.path.ramp import reachable
 from achse.motion.path.record import PathGate, PathPiece, PathState, PieceKind
 
@@ -29,8 +29,8 @@ def piece_velocity(piece: PathPiece, k: int, state: PathState) -> float:
     """Velocity that a part of the piece shall have: programmed, reduced, with the override."""
     factor = min(state.override, state.most_override)
     if state.override_type == 1:  # original: the programmed velocity is meant
-        return min(factor * piece.feed, piece.caps[k])
-    return min(factor * min(piece.feed, piece.caps[k]), piece.caps[k])
+        return min(factor * span_feed(piece, k), piece.caps[k])
+    return min(factor * min(span_feed(piece, k), piece.caps[k]), piece.caps[k])
 
 
 def gate_acceleration(gate: PathGate, v: float) -> float:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from enum import IntEnum
 from math import cos, sin, sqrt
 
-from achse.motion.path.bounds import bound
+from achse.motion.path.bounds import bound, feed_at
 from achse.motion.path.corners import transition
 from achse.motion.path.gates import build_gates
 from achse.motion.path.geometry import point_at
@@ -105,7 +105,7 @@ def _append_lines(
     for n in range(count):
         piece = pieces[(state.following + 1) % rows]
         piece.kind = PieceKind.LINE
-        piece.feed = numbers[0]
+        piece.feed = piece.start_feed = numbers[0]
         piece.block = int(numbers[1]) + n
         piece.stops = 0
         piece.wait = 0.0
@@ -158,11 +158,13 @@ def _append(
         curve = pieces[number % rows]
         lost = round_corner(before, curve, piece, state, _spare(pieces, gates, state))
         if lost > 0.0:
+            entry = feed_at(before, before.length - lost)
+            piece.start_feed += (piece.feed - piece.start_feed) * lost / piece.length
             _shorten(before, piece, lost)
             bound(piece, axes, state)
             curve.block = before.block
             curve.block_after = piece.block
-            curve.feed = min(before.feed, piece.feed)
+            curve.feed = curve.start_feed = min(entry, piece.start_feed)
             curve.wait = 0.0
             curve.stops = 0
             curve.last = 0
@@ -245,6 +247,7 @@ def _to_row(source: PathPiece, row: PathPiece, way: float) -> None:
     row.whole = source.whole
     row.wait = source.wait
     row.feed = source.feed
+    row.start_feed = source.start_feed
     row.deceleration = source.deceleration
     row.jerk = source.jerk
     row.spans = source.spans

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from math import isfinite
 from typing import Any
 
+from achse.motion.path.bounds import feed_at
 from achse.motion.path.compiled import KERNEL
 from achse.motion.path.kernel import AppendOutcome, PathOperation
 from achse.motion.path.parameters import PathLimits, PathParameters
@@ -172,14 +173,18 @@ class PathPlanner:
         if isinstance(segment, PathDwell):
             if not (isfinite(segment.time) and segment.time >= 0.0):
                 raise PathError(f"dwell time {segment.time}, expected 0 or more")
-            row.kind, row.wait, row.feed = int(PieceKind.WAIT), float(segment.time), 0.0
+            row.kind, row.wait = int(PieceKind.WAIT), float(segment.time)
+            row.feed = row.start_feed = 0.0
             self._put(row.begin, start)
             self._put(row.end, start)
             self._put(row.slope, ())
         else:
-            if not (isfinite(segment.feed) and segment.feed > 0.0):
-                raise PathError(f"feed {segment.feed}, expected above 0")
-            row.feed, row.stops = float(segment.feed), int(segment.exact_stop)
+            begin = segment.feed if segment.start_feed is None else segment.start_feed
+            for feed in (begin, segment.feed):
+                if not (isfinite(feed) and feed > 0.0):
+                    raise PathError(f"feed {feed}, expected above 0")
+            row.start_feed, row.feed = float(begin), float(segment.feed)
+            row.stops = int(segment.exact_stop)
             if isinstance(segment, PathLine):
                 self._check(segment.end, len(start), "line")
                 row.kind = int(PieceKind.LINE)
@@ -324,9 +329,9 @@ class PathPlanner:
 
     @property
     def programmed_velocity(self) -> float:
-        """Feed of the present segment, mm/s."""
+        """Feed of the present segment, mm/s; where it changes evenly, that of this place."""
         piece = self.piece
-        return 0.0 if piece is None else float(piece.feed)
+        return 0.0 if piece is None else float(feed_at(piece, self.done))
 
     @property
     def piece(self) -> PathPiece | None:
@@ -341,7 +346,11 @@ class PathPlanner:
     def most_velocity(self) -> float:
         """What feed and axes allow on the present piece, mm/s; without a piece 0."""
         piece = self.piece
-        return 0.0 if piece is None else float(min(piece.feed, *piece.caps[: piece.spans]))
+        return (
+            0.0
+            if piece is None
+            else float(min(max(piece.start_feed, piece.feed), *piece.caps[: piece.spans]))
+        )
 
     @property
     def end_velocity(self) -> float:

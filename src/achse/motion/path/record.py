@@ -95,7 +95,9 @@ class PathPiece:
     wait: float = 0.0
     """Dwell time, s."""
     feed: float = 0.0
-    """Programmed velocity, mm/s."""
+    """Programmed velocity at its end, mm/s."""
+    start_feed: float = 0.0
+    """The same at its beginning; between them it changes evenly with the way."""
     spans: int = 0
     """Parts that have bounds of their own."""
     ends: list[float] = _NO_SPANS

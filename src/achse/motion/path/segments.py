@@ -21,9 +21,12 @@ __all__ = [
     "Plane",
     "arc_through",
     "plane_arc",
+    "rapid_feed",
 ]
 
 Vector = tuple[float, float, float]
+
+_MAIN_AXES = 3
 
 
 class PathError(ValueError):
@@ -61,6 +64,8 @@ class PathLine:
     """Number that is shown while the path is there; any 63-bit number."""
     exact_stop: bool = False
     """Rest at its end (G9, G60)."""
+    start_feed: float | None = None
+    """Feed at its beginning, from where it changes evenly with the way; None: as at its end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +78,7 @@ class PathArc:
     """Where the auxiliary axes end; they go in proportion to the way. Empty: they stay."""
     block: int = 0
     exact_stop: bool = False
+    start_feed: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,3 +263,20 @@ def _dot(a: Vector, b: Vector) -> float:
 
 def _cross(a: Vector, b: Vector) -> Vector:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def rapid_feed(
+    begin: Sequence[float], end: Sequence[float], velocities: Sequence[float | None]
+) -> float:
+    """The feed of a line at which the first axis has its velocity, mm/s; None limits nothing.
+
+    X, Y, Z come first. 1 where nothing moves.
+    """
+    ways = [abs(b - a) for a, b in zip(begin, end, strict=True)]
+    length = hypot(*ways[:_MAIN_AXES]) or hypot(*ways)
+    feeds = [
+        velocity * length / way
+        for velocity, way in zip(velocities, ways, strict=False)
+        if velocity is not None and way > 0.0
+    ]
+    return min(feeds, default=1.0)
