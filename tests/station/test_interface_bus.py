@@ -1,14 +1,17 @@
 """A bus on a network interface, in virtual time: searched, lost, found again, each with its end."""
 
+import struct
 from collections import deque
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
+from achse.ams import AmsAddress, Command, Flags, Frame
 from achse.codes import AlState, AlStatus, NcError
 from achse.codes.axis import StartType
+from achse.devices.io import default_net_id
 from achse.drive import Drive
 from achse.drive.alarms import Alarm
 from achse.ethercat import Loopback, Segment, Slave
@@ -315,3 +318,79 @@ def test_whatever_happens_to_the_bus_ends_in_its_error_and_recovers(data: st.Dat
         if fault == "safeop":  # given up after some tries, as the how-to says
             made.bus.master.request(AlState.OP, made.bus.slaves[hit])
         made.recovers()
+
+
+class Asking:
+    """A client at the router of a station; answers are data, or the AMS or ADS error."""
+
+    def __init__(self, station: Station) -> None:
+        self.station = station
+        self.answers: list[Frame] = []
+        self.address = station.router.register(0, self)
+        self.bus = default_net_id(station.router.net_id, 1)
+
+    def deliver(self, frame: Frame) -> bool:
+        """Take an answer."""
+        self.answers.append(frame)
+        return True
+
+    def ask(self, target: AmsAddress, command: Command, payload: bytes) -> bytes | int:
+        self.answers.clear()
+        frame = Frame(target, self.address, command, Flags.ADS_COMMAND, 7, data=payload)
+        self.station.router.deliver(frame)
+        for _ in range(500):
+            if self.answers:
+                break
+            self.station.advance(0.01)
+        (answer,) = self.answers
+        result = answer.error or int.from_bytes(answer.data[:4], "little")
+        return result or answer.data[8:]
+
+    def read(self, port: int, group: int, offset: int, length: int = 1024) -> bytes | int:
+        payload = struct.pack("<III", group, offset, length)
+        return self.ask(AmsAddress.of(self.bus, port), Command.READ, payload)
+
+    def symbol(self, name: str) -> bytes | int:
+        """The value of a variable of the bus image."""
+        image = AmsAddress.of(self.station.router.net_id, 27905)
+        payload = struct.pack("<IIII", 0xF004, 0, 1024, len(name)) + name.encode()
+        return self.ask(image, Command.READ_WRITE, payload)
+
+
+@settings(max_examples=6, deadline=None, phases=[Phase.explicit, Phase.generate])
+@given(st.data())
+def test_slaves_that_no_table_names_have_their_ports(data: st.DataObject) -> None:
+    """All parameters drawn: slaves, which of them a table names, and how many come later."""
+    draw = data.draw
+    axes = draw(st.integers(0, 1), "drives")
+    before = draw(st.integers(1 - axes, 3), "slaves without a table")
+    after = before + draw(st.integers(0, 2), "slaves that come")
+    size = draw(st.integers(1, 8), "bytes of their process data")
+    interface = Interface(2 * MS, [])
+    with pytest.MonkeyPatch.context() as patch:
+        interface.replace([*drives(axes), *boxes(before, size)])
+        made = Made(patch, interface, axes)
+        client = Asking(made.station)
+        for number in (before, after):
+            count = axes + number
+            if number > before:
+                interface.replace([*drives(axes), *boxes(number, size)])
+            made.until(lambda count=count: len(made.bus.master.slaves) == count)
+            made.until(
+                lambda: made.operational() and all(s.present for s in made.bus.master.slaves)
+            )
+            stations = range(1001, 1001 + count)
+            assert client.read(0xFFFF, 0x07, 0) == struct.pack(f"<{count}H", *stations)
+            for slave in made.bus.master.slaves[axes:]:
+                station = slave.station
+                told = f"box {station - 1001 - axes}".encode()
+                assert client.read(station, 0xF302, 0x1008_0000) == told
+                assert client.read(0xFFFF, 0x09, station) == b"\x08\0"
+                own = AmsAddress.of(client.bus, station)
+                assert client.symbol(f"{slave.name}.InfoData.AdsAddr") == bytes(own)
+            assert client.read(1001 + count, 0xF302, 0x1008_0000) == 6
+            assert len(set(map(id, made.station.devices))) == len(made.station.devices)
+
+
+def boxes(count: int, size: int) -> list[Loopback]:
+    return [Loopback(size, f"box {number}", serial_number=number) for number in range(count)]

@@ -102,6 +102,8 @@ class Building:
         self.sources: dict[int, PlcSource] = {}
         self._kept = tuple(kept)
         self._devices: list[Device] = []
+        self._attached: list[Sequence[Device]] = []
+        self._finished: tuple[list[Device], NotificationPhase] | None = None
         self._phases: list[Phase] = []
         self._cycles: dict[str, int] = {}
         self._digests: list[Callable[[], bytes]] = []
@@ -118,10 +120,20 @@ class Building:
         if cycle_ns:
             self._cycles[phase.name] = cycle_ns
 
-    def add_attached(self, devices: Iterable[Device], end: Callable[[], None]) -> None:
-        """Add devices that are at their ports already, and what takes them off again."""
-        self._devices.extend(devices)
+    def add_attached(self, devices: Sequence[Device], end: Callable[[], None]) -> None:
+        """Add devices that are at their ports already, and what takes them off again.
+
+        The sequence may get others while the station runs: `devices_changed`.
+        """
+        self._attached.append(devices)
         self._ends.append(end)
+
+    def devices_changed(self) -> None:
+        """Attached devices came or went."""
+        if self._finished is not None:
+            devices, notify = self._finished
+            devices[:] = self.devices
+            notify.watch(devices)
 
     def add_interface(self, bus: "InterfaceBus") -> None:
         """Add a bus that lets go of its interface when the station leaves its parts."""
@@ -134,7 +146,7 @@ class Building:
     @property
     def devices(self) -> Sequence[Device]:
         """Those that stay, and those that were added so far."""
-        return (*self._kept, *self._devices)
+        return (*self._kept, *self._devices, *(each for some in self._attached for each in some))
 
     @property
     def tick_ns(self) -> int:
@@ -151,9 +163,10 @@ class Building:
                 f"cycles: expected multiples of a tick of {_SHORTEST_TICK_NS} ns or more,"
                 f" got {told}"
             )
-        devices = self.devices
+        devices = list(self.devices)
         notify = NotificationPhase(devices, ground.epoch_ns, ground.usage.budget, ground.pace)
         sweep = upkeep(devices, tick_ns, ground.clock)
+        self._finished = devices, notify
         return Parts(
             nc=self.nc,
             plcs=self.plcs,
@@ -170,6 +183,6 @@ class Building:
 
     def abandon(self) -> None:
         """Undo what was attached."""
-        self.ground.leave(self._devices)
+        self.ground.leave(self.devices[len(self._kept) :])
         for end in self._ends:
             end()

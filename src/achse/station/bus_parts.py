@@ -40,11 +40,7 @@ def served_bus(number: int, bus: EthercatBus | InterfaceBus, net_id: NetId) -> S
     served = ServedBus(number, bus.master, net_id)
     if isinstance(bus, InterfaceBus):
         served.way = bus
-
-        def renewed() -> None:
-            served.master = bus.master
-
-        bus.on_renewal(renewed)
+        bus.on_renewal(lambda: served.renew(bus.master))
     return served
 
 
@@ -61,3 +57,4 @@ def attach_buses(building: Building, served: Sequence[ServedBus]) -> None:
         ground.router.release(IO_PORT)
     attached = AttachedBuses(ground.router, served, clock=ground.clock, share=share, beside=present)
     building.add_attached(attached.devices, attached.close)
+    attached.on_change(building.devices_changed)

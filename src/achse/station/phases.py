@@ -121,10 +121,14 @@ class NotificationPhase(Phase):
     ) -> None:
         """`epoch_ns` is the time of the devices' clocks at station time 0, `budget` that which they
         share; `pace()` is how the station follows the wall clock, None in virtual time."""
-        self._notifications = [device.notifications for device in devices]
+        self.watch(devices)
         self._epoch_ns = epoch_ns
         self._budget = budget
         self._pace = pace
+
+    def watch(self, devices: Sequence[Device]) -> None:
+        """Tell what these devices have to tell, and no others."""
+        self._notifications = [device.notifications for device in devices]
 
     @property
     def due_ns(self) -> float:

@@ -113,9 +113,9 @@ def make_terminals(building: Building) -> None:
     served = []
     for number, bus in enumerate(config.bus, 1):
         own = terminals_on(config, bus)
-        if not own:
-            continue
         made = building.fieldbuses.get(bus.name)
+        if not own and (made is not None or bus.interface is None):
+            continue
         shared = made is not None
         if made is None:
             try:

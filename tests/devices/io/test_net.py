@@ -19,7 +19,7 @@ def test_a_port_that_nobody_has(io: Any) -> None:
 def test_ports_of_station_and_bus_are_apart(io: Any) -> None:
     assert io.ask(300, Command.READ_STATE, b"")[:2] == b"\x05\x00"
     with pytest.raises(RouterError):
-        io.attached._nets[0].register(1001, io)
+        io.attached._buses[0]._net.register(1001, io)
 
 
 def test_closed_it_is_gone(io: Any) -> None:

@@ -16,7 +16,11 @@ __all__ = ["AttachedBuses"]
 
 class AttachedBuses:
     """`devices` of the buses, attached at `router` until `close`; `share(device)` is called for
-    each before it is attached."""
+    each before it is attached.
+
+    After a search with another result the slaves found then have their ports, and those that are
+    not there any more have none.
+    """
 
     def __init__(
         self,
@@ -29,6 +33,8 @@ class AttachedBuses:
     ) -> None:
         """`beside` is the I/O server that there is already: these buses join its."""
         self.devices: list[Device] = []
+        """Those that are attached now; the list stays the same one."""
+        self._changed: list[Callable[[], None]] = []
         if beside is None:
             self.io = IoDevice(buses, clock=clock)
             share(self.io)
@@ -37,26 +43,91 @@ class AttachedBuses:
         else:
             self.io = beside
             self.io.buses += tuple(buses)
-        self._nets: list[BusNet] = []
-        for bus in buses:
-            net = BusNet(router, bus.net_id)
-            self._nets.append(net)
-            master = BusMasterDevice(bus, clock=clock)
-            slaves = [BusSlaveDevice(bus, slave, clock=clock) for slave in bus.master.slaves]
-            ports = [MASTER_PORT, *(slave.station for slave in bus.master.slaves)]
-            for port, device in zip(ports, (master, *slaves), strict=True):
-                share(device)
-                device.attach(net, port)
-                self.devices.append(device)
-            image = BusImageDevice(bus, clock=clock)
-            share(image)
-            router.release(IMAGE_PORT + bus.number)  # as it was before a restart
-            image.attach(router, IMAGE_PORT + bus.number)
-            self.devices.append(image)
+        self._buses = [_AttachedBus(router, bus, clock, share) for bus in buses]
+        for each in self._buses:
+            self.devices += each.devices
+            each.bus.on_renewal(lambda each=each: self._renew(each))  # type: ignore[misc]
+
+    def on_change(self, changed: Callable[[], None]) -> None:
+        """Call `changed` whenever `devices` has others."""
+        self._changed.append(changed)
+
+    def _renew(self, attached: "_AttachedBus") -> None:
+        if not attached.renew():
+            return
+        self.devices[:] = [each for each in self.devices if each is self.io]
+        for each in self._buses:
+            self.devices += each.devices
+        for changed in self._changed:
+            changed()
 
     def close(self) -> None:
         """Take all off the router."""
         for device in self.devices:
             device.detach()
-        for net in self._nets:
-            net.close()
+        for each in self._buses:
+            each.close()
+
+
+class _AttachedBus:
+    """The devices of one bus."""
+
+    def __init__(
+        self,
+        router: Router,
+        bus: ServedBus,
+        clock: Callable[[], int],
+        share: Callable[[Device], None],
+    ) -> None:
+        self.bus = bus
+        self._clock, self._share = clock, share
+        self._net: BusNet | None = BusNet(router, bus.net_id)
+        self._master = self._attached(BusMasterDevice(bus, clock=clock), MASTER_PORT)
+        self._slaves: dict[int, Device] = {}
+        self.renew()
+        self._image = BusImageDevice(bus, clock=clock)
+        share(self._image)
+        router.release(IMAGE_PORT + bus.number)  # as it was before a restart
+        self._image.attach(router, IMAGE_PORT + bus.number)
+
+    def _attached(self, device: Device, port: int) -> Device:
+        assert self._net is not None
+        self._share(device)
+        device.attach(self._net, port)
+        return device
+
+    @property
+    def devices(self) -> list[Device]:
+        """Master, slaves by place, image."""
+        return [self._master, *self._slaves.values(), self._image]
+
+    def renew(self) -> bool:
+        """Let those slaves have ports that there are now; whether devices came or went.
+
+        A slave that has the address and the name of one before keeps its device, and so what
+        clients hold of it.
+        """
+        if self._net is None:
+            return False
+        before = self._slaves
+        slaves = self.bus.master.slaves
+        kept = {
+            each.station: before[each.station]
+            for each in slaves
+            if each.station in before and before[each.station].name == each.name
+        }
+        for station, device in before.items():
+            if station not in kept:
+                device.detach()
+        self._slaves = {
+            each.station: kept.get(each.station)
+            or self._attached(BusSlaveDevice(self.bus, each, clock=self._clock), each.station)
+            for each in slaves
+        }
+        return list(before.values()) != list(self._slaves.values())
+
+    def close(self) -> None:
+        """Take the NetId off the router."""
+        if self._net is not None:
+            self._net.close()
+            self._net = None

@@ -63,9 +63,13 @@ class ImageSymbol:
 class ImageSymbols:
     """The symbols of one image."""
 
-    version = 1
-
     def __init__(self, image: BusImage) -> None:
+        self.version = 0
+        self.refresh(image)
+
+    def refresh(self, image: BusImage) -> None:
+        """Those of another image."""
+        self.version = self.version % 255 + 1
         symbols = [ImageSymbol(name, each) for name, each in distinct(image.variables)]
         self._symbols = {fold(symbol.name): symbol for symbol in symbols}
         self._types = {fold(each.name): each for each in types_within([s.type for s in symbols])}
@@ -95,14 +99,23 @@ class BusImageDevice(Device):
 
     def __init__(self, bus: ServedBus, *, clock: Callable[[], int]) -> None:
         self.image = BusImage(bus)
+        self._bus = bus
+        self._of_image = ImageSymbols(self.image)
         super().__init__(
             f"{bus.name} image",
             (3, 1, 0),
             self._own_groups(),
-            ImageSymbols(self.image),
+            self._of_image,
             clock=clock,
             task_cycle_ns=bus.master.bus.cycle_ns,
         )
+        bus.on_renewal(self._renew)
+
+    def _renew(self) -> None:
+        """Other slaves: other variables, under another version of the table."""
+        self.image = BusImage(self._bus)
+        self._of_image.refresh(self.image)
+        self.symbols_changed()
 
     def _own_groups(self) -> Iterator[IndexGroup]:
         for output, whole, bits, base, name in _GROUPS:

@@ -1,8 +1,8 @@
 """A bus as the I/O server shows it: its numbers, names, and states as status bytes."""
 
 import struct
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from achse.ams import AmsAddress, DeviceError, NetId
@@ -125,6 +125,17 @@ class ServedBus:
     device_type: int = ETHERCAT_DEVICE
     way: BusWay | None = None
     """None where the slaves are in this process."""
+    _renewals: list[Callable[[], None]] = field(default_factory=list, repr=False)
+
+    def renew(self, master: Master) -> None:
+        """The bus was searched again: it has another master, with other slaves."""
+        self.master = master
+        for renewed in self._renewals:
+            renewed()
+
+    def on_renewal(self, renewed: Callable[[], None]) -> None:
+        """Call `renewed` whenever there is another master."""
+        self._renewals.append(renewed)
 
     @property
     def name(self) -> str:

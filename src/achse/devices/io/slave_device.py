@@ -16,6 +16,7 @@ from achse.devices.io.served import ServedBus, bus_error
 from achse.devices.io.slave_files import SlaveFiles
 from achse.ethercat.master import BusError, BusSlave, SdoRefusal
 from achse.ethercat.master.foe_client import FoeRefusal
+from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.sdo_client import SdoClient
 from achse.ethercat.master.soe_client import SoeClient, SoeRefusal
 from achse.ethercat.master.steps import Steps
@@ -45,7 +46,7 @@ class BusSlaveDevice(Device):
         self.bus = bus
         self.station = slave.station
         self._errors: OrderedDict[bytes, tuple[int, str]] = OrderedDict()
-        self._files = SlaveFiles(bus.master, slave, self._check_mailbox, self._note)
+        self._files = SlaveFiles(bus, self._mailbox, self._note)
         super().__init__(slave.name, (1, 0, 0), self._own_groups(), clock=clock)
 
     @property
@@ -187,7 +188,7 @@ class BusSlaveDevice(Device):
 
     # parameters
 
-    def _check_mailbox(self) -> None:
+    def _mailbox(self) -> MailboxClient:
         slave = self.slave
         if slave.mailbox is None:
             raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"{slave.name} has no mailbox")
@@ -196,11 +197,10 @@ class BusSlaveDevice(Device):
                 ReturnCode.INVALID_STATE,
                 f"{slave.name} is in state {slave.state}: its mailbox needs PreOp",
             )
+        return slave.mailbox
 
     def _soe(self) -> SoeClient:
-        self._check_mailbox()
-        assert self.slave.mailbox is not None
-        return SoeClient(self.slave.mailbox)
+        return SoeClient(self._mailbox())
 
     def _read_parameter(self, offset: int, length: int, client: bytes) -> bytes:
         idn, element, drive = offset & 0xFFFF, offset >> 16 & 0xFF, offset >> 24 & 7

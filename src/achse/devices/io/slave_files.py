@@ -11,8 +11,10 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.devices.io.groups import SlaveGroup
 from achse.devices.io.later import answer_later
-from achse.ethercat.master import BusError, BusSlave, Master
+from achse.devices.io.served import ServedBus
+from achse.ethercat.master import BusError
 from achse.ethercat.master.foe_client import MAX_FILE, FoeClient
+from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.steps import Steps
 from achse.server import IndexGroup, RawGroup
 
@@ -36,17 +38,15 @@ class _OpenFile:
 
 
 class SlaveFiles:
-    """The open files of one slave. `ready` raises what is wrong with it as it is now."""
+    """The open files of one slave. `ready` gives its mailbox, or raises what is wrong now."""
 
     def __init__(
         self,
-        master: Master,
-        slave: BusSlave,
-        ready: Callable[[], None],
+        bus: ServedBus,
+        ready: Callable[[], MailboxClient],
         note: Callable[[bytes, BusError], None],
     ) -> None:
-        self._master = master
-        self._slave = slave
+        self._bus = bus
         self._ready = ready
         self._note = note
         self._files: dict[int, _OpenFile] = {}
@@ -129,7 +129,10 @@ class SlaveFiles:
             return _next(file, length)
 
         raise answer_later(
-            self._master, steps(), lambda part: part, lambda trouble: self._note(client, trouble)
+            self._bus.master,
+            steps(),
+            lambda part: part,
+            lambda trouble: self._note(client, trouble),
         )
 
     def _write(self, handle: int, length: int, data: bytes, client: bytes) -> bytes:
@@ -147,16 +150,14 @@ class SlaveFiles:
             return b""
         assert file.data is not None
         raise answer_later(
-            self._master,
+            self._bus.master,
             self._foe().write(file.name, file.data, file.password),
             lambda none: b"",
             lambda trouble: self._note(client, trouble),
         )
 
     def _foe(self) -> FoeClient:
-        self._ready()
-        assert self._slave.mailbox is not None
-        return FoeClient(self._slave.mailbox)
+        return FoeClient(self._ready())
 
 
 def _next(file: _OpenFile, length: int) -> bytes:
