@@ -3,7 +3,7 @@
 from achse.codes import AbortCode, SdoAbort
 from achse.ethercat import Loopback, describe
 from achse.ethercat.description import LAYOUT, OPERATION_MODES
-from achse.ethercat.loopback import LoopbackObject
+from achse.ethercat.dictionary import DictionaryObject
 
 
 def test_pdos_come_from_mapping_and_assignment() -> None:
@@ -27,7 +27,7 @@ def test_identity_and_name() -> None:
 
 
 class WithoutAssignment(Loopback):
-    def objects(self) -> tuple[LoopbackObject, ...]:
+    def objects(self) -> tuple[DictionaryObject, ...]:
         return tuple(each for each in super().objects() if each.index not in (0x1C12, 0x7000))
 
 

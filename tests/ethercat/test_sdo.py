@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.codes import AbortCode
-from achse.ethercat.loopback import Loopback, LoopbackEntry, LoopbackObject
+from achse.ethercat.dictionary import DictionaryEntry, DictionaryObject
+from achse.ethercat.loopback import Loopback
 from achse.ethercat.sdo import MAX_TRANSFER, SdoServer
 
 CAPACITY = 48
@@ -207,13 +208,13 @@ class Mapping(Loopback):
     def __init__(self) -> None:
         super().__init__()
         rw, u8, u16 = 0x3F, 5, 6
-        numbers = [LoopbackEntry(n, f"Entry {n}", u16, 16, rw) for n in range(1, 5)]
-        entries = (LoopbackEntry(0, "Count", u8, 8, rw), *numbers)
-        self.mapping = LoopbackObject(0x1C12, "List", 8, u16, entries)
+        numbers = [DictionaryEntry(n, f"Entry {n}", u16, 16, rw) for n in range(1, 5)]
+        entries = (DictionaryEntry(0, "Count", u8, 8, rw), *numbers)
+        self.mapping = DictionaryObject(0x1C12, "List", 8, u16, entries)
         self.values = {0: b"\x02", 1: b"11", 2: b"22", 3: b"33", 4: b"44"}
         self.writes: list[tuple[int, bytes]] = []
 
-    def objects(self) -> tuple[LoopbackObject, ...]:
+    def objects(self) -> tuple[DictionaryObject, ...]:
         rest = [each for each in super().objects() if each.index != 0x1C12]
         return (*rest, self.mapping)
 

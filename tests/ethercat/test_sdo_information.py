@@ -5,7 +5,8 @@ import struct
 import pytest
 
 from achse.codes import AbortCode
-from achse.ethercat.loopback import Loopback, LoopbackEntry, LoopbackObject
+from achse.ethercat.dictionary import DictionaryEntry, DictionaryObject
+from achse.ethercat.loopback import Loopback
 from achse.ethercat.sdo_information import LIST_TYPES, SdoInformation
 
 ALL = 1
@@ -63,8 +64,8 @@ def test_an_entry() -> None:
 
 
 def test_an_entrys_values_come_in_the_order_of_their_bits() -> None:
-    entry = LoopbackEntry(0, "Limit", 6, 16, 0x3F, b"de", b"mi", b"ma")
-    one = SdoInformation({0x2000: LoopbackObject(0x2000, "Limit", 7, 6, (entry,))})
+    entry = DictionaryEntry(0, "Limit", 6, 16, 0x3F, b"de", b"mi", b"ma")
+    one = SdoInformation({0x2000: DictionaryObject(0x2000, "Limit", 7, 6, (entry,))})
     (reply,) = one.answer(struct.pack("<BxHHBB", 5, 0, 0x2000, 0, 0xFF), 200)
     assert reply[7] == 0x77  # no unit
     assert reply[14:] == b"demimaLimit"
@@ -72,8 +73,8 @@ def test_an_entrys_values_come_in_the_order_of_their_bits() -> None:
 
 def test_a_gap_between_entries_is_described_as_nothing() -> None:
     """Masters walk the subindices up to the last; an error for each gap would stop them."""
-    entries = (LoopbackEntry(0, "Count", 5, 8, 7), LoopbackEntry(2, "Limit", 6, 16, 0x3F))
-    one = SdoInformation({0x10F1: LoopbackObject(0x10F1, "Settings", 9, 0, entries)})
+    entries = (DictionaryEntry(0, "Count", 5, 8, 7), DictionaryEntry(2, "Limit", 6, 16, 0x3F))
+    one = SdoInformation({0x10F1: DictionaryObject(0x10F1, "Settings", 9, 0, entries)})
     (reply,) = one.answer(struct.pack("<BxHHBB", 5, 0, 0x10F1, 1, 7), 200)
     assert reply == struct.pack("<BxHHBBHHH", 6, 0, 0x10F1, 1, 0, 0, 0, 0)
     (reply,) = one.answer(struct.pack("<BxHHBB", 5, 0, 0x10F1, 3, 7), 200)
@@ -97,7 +98,7 @@ def test_errors(operation: int, data: str, code: AbortCode) -> None:
 
 
 def test_long_names_end_with_the_message() -> None:
-    text = LoopbackObject(0x2000, "n" * 300, 7, 9, (LoopbackEntry(0, "m" * 300, 9, 8, 7),))
+    text = DictionaryObject(0x2000, "n" * 300, 7, 9, (DictionaryEntry(0, "m" * 300, 9, 8, 7),))
     one = SdoInformation({0x2000: text})
     for request in (struct.pack("<BxHH", 3, 0, 0x2000), struct.pack("<BxHHBB", 5, 0, 0x2000, 0, 7)):
         (reply,) = one.answer(request, 64)

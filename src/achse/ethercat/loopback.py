@@ -3,51 +3,22 @@
 Source: ETG.1000.4, §6.7 for its buffers.
 """
 
-from dataclasses import dataclass, field
-
 from achse.codes import AbortCode, AlState, AlStatus, DataType, SdoAbort
 from achse.ethercat.application import ObjectAccess, ObjectCode
+from achse.ethercat.dictionary import (
+    DictionaryIdentity,
+    DictionaryObject,
+    entry_of,
+    number,
+    record_object,
+    text_object,
+)
 
-__all__ = ["Loopback", "LoopbackEntry", "LoopbackIdentity", "LoopbackObject"]
+__all__ = ["Loopback"]
 
 _RO = int(ObjectAccess.READ)
 _RW = int(ObjectAccess.READ | ObjectAccess.WRITE)
 _LOCAL_CYCLE_NS = 250_000
-
-
-@dataclass(frozen=True)
-class LoopbackIdentity:
-    """Vendor and product of nobody."""
-
-    vendor_id: int = 0
-    product_code: int = 0x10_0B
-    revision_number: int = 1
-    serial_number: int = 0
-
-
-@dataclass(frozen=True)
-class LoopbackEntry:
-    """One entry of the dictionary."""
-
-    subindex: int
-    name: str
-    data_type: int
-    bits: int
-    access: int
-    default: bytes | None = None
-    minimum: bytes | None = None
-    maximum: bytes | None = None
-
-
-@dataclass(frozen=True)
-class LoopbackObject:
-    """One object of the dictionary."""
-
-    index: int
-    name: str
-    code: int
-    data_type: int
-    entries: tuple[LoopbackEntry, ...] = field(default=())
 
 
 class Loopback:
@@ -62,7 +33,7 @@ class Loopback:
 
     def __init__(self, size: int = 4, name: str = "loopback", serial_number: int = 0) -> None:
         self.name = name
-        self.identity = LoopbackIdentity(serial_number=serial_number)
+        self.identity = DictionaryIdentity(serial_number=serial_number)
         self.output_size = self.input_size = size
         self.text = b"any text"
         self.state = AlState.INIT
@@ -81,22 +52,17 @@ class Loopback:
             for entry in each.entries
         }
 
-    def _dictionary(self, size: int) -> tuple[LoopbackObject, ...]:
-        numbers = (0xC0_DE_00_01, *vars(self.identity).values())
-        name = self.name.encode()
+    def _dictionary(self, size: int) -> tuple[DictionaryObject, ...]:
+        identity = enumerate(vars(self.identity).items(), start=1)
+        inputs, outputs = _RO | ObjectAccess.TX_PDO, _RW | ObjectAccess.RX_PDO
         return (
-            _variable(0x1000, "Device type", DataType.U32, numbers[0].to_bytes(4, "little")),
-            _variable(0x1008, "Device name", DataType.VISIBLE_STRING, name),
-            _record(
-                0x1018,
-                "Identity",
-                DataType.IDENTITY,
-                [
-                    LoopbackEntry(
-                        subindex, text, DataType.U32, 32, _RO, number.to_bytes(4, "little")
-                    )
-                    for subindex, (text, number) in enumerate(vars(self.identity).items(), start=1)
-                ],
+            DictionaryObject(
+                *(0x1000, "Device type", ObjectCode.VAR, DataType.U32),
+                (number(0, "Device type", 32, 0xC0_DE_00_01),),
+            ),
+            text_object(0x1008, "Device name", self.name.encode()),
+            record_object(
+                0x1018, "Identity", [number(n, text, 32, value) for n, (text, value) in identity]
             ),
             _list(
                 0x1600, "Outputs mapping", [0x7000_0100 + 0x100 * n + 8 for n in range(size)], 32
@@ -105,44 +71,24 @@ class Loopback:
             _list(0x1C00, "SyncManager types", [1, 2, 3, 4], 8),
             _list(0x1C12, "Outputs assignment", [0x1600], 16),
             _list(0x1C13, "Inputs assignment", [0x1A00], 16),
-            LoopbackObject(
-                0x2000,
-                "Text",
-                ObjectCode.VAR,
-                DataType.VISIBLE_STRING,
-                (LoopbackEntry(0, "Text", DataType.VISIBLE_STRING, 8 * 256, _RW, b""),),
+            text_object(0x2000, "Text", b"", 256, _RW),
+            record_object(
+                *(0x6000, "Inputs"),
+                [number(1 + n, f"Input {n}", 8, access=inputs) for n in range(size)],
             ),
-            _record(
-                0x6000,
-                "Inputs",
-                DataType.U8,
-                [
-                    LoopbackEntry(
-                        1 + n, f"Input {n}", DataType.U8, 8, _RO | ObjectAccess.TX_PDO, b"\0"
-                    )
-                    for n in range(size)
-                ],
-            ),
-            _record(
-                0x7000,
-                "Outputs",
-                DataType.U8,
-                [
-                    LoopbackEntry(
-                        1 + n, f"Output {n}", DataType.U8, 8, _RW | ObjectAccess.RX_PDO, b"\0"
-                    )
-                    for n in range(size)
-                ],
+            record_object(
+                *(0x7000, "Outputs"),
+                [number(1 + n, f"Output {n}", 8, access=outputs) for n in range(size)],
             ),
         )
 
-    def objects(self) -> tuple[LoopbackObject, ...]:
+    def objects(self) -> tuple[DictionaryObject, ...]:
         """The dictionary."""
         return self._objects
 
     def read_object(self, index: int, subindex: int) -> bytes:
         """The value of an entry."""
-        self._entry(index, subindex)
+        entry_of(self._objects, index, subindex)
         if index == 0x2000:
             return self.text
         if index == 0x6000 and subindex:
@@ -153,7 +99,7 @@ class Loopback:
 
     def write_object(self, index: int, subindex: int, data: bytes) -> None:
         """Write 2000h or an output."""
-        entry = self._entry(index, subindex)
+        entry = entry_of(self._objects, index, subindex)
         if not entry.access & ObjectAccess.WRITE:
             raise SdoAbort(AbortCode.READ_ONLY)
         if index == 0x2000:
@@ -164,15 +110,6 @@ class Loopback:
             outputs = bytearray(self._outputs)
             outputs[subindex - 1] = data[0]
             self._outputs = bytes(outputs)
-
-    def _entry(self, index: int, subindex: int) -> LoopbackEntry:
-        for each in self._objects:
-            if each.index == index:
-                for entry in each.entries:
-                    if entry.subindex == subindex:
-                        return entry
-                raise SdoAbort(AbortCode.NO_SUBINDEX)
-        raise SdoAbort(AbortCode.NO_OBJECT)
 
     def write_outputs(self, data: bytes) -> None:
         """Outputs from the master."""
@@ -207,20 +144,6 @@ class Loopback:
         return self.emergencies.pop(0) if self.emergencies else None
 
 
-def _variable(index: int, name: str, data_type: int, value: bytes) -> LoopbackObject:
-    entry = LoopbackEntry(0, name, data_type, 8 * len(value), _RO, value)
-    return LoopbackObject(index, name, ObjectCode.VAR, data_type, (entry,))
-
-
-def _record(index: int, name: str, data_type: int, entries: list[LoopbackEntry]) -> LoopbackObject:
-    count = LoopbackEntry(0, "Number of entries", DataType.U8, 8, _RO, bytes((len(entries),)))
-    return LoopbackObject(index, name, ObjectCode.RECORD, data_type, (count, *entries))
-
-
-def _list(index: int, name: str, numbers: list[int], bits: int) -> LoopbackObject:
-    data_type = {8: DataType.U8, 16: DataType.U16, 32: DataType.U32}[bits]
-    entries = [
-        LoopbackEntry(n, f"Entry {n}", data_type, bits, _RO, number.to_bytes(bits // 8, "little"))
-        for n, number in enumerate(numbers, 1)
-    ]
-    return _record(index, name, data_type, entries)
+def _list(index: int, name: str, numbers: list[int], bits: int) -> DictionaryObject:
+    entries = [number(n, f"Entry {n}", bits, value) for n, value in enumerate(numbers, 1)]
+    return record_object(index, name, entries)

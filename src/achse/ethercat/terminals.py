@@ -12,7 +12,14 @@ from enum import IntFlag
 
 from achse.codes import AbortCode, AlState, AlStatus, DataType, SdoAbort
 from achse.ethercat.application import ObjectAccess, ObjectCode
-from achse.ethercat.loopback import LoopbackEntry, LoopbackIdentity, LoopbackObject
+from achse.ethercat.dictionary import (
+    DictionaryIdentity,
+    DictionaryObject,
+    entry_of,
+    number,
+    record_object,
+    text_object,
+)
 
 __all__ = ["FULL_SCALE", "AnalogStatus", "AnalogTerminal", "DigitalTerminal", "Terminal"]
 
@@ -48,7 +55,7 @@ class Terminal:
     ) -> None:
         """Entries are (index, subindex, bits), in the order in which they travel."""
         self.name = name
-        self.identity = LoopbackIdentity(product_code=product_code)
+        self.identity = DictionaryIdentity(product_code=product_code)
         self.state = AlState.INIT
         self._outputs, self._inputs = tuple(outputs), tuple(inputs)
         self.output_size = sum(bits for *_, bits in outputs) + 7 >> 3
@@ -57,34 +64,26 @@ class Terminal:
         self.input_image = bytes(self.input_size)
         self._objects = tuple(self._dictionary())
 
-    def _dictionary(self) -> Iterable[LoopbackObject]:
+    def _dictionary(self) -> Iterable[DictionaryObject]:
         identity = tuple(vars(self.identity).values())
-        yield _object(0x1000, "Device type", [(0, 32, _RO, 0x0184_1389)])
-        yield LoopbackObject(
-            0x1008,
-            "Device name",
-            ObjectCode.VAR,
-            DataType.VISIBLE_STRING,
-            (
-                LoopbackEntry(
-                    *(0, "Device name", DataType.VISIBLE_STRING, 8 * len(self.name), _RO),
-                    self.name.encode("ascii", "replace"),
-                ),
-            ),
+        yield DictionaryObject(
+            *(0x1000, "Device type", ObjectCode.VAR, DataType.U32),
+            (number(0, "Device type", 32, 0x0184_1389),),
         )
-        yield _record(0x1018, "Identity", [(32, _RO, each) for each in identity])
+        yield text_object(0x1008, "Device name", self.name.encode("ascii", "replace"))
+        yield _numbers(0x1018, "Identity", 32, identity)
         for index, name, entries in (
             (_RX_PDO, "Outputs mapping", self._outputs),
             (_TX_PDO, "Inputs mapping", self._inputs),
         ):
-            mapped = [(32, _RO, place << 16 | sub << 8 | bits) for place, sub, bits in entries]
-            yield _record(index, name, mapped)
-        yield _record(0x1C00, "SyncManager types", [(8, _RO, each) for each in (1, 2, 3, 4)])
+            mapped = [place << 16 | sub << 8 | bits for place, sub, bits in entries]
+            yield _numbers(index, name, 32, mapped)
+        yield _numbers(0x1C00, "SyncManager types", 8, (1, 2, 3, 4))
         for index, entries, pdo in (
             (0x1C12, self._outputs, _RX_PDO),
             (0x1C13, self._inputs, _TX_PDO),
         ):
-            yield _record(index, "Assignment", [(16, _RO, pdo)] if entries else [])
+            yield _numbers(index, "Assignment", 16, [pdo] if entries else [])
         for entries, access, name in (
             (self._inputs, _RO | ObjectAccess.TX_PDO, "Input"),
             (self._outputs, _RO | ObjectAccess.RX_PDO, "Output"),
@@ -94,13 +93,13 @@ class Terminal:
 
     # objects
 
-    def objects(self) -> tuple[LoopbackObject, ...]:
+    def objects(self) -> tuple[DictionaryObject, ...]:
         """The dictionary."""
         return self._objects
 
     def read_object(self, index: int, subindex: int) -> bytes:
         """The value of an entry; raises `SdoAbort`."""
-        entry = self._entry(index, subindex)
+        entry = entry_of(self._objects, index, subindex)
         for entries, image in (
             (self._inputs, self.input_image),
             (self._outputs, self.output_image),
@@ -115,17 +114,8 @@ class Terminal:
 
     def write_object(self, index: int, subindex: int, data: bytes) -> None:
         """Nothing is written by SDO."""
-        self._entry(index, subindex)
+        entry_of(self._objects, index, subindex)
         raise SdoAbort(AbortCode.READ_ONLY)
-
-    def _entry(self, index: int, subindex: int) -> LoopbackEntry:
-        for each in self._objects:
-            if each.index == index:
-                for entry in each.entries:
-                    if entry.subindex == subindex:
-                        return entry
-                raise SdoAbort(AbortCode.NO_SUBINDEX)
-        raise SdoAbort(AbortCode.NO_OBJECT)
 
     # process data and states
 
@@ -250,32 +240,15 @@ def _check(inputs: int, outputs: int, kind: str) -> None:
 
 def _channel(
     index: int, name: str, access: int, entries: Sequence[tuple[int, int, int]]
-) -> LoopbackObject:
-    last = max(sub for _, sub, _ in entries)
-    made = [_entry(0, "Number of entries", 8, _RO, last)]
-    made += [_entry(sub, f"{name} {sub}", bits, access, 0) for _, sub, bits in entries]
-    number = (index & _WITHIN_KIND) // _CHANNEL + 1
-    return LoopbackObject(
-        index, f"{name} {number}", ObjectCode.RECORD, made[-1].data_type, tuple(made)
-    )
-
-
-def _object(index: int, name: str, entries: Sequence[tuple[int, int, int, int]]) -> LoopbackObject:
-    made = tuple(_entry(sub, name, bits, access, value) for sub, bits, access, value in entries)
-    return LoopbackObject(index, name, ObjectCode.VAR, made[0].data_type, made)
-
-
-def _record(index: int, name: str, values: Sequence[tuple[int, int, int]]) -> LoopbackObject:
-    entries = [_entry(0, "Number of entries", 8, _RO, len(values))]
-    entries += [
-        _entry(sub, f"{name} {sub}", bits, access, value)
-        for sub, (bits, access, value) in enumerate(values, 1)
+) -> DictionaryObject:
+    made = [
+        number(sub, f"{name} {sub}", bits, access=access, signed=sub == _VALUE)
+        for _, sub, bits in entries
     ]
-    kind = DataType.IDENTITY if index == 0x1018 else entries[-1].data_type
-    return LoopbackObject(index, name, ObjectCode.RECORD, kind, tuple(entries))
+    place = (index & _WITHIN_KIND) // _CHANNEL + 1
+    return record_object(index, f"{name} {place}", made, max(sub for _, sub, _ in entries))
 
 
-def _entry(subindex: int, name: str, bits: int, access: int, value: int) -> LoopbackEntry:
-    kind = {1: DataType.BOOL, 8: DataType.U8, 16: DataType.I16, 32: DataType.U32}[bits]
-    data = value.to_bytes(bits + 7 >> 3, "little")
-    return LoopbackEntry(subindex, name, kind, bits, access, data)
+def _numbers(index: int, name: str, bits: int, values: Sequence[int]) -> DictionaryObject:
+    entries = [number(n, f"{name} {n}", bits, value) for n, value in enumerate(values, 1)]
+    return record_object(index, name, entries)

@@ -6,14 +6,15 @@ import pytest
 
 from achse.ams import DeviceError
 from achse.devices.camshaft import CamshaftDevice, ServedCamshaft
-from achse.devices.camshaft.symbols import CamSymbol, CamSymbols
+from achse.devices.camshaft.symbols import CamSymbols
+from achse.devices.value_symbols import ValueSymbol
 from achse.iec.symbols import decode_symbols
 
 
-def symbol_of(device: CamshaftDevice, name: str) -> CamSymbol:
+def symbol_of(device: CamshaftDevice, name: str) -> ValueSymbol:
     assert device.symbols is not None
     found = device.symbols.source.resolve(name)
-    assert isinstance(found, CamSymbol)
+    assert isinstance(found, ValueSymbol)
     return found
 
 

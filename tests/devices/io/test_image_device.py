@@ -7,7 +7,7 @@ import pytest
 
 from achse.ams import Command, DeviceError, NetId
 from achse.devices.io.image import INPUT_BASE
-from achse.devices.io.image_device import IMAGE_PORT, BusImageDevice, ImageSymbol, ImageSymbols
+from achse.devices.io.image_device import IMAGE_PORT, BusImageDevice, ImageSymbols, ValueSymbol
 from achse.iec.symbols import decode_symbols
 
 STATION = NetId("10.1.2.3.1.1")
@@ -64,7 +64,7 @@ def test_values_by_name(io: Any) -> None:
 def test_nothing_is_written_and_places_outside_are_refused(io: Any) -> None:
     at = At(io.up())
     found = symbols(io).resolve("inputs.devstate")
-    assert isinstance(found, ImageSymbol)
+    assert isinstance(found, ValueSymbol)
     with pytest.raises(DeviceError, match="read only"):
         found.write(b"\0\0")
     assert io.code(lambda: at.read(0xF020, INPUT_BASE - 1, 1)) == 0x703

@@ -4,69 +4,23 @@
 `Press.Inputs.brake_enable`, `Press.Outputs.cams`, `Press.Tracks.0`.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import cached_property, partial
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 from typing import Any
 
-from achse.ams import DeviceError
 from achse.camshaft import CAMS, CamInput, CamOutput
 from achse.camshaft.parameters import TRACKS
-from achse.codes import ReservedGroup, ReturnCode
+from achse.codes import ReservedGroup
 from achse.devices.camshaft.rows import CAM_ROWS, CONTROLLER_ROWS, ENCODER_ROWS
 from achse.devices.camshaft.served import ServedCamshaft
+from achse.devices.value_symbols import ValueSymbol, ValueSymbols
 from achse.iec import BOOL, DINT, UDINT, USINT, IecType
-from achse.iec.datatypes import encode_types
-from achse.iec.describe import describe_type
-from achse.iec.symbols import SymbolEntry, SymbolFlag, encode_symbols, fold
-from achse.server import READ, WRITE, Service, TableSizes
+from achse.server import READ, WRITE, Service
 
-__all__ = ["CamSymbol", "CamSymbols"]
+__all__ = ["CamSymbols"]
 
 _WORD = 4
 _TASK = 1
-
-
-class CamSymbol:
-    """A value by name."""
-
-    call: Callable[[bytes], bytes] | None = None
-    context = _TASK
-
-    def __init__(
-        self,
-        name: str,
-        type: IecType[Any],
-        place: tuple[int, int],
-        read: Callable[[], bytes],
-        write: Callable[[bytes], None] | None = None,
-        comment: str = "",
-    ) -> None:
-        self.name = name
-        self.type = type
-        self.index_group, self.index_offset = place
-        self.size = type.size
-        self.read = read
-        self.read_only = write is None
-        self.write = write or _refuse
-        self.comment = comment
-
-    def entry(self) -> bytes:
-        return self.table_entry().encode()
-
-    def table_entry(self) -> SymbolEntry:
-        """The symbol as the table shows it."""
-        return SymbolEntry.of(
-            self.name,
-            self.type,
-            *(self.index_group, self.index_offset),
-            flags=int(SymbolFlag.READ_ONLY) if self.read_only else 0,
-            context=self.context,
-            comment=self.comment,
-        )
-
-
-def _refuse(data: bytes) -> None:
-    raise DeviceError(ReturnCode.INVALID_ACCESS, "the symbol is read only")
 
 
 def _type_of(row: Service) -> IecType[Any] | None:
@@ -78,48 +32,23 @@ def _type_of(row: Service) -> IecType[Any] | None:
     return {"UINT32": UDINT, "INT32": DINT}.get(words)
 
 
-class CamSymbols:
+class CamSymbols(ValueSymbols):
     """All symbols of one device. `step` and `image_step`: where controllers have their groups."""
-
-    version = 1
 
     def __init__(self, camshafts: Sequence[ServedCamshaft], step: int, image_step: int) -> None:
         self._camshafts = camshafts
         self._step = step
         self._image_step = image_step
 
-    def resolve(self, name: str) -> CamSymbol | None:
-        """A symbol by its name in any case."""
-        return self._symbols.get(fold(name.strip()))
+    def all_symbols(self) -> Iterator[ValueSymbol]:
+        """Those of each controller."""
+        return (symbol for served in self._camshafts for symbol in self._of(served))
 
-    def upload_info(self) -> TableSizes:
-        return TableSizes(symbol_count=len(self._symbols), type_count=len(_TYPES))
+    def used_types(self) -> Iterable[IecType[Any]]:
+        """Always all that a value may have."""
+        return BOOL, DINT, UDINT, USINT
 
-    def symbol_table(self) -> bytes:
-        return self._symbol_table
-
-    def type_table(self) -> bytes:
-        return self._type_table
-
-    def type_entry(self, name: str) -> bytes | None:
-        found = _TYPES.get(fold(name.strip()))
-        return None if found is None else describe_type(found).encode()
-
-    @cached_property
-    def _symbols(self) -> dict[str, CamSymbol]:
-        return {
-            fold(symbol.name): symbol for served in self._camshafts for symbol in self._of(served)
-        }
-
-    @cached_property
-    def _symbol_table(self) -> bytes:
-        return encode_symbols(symbol.table_entry() for symbol in self._symbols.values())
-
-    @cached_property
-    def _type_table(self) -> bytes:
-        return encode_types(map(describe_type, _TYPES.values()))
-
-    def _of(self, served: ServedCamshaft) -> Iterator[CamSymbol]:
+    def _of(self, served: ServedCamshaft) -> Iterator[ValueSymbol]:
         name, base = served.name, served.number * self._step
         yield from _of_rows(name, CONTROLLER_ROWS, base, served)
         yield from _of_rows(f"{name}.Encoder", ENCODER_ROWS, base + 1, served)
@@ -131,7 +60,7 @@ class CamSymbols:
         first = (served.number - 1) * self._image_step
         for word in CamInput:
             at = word * _WORD
-            yield CamSymbol(
+            yield ValueSymbol(
                 f"{name}.Inputs.{word.name.lower()}",
                 UDINT,
                 (ReservedGroup.INPUTS, first + at),
@@ -140,7 +69,7 @@ class CamSymbols:
             )
         for output in CamOutput:
             at = output * _WORD
-            yield CamSymbol(
+            yield ValueSymbol(
                 f"{name}.Outputs.{output.name.lower()}",
                 UDINT,
                 (ReservedGroup.OUTPUTS, first + at),
@@ -148,7 +77,7 @@ class CamSymbols:
             )
         for track in range(TRACKS):
             at = CamOutput.CAMS * _WORD
-            yield CamSymbol(
+            yield ValueSymbol(
                 f"{name}.Tracks.{track}",
                 BOOL,
                 (ReservedGroup.OUTPUT_BITS, (first + at) * 8 + track),
@@ -160,7 +89,9 @@ def _track(served: ServedCamshaft, track: int) -> bytes:
     return bytes((served.controller.record.outputs >> track & 1,))
 
 
-def _of_rows(name: str, rows: Sequence[Service], group: int, target: object) -> Iterator[CamSymbol]:
+def _of_rows(
+    name: str, rows: Sequence[Service], group: int, target: object
+) -> Iterator[ValueSymbol]:
     for row in rows:
         type = _type_of(row)
         if type is None or READ not in row.access:
@@ -172,11 +103,8 @@ def _of_rows(name: str, rows: Sequence[Service], group: int, target: object) -> 
         def write(data: bytes, row: Service = row) -> None:
             row.set(target, row.decode(data))
 
-        yield CamSymbol(
+        yield ValueSymbol(
             *(f"{name}.{row.name}", type, (group, row.offset), read),
             write if WRITE in row.access else None,
             row.description,
         )
-
-
-_TYPES: dict[str, IecType[Any]] = {fold(each.name): each for each in (BOOL, DINT, UDINT, USINT)}

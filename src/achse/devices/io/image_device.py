@@ -7,91 +7,37 @@ from collections.abc import Callable, Iterator
 
 from achse.ams import DeviceError
 from achse.codes import ReservedGroup, ReturnCode
-from achse.devices.io.image import INPUT_BASE, OUTPUT_BASE, BusImage, ImageVariable, distinct
+from achse.devices.io.image import INPUT_BASE, OUTPUT_BASE, BusImage, distinct
 from achse.devices.io.served import ServedBus
-from achse.iec.datatypes import encode_types
-from achse.iec.describe import describe_type, types_within
-from achse.iec.symbols import SymbolEntry, SymbolFlag, encode_symbols, fold
-from achse.server import AreaGroup, Device, IndexGroup, TableSizes
+from achse.devices.value_symbols import ValueSymbol, ValueSymbols
+from achse.server import AreaGroup, Device, IndexGroup
 
-__all__ = ["IMAGE_PORT", "BusImageDevice", "ImageSymbol", "ImageSymbols"]
+__all__ = ["IMAGE_PORT", "BusImageDevice", "ImageSymbols"]
 
 IMAGE_PORT = 27904
 """0x6D00; the image of device n answers at this + n."""
 
-_TASK = 1
 _GROUPS = (
     (False, ReservedGroup.INPUTS, ReservedGroup.INPUT_BITS, INPUT_BASE, "inputs"),
     (True, ReservedGroup.OUTPUTS, ReservedGroup.OUTPUT_BITS, OUTPUT_BASE, "outputs"),
 )
 
 
-class ImageSymbol:
-    """A variable of the image by name."""
-
-    call: Callable[[bytes], bytes] | None = None
-    context = _TASK
-    read_only = True
-
-    def __init__(self, name: str, variable: ImageVariable) -> None:
-        self.name = name
-        self.type = variable.type
-        self.size = variable.type.size
-        self.comment = variable.comment
-        self.index_group, self.index_offset = variable.place
-        self.read = variable.read
-
-    def write(self, data: bytes) -> None:
-        """Refuses: DeviceError 0x704."""
-        raise DeviceError(ReturnCode.INVALID_ACCESS, f"{self.name} is read only")
-
-    def entry(self) -> bytes:
-        return self.table_entry().encode()
-
-    def table_entry(self) -> SymbolEntry:
-        """The symbol as the table shows it."""
-        return SymbolEntry.of(
-            self.name,
-            self.type,
-            *(self.index_group, self.index_offset),
-            flags=int(SymbolFlag.READ_ONLY),
-            context=self.context,
-            comment=self.comment,
-        )
-
-
-class ImageSymbols:
+class ImageSymbols(ValueSymbols):
     """The symbols of one image."""
 
     def __init__(self, image: BusImage) -> None:
-        self.version = 0
-        self.refresh(image)
+        self._image = image
 
     def refresh(self, image: BusImage) -> None:
         """Those of another image."""
-        self.version = self.version % 255 + 1
-        symbols = [ImageSymbol(name, each) for name, each in distinct(image.variables)]
-        self._symbols = {fold(symbol.name): symbol for symbol in symbols}
-        self._types = {fold(each.name): each for each in types_within([s.type for s in symbols])}
-        self._symbol_table = encode_symbols(symbol.table_entry() for symbol in symbols)
-        self._type_table = encode_types(map(describe_type, self._types.values()))
+        self._image = image
+        self.forget()
 
-    def resolve(self, name: str) -> ImageSymbol | None:
-        """A symbol by its name in any case."""
-        return self._symbols.get(fold(name.strip()))
-
-    def upload_info(self) -> TableSizes:
-        return TableSizes(symbol_count=len(self._symbols), type_count=len(self._types))
-
-    def symbol_table(self) -> bytes:
-        return self._symbol_table
-
-    def type_table(self) -> bytes:
-        return self._type_table
-
-    def type_entry(self, name: str) -> bytes | None:
-        found = self._types.get(fold(name.strip()))
-        return None if found is None else describe_type(found).encode()
+    def all_symbols(self) -> Iterator[ValueSymbol]:
+        """The variables, those of one name made distinct."""
+        for name, each in distinct(self._image.variables):
+            yield ValueSymbol(name, each.type, each.place, each.read, comment=each.comment)
 
 
 class BusImageDevice(Device):

@@ -4,8 +4,7 @@ A row with a `symbol` makes one symbol per axis; `ToPlc` and `FromPlc` are the c
 structures, whose members are symbols too. Clients know `Axes.Axis 1.ToPlc` of port 501.
 """
 
-from collections.abc import Callable, Iterator
-from functools import cached_property
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from achse.ams import DeviceError
@@ -16,17 +15,16 @@ from achse.devices.nc.axis_structures import (
     PLC_TO_NC,
     PLCTONC_AXIS_REF,
 )
+from achse.devices.value_symbols import ValueSymbol, ValueSymbols
 from achse.iec import DINT, LREAL, UDINT, IecPathError, IecType, iec_type
-from achse.iec.datatypes import encode_types
-from achse.iec.describe import describe_type, types_within
+from achse.iec.describe import types_within
 from achse.iec.names import ELEMENTARY
 from achse.iec.paths import follow, parse_path, split_symbol
-from achse.iec.symbols import SymbolEntry, SymbolFlag, encode_symbols, fold
 from achse.motion import Axis, Nc
 from achse.motion.groups.group import AxisGroup
-from achse.server import READ, WRITE, AreaGroup, Service, TableSizes
+from achse.server import READ, WRITE, AreaGroup, Service
 
-__all__ = ["NcSymbol", "NcSymbols", "interface_groups"]
+__all__ = ["NcSymbols", "interface_groups"]
 
 CYCLIC = 0x4300
 TO_PLC = 0x80
@@ -41,52 +39,6 @@ _FROM_PLC_MEMBERS = 0x1000
 
 _TYPES: dict[str, IecType[Any]] = {"REAL64": LREAL, "UINT32": UDINT, "INT32": DINT}
 _TASK = 1
-
-
-class NcSymbol:
-    """A value of one axis by name."""
-
-    call: Callable[[bytes], bytes] | None = None
-    context = _TASK
-
-    def __init__(
-        self,
-        name: str,
-        type: IecType[Any],
-        index_group: int,
-        index_offset: int,
-        read: Callable[[], bytes],
-        write: Callable[[bytes], None] | None = None,
-        comment: str = "",
-    ) -> None:
-        self.name = name
-        self.type = type
-        self.index_group = index_group
-        self.index_offset = index_offset
-        self.size = type.size
-        self.read = read
-        self.read_only = write is None
-        self.write = write or _refuse
-        self.comment = comment
-
-    def entry(self) -> bytes:
-        return self.table_entry().encode()
-
-    def table_entry(self) -> SymbolEntry:
-        """The symbol as the tables show it."""
-        return SymbolEntry.of(
-            self.name,
-            self.type,
-            self.index_group,
-            self.index_offset,
-            flags=int(SymbolFlag.READ_ONLY) if self.read_only else 0,
-            context=self.context,
-            comment=self.comment,
-        )
-
-
-def _refuse(data: bytes) -> None:
-    raise DeviceError(ReturnCode.INVALID_ACCESS, "the symbol is read only")
 
 
 def _to_plc(axis: Axis) -> Callable[[], bytes]:
@@ -161,15 +113,13 @@ def _interface_group(axis: Axis, from_plc: Service) -> AreaGroup:
     )
 
 
-class NcSymbols:
+class NcSymbols(ValueSymbols):
     """All symbols of one NC: those of its rows, per axis, and the cyclic structures.
 
     `groups` are (first index group, rows) of the axis; `from_plc` is the row of the structure from
     the PLC; `of_groups` are the states of groups of several axes, which
     have names like `Groups.<group>.SetPathVelo`. The names are made when they are first needed.
     """
-
-    version = 1
 
     def __init__(
         self,
@@ -183,7 +133,7 @@ class NcSymbols:
         self._from_plc = from_plc
         self._group_rows = [row for row in of_groups if row.symbol]
 
-    def resolve(self, name: str) -> NcSymbol | None:
+    def resolve(self, name: str) -> ValueSymbol | None:
         """`Axes.X.SetPos`, `Axes.X.ToPlc`, `Axes.X.ToPlc.ActPos`, … in any case."""
         try:
             root, rest = split_symbol(name, self._symbols)
@@ -192,7 +142,7 @@ class NcSymbols:
         except IecPathError:
             return None
 
-    def _member(self, symbol: NcSymbol, rest: str) -> NcSymbol:
+    def _member(self, symbol: ValueSymbol, rest: str) -> ValueSymbol:
         location = follow(symbol.type, parse_path(rest))
         if location.bit is not None:
             raise IecPathError(f"single bits have no symbol: {rest}")
@@ -200,35 +150,27 @@ class NcSymbols:
         first, size = location.offset, location.type.size
         whole = symbol.read
         incoming = symbol.index_offset == FROM_PLC
-        return NcSymbol(
+        return ValueSymbol(
             symbol.name + rest,
             location.type,
-            _MEMBERS + axis.axis_id,
-            first + (_FROM_PLC_MEMBERS if incoming else 0),
+            (_MEMBERS + axis.axis_id, first + (_FROM_PLC_MEMBERS if incoming else 0)),
             lambda: whole()[first : first + size],
             _write_from_plc(self._from_plc, axis, first) if incoming else None,
         )
 
-    def upload_info(self) -> TableSizes:
-        return TableSizes(symbol_count=len(self._symbols), type_count=len(self._types))
+    def all_symbols(self) -> Iterator[ValueSymbol]:
+        """Those of the axes, then those of the groups."""
+        for axis in self._nc:
+            yield from self._of(axis)
+        for group in self._nc.groups:
+            yield from self._of_group(group)
 
-    def symbol_table(self) -> bytes:
-        return self._symbol_table
+    def used_types(self) -> Iterable[IecType[Any]]:
+        """The cyclic structures with what is in them, and all elementary types."""
+        structures: list[IecType[Any]] = [iec_type(NCTOPLC_AXIS_REF), iec_type(PLCTONC_AXIS_REF)]
+        return types_within([*structures, *ELEMENTARY.values()])
 
-    def type_table(self) -> bytes:
-        return self._type_table
-
-    def type_entry(self, name: str) -> bytes | None:
-        found = self._types.get(fold(name.strip()))
-        return None if found is None else describe_type(found).encode()
-
-    @cached_property
-    def _symbols(self) -> dict[str, NcSymbol]:
-        found = [symbol for axis in self._nc for symbol in self._of(axis)]
-        found += [symbol for group in self._nc.groups for symbol in self._of_group(group)]
-        return {fold(symbol.name): symbol for symbol in found}
-
-    def _of_group(self, group: AxisGroup) -> Iterator[NcSymbol]:
+    def _of_group(self, group: AxisGroup) -> Iterator[ValueSymbol]:
         """Those of a group of several axes, as far as its kind has them."""
         for row in self._group_rows:
             read = _reader(row, group)
@@ -236,52 +178,35 @@ class NcSymbols:
                 read()
             except DeviceError:
                 continue
-            yield NcSymbol(
+            yield ValueSymbol(
                 f"Groups.{group.name}.{row.symbol}",
                 _TYPES[getattr(row.codec, "name", "")],
-                GROUP_STATE + group.group_id,
-                row.offset,
+                (GROUP_STATE + group.group_id, row.offset),
                 read,
                 comment=row.description,
             )
 
-    def _of(self, axis: Axis) -> Iterator[NcSymbol]:
+    def _of(self, axis: Axis) -> Iterator[ValueSymbol]:
         for base, row in self._rows:
             if READ not in row.access or isinstance(row.codec, tuple):
                 raise ValueError(f"row {row.name!r} has a symbol, but no single value to read")
             type = _TYPES[getattr(row.codec, "name", "")]
             read, write = _row_access(row, axis)
             group, name = base + axis.axis_id, f"Axes.{axis.name}.{row.symbol}"
-            yield NcSymbol(name, type, group, row.offset, read, write, row.description)
+            yield ValueSymbol(name, type, (group, row.offset), read, write, row.description)
         group = CYCLIC + axis.axis_id
-        yield NcSymbol(
+        yield ValueSymbol(
             f"Axes.{axis.name}.ToPlc",
             iec_type(NCTOPLC_AXIS_REF),
-            group,
-            TO_PLC,
+            (group, TO_PLC),
             _to_plc(axis),
             comment="cyclic interface to the PLC",
         )
-        yield NcSymbol(
+        yield ValueSymbol(
             f"Axes.{axis.name}.FromPlc",
             iec_type(PLCTONC_AXIS_REF),
-            group,
-            FROM_PLC,
+            (group, FROM_PLC),
             _from_plc(axis),
             _write_from_plc(self._from_plc, axis),
             comment="cyclic interface from the PLC",
         )
-
-    @cached_property
-    def _symbol_table(self) -> bytes:
-        return encode_symbols(symbol.table_entry() for symbol in self._symbols.values())
-
-    @cached_property
-    def _types(self) -> dict[str, IecType[Any]]:
-        structures: list[IecType[Any]] = [iec_type(NCTOPLC_AXIS_REF), iec_type(PLCTONC_AXIS_REF)]
-        used = types_within([*structures, *ELEMENTARY.values()])
-        return {fold(type.name): type for type in used}
-
-    @cached_property
-    def _type_table(self) -> bytes:
-        return encode_types(map(describe_type, self._types.values()))
