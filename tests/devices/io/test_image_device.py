@@ -7,7 +7,8 @@ import pytest
 
 from achse.ams import Command, DeviceError, NetId
 from achse.devices.io.image import INPUT_BASE
-from achse.devices.io.image_device import IMAGE_PORT, BusImageDevice, ImageSymbols, ValueSymbol
+from achse.devices.io.image_device import IMAGE_PORT, BusImageDevice, ImageSymbols
+from achse.devices.value_symbols import ValueSymbol
 from achse.iec.symbols import decode_symbols
 
 STATION = NetId("10.1.2.3.1.1")
