@@ -74,7 +74,7 @@ class ValueSymbols(ABC):
         return types_within([symbol.type for symbol in self._symbols.values()])
 
     def forget(self) -> None:
-        """Find the symbols anew; clients see another version."""
+        """Find the symbols again when next asked; clients see another version."""
         self.version = self.version % 255 + 1
         for name in ("_symbols", "_symbol_table", "_types", "_type_table"):
             vars(self).pop(name, None)
