@@ -62,12 +62,16 @@ def units() -> dict[str, Any]:
     }
 
 
+ENDLESS = ("ItpGetGeoInfoAndHParam", "ItpGetGeoInfoAndHParamEx")
+"""Blocks without an edge: they ask all the time, so each has a program of its own."""
+
+
 def blocks() -> list[str]:
-    """The names of their public blocks."""
+    """The names of their public blocks that ask at an edge."""
     return sorted(
         name
         for name, unit in units().items()
-        if isinstance(unit, FunctionBlock) and not name.startswith("_")
+        if isinstance(unit, FunctionBlock) and not name.startswith("_") and name not in ENDLESS
     )
 
 

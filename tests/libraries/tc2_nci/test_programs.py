@@ -1,10 +1,14 @@
 """Part programs that a PLC runs: M functions, stops, single blocks, errors, block search."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from achse.codes import NcError
+from achse.motion.channels.program_channel import ProgramChannel
+from achse.station import Station
+from achse.station.config import parse
 from tests.libraries.tc2_nci.conftest import NciBench
 
 PART = "N10 G1 X5 F6000\nN20 M8\nN30 X20 Y2 M7\nN40 Z3\nM30\n"
@@ -220,3 +224,68 @@ def test_a_search_back_is_refused(mill: NciBench) -> None:
         mill.main["aItpBlocksearch"]["sOptions"][option] = True
         assert _search(mill) == NcError.PLC_NOT_IMPLEMENTED
         mill.main["aItpBlocksearch"]["sOptions"][option] = False
+
+
+def test_back_on_the_path_and_forward_again(mill: NciBench) -> None:
+    """As the page on ItpRetraceMoveBackward says: emergency stop, back, emergency stop, forward."""
+    mill.write("far.nc", "N10 G1 X100 F6000\nM30\n")
+    assert mill.fire("ItpEnableFeederBackup", bEnable=True) == 0
+    assert _load(mill, "far.nc") == 0
+    assert mill.fire("ItpStartStopEx", "bStart") == 0
+    mill.call(60)
+    assert mill.fire("ItpEStopEx", fDec=5000.0, fJerk=50000.0) == 0
+    mill.call(100)
+    far = _at(mill)[0]
+    state = mill.main["fromNci"]["ChnState"]
+    assert mill.fire("ItpRetraceMoveBackward") == 0
+    mill.call(10)
+    assert state["bIsMovingBackward"]
+    assert state["bIsFeedFromBackupList"]
+    mill.call(300)
+    assert state["bRetraceStartPosReached"]
+    assert _at(mill)[0] == pytest.approx(0.0)
+    assert far > 1.0
+    assert mill.fire("ItpRetraceMoveForward") == 0
+    mill.until(READY)
+    assert _at(mill)[0] == 100.0
+    assert not state["bIsFeedFromBackupList"]
+
+
+PREVIEW = """PROGRAM MAIN
+VAR
+    fromNci AT %I* : NCTOPLC_NCICHANNEL_REF;
+    ahead : ItpGetGeoInfoAndHParamEx;
+    older : ItpGetGeoInfoAndHParam;
+END_VAR
+ahead(sNciToPlc := fromNci);
+older(sNciToPlc := fromNci);
+END_PROGRAM
+"""
+
+
+def test_what_is_ahead_comes_without_an_edge(tmp_path: Path) -> None:
+    (tmp_path / "a.st").write_text(PREVIEW, encoding="utf-8")
+    (tmp_path / "a.nc").write_text("N10 G1 X100 F6000 H7\nN20 Y5\nM30\n")
+    document = {
+        "plc": [{"sources": "a.st", "code": "plain"}],
+        "axis": [{"id": n, "name": f"A{n}"} for n in (1, 2)],
+        "channel": [{"id": 1, "programs": ".", "plc": ["MAIN.fromNci"]}],
+        "group": [{"id": 11, "channel": 1, "axes": [1, 2]}],
+    }
+    station = Station(parse(document, "a.toml"), base=tmp_path)
+    assert station.nc is not None
+    channel = station.nc.channels.channel(1)
+    assert isinstance(channel, ProgramChannel)
+    for axis in station.nc:
+        axis.control_dword, axis.velocity_override = 7, 1_000_000
+    station.advance(0.1)
+    assert (channel.load("a.nc"), channel.start()) == (0, 0)
+    station.advance(0.5)
+    main: Any = station.plcs[851].instance("MAIN")
+    for name in ("ahead", "older"):
+        lines = main[name]["stTab"]["arrLines"]
+        assert main[name]["nErrId"] == 0
+        assert 0.0 < lines[1]["fLength"] < 90.0
+        assert [lines[1][each] for each in ("nBlockNo", "nHParam", "nEntryID")] == [10, 7, 1]
+        assert [lines[2][each] for each in ("fLength", "nBlockNo", "nEntryID")] == [5.0, 20, 2]
+        assert lines[3]["nBlockNo"] == 0

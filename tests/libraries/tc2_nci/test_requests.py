@@ -69,6 +69,10 @@ BOTH: tuple[tuple[str, str, dict[str, Any], Request], ...] = (
 )
 
 ONE: tuple[Case, ...] = (
+    ("ItpEnableFeederBackup", {"bEnable": True}, (W, 0x2001, 0x54, u32(1))),
+    ("ItpIsFeederBackupEnabled", {}, (R, 0x2001, 0x54, 4)),
+    ("ItpRetraceMoveBackward", {}, (W, 0x2201, 0x14, _words(2, 0) + bytes(64))),
+    ("ItpRetraceMoveForward", {}, (W, 0x2201, 0x14, _words(1, 0) + bytes(64))),
     ("ItpEnableDefaultGCode", {"bUseDefaultGCode": True}, (W, 0x2001, 0x15, u16(1))),
     (
         *("ItpSetCyclicUDintOffsets", {f"nIndexOffsetParam{n}": n for n in (1, 2, 3, 4)}),
@@ -171,10 +175,6 @@ EDGES = {"ItpStartStop": "bStart", "ItpStartStopEx": "bStart", "ItpSingleBlock":
 
 UNASKED = {
     "ItpConfirmHsk": NcError.PLC_NO_M_FUNCTION,
-    "ItpEnableFeederBackup": NcError.PLC_NOT_IMPLEMENTED,
-    "ItpRetraceMoveBackward": NcError.PLC_NOT_IMPLEMENTED,
-    "ItpRetraceMoveForward": NcError.PLC_NOT_IMPLEMENTED,
-    "ItpIsFeederBackupEnabled": 0,
 }
 """Blocks that ask for nothing where nothing waits, and what they answer."""
 

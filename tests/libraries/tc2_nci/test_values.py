@@ -148,9 +148,10 @@ def test_groups(nci: NciBench) -> None:
     assert nci.fire("CfgBuild3DGroup", nGroupId=99, **axes) == NcError.GROUP_ID
 
 
-def test_the_way_back_is_not_kept(nci: NciBench) -> None:
-    for name in ("ItpEnableFeederBackup", "ItpRetraceMoveBackward", "ItpRetraceMoveForward"):
-        assert nci.fire(name) == NcError.PLC_NOT_IMPLEMENTED
-    assert nci.fire("ItpIsFeederBackupEnabled") == 0
-    assert not nci.main["aItpIsFeederBackupEnabled"]["bEnabled"]
-    assert nci.requests() == []
+def test_the_way_back_is_kept_where_it_is_asked_for(nci: NciBench) -> None:
+    for wanted in (True, False):
+        assert nci.fire("ItpEnableFeederBackup", bEnable=wanted) == 0
+        assert nci.fire("ItpIsFeederBackupEnabled") == 0
+        assert nci.main["aItpIsFeederBackupEnabled"]["bEnabled"] == wanted
+    for name in ("ItpRetraceMoveBackward", "ItpRetraceMoveForward"):
+        assert nci.fire(name) == NcError.CHANNEL_COMMAND_NOT_NOW

@@ -28,6 +28,7 @@ from achse.gcode.canon import (
     ProgramEnd,
     ProgramMessage,
     ProgramStop,
+    Technology,
     TechnologyWord,
 )
 from achse.gcode.line_run import LineRun
@@ -61,6 +62,8 @@ class _Entry:
     last: int
     origin: Callable[[int], Origin]
     """Of the segment with this number."""
+    auxiliary: int
+    """H that was programmed last before them."""
 
 
 class Feeder:
@@ -75,6 +78,7 @@ class Feeder:
         self._marks: deque[_PathMark] = deque()
         self._entries: deque[_Entry] = deque()
         self._origin: Origin | None = None
+        self._auxiliary = outputs.auxiliary
         self._deleting = False
         """The move that can be deleted is the last one: nothing goes behind it before its end."""
         self._deleted = False
@@ -90,16 +94,29 @@ class Feeder:
     def origin(self) -> Origin | None:
         """The block that the path is on, or was last on."""
         self._forget_entries()
-        present, entries = self.group.present, self._entries
-        if entries and entries[0].first <= present:
-            self._origin = entries[0].origin(min(present, entries[0].last))
+        present = self.group.present
+        found = None
+        for entry in self._entries:
+            if entry.first > present:
+                break
+            found = entry
+        if found is not None:
+            self._origin = found.origin(min(present, found.last))
         return self._origin
 
     def _forget_entries(self) -> None:
-        """Blocks that the path has passed are not shown again."""
-        present, entries = self.group.present, self._entries
-        while len(entries) > 1 and entries[0].last < present:
+        """Blocks that the path has passed are not shown again, unless it may come back to them."""
+        group, entries = self.group, self._entries
+        first = group.oldest if group.way_back.kept else group.present
+        while len(entries) > 1 and entries[0].last < first:
             entries.popleft()
+
+    def block_of(self, number: int) -> tuple[int, int]:
+        """N word and H of a segment on the path; 0 of one that is not."""
+        for entry in self._entries:
+            if entry.first <= number <= entry.last:
+                return entry.origin(number).block, entry.auxiliary
+        return 0, 0
 
     @property
     def done(self) -> bool:
@@ -156,7 +173,7 @@ class Feeder:
             def origin(number: int) -> Origin:
                 return run.origin(number + shift)
 
-            self._entries.append(_Entry(before + 1, group.number, origin))
+            self._entries.append(_Entry(before + 1, group.number, origin, self._auxiliary))
         if code:
             return self._refuse(code)
         return Fed.DONE if run.taken == len(run) else Fed.FULL
@@ -179,6 +196,8 @@ class Feeder:
         if isinstance(command, FastMReset):
             self._mark(lambda: self.outputs.clear_fast(command.numbers))
         elif isinstance(command, TechnologyWord):
+            if command.word is Technology.AUXILIARY:
+                self._auxiliary = int(command.value)
             self._mark(lambda: self.outputs.show(command.word, command.value))
         elif isinstance(command, ProgramMessage):
             self._mark(lambda: self._tell(command.text))
@@ -211,7 +230,7 @@ class Feeder:
             return self._refuse(code)
         self._budget -= 1
         number = self.group.number
-        self._entries.append(_Entry(number, number, lambda _: origin))
+        self._entries.append(_Entry(number, number, lambda _: origin, self._auxiliary))
         return Fed.DONE
 
     def _move(self, move: Moving) -> Fed:

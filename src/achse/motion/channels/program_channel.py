@@ -325,6 +325,25 @@ class ProgramChannel(NcChannel):
         self._step_on = True
         return OK
 
+    @property
+    def retrace_enable(self) -> int:
+        """1: the path of the next start is kept for a way back (0x54)."""
+        return int(self.group is not None and self.group.keeps_way_back)
+
+    @retrace_enable.setter
+    def retrace_enable(self, on: int) -> None:
+        if self.group is not None:
+            self.group.keeps_way_back = bool(on)
+
+    def retrace(self, backwards: bool) -> int:
+        """After an emergency stop, follow the path back, or forward again (0x14, 0x15).
+
+        0x4109 while no program runs or the path does not rest, 0x42CC if it is not kept.
+        """
+        if self.state not in ACTIVE_STATES or self.group is None:
+            return NcError.CHANNEL_COMMAND_NOT_NOW
+        return self.group.way_back.go(backwards)
+
     def reset_fast(self, number: int) -> int:
         """Clear the bit of a fast M function (0x60)."""
         self.outputs.clear_fast((number,))

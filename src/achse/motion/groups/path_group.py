@@ -19,6 +19,7 @@ from achse.motion.groups.parameters import GroupParameters
 from achse.motion.groups.path_view import PathView
 from achse.motion.groups.reach import PathReach
 from achse.motion.groups.states import GroupType, SafState
+from achse.motion.groups.way_back import WAY_BACK, WayBack
 from achse.motion.path import (
     PathDwell,
     PathError,
@@ -32,6 +33,7 @@ from achse.motion.path import (
     rapid_feed,
 )
 from achse.motion.path.compiled import KERNEL
+from achse.motion.path.planner import HISTORY
 from achse.motion.states import MotionPhase
 
 __all__ = ["MAIN_AXES", "PLACES", "PathGroup"]
@@ -67,6 +69,9 @@ class PathGroup(AxisGroup):
         self.max_commands_per_cycle = parameters.segments_per_cycle
         self.table_size = parameters.table_size
         self.planner: PathPlanner | None = None
+        self.keeps_way_back = False
+        """Whether the next `begin` keeps the path for a way back."""
+        self.way_back = WayBack(self)
         self._way_before = 0.0
         """Way since the start of the program, up to the last reset of the planner."""
         self._number = 0
@@ -241,11 +246,13 @@ class PathGroup(AxisGroup):
                 cycle_time=dt,
                 parameters=self._path,
                 table=self.table_size,
+                history=WAY_BACK if self.keeps_way_back else HISTORY,
                 compiled=KERNEL.available and KERNEL.cached,
             )
         except PathError:
             return NcError.GROUP_PARAMETER
         self.planner.single_block = bool(self._single_block)
+        self.way_back.begin(self.keeps_way_back)
         self._way_before, self._number = 0.0, 0
         self._override_used = -1.0
         self._forgetting = self._deleting = False
@@ -340,6 +347,11 @@ class PathGroup(AxisGroup):
     def present(self) -> int:
         """Number of the segment that the path is on."""
         return 0 if self.planner is None else self.planner.block
+
+    @property
+    def oldest(self) -> int:
+        """Number of the first segment that the path can go back to."""
+        return 0 if self.planner is None else self.planner.oldest_block
 
     @property
     def rests(self) -> bool:

@@ -35,10 +35,12 @@ from achse.motion.path.segments import PathArc, PathDwell, PathError, PathLine, 
 from achse.native.declare import RecordLayout
 from achse.native.memory import Rows, RowView, field_property
 
-__all__ = ["LOOK_AHEAD", "PathPlanner", "PathTableFull"]
+__all__ = ["HISTORY", "LOOK_AHEAD", "PathPlanner", "PathTableFull"]
 
 LOOK_AHEAD = 128
 """Segments of the table by default (0x3000+ID:0x50C, 128..1024)."""
+HISTORY = 32
+"""Segments behind the present one that the path can go back, by default."""
 _MOST_LOOK_AHEAD = 1024
 _POINTS = 256
 """Points that `append_lines` hands over at once."""
@@ -80,7 +82,7 @@ class PathPlanner:
         cycle_time: float = 0.002,
         parameters: PathParameters | None = None,
         table: int = LOOK_AHEAD,
-        history: int = 32,
+        history: int = HISTORY,
         compiled: bool = False,
     ) -> None:
         if not 1 <= len(axes) <= AXES:
@@ -449,6 +451,43 @@ class PathPlanner:
         state.waiting = 0.0
         state.current = min(max(state.current, state.oldest), max(state.following - 1, 0))
         state.fresh = 0
+
+    @property
+    def at_first(self) -> bool:
+        """Going back, it rests where the path begins that is still known."""
+        state = self.state
+        if not state.backwards or not self.standstill:
+            return False
+        first = self._pieces[state.oldest % len(self._pieces)]
+        return bool(state.current <= state.oldest and state.way - first.first < _NEAR)
+
+    @property
+    def oldest_block(self) -> int:
+        """Block number of the first segment that the path can go back to; 0 without one."""
+        state = self.state
+        if state.following == state.oldest:
+            return 0
+        return int(self._pieces[state.oldest % len(self._pieces)].block)
+
+    def ahead(self, most: int) -> list[tuple[int, float]]:
+        """Block number and length of the present segment and of those behind it, `most` at most.
+
+        Of the present one, what is left of it. A rounded corner counts to the segment before it.
+        """
+        state, found = self.state, list[tuple[int, float]]()
+        for n in range(state.current, state.following):
+            piece = self._pieces[n % len(self._pieces)]
+            if piece.kind == PieceKind.WAIT:
+                continue
+            done = max(0.0, state.way - piece.first) if n == state.current else 0.0
+            left = max(0.0, piece.length - done)
+            if found and found[-1][0] == piece.block:
+                found[-1] = (piece.block, found[-1][1] + left)
+            elif len(found) == most:
+                break
+            else:
+                found.append((int(piece.block), left))
+        return found
 
     def delete_distance_to_go(self) -> None:
         """Drop all that is left of the path; PathError unless it is at rest.

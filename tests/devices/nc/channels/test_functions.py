@@ -112,3 +112,68 @@ def test_tools_shifts_and_snapshots(programs: Any) -> None:
     assert programs.get(0x2001, 0x1_0203, "<d") == -3.0
     programs.write(F, 0x25, struct.pack("<32sI", b"all", 1))
     assert programs.get(C, 0x1000_0011, "<d") == 8.25
+
+
+def bits(bench: Any) -> int:
+    """Channel state: 8 the path is where it has been, 16 backwards, 32 at the first segment."""
+    (value,) = struct.unpack_from("<I", bench.read(C, 0x80, 160), 36)
+    return int(value) & 0x3C
+
+
+def test_the_way_back(programs: Any, refused: Any) -> None:
+    """0x54 keeps the path, 0x14 goes back and forward, 0x15 on; M functions are not repeated."""
+    back, forward = (struct.pack("<II8d", n, 0, *(0.0,) * 8) for n in (2, 1))
+    with refused(0x4109):
+        programs.write(F, 0x14, back)
+    programs.put(0x2001, 0x54, "<I", 1)
+    load(programs, "N10 G01 X10 Y0 F6000\nN20 M7\nN30 Y20 H5\nN40 M9\nN50 X0\nM30\n")
+    programs.write(F, 0x02)
+    programs.until(lambda: programs.axes(2)[0] > 1.0)
+    with refused(0x4109):
+        programs.write(F, 0x14, back)
+    programs.write(0x320B, 0x04, struct.pack("<dd", 1e5, 1e7))
+    programs.until(lambda: programs.get(0x310B, 0x502, "<d") == 0.0)
+    assert programs.get(S, 0x12, "<II260s")[1] > 0
+    with refused(0x4108):
+        programs.write(F, 0x14, struct.pack("<II8d", 3, 0, *(0.0,) * 8))
+    with refused(0x4172):
+        programs.write(F, 0x14, struct.pack("<II8d", 2, 9, *(0.0,) * 8))
+    fast = programs.read(C, 0x80, 160)[4:24]
+    assert fast[0] == 1 << 7
+    assert bits(programs) == 4
+    assert 1.0 < programs.axes(2)[0] < 19.0
+    programs.write(F, 0x14, back)
+    assert bits(programs) == 24
+    programs.until(lambda: bits(programs) == 56)
+    assert programs.axes(1, 2) == pytest.approx([0.0, 0.0])
+    assert programs.get(0x310B, 0x0D, "<I") == 10
+    assert programs.read(C, 0x80, 160)[4:24] == fast
+    programs.write(F, 0x14, forward)
+    assert bits(programs) == 8
+    programs.until(lambda: programs.axes(1)[0] > 5.0)
+    programs.write(0x320B, 0x04, struct.pack("<dd", 1e5, 1e7))
+    programs.until(lambda: programs.get(0x310B, 0x502, "<d") == 0.0)
+    programs.write(F, 0x15)
+    programs.until(lambda: state(programs) is State.READY)
+    assert programs.axes(1, 2) == pytest.approx([0.0, 20.0])
+    assert bits(programs) == 0
+
+
+def test_what_is_ahead_on_the_path(programs: Any) -> None:
+    """State 0x532 of the group: what is left of this segment, then those behind it."""
+    load(programs, "N10 H4\nN20 G01 X100 F6000\nN30 Y20 H-2\nN40 G04 X0.5\nN50 X70\nM30\n")
+    assert programs.read(0x310B, 0x532, 300)[8:] == bytes(264)
+    programs.write(F, 0x02)
+    programs.until(lambda: programs.axes(1)[0] > 40.0)
+    data = programs.read(0x310B, 0x532, 300)
+    assert len(data) == 272
+    lines = list(struct.iter_unpack("<dIIII", data[8:]))
+    x = 100.0 - lines[0][0]
+    assert 40.0 < x < 60.0
+    assert lines[0][1:] == (20, 4, 1, 0)
+    assert lines[1] == (20.0, 30, 0xFFFF_FFFE, 2, 0)
+    assert lines[2] == (30.0, 50, 0xFFFF_FFFE, 4, 0)
+    assert lines[3:] == [(0.0, 0, 0, 0, 0)] * 8
+    later = programs.read(0x310B, 0x532, 300)
+    programs.run(0.01)
+    assert programs.read(0x310B, 0x532, 300)[:4] != later[:4]

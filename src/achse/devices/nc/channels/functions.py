@@ -11,6 +11,7 @@ __all__ = ["PROGRAM_FUNCTIONS"]
 
 _NAME = LineText()
 _SNAPSHOT = Layout("<32sI")
+_RETRACE = Layout("<II8d")
 _SEARCH = request(mode="I", dry_run="I", wanted="I", reserved="I", percent="d")
 
 
@@ -22,6 +23,17 @@ def _search(
     channel: ProgramChannel, mode: int, dry_run: int, wanted: int, reserved: int, percent: float
 ) -> int:
     return channel.enable_search(mode, dry_run, wanted, percent)
+
+
+def _retrace(channel: ProgramChannel, direction: int, entry: int, *places: float) -> int:
+    """Direction 1 forward, 2 back; the place to begin at is always the present one: entry 0."""
+    if direction not in (_FORWARD, _BACKWARD):
+        return NcError.CHANNEL_START_PARAMETER
+    return NcError.RETRACE_INDEX if entry else channel.retrace(direction == _BACKWARD)
+
+
+def _end_retrace(channel: ProgramChannel) -> int:
+    return channel.retrace(backwards=False)
 
 
 def _save(channel: ProgramChannel, name: bytes, mask: int) -> int:
@@ -56,6 +68,7 @@ def _files(offset: int, name: str, method: str, description: str) -> Service:
     return _plain(offset, name, lambda channel: getattr(channel.files, method)(), description)
 
 
+_FORWARD, _BACKWARD = 1, 2
 _CODECS: tuple[Codec, ...] = (UINT16, UINT32)
 
 PROGRAM_FUNCTIONS = (
@@ -79,6 +92,11 @@ PROGRAM_FUNCTIONS = (
     ),
     _plain(0x12, "retry", ProgramChannel.retry, "after a fault, run the block at fault again"),
     _plain(0x13, "skip", ProgramChannel.skip, "after a fault, go on behind the block at fault"),
+    channel_function(
+        *(0x14, "enable_retrace", _retrace, _RETRACE),
+        "after an emergency stop, follow the path forward (1) or back (2); entry 0, 8 positions",
+    ),
+    _plain(0x15, "disable_retrace", _end_retrace, "go forward again, and on with the program"),
     channel_function(
         *(0x18, "enable_block_search", _search, _SEARCH),
         "begin the next start with a search for a block",

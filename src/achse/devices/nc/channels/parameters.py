@@ -199,6 +199,12 @@ PROGRAM_PARAMETERS = (
         minimum=0,
         maximum=1,
     ),
+    program_value(
+        *(0x54, UINT32, "retrace_enable", "the path of the next start is kept for a way back"),
+        "retrace_enable",
+        minimum=0,
+        maximum=1,
+    ),
     _set_offsets(
         "whole_offsets",
         _offsets(0x55, "cyclic_interface_uint32_offsets", "whole_offsets", "IntParams"),

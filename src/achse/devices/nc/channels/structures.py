@@ -32,9 +32,10 @@ _TC2 = struct.Struct("<I5IHHiHH96xIHHH8x")
 
 _VERSION = 2
 _CHANNEL_BITS = {ChannelType.INTERPRETER: 1 << 0, ChannelType.KINEMATIC_TRANSFORMATION: 1 << 1}
-_EMERGENCY_STOP, _BACKWARDS = 1 << 2, 1 << 4
+_EMERGENCY_STOP, _REPEATS, _BACKWARDS, _AT_FIRST = 1 << 2, 1 << 3, 1 << 4, 1 << 5
 """Channel state: bit 0 a channel with an interpreter, bit 1 one with a kinematics, bit 2 an
-emergency stop was commanded, bit 4 the path goes back. Bit 3 (retrace list) is always 0."""
+emergency stop was commanded, bit 3 the path is where it has been before, bit 4 it goes back, bit 5
+the way back is at its end."""
 _NO_PROGRAM = (0,) * 11
 _NO_AXES = (0,) * 8
 
@@ -57,9 +58,11 @@ def _channel_state(channel: NcChannel, group: AxisGroup | None) -> int:
     bits = _CHANNEL_BITS.get(channel.type, 0)
     if group is not None and group.emergency_stop_active:
         bits |= _EMERGENCY_STOP
-    planner = group.planner if isinstance(group, PathGroup) else None
-    if planner is not None and planner.backwards:
-        bits |= _BACKWARDS
+    if isinstance(group, PathGroup):
+        back = group.way_back
+        bits |= _REPEATS if back.repeats else 0
+        bits |= _BACKWARDS if back.backwards else 0
+        bits |= _AT_FIRST if back.at_first else 0
     return bits
 
 

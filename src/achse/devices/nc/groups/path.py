@@ -156,6 +156,32 @@ def _searched(group: PathGroup) -> tuple[float, ...]:
     return remaining, origin.block, origin.counter, *(*group.positions, *(0.0,) * PLACES)[:PLACES]
 
 
+PREVIEW = 11
+"""Segments of the preview (002 §6.4.3.2, 0x532)."""
+
+
+class _Preview:
+    """Time in ns, then the present segment and those behind it, 24 bytes each; 0 where none is."""
+
+    _layout = Layout("<II" + "dIIII" * PREVIEW)
+    name, size = _layout.name, _layout.size
+
+    def encode(self, group: PathGroup) -> bytes:
+        channel, planner = group.channel, group.planner
+        feeder = channel.feeder if isinstance(channel, ProgramChannel) else None
+        ahead = [] if planner is None or not group.moving else planner.ahead(PREVIEW)
+        first = next(iter(group.members), None)
+        values: list[float] = [0 if first is None else first.dc_time_stamp & 0xFFFF_FFFF, 0]
+        for number, length in ahead:
+            block, auxiliary = (0, 0) if feeder is None else feeder.block_of(number)
+            values += length, block, auxiliary & 0xFFFF_FFFF, number & 0xFFFF_FFFF, 0
+        values += [0] * (2 + 5 * PREVIEW - len(values))
+        return self._layout.encode(tuple(values))
+
+    def decode(self, data: bytes) -> Any:
+        return self._layout.decode(data)
+
+
 class _Searched:
     """The first `places` positions of it, or none of them."""
 
@@ -261,6 +287,12 @@ PATH_STATES = (
         lambda group: group.view.target[MAIN_AXES:],
         PathGroup,
         unit="e.g. mm",
+    ),
+    show(
+        *(0x532, _Preview(), "path_preview"),
+        "time, 0; 11 times length (first: what is left), N word, H, number of the segment, 0",
+        lambda group: group,
+        PathGroup,
     ),
     show(
         *(0x541, REAL64, "inside_tolerance_ball_auxiliary", "0: there is no tolerance ball"),
