@@ -72,6 +72,8 @@ elsewhere(
     "A certificate of the authority or a pre-shared key does not take a NetId whose route has the"
     " fingerprint of another, or leads to another host.",
     f"{SECURE}::test_a_certificate_of_the_authority_does_not_take_the_route_of_another",
+    f"{SECURE}::test_a_certificate_of_the_authority_has_the_rights_of_its_own_route_alone",
+    f"{SECURE}::test_a_key_has_the_rights_of_its_own_route_alone",
 )
 elsewhere(
     "Connections by Secure ADS end when their route is removed, or when its rights change.",
@@ -160,6 +162,7 @@ elsewhere(
 elsewhere(
     "From the far end of a one-way route requests are refused, in a station without `strict` too.",
     "tests/transport/test_uplinks.py::test_requests_from_the_far_end_of_a_one_way_route_are_refused",
+    "tests/transport/test_dialled.py::test_behind_a_one_way_route_nobody_asks_under_any_name",
     "tests/router/test_routes.py::test_a_one_way_route_refuses_also_before_its_host_is_known",
 )
 elsewhere(
@@ -309,9 +312,35 @@ elsewhere(
     "A request without its right is answered with 0x723, counted, and told once by the log.",
     f"{NETWORK}::test_a_route_may_what_it_says",
 )
+ROWS = "tests/fuzz/test_rights.py"
+elsewhere(
+    "Who records traffic, causes faults, debugs or changes programs at port 26000 needs"
+    " all rights.",
+    f"{PEERS}::test_what_a_request_needs",
+    f"{ROWS}::test_every_row_once_with_one_right_too_few",
+    f"{ROWS}::test_who_writes_changes_no_states_routes_or_files",
+)
+elsewhere(
+    "File services need `files`, those of the older form too.",
+    f"{ROWS}::test_every_row_once_with_one_right_too_few",
+    f"{ROWS}::test_who_writes_changes_no_states_routes_or_files",
+)
+elsewhere(
+    "Pages in the browser call and watch what `rights` in `[router]` allow, and see the traffic of"
+    " others with all rights only.",
+    "tests/web/test_calls.py::test_calls_that_change_something_need_more_than_reading",
+    "tests/web/test_feeds.py::test_a_topic_needs_what_the_station_allows",
+)
+elsewhere(
+    "Strangers behind a route that the station dialled may no more than that route, and nothing"
+    " with `strict`.",
+    "tests/transport/test_dialled.py::test_strangers_behind_it_may_no_more_than_the_route",
+    "tests/transport/test_dialled.py::test_a_strict_station_is_asked_by_nobody_without_a_route",
+)
 elsewhere(
     "Sums need the rights of their parts.",
     f"{PEERS}::test_what_a_request_needs",
+    f"{ROWS}::test_rights_hold_for_every_row_by_every_road",
 )
 elsewhere(
     "Reading alone is enough for a client that takes handles, subscribes and lists symbols.",

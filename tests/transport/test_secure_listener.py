@@ -17,7 +17,7 @@ from achse.router.rights import Right
 from achse.router.routes import Route, RouteTls, TlsKind
 from achse.transport import secure_listener
 from achse.transport.secure import Credentials, SecureClient, SecureError
-from achse.transport.secure_listener import SecureListener
+from achse.transport.secure_listener import SecureListener, _Proof
 from achse.transport.tls import ClientTls, ServerTls
 from tests.transport.certificates import authority, identity, signed
 
@@ -213,6 +213,40 @@ async def test_a_certificate_of_the_authority_does_not_take_the_route_of_another
         other = RouteTls(fingerprint=identity("panel").fingerprint)
         routes.add(Route(name="a", net_id=PANEL, host="127.0.0.1", tls=other))
         assert await refusal(listener, of_authority) == SecureRefusal.UNKNOWN_CERTIFICATE
+
+
+async def test_a_certificate_of_the_authority_has_the_rights_of_its_own_route_alone() -> None:
+    by_ca = RouteTls(kind=TlsKind.SHARED_CA)
+    shown = ClientTls(signed("panel"), ca=authority())
+    mine = Credentials(shown, kind=TlsKind.SHARED_CA, host="panel", ignore_name=True)
+    async with listening(ServerTls(signed("press"), ca=authority())) as listener:
+        routes = listener.router.routes
+        routes.rights_of_others = Right.WRITE
+        for host in ("192.0.2.9", "hmi.example"):  # somebody else's
+            routes.add(Route(name="a", net_id=PANEL, host=host, tls=by_ca))
+            assert await refusal(listener, mine) == SecureRefusal.UNKNOWN_CERTIFICATE
+        for host in ("127.0.0.1", "panel", "PANEL:8017"):  # by address, by the certificate's name
+            routes.add(Route(name="a", net_id=PANEL, host=host, tls=by_ca))
+            client = await connect(listener, mine)
+            assert await client.ask() == b"hello"
+        routes.add(Route(name="a", net_id=PANEL, host="192.0.2.9", tls=by_ca))
+        await client.over.wait()  # the route leads elsewhere now
+        routes.remove("a")
+        assert b"hello" not in await (await connect(listener, mine)).ask()
+
+
+def test_a_key_has_the_rights_of_its_own_route_alone() -> None:
+    router = Router(OURS)
+    tls = RouteTls(kind=TlsKind.PSK, identity="Panel")
+    route = Route(name="a", net_id=PANEL, host="192.0.2.7", tls=tls)
+    panel, other = _Proof(identity="PANEL"), _Proof(identity="other")
+    assert panel.is_for(route, router, "192.0.2.9")
+    assert not other.is_for(route, router, "192.0.2.9")
+    assert other.is_for(route, router, "192.0.2.7")
+    assert not _Proof().is_for(route, router, "192.0.2.9")
+    known = RouteTls(fingerprint="ab" * 32)
+    by_fingerprint = Route(name="a", net_id=PANEL, host="192.0.2.7", tls=known)
+    assert not panel.is_for(by_fingerprint, router, "192.0.2.7")
 
 
 async def test_nobody_speaks_for_this_router_or_for_others() -> None:

@@ -3,7 +3,7 @@
 from achse.ams import NetId
 from achse.client import connect
 from achse.router import Router
-from achse.router.rights import Right
+from achse.router.rights import ALL_RIGHTS, Right
 from achse.web.calls import calls_of, desks_of, topics_of
 from achse.web.watched import WatchedTarget
 
@@ -18,4 +18,9 @@ async def test_calls_that_change_something_need_more_than_reading() -> None:
         for name, call in calls.items():
             changes = name.endswith(CHANGING)
             assert (call.needs != Right.READ) == changes, name
-        assert {"axes", "overview"} <= topics_of(desks).keys()
+        topics = topics_of(desks)
+        assert {"axes", "overview"} <= topics.keys()
+        for faults in ("faults.set", "faults.clear"):  # as over ADS
+            assert calls[faults].needs == ALL_RIGHTS
+        for name, topic in topics.items():
+            assert topic.needs == (ALL_RIGHTS if name == "traffic" else Right.READ)

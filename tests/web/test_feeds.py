@@ -6,6 +6,7 @@ import json
 import pytest
 
 from achse.ams import DeviceError
+from achse.router.rights import ALL_RIGHTS, NO_RIGHTS, Right
 from achse.web.arguments import Arguments
 from achse.web.feeds import MOST_FEEDS, Feed, Feeds, Topic
 from achse.web.messages import CallError
@@ -112,3 +113,24 @@ async def test_an_unknown_topic_is_refused() -> None:
     feeds = Feeds({"t": Topic(Counted().run)})
     with pytest.raises(CallError, match="topic: expected t, got 'x'"):
         feeds.watch(PageOutbox(), 1, {"topic": "x"})
+
+
+async def test_a_topic_needs_what_the_station_allows() -> None:
+    counted = Counted()
+    topics = {"t": Topic(counted.run), "all": Topic(counted.run, needs=ALL_RIGHTS)}
+    for rights, allowed in (
+        (NO_RIGHTS, []),
+        (Right.WRITE, []),
+        (Right.READ, ["t"]),
+        (ALL_RIGHTS & ~Right.FILES, ["t"]),
+        (ALL_RIGHTS, ["t", "all"]),
+    ):
+        feeds = Feeds(topics, pause, rights)
+        for name in topics:
+            if name in allowed:
+                feeds.watch(PageOutbox(), 1, {"topic": name})
+            else:
+                with pytest.raises(DeviceError) as refusal:
+                    feeds.watch(PageOutbox(), 1, {"topic": name})
+                assert refusal.value.code == 0x723
+        feeds.close()

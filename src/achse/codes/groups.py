@@ -6,7 +6,7 @@ group that only one device offers is a row of that device, not a member here.
 
 from enum import IntEnum
 
-__all__ = ["NAMED", "SUMS", "PlcGroup", "ReservedGroup"]
+__all__ = ["FILES", "NAMED", "OPEN_FILES", "SUMS", "PlcGroup", "ReservedGroup"]
 
 
 class ReservedGroup(IntEnum):
@@ -87,6 +87,13 @@ NAMED = frozenset(
     )
 )
 """Groups whose requests carry the name of a symbol or type."""
+
+
+OPEN_FILES = range(0xF600, 0xF700)
+"""Of the system service: the handle of an open file as group (000 §5.1)."""
+
+FILES = frozenset((*range(100, 140), *OPEN_FILES))
+"""Groups of the system service that are about files, those of the older form too (000 §5.1)."""
 
 
 class PlcGroup(IntEnum):

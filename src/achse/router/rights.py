@@ -10,7 +10,7 @@ from enum import Flag
 
 from achse.ams import AmsAddress, Command, Frame
 from achse.codes import ReservedGroup
-from achse.codes.groups import NAMED, SUMS
+from achse.codes.groups import FILES, NAMED, SUMS
 
 __all__ = ["ALL_RIGHTS", "NO_RIGHTS", "Right", "needed_rights", "rights_named"]
 
@@ -33,12 +33,13 @@ class Right(Flag):
 NO_RIGHTS = Right(0)
 ALL_RIGHTS = Right.READ | Right.WRITE | Right.STATE | Right.FILES | Right.METHODS
 
-_SYSTEM_PORT = 10_000
-_FILE_GROUPS = range(120, 140)
-"""Of the system service, 003."""
+_SYSTEM_PORT, _STATION_PORT = 10_000, 26_000
 
 _ROUTE_CHANGES = (801, 802)
 """Of the system service: who adds a route may give it every right."""
+
+_CHANGES = (Command.WRITE, Command.READ_WRITE)
+"""At port 26000 they record what others may, cause faults that restart the station, stop PLCs."""
 
 _READS = NAMED | {
     ReservedGroup.SUM_READ,
@@ -84,13 +85,18 @@ def needed_rights(frame: Frame) -> Right:
     if command in _ALWAYS:
         return _ALWAYS[command]
     group = _group_of(data)
-    if AmsAddress(frame.target).port == _SYSTEM_PORT:
-        if group in _FILE_GROUPS:
+    port = AmsAddress(frame.target).port
+    if port == _SYSTEM_PORT:
+        if group in FILES:
             return Right.FILES
-        if group in SUMS:  # its parts may be about files, and about routes
+        if (
+            group in SUMS and command == Command.READ_WRITE
+        ):  # its parts may be about files, and about routes
             return Right.FILES | Right.READ if group in _READS else ALL_RIGHTS
-        if group in _ROUTE_CHANGES and command in (Command.WRITE, Command.READ_WRITE):
+        if group in _ROUTE_CHANGES and command in _CHANGES:
             return ALL_RIGHTS
+    elif port == _STATION_PORT and command in _CHANGES:
+        return Right.READ if group in _READS else ALL_RIGHTS
     if command in (Command.READ, Command.ADD_NOTIFICATION):
         return Right.READ
     if command == Command.WRITE:

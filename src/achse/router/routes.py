@@ -295,6 +295,17 @@ class RouteTable:
         """From now on `host_name` has these addresses; before, nobody comes from there."""
         self._located[host_name.casefold()] = frozenset(addresses)
 
+    def _addresses(self, route: Route) -> frozenset[str]:
+        """Those of its host name, as far as they are known."""
+        return self._located.get(route.host_name or "", frozenset())
+
+    def comes_from(self, route: Route, host: str) -> bool:
+        """Whether the address `host` is where this route leads; if not, its name is looked up."""
+        found = route.comes_from(host, self._addresses(route))
+        if not found and route.host_name:
+            self.look_up(route.host_name)
+        return found
+
     def admission(self, net_id: bytes, host: str) -> Admission:
         """How frames that say they come from `net_id` and come from the address `host` stand.
 
@@ -303,15 +314,10 @@ class RouteTable:
         route = self._by_net_id.get(net_id)
         if route is None or route.tls is not None:
             return Admission.UNKNOWN
-        name = route.host_name
-        located = self._located.get(name, frozenset()) if name else frozenset()
-        if not route.comes_from(host, located):
-            if name:
-                self.look_up(name)
+        if not self.comes_from(route, host):
             # it may be the other side of a one-way route, as long as nobody knows where that is
-            return (
-                Admission.ONE_WAY if name and route.one_way and not located else Admission.UNKNOWN
-            )
+            nowhere = route.host_name is not None and not self._addresses(route)
+            return Admission.ONE_WAY if nowhere and route.one_way else Admission.UNKNOWN
         return Admission.ONE_WAY if route.one_way else Admission.ROUTED
 
     def rights(self, net_id: bytes, admission: Admission) -> Right:

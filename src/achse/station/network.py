@@ -232,6 +232,7 @@ class Network:
             held=self.listener.held,
             fair_queue=self.listener.fair_queue,
             credentials=self._identity.credentials,
+            strict=config.strict,
         )
         self.uplinks.start()
 

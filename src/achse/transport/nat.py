@@ -4,17 +4,17 @@ from collections.abc import Iterator
 
 from achse.ams import Connection, Frame, NetId
 from achse.ams.connection import Event
-from achse.transport.peer import Peer, PeerOwner
+from achse.transport.dialled import DialledPeer, DialOwner
 
 __all__ = ["NatPeer"]
 
 
-class NatPeer(Peer):
+class NatPeer(DialledPeer):
     """`ours` is the NetId that we use for it, `theirs` the one that it has itself."""
 
     _unchanged = False
 
-    def __init__(self, owner: PeerOwner, ours: NetId, theirs: NetId) -> None:
+    def __init__(self, owner: DialOwner, ours: NetId, theirs: NetId) -> None:
         super().__init__(owner)
         self._ours = bytes(ours)
         self._theirs = bytes(theirs)

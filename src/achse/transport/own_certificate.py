@@ -3,6 +3,7 @@
 Needs the extra `secure`, to make one and to read names out of one.
 """
 
+import contextlib
 import datetime
 import os
 from dataclasses import dataclass
@@ -121,18 +122,21 @@ def _write(path: Path, data: bytes, mode: int) -> None:
 
 
 def names_of(certificate: bytes) -> frozenset[str]:
-    """Names and addresses that a certificate (DER) is for: its CN and alternative names."""
+    """Names and addresses that a certificate (DER) is for: its CN and alternative names.
+
+    Those that cannot be read are left out.
+    """
     from cryptography import x509
 
-    parsed = x509.load_der_x509_certificate(certificate)
-    names = {
-        str(each.value).casefold()
-        for each in parsed.subject.get_attributes_for_oid(x509.NameOID.COMMON_NAME)
-    }
-    try:
-        others = parsed.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
-    except (x509.ExtensionNotFound, ValueError):
-        return frozenset(names)
-    names |= {name.casefold() for name in others.get_values_for_type(x509.DNSName)}
-    names |= {str(address) for address in others.get_values_for_type(x509.IPAddress)}
+    names: set[str] = set()
+    with contextlib.suppress(ValueError):
+        parsed = x509.load_der_x509_certificate(certificate)
+        names |= {
+            str(each.value).casefold()
+            for each in parsed.subject.get_attributes_for_oid(x509.NameOID.COMMON_NAME)
+        }
+        with contextlib.suppress(x509.ExtensionNotFound):
+            others = parsed.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+            names |= {name.casefold() for name in others.get_values_for_type(x509.DNSName)}
+            names |= {str(address) for address in others.get_values_for_type(x509.IPAddress)}
     return frozenset(names)

@@ -26,6 +26,7 @@ from achse.ams import (
 )
 from achse.codes import ReturnCode
 from achse.router import Router
+from achse.router.rights import Right
 from achse.router.routes import Admission, Route
 from achse.transport.exchanges import Exchanges
 from achse.transport.fair_queue import FairQueue
@@ -330,7 +331,7 @@ class Peer:
             log.info("%s has come, client %s", self.peer, facts["client"], extra=facts)
         if source not in self.senders and not ours:
             admission = self._admission(source[:6])
-            self._rights.assign(source, router.routes.rights(source[:6], admission))
+            self._rights.assign(source, self._rights_of(source[:6], admission))
             if admission is Admission.UNKNOWN and self.owner.routes_required:
                 client = AmsAddress(source).net_id
                 self._turn_out(
@@ -351,6 +352,10 @@ class Peer:
         """Whether frames from there may come by this connection."""
         return self._router.routes.admission(net_id, self.peer_host)
 
+    def _rights_of(self, net_id: bytes, admission: Admission) -> Right:
+        """What frames from there may, admitted so."""
+        return self._router.routes.rights(net_id, admission)
+
     def judge_again(self, route: Route) -> None:
         """This route came, went or changed: a sender that may less now comes again from the start.
 
@@ -359,7 +364,7 @@ class Peer:
         net_id = bytes(route.net_id)
         for source in [each for each in self.senders if each[:6] == net_id]:
             admission = self._admission(net_id)
-            lost = self._rights.assign(source, self._router.routes.rights(net_id, admission))
+            lost = self._rights.assign(source, self._rights_of(net_id, admission))
             if lost or (admission is Admission.UNKNOWN and self.owner.routes_required):
                 self._turn_out("%s may less than before: the route has changed", route.net_id)
                 return

@@ -6,7 +6,7 @@ Source: what each mode checks, network facts 2.3.
 import asyncio
 import logging
 from collections import Counter
-from typing import Any
+from typing import Any, NamedTuple
 
 from achse.ams import NetId
 from achse.ams.secure import (
@@ -18,7 +18,7 @@ from achse.ams.secure import (
 )
 from achse.router import Router
 from achse.router.access import Users
-from achse.router.routes import Admission, Route, RouteError, RouteTls
+from achse.router.routes import Admission, Route, RouteError, RouteTls, TlsKind
 from achse.transport.connection import TcpConnection
 from achse.transport.own_certificate import names_of
 from achse.transport.password_checker import PasswordChecker
@@ -37,6 +37,41 @@ _HANDSHAKES, _HANDSHAKES_PER_HOST = 256, 32
 _LONGEST_WAIT = 1.0
 
 
+class _Proof(NamedTuple):
+    """How a client has shown who it is."""
+
+    fingerprint: str = ""
+    """Of its certificate."""
+    names: frozenset[str] = frozenset()
+    """In a certificate of the authority."""
+    identity: str = ""
+    """Of its pre-shared key."""
+
+    @classmethod
+    def of(cls, tls: Tls) -> "_Proof":
+        """What the handshake has shown."""
+        if not tls.certificate:
+            return cls(identity=tls.identity)
+        names = names_of(tls.certificate) if tls.trusted else frozenset[str]()
+        return cls(fingerprint_of(tls.certificate), names)
+
+    def is_for(self, route: Route, router: Router, host: str) -> bool:
+        """Whether it proves, to one who comes from `host`, to be the other side of this route.
+
+        Of a route with a fingerprint that alone counts. Those of an authority, and of keys, are
+        many: then it must be the route's name or key, or come from where the route leads.
+        """
+        tls = route.tls
+        if tls is not None and tls.fingerprint:
+            return tls.fingerprint == self.fingerprint
+        named = tls is not None and (
+            route.endpoint()[0].casefold() in self.names
+            if tls.kind is TlsKind.SHARED_CA
+            else bool(self.identity) and tls.identity.casefold() == self.identity.casefold()
+        )
+        return named or router.routes.comes_from(route, host)
+
+
 class _SecurePeer(Peer):
     """A far end that has shown who it is: it speaks for its own NetId only.
 
@@ -46,11 +81,11 @@ class _SecurePeer(Peer):
     def __init__(self, owner: "SecureListener") -> None:
         super().__init__(owner)
         self._net_id = b""
-        self._fingerprint = ""
+        self._proof = _Proof()
 
-    def know(self, net_id: NetId, fingerprint: str) -> None:
-        """Who it is."""
-        self._net_id, self._fingerprint = bytes(net_id), fingerprint
+    def know(self, net_id: NetId, proof: "_Proof") -> None:
+        """Who it is, and how it showed that."""
+        self._net_id, self._proof = bytes(net_id), proof
 
     @property
     def net_id(self) -> bytes:
@@ -64,13 +99,11 @@ class _SecurePeer(Peer):
             if net_id != self._net_id or admission is Admission.UNKNOWN:
                 return Admission.UNKNOWN  # the plain route of another host
             return admission
-        by_fingerprint = (
-            route is not None
-            and route.tls is not None
-            and bool(self._fingerprint)
-            and route.tls.fingerprint == self._fingerprint
-        )
-        if net_id != self._net_id and not by_fingerprint:
+        proof, tls = self._proof, None if route is None else route.tls
+        known = tls is not None and bool(tls.fingerprint) and tls.fingerprint == proof.fingerprint
+        if net_id != self._net_id and not known:
+            return Admission.UNKNOWN
+        if route is not None and not proof.is_for(route, self.owner.router, self.peer_host):
             return Admission.UNKNOWN
         return Admission.ONE_WAY if route is not None and route.one_way else Admission.ROUTED
 
@@ -138,8 +171,7 @@ class SecureListener(TcpListener):
         peer = _SecurePeer(self)
 
         def admitted(block: ConnectBlock, tls: Tls) -> None:
-            shown = fingerprint_of(tls.certificate) if tls.certificate else ""
-            peer.know(block.net_id, shown)
+            peer.know(block.net_id, _Proof.of(tls))
 
         return _Counted(
             *(TcpConnection(peer), self._tls, self._judge, self._answer),
@@ -205,7 +237,7 @@ class SecureListener(TcpListener):
             if known and known == fingerprint_of(tls.certificate):
                 return SecureRefusal.NONE
             return SecureRefusal.UNKNOWN_CERTIFICATE
-        if not tls.trusted or self._is_of_another(block, tls):
+        if not tls.trusted or self._is_of_another(block, tls, host):
             return SecureRefusal.UNKNOWN_CERTIFICATE
         if tls.certificate and not self._ignore_names:
             names = names_of(tls.certificate)
@@ -213,11 +245,12 @@ class SecureListener(TcpListener):
                 return SecureRefusal.NAME_MISMATCH
         return SecureRefusal.NONE
 
-    def _is_of_another(self, block: ConnectBlock, tls: Tls) -> bool:
-        """Whether the NetId has a route with the fingerprint of somebody else."""
+    def _is_of_another(self, block: ConnectBlock, tls: Tls, host: str) -> bool:
+        """Whether the NetId has a route by Secure ADS to somebody else."""
         route = self.router.routes.to(bytes(block.net_id))
-        known = route.tls.fingerprint if route is not None and route.tls is not None else ""
-        return bool(known) and known != (fingerprint_of(tls.certificate) if tls.certificate else "")
+        if route is None or route.tls is None:
+            return False
+        return not _Proof.of(tls).is_for(route, self.router, host)
 
     async def _decide(self, question: "_Question", _: str, right: bool) -> None:
         refusal = self._make_known(question) if right else SecureRefusal.UNKNOWN_USER
@@ -258,7 +291,7 @@ class SecureListener(TcpListener):
 
 def _lets_in(route: Route) -> tuple[object, ...]:
     """What of a route says who comes by it, and what they may."""
-    return bytes(route.net_id), route.tls, route.rights, route.one_way
+    return bytes(route.net_id), route.host, route.tls, route.rights, route.one_way
 
 
 class _Question:

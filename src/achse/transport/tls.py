@@ -57,6 +57,8 @@ class Tls(Protocol):
     """That of the far end, DER; empty if it showed none."""
     trusted: bool
     """Whether the far end proved that it belongs here: by our CA, or by a pre-shared key."""
+    identity: str
+    """The name of that key, as it is known here; empty without one."""
 
     def receive(self, data: bytes) -> bytes:
         """The plain bytes that `data` completes. Raises TlsError."""
@@ -78,9 +80,18 @@ class Tls(Protocol):
 class _StandardTls:
     """The engine of the standard library."""
 
+    identity = ""
+
     def __init__(
-        self, context: ssl.SSLContext, *, server: bool, by_key: bool, name: str = ""
+        self,
+        context: ssl.SSLContext,
+        *,
+        server: bool,
+        by_key: bool,
+        keys: "_ServedKeys | None" = None,
+        name: str = "",
     ) -> None:
+        self._keys = keys
         self._in, self._out = ssl.MemoryBIO(), ssl.MemoryBIO()
         self._object = context.wrap_bio(
             self._in,
@@ -96,6 +107,8 @@ class _StandardTls:
             self._shake()
 
     def _shake(self) -> None:
+        if self._keys is not None:
+            self._keys.asked_by = self
         try:
             self._object.do_handshake()
         except ssl.SSLWantReadError:
@@ -149,6 +162,8 @@ def _told(fault: Exception) -> str:
 class _OpenSslTls:
     """The engine of pyOpenSSL, for servers."""
 
+    identity = ""
+
     def __init__(self, connection: Any, trusted: Callable[[], bool]) -> None:
         self._connection = connection
         self._connection.set_accept_state()
@@ -188,11 +203,11 @@ class _OpenSslTls:
         except WantReadError:
             return
         self.established = True
-        certificate = self._connection.get_peer_certificate(as_cryptography=True)
+        certificate = self._connection.get_peer_certificate()
         if certificate is not None:
-            from cryptography.hazmat.primitives.serialization import Encoding
+            from OpenSSL.crypto import FILETYPE_ASN1, dump_certificate
 
-            self.certificate = certificate.public_bytes(Encoding.DER)
+            self.certificate = dump_certificate(FILETYPE_ASN1, certificate)
             self.trusted = self._judge()
 
     def send(self, data: bytes) -> None:
@@ -281,7 +296,7 @@ class ServerTls:
         _need_psk(keys)
         self._ca = ca
         self._by_certificate = _certificate_context(identity, ca)
-        self._by_key = _key_context(keys, key_names_matter) if keys else None
+        self._by_key = _ServedKeys(keys, key_names_matter) if keys else None
 
     def accept(self, hello: bytes) -> Tls | None:
         """The engine for a client with these first bytes (which it has not got yet).
@@ -292,7 +307,8 @@ class ServerTls:
         if suites is None:
             return None
         if self._by_key is not None and suites & _PSK_NUMBERS:
-            return _StandardTls(self._by_key, server=True, by_key=True)
+            keys = self._by_key
+            return _StandardTls(keys.context, server=True, by_key=True, keys=keys)
         from OpenSSL import SSL
 
         connection = SSL.Connection(self._by_certificate, None)
@@ -329,17 +345,26 @@ def _certificate_context(identity: OwnCertificate, ca: Path | None) -> Any:
     return context
 
 
-def _key_context(keys: Mapping[str, bytes], names_matter: bool) -> ssl.SSLContext:
-    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-    _only_keys(context)
+class _ServedKeys:
+    """The pre-shared keys of a server, and the engine whose handshake goes on now."""
 
-    def known_as(name: str | None) -> str:
-        return (name or "") if names_matter else (name or "").upper()
+    def __init__(self, keys: Mapping[str, bytes], names_matter: bool) -> None:
+        self._names_matter = names_matter
+        self._known = {self._known_as(name): (name, key) for name, key in keys.items()}
+        self.asked_by: _StandardTls | None = None
+        self.context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        _only_keys(self.context)
+        call: Any = self.context
+        call.set_psk_server_callback(self._key_of)
 
-    known = {known_as(name): key for name, key in keys.items()}
-    call: Any = context
-    call.set_psk_server_callback(lambda name: known.get(known_as(name), b""))
-    return context
+    def _known_as(self, name: str) -> str:
+        return name if self._names_matter else name.upper()
+
+    def _key_of(self, name: str | None) -> bytes:
+        identity, key = self._known.get(self._known_as(name or ""), ("", b""))
+        if self.asked_by is not None:
+            self.asked_by.identity = identity
+        return key
 
 
 def _need_psk(wanted: object) -> None:

@@ -14,6 +14,7 @@ from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.codes import ReturnCode
 from achse.router import Router
 from achse.router.routes import Route
+from achse.transport.dialled import DialledPeer
 from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
 from achse.transport.nat import NatPeer
@@ -44,6 +45,8 @@ class Uplink:
     host that cannot be reached answers 0x1B at once until the next attempt is due; a packet longer
     than the route's `max_fragment` is refused with 0x1C, since nobody says how to split it.
 
+    With `strict` the far end asks nothing here under a NetId without a route.
+
     `dial(uplink)` begins to connect: it ends with `begin` of what `make_peer` gives, or with
     `failed`.
     """
@@ -63,9 +66,11 @@ class Uplink:
         queue_bytes: int = 4 * 1024 * 1024,
         held: Held | None = None,
         fair_queue: FairQueue | None = None,
+        strict: bool = False,
     ) -> None:
         self.router = router
         self.route = route
+        self.strict = strict
         self.loop = turns
         self.max_length = max_length
         self.max_backlog = max_backlog
@@ -140,7 +145,12 @@ class Uplink:
     def make_peer(self) -> Peer:
         """What takes the line that was dialled."""
         nat = self.route.nat_net_id
-        return Peer(self) if nat is None else NatPeer(self, self.route.net_id, nat)
+        return DialledPeer(self) if nat is None else NatPeer(self, self.route.net_id, nat)
+
+    def judge_again(self, route: Route) -> None:
+        """Another route came, went or changed: the far end may send by it as well."""
+        if self._connection is not None:
+            self._connection.judge_again(route)
 
     def failed(self, reason: str, code: ReturnCode = ReturnCode.HOST_UNREACHABLE) -> None:
         """The host could not be reached, or does not let us in; what waits is answered `code`."""

@@ -30,11 +30,13 @@ class Uplinks:
         held: Held | None = None,
         fair_queue: FairQueue | None = None,
         credentials: Callable[[Route], Credentials] | None = None,
+        strict: bool = False,
     ) -> None:
         """`credentials(route)` says who we are at a route by Secure ADS; it raises ValueError or
         ConnectionError where we cannot be anybody."""
         self.router = router
         self._credentials = credentials
+        self._strict = strict
         self.held = held or Held()
         self.fair_queue = fair_queue or FairQueue()
         self.local_host = local_host
@@ -48,7 +50,7 @@ class Uplinks:
     def start(self) -> None:
         """Follow the router's table of routes."""
         for route in self.router.routes:
-            self._changed(None, route)
+            self._add(route)
         self.router.routes.on_change(self._changed)
 
     async def close(self) -> None:
@@ -66,13 +68,21 @@ class Uplinks:
             if uplink in self._dialling:
                 self._dialling[uplink].cancel()
         if new is not None:
-            loop = asyncio.get_running_loop()
-            way = (self.router, new, loop, self._dial)
-            uplink = Uplink(
-                *way, max_length=self.max_length, held=self.held, fair_queue=self.fair_queue
-            )
-            self._uplinks[new.net_id] = uplink
-            self.router.add_route(new.net_id, uplink)
+            self._add(new)
+        for uplink in self:
+            for route in filter(None, (old, new)):
+                uplink.judge_again(route)
+
+    def _add(self, route: Route) -> None:
+        uplink = Uplink(
+            *(self.router, route, asyncio.get_running_loop(), self._dial),
+            max_length=self.max_length,
+            held=self.held,
+            fair_queue=self.fair_queue,
+            strict=self._strict,
+        )
+        self._uplinks[route.net_id] = uplink
+        self.router.add_route(route.net_id, uplink)
 
     # dialling ----------------------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from achse.router.rights import Right
+from achse.router.rights import ALL_RIGHTS, Right
 from achse.web.axes import AxisDesk
 from achse.web.buses import BusDesk
 from achse.web.faults import FaultDesk
@@ -92,8 +92,8 @@ def calls_of(watched: WatchedTarget, desks: Desks) -> dict[str, PageCall]:
         "scope.load": PageCall(desks.scopes.load, of_page=True),
         "scope.export": PageCall(desks.scopes.export, of_page=True),
         "faults.list": PageCall(desks.faults.kinds),
-        "faults.set": PageCall(desks.faults.set, Right.READ | Right.WRITE),
-        "faults.clear": PageCall(desks.faults.clear, Right.WRITE),
+        "faults.set": PageCall(desks.faults.set, ALL_RIGHTS),
+        "faults.clear": PageCall(desks.faults.clear, ALL_RIGHTS),
         "drives.list": PageCall(desks.buses.drives),
         "drives.objects": PageCall(desks.buses.objects),
         "tables.list": PageCall(desks.tables.tables),
@@ -114,7 +114,7 @@ def topics_of(desks: Desks) -> dict[str, Topic]:
         "symbols": Topic(desks.symbols.watch),
         "faults": Topic(desks.faults.watch),
         "log": Topic(desks.journal.watch, lines=True),
-        "traffic": Topic(desks.traffic.watch, lines=True),
+        "traffic": Topic(desks.traffic.watch, lines=True, needs=ALL_RIGHTS),
         "drives": Topic(desks.buses.watch_drives),
         "bus": Topic(desks.buses.watch_bus),
         "channel": Topic(desks.channels.watch),

@@ -6,7 +6,9 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import Any, NamedTuple
 
-from achse.ams import AdsError
+from achse.ams import AdsError, DeviceError
+from achse.codes import ReturnCode
+from achse.router.rights import ALL_RIGHTS, Right
 from achse.web.arguments import Arguments
 from achse.web.messages import CallError, dumped, error_of
 from achse.web.outbox import PageOutbox
@@ -35,6 +37,8 @@ class Topic(NamedTuple):
     """Shows values until it is cancelled."""
     lines: bool = False
     """Whether each thing shown counts (a log), not only the newest (a state)."""
+    needs: Right = Right.READ
+    """What the station must allow, also where pages may only look."""
 
 
 class Feed:
@@ -111,8 +115,14 @@ class Feed:
 class Feeds:
     """The feeds of all pages of a server."""
 
-    def __init__(self, topics: dict[str, Topic], pause: Pause = asyncio.sleep) -> None:
+    def __init__(
+        self,
+        topics: dict[str, Topic],
+        pause: Pause = asyncio.sleep,
+        rights: Right = ALL_RIGHTS,
+    ) -> None:
         self._topics = topics
+        self._rights = rights
         self._pause = pause
         self._running: dict[str, Feed] = {}
 
@@ -122,12 +132,14 @@ class Feeds:
     def watch(self, outbox: PageOutbox, watch: int, fields: dict[str, Any]) -> Feed:
         """The feed that shows what was asked for; a page is one of its watchers from now on.
 
-        Raises CallError for an unknown topic.
+        Raises CallError for an unknown topic, DeviceError 0x723 for one without the right to it.
         """
         name = Arguments(fields).text("topic")
         topic = self._topics.get(name)
         if topic is None:
             raise CallError(f"topic: expected {', '.join(sorted(self._topics))}, got {name!r:.60}")
+        if topic.needs & ~self._rights:
+            raise DeviceError(ReturnCode.DEVICE_ACCESS_DENIED, f"{name}: not on this page")
         wish = dumped(dict(sorted(fields.items())))
         feed = self._running.get(wish)
         if feed is None:

@@ -47,12 +47,13 @@ class WebServer:
         pause: Pause = asyncio.sleep,
     ) -> None:
         self.settings = settings or WebSettings()
+        of_station = rights
         if self.settings.read_only:
             rights &= Right.READ
         self.watched = WatchedTarget(client, name=name, rights=rights)
         self.desks = desks_of(self.watched, self.settings.scene, rows)
         self._calls = calls_of(self.watched, self.desks)
-        self.feeds = Feeds(topics_of(self.desks), pause)
+        self.feeds = Feeds(topics_of(self.desks), pause, of_station)
         self._pages = pages
         self._viewers: set[Viewer] = set()
         self._server: QuietServer | None = None

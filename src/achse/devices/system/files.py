@@ -20,6 +20,7 @@ from typing import NoReturn
 from achse.ams import DeviceError
 from achse.ams.filetime import from_unix_ns
 from achse.codes import ReturnCode
+from achse.codes.groups import OPEN_FILES
 from achse.devices.system.file_worker import FileWorker
 from achse.devices.system.folder import Folder, as_name, device_errors
 from achse.server import READ, READ_WRITE, WRITE, IndexGroup, RawGroup, RowFacts
@@ -44,10 +45,10 @@ class OpenMode:
 
 _C_MODES = {OpenMode.READ: "r", OpenMode.WRITE: "w", OpenMode.APPEND: "a"}
 
-FIRST_HANDLE = 0xF600
+FIRST_HANDLE = OPEN_FILES.start
 """Which numbers handles have is the target's own choice; as index groups they meet no other."""
 
-_HANDLES = 256
+_HANDLES = len(OPEN_FILES)
 """Files and searches open at a time; their numbers are index groups too, so they are few."""
 
 _PER_CLIENT = 64
