@@ -96,6 +96,45 @@ def test_what_a_library_declares_gives_way() -> None:
     assert entry(names, "U").is_library
 
 
+def _with_library(project: str, library: str) -> Resolver:
+    made = Resolver({}, {}, TC3_X64)
+    made.scopes.add([parse(Source(project, "a.st"), name="GVL").check()])
+    source = Source(library, "b.st")
+    source.library = "My Library"
+    made.scopes.add([parse(source, name="Lib").check()], is_library=True)
+    return made
+
+
+def test_a_library_does_not_see_what_the_project_calls_the_same() -> None:
+    names = _with_library(
+        "TYPE ST_A : STRUCT a : INT; END_STRUCT END_TYPE\n"
+        "TYPE E_A : (Same := 7); END_TYPE\n"
+        "VAR_GLOBAL CONSTANT cMost : INT := 5; END_VAR",
+        "TYPE ST_A : STRUCT b : LINT; END_STRUCT END_TYPE\n"
+        "TYPE E_B : (Same := 9); END_TYPE\n"
+        "VAR_GLOBAL CONSTANT cMost : INT := 6; END_VAR",
+    )
+    mine, theirs = (names.scopes.find("ST_A", space) for space in ("", "My Library"))
+    assert mine is not None
+    assert theirs is not None
+    assert (mine.is_library, theirs.is_library) == (False, True)
+    assert names.scopes.find("My Library.ST_A") is theirs
+    for space, most, same in (("", 5, 7), ("My Library", 6, 9)):
+        assert names.constants.global_constant("cmost", "cMost", space, 0).value == most
+        assert names.constants.global_constant("same", "Same", space, 0).value == same
+    assert messages(names) == []
+
+
+def test_a_name_of_two_libraries_is_doubtful() -> None:
+    names = _with_library("", "TYPE E_B : (Same := 9); END_TYPE")
+    other = Source("TYPE E_C : (Same := 8); END_TYPE", "c.st")
+    other.library = "Other"
+    names.scopes.add([parse(other).check()], is_library=True)
+    with pytest.raises(Unexpected, match="which one is meant"):
+        names.constants.global_constant("same", "Same", "", 0)
+    assert names.constants.global_constant("same", "Same", "Other", 0).value == 8
+
+
 def test_names_with_two_underscores_are_reserved() -> None:
     names = scopes("TYPE __T : INT; END_TYPE")
     assert messages(names) == ["1 names with two underscores in front are reserved"]

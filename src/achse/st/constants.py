@@ -183,7 +183,7 @@ class Evaluator:
         if not is_standard(name):
             raise NotConstant(tree.at)
         if any(argument.name for argument in tree.arguments):
-            raise Unexpected(tree.at, f"{name} takes its arguments by position")
+            raise NotConstant(tree.at)
         return called(name, [self._operand_value(operand) for operand in operands], tree.at)
 
     def _is_declared(self, path: Path, at: int) -> bool:

@@ -104,7 +104,7 @@ class NamedConstants:
         if self.is_inherited(keys[0], scope):
             raise NotConstant(at)
         if len(keys) == 1:
-            return self.global_constant(keys[0], path[0], at)
+            return self.global_constant(keys[0], path[0], scope.space, at)
         if (found := self._qualified(keys, scope.space, at)) is not None:
             return found
         if keys[0] in self._scopes.globals:
@@ -115,7 +115,7 @@ class NamedConstants:
             keys[-1] in self._scopes.globals or keys[-1] in self._scopes.loose_values
         ):
             # The name of a library in front, which nothing here declares.
-            return self.global_constant(keys[-1], path[-1], at)
+            return self.global_constant(keys[-1], path[-1], scope.space, at)
         if (value := self.of_library(keys)) is not None:
             return value
         raise Unexpected(at, f"no constant or variable is named '{'.'.join(path)[:80]}'")
@@ -132,15 +132,16 @@ class NamedConstants:
                 return isinstance(base, StructType) and base.has_member(key)
         return False
 
-    def global_constant(self, key: str, name: str, at: int) -> Constant:
-        """The constant that a name means where nothing nearer has it. Raises `NotConstant`."""
-        found = self._scopes.globals.get(key, ())
+    def global_constant(self, key: str, name: str, space: str, at: int) -> Constant:
+        """The constant that a name means where nothing nearer has it, seen from a name space.
+        Raises `NotConstant`."""
+        found = self._scopes.global_variables(key, space)
         if len(found) > 1:
             places = " and ".join(scope.owner for scope, _ in found[:3])
             raise Unexpected(at, f"'{name}' is declared in {places}: which one is meant?")
         if found:
             return self.constant_of(*found[0], [key], at)
-        values = self._scopes.loose_values.get(key, ())
+        values = self._scopes.values_of_enumerations(key, space)
         if len(values) > 1:
             places = " and ".join(entry.name for entry in values[:3])
             raise Unexpected(at, f"'{name}' is a value of {places}: which one is meant?")

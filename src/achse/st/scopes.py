@@ -95,11 +95,23 @@ class Scope:
 
 
 def _library_of(source: Source) -> str:
-    """The name space of a library that comes with achse: the folder of the source."""
+    """The name space of a library: what it is told to be from, or the folder of one that comes
+    with achse."""
+    if source.library:
+        return source.library
     folder, slash, _ = source.path.partition("/")
     if not slash or folder not in libraries.names():
         return ""
     return "__SYSTEM" if folder == "language" else folder
+
+
+def _nearest(
+    found: Sequence[T], owner: Callable[[T], Scope | DeclaredUnit], space: str
+) -> Sequence[T]:
+    """Of things with one name: those of the name space itself, else those of the project, else
+    all of them. Libraries see their own names first, and so does the project."""
+    own = [item for item in found if owner(item).space == space]
+    return own or [item for item in found if not owner(item).space] or found
 
 
 def with_bases(scope: Scope) -> Iterator[Scope]:
@@ -143,6 +155,9 @@ class Scopes:
         """Variables that need no list in front, by name in lower case."""
         self.loose_values: dict[str, list[DeclaredUnit]] = {}
         """Enumerations by the values that need no type in front."""
+        self._of_libraries: dict[str, dict[str, DeclaredUnit]] = {}
+        """What libraries declare, by library and by name, in lower case: they do not see what a
+        project calls the same."""
         self._scopes: dict[int, Scope] = {}
         self._depth = 0
 
@@ -160,22 +175,26 @@ class Scopes:
             for inner in unit.units:
                 self._add(inner, source, name, is_library)
             return
-        known = self.entries.get(name.lower())
+        known, key = self.entries.get(name.lower()), name.lower()
+        library = _library_of(source) if is_library else ""
         if known is not None:
             if not is_library:
                 first = known.source.locate(known.tree.at)
                 self.report(source, unit.at, f"{name} is declared already, at {first}")
-            elif not known.is_library and (library := _library_of(source)):
-                # Still there for those who name the library: `Tc2_Standard.CONCAT`.
-                full = f"{library}.{name}"
-                entry = DeclaredUnit(full, unit, source, space, is_library)
-                self.entries.setdefault(full.lower(), entry)
-            return
-        if unit.name.startswith("__"):
+                return
+            if not library or library == _library_of(known.source):
+                return
+            # Still there for the library itself and those who name it: `Tc2_Standard.CONCAT`.
+            name = f"{library}.{name}"
+            if name.lower() in self.entries:
+                return
+        elif unit.name.startswith("__"):
             self.report(source, unit.at, "names with two underscores in front are reserved")
             return
-        entry = DeclaredUnit(name, unit, source, space, is_library)
+        entry = DeclaredUnit(name, unit, source, space or library, is_library)
         self.entries[name.lower()] = entry
+        if library:
+            self._of_libraries.setdefault(library.lower(), {})[key] = entry
         if "qualified_only" in {key.lower() for key, _ in unit.note.attributes}:
             return
         if isinstance(unit, GlobalList):
@@ -191,6 +210,8 @@ class Scopes:
         nothing here declares are passed over: `Tc2_MC2.AXIS_REF` is AXIS_REF."""
         key = name.lower()
         prefix = space.lower()
+        if prefix in self._of_libraries and (found := self._in_libraries(key, prefix)):
+            return found
         while prefix:
             if found := self.entries.get(f"{prefix}.{key}"):
                 return found
@@ -201,6 +222,27 @@ class Scopes:
             _, dot, key = key.partition(".")
             if not dot:
                 return None
+
+    def _in_libraries(self, key: str, library: str) -> DeclaredUnit | None:
+        """A name as one library sees it: its own, else that of another library where the project
+        has that name, too."""
+        if found := self._of_libraries[library].get(key):
+            return found
+        known = self.entries.get(key)
+        if known is None or known.is_library:
+            return known
+        units = (units[key] for units in self._of_libraries.values() if key in units)
+        return next(units, None)
+
+    def global_variables(self, key: str, space: str) -> Sequence[tuple[Scope, Declared]]:
+        """The variables of lists that a name alone means, seen from a name space."""
+        found = self.globals.get(key, ())
+        return found if len(found) < 2 else _nearest(found, lambda item: item[0], space)
+
+    def values_of_enumerations(self, key: str, space: str) -> Sequence[DeclaredUnit]:
+        """The enumerations of which a value is meant by its name alone, seen from a name space."""
+        found = self.loose_values.get(key, ())
+        return found if len(found) < 2 else _nearest(found, lambda item: item, space)
 
     @property
     def asked(self) -> Iterable[Scope]:
@@ -287,7 +329,7 @@ class Scopes:
             entry = self.find(".".join(keys[:cut]), scope.space)
             if entry is not None and keys[cut] in self.scope(entry).variables:
                 return self.scope(entry), keys[cut:]
-        if found := self.globals.get(keys[0]):
+        if found := self.global_variables(keys[0], scope.space):
             return found[0][0], keys
         return None
 

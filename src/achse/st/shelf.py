@@ -93,6 +93,8 @@ def gather(
         elif project not in taken:
             taken.add(project)
             read = read_sources(project, defines, faults)[0]
+            for parsed in read:
+                parsed.source.library = reference.title
             sources += (_with_parameters(parsed, reference, faults) for parsed in read)
             waiting += shelf.references(project)
     containers = {title: shelf.containers[title] for title in missing if title in shelf.containers}

@@ -87,6 +87,8 @@ class Source:
     ) -> None:
         self.text = text
         self.path = path
+        self.library = ""
+        """The library that a source of the user's is from: its title."""
         self._pieces = tuple(pieces) or (SourceSegment(0, 1, 1),)
         self._starts = [piece.start for piece in self._pieces]
 

@@ -48,8 +48,7 @@ ROWS = [
     ("n : INT;", "cTable[0] := 3;",
      "fault: cTable[0] is CONSTANT: nothing can be assigned to it"),
     ("n : INT;", "n := E_State;", "fault: E_State is not a value"),
-    ("n : INT;", "n := THIS^.n;",
-     "fault: THIS is in the methods and bodies of function blocks only"),
+    ("n : INT;", "n := THIS^.n;", "n := n;"),
 ]  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from achse.iec.derived import (
     ReferenceType,
     SubrangeType,
 )
-from achse.iec.elementary import IntegerType
+from achse.iec.elementary import BOOL, IntegerType
 from achse.iec.enums import EnumType
 from achse.iec.strings import StringType
 from achse.iec.structs import StructType
@@ -68,6 +68,8 @@ def any_record(
             # As the vendor's compiler takes plain numbers: INT at least.
             operand = body.widened(operand, at)
             type = operand.type
+    if operand.storage is not None and operand.storage.bit is not None:
+        operand = TypedOperand(operand.value, BOOL)  # a copy: a bit has no address
     image = bytearray(record.size)
     members = record.members
     for member, value in ((members[0], type_class(type)), (members[2], flat(type).size)):

@@ -6,19 +6,22 @@ from achse.iec.derived import (
     AliasType,
     PointerType,
     SubrangeType,
+    resolved,
 )
 from achse.iec.elementary import BOOL, DINT, BoolType, IntegerType
+from achse.iec.enums import EnumType
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.st.check.conversions import converted
-from achse.st.check.kinds import common_integer, is_interface, same_shape
+from achse.st.check.kinds import common_integer, is_interface, is_whole, same_shape
 from achse.st.check.meanings import PropertyUse
-from achse.st.check.operands import TypedOperand, known
+from achse.st.check.operands import TypedOperand, constant_operand, known
 from achse.st.check.signatures import attributes_in
 from achse.st.cursor import Unexpected
-from achse.st.tree import Assign, Expression
+from achse.st.tree import Assign, Expression, Name
 from achse.st.typed.expressions import Computed, Known, Latched, Operator, Read, Stored, TypedValue
 from achse.st.typed.places import PointerBase, Storage, flat
+from achse.st.values import Constant
 
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
@@ -33,6 +36,17 @@ def subrange_of(type: IecType[Any]) -> SubrangeType | None:
             return type
         type = type.base
     return None
+
+
+def _own_value(tree: Expression, target: IecType[Any], value: TypedOperand) -> TypedOperand | None:
+    """The value that an enumeration has by a name, where the name also means what does not fit:
+    `State := EXECUTE` in a method Execute that gives a BOOL."""
+    enum = resolved(target)
+    if not (isinstance(tree, Name) and isinstance(enum, EnumType)) or is_whole(value.flat):
+        return None
+    found = (n for name, n in enum.numbers.items() if name.lower() == tree.name.lower())
+    number = next(found, None)
+    return None if number is None else constant_operand(Constant(number, enum), tree.at)
 
 
 class Assignments:
@@ -57,6 +71,7 @@ class Assignments:
         value = body.expressions.operand(tree.value)
         if tree.operator != ":=":
             return self._latch(tree, storage, target, value)
+        value = _own_value(tree.value, target.type, value) or value
         return self.store(storage, target.type, value, tree.value.at, tree.at)
 
     def store(

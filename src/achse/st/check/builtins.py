@@ -198,6 +198,8 @@ class Builtins:
     def _abs(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         (operand,) = operands
         type = operand.flat
+        if isinstance(type, TimeType):
+            return TypedOperand(operand.value, operand.type)  # counts of a clock have no sign
         if not isinstance(type, IntegerType | RealType):
             raise Unexpected(at, f"ABS takes a number, got a {operand.type.name}")
         machine: IecType[Any] = promoted(type) if isinstance(type, IntegerType) else type

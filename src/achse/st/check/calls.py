@@ -294,7 +294,11 @@ class CallChecker:
                 parameter = by_position[position]
             key = parameter.variable.name.lower()
             if key in given:
-                raise Unexpected(argument.at, f"{parameter.variable.name} is given twice")
+                if not (argument.name and arguments[0].name):
+                    raise Unexpected(argument.at, f"{parameter.variable.name} is given twice")
+                self._body.warn(argument.at, f"{parameter.variable.name} is given twice")
+                name = parameter.variable.name
+                inputs = [item for item in inputs if item.storage.name != name]
             given.add(key)
             if argument.value is None:
                 continue

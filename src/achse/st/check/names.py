@@ -288,8 +288,8 @@ class NameResolver:
 
     def _global(self, key: str, at: int) -> Meaning | None:
         """A variable of a list, or a value of an enumeration, that needs nothing in front."""
-        names = self._names
-        found = names.scopes.globals.get(key, ())
+        names, space = self._names, self._body.scope.space
+        found = names.scopes.global_variables(key, space)
         if len(found) > 1:
             places = " and ".join(scope.owner for scope, _ in found[:3])
             raise Unexpected(at, f"'{key}' is declared in {places}: which one is meant?")
@@ -298,7 +298,7 @@ class NameResolver:
         if key in names.scopes.entries and key not in names.scopes.loose_values:
             return None
         try:
-            return constant_operand(names.constants.global_constant(key, key, at), at)
+            return constant_operand(names.constants.global_constant(key, key, space, at), at)
         except NotConstant:
             return None
         except Unexpected as fault:

@@ -40,6 +40,7 @@ from achse.st.typed.places import (
     TemporaryBase,
     flat,
 )
+from achse.st.units import Program
 from achse.st.values import Constant
 
 if TYPE_CHECKING:
@@ -500,9 +501,12 @@ class Paths:
         at = tree.at
         if isinstance(tree.of, This):
             this = body.names.this_operand(at)
-            if this is None:
-                raise Unexpected(at, "THIS is in the methods and bodies of function blocks only")
-            return this
+            if this is not None:
+                return this
+            entry = body.signature.entry
+            if isinstance(entry.tree, Program):
+                return UnitName(entry.name, entry, None, at)
+            raise Unexpected(at, "THIS is in the methods and bodies of blocks and programs only")
         if isinstance(tree.of, Super):
             return self.base_instance(at)
         pointer = body.expressions.operand(tree.of)
