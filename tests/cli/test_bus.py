@@ -99,7 +99,7 @@ def test_statistics(lines: Lines, cli: Cli) -> None:
     up(lines)
     shown = lines("bus", "statistics", "--reset")
     assert shown[0].startswith("cyclic")
-    assert shown[-1].split() == ["1002", "0", "0", "0"]
+    assert shown[-1].split() == ["1002", "0", "0", "0", "0"]
     document = json.loads(cli("bus", "statistics", "--json").stdout)
     assert (document["cyclic_lost"], len(document["slaves"])) == (0, 2)
 

@@ -117,6 +117,19 @@ def test_limit_0_and_free_run_do_not_count() -> None:
         assert {drive.step(1_000_000) for _ in range(50)} == {OK}
 
 
+def test_missed_events_are_counted_whatever_the_limit() -> None:
+    drive = _op(1_000_000)
+    for n in range(7):
+        if n % 3:
+            drive.write_outputs(RX.pack(0, 8, 0, 0, 0, 0))
+        drive.step(1_000_000)
+    assert (drive.get(0x1C32, 11), drive.get(0x1C33, 11), drive.get(0x1C32, 32)) == (3, 3, 0)
+    drive.enter(AlState.SAFEOP, 1_000_000, AlStatus.SYNCHRONIZATION)
+    assert (drive.get(0x1C32, 11), drive.get(0x1C32, 32), drive.get(0x1C33, 32)) == (3, 1, 1)
+    drive.enter(AlState.OP, 1_000_000, OK)
+    assert (drive.get(0x1C32, 11), drive.get(0x1C32, 32)) == (0, 0)
+
+
 def test_the_counter_never_falls_below_0() -> None:
     drive = _op(1_000_000)
     for _ in range(5):

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from achse.codes import AlState
 from achse.ethercat import Datagram, DatagramCommand
@@ -231,3 +233,32 @@ def test_without_its_bit_there_is_no_sync1(master: Any) -> None:
     master.write(0x0981, b"\x03")
     master.advance(5)
     assert master.number(0x0998, 8) == 0
+
+
+@settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(by_ns=st.integers(-900_000, 900_000), cycle_us=st.sampled_from((500, 1000, 2000)))
+def test_a_clock_that_jumps_far_is_astray_until_it_is_back(
+    line: Callable[..., Any], by_ns: int, cycle_us: int
+) -> None:
+    master = line(2)
+    master.address()
+    configure(master, 2)
+    clock = master.segment.slaves[1].esc.clock
+    start = master.number(0x0910, 8, STATION + 1) + 5_000_000
+    master.write(0x0990, start.to_bytes(8, "little"), STATION + 1)
+    master.write(0x09A0, (1000 * cycle_us).to_bytes(4, "little"), STATION + 1)
+    master.write(0x0981, b"\x03", STATION + 1)
+    for _ in range(20):
+        cycle(master)
+    assert clock.steady
+    clock.jump(by_ns)
+    assert not clock.steady, "a frame has to see it"
+    now = clock.time.now_ns
+    assert clock.sync0_due_ns is not None
+    assert now <= clock.sync0_due_ns <= now + 1000 * cycle_us + abs(by_ns)
+    cycle(master)
+    assert clock.astray == (abs(by_ns) > 250 * cycle_us)
+    for _ in range(1200):
+        cycle(master)
+    assert not clock.astray
+    assert clock.steady or abs(differences(master, 2)[1]) < 100

@@ -131,6 +131,16 @@ def test_clocks_drift_and_jitter(bus: Any) -> None:
     assert [(clock.drift_ppb, clock.jitter_ns) for clock in clocks] == [(0, 0)] * 2
 
 
+def test_a_clock_jumps_and_jumps_back(bus: Any) -> None:
+    clock = bus.segment.slaves[1].esc.clock
+    bus.faults.add("clock_jump", by=0.25, drive=2, lasting=0.01)
+    now = bus.segment.time.now_ns
+    assert clock.local_time(now) - now == 250 * MS
+    bus.run(20)
+    now = bus.segment.time.now_ns
+    assert clock.local_time(now) == now
+
+
 def test_mailbox_answers_come_late(bus: Any) -> None:
     bus.faults.add("mailbox_delay", by=0.05, drive=1)
     assert [slave.mailbox_delay_ns for slave in bus.segment.slaves] == [50 * MS, 0]
@@ -192,5 +202,5 @@ def test_tables_of_files_may_have_times_as_texts() -> None:
 
 def test_each_kind_is_tried_here() -> None:
     wire = {"lost_frames", "wrong_counter", "link_break", "eeprom", "mailbox_delay", "hang"}
-    others = wire | {"alarm", "clock_drift", "clock_jitter"}
+    others = wire | {"alarm", "clock_drift", "clock_jitter", "clock_jump"}
     assert DRIVE_FAULTS.kinds.keys() == SIGNALS.keys() | others

@@ -1,11 +1,16 @@
 """Axes on the drives of a bus, as a station has them."""
 
+import asyncio
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
 
-from achse.codes import NcError
+import achse
+from achse.ams import NetId
+from achse.codes import AlState, AlStatus, NcError
 from achse.codes.axis import StartType
 from achse.drive.alarms import Alarm
 from achse.motion import commands
@@ -86,6 +91,97 @@ def test_a_fault_is_an_error_of_its_axis_alone() -> None:
     commands.reset(first)
     made.advance(0.5)
     assert first.loop_closed
+
+
+@settings(max_examples=3, deadline=None, phases=[Phase.generate])
+@given(
+    drift=st.floats(1.5, 50.0) | st.floats(-50.0, -1.5),
+    cycle=st.sampled_from((1, 2, 4)),
+    jump=st.booleans(),
+    lasts=st.booleans(),
+)
+def test_a_clock_that_leaves_the_others_ends_in_documented_errors_and_comes_back(
+    drift: float, cycle: int, jump: bool, lasts: bool
+) -> None:
+    """What the manual promises: 0x001A and SafeOp, 0x4655 at the axis, all of it seen by ADS."""
+    made = station({}, {}, nc={"cycle": f"{cycle}ms", "kernel": "compiled"})
+    enable(made)
+    assert made.nc is not None
+    other, axis = made.nc
+    bus: Any = made.buses[0].bus
+    for each in made.nc:
+        commands.start(each, StartType.ABSOLUTE, 200.0, 10.0)
+    # a drive follows a µs in each cycle
+    kind, by = ("clock_jump", cycle * 0.4e-3) if jump else ("clock_drift", drift * 1000.0 / cycle)
+    bus.faults.add(kind, by=by, drive=2, lasting=0.05 if jump else None)
+    for _ in range(200):
+        made.advance(0.1)
+        if axis.error_code:
+            break
+    assert NcError.of(axis.error_code) is NcError.DRIVE_IO_INVALID
+    assert other.error_code == 0
+    assert bus.drives[1].get(0x1C32, 32) == 1
+    if lasts:  # the master tries thrice, and leaves the slave where it is
+        made.advance(30.0)
+    if lasts and not jump:
+        asyncio.run(_given_up_as_clients_see_it(made))
+    bus.faults.clear()
+
+    async def recover() -> None:
+        async with achse.connect(made.router, advance=made.advance) as client:
+            master = client.at_port(0xFFFF, _bus_of(made))
+            await master.write_raw(0x0009, 1002, (AlState.OP | 0).to_bytes(2, "little"))
+
+    asyncio.run(recover())
+    for _ in range(100):
+        made.advance(0.1)
+        if bus.slaves[1].operational:
+            break
+    assert bus.master.operational
+    commands.reset(axis)
+    made.advance(1.0)
+    assert (axis.error_code, axis.loop_closed) == (0, 1)
+    assert bus.drives[1].get(0x1C33, 32) == 0
+    assert other.error_code == 0
+
+
+def _bus_of(made: Station) -> NetId:
+    return NetId(bytes(made.router.net_id[:4]) + b"\x02\x01")
+
+
+async def _given_up_as_clients_see_it(made: Station) -> None:
+    async with achse.connect(made.router, advance=made.advance) as client:
+        master = client.at_port(0xFFFF, _bus_of(made))
+        states = await master.read_raw(0x0009, 0, 4)
+        assert (states[0], states[2] & 0x10) == (AlState.OP, 0x10)
+        code = int.from_bytes(await master.read_raw(0xF302, 0xA001_0003, 2), "little")
+        assert AlStatus.of(code) is AlStatus.SYNCHRONIZATION
+        bits = int.from_bytes(await master.read_raw(0x0045, 0, 2), "little")
+        assert bits & 0x1800 == 0x1800, "clocks apart, slaves with errors"
+        clocks = await master.read_raw(0x0103, 0, 8)
+        assert clocks[:4] == bytes(4)
+        assert clocks[4:] != bytes(4)
+        assert b"ynchronization was lost" in await master.read_raw(0x0104, 1002, 256)
+        slave = client.at_port(1002, _bus_of(made))
+        assert await slave.read_raw(0xF302, 0x1C32_0020, 1) == b"\x01"
+
+
+def test_a_clock_that_the_drive_can_follow_stops_nothing() -> None:
+    made = station({}, {})
+    enable(made)
+    assert made.nc is not None
+    bus: Any = made.buses[0].bus
+    for ppm in (200.0, -400.0):
+        bus.faults.clear()
+        bus.faults.add("clock_drift", by=ppm, drive=2)
+        made.advance(2.0)
+    bus.faults.clear()
+    bus.faults.add("clock_jump", by=100e-6, drive=2)
+    bus.master.take_events()
+    made.advance(1.0)
+    told = [each.kind.name for each in bus.master.take_events()]
+    assert told == ["CLOCK", "CLOCK_BACK"]
+    assert all(axis.error_code == 0 and axis.loop_closed for axis in made.nc)
 
 
 def test_a_restart_brings_axes_and_drives_again() -> None:

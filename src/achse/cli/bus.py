@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
+from achse.cli import complete
 from achse.cli.failure import fail, in_json
+from achse.cli.fault import fault_commands
 from achse.cli.output import hex_dump, print_json, print_table
 from achse.cli.target import Json, client_command
 
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
     from achse.ethercat.master.esi_reader import EsiDevice
     from achse.ethercat.master.scanning import FoundSlave
     from achse.ethercat.master.steps import Steps
+    from achse.faults.fault import FaultKinds
 
 __all__ = ["bus"]
 
@@ -27,13 +30,33 @@ bus = typer.Typer(
     no_args_is_help=True, help="EtherCAT buses: slaves, states, objects, EEPROMs, statistics."
 )
 
+
+def _kinds() -> "FaultKinds[Any]":
+    from achse.faults.drives import DRIVE_FAULTS
+
+    return DRIVE_FAULTS
+
+
+bus.add_typer(
+    fault_commands(
+        _kinds,
+        "Faults of the virtual drives on a bus of a station.",
+        command="achse bus fault",
+        clock="bus",
+        example="drive=2 by=2000 lasting=2s",
+        completion=(complete.drive_fault_kinds, complete.drive_fault_fields),
+        by_bus=True,
+    ),
+    name="fault",
+)
+
 T = TypeVar("T")
 
 _DEVICES = 0x5000
 _IDS, _NAME, _NET_ID, _BOX_NAME = 1, 1, 5, 6
 _MASTER_STATE, _ADDRESSES, _STATES, _FRAMES, _IDENTITY, _ERRORS = 0x3, 0x7, 0x9, 0xC, 0x11, 0x12
 _ABNORMAL, _LOSSES, _DEV_STATE = 0x13, 0x14, 0x45
-_TRIPS, _WAY = 0x101, 0x102
+_TRIPS, _WAY, _CLOCKS, _TROUBLE = 0x101, 0x102, 0x103, 0x104
 _STATE_OFFSET = 0x100
 _SDO, _COMPLETE = 0xF302, 0x100
 _LONGEST = 0x1_0000
@@ -51,6 +74,8 @@ _DEV_FLAGS = (
     (0x0800, "slaves with errors"),
     (0x1000, "clocks apart"),
 )
+
+_COUNTED = ("station", "port_errors", "losses", "states_left", "clock_ns")
 
 Device = Annotated[int, typer.Option("--device", min=1, help="Id of the bus.")]
 Station = Annotated[
@@ -96,12 +121,15 @@ async def _slaves(client: "Client", device: int) -> list[dict[str, Any]]:
         )
         identity = struct.unpack("<4I", await master.read_raw(_IDENTITY, station, 16))
         state, link = states[2 * number], states[2 * number + 1]
+        faults = _flags(state, _FLAGS) + _flags(link, _LINKS)
+        if faults or _STATE_NAMES.get(state) != "OP":
+            faults += await _trouble(master, station)
         found.append(
             {
                 "station": station,
                 "name": name.rstrip(b"\0").decode("cp1252"),
                 "state": _STATE_NAMES.get(state & 0x0F, "none"),
-                "faults": _flags(state, _FLAGS) + _flags(link, _LINKS),
+                "faults": faults,
                 "vendor": identity[0],
                 "product": identity[1],
                 "revision": identity[2],
@@ -109,6 +137,17 @@ async def _slaves(client: "Client", device: int) -> list[dict[str, Any]]:
             }
         )
     return found
+
+
+async def _trouble(master: "Target", station: int) -> list[str]:
+    """Why a slave did not reach its state, as achse's own masters say."""
+    from achse.ams import AdsError
+
+    try:
+        text = await master.read_raw(_TROUBLE, station, _LONGEST)
+    except AdsError:
+        return []
+    return [text.rstrip(b"\0").decode()] if text.rstrip(b"\0") else []
 
 
 @client_command(bus, IO_PORT, "list")
@@ -244,9 +283,10 @@ async def statistics(
         struct.unpack(f"<{len(stations)}I", await master.read_raw(group, 0, _LONGEST))
         for group in (_ERRORS, _LOSSES, _ABNORMAL)
     ]
+    clocks = await master.read_raw(_CLOCKS, 0, _LONGEST)
+    columns.append(struct.unpack(f"<{len(stations)}i", clocks))
     told["slaves"] = [
-        dict(zip(("station", "port_errors", "losses", "states_left"), each, strict=True))
-        for each in zip(stations, *columns, strict=True)
+        dict(zip(_COUNTED, each, strict=True)) for each in zip(stations, *columns, strict=True)
     ]
     if reset:
         await master.write_raw(_FRAMES, 0, b"")
@@ -266,10 +306,10 @@ async def statistics(
         )
     print_table(
         [
-            ("station", "port errors", "losses", "states left"),
+            tuple(name.replace("_", " ") for name in _COUNTED),
             *(tuple(map(str, each.values())) for each in told["slaves"]),
         ],
-        frozenset(range(4)),
+        frozenset(range(len(_COUNTED))),
     )
 
 

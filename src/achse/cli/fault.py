@@ -35,13 +35,25 @@ def fault_commands(
         complete.fault_kinds,
         complete.fault_fields,
     ),
+    by_bus: bool = False,
 ) -> typer.Typer:
     """Commands `add`, `list`, `clear` and `kinds` for the faults that `kinds_of` gives.
 
     `command` is what they are called as, `clock` has the time that `at` means, `example` are
     fields of a fault; `listens` as in `client_command`; `completion` is that of kinds and fields.
+    `by_bus`: they are those of a bus of the station, by its id.
     """
     app = typer.Typer(no_args_is_help=True, help=help)
+    place = [0]
+    """Offset of the service."""
+
+    if by_bus:
+
+        @app.callback()
+        def choose(
+            device: Annotated[int, typer.Option("--device", min=1, help="Id of the bus.")] = 1,
+        ) -> None:
+            place[0] = device
 
     @client_command(app, STATION_PORT, signed=True, listens=listens)
     async def add(
@@ -69,7 +81,7 @@ def fault_commands(
         except FaultError as failure:
             raise typer.BadParameter(str(failure)) from None
         request = json.dumps(wanted.fields()).encode()
-        answer = json.loads(await client.read_write_raw(FAULTS, 0, LONGEST_LIST, request))
+        answer = json.loads(await client.read_write_raw(FAULTS, place[0], LONGEST_LIST, request))
         if "error" in answer:
             fail(answer["error"])
         if in_json:
@@ -82,7 +94,8 @@ def fault_commands(
         """Show the faults that wait for their time or are at work."""
         from achse.devices.station import FAULTS
 
-        faults: list[dict[str, Any]] = json.loads(await client.read_raw(FAULTS, 0, LONGEST_LIST))
+        listed = await client.read_raw(FAULTS, place[0], LONGEST_LIST)
+        faults: list[dict[str, Any]] = json.loads(listed)
         if in_json:
             print_json(faults)
         elif faults:
@@ -114,7 +127,7 @@ def fault_commands(
         from achse.devices.station import FAULTS
 
         try:
-            await client.write_raw(FAULTS, 0, number.to_bytes(4, "little"))
+            await client.write_raw(FAULTS, place[0], number.to_bytes(4, "little"))
         except DeviceError as refusal:
             if refusal.code != ReturnCode.NOT_FOUND.number:
                 raise

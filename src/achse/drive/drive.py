@@ -42,6 +42,7 @@ _UNREAD = 64
 """Emergencies kept for a master that reads none; the newest count."""
 
 _MISSED, _RECEIVED = 3, 1
+_MOST_MISSED = 0xFFFF
 _ATTENTION = FIELDS["attention"].offset
 
 _LASTING = (
@@ -130,6 +131,10 @@ class Drive:
         """Somebody operates the drive at its panel: it is not in communication mode (0x8000)."""
         self.state = AlState.INIT
         self.sync_error_counter = 0
+        self.missed_events = 0
+        """SM2 events that did not come since Op was entered (1C32h:0Bh)."""
+        self.sync_error = False
+        """Op was left because synchronisation was lost (1C32h:20h), until Op is entered again."""
         self._strict = strict_mapping
         self._voltage_bit = voltage_bit
         self._presets = dict(parameters or {})
@@ -279,8 +284,12 @@ class Drive:
             if state >= AlState.SAFEOP and sync0_ns and sync0_ns not in _SYNC_CYCLES_NS:
                 return AlStatus.SYNC_CYCLE
         record = self.record
+        if cause is AlStatus.SYNCHRONIZATION:
+            self.sync_error = True
         if state == AlState.OP:
             record.communication_lost = 0
+            self.missed_events = 0
+            self.sync_error = False
         elif self.state == AlState.OP:
             if record.power_state == PowerState.OPERATION_ENABLED:
                 record.communication_lost = 1
@@ -375,16 +384,19 @@ class Drive:
             self._attend()
 
     def _supervise(self, received: bool) -> AlStatus:
-        """The sync error counter of 10F1h: missed SM2 events count 3, received ones -1."""
+        """SM2 events that are missing count; those in the counter of 10F1h 3, received ones -1."""
         counter = self.sync_error_counter
         limit = self._record.sync_error_limit
-        if received:
-            self.sync_error_counter = max(0, counter - _RECEIVED) if counter < limit else counter
-        elif limit:
-            self.sync_error_counter = min(limit, counter + _MISSED)
-        if limit and self.sync_error_counter >= limit:
-            return AlStatus.SYNCHRONIZATION
-        return AlStatus.NO_ERROR
+        if not received:
+            self.missed_events = min(self.missed_events + 1, _MOST_MISSED)
+        if not limit:
+            return AlStatus.NO_ERROR
+        if not received:
+            counter = min(limit, counter + _MISSED)
+        elif counter < limit:
+            counter = max(0, counter - _RECEIVED)
+        self.sync_error_counter = counter
+        return AlStatus.NO_ERROR if counter < limit else AlStatus.SYNCHRONIZATION
 
     def _attend(self) -> None:
         """After a step: what the kernel reports and what takes its time."""

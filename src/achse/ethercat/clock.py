@@ -26,6 +26,9 @@ _SYNC1 = 0x04
 _MAX_CORRECTION = 1000
 """The time loop moves the system time by at most this much per comparison."""
 
+_ASTRAY = 4
+"""A difference of more than this part of the SYNC0 cycle: SYNC0 and process data fall apart."""
+
 _PROPORTIONAL = 4
 _INTEGRAL = 64
 """Divisors of the time loop: a difference dies out within some ten comparisons."""
@@ -58,6 +61,8 @@ class DistributedClock:
         """Cycle of SYNC0 while it is switched on, else 0."""
         self.sync0_due_ns: int | None = None
         """True time of the next SYNC0 event, None if there will be none."""
+        self.astray = False
+        """Further than a quarter of the SYNC0 cycle from the reference, at the last comparison."""
         self._memory = memory
         self._reschedule = reschedule
         self._dice = Random(0)
@@ -66,6 +71,7 @@ class DistributedClock:
         self._drifted = 0
         self._offset = self._delay = 0
         self._correction = self._rate = self._difference = 0
+        self._jumped = False
         self._next_sync0: int | None = None
         self._next_sync1: int | None = None
         """The first SYNC1 event that the device has not seen."""
@@ -75,6 +81,7 @@ class DistributedClock:
         """Registers are at their defaults: take them over."""
         self._offset = self._delay = 0
         self._correction = self._rate = self._difference = 0
+        self.astray = False
         self.activate()
 
     # local and system time
@@ -90,6 +97,19 @@ class DistributedClock:
         self._drift_since = self.time.now_ns
         self._drift_ppb = value
         self._move()
+
+    def jump(self, by_ns: int) -> None:
+        """The local time is another at once; SYNC0 comes at the next of its times."""
+        self.offset_ns += by_ns
+        self._jumped = True
+        if self._next_sync0 is not None and self.cycle_ns:
+            self._next_sync0 = self._after(self._next_sync0, self.cycle_ns)
+        self._move()
+
+    @property
+    def steady(self) -> bool:
+        """It neither drifts nor is corrected, and no frame has to see that it jumped."""
+        return not (self._drift_ppb or self._difference or self._rate or self._jumped)
 
     def _drift(self, now_ns: int) -> int:
         return self._drifted + (now_ns - self._drift_since) * self._drift_ppb // 10**9
@@ -137,18 +157,22 @@ class DistributedClock:
         if difference >> bits - 1:
             difference -= 1 << bits
         self._difference = difference
+        self._jumped = False
         if difference or self._rate:
             self._correction -= _clamped(difference // _PROPORTIONAL + self._rate)
             self._rate = _clamped(self._rate + difference // _INTEGRAL)
+            self.astray = _ASTRAY * abs(difference) > self.cycle_ns > 0
             self._schedule()
 
     def restart_loop(self) -> None:
         """The speed counter start is written: the time loop forgets what it learned."""
         self._rate = self._difference = 0
+        self.astray = False
 
     def refresh_times(self) -> None:
         """Bring system time and its difference up to date."""
         memory = self._memory
+        self._jumped = False
         memory[_TIME] = self.passing_time().to_bytes(8, "little")
         difference = min(abs(self._difference), 0x7FFF_FFFF)
         if self._difference < 0:

@@ -228,9 +228,9 @@ class Slave:
         return code
 
     def _check_sync0(self) -> AlStatus:
-        """SYNC0 comes if it is switched on: it was before its start time."""
+        """SYNC0 comes if it is switched on: it was before its start time, and keeps its place."""
         clock = self.esc.clock
-        lost = clock.sync0_on and clock.sync0_due_ns is None
+        lost = clock.sync0_on and (clock.sync0_due_ns is None or clock.astray)
         return AlStatus.SYNCHRONIZATION if lost else _NO_ERROR
 
     def _placed(self, sync_manager: SyncManager, area: SyncManagerArea) -> bool:
@@ -395,6 +395,9 @@ class Slave:
                     elapsed *= -(-cycle // elapsed)
                 self._timer_due = _NEVER
                 self.due_ns = self._sync0_due = clock.sync0(elapsed) or _NEVER
+                if clock.astray and self.state is AlState.OP and not self._hung:
+                    self._fall(AlStatus.SYNCHRONIZATION)
+                    continue
             else:
                 elapsed = cycle
                 if undisturbed and now_ns < self._sync0_due:
@@ -410,9 +413,9 @@ class Slave:
         clock, mailbox_in = self.esc.clock, self.esc.sync_managers[_MAILBOX_IN]
         return (
             *(self.state, self.error, self._hung, self._message),
-            *(self._mailbox.waiting, mailbox_in.full, clock.cycle_ns, clock.drift_ppb),
+            *(self._mailbox.waiting, mailbox_in.full, clock.cycle_ns, clock.steady),
             self.due_ns == self._sync0_due,
-        ) == (AlState.OP, _NO_ERROR, False, None, False, False, cycle_ns, 0, True)
+        ) == (AlState.OP, _NO_ERROR, False, None, False, False, cycle_ns, True, True)
 
     def skip(self, elapsed_ns: int, ahead_ns: int = 0) -> None:
         """Whole cycles have passed, whose steps somebody else did: with outputs, on time.

@@ -20,6 +20,7 @@ __all__ = [
     "CableFault",
     "ClockDrift",
     "ClockJitter",
+    "ClockJump",
     "DriveFault",
     "EepromChecksum",
     "EncoderLoss",
@@ -438,6 +439,19 @@ class ClockDrift(SlaveFault):
         return lambda: setattr(clock, "drift_ppb", 0)
 
 
+class ClockJump(SlaveFault):
+    """The drive's own clock is `by` seconds ahead at once, and back when the fault ends."""
+
+    kind: Literal["clock_jump"] = "clock_jump"
+    by: Annotated[float, number(float, -1.0, 1.0)]
+    """Seconds; below 0 it is behind."""
+
+    def hit(self, slave: Slave, segment: Segment) -> Undo:
+        clock, by_ns = slave.esc.clock, round(self.by * 1e9)
+        clock.jump(by_ns)
+        return lambda: clock.jump(-by_ns)
+
+
 class ClockJitter(SlaveFault):
     """Receive times are off by up to `by` seconds."""
 
@@ -472,6 +486,7 @@ DRIVE_FAULTS: FaultKinds[DriveFault] = FaultKinds(
     LinkBreak,
     EepromChecksum,
     ClockDrift,
+    ClockJump,
     ClockJitter,
     last=("drive", "code", "side", "by"),
 )

@@ -34,6 +34,9 @@ class BusConfig(ConfigTable):
     CAP_SYS_NICE) and half a processor does."""
     synchronous: bool = True
     """Drives take their set values with SYNC0 of the distributed clocks."""
+    clock_window: DurationNs = Field(default=10_000, ge=100)
+    """A slave whose clock is further than this from the reference is told: 0x1000 in the state of
+    the bus, and an event."""
     cycle: DurationNs = Field(default=2_000_000, ge=100_000)
     """Of a bus of terminals alone; with drives the cycle is that of the NC."""
 

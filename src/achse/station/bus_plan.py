@@ -83,7 +83,13 @@ class BusPlan:
         """The bus of virtual slaves, one for each slot; `known` describes them by place."""
         along = sorted(self.slots, key=lambda slot: slot.place)
         slaves = tuple(self._configured(slot, known[slot.place]) for slot in along)
-        return BusConfiguration(slaves, self.cycle_ns, name=self.bus.name)
+        return self._bus(slaves)
+
+    def _bus(self, slaves: tuple[SlaveConfiguration, ...]) -> BusConfiguration:
+        bus = self.bus
+        return BusConfiguration(
+            slaves, self.cycle_ns, name=bus.name, clock_window_ns=bus.clock_window
+        )
 
     def expected(self) -> BusConfiguration:
         """The bus as long as nothing is known of its slaves: virtual ones in their places."""
@@ -126,7 +132,7 @@ class BusPlan:
                 f"{len(slaves)} slaves found, {len(slaves) + len(missing)} or more expected:"
                 f" {', '.join(missing)} missing",
             )
-        return BusConfiguration(tuple(made), self.cycle_ns, name=self.bus.name), faults
+        return self._bus(tuple(made)), faults
 
     def _expected(self, slot: BusSlot) -> SlaveConfiguration:
         """What is there as long as nobody has seen it."""

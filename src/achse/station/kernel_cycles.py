@@ -51,9 +51,9 @@ class KernelCycles:
 
     def run(self, count: int) -> int:
         """Up to `count` cycles; how many were done, 0 if frames have to do them."""
-        if count < _FEWEST or not self.allowed:
-            return 0
         bus = self._bus
+        if count < _FEWEST or not self.allowed or bus.faults:  # they begin and end with frames
+            return 0
         cycle_ns = bus.cycle_ns
         room = (bus.master.quiet_until_ns - 1 - bus.now_ns) // cycle_ns
         count = min(count, room)

@@ -76,6 +76,16 @@ def test_lists(io: Any) -> None:
     assert words(io.read(MASTER, 0x45, 0)) == (0x200,)
 
 
+def test_clocks_and_why_a_slave_does_not_reach_its_state(io: Any) -> None:
+    io.up()
+    io.master.slaves[1].clock_difference_ns = -70
+    assert struct.unpack("<3i", io.read(MASTER, 0x103, 0)) == (0, -70, 0)
+    assert io.read(MASTER, 0x104, 1001) == b"\0"
+    io.master.slaves[0].last_trouble = "it drifts"
+    assert io.read(MASTER, 0x104, 1001) == b"it drifts\0"
+    assert io.code(lambda: io.read(MASTER, 0x104, 1099)) == 0x703
+
+
 def test_frame_statistics_and_their_reset(io: Any) -> None:
     io.up()
     time, sent, lost, acyclic, acyclic_lost = longs(io.read(MASTER, 0x0C, 0))

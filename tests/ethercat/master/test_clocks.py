@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from achse.ethercat.master import ClockConfiguration
-from achse.ethercat.master.clocks import difference_of
+from achse.ethercat.master.clocks import ClockWatch, bound_of, difference_of
 
 
 def test_differences_have_a_sign_bit() -> None:
@@ -52,7 +52,7 @@ def test_a_clock_that_does_not_settle_is_told_and_the_slave_goes_on(
 ) -> None:
     ours = bus(2, {"clock": ClockConfiguration()}, settle_ns=50_000_000, clock_window_ns=100)
     ours.segment.slaves[1].esc.clock.jitter_ns = 1_000_000
-    ours.segment.slaves[1].esc.clock.drift_ppb = 10_000_000
+    ours.segment.slaves[1].esc.clock.drift_ppb = 1_050_000
     ours.up()
     assert "CLOCK" in ours.kinds()
 
@@ -111,3 +111,28 @@ def test_the_time_is_sent_in_bursts_before_the_start(bus: Callable[..., Any]) ->
         ours.until(lambda ours=ours: ours.master.supervision.cyclic_on)
         sent.append(ours.segment.counters.frames)
     assert 51 <= sent[1] - sent[0] <= 60  # those between are of the watch on states
+
+
+@given(st.lists(st.lists(st.integers(-300, 300), min_size=2, max_size=2), max_size=40))
+def test_a_clock_is_apart_after_three_readings_in_a_row(readings: list[list[int]]) -> None:
+    watch = ClockWatch(200)
+    rows, apart = [0, 0], [False, False]
+    for reading in readings:
+        for position, difference in enumerate(reading):
+            rows[position] = rows[position] + 1 if abs(difference) > 200 else 0
+            told = watch.take(position, difference)
+            wanted = rows[position] >= 3
+            assert told is (wanted if wanted != apart[position] else None)
+            apart[position] = wanted
+        assert watch.calm == (rows == [0, 0])
+    watch.forget(0)
+    watch.forget(1)
+    assert watch.calm
+
+
+@given(st.lists(st.integers(-(2**31) + 1, 2**31 - 1), min_size=1, max_size=5))
+def test_no_clock_is_further_away_than_the_bound(differences: list[int]) -> None:
+    together = 0
+    for each in differences:
+        together |= abs(each) | (each < 0) << 31
+    assert bound_of(together.to_bytes(4, "little")) >= max(map(abs, differences))

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from achse.codes import AlState, AlStatus
 from achse.ethercat import Disturbance, Loopback, Slave
+from achse.ethercat.master import ClockConfiguration
 from achse.ethercat.registers import Register
 
 
@@ -154,3 +155,27 @@ def test_whatever_happens_the_bus_comes_back(
         ours.segment.repair_link(slave)
     ours.master.request(AlState.OP)
     ours.until(lambda: ours.master.operational, 20_000)
+
+
+def test_a_slave_that_loses_synchronisation_again_and_again_is_left_where_it_is(
+    bus: Callable[..., Any],
+) -> None:
+    ours = bus(2, {"clock": ClockConfiguration()}).up()
+    slave, ours.segment.slaves[1].esc.clock.drift_ppb = ours.master.slaves[1], 1_400_000
+    ours.kinds()
+    ours.until(lambda: "lost 3 times" in slave.last_trouble, 20_000)
+    assert (slave.state, slave.error) == (AlState.SAFEOP, True)
+    assert AlStatus.of(slave.al_code) is AlStatus.SYNCHRONIZATION
+    kinds = ours.kinds()
+    assert (kinds.count("STATE_LEFT"), kinds.count("STATE_FAILED")) == (3, 1)
+    ours.run(2_000)
+    assert not {"STATE_LEFT", "STATE"} & {*ours.kinds()}, "nobody tries any more"
+    assert ours.master.slaves[0].operational
+    ours.segment.slaves[1].esc.clock.drift_ppb = 0
+    ours.run(50)
+    assert slave.state == AlState.SAFEOP
+    ours.master.request(AlState.OP, slave)
+    ours.until(lambda: slave.operational, 5_000)
+    ours.run(200)
+    assert abs(slave.clock_difference_ns) < 10_000
+    assert slave.last_trouble == ""

@@ -30,6 +30,8 @@ class MasterGroup(IntEnum):
     FRAME_COUNT = 0x0048
     ROUND_TRIPS = 0x0101
     WAY = 0x0102
+    CLOCKS = 0x0103
+    TROUBLE = 0x0104
     DATAGRAM = 0x0500
 
 

@@ -174,6 +174,24 @@ class BusMasterDevice(Device):
                 " configured. Empty in this process. Number ours",
             ),
             (
+                MasterGroup.CLOCKS,
+                "clocks",
+                lambda offset, length, client: _longs(
+                    [slave.clock_difference_ns for slave in bus.master.slaves]
+                ),
+                None,
+                0,
+                "INT32 each: ns from the reference clock as last read, above 0 ahead; number ours",
+            ),
+            (
+                MasterGroup.TROUBLE,
+                "trouble of a slave",
+                lambda offset, length, client: bus.slave(offset).last_trouble.encode() + b"\0",
+                None,
+                _LAST_ADDRESS,
+                "Offset: station address. Text: why it did not reach its state; number ours",
+            ),
+            (
                 SlaveGroup.SDO,
                 "objects of the master",
                 self._read_object,

@@ -237,6 +237,15 @@ def _synchronisation(index: int, number: int, count: int) -> tuple[ObjectRow, ..
         _fixed(index, 9, f"{name}: Delay time", _U32, 31_250, "Delay of the hardware.", "ns"),
         ObjectRow(
             index,
+            11,
+            f"{name}: SM event missed",
+            _U16,
+            EntryAccess.RO,
+            "SM2 events that did not come in their Sync0 cycle since Op was entered (ETG.1020).",
+            read=lambda drive: drive.missed_events,
+        ),
+        ObjectRow(
+            index,
             12,
             f"{name}: Cycle time too small",
             _U16,
@@ -245,6 +254,16 @@ def _synchronisation(index: int, number: int, count: int) -> tuple[ObjectRow, ..
             "cycle_too_small",
             minimum=0,
             maximum=0,
+        ),
+        ObjectRow(
+            index,
+            32,
+            f"{name}: Sync error",
+            _U8,
+            EntryAccess.RO,
+            "1 when synchronisation was lost in Op, until Op is entered again (ETG.1020).",
+            maximum=1,
+            read=lambda drive: int(drive.sync_error),
         ),
     )
 

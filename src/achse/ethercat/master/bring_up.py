@@ -12,7 +12,7 @@ from collections.abc import Callable
 from achse.codes import AlState, AlStatus
 from achse.ethercat.description import Pdo, SyncManagerArea
 from achse.ethercat.master.bus_slave import BusSlave
-from achse.ethercat.master.clocks import difference_of, start_sync, stop_sync
+from achse.ethercat.master.clocks import correct_offset, difference_of, start_sync, stop_sync
 from achse.ethercat.master.configuration import BusConfiguration, InitCommand
 from achse.ethercat.master.errors import BusError, SdoRefusal, StateRefusal
 from achse.ethercat.master.process_image import ProcessImage
@@ -238,12 +238,16 @@ class BringUp:
     def _settle(self, slave: BusSlave) -> Steps[None]:
         """Wait until the clock is close to the reference; after a time go on with a warning."""
         start = yield from now()
+        corrected = False
         while True:
             number = yield from read_number(slave.station, Register.SYSTEM_TIME_DIFFERENCE)
             slave.clock_difference_ns = difference_of(number)
             if abs(slave.clock_difference_ns) <= self._bus.clock_window_ns:
                 return
-            if (yield from now()) - start > self._bus.settle_ns:
+            if not corrected:
+                corrected = True
+                yield from correct_offset(slave)
+            elif (yield from now()) - start > self._bus.settle_ns:
                 self._clock_warning(slave)
                 return
             yield Pause(_CLOCK_POLL_NS)

@@ -19,6 +19,9 @@ from achse.ethercat.registers import Register
 
 __all__ = [
     "ClockDeviation",
+    "ClockWatch",
+    "bound_of",
+    "correct_offset",
     "difference_of",
     "measure_clocks",
     "settle_drift",
@@ -31,6 +34,7 @@ _LEAD_NS = 100_000_000
 _TRIES = 3
 _BURST, _BURST_NS = 20, 1_000_000
 """Telegrams with the time in a frame, and how long to the next."""
+_READINGS = 3
 _U64 = 0xFFFF_FFFF_FFFF_FFFF
 _SIGN = 0x8000_0000
 _TIMES = struct.Struct("<4I8xQ")
@@ -69,6 +73,36 @@ class ClockDeviation:
         """Count, those ahead, those behind, the largest in ns, ten classes each."""
         ahead, behind = sum(self._ahead), sum(self._behind)
         return [ahead + behind, ahead, behind, self._largest, *self._ahead, *self._behind]
+
+
+class ClockWatch:
+    """Which clocks are further than `limit_ns` from the reference.
+
+    One is apart after three readings in a row that say so, and no longer after one that does not.
+    """
+
+    def __init__(self, limit_ns: int) -> None:
+        self.limit_ns = limit_ns
+        self._beyond: dict[int, int] = {}
+        """Readings in a row, by position."""
+
+    @property
+    def calm(self) -> bool:
+        """No clock was beyond the limit at its last reading."""
+        return not self._beyond
+
+    def take(self, position: int, difference_ns: int) -> bool | None:
+        """Take a reading: True if the slave's clock is apart from now on, False: no longer."""
+        before = self._beyond.get(position, 0)
+        if abs(difference_ns) > self.limit_ns:
+            self._beyond[position] = before + 1
+            return True if before + 1 == _READINGS else None
+        self._beyond.pop(position, None)
+        return False if before >= _READINGS else None
+
+    def forget(self, position: int) -> None:
+        """The slave is gone, or set up again."""
+        self._beyond.pop(position, None)
 
 
 def measure_clocks(
@@ -128,13 +162,30 @@ def _set_clock(slave: BusSlave, offset_ns: int) -> Steps[None]:
     offset = (offset_ns & _U64).to_bytes(8, "little")
     yield from write(station, Register.SYSTEM_TIME_OFFSET, offset)
     yield from write(station, Register.SYSTEM_TIME_DELAY, delay.to_bytes(4, "little"))
+    yield from _restart_loop(station)
+
+
+def _restart_loop(station: int) -> Steps[None]:
     speed = Register.SPEED_COUNTER_START
     yield from write(station, speed, speed.default.to_bytes(2, "little"))
+
+
+def correct_offset(slave: BusSlave) -> Steps[None]:
+    """Take `slave.clock_difference_ns` out of the offset: the time loop alone takes minutes."""
+    offset = yield from read_number(slave.station, Register.SYSTEM_TIME_OFFSET)
+    offset = offset - slave.clock_difference_ns & _U64
+    yield from write(slave.station, Register.SYSTEM_TIME_OFFSET, offset.to_bytes(8, "little"))
+    yield from _restart_loop(slave.station)
 
 
 def difference_of(number: int) -> int:
     """Register 0x092C in ns: positive where the slave is ahead of the reference."""
     return -(number & ~_SIGN) if number & _SIGN else number
+
+
+def bound_of(data: bytes) -> int:
+    """What no slave is further away than, in ns, of register 0x092C of all slaves by OR."""
+    return int.from_bytes(data, "little") & ~_SIGN
 
 
 def stop_sync(station: int) -> Steps[None]:

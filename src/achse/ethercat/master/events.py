@@ -28,6 +28,7 @@ class BusEventKind(Enum):
     RING_OPEN = "ring is open"
     RING_CLOSED = "ring is closed"
     CLOCK = "clocks are too far apart"
+    CLOCK_BACK = "clocks are together again"
 
 
 class BusEvent(NamedTuple):

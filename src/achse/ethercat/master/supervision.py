@@ -11,6 +11,8 @@ from achse.ethercat.master.bring_up import BringUp
 from achse.ethercat.master.bus_slave import PORTS, BusSlave, SlaveFacts
 from achse.ethercat.master.clocks import (
     ClockDeviation,
+    ClockWatch,
+    bound_of,
     difference_of,
     measure_clocks,
     settle_drift,
@@ -43,7 +45,15 @@ Tell = Callable[[BusEventKind, BusSlave | None, int, str], None]
 _LOOK_NS = 100_000_000
 """How often states are read while the cyclic frames show nothing unusual."""
 _COUNTERS_NS = 1_000_000_000
+_CLOCKS_NS, _CLOCKS_SOON_NS = 100_000_000, 10_000_000
+"""How often clocks are read, and how often once one is far from the reference."""
 _RETRY_NS = 100_000_000
+_STEADY_NS, _FALLS = 10_000_000_000, 3
+"""A slave whose synchronisation is lost so often, each time within so long of Op, has failed."""
+_SYNC_CODES = (
+    *(AlStatus.SYNCHRONIZATION, AlStatus.FATAL_SYNC, AlStatus.NO_SYNC0),
+    *(AlStatus.PLL, AlStatus.DC_IO, AlStatus.DC_TIMEOUT),
+)
 _RX_SIZE = Register.LOST_LINKS.end - Register.RX_ERRORS
 _LOST_AT = Register.LOST_LINKS - Register.RX_ERRORS
 _FORWARDED_AT = 8
@@ -86,10 +96,15 @@ class Supervision:
         self._ring: tuple[int | None, bool, bool] = None, False, False
         """Where the ring is open; whether the copies of each adapter are missing."""
         self.deviation = ClockDeviation()
+        self._clocks = ClockWatch(bus.clock_window_ns)
         self._leads: dict[int, BusJob[None]] = {}
         self._given_up: set[int] = set()
+        self._falls: dict[int, tuple[int, int]] = {}
+        """Of slaves that lost synchronisation: how often in a row, until when it is in a row."""
+        self._now_ns = 0
         self._collecting: set[int] = set()
         self._look_due = 0
+        self._clocks_due = 0
         self._counters_due = 0
         self._urgent = False
         self._seen = (0, 0, 0)
@@ -105,10 +120,12 @@ class Supervision:
             *(cyclic.counters.lost > self._lost_before, any(cyclic.mailbox_bits)),
         ) != (False, {}, set(), False, False, False):
             return 0
-        return min(self._look_due, self._counters_due)
+        due = min(self._look_due, self._counters_due)
+        return due if self.reference is None else min(due, self._clocks_due)
 
     def retry(self, slave: BusSlave) -> None:
         """The slave is asked for a state: what it could not do before is tried again."""
+        self._falls.pop(slave.position, None)
         self._given_up.discard(slave.position)
         self._urgent = True
 
@@ -230,7 +247,7 @@ class Supervision:
 
     def _watch(self) -> Steps[None]:
         while True:
-            time = yield from now()
+            time = self._now_ns = yield from now()
             cyclic = self._cyclic
             seen = (cyclic.present, cyclic.al_states, cyclic.counters.wrong)
             lost = cyclic.counters.lost
@@ -245,6 +262,9 @@ class Supervision:
                 self._lost_before = lost
                 self._look_due = time + _LOOK_NS
                 yield from self._look()
+            if time >= self._clocks_due and self.reference is not None:
+                yield from self._watch_clocks()
+                self._clocks_due = time + (_CLOCKS_NS if self._clocks.calm else _CLOCKS_SOON_NS)
             if time >= self._counters_due:
                 self._counters_due = time + _COUNTERS_NS
                 yield from self._read_counters()
@@ -271,6 +291,38 @@ class Supervision:
         ):
             yield from self._admit()
 
+    def _watch_clocks(self) -> Steps[None]:
+        """Read how far clocks are from the reference: of all at once, of each if one is far."""
+        far, _ = yield from broadcast_read(
+            Register.SYSTEM_TIME_DIFFERENCE, Register.SYSTEM_TIME_DIFFERENCE.size
+        )
+        if self._clocks.calm and bound_of(far) <= self._clocks.limit_ns:
+            return
+        yield from self._read_clocks()
+        for slave in self.slaves:
+            if slave.configuration.clock is None or slave.state < AlState.SAFEOP:
+                if slave.position not in self._leads:
+                    self._clocks.forget(slave.position)
+                continue
+            apart = self._clocks.take(slave.position, slave.clock_difference_ns)
+            if apart is not None:
+                kind = BusEventKind.CLOCK if apart else BusEventKind.CLOCK_BACK
+                text = f"{slave.name}: clock is {slave.clock_difference_ns} ns from the reference"
+                self._tell(kind, slave, slave.clock_difference_ns, text)
+
+    def _read_clocks(self) -> Steps[None]:
+        """How far each clock is from the reference."""
+        clocks = [each for each in self.slaves if each.present and each.facts.has_clock]
+        differences = yield from scattered_reads(
+            [each.station for each in clocks],
+            Register.SYSTEM_TIME_DIFFERENCE,
+            Register.SYSTEM_TIME_DIFFERENCE.size,
+            _FPRD,
+        )
+        for slave, data in zip(clocks, differences, strict=True):
+            if data is not None:
+                slave.clock_difference_ns = difference_of(int.from_bytes(data, "little"))
+
     def _judge(self, slave: BusSlave, data: bytes) -> None:
         report = report_of(data)
         before, failed = slave.state, slave.error
@@ -286,8 +338,24 @@ class Supervision:
                 f"{slave.name}: state {before}, now {report.state}:"
                 f" 0x{report.code:04X} {code.text if code else ''}".rstrip(),
             )
+            if left and code in _SYNC_CODES:
+                self._count_fall(slave)
         if (report.error or report.state != slave.wanted) and slave.position not in self._given_up:
             self._lead(slave)
+
+    def _count_fall(self, slave: BusSlave) -> None:
+        """A slave loses its synchronisation again and again: leave it where it is."""
+        falls, until = self._falls.get(slave.position, (0, 0))
+        falls = falls + 1 if self._now_ns <= until else 1
+        self._falls[slave.position] = falls, self._now_ns + _STEADY_NS
+        if falls >= _FALLS:
+            self._fail(slave, f"synchronisation was lost {falls} times")
+
+    def _fail(self, slave: BusSlave, trouble: str) -> None:
+        self._given_up.add(slave.position)
+        slave.last_trouble = trouble
+        text = f"{slave.name}: {slave.wanted.name} not reached: {trouble}"
+        self._tell(BusEventKind.STATE_FAILED, slave, slave.al_code, text)
 
     def _lead(self, slave: BusSlave, fresh: bool = False) -> None:
         if slave.position in self._leads:
@@ -296,13 +364,7 @@ class Supervision:
         def finished(job: BusJob[None]) -> None:
             self._leads.pop(slave.position, None)
             if job.error is not None:
-                self._given_up.add(slave.position)
-                self._tell(
-                    BusEventKind.STATE_FAILED,
-                    slave,
-                    slave.al_code,
-                    f"{slave.name}: {slave.wanted.name} not reached: {job.error}",
-                )
+                self._fail(slave, str(job.error))
 
         self._leads[slave.position] = self._traffic.start(
             self._bring_up.lead(slave, fresh), finished
@@ -414,16 +476,9 @@ class Supervision:
                 _add_counters(slave, data)
                 for register in (Register.RX_ERRORS, Register.LOST_LINKS):
                     yield from write(slave.station, register, bytes(register.size))
-        clocks = [each for each in present if each.facts.has_clock]
-        differences = yield from scattered_reads(
-            [each.station for each in clocks],
-            Register.SYSTEM_TIME_DIFFERENCE,
-            Register.SYSTEM_TIME_DIFFERENCE.size,
-            _FPRD,
-        )
-        for slave, data in zip(clocks, differences, strict=True):
-            if data is not None:
-                slave.clock_difference_ns = difference_of(int.from_bytes(data, "little"))
+        yield from self._read_clocks()
+        for slave in present:
+            if slave.facts.has_clock:
                 self.deviation.add(slave.clock_difference_ns)
 
     def _collect_messages(self) -> None:
