@@ -187,6 +187,16 @@ class Esc:
                 self._refreshers[block](address, end)
         return bytes(self.memory[address:end])
 
+    def holds_message(self, number: int) -> bool:
+        """Whether a mailbox is full, as the master reads it in the SyncManager's status."""
+        self.pdi.looked_at(number)
+        return self.sync_managers[number].full
+
+    def rests(self, address: int, length: int) -> bool:
+        """Whether these are registers that memory has: nothing makes them when they are read."""
+        blocks = range(address >> 4, address + length + 15 >> 4)
+        return address + length <= RAM_BASE and self._refreshers.keys().isdisjoint(blocks)
+
     def write(self, address: int, data: bytes | bytearray) -> bool:
         """Write `data` at `address`; False if nothing was written."""
         if address == _SYSTEM_TIME:
@@ -408,7 +418,8 @@ class Esc:
         Register.AL_EVENT_REQUEST.set(self.memory, self.al_event_request)
 
     def _refresh_sync_managers(self, first: int, end: int) -> None:
-        for sync_manager in self.sync_managers:
+        begin = max(first - SM_BASE >> 3, 0)
+        for sync_manager in self.sync_managers[begin : end - SM_BASE + 7 >> 3]:
             base = SM_BASE + 8 * sync_manager.number
             if first <= base + 5 < end:
                 self.pdi.looked_at(sync_manager.number)

@@ -12,12 +12,16 @@ from itertools import pairwise
 from achse.ethercat.esc import Esc
 from achse.ethercat.fmmu import Transfer
 from achse.ethercat.frame import DatagramCommand
-from achse.ethercat.registers import RAM_BASE
+from achse.ethercat.registers import RAM_BASE, SM_BASE
 
 __all__ = ["Plan"]
 
+_STATUS_BIT = 8 * 5 + 3
+"""Of the registers of a SyncManager: "mailbox full" in its status."""
+
 _Take = tuple[Callable[[bytes], None], slice]
 _Give = tuple[Callable[[], bytes], slice]
+_Flag = tuple[Callable[[], bool], int]
 _Parts = tuple[Esc, list[Transfer], list[Transfer]]
 
 
@@ -25,18 +29,20 @@ class Plan:
     """What a logical datagram does at all slaves of a segment.
 
     Whole buffers are exchanged by `takes` (outputs) and `gives` (inputs): function and part
-    of the data; then the working counter goes up by `count`, whatever the buffers hold. If
-    anything else is mapped (bits, parts of buffers, mailboxes) or a slave takes what one before it
-    gave, `exact` is True and `exchange` goes through it slave by slave.
+    of the data; then the working counter goes up by `count`, whatever the buffers hold. `flags`
+    are bits of mailboxes that are full, which masters read together: function and bit as a number.
+    If anything else is mapped (bits, parts of buffers, mailboxes) or a slave takes what one before
+    it gave, `exact` is True and `exchange` goes through it slave by slave.
     """
 
-    __slots__ = ("_parts", "count", "exact", "gives", "span", "takes")
+    __slots__ = ("_kept", "_parts", "count", "exact", "flags", "gives", "span", "takes")
 
     def __init__(
         self, escs: Iterable[Esc], command: DatagramCommand, address: int, length: int
     ) -> None:
         self.takes: list[_Take] = []
         self.gives: list[_Give] = []
+        self.flags: list[_Flag] = []
         self.count = 0
         self.exact = False
         self._parts: list[_Parts] = []
@@ -48,7 +54,11 @@ class Plan:
                 continue
             self._parts.append((esc, writes, reads))
             takes = [_take(esc, transfer) for transfer in writes]
-            gives = [_give(esc, transfer) for transfer in reads]
+            flags = [flag for transfer in reads if (flag := _flag(esc, transfer)) is not None]
+            gives = [_give(esc, each) for each in reads] if not flags else []
+            self.flags += flags
+            if flags and len(flags) < len(reads):
+                self.exact = True
             for take in takes:
                 if take is None or any(_overlap(take[1], part) for part in given):
                     self.exact = True
@@ -61,8 +71,25 @@ class Plan:
                     self.gives.append(give)
                     given.append(give[1])
             self.count += _increment(command, bool(reads), bool(writes))
+        bits = [bit for _, bit in self.flags]
+        if bits and (self.takes or self.gives or len(set(bits)) < len(bits)):
+            self.exact = True
+        self._kept = (1 << 8 * length) - 1 - sum(set(bits))
         self.span = _span([part for _, part in self.gives])
         """The part of the data that `gives` fill one after the other without gap, if they do."""
+
+    def look(self, data: bytes) -> bytes:
+        """`data` with the `flags` as they are now."""
+        value = int.from_bytes(data, "little") & self._kept
+        for full, bit in self.flags:
+            if full():
+                value |= bit
+        return value.to_bytes(len(data), "little")
+
+    @property
+    def escs(self) -> list[Esc]:
+        """The slaves that it concerns."""
+        return [esc for esc, _, _ in self._parts]
 
     def exchange(self, command: DatagramCommand, data: bytearray) -> int:
         """Exchange `data` with each slave in turn, bit by bit; the increment of the counter."""
@@ -138,6 +165,14 @@ def _give(esc: Esc, transfer: Transfer) -> _Give | None:
                 return each.source, slice(position, position + length)
             return None
     return None
+
+
+def _flag(esc: Esc, transfer: Transfer) -> _Flag | None:
+    """Bit "mailbox full" of the status of a SyncManager."""
+    number, bit = divmod(transfer.memory_bit - 8 * SM_BASE - _STATUS_BIT, 64)
+    if transfer.bits != 1 or bit or not 0 <= number < len(esc.sync_managers):
+        return None
+    return partial(esc.holds_message, number), 1 << transfer.datagram_bit
 
 
 def _registers(esc: Esc, address: int, length: int) -> bytes:

@@ -10,6 +10,7 @@ Source: ETG.1000.4 §6.1.4 for ports and their order; ETG.1500 for cable redunda
 from collections.abc import Iterable
 
 from achse.ethercat.frame import payload_offset
+from achse.ethercat.frame_plan import FramePlan
 from achse.ethercat.logical import Plan
 from achse.ethercat.segment import HOP_NS, Segment
 from achse.ethercat.slave import Slave
@@ -36,6 +37,7 @@ class RingSegment(Segment):
         """What the second adapter sends comes to a slave."""
         self._far: list[Slave] = []
         self._far_plans: dict[tuple[int, int, int], Plan] = {}
+        self._far_frame_plans: dict[tuple[int, int], FramePlan] = {}
         self._far_stations: dict[int, list[Slave]] = {}
         super().__init__(slaves, cycle_ns=cycle_ns, hop_ns=hop_ns)
 
@@ -72,11 +74,13 @@ class RingSegment(Segment):
     def _swap(self) -> None:
         self._order, self._far = self._far, self._order
         self._plans, self._far_plans = self._far_plans, self._plans
+        self._frame_plans, self._far_frame_plans = self._far_frame_plans, self._frame_plans
         self._stations, self._far_stations = self._far_stations, self._stations
 
     def _remapped(self) -> None:
         super()._remapped()
         self._far_plans.clear()
+        self._far_frame_plans.clear()
         self._far_stations.clear()
 
     def _route(self) -> None:

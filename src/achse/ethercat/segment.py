@@ -9,14 +9,24 @@ Source: 001 §2.3; ETG.1000.4 §6.1.4 for ports and their order.
 import struct
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from achse.ethercat.clock import Instant
+from achse.ethercat.esc import Esc
 from achse.ethercat.frame import (
     Addressing,
     DatagramCommand,
     FrameError,
     datagram_offsets,
     payload_offset,
+)
+from achse.ethercat.frame_plan import (
+    WORDS,
+    FramePlan,
+    FrameStep,
+    PlannedDatagram,
+    exchange,
+    gather_registers,
 )
 from achse.ethercat.logical import Plan
 from achse.ethercat.registers import Register
@@ -40,7 +50,9 @@ _SYSTEM_TIME = int(Register.SYSTEM_TIME)
 _MAX_PLANS = 256
 
 _COMMANDS = {int(command): command for command in DatagramCommand}
-_LRD, _LRW = int(DatagramCommand.LRD), int(DatagramCommand.LRW)
+_LRD, _LRW, _BRD = (
+    int(each) for each in (DatagramCommand.LRD, DatagramCommand.LRW, DatagramCommand.BRD)
+)
 
 
 @dataclass(slots=True)
@@ -100,6 +112,10 @@ class Segment:
         self._slaves: list[Slave] = []
         self._order: list[Slave] = []
         self._plans: dict[tuple[int, int, int], Plan] = {}
+        self._frame_plans: dict[tuple[int, int], FramePlan] = {}
+        """By length, and where the EtherCAT header begins."""
+        self._remaps = 0
+        """How often plans were thrown away."""
         self._stations: dict[int, list[Slave]] = {}
         self._irq = 0
         self._endless = False
@@ -217,7 +233,9 @@ class Segment:
 
     def _remapped(self) -> None:
         self._plans.clear()
+        self._frame_plans.clear()
         self._stations.clear()
+        self._remaps += 1
 
     def _collect_irq(self) -> None:
         self._irq = 0
@@ -271,6 +289,14 @@ class Segment:
     def _process(self, frame: bytes, start: int) -> bytes | bytearray | None:
         counters = self.counters
         counters.frames += 1
+        planned = self._frame_plans.get((len(frame), start))
+        if (
+            planned is not None
+            and not self._irq
+            and self.disturbance is None
+            and planned.fits(frame)
+        ):
+            return self._follow(planned, frame)
         try:
             offsets = datagram_offsets(frame, start)
         except FrameError:
@@ -278,27 +304,99 @@ class Segment:
             for slave in self._order:
                 slave.esc.count(Register.PROCESSING_ERRORS)
             return frame
-        if self.cycle_ns and any(_LRD <= frame[offset] <= _LRW for offset in offsets):
+        cyclic = any(_LRD <= frame[offset] <= _LRW for offset in offsets)
+        if self.cycle_ns and cyclic:
             self.advance(self.time.now_ns + self.cycle_ns)
         buffer = bytearray(frame)
+        remaps = self._remaps
         for offset in offsets:
-            if _LRD <= frame[offset] <= _LRW:
-                self._logical(frame, buffer, offset)
-            else:
-                self._physical(buffer, offset)
-            if self._irq:
-                (irq,) = _U16.unpack_from(buffer, offset + 8)
-                _U16.pack_into(buffer, offset + 8, irq | self._irq)
+            self._pass(offset, frame, buffer)
         if self.disturbance is not None:
             return self._disturb(self.disturbance, buffer, offsets)
+        if cyclic and self._remaps == remaps:
+            self._plan_frame(frame, start, offsets)
         return buffer
 
-    def _logical(self, frame: bytes, buffer: bytearray, offset: int) -> None:
+    def _pass(self, offset: int, frame: bytes, buffer: bytearray) -> None:
+        """One datagram."""
+        if _LRD <= frame[offset] <= _LRW:
+            self._logical(offset, frame, buffer)
+        else:
+            self._physical(offset, frame, buffer)
+        if self._irq:
+            self._interrupt(buffer, offset)
+
+    def _interrupt(self, buffer: bytearray, offset: int) -> None:
+        (irq,) = _U16.unpack_from(buffer, offset + 8)
+        _U16.pack_into(buffer, offset + 8, irq | self._irq)
+
+    def _follow(self, planned: FramePlan, frame: bytes) -> bytearray:
+        """A frame by its plan; one datagram after the other once a mapping changes."""
+        remaps = self._remaps
+        if self.cycle_ns:
+            self.advance(self.time.now_ns + self.cycle_ns)
+        buffer = bytearray(frame)
+        for step, offsets in planned.steps:
+            if self._remaps != remaps:
+                for offset in offsets:
+                    self._pass(offset, frame, buffer)
+                continue
+            step(frame, buffer)
+            if self._irq:
+                self._interrupt(buffer, offsets[-1])
+        return buffer
+
+    def _plan_frame(self, frame: bytes, start: int, offsets: Sequence[int]) -> None:
+        """Plan frames like this one, which has logical datagrams."""
+        if len(self._frame_plans) >= _MAX_PLANS:
+            self._frame_plans.clear()
+        datagrams: list[PlannedDatagram] = []
+        steps: list[tuple[FrameStep, tuple[int, ...]]] = []
+        together: list[tuple[PlannedDatagram, Plan]] = []
+        concerned: set[Esc] = set()
+
+        def close() -> None:
+            if together:
+                steps.append((exchange(together), tuple(each.offset for each, _ in together)))
+                together.clear()
+                concerned.clear()
+
+        for offset in offsets:
+            number, _, address, length, _ = _LOGICAL.unpack_from(frame, offset)
+            length &= 0x7FF
+            counted = frame[offset + 10 + length : offset + 12 + length] != b"\0\0"
+            if _LRD <= number <= _LRW:
+                plan = self._plan(number, address, length)
+                if not (plan.exact or counted):
+                    datagrams.append(PlannedDatagram(offset, length, True))
+                    if not concerned.isdisjoint(plan.escs):
+                        close()
+                    together.append((datagrams[-1], plan))
+                    concerned.update(plan.escs)
+                    continue
+            close()
+            step = None if counted else self._gathered(offset, number, address, length)
+            datagrams.append(PlannedDatagram(offset, length, step is not None))
+            usual = self._logical if _LRD <= number <= _LRW else self._physical
+            steps.append((step or partial(usual, offset), (offset,)))
+        close()
+        self._frame_plans[len(frame), start] = FramePlan(frame, start, datagrams, steps)
+
+    def _gathered(self, offset: int, number: int, address: int, length: int) -> FrameStep | None:
+        """A BRD of registers that only change when something happens; None for all others."""
+        register = address >> 16
+        escs = [slave.esc for slave in self._order]
+        if number != _BRD or length not in WORDS:
+            return None
+        if not all(esc.rests(register, length) for esc in escs):
+            return None
+        datagram = PlannedDatagram(offset, length, True)
+        return gather_registers(datagram, escs, register, address & 0xFFFF)
+
+    def _logical(self, offset: int, frame: bytes, buffer: bytearray) -> None:
         command, _, address, length, _ = _LOGICAL.unpack_from(frame, offset)
         length &= 0x7FF
-        plan = self._plans.get((command, address, length))
-        if plan is None:
-            plan = self._plan(command, address, length)
+        plan = self._plan(command, address, length)
         begin = offset + 10
         if plan.exact:
             data = buffer[begin : begin + length]
@@ -315,11 +413,16 @@ class Segment:
                 else:
                     for give, part in plan.gives:
                         given[part] = give()
+            if plan.flags:
+                buffer[begin : begin + length] = plan.look(whole)
             count = plan.count
         if count:
             _add(buffer, begin + length, count)
 
     def _plan(self, command: int, address: int, length: int) -> Plan:
+        plan = self._plans.get((command, address, length))
+        if plan is not None:
+            return plan
         if len(self._plans) >= _MAX_PLANS:
             self._plans.clear()
         escs = [slave.esc for slave in self._order]
@@ -327,7 +430,7 @@ class Segment:
         self._plans[command, address, length] = plan
         return plan
 
-    def _physical(self, buffer: bytearray, offset: int) -> None:
+    def _physical(self, offset: int, _frame: bytes, buffer: bytearray) -> None:
         number, _, adp, ado, length, _ = _DATAGRAM.unpack_from(buffer, offset)
         command = _COMMANDS.get(number)
         if command is None or command is DatagramCommand.NOP:

@@ -26,8 +26,9 @@ TRIP_BOUNDS_NS = tuple(count * 10**power for power in range(4, 8) for count in (
 class FrameLink(Protocol):
     """What sends and receives frames, as `achse.transport.ethernet.EthernetLink`."""
 
-    arrived_ns: int
-    """When the frame that `receive` gave last arrived, by the clock of `time.time_ns`."""
+    @property
+    def arrived_ns(self) -> int:
+        """When the frame that `receive` gave last arrived, by the clock of `time.time_ns`."""
 
     def send(self, frame: bytes) -> bool: ...
 
@@ -99,6 +100,8 @@ class BusLink:
         self._clock = clock
         self._now = now
         self._sent_ns = self._left_ns = 0
+        self._all_back = False
+        """Nothing that was sent is still under way."""
 
     def send(self, now_ns: int) -> None:
         """The outputs of the cycle at bus time `now_ns`, and a frame of requests."""
@@ -124,20 +127,26 @@ class BusLink:
             if before and not cyclic.away:
                 before = False
                 self.round_trips.add(max(link.arrived_ns - self._left_ns, 0))
+                if not master.traffic.away:
+                    break  # nothing else is under way
         self.round_trips.missing += before
 
     def exchange(self, now_ns: int) -> None:
         """One cycle at bus time `now_ns`: what is still there is taken, outputs go, inputs come."""
         link, master = self._link, self.master
-        while (frame := link.receive(0.0)) is not None:
-            master.receive(frame, now_ns)
+        cyclic = master.cyclic
+        if not self._all_back:
+            while (frame := link.receive(0.0)) is not None:
+                master.receive(frame, now_ns)
+        frames = master.transmit(now_ns)
         sent = self._clock()
-        for frame in master.transmit(now_ns):
+        for frame in frames:
             link.send(frame)
-        if not master.cyclic.away:
+        self._all_back = False
+        if not cyclic.away:
             return
         until = sent + round(self._wait_s * 1e9)
-        while master.cyclic.away:
+        while cyclic.away:
             left = until - self._clock()
             frame = link.receive(left / 1e9) if left > 0 else None
             if frame is None:
@@ -145,6 +154,7 @@ class BusLink:
                 return
             master.receive(frame, now_ns)
         self.round_trips.add(self._clock() - sent)
+        self._all_back = not master.traffic.away
 
 
 def do_steps(

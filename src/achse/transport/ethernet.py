@@ -12,6 +12,11 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
+try:
+    from fcntl import ioctl
+except ImportError:  # not on every system, as raw sockets
+    ioctl = None  # type: ignore[assignment]
+
 __all__ = ["Answer", "EthernetLink", "Link", "LinkError", "UdpLink"]
 
 ETHERCAT = 0x88A4
@@ -23,10 +28,16 @@ _AWAY = {errno.ENETDOWN, errno.ENXIO, errno.ENOBUFS, errno.EAGAIN}
 
 _DOWN = {errno.ENETDOWN, errno.ENXIO}
 
-_TIMESTAMP: int = getattr(socket, "SO_TIMESTAMPNS", 35)
-"""Linux: let the kernel say when a packet arrived (struct timespec)."""
+_ARRIVAL = 0x8907
+"""Linux (SIOCGSTAMPNS): when the packet read last arrived, as struct timespec."""
 _TIMESPEC = struct.Struct("@ll")
-_ANCILLARY = 64
+_TIMEVAL = struct.Struct("@ll")
+_AT_ONCE: int = getattr(socket, "MSG_DONTWAIT", 0x40)
+_PACKET, _IGNORE_OUTGOING = 263, 23
+"""Linux (SOL_PACKET, PACKET_IGNORE_OUTGOING): what this machine sends does not come in."""
+
+_SPIN_S = 0.0002
+"""For so long a frame is asked for again and again; going to sleep costs some 30 µs."""
 
 Answer = Callable[[bytes], bytes | None]
 """What comes back for a packet, None for nothing."""
@@ -56,10 +67,11 @@ class Link(Protocol):
 
 
 class _Socket:
-    """A socket with a timeout that is set only when it changes."""
+    """A socket that waits for packets."""
 
     _socket: socket.socket
     _timeout: float | None = None
+    """What the socket was told last."""
     losses = 0
     """How often the interface went down; UDP does not tell."""
 
@@ -70,11 +82,6 @@ class _Socket:
     def close(self) -> None:
         """Close the link."""
         self._socket.close()
-
-    def _wait_at_most(self, timeout_s: float) -> None:
-        if timeout_s != self._timeout:
-            self._socket.settimeout(timeout_s)
-            self._timeout = timeout_s
 
 
 def _claimed(interface: str, ethertype: int) -> socket.socket | None:
@@ -121,10 +128,12 @@ class EthernetLink(_Socket):
             ) from None
 
         with contextlib.suppress(OSError):
-            self._socket.setsockopt(socket.SOL_SOCKET, _TIMESTAMP, 1)
+            self._socket.setsockopt(_PACKET, _IGNORE_OUTGOING, 1)
+        self._stamp = bytearray(_TIMESPEC.size)
+        self._expects = False
+        """A frame was sent, and nothing has come since."""
         self._interface, self._index = interface, socket.if_nametoindex(interface)
-        self.arrived_ns = 0
-        """When the frame that `receive` gave last arrived, by the clock of `time.time_ns`."""
+        _ = self.arrived_ns  # from now on the kernel notes it
         self._claim = _claimed(interface, ethertype) if alone else None
         if alone and self._claim is None:
             self._socket.close()
@@ -144,24 +153,32 @@ class EthernetLink(_Socket):
         except OSError:
             return True
 
+    @property
+    def arrived_ns(self) -> int:
+        """When the frame received last arrived, by the clock of `time.time_ns`; else now."""
+        try:
+            ioctl(self._socket, _ARRIVAL, self._stamp)
+        except OSError:
+            return time.time_ns()
+        seconds, rest = _TIMESPEC.unpack(self._stamp)
+        return int(seconds * 1_000_000_000 + rest)
+
     def exchange(self, answer: Answer, timeout_s: float) -> bool:
         """Answer one frame by the way it came; False if none came within `timeout_s`."""
-        self._wait_at_most(timeout_s)
+        if timeout_s != self._timeout:
+            seconds, micros = divmod(max(round(timeout_s * 1e6), 1), 1_000_000)
+            value = _TIMEVAL.pack(seconds, micros)
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, value)
+            self._timeout = timeout_s
         try:
-            frame, address = self._socket.recvfrom(_BUFFER)
-        except (TimeoutError, BlockingIOError):
-            return False
+            frame = self._socket.recv(_BUFFER, 0 if timeout_s > 0.0 else _AT_ONCE)
         except OSError as trouble:
-            if trouble.errno in _AWAY:
-                self.losses += trouble.errno in _DOWN
-                return False
-            raise
-        if address[2] == socket.PACKET_OUTGOING:
-            return True
+            self._missed(trouble)
+            return False
         reply = answer(frame)
         if reply is not None:
             try:
-                self._socket.send(reply)
+                self._socket.send(reply, _AT_ONCE)
             except OSError as trouble:
                 if trouble.errno not in _AWAY:
                     raise
@@ -170,43 +187,49 @@ class EthernetLink(_Socket):
     def send(self, frame: bytes) -> bool:
         """Send a frame; False if the interface takes none now, it is lost then."""
         try:
-            self._socket.send(frame)
+            self._socket.send(frame, _AT_ONCE)
         except OSError as trouble:
-            if trouble.errno not in _AWAY:
-                raise
-            self.losses += trouble.errno in _DOWN
+            self._missed(trouble)
             return False
+        self._expects = True
         return True
 
     def receive(self, timeout_s: float) -> bytes | None:
-        """The next frame from outside; None if none came within `timeout_s`, 0 looks only."""
-        self._wait_at_most(0.0)  # stays so: changing it costs more than a look
-        until = time.monotonic() + timeout_s
+        """The next frame from outside; None if none came within `timeout_s`, 0 looks only.
+
+        An answer comes soon or never: for the first 0.2 ms after a frame was sent this thread asks
+        again and again, then it sleeps.
+        """
+        receive, clock = self._socket.recv, time.monotonic
+        begin = 0.0
         while True:
             try:
-                frame, ancillary, _, address = self._socket.recvmsg(_BUFFER, _ANCILLARY)
+                frame = receive(_BUFFER, _AT_ONCE)
             except BlockingIOError:
-                left = until - time.monotonic()
+                if timeout_s <= 0.0:
+                    return None
+                now = clock()
+                begin = begin or now
+                if self._expects and now - begin < _SPIN_S:
+                    if now - begin >= timeout_s:
+                        return None
+                    continue
+                self._expects = False
+                left = begin + timeout_s - now
                 if left <= 0.0 or not select.select([self._socket], [], [], left)[0]:
                     return None
             except OSError as trouble:
-                if trouble.errno not in _AWAY:
-                    raise
-                self.losses += trouble.errno in _DOWN
+                self._missed(trouble)
                 return None
             else:
-                if address[2] != socket.PACKET_OUTGOING:
-                    self.arrived_ns = _arrival(ancillary)
-                    return frame
+                self._expects = False
+                return frame
 
-
-def _arrival(ancillary: list[tuple[int, int, bytes]]) -> int:
-    """When a packet arrived as the kernel says, else now."""
-    for level, kind, data in ancillary:
-        if (level, kind, len(data)) == (socket.SOL_SOCKET, _TIMESTAMP, _TIMESPEC.size):
-            seconds, rest = _TIMESPEC.unpack(data)
-            return int(seconds * 1_000_000_000 + rest)
-    return time.time_ns()
+    def _missed(self, trouble: OSError) -> None:
+        """Nothing could be sent or received now; raises `trouble` if that will stay so."""
+        if trouble.errno not in _AWAY:
+            raise trouble
+        self.losses += trouble.errno in _DOWN
 
 
 class UdpLink(_Socket):
@@ -231,7 +254,9 @@ class UdpLink(_Socket):
 
     def exchange(self, answer: Answer, timeout_s: float) -> bool:
         """Answer one packet to its sender; False if none came within `timeout_s`."""
-        self._wait_at_most(timeout_s)
+        if timeout_s != self._timeout:
+            self._socket.settimeout(timeout_s)
+            self._timeout = timeout_s
         try:
             packet, sender = self._socket.recvfrom(_BUFFER)
         except (TimeoutError, BlockingIOError, ConnectionError):

@@ -144,6 +144,11 @@ class AcyclicTraffic:
         self.waiting -= 1
 
     @property
+    def away(self) -> bool:
+        """Frames are under way."""
+        return bool(self._away)
+
+    @property
     def idle(self) -> bool:
         """No request waits to be sent or for its answer; some may pause."""
         return not (self._fresh or self._ready or self._away)
@@ -160,6 +165,8 @@ class AcyclicTraffic:
 
     def frames(self, now_ns: int, limit: int) -> list[bytes]:
         """At most `limit` frames to send now."""
+        if self.idle and not (self._pauses and self._pauses[0][0] <= now_ns):
+            return []
         self._wake(now_ns)
         self._expire(now_ns)
         frames: list[bytes] = []

@@ -1,0 +1,147 @@
+"""Frames by their plan do what they do datagram by datagram."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.codes import AlState
+from achse.ethercat import Datagram, DatagramCommand, EthercatFrame, Loopback, Segment, Slave
+from achse.ethercat.fmmu import Fmmu
+
+C = DatagramCommand
+STATION, INPUTS, MAILBOXES = 0x1001, 0x100, 0x200
+SM1_STATUS, FULL = 0x080D, 3
+AL_CONTROL, AL_STATUS, EVENT_MASK, SYSTEM_TIME = 0x0120, 0x0130, 0x0200, 0x0910
+MOST = 4
+
+
+class EachByItself(Segment):
+    """Looks at every datagram of every frame."""
+
+    def _plan_frame(self, frame: bytes, start: int, offsets: Sequence[int]) -> None:
+        """Plan nothing."""
+
+
+def datagrams(count: int) -> st.SearchStrategy[Datagram]:
+    """Of process data, their parts, registers; some change states or the mapping."""
+    size = 4 * count
+    station = st.integers(STATION, STATION + count)
+    logical = st.builds(
+        lambda command, address, data, index: Datagram(command, address, data, index),
+        st.sampled_from([C.LRD, C.LWR, C.LRW]),
+        st.sampled_from([0, 4, INPUTS, INPUTS + 4, MAILBOXES]),
+        st.sampled_from([1, 4, size, INPUTS + size]).flatmap(
+            lambda length: st.binary(min_size=length, max_size=length)
+        ),
+        st.integers(0, 255),
+    )
+    registers = st.builds(
+        lambda command, who, at, data: Datagram.at(command, who, at, data),
+        st.sampled_from([C.BRD, C.FPRD, C.APRD, C.FRMW, C.NOP]),
+        st.one_of(st.just(0), station),
+        st.sampled_from([AL_STATUS, SM1_STATUS, SYSTEM_TIME, 0x0300]),
+        st.sampled_from([bytes(1), bytes(2), bytes(8), b"\x80\x01"]),
+    )
+    changes = st.builds(
+        lambda who, change: Datagram.at(C.FPWR, who, *change),
+        station,
+        st.sampled_from(
+            [
+                *((AL_CONTROL, bytes((state, 0))) for state in (1, 2, 4, 8, 0x14)),
+                (EVENT_MASK, b"\xff\xff"),
+                (EVENT_MASK, b"\0\0"),
+                (0x060C, b"\0"),
+                (0x060C, b"\1"),
+                (0x0816, b"\0"),
+            ]
+        ),
+    )
+    return st.one_of(logical, logical, registers, changes)
+
+
+@st.composite
+def sessions(draw: st.DrawFn) -> tuple[int, list[list[Datagram]]]:
+    """How many slaves, and a few frames in any order, most of them again and again."""
+    count = draw(st.integers(1, MOST))
+    kinds = draw(
+        st.lists(st.lists(datagrams(count), min_size=1, max_size=5), min_size=1, max_size=4)
+    )
+    turns = draw(st.lists(st.integers(0, len(kinds) - 1), min_size=2, max_size=12))
+    return count, [kinds[turn] for turn in turns]
+
+
+def in_op(made: type[Segment], count: int, bring: Callable[[Any], None], cycle_ns: int) -> Segment:
+    segment = made((Slave(Loopback(serial_number=n)) for n in range(count)), cycle_ns=cycle_ns)
+    bring(segment)
+    for position in range(count):
+        place = MAILBOXES + (position >> 3)
+        flag = Fmmu(place, 1, position & 7, position & 7, SM1_STATUS, FULL, 1, 1)
+        segment.slaves[position].esc.write(0x0620, flag.encode())
+    return segment
+
+
+@given(sessions(), st.sampled_from([0, 1_000_000]), st.data())
+def test_planned_frames_come_back_the_same(
+    bring: Callable[[Any], None],
+    session: tuple[int, list[list[Datagram]]],
+    cycle_ns: int,
+    data: st.DataObject,
+) -> None:
+    count, frames = session
+    planned, other = (in_op(kind, count, bring, cycle_ns) for kind in (Segment, EachByItself))
+    for number, frame in enumerate(frames):
+        packet = bytearray(EthercatFrame(frame).encode())
+        if data.draw(st.integers(0, 9)) == 0:  # a counter that is not 0, or another header
+            packet[data.draw(st.integers(14, len(packet) - 1))] ^= data.draw(st.integers(1, 255))
+        fault = data.draw(st.sampled_from([None] * 6 + ["emergency", "cable", "mended"]))
+        for segment in (planned, other):
+            if fault == "emergency":
+                segment.slaves[-1].application.emergencies.append(bytes(8))  # type: ignore[attr-defined]
+            elif fault == "cable":
+                segment.break_link(segment.slaves[-1])
+            elif fault == "mended":
+                segment.repair_link(segment.slaves[-1])
+            segment.advance(number * 1_000_000)
+        assert planned.process(bytes(packet)) == other.process(bytes(packet))
+    for one, two in zip(planned.slaves, other.slaves, strict=True):
+        assert one.esc.memory == two.esc.memory
+        assert one.application.read_inputs() == two.application.read_inputs()
+
+
+@pytest.fixture(scope="module")
+def bring() -> Callable[[Any], None]:
+    """Brings all slaves of a segment to Op."""
+    from tests.ethercat.conftest import Master
+
+    return lambda segment: Master(segment).bring(AlState.OP)
+
+
+def test_a_known_frame_is_not_taken_apart(
+    bring: Callable[[Any], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    segment = in_op(Segment, 2, bring, 0)
+    cyclic = [
+        Datagram(C.LRW, 0, bytes(8), 1),
+        Datagram(C.LRW, INPUTS, bytes(8)),
+        Datagram.at(C.BRD, 0, AL_STATUS, bytes(2)),
+        Datagram(C.LRD, MAILBOXES, bytes(1)),
+    ]
+    segment.process(EthercatFrame(cyclic).encode())
+
+    def refuse(*_: object) -> list[int]:
+        raise AssertionError("taken apart")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("achse.ethercat.segment.datagram_offsets", refuse)
+        segment.slaves[1].application.emergencies.append(bytes(8))  # type: ignore[attr-defined]
+        cyclic[0] = Datagram(C.LRW, 0, b"abcdefgh", 77)
+        reply = segment.process(EthercatFrame(cyclic).encode())
+    assert reply is not None
+    came = EthercatFrame.decode(reply).datagrams
+    assert [each.counter for each in came] == [4, 2, 2, 2]
+    assert came[0].index == 77
+    assert came[2].data == b"\x08\x00"
+    assert came[3].data == b"\x02"
