@@ -7,7 +7,6 @@ import pytest
 from typer.testing import CliRunner
 
 from achse.cli.app import app
-from achse.gcode.checking import check_program
 
 PART = "N10 G0 X5\nN20 G54\nN30 G1 X10 F600\nN40 G41 D1 X20\nN50 Y20\nN60 G40 X0\nL8\nM30\n"
 
@@ -51,14 +50,29 @@ def test_errors_have_a_caret(part: Path) -> None:
     assert error["name"] == "TOOL_COMPENSATION_RADIUS"
 
 
-def test_an_endless_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(check_program, "__kwdefaults__", {"positions": (0.0,) * 3, "blocks": 2000})
+def test_an_endless_program(tmp_path: Path) -> None:
     path = tmp_path / "loop.nc"
     path.write_text("N1 R1=R1+1\n@100 K-1\n")
+    code, printed = call("check", str(path), "--blocks", "2000")
+    assert code == 1
+    assert "no end after 2000 blocks: the program loops, or is too long\n" in printed
+    for command in ("time", "plot"):
+        assert call(command, str(path), "--blocks", "500")[0] == 1
+    path.write_text("N1 G1 X1 F600\n@100 K-1\n")
     code, printed = call("check", str(path))
     assert code == 1
-    assert "loops" in printed
+    assert "loop.nc:2: goes back to line 1 for ever: no R parameter changes on the way\n" in printed
+    code, printed = call("check", str(path), "--json")
+    assert "for ever" in json.loads(printed)["why_no_end"]
     assert call("time", str(path))[0] == 1
+
+
+def test_a_file_in_utf_16(tmp_path: Path) -> None:
+    path = tmp_path / "wide.nc"
+    path.write_text("G1 X1 F600\n", encoding="utf-16")
+    code, printed = call("check", str(path))
+    assert code == 1
+    assert "the text is in UTF-16 or UTF-32, expected ASCII, Latin-1 or UTF-8" in printed
 
 
 def test_pictures(part: Path) -> None:

@@ -46,6 +46,12 @@ Acceleration = Annotated[
 Jerk = Annotated[float, typer.Option("--jerk", "-j", min=1e-3, help="Of each axis, mm/s³.")]
 
 
+Blocks = Annotated[
+    int | None,
+    typer.Option(min=1, help="Give the program up after so many blocks.", show_default="1000000"),
+]
+
+
 def _machine(
     file: Path, tools: Path | None, offsets: Path | None, subroutines: Path | None, skip: int
 ) -> "MachineData":
@@ -78,16 +84,16 @@ def _program(file: Path) -> "PartProgram":
         fail(f"{file}: {error.message}", name=error.code.name, code=error.code)
 
 
-def _report(file: Path, data: "MachineData") -> "ProgramReport":
+def _report(file: Path, data: "MachineData", blocks: int | None) -> "ProgramReport":
     """A run without errors, or the end of the command."""
-    from achse.gcode.checking import check_program
+    from achse.gcode.checking import MAX_BLOCKS, check_program
 
-    report = check_program(_program(file), data)
+    report = check_program(_program(file), data, blocks=blocks or MAX_BLOCKS)
     if report.errors:
         first = report.errors[0]
         fail(f"{first}\n{first.caret()}", name=first.code.name, code=first.code)
     if not report.ended:
-        fail(f"{file}: no end after {report.blocks} blocks: the program loops, or is too long")
+        fail(f"{file}: {report.why_no_end}")
     return report
 
 
@@ -98,6 +104,7 @@ def check(
     offsets: Offsets = None,
     subroutines: Subroutines = None,
     skip: Skip = 0,
+    blocks: Blocks = None,
     in_json: Json = False,
 ) -> None:
     """Tell all errors of a part program, with line, column and a caret.
@@ -105,9 +112,10 @@ def check(
     Each line is checked, then the program runs without motion. Ends with 1 if there are errors.
     """
     from achse.gcode.canon import ArcMove, LineMove
-    from achse.gcode.checking import check_program
+    from achse.gcode.checking import MAX_BLOCKS, check_program
 
-    report = check_program(_program(file), _machine(file, tools, offsets, subroutines, skip))
+    data = _machine(file, tools, offsets, subroutines, skip)
+    report = check_program(_program(file), data, blocks=blocks or MAX_BLOCKS)
     moves = sum(isinstance(each, LineMove | ArcMove) for each in report.commands)
     if in_json:
         print_json(
@@ -115,14 +123,15 @@ def check(
                 "blocks": report.blocks,
                 "moves": moves,
                 "ended": report.ended,
+                "why_no_end": report.why_no_end,
                 "errors": [_finding(error) for error in report.errors],
             }
         )
     else:
         for error in report.errors:
             print(f"{error}\n{error.caret()}")
-        if not report.ended and not report.errors:
-            print(f"no end after {report.blocks} blocks: the program loops, or is too long")
+        if report.why_no_end:
+            print(report.why_no_end)
         print(f"{report.blocks} blocks run, {moves} moves: {len(report.errors)} errors")
     if report.errors or not report.ended:
         raise typer.Exit(1)
@@ -159,6 +168,7 @@ def plot(
     offsets: Offsets = None,
     subroutines: Subroutines = None,
     skip: Skip = 0,
+    blocks: Blocks = None,
 ) -> None:
     """Draw the path as SVG, with the velocity as colour.
 
@@ -169,7 +179,7 @@ def plot(
 
     if view not in VIEWS:
         fail(f"view {view}: expected one of {', '.join(VIEWS)}", 2)
-    report = _report(file, _machine(file, tools, offsets, subroutines, skip))
+    report = _report(file, _machine(file, tools, offsets, subroutines, skip), blocks)
     moves = [each for each in report.commands if isinstance(each, LineMove | ArcMove)]
     if programmed or not moves:
         picture = draw_moves(moves, view=view, title=file.name)
@@ -195,13 +205,14 @@ def how_long(
     offsets: Offsets = None,
     subroutines: Subroutines = None,
     skip: Skip = 0,
+    blocks: Blocks = None,
     in_json: Json = False,
 ) -> None:
     """Tell how long a part program takes on axes with these limits.
 
     Handshakes of M functions are not in it: the PLC decides how long they take.
     """
-    report = _report(file, _machine(file, tools, offsets, subroutines, skip))
+    report = _report(file, _machine(file, tools, offsets, subroutines, skip), blocks)
     took = _timed(report, velocity, acceleration, jerk)
     if in_json:
         print_json(

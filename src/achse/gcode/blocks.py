@@ -159,6 +159,14 @@ def _plain_block(line: str) -> ProgramBlock | None:
     return block
 
 
+def _as_meant(text: str) -> str:
+    """A message of a file in UTF-8; others are Latin-1."""
+    try:
+        return text.encode("latin-1").decode("utf-8")
+    except UnicodeError:
+        return text
+
+
 _BLANKS = re.compile(r"[\s;]*")
 _NAME = re.compile(
     "(" + "|".join(sorted(NAMED_WORDS, key=len, reverse=True)) + r")(?![A-Z])\s*(=)?\s*"
@@ -302,7 +310,7 @@ class _WordByWord:
         if verb == "MSG":
             text = self.original[found.end() : last]
             parts = [part.strip() for part in text.split(";")]
-            self._call(HashCall(verb, "", (), parts[-1].strip("\"' ")), "#")
+            self._call(HashCall(verb, "", (), _as_meant(parts[-1].strip("\"' "))), "#")
             self.at = end + 1
             return
         arguments = []

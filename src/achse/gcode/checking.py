@@ -10,9 +10,9 @@ from itertools import count
 
 from achse.codes import NcError
 from achse.gcode.blocks import AtCall, AtOperand, ProgramBlock
-from achse.gcode.canon import ArcMove, Canonical, LineMove, PathPoint
+from achse.gcode.canon import ArcMove, Canonical, LineMove, PathPoint, StopKind
 from achse.gcode.errors import GcodeError, WordRefused
-from achse.gcode.flow import check_operands
+from achse.gcode.flow import LoopWatch, check_operands
 from achse.gcode.interpreter import Interpreter, RunState
 from achse.gcode.machine_data import MachineData
 from achse.gcode.preparation import prepare
@@ -36,6 +36,21 @@ class ProgramReport:
     """Blocks that ran."""
     ended: bool = False
     """Did the program end by itself?"""
+    loop: tuple[str, int, int] | None = None
+    """A loop that cannot end by itself: program, the line that jumps back, the line it goes to."""
+
+    @property
+    def why_no_end(self) -> str:
+        """Why a program without errors has not ended; empty if it has."""
+        if self.ended or self.errors:
+            return ""
+        if self.loop is not None:
+            name, line, target = self.loop
+            return (
+                f"{name or 'program'}:{line}: goes back to line {target} for ever: "
+                "no R parameter changes on the way"
+            )
+        return f"no end after {self.blocks} blocks: the program loops, or is too long"
 
 
 def check_program(
@@ -135,9 +150,13 @@ def dry_run(
     positions: PathPoint = (0.0, 0.0, 0.0),
     blocks: int = MAX_BLOCKS,
 ) -> ProgramReport:
-    """Run as if each move were done at once: decoder stops find the axes where they were sent."""
+    """Run as if each move were done at once: decoder stops find the axes where they were sent.
+
+    It ends after so many `blocks`, or where a loop is found that cannot end by itself.
+    """
     report = ProgramReport()
     run = Interpreter(program, data, positions)
+    watch = run.flow.watch = LoopWatch()
     axes = positions
     try:
         for _ in count():
@@ -147,13 +166,15 @@ def dry_run(
                 if isinstance(command, LineMove | ArcMove):
                     axes = command.end
             elif run.state in (RunState.DECODER_STOP, RunState.SINGLE_STOP):
+                if run.stop is not None and run.stop.kind is StopKind.READ_POSITIONS:
+                    watch.forget()
                 run.go_ahead(axes)
-            elif run.state is not RunState.RUNNING or run.blocks >= blocks:
+            elif run.state is not RunState.RUNNING or run.blocks >= blocks or watch.found:
                 break
-            if run.blocks >= blocks:
+            if run.blocks >= blocks or watch.found:
                 break
     except GcodeError as error:
         report.errors.append(error)
-    report.blocks = run.blocks
+    report.blocks, report.loop = run.blocks, watch.found
     report.ended = run.state is RunState.ENDED
     return report

@@ -18,7 +18,7 @@ from achse.gcode.program import PartProgram, SubroutineSource
 from achse.gcode.registers import Registers
 from achse.gcode.words import AtForm
 
-__all__ = ["MAX_DEPTH", "Flow", "ProgramPlace", "check_operands"]
+__all__ = ["MAX_DEPTH", "Flow", "LoopWatch", "ProgramPlace", "check_operands"]
 
 MAX_DEPTH = 20
 """Subroutines inside one another; the number is not printed."""
@@ -45,6 +45,38 @@ class ProgramPlace:
     """How often it runs from here on, this time included."""
 
 
+class LoopWatch:
+    """Finds a loop that cannot end: a jump back with places and R parameters as they were before.
+
+    What is compared is taken at the first, second, fourth, eighth … jump (Brent's method), so a
+    loop of n jumps is found after at most 3 n of them.
+    """
+
+    def __init__(self) -> None:
+        self.found: tuple[str, int, int] | None = None
+        """Name of the program, the line that jumps back and the line it goes to, from 1."""
+        self._kept: object = None
+        self._power, self._jumps = 1, 0
+
+    def forget(self) -> None:
+        """Positions of axes have come in from outside: what was before does not count."""
+        self._kept, self._power, self._jumps = None, 1, 0
+
+    def back(self, flow: "Flow", line: int, target: int) -> None:
+        """A jump from one line back to another, both from 0."""
+        registers = flow.registers
+        now = (
+            [(id(each.program), each.line, each.repeats) for each in flow.places],
+            (registers.own, registers.shared, registers.stack),
+        )
+        if now == self._kept:
+            self.found = (flow.place.program.name, line + 1, target + 1)
+        self._jumps += 1
+        if self._jumps == self._power:
+            own = [list(each) for each in now[1]]
+            self._kept, self._power, self._jumps = (now[0], tuple(own)), 2 * self._power, 0
+
+
 class Flow:
     """The running programs: the last of `places` is the one whose blocks run now."""
 
@@ -58,6 +90,7 @@ class Flow:
         self.places = [ProgramPlace(program)]
         self.registers = registers
         self.subroutines = subroutines
+        self.watch: LoopWatch | None = None
         self.case: AtCall | None = None
         """A case command whose pairs may go on in the next line."""
 
@@ -114,6 +147,8 @@ class Flow:
                 f"{target.letter}{target.sign}{abs(target.value):g}",
             )
         self.place.line = found
+        if self.watch is not None and found <= line:
+            self.watch.back(self, line, found)
 
     def value(self, operand: AtOperand) -> float:
         """K as it is, R its value, P the value of the parameter that R names."""

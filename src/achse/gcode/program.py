@@ -34,6 +34,32 @@ _ENDS = re.compile(r"(?<![A-Z@#])M[ \t]*0*(?:2|17|30)(?!\d)")
 _NOTHING = re.compile(r"[ \t;\r]*(?:\([^()\n]*\)?[ \t;\r]*)*")
 
 
+_UTF8_MARK = b"\xef\xbb\xbf"
+_TAIL = frozenset(b"\0\x1a")
+"""What fills or ends files of some systems (end of file of CP/M and DOS)."""
+_PADDING = re.compile(r"(?<![^\n])[\0 \t]++|(?<![\0 \t])[\0 \t]++(?=\r*+(?:\n|\Z))")
+_RETURNS = re.compile(r"(?<!\r)\r++(?!\n)")
+_WIDE_MARKS = (b"\xff\xfe", b"\xfe\xff")
+_FIRST_BYTES = 64
+
+
+def _has_wide_characters(data: bytes) -> bool:
+    """Whether each character has more than one byte: by its mark, or every second byte is 0."""
+    if data.startswith(_WIDE_MARKS):
+        return True
+    first = data.lstrip(b"\0")[:_FIRST_BYTES]
+    return len(first) > 2 and not any(first[1::2])
+
+
+def _separated(text: str) -> str:
+    """Every line ends with LF, perhaps behind CR; NUL bytes around blocks are blanks."""
+    if "\r" in text:
+        text = _RETURNS.sub(lambda found: "\n" * len(found[0]), text)
+    if "\0" in text:
+        text = _PADDING.sub(lambda found: " " * len(found[0]), text)
+    return text
+
+
 def _ends(line: str) -> bool:
     """Whether a program or subroutine ends with this line; not by what a comment says."""
     if "(" in line:
@@ -48,8 +74,12 @@ class PartProgram:
         if isinstance(text, str):
             text = text.encode("latin-1", "replace")
         self.name = name
-        self.text = text.decode("latin-1").replace("\x00", " ")
-        upper = text.upper().decode("latin-1").replace("\x00", " ")
+        if text.startswith(_UTF8_MARK):
+            text = b"   " + text[len(_UTF8_MARK) :]
+        if not _TAIL.isdisjoint(text[-1:]):
+            text = text.rstrip(bytes(_TAIL)).ljust(len(text))
+        self.text = text.decode("latin-1")
+        upper = _separated(text.upper().decode("latin-1"))
         self._upper = upper
         whole = upper.split("\n")
         self.lines = [line.rstrip("\r") for line in whole] if "\r" in upper else whole
@@ -59,13 +89,21 @@ class PartProgram:
 
     @classmethod
     def load(cls, path: Path) -> "PartProgram":
-        """The program in a file; a file that cannot be read is refused with 0x4110."""
+        """The program in a file. Raises GcodeError 0x4110 for a file that cannot be read, 0x4111
+        for one in UTF-16 or UTF-32.
+        """
         try:
-            return cls(path.read_bytes(), path.name)
+            data = path.read_bytes()
         except OSError as fault:
             raise GcodeError(
                 NcError.PROGRAM_OPEN, f"{fault.strerror}", program=str(path)
             ) from fault
+        if _has_wide_characters(data):
+            message = "the text is in UTF-16 or UTF-32, expected ASCII, Latin-1 or UTF-8"
+            raise GcodeError(
+                NcError.PROGRAM_SYNTAX_LOADING, message, program=path.name, line=1, index=0
+            )
+        return cls(data, path.name)
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -78,6 +116,10 @@ class PartProgram:
             if len(text) > LONGEST_BLOCK:
                 raise self._too_long(line)
             try:
+                if "\0" in text:
+                    raise WordRefused(
+                        NcError.PROGRAM_SYNTAX_RUNNING, "a NUL byte inside a block", "\0"
+                    )
                 block = parse_block(text, self.original(line) if "#" in text else "")
             except WordRefused as refused:
                 raise self.error(line, refused) from None
