@@ -49,7 +49,14 @@ async def test_a_part_program_is_watched_and_its_path_kept(shown: Shows) -> None
         assert value["axes"] == [1, 2, 0]
         await page.done("channels.do", channel=number, action="load", file="plate.nc")
         await page.value(watch, lambda each: each["state"] == "READY")
+        plan = await page.done("channels.plan", channel=number)
+        assert plan["state"] == "whole"
+        assert len(plan["points"]) > 3
+        assert plan["points"][0][:3] == [0.0, 0.0, 0.0]
+        told = (await page.value(watch, lambda each: each["state"] == "READY"))["plan"]
+        assert (told["number"], told["block"]) == (plan["number"], 0)
         await page.done("channels.do", channel=number, action="start")
+        await page.value(watch, lambda each: each["plan"]["block"] > 0)
         await page.value(watch, lambda each: each["positions"][0] != 0.0)
         points = (await page.done("channels.path", channel=number))["points"]
         assert points
@@ -59,3 +66,5 @@ async def test_a_part_program_is_watched_and_its_path_kept(shown: Shows) -> None
         await page.value(watch, lambda each: each["state"] == "IDLE")
         assert "action" in (await page.refused("channels.do", channel=1, action="fly"))["text"]
         assert (await page.done("channels.path", channel=9))["points"] == []
+        assert (await page.done("channels.plan", channel=number))["points"] == []
+        assert (await page.refused("channels.plan", channel=9))["code"] == 0x4010

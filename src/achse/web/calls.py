@@ -100,6 +100,7 @@ def calls_of(watched: WatchedTarget, desks: Desks) -> dict[str, PageCall]:
         "tables.points": PageCall(desks.tables.points),
         "channels.list": PageCall(desks.channels.channels),
         "channels.path": PageCall(desks.channels.path),
+        "channels.plan": PageCall(desks.channels.plan),
         "channels.do": PageCall(desks.channels.do, Right.WRITE),
         "scene": PageCall(desks.scene.scene),
     }

@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
-from achse.ams import AdsError
+from achse.ams import AdsError, DeviceError
 from achse.client.nc import RemoteTable
 from achse.codes import NcError
 from achse.web.arguments import Arguments
@@ -76,6 +76,14 @@ _INTERPRETER = (
 )  # fmt: skip
 """States of a channel's interpreter by their numbers (002 §6.4.2.2, 0x03)."""
 
+_PLAN = 0x8000_0001
+"""Offset of the planned path, of achse stations alone."""
+
+_PLAN_HEAD, _PLAN_POINT = struct.Struct("<4I"), struct.Struct("<3dII")
+_PLAN_LONGEST = _PLAN_HEAD.size + 256 * _PLAN_POINT.size
+_PLAN_STATES = ("unfinished", "whole", "cut", "fault")
+_NO_POINTS = 0xFFFF_FFFF
+
 _MOST_PATH = 5000
 """Points of a path that are kept."""
 
@@ -139,6 +147,7 @@ class ChannelDesk:
                     "error_text": "" if row is None else row.text,
                     "axes": axes,
                     "positions": positions,
+                    "plan": await self._plan_now(id),
                 }
             )
             await feed.pause(every)
@@ -150,6 +159,37 @@ class ChannelDesk:
         """Call `channels.path`: where the tool went while somebody watched the channel."""
         id = given.whole("channel", None, 1, 255)
         return {"points": [list(point) for point in self._paths.get(id, ())]}
+
+    async def _plan_now(self, id: int) -> dict[str, int] | None:
+        """Which plan there is, its points, the block that the path is on; None: not told."""
+        try:
+            head, _ = await self._plan_from(id, _NO_POINTS)
+        except DeviceError:
+            return None
+        return {"number": head[0], "points": head[2], "block": head[3]}
+
+    async def _plan_from(
+        self, id: int, first: int
+    ) -> tuple[tuple[int, int, int, int], list[tuple[Any, ...]]]:
+        asked = first.to_bytes(4, "little")
+        data = await self._nc.read_write_raw(_STATES + id, _PLAN, _PLAN_LONGEST, asked)
+        number, state, count, block = _PLAN_HEAD.unpack_from(data)
+        return (number, state, count, block), list(_PLAN_POINT.iter_unpack(data[_PLAN_HEAD.size :]))
+
+    async def plan(self, given: Arguments) -> dict[str, Any]:
+        """Call `channels.plan`: the path that the loaded program takes: x, y, z, rapid, block."""
+        id = given.whole("channel", None, 1, 255)
+        points: list[tuple[Any, ...]] = []
+        begun = None
+        while True:
+            (number, state, count, _), more = await self._plan_from(id, len(points))
+            if begun not in (None, number):  # another program: from its begin
+                begun, points = number, []
+                continue
+            begun = number
+            points += more
+            if _PLAN_STATES[state] != "unfinished" and len(points) >= count:
+                return {"number": number, "state": _PLAN_STATES[state], "points": points}
 
     async def do(self, given: Arguments) -> dict[str, Any]:
         """Call `channels.do`: start, stop, reset, or load a file of the channel's folder."""

@@ -37,7 +37,9 @@ id = 11
 channel = 1
 axes = [1, 2, 3]
 """
-PROGRAM = "N10 G0 X5 Y5 Z5\nN20 G1 Z1 F6000\nN30 G1 X25\nN40 G3 X30 Y10 I0 J5\nN50 G1 Y30\nM30\n"
+PROGRAM = (
+    "N10 G0 X5 Y5 Z5\nN20 G1 Z1 F6000\nN30 G1 X25\nN40 G3 X30 Y10 I0 J5\nN50 G1 Y30 F600\nM30\n"
+)
 
 PAINTED = """canvas => {
   const copy = Object.assign(document.createElement('canvas'),
@@ -120,10 +122,15 @@ def test_a_part_program_is_started_and_its_way_drawn(show: Show, mill: Any, unti
         facts = page.locator("dl.facts")
         until(lambda: "ready" in facts.inner_text())
         picture = page.get_by_role("img", name="Path of Mill")
-        before = picture.evaluate(PAINTED)
+        # what it will take, before anything moves
+        until(lambda: re.search(r"\d+\.\d mm", facts.inner_text()))
+        assert "30.000" not in facts.inner_text()
+        tab.picture("paths-planned")
+        seen = picture.evaluate("canvas => canvas.toDataURL()")
         page.get_by_role("button", name="Start").click()
+        until(lambda: re.search(r"\d+\.\d of \d+\.\d mm", facts.inner_text()))
         until(lambda: "30.000" in facts.inner_text())
-        until(lambda: picture.evaluate(PAINTED) > before + 200)
+        until(lambda: picture.evaluate("canvas => canvas.toDataURL()") != seen)
         picture.focus()
         seen = picture.evaluate("canvas => canvas.toDataURL()")
         page.keyboard.press("ArrowLeft")

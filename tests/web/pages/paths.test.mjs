@@ -5,6 +5,7 @@ import { load } from "./support.mjs";
 const { drawCurve, extent, nearest, place, thinned, ticks } = await load("curves.js");
 const { Camera, VIEWS, boundsOf } = await load("projection.js");
 const { Path, drawPath } = await load("channels.js");
+const { Plan } = await load("plan.js");
 
 const close = (found, wanted) => found.forEach((value, n) =>
   assert.ok(Math.abs(value - wanted[n]) < 1e-9, `${found} is not ${wanted}`));
@@ -115,4 +116,37 @@ test("a path of one point, of none, and of huge ones is drawn", () => {
   for (const points of [[], [[1, 1, 1, 0]], [[-1e300, 0, 0, 0], [1e300, 0, 0, 1]]]) {
     drawPath(context(), 400, 300, {}, new Camera(), { points, tool: points[0] ?? null });
   }
+});
+
+test("the tool is on the piece of its block that is nearest", () => {
+  const plan = new Plan([[0, 0, 0, true, 0], [3, 4, 0, true, 1], [13, 4, 0, false, 2],
+    [13, 14, 0, false, 3], [13, 4, 0, false, 3], [0, 4, 0, false, 5]]);
+  assert.equal(plan.length, 48);
+  const place = (tool, block) => {
+    const found = plan.find(tool, block);
+    return found && [found.piece, found.length];
+  };
+  assert.deepEqual(place([8, 4, 0], 2), [2, 10]);
+  assert.deepEqual(place([8, 4.5, 1], 2), [2, 10]);
+  assert.deepEqual(place([13, 9, 0], 3), [3, 20]);
+  assert.deepEqual(place([8, 4, 0], 5), [5, 40]); // the same place on the way back
+  assert.deepEqual(place([-9, 4, 0], 5), [5, 48]);
+  for (const [tool, block] of [[null, 2], [[8, 4, 0], 0], [[8, 4, 0], 4], [[8, 4, 0], 9]]) {
+    assert.equal(place(tool, block), null);
+  }
+  assert.equal(new Plan().find([0, 0, 0], 1), null);
+});
+
+test("what is planned is drawn from where the tool is, in two colours", () => {
+  const points = [[0, 0, 0, true, 0], [10, 0, 0, true, 1], [10, 10, 0, false, 2], [0, 10, 0, false, 3]];
+  const plan = new Plan(points);
+  for (const view of Object.keys(VIEWS)) {
+    const kept = context();
+    drawPath(kept, 300, 300, {}, new Camera(view), { points: [], tool: [10, 5, 0], plan,
+      at: plan.find([10, 5, 0], 2) });
+    assert.equal(kept.drawn.filter(([name]) => name === "lineTo").length > 4, true);
+  }
+  const all = context();
+  drawPath(all, 300, 300, {}, new Camera("XY"), { points: [], tool: null, plan });
+  assert.ok(all.drawn.length > 10);
 });

@@ -7,6 +7,7 @@ refuses them; they carry the index offset of 0x2200 + channel id (002 §6.4.2.3)
 
 import logging
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from achse.codes import NcError
@@ -30,6 +31,7 @@ from achse.motion.channels.channel import NcChannel
 from achse.motion.channels.feeder import Fed, Feeder
 from achse.motion.channels.files import ChannelFiles
 from achse.motion.channels.parameters import ChannelParameters
+from achse.motion.channels.planned_path import PlannedPath
 from achse.motion.channels.states import (
     ACTIVE_STATES,
     TRANSITIONS,
@@ -110,6 +112,9 @@ class ProgramChannel(NcChannel):
         self._registers: list[float] = []
         self._began_at: tuple[float, ...] = ()
         """R parameters and positions as the program began."""
+        self._planned: PlannedPath | None = None
+        self.plans = 0
+        """Counts up with each other planned path."""
         self._at_fault: list[float] = []
         """R parameters as the fault ended it: what is another since then is wanted so."""
 
@@ -159,6 +164,7 @@ class ProgramChannel(NcChannel):
                 log.info("channel %d: load %s:%d %s", self.channel_id, program.name, line, text)
         self.program, self._file, self.program_number = program, path, number
         self.text_index = 0
+        self._planned = None
         self._happens(_E.LOAD)
         return OK
 
@@ -220,6 +226,8 @@ class ProgramChannel(NcChannel):
         self.data.subroutines = self.files.store.subroutines(self._file)
         self._registers = list(self.data.registers.own)
         x, y, z, *auxiliary = self._began_at if event is _E.RETRY else group.positions
+        if self._planned is not None and self._planned.begin != (x, y, z, *auxiliary):
+            self._planned = None
         self._began_at = (x, y, z, *auxiliary)
         self.interpreter = Interpreter(
             program,
@@ -258,7 +266,7 @@ class ProgramChannel(NcChannel):
         self._end_program()
         self.error_code = OK
         self.program, self.text_index, self.program_number = None, 0, 0
-        self._fault = None
+        self._fault = self._planned = None
         self.outputs.clear()
         self.outputs.drop()
         self.search_wanted = self.found = None
@@ -544,6 +552,34 @@ class ProgramChannel(NcChannel):
     def block_counter(self) -> int:
         """Blocks that were interpreted since the start."""
         return 0 if self.interpreter is None else self.interpreter.blocks
+
+    @property
+    def path_block(self) -> int:
+        """Counter of the block that the path is on; 0 before it moves."""
+        origin = None if self.feeder is None else self.feeder.origin
+        return 0 if origin is None else origin.counter
+
+    def planned_path(self) -> PlannedPath | None:
+        """The path that the loaded program takes, or took; None without a program.
+
+        Before the start it begins where the axes are, and changes with R parameters at a start.
+        """
+        group, program = self.group, self.program
+        if group is None or program is None:
+            return None
+        if self.state is InterpreterState.READY:
+            if self._planned is not None and self._planned.begin != group.positions:
+                self._planned = None
+            begin = group.positions
+        else:
+            begin = self._began_at or group.positions
+        if self._planned is None:
+            x, y, z, *auxiliary = begin
+            data = replace(self.data, subroutines=self.files.store.subroutines(self._file))
+            default = self.files.default_program() if self.default_g_code else None
+            self.plans += 1
+            self._planned = PlannedPath(program, data, (x, y, z), tuple(auxiliary), default)
+        return self._planned
 
     def digest(self) -> bytes:
         """All that decides what the channel does next, as bytes."""

@@ -1,8 +1,9 @@
 /** Channels with an interpreter: state, program line, and the path with the tool moving. */
 
-import { h, panel, show } from "./dom.js";
+import { h, mark, panel, show } from "./dom.js";
 import { NONE, code, number, word } from "./format.js";
 import { Facts } from "./table.js";
+import { Plan, drawLines } from "./plan.js";
 import { boundsOf } from "./projection.js";
 import { Turntable } from "./turntable.js";
 
@@ -73,16 +74,20 @@ export function mountChannels(element, session) {
 
 function mountChannel(element, session, { channel, name }) {
   const path = new Path();
+  let plan = new Plan();
+  let planned = null;
+  let ended = false;
+  let at = null;
   let tool = null;
   const facts = new Facts();
   const line = h("p", { class: "mono path" });
   const state = h("p", { class: "bad", role: "status" });
   const table = new Turntable(`Path of ${name || `channel ${channel}`}`, session,
     (context, width, height, colours, camera) =>
-      drawPath(context, width, height, colours, camera, { points: path.points, tool }));
+      drawPath(context, width, height, colours, camera, { points: path.points, tool, plan, at }));
   element.append(h("div", { class: "grid" },
     panel(name || `Channel ${channel}`, facts.element, state, line, controls()),
-    h("section", { class: "panel two", "aria-label": "Path" }, h("h2", {}, "Path"), table.element)));
+    h("section", { class: "panel two", "aria-label": "Path" }, h("h2", {}, "Path"), legend(), table.element)));
   const from = session.call("channels.path", { channel }).then(
     ({ points }) => {
       path.fill([...points, ...path.points]);
@@ -90,14 +95,16 @@ function mountChannel(element, session, { channel, name }) {
     },
     (error) => session.fail(error),
   );
-  let ended = false;
   const stop = session.draw("channel", { channel, every: session.every }, (value) => {
     if (ended || !value) return;
     const { state: now, program, line: text, error, error_text: why, positions = [] } = value;
     tool = finite(positions) && value.axes?.some(Boolean) ? positions.slice(0, 3) : null;
+    learn(value.plan);
+    at = plan.find(tool, value.plan?.block ?? 0);
     facts.update([
       ["State", word(now)],
       ["Program", program || NONE],
+      ["Path", onPath()],
       ...AXES.map((axis, n) => [axis, value.axes?.[n] ? number(positions[n]) : NONE]),
     ]);
     show(state, error ? `${code(error)} ${why ?? ""}` : "");
@@ -113,6 +120,26 @@ function mountChannel(element, session, { channel, name }) {
     table.end();
   };
 
+  /** Another plan than the one shown is asked for once. */
+  function learn(told) {
+    const number = told?.points ? told.number : null;
+    if (number === planned) return;
+    planned = number;
+    plan = new Plan();
+    if (number === null) return;
+    session.call("channels.plan", { channel }).then((answer) => {
+      if (ended || planned !== number) return;
+      plan = new Plan(answer.points, answer.state);
+      table.draw();
+    }, (error) => session.fail(error));
+  }
+
+  function onPath() {
+    if (plan.points.length < 2) return NONE;
+    const whole = `${number(plan.length, 1)} mm${{ cut: " and more", fault: ", then an error" }[plan.state] ?? ""}`;
+    return at === null ? whole : `${number(at.length, 1)} of ${whole}`;
+  }
+
   function controls() {
     const file = h("input", { type: "text", "aria-label": "Program to load", placeholder: "plate.nc", maxlength: "200" });
     const load = h("button", { type: "submit" }, "Load");
@@ -120,7 +147,12 @@ function mountChannel(element, session, { channel, name }) {
     form.addEventListener("submit", async (event) => {
       event.preventDefault();
       const wanted = file.value.trim();
-      if (!wanted) return;
+      mark(file, "aria-invalid", wanted ? null : "true");
+      if (!wanted) {
+        session.say("Name a program of the channel's folder.");
+        file.focus();
+        return;
+      }
       const done = await session.do("channels.do", { channel, action: "load", file: wanted }, `${wanted} is loaded.`);
       if (done === undefined) return;
       path.clear();
@@ -143,25 +175,22 @@ function mountChannel(element, session, { channel, name }) {
   }
 }
 
-/** Draw the way, the tool and the three directions. */
-export function drawPath(context, width, height, colours, camera, { points, tool }) {
-  const bounds = boundsOf(tool ? [...points, tool] : points);
-  const onto = camera.onto(width, height, bounds);
+function legend() {
+  return h("p", { class: "dim row" }, h("span", { class: "key ahead" }, "planned"),
+    h("span", { class: "key driven" }, "driven"), "dashed: rapid");
+}
+
+/** Draw the planned path from where the tool is on it, the way so far, the tool, the directions. */
+export function drawPath(context, width, height, colours, camera, { points, tool, plan = new Plan(), at = null }) {
+  const all = [...plan.points, ...points];
+  const onto = camera.onto(width, height, boundsOf(tool ? [...all, tool] : all));
   drawDirections(context, height, colours, camera);
-  context.lineWidth = 1.75;
   context.lineJoin = "round";
-  for (const [rapid, colour, dash] of [[0, colours.accent, []], [1, colours.dim, [4, 4]]]) {
-    context.strokeStyle = colour;
-    context.setLineDash(dash);
-    context.beginPath();
-    for (let n = 1; n < points.length; n += 1) {
-      if (Boolean(points[n][3]) !== Boolean(rapid)) continue;
-      context.moveTo(...onto(points[n - 1]).slice(0, 2));
-      context.lineTo(...onto(points[n]).slice(0, 2));
-    }
-    context.stroke();
-  }
-  context.setLineDash([]);
+  context.lineWidth = 1;
+  drawLines(context, onto, plan.points, [colours.line, colours.line], 1, at?.piece ?? 0);
+  drawLines(context, onto, plan.points, [colours.dim, colours.dim], at?.piece ?? 1);
+  context.lineWidth = 1.75;
+  drawLines(context, onto, points, [colours.accent, colours.dim]);
   if (tool === null) return;
   const [x, y] = onto(tool);
   context.fillStyle = colours.bad;

@@ -119,7 +119,7 @@ class ScopePage {
   }
 
   _toggle() {
-    if (this._recorder.wanted) this._recorder.stop();
+    if (this._recorder.wanted) this._recorder.stop().then(() => this._recordings.refresh());
     else this.run();
   }
 
@@ -172,6 +172,7 @@ class ScopePage {
 
   _hold(held) {
     this._held = held;
+    this._recordings.holds = held !== null;
     this.dirty();
   }
 
@@ -311,6 +312,10 @@ class ScopePage {
     this._state.dataset.state = state;
     show(this._runs, wanted ? "Stop" : "Run");
     this._export.disabled = scope === null && !this._recordings.shown;
+    const size = this._recorder.ring?.size ?? 0;
+    for (const each of this._saves) each.disabled = size === 0;
+    mark(this._follows, "aria-pressed", String(!this._span.fixed));
+    this._clears.disabled = !this._span.fixed && this._cursors.every((each) => each === null);
   }
 
   // what a user does --------------------------------------------------------------------------
@@ -435,17 +440,19 @@ class ScopePage {
     const zoom = (text, label, run) => button(text, run, { class: "small", "aria-label": label });
     this._cursorButtons = ["A", "B"].map((name, n) => button(name, () => this._choose(n),
       { class: "small", "aria-label": `Cursor ${name}`, "aria-pressed": n === 0 ? "true" : "false" }));
+    this._follows = zoom("Follow", "Follow the newest samples", () => this._follow());
+    this._clears = zoom("Clear", "Clear the cursors", () => this._escape());
+    this._saves = [button("CSV", () => this._csv(), { title: "What is seen" }),
+      button("PNG", () => this._png())];
     return h("div", { class: "panel" },
       h("div", { class: "row" }, this._runs, field("Window", width), field("Cycle", cycle),
         zoom("−", "Zoom out", () => this._used("wheel", { at: 0.5, factor: 2 })),
         zoom("+", "Zoom in", () => this._used("wheel", { at: 0.5, factor: 0.5 })),
         zoom("◀", "Earlier", () => this._used("pan", -0.25)),
         zoom("▶", "Later", () => this._used("pan", 0.25)),
-        zoom("Follow", "Follow the newest samples", () => this._follow()),
+        this._follows,
         h("span", { class: "dim" }, "Cursor"), this._cursorButtons,
-        zoom("Clear", "Clear the cursors", () => this._escape()),
-        button("CSV", () => this._csv(), { title: "What is seen" }), this._export,
-        button("PNG", () => this._png())),
+        this._clears, this._saves[0], this._export, this._saves[1]),
       this._form.element);
   }
 

@@ -1,5 +1,6 @@
 """States of a channel with an interpreter, 0x2100 + ID (002 §6.4.2.2)."""
 
+import struct
 from collections.abc import Callable
 from typing import Any
 
@@ -8,6 +9,7 @@ from achse.codes import NcError
 from achse.devices.nc.channels.binding import LineText, of_interpreter, show_program
 from achse.devices.nc.layouts import UINT32
 from achse.motion.channels.channel import NcChannel
+from achse.motion.channels.planned_path import PlanState
 from achse.motion.channels.program_channel import ProgramChannel
 from achse.motion.channels.states import InterpreterState
 from achse.server import READ_WRITE, Layout, Service
@@ -62,6 +64,34 @@ def _rotation(channel: ProgramChannel) -> tuple[float, ...]:
     return (channel.block_counter, 0, *channel.modal.rotation)
 
 
+class _PlannedPart:
+    """A part of a planned path: how far the plan is, and points from one on."""
+
+    name = "{plan:UINT32; state:UINT32; count:UINT32; present:UINT32; points:{x:REAL64; y:REAL64;"
+    name += " z:REAL64; rapid:UINT32; block:UINT32}[n]}"
+    size: int | None = None
+
+    def encode(self, value: tuple[ProgramChannel, int]) -> bytes:
+        channel, first = value
+        path = channel.planned_path()
+        if path is None:
+            return _PLAN.pack(channel.plans, PlanState.WHOLE, 0, 0)
+        if first != _NO_POINTS and first + _POINTS_AT_ONCE > len(path.points):
+            path.go_on()
+        points = path.points[first : first + _POINTS_AT_ONCE]
+        head = _PLAN.pack(channel.plans, path.state, len(path.points), channel.path_block)
+        return head + b"".join(_POINT.pack(*point) for point in points)
+
+    def decode(self, data: bytes) -> tuple[tuple[int, ...], list[tuple[float, ...]]]:
+        return _PLAN.unpack_from(data), list(_POINT.iter_unpack(data[_PLAN.size :]))
+
+
+_PLAN, _POINT = struct.Struct("<4I"), struct.Struct("<3dII")
+_POINTS_AT_ONCE = 256
+_NO_POINTS = 0xFFFF_FFFF
+"""Asks for the first four numbers alone."""
+
+
 PROGRAM_STATES = (
     show_program(
         *(0x03, UINT32, "interpreter_state", "what the interpreter does"),
@@ -108,5 +138,14 @@ PROGRAM_STATES = (
     show_program(
         *(0x15, Layout("<II3d"), "active_rotation", "counter, 0, angles about X, Y, Z"),
         _readout(_rotation),
+    ),
+    Service(
+        *(0x8000_0001, "planned_path", READ_WRITE, UINT32),
+        "path that the loaded program takes, 256 points from one on; -1: no points. Which plan, 0 "
+        "there is more, 1 whole, 2 cut, 3 program error; points; block that the path is on",
+        "mm",
+        exchange=lambda channel, first: (of_interpreter(channel), first),
+        response=_PlannedPart(),
+        source="achse",
     ),
 )

@@ -23,13 +23,21 @@ export class Recordings {
       if (recorder.wanted) recorder.start();
     });
     this._choice.addEventListener("focus", () => this.refresh());
+    this._drops = button("Drop the held", means.drop);
+    this.holds = false;
+    this._uses = [button("Open", () => this._load(means.open)),
+      button("Compare with it", () => this._load((recording) => means.hold(held(recording))))];
     this.element = panel("Compare",
       h("div", { class: "row" },
-        button("Hold what is seen", () => this._hold()), button("Drop the held", means.drop),
+        button("Hold what is seen", () => this._hold()), this._drops,
         h("label", { class: "check" }, keep, " Keep as a recording when it stops"),
-        this._choice, button("Open", () => this._load(means.open)),
-        button("Compare with it", () => this._load((recording) => means.hold(held(recording))))));
+        this._choice, this._uses));
     this.refresh();
+  }
+
+  /** Is something held that can be dropped? */
+  set holds(held) {
+    this._drops.disabled = !held;
   }
 
   close() {
@@ -48,11 +56,15 @@ export class Recordings {
       ? rows.map(({ name }) => h("option", { value: name }, name))
       : [h("option", { value: "" }, "no recording")]));
     if (rows.some(({ name }) => name === chosen)) this._choice.value = chosen;
+    for (const each of this._uses) each.disabled = rows.length === 0;
   }
 
   _hold() {
     const seen = this._means.now();
-    if (seen === null) return;
+    if (seen === null) {
+      this._session.say("Nothing is seen yet that could be held.");
+      return;
+    }
     this._means.hold(seen);
     this._session.say("Held: drawn dashed in the charts.");
   }
