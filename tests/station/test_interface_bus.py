@@ -197,15 +197,37 @@ def test_an_interface_that_does_not_serve_is_told_and_tried_again(
     interface = Interface(2 * MS, drives(1))
     setattr(interface, trouble, False)
     made = Made(monkeypatch, interface, 1)
+    made.station.advance(0.02)
+    assert made.errors() == {None}, "it has not been looked for"
     made.axes[0].control_dword = 7
     made.until(lambda: made.bus.trouble == told)
     made.station.advance(2.0)
+    assert made.errors() == {NcError.DRIVE_IO_INVALID}
     assert [record.getMessage() for record in caplog.records].count(f"EtherCAT: {told}") == 1
+    assert commands.reset(made.axes[0]) == 0
+    made.station.advance(0.2)
+    assert made.errors() == {NcError.DRIVE_IO_INVALID}, "it is still not there"
     made.axes[0].velocity_override = 1_000_000
-    made.go(10.0)
-    made.until(lambda: made.errors() == {NcError.DRIVE_NOT_READY})
     setattr(interface, trouble, True)
     made.recovers()
+
+
+def test_an_axis_that_is_not_enabled_waits_for_its_drive(monkeypatch: pytest.MonkeyPatch) -> None:
+    interface = Interface(2 * MS, drives(1))
+    interface.up = False
+    made = Made(monkeypatch, interface, 1)
+    made.until(lambda: "nothing came back" in made.bus.trouble)
+    made.station.advance(1.0)
+    assert made.errors() == {None}
+    interface.up = True
+    made.until(made.operational)
+    made.enable()
+
+
+def test_an_enabled_axis_waits_for_a_bus_that_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = Made(monkeypatch, Interface(2 * MS, drives(2)), 2)
+    made.enable()
+    assert made.errors() == {None}
 
 
 def test_too_few_slaves_are_told_and_the_others_work(monkeypatch: pytest.MonkeyPatch) -> None:

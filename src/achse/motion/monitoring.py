@@ -13,6 +13,7 @@ from achse.motion.generators.table import (
 )
 from achse.motion.limits import TOLERANCE, running_into
 from achse.motion.port import (
+    STATUS_ABSENT,
     STATUS_ERROR,
     STATUS_FAST_STOP,
     STATUS_READY,
@@ -48,7 +49,8 @@ __all__ = [
 _UNITS_MODULO = 4
 
 _IO_CYCLES = 8.5
-"""Cycles without valid I/O data, and a half, that a closed loop bears."""
+"""Cycles without valid I/O data, and a half, that a closed loop bears, and an enabled axis whose
+drive the bus has not found. One whose bus starts waits."""
 
 
 _FEED = ControlBit.FEED_ENABLE_PLUS.value | ControlBit.FEED_ENABLE_MINUS.value
@@ -96,7 +98,12 @@ def _watch_signals(ax: AxisFields, dt: float) -> None:
             stop_fast(ax)
     if ax.io_invalid:
         drive.io_time += dt
-        if ax.loop_closed and drive.io_time > _IO_CYCLES * dt:
+        in_vain = (
+            ax.control_dword & ControlBit.ENABLE
+            and drive.io.state4 & STATUS_ABSENT
+            and ax.error_code == 0
+        )
+        if (ax.loop_closed or in_vain) and drive.io_time > _IO_CYCLES * dt:
             fail(ax, NcError.DRIVE_IO_INVALID, 1)
     else:
         drive.io_time = 0.0

@@ -28,6 +28,7 @@ __all__ = [
     "LATCH_INDEX",
     "LIMIT_MAX",
     "LIMIT_MIN",
+    "STATUS_ABSENT",
     "STATUS_ENABLED",
     "STATUS_ERROR",
     "STATUS_FAST_STOP",
@@ -46,6 +47,9 @@ __all__ = [
 
 STATUS_INVALID = 1 << 0
 """State 4 of both: the data are invalid (WcState)."""
+
+STATUS_ABSENT = 1 << 2
+"""State 4 of a drive: the bus has looked for it and has not found it (number ours)."""
 
 STATUS_FAST_STOP = 1 << 7
 """State 4 of a drive: the fast-stop signal."""

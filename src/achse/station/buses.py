@@ -6,7 +6,7 @@ with the next frame.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 from achse.ams import NetId
 from achse.devices.io import ServedBus, default_net_id
@@ -74,6 +74,9 @@ class DriveBus(Protocol):
 
     def exchange(self) -> None:
         """Send the outputs of one cycle; inputs come at once or with `take`."""
+
+    def absent(self, slave: Any) -> bool:
+        """The bus was searched, and this one of `slaves` is not there."""
 
     def on_renewal(self, renewed: Callable[[], None]) -> None:
         """Call `renewed` whenever `slaves` are others: the bus was searched again."""
@@ -195,8 +198,9 @@ class AxisBus:
             valid = slave.operational
             if valid:
                 image[part] = slave.inputs
-            if servo.valid != valid:
-                servos.connect(servo, valid)
+            absent = not valid and self.bus.absent(slave)
+            if servo.valid != valid or servo.absent != absent:
+                servos.connect(servo, valid, absent)
         servos.take()
 
     def after(self) -> None:

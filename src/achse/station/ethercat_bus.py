@@ -83,6 +83,10 @@ class EthercatBus:
             self.faults.tick()
         self._ring.exchange(self.now_ns)
 
+    def absent(self, slave: BusSlave) -> bool:
+        """The bus was searched, and the slave is not there."""
+        return self.master.absent(slave)
+
     def on_renewal(self, renewed: object) -> None:
         """Nothing: the slaves of this process stay."""
 

@@ -93,6 +93,8 @@ class InterfaceBus:
         self._search: tuple[AcyclicTraffic, BusJob[list[FoundSlave]]] | None = None
         self._left: list[Master] = []
         self._renewals: list[Callable[[], None]] = []
+        self._in_vain = False
+        """The interface could not be opened, or the last search of it failed."""
         self._again_ns = self._look_ns = 0
         self._misfits: Counter[tuple[int, int, int, int]] = Counter()
         """Identities of slaves that were found and cannot be what the tables say."""
@@ -125,6 +127,10 @@ class InterfaceBus:
             self._left.append(before)
             for renewed in self._renewals:
                 renewed()
+
+    def absent(self, slave: BusSlave) -> bool:
+        """The bus was searched, and the slave is not there."""
+        return self.master.absent(slave) if self._way is not None else self._in_vain
 
     def on_renewal(self, renewed: Callable[[], None]) -> None:
         """Call `renewed` whenever `master` and its slaves are others."""
@@ -173,6 +179,11 @@ class InterfaceBus:
             else:
                 log.info("%s: complete on %s", self.plan.bus.name, self.interface)
 
+    def _fail(self, trouble: str) -> None:
+        """Nothing is found on the interface."""
+        self._in_vain = True
+        self._tell(trouble)
+
     def _begin(self) -> None:
         """Open the interface if it is not, and search the slaves."""
         self._again_ns = self.now_ns + _AGAIN_NS
@@ -182,10 +193,10 @@ class InterfaceBus:
             try:
                 self._socket = self._open_link(self.interface)
             except LinkError as refusal:
-                self._tell(str(refusal))
+                self._fail(str(refusal))
                 return
             except OSError as failure:
-                self._tell(f"{self.interface}: {failure.strerror}")
+                self._fail(f"{self.interface}: {failure.strerror}")
                 return
         while self._socket.receive(0.0) is not None:
             pass
@@ -220,8 +231,9 @@ class InterfaceBus:
         try:
             found = job.result()
         except BusError as trouble:
-            self._tell(f"{self.interface}: {trouble}")
+            self._fail(f"{self.interface}: {trouble}")
             return
+        self._in_vain = False
         configuration, faults = self.plan.found(found)
         self.searches += 1
         identities = [each.facts.identity for each in found]
@@ -242,7 +254,7 @@ class InterfaceBus:
         if self._socket.gone:
             self._leave()
             self.close()
-            self._tell(f"{self.interface} is gone")
+            self._fail(f"{self.interface} is gone")
             return
         if self.trouble and self.master.operational:
             self._tell("")

@@ -113,6 +113,8 @@ class Bench:
         self.servos = Servos(self.nc, links, count * read, count * written)
         self.cut: set[int] = set()
         """Drives whose data do not come through."""
+        self.absent = False
+        """The bus says that it has not found them."""
         self.nc.connect(self._before, self._after)
         self._collect()
 
@@ -138,7 +140,8 @@ class Bench:
 
     def _before(self) -> None:
         for n, (servo, drive) in enumerate(zip(self.servos.servos, self.drives, strict=True)):
-            self.servos.connect(servo, n not in self.cut and drive.state is AlState.OP)
+            valid = n not in self.cut and drive.state is AlState.OP
+            self.servos.connect(servo, valid, self.absent and not valid)
         self.servos.take()
 
     def _after(self) -> None:

@@ -109,6 +109,31 @@ def test_a_reset_alone_does_not_help_while_the_cause_is_there(make_bench: Any) -
     assert not bench.axis.loop_closed
 
 
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_drive_that_was_not_found_is_4655_once_the_axis_is_enabled(
+    make_bench: Any, compiled: bool
+) -> None:
+    bench = make_bench(compiled=compiled)
+    bench.cut.add(0)
+    bench.run(1.0)
+    assert bench.axis.error_code == 0, "nobody has looked for it"
+    bench.axis.control_dword = 0
+    bench.absent = True
+    bench.run(1.0)
+    assert bench.axis.error_code == 0, "nobody needs it"
+    bench.axis.control_dword = 7
+    bench.until(lambda axis: axis.error_code, 0.01)
+    assert NcError.of(bench.axis.error_code) is NcError.DRIVE_IO_INVALID
+    assert commands.reset(bench.axis) == 0
+    bench.run(0.1)
+    assert NcError.of(bench.axis.error_code) is NcError.DRIVE_IO_INVALID
+    bench.cut.clear()
+    bench.run(0.1)
+    assert commands.reset(bench.axis) == 0
+    bench.ready()
+    assert bench.axis.error_code == 0
+
+
 @pytest.mark.parametrize("moving", [False, True])
 def test_lost_data_are_4655_after_eight_cycles_and_come_back(make_bench: Any, moving: bool) -> None:
     bench = make_bench()

@@ -152,6 +152,10 @@ class Master:
             if each.present or not each.configuration.optional
         )
 
+    def absent(self, slave: BusSlave) -> bool:
+        """The bus was searched, and that slave does not answer."""
+        return self.supervision.searched and not slave.present
+
     def slave(self, station: int) -> BusSlave | None:
         """The slave with that station address."""
         return self._by_station.get(station)

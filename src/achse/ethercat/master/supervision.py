@@ -86,6 +86,8 @@ class Supervision:
         """Identities of slaves found that are not in the configuration."""
         self.reference: int | None = None
         """Station of the reference clock."""
+        self.searched = False
+        """Slaves were looked for, and found or not."""
         self.changes = 0
         """How often slaves came or went."""
         self._cyclic = cyclic
@@ -148,7 +150,10 @@ class Supervision:
         while True:
             try:
                 if not started:
-                    yield from self._start_up()
+                    try:
+                        yield from self._start_up()
+                    finally:
+                        self.searched = True
                     started = True
                 yield from self._watch()
             except FrameLost as trouble:

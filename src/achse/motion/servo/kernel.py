@@ -14,6 +14,7 @@ from achse.motion.port import (
     CONTROL_HOME,
     LIMIT_MAX,
     LIMIT_MIN,
+    STATUS_ABSENT,
     STATUS_ENABLED,
     STATUS_ERROR,
     STATUS_HOMED,
@@ -133,9 +134,10 @@ def take(s: Servo, dt: float) -> None:
     e = s.encoder
     d = s.drive
     invalid = 0 if s.valid else STATUS_INVALID
-    if e.state4 != invalid or d.state4 != invalid:
+    state4 = STATUS_INVALID | STATUS_ABSENT if invalid and s.absent else invalid
+    if e.state4 != invalid or d.state4 != state4:
         e.state4 = invalid
-        d.state4 = invalid
+        d.state4 = state4
         e.news = 1
         d.news = 1
     if invalid:

@@ -70,6 +70,7 @@ class _Mapping:
     """Which of them are in the process data, and where."""
 
     valid: int = flag(0, "the inputs are fresh and the drive takes outputs: working counter and Op")
+    absent: int = flag(0, "the bus has looked for the drive and has not found it")
     has_mode: int = flag(0, "6060h and 6061h are there: the mode can change")
     has_velocity: int = flag(0, "606Ch is there")
     can_position: int = flag(0, "607Ah is there")

@@ -151,8 +151,12 @@ class Servos:
         _map(servo, "output", outputs, OUTPUT_OBJECTS)
         axis.go_on_bus()
 
-    def connect(self, servo: ServoView, valid: bool) -> None:
-        """The drive's data are fresh and it takes outputs, or not any more."""
+    def connect(self, servo: ServoView, valid: bool, absent: bool = False) -> None:
+        """The drive's data are fresh and it takes outputs, or not any more.
+
+        `absent`: the bus has looked for it and has not found it.
+        """
+        servo.absent = int(absent)
         if bool(servo.valid) == valid:
             return
         servo.valid = int(valid)
