@@ -285,7 +285,7 @@ class Nc:
         Empty for a plain kernel."""
         self._around: tuple[Callable[[], None], Callable[[], None]] | None = None
         self.tables = Tables(lambda: self._axes.values())
-        self.tables.laid_out = self._take_curves
+        self.tables.laid_out = self.tables.characteristics.laid_out = self._take_curves
         ids = [parameters.ids() for parameters in configured]
         encoders, controllers, drives = (
             sum(len(each[kind]) for each in ids) for kind in ("encoder", "controller", "drive")
@@ -312,14 +312,14 @@ class Nc:
             self._add(parameters, *fresh)
         for table in tables:
             self.tables.add_configured(table)
-        self.tables.lay_out()
-        self.tables.build_valves()
+        self.tables.characteristics.lay_out()
+        self.tables.characteristics.build_valves()
         self.groups = Groups(groups, self._axes, self._dt)
         self.channels = Channels(channels, self.groups, self._axes)
 
     def _take_curves(self) -> None:
         """Let the kernel read the curves as they are now."""
-        pieces = self.tables.pieces
+        pieces = self.tables.characteristics.pieces
         records, encoders = self._records.arguments, self._encoders.arguments
         hardware = self._hardware
         if not self.compiled:

@@ -95,18 +95,18 @@ def test_tables_come_and_go_by_id() -> None:
 def test_a_table_in_use_stays_and_stays_a_function() -> None:
     nc = build()
     axis, tables = nc.axis(1), nc.tables
-    tables.choose(axis.drive, 3)
-    tables.choose(nc.element("drive", 2), 3)
+    tables.characteristics.choose(axis.drive, 3)
+    tables.characteristics.choose(nc.element("drive", 2), 3)
     assert tables.user_count(3) == 2
     refuses(NcError.SLAVE_TABLE_IN_USE, tables.delete, 3)
-    refuses(NcError.SLAVE_TABLE_IN_USE, tables.remove, axis.drive, 3)
+    refuses(NcError.SLAVE_TABLE_IN_USE, tables.characteristics.remove, axis.drive, 3)
     digest = nc.digest()
     refuses(NcError.TABLE_NOT_MONOTONIC, tables.write, tables.find(3), 0, [1.0])
     refuses(NcError.TABLE_PARAMETER, tables.write, tables.find(3), 0, [float("inf")])
     assert nc.digest() == digest
-    tables.choose(nc.element("drive", 2), 0)
-    refuses(NcError.TABLE_NOT_FOUND, tables.remove, nc.axis(5).drive, 3)
-    tables.remove(axis.drive, 3)
+    tables.characteristics.choose(nc.element("drive", 2), 0)
+    refuses(NcError.TABLE_NOT_FOUND, tables.characteristics.remove, nc.axis(5).drive, 3)
+    tables.characteristics.remove(axis.drive, 3)
     assert (axis.drive.table_id, axis.drive.curve_count, len(tables)) == (0, 0, 0)
 
 
@@ -114,11 +114,11 @@ def test_a_drive_takes_no_table_that_is_no_characteristic() -> None:
     nc = build(points=[(0.0, 0.0), (1.0, 1.0)])
     axis, tables = nc.axis(1), nc.tables
     tables.add(fresh())
-    refuses(NcError.TABLE_NOT_FOUND, tables.choose, axis.drive, 8)
-    refuses(NcError.TABLE_NOT_MONOTONIC, tables.choose, axis.drive, 7)
+    refuses(NcError.TABLE_NOT_FOUND, tables.characteristics.choose, axis.drive, 8)
+    refuses(NcError.TABLE_NOT_MONOTONIC, tables.characteristics.choose, axis.drive, 7)
     assert axis.drive.table_id == 0
-    tables.choose(axis.drive, 3)
-    refuses(NcError.TABLE_TOO_FEW_SPLINE_POINTS, tables.interpolate, axis.drive, 2)
+    tables.characteristics.choose(axis.drive, 3)
+    refuses(NcError.TABLE_TOO_FEW_SPLINE_POINTS, tables.characteristics.interpolate, axis.drive, 2)
     assert axis.drive.table_interpolation_type == 0
 
 
@@ -210,7 +210,7 @@ def test_points_that_change_are_in_use_with_the_next_cycle(compiled: bool) -> No
     nc.cycle()
     share = axis.drive.output_percent
     assert axis.drive.output_percent_nonlinear == pytest.approx(9.0 * share, abs=1e-9)
-    nc.tables.choose(axis.drive, 0)
+    nc.tables.characteristics.choose(axis.drive, 0)
     nc.cycle()
     assert axis.drive.curve_count == 0
 
@@ -242,7 +242,7 @@ def test_another_control_loop_brings_its_own_table() -> None:
     assert axis.drive.curve_count == 0
     choose_control_loop(axis, 1)
     assert (axis.drive.table_id, axis.drive.curve_count) == (3, len(VALVE))
-    nc.tables.interpolate(axis.drive, 2)
+    nc.tables.characteristics.interpolate(axis.drive, 2)
     assert travel(nc, 100.0).drive.output_percent_nonlinear == pytest.approx(50.0, abs=0.05)
 
 

@@ -60,7 +60,7 @@ def _set_table(drive: AxisDrive, table_id: int) -> None:
     if table_id != drive.table_id:
         _not_while_closed(drive)
     with answered():
-        drive.owner.tables.choose(drive, table_id)
+        drive.owner.tables.characteristics.choose(drive, table_id)
 
 
 def _remove_table(drive: AxisDrive, table_id: int) -> None:
@@ -71,12 +71,12 @@ def _remove_table(drive: AxisDrive, table_id: int) -> None:
     if table_id == drive.table_id:
         _not_while_closed(drive)
     with answered():
-        drive.owner.tables.remove(drive, table_id)
+        drive.owner.tables.characteristics.remove(drive, table_id)
 
 
 def _set_interpolation(drive: AxisDrive, interpolation: int) -> None:
     with answered():
-        drive.owner.tables.interpolate(drive, interpolation)
+        drive.owner.tables.characteristics.interpolate(drive, interpolation)
 
 
 DRIVE_PARAMETERS = (

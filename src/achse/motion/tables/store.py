@@ -1,4 +1,4 @@
-"""All tables of an NC by id: who uses them, and the memory from which drives and slaves read.
+"""All tables of an NC by id: who uses them, and the memory from which slaves read.
 
 Tables know axes only as `achse.motion.tables.users.TableUser`.
 """
@@ -10,31 +10,21 @@ from typing import Any
 
 from achse.codes import NcError
 from achse.motion.couplings.cams import CHANGE_POINTS, part_now
-from achse.motion.curves import Piece
 from achse.motion.laws.element import ELEMENT
 from achse.motion.states import (
     CamActivation,
     CamInterpolation,
     CamScaling,
-    CharacteristicInterpolation,
     TableType,
 )
+from achse.motion.tables.block import LEAST_ROWS, WORTH_MACHINE_CODE, block_size, write_block
+from achse.motion.tables.characteristics import Characteristics
 from achse.motion.tables.errors import TableError
 from achse.motion.tables.function import survey_function
-from achse.motion.tables.joining import JOINING, Boundary, join
 from achse.motion.tables.limits import TableLimits
 from achse.motion.tables.memory import (
-    BEGIN,
     COUNT,
-    CYCLIC,
-    ELEMENTS,
-    FORM,
     HEADER,
-    PERIOD,
-    PIECE,
-    RATE,
-    STEP,
-    STROKE,
     CamMemory,
 )
 from achse.motion.tables.search import CamCurve, Crossing, FunctionCurve, nearest
@@ -51,19 +41,6 @@ from achse.motion.tables.users import TableUser, at_work, cams_in_use
 
 __all__ = ["Tables"]
 
-_WORTH_MACHINE_CODE = 1000
-"""Rows that the plain way takes some ms for."""
-
-_REACH = 3
-"""Rows on either side that a changed one changes the local cubics of."""
-
-_LEAST_ROWS = {
-    CamInterpolation.FOUR_POINTS: 4,
-    CamInterpolation.SPLINE: 3,
-    CamInterpolation.LOCAL: 3,
-}
-
-
 _POINTS_STAY = (
     CamActivation.INSTANTANEOUS,
     CamActivation.OFF,
@@ -78,7 +55,7 @@ def _returns(layer: Any) -> bool:
 
 
 class Tables:
-    """All tables of an NC by id; `pieces` and `cams` are what the kernel reads."""
+    """All tables of an NC by id. The kernel reads `cams` and the pieces of `characteristics`."""
 
     def __init__(self, axes: Callable[[], Iterable[TableUser]]) -> None:
         self._axes = axes
@@ -86,17 +63,14 @@ class Tables:
         """Of tables that clients make."""
         self._made: set[int] = set()
         self._tables: dict[int, Table] = {}
-        self.pieces: list[Piece] = []
-        """All characteristics of drives, one behind the other."""
+        self.characteristics = Characteristics(axes, self)
         self.cams = CamMemory()
         self._blocks: dict[tuple[int, int], int] = {}
         """Where in `cams` a table lies, by its id and interpolation."""
         self._newest: dict[tuple[int, int], int] = {}
         """Where in there the points of a motion function that has been changed are."""
-        self._valves: list[tuple[Any, list[Piece]]] = []
-        """Valves whose curve is that of their drive's table at the start, inverted."""
         self.laid_out: Callable[[], None] = lambda: None
-        """Told when `pieces` are others, or `cams` are elsewhere."""
+        """Told when `cams` are elsewhere; `characteristics.laid_out` when its curves are others."""
 
     def __iter__(self) -> Iterator[Table]:
         return iter(self._tables.values())
@@ -173,7 +147,7 @@ class Tables:
 
     def user_count(self, table_id: int) -> int:
         """How many drives, simulated valves and slaves use a table."""
-        drives = [used for _, used, _ in self._used()].count(table_id)
+        drives = self.characteristics.user_count(table_id)
         slaves = sum(table_id == used for _, used, _ in cams_in_use(self._axes()))
         named = sum(table_id in axis.cam_list for axis in self._axes())
         return drives + slaves + named
@@ -251,8 +225,8 @@ class Tables:
 
     def _take_over(self, table: Table, low: int, high: int) -> None:
         """Give those who use a table its rows `low` … `high` - 1 as they are now."""
-        if any(used == table.table_id for _, used, _ in self._used()):
-            self.lay_out()
+        if self.characteristics.user_count(table.table_id):
+            self.characteristics.lay_out()
         mine = [key for key in self._blocks if key[0] == table.table_id]
         if not mine:
             return
@@ -272,7 +246,7 @@ class Tables:
         """Write some rows of a block, unless a slave would jump."""
         running = at_work(self._axes(), key)
         before = [part_now(axis.rows, layer) for axis, layer in running]
-        self._fill(table, key[1], self._blocks[key], low, high)
+        write_block(table, key[1], self.cams.numbers, self._blocks[key], low, high)
         for (axis, layer), was in zip(running, before, strict=True):
             jump = part_now(axis.rows, layer) - was
             if not abs(jump) <= axis.position_range_window:
@@ -285,7 +259,7 @@ class Tables:
         """Write the blocks of a table of numbers as they were before these rows were refused."""
         for key, begin in self._blocks.items():
             if key[0] == table.table_id and not table.of_points:
-                self._fill(table, key[1], begin, low, high)
+                write_block(table, key[1], self.cams.numbers, begin, low, high)
 
     def change_online(self, table: Table, change: PointActivation) -> None:
         """Say when changed points of a motion function become active (0x1A).
@@ -325,7 +299,7 @@ class Tables:
             size = HEADER + ELEMENT * int(numbers[address + COUNT])
             versions[address] = numbers[address : address + size]
         held = sum(map(len, versions.values()))
-        place = self._blocks[key] = self.cams.take(held + self._size(table))
+        place = self._blocks[key] = self.cams.take(held + block_size(table))
         self.cams.keep(self._blocks.values())
         moved = {}
         for address, version in versions.items():
@@ -333,7 +307,7 @@ class Tables:
             moved[address] = place
             place += len(version)
         self._newest[key] = place
-        self._fill(table, key[1], place, 0, 0)
+        write_block(table, key[1], self.cams.numbers, place, 0, 0)
         for layer in running:
             layer.cam = moved[layer.cam]
         for layer in waiting:
@@ -392,7 +366,7 @@ class Tables:
             )
         if not table.filled:
             raise TableError(NcError.TABLE_SLAVE_WITHOUT_TABLE, f"{table!r} is empty")
-        least = _LEAST_ROWS.get(CamInterpolation(interpolation), 2)
+        least = LEAST_ROWS.get(CamInterpolation(interpolation), 2)
         if table.row_count < least and not table.of_points:
             raise TableError(
                 NcError.TABLE_TOO_FEW_SPLINE_POINTS,
@@ -407,10 +381,10 @@ class Tables:
         if key not in self._blocks:
             table.checked()
             before = self.cams.arguments
-            begin = self.cams.take(self._size(table))
+            begin = self.cams.take(block_size(table))
             self._blocks[key] = begin
             try:
-                self._fill(table, interpolation, begin, 0, table.row_count)
+                write_block(table, interpolation, self.cams.numbers, begin, 0, table.row_count)
             except TableError:
                 del self._blocks[key]
                 self.cams.keep(self._blocks.values())
@@ -429,7 +403,7 @@ class Tables:
             return at_velocity(survey_function(table.function()), velocity)
         cams, first = self._joined(table, CamInterpolation.SPLINE)
         found = array("d", [0.0]) * VALUES
-        if table.row_count >= _WORTH_MACHINE_CODE and SURVEY.available:
+        if table.row_count >= WORTH_MACHINE_CODE and SURVEY.available:
             SURVEY.function(*cams.arguments, first, *found.buffer_info())
         else:
             survey(cams.numbers, first, found)
@@ -453,60 +427,12 @@ class Tables:
             if key[0] == table.table_id:
                 return self.cams, begin
         table.checked()
-        if table.row_count < _LEAST_ROWS.get(otherwise, 2):
+        if table.row_count < LEAST_ROWS.get(otherwise, 2):
             otherwise = CamInterpolation.LINEAR
         cams = CamMemory()
-        begin = cams.take(self._size(table))
-        self._fill(table, otherwise, begin, 0, table.row_count, cams.numbers)
+        begin = cams.take(block_size(table))
+        write_block(table, otherwise, cams.numbers, begin, 0, table.row_count)
         return cams, begin
-
-    def _size(self, table: Table) -> int:
-        """Numbers of its block."""
-        if table.of_points:
-            return HEADER + len(table.function())
-        return HEADER + PIECE * table.row_count
-
-    def _fill(
-        self,
-        table: Table,
-        interpolation: int,
-        begin: int,
-        low: int,
-        high: int,
-        numbers: "array[float] | None" = None,
-    ) -> None:
-        """Write the block of a table that is a function, of which some rows have changed."""
-        places, values = table.checked()
-        if numbers is None:
-            numbers = self.cams.numbers
-        rows = table.row_count
-        numbers[begin : begin + HEADER] = array("d", HEADER * [0.0])
-        numbers[begin + COUNT] = rows
-        numbers[begin + BEGIN] = places[0]
-        numbers[begin + PERIOD] = places[-1] - places[0]
-        numbers[begin + STROKE] = values[-1] - values[0]
-        numbers[begin + CYCLIC] = table.cyclic
-        if table.of_points:
-            elements = table.function()
-            numbers[begin + FORM] = ELEMENTS
-            numbers[begin + COUNT] = len(elements) // ELEMENT
-            numbers[begin + HEADER : begin + HEADER + len(elements)] = elements
-            return
-        if table.equidistant:
-            numbers[begin + STEP] = (places[-1] - places[0]) / (rows - 1)
-            numbers[begin + RATE] = 1.0 / numbers[begin + STEP]
-        low, high = low - _REACH, high + _REACH
-        if low <= 0 or high >= rows:
-            low, high = 0, rows
-        boundary, begin_slope, end_slope = table.boundary
-        if boundary == Boundary.BY_TYPE:
-            boundary = Boundary.PERIODIC if table.cyclic else Boundary.SLOPES
-        rest = begin, interpolation, boundary.value, begin_slope, end_slope, low, high
-        if rows >= _WORTH_MACHINE_CODE and JOINING.available:
-            addresses = (each.buffer_info() for each in (places, values, numbers))
-            JOINING.function(*(part for address in addresses for part in address), *rest)
-        else:
-            join(places, values, numbers, *rest)
 
     def _forget_blocks(self) -> None:
         """Free the memory of cams that nobody uses any more."""
@@ -518,79 +444,3 @@ class Tables:
             self._blocks = kept
             self._newest = {key: at for key, at in self._newest.items() if key in kept}
             self.cams.keep(kept.values())
-
-    # -- characteristics of drives ------------------------------------------------------------
-
-    def choose(self, drive: Any, table_id: int) -> None:
-        """Let a drive use a table, 0: none. Raises TableError, and changes nothing then."""
-        self._change(drive, "table_id", table_id)
-
-    def interpolate(self, drive: Any, interpolation: int) -> None:
-        """Let a drive join the points of its table otherwise. Raises TableError like `choose`."""
-        self._change(drive, "table_interpolation_type", interpolation)
-
-    def remove(self, drive: Any, table_id: int) -> None:
-        """Take a table out of a drive, and delete it. Raises TableError, and does neither then."""
-        self.find(table_id)
-        if drive.table_id != table_id:
-            raise TableError(NcError.TABLE_NOT_FOUND, f"{drive!r} does not use table {table_id}")
-        users = self.user_count(table_id)
-        if users > 1:
-            raise TableError(NcError.SLAVE_TABLE_IN_USE, f"table {table_id} has {users} users")
-        self.choose(drive, 0)
-        self.delete(table_id)
-
-    def _change(self, drive: Any, field: str, value: int) -> None:
-        before = getattr(drive, field)
-        setattr(drive, field, value)
-        try:
-            self.lay_out()
-        except TableError:
-            setattr(drive, field, before)
-            raise
-
-    def _used(self) -> Iterator[tuple[TableUser, int, int]]:
-        """Table and interpolation of each drive and valve, with its axis."""
-        for axis in self._axes():
-            for drive in axis.drives:
-                yield axis, drive.amplifier.table_id, CharacteristicInterpolation.LINEAR
-                yield axis, drive.table_id, drive.table_interpolation_type
-
-    def build_valves(self) -> None:
-        """Let the valve of each drive that has a table now be the inverse of it from now on."""
-        for axis in self._axes():
-            for drive in axis.drives:
-                if drive.table_id and not drive.amplifier.table_id:
-                    table = self.find(drive.table_id)
-                    curve = table.curve(drive.table_interpolation_type)
-                    self._valves.append((drive.amplifier, curve))
-        self.lay_out()
-
-    def lay_out(self) -> None:
-        """Give each drive the curve of its table. Raises TableError, and changes nothing then."""
-        pieces: list[Piece] = []
-        places = {(0, kind.value): (0, 0) for kind in CharacteristicInterpolation}
-        for axis, table_id, interpolation in self._used():
-            if (table_id, interpolation) in places:
-                continue
-            try:
-                curve = self.find(table_id).curve(interpolation)
-            except TableError as fault:
-                raise TableError(fault.error, f"{fault}, for axis {axis.axis_id}") from None
-            places[table_id, interpolation] = len(pieces), len(curve)
-            pieces += curve
-        self.pieces = pieces
-        for amplifier, curve in self._valves:
-            amplifier.valve_first, amplifier.valve_count = len(pieces), len(curve)
-            amplifier.valve_inverse = 1
-            pieces += curve
-        for axis in self._axes():
-            for drive in axis.drives:
-                valve = drive.amplifier.table_id, CharacteristicInterpolation.LINEAR
-                if drive.amplifier.table_id:
-                    drive.amplifier.valve_first, drive.amplifier.valve_count = places[valve]
-                key = drive.table_id, drive.table_interpolation_type
-                drive.curve_first, drive.curve_count = places[key]
-            axis.adapt = 1
-            axis.resting = 0
-        self.laid_out()
