@@ -211,6 +211,20 @@ def test_slaves_of_a_bus_may_be_on_an_interface() -> None:
     assert "no bus 'Q'; buses: EtherCAT" in told
 
 
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--interface=e1", "--redundant=Q=e2"), "no bus 'Q'; buses: EtherCAT"),
+        (("--redundant=e2",), "redundant: expected an interface beside the second one, e2"),
+        (("--interface=e1", "--redundant=e1"), "redundant: expected another interface than e1"),
+    ],
+)
+def test_a_second_interface_that_cannot_be_is_told(options: tuple[str, ...], told: str) -> None:
+    example = str(Path(__file__).parents[2] / "examples" / "drives" / "station.toml")
+    assert told in _achse("run", example, *options, exit_code=1).output
+    assert "--redundant" in _achse("run", example, "--redundant", "=", exit_code=2).output
+
+
 def test_without_end_means_for_ever() -> None:
     run = subprocess.Popen(
         [*ACHSE, "run", "--tcp-port", "0", "--for", "inf"], stdout=subprocess.PIPE, text=True

@@ -7,6 +7,9 @@ import pytest
 
 from achse.codes import AlState, AlStatus
 from achse.drive import Alarm, Drive, PowerState
+from achse.ethercat import Slave
+from achse.ethercat.ring_segment import RingSegment
+from achse.faults.drive_list import DriveFaults
 from achse.faults.drives import DRIVE_FAULTS, MailboxDelay
 from achse.faults.fault import FaultError
 from achse.testing import SegmentReach
@@ -100,6 +103,26 @@ def test_working_counters_are_wrong(bus: Any) -> None:
     assert [bus.counter() for _ in range(2)] == [None, 7]
     bus.faults.clear()
     assert bus.counter() == 2
+
+
+@pytest.mark.parametrize("cable", range(1, 4))
+def test_any_cable_of_a_ring_is_cut_and_mended(cable: int) -> None:
+    ring = RingSegment([Slave(Drive()), Slave(Drive())])
+    faults = DriveFaults(ring)
+    faults.add("link_break", drive=cable, lasting=1.0)
+    faults.add("link_break", drive=cable, lasting=2.0)
+    expected = (2, 0) if cable == 3 else (cable - 1, 3 - cable)
+    for now_ns in (0, 1_500_000_000):
+        ring.advance(now_ns)
+        faults.tick()
+        assert (ring.parts, ring.whole) == (expected, False)
+    ring.advance(2_000_000_000)
+    faults.tick()
+    assert (ring.parts, ring.whole) == ((2, 0), True)
+    with pytest.raises(FaultError, match="drive: there are 2, got 4"):
+        faults.add("link_break", drive=4)
+    with pytest.raises(FaultError, match="drive: there are 2, got 3"):
+        faults.add("sto", drive=3)
 
 
 def test_a_link_breaks_and_is_mended(bus: Any) -> None:

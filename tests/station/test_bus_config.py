@@ -33,3 +33,34 @@ def test_gear_and_feed_make_the_scaling() -> None:
 def test_what_cannot_be_is_told(keys: dict[str, object], told: str) -> None:
     with pytest.raises(ValidationError, match=told):
         DriveConfig.model_validate({"axis": 1} | keys)
+
+
+@pytest.mark.parametrize(
+    ("keys", "interfaces"),
+    [
+        ({}, ()),
+        ({"redundant": True}, ()),
+        ({"interface": "eth1"}, ("eth1",)),
+        ({"interface": "eth1", "redundant": False}, ("eth1",)),
+        ({"interface": "eth1", "redundant": "eth2"}, ("eth1", "eth2")),
+    ],
+)
+def test_a_bus_has_no_one_or_two_interfaces(
+    keys: dict[str, object], interfaces: tuple[str, ...]
+) -> None:
+    assert BusConfig.model_validate(keys).interfaces == interfaces
+
+
+@pytest.mark.parametrize(
+    ("keys", "told"),
+    [
+        ({"redundant": "eth2"}, "expected an interface beside the second one, eth2"),
+        ({"interface": "eth1", "redundant": True}, "expected the name of the second interface"),
+        ({"interface": "eth1", "redundant": "eth1"}, "expected another interface than eth1"),
+        ({"interface": "eth1", "redundant": ""}, "at least 1 character"),
+        ({"redundant": 3}, "boolean|string"),
+    ],
+)
+def test_what_is_no_ring_is_told(keys: dict[str, object], told: str) -> None:
+    with pytest.raises(ValidationError, match=told):
+        BusConfig.model_validate(keys)

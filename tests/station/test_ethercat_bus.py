@@ -23,11 +23,13 @@ from achse.testing import check_axis
 MS = 1_000_000
 
 
-def station(*drives: dict[str, Any], axis: dict[str, float] | None = None) -> Station:
+def station(
+    *drives: dict[str, Any], axis: dict[str, float] | None = None, redundant: bool = False
+) -> Station:
     dynamics = {"max_velocity": 400.0, "default_acceleration": 2000.0,
                 "default_deceleration": 2000.0, "default_jerk": 20_000.0}  # fmt: skip
     document = {
-        "bus": [{}],
+        "bus": [{"redundant": redundant}],
         "axis": [
             {"id": n, "name": f"A{n}"} | dynamics | (axis or {}) for n in range(1, len(drives) + 1)
         ],
@@ -343,3 +345,50 @@ def test_a_restart_brings_the_bus_and_its_devices_again() -> None:
     made.configure()
     made.advance(2.0)
     assert not made.buses
+
+
+@settings(max_examples=8)
+@given(data=st.data(), count=st.integers(1, 4))
+def test_a_cut_cable_of_a_ring_is_told_and_stops_no_axis(data: st.DataObject, count: int) -> None:
+    made = station(*[{}] * count, redundant=True)
+    bus, nc = bus_of(made), made.nc
+    assert nc is not None
+    for axis in nc:
+        assert commands.start(axis, StartType.ABSOLUTE, 40.0, 30.0) == 0
+    wrong = bus.master.cyclic.counters.wrong + bus.master.cyclic.counters.lost
+    for place in data.draw(st.permutations(range(count + 1)), "cut in this order"):
+        made.advance(data.draw(st.floats(0.0, 0.2), "closed for"))
+        fault = bus.faults.add("link_break", drive=place + 1)
+        made.advance(data.draw(st.floats(0.03, 0.3), "open for"))
+        assert bus.master.supervision.opening
+        assert bus.master.operational
+        bus.faults.clear(fault.number)
+        made.advance(0.02)
+        assert not bus.master.supervision.opening
+    made.advance(2.0)
+    assert [axis.error_code for axis in nc] == [0] * count
+    assert all(abs(axis.actual_position - 40.0) < 0.02 for axis in nc)
+    assert bus.master.cyclic.counters.wrong + bus.master.cyclic.counters.lost == wrong
+
+
+def test_an_open_ring_is_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    made = station({}, {}, redundant=True)
+    bus_of(made).faults.add("link_break", drive=2, lasting=0.1)
+    made.advance(0.2)
+    told = [each.getMessage() for each in caplog.records if "ring" in each.getMessage()]
+    assert told == ["ring is open: between Drive 1 (axis 1) and Drive 2 (axis 2)"]
+
+
+def test_two_cuts_of_a_ring_are_an_error_of_the_axes_between() -> None:
+    made = station({}, {}, {}, redundant=True)
+    bus, nc = bus_of(made), made.nc
+    assert nc is not None
+    faults = [bus.faults.add("link_break", drive=place) for place in (2, 3)]
+    made.advance(0.5)
+    assert [axis.error_code for axis in nc] == [0, NcError.DRIVE_IO_INVALID, 0]
+    bus.faults.clear(faults[0].number)
+    made.advance(1.0)
+    assert bus.master.operational
+    assert commands.reset(nc.axis(2)) == 0
+    made.advance(0.5)
+    assert nc.axis(2).loop_closed

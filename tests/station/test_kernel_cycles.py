@@ -8,6 +8,7 @@ import pytest
 from achse.codes import AlStatus
 from achse.codes.axis import StartType
 from achse.ethercat import Disturbance
+from achse.ethercat.ring_segment import RingSegment
 from achse.motion import commands
 from achse.native.compiled import compiler_installed
 from achse.station.config import parse
@@ -79,13 +80,29 @@ def test_most_cycles_of_a_quiet_bus_need_no_frames() -> None:
     assert bus_of(made).segment.counters.frames < 1500
 
 
+def test_an_open_ring_is_one_of_frames() -> None:
+    made = station([{}, {}], True, bus=[{"redundant": True}])
+    made.advance(3.0)
+    quick, ring = shortcut_of(made), bus_of(made).segment
+    assert quick.cycles > 0.5 * 1500
+    assert isinstance(ring, RingSegment)
+    for cable in range(3):
+        ring.cut(cable)
+        before = quick.cycles
+        made.advance(0.1)
+        assert quick.cycles == before
+        ring.mend(cable)
+        made.advance(1.0)
+        assert quick.cycles > before
+
+
 def test_frames_do_what_is_asked_for() -> None:
     made = station([{}], False)
     made.advance(2.0)
     assert shortcut_of(made).cycles == 0
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(10))
 def test_it_leaves_what_frames_leave(seed: int) -> None:
     chance = random.Random(seed)
     drives = [
@@ -99,7 +116,8 @@ def test_it_leaves_what_frames_leave(seed: int) -> None:
         for _ in range(chance.randint(1, 3))
     ]
     cycle = chance.choice(["1ms", "2ms", "4ms"])
-    both = [station(drives, shortcut, nc={"cycle": cycle}) for shortcut in (True, False)]
+    line = [{"redundant": chance.random() < 0.5}]
+    both = [station(drives, shortcut, nc={"cycle": cycle}, bus=line) for shortcut in (True, False)]
     for made in both:
         assert made.nc is not None
         for axis in made.nc:
@@ -111,6 +129,7 @@ def test_it_leaves_what_frames_leave(seed: int) -> None:
                                      "lose", "fall", "disable"])  # fmt: skip
         number = chance.randint(1, len(drives))
         target, seconds = chance.uniform(-30.0, 30.0), chance.uniform(0.01, 0.5)
+        cable = chance.randint(0, len(drives))
         for made in both:
             assert made.nc is not None
             axis, bus = made.nc.axis(number), bus_of(made)
@@ -131,6 +150,12 @@ def test_it_leaves_what_frames_leave(seed: int) -> None:
                 slave.fail(AlStatus.WATCHDOG)
             elif what == "disable":
                 axis.control_dword ^= 1
+            elif isinstance(bus.segment, RingSegment):
+                if bus.segment.whole:
+                    bus.segment.cut(cable)
+                else:
+                    for each in range(len(drives) + 1):
+                        bus.segment.mend(each)
             elif slave in bus.segment.reachable:
                 bus.segment.break_link(slave)
             else:

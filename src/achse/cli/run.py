@@ -70,6 +70,14 @@ def run(
             show_default=False,
         ),
     ] = None,
+    redundant: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[BUS=]IF",
+            help="Second interface, where the line of slaves ends: a cut cable stops nothing.",
+            show_default=False,
+        ),
+    ] = None,
     speed: Annotated[
         str, typer.Option(help="Station time per wall-clock time: a number, or `max`.")
     ] = "1",
@@ -121,6 +129,7 @@ def run(
         flags += ["--web-read-only"] * web_read_only
         words = [] if file is None else [str(file)]
         flags += [f"--interface={each}" for each in interface or ()]
+        flags += [f"--redundant={each}" for each in redundant or ()]
         for option, value in options.items():
             words += [] if value is None else [f"{option}={value}"]
         detached.start([*words, *flags], timeout)
@@ -133,7 +142,13 @@ def run(
         duration = None
     raise_file_limit()
     # a station at the wall clock's pace shows its time; a faster one starts at a fixed moment
-    station = _station(file, net_id, wall_clock=factor == 1, interfaces=_interfaces(interface))
+    station = _station(
+        file,
+        net_id,
+        wall_clock=factor == 1,
+        interfaces=_interfaces(interface, "--interface"),
+        redundant=_interfaces(redundant, "--redundant"),
+    )
     for warning in station.warnings:
         log.warning("%s", warning)
     page = functools.partial(station_web, station, web, web_host, web_port, web_read_only)
@@ -179,14 +194,14 @@ def _speed(text: str) -> float:
     return factor
 
 
-def _interfaces(words: Sequence[str] | None) -> dict[str, str]:
-    """Interfaces by the name of the bus, "" without one."""
+def _interfaces(words: Sequence[str] | None, option: str) -> dict[str, str]:
+    """The interfaces of an option by the name of the bus, "" without one."""
     found: dict[str, str] = {}
     for word in words or ():
         bus, _, interface = word.rpartition("=")
         if not interface or bus in found:
             hint = "each bus once" if interface else "IF or BUS=IF"
-            raise typer.BadParameter(f"{hint}, got {word!r}", param_hint="--interface")
+            raise typer.BadParameter(f"{hint}, got {word!r}", param_hint=option)
         found[bus] = interface
     return found
 
@@ -197,6 +212,7 @@ def _station(
     *,
     wall_clock: bool,
     interfaces: Mapping[str, str] | None = None,
+    redundant: Mapping[str, str] | None = None,
 ) -> "Station":
     from achse.station import ConfigError, Station
     from achse.station.station import DEFAULT_EPOCH_NS, DEMO
@@ -206,6 +222,7 @@ def _station(
             DEMO if file is None else file,
             net_id=net_id,
             interfaces=interfaces,
+            redundant=redundant,
             epoch_ns=time.time_ns() if wall_clock else DEFAULT_EPOCH_NS,
         )
     except ConfigError as faults:

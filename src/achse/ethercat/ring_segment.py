@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from achse.ethercat.frame import payload_offset
 from achse.ethercat.frame_plan import FramePlan
 from achse.ethercat.logical import Plan
+from achse.ethercat.registers import Register
 from achse.ethercat.segment import HOP_NS, Segment
 from achse.ethercat.slave import Slave
 
@@ -24,13 +25,16 @@ _OUT = 1
 class RingSegment(Segment):
     """Slaves in a line between two adapters of the master: 0 at port 0 of the first, 1 at the end.
 
-    `end_whole`: the cable at the second adapter is there.
+    The cables are counted from 0, before the first slave, to the number of slaves, behind the last.
     """
 
     def __init__(
         self, slaves: Iterable[Slave] = (), *, cycle_ns: int = 0, hop_ns: int = HOP_NS
     ) -> None:
-        self.end_whole = True
+        self._end_whole = True
+        """The cable at the second adapter."""
+        self._adapters = [True, True]
+        """Whether the adapters themselves have a link."""
         self._closed = False
         """The frame goes all the way round."""
         self._returns = False
@@ -46,9 +50,53 @@ class RingSegment(Segment):
         """How many slaves process the frames of each adapter."""
         return len(self._order), len(self._far)
 
-    def cut_end(self, cut: bool = True) -> None:
-        """Cut the cable at the second adapter, or mend it."""
-        self.end_whole = not cut
+    @property
+    def whole(self) -> bool:
+        """The ring is closed."""
+        return self._closed
+
+    def cut(self, cable: int) -> None:
+        """Cut a cable. ValueError if there is none with that number."""
+        if cable == len(self._places):
+            self._cut_end()
+        else:
+            self.break_link(self._slave_behind(cable))
+
+    def mend(self, cable: int) -> None:
+        """Mend a cable. ValueError if there is none with that number."""
+        if cable == len(self._places):
+            self._mend_end()
+        else:
+            self.repair_link(self._slave_behind(cable))
+
+    def _slave_behind(self, cable: int) -> Slave:
+        if not 0 <= cable < len(self._slaves):
+            raise ValueError(f"cable: expected 0..{len(self._slaves)}, got {cable}")
+        return self._slaves[cable]
+
+    def connect(self, adapter: int, linked: bool) -> None:
+        """Whether an adapter (0, 1) has a link; without it the cable there is as good as cut."""
+        if self._adapters[adapter] == linked:
+            return
+        self._adapters[adapter] = linked
+        esc = self._places[-adapter].slave.esc
+        if linked:
+            esc.open_with_link(adapter)
+        else:
+            esc.count(Register.LOST_LINKS + adapter)
+        self._route()
+
+    def _cut_end(self) -> None:
+        if self._end_whole:
+            self._end_whole = False
+            if self._places:
+                self._places[-1].slave.esc.count(Register.LOST_LINKS + _OUT)
+            self._route()
+
+    def _mend_end(self) -> None:
+        self._end_whole = True
+        if self._places:
+            self._places[-1].slave.esc.open_with_link(_OUT)
         self._route()
 
     def process_from(self, adapter: int, frame: bytes) -> tuple[bytes, int] | None:
@@ -65,9 +113,13 @@ class RingSegment(Segment):
                 passed[6] |= 0x02
             return bytes(passed), 0
         self._swap()
+        clock = self.cycle_ns
+        if self._far:  # the copies at the first adapter are the clock
+            self.cycle_ns = 0
         try:
             reply = super().process(frame)
         finally:
+            self.cycle_ns = clock
             self._swap()
         return None if reply is None else (reply, 1)
 
@@ -87,12 +139,14 @@ class RingSegment(Segment):
         """Which slaves each adapter reaches, and when frames pass them."""
         places = self._places
         last = len(places) - 1
-        opened = []
-        for number, place in enumerate(places):
-            linked = [place.whole, False, False, False]
-            linked[_OUT] = self.end_whole if number == last else places[number + 1].whole
-            opened.append(place.slave.esc.set_links(linked))
-        cuts = [number for number, place in enumerate(places) if not place.whole]
+        linked = [place.whole for place in places]
+        linked[:1] = [linked[0] and self._adapters[0]] if places else []
+        linked.append(self._end_whole and self._adapters[1])
+        opened = [
+            place.slave.esc.set_links([linked[number], linked[number + 1], False, False])
+            for number, place in enumerate(places)
+        ]
+        cuts = [number for number in range(len(places)) if not linked[number]]
         self._returns = bool(opened) and opened[last][_OUT]
         self._closed = self._returns and not cuts
         near = places[: cuts[0] if cuts else len(places)]

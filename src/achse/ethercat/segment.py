@@ -134,6 +134,11 @@ class Segment:
         """The slaves that frames pass now, in processing order."""
         return tuple(self._order)
 
+    @property
+    def whole(self) -> bool:
+        """No cable is cut: a frame passes every slave."""
+        return len(self._order) == len(self._slaves)
+
     def attach(self, slave: Slave, upstream: Slave | None = None, port: int = _FIRST_PORT) -> None:
         """Connect port 0 of `slave` to `port` (1, 2, 3) of `upstream`, by default the last slave.
 

@@ -67,9 +67,8 @@ class DriveFaults:
         """
         if isinstance(fault, str):
             fault = DRIVE_FAULTS.of({"kind": fault, **fields})
-        slaves = len(self._segment.slaves)
-        if isinstance(fault, SlaveFault) and fault.drive is not None and fault.drive > slaves:
-            raise FaultError(f"drive: there are {slaves}, got {fault.drive}")
+        if isinstance(fault, SlaveFault):
+            fault.targets(self._segment)
         if len(self._faults) >= MOST_FAULTS:
             raise FaultError(f"{MOST_FAULTS} faults are there; clear some of them")
         now = self._segment.time.now_ns
@@ -128,15 +127,13 @@ class DriveFaults:
         if isinstance(fault, CableFault):
             self._disturb(active, fault)
         elif isinstance(fault, SlaveFault):
-            slaves = self._segment.slaves
-            hit = slaves if fault.drive is None else slaves[fault.drive - 1 : fault.drive]
-            for slave in hit:
+            for slave in fault.targets(self._segment):
                 other = self._same(active, slave)
                 shared = other is not None and other.fault.effect == fault.effect
                 if other is not None and shared:
                     undo: Undo | None = other.undos[slave]
                 else:
-                    undo = fault.hit(slave, self._segment)
+                    undo = fault.begin(slave, self._segment)
                 if undo is not None:
                     active.undos[slave] = undo
 

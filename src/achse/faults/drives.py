@@ -3,7 +3,7 @@
 The same kinds are read by Python, by scripts (TOML) and by the command line.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Annotated, Literal, TypeVar
 
@@ -11,7 +11,8 @@ from pydantic import model_validator
 
 from achse.drive import Alarm, Drive, InputBit, Warn
 from achse.ethercat import Disturbance, Segment, Slave
-from achse.faults.fault import FaultKinds, LastingFault, Undo, number, text
+from achse.ethercat.ring_segment import RingSegment
+from achse.faults.fault import FaultError, FaultKinds, LastingFault, Undo, number, text
 
 __all__ = [
     "DRIVE_FAULTS",
@@ -81,6 +82,22 @@ class SlaveFault(DriveFault):
 
     drive: Annotated[int, number(int, 1)] | None = None
     """Which one, counted from 1 along the cable."""
+
+    def targets(self, segment: Segment) -> Sequence[Slave | None]:
+        """The slaves that it hits; None is the cable behind the last one.
+
+        FaultError if there are fewer.
+        """
+        slaves = segment.slaves
+        if self.drive is None:
+            return slaves
+        if self.drive > len(slaves):
+            raise FaultError(f"drive: there are {len(slaves)}, got {self.drive}")
+        return slaves[self.drive - 1 : self.drive]
+
+    def begin(self, target: Slave | None, segment: Segment) -> Undo | None:
+        """Begin at one of the targets; what ends it, None if nothing began."""
+        return None if target is None else self.hit(target, segment)
 
     def hit(self, slave: Slave, segment: Segment) -> Undo | None:
         """Begin; what ends it, None if the slave is not a drive."""
@@ -405,9 +422,23 @@ class WrongCounter(CableFault):
 
 
 class LinkBreak(SlaveFault):
-    """The cable before the drive is broken: it and all behind it are out of reach."""
+    """The cable before the drive is broken: it and all behind it are out of reach. A ring is open
+    there, and has one cable more, back to the second adapter: the number behind the last drive."""
 
     kind: Literal["link_break"] = "link_break"
+
+    def targets(self, segment: Segment) -> Sequence[Slave | None]:
+        if isinstance(segment, RingSegment) and self.drive == len(segment.slaves) + 1:
+            return (None,)
+        return super().targets(segment)
+
+    def begin(self, target: Slave | None, segment: Segment) -> Undo | None:
+        if target is not None:
+            return self.hit(target, segment)
+        assert isinstance(segment, RingSegment)
+        end = len(segment.slaves)
+        segment.cut(end)
+        return lambda: segment.mend(end)
 
     def hit(self, slave: Slave, segment: Segment) -> Undo:
         segment.break_link(slave)

@@ -29,6 +29,9 @@ class BusConfig(ConfigTable):
     interface: str | None = Field(default=None, min_length=1, max_length=15)
     """The network interface where the slaves are (`eth1`); without it they are virtual ones within
     this process, one for each [[drive]] and [[terminal]]."""
+    redundant: bool | Annotated[str, Field(min_length=1, max_length=15)] = False
+    """The line of slaves comes back to the master: whichever cable is cut, all go on. The second
+    interface (`eth2`); true for virtual slaves within this process."""
     real_time: bool = True
     """On an interface: the station runs before other programs, where the system allows it (root,
     CAP_SYS_NICE) and half a processor does."""
@@ -39,6 +42,23 @@ class BusConfig(ConfigTable):
     the bus, and an event."""
     cycle: DurationNs = Field(default=2_000_000, ge=100_000)
     """Of a bus of terminals alone; with drives the cycle is that of the NC."""
+
+    @model_validator(mode="after")
+    def _has_both_ends(self) -> "BusConfig":
+        first, second = self.interface, self.redundant
+        if first is None and isinstance(second, str):
+            raise ValueError(f"redundant: expected an interface beside the second one, {second}")
+        if first is not None and second is True:
+            raise ValueError("redundant: expected the name of the second interface, got true")
+        if first is not None and first == second:
+            raise ValueError(f"redundant: expected another interface than {first}, got the same")
+        return self
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        """The interfaces it has: none, one, or two."""
+        both = (self.interface, self.redundant)
+        return tuple(each for each in both if isinstance(each, str))
 
 
 class StartCommandConfig(ConfigTable):

@@ -88,7 +88,11 @@ class BusPlan:
     def _bus(self, slaves: tuple[SlaveConfiguration, ...]) -> BusConfiguration:
         bus = self.bus
         return BusConfiguration(
-            slaves, self.cycle_ns, name=bus.name, clock_window_ns=bus.clock_window
+            slaves,
+            self.cycle_ns,
+            name=bus.name,
+            clock_window_ns=bus.clock_window,
+            redundant=bool(bus.redundant),
         )
 
     def expected(self) -> BusConfiguration:

@@ -444,6 +444,7 @@ class StationConfig(ConfigTable):
             "group.id": [group.id for group in self.group],
             "axis.name": [axis.name.casefold() for axis in self.axis],
             "bus.name": [bus.name for bus in self.bus],
+            "bus.interface": [each for bus in self.bus for each in bus.interfaces],
             "serial.port": [serial.port for serial in self.serial],
             "route.name": [route.name.casefold() for route in self.route],
             "route.net_id": [
@@ -542,10 +543,14 @@ def _models_in(annotation: Any) -> list[type[BaseModel]]:
 
 
 def load(
-    path: Path, *, net_id: str | None = None, interfaces: Mapping[str, str] | None = None
+    path: Path,
+    *,
+    net_id: str | None = None,
+    interfaces: Mapping[str, str] | None = None,
+    redundant: Mapping[str, str] | None = None,
 ) -> StationConfig:
-    """Read a station.toml; `net_id` replaces the one in there, `interfaces` those of buses by name
-    ("" for the only bus).
+    """Read a station.toml; `net_id` replaces the one in there, `interfaces` and `redundant` (the
+    second ones) those of buses by name ("" for the only bus).
 
     Raises ConfigError; OSError if the file cannot be read.
     """
@@ -560,15 +565,20 @@ def load(
         raise ConfigError(f"{path}: no valid TOML: {failure}") from None
     if net_id is not None and isinstance(document.setdefault("router", {}), dict):
         document["router"]["net_id"] = net_id
-    config = parse(document, str(path))
-    return _on_interfaces(config, interfaces, str(path)) if interfaces else config
+    for key, wanted in (("interface", interfaces), ("redundant", redundant)):
+        if wanted:
+            _put_on_interfaces(document, key, wanted, str(path))
+    return parse(document, str(path))
 
 
-def _on_interfaces(
-    config: StationConfig, interfaces: Mapping[str, str], source: str
-) -> StationConfig:
-    """The same with the slaves of buses at other interfaces."""
-    names = [bus.name for bus in config.bus]
+def _put_on_interfaces(
+    document: dict[str, Any], key: str, interfaces: Mapping[str, str], source: str
+) -> None:
+    """Write interfaces into the tables of buses."""
+    tables = document.get("bus", [])
+    if not isinstance(tables, list) or not all(isinstance(each, dict) for each in tables):
+        return  # the file is wrong, and that is told
+    names = [str(table.get("name", BusConfig.model_fields["name"].default)) for table in tables]
     told = ", ".join(names) or "none"
     wanted = dict(interfaces)
     if "" in wanted:
@@ -577,10 +587,6 @@ def _on_interfaces(
         wanted[names[0]] = wanted.pop("")
     for name in wanted.keys() - set(names):
         raise ConfigError(f"{source}: no bus {name!r}; buses: {told}")
-    document = {
-        "bus": [
-            bus.model_copy(update={"interface": wanted.get(bus.name, bus.interface)})
-            for bus in config.bus
-        ]
-    }
-    return config.model_copy(update=document)
+    for name, table in zip(names, tables, strict=True):
+        if name in wanted:
+            table[key] = wanted[name]

@@ -13,6 +13,7 @@ from achse.drive import Drive
 from achse.drive.compiled import Bank
 from achse.ethercat import Segment, Slave, describe
 from achse.ethercat.master import BusEvent, BusEventKind, BusSlave, Master, Ring, from_description
+from achse.ethercat.ring_segment import RingSegment
 from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
 from achse.faults.drive_list import DriveFaults
 from achse.station.bus_config import DriveConfig
@@ -32,6 +33,7 @@ _WARNINGS = {
     BusEventKind.STATE_LEFT,
     BusEventKind.STATE_FAILED,
     BusEventKind.EMERGENCY,
+    BusEventKind.RING_OPEN,
     BusEventKind.CLOCK,
 }
 
@@ -42,7 +44,7 @@ class EthercatBus:
     Raises MachineError for a machine that cannot be.
     """
 
-    interface = trouble = ""
+    interface = second_interface = trouble = ""
 
     def __init__(self, plan: BusPlan, *, compiled: bool = False) -> None:
         self.cycle_ns = plan.cycle_ns
@@ -61,7 +63,8 @@ class EthercatBus:
         ]
         places = [slot.place for slot in plan.slots]
         devices = dict(zip(places, (*drives, *self.terminals), strict=True))
-        self.segment = Segment([Slave(devices[place]) for place in sorted(places)])
+        line = [Slave(devices[place]) for place in sorted(places)]
+        self.segment = RingSegment(line) if plan.bus.redundant else Segment(line)
         known = {place: from_description(describe(each)) for place, each in devices.items()}
         self.master = Master(plan.in_process(known))
         self.master.on_event = tell_event

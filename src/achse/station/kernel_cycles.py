@@ -57,9 +57,7 @@ class KernelCycles:
         cycle_ns = bus.cycle_ns
         room = (bus.master.quiet_until_ns - 1 - bus.now_ns) // cycle_ns
         count = min(count, room)
-        if count < _FEWEST or bus.segment.disturbance is not None:
-            return 0
-        if len(bus.segment.reachable) < len(bus.segment.slaves):
+        if count < _FEWEST or bus.segment.disturbance is not None or not bus.segment.whole:
             return 0
         for slave in bus.segment.slaves:
             if not slave.steps_by(cycle_ns):

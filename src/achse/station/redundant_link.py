@@ -1,12 +1,16 @@
 """Two interfaces of a redundant bus as one link: copies go out by both, whole frames come back."""
 
+import time
 from collections import deque
+from collections.abc import Callable
 
 from achse.ethercat.master.redundancy import Redundancy
 from achse.station.bus_link import FrameLink
 
 __all__ = ["RedundantLink"]
 
+_INDEX_AT = 17
+"""Of the first datagram, which is that of the frame."""
 _TURN_S = 0.00005
 """How long one interface is listened to before the other."""
 
@@ -14,55 +18,74 @@ _TURN_S = 0.00005
 class RedundantLink:
     """Sends and receives as one `FrameLink`; `redundancy` is that of the master.
 
-    A frame of which one copy is missing when the time is over comes as far as it got.
+    What is to be had of a frame with a copy missing comes when `patience_ns` have passed since it
+    was sent. A link may be None: no copy goes out or comes there. `clock` gives ns.
     """
 
-    def __init__(self, first: FrameLink, second: FrameLink, redundancy: Redundancy) -> None:
-        self._links = first, second
-        self._redundancy = redundancy
+    def __init__(
+        self,
+        first: FrameLink | None,
+        second: FrameLink | None,
+        redundancy: Redundancy,
+        *,
+        patience_ns: int = 0,
+        clock: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        self.links: list[FrameLink | None] = [first, second]
+        self._clock = clock
         self._whole: deque[bytes] = deque()
-        self._halves: frozenset[int] = frozenset()
-        """Frames of which one copy was here at the last look that found nothing."""
+        self._sent_ns: dict[int, int] = {}
+        """When each frame was sent, by index; 256 at most."""
         self.arrived_ns = 0
         """When the last copy arrived, by the clock of `time.time_ns`."""
+        self.begin(redundancy, patience_ns)
+
+    def begin(self, redundancy: Redundancy, patience_ns: int) -> None:
+        """Go on for another master, or for a search; what is under way is dropped."""
+        self.redundancy = redundancy
+        self.patience_ns = patience_ns
+        self._whole.clear()
+        self._sent_ns.clear()
 
     def send(self, frame: bytes) -> bool:
         """Send both copies; False if no interface takes one."""
-        copies = self._redundancy.copies(frame)
-        sent = [link.send(copy) for link, copy in zip(self._links, copies, strict=True)]
-        return any(sent)
+        copies = self.redundancy.copies(frame)
+        self._sent_ns[frame[_INDEX_AT]] = self._clock()
+        sent = False
+        for link, copy in zip(self.links, copies, strict=True):
+            sent |= link is not None and link.send(copy)
+        return sent
 
     def receive(self, timeout_s: float) -> bytes | None:
         """The next whole frame; None if none came within `timeout_s`, 0 looks only."""
         left = timeout_s
         while not self._whole:
-            came = self._take(0.0)
-            if self._whole:
-                break
-            if came:
+            if self._take(0.0) or self._whole:
                 continue
             if left <= 0.0:
-                self._give_up(waited=timeout_s > 0.0)
+                self._give_up()
                 break
             self._take(min(left, _TURN_S) / 2)
             left -= _TURN_S
         return self._whole.popleft() if self._whole else None
 
-    def _give_up(self, *, waited: bool) -> None:
-        """Nothing comes now: frames of which a copy is missing, if that was so at the last look."""
-        ring = self._redundancy
-        self._whole.extend(ring.flush(None if waited else self._halves))
-        self._halves = ring.halves
+    def _give_up(self) -> None:
+        """Frames of which a copy is missing for long enough."""
+        ring = self.redundancy
+        if ring.halves:
+            before = self._clock() - self.patience_ns
+            late = [index for index in ring.halves if self._sent_ns.get(index, before) <= before]
+            self._whole.extend(ring.flush(late))
 
     def _take(self, timeout_s: float) -> bool:
         """Take what comes at either interface; whether something did."""
         came = False
-        for link in self._links:
-            copy = link.receive(timeout_s)
-            if copy is not None:
+        for adapter, link in enumerate(self.links):
+            copy = None if link is None else link.receive(timeout_s)
+            if link is not None and copy is not None:
                 came = True
                 self.arrived_ns = link.arrived_ns
-                whole = self._redundancy.take(copy)
+                whole = self.redundancy.take(copy, adapter)
                 if whole is not None:
                     self._whole.append(whole)
         return came

@@ -160,15 +160,17 @@ class Station:
         *,
         net_id: str | None = None,
         interfaces: Mapping[str, str] | None = None,
+        redundant: Mapping[str, str] | None = None,
         epoch_ns: int = DEFAULT_EPOCH_NS,
     ) -> Self:
         """A station from a station.toml; `net_id` replaces the one in there, `interfaces` (by name
-        of the bus, "" for the only one) where the slaves of buses are.
+        of the bus, "" for the only one) where the slaves of buses are, `redundant` where the other
+        ends of their lines are.
 
         Raises ConfigError, OSError.
         """
         file = Path(path)
-        config = load(file, net_id=net_id, interfaces=interfaces)
+        config = load(file, net_id=net_id, interfaces=interfaces, redundant=redundant)
         try:
             return cls(config, base=file.parent, epoch_ns=epoch_ns)
         except ConfigError as fault:

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.ams import NetId
@@ -105,8 +105,10 @@ def test_entries_of_any_kind(entries: list[tuple[int, int, str]], data: bytes) -
         at += bits
 
 
-def test_a_ring_shows_both_adapters_and_where_it_is_open() -> None:
-    line = [Loopback() for _ in range(4)]
+@settings(max_examples=6)
+@given(data=st.data(), count=st.integers(1, 5))
+def test_a_ring_shows_both_adapters_and_where_it_is_open(data: st.DataObject, count: int) -> None:
+    line = [Loopback() for _ in range(count)]
     segment = RingSegment(map(Slave, line))
     slaves = tuple(from_description(describe(each), f"Box {n}") for n, each in enumerate(line))
     master = Master(BusConfiguration(slaves, cycle_ns=1_000_000, redundant=True))
@@ -116,20 +118,26 @@ def test_a_ring_shows_both_adapters_and_where_it_is_open() -> None:
     ring.run(300_000_000)
     found = named(BusImage(served))
 
-    def counts() -> list[int]:
-        names = ("SlaveCount", "SlaveCount2", "DevState", "DevState2")
+    def shown() -> list[int]:
+        names = ("SlaveCount", "SlaveCount2", "DevState", "DevState2", "Frm0WcState")
         return [int.from_bytes(found[f"Inputs.{name}"].read(), "little") for name in names]
 
-    assert counts() == [4, 0, 0, 0]
-    segment.break_link(segment.slaves[1])
-    ring.run(master.now_ns + 20_000_000)
-    assert counts() == [1, 3, 0x0008, 0]
-    links = [served.state_bytes(each)[1] for each in master.slaves]
-    assert links == [0x24, 0x14, 0, 0]
-    segment.repair_link(segment.slaves[1])
-    segment.cut_end()
-    ring.run(master.now_ns + 20_000_000)
-    assert counts() == [4, 0, 0x000C, 1]
+    for cable in data.draw(st.permutations(range(count + 1)), label="cut in this order"):
+        assert shown() == [count, 0, 0, 0, 0]
+        segment.cut(cable)
+        ring.run(master.now_ns + 20_000_000)
+        lost = {0: 0x0001, count: 0x0004}.get(cable, 0)
+        reached = [count, 0] if cable == count else [cable, count - cable]
+        assert shown() == [*reached, lost | 0x0008, int(cable == count), 0]
+        links = [0] * count
+        if cable > 0:
+            links[cable - 1] |= 0x24
+        if cable < count:
+            links[cable] |= 0x14
+        assert [served.state_bytes(each)[1] for each in master.slaves] == links
+        segment.mend(cable)
+        ring.run(master.now_ns + data.draw(st.integers(10, 60), label="whole for ms") * 1_000_000)
+    assert shown() == [count, 0, 0, 0, 0]
 
 
 def test_names_that_occur_twice_are_numbered(io: Any) -> None:

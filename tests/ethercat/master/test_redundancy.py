@@ -1,6 +1,7 @@
 """Cable redundancy: a cut anywhere keeps all slaves exchanging, and is told."""
 
 from collections.abc import Callable
+from itertools import accumulate
 from random import Random
 
 import pytest
@@ -22,12 +23,27 @@ from achse.ethercat.ring_segment import RingSegment
 CYCLE_NS = 1_000_000
 
 
+class LossyRing(RingSegment):
+    """Loses the copies with some numbers; `copies` came so far."""
+
+    copies = hit = 0
+    lose: frozenset[int] = frozenset()
+
+    def process_from(self, adapter: int, frame: bytes) -> tuple[bytes, int] | None:
+        self.copies += 1
+        reply = super().process_from(adapter, frame)
+        if self.copies not in self.lose or reply is None:
+            return reply
+        self.hit += 1
+        return None
+
+
 class RedundantBus:
     """Loopbacks in a ring between two adapters."""
 
     def __init__(self, count: int, clock: ClockConfiguration | None = None) -> None:
         self.line = [Loopback(serial_number=number) for number in range(count)]
-        self.segment = RingSegment(map(Slave, self.line))
+        self.segment = LossyRing(map(Slave, self.line))
         slaves = tuple(
             from_description(describe(each), f"Box {number}", clock=clock)
             for number, each in enumerate(self.line, 1)
@@ -54,16 +70,10 @@ class RedundantBus:
 
     def cut(self, where: int) -> None:
         """Before slave `where`; behind the last is the second adapter."""
-        if where < len(self.line):
-            self.segment.break_link(self.segment.slaves[where])
-        else:
-            self.segment.cut_end()
+        self.segment.cut(where)
 
     def mend(self, where: int) -> None:
-        if where < len(self.line):
-            self.segment.repair_link(self.segment.slaves[where])
-        else:
-            self.segment.cut_end(False)
+        self.segment.mend(where)
 
     def exchanges(self) -> None:
         """All slaves give back what they get."""
@@ -186,6 +196,54 @@ def test_whatever_happens_the_ring_comes_back(happenings: list[tuple[str, int, i
     ours.exchanges()
 
 
+@settings(max_examples=10)
+@given(
+    count=st.integers(1, 7),
+    clock=st.sampled_from([None, ClockConfiguration()]),
+    cuts=st.lists(
+        st.tuples(st.integers(0, 7), st.integers(5, 150), st.integers(5, 150)), max_size=4
+    ),
+    gaps=st.lists(st.integers(8, 300), max_size=8),
+)
+def test_one_cut_at_a_time_loses_nothing_but_frames_that_are_lost(
+    count: int,
+    clock: ClockConfiguration | None,
+    cuts: list[tuple[int, int, int]],
+    gaps: list[int],
+) -> None:
+    """Any number of slaves; cuts at any place, in any order, for any time; copies lost at any."""
+    ours = RedundantBus(count, clock).up()
+    ours.master.take_events()
+    ring, counters = ours.master.redundancy, ours.master.cyclic.counters
+    assert ring is not None
+    before = counters.lost + counters.wrong
+    copies = ours.segment.copies
+    ours.segment.lose = frozenset(copies + number for number in accumulate(gaps))
+    expected: list[str] = []
+    for place, opened, closed in cuts:
+        cable = place % (count + 1)
+        line = [
+            "the first adapter",
+            *(f"Box {n}" for n in range(1, count + 1)),
+            "the second adapter",
+        ]
+        ours.cut(cable)
+        ours.run(opened)
+        assert ring.open
+        assert ring.reached == [cable, count - cable]
+        expected.append(f"between {line[cable]} and {line[cable + 1]}")
+        ours.mend(cable)
+        ours.run(closed)
+        assert not ring.open
+        expected.append("frames go round the ring again")
+    ours.segment.lose = frozenset()
+    ours.run(100)
+    assert counters.lost + counters.wrong - before <= ours.segment.hit
+    assert [each.losses for each in ours.master.slaves] == [0] * count
+    assert [each.text for each in ours.master.take_events()] == expected
+    ours.exchanges()
+
+
 @given(seed=st.integers(0, 10**6), size=st.integers(0, 200))
 def test_copies_that_are_none_are_counted(seed: int, size: int) -> None:
     dice = Random(seed)
@@ -196,6 +254,6 @@ def test_copies_that_are_none_are_counted(seed: int, size: int) -> None:
         broken = bytearray(second)
         broken[dice.randrange(len(broken))] ^= 1 << dice.randrange(8)
         for each in (dice.randbytes(size), bytes(broken), first[: dice.randrange(40)], first):
-            ring.take(each)
+            ring.take(each, dice.randrange(2))
         ring.flush()
     assert len(ring._sent) <= 256

@@ -20,7 +20,6 @@ from achse.ethercat.master.errors import (
     StateTimeout,
 )
 from achse.ethercat.master.foe_client import FoeError, FoeRefusal
-from achse.ethercat.master.redundancy import SURE
 from achse.ethercat.master.topology import build_tree
 
 __all__ = [
@@ -166,12 +165,11 @@ class ServedBus:
             link = LinkBit.NOT_PRESENT
         else:
             slaves = self.master.slaves
-            ring = self.master.redundancy
-            split = None if ring is None else ring.split
-            if split is not None:
+            opening = self.master.supervision.slaves_before_opening
+            if opening is not None:
                 place = sum(each.present for each in slaves[: slave.position])
-                if place in (split - 1, split):
-                    port = LinkBit.PORT_B if place < split else LinkBit.PORT_A
+                if place in (opening - 1, opening):
+                    port = LinkBit.PORT_B if place < opening else LinkBit.PORT_A
                     return bytes((state & 0xFF, LinkBit.MISSING | port))
             behind = slaves[slave.position + 1 : slave.position + 2]
             if behind and not behind[0].present and not behind[0].configuration.optional:
@@ -192,8 +190,8 @@ class ServedBus:
             bits |= DevStateBit.LINK
         ring = master.redundancy
         if ring is not None:
-            bits |= DevStateBit.LINK if ring.missing[0] >= SURE else 0
-            bits |= DevStateBit.SECOND_LINK if ring.missing[1] >= SURE else 0
+            bits |= DevStateBit.LINK if ring.cut_off[0] else 0
+            bits |= DevStateBit.SECOND_LINK if ring.cut_off[1] else 0
             bits |= DevStateBit.ONE_FRAME if ring.open else 0
         for state, bit in (
             (AlState.INIT, DevStateBit.INIT),
@@ -222,7 +220,7 @@ class ServedBus:
     def second_dev_state(self) -> int:
         """The state of the second adapter: 0, or its link is lost."""
         ring = self.master.redundancy
-        return DevStateBit.LINK if ring is not None and ring.missing[1] >= SURE else 0
+        return DevStateBit.LINK if ring is not None and ring.cut_off[1] else 0
 
     # lists
 

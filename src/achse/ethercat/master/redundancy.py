@@ -6,11 +6,16 @@ counters are added, what was read is put together. So the rest of the master see
 
 Commands by position count on in the second part. The clocks there need a reference of their own.
 
+Of a frame with one copy missing, process data are taken as far as that copy got. A request is lost,
+and sent again, unless the other adapter is known to be cut off: an answer of half the slaves would
+tell that the others are gone.
+
 Source: ETG.1500 (cable redundancy); copies by source address as open masters tell them apart.
 """
 
 import struct
 from collections.abc import Collection
+from typing import NamedTuple
 
 from achse.ethercat.frame import (
     Addressing,
@@ -18,6 +23,7 @@ from achse.ethercat.frame import (
     FrameError,
     datagram_offsets,
 )
+from achse.ethercat.master.traffic import ACYCLIC
 
 __all__ = ["SURE", "Redundancy"]
 
@@ -35,7 +41,20 @@ _POSITION = {
 }
 _FRMW = int(DatagramCommand.FRMW)
 SURE = 3
-"""So many copies missing in a row: the next are not waited for."""
+"""So many copies missing in a row: the adapter is cut off, its next copies are not waited for."""
+
+
+class _Half(NamedTuple):
+    """A copy that came: which adapter sent it, at which it came."""
+
+    number: int
+    adapter: int
+    copy: bytes
+
+    @property
+    def passed_nobody(self) -> bool:
+        """It came round a closed ring against its direction, in which slaves leave it as it is."""
+        return self.number == 1 and self.adapter == 0
 
 
 class Redundancy:
@@ -58,13 +77,18 @@ class Redundancy:
         """Both copies of each frame by index; 256 at most."""
         self._done: set[int] = set()
         """Indices of frames that were handed over."""
-        self._first: dict[int, tuple[int, bytes]] = {}
-        """Of a frame whose other copy is away: which one is there."""
+        self._first: dict[int, _Half] = {}
+        """Of a frame whose other copy is away: the one that is there."""
+
+    @property
+    def cut_off(self) -> tuple[bool, bool]:
+        """Which adapter gets none of its copies back."""
+        return self.missing[0] >= SURE, self.missing[1] >= SURE
 
     @property
     def open(self) -> bool:
         """The ring is open, or an adapter has lost its copies."""
-        return self.split is not None or max(self.missing) >= SURE
+        return self.split is not None or any(self.cut_off)
 
     def copies(self, frame: bytes) -> tuple[bytes, bytes]:
         """What the first and the second adapter send."""
@@ -91,22 +115,26 @@ class Redundancy:
         self._done.discard(index)
         return copies
 
-    def take(self, copy: bytes) -> bytes | None:
-        """Take a copy that came; the whole frame, or None while the other copy is away."""
+    def take(self, copy: bytes, adapter: int) -> bytes | None:
+        """Take a copy that came at `adapter` (0, 1); the whole frame, or None while the other copy
+        is away."""
         if len(copy) < _LEAST or copy[_INDEX_AT] not in self._sent:
             self.strays += 1
             return None
         index, number = copy[_INDEX_AT], copy[_SOURCE_END] & 1
         self.missing[number] = 0
+        if adapter != number:
+            self.missing[adapter] = 0  # it came round the ring, and so will the other one
         if index in self._done:
             return None  # the other copy was taken alone
         there = self._first.pop(index, None)
-        if there is None or there[0] == number:
+        if there is None or there.number == number:
+            half = _Half(number, adapter, copy)
             if self.missing[1 - number] >= SURE:
-                return self._alone(number, copy)
-            self._first[index] = number, copy
+                return self._alone(half)
+            self._first[index] = half
             return None
-        first, second = (there[1], copy) if number else (copy, there[1])
+        first, second = (there.copy, copy) if number else (copy, there.copy)
         self._done.add(index)
         merged = self._merge(first, second, self._sent[index])
         if merged is None:
@@ -119,28 +147,41 @@ class Redundancy:
         return frozenset(self._first)
 
     def flush(self, indices: Collection[int] | None = None) -> list[bytes]:
-        """Nothing more comes for now: frames with one copy, as far as that has got.
+        """Nothing more comes for now: what is to be had of frames with one copy.
 
         All, or those with these indices.
         """
         frames = []
         for index in list(self._first) if indices is None else self.halves.intersection(indices):
-            number, copy = self._first.pop(index)
-            self.missing[1 - number] += 1
-            alone = self._alone(number, copy)
+            half = self._first.pop(index)
+            self.missing[1 - half.number] += 1
+            alone = self._alone(half)
             if alone is not None:
                 frames.append(alone)
         return frames
 
-    def _alone(self, number: int, copy: bytes) -> bytes | None:
-        """The frame, of one copy: the other one is taken to have passed no slave."""
-        sent = self._sent[copy[_INDEX_AT]]
-        self._done.add(copy[_INDEX_AT])
-        copies = (sent[0], copy) if number else (copy, sent[1])
-        return self._merge(*copies, sent)
+    def _alone(self, half: "_Half") -> bytes | None:
+        """The frame, of one copy: the other one is taken to have passed no slave.
 
-    def _merge(self, first: bytes, second: bytes, sent: tuple[bytes, bytes]) -> bytes | None:
-        """One frame of two; None where they do not belong together."""
+        None where that tells nothing: it passed no slave either, or it is a request, and the other
+        copy may have been lost by chance.
+        """
+        index, number = half.copy[_INDEX_AT], half.number
+        sure = self.cut_off[1 - number]
+        self._done.add(index)
+        if half.passed_nobody or (index in ACYCLIC and not sure):
+            return None
+        sent = self._sent[index]
+        copies = (sent[0], half.copy) if number else (half.copy, sent[1])
+        return self._merge(*copies, sent, sure=sure)
+
+    def _merge(
+        self, first: bytes, second: bytes, sent: tuple[bytes, bytes], *, sure: bool = True
+    ) -> bytes | None:
+        """One frame of two; None where they do not belong together.
+
+        `sure`: it shows where the ring is open.
+        """
         try:
             places = datagram_offsets(sent[0], _HEAD)
             if any(datagram_offsets(each, _HEAD) != places for each in (first, second)):
@@ -159,7 +200,7 @@ class Redundancy:
                     for came, went in zip((first, second), sent, strict=True)
                 )
                 _U16.pack_into(merged, at + 2, _number(sent[0], at + 2) + own + passed & 0xFFFF)
-                if command in _BROADCAST:
+                if command in _BROADCAST and sure:
                     self.reached = [own, passed]
                     self.split = own if passed else None
             ours, theirs = _number(first, end), _number(second, end)

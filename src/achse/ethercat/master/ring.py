@@ -46,7 +46,7 @@ class Ring:
         for frame in frames:
             for adapter, copy in enumerate(redundancy.copies(frame)):
                 came = segment.process_from(adapter, copy)
-                whole = None if came is None else redundancy.take(came[0])
+                whole = None if came is None else redundancy.take(*came)
                 if whole is not None:
                     self.master.receive(whole, now_ns)
         for frame in redundancy.flush():

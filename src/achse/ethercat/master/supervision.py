@@ -31,7 +31,7 @@ from achse.ethercat.master.inspection import (
     scattered_reads,
     set_station,
 )
-from achse.ethercat.master.redundancy import SURE, Redundancy
+from achse.ethercat.master.redundancy import Redundancy
 from achse.ethercat.master.states import report_of
 from achse.ethercat.master.steps import Pause, Steps, broadcast_read, now, write
 from achse.ethercat.master.traffic import AcyclicTraffic, BusJob
@@ -97,6 +97,7 @@ class Supervision:
         self._redundancy = redundancy
         self._ring: tuple[int | None, bool, bool] = None, False, False
         """Where the ring is open; whether the copies of each adapter are missing."""
+        self._opening = ""
         self.deviation = ClockDeviation()
         self._clocks = ClockWatch(bus.clock_window_ns)
         self._leads: dict[int, BusJob[None]] = {}
@@ -120,7 +121,7 @@ class Supervision:
         if (
             *(self._urgent, self._leads, self._collecting, seen != self._seen),
             *(cyclic.counters.lost > self._lost_before, any(cyclic.mailbox_bits)),
-        ) != (False, {}, set(), False, False, False):
+        ) != (False, {}, set(), False, False, False) or self._opening or self.opening:
             return 0
         due = min(self._look_due, self._counters_due)
         return due if self.reference is None else min(due, self._clocks_due)
@@ -390,20 +391,43 @@ class Supervision:
 
     # the ring of a redundant bus
 
+    @property
+    def slaves_before_opening(self) -> int | None:
+        """So many of the slaves there are between the first adapter and where the ring is open.
+
+        None while it is closed, and without a ring.
+        """
+        redundancy = self._redundancy
+        if redundancy is None or not redundancy.open:
+            return None
+        there = sum(each.present for each in self.slaves)
+        if redundancy.cut_off[0]:
+            return 0
+        return there if redundancy.split is None else min(redundancy.split, there)
+
+    @property
+    def opening(self) -> str:
+        """Between which two the ring of a redundant bus is open; empty if it is closed."""
+        place = self.slaves_before_opening
+        if place is None:
+            return ""
+        present = [each.name for each in self.slaves if each.present]
+        line = ["the first adapter", *present, "the second adapter"]
+        return "between {} and {}".format(*line[place : place + 2])
+
     def _watch_ring(self, redundancy: Redundancy) -> Steps[None]:
         """Tell where the ring is open, and give the clocks behind the cut one of their own."""
-        missing = tuple(count >= SURE for count in redundancy.missing)
-        ring = redundancy.split, missing[0], missing[1]
+        ring = redundancy.split, *redundancy.cut_off
         if ring == self._ring:
             return
-        before, self._ring = self._ring, ring
-        split = ring[0]
-        closed = None, False, False
-        if ring == closed:
+        self._ring = ring
+        opening = self.opening
+        if not opening:
             self._tell(BusEventKind.RING_CLOSED, None, 0, "frames go round the ring again")
-        elif before == closed or before[0] != split:
-            where = "the second adapter" if split is None else f"before position {split}"
-            self._tell(BusEventKind.RING_OPEN, None, split or 0, f"open at {where}")
+        elif opening != self._opening:
+            self._tell(BusEventKind.RING_OPEN, None, ring[0] or 0, opening)
+        self._opening = opening
+        split = ring[0]
         present = [each for each in self.slaves if each.present]
         first = len(present) if split is None else split
         parts = present[:first], present[first:]
