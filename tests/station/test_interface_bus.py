@@ -16,13 +16,15 @@ from achse.drive import Drive
 from achse.drive.alarms import Alarm
 from achse.ethercat import Loopback, Segment, Slave
 from achse.ethercat.master import Master
+from achse.ethercat.ring_segment import RingSegment
 from achse.ethercat.terminals import DigitalTerminal
 from achse.motion import commands
 from achse.station import interface_bus
 from achse.station.bus_link import BusLink
 from achse.station.bus_plan import BusPlan
 from achse.station.config import ConfigError, parse
-from achse.station.interface_bus import BusSocket, InterfaceBus
+from achse.station.interface_bus import InterfaceBus
+from achse.station.interface_pair import BusSocket, InterfacePair
 from achse.station.station import Station
 from achse.transport.ethernet import LinkError
 
@@ -84,6 +86,67 @@ class Cable:
         self.waiting.clear()
 
 
+class BothEnds(Interface):
+    """Two interfaces, with a line of slaves between them."""
+
+    NAMES = ("veth0", "veth1")
+
+    def __init__(self, cycle_ns: int, slaves: list[Any]) -> None:
+        super().__init__(cycle_ns, slaves)
+        self.ring = self.segment = RingSegment(map(Slave, slaves))
+        self.ends: list[End | None] = [None, None]
+        self.plugged = [True, True]
+
+    def plug(self, adapter: int, there: bool) -> None:
+        """An interface comes, or goes with all that waits there."""
+        self.plugged[adapter] = there
+        self.link(adapter, there)
+
+    def link(self, adapter: int, up: bool) -> None:
+        """The link of an interface; what waits there is lost with it."""
+        self.ring.connect(adapter, up)
+        end = self.ends[adapter]
+        if end is not None:
+            end.up = up
+            end.waiting.clear()
+
+    def open(self, interface: str) -> "End":
+        adapter = self.NAMES.index(interface)
+        if not self.plugged[adapter]:
+            raise LinkError(f"no interface {interface}; there are lo")
+        self.opened += 1
+        self.ends[adapter] = end = End(self, adapter)
+        return end
+
+
+class End(Cable):
+    interface: BothEnds
+
+    def __init__(self, interface: BothEnds, adapter: int) -> None:
+        super().__init__(interface)
+        self.adapter, self.up = adapter, True
+
+    @property
+    def gone(self) -> bool:
+        return not self.interface.plugged[self.adapter]
+
+    def send(self, frame: bytes) -> bool:
+        interface = self.interface
+        if not self.up:
+            return False
+        interface.segment.advance(interface.now_ns)
+        came = interface.ring.process_from(self.adapter, frame)
+        if came is not None:
+            there = interface.ends[came[1]]
+            if there is not None and there.up:
+                there.waiting.append(came[0])
+        return True
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        self.arrived_ns = self.interface.now_ns
+        return self.waiting.popleft() if self.waiting else None
+
+
 class Made:
     """A station whose bus is on `interface`."""
 
@@ -109,14 +172,21 @@ class Made:
             def __init__(self, plan: BusPlan, name: str) -> None:
                 super().__init__(plan, name, open_link=interface.open, make_way=way)
 
+            def _open(self) -> BusSocket:
+                socket = super()._open()
+                if isinstance(socket, InterfacePair):
+                    socket.clock = clock
+                return socket
+
             def exchange(self) -> None:
                 interface.now_ns += interface.cycle_ns
                 super().exchange()
 
         monkeypatch.setattr("achse.station.bus_parts.InterfaceBus", Clocked)
+        ends = isinstance(interface, BothEnds)
         whole: dict[str, Any] = {
             "nc": {"cycle": f"{interface.cycle_ns // 1000}us", "kernel": "interpreted"},
-            "bus": [{"interface": "veth0"}],
+            "bus": [{"interface": "veth0"} | ({"redundant": "veth1"} if ends else {})],
             "axis": [{"id": n, "name": f"A{n}", **AXIS} for n in range(1, drives + 1)],
             "drive": [{"axis": n} for n in range(1, drives + 1)],
             "terminal": [{"name": f"T{n}"} for n in range(1, terminals + 1)],
@@ -416,3 +486,105 @@ def test_slaves_that_no_table_names_have_their_ports(data: st.DataObject) -> Non
 
 def boxes(count: int, size: int) -> list[Loopback]:
     return [Loopback(size, f"box {number}", serial_number=number) for number in range(count)]
+
+
+def test_a_line_between_two_interfaces_is_one_bus(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = Made(monkeypatch, BothEnds(2 * MS, drives(3)), 3)
+    assert made.bus.trouble == "veth0 and veth1 is not open yet"
+    made.until(made.operational)
+    made.enable()
+    made.go(20.0)
+    made.until(lambda: all(abs(axis.actual_position - 20.0) < 0.01 for axis in made.axes))
+    assert made.bus.master.cyclic.counters.lost == 0
+    assert made.bus.master.traffic.lost == 0
+    (figures,) = made.station.statistics()["buses"]
+    told = [figures[name] for name in ("interface", "second_interface", "ring_open", "trouble")]
+    assert told == ["veth0", "veth1", "", ""]
+
+
+@pytest.mark.parametrize("adapter", [0, 1])
+def test_one_interface_that_is_missing_is_told_and_the_other_does(
+    adapter: int, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    interface = BothEnds(2 * MS, drives(2))
+    interface.plug(adapter, False)
+    made = Made(monkeypatch, interface, 2)
+    made.until(lambda: made.bus.master.operational)
+    told = f"no interface veth{adapter}; there are lo"
+    made.until(lambda: made.bus.trouble == told)
+    made.enable()
+    interface.plug(adapter, True)
+    made.until(lambda: made.bus.trouble == "")
+    made.until(lambda: not made.bus.master.supervision.opening)
+    interface.plug(adapter, False)
+    made.until(lambda: made.bus.trouble == f"veth{adapter} is gone")
+    made.go(10.0)
+    made.until(lambda: all(abs(axis.actual_position - 10.0) < 0.01 for axis in made.axes))
+    assert made.bus.searches == 1
+    assert [each.getMessage() for each in caplog.records].count(f"EtherCAT: {told}") == 1
+
+
+def test_no_interface_of_two_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    interface = BothEnds(2 * MS, drives(1))
+    interface.plugged = [False, False]
+    made = Made(monkeypatch, interface, 1)
+    told = "no interface veth0; there are lo; no interface veth1; there are lo"
+    made.until(lambda: made.bus.trouble == told)
+    interface.plugged = [True, True]
+    made.until(made.operational)
+    made.bus.close()
+    interface.segment.advance(interface.now_ns + 20 * MS)
+    assert interface.ring.slaves[0].state is AlState.INIT
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.data())
+def test_one_cut_at_a_time_stops_no_axis_and_two_are_an_error(data: st.DataObject) -> None:
+    """Drawn: drives, cycle, which cables and links are cut, in which order, when, for how long."""
+    draw = data.draw
+    count = draw(st.integers(1, 4), "drives")
+    cycle_ns = draw(st.sampled_from([1, 2, 4]), "cycle in ms") * MS
+    interface = BothEnds(cycle_ns, drives(count))
+    ring = interface.ring
+
+    def hurt(what: str, place: int, well: bool) -> None:
+        if what == "cable":
+            (ring.mend if well else ring.cut)(place % (count + 1))
+        elif what == "link":
+            interface.link(place % 2, well)
+        else:
+            interface.plug(place % 2, well)
+
+    with pytest.MonkeyPatch.context() as patch:
+        made = Made(patch, interface, count)
+        made.until(made.operational)
+        made.enable()
+        made.go(60.0, 30.0)
+        counters, master = made.bus.master.cyclic.counters, made.bus.master
+        lost = counters.lost + counters.wrong
+        cuts = draw(
+            st.lists(
+                st.tuples(st.sampled_from(["cable", "link", "interface"]), st.integers(0, 4)),
+                max_size=4,
+            ),
+            "cut in this order",
+        )
+        for what, place in cuts:
+            made.station.advance(draw(st.floats(0.0, 0.3), "whole for"))
+            hurt(what, place, False)
+            made.station.advance(draw(st.floats(0.05, 0.4), "cut for"))
+            assert master.supervision.opening
+            hurt(what, place, True)
+            made.until(lambda: not master.supervision.opening)
+        assert made.errors() == {None}
+        # what was under way at the cut; and until an interface that comes is opened
+        opened = 1 + 5 * MS // cycle_ns
+        allowed = sum(1 + opened * (what == "interface") for what, _ in cuts)
+        assert counters.lost + counters.wrong - lost <= allowed
+        for adapter in (0, 1):
+            interface.link(adapter, False)
+        made.until(lambda: made.errors() == {NcError.DRIVE_IO_INVALID})
+        for adapter in draw(st.permutations((0, 1)), "back in this order"):
+            made.station.advance(draw(st.floats(0.0, 0.5), "both cut for"))
+            interface.link(adapter, True)
+        made.recovers()

@@ -271,9 +271,8 @@ async def statistics(
     _, *frames = struct.unpack("<5I", await master.read_raw(_FRAMES, 0, 20))
     names = ("cyclic", "cyclic_lost", "acyclic", "acyclic_lost")
     told: dict[str, Any] = dict(zip(names, frames, strict=True))
-    told["interface"], told["trouble"] = [
-        (await master.read_raw(_WAY, which, _LONGEST)).rstrip(b"\0").decode() for which in (0, 1)
-    ]
+    for which, name in enumerate(("interface", "trouble", "second_interface", "ring_open")):
+        told[name] = (await master.read_raw(_WAY, which, _LONGEST)).rstrip(b"\0").decode()
     trips = struct.unpack("<6Q", await master.read_raw(_TRIPS, 0, 48))
     keys = ("count", "missing", "last_ns", "mean_ns", "within_99_percent_ns", "largest_ns")
     told["round_trips"] = dict(zip(keys, trips, strict=True))
@@ -299,11 +298,14 @@ async def statistics(
     if told["interface"]:
         count, missing, *times = trips
         last, mean, most_of, largest = (f"{each / 1000:.0f}" for each in times)
-        print(f"{told['interface']}: {told['trouble'] or 'complete'}")
+        where = ", ".join(filter(None, (told["interface"], told["second_interface"])))
+        print(f"{where}: {told['trouble'] or 'complete'}")
         print(
             f"round trips: {count}, {missing} cycles without; µs: last {last}, mean {mean},"
             f" 99 % {most_of}, most {largest}"
         )
+    if told["ring_open"]:
+        print(f"the ring is open {told['ring_open']}")
     print_table(
         [
             tuple(name.replace("_", " ") for name in _COUNTED),

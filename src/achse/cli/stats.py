@@ -75,9 +75,12 @@ def _print_buses(buses: list[dict[str, Any]]) -> None:
     for bus in buses:
         trips = (f"{1e6 * bus[f'round_trip_{key}']:.0f}" for key in ("mean", "99", "largest"))
         keys = ("slaves", "slaves_operational", "frames", "frames_lost", "frames_wrong")
-        where = bus["interface"] or "in process"
+        ends = (bus["interface"], bus["second_interface"])
+        where = ", ".join(filter(None, ends)) or "in process"
         rows.append((bus["name"], where, *(str(bus[key]) for key in keys), *trips))
     print_table(rows, right=frozenset(range(2, 10)))
     for bus in buses:
         if bus["trouble"]:
             print(f"{bus['name']}: {bus['trouble']}")
+        if bus["ring_open"]:
+            print(f"{bus['name']}: the ring is open {bus['ring_open']}")

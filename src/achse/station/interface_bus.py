@@ -8,24 +8,25 @@ import hashlib
 import logging
 from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
 from achse.codes import AlState
 from achse.drive import Drive
 from achse.ethercat.frame import Datagram, DatagramCommand, EthercatFrame
 from achse.ethercat.master import BusConfiguration, BusError, BusJob, BusSlave, Master
 from achse.ethercat.master.inspection import match
+from achse.ethercat.master.redundancy import Redundancy
 from achse.ethercat.master.scanning import FoundSlave, scan_bus
 from achse.ethercat.master.traffic import AcyclicTraffic
 from achse.ethercat.registers import Register
 from achse.station.bus_config import DriveConfig
-from achse.station.bus_link import BusLink, FrameLink, RoundTrips
+from achse.station.bus_link import BusLink, RoundTrips
 from achse.station.bus_plan import BusPlan
 from achse.station.ethercat_bus import slaves_digest, tell_event
+from achse.station.interface_pair import BusSocket, InterfacePair
 from achse.station.virtual_drives import make_drives, torque_per_acceleration
 from achse.transport.ethernet import EthernetLink, LinkError
 
-__all__ = ["BusSocket", "InterfaceBus", "open_interface"]
+__all__ = ["InterfaceBus", "open_interface"]
 
 log = logging.getLogger("achse.bus")
 
@@ -36,16 +37,8 @@ _TIMEOUT_NS = 20_000_000
 """How long a frame of a search may be away."""
 _TURN_NS = 250_000
 """How long a search waits for a frame; a quarter of the cycle goes into that."""
-
-
-class BusSocket(FrameLink, Protocol):
-    """An open interface."""
-
-    @property
-    def gone(self) -> bool:
-        """The interface was removed."""
-
-    def close(self) -> None: ...
+_SEARCH_PATIENCE_NS = 5_000_000
+"""In a ring: how long one copy of a frame of a search waits for the other."""
 
 
 def open_interface(interface: str) -> BusSocket:
@@ -54,7 +47,8 @@ def open_interface(interface: str) -> BusSocket:
 
 
 class InterfaceBus:
-    """One bus on `interface`; `slaves` are in the order of the drives of `plan`.
+    """One bus on `interface`, a redundant one on `second_interface` too; `slaves` are in
+    the order of the drives of `plan`.
 
     In each cycle `take` brings what has come since the last one, `exchange` sends. `trouble` says
     why the bus does not work as configured, empty if it does. After a search with another result
@@ -75,12 +69,14 @@ class InterfaceBus:
         """`make_way` joins a master to the open interface; a test hands another clock in there."""
         self.plan = plan
         self.interface = interface
+        self.second_interface = plan.bus.redundant if isinstance(plan.bus.redundant, str) else ""
+        self._where = " and ".join(filter(None, (interface, self.second_interface)))
         self.cycle_ns = plan.cycle_ns
         self.now_ns = 0
         self.bank = None
         self.drives: Sequence[Drive] = ()
         """None: they are not in this process."""
-        self.trouble = f"{interface} is not open yet"
+        self._fault = self.trouble = f"{self._where} is not open yet"
         self.round_trips = RoundTrips()
         self.searches = 0
         """How often slaves were found."""
@@ -170,14 +166,23 @@ class InterfaceBus:
             master.poll(self.now_ns, 4)
         self._left = [each for each in self._left if each.traffic.waiting > 1]
 
-    def _tell(self, trouble: str) -> None:
+    def _tell(self, fault: str) -> None:
         """Say what is wrong, once."""
+        self._fault = fault
+        pair = self._socket if isinstance(self._socket, InterfacePair) else None
+        trouble = "; ".join(filter(None, (fault, pair.trouble if pair else "")))
         if trouble != self.trouble:
             self.trouble = trouble
             if trouble:
                 log.warning("%s: %s", self.plan.bus.name, trouble)
             else:
-                log.info("%s: complete on %s", self.plan.bus.name, self.interface)
+                log.info("%s: complete on %s", self.plan.bus.name, self._where)
+
+    def _open(self) -> BusSocket:
+        """The interface, or both."""
+        if not self.second_interface:
+            return self._open_link(self.interface)
+        return InterfacePair((self.interface, self.second_interface), self._open_link)
 
     def _fail(self, trouble: str) -> None:
         """Nothing is found on the interface."""
@@ -191,13 +196,15 @@ class InterfaceBus:
             self.close()
         if self._socket is None:
             try:
-                self._socket = self._open_link(self.interface)
+                self._socket = self._open()
             except LinkError as refusal:
                 self._fail(str(refusal))
                 return
             except OSError as failure:
                 self._fail(f"{self.interface}: {failure.strerror}")
                 return
+        if isinstance(self._socket, InterfacePair):
+            self._socket.begin(Redundancy(), _SEARCH_PATIENCE_NS)
         while self._socket.receive(0.0) is not None:
             pass
         traffic = AcyclicTraffic(max(_TIMEOUT_NS, 4 * self.cycle_ns))
@@ -231,7 +238,7 @@ class InterfaceBus:
         try:
             found = job.result()
         except BusError as trouble:
-            self._fail(f"{self.interface}: {trouble}")
+            self._fail(f"{self._where}: {trouble}")
             return
         self._in_vain = False
         configuration, faults = self.plan.found(found)
@@ -243,6 +250,9 @@ class InterfaceBus:
         )
         self._configure(configuration)
         assert self._socket is not None
+        if isinstance(self._socket, InterfacePair):
+            assert self.master.redundancy is not None
+            self._socket.begin(self.master.redundancy, 3 * self.cycle_ns // 8)
         self._way = self._make_way(self.master, self._socket)
         self._way.round_trips = self.round_trips
         self._look_ns = self.now_ns + _LOOK_NS
@@ -254,10 +264,11 @@ class InterfaceBus:
         if self._socket.gone:
             self._leave()
             self.close()
-            self._fail(f"{self.interface} is gone")
+            self._fail(f"{self._where} is gone")
             return
-        if self.trouble and self.master.operational:
-            self._tell("")
+        pair = self._socket if isinstance(self._socket, InterfacePair) else None
+        if pair or self.trouble:
+            self._tell("" if self.master.operational else self._fault)
         supervision = self.master.supervision
         if not Counter(supervision.strangers) - self._misfits:
             return
@@ -266,7 +277,7 @@ class InterfaceBus:
             self._leave()
         else:
             self._tell(
-                f"{self.interface} has other slaves than before: searched again when no axis is"
+                f"{self._where} has other slaves than before: searched again when no axis is"
                 " enabled"
             )
 

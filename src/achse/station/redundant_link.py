@@ -4,7 +4,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from achse.ethercat.master.redundancy import Redundancy
+from achse.ethercat.master.redundancy import SURE, Redundancy
 from achse.station.bus_link import FrameLink
 
 __all__ = ["RedundantLink"]
@@ -32,7 +32,7 @@ class RedundantLink:
         clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         self.links: list[FrameLink | None] = [first, second]
-        self._clock = clock
+        self.clock = clock
         self._whole: deque[bytes] = deque()
         self._sent_ns: dict[int, int] = {}
         """When each frame was sent, by index; 256 at most."""
@@ -50,30 +50,34 @@ class RedundantLink:
     def send(self, frame: bytes) -> bool:
         """Send both copies; False if no interface takes one."""
         copies = self.redundancy.copies(frame)
-        self._sent_ns[frame[_INDEX_AT]] = self._clock()
+        self._sent_ns[frame[_INDEX_AT]] = self.clock()
         sent = False
-        for link, copy in zip(self.links, copies, strict=True):
-            sent |= link is not None and link.send(copy)
+        for adapter, link in enumerate(self.links):
+            if link is None:
+                self.redundancy.missing[adapter] = SURE
+            else:
+                sent |= link.send(copies[adapter])
         return sent
 
     def receive(self, timeout_s: float) -> bytes | None:
         """The next whole frame; None if none came within `timeout_s`, 0 looks only."""
         left = timeout_s
+        end_ns = self.clock() + round(timeout_s * 1e9)
         while not self._whole:
             if self._take(0.0) or self._whole:
                 continue
             if left <= 0.0:
-                self._give_up()
+                self._give_up(max(self.clock(), end_ns))
                 break
             self._take(min(left, _TURN_S) / 2)
             left -= _TURN_S
         return self._whole.popleft() if self._whole else None
 
-    def _give_up(self) -> None:
+    def _give_up(self, now_ns: int) -> None:
         """Frames of which a copy is missing for long enough."""
         ring = self.redundancy
         if ring.halves:
-            before = self._clock() - self.patience_ns
+            before = now_ns - self.patience_ns
             late = [index for index in ring.halves if self._sent_ns.get(index, before) <= before]
             self._whole.extend(ring.flush(late))
 

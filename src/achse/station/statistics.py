@@ -136,7 +136,9 @@ def _of_bus(name: str, bus: "EthercatBus | InterfaceBus") -> dict[str, Any]:
     return {
         "name": name,
         "interface": bus.interface,
+        "second_interface": bus.second_interface,
         "trouble": bus.trouble,
+        "ring_open": bus.master.supervision.opening,
         "slaves": sum(slave.present for slave in master.slaves),
         "slaves_operational": sum(slave.operational for slave in master.slaves),
         "frames": frames.sent,

@@ -169,9 +169,10 @@ class BusMasterDevice(Device):
                 "interface",
                 self._read_way,
                 None,
-                1,
+                3,
                 "Text. Offset 0: the network interface, 1: why the bus does not work as"
-                " configured. Empty in this process. Number ours",
+                " configured, 2: the second interface of a redundant bus; empty in this process."
+                " 3: where the ring of a redundant bus is open. Number ours",
             ),
             (
                 MasterGroup.CLOCKS,
@@ -284,9 +285,10 @@ class BusMasterDevice(Device):
 
     def _read_way(self, offset: int, length: int, client: bytes) -> bytes:
         way = self.bus.way
-        if offset not in (0, 1):
-            raise DeviceError(ReturnCode.INVALID_OFFSET, f"0 or 1, got {offset}")
-        texts = ("", "") if way is None else (way.interface, way.trouble)
+        if not 0 <= offset <= 3:
+            raise DeviceError(ReturnCode.INVALID_OFFSET, f"0 to 3, got {offset}")
+        told = ("",) * 3 if way is None else (way.interface, way.trouble, way.second_interface)
+        texts = (*told, self.bus.master.supervision.opening)
         return texts[offset].encode() + b"\0"
 
     def _read_identity(self, offset: int, length: int, client: bytes) -> bytes:

@@ -106,6 +106,10 @@ class BusWay(Protocol):
         """The network interface."""
 
     @property
+    def second_interface(self) -> str:
+        """That at the other end of a redundant bus, else empty."""
+
+    @property
     def trouble(self) -> str:
         """Why the bus does not work as configured; empty if it does."""
 

@@ -73,6 +73,8 @@ class Redundancy:
         self.strays = 0
         """Frames that came and that were not sent."""
         self.reference: int | None = None
+        self.turned = False
+        """The last slave turns frames round: nothing comes back by the second adapter."""
         self._sent: dict[int, tuple[bytes, bytes]] = {}
         """Both copies of each frame by index; 256 at most."""
         self._done: set[int] = set()
@@ -89,6 +91,10 @@ class Redundancy:
     def open(self) -> bool:
         """The ring is open, or an adapter has lost its copies."""
         return self.split is not None or any(self.cut_off)
+
+    def _known_away(self, number: int) -> bool:
+        """The copies of an adapter do not come back."""
+        return self.cut_off[number] or (self.turned and number == 1)
 
     def copies(self, frame: bytes) -> tuple[bytes, bytes]:
         """What the first and the second adapter send."""
@@ -130,7 +136,7 @@ class Redundancy:
         there = self._first.pop(index, None)
         if there is None or there.number == number:
             half = _Half(number, adapter, copy)
-            if self.missing[1 - number] >= SURE:
+            if self._known_away(1 - number):
                 return self._alone(half)
             self._first[index] = half
             return None
@@ -167,7 +173,7 @@ class Redundancy:
         copy may have been lost by chance.
         """
         index, number = half.copy[_INDEX_AT], half.number
-        sure = self.cut_off[1 - number]
+        sure = self._known_away(1 - number)
         self._done.add(index)
         if half.passed_nobody or (index in ACYCLIC and not sure):
             return None

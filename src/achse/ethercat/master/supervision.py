@@ -119,9 +119,14 @@ class Supervision:
         cyclic = self._cyclic
         seen = (cyclic.present, cyclic.al_states, cyclic.counters.wrong)
         if (
-            *(self._urgent, self._leads, self._collecting, seen != self._seen),
-            *(cyclic.counters.lost > self._lost_before, any(cyclic.mailbox_bits)),
-        ) != (False, {}, set(), False, False, False) or self._opening or self.opening:
+            (
+                *(self._urgent, self._leads, self._collecting, seen != self._seen),
+                *(cyclic.counters.lost > self._lost_before, any(cyclic.mailbox_bits)),
+            )
+            != (False, {}, set(), False, False, False)
+            or self._opening
+            or self.opening
+        ):
             return 0
         due = min(self._look_due, self._counters_due)
         return due if self.reference is None else min(due, self._clocks_due)
@@ -215,19 +220,28 @@ class Supervision:
         self.link = True
         self._tell(BusEventKind.LINK_BACK, None, count, f"{count} slaves found")
         present = [each for each in self.slaves if each.present]
-        if self._redundancy is not None and self._redundancy.split is None and present:
-            # frames have to come back the way they went: the last slave turns them round
-            last = present[-1].station
-            yield from write(last, Register.DL_CONTROL + 1, _CLOSED_END)
-            self.reference = yield from measure_clocks(present)
-            yield from write(last, Register.DL_CONTROL + 1, b"\0")
-        else:
-            self.reference = yield from measure_clocks(present)
+        self.reference = yield from self._measure(present)
         if self.reference is not None and any(each.configuration.clock for each in present):
             yield from settle_drift(self.reference, self.bus.drift_telegrams)
         self._cyclic.set_reference(self.reference)
         self.cyclic_on = True
         self._urgent = True
+
+    def _measure(self, present: Sequence[BusSlave]) -> Steps[int | None]:
+        """Find the reference clock and the delays from it; its station, None without clocks."""
+        ring = self._redundancy
+        if ring is None or ring.open or not present:
+            return (yield from measure_clocks(present))
+        # frames have to come back the way they went: the last slave turns them round
+        last = present[-1].station
+        ring.turned = True
+        try:
+            yield from write(last, Register.DL_CONTROL + 1, _CLOSED_END)
+            reference = yield from measure_clocks(present)
+            yield from write(last, Register.DL_CONTROL + 1, b"\0")
+        finally:
+            ring.turned = False
+        return reference
 
     def _found(self, slave: BusSlave, facts: SlaveFacts) -> None:
         facts.delay_ns = slave.facts.delay_ns
