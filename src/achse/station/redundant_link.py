@@ -36,8 +36,8 @@ class RedundantLink:
         self._whole: deque[bytes] = deque()
         self._sent_ns: dict[int, int] = {}
         """When each frame was sent, by index; 256 at most."""
-        self.arrived_ns = 0
-        """When the last copy arrived, by the clock of `time.time_ns`."""
+        self._last: FrameLink | None = None
+        """Where the last copy came."""
         self.begin(redundancy, patience_ns)
 
     def begin(self, redundancy: Redundancy, patience_ns: int) -> None:
@@ -46,6 +46,11 @@ class RedundantLink:
         self.patience_ns = patience_ns
         self._whole.clear()
         self._sent_ns.clear()
+
+    @property
+    def arrived_ns(self) -> int:
+        """When the last copy arrived, by the clock of `time.time_ns`; 0: none has."""
+        return self._last.arrived_ns if self._last is not None else 0
 
     def send(self, frame: bytes) -> bool:
         """Send both copies; False if no interface takes one."""
@@ -88,7 +93,7 @@ class RedundantLink:
             copy = None if link is None else link.receive(timeout_s)
             if link is not None and copy is not None:
                 came = True
-                self.arrived_ns = link.arrived_ns
+                self._last = link
                 whole = self.redundancy.take(copy, adapter)
                 if whole is not None:
                     self._whole.append(whole)
