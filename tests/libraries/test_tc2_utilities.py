@@ -117,7 +117,7 @@ def test_what_is_wrong_in_a_format(formatter: Ran, text: str, names: str, error:
 
 
 def test_a_pointer_to_nothing_is_told() -> None:
-    ran = Ran("PROGRAM MAIN VAR f : FB_FormatString2; END_VAR f(nOutSize := 8); END_PROGRAM")
+    ran = Ran("PROGRAM MAIN VAR f : FB_FormatString2; END_VAR f(nDstSize := 8); END_PROGRAM")
     assert ran.cycle()["f.nErrId"] == 0x10000
 
 
