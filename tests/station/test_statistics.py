@@ -5,7 +5,8 @@ from unittest import mock
 import pytest
 
 from achse.ams import AdsError
-from achse.station import StationConfig
+from achse.client import connect
+from achse.station import Station, StationConfig
 from achse.station.statistics import statistics
 from achse.testing import LiveStation
 
@@ -74,3 +75,15 @@ def test_a_client_in_this_process_is_listed_by_its_subscriptions() -> None:
             [client] = station.run(statistics, station.station)["clients"]
     assert (client["address"], client["peer"]) == ("10.0.0.1.1.1:40000", None)
     assert client["requests"] is None
+
+
+async def test_a_client_in_this_process_is_counted_until_it_goes() -> None:
+    station = Station.demo()
+    async with connect(station.router) as plc:
+        for _ in range(4):
+            await plc.read("MAIN.nCounter")
+        with pytest.raises(AdsError):
+            await plc.read_raw(0x4020, 0xFFFF_FFF0, 4)
+        [client] = [each for each in statistics(station)["clients"] if each["errors"]]
+        assert (client["requests"] >= 5, client["errors"], client["peer"]) == (True, 1, None)
+    assert client["address"] not in {each["address"] for each in statistics(station)["clients"]}

@@ -13,6 +13,7 @@ from achse.client import connect
 from achse.router import Router
 from achse.station import ConfigError, Station
 from achse.station.config import parse
+from achse.station.statistics import statistics
 from achse.transport.serial_port import SerialPort
 from achse.transport.serial_ports import ServedPort, ServedSerialPorts
 from tests.transport.lines import cable, noisy, until
@@ -62,6 +63,10 @@ async def test_a_client_asks_a_station_over_a_serial_port(tmp_path: Path) -> Non
                 assert (await anext(samples)).value == 5
             with pytest.raises(RouterError, match="0x6"):
                 await plc.at_port(999).state()
+            [client] = statistics(served)["clients"]
+            assert client["requests"] > 10
+            assert client["errors"] >= 1
+            assert line.left in client["peer"]
 
 
 async def test_a_router_forwards_between_tcp_and_serial(tmp_path: Path) -> None:

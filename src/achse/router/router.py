@@ -11,6 +11,7 @@ from typing import Any
 
 from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame, NetId, RouterError
 from achse.codes import ReturnCode
+from achse.router.clients import Clients
 from achse.router.routes import RouteTable
 
 __all__ = ["FIRST_CLIENT_PORT", "LOOPBACK_NET_ID", "Gate", "Router", "Watcher"]
@@ -28,6 +29,8 @@ Gate = Callable[[Frame, Callable[[Frame], bool]], bool]
 
 Watcher = Callable[[Frame], None]
 """Sees each frame on its way: taps."""
+
+_NOTIFICATION = int(Command.NOTIFICATION)
 
 _UNANSWERED = int(Flags.RESPONSE | Flags.NO_RESPONSE)
 
@@ -63,6 +66,8 @@ class Router:
         self._attended = False
         """True while there is a gate or a watcher."""
         self._next_port = FIRST_CLIENT_PORT
+        self.asking = Clients()
+        """Who asks, and how much."""
         self.lost_frames = 0
         """Responses and notifications nobody was there for."""
         self.denied = 0
@@ -122,6 +127,7 @@ class Router:
         self._local.pop(address)
         self.changes += 1
         self._local.pop(AmsAddress.of(LOOPBACK_NET_ID, port), None)
+        self.asking.forget(address)
         for listener in self._close_listeners:
             listener(address)
 
@@ -181,6 +187,7 @@ class Router:
         ways.pop(endpoint, None)
         if not ways:
             self._learned.pop(source, None)
+            self.asking.forget(source)
 
     def way_to(self, client: bytes) -> Endpoint | None:
         """Where the client of this address is, or was seen last; None if it is unknown."""
@@ -210,6 +217,11 @@ class Router:
 
         False if nobody took it.
         """
+        if frame.flags & 1:
+            if frame.error or any(frame.data[:4]):
+                self.asking.refused(frame.target)
+        elif frame.command != _NOTIFICATION:
+            self.asking.asked(frame.source)
         return self._show(frame) if self._attended else self._pass(frame)
 
     def _pass(self, frame: Frame) -> bool:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 from achse.ams import AmsAddress
 from achse.motion import Nc
 from achse.router import Router
+from achse.router.clients import ClientFigures
 from achse.server import Device, Usage
 from achse.station.pacing import Pace
-from achse.transport.senders import SenderFigures
 from achse.transport.tcp import TcpListener
 
 if TYPE_CHECKING:
@@ -100,31 +100,26 @@ def statistics(station: CountedStation) -> dict[str, Any]:
     }
 
 
-def _clients(station: CountedStation) -> list[tuple[bytes, SenderFigures | None, str | None]]:
-    """Who asks, by TCP and by which connection, or has subscribed in this process."""
-    found: list[tuple[bytes, SenderFigures | None, str | None]] = [
-        (source, connection.senders[source], connection.peer)
-        for listener in station.listeners
-        for connection in listener.connections
-        for source in connection.senders
-    ]
-    known = {source for source, _, _ in found}
+def _clients(station: CountedStation) -> list[tuple[bytes, ClientFigures | None]]:
+    """Who asks, by whatever way, or has subscribed."""
+    asking = station.router.asking
+    found: list[tuple[bytes, ClientFigures | None]] = [(each, asking[each]) for each in asking]
     subscribed = {
         client: None for device in station.devices for client in device.notifications.clients
     }
-    found += [(client, None, None) for client in subscribed if client and client not in known]
+    found += [(client, None) for client in subscribed if client and client not in asking]
     return found
 
 
 def _of_client(
-    station: CountedStation, client: bytes, sender: SenderFigures | None, peer: str | None
+    station: CountedStation, client: bytes, figures: ClientFigures | None
 ) -> dict[str, Any]:
-    """Requests are counted where they come by TCP; None for a client in this process."""
+    """`peer` says from where it comes; None for a client in this process."""
     return {
         "address": str(AmsAddress(client)),
-        "peer": peer,
-        "requests": None if sender is None else sender.requests,
-        "errors": None if sender is None else sender.errors,
+        "peer": getattr(station.router.way_to(client), "peer", None),
+        "requests": None if figures is None else figures.requests,
+        "errors": None if figures is None else figures.errors,
         "subscriptions": sum(each.notifications.held_by(client) for each in station.devices),
     }
 

@@ -215,7 +215,7 @@ class Peer:
             if whole and self._unchanged and not self._rights:
                 answers, done = self._repeated.answer(data, self._last_source)
                 if done:
-                    self.senders.speaking.requests += done // REQUEST_SIZE
+                    self._router.asking.asked(self._last_source, done // REQUEST_SIZE)
                     self._out.put(answers)
                     if done == len(data):
                         self._flush()
@@ -262,8 +262,6 @@ class Peer:
                         event.via = self._exchanges.take(event)
                     elif event.command == Command.NOTIFICATION:
                         event.via = self._exchanges.answered(event)
-                    else:
-                        self.senders.speaking.requests += 1
                     try:
                         router.deliver(event)
                     except Exception:  # a fault of one frame is not one of its connection
@@ -342,7 +340,7 @@ class Peer:
                 )
                 return False
         self._router.learn(source, self)
-        oldest = self.senders.turn_to(source)
+        oldest = self.senders.add(source)
         if oldest is not None:
             self._rights.forget(oldest)
             self._router.forget(oldest, self)
@@ -375,7 +373,8 @@ class Peer:
         if not missing:
             return False
         self._router.denied += 1
-        self.senders.speaking.requests += 1
+        self._router.asking.asked(frame.source)
+        self._router.asking.refused(frame.source)
         self._rights.tell(frame.source, missing, self.peer)
         if not frame.flags & Flags.NO_RESPONSE:
             self.deliver(frame.reply(error=ReturnCode.DEVICE_ACCESS_DENIED.number))
@@ -456,8 +455,6 @@ class Peer:
                 return True
             if refusal is not None:
                 return False
-        if frame.is_response and (frame.error or any(frame.data[:4])):
-            self.senders.refused(frame.target)
         packet = frame.encode_tcp()
         if frame.command == Command.ADD_NOTIFICATION and frame.is_response:
             self._out.added(self.owner.loop.time())

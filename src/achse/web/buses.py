@@ -14,7 +14,7 @@ from achse.web.feeds import Feed
 from achse.web.messages import CallError
 from achse.web.watched import IO_PORT, NC_PORT, WatchedTarget
 
-__all__ = ["BusDesk", "drive_state"]
+__all__ = ["SDO", "BusDesk", "drive_state"]
 
 _MASTER_PORT = 0xFFFF
 _DEVICES, _IDS, _NAME, _NET_ID, _BOX_NAME = 0x5000, 1, 1, 5, 6
@@ -22,7 +22,9 @@ _MASTER_STATE, _ADDRESSES, _STATES, _FRAMES, _IDENTITY = 0x3, 0x7, 0x9, 0xC, 0x1
 _CRC_ERRORS, _DEV_STATE, _TRIPS, _WAY = 0x12, 0x45, 0x101, 0x102
 _AXIS_PARAMETERS, _HARDWARE = 0x4000, 0x31
 _STATE_OFFSET = 0x100
-_SDO = 0xF302
+SDO = 0xF302
+"""Index group of a slave's objects; offset: index << 16 | subindex."""
+
 _LONGEST = 0x1_0000
 _STATE_NAMES = {1: "INIT", 2: "PREOP", 3: "BOOT", 4: "SAFEOP", 8: "OP"}
 _FAULTS = (
@@ -46,19 +48,12 @@ _DRIVE_STATES = (
 )  # fmt: skip
 """Mask and value of the statusword (CiA 402, 6041h)."""
 
-_OBJECTS = (
-    (0x603F, 0, "error_code", "<H", ""), (0x6040, 0, "controlword", "<H", ""),
-    (0x6041, 0, "statusword", "<H", ""), (0x6060, 0, "mode of operation", "<b", ""),
-    (0x6061, 0, "mode", "<b", "mode that is active"),
-    (0x6062, 0, "position demand", "<i", ""), (0x6064, 0, "position", "<i", "actual value"),
-    (0x606C, 0, "velocity", "<i", "actual value"), (0x6071, 0, "target torque", "<h", ""),
-    (0x6077, 0, "torque", "<h", "actual value, 0.1 %"), (0x607A, 0, "target position", "<i", ""),
-    (0x60F4, 0, "following error", "<i", ""), (0x60FF, 0, "target velocity", "<i", ""),
-    (0x6502, 0, "supported modes", "<I", ""),
-)  # fmt: skip
-"""Objects of a drive that are shown: index, subindex, name, form, meaning."""
-
-_SHOWN = ("error_code", "controlword", "statusword", "mode", "position", "velocity", "torque")
+_SHOWN = {
+    "error_code": (0x603F, "<H"), "controlword": (0x6040, "<H"), "statusword": (0x6041, "<H"),
+    "mode": (0x6061, "<b"), "position": (0x6064, "<i"), "velocity": (0x606C, "<i"),
+    "torque": (0x6077, "<h"),
+}  # fmt: skip
+"""Objects in the table of drives: index, form."""
 
 
 def drive_state(statusword: int) -> str:
@@ -179,13 +174,13 @@ class BusDesk:
             net_id = bytes(master.address.net_id)
             for station in await self._stations(master):
                 slave = master.at_port(station)
-                values = await _values(slave, _SHOWN)
+                values = await _values(slave)
                 if values["statusword"] is None:
                     continue
                 word = values["statusword"]
                 error = values.pop("error_code") or 0
                 alarm = Alarm.of(error)
-                bus_state = await _maybe(master.read_raw(_STATES, station, 2), "<2B")
+                bus_state = await self.state(master, station)
                 found.append(
                     {
                         "drive": station,
@@ -198,9 +193,7 @@ class BusDesk:
                         if alarm
                         else (f"0x{error:04X}" if error else ""),
                         "error_link": None,
-                        "bus_state": None
-                        if bus_state is None
-                        else _STATE_NAMES.get(bus_state[0] & 0xF, "none"),
+                        "bus_state": bus_state,
                     }
                 )
         return found
@@ -226,22 +219,16 @@ class BusDesk:
             feed.show(await self.drives(given))
             await feed.pause(every)
 
-    async def objects(self, given: Arguments) -> list[dict[str, Any]]:
-        """Call `drives.objects`: objects of a drive by its station address."""
-        station = given.whole("drive", None, 1, 0xFFFE)
+    async def state(self, master: Target, station: int) -> str | None:
+        """The state of a slave on its bus; None if it is not told."""
+        found = await _maybe(master.read_raw(_STATES, station, 2), "<2B")
+        return None if found is None else _STATE_NAMES.get(found[0] & 0xF, "none")
+
+    async def slave(self, station: int) -> tuple[Target, Target]:
+        """The master and the slave of that address. Raises CallError without one."""
         for _, master in await self._masters():
             if station in await self._stations(master):
-                names = [name for _, _, name, _, _ in _OBJECTS]
-                values = await _values(master.at_port(station), names)
-                return [
-                    {
-                        "key": f"{index:04X}:{subindex:02X}", "name": name,
-                        "value": values[name], "unit": "", "writable": False,
-                        "meaning": meaning, "link": None,
-                    }
-                    for index, subindex, name, _, meaning in _OBJECTS
-                    if values[name] is not None
-                ]  # fmt: skip
+                return master, master.at_port(station)
         raise CallError(f"drive: no slave has the address {station}")
 
 
@@ -254,17 +241,16 @@ async def _maybe(reading: Awaitable[bytes], form: str) -> tuple[Any, ...] | None
     return struct.unpack(form, data) if len(data) == struct.calcsize(form) else None
 
 
-async def _values(slave: Target, names: tuple[str, ...] | list[str]) -> dict[str, Any]:
-    """Values of objects by name; None for those that the slave does not have."""
+async def _values(slave: Target) -> dict[str, Any]:
+    """Values of the objects shown by name; None for those that the slave does not have."""
 
-    async def read(index: int, subindex: int, form: str) -> int | None:
+    async def read(index: int, form: str) -> int | None:
         size = struct.calcsize(form)
         try:
-            data = await slave.read_raw(_SDO, index << 16 | subindex, size)
+            data = await slave.read_raw(SDO, index << 16, size)
         except AdsError:
             return None
         return int(struct.unpack(form, data)[0]) if len(data) == size else None
 
-    wanted = [each for each in _OBJECTS if each[2] in names]
-    found = await asyncio.gather(*(read(i, s, form) for i, s, _, form, _ in wanted))
-    return {name: value for (_, _, name, _, _), value in zip(wanted, found, strict=True)}
+    found = await asyncio.gather(*(read(*each) for each in _SHOWN.values()))
+    return dict(zip(_SHOWN, found, strict=True))

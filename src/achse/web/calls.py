@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.web.axes import AxisDesk
 from achse.web.buses import BusDesk
+from achse.web.drive_objects import DriveObjectDesk
 from achse.web.faults import FaultDesk
 from achse.web.feeds import Topic
 from achse.web.journal import JournalDesk
@@ -43,6 +44,7 @@ class Desks(NamedTuple):
     journal: JournalDesk
     traffic: TrafficDesk
     buses: BusDesk
+    objects: DriveObjectDesk
     tables: TableDesk
     channels: ChannelDesk
     scene: SceneDesk
@@ -67,6 +69,7 @@ def desks_of(
         JournalDesk(watched),
         TrafficDesk(watched, rows),
         buses,
+        DriveObjectDesk(buses),
         TableDesk(watched),
         channels,
         scenes,
@@ -95,7 +98,8 @@ def calls_of(watched: WatchedTarget, desks: Desks) -> dict[str, PageCall]:
         "faults.set": PageCall(desks.faults.set, ALL_RIGHTS),
         "faults.clear": PageCall(desks.faults.clear, ALL_RIGHTS),
         "drives.list": PageCall(desks.buses.drives),
-        "drives.objects": PageCall(desks.buses.objects),
+        "drives.objects": PageCall(desks.objects.listed),
+        "drives.write": PageCall(desks.objects.write, Right.WRITE),
         "tables.list": PageCall(desks.tables.tables),
         "tables.points": PageCall(desks.tables.points),
         "channels.list": PageCall(desks.channels.channels),

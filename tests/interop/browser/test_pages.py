@@ -1,6 +1,7 @@
 """The pages of a station in a real browser: what an engineer does there, checked by pyads."""
 
 import json
+import re
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -15,6 +16,7 @@ PAGES = (
     "overview",
     "axes",
     "axes?axis=1&find=velocity",
+    "scope?traces=Axes.X.ActPos~1|Axes.X.ActVelo~2",
     "symbols",
     "log",
     "log?show=traffic",
@@ -295,6 +297,26 @@ def test_drives_and_their_bus_are_seen(show: Show, drives: Any, until: Any) -> N
         page.get_by_role("row").filter(has_text="6041:00").wait_for()
         assert page.get_by_role("row").filter(has_text="1004").count() >= 1
         tab.picture("drives-light")
+
+
+def test_an_object_of_a_drive_is_written_and_set_back(show: Show, drives: Any, until: Any) -> None:
+    with show(drives.url, viewport=WIDE) as tab:
+        page = tab.open("drives?search=6065:00")
+        value = page.get_by_role("button", name="Following error window: ")
+        value.wait_for()
+        before = value.inner_text()
+        value.click()
+        entry = page.get_by_label("New value of Following error window")
+        entry.fill("-5")
+        page.get_by_role("button", name="Write").click()
+        page.get_by_text("expected 0 …").or_(page.get_by_text("expected ≥ 0")).or_(
+            page.get_by_text(re.compile("expected 0"))
+        ).first.wait_for()
+        entry.fill("4711")
+        page.get_by_role("button", name="Write").click()
+        until(lambda: value.inner_text() == "4711")
+        page.get_by_role("button", name=f"Undo: Following error window = {before}").click()
+        until(lambda: value.inner_text() == before)
 
 
 # keys -----------------------------------------------------------------------------------------

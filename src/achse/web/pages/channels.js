@@ -79,12 +79,15 @@ function mountChannel(element, session, { channel, name }) {
   let ended = false;
   let at = null;
   let tool = null;
+  const clear = h("button", { type: "button", class: "plain" }, "Clear picture");
   const facts = new Facts();
   const line = h("p", { class: "mono path" });
   const state = h("p", { class: "bad", role: "status" });
   const table = new Turntable(`Path of ${name || `channel ${channel}`}`, session,
-    (context, width, height, colours, camera) =>
-      drawPath(context, width, height, colours, camera, { points: path.points, tool, plan, at }));
+    (context, width, height, colours, camera) => {
+      clear.disabled = path.points.length === 0;
+      drawPath(context, width, height, colours, camera, { points: path.points, tool, plan, at });
+    });
   element.append(h("div", { class: "grid" },
     panel(name || `Channel ${channel}`, facts.element, state, line, controls()),
     h("section", { class: "panel two", "aria-label": "Path" }, h("h2", {}, "Path"), legend(), table.element)));
@@ -141,7 +144,8 @@ function mountChannel(element, session, { channel, name }) {
   }
 
   function controls() {
-    const file = h("input", { type: "text", "aria-label": "Program to load", placeholder: "plate.nc", maxlength: "200" });
+    const file = h("input", { type: "text", "aria-label": "Program to load", placeholder: "plate.nc", maxlength: "200",
+      value: session.view.get("file") });
     const load = h("button", { type: "submit" }, "Load");
     const form = h("form", { class: "row" }, file, load);
     form.addEventListener("submit", async (event) => {
@@ -155,6 +159,7 @@ function mountChannel(element, session, { channel, name }) {
       }
       const done = await session.do("channels.do", { channel, action: "load", file: wanted }, `${wanted} is loaded.`);
       if (done === undefined) return;
+      session.view.set({ file: wanted });
       path.clear();
       table.draw();
     });
@@ -165,7 +170,6 @@ function mountChannel(element, session, { channel, name }) {
           session.do("channels.do", { channel, action }, `Channel ${channel}: ${action} sent.`));
         return button;
       });
-    const clear = h("button", { type: "button", class: "plain" }, "Clear picture");
     clear.addEventListener("click", () => {
       path.clear();
       table.draw();

@@ -2,7 +2,8 @@
 
 import { machine } from "./drive_machine.js";
 import { h, link, quiet, show } from "./dom.js";
-import { code, count, number, plain, word } from "./format.js";
+import { code, count, number, plain, range, word } from "./format.js";
+import { valueCell } from "./parameters.js";
 import { Facts, LiveTable, column, lamp } from "./table.js";
 
 const DRIVE_LAMPS = {
@@ -93,14 +94,33 @@ function objectTable(session) {
     columns: [
       column("Object", ({ key }) => key, { kind: () => "mono" }),
       { title: "Name", head: true, make: (row) => [h("span", {}, link(row.link, row.name)), () => {}] },
-      column("Value", ({ value }) => plain(value), { numeric: true, kind: () => "mono" }),
+      { title: "Value", make: (row) => valueCell(row, { write, control: session.control }) },
       column("Unit", ({ unit }) => unit ?? ""),
+      column("Range", (row) => (row.writable ? range(row) : ""), { quiet: true, kind: () => "nowrap dim" }),
       column("Meaning", ({ meaning }) => meaning ?? "", { quiet: true }),
     ],
   });
   const state = h("p", { class: "dim", role: "status" });
+  const back = h("button", { type: "button", class: "small" });
+  back.hidden = true;
   let rows = [];
   let drive = null;
+  let undo = () => {};
+  back.addEventListener("click", () => undo());
+  /** What was written, what the drive made of it, and the way back. */
+  async function write(row, value) {
+    const answer = await session.do("drives.write", { drive, key: row.key, value });
+    if (answer === undefined) return false;
+    const { value: now, before } = answer;
+    session.say(now === value ? `${row.name}: ${plain(now)}, it was ${plain(before)}.`
+      : `${row.name}: the drive has ${plain(now)} instead of ${plain(value)}.`);
+    back.hidden = before === null || before === now;
+    const written = drive;
+    undo = () => drive === written && write(row, before);
+    show(back, `Undo: ${row.name} = ${plain(before)}`);
+    await load(drive);
+    return true;
+  }
   const draw = () => {
     const text = search.value.trim().toLowerCase();
     session.view.set({ search: search.value.trim() });
@@ -108,6 +128,7 @@ function objectTable(session) {
       `${row.key} ${row.name} ${row.meaning ?? ""}`.toLowerCase().includes(text)));
   };
   const load = async (wanted) => {
+    if (drive !== wanted) back.hidden = true;
     drive = wanted;
     show(state, "Reading the objects…");
     try {
@@ -125,7 +146,7 @@ function objectTable(session) {
   again.addEventListener("click", () => drive !== null && load(drive));
   return {
     element: h("section", { class: "panel two", "aria-label": "Objects" },
-      h("div", { class: "row between" }, h("h2", {}, "Objects"), h("div", { class: "row" }, search, again)),
+      h("div", { class: "row between" }, h("h2", {}, "Objects"), h("div", { class: "row" }, search, again, back)),
       state, h("div", { class: "tall" }, table.element)),
     load,
   };

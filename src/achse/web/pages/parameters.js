@@ -114,11 +114,11 @@ function nameCell(row) {
   return [h("span", { title: row.key }, name), () => {}];
 }
 
-function valueCell(first, tables) {
+/** A value that is edited in place: `tables.write(row, value)` is true when it is taken. */
+export function valueCell(first, tables) {
   const text = h("span", { class: "mono" });
-  if (!first.writable) return [text, (row) => show(text, told(row))];
-  const edit = h("button", { type: "button", class: "value mono", title: "Change this value" }, text);
-  const place = h("span", {}, edit);
+  const edit = h("button", { type: "button", class: "value mono", title: "Change this value" });
+  const place = h("span", {});
   let latest = first;
   edit.addEventListener("click", () => {
     const input = inputFor(latest);
@@ -147,6 +147,12 @@ function valueCell(first, tables) {
   return [place, (row) => {
     latest = row;
     show(text, told(row));
+    if (row.writable && text.parentElement !== edit) {
+      edit.append(text);
+      place.replaceChildren(edit);
+    } else if (!row.writable) {
+      place.replaceChildren(text);
+    }
     edit.disabled = !tables.control;
     mark(edit, "aria-label", `${row.name}: ${told(row)}, change`);
   }];

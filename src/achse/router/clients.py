@@ -1,0 +1,58 @@
+"""Who asks through a router, by whatever way, and how much each of them asked for."""
+
+from collections.abc import Iterator
+
+__all__ = ["MOST_CLIENTS", "ClientFigures", "Clients"]
+
+MOST_CLIENTS = 4096
+"""Addresses that are counted; for one more the one that came first is forgotten."""
+
+
+class ClientFigures:
+    """The figures of one AMS address."""
+
+    __slots__ = ("errors", "requests")
+
+    def __init__(self) -> None:
+        self.requests = 0
+        """Requests that came from there."""
+        self.errors = 0
+        """Answers to it with an error in the AMS header or as their result, denied ones too."""
+
+
+class Clients:
+    """The clients of a router by their AMS addresses, in the order in which they came."""
+
+    def __init__(self) -> None:
+        self._known: dict[bytes, ClientFigures] = {}
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+    def __contains__(self, source: object) -> bool:
+        return source in self._known
+
+    def __iter__(self) -> Iterator[bytes]:
+        return iter(self._known)
+
+    def __getitem__(self, source: bytes) -> ClientFigures:
+        return self._known[source]
+
+    def asked(self, source: bytes, count: int = 1) -> None:
+        """So many requests came from `source`."""
+        known = self._known.get(source)
+        if known is None:
+            known = self._known[source] = ClientFigures()
+            if len(self._known) > MOST_CLIENTS:
+                del self._known[next(iter(self._known))]
+        known.requests += count
+
+    def refused(self, source: bytes) -> None:
+        """`source` got an error for an answer. Unknown is not an error."""
+        known = self._known.get(source)
+        if known is not None:
+            known.errors += 1
+
+    def forget(self, source: bytes) -> None:
+        """`source` has gone. Unknown is not an error."""
+        self._known.pop(source, None)

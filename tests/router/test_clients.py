@@ -1,0 +1,38 @@
+"""Who asks through a router."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.router.clients import MOST_CLIENTS, Clients
+
+NAMES = st.sampled_from([b"a" * 8, b"b" * 8, b"c" * 8])
+
+
+@given(st.lists(st.tuples(NAMES, st.integers(1, 1000), st.booleans())))
+def test_requests_and_errors_are_counted_by_their_source(
+    asked: list[tuple[bytes, int, bool]],
+) -> None:
+    clients = Clients()
+    for source, count, wrong in asked:
+        clients.asked(source, count)
+        if wrong:
+            clients.refused(source)
+    assert list(clients) == list(dict.fromkeys(source for source, _, _ in asked))
+    for source in clients:
+        own = [each for each in asked if each[0] == source]
+        assert clients[source].requests == sum(count for _, count, _ in own)
+        assert clients[source].errors == sum(wrong for _, _, wrong in own)
+        clients[source].errors = 0
+    for source in list(clients):
+        clients.forget(source)
+        clients.forget(source)
+        clients.refused(source)
+    assert len(clients) == 0
+
+
+def test_the_first_is_forgotten_where_there_are_too_many() -> None:
+    clients = Clients()
+    names = [number.to_bytes(8, "little") for number in range(MOST_CLIENTS + 1)]
+    for name in names:
+        clients.asked(name)
+    assert list(clients) == names[1:]
