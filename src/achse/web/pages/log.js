@@ -76,6 +76,7 @@ function showLines(place, session, [topic, title, options, line]) {
     anew = false;
     const shown = lines.childElementCount;
     empty.hidden = shown > 0;
+    clear.disabled = kept.length === 0 && held.length === 0;
     list.hidden = shown === 0;
     const more = held.length ? `, ${count(held.length)} wait` : "";
     show(counted, `${count(shown)} lines${more}${dropped ? `, ${count(dropped)} lost` : ""}`);

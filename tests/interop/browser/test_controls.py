@@ -1,0 +1,208 @@
+"""Every button, field and key of every page does something, and nothing stands on the console."""
+
+import json
+import re
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.interop.browser.test_paths import PROGRAM, STATION
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+IDLE_MS = 20_000
+WIDE = {"width": 1280, "height": 1000}
+TRACES = "traces=Axes.X.ActPos~1|Axes.X.ActVelo~2&width=1"
+
+LISTEN = """
+globalThis.done = 0;
+const send = WebSocket.prototype.send;
+WebSocket.prototype.send = function (text) {
+  if (JSON.parse(text).call !== "hello") globalThis.done += 1;
+  return send.call(this, text);
+};
+const click = HTMLAnchorElement.prototype.click;
+HTMLAnchorElement.prototype.click = function () {
+  globalThis.done += 1;
+  return click.call(this);
+};
+"""
+"""Count what the page asks its server for, and the files that it saves."""
+
+MARK = """() => {
+  const names = new Set();
+  const kinds = "a[href], button, input, select, summary, canvas[tabindex], [role=treeitem]";
+  for (const each of document.querySelectorAll(kinds)) {
+    if (!each.checkVisibility() || each.disabled || !each.closest("#page, dialog")) continue;
+    const row = each.closest("tbody tr, [role=treeitem], .found li");
+    if (row && row.parentElement.querySelector(`:scope > ${row.tagName}`) !== row) continue;
+    const label = each.getAttribute("aria-label") || each.closest("label")?.innerText
+      || (each.matches("[role=treeitem]") ? "first" : each.innerText) || each.name;
+    const words = label.split(/[:;.] /)[0].trim().replace(/\\s+/g, " ");
+    const name = `${each.getAttribute("role") ?? each.tagName.toLowerCase()} ${words}`;
+    if (names.has(name)) continue;
+    names.add(name);
+    each.dataset.control = name;
+  }
+  return [...names];
+}"""
+"""Give each control that is seen and not off its name; of equal rows the first counts."""
+
+SEEN = """() => {
+  const told = [location.hash, globalThis.done, JSON.stringify(localStorage)];
+  const walk = (node) => {
+    if (node.nodeType === Node.TEXT_NODE) told.push(node.data.replace(/[-−\\d.,:e%]+/g, ""));
+    if (node.nodeType !== Node.ELEMENT_NODE || node.matches(".lines li, #connection")) return;
+    told.push(node.tagName, node.className, node.hidden, node.disabled, node.open, node.checked);
+    for (const name of node.getAttributeNames()) {
+      const value = node.getAttribute(name);
+      if (name.startsWith("aria-") && !/\\d/.test(value)) told.push(value);
+    }
+    if (node.matches("canvas.sheet")) told.push(node.toDataURL());
+    if (node.matches("form select, form input")) told.push(node.value);
+    node.childNodes.forEach(walk);
+  };
+  walk(document.body);
+  return told.join("\\n");
+}"""
+"""What the page shows and has done, without numbers: they move by themselves."""
+
+FIRST = {
+    "button Cursor A": "button Cursor B",
+    "button Follow the newest samples": "button Zoom in",
+    "button Drop the held": "button Hold what is seen",
+    "tab Log": "tab Traffic",
+    "button 3D": "button XZ",
+    "button Zoom in": "button Load",
+    "button Zoom out": "button Load",
+}
+"""What is to be pressed before a control has anything to do."""
+
+KEEPS = {"select Add to", "select Recording"}
+"""What is chosen here is used by the button beside it."""
+
+Show = Callable[..., AbstractContextManager[Any]]
+
+
+@pytest.fixture(scope="module")
+def mill(serve_pages: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """A station with a cam table and a channel."""
+    folder = tmp_path_factory.mktemp("mill")
+    (folder / "mill.toml").write_text(STATION, encoding="utf-8")
+    (folder / "plate.nc").write_text(PROGRAM, encoding="utf-8")
+    with serve_pages(str(folder / "mill.toml")) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def drives(serve_pages: Any) -> Iterator[Any]:
+    """A station with drives on a bus."""
+    with serve_pages(str(EXAMPLES / "drives" / "station.toml")) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def portal(serve_pages: Any) -> Iterator[Any]:
+    """A station with a picture of its machine."""
+    with serve_pages(str(EXAMPLES / "scene" / "station.toml")) as running:
+        yield running
+
+
+def use(place: Any, page: Any) -> None:
+    """What a user does with a control: types into it, chooses another, presses it."""
+    kind = place.evaluate("each => each.type || each.tagName.toLowerCase()")
+    row = place.locator("xpath=ancestor::*[@role='treeitem'][1]")
+    if row.count():
+        row.hover()  # its buttons are seen then
+    if kind in ("text", "search"):
+        place.fill("7")
+        place.press("Tab")
+    elif kind == "select-one":
+        page.wait_for_function("each => each.options.length > 0", arg=place.element_handle())
+        values = place.evaluate("each => [...each.options].map(({value}) => value)")
+        now = place.input_value()
+        place.select_option(next((value for value in values if value != now), now))
+    elif kind in ("range", "canvas"):
+        place.focus()
+        page.keyboard.press("ArrowLeft")
+    else:
+        place.click()
+        if place.get_attribute("role") == "treeitem":
+            page.keyboard.press("Enter")
+
+
+def anew(tab: Any, name: str) -> Any:
+    """The page as it is when it is opened first."""
+    tab.page.goto("about:blank")
+    return tab.open(name)
+
+
+def controls_of(page: Any) -> list[str]:
+    """Names of the controls of a page when no more of them come."""
+    found: list[str] = []
+    while True:
+        # a page fills itself by one answer after the other
+        page.wait_for_timeout(400)
+        now = page.evaluate(MARK)
+        if now == found:
+            return found
+        found = now
+
+
+def does_nothing(page: Any, control: str) -> bool:
+    """Whether nothing is seen or asked for when a control is used."""
+    page.wait_for_function(f"name => ({MARK})().includes(name)", arg=control)
+    first = FIRST.get(control)
+    there = page.evaluate(MARK)
+    for each in (first, control) if first in there else (control,):
+        place = page.locator(f"[data-control={json.dumps(each, ensure_ascii=False)}]").first
+        if place.get_attribute("target") == "_blank":
+            return not re.match("https?://", place.get_attribute("href") or "")
+        before = page.evaluate(SEEN)
+        use(place, page)
+        try:
+            page.wait_for_function(f"before => ({SEEN})() !== before", arg=before, timeout=IDLE_MS)
+        except Exception as late:
+            if "Timeout" not in str(late):
+                raise
+            return True
+    return False
+
+
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize(
+    ("station", "name"),
+    [
+        ("web_station", "overview"),
+        ("web_station", "axes"),
+        ("web_station", "axes?axis=1&move=velocity"),
+        ("web_station", "axes?axis=1&find=jog_velocity"),
+        ("web_station", f"scope?{TRACES}"),
+        ("web_station", f"scope?{TRACES}&more=fft"),
+        ("web_station", f"scope?{TRACES}&more=xy"),
+        ("web_station", "symbols"),
+        ("web_station", "symbols?watch=GVL.nDint&search=nDint"),
+        ("web_station", "log"),
+        ("web_station", "log?show=traffic"),
+        ("web_station", "faults?kind=error"),
+        ("drives", "drives"),
+        ("mill", "paths?file=plate.nc"),
+        ("portal", "scene"),
+    ],
+)
+def test_every_control_does_something(
+    show: Show, station: str, name: str, request: pytest.FixtureRequest
+) -> None:
+    running = request.getfixturevalue(station)
+    with show(running.url, viewport=WIDE) as tab:
+        tab.page.add_init_script(LISTEN)
+        found = controls_of(tab.open(name))
+        idle = [
+            control
+            for control in found
+            if control not in KEEPS and does_nothing(anew(tab, name), control)
+        ]
+        assert len(found) > 0
+        assert idle == []
