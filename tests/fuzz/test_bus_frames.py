@@ -25,12 +25,16 @@ from achse.ethercat.master import (
 from achse.ethercat.master.foe_client import FoeClient
 from achse.ethercat.master.scanning import scan_bus
 from achse.ethercat.master.soe_client import SoeClient
+from achse.ethercat.master.voe_client import VendorMessage
+from tests.ethercat.master.messaging import Messenger
 
 CYCLE_NS = 1_000_000
 MOST_JOBS = 8
 PATIENCE = 60_000
 HEAD = b"\xff" * 6 + b"\x02\x00\x00\x00\x00\x00" + b"\x88\xa4"
 LONGEST = 1500
+AMS_PACKET = bytes(16) + b"\x02\0\x04\0\x0c\0\0\0" + bytes(20)
+"""A Read of anything."""
 
 
 class Attack:
@@ -38,7 +42,7 @@ class Attack:
 
     def __init__(self, seed: int) -> None:
         self.dice = Random(seed)
-        line: list[Application] = [Loopback(serial_number=1), Drive(), Loopback(serial_number=3)]
+        line: list[Application] = [Loopback(serial_number=1), Drive(), Messenger(serial_number=3)]
         self.segment = Segment(map(Slave, line))
         clock = ClockConfiguration()
         self.master = Master(
@@ -126,7 +130,10 @@ class Attack:
         slave = dice.choice(master.slaves)
         assert slave.sdo is not None
         assert slave.mailbox is not None
-        sdo, mailbox = slave.sdo, slave.mailbox
+        assert slave.aoe is not None
+        assert slave.eoe is not None
+        assert slave.voe is not None
+        sdo, mailbox, aoe, eoe, voe = slave.sdo, slave.mailbox, slave.aoe, slave.eoe, slave.voe
         mailbox.pieces = dice.random() < 0.5
         answer = 50_000_000
         steps = dice.choice(
@@ -141,6 +148,10 @@ class Attack:
                 lambda: FoeClient(mailbox).read("file", response_ns=answer),
                 lambda: FoeClient(mailbox).write("file", bytes(900), response_ns=answer),
                 lambda: SoeClient(mailbox).read(32, response_ns=answer),
+                lambda: aoe.ask(AMS_PACKET, response_ns=answer),
+                lambda: eoe.send(bytes(1000)),
+                lambda: eoe.get_ip(response_ns=answer),
+                lambda: voe.ask(VendorMessage(1, 2, b"any"), response_ns=answer),
             )
         )
         self.jobs.append(master.run(steps()))

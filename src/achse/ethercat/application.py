@@ -6,15 +6,16 @@ A device implements this by structure; it imports nothing of EtherCAT. The codes
 Source: ETG.1000.6, what a device does behind its controller.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import IntEnum, IntFlag
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from achse.codes import AlState, AlStatus
 
 __all__ = [
     "Application",
     "Identity",
+    "MessagingApplication",
     "ObjectAccess",
     "ObjectCode",
     "ObjectDescription",
@@ -168,4 +169,19 @@ class Application(Protocol):
 
     def take_emergency(self) -> bytes | None:
         """The oldest emergency message not yet taken, 8 bytes; None if there is none."""
+        ...
+
+
+@runtime_checkable
+class MessagingApplication(Protocol):
+    """An application whose mailbox speaks protocols of its own: AoE (1), EoE (2), VoE (15), …"""
+
+    @property
+    def services(self) -> Mapping[int, Callable[[bytes], Iterable[bytes] | int]]:
+        """What answers a message, by protocol: its data to the data of the replies, or the detail
+        of a mailbox error. It raises nothing."""
+        ...
+
+    def take_message(self) -> tuple[int, bytes] | None:
+        """The oldest message that it sends by itself: protocol and data; None if there is none."""
         ...

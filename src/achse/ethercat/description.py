@@ -3,15 +3,22 @@
 Source: 001 §2.2; ETG.2000 and ETG.2010 for what a description has.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from enum import IntFlag
 
 from achse.codes import SdoAbort
-from achse.ethercat.application import Application, ObjectAccess, ObjectDescription
+from achse.ethercat.application import (
+    Application,
+    MessagingApplication,
+    ObjectAccess,
+    ObjectDescription,
+)
 
 __all__ = [
     "LAYOUT",
     "OPERATION_MODES",
+    "MailboxBit",
     "OperationMode",
     "Pdo",
     "PdoEntry",
@@ -26,6 +33,35 @@ _ASSIGNMENT = 0x1C10
 """Object of SyncManager 0; 1C12h and 1C13h assign the process data."""
 
 _OUTPUTS, _INPUTS = 2, 3
+_BITS = {1: 0x01, 2: 0x02, 4: 0x08, 5: 0x10, 15: 0x20}
+"""Bits of what a mailbox speaks, by the type of its messages."""
+
+
+class MailboxBit(IntFlag):
+    """What a mailbox speaks, word 0x1C of an EEPROM."""
+
+    AOE = 0x01
+    EOE = 0x02
+    COE = 0x04
+    FOE = 0x08
+    SOE = 0x10
+    VOE = 0x20
+
+    @classmethod
+    def of(cls, names: Iterable[str]) -> "MailboxBit":
+        """The bits of protocols as ESI and ENI files name them (CoE, FoE, …); others are left."""
+        known = {each.name: each for each in cls}
+        bits = cls(0)
+        for name in names:
+            bits |= known.get(name.upper(), cls(0))
+        return bits
+
+    @property
+    def names(self) -> list[str]:
+        """As files name them."""
+        return [
+            f"{each.name[0]}o{each.name[2]}" for each in MailboxBit if each in self and each.name
+        ]
 
 
 @dataclass(frozen=True)
@@ -109,6 +145,7 @@ class SlaveDescription:
     output_size: int
     input_size: int
     objects: tuple[ObjectDescription, ...]
+    protocols: int = MailboxBit.COE
 
 
 def describe(application: Application, layout: SyncManagerLayout = LAYOUT) -> SlaveDescription:
@@ -144,7 +181,16 @@ def describe(application: Application, layout: SyncManagerLayout = LAYOUT) -> Sl
         application.output_size,
         application.input_size,
         objects,
+        _protocols(application),
     )
+
+
+def _protocols(application: Application) -> int:
+    own = application.services if isinstance(application, MessagingApplication) else ()
+    bits = MailboxBit.COE
+    for protocol in own:
+        bits |= _BITS.get(protocol, 0)
+    return int(bits)
 
 
 def _numbers(application: Application, described: ObjectDescription | None) -> Sequence[int]:

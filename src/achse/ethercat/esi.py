@@ -15,7 +15,13 @@ from achse.ethercat.application import (
     ObjectDescription,
     ObjectEntry,
 )
-from achse.ethercat.description import OPERATION_MODES, Pdo, SlaveDescription, SyncManagerArea
+from achse.ethercat.description import (
+    OPERATION_MODES,
+    MailboxBit,
+    Pdo,
+    SlaveDescription,
+    SyncManagerArea,
+)
 from achse.ethercat.registers import FMMUS, RAM_KIB, SYNC_MANAGERS
 from achse.ethercat.sii import SII_SIZE, build_sii
 
@@ -81,15 +87,16 @@ def build_esi(
     for pdo in description.tx_pdos:
         _pdo(_sub(device, "TxPdo"), pdo, description.tx_pdos)
     assignable = any(not pdo.fixed for pdo in (*description.rx_pdos, *description.tx_pdos))
-    _sub(
-        _sub(device, "Mailbox", DataLinkLayer="1"),
-        "CoE",
-        SdoInfo="1",
-        PdoAssign=str(int(assignable)),
-        PdoConfig=str(int(assignable)),
-        CompleteAccess="1",
-        SegmentedSdo="1",
-    )
+    mailbox = _sub(device, "Mailbox", DataLinkLayer="1")
+    coe = {
+        "SdoInfo": "1",
+        "PdoAssign": str(int(assignable)),
+        "PdoConfig": str(int(assignable)),
+        "CompleteAccess": "1",
+        "SegmentedSdo": "1",
+    }
+    for name in MailboxBit(description.protocols).names:
+        _sub(mailbox, name, **(coe if name == "CoE" else {}))
     clock = _sub(device, "Dc")
     for mode in OPERATION_MODES:
         operation = _sub(clock, "OpMode")

@@ -84,14 +84,12 @@ class Message(NamedTuple):
 class MailboxServer:
     """The slave's end: takes messages, answers them by protocol, keeps answers until they are read.
 
-    `services` maps a protocol to what answers it: data → data of the replies. A service raises
-    nothing; an unknown protocol and a broken message get an error reply.
+    `services` maps a protocol to what answers it: data → data of the replies, or the detail of an
+    error. A service raises nothing; an unknown protocol and a broken message get an error reply.
     """
 
-    def __init__(
-        self, services: Mapping[MailboxProtocol, Callable[[bytes], Iterable[bytes] | MailboxError]]
-    ) -> None:
-        self._services = services
+    def __init__(self, services: Mapping[int, Callable[[bytes], Iterable[bytes] | int]]) -> None:
+        self._services = dict(services)
         self._waiting: deque[bytes] = deque()
         self.reset()
 
@@ -114,13 +112,12 @@ class MailboxServer:
         self._last_received = message.counter
         if message.protocol == MailboxProtocol.ERROR:
             return  # the master complains; an answer could go on forever
-        try:
-            service = self._services[MailboxProtocol(message.protocol)]
-        except (KeyError, ValueError):
+        service = self._services.get(message.protocol)
+        if service is None:
             self.refuse(MailboxError.UNSUPPORTED_PROTOCOL)
             return
         replies = service(message.data)
-        if isinstance(replies, MailboxError):
+        if isinstance(replies, int):
             self.refuse(replies)
             return
         for data in replies:
@@ -131,7 +128,7 @@ class MailboxServer:
         self._counter = self._counter % 7 + 1
         self._waiting.append(Message(protocol, data, self._counter).encode())
 
-    def refuse(self, error: MailboxError) -> None:
+    def refuse(self, error: int) -> None:
         """Answer with a mailbox error."""
         self.send(MailboxProtocol.ERROR, _ERROR_REPLY.pack(_ERROR_TYPE, error))
 

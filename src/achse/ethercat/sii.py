@@ -25,7 +25,6 @@ _PDI_CONFIGURATION = 0x0003
 _SYNC_IMPULSE = 100
 """Length of a SYNC0 impulse in 10 ns."""
 
-_COE = 0x0004
 _COE_DETAILS = 0x2F
 """SDO, SDO information, PDO assignment, PDO configuration, complete access."""
 
@@ -69,7 +68,7 @@ def build_sii(description: SlaveDescription, alias: int = 0) -> bytes:
         mailbox_out.length,
         mailbox_in.start,
         mailbox_in.length,
-        _COE,
+        description.protocols,
     )
     sizes = struct.pack("<HH", SII_SIZE * 8 // 1024 - 1, 1)
     general = struct.pack(

@@ -6,7 +6,7 @@ Source: 001 §2.4, §2.5, table 2.10.1.
 from collections.abc import Callable, Mapping
 
 from achse.codes import AlState, AlStatus, ErrorLight
-from achse.ethercat.application import Application
+from achse.ethercat.application import Application, MessagingApplication
 from achse.ethercat.clock import Instant
 from achse.ethercat.coe import CoeServer
 from achse.ethercat.description import LAYOUT, SyncManagerArea, SyncManagerLayout, describe
@@ -63,7 +63,9 @@ class Slave:
         self._idle_since = 0
         self._asked: int | None = None
         self._coe = CoeServer(application)
-        self._mailbox = MailboxServer({MailboxProtocol.COE: self._coe.answer})
+        self._messaging = application if isinstance(application, MessagingApplication) else None
+        own = {} if self._messaging is None else self._messaging.services
+        self._mailbox = MailboxServer({**own, MailboxProtocol.COE: self._coe.answer})
         self._message: bytes | None = None
         self._message_due = 0
         self._outputs: bytes | None = None
@@ -304,13 +306,17 @@ class Slave:
         outgoing = esc.sync_managers[_MAILBOX_IN]
         while not mailbox.waiting and (emergency := self.application.take_emergency()) is not None:
             mailbox.send(MailboxProtocol.COE, CoeServer.emergency(emergency))
+        if self._messaging is not None and not mailbox.waiting:
+            message = self._messaging.take_message()
+            if message is not None:
+                mailbox.send(*message)
         if (
             self._message is not None
             and not mailbox.waiting
             and self._time.now_ns >= self._message_due
         ):
-            message, self._message = self._message, None
-            mailbox.receive(message)
+            received, self._message = self._message, None
+            mailbox.receive(received)
             esc.sync_managers[_MAILBOX_OUT].release()
         if outgoing.works and not outgoing.full and (next_message := mailbox.fetch()) is not None:
             esc.put(_MAILBOX_IN, next_message)

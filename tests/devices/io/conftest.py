@@ -35,9 +35,9 @@ class Refused(Exception):
 class IoBus:
     """A bus of a drive and loopbacks with its ADS devices."""
 
-    def __init__(self, boxes: int = 2) -> None:
+    def __init__(self, boxes: int = 2, kind: Callable[..., Loopback] = Loopback) -> None:
         self.drive = Drive()
-        self.line = [Loopback(serial_number=number) for number in range(boxes)]
+        self.line = [kind(serial_number=number) for number in range(boxes)]
         applications: list[Drive | Loopback] = [self.drive, *self.line]
         self.segment = Segment(Slave(each) for each in applications)
         slaves = tuple(

@@ -4,11 +4,16 @@ import struct
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from achse.codes import AbortCode, AlState, ReturnCode, SdoAbort
 from achse.ethercat.mailbox import MailboxProtocol
+from tests.devices.io.conftest import IoBus
+from tests.ethercat.master.messaging import Messenger
 
 DRIVE, BOX = 1001, 1002
+VENDOR = 0xF430
 SDO, ERROR, SUM_READ, SUM_WRITE = 0xF302, 0xF303, 0xF304, 0xF305
 
 
@@ -135,7 +140,7 @@ def test_descriptions(io: Any) -> None:
     assert io.code(lambda: io.read(BOX, 0xF3FD, 0x1018 << 16, 3)) == ReturnCode.INVALID_SIZE.number
 
 
-@pytest.mark.parametrize("group", [0xF3F8, 0xF3F9, 0xF3FB, 0xF430])
+@pytest.mark.parametrize("group", [0xF3F8, 0xF3F9, 0xF3FB])
 def test_what_is_not_served_says_so(io: Any, group: int) -> None:
     io.up(AlState.PREOP)
     unsupported = ReturnCode.SERVICE_NOT_SUPPORTED.number
@@ -165,3 +170,27 @@ def test_parameters_of_a_sercos_drive(io: Any) -> None:
     assert io.code(lambda: io.read(BOX, 0xF420, 0x0040_0099)) == 0x700
     assert io.read(BOX, 0xF421, 0)[8:12] == b"\x01\x10\0\0"
     assert io.code(lambda: io.read(1001, 0xF420, 0x0040_0020)) == 0x701  # speaks no SoE
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.binary(max_size=244), st.binary(max_size=200))
+def test_messages_of_a_vendor(vendor: int, data: bytes, news: bytes) -> None:
+    io = IoBus(1, Messenger).up(AlState.PREOP)
+    device: Any = io.line[0]
+    head = vendor.to_bytes(4, "little")
+    assert io.read(BOX, VENDOR, 0) == bytes(10)
+    answer = io.read_write(BOX, VENDOR, 0, 300, head + b"\x07\0" + data)
+    assert answer == head + b"\x08\0" + data[::-1]
+    io.write(BOX, VENDOR, 0, head + b"\x01\0" + data)
+    assert device.told[-1] == head + b"\x01\0" + data
+    device.outbox.append((15, head + b"\x09\0" + news))
+    io.run(200)
+    assert io.read(BOX, VENDOR, 0) == b"\x01\0\0\0" + head + b"\x09\0" + news
+
+
+def test_refusals_of_messages_of_a_vendor(io: Any) -> None:
+    assert io.code(lambda: io.write(BOX, VENDOR, 0, bytes(6))) == 0x712  # not in PreOp
+    io.up(AlState.PREOP)
+    assert io.code(lambda: io.write(BOX, VENDOR, 0, bytes(5))) == 0x705
+    asked = io.code(lambda: io.read_write(BOX, VENDOR, 0, 100, bytes(6)))
+    assert asked == 0x701  # speaks no VoE

@@ -15,8 +15,14 @@ CYCLE_NS = 1_000_000
 class Bus:
     """A master, its ring and the segment; `line[n]` is the application of slave n."""
 
-    def __init__(self, count: int, options: dict[str, Any], bus: dict[str, Any]) -> None:
-        self.line = [Loopback(serial_number=number) for number in range(count)]
+    def __init__(
+        self,
+        count: int,
+        options: dict[str, Any],
+        bus: dict[str, Any],
+        kind: Callable[..., Loopback] = Loopback,
+    ) -> None:
+        self.line = [kind(serial_number=number) for number in range(count)]
         self.segment = Segment(Slave(each) for each in self.line)
         slaves = tuple(
             from_description(describe(each), f"Box {number}", **options)
@@ -60,9 +66,15 @@ class Bus:
 
 @pytest.fixture
 def bus() -> Callable[..., Bus]:
-    """`bus(3)` has three loopbacks; options of slaves and of the bus configuration."""
+    """`bus(3)` has three loopbacks; options of slaves and of the bus configuration; `kind` makes
+    others."""
 
-    def make(count: int = 1, options: dict[str, Any] | None = None, **bus: Any) -> Bus:
-        return Bus(count, options or {}, bus)
+    def make(
+        count: int = 1,
+        options: dict[str, Any] | None = None,
+        kind: Callable[..., Loopback] = Loopback,
+        **bus: Any,
+    ) -> Bus:
+        return Bus(count, options or {}, bus, kind)
 
     return make

@@ -8,6 +8,7 @@ from achse.devices.io.master_device import BusMasterDevice
 from achse.devices.io.net import BusNet
 from achse.devices.io.served import MASTER_PORT, ServedBus
 from achse.devices.io.slave_device import BusSlaveDevice
+from achse.devices.io.slave_net import SlaveNet
 from achse.router import Router
 from achse.server import Device
 
@@ -84,6 +85,8 @@ class _AttachedBus:
         self._net: BusNet | None = BusNet(router, bus.net_id)
         self._master = self._attached(BusMasterDevice(bus, clock=clock), MASTER_PORT)
         self._slaves: dict[int, Device] = {}
+        self._router = router
+        self._slave_nets: list[SlaveNet] = []
         self.renew()
         self._image = BusImageDevice(bus, clock=clock)
         share(self._image)
@@ -111,6 +114,7 @@ class _AttachedBus:
             return False
         before = self._slaves
         slaves = self.bus.master.slaves
+        self._route_slaves()
         kept = {
             each.station: before[each.station]
             for each in slaves
@@ -126,8 +130,22 @@ class _AttachedBus:
         }
         return list(before.values()) != list(self._slaves.values())
 
+    def _route_slaves(self) -> None:
+        """Let those that speak AoE have their NetIds."""
+        for each in self._slave_nets:
+            each.close()
+        named = [(each, self.bus.slave_net_id(each)) for each in self.bus.master.slaves]
+        self._slave_nets = [
+            SlaveNet(self._router, self.bus, slave, net_id)
+            for slave, net_id in named
+            if net_id is not None
+        ]
+
     def close(self) -> None:
-        """Take the NetId off the router."""
+        """Take the NetIds off the router."""
+        for each in self._slave_nets:
+            each.close()
+        self._slave_nets.clear()
         if self._net is not None:
             self._net.close()
             self._net = None

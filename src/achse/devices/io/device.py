@@ -92,6 +92,10 @@ def _box_at(bus: ServedBus, station: int) -> BusSlave:
     return slave
 
 
+def _box_net_id(bus: ServedBus, slave: BusSlave) -> bytes:
+    return bytes(bus.slave_net_id(slave) or bus.net_id)
+
+
 def _reset(bus: ServedBus, data: bytes) -> None:
     """All slaves to Init; they climb to the state they had to have."""
     for slave in bus.master.slaves:
@@ -160,8 +164,9 @@ BUS_ROWS = (
         "box NetId",
         READ_WRITE,
         _U16,
-        "Station address to the NetId of the box; offset ours",
-        exchange=lambda bus, station: bytes(bus.address(_box_at(bus, station))[:6]),
+        "Station address to the NetId of the box: its own if it speaks AoE, else that of the bus;"
+        " offset ours",
+        exchange=lambda bus, station: _box_net_id(bus, _box_at(bus, station)),
         response=BYTES,
         source="achse",
     ),

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from achse.ams import AmsAddress, DeviceError, NetId
 from achse.codes import AbortCode, AlState, ReturnCode
+from achse.ethercat.description import MailboxBit
 from achse.ethercat.mailbox import MailboxError
 from achse.ethercat.master import BusError, BusSlave, Master, SdoRefusal
 from achse.ethercat.master.errors import (
@@ -42,6 +43,7 @@ MASTER_PORT = 0xFFFF
 """Port of the master at the NetId of its bus."""
 
 _BOX_TYPE = 9099
+_FIRST_SLAVE, _LAST_PART = 2, 254
 
 
 class DeviceStateBit:
@@ -148,6 +150,14 @@ class ServedBus:
     def address(self, slave: BusSlave | None = None) -> AmsAddress:
         """Where a slave, or the master, answers."""
         return AmsAddress.of(self.net_id, slave.station if slave else MASTER_PORT)
+
+    def slave_net_id(self, slave: BusSlave) -> NetId | None:
+        """The NetId of a slave that speaks AoE: that of the bus with another last part (first
+        place 2). None for one that does not, and beyond the last number."""
+        last = slave.position + _FIRST_SLAVE
+        if not slave.configuration.protocols & MailboxBit.AOE or last > _LAST_PART:
+            return None
+        return NetId(bytes(self.net_id[:5]) + bytes((last,)))
 
     def slave(self, station: int) -> BusSlave:
         """The slave with that station address; DeviceError 0x703 if there is none."""

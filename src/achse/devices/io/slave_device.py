@@ -15,11 +15,13 @@ from achse.devices.io.later import answer_later
 from achse.devices.io.served import ServedBus, bus_error
 from achse.devices.io.slave_files import SlaveFiles
 from achse.ethercat.master import BusError, BusSlave, SdoRefusal
+from achse.ethercat.master.errors import WrongAnswer
 from achse.ethercat.master.foe_client import FoeRefusal
 from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.sdo_client import SdoClient
 from achse.ethercat.master.soe_client import SoeClient, SoeRefusal
 from achse.ethercat.master.steps import Steps
+from achse.ethercat.master.voe_client import VendorMessage, VoeClient
 from achse.server import Device, IndexGroup, RawGroup
 
 __all__ = ["BusSlaveDevice"]
@@ -102,6 +104,19 @@ class BusSlaveDevice(Device):
                 description="Many SDO requests in one; offset: how many",
                 source=_HEADER,
             )
+        yield RawGroup(
+            SlaveGroup.VENDOR_SPECIFIC,
+            "message of a vendor's own form",
+            read=self._read_vendor,
+            write=self._write_vendor,
+            read_write=self._ask_vendor,
+            request="UINT32 vendor; UINT16 type; BYTE[n]",
+            response="read: UINT32 how many came, UINT32 vendor, UINT16 type, BYTE[n] of the last;"
+            " read and write: UINT32 vendor, UINT16 type, BYTE[n]",
+            description="VoE. Write sends, a notification tells what comes; read and write asks and"
+            " waits for the next of that vendor",
+            source=_HEADER,
+        )
         for group, name, operation, request in (
             (SlaveGroup.OBJECT_LIST, "list of objects", _LIST, "list type << 16"),
             (SlaveGroup.OBJECT_DESCRIPTION, "description of an object", _OBJECT, "index << 16"),
@@ -124,7 +139,6 @@ class BusSlaveDevice(Device):
             (SlaveGroup.TX_PDO, "TxPDO by mailbox"),
             (SlaveGroup.RX_PDO, "RxPDO by mailbox"),
             (SlaveGroup.NETWORK_INFORMATION, "network information"),
-            (SlaveGroup.VENDOR_SPECIFIC, "vendor specific message"),
         ):
             yield RawGroup(
                 group,
@@ -217,6 +231,36 @@ class BusSlaveDevice(Device):
             self.bus.master,
             self._soe().write(idn, data, element, drive),
             lambda none: b"",
+            lambda trouble: self._note(client, trouble),
+        )
+
+    # messages of a vendor's own form
+
+    def _voe(self) -> VoeClient:
+        self._mailbox()
+        assert self.slave.voe is not None
+        return self.slave.voe
+
+    def _read_vendor(self, offset: int, length: int, client: bytes) -> bytes:
+        voe = self.slave.voe
+        if voe is None:
+            raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"{self.name} has no mailbox")
+        last = voe.last or VendorMessage(0, 0)
+        return ((voe.count & _U32).to_bytes(4, "little") + last.encode())[:length]
+
+    def _write_vendor(self, offset: int, data: bytes, client: bytes) -> None:
+        raise answer_later(
+            self.bus.master,
+            self._voe().send(_vendor_message(data)),
+            lambda none: b"",
+            lambda trouble: self._note(client, trouble),
+        )
+
+    def _ask_vendor(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
+        raise answer_later(
+            self.bus.master,
+            self._voe().ask(_vendor_message(data)),
+            lambda answer: _whole(answer.encode(), length),
             lambda trouble: self._note(client, trouble),
         )
 
@@ -320,6 +364,13 @@ class BusSlaveDevice(Device):
             )
 
         return read
+
+
+def _vendor_message(data: bytes) -> VendorMessage:
+    try:
+        return VendorMessage.decode(data)
+    except WrongAnswer as fault:
+        raise DeviceError(ReturnCode.INVALID_SIZE, str(fault)) from None
 
 
 def _whole(value: bytes, length: int) -> bytes:

@@ -7,16 +7,20 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from achse.codes import AlState
+from achse.ethercat.master.aoe_client import AoeClient
 from achse.ethercat.master.configuration import SlaveConfiguration
 from achse.ethercat.master.eeprom_client import EepromClient
+from achse.ethercat.master.eoe_client import EoeClient
 from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.process_image import EntryPlace, ProcessDatagram, entry_places
 from achse.ethercat.master.sdo_client import SdoClient
+from achse.ethercat.master.voe_client import VoeClient
 
 __all__ = ["PORTS", "BusSlave", "PortCounters", "SlaveFacts"]
 
 PORTS = 4
 _OP = int(AlState.OP)
+_MAILBOX_STATES = (AlState.PREOP, AlState.SAFEOP, AlState.OP)
 
 _CLOCK, _WIDE_CLOCK, _NO_LOGICAL_READ_WRITE = 1 << 2, 1 << 3, 1 << 9
 """Bits of the features."""
@@ -114,6 +118,9 @@ class BusSlave:
         self.eeprom = EepromClient(station)
         self.mailbox: MailboxClient | None = None
         self.sdo: SdoClient | None = None
+        self.aoe: AoeClient | None = None
+        self.eoe: EoeClient | None = None
+        self.voe: VoeClient | None = None
         out, into, times = configuration.mailbox_out, configuration.mailbox_in, configuration.times
         if out is not None and into is not None:
             self.mailbox = MailboxClient(
@@ -125,8 +132,16 @@ class BusSlave:
                 response_ns=times.response_ns,
                 pieces=configuration.mailbox_pieces,
             )
+            self.aoe = AoeClient(self.mailbox)
+            self.eoe = EoeClient(self.mailbox)
+            self.voe = VoeClient(self.mailbox)
             if configuration.coe:
                 self.sdo = SdoClient(self.mailbox)
+
+    @property
+    def speaks(self) -> bool:
+        """It answers, and its mailbox works: PreOp, SafeOp or Op."""
+        return self.mailbox is not None and self.present and self.state in _MAILBOX_STATES
 
     @property
     def working(self) -> bool:

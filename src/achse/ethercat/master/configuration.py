@@ -114,6 +114,8 @@ class SlaveConfiguration:
     mailbox_out: SyncManagerArea | None = None
     mailbox_in: SyncManagerArea | None = None
     coe: bool = False
+    protocols: int = 0
+    """What its mailbox speaks, as the bits of an EEPROM: `MailboxBit`."""
     complete_access: bool = False
     mailbox_pieces: bool = False
     sync_managers: tuple[ProcessSyncManager, ...] = ()
@@ -247,6 +249,7 @@ def from_description(
         mailbox_out=layout.mailbox_out,
         mailbox_in=layout.mailbox_in,
         coe=True,
+        protocols=description.protocols,
         complete_access=True,
         sync_managers=managers,
         outputs=tuple(each for each in description.rx_pdos if each.sync_manager is not None),
@@ -271,6 +274,7 @@ def from_sii(content: SiiContent, name: str = "") -> SlaveConfiguration:
         mailbox_out=content.mailbox_out,
         mailbox_in=content.mailbox_in,
         coe=content.has_coe and content.mailbox_out is not None,
+        protocols=content.protocols if content.mailbox_out is not None else 0,
         complete_access=content.complete_access,
         sync_managers=managers,
         outputs=tuple(each for each in content.rx_pdos if each.sync_manager is not None),

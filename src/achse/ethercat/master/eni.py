@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from achse.ethercat.description import Pdo, PdoEntry, SyncManagerArea
+from achse.ethercat.description import MailboxBit, Pdo, PdoEntry, SyncManagerArea
 from achse.ethercat.master.configuration import (
     ASSIGN_BOTH,
     ASSIGN_SYNC0,
@@ -90,6 +90,7 @@ def _read_slave(name: str, element: Element) -> SlaveConfiguration:
         mailbox_out=mailbox_out,
         mailbox_in=mailbox_in,
         coe=mailbox_out is not None and (coe is not None or "CoE" in protocols),
+        protocols=0 if mailbox_out is None else int(MailboxBit.of(protocols)),
         sync_managers=managers,
         outputs=tuple(_pdos(process, "RxPdo")),
         inputs=tuple(_pdos(process, "TxPdo")),
@@ -214,8 +215,9 @@ def _write_slave(element: Element, slave: SlaveConfiguration, station: int, posi
             area = ElementTree.SubElement(mailbox, tag)
             _text(area, "Start", place.start)
             _text(area, "Length", place.length)
+        for name in MailboxBit(slave.protocols).names:
+            _text(mailbox, "Protocol", name)
         if slave.coe:
-            _text(mailbox, "Protocol", "CoE")
             _write_commands(ElementTree.SubElement(mailbox, "CoE"), slave)
     if slave.clock is not None:
         clock = ElementTree.SubElement(element, "DC")

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from xml.etree.ElementTree import Element
 
-from achse.ethercat.description import Pdo, PdoEntry, SyncManagerArea
+from achse.ethercat.description import MailboxBit, Pdo, PdoEntry, SyncManagerArea
 from achse.ethercat.master.configuration import (
     ClockConfiguration,
     InitCommand,
@@ -369,6 +369,7 @@ def from_esi(
         mailbox_out=areas.get("MBoxOut"),
         mailbox_in=areas.get("MBoxIn"),
         coe=coe,
+        protocols=int(MailboxBit.of(device.protocols)) if "MBoxOut" in areas else 0,
         complete_access=device.complete_access,
         sync_managers=managers,
         outputs=outputs,

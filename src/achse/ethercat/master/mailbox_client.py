@@ -68,6 +68,11 @@ class MailboxClient:
         self._counter = 0
         self._last_received = 0
         self._turn: deque[object] = deque()
+        self._listeners: dict[int, Callable[[bytes], None]] = {}
+
+    def listen(self, protocol: MailboxProtocol, listener: Callable[[bytes], None]) -> None:
+        """Hand messages of a protocol that nobody asked for to `listener`, the data of each."""
+        self._listeners[protocol] = listener
 
     def reset(self) -> None:
         """The slave left Init: its counters begin again."""
@@ -117,7 +122,8 @@ class MailboxClient:
         return not self._turn
 
     def collect(self) -> Steps[None]:
-        """Read what waits, for emergencies; answers that nobody waits for are dropped."""
+        """Read what waits, for emergencies and listeners; answers that nobody waits for any more
+        are dropped."""
         yield from self.acquire()
         try:
             yield from self._drain()
@@ -128,7 +134,14 @@ class MailboxClient:
         for _ in range(_MAX_STALE):
             if not (yield from self._full()):
                 return
-            yield from self._fetch()
+            message = yield from self._fetch()
+            if message is not None:
+                self._tell(message)
+
+    def _tell(self, message: Message) -> None:
+        listener = self._listeners.get(message.protocol)
+        if listener is not None:
+            listener(message.data)
 
     def send(self, protocol: MailboxProtocol, data: bytes) -> Steps[None]:
         """Put a message into the slave's mailbox, once what waits there has been read."""
@@ -166,19 +179,19 @@ class MailboxClient:
     def receive(
         self, protocol: MailboxProtocol, wanted: Callable[[bytes], bool], response_ns: int = 0
     ) -> Steps[bytes]:
-        """The next message of that protocol that is `wanted`; others are dropped."""
+        """The next message of that protocol that is `wanted`; others go to listeners."""
         allowed = response_ns or self.response_ns
         start = yield from now()
         while True:
             if (yield from self._full()):
                 message = yield from self._fetch()
-                if message is None:
-                    continue
-                if message.protocol == MailboxProtocol.ERROR:
-                    detail = int.from_bytes(message.data[2:4], "little")
-                    raise MailboxRefusal(self.station, detail)
-                if message.protocol == protocol and wanted(message.data):
-                    return message.data
+                if message is not None:
+                    if message.protocol == MailboxProtocol.ERROR:
+                        detail = int.from_bytes(message.data[2:4], "little")
+                        raise MailboxRefusal(self.station, detail)
+                    if message.protocol == protocol and wanted(message.data):
+                        return message.data
+                    self._tell(message)
                 if (yield from now()) - start < allowed:
                     continue
             if (yield from now()) - start >= allowed:

@@ -16,6 +16,7 @@ from achse.ethercat.master.bus_slave import BusSlave, PortCounters
 from achse.ethercat.master.configuration import BusConfiguration
 from achse.ethercat.master.cyclic import CyclicCounters, CyclicExchange
 from achse.ethercat.master.errors import NoMailbox, SlaveNotReady
+from achse.ethercat.master.ethernet import BusEthernet
 from achse.ethercat.master.events import BusEvent, BusEventKind, EmergencyMessage
 from achse.ethercat.master.process_image import ProcessImage
 from achse.ethercat.master.redundancy import Redundancy
@@ -66,6 +67,10 @@ class Master:
             for position, station in enumerate(bus.stations())
         )
         self._by_station = {slave.station: slave for slave in self.slaves}
+        self.ethernet = BusEthernet(
+            self.slaves, lambda steps, ended: self.traffic.start(steps, lambda job: ended())
+        )
+        """The network that slaves with EoE and this process share."""
         self.wanted = AlState.INIT
         self.redundancy = Redundancy() if bus.redundant else None
         """Of a ring: who hands frames over makes copies of them and takes copies by it."""

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from achse.ethercat.description import Pdo, PdoEntry, SyncManagerArea
+from achse.ethercat.description import MailboxBit, Pdo, PdoEntry, SyncManagerArea
 from achse.ethercat.eeprom import checksum
 
 __all__ = ["SiiCategory", "SiiContent", "SiiMode", "SiiSyncManager", "SiiUse", "read_sii"]
@@ -24,7 +24,6 @@ _ENTRY = struct.Struct("<HBBBBH")
 _MODE = struct.Struct("<IiihHhBB4x")
 _NOT_ASSIGNED = 0xFF
 _FIXED = 0x0010
-_COE = 0x0004
 _COMPLETE = 0x20
 
 
@@ -104,7 +103,7 @@ class SiiContent:
     @property
     def has_coe(self) -> bool:
         """The mailbox speaks CoE."""
-        return bool(self.protocols & _COE)
+        return bool(self.protocols & MailboxBit.COE)
 
     @property
     def complete_access(self) -> bool:
