@@ -1,17 +1,22 @@
 """`achse bus`: a bus beside the demo station, and slaves on an interface."""
 
 import json
-from collections.abc import Callable, Iterator
+import struct
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from achse.cli.bus import bus
+from achse.cli.bus import _progress_line, bus
 from achse.codes import AlState
 from achse.devices.io import AttachedBuses, ServedBus, default_net_id
+from achse.drive import Drive
+from achse.drive.firmware import Firmware
 from achse.ethercat import Loopback, Segment, Slave, build_sii, describe
 from achse.ethercat.esi import build_esi
+from achse.ethercat.foe import FoeServer
+from achse.ethercat.mailbox import MailboxProtocol
 from achse.ethercat.master import BusConfiguration, Master, Ring, from_description
 from achse.ethercat.master.eni import read_eni
 from achse.transport import ethernet
@@ -60,7 +65,9 @@ def test_states_are_shown_and_asked_for(lines: Lines, cli: Cli) -> None:
     document = json.loads(cli("bus", "state", "1001", "--json").stdout)
     assert [each["station"] for each in document["slaves"]] == [1001]
     assert "no slave has the address 1099" in cli("bus", "state", "1099", exit_code=1).stderr
-    assert "init, preop, safeop or op" in cli("bus", "state", "1001", "fast", exit_code=2).stderr
+    assert (
+        "init, preop, boot, safeop or op" in cli("bus", "state", "1001", "fast", exit_code=2).stderr
+    )
 
 
 def test_slaves_are_listed(lines: Lines, cli: Cli) -> None:
@@ -174,3 +181,50 @@ def test_an_eeprom_is_shown_saved_and_written(
     assert "checksum" in wrong.stderr
     none = cli("bus", "eeprom", "--interface", "cable0", "7", exit_code=1)
     assert "there are 2 slaves" in none.stderr
+
+
+def test_files_are_read_and_written(
+    lines: Lines, cli: Cli, box: Ring, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    up(lines)
+    lines("bus", "state", "1001", "preop")
+    drive = Drive(firmware=Firmware(content=bytes(range(256)) * 200, password=7))
+    files = FoeServer(drive)
+    files.reset(256, 256)
+    services = box.segment.slaves[0]._mailbox._services
+    monkeypatch.setitem(services, MailboxProtocol.FOE, files.answer)
+    saved, new = tmp_path / "saved", tmp_path / "new"
+    new.write_bytes(b"new")
+    told = lines("bus", "file", "1001", "firmware.bin", "-o", str(saved), "--password", "7")
+    assert told == ["firmware.bin: 51200 bytes read"]
+    assert saved.read_bytes() == drive.firmware.content
+
+    def answer(data: bytes) -> Iterable[bytes] | int:
+        drive.step(1_000_000)  # time passes between two messages
+        return files.answer(data)
+
+    monkeypatch.setitem(services, MailboxProtocol.FOE, answer)
+    document = cli(
+        "bus", "file", "1001", "firmware.bin", "--write", str(new), "--password", "7", "--json"
+    )
+    assert json.loads(document.stdout)["bytes"] == 3
+    assert drive.firmware.content == b"new"
+    for each in (("-o", str(saved)), ("--write", str(new))):
+        refused = cli("bus", "file", "1001", "firmware.bin", *each, exit_code=1)
+        assert "0x704" in refused.stderr
+    assert "either" in cli("bus", "file", "1001", "x", exit_code=2).stderr
+    lines("bus", "state", "1001", "op")
+
+
+@pytest.mark.parametrize(
+    ("numbers", "words", "line"),
+    [
+        ((500, 0, 0, 0), b"", "500 bytes"),
+        ((500, 1000, 0, 0), b"", "500 of 1000 bytes"),
+        ((1000, 1000, 1, 4), b"programming", "1000 of 1000 bytes, programming 25 %"),
+        ((1000, 1000, 0, 0), b"wait", "1000 of 1000 bytes, wait"),
+        ((1000, 1000, 3, 4), b"", "1000 of 1000 bytes, busy 75 %"),
+    ],
+)
+def test_progress_is_one_line(numbers: tuple[int, ...], words: bytes, line: str) -> None:
+    assert _progress_line(struct.pack("<4I", *numbers) + words + b"\0") == line

@@ -36,6 +36,8 @@ def test_each_request_in_each_state(line: Callable[..., Any], state: AlState, nu
     if state is S:
         master.send(Datagram(DatagramCommand.LWR, 0, bytes(4)))
     meaning = meaning_of(state, number)
+    if meaning is Transition.IB:  # 001 table 2.10.1: there is no Bootstrap
+        meaning = AlStatus.NO_BOOTSTRAP
     if isinstance(meaning, Transition):
         assert master.request(number) == (number, 0)
         assert master.line[0].state == number
@@ -61,7 +63,14 @@ def test_with_an_error_pending_nothing_happens_without_acknowledgement(
     assert master.request(state | ACKNOWLEDGE) == (state, 0)
 
 
-@pytest.mark.parametrize("pair", [key for key, row in TRANSITIONS.items() if row in Transition])
+@pytest.mark.parametrize(
+    "pair",
+    [
+        key
+        for key, row in TRANSITIONS.items()
+        if row in set(Transition) - {Transition.IB, Transition.BI}
+    ],
+)
 def test_acknowledgement_and_request_go_together(
     line: Callable[..., Any], pair: tuple[AlState, AlState]
 ) -> None:

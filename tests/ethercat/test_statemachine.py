@@ -5,17 +5,19 @@ import pytest
 from achse.codes import AlState, AlStatus
 from achse.ethercat.statemachine import TRANSITIONS, Light, Transition, request
 
-STATES = (AlState.INIT, AlState.PREOP, AlState.SAFEOP, AlState.OP)
+STATES = (AlState.INIT, AlState.PREOP, AlState.BOOT, AlState.SAFEOP, AlState.OP)
 
 REFUSED = {
-    # 001 table 2.10.1
-    ("INIT", "BOOT"): AlStatus.NO_BOOTSTRAP,
+    # 001 table 2.10.1; from Init to Bootstrap the slave refuses that has none
     ("INIT", "SAFEOP"): AlStatus.INVALID_CHANGE,
     ("INIT", "OP"): AlStatus.INVALID_CHANGE,
     ("PREOP", "OP"): AlStatus.INVALID_CHANGE,
     ("PREOP", "BOOT"): AlStatus.INVALID_CHANGE,
     ("SAFEOP", "BOOT"): AlStatus.INVALID_CHANGE,
     ("OP", "BOOT"): AlStatus.INVALID_CHANGE,
+    ("BOOT", "PREOP"): AlStatus.INVALID_CHANGE,
+    ("BOOT", "SAFEOP"): AlStatus.INVALID_CHANGE,
+    ("BOOT", "OP"): AlStatus.INVALID_CHANGE,
 }
 
 
@@ -53,8 +55,11 @@ def test_upwards_goes_one_step_at_a_time() -> None:
         Transition.IP,
         Transition.PS,
         Transition.SO,
+        Transition.IB,
     }
 
 
 def test_each_state_has_its_light() -> None:
-    assert [Light(state).name for state in STATES] == ["OFF", "BLINKING", "SINGLE_FLASH", "ON"]
+    assert [Light(state).name for state in STATES] == [
+        *("OFF", "BLINKING", "FLICKERING", "SINGLE_FLASH", "ON")
+    ]

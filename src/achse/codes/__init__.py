@@ -3,6 +3,7 @@
 from achse.codes.ads import ReturnCode
 from achse.codes.cia import DataType
 from achse.codes.ethercat import AlState, AlStatus, ErrorLight
+from achse.codes.files import FileRefusal, FoeError
 from achse.codes.groups import PlcGroup, ReservedGroup
 from achse.codes.nc import NcError
 from achse.codes.sdo import AbortCode, SdoAbort
@@ -13,6 +14,8 @@ __all__ = [
     "AlStatus",
     "DataType",
     "ErrorLight",
+    "FileRefusal",
+    "FoeError",
     "NcError",
     "PlcGroup",
     "ReservedGroup",

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 from struct import Struct
 from typing import TYPE_CHECKING
 
-from achse.codes import AbortCode, AlState, AlStatus, SdoAbort
+from achse.codes import AbortCode, AlState, AlStatus, FileRefusal, FoeError, SdoAbort
 from achse.codes.cia import Number
 from achse.drive.alarms import Alarm, Warn
 from achse.drive.faults import FaultSwitches
+from achse.drive.firmware import LONGEST_FIRMWARE, Firmware
 from achse.drive.kernel import cycle
 from achse.drive.machine import EncoderKind, Mechanics, apply, power_up, scale
 from achse.drive.mapping import PdoMapping, ProcessData
@@ -93,7 +94,7 @@ class Drive:
     raises OSError is an alarm (AL.860).
     `strict_mapping` False accepts what some masters do beyond the manual (achse.drive.mapping).
     `voltage_bit` is the value of statusword bit 4 while main power is normal: 0 in the manual, 1 in
-    CiA 402. `mapping` has entries of 1600h … 1A03h other than the manual's.
+    CiA 402. `mapping` has entries of 1600h … 1A03h other than the manual's. `firmware` is its file.
     `compiled` runs the kernel as machine code; it needs llvmlite and seconds the first
     time. The drives of one segment share a `Bank` of memory, which does their steps in one call.
     """
@@ -112,10 +113,13 @@ class Drive:
         voltage_bit: int = 0,
         mapping: Mapping[int, Sequence[int]] | None = None,
         compiled: "bool | Bank" = False,
+        firmware: Firmware | None = None,
     ) -> None:
         self.name = name
         self.identity = identity or DriveIdentity()
         self.machine = machine or Mechanics()
+        self.firmware = firmware or Firmware()
+        """The file that a master reads and writes by mailbox."""
         self._record: DriveFields
         self._compiled: CompiledRecord | None = None
         self._turn = -1
@@ -235,6 +239,41 @@ class Drive:
         self._clear_due = self._busy = True
         self.record.encoder_clear_state = _SENT
 
+    # -- files -------------------------------------------------------------------------------
+
+    @property
+    def bootstrap(self) -> bool:
+        """Whether the drive has the state Bootstrap; that of the manual has not."""
+        return self.firmware.bootstrap
+
+    @property
+    def longest_file(self) -> int:
+        """Bytes of the longest file."""
+        return LONGEST_FIRMWARE
+
+    @property
+    def programming(self) -> tuple[int, int] | None:
+        """How many bytes of the firmware are programmed, of how many; None while nothing is."""
+        return self.firmware.programming
+
+    def read_file(self, name: str, password: int) -> bytes:
+        """The firmware; raises `FileRefusal`."""
+        self.firmware.check(name, password)
+        return self.firmware.content
+
+    def begin_file(self, name: str, password: int) -> None:
+        """Raises `FileRefusal` for what must not be written, or not in this state."""
+        self.firmware.check(name, password)
+        if self.firmware.bootstrap and self.state != AlState.BOOT:
+            raise FileRefusal(FoeError.BOOTSTRAP_ONLY)
+        if self.state > AlState.BOOT:
+            raise FileRefusal(FoeError.ILLEGAL, "firmware is written in PreOp")
+
+    def write_file(self, name: str, data: bytes) -> None:
+        """Program other firmware, which takes its time; raises `FileRefusal`."""
+        self.firmware.program(data)
+        self._busy = True
+
     @property
     def power_state(self) -> PowerState:
         """State of the power drive system."""
@@ -295,7 +334,7 @@ class Drive:
                 record.communication_lost = 1
             self._outputs = None
         self.state = state
-        record.communication = int(state)
+        record.communication = int(AlState.INIT if state == AlState.BOOT else state)
         self.mapping.open = state == AlState.PREOP
         self.sync_error_counter = 0
         record.sync_type = 2 if sync0_ns else 0
@@ -428,7 +467,10 @@ class Drive:
             self._clear_due = False
             self._clearing_ns = _CLEAR_NS
             self._go_on_clearing()
-        self._busy = self._storing_ns > 0 or self._clearing_ns > 0
+        self.firmware.advance(elapsed_ns)
+        self._busy = (
+            self._storing_ns > 0 or self._clearing_ns > 0 or self.firmware.programming is not None
+        )
         self._pack_inputs()
 
     def _keep(self) -> None:
@@ -484,6 +526,7 @@ class Drive:
 
     def _reset(self) -> None:
         """Begin again with stored parameters (transition 0); communication and mapping stay."""
+        self.firmware.abandon()
         self._start()
         self._take_encoder()
         self._take_mapping()

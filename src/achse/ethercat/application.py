@@ -14,6 +14,7 @@ from achse.codes import AlState, AlStatus
 
 __all__ = [
     "Application",
+    "FileApplication",
     "Identity",
     "MessagingApplication",
     "ObjectAccess",
@@ -184,4 +185,39 @@ class MessagingApplication(Protocol):
 
     def take_message(self) -> tuple[int, bytes] | None:
         """The oldest message that it sends by itself: protocol and data; None if there is none."""
+        ...
+
+
+@runtime_checkable
+class FileApplication(Protocol):
+    """An application whose mailbox reads and writes files (FoE).
+
+    What refuses a file raises `achse.codes.FileRefusal`.
+    """
+
+    @property
+    def bootstrap(self) -> bool:
+        """It has the state Bootstrap."""
+        ...
+
+    @property
+    def longest_file(self) -> int:
+        """Bytes of the longest file that may be written."""
+        ...
+
+    @property
+    def programming(self) -> tuple[int, int] | None:
+        """How much of the file written last is in its place, of how much; None: it is."""
+        ...
+
+    def read_file(self, name: str, password: int) -> bytes:
+        """A whole file."""
+        ...
+
+    def begin_file(self, name: str, password: int) -> None:
+        """Refuses a file that must not be written."""
+        ...
+
+    def write_file(self, name: str, data: bytes) -> None:
+        """Take over a whole file; `programming` tells how that goes on."""
         ...

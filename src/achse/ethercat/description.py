@@ -10,6 +10,7 @@ from enum import IntFlag
 from achse.codes import SdoAbort
 from achse.ethercat.application import (
     Application,
+    FileApplication,
     MessagingApplication,
     ObjectAccess,
     ObjectDescription,
@@ -81,6 +82,9 @@ class SyncManagerLayout:
     mailbox_in: SyncManagerArea
     outputs: SyncManagerArea
     inputs: SyncManagerArea
+    boot_out: SyncManagerArea = SyncManagerArea(0x1000, 512, 0x26)
+    """The mailboxes of Bootstrap, where a slave has that state."""
+    boot_in: SyncManagerArea = SyncManagerArea(0x1200, 512, 0x22)
 
 
 LAYOUT = SyncManagerLayout(
@@ -146,6 +150,7 @@ class SlaveDescription:
     input_size: int
     objects: tuple[ObjectDescription, ...]
     protocols: int = MailboxBit.COE
+    bootstrap: bool = False
 
 
 def describe(application: Application, layout: SyncManagerLayout = LAYOUT) -> SlaveDescription:
@@ -182,12 +187,15 @@ def describe(application: Application, layout: SyncManagerLayout = LAYOUT) -> Sl
         application.input_size,
         objects,
         _protocols(application),
+        isinstance(application, FileApplication) and application.bootstrap,
     )
 
 
 def _protocols(application: Application) -> int:
     own = application.services if isinstance(application, MessagingApplication) else ()
     bits = MailboxBit.COE
+    if isinstance(application, FileApplication):
+        bits |= MailboxBit.FOE
     for protocol in own:
         bits |= _BITS.get(protocol, 0)
     return int(bits)

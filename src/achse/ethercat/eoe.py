@@ -31,7 +31,7 @@ SHORTEST_FRAME, LONGEST_FRAME = 14, 1518
 _HEAD = struct.Struct("<HH")
 _BLOCK = 32
 """Fragments but the last are multiples of this; places count in it."""
-_LAST, _TIME_APPENDED = 0x0100, 0x0200
+_LAST, _TIME_APPENDED = 1 << 8, 1 << 9
 _PORT_AT, _PORT = 4, 0x0F
 _PLACE_AT, _FRAME_AT = 6, 12
 _PLACE, _FRAME = 0x3F, 0x0F

@@ -28,6 +28,8 @@ from achse.ethercat.sii import SII_SIZE, build_sii
 __all__ = ["build_esi"]
 
 _PROFILE = 402
+_BOOT_AT = 0x28
+"""Bytes of the EEPROM that tell the mailboxes of Bootstrap."""
 _ENGLISH = {"LcId": "1033"}
 _TIMEOUTS = {
     "PreopTimeout": 3000,
@@ -108,7 +110,10 @@ def build_esi(
             _sub(operation, "ShiftTimeSync0", "0")
     eeprom = _sub(device, "Eeprom")
     _sub(eeprom, "ByteSize", str(SII_SIZE))
-    _sub(eeprom, "ConfigData", build_sii(description)[:14].hex().upper())
+    image = build_sii(description)
+    _sub(eeprom, "ConfigData", image[:14].hex().upper())
+    if description.bootstrap:
+        _sub(eeprom, "BootStrap", image[_BOOT_AT : _BOOT_AT + 8].hex().upper())
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
 

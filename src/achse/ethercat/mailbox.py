@@ -90,6 +90,8 @@ class MailboxServer:
 
     def __init__(self, services: Mapping[int, Callable[[bytes], Iterable[bytes] | int]]) -> None:
         self._services = dict(services)
+        self.only: frozenset[int] | None = None
+        """The protocols spoken at the moment; None: all."""
         self._waiting: deque[bytes] = deque()
         self.reset()
 
@@ -113,7 +115,7 @@ class MailboxServer:
         if message.protocol == MailboxProtocol.ERROR:
             return  # the master complains; an answer could go on forever
         service = self._services.get(message.protocol)
-        if service is None:
+        if service is None or (self.only is not None and message.protocol not in self.only):
             self.refuse(MailboxError.UNSUPPORTED_PROTOCOL)
             return
         replies = service(message.data)

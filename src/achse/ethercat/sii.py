@@ -57,13 +57,14 @@ def build_sii(description: SlaveDescription, alias: int = 0) -> bytes:
     mailbox_out, mailbox_in = description.layout.mailbox_out, description.layout.mailbox_in
     configuration = struct.pack("<4HH4x", _PDI_CONTROL, _PDI_CONFIGURATION, _SYNC_IMPULSE, 0, alias)
     head = struct.pack(
-        "<14sH4I8x8x4HH",
+        "<14sH4I8x4H4HH",
         configuration,
         checksum(configuration),
         description.vendor_id,
         description.product_code,
         description.revision_number,
         description.serial_number,
+        *_boot_areas(description),
         mailbox_out.start,
         mailbox_out.length,
         mailbox_in.start,
@@ -94,6 +95,14 @@ def build_sii(description: SlaveDescription, alias: int = 0) -> bytes:
             f"the SII image of {description.name} has {len(image)} of {SII_SIZE} bytes"
         )
     return image.ljust(SII_SIZE, b"\xff")
+
+
+def _boot_areas(description: SlaveDescription) -> tuple[int, int, int, int]:
+    """Words 14h to 17h, 0 without Bootstrap."""
+    if not description.bootstrap:
+        return 0, 0, 0, 0
+    out, into = description.layout.boot_out, description.layout.boot_in
+    return out.start, out.length, into.start, into.length
 
 
 def _category(kind: int, data: bytes) -> bytes:

@@ -6,11 +6,12 @@ Source: 001 §2.4, §2.5, table 2.10.1.
 from collections.abc import Callable, Mapping
 
 from achse.codes import AlState, AlStatus, ErrorLight
-from achse.ethercat.application import Application, MessagingApplication
+from achse.ethercat.application import Application, FileApplication, MessagingApplication
 from achse.ethercat.clock import Instant
 from achse.ethercat.coe import CoeServer
 from achse.ethercat.description import LAYOUT, SyncManagerArea, SyncManagerLayout, describe
 from achse.ethercat.esc import Esc
+from achse.ethercat.foe import FoeServer
 from achse.ethercat.mailbox import MailboxProtocol, MailboxServer
 from achse.ethercat.pdi import AlEvent
 from achse.ethercat.registers import RAM_BASE
@@ -33,6 +34,7 @@ _LEAST_MAILBOX = 34
 _OUTPUTS_WITHIN_NS = 100_000_000
 """How long a request for Op waits for the first outputs."""
 
+_BOOT_SERVICES = frozenset((MailboxProtocol.FOE,))
 _NEVER = 1 << 62
 _NO_ERROR = AlStatus.NO_ERROR
 
@@ -65,7 +67,11 @@ class Slave:
         self._coe = CoeServer(application)
         self._messaging = application if isinstance(application, MessagingApplication) else None
         own = {} if self._messaging is None else self._messaging.services
-        self._mailbox = MailboxServer({**own, MailboxProtocol.COE: self._coe.answer})
+        services = {**own, MailboxProtocol.COE: self._coe.answer}
+        self._foe = FoeServer(application) if isinstance(application, FileApplication) else None
+        if self._foe is not None:
+            services[MailboxProtocol.FOE] = self._foe.answer
+        self._mailbox = MailboxServer(services)
         self._message: bytes | None = None
         self._message_due = 0
         self._outputs: bytes | None = None
@@ -167,7 +173,11 @@ class Slave:
             if mailbox and before is AlState.INIT:
                 self._mailbox.reset()
                 self._message = None
-                self._coe.reset(esc.sync_managers[_MAILBOX_IN].length)
+                lengths = [esc.sync_managers[each].length for each in (_MAILBOX_OUT, _MAILBOX_IN)]
+                self._coe.reset(lengths[1])
+                if self._foe is not None:
+                    self._foe.reset(*lengths)
+                self._mailbox.only = _BOOT_SERVICES if state is AlState.BOOT else None
             esc.lock(_MAILBOX_OUT, not mailbox)
             esc.lock(_MAILBOX_IN, not mailbox)
             self._open_process_data()
@@ -195,10 +205,17 @@ class Slave:
     # checks of a request
 
     def _check_mailbox(self) -> AlStatus:
-        for number, area in (
-            (_MAILBOX_OUT, self.layout.mailbox_out),
-            (_MAILBOX_IN, self.layout.mailbox_in),
-        ):
+        return self._check_mailboxes(self.layout.mailbox_out, self.layout.mailbox_in)
+
+    def _check_bootstrap(self) -> AlStatus:
+        """There is that state, and the mailboxes are those of it."""
+        files = self.application
+        if not (isinstance(files, FileApplication) and files.bootstrap):
+            return AlStatus.NO_BOOTSTRAP
+        return self._check_mailboxes(self.layout.boot_out, self.layout.boot_in)
+
+    def _check_mailboxes(self, out: SyncManagerArea, into: SyncManagerArea) -> AlStatus:
+        for number, area in ((_MAILBOX_OUT, out), (_MAILBOX_IN, into)):
             sync_manager = self.esc.sync_managers[number]
             if not (
                 _fits(sync_manager, area)
@@ -304,12 +321,8 @@ class Slave:
             return
         esc, mailbox = self.esc, self._mailbox
         outgoing = esc.sync_managers[_MAILBOX_IN]
-        while not mailbox.waiting and (emergency := self.application.take_emergency()) is not None:
-            mailbox.send(MailboxProtocol.COE, CoeServer.emergency(emergency))
-        if self._messaging is not None and not mailbox.waiting:
-            message = self._messaging.take_message()
-            if message is not None:
-                mailbox.send(*message)
+        if self.state is not AlState.BOOT and not mailbox.waiting:
+            self._send_own()
         if (
             self._message is not None
             and not mailbox.waiting
@@ -320,6 +333,16 @@ class Slave:
             esc.sync_managers[_MAILBOX_OUT].release()
         if outgoing.works and not outgoing.full and (next_message := mailbox.fetch()) is not None:
             esc.put(_MAILBOX_IN, next_message)
+
+    def _send_own(self) -> None:
+        """Emergencies, else a message of the application, wait for the master."""
+        mailbox = self._mailbox
+        while not mailbox.waiting and (emergency := self.application.take_emergency()) is not None:
+            mailbox.send(MailboxProtocol.COE, CoeServer.emergency(emergency))
+        if self._messaging is not None and not mailbox.waiting:
+            message = self._messaging.take_message()
+            if message is not None:
+                mailbox.send(*message)
 
     def sync_manager_changed(self, number: int) -> None:
         """The registers of a SyncManager were written (`Pdi`)."""
@@ -466,6 +489,7 @@ def _fits(sync_manager: SyncManager, area: SyncManagerArea) -> bool:
 
 _CHECKS: Mapping[Transition, Callable[[Slave], AlStatus]] = {
     Transition.IP: Slave._check_mailbox,
+    Transition.IB: Slave._check_bootstrap,
     Transition.PS: Slave._check_safe_op,
     Transition.SO: Slave._check_sync0,
 }

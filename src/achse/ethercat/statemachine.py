@@ -1,4 +1,4 @@
-"""The EtherCAT state machine of a slave without bootstrap: a table of every request in every state.
+"""The EtherCAT state machine of a slave: a table of every request in every state.
 
 Source: 001 §2.4 and table 2.10.1.
 """
@@ -33,14 +33,21 @@ class Transition(Enum):
     OS = ("OS", _S)
     OP = ("OP", _P)
     OI = ("OI", _I)
+    IB = ("IB", _B)
+    BI = ("BI", _I)
 
 
 TRANSITIONS: Mapping[tuple[AlState, AlState], Transition | AlStatus] = {
     (_I, _I): AlStatus.NO_ERROR,
     (_I, _P): Transition.IP,
-    (_I, _B): AlStatus.NO_BOOTSTRAP,
+    (_I, _B): Transition.IB,
     (_I, _S): AlStatus.INVALID_CHANGE,
     (_I, _O): AlStatus.INVALID_CHANGE,
+    (_B, _I): Transition.BI,
+    (_B, _P): AlStatus.INVALID_CHANGE,
+    (_B, _B): AlStatus.NO_ERROR,
+    (_B, _S): AlStatus.INVALID_CHANGE,
+    (_B, _O): AlStatus.INVALID_CHANGE,
     (_P, _I): Transition.PI,
     (_P, _P): AlStatus.NO_ERROR,
     (_P, _B): AlStatus.INVALID_CHANGE,
@@ -57,7 +64,9 @@ TRANSITIONS: Mapping[tuple[AlState, AlState], Transition | AlStatus] = {
     (_O, _S): Transition.OS,
     (_O, _O): AlStatus.NO_ERROR,
 }
-"""What a request does in a state: a transition, nothing (NO_ERROR), or an AL status code."""
+"""What a request does in a state: a transition, nothing (NO_ERROR), or an AL status code.
+
+A slave without Bootstrap refuses `IB` with 0x0013, as the drive of the manual does."""
 
 
 def request(state: AlState, number: int) -> Transition | AlStatus:
@@ -75,3 +84,5 @@ class Light(Enum):
     BLINKING = _P
     SINGLE_FLASH = _S
     ON = _O
+    FLICKERING = _B
+    """Not in the manual, whose drive has no Bootstrap; ETG.1300."""

@@ -9,6 +9,7 @@ from achse.ams import AmsAddress, Command, Flags, Frame, NetId
 from achse.codes import AlState
 from achse.devices.io import AttachedBuses, ServedBus, default_net_id
 from achse.drive import Drive
+from achse.drive.firmware import Firmware
 from achse.ethercat import Loopback, Segment, Slave, describe
 from achse.ethercat.master import (
     BusConfiguration,
@@ -35,8 +36,13 @@ class Refused(Exception):
 class IoBus:
     """A bus of a drive and loopbacks with its ADS devices."""
 
-    def __init__(self, boxes: int = 2, kind: Callable[..., Loopback] = Loopback) -> None:
-        self.drive = Drive()
+    def __init__(
+        self,
+        boxes: int = 2,
+        kind: Callable[..., Loopback] = Loopback,
+        drive_firmware: Firmware | None = None,
+    ) -> None:
+        self.drive = Drive(firmware=drive_firmware)
         self.line = [kind(serial_number=number) for number in range(boxes)]
         applications: list[Drive | Loopback] = [self.drive, *self.line]
         self.segment = Segment(Slave(each) for each in applications)

@@ -76,7 +76,7 @@ class BusMasterDevice(Device):
                 self._write_state,
                 _LAST_ADDRESS,
                 "Offset 0: all; a station address: one. State byte and link byte each. Write"
-                " UINT16: state asked for, + 0x10 acknowledges an error",
+                " UINT16: state asked for (3 Bootstrap), + 0x10 acknowledges an error",
             ),
             (
                 MasterGroup.FRAME_STATISTICS,
@@ -252,7 +252,12 @@ class BusMasterDevice(Device):
         number = int.from_bytes(data, "little")
         if number & ~(_ACKNOWLEDGE | _STATE):
             raise DeviceError(ReturnCode.INVALID_DATA, f"state 0x{number:X}")
-        self.bus.master.request(_state(number & _STATE), slave)
+        if number & _STATE != AlState.BOOT:
+            self.bus.master.request(_state(number & _STATE), slave)
+        elif slave.configuration.boot_out is None:
+            raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"{slave.name} has no Bootstrap")
+        else:
+            self.bus.master.request(AlState.BOOT, slave)
 
     # counters
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from achse.ams import AmsAddress, DeviceError, NetId
-from achse.codes import AbortCode, AlState, ReturnCode
+from achse.codes import AbortCode, AlState, FoeError, ReturnCode
 from achse.ethercat.description import MailboxBit
 from achse.ethercat.mailbox import MailboxError
 from achse.ethercat.master import BusError, BusSlave, Master, SdoRefusal
@@ -20,7 +20,7 @@ from achse.ethercat.master.errors import (
     SlaveNotReady,
     StateTimeout,
 )
-from achse.ethercat.master.foe_client import FoeError, FoeRefusal
+from achse.ethercat.master.foe_client import FoeRefusal
 from achse.ethercat.master.topology import build_tree
 
 __all__ = [

@@ -157,7 +157,7 @@ class BusSlaveDevice(Device):
         slave = self.slave
         if slave.sdo is None:
             raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"{slave.name} has no CoE")
-        if not slave.present or slave.state < 2:
+        if not slave.speaks:
             raise DeviceError(
                 ReturnCode.INVALID_STATE, f"{slave.name} is in state {slave.state}: CoE needs PreOp"
             )

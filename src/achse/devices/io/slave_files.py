@@ -4,8 +4,9 @@ A file is read whole from the slave with the first part that is asked for, and w
 it is closed: that is how FoE takes it.
 """
 
+import struct
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
@@ -13,7 +14,7 @@ from achse.devices.io.groups import SlaveGroup
 from achse.devices.io.later import answer_later
 from achse.devices.io.served import ServedBus
 from achse.ethercat.master import BusError
-from achse.ethercat.master.foe_client import MAX_FILE, FoeClient
+from achse.ethercat.master.foe_client import MAX_FILE, FoeClient, FoeProgress
 from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.steps import Steps
 from achse.server import IndexGroup, RawGroup
@@ -35,6 +36,9 @@ class _OpenFile:
     writes: bool
     data: bytes | None = None
     at: int = 0
+    under_way: bool = False
+    """The slave reads or takes it now."""
+    progress: FoeProgress = field(default_factory=FoeProgress)
 
 
 class SlaveFiles:
@@ -90,6 +94,19 @@ class SlaveFiles:
                 source=_HEADER,
             )
 
+        yield RawGroup(
+            SlaveGroup.FILE_PROGRESS,
+            "file, progress",
+            read=lambda offset, length, client: self._progress(offset, length, b"", client),
+            read_write=self._progress,
+            last_offset=_U32,
+            request="offset: handle",
+            response="UINT32 bytes done, UINT32 bytes in all (0: not known); of a slave that is"
+            " busy UINT32 done, UINT32 in all (0: it does not tell) and its words",
+            description="FoE; while a file is read, or written on closing. Layout ours",
+            source=_HEADER,
+        )
+
     def end_client(self, client: bytes) -> None:
         """A client is gone: its files are closed, and what was not written is dropped."""
         for handle in [number for number, each in self._files.items() if each.client == client]:
@@ -115,6 +132,8 @@ class SlaveFiles:
         found = self._files.get(handle)
         if found is None or found.client != client:
             raise DeviceError(ReturnCode.INVALID_OFFSET, f"no file is open as {handle}")
+        if found.under_way:
+            raise DeviceError(ReturnCode.BUSY, f"file {handle} is under way")
         if writes is not None and found.writes != writes:
             raise DeviceError(ReturnCode.INVALID_ACCESS, "the file is open the other way")
         return found
@@ -125,15 +144,29 @@ class SlaveFiles:
             return _next(file, length)
 
         def steps() -> Steps[bytes]:
-            file.data = yield from self._foe().read(file.name, file.password)
+            try:
+                file.data = yield from foe.read(file.name, file.password, progress=file.progress)
+            finally:
+                file.under_way = False
             return _next(file, length)
 
-        raise answer_later(
+        foe = self._foe()
+        later = answer_later(
             self._bus.master,
             steps(),
             lambda part: part,
             lambda trouble: self._note(client, trouble),
         )
+        file.under_way = True
+        raise later
+
+    def _progress(self, handle: int, length: int, data: bytes, client: bytes) -> bytes:
+        found = self._files.get(handle)
+        if found is None or found.client != client:
+            raise DeviceError(ReturnCode.INVALID_OFFSET, f"no file is open as {handle}")
+        at = found.progress
+        numbers = struct.pack("<4I", at.done, at.whole, at.busy_done, at.busy_whole)
+        return (numbers + at.told.encode("cp1252", "replace") + b"\0")[:length]
 
     def _write(self, handle: int, length: int, data: bytes, client: bytes) -> bytes:
         file = self._file(handle, client, writes=True)
@@ -145,16 +178,31 @@ class SlaveFiles:
 
     def _close(self, handle: int, length: int, data: bytes, client: bytes) -> bytes:
         file = self._file(handle, client)
-        del self._files[handle]
         if not file.writes:
+            del self._files[handle]
             return b""
         assert file.data is not None
-        raise answer_later(
+        content = file.data
+
+        def steps() -> Steps[None]:
+            try:
+                yield from foe.write(file.name, content, file.password, progress=file.progress)
+            finally:
+                self._files.pop(handle, None)
+
+        try:
+            foe = self._foe()
+        except DeviceError:
+            del self._files[handle]
+            raise
+        later = answer_later(
             self._bus.master,
-            self._foe().write(file.name, file.data, file.password),
+            steps(),
             lambda none: b"",
             lambda trouble: self._note(client, trouble),
         )
+        file.under_way = True
+        raise later
 
     def _foe(self) -> FoeClient:
         return FoeClient(self._ready())

@@ -109,6 +109,8 @@ class BringUp:
     def _lead_once(self, slave: BusSlave, restart: AlState | None) -> Steps[None]:
         report = yield from acknowledge(slave.station)
         self._note(slave, report.state)
+        if report.state == slave.wanted == AlState.BOOT:
+            return
         known = report.state in tuple(UPWARD)
         state = AlState(report.state) if known else AlState.INIT
         if not known:
@@ -118,8 +120,11 @@ class BringUp:
             state = restart
         if restart is AlState.INIT or state is AlState.INIT:
             yield from self._clear(slave)
+        if slave.wanted is AlState.BOOT:
+            yield from self._boot(slave, state)
+            return
         while state is not slave.wanted:
-            target = slave.wanted
+            target: AlState = slave.wanted
             if target > state:
                 target = UPWARD[UPWARD.index(state) + 1]
             yield from self._prepare(slave, state, target)
@@ -128,13 +133,26 @@ class BringUp:
                 yield from self._commands(slave, "IP")
             state = target
 
+    def _boot(self, slave: BusSlave, state: AlState) -> Steps[None]:
+        """To Bootstrap, by way of Init, with the mailboxes of that state."""
+        out, into = slave.configuration.boot_out, slave.configuration.boot_in
+        if out is None or into is None or slave.mailbox is None:
+            raise BusError(f"{slave.name} has no mailbox for Bootstrap")
+        if state is not AlState.INIT:
+            yield from self._go(slave, state, AlState.INIT)
+            yield from self._clear(slave)
+        yield from write(slave.station, SM_BASE, mailbox_registers(out, into))
+        yield from slave.eeprom.hand_over()
+        yield from self._go(slave, AlState.INIT, AlState.BOOT)
+        slave.mailbox.outgoing, slave.mailbox.incoming = out, into
+
     def _go(self, slave: BusSlave, before: AlState, target: AlState) -> Steps[None]:
         allowed = slave.configuration.times.allowed(before, target)
         yield from change_state(slave.station, target, allowed)
         self._note(slave, target)
         slave.al_code = 0
         slave.error = False
-        if target is AlState.PREOP and before is AlState.INIT and slave.mailbox is not None:
+        if before is AlState.INIT and slave.mailbox is not None:
             slave.mailbox.reset()
         if target is AlState.PREOP and before is not AlState.INIT:
             yield from stop_sync_if(slave)
@@ -172,6 +190,8 @@ class BringUp:
         out, into = slave.configuration.mailbox_out, slave.configuration.mailbox_in
         if out is not None and into is not None:
             yield from write(slave.station, SM_BASE, mailbox_registers(out, into))
+        if slave.mailbox is not None and out is not None and into is not None:
+            slave.mailbox.outgoing, slave.mailbox.incoming = out, into
 
     def _commands(self, slave: BusSlave, transition: str) -> Steps[None]:
         for command in slave.configuration.commands:

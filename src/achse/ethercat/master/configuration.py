@@ -113,6 +113,9 @@ class SlaveConfiguration:
     station: int = 0
     mailbox_out: SyncManagerArea | None = None
     mailbox_in: SyncManagerArea | None = None
+    boot_out: SyncManagerArea | None = None
+    """The mailboxes of Bootstrap, None without that state."""
+    boot_in: SyncManagerArea | None = None
     coe: bool = False
     protocols: int = 0
     """What its mailbox speaks, as the bits of an EEPROM: `MailboxBit`."""
@@ -248,6 +251,8 @@ def from_description(
         description.revision_number,
         mailbox_out=layout.mailbox_out,
         mailbox_in=layout.mailbox_in,
+        boot_out=layout.boot_out if description.bootstrap else None,
+        boot_in=layout.boot_in if description.bootstrap else None,
         coe=True,
         protocols=description.protocols,
         complete_access=True,
@@ -273,6 +278,8 @@ def from_sii(content: SiiContent, name: str = "") -> SlaveConfiguration:
         content.revision_number,
         mailbox_out=content.mailbox_out,
         mailbox_in=content.mailbox_in,
+        boot_out=content.boot_out,
+        boot_in=content.boot_in,
         coe=content.has_coe and content.mailbox_out is not None,
         protocols=content.protocols if content.mailbox_out is not None else 0,
         complete_access=content.complete_access,

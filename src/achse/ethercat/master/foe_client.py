@@ -4,19 +4,21 @@ Source: ETG.1000.6 §5.8.
 """
 
 import struct
-from enum import IntEnum
+from dataclasses import dataclass
 
+from achse.codes import FoeError
+from achse.ethercat.foe import FoeOperation
 from achse.ethercat.mailbox import MailboxProtocol
 from achse.ethercat.master.errors import BusError, WrongAnswer
 from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.steps import Pause, Steps
 
-__all__ = ["MAX_FILE", "FoeClient", "FoeError", "FoeRefusal"]
+__all__ = ["MAX_FILE", "FoeClient", "FoeProgress", "FoeRefusal"]
 
 MAX_FILE = 16 << 20
 """Bytes of the longest file that is taken from a slave or given to it."""
 
-_READ, _WRITE, _DATA, _ACKNOWLEDGE, _ERROR, _BUSY = range(1, 7)
+_O = FoeOperation
 _HEAD = struct.Struct("<BxI")
 _MAILBOX_HEADER = 6
 _BUSY_NS = 10_000_000
@@ -24,21 +26,16 @@ _MOST_BUSY = 6_000
 """How often a slave may say that it is busy with one packet."""
 
 
-class FoeError(IntEnum):
-    """Why a slave refuses a file."""
+@dataclass
+class FoeProgress:
+    """How far a file is: `done` bytes of `whole` (0: not known), and for a device that is busy its
+    own `busy_done` of `busy_whole` (0: it does not tell) and words."""
 
-    UNDEFINED = 0x8000
-    NOT_FOUND = 0x8001
-    ACCESS_DENIED = 0x8002
-    DISK_FULL = 0x8003
-    ILLEGAL = 0x8004
-    PACKET_NUMBER = 0x8005
-    ALREADY_EXISTS = 0x8006
-    NO_USER = 0x8007
-    BOOTSTRAP_ONLY = 0x8008
-    NOT_IN_BOOTSTRAP = 0x8009
-    NO_RIGHTS = 0x800A
-    PROGRAM_ERROR = 0x800B
+    done: int = 0
+    whole: int = 0
+    busy_done: int = 0
+    busy_whole: int = 0
+    told: str = ""
 
 
 class FoeRefusal(BusError):
@@ -58,26 +55,35 @@ class FoeClient:
     def __init__(self, mailbox: MailboxClient) -> None:
         self._mailbox = mailbox
 
-    def read(self, name: str, password: int = 0, *, response_ns: int = 0) -> Steps[bytes]:
-        """The whole file."""
+    def read(
+        self,
+        name: str,
+        password: int = 0,
+        *,
+        response_ns: int = 0,
+        progress: FoeProgress | None = None,
+    ) -> Steps[bytes]:
+        """The whole file; `progress` is kept up to date."""
+        progress = progress or FoeProgress()
         mailbox = self._mailbox
         room = mailbox.incoming.length - _MAILBOX_HEADER - _HEAD.size
         yield from mailbox.acquire()
         try:
             value = bytearray()
-            request = _HEAD.pack(_READ, password) + name.encode()
+            request = _HEAD.pack(_O.READ, password) + name.encode()
             number, busy = 1, 0
             while True:
                 operation, told, data = yield from self._ask(name, request, response_ns)
-                if operation == _BUSY:
-                    busy = yield from self._wait(name, busy)
-                elif operation != _DATA or told != number:
+                if operation == _O.BUSY:
+                    busy = yield from self._wait(name, busy, told, data, progress)
+                elif operation != _O.DATA or told != number:
                     raise WrongAnswer(f"{name}: packet {number} expected, got {operation}:{told}")
                 else:
                     value += data
+                    _note(progress, len(value))
                     if len(value) > MAX_FILE:
                         raise WrongAnswer(f"{name}: longer than {MAX_FILE} bytes")
-                    request, busy = _HEAD.pack(_ACKNOWLEDGE, number), 0
+                    request, busy = _HEAD.pack(_O.ACKNOWLEDGE, number), 0
                     number += 1
                     if len(data) < room:
                         yield from mailbox.send(MailboxProtocol.FOE, request)
@@ -86,37 +92,51 @@ class FoeClient:
             mailbox.release()
 
     def write(
-        self, name: str, data: bytes, password: int = 0, *, response_ns: int = 0
+        self,
+        name: str,
+        data: bytes,
+        password: int = 0,
+        *,
+        response_ns: int = 0,
+        progress: FoeProgress | None = None,
     ) -> Steps[None]:
-        """Write the whole file."""
+        """Write the whole file; `progress` is kept up to date."""
+        progress = progress or FoeProgress()
+        progress.whole = len(data)
         if len(data) > MAX_FILE:
             raise WrongAnswer(f"{name}: {MAX_FILE} bytes at most, got {len(data)}")
         mailbox = self._mailbox
         room = mailbox.capacity - _HEAD.size
         yield from mailbox.acquire()
         try:
-            request = _HEAD.pack(_WRITE, password) + name.encode()
+            request = _HEAD.pack(_O.WRITE, password) + name.encode()
             number, busy, at, last = 0, 0, 0, False
             while True:
-                operation, told, _ = yield from self._ask(name, request, response_ns)
-                if operation == _BUSY:
-                    busy = yield from self._wait(name, busy)
+                operation, told, words = yield from self._ask(name, request, response_ns)
+                if operation == _O.BUSY:
+                    busy = yield from self._wait(name, busy, told, words, progress)
                     continue
-                if operation != _ACKNOWLEDGE or told != number:
+                if operation != _O.ACKNOWLEDGE or told != number:
                     raise WrongAnswer(
                         f"{name}: expected {number} acknowledged, got {operation}:{told}"
                     )
+                _note(progress, at)
                 if last:
                     return
                 part = data[at : at + room]
                 at += len(part)
                 last = len(part) < room
                 number, busy = number + 1, 0
-                request = _HEAD.pack(_DATA, number) + part
+                request = _HEAD.pack(_O.DATA, number) + part
         finally:
             mailbox.release()
 
-    def _wait(self, name: str, busy: int) -> Steps[int]:
+    def _wait(
+        self, name: str, busy: int, part: int, words: bytes, progress: FoeProgress
+    ) -> Steps[int]:
+        """The slave is busy: `part` has its done and whole. How often it was."""
+        progress.busy_done, progress.busy_whole = part & 0xFFFF, part >> 16
+        progress.told = words.partition(b"\0")[0].decode("latin-1")
         if busy >= _MOST_BUSY:
             raise WrongAnswer(f"{name}: busy for ever")
         yield Pause(_BUSY_NS)
@@ -131,7 +151,13 @@ class FoeClient:
         )
         operation, number = _HEAD.unpack_from(answer)
         data = answer[_HEAD.size :]
-        if operation == _ERROR:
+        if operation == _O.ERROR:
             told = data.partition(b"\0")[0].decode("latin-1")
             raise FoeRefusal(mailbox.station, name, number, told)
         return operation, number, data
+
+
+def _note(progress: FoeProgress, done: int) -> None:
+    progress.done = done
+    progress.busy_done = progress.busy_whole = 0
+    progress.told = ""

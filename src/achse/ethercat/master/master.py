@@ -217,7 +217,7 @@ class Master:
     def _with_sdo(self, slave: BusSlave, ask: Callable[[SdoClient], Steps[T]]) -> Steps[T]:
         if slave.sdo is None:
             raise NoMailbox(f"{slave.name} (station {slave.station}) has no CoE")
-        if not slave.present or slave.state <= AlState.INIT:
+        if not slave.speaks:
             raise SlaveNotReady(
                 f"{slave.name} (station {slave.station}) is in state {slave.state}: CoE needs PreOp"
             )

@@ -17,7 +17,7 @@ _HEAD = 0x80
 """Bytes before the first category."""
 
 _IDENTITY, _MAILBOXES = struct.Struct("<4I"), struct.Struct("<4HH")
-_IDENTITY_AT, _MAILBOXES_AT = 0x10, 0x30
+_IDENTITY_AT, _BOOT_AT, _MAILBOXES_AT = 0x10, 0x28, 0x30
 _END = 0xFFFF
 _PDO = struct.Struct("<HBBBBH")
 _ENTRY = struct.Struct("<HBBBBH")
@@ -86,6 +86,9 @@ class SiiContent:
     serial_number: int = 0
     mailbox_out: SyncManagerArea | None = None
     mailbox_in: SyncManagerArea | None = None
+    boot_out: SyncManagerArea | None = None
+    """The mailboxes of Bootstrap."""
+    boot_in: SyncManagerArea | None = None
     protocols: int = 0
     name: str = ""
     order: str = ""
@@ -135,6 +138,10 @@ def read_sii(image: bytes) -> SiiContent:
     if out_size and in_size:
         content.mailbox_out = SyncManagerArea(out_at, out_size, 0x26)
         content.mailbox_in = SyncManagerArea(in_at, in_size, 0x22)
+    boot_at, boot_size, back_at, back_size = struct.unpack_from("<4H", image, _BOOT_AT)
+    if boot_size and back_size:
+        content.boot_out = SyncManagerArea(boot_at, boot_size, 0x26)
+        content.boot_in = SyncManagerArea(back_at, back_size, 0x22)
     parts = list(_categories(image, content))
     for kind, data in parts:
         if kind == SiiCategory.STRINGS and not content.strings:
