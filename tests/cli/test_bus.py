@@ -1,14 +1,13 @@
 """`achse bus`: a bus beside the demo station, and slaves on an interface."""
 
 import json
-import struct
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from achse.cli.bus import _progress_line, bus
+from achse.cli.bus import bus
 from achse.codes import AlState
 from achse.devices.io import AttachedBuses, ServedBus, default_net_id
 from achse.drive import Drive
@@ -214,17 +213,3 @@ def test_files_are_read_and_written(
         assert "0x704" in refused.stderr
     assert "either" in cli("bus", "file", "1001", "x", exit_code=2).stderr
     lines("bus", "state", "1001", "op")
-
-
-@pytest.mark.parametrize(
-    ("numbers", "words", "line"),
-    [
-        ((500, 0, 0, 0), b"", "500 bytes"),
-        ((500, 1000, 0, 0), b"", "500 of 1000 bytes"),
-        ((1000, 1000, 1, 4), b"programming", "1000 of 1000 bytes, programming 25 %"),
-        ((1000, 1000, 0, 0), b"wait", "1000 of 1000 bytes, wait"),
-        ((1000, 1000, 3, 4), b"", "1000 of 1000 bytes, busy 75 %"),
-    ],
-)
-def test_progress_is_one_line(numbers: tuple[int, ...], words: bytes, line: str) -> None:
-    assert _progress_line(struct.pack("<4I", *numbers) + words + b"\0") == line

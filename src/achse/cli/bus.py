@@ -1,7 +1,7 @@
 """`achse bus` shows and changes the buses of a station, and looks at slaves on an interface."""
 
 import struct
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
@@ -62,13 +62,6 @@ _SDO, _COMPLETE = 0xF302, 0x100
 _LONGEST = 0x1_0000
 _STATE_NAMES = {1: "INIT", 2: "PREOP", 3: "BOOT", 4: "SAFEOP", 8: "OP"}
 _STATE_NUMBERS = {name: number for number, name in _STATE_NAMES.items()}
-_FILE_OPEN, _FILE_CLOSE, _FILE_READ, _FILE_WRITE, _FILE_PROGRESS = (
-    *((0xF401, 0xF402), 0xF403),
-    *(0xF404, 0xF405, 0xF406),
-)
-_FILE_PART = 0x4000
-_LONGEST_FILE_S = 3600.0
-_LOOK_S = 0.2
 _FLAGS = ((0x10, "error"), (0x20, "wrong slave"), (0x40, "start command refused"))
 _LINKS = ((0x01, "not present"), (0x04, "link missing"), (0x08, "additional link"))
 _DEV_FLAGS = (
@@ -288,25 +281,15 @@ async def file(
     """Read a file of a slave, or write it: `achse bus file 1001 firmware.bin -o saved.bin`."""
     if (output is None) == (write is None):
         raise typer.BadParameter("give either --output or --write")
+    from achse.cli.bus_file import read_file, write_file
+
     master = await _master(client, device)
-    slave = client.at_port(station, master.address.net_id).within(_LONGEST_FILE_S)
-    data = b"" if write is None else write.read_bytes()
-    opened = await slave.read_write_raw(
-        _FILE_OPEN[write is not None], password, 4, name.encode("latin-1", "replace")
-    )
-    handle = int.from_bytes(opened, "little")
+    slave = client.at_port(station, master.address.net_id)
     if write is not None:
-        for at in range(0, len(data), _FILE_PART):
-            await slave.read_write_raw(_FILE_WRITE, handle, 0, data[at : at + _FILE_PART])
-        await _with_progress(slave, handle, slave.read_write_raw(_FILE_CLOSE, handle, 0, b""))
+        data = write.read_bytes()
+        await write_file(slave, name, password, data)
     else:
-        part = await _with_progress(
-            slave, handle, slave.read_write_raw(_FILE_READ, handle, _FILE_PART, b"")
-        )
-        while part:
-            data += part
-            part = await slave.read_write_raw(_FILE_READ, handle, _FILE_PART, b"")
-        await slave.read_write_raw(_FILE_CLOSE, handle, 0, b"")
+        data = await read_file(slave, name, password)
     if output is not None:
         try:
             output.write_bytes(data)
@@ -316,40 +299,6 @@ async def file(
         print_json({"station": station, "name": name, "bytes": len(data)})
     else:
         print(f"{name}: {len(data)} bytes {'read' if write is None else 'written'}")
-
-
-async def _with_progress(slave: "Target", handle: int, asked: "Awaitable[bytes]") -> bytes:
-    """The answer to a request that takes long, with a line on a terminal of how far it is."""
-    import asyncio
-    import sys
-
-    from achse.ams import AdsError
-
-    task = asyncio.ensure_future(asked)
-    shows = sys.stderr.isatty() and not in_json()
-    shown = ""
-    while not (await asyncio.wait((task,), timeout=_LOOK_S))[0]:
-        try:
-            told = await slave.read_raw(_FILE_PROGRESS, handle, 256)
-        except AdsError:  # it has just ended
-            continue
-        line = _progress_line(told)
-        if shows and line != shown:
-            print(f"\r{line:60}", end="", file=sys.stderr, flush=True)
-            shown = line
-    if shown:
-        print(file=sys.stderr)
-    return task.result()
-
-
-def _progress_line(told: bytes) -> str:
-    """Progress of a file as the slave's port tells it (0xF406)."""
-    done, whole, busy, all_ = struct.unpack_from("<4I", told)
-    words = told[16:].partition(b"\0")[0].decode("cp1252")
-    line = f"{done} of {whole} bytes" if whole else f"{done} bytes"
-    if words or all_:
-        line += f", {words or 'busy'}" + (f" {100 * busy // all_} %" if all_ else "")
-    return line
 
 
 @client_command(bus, IO_PORT)
