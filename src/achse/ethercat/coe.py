@@ -7,14 +7,18 @@ import struct
 from collections.abc import Iterable
 from enum import IntEnum
 
+from achse.codes import SdoAbort
 from achse.ethercat.application import Application
 from achse.ethercat.mailbox import MailboxError
+from achse.ethercat.pdo_service import RX_PDO, TX_PDO, PdoService
 from achse.ethercat.sdo import SdoServer
 from achse.ethercat.sdo_information import SdoInformation
 
 __all__ = ["CoeServer", "CoeService"]
 
 _HEADER = struct.Struct("<H")
+_SERVICE_AT, _PDO_NUMBER = 12, (1 << 9) - 1
+"""Parts of the CoE header."""
 
 
 class CoeService(IntEnum):
@@ -37,6 +41,7 @@ class CoeServer:
         objects = {each.index: each for each in application.objects()}
         self._sdo = SdoServer(application, objects)
         self._information = SdoInformation(objects)
+        self._pdos = PdoService(application, objects)
         self.capacity = 0
 
     def reset(self, mailbox_length: int) -> None:
@@ -49,7 +54,9 @@ class CoeServer:
         if len(data) < 2:
             return MailboxError.SIZE_TOO_SHORT
         body = data[2:]
-        match int.from_bytes(data[:2], "little") >> 12:
+        head = int.from_bytes(data[:2], "little")
+        service = head >> _SERVICE_AT
+        match service:
             case CoeService.SDO_REQUEST if len(body) >= 8:
                 reply, aborted = self._sdo.answer(body, self.capacity)
                 if reply is None:
@@ -60,10 +67,27 @@ class CoeServer:
             case CoeService.SDO_INFORMATION if len(body) >= 6:
                 replies = self._information.answer(body, self.capacity)
                 return [_framed(CoeService.SDO_INFORMATION, reply) for reply in replies]
+            case CoeService.TX_PDO_REQUEST | CoeService.RX_PDO_REQUEST | CoeService.RX_PDO:
+                return self._pdo(service, head & _PDO_NUMBER, body)
             case CoeService.SDO_REQUEST | CoeService.SDO_INFORMATION:
                 return MailboxError.SIZE_TOO_SHORT
             case _:
                 return MailboxError.SERVICE_NOT_SUPPORTED
+
+    def _pdo(self, service: int, number: int, body: bytes) -> Iterable[bytes] | MailboxError:
+        """A PDO asked for, or written: that has no answer, whatever becomes of it."""
+        try:
+            if service == CoeService.RX_PDO:
+                self._pdos.write(RX_PDO + number, body)
+                return ()
+            output = service == CoeService.RX_PDO_REQUEST
+            data = self._pdos.read((RX_PDO if output else TX_PDO) + number)
+        except SdoAbort:
+            return () if service == CoeService.RX_PDO else MailboxError.SERVICE_NOT_SUPPORTED
+        if len(data) > self.capacity:
+            return MailboxError.INVALID_SIZE
+        answered = CoeService.RX_PDO if output else CoeService.TX_PDO
+        return (_HEADER.pack(answered << _SERVICE_AT | number) + data,)
 
     @staticmethod
     def emergency(data: bytes) -> bytes:
@@ -72,4 +96,4 @@ class CoeServer:
 
 
 def _framed(service: CoeService, body: bytes) -> bytes:
-    return _HEADER.pack(service << 12) + body
+    return _HEADER.pack(service << _SERVICE_AT) + body

@@ -14,6 +14,7 @@ from tests.ethercat.master.messaging import Messenger
 
 DRIVE, BOX = 1001, 1002
 VENDOR = 0xF430
+TX_PDO, RX_PDO = 0xF3F8, 0xF3F9
 SDO, ERROR, SUM_READ, SUM_WRITE = 0xF302, 0xF303, 0xF304, 0xF305
 
 
@@ -140,7 +141,7 @@ def test_descriptions(io: Any) -> None:
     assert io.code(lambda: io.read(BOX, 0xF3FD, 0x1018 << 16, 3)) == ReturnCode.INVALID_SIZE.number
 
 
-@pytest.mark.parametrize("group", [0xF3F8, 0xF3F9, 0xF3FB])
+@pytest.mark.parametrize("group", [0xF3FB])
 def test_what_is_not_served_says_so(io: Any, group: int) -> None:
     io.up(AlState.PREOP)
     unsupported = ReturnCode.SERVICE_NOT_SUPPORTED.number
@@ -194,3 +195,17 @@ def test_refusals_of_messages_of_a_vendor(io: Any) -> None:
     assert io.code(lambda: io.write(BOX, VENDOR, 0, bytes(5))) == 0x705
     asked = io.code(lambda: io.read_write(BOX, VENDOR, 0, 100, bytes(6)))
     assert asked == 0x701  # speaks no VoE
+
+
+@pytest.mark.parametrize("base", [0, 0x1A00])
+def test_pdos_by_mailbox(io: Any, base: int) -> None:
+    assert io.code(lambda: io.read(BOX, TX_PDO, base)) == 0x712  # not in PreOp
+    io.up(AlState.PREOP)
+    assert io.read(DRIVE, TX_PDO, base) == io.drive.read_inputs()
+    rx_base = base and 0x1600
+    io.write(BOX, RX_PDO, rx_base, b"\x01\x02\x03\x04")
+    assert io.read(BOX, RX_PDO, rx_base) == b"\x01\x02\x03\x04"
+    assert io.code(lambda: io.read(BOX, TX_PDO, base, 3)) == 0x705
+    assert io.code(lambda: io.read(BOX, TX_PDO, base + 5)) == 0x701
+    assert io.code(lambda: io.read(BOX, TX_PDO, base + 512)) == 0x703
+    assert io.code(lambda: io.write(BOX, TX_PDO, base, b"")) == 0x704

@@ -1,13 +1,16 @@
 """The process image: places of entries, datagrams, FMMUs."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.ethercat import DatagramCommand, Loopback, describe
+from achse.codes import AlState
+from achse.ethercat import DatagramCommand, Loopback, Segment, Slave, describe
 from achse.ethercat.description import Pdo, PdoEntry
+from achse.ethercat.master import Master, Ring
 from achse.ethercat.master.configuration import (
     BusConfiguration,
     ProcessSyncManager,
@@ -15,6 +18,7 @@ from achse.ethercat.master.configuration import (
     from_description,
 )
 from achse.ethercat.master.process_image import MAILBOX_BITS, ProcessImage, entry_places
+from achse.ethercat.terminals import DigitalTerminal
 
 
 def box(outputs: int, inputs: int, unit: str = "", lrw: bool = True) -> SlaveConfiguration:
@@ -115,3 +119,63 @@ def test_entries_know_their_bit() -> None:
     first, second = entry_places(slave, True)
     assert (first.bit, second.bit, second.byte) == (0, 11, 1)
     assert [each.subindex for each in entry_places(slave, False)] == [1, 2, 3, 4]
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.data())
+def test_slaves_with_few_bits_share_bytes(data: st.DataObject) -> None:
+    """All parameters drawn: channels, whether LRW works, which share, values, a lost frame."""
+    draw = data.draw
+    sizes = draw(
+        st.lists(st.tuples(st.integers(0, 17), st.integers(0, 17)), min_size=1, max_size=8),
+        "inputs and outputs",
+    )
+    line = [DigitalTerminal(*each) for each in sizes if any(each)]
+    if not line:
+        return
+    packed = draw(st.lists(st.booleans(), min_size=len(line), max_size=len(line)), "packed")
+    whole = draw(st.booleans(), "LRW")
+    slaves = tuple(
+        replace(from_description(describe(each)), packed=on, logical_read_write=whole)
+        for each, on in zip(line, packed, strict=True)
+    )
+    segment = Segment(map(Slave, line))
+    master = Master(BusConfiguration(slaves, cycle_ns=1_000_000))
+    ring = Ring(master, segment)
+    master.request(AlState.OP)
+    for _ in range(2000):
+        if master.operational:
+            break
+        ring.exchange(master.now_ns + 1_000_000)
+    assert master.operational
+    for _ in range(3):
+        outputs = []
+        for slave, terminal in zip(master.slaves, line, strict=True):
+            value = draw(st.integers(0, (1 << terminal.outputs) - 1), "outputs")
+            for place in slave.output_entries.values():
+                slave.write_output(place.index, place.subindex, value >> place.subindex - 1 & 1)
+            outputs.append(value)
+            for channel in range(terminal.inputs):
+                terminal.set_input(channel, draw(st.booleans(), "input"))
+        for _ in range(3):
+            ring.exchange(master.now_ns + 1_000_000)
+        for slave, terminal, value in zip(master.slaves, line, outputs, strict=True):
+            assert int.from_bytes(terminal.output_image, "little") == value
+            assert bytes(slave.inputs) == terminal.input_image
+        assert all(each.working for each in master.slaves)
+
+
+def test_eight_terminals_of_one_bit_take_one_byte() -> None:
+    line = [DigitalTerminal(1, 1) for _ in range(8)] + [
+        DigitalTerminal(4, 4),
+        DigitalTerminal(5, 3),
+    ]
+    slaves = tuple(from_description(describe(each)) for each in line)
+    image = ProcessImage(BusConfiguration(slaves))
+    (datagram,) = image.datagrams
+    assert (datagram.output_end, datagram.length) == (2, 5)  # 4 + 5 bits do not fit into a byte
+    assert [(area.first, area.bit, area.bits) for area in image.outputs[7:]] == [
+        *((0, 7, 1), (1, 0, 4), (1, 4, 3))
+    ]
+    fmmu = image.fmmus(7, 4)[0]
+    assert (fmmu.length, fmmu.start_bit, fmmu.stop_bit, fmmu.physical_bit) == (1, 7, 7, 0)

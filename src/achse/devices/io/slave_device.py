@@ -18,10 +18,12 @@ from achse.ethercat.master import BusError, BusSlave, SdoRefusal
 from achse.ethercat.master.errors import WrongAnswer
 from achse.ethercat.master.foe_client import FoeRefusal
 from achse.ethercat.master.mailbox_client import MailboxClient
+from achse.ethercat.master.pdo_client import MAX_PDO, PdoClient
 from achse.ethercat.master.sdo_client import SdoClient
 from achse.ethercat.master.soe_client import SoeClient, SoeRefusal
 from achse.ethercat.master.steps import Steps
 from achse.ethercat.master.voe_client import VendorMessage, VoeClient
+from achse.ethercat.pdo_service import RX_PDO, TX_PDO
 from achse.server import Device, IndexGroup, RawGroup
 
 __all__ = ["BusSlaveDevice"]
@@ -135,21 +137,30 @@ class BusSlaveDevice(Device):
                 description=f"SDO information behind its header; offset = {request}",
                 source=_HEADER,
             )
-        for group, name in (
-            (SlaveGroup.TX_PDO, "TxPDO by mailbox"),
-            (SlaveGroup.RX_PDO, "RxPDO by mailbox"),
-            (SlaveGroup.NETWORK_INFORMATION, "network information"),
+        for group, name, base, write in (
+            (SlaveGroup.TX_PDO, "TxPDO by mailbox", TX_PDO, None),
+            (SlaveGroup.RX_PDO, "RxPDO by mailbox", RX_PDO, self._write_pdo),
         ):
             yield RawGroup(
                 group,
                 name,
-                read=_unserved,
-                write=_unserved_write,
-                read_write=_unserved_both,
+                read=self._read_pdo(base),
+                write=write,
                 last_offset=_U32,
-                description="Not served: answers 0x701",
+                description=f"A whole PDO; offset: its number, 0 to {MAX_PDO}, or {base:04X}h + it."
+                " A slave does not say what becomes of one that is written",
                 source=_HEADER,
             )
+        yield RawGroup(
+            SlaveGroup.NETWORK_INFORMATION,
+            "network information",
+            read=_unserved,
+            write=_unserved_write,
+            read_write=_unserved_both,
+            last_offset=_U32,
+            description="Not served: answers 0x701",
+            source=_HEADER,
+        )
 
     # objects
 
@@ -197,6 +208,34 @@ class BusSlaveDevice(Device):
             self.bus.master,
             self._download(self._sdo(), offset, data),
             lambda value: b"",
+            lambda trouble: self._note(client, trouble),
+        )
+
+    # PDOs
+
+    def _pdos(self) -> PdoClient:
+        self._sdo()  # speaks CoE, now
+        assert self.slave.mailbox is not None
+        return PdoClient(self.slave.mailbox)
+
+    def _read_pdo(self, base: int) -> Callable[[int, int, bytes], bytes]:
+        def read(offset: int, length: int, client: bytes) -> bytes:
+            number = _pdo_number(offset, base)
+            raise answer_later(
+                self.bus.master,
+                self._pdos().read(number, output=base == RX_PDO),
+                lambda value: _whole(value, length),
+                lambda trouble: self._note(client, trouble),
+            )
+
+        return read
+
+    def _write_pdo(self, offset: int, data: bytes, client: bytes) -> None:
+        number = _pdo_number(offset, RX_PDO)
+        raise answer_later(
+            self.bus.master,
+            self._pdos().write(number, data),
+            lambda none: b"",
             lambda trouble: self._note(client, trouble),
         )
 
@@ -364,6 +403,15 @@ class BusSlaveDevice(Device):
             )
 
         return read
+
+
+def _pdo_number(offset: int, base: int) -> int:
+    number = offset - base if offset >= base else offset
+    if number > MAX_PDO:
+        raise DeviceError(
+            ReturnCode.INVALID_OFFSET, f"a PDO has the number 0 to {MAX_PDO}, got 0x{offset:X}"
+        )
+    return number
 
 
 def _vendor_message(data: bytes) -> VendorMessage:

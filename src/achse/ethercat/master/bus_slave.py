@@ -22,7 +22,7 @@ PORTS = 4
 _OP = int(AlState.OP)
 _MAILBOX_STATES = (AlState.PREOP, AlState.SAFEOP, AlState.OP)
 
-_CLOCK, _WIDE_CLOCK, _NO_LOGICAL_READ_WRITE = 1 << 2, 1 << 3, 1 << 9
+_BYTES_ONLY, _CLOCK, _WIDE_CLOCK, _NO_LOGICAL_READ_WRITE = 1 << 0, 1 << 2, 1 << 3, 1 << 9
 """Bits of the features."""
 
 
@@ -46,6 +46,11 @@ class SlaveFacts:
     def has_clock(self) -> bool:
         """It has a distributed clock."""
         return bool(self.features & _CLOCK)
+
+    @property
+    def maps_bits(self) -> bool:
+        """Its FMMUs count in bits, not in bytes."""
+        return not self.features & _BYTES_ONLY
 
     @property
     def wide_clock(self) -> bool:

@@ -129,6 +129,9 @@ class SlaveConfiguration:
     commands: tuple[InitCommand, ...] = ()
     clock: ClockConfiguration | None = None
     sync_unit: str = ""
+    packed: bool = False
+    """Fewer than 8 bits of one direction may share a byte of the frame with those of neighbours in
+    the sync unit: the slave's FMMUs count in bits."""
     optional: bool = False
     watchdog_ms: int | None = None
     times: StateTimes = field(default=StateTimes())
@@ -260,6 +263,7 @@ def from_description(
         outputs=tuple(each for each in description.rx_pdos if each.sync_manager is not None),
         inputs=tuple(each for each in description.tx_pdos if each.sync_manager is not None),
         clock=clock,
+        packed=True,
         type_name=description.name,
     )
 

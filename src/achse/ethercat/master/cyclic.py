@@ -180,6 +180,27 @@ def _headers(buffer: bytearray, parts: list[_Part]) -> Iterator[int]:
         yield from range(part.at + (4 if buffer[part.at] == _BRD else 2), part.at + 8)
 
 
+class _SharedByte:
+    """A slave's bits in a byte of the frame that it shares; `own` is its memory, bits from 0 on."""
+
+    __slots__ = ("_bit", "_mask", "_whole", "own")
+
+    def __init__(self, whole: memoryview, bit: int, bits: int) -> None:
+        self._whole = whole
+        self._bit = bit
+        self._mask = (1 << bits) - 1
+        self.own = memoryview(bytearray(1))
+
+    def put(self) -> None:
+        """The slave's memory to the frame."""
+        kept = self._whole[0] & ~(self._mask << self._bit)
+        self._whole[0] = kept | (self.own[0] & self._mask) << self._bit
+
+    def take(self) -> None:
+        """The bits of the frame to the slave's memory."""
+        self.own[0] = self._whole[0] >> self._bit & self._mask
+
+
 class CyclicExchange:
     """The cyclic frames of a bus. `outputs(position)` and `inputs(position)` are memory."""
 
@@ -233,6 +254,8 @@ class CyclicExchange:
         self._output_views: dict[int, memoryview] = {}
         self._input_views: dict[int, memoryview] = {}
         inputs = memoryview(self._inputs)
+        self._shared_outputs: list[_SharedByte] = []
+        self._shared_inputs: list[_SharedByte] = []
         begin = 0
         for frame in self._frames:
             outputs = memoryview(frame.buffer)
@@ -243,12 +266,22 @@ class CyclicExchange:
                     if owner is process:
                         area = self.image.outputs[position]
                         first = part.at + _HEADER + area.first
-                        self._output_views[position] = outputs[first : first + area.length]
+                        view = outputs[first : first + area.length]
+                        if area.bits:
+                            shared = _SharedByte(view, area.bit, area.bits)
+                            self._shared_outputs.append(shared)
+                            view = shared.own
+                        self._output_views[position] = view
                 for position, owner in self.image.reads.items():
                     if owner is process:
                         area = self.image.inputs[position]
                         first = part.inputs.start + area.first - owner.output_end
-                        self._input_views[position] = inputs[first : first + area.length]
+                        view = inputs[first : first + area.length]
+                        if area.bits:
+                            shared = _SharedByte(view, area.bit, area.bits)
+                            self._shared_inputs.append(shared)
+                            view = shared.own
+                        self._input_views[position] = view
         places = [(frame, part) for frame in self._frames for part in frame.parts]
         self._count_frame, self._count = places[self._count_at]
         self._bits_frame: _Template | None = None
@@ -283,6 +316,8 @@ class CyclicExchange:
     def frames(self) -> list[bytes]:
         """The frames of the next cycle; those of the last that are not back are lost."""
         self._cycle += 1
+        for each in self._shared_outputs:
+            each.put()
         frames = self._frames
         index = self._cycle * len(frames) % _INDICES
         quiet = self._cycle % self._look_cycles != 0
@@ -349,6 +384,8 @@ class CyclicExchange:
             frame.wrong = 0
         else:
             self._take_some(frame, packet)
+        for each in self._shared_inputs:
+            each.take()
         if frame is self._count_frame:
             self.al_states, self.present = _STATES.unpack_from(packet, self._count.at + _HEADER)
         if frame is self._bits_frame and self._bits is not None and frame.length > self._bits.at:

@@ -1,7 +1,8 @@
 """The process image: where each entry of each slave is in the cyclic datagrams.
 
 Logical addresses: per sync unit the outputs of its slaves one after the other, then their inputs;
-each slave begins at a whole byte. Each SyncManager with process data takes one FMMU, the mailbox
+each slave begins at a whole byte, but slaves with fewer than 8 bits, as digital terminals, share
+one if their FMMUs count in bits. Each SyncManager with process data takes one FMMU, the mailbox
 state one more.
 
 Source: ETG.1000.4 §5.4 (working counter), §6.6 (FMMU).
@@ -94,10 +95,15 @@ def _managers(slave: SlaveConfiguration, output: bool) -> list[ProcessSyncManage
 
 @dataclass
 class ProcessArea:
-    """The process data of one slave in one direction: `first` is its byte in the datagram."""
+    """The process data of one slave in one direction: `first` is its byte in the datagram.
+
+    Where slaves share a byte, `bits` are its bits from `bit` of that byte on; else 0.
+    """
 
     first: int = 0
     length: int = 0
+    bit: int = 0
+    bits: int = 0
 
 
 @dataclass
@@ -123,9 +129,13 @@ class ProcessDatagram:
 
 @dataclass(frozen=True)
 class _Size:
+    """Bytes of a slave; bits where it may share a byte, else 0."""
+
     position: int
     outputs: int
     inputs: int
+    output_bits: int = 0
+    input_bits: int = 0
 
 
 class ProcessImage:
@@ -151,7 +161,7 @@ class ProcessImage:
         whole = all(self.bus.slaves[each.position].logical_read_write for each in chunk)
         outputs = [each for each in chunk if each.outputs]
         inputs = [each for each in chunk if each.inputs]
-        out_size = sum(each.outputs for each in outputs)
+        out_areas, out_size = _placed((e.position, e.outputs, e.output_bits) for e in outputs)
         if whole and outputs and inputs:
             made = [ProcessDatagram(unit, base, DatagramCommand.LRW)]
             made[0].working = 2 * len(outputs) + len(inputs)
@@ -167,16 +177,16 @@ class ProcessImage:
         for datagram in made:
             at = 0
             if datagram.command is not DatagramCommand.LRD:
-                for each in outputs:
-                    self.outputs[each.position] = ProcessArea(at, each.outputs)
-                    self.writes[each.position] = datagram
-                    at += each.outputs
+                for position, area in out_areas.items():
+                    self.outputs[position] = area
+                    self.writes[position] = datagram
+                at = out_size
             datagram.output_end = at
             if datagram.command is not DatagramCommand.LWR:
-                for each in inputs:
-                    self.inputs[each.position] = ProcessArea(at, each.inputs)
-                    self.reads[each.position] = datagram
-                    at += each.inputs
+                areas, at = _placed(((e.position, e.inputs, e.input_bits) for e in inputs), at)
+                for position, area in areas.items():
+                    self.inputs[position] = area
+                    self.reads[position] = datagram
             datagram.length = at
             datagram.slaves = [each.position for each in chunk]
             self.datagrams.append(datagram)
@@ -195,7 +205,13 @@ class ProcessImage:
             owner = owners.get(position)
             if owner is None:
                 continue
-            at = owner.logical + areas[position].first
+            area = areas[position]
+            at = owner.logical + area.first
+            if area.bits:
+                (manager,) = _managers(slave, output)
+                last = area.bit + area.bits - 1
+                made.append(Fmmu(at, 1, area.bit, last, manager.start, 0, direction, 1))
+                continue
             for manager in _managers(slave, output):
                 size = slave.bits(manager) + 7 >> 3
                 made.append(Fmmu(at, size, 0, 7, manager.start, 0, direction, 1))
@@ -219,15 +235,40 @@ class ProcessImage:
         return {each.number: slave.bits(each) + 7 >> 3 for each in slave.sync_managers}
 
 
+def _placed(
+    members: Iterable[tuple[int, int, int]], begin: int = 0
+) -> tuple[dict[int, ProcessArea], int]:
+    """Areas by position, one behind the other from byte `begin` on, and the byte where they end.
+
+    Members are position, bytes, and bits where a byte may be shared.
+    """
+    areas: dict[int, ProcessArea] = {}
+    at = 8 * begin
+    for position, size, bits in members:
+        if not bits or (at & 7) + bits > 8:
+            at = at + 7 & ~7
+        areas[position] = ProcessArea(at >> 3, size, at & 7 if bits else 0, bits)
+        at += bits or 8 * size
+    return areas, at + 7 >> 3
+
+
+def _shared(slave: SlaveConfiguration, output: bool) -> int:
+    """Bits that may share a byte; 0 where a slave has bytes of its own."""
+    managers = _managers(slave, output)
+    bits = slave.bits(managers[0]) if slave.packed and len(managers) == 1 else 0
+    return bits if bits < 8 else 0
+
+
 def _units(slaves: Sequence[SlaveConfiguration]) -> dict[str, list[_Size]]:
     units: dict[str, list[_Size]] = {}
     for position, slave in enumerate(slaves):
-        sizes = [
+        outputs, inputs = (
             sum(slave.bits(each) + 7 >> 3 for each in _managers(slave, output))
             for output in (True, False)
-        ]
-        if any(sizes):
-            units.setdefault(slave.sync_unit, []).append(_Size(position, *sizes))
+        )
+        if outputs or inputs:
+            size = _Size(position, outputs, inputs, _shared(slave, True), _shared(slave, False))
+            units.setdefault(slave.sync_unit, []).append(size)
     return units
 
 

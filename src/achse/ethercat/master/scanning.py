@@ -95,6 +95,7 @@ def _scan_slave(position: int, station: int, with_objects: bool) -> Steps[FoundS
         product_code=product,
         revision_number=revision,
         station=station,
+        packed=facts.maps_bits,
         logical_read_write=facts.logical_read_write,
     )
     mode = next((each for each in content.modes if each.assign_activate & ASSIGN_SYNC0), None)
