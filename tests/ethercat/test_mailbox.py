@@ -85,7 +85,8 @@ def test_other_protocols_are_refused(master: Any, protocol: int) -> None:
         ("0a00 0000 00 93", 5),
         ("0000 0000 00 13", 6),  # no CoE header
         ("0800 0000 00 13 0020", 6),  # no whole SDO
-        ("0a00 0000 00 13 0050", 4),  # a RxPDO by mailbox
+        ("0a00 0000 00 13 0040", 4),  # a TxPDO by mailbox, which slaves send
+        ("0a00 0000 00 13 0162", 4),  # TxPDO 1: there is one PDO, 0
         ("0400 0000 00 13 0080", 6),  # no whole SDO information
     ],
 )

@@ -71,7 +71,7 @@ class EoeResult(IntEnum):
 
 
 def request(kind: EoeType, body: bytes = b"", port: int = 0, result: int = 0) -> bytes:
-    """A message that is no fragment; `result` is that of an answer."""
+    """A message that is not a fragment; `result` is that of an answer."""
     return _HEAD.pack(kind | (port & _PORT) << _PORT_AT | _LAST, result) + body
 
 
@@ -86,7 +86,7 @@ def split(message: bytes) -> tuple[int, int, int, bytes]:
 def fragments(frame: bytes, number: int, room: int, port: int = 0) -> Iterator[bytes]:
     """The messages that carry a frame; `room` is how long a message may be.
 
-    ValueError for a frame that is none, and for room below a block.
+    ValueError for a frame that is too short or too long, and for room below a block.
     """
     if not SHORTEST_FRAME <= len(frame) <= LONGEST_FRAME:
         raise ValueError(

@@ -55,7 +55,7 @@ def test_the_answer_is_that_of_the_request(invoke: int, value: bytes, unasked: l
 def test_what_is_no_packet_is_refused(bus: Callable[..., Any]) -> None:
     ours = bus(kind=Messenger).up(AlState.PREOP)
     aoe = ours.master.slaves[0].aoe
-    with pytest.raises(WrongAnswer, match="no AMS packet"):
+    with pytest.raises(WrongAnswer, match="not an AMS packet"):
         ours.do(aoe.ask(bytes(20)))
     with pytest.raises(WrongAnswer, match="250 bytes at most"):
         ours.do(aoe.ask(packet(3, bytes(aoe.room - 31))))

@@ -76,4 +76,4 @@ class AoeClient:
 
     def _check(self, packet: bytes) -> None:
         if not is_packet(packet):
-            raise WrongAnswer(f"{len(packet)} bytes are no AMS packet")
+            raise WrongAnswer(f"{len(packet)} bytes are not an AMS packet")

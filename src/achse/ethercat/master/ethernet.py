@@ -1,4 +1,4 @@
-"""The network of a bus: slaves with EoE at one switch, and whoever in this process attaches there.
+"""The network of a bus: slaves with EoE at one switch, and what of this process attaches there.
 
 Source: ETG.1000.6 §5.7.1.
 """
@@ -43,7 +43,7 @@ class BusEthernet:
             nonlocal waiting
             waiting -= 1
 
-        def give(frame: bytes) -> None:
+        def forward(frame: bytes) -> None:
             nonlocal waiting
             if not slave.speaks or waiting >= _MOST_WAITING:
                 port.dropped += 1
@@ -51,5 +51,5 @@ class BusEthernet:
             waiting += 1
             self._run(eoe.send(frame), ended)
 
-        port = self.ports[slave.station] = self.switch.attach(slave.name, give)
+        port = self.ports[slave.station] = self.switch.attach(slave.name, forward)
         eoe.take = lambda frame: self.switch.send(port, frame)

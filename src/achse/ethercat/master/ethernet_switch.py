@@ -56,7 +56,7 @@ class EthernetSwitch:
             del self._behind[address]
 
     def send(self, port: SwitchPort, frame: bytes) -> None:
-        """A frame comes in at a port; ValueError for one that is none."""
+        """A frame comes in at a port; ValueError for one of a wrong length."""
         if not SHORTEST_FRAME <= len(frame) <= LONGEST_FRAME:
             raise ValueError(
                 f"an Ethernet frame has {SHORTEST_FRAME} to {LONGEST_FRAME} bytes, got {len(frame)}"
