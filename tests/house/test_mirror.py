@@ -23,6 +23,8 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/devices/nc/test_every_row.py": "every row of the NC, asked at random",
     "tests/devices/nc/test_every_table_row.py": "every row of tables, on a table of every kind",
     "tests/drive/modes/test_mode_bits.py": "every bit of controlword and statusword in each mode",
+    "tests/motion/channels/test_homing_programs.py": "interpreter, feeder, group and axis in G74",
+    "tests/motion/channels/test_random_channels.py": "all that clients do to a channel, at random",
     "tests/motion/couplings/test_cams_drawn.py": "cams, tables, commands and the kernel, at random",
     "tests/motion/couplings/test_every_law.py": "all laws, chains and the kernel, at random",
     "tests/motion/couplings/test_life.py": "masters, laws, superposition and errors together",

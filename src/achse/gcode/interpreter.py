@@ -172,6 +172,12 @@ class Interpreter:
         """
         if self._ready or self.state not in _WAITING:
             raise RuntimeError("the interpreter does not wait: take its commands first")
+        if self.state is RunState.FOUND and self._search is not None:
+            # a decoder stop of the found block is still to come
+            self.state = RunState.RUNNING if self.stop is None else RunState.DECODER_STOP
+            self._ready.extend(self._search.rest)
+            self._search = None
+            return
         stop = self.stop
         needed = stop is not None and stop.kind in (StopKind.RESCAN, StopKind.READ_POSITIONS)
         if needed and positions is None:
@@ -184,9 +190,6 @@ class Interpreter:
         self._targets = ()
         self.stop = None
         self.state = RunState.RUNNING
-        if self._search is not None and self.found is not None:
-            self._ready.extend(self._search.rest)
-            self._search = None
 
     def search(self, wanted: BlockSearch) -> None:
         """Block search: run without motion up to a block. Call before the first `advance`.

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from achse.codes import NcError
 from achse.gcode.errors import GcodeError
 from achse.motion.channels.store import ProgramStore
 
@@ -47,3 +48,20 @@ def test_without_a_folder_files_are_kept_in_memory(tmp_path: Path) -> None:
     assert ProgramStore(tmp_path, file).save("1.wz", "") == 0x4110
     assert ProgramStore(tmp_path, tmp_path / "new").save("1.wz", "x") == 0
     assert (tmp_path / "new" / "1.wz").read_text() == "x"
+
+
+def test_a_file_is_written_whole_or_not_at_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A station that ends in between leaves the one before."""
+    store = ProgramStore(tmp_path, tmp_path / "data")
+    assert store.save("1.wz", "D1 1\n") == 0
+
+    def cut(path: Path, text: str, **_: object) -> int:
+        with path.open("w") as file:
+            file.write(text[:2])
+        raise OSError
+
+    monkeypatch.setattr(Path, "write_text", cut)
+    assert store.save("1.wz", "D2 2\n") == NcError.PROGRAM_OPEN
+    assert store.read("1.wz") == "D1 1\n"

@@ -290,6 +290,10 @@ class Feeder:
         if self.group.homing:
             return Fed.WAITS
         self._homing = False
+        axis = self.group.places[command.axis]
+        if axis is None or not axis.homed:  # it was stopped on its way
+            code = OK if axis is None else axis.error_code
+            return self._refuse(code or NcError.GROUP_CONSEQUENTIAL_ERROR)
         return Fed.DONE
 
     def _set(self, setting: PathSetting) -> Fed:

@@ -69,7 +69,9 @@ class ProgramStore:
             return 0
         try:
             self._data.mkdir(parents=True, exist_ok=True)
-            (self._data / name).write_text(text, encoding="utf-8")
+            unfinished = self._data / f".{name}.new"
+            unfinished.write_text(text, encoding="utf-8")
+            unfinished.replace(self._data / name)  # whole or not at all, whatever ends the station
         except OSError:
             return NcError.PROGRAM_OPEN
         return 0

@@ -14,9 +14,10 @@ __all__ = ["disable", "enable", "reset", "set_drive_output", "set_external_error
 def reset(axis: Axis) -> int:
     """Reset errors (0x01), those of a drive on a bus too. During a move it stops the axis abruptly.
 
-    A stop runs to its end, with the strongest ramp of the axis; what MC_Stop locked is free again.
+    A stop runs to its end, with the strongest ramp of the axis, and an axis that a group leads
+    brakes with that; what MC_Stop locked is free again.
     """
-    if axis.set_motion_phase == MotionPhase.STOPPING:
+    if axis.set_motion_phase in (MotionPhase.STOPPING, MotionPhase.GROUPED):
         stop_fast(axis)
     elif axis.set_motion_phase not in (MotionPhase.NONE, MotionPhase.COUPLED):
         drop_job(axis)

@@ -12,7 +12,8 @@ from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
 from achse.motion.commands.groups import begin_group_motion, end_group_motion
-from achse.motion.commands.homing import home
+from achse.motion.commands.homing import end_application_request, home
+from achse.motion.commands.stops import stop
 from achse.motion.dynamics import fastest
 from achse.motion.groups.group import FULL_OVERRIDE, AxisGroup
 from achse.motion.groups.parameters import GroupParameters
@@ -375,7 +376,8 @@ class PathGroup(AxisGroup):
             return
         if self._lost() and not self.stopping:
             self.clear()
-        if (self.stopping or self._deleting) and planner.standstill and not self._ends(planner):
+        rests = planner.standstill and (self._homing is None or not self._homes(self._homing))
+        if (self.stopping or self._deleting) and rests and not self._ends(planner):
             return
         before = planner.block
         self._use_override(planner)
@@ -426,17 +428,31 @@ class PathGroup(AxisGroup):
 
     @property
     def homing(self) -> bool:
-        """Whether an axis is still homing; one that is done is led again."""
+        """Whether an axis is still homing; one that is homed is led again, another one is lost."""
         axis = self._homing
         if axis is None:
             return False
-        if axis.set_motion_phase != MotionPhase.NONE:
+        if self._homes(axis):
             return True
         self._homing = None
-        if axis.error_code == OK:
+        if axis.error_code == OK and axis.homed:
             begin_group_motion(axis)
             self.take_positions()
         return False
+
+    @staticmethod
+    def _homes(axis: Axis) -> bool:
+        """Whether it moves, or waits for the application to home it."""
+        return bool(axis.set_motion_phase != MotionPhase.NONE or axis.application_request)
+
+    def _stop_homing(self) -> None:
+        if self._homing is not None:
+            end_application_request(self._homing)
+            stop(self._homing)
+
+    def _end_motion(self) -> None:
+        super()._end_motion()
+        self._homing = None
 
     def _lost(self) -> bool:
         """An axis that homes is not lost."""
@@ -488,6 +504,7 @@ class PathGroup(AxisGroup):
         if self.moving and self.planner is not None:
             self.emergency_stop_active = 0
             self.stopping = True
+            self._stop_homing()
             self.planner.hold()
         return OK
 
@@ -496,12 +513,16 @@ class PathGroup(AxisGroup):
         return self.stop()
 
     def emergency_stop(self, deceleration: float, jerk: float) -> int:
-        """Brake on the path with these, if they are stronger (0x04); `step_on` goes on."""
+        """Brake on the path with these, if they are stronger (0x04); `step_on` goes on.
+
+        An axis that homes (G74) stops; it is not homed then, which ends the program.
+        """
         if not (isfinite(deceleration) and isfinite(jerk) and deceleration >= 0.0 and jerk >= 0.0):
             return NcError.EMERGENCY_STOP_DATA
         planner = self.planner
         if planner is None or not self.moving or self.stopping:
             return OK
+        self._stop_homing()
         if deceleration and jerk:
             planner.emergency_stop(deceleration, jerk)
         else:
