@@ -153,19 +153,18 @@ def payload_offset(packet: bytes | bytearray) -> int | None:
 def datagram_offsets(packet: bytes | bytearray, start: int) -> list[int]:
     """Where each datagram begins in `packet`, whose EtherCAT header is at `start`.
 
-    Bytes after the last datagram are padding. An EtherCAT frame of another type than commands has
-    no datagrams. Raises `FrameError` where the structure does not hold.
+    Each datagram tells its length and whether another follows; the length in the EtherCAT header is
+    not looked at, as slaves do not (recorded traffic: TwinCAT sends frames whose header counts a
+    byte more than there is, other masters the length of a longer frame). Bytes after the last
+    datagram are padding. An EtherCAT frame of another type than commands has no datagrams. Raises
+    `FrameError` where a datagram is cut off.
     """
-    size = len(packet)
-    if size < start + 2:
-        raise FrameError(f"an EtherCAT header has 2 bytes, got {size - start}")
-    (header,) = _U16.unpack_from(packet, start)
-    if header >> 12 != _COMMANDS:
+    end = len(packet)
+    if end < start + 2:
+        raise FrameError(f"an EtherCAT header has 2 bytes, got {end - start}")
+    if packet[start + 1] >> 4 != _COMMANDS:
         return []
     position = start + 2
-    end = position + (header & 0x7FF)
-    if end > size:
-        raise FrameError(f"the header announces {end - position} bytes, {size - position} follow")
     offsets = []
     more = True
     while more:
@@ -175,10 +174,8 @@ def datagram_offsets(packet: bytes | bytearray, start: int) -> list[int]:
         length = packet[position + 6] | packet[position + 7] << 8
         position += _OVERHEAD + (length & 0x7FF)
         if position > end:
-            raise FrameError(f"a datagram ends {position - end} bytes after the last datagram")
+            raise FrameError(f"a datagram ends {position - end} bytes after the frame")
         more = length >= _MORE
-    if position != end:
-        raise FrameError(f"{end - position} bytes follow the last datagram")
     return offsets
 
 
