@@ -1,13 +1,14 @@
 """The way up: what strict slaves ask for, what is refused, what is tried again."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from achse.codes import AlState, AlStatus
 from achse.drive import Drive
-from achse.ethercat import Segment, Slave, describe
+from achse.ethercat import Loopback, Segment, Slave, describe
 from achse.ethercat.master import (
     BusConfiguration,
     ClockConfiguration,
@@ -16,6 +17,8 @@ from achse.ethercat.master import (
     Ring,
     from_description,
 )
+from achse.ethercat.slave import _CHECKS
+from achse.ethercat.statemachine import Transition
 
 CSP_OUT = [(0x6040, 0, 16), (0x607A, 0, 32), (0x6060, 0, 8)]
 CSP_IN = [(0x6041, 0, 16), (0x6064, 0, 32), (0x6061, 0, 8)]
@@ -36,6 +39,18 @@ def test_a_strict_drive_takes_our_mapping(clock: ClockConfiguration | None) -> N
         if hasattr(drive.record, "sync0_ns")
         else True
     )
+
+
+def test_a_coupler_has_neither_mailbox_nor_process_data(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(_CHECKS, Transition.IP, lambda _: AlStatus.NO_ERROR)
+    line = [Loopback(0, "coupler"), Loopback(4)]
+    coupler, box = (from_description(describe(each)) for each in line)
+    coupler = replace(coupler, mailbox_out=None, mailbox_in=None, coe=False, sync_managers=())
+    master = Master(BusConfiguration((coupler, box), cycle_ns=1_000_000))
+    ring = Ring(master, Segment(map(Slave, line)))
+    master.request(AlState.OP)
+    ring.run(400_000_000)
+    assert master.operational, master.take_events()
 
 
 def test_start_commands_are_sent_before_the_mapping(bus: Callable[..., Any]) -> None:

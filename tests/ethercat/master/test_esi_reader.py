@@ -160,6 +160,18 @@ def test_pdos_that_cannot_be(pdos: list[int], told: str) -> None:
         from_esi(read_esi(SERVO)[0], pdos=pdos)
 
 
+def test_of_default_pdos_that_exclude_each_other_the_first_is_taken() -> None:
+    """Terminals with several packings of a value assign all of them, in files of their maker."""
+    both = SERVO.replace("<RxPdo><Index>#x1601", '<RxPdo Sm="2"><Index>#x1601')
+    assert [each.index for each in from_esi(read_esi(both)[0]).outputs] == [0x1600]
+    assert [each.index for each in from_esi(read_esi(both)[0], mode="Csv").outputs] == [0x1601]
+    strict = both.replace(
+        '<RxPdo Sm="2"><Index>#x1601', '<RxPdo Sm="2" Mandatory="1"><Index>#x1601'
+    )
+    with pytest.raises(EsiError, match="1600 excludes 1601"):
+        from_esi(read_esi(strict)[0])
+
+
 def test_pdos_may_be_chosen() -> None:
     made = from_esi(read_esi(SERVO)[0], pdos=[0x1601, 0x1A00, 0x1A01])
     assert [(each.index, each.sync_manager) for each in (*made.outputs, *made.inputs)] == [

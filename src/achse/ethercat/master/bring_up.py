@@ -165,8 +165,10 @@ class BringUp:
         """In Init: no FMMU, no SyncManager."""
         facts = slave.facts
         slave.reads_mailbox_bit = False
-        yield from write(slave.station, FMMU_BASE, bytes(_FMMU_SIZE * max(facts.fmmus, 1)))
-        yield from write(slave.station, SM_BASE, bytes(_SM_SIZE * max(facts.sync_managers, 1)))
+        if facts.fmmus:
+            yield from write(slave.station, FMMU_BASE, bytes(_FMMU_SIZE * facts.fmmus))
+        if facts.sync_managers:
+            yield from write(slave.station, SM_BASE, bytes(_SM_SIZE * facts.sync_managers))
         yield from stop_sync_if(slave)
 
     def _prepare(self, slave: BusSlave, state: AlState, target: AlState) -> Steps[None]:
@@ -245,7 +247,8 @@ class BringUp:
             fmmus = self._image.fmmus(position, slave.facts.fmmus)
         except ValueError as fault:
             raise BusError(str(fault)) from None
-        yield from write(slave.station, FMMU_BASE, b"".join(each.encode() for each in fmmus))
+        if fmmus:  # a coupler has none
+            yield from write(slave.station, FMMU_BASE, b"".join(each.encode() for each in fmmus))
         slave.reads_mailbox_bit = any(each.physical == _MAILBOX_STATE for each in fmmus)
 
     def _start_clock(self, slave: BusSlave) -> Steps[None]:

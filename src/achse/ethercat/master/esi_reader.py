@@ -341,6 +341,8 @@ def from_esi(
 ) -> SlaveConfiguration:
     """A slave by its ESI: default PDOs, or those with the indices `pdos`.
 
+    Some files assign PDOs by default that exclude each other; the first of them is taken.
+
     `mode` is the name of a clock mode, the first one by default; its times are for the bus cycle
     `cycle_ns`. Raises `EsiError` for a mode or PDO that the device has not, for PDOs that exclude
     each other, and where a mandatory one is left out.
@@ -438,6 +440,8 @@ def _assigned(
         if place is None:
             raise EsiError(f"{device.type_name}: no SyncManager for PDO {index:04X}")
         found.append(replace(each, pdo=replace(each.pdo, sync_manager=place)))
+    if wanted is None:
+        found = _first_of_each(found)
     present = {each.pdo.index for each in found}
     for each in found:
         against = present.intersection(each.excludes) - {each.pdo.index}
@@ -445,3 +449,14 @@ def _assigned(
             names = ", ".join(f"{n:04X}" for n in sorted(against))
             raise EsiError(f"{device.type_name}: PDO {each.pdo.index:04X} excludes {names}")
     return tuple(each.pdo for each in found)
+
+
+def _first_of_each(pdos: Sequence[EsiPdo]) -> list[EsiPdo]:
+    """Without those that one before them excludes; what is mandatory stays."""
+    kept: list[EsiPdo] = []
+    excluded: set[int] = set()
+    for each in pdos:
+        if each.mandatory or each.pdo.index not in excluded:
+            kept.append(each)
+            excluded.update(each.excludes)
+    return kept
