@@ -99,3 +99,16 @@ def test_a_stop_of_the_group_stops_the_tool(make_groups: Any) -> None:
     rig.kinematic.stop()
     rig.until(lambda: not rig.kinematic.moving)
     assert rig.axis(1).set_position > 400.0
+
+
+@pytest.mark.parametrize("by_axes", [False, True])
+def test_axes_that_lead_stand_when_they_are_assigned(make_groups: Any, by_axes: bool) -> None:
+    """Else what follows would jump to their velocity."""
+    rig = make_groups("identity")
+    places, axes = [1, 2, *[0] * 6], [3, 4, *[0] * 6]
+    leading = rig.axis(3 if by_axes else 1)
+    assert commands.start(leading, 1, 100.0, 50.0) == 0
+    rig.run(100)
+    assert rig.kinematic.assign_both(places, axes, by_axes=by_axes) == NcError.GROUP_BUSY
+    rig.until(lambda: not leading.set_motion_phase)
+    assert rig.kinematic.assign_both(places, axes, by_axes=by_axes) == 0

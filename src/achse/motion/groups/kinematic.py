@@ -89,6 +89,9 @@ class KinematicGroup(AxisGroup):
             True: [self._axes[id] if id else None for id in mcs],
             False: [self._axes[id] if id else None for id in acs],
         }
+        for axis in both[not by_axes]:
+            if axis is not None and axis.group is not self and busy(axis):
+                return NcError.GROUP_BUSY  # what follows would jump to its velocity
         for axis in both[True]:
             if axis is not None and (busy(axis) or (axis.grouped and axis.group is not self)):
                 return NcError.GROUP_BUSY if busy(axis) else NcError.MASTER_NOT_INSERTED
