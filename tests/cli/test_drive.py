@@ -82,6 +82,8 @@ def test_it_ends_by_itself_after_the_time_given(serving: Callable[..., Any]) -> 
         (("lo",), "--interface lo"),
         (("127.0.0.1:34980",), "--udp"),
         (("--interface", "lo", "--udp", "127.0.0.1:0"), "say where"),
+        (("--interface", "lo", "--interface", "lo"), "one interface, or two"),
+        (("--interface=a", "--interface=b", "--interface=c"), "one interface, or two"),
         (("--udp", "127.0.0.1:x"), "HOST:PORT"),
         (("--udp", "127.0.0.1:70000"), "HOST:PORT"),
         (("--udp", "127.0.0.1:0", "--count", "0"), "--count"),

@@ -34,6 +34,9 @@ _PORT = 34980
 
 _HIGHEST_ALIAS = 0xFFFF
 
+_ENDS = 2
+"""A line has so many."""
+
 drive = typer.Typer(no_args_is_help=True, help="Virtual CiA 402 servo drives on EtherCAT.")
 
 _TYPES = "linear, direct (direct drive) or ac (rotary AC servo)"
@@ -55,8 +58,12 @@ KindOption = Annotated[str, typer.Option("--type", help=f"What it moves: {_TYPES
 def serve(
     place: Annotated[str | None, typer.Argument(hidden=True, show_default=False)] = None,
     interface: Annotated[
-        str | None,
-        typer.Option(metavar="IF", help="Network interface for raw Ethernet.", show_default=False),
+        list[str] | None,
+        typer.Option(
+            metavar="IF",
+            help="Network interface for raw Ethernet; a second one is the other end of the line.",
+            show_default=False,
+        ),
     ] = None,
     udp: Annotated[
         str | None,
@@ -161,6 +168,7 @@ def serve(
     Raw Ethernet needs the privilege CAP_NET_RAW; other interfaces are not touched.
     """
     from achse.ethercat import Segment, Slave
+    from achse.ethercat.ring_segment import RingSegment
     from achse.native.compiled import compiler_installed
     from achse.station.fieldbus import FairShare, answer_promptly, serve_segment
     from achse.transport.ethernet import LinkError
@@ -176,7 +184,7 @@ def serve(
         if not ready:
             sys.exit(0)
 
-    open_link = _link(interface, udp)
+    open_link = _link(interface or (), udp)
     where_controlled = _control(control)
     types = _types(kinds, count)
     if alias + len(types) - 1 > _HIGHEST_ALIAS:
@@ -187,8 +195,9 @@ def serve(
         compiled = KERNEL.available
     elif compiled and not compiler_installed():
         fail("--compiled needs llvmlite: pip install 'achse[fast]'")
+    segment = RingSegment() if len(interface or ()) > 1 else Segment()
     try:
-        link, where = open_link()
+        link, where = open_link(segment)
     except LinkError as missing:
         fail(str(missing))
     for number in ending_signals():
@@ -196,13 +205,9 @@ def serve(
     service: DriveControl | None = None
     try:
         drives = _drives(types, store, compiled, machine, preset, strict=not lenient)
-        segment = Segment(
-            (
-                Slave(each, alias=alias + number if alias else 0)
-                for number, each in enumerate(drives)
-            ),
-            cycle_ns=round(frame_clock * 1e6),
-        )
+        segment.cycle_ns = round(frame_clock * 1e6)
+        for order, each in enumerate(drives):
+            segment.attach(Slave(each, alias=alias + order if alias else 0))
         service, at = _service(where_controlled, segment, faults)
         turns = [service.turn] if service else []
         if real_time and answer_promptly():
@@ -271,25 +276,51 @@ objects.register(drive)
 drive_control.register(drive)
 
 
-def _link(interface: str | None, udp: str | None) -> Callable[[], tuple["Link", str]]:
+def _link(interfaces: Sequence[str], udp: str | None) -> Callable[["Segment"], tuple["Link", str]]:
     """What opens the link the options ask for, and says where it is."""
     from achse.transport.ethernet import EthernetLink, UdpLink
 
-    if (interface is None) == (udp is None):
+    if bool(interfaces) == (udp is not None):
         raise typer.BadParameter(
             "say where: either --interface IF or --udp HOST:PORT",
             param_hint="--interface / --udp",
         )
-    if interface is not None:
-        return lambda: (EthernetLink(interface, alone=True), f"interface={interface}")
+    if len(interfaces) > _ENDS or len(set(interfaces)) < len(interfaces):
+        raise typer.BadParameter(
+            f"one interface, or two for both ends of a line; got {', '.join(interfaces)}",
+            param_hint="--interface",
+        )
+    if len(interfaces) == _ENDS:
+        return lambda segment: (_ends(segment, interfaces), f"interface={','.join(interfaces)}")
+    if interfaces:
+        (interface,) = interfaces
+        return lambda _: (EthernetLink(interface, alone=True), f"interface={interface}")
     assert udp is not None
     host, port = _address(udp, "--udp", _PORT)
 
-    def open_udp() -> tuple["Link", str]:
+    def open_udp(_: "Segment") -> tuple["Link", str]:
         link = UdpLink(host or "0.0.0.0", port)
         return link, "udp={}:{}".format(*link.address)
 
     return open_udp
+
+
+def _ends(segment: "Segment", interfaces: Sequence[str]) -> "Link":
+    """Both ends of a line; LinkError if one cannot be opened."""
+    from achse.ethercat.ring_segment import RingSegment
+    from achse.station.ring_ends import RingEnds
+    from achse.transport.carrier import Carrier
+    from achse.transport.ethernet import EthernetLink, LinkError
+
+    assert isinstance(segment, RingSegment)
+    first = EthernetLink(interfaces[0], alone=True)
+    try:
+        second = EthernetLink(interfaces[1], alone=True)
+    except LinkError:
+        first.close()
+        raise
+    carriers = [Carrier(interface) for interface in interfaces]
+    return RingEnds(segment, (first, second), carriers)
 
 
 def _address(text: str, option: str, default: int) -> tuple[str, int]:

@@ -7,7 +7,8 @@ import time
 from collections.abc import Callable
 
 from achse.ethercat import Segment
-from achse.transport.ethernet import Link, UdpLink
+from achse.station.ring_ends import RingEnds
+from achse.transport.ethernet import Answer, Link, UdpLink
 
 __all__ = ["MASTER_PRIORITY", "FairShare", "answer_promptly", "run_first", "serve_segment"]
 
@@ -104,7 +105,11 @@ def serve_segment(
     machine cannot keep up, it falls behind rather than let a master wait. `between` is called about
     every 5 ms, after an answer. When the link was down, the segment opens again with it.
     """
-    answer = segment.process_payload if isinstance(link, UdpLink) else segment.process
+    answer: Answer = segment.process
+    if isinstance(link, UdpLink):
+        answer = segment.process_payload
+    elif isinstance(link, RingEnds):
+        answer = link.process
     exchange, clock, advance = link.exchange, time.monotonic_ns, segment.advance
     start = clock() - segment.time.now_ns
     idle_ns = round(_IDLE_S * 1e9)

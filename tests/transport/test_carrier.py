@@ -1,0 +1,43 @@
+"""Whether an interface has a link. Links that go and come: tests/interop/ethercat/test_ring.py."""
+
+import errno
+import sys
+
+import pytest
+
+from achse.transport import carrier
+from achse.transport.carrier import Carrier
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="asks the drivers of Linux")
+
+
+@linux
+@pytest.mark.parametrize(("interface", "up"), [("lo", True), ("no-such", False), ("x" * 40, False)])
+def test_an_interface_that_is_there_has_a_link(interface: str, up: bool) -> None:
+    asked = Carrier(interface)
+    try:
+        assert [asked.up, asked.up] == [up, up]
+    finally:
+        asked.close()
+
+
+@pytest.mark.parametrize(
+    ("number", "up"), [(errno.EOPNOTSUPP, True), (errno.ENODEV, False), (errno.ENXIO, False)]
+)
+def test_a_driver_that_does_not_tell_has_one(
+    number: int, up: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(number, "refused")
+
+    monkeypatch.setattr(carrier, "ioctl", refuse)
+    asked = Carrier("lo")
+    assert asked.up is up
+    asked.close()
+
+
+def test_elsewhere_a_link_is_taken_for_granted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(carrier, "ioctl", None)
+    asked = Carrier("anything")
+    assert asked.up
+    asked.close()
