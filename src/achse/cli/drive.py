@@ -309,8 +309,8 @@ def _ends(segment: "Segment", interfaces: Sequence[str]) -> "Link":
     """Both ends of a line; LinkError if one cannot be opened."""
     from achse.ethercat.ring_segment import RingSegment
     from achse.station.ring_ends import RingEnds
-    from achse.transport.carrier import Carrier
     from achse.transport.ethernet import EthernetLink, LinkError
+    from achse.transport.link_state import LinkState
 
     assert isinstance(segment, RingSegment)
     first = EthernetLink(interfaces[0], alone=True)
@@ -319,8 +319,8 @@ def _ends(segment: "Segment", interfaces: Sequence[str]) -> "Link":
     except LinkError:
         first.close()
         raise
-    carriers = [Carrier(interface) for interface in interfaces]
-    return RingEnds(segment, (first, second), carriers)
+    states = [LinkState(interface) for interface in interfaces]
+    return RingEnds(segment, (first, second), states)
 
 
 def _address(text: str, option: str, default: int) -> tuple[str, int]:

@@ -27,7 +27,7 @@ class RingEnd(Protocol):
 
 
 class Plug(Protocol):
-    """What is plugged in at an end, as `achse.transport.carrier.Carrier`."""
+    """What is plugged in at an end, as `achse.transport.link_state.LinkState`."""
 
     @property
     def up(self) -> bool: ...
@@ -38,7 +38,7 @@ class Plug(Protocol):
 class RingEnds:
     """Both ends of `segment` as a `Link`; its answers are those of `process`.
 
-    `carriers` say whether the interfaces have their links: slaves see a cable that is cut, and let
+    `plugs` say whether the interfaces have their links: slaves see a cable that is cut, and let
     frames turn round there.
     """
 
@@ -49,11 +49,11 @@ class RingEnds:
         self,
         segment: RingSegment,
         ends: Sequence[RingEnd],
-        carriers: Sequence[Plug],
+        plugs: Sequence[Plug],
     ) -> None:
         self._segment = segment
         self._ends = tuple(ends)
-        self._carriers = tuple(carriers)
+        self._plugs = tuple(plugs)
         self._poll = select.poll()
         for end in self._ends:
             self._poll.register(end.fileno(), select.POLLIN)
@@ -71,8 +71,8 @@ class RingEnds:
     def exchange(self, answer: Answer, timeout_s: float) -> bool:
         """Answer what is at both ends; False if nothing came within `timeout_s`."""
         ready = self._poll.poll(round(timeout_s * 1e3))
-        for adapter, carrier in enumerate(self._carriers):
-            self._segment.connect(adapter, carrier.up)
+        for adapter, plug in enumerate(self._plugs):
+            self._segment.connect(adapter, plug.up)
         some = False
         for adapter, end in enumerate(self._ends):
             frame = end.receive(0.0)
@@ -93,6 +93,6 @@ class RingEnds:
 
     def close(self) -> None:
         """Close both ends."""
-        for end, carrier in zip(self._ends, self._carriers, strict=True):
+        for end, plug in zip(self._ends, self._plugs, strict=True):
             end.close()
-            carrier.close()
+            plug.close()

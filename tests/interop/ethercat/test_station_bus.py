@@ -35,9 +35,48 @@ def test_whatever_breaks_is_an_axis_error_over_ads_and_recovers(bus: Any) -> Non
     assert found["statistics"]["trouble"] == ""
 
 
-def test_the_commands_of_the_how_to(unshare: list[str]) -> None:
+def test_a_cut_cable_of_a_line_between_two_interfaces_stops_no_axis(bus: Any) -> None:
+    bus.serve("sh", "-c", NOBODY)
+    found = bus.master("achse_ring.py")
+    first, second = (
+        {"state": state, "opening": opening, "moved": True, "errors": [0, 0]}
+        for state, opening in (
+            (0x0009, "between the first adapter and Drive 1 (axis 1)"),
+            (0x000C, "between Drive 2 (axis 2) and the second adapter"),
+        )
+    )
+    assert [found[end] for end in ("cable1", "cable0", "cable3", "cable2")] == [first] * 2 + [
+        second
+    ] * 2
+    assert found["both"] == {"errors": [INVALID, INVALID], "recovered": True}
+    told = found["statistics"]
+    assert (told["interface"], told["second_interface"]) == ("cable0", "cable2")
+    assert (told["trouble"], told["ring_open"]) == ("", "")
+
+
+ONE_CABLE = (
+    "OP; no fault",
+    "cable0: complete",
+    "X: 0.000 → 50.0",
+    "0x4655",
+)
+TWO_CABLES = (
+    "OP; no fault",
+    "OP; link error, ring is open",
+    "cable0, cable2: complete",
+    "the ring is open between the first adapter and Drive 1 (axis X)",
+    "X: 0.000 → 50.0",
+    "→ 100.0",
+    "0x4655",
+)
+
+
+@pytest.mark.parametrize(("number", "shown"), [(0, ONE_CABLE), (1, TWO_CABLES)])
+def test_the_commands_of_the_how_to(
+    unshare: list[str], number: int, shown: tuple[str, ...]
+) -> None:
     page = (ROOT / "docs" / "how-to" / "put-axes-on-drives.md").read_text(encoding="utf-8")
-    (block,) = re.findall(r"^```sh\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    block = re.findall(r"^```sh\n(.*?)^```", page, re.MULTILINE | re.DOTALL)[number]
     first, commands = block.split("\n", 1)
     assert first == "unshare --net bash"
     path = os.pathsep.join((sysconfig.get_path("scripts"), os.environ["PATH"]))
@@ -53,8 +92,6 @@ def test_the_commands_of_the_how_to(unshare: list[str]) -> None:
         if run.returncode == 0:
             break
     assert run.returncode == 0, run.stdout + run.stderr
-    assert "OP; no fault" in run.stdout
-    assert "cable0: complete" in run.stdout
-    assert "X: 0.000 → 50.0" in run.stdout
-    assert "0x4655" in run.stdout
+    for told in shown:
+        assert told in run.stdout
     assert "→ 0.0" in run.stdout or "→ -0.0" in run.stdout

@@ -1,12 +1,12 @@
-"""Whether an interface has a link. Links that go and come: tests/interop/ethercat/test_ring.py."""
+"""Whether an interface has a link; how one goes and comes is in tests/interop/ethercat."""
 
 import errno
 import sys
 
 import pytest
 
-from achse.transport import carrier
-from achse.transport.carrier import Carrier
+from achse.transport import link_state
+from achse.transport.link_state import LinkState
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="asks the drivers of Linux")
 
@@ -14,7 +14,7 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="asks the drivers of 
 @linux
 @pytest.mark.parametrize(("interface", "up"), [("lo", True), ("no-such", False), ("x" * 40, False)])
 def test_an_interface_that_is_there_has_a_link(interface: str, up: bool) -> None:
-    asked = Carrier(interface)
+    asked = LinkState(interface)
     try:
         assert [asked.up, asked.up] == [up, up]
     finally:
@@ -30,14 +30,14 @@ def test_a_driver_that_does_not_tell_has_one(
     def refuse(*_: object) -> None:
         raise OSError(number, "refused")
 
-    monkeypatch.setattr(carrier, "ioctl", refuse)
-    asked = Carrier("lo")
+    monkeypatch.setattr(link_state, "ioctl", refuse)
+    asked = LinkState("lo")
     assert asked.up is up
     asked.close()
 
 
 def test_elsewhere_a_link_is_taken_for_granted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(carrier, "ioctl", None)
-    asked = Carrier("anything")
+    monkeypatch.setattr(link_state, "ioctl", None)
+    asked = LinkState("anything")
     assert asked.up
     asked.close()

@@ -10,7 +10,7 @@ try:
 except ImportError:  # not on every system, as raw sockets
     ioctl = None  # type: ignore[assignment]
 
-__all__ = ["Carrier"]
+__all__ = ["LinkState"]
 
 _ETHTOOL = 0x8946
 """Linux (SIOCETHTOOL): ask or tell a driver, as struct ifreq with a pointer."""
@@ -19,7 +19,7 @@ _NAME = 16
 _REST = 16
 
 
-class Carrier:
+class LinkState:
     """Asks the driver of `interface`, which knows a link that goes before anyone is told (Linux).
 
     Elsewhere, and with a driver that does not tell, a link is taken for granted.
