@@ -18,11 +18,14 @@ async def answer(scope: Any, receive: Any, send: Any) -> None:
 
 
 class Running:
-    """A server for `answer`."""
+    """A server for an application."""
+
+    def __init__(self, app: Any = answer) -> None:
+        self._app = app
 
     async def __aenter__(self) -> int:
         listener = listen("127.0.0.1", 0)
-        self.server = server_for(answer, 1000)
+        self.server = server_for(self._app, 1000)
         self.task = asyncio.create_task(self.server.serve(sockets=[listener]))
         await self.server.ready.wait()
         port: int = listener.getsockname()[1]
@@ -57,14 +60,40 @@ async def test_a_whole_request_is_answered() -> None:
         writer.close()
 
 
-async def test_one_connection_too_many_is_ended() -> None:
-    with mock.patch.object(listening, "MOST_WAITING", 1):
+async def test_of_too_many_connections_the_one_that_waits_longest_ends() -> None:
+    with mock.patch.object(listening, "MOST_WAITING", 3):
         async with Running() as port:
-            first = await asyncio.open_connection("127.0.0.1", port)
-            second = await asyncio.open_connection("127.0.0.1", port)
+            idle = [await asyncio.open_connection("127.0.0.1", port) for _ in range(3)]
+            for _ in range(10):
+                reader, writer = await asyncio.open_connection("127.0.0.1", port)
+                writer.write(b"GET / HTTP/1.1\r\nhost: x\r\nconnection: close\r\n\r\n")
+                assert (await asyncio.wait_for(reader.read(), 30)).startswith(b"HTTP/1.1 200")
+                writer.close()
             with contextlib.suppress(ConnectionResetError):
-                assert await asyncio.wait_for(second[0].read(), 30) == b""
-            first[1].write(b"GET / HTTP/1.1\r\nhost: x\r\n\r\n")
-            assert await asyncio.wait_for(first[0].readuntil(b"\r\n"), 30)
-            for _, writer in (first, second):
+                assert await asyncio.wait_for(idle[0][0].read(), 30) == b""
+            for _, writer in idle:
+                writer.close()
+
+
+async def test_connections_with_a_request_do_not_give_way() -> None:
+    go = asyncio.Event()
+
+    async def slow(scope: Any, receive: Any, send: Any) -> None:
+        await go.wait()
+        await answer(scope, receive, send)
+
+    with mock.patch.object(listening, "MOST_WAITING", 2):
+        async with Running(slow) as port:
+            busy = [await asyncio.open_connection("127.0.0.1", port) for _ in range(2)]
+            for _, writer in busy:
+                writer.write(b"GET / HTTP/1.1\r\nhost: x\r\nconnection: close\r\n\r\n")
+            await asyncio.sleep(0)
+            for _ in range(5):
+                reader, writer = await asyncio.open_connection("127.0.0.1", port)
+                with contextlib.suppress(ConnectionResetError):
+                    assert await asyncio.wait_for(reader.read(), 30) == b""
+                writer.close()
+            go.set()
+            for reader, writer in busy:
+                assert (await asyncio.wait_for(reader.read(), 30)).startswith(b"HTTP/1.1 200")
                 writer.close()

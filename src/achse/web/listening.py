@@ -29,28 +29,44 @@ class BoundedHttp(H11Protocol):
     """HTTP with a time limit for every request and every answer, and a bound on connections."""
 
     _timer: asyncio.TimerHandle | None = None
+    waits_since: float | None = None
+    """When it began to wait for a request, s; None while there is an answer under way."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """A connection came; one too many ends at once."""
+        """A connection came; of too many the one ends that has asked nothing for longest."""
         super().connection_made(transport)
-        if len(self.connections) > MOST_WAITING:
-            transport.abort()
-            return
+        self.waits_since = self.loop.time()
         self._within(REQUEST_WITHIN)
+        if len(self.connections) > MOST_WAITING:
+            waiting = (each for each in self.connections if isinstance(each, BoundedHttp))
+            idle = min(
+                (each for each in waiting if each.waits_since is not None),
+                key=lambda each: each.waits_since or 0.0,
+            )
+            idle.give_way()
+
+    def give_way(self) -> None:
+        """End at once, for another."""
+        self.waits_since = None
+        self.connections.discard(self)
+        self.transport.abort()
 
     def data_received(self, data: bytes) -> None:
         """What came; a whole request gives time for its answer."""
         super().data_received(data)
         if self._timer is not None and self.conn.their_state in (h11.DONE, h11.MUST_CLOSE):
+            self.waits_since = None
             self._within(ANSWER_WITHIN)
 
     def on_response_complete(self) -> None:
         """The next request has its own time."""
         super().on_response_complete()
+        self.waits_since = self.loop.time()
         self._within(REQUEST_WITHIN)
 
     def handle_websocket_upgrade(self, event: h11.Request) -> None:
         """A page has come to stay."""
+        self.waits_since = None
         self._end_timer()
         super().handle_websocket_upgrade(event)
 
