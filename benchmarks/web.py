@@ -4,11 +4,15 @@ A station with a PLC task of 1 ms whose 32 variables each of the pages records a
 WebSockets in a process of their own that reads everything; beside it the same station without
 pages, in the same run. Late: begun more than one cycle late. Then a page that never reads: bytes
 that wait for it, after so many seconds of samples put in at once.
-Usage: python benchmarks/web.py [SECONDS] [PAGES]
+With --browsers the pages are the scope in tabs of a real Chromium (playwright, headless), and the
+pictures that each of them draws in a second are told.
+Usage: python benchmarks/web.py [SECONDS] [PAGES] [--browsers]
 """
 
 import asyncio
 import json
+import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -80,16 +84,48 @@ async def readers(port: int, pages: int) -> None:
     print(json.dumps(counts), flush=True)
 
 
-async def measured(folder: Path, seconds: float, pages: int) -> tuple[int, int, float, list[int]]:
+def look(port: int, pages: int) -> None:
+    """Tabs of a Chromium with the scope; prints pictures a second of each at the end of stdin."""
+    from playwright.sync_api import sync_playwright
+
+    names = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
+    found = os.environ.get("ACHSE_BROWSER") or next(filter(None, map(shutil.which, names)), None)
+    traces = "|".join(f"MAIN.n{n}~{1 + n // 8}" for n in range(CHANNELS))
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        tabs = []
+        for _ in range(pages):
+            tab = browser.new_context(viewport={"width": 1280, "height": 900}).new_page()
+            tab.goto(f"http://127.0.0.1:{port}/#scope?traces={traces}")
+            tabs.append(tab)
+        for tab in tabs:
+            tab.wait_for_function("() => document.querySelectorAll('.chart canvas').length >= 4")
+            tab.evaluate(COUNT_FRAMES)
+        sys.stdin.read()
+        print(json.dumps([round(tab.evaluate("frames()"), 1) for tab in tabs]))
+        browser.close()
+
+
+COUNT_FRAMES = """() => {
+  const [begin, count] = [performance.now(), () => { drawn += 1; requestAnimationFrame(count); }];
+  let drawn = 0;
+  count();
+  globalThis.frames = () => 1000 * drawn / (performance.now() - begin);
+}"""
+
+
+async def measured(
+    folder: Path, seconds: float, pages: int, kind: str = "--read"
+) -> tuple[int, int, float, list[float]]:
     """Cycles, late ones, share of a processor, and what the pages counted."""
     made = station(folder)
-    counts = [0, 0, 0]
+    counts: list[float] = [0, 0, 0]
     async with (
         made.running("127.0.0.1", 0),
         connect(made.router, port=851, keep_alive=None) as client,
         WebServer(client, WebSettings(port=0)) as web,
     ):
-        command = [sys.executable, __file__, "--read", str(web.port), str(pages)]
+        command = [sys.executable, __file__, kind, str(web.port), str(pages)]
         child = None
         if pages:
             child = await asyncio.create_subprocess_exec(
@@ -126,14 +162,24 @@ def main() -> None:
     if sys.argv[1:2] == ["--read"]:
         asyncio.run(readers(int(sys.argv[2]), int(sys.argv[3])))
         return
+    if sys.argv[1:2] == ["--look"]:
+        look(int(sys.argv[2]), int(sys.argv[3]))
+        return
+    browsers = "--browsers" in sys.argv
+    if browsers:
+        sys.argv.remove("--browsers")
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 20.0
     pages = int(sys.argv[2]) if len(sys.argv) > 2 else 10
     for count in (0, pages, 0):
         with tempfile.TemporaryDirectory() as folder:
-            cycles, late, share, counts = asyncio.run(measured(Path(folder), seconds, count))
+            cycles, late, share, counts = asyncio.run(
+                measured(Path(folder), seconds, count, "--look" if browsers else "--read")
+            )
         told = f"{count:3} pages  {cycles} cycles, {late} late ({late / max(cycles, 1):.3%})"
         told += f", {share:.1%} of a processor"
-        if count:
+        if count and browsers:
+            told += f"; pictures a second: {', '.join(map(str, counts))}"
+        elif count:
             told += f"; {counts[0]} blocks, {counts[1]} rows read, {counts[2]} blocks dropped"
         print(told, flush=True)
     held, put = waiting(3600.0)

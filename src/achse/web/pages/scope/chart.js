@@ -2,7 +2,8 @@ import { h, mark } from "../dom.js";
 import { number } from "../format.js";
 import uPlot from "../vendor/uPlot.js";
 
-/** What a user does with a chart, told to the page: seconds, or parts of the width. */
+/** More traces than these are hairlines: without a graphics processor they take a third of the time. */
+const FEW = 3;
 const WHEEL = 1.2;
 
 /**
@@ -83,7 +84,8 @@ export class Chart {
         })),
       ],
       series: [{}, ...traces.map(({ title, unit, number: n, held }) => ({
-        label: title, scale: scale(unit), stroke: colours.trace(n), width: held ? 1 : 1.5,
+        label: title, scale: scale(unit), stroke: colours.trace(n),
+        width: held || traces.length > FEW ? 1 : 1.5,
         dash: held ? [3, 3] : colours.dash(n), alpha: held ? 0.7 : 1,
         points: { show: false }, pxAlign: 0,
       }))],
