@@ -243,6 +243,24 @@ def test_another_mode_of_operation_is_taken_at_rest_without_losing_the_loop(
         assert bench.axis.error_code == 0
 
 
+def test_a_mode_is_not_changed_while_another_change_is_under_way(make_bench: Any) -> None:
+    bench = make_bench()
+    bench.ready()
+    set_mode = commands.set_drive_operation_mode
+    assert set_mode(bench.axis, DriveOperationMode.VELOCITY_FEEDBACK1) == 0
+    bench.nc.cycle(1)
+    refused = 0
+    while (code := set_mode(bench.axis, DriveOperationMode.DEFAULT)) and refused < 50:
+        assert code == NcError.DRIVE_MODE_CHANGE_BUSY
+        assert bench.drive.record.mode_display != ServoMode.CSV or refused < 5
+        refused += 1
+        bench.nc.cycle(1)
+    assert 1 <= refused < 10
+    bench.run(0.2)
+    assert bench.drive.record.mode_display == ServoMode.CSP
+    assert bench.axis.error_code == 0
+
+
 @pytest.mark.parametrize("offset", [0, 50_000])
 @pytest.mark.parametrize("reference", [0.0, 17.5])
 def test_the_homed_by_drive_the_axis(make_bench: Any, offset: int, reference: float) -> None:

@@ -3,12 +3,16 @@
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from achse.codes import NcError
 from achse.codes.axis import StartType
 from achse.drive.machine import Switches
 from achse.motion import commands
 from achse.motion.record import TOUCH_PROBES
 from achse.motion.states import ReferenceMode, SignalSource
+from tests.motion.servo.conftest import INPUTS, Bench
 
 COUNTS = 13_107.2
 """Increments of a millimetre."""
@@ -96,3 +100,53 @@ def test_the_nc_homes_with_cam_and_sync_pulse_of_the_drive(
     assert bench.axis.actual_position - 100.0 == pytest.approx(place - where, abs=0.15)
     if mode is not ReferenceMode.HOMING_SENSOR_ONLY:
         assert bench.axis.actual_position - 100.0 == pytest.approx(place - where, abs=1e-3)
+
+
+OBJECTS = (0x60B8, 0x60B9, 0x60BA, 0x60BB, 0x60BC, 0x60BD)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.sets(st.sampled_from(OBJECTS)),
+    st.integers(1, TOUCH_PROBES),
+    st.integers(0, 1),
+    st.integers(1, 2),
+    st.sampled_from([0, 1, 2, 3, 4, 128, 129]),
+)
+def test_a_probe_that_the_drive_cannot_latch_is_refused(
+    mapped: set[int], unit: int, edge: int, mode: int, source: int
+) -> None:
+    """All parameters drawn. Units 3 and 4 have no bits in 60B8h."""
+    bench = Bench(
+        outputs=[0x6040, 0x6060, 0x607A, *({0x60B8} & mapped)],
+        inputs=[0x6041, 0x6061, 0x6064, *sorted(mapped - {0x60B8})],
+    )
+    latched = ((0x60BA, 0x60BB), (0x60BC, 0x60BD))
+    needed = {0x60B8, 0x60B9, *(latched[unit - 1][edge : edge + 1] if unit <= 2 else ())}
+    possible = unit <= 2 and needed <= mapped
+    expected = 0 if possible else NcError.ENCODER_EXTERNAL_LATCH
+    assert commands.activate_touch_probe(bench.axis, unit, edge, mode, source) == expected
+    flags = [int(number == unit) for number in range(1, TOUCH_PROBES + 1)]
+    before = commands.deactivate_latch(bench.axis, *flags)
+    assert before == 0
+    assert commands.activate_latch(bench.axis, *flags, falling=bool(edge)) == expected
+
+
+@pytest.mark.parametrize(
+    ("mode", "missing"),
+    [
+        (ReferenceMode.HARDWARE_SYNC, 0x60BA),
+        (ReferenceMode.HARDWARE_LATCH_1_RISING, 0x60B9),
+        (ReferenceMode.HARDWARE_LATCH_1_FALLING, 0x60BB),
+        (ReferenceMode.HARDWARE_LATCH_1_FALLING_DRIVE, 0x60BB),
+    ],
+)
+def test_a_homing_whose_edge_is_not_mapped_is_refused(
+    make_bench: Any, mode: ReferenceMode, missing: int
+) -> None:
+    bench = make_bench(inputs=[each for each in INPUTS if each != missing])
+    bench.ready()
+    bench.axis.encoder.reference_mode = mode
+    assert commands.home(bench.axis) == NcError.ENCODER_HARDWARE_LATCH
+    bench.axis.encoder.reference_mode = ReferenceMode.HOMING_SENSOR_ONLY
+    assert commands.home(bench.axis) == 0

@@ -27,6 +27,15 @@ _WITH_LATCH_1 = {
     ReferenceMode.HARDWARE_LATCH_1_FALLING_DRIVE,
 }
 
+_LATCHED = {
+    ReferenceMode.HARDWARE_SYNC: 0,
+    ReferenceMode.HARDWARE_LATCH_1_RISING: 0,
+    ReferenceMode.HARDWARE_LATCH_1_RISING_DRIVE: 0,
+    ReferenceMode.HARDWARE_LATCH_1_FALLING: TOUCH_PROBES,
+    ReferenceMode.HARDWARE_LATCH_1_FALLING_DRIVE: TOUCH_PROBES,
+}
+"""The edge that the hardware has to latch for a homing."""
+
 
 def _request_application(axis: Axis, request_type: int) -> None:
     axis.application_request = int(request_type != 0)
@@ -109,6 +118,9 @@ def _why_not_home(axis: Axis) -> int:
     if mode in _WITH_LATCH_1 and (
         axis.encoder.probe_active[0] or axis.encoder.probe_active[TOUCH_PROBES]
     ):
+        return NcError.ENCODER_HARDWARE_LATCH
+    edge = _LATCHED.get(ReferenceMode(mode))
+    if edge is not None and axis.encoder.probe_refused >> edge & 1:
         return NcError.ENCODER_HARDWARE_LATCH
     if why_not_velocity(axis, axis.homing_velocity_towards_cam):
         return NcError.AXIS_HOMING_VELOCITY_TOWARDS_CAM

@@ -8,6 +8,7 @@ from achse.motion.checks import OK, why_no_command, why_not_away, why_not_permit
 from achse.motion.commands.generators import begin_generator, why_no_generator
 from achse.motion.commands.queue import busy
 from achse.motion.commands.stops import stop
+from achse.motion.port import STATUS_READY
 from achse.motion.setpoint import absorb, begin_stop
 from achse.motion.states import (
     POSITION_MODES,
@@ -193,7 +194,8 @@ def set_drive_operation_mode(axis: Axis, mode: int) -> int:
     Velocity and position modes choose the interface whatever the drive is configured for; 0 goes
     back to that. In torque mode without a torque command the motor has no torque. Modes with a
     dynamic container (17 … 21) follow the same value; a velocity goes on within the cycle. A mode
-    that the simulated drive has not is refused with 0x4602.
+    that the simulated drive has not is refused with 0x4602. While a drive that is ready still
+    changes to the mode before, another is refused with 0x4627.
     """
     if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP or axis.drive.type == DriveType.STEPPER:
         return NcError.AXIS_INCOMPATIBLE
@@ -201,6 +203,9 @@ def set_drive_operation_mode(axis: Axis, mode: int) -> int:
         return NcError.DRIVE_MODE
     if busy(axis):
         return NcError.GROUP_BUSY
+    io = axis.drive.io
+    if io.state1 & STATUS_READY and io.state3 != io.ctrl3:
+        return NcError.DRIVE_MODE_CHANGE_BUSY
     axis.drive_operation_mode = mode
     axis.torque_mode_before = DriveOperationMode.DEFAULT
     axis.set_torque = 0.0

@@ -55,7 +55,7 @@ def _activate(encoder: AxisEncoder, edge: int, continuous: bool, source: int) ->
 def _why_not_activate(encoder: AxisEncoder, edge: int) -> int:
     if encoder.probe_active[edge]:
         return NcError.ENCODER_FUNCTION_ACTIVE
-    if _homing_holds_latch(encoder, edge):
+    if _homing_holds_latch(encoder, edge) or encoder.probe_refused >> edge & 1:
         return NcError.ENCODER_EXTERNAL_LATCH
     return OK
 

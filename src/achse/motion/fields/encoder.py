@@ -138,6 +138,7 @@ class TouchProbeMemory(InternalFields):
 
     probe_continuous: list[int] = wholes(PROBE_EDGES, "0/1", "goes on after an edge")
     probe_source: list[int] = wholes(PROBE_EDGES, "SignalSource", "its signal")
+    probe_refused: int = whole(0, "bits", "edges that the hardware on a bus cannot latch")
     armed: int = flag(0, "the hardware has been told to watch a signal")
     probe_seen: list[int] = wholes(TOUCH_PROBES, "bits", "states of probes last seen")
     homing_seen: int = whole(0, "bits", "state of the homing latch as last seen")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from achse.motion.axis import Axis
 from achse.motion.nc import Nc
+from achse.motion.record import PROBE_EDGES, TOUCH_PROBES
 from achse.motion.servo.compiled import SEND, TAKE
 from achse.motion.servo.kernel import send, take
 from achse.motion.servo.objects import (
@@ -128,6 +129,7 @@ class Servos:
                 f"{what}: {options.interface.name.lower()} needs {target[options.interface]:04X}h"
                 " in the outputs of its drive"
             )
+        axis.encoder.probe_refused = _refused_edges(set(outputs) | set(inputs))
         servo.begun = False
         servo.link("encoder", axis.encoder.io)
         servo.link("drive", axis.drive.io)
@@ -184,6 +186,26 @@ class Servos:
         """The whole state, for a hash; the images are copies of what is on the bus."""
         return b"".join(servo.pack() for servo in self.servos)
 
+
+def _refused_edges(objects: set[int]) -> int:
+    """Edges of probes that cannot latch: what latches them is not in the process data.
+
+    A drive with this profile has two probes; 60B8h has no bits for those of units 3 and 4.
+    """
+    latched = 0
+    if {0x60B8, 0x60B9} <= objects:
+        for edge, index in _LATCHED.items():
+            latched |= (index in objects) << edge
+    return (1 << PROBE_EDGES) - 1 & ~latched
+
+
+_LATCHED = {
+    0: 0x60BA,
+    1: 0x60BC,
+    TOUCH_PROBES: 0x60BB,
+    TOUCH_PROBES + 1: 0x60BD,
+}
+"""Where a drive keeps the position of an edge: rising ones of the probes, then falling ones."""
 
 _SWITCH_S = 0.2
 _RESET_S = 1.0
