@@ -17,7 +17,7 @@ import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import IO, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import typer
 
@@ -25,11 +25,11 @@ from achse.cli.failure import fail, in_json
 from achse.cli.interrupts import ending
 from achse.cli.output import print_json
 from achse.cli.target import ROUTER, Json
+from achse.transport.file_lock import lock_file
 
 __all__ = [
     "DetachedStation",
     "detached_stations",
-    "lock",
     "own_session",
     "recorded",
     "register",
@@ -132,7 +132,7 @@ def recorded(name: str, host: str, tcp_port: int, net_id: str) -> Iterator[None]
     file = _record_of(Path(folder), station.pid)
     being_made = file.with_suffix(".new")
     with being_made.open("w", encoding="utf-8") as record:
-        lock(record)
+        lock_file(record)
         json.dump(station._asdict(), record)
         record.flush()
         being_made.rename(file)  # whole and locked from its first moment
@@ -150,24 +150,6 @@ def _log_of(folder: Path, pid: int) -> Path:
     return folder / f"{_TAKEN}{pid}.log"
 
 
-def lock(record: IO[str]) -> bool:
-    """Take the lock of a record; False if somebody has it."""
-    try:
-        if sys.platform == "win32":
-            import msvcrt
-
-            record.seek(1 << 20)  # behind the text: what is locked there cannot be read
-            msvcrt.locking(record.fileno(), msvcrt.LK_NBLCK, 1)
-            record.seek(0)
-        else:
-            import fcntl
-
-            fcntl.flock(record, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
-
-
 # who starts, waits and stops ---------------------------------------------------------------------
 
 
@@ -178,7 +160,7 @@ def detached_stations() -> list[DetachedStation]:
     for file in folder.glob(f"{_TAKEN}*.json"):
         try:
             with file.open("r+", encoding="utf-8") as record:
-                if not lock(record):
+                if not lock_file(record):
                     found.append(DetachedStation(**json.load(record)))
                     continue
             file.unlink(missing_ok=True)

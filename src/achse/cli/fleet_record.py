@@ -10,8 +10,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from achse.cli.detached import lock, runtime_folder
+from achse.cli.detached import runtime_folder
 from achse.cli.failure import fail
+from achse.transport.file_lock import lock_file
 
 __all__ = ["FleetRecord", "fleet_logs", "fleet_recorded", "fleets", "the_fleet", "until_gone"]
 
@@ -65,7 +66,7 @@ def fleet_recorded(record: FleetRecord) -> Iterator[None]:
             name="RUNS_ALREADY",
         )
     with open(os.open(being_made, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o600), "w") as opened:
-        lock(opened)
+        lock_file(opened)
         json.dump(record._asdict(), opened)
         opened.flush()
         _place(being_made, file, record.name)
@@ -101,7 +102,7 @@ def until_gone(record: FleetRecord) -> Iterator[Callable[[], bool]]:
         yield lambda: True
         return
     with file:
-        yield lambda: lock(file)
+        yield lambda: lock_file(file)
 
 
 def fleets() -> list[FleetRecord]:
@@ -110,7 +111,7 @@ def fleets() -> list[FleetRecord]:
     for file in sorted(runtime_folder().glob(f"{_TAKEN}*.json")):
         try:
             with file.open("r+", encoding="utf-8") as record:
-                if not lock(record):
+                if not lock_file(record):
                     found.append(FleetRecord(**json.load(record)))
                     continue
             file.unlink(missing_ok=True)

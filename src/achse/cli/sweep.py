@@ -1,6 +1,7 @@
 """`achse sweep` runs a scenario thousands of times, over a Dask cluster."""
 
 import statistics
+import sys
 from collections import defaultdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -51,6 +52,10 @@ def sweep(
         str | None,
         typer.Option(help="A Dask scheduler instead: tcp://host:8786.", show_default=False),
     ] = None,
+    longest: Annotated[
+        float | None,
+        typer.Option(help="Seconds that a run may take; then it has failed.", show_default=False),
+    ] = None,
     in_json: Json = False,
 ) -> None:
     """Run a scenario in virtual time for every combination of parameters and seeds."""
@@ -64,6 +69,8 @@ def sweep(
     except SweepError as fault:
         raise typer.BadParameter(str(fault), param_hint="--param") from None
     file = out or scenario.with_suffix(".parquet")
+    # Ctrl-C ends all at once: what processes shared goes with them, and nobody needs to be told.
+    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
     try:
         with _Progress(in_json) as tell:
             found = run(
@@ -74,6 +81,7 @@ def sweep(
                 file=file,
                 workers=workers,
                 scheduler=scheduler,
+                longest=longest,
                 progress=tell,
             )
     except SweepError as fault:

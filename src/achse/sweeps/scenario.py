@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import sys
 import time
 import types
 from collections.abc import Callable, Mapping, Sequence
@@ -9,15 +10,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from achse.sweeps.deadline import RunTooLong, within
 from achse.sweeps.plan import Run, SweepError, Value
 
-__all__ = ["Row", "Scenario", "digest_of", "play"]
+__all__ = ["Row", "Scenario", "digest_of", "failed_row", "play"]
 
 Row = dict[str, Any]
 """`run`, `seed`, the parameters, the results, `error` (empty if it went well), `seconds`."""
 
+_MODULE = "__achse_scenario__"
 RESERVED = ("run", "seed", "error", "seconds")
 _LONGEST_ERROR = 500
+
+_LONGEST_TEXT = 1 << 20
+_MOST_RESULTS = 1000
+"""What a run may give: all rows are in memory at the end."""
 
 
 @dataclass(frozen=True)
@@ -34,18 +41,26 @@ class Scenario:
     @classmethod
     def load(cls, file: Path, name: str = "run") -> "Scenario":
         """Read it. Raises SweepError for a file without that function, OSError."""
-        scenario = cls(file.read_text(encoding="utf-8"), str(file.resolve()), name)
+        try:
+            source = file.read_text(encoding="utf-8")
+        except UnicodeDecodeError as fault:
+            raise SweepError(f"{file}: expected Python in UTF-8, {fault}") from None
+        scenario = cls(source, str(file.resolve()), name)
         scenario.function()
         return scenario
 
     def function(self) -> Callable[..., Mapping[str, Value]]:
         """The function. Raises SweepError."""
-        module = types.ModuleType("__achse_scenario__")
+        module = types.ModuleType(_MODULE)
         module.__file__ = self.file
+        sys.modules[_MODULE] = module  # where dataclasses look for their annotations
+        folder = str(Path(self.file).parent)
+        if folder not in sys.path:  # what lies beside it can be imported, as in a script
+            sys.path.append(folder)
         try:
             exec(compile(self.source, self.file, "exec"), module.__dict__)
-        except Exception as fault:
-            raise SweepError(f"{self.file}: {type(fault).__name__}: {fault}") from fault
+        except (Exception, SystemExit) as fault:
+            raise SweepError(f"{self.file}: {_told(fault)}") from fault
         function = getattr(module, self.name, None)
         if not callable(function):
             raise SweepError(f"{self.file} has no function {self.name}")
@@ -57,35 +72,90 @@ class Scenario:
         return hashlib.sha256(f"{self.name}\n{self.source}".encode()).hexdigest()
 
 
-def play(scenario: Scenario, runs: Sequence[Run]) -> list[Row]:
-    """The rows of some runs, in this process. A run that raises has an error and no results."""
+def play(
+    scenario: Scenario,
+    runs: Sequence[Run],
+    longest: float | None = None,
+    *,
+    own_process: bool = False,
+) -> list[Row]:
+    """The rows of some runs, in this process. A run that raises has an error and no results.
+
+    One that takes more than `longest` seconds has failed too; see `achse.sweeps.deadline`.
+    """
     function = scenario.function()
-    return [_row(function, run) for run in runs]
+    return [_row(function, run, longest, own_process) for run in runs]
 
 
-def _row(function: Callable[..., Mapping[str, Value]], run: Run) -> Row:
-    row: Row = {"run": run.number, **run.parameters, "seed": run.seed}
+def failed_row(run: Run, error: str, seconds: float = 0.0) -> Row:
+    """The row of a run without results."""
+    told = error.encode("utf-8", "backslashreplace").decode()[:_LONGEST_ERROR]
+    return {
+        "run": run.number,
+        **run.parameters,
+        "seed": run.seed,
+        "error": told,
+        "seconds": seconds,
+    }
+
+
+def _row(
+    function: Callable[..., Mapping[str, Value]],
+    run: Run,
+    longest: float | None,
+    own_process: bool,
+) -> Row:
     began = time.perf_counter()
+    row: Row = {"run": run.number, **run.parameters, "seed": run.seed}
     error = ""
     try:
-        for name, value in function(**run.parameters, seed=run.seed).items():
-            if name in row or name in RESERVED:
-                raise SweepError(f"a result cannot be called {name!r}")
-            row[name] = _plain(name, value)
-    except Exception as fault:
-        row = {"run": run.number, **run.parameters, "seed": run.seed}
-        error = f"{type(fault).__name__}: {fault}"[:_LONGEST_ERROR]
-    row["error"] = error
-    row["seconds"] = time.perf_counter() - began
-    return row
+        with within(longest, own_process=own_process):
+            found = function(**run.parameters, seed=run.seed)
+        row |= _results(found, row)
+    except RunTooLong:
+        error = f"RunTooLong: more than {longest:g} s"
+    except BaseException as fault:  # also what ends a program: here it ends this run
+        if isinstance(fault, KeyboardInterrupt) and not own_process:
+            raise
+        error = _told(fault)
+    seconds = time.perf_counter() - began
+    return failed_row(run, error, seconds) if error else {**row, "error": "", "seconds": seconds}
+
+
+def _told(fault: BaseException) -> str:
+    try:
+        return f"{type(fault).__name__}: {fault}"
+    except Exception:  # its own text raises
+        return type(fault).__name__
+
+
+def _results(found: Any, row: Row) -> Row:
+    """What a run gives, as plain numbers and texts. Raises SweepError."""
+    if not isinstance(found, Mapping):
+        raise SweepError(f"a run gives a dictionary of results, got {type(found).__name__}")
+    if len(found) > _MOST_RESULTS:
+        raise SweepError(f"a run gives {_MOST_RESULTS} results at most, got {len(found)}")
+    results: Row = {}
+    for name, value in found.items():
+        if not isinstance(name, str) or name in row or name in RESERVED:
+            raise SweepError(f"a result cannot be called {name!r:.80}")
+        results[str.__str__(name)] = _plain(name, value)
+    return results
 
 
 def _plain(name: str, value: Any) -> Value:
+    """A number, text or bool of Python itself: others may not travel, or not be equal elsewhere."""
     if hasattr(value, "item"):  # NumPy's numbers
         value = value.item()
-    if isinstance(value, bool | int | float | str):
-        return value
-    raise SweepError(f"result {name} is a number, text or bool, got {type(value).__name__}")
+    if isinstance(value, bool | int | float):
+        if type(value) in (bool, int, float):
+            return value
+        return int.__int__(value) if isinstance(value, int) else float.__float__(value)
+    if not isinstance(value, str):
+        raise SweepError(f"result {name} is a number, text or bool, got {type(value).__name__}")
+    if len(value) > _LONGEST_TEXT:
+        raise SweepError(f"result {name} has {len(value)} characters, more than {_LONGEST_TEXT}")
+    return str.__str__(value).encode("utf-8", "backslashreplace").decode()
 
 
 def digest_of(rows: Sequence[Row]) -> str:

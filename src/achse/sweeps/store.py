@@ -6,29 +6,31 @@ Needs the extra `sweep` (pyarrow), imported when a sweep begins.
 import json
 import os
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import IO, Any, Self
 
 from achse.sweeps.plan import SweepError, SweepPlan
 from achse.sweeps.scenario import RESERVED, Row, Scenario
+from achse.transport.file_lock import lock_file
 
 __all__ = ["SweepStore", "need_sweep"]
+
+_LOCK = "held"
+_INT64 = range(-(1 << 63), 1 << 63)
 
 
 def need_sweep() -> None:
     """Raise SweepError if the extra `sweep` is not installed."""
-    try:
-        import distributed  # noqa: F401
-        import pyarrow  # noqa: F401
-    except ImportError:
-        raise SweepError("sweeps need the extra sweep: pip install achse[sweep]") from None
+    if not (find_spec("distributed") and find_spec("pyarrow")):
+        raise SweepError("sweeps need the extra sweep: pip install achse[sweep]")
 
 
 class SweepStore:
     """`results.parquet` and, until all is done, `results.parquet.parts/` beside it.
 
     Each part is written whole; what has been written is not run again, unless scenario or plan have
-    changed: then SweepError says so.
+    changed: then SweepError says so. One sweep at a time holds it, from `with` on.
     """
 
     def __init__(self, file: Path, scenario: Scenario, plan: SweepPlan) -> None:
@@ -40,13 +42,27 @@ class SweepStore:
             "seeds": plan.seeds,
         }
         self._count = 0
+        self._held: IO[str] | None = None
+
+    def __enter__(self) -> Self:
+        """Raises SweepError if another sweep writes there, OSError."""
+        self._parts.mkdir(parents=True, exist_ok=True)
+        held = (self._parts / _LOCK).open("a+", encoding="utf-8")
+        if not lock_file(held):
+            held.close()
+            raise SweepError(f"another sweep writes {self.file} now: name another file")
+        self._held = held
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._held is not None:
+            self._held.close()
 
     def begin(self) -> list[Row]:
         """The rows that are there already. Raises SweepError, OSError."""
-        self._parts.mkdir(parents=True, exist_ok=True)
         note = self._parts / "sweep.json"
-        if note.exists():
-            if json.loads(note.read_text(encoding="utf-8")) != self._what:
+        if (there := _document(note)) is not None:
+            if there != self._what:
                 raise SweepError(
                     f"{self._parts} belongs to another sweep (scenario or parameters have changed):"
                     " remove it, or name another file"
@@ -54,33 +70,34 @@ class SweepStore:
         else:
             _replace(note, json.dumps(self._what).encode())
         rows: list[Row] = []
-        for part in sorted(self._parts.glob("part-*.parquet")):
-            rows += _read(part)
+        for part in sorted(self._parts.glob("part-*.json")):
+            rows += _document(part) or []  # one that was cut off is run again
             self._count = max(self._count, int(part.stem.partition("-")[2]) + 1)
         return rows
 
     def add(self, rows: Sequence[Row]) -> None:
         """Keep some rows."""
-        _write(self._parts / f"part-{self._count:08}.parquet", rows)
+        _replace(self._parts / f"part-{self._count:08}.json", json.dumps(rows).encode())
         self._count += 1
 
     def finish(self, rows: Sequence[Row]) -> None:
         """Write all rows in order, and remove the parts."""
         _write(self.file, sorted(rows, key=lambda row: int(row["run"])))
         for part in self._parts.iterdir():
-            part.unlink()
+            if part.name != _LOCK:
+                part.unlink()
+        if self._held is not None:
+            self._held.close()
+        (self._parts / _LOCK).unlink(missing_ok=True)
         self._parts.rmdir()
 
 
-def _read(file: Path) -> list[Row]:
-    import pyarrow.parquet as parquet
-
-    rows: list[Row] = parquet.read_table(file).to_pylist()
-    return [_without_gaps(row) for row in rows]
-
-
-def _without_gaps(row: Row) -> Row:
-    return {name: value for name, value in row.items() if value is not None}
+def _document(file: Path) -> Any:
+    """What a file holds; None if it is not there or not whole."""
+    try:
+        return json.loads(file.read_text(encoding="utf-8"))
+    except (FileNotFoundError, ValueError):
+        return None
 
 
 def _write(file: Path, rows: Sequence[Row]) -> None:
@@ -100,6 +117,8 @@ def _write(file: Path, rows: Sequence[Row]) -> None:
 def _column(arrow: Any, values: list[Any]) -> Any:
     """One type for a column: numbers together are floats, anything else together is text."""
     kinds = {type(value) for value in values if value is not None}
+    if int in kinds and any(type(each) is int and each not in _INT64 for each in values):
+        kinds.add(str)  # no column holds it
     if kinds == {int, float}:
         values = [None if value is None else float(value) for value in values]
     elif len(kinds) > 1:

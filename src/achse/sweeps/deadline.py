@@ -1,0 +1,86 @@
+"""A time that a run may take; then it is ended, wherever in Python it is."""
+
+import contextlib
+import ctypes
+import os
+import threading
+from collections.abc import Iterator
+
+__all__ = ["RunTooLong", "within"]
+
+_AGAIN = 0.2
+"""Seconds between attempts to end a run: code may swallow one."""
+
+_GRACE = 2.0
+"""Seconds that a run has to end; one that waits in the operating system does not hear of it."""
+
+_GONE = 75
+"""Exit code of a worker that has ended itself."""
+
+
+class RunTooLong(BaseException):
+    """Raised in a run that takes too long; not an Exception, which scenarios catch."""
+
+
+@contextlib.contextmanager
+def within(seconds: float | None, *, own_process: bool = False) -> Iterator[None]:
+    """What is done inside has so many seconds; raises RunTooLong in it. None: any time.
+
+    A run that does not end by this takes its process with it, if that is its `own_process`.
+    """
+    if seconds is None:
+        yield
+        return
+    watch = _Watch(seconds, own_process)
+    try:
+        try:
+            yield
+        finally:
+            watch.end()
+    except BaseException:
+        watch.end()
+        if watch.fired:  # whatever became of it
+            raise RunTooLong from None
+        raise
+    if watch.fired:
+        raise RunTooLong
+
+
+class _Watch:
+    """Interrupts the thread that made it, again and again until `end`."""
+
+    def __init__(self, seconds: float, own_process: bool) -> None:
+        self.fired = False
+        self._thread = threading.get_ident()
+        self._own_process = own_process
+        self._over = threading.Event()
+        self._turn = threading.Lock()
+        self._timer = threading.Thread(target=self._run, args=(seconds,), daemon=True)
+        self._timer.start()
+
+    def _run(self, seconds: float) -> None:
+        if self._over.wait(seconds):
+            return
+        left = _GRACE
+        while not self._over.wait(_AGAIN if self.fired else 0.0):
+            with self._turn:
+                if self._over.is_set():
+                    return
+                self.fired = True
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(
+                    ctypes.c_ulong(self._thread), ctypes.py_object(RunTooLong)
+                )
+            left -= _AGAIN
+            if left <= 0 and self._own_process:
+                os._exit(_GONE)
+
+    def end(self) -> None:
+        """It is over; what was raised and has not come up yet does not come up any more."""
+        while True:
+            try:
+                with self._turn:
+                    self._over.set()
+                    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._thread), None)
+                return
+            except RunTooLong:
+                continue

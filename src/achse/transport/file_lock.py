@@ -1,0 +1,24 @@
+"""A file that one process holds at a time; the system gives it back when the process ends."""
+
+import sys
+from typing import IO
+
+__all__ = ["lock_file"]
+
+
+def lock_file(file: IO[str]) -> bool:
+    """Hold an open file until it is closed; False if somebody holds it."""
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            file.seek(1 << 20)  # behind the text: what is locked there cannot be read
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+            file.seek(0)
+        else:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True

@@ -1,0 +1,110 @@
+"""Workers that die, hang or are ended: the sweep goes on, and says which run it was."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import achse
+from achse.sweeps import SweepError
+
+SOURCE = """
+import os, sys, time
+
+def run(*, how: str, seed: int) -> dict[str, int]:
+    if seed == 1:
+        if how == "dies":
+            os._exit(1)
+        if how == "leaves":
+            sys.exit(1)
+        if how == "loops":
+            while True:
+                pass
+        if how == "sleeps":
+            time.sleep(100_000)
+    return {"pid": os.getpid()}
+"""
+
+pytestmark = pytest.mark.timeout(300)
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Path:
+    file = tmp_path / "scenario.py"
+    file.write_text(SOURCE)
+    return file
+
+
+def test_runs_that_kill_hang_or_leave_cost_their_own_rows_only(scenario: Path) -> None:
+    ways = ["goes", "dies", "leaves", "loops", "sleeps"]
+    told: list[tuple[int, int]] = []
+    found = achse.sweep(
+        scenario, {"how": ways}, seeds=3, workers=2, longest=2.0, progress=lambda *p: told.append(p)
+    )
+    assert [row["run"] for row in found.rows] == list(range(15))
+    errors = {str(row["how"]): str(row["error"]).partition(":")[0] for row in found.failed}
+    assert errors == {
+        "dies": "WorkerDied",
+        "leaves": "SystemExit",
+        "loops": "RunTooLong",
+        "sleeps": "WorkerDied",
+    }
+    assert {row["seed"] for row in found.failed} == {1}
+    assert told[-1] == (15, 15)
+    assert os.getpid() not in {row.get("pid") for row in found.rows}
+
+
+def test_a_scheduler_that_is_not_there_is_told(
+    scenario: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("achse.sweeps.workers._SOMEBODY_WITHIN", 0.2)
+    with pytest.raises(SweepError, match="no Dask scheduler with workers at tcp:"):
+        achse.sweep(scenario, {"how": ["goes"]}, scheduler="tcp://127.0.0.1:9")
+    with pytest.raises(SweepError, match="no Dask scheduler"):
+        achse.sweep(scenario, {"how": ["goes"]}, scheduler="nowhere://")
+
+
+def test_what_a_limit_may_be(scenario: Path) -> None:
+    for wrong in (0.0, -1.0, float("nan"), float("inf")):
+        with pytest.raises(SweepError, match="the longest time of a run"):
+            achse.sweep(scenario, {"how": ["goes"]}, workers=0, longest=wrong)
+
+
+SLOW = """
+import time
+from pathlib import Path
+
+def run(*, seed: int) -> dict[str, int]:
+    if seed >= 20 and (Path(__file__).parent / "slow").exists():
+        time.sleep(100_000)
+    return {"x": seed}
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C goes to a group of processes")
+def test_ctrl_c_ends_workers_too_and_the_sweep_goes_on_later(tmp_path: Path) -> None:
+    scenario, slow = tmp_path / "scenario.py", tmp_path / "slow"
+    scenario.write_text(SLOW)
+    slow.touch()
+    parts = tmp_path / "scenario.parquet.parts"
+    command = ["sweep", str(scenario), "--seeds", "22", "--workers", "2", "--json"]
+    running = subprocess.Popen(
+        [sys.executable, "-m", "achse", *command],
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    while not (parts.is_dir() and len(list(parts.glob("part-*.json"))) == 20):
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            raise AssertionError((running.wait(0.05), running.communicate()))
+    os.killpg(running.pid, signal.SIGINT)
+    out, err = running.communicate()
+    assert (running.returncode, out, err) == (130, b"", b"")  # the pipes are closed by all of them
+    slow.unlink()
+    found = achse.sweep(scenario, seeds=22, workers=0, file=parts.with_suffix(""))
+    assert found.digest == achse.sweep(scenario, seeds=22, workers=0).digest
+    assert not parts.exists()
