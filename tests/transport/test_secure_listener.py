@@ -1,7 +1,7 @@
 """The listener of Secure ADS on loopback: who gets in, who does not, floods and half handshakes."""
 
 import asyncio
-import logging
+import itertools
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import replace
@@ -15,7 +15,7 @@ from achse.router import Router
 from achse.router.access import PasswordHash, Users, hash_password
 from achse.router.rights import Right
 from achse.router.routes import Route, RouteTls, TlsKind
-from achse.transport import secure_listener
+from achse.transport import handshakes
 from achse.transport.secure import Credentials, SecureClient, SecureError
 from achse.transport.secure_listener import SecureListener, _Proof
 from achse.transport.tls import ClientTls, ServerTls
@@ -364,23 +364,66 @@ async def test_a_client_that_nobody_waits_for_goes_at_once() -> None:
     await server.wait_closed()
 
 
-async def test_half_handshakes_do_not_keep_others_out(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setattr(secure_listener, "_HANDSHAKES_PER_HOST", 3)
-    caplog.set_level(logging.ERROR)
+async def test_half_handshakes_do_not_keep_others_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(handshakes, "_PER_HOST", 3)
     async with listening() as listener:
         silent = [await asyncio.open_connection("127.0.0.1", listener.port) for _ in range(3)]
-        await until(lambda: len(listener._shaking) == 3)
-        reader, writer = await asyncio.open_connection("127.0.0.1", listener.port)
-        assert await reader.read() == b""  # the fourth is closed
-        writer.close()
+        await until(lambda: len(listener.handshakes) == 3)
+        first = known(user="Administrator", password="1")
+        good = await connect(listener, first)
+        assert await good.ask() == b"hello"
+        assert listener.handshakes.ended == 1  # the oldest gave way
+        assert await silent[0][0].read() == b""
         for _, each in silent:
             each.close()
-        await until(lambda: not listener._shaking)
-        first = known(user="Administrator", password="1")
-        assert await (await connect(listener, first)).ask() == b"hello"
-        assert not listener._shaking_per_host
+        await until(lambda: not len(listener.handshakes))
+        good.received.clear()
+        assert await good.ask(data=b"still") == b"still"
+
+
+async def test_what_comes_while_a_handshake_waits_for_its_turn_is_in_order() -> None:
+    """Early frames, in any pieces, while everything takes its time."""
+    async with listening() as listener:
+        assert await (await connect(listener, known(user="Administrator", password="1"))).ask()
+        ticks = itertools.count(listener.handshakes._free_at)
+        listener.handshakes._clock = lambda: next(ticks) * 0.001
+        listener.handshakes._free_at = 0.0
+        clients = [await connect(listener, known()) for _ in range(3)]
+        for client in clients:
+            assert await client.ask(data=b"x" * 200_000) == b"x" * 200_000
+
+
+async def test_a_handshake_of_many_bytes_is_ended(caplog: pytest.LogCaptureFixture) -> None:
+    async with listening() as listener:
+        reader, writer = await asyncio.open_connection("127.0.0.1", listener.port)
+        client = ClientTls(identity("panel")).start()
+        writer.write(client.outgoing())
+        client.receive(await reader.read(65536))
+        record = b"\x16\3\3\x40\0" + b"\x0b\0\xff\0" + bytes(0x4000 - 4)
+        writer.write(record + (b"\x16\3\3\x40\0" + bytes(0x4000)) * 8)
+        while await reader.read(65536):
+            pass
+        writer.close()
+        assert "is refused" in caplog.text
+        assert not len(listener.handshakes)
+
+
+async def test_the_log_is_not_flooded_by_refusals(caplog: pytest.LogCaptureFixture) -> None:
+    async with listening() as listener:
+        for _ in range(20):
+            reader, writer = await asyncio.open_connection("127.0.0.1", listener.port)
+            writer.write(b"GET / HTTP/1.1\r\n\r\n")
+            assert await reader.read() == b""
+            writer.close()
+        assert caplog.text.count("is refused") == 1
+        until, others = listener._told["127.0.0.1"]
+        assert others == 19
+        listener._told["127.0.0.1"] = until - 60.0, others
+        assert await refusal(listener, known()) == SecureRefusal.UNKNOWN_CERTIFICATE
+        assert "unknown certificate (19 more since the last one told)" in caplog.text
+        for number in range(2000):
+            listener.untold(f"10.0.{number // 256}.{number % 256}")
+        assert len(listener._told) <= 1024
 
 
 async def test_what_is_not_tls_is_closed_at_once() -> None:

@@ -79,10 +79,13 @@ class StationIdentity:
         self._base = base
         self.name = name or socket.gethostname()
         self._identity: OwnCertificate | None = None
+        self._server: ServerTls | None = None
 
     @property
     def identity(self) -> OwnCertificate:
         """Raises ConfigError."""
+        if self._server is not None:
+            return self._server.identity  # which follows files that are replaced
         if self._identity is None:
             config = self._config
             try:
@@ -104,7 +107,7 @@ class StationIdentity:
     def server(self) -> ServerTls:
         """What the listener shows and takes. Raises ConfigError."""
         try:
-            return ServerTls(
+            server = ServerTls(
                 self.identity,
                 ca=self._ca,
                 keys={name: self._key(name) for name in self._config.psk},
@@ -112,6 +115,8 @@ class StationIdentity:
             )
         except TlsError as fault:
             raise ConfigError(f"secure: {fault}") from None
+        self._server = server
+        return server
 
     def credentials(self, route: Route) -> Credentials:
         """Who we are at the far end of a route. Raises ConfigError, RouteError."""

@@ -42,6 +42,12 @@ log = logging.getLogger("achse.secure")
 HANDSHAKE_TIME = 10.0
 """Seconds from the connection to the last byte of the connect block."""
 
+_LONGEST_HANDSHAKE, _STEP = 48 * 1024, 4096
+"""Bytes from a client until TLS is there: long certificates take long to check."""
+
+_MOST_UNREAD = 1024 * 1024
+"""Bytes of TLS itself (alerts, new keys) that a far end leaves unread."""
+
 _MOST_EARLY = 64 * 1024
 """Plain bytes kept from a client whose block is looked at; it is not read on beyond."""
 
@@ -114,6 +120,8 @@ class SecureChannel(asyncio.Protocol):
         self._tcp: asyncio.Transport | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._opened = False
+        self._said = 0
+        """Bytes of TLS itself since all was read."""
         self.host, self.port = "", 0
         """Address and TCP port of the far end."""
 
@@ -145,7 +153,7 @@ class SecureChannel(asyncio.Protocol):
     def data_received(self, data: bytes) -> None:
         try:
             plain = self._raw(data)
-            self._flush()
+            self._answer_tls()
             if self._opened:
                 if plain and (packets := self._in.receive(plain)):
                     self._inner.data_received(packets)
@@ -194,6 +202,17 @@ class SecureChannel(asyncio.Protocol):
     def _flush(self) -> None:
         if self._tls is not None and self._tcp is not None and (data := self._tls.outgoing()):
             self._tcp.write(data)
+
+    def _answer_tls(self) -> None:
+        """Send what TLS itself has to say. Raises TlsError if too much of that is left unread."""
+        if self._tls is None or self._tcp is None or not (data := self._tls.outgoing()):
+            return
+        if not self._tcp.get_write_buffer_size():
+            self._said = 0
+        self._said += len(data)
+        if self._said > _MOST_UNREAD:
+            raise TlsError("it does not read what TLS answers")
+        self._tcp.write(data)
 
     def close(self) -> None:
         """End once the far end has taken everything."""
@@ -257,10 +276,23 @@ class SecureServer(SecureChannel):
         self._admitted = admitted
         self._ended = ended
         self._hello = bytearray()
+        self._came = 0
         self._block: ConnectBlock | None = None
         self._told = False
 
     def _raw(self, data: bytes) -> bytes:
+        if self._tls is not None and self._tls.established:
+            return self._tls.receive(data)
+        plain = b""
+        for place in range(0, len(data), _STEP):
+            if self._tls is None or not self._tls.established:
+                self._came += _STEP
+                if self._came > _LONGEST_HANDSHAKE:
+                    raise TlsError(f"a handshake of more than {_LONGEST_HANDSHAKE} bytes")
+            plain += self._shaken(data[place : place + _STEP])
+        return plain
+
+    def _shaken(self, data: bytes) -> bytes:
         if self._tls is not None:
             return self._tls.receive(data)
         self._hello += data
@@ -307,12 +339,15 @@ class SecureServer(SecureChannel):
 
     def _refused(self, reason: str) -> None:
         if not self._told:
-            log.warning(
-                "Secure ADS: %s:%d is refused: %s",
-                *(self.host, self.port, reason),
-                extra={"client": "", "peer": f"{self.host}:{self.port}"},
-            )
+            self._tell_log(reason)
         self._done()
+
+    def _tell_log(self, reason: str) -> None:
+        log.warning(
+            "Secure ADS: %s:%d is refused: %s",
+            *(self.host, self.port, reason),
+            extra={"client": "", "peer": f"{self.host}:{self.port}"},
+        )
 
     def _done(self) -> None:
         if not self._told:

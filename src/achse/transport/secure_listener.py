@@ -5,7 +5,6 @@ Source: what each mode checks, network facts 2.3.
 
 import asyncio
 import logging
-from collections import Counter
 from typing import Any, NamedTuple
 
 from achse.ams import NetId
@@ -20,6 +19,7 @@ from achse.router import Router
 from achse.router.access import Users
 from achse.router.routes import Admission, Route, RouteError, RouteTls, TlsKind
 from achse.transport.connection import TcpConnection
+from achse.transport.handshakes import Handshakes
 from achse.transport.own_certificate import names_of
 from achse.transport.password_checker import PasswordChecker
 from achse.transport.peer import Peer
@@ -30,11 +30,6 @@ from achse.transport.tls import ServerTls, Tls
 __all__ = ["SecureListener"]
 
 log = logging.getLogger("achse.secure")
-
-_HANDSHAKES, _HANDSHAKES_PER_HOST = 256, 32
-"""Clients at a time that have not shown who they are; further ones are closed at once."""
-
-_LONGEST_WAIT = 1.0
 
 
 class _Proof(NamedTuple):
@@ -108,6 +103,14 @@ class _SecurePeer(Peer):
         return Admission.ONE_WAY if route is not None and route.one_way else Admission.ROUTED
 
 
+_MOST_WAITING = 64 * 1024
+"""Bytes from a client that waits for its turn; it is not read on beyond."""
+
+
+_TOLD_AGAIN, _MOST_TOLD = 5.0, 1024
+"""Seconds in which the log is told of one refusal of a host, and of how many hosts it is known."""
+
+
 class SecureListener(TcpListener):
     """Accepts Secure ADS connections for a router. Without proof nobody gets in.
 
@@ -135,11 +138,12 @@ class SecureListener(TcpListener):
         self._users = users or Users()
         self._answer = ConnectBlock(net_id=NetId(router.net_id), host=name)
         self._ignore_names = ignore_names
-        self._shaking: set[SecureServer] = set()
-        self._shaking_per_host: Counter[str] = Counter()
+        self.handshakes = Handshakes(lambda wait, call: self.loop.call_later(wait, call))
         self._passwords: PasswordChecker[_Question] = PasswordChecker(
             self._users.check, self._decide
         )
+        self._told: dict[str, tuple[float, int]] = {}
+        """By host: until when the log hears of no further refusals, and how many there were."""
         self.denied = 0
         """Clients that could not show who they are."""
 
@@ -160,7 +164,7 @@ class SecureListener(TcpListener):
 
     async def close(self) -> None:
         await self._passwords.close()
-        for channel in list(self._shaking):
+        for channel in self.handshakes:
             channel.close()
         await super().close()
 
@@ -176,7 +180,6 @@ class SecureListener(TcpListener):
         return _Counted(
             *(TcpConnection(peer), self._tls, self._judge, self._answer),
             admitted=admitted,
-            ended=self._shaken,
             max_length=self.max_length,
             owner=self,
         )
@@ -187,27 +190,17 @@ class SecureListener(TcpListener):
         peer.warn("no room: [router] %s is %d", name or "connections", limit)
         peer.abort()
 
-    # handshakes -----------------------------------------------------------------------------
-
-    def shakes(self, channel: SecureServer) -> bool:
-        """Another one has come; False if there are too many that have not shown who they are."""
-        host = channel.host
-        if (
-            len(self._shaking) >= _HANDSHAKES
-            or self._shaking_per_host[host] >= _HANDSHAKES_PER_HOST
-        ):
-            self.refused += 1
-            return False
-        self._shaking.add(channel)
-        self._shaking_per_host[host] += 1
-        return True
-
-    def _shaken(self, channel: SecureServer) -> None:
-        if channel in self._shaking:
-            self._shaking.discard(channel)
-            self._shaking_per_host[channel.host] -= 1
-            if not self._shaking_per_host[channel.host]:
-                del self._shaking_per_host[channel.host]
+    def untold(self, host: str) -> int | None:
+        """How many refusals of a host the log was not told of; None if it is too early to tell."""
+        until, others = self._told.get(host, (0.0, 0))
+        now = self.loop.time()
+        if now < until:
+            self._told[host] = until, others + 1
+            return None
+        if len(self._told) >= _MOST_TOLD:
+            self._told.clear()
+        self._told[host] = now + _TOLD_AGAIN, 0
+        return others
 
     # who is let in --------------------------------------------------------------------------
 
@@ -305,13 +298,51 @@ class _Question:
 
 
 class _Counted(SecureServer):
-    """Counts among the handshakes of its listener as soon as it is there."""
+    """Counts among the handshakes of its listener as soon as it is there, and waits its turn."""
 
     def __init__(self, *parts: Any, owner: SecureListener, **more: Any) -> None:
-        super().__init__(*parts, **more)
+        super().__init__(*parts, ended=self._over, **more)
         self._owner = owner
+        self._left = b""
+        self._held_up = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
-        if not self._owner.shakes(self):
+        if not self._owner.handshakes.begin(self):
+            self._owner.refused += 1
             self._end("too many that have not shown who they are")
+
+    def data_received(self, data: bytes) -> None:
+        if self._opened:
+            super().data_received(data)
+        elif self._owner.handshakes.put(self, data) > _MOST_WAITING and self._tcp is not None:
+            self._tcp.pause_reading()
+            self._held_up = True
+
+    def shake(self, data: bytes) -> None:
+        """It is its turn."""
+        if self._held_up and self._tcp is not None:
+            self._tcp.resume_reading()
+            self._held_up = False
+        super().data_received(data)
+
+    def give_way(self) -> bool:
+        if self._block is not None:
+            return False
+        self._end("too many came behind it that have not shown who they are")
+        return True
+
+    def _tell_log(self, reason: str) -> None:
+        if (others := self._owner.untold(self.host)) is not None:
+            super()._tell_log(
+                reason + (f" ({others} more since the last one told)" if others else "")
+            )
+
+    def _over(self, _: SecureServer) -> None:
+        self._left += self._owner.handshakes.end(self)
+
+    def _open(self) -> None:
+        super()._open()
+        left, self._left = self._left, b""
+        if left:
+            super().data_received(left)

@@ -8,6 +8,7 @@ Source: versions and suites as public implementations offer them (network facts 
 """
 
 import contextlib
+import logging
 import ssl
 import sys
 from collections.abc import Callable, Mapping
@@ -16,7 +17,7 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any, Protocol
 
-from achse.transport.own_certificate import OwnCertificate, need_secure
+from achse.transport.own_certificate import CertificateError, OwnCertificate, need_secure
 
 __all__ = [
     "HAS_PSK",
@@ -26,6 +27,8 @@ __all__ = [
     "TlsError",
     "offered_suites",
 ]
+
+log = logging.getLogger("achse.secure")
 
 HAS_PSK = bool(getattr(ssl, "HAS_PSK", False))
 """Whether this Python knows pre-shared keys: 3.13 and later."""
@@ -41,6 +44,8 @@ _PSK_SUITES = "PSK-AES256-CBC-SHA384:PSK-AES128-CBC-SHA256:PSK-AES256-CBC-SHA:PS
 _PSK_NUMBERS = frozenset({0x00AF, 0x00AE, 0x008D, 0x008C})
 
 _PIECE = 64 * 1024
+_DEPTH = 8
+"""Authorities between a certificate and the one that is known."""
 _HANDSHAKE, _CLIENT_HELLO = 22, 1
 _LONGEST_HELLO = 16 * 1024
 
@@ -276,12 +281,15 @@ def offered_suites(data: bytes) -> frozenset[int] | None:
 class ServerTls:
     """What a server shows and takes.
 
-    - `identity`: its certificate; `ca`: a file (PEM) with whose certificates it takes clients;
+    - `identity`: its certificate; `ca`: a file (PEM) with whose certificates it takes clients, less
+      those on lists of revoked ones in the same file;
     - `keys`: pre-shared keys by identity, as `pre_shared_key` makes them; `key_names_matter`:
       whether upper and lower case of an identity differ.
 
     Any client certificate is let through the handshake: the one who uses this decides by
-    `certificate` and `trusted`. Raises TlsError, CertificateError for what cannot be used.
+    `certificate` and `trusted`. Files that are replaced hold from the next client on; if they
+    cannot be used the log says so, and those from before stay. Raises TlsError, CertificateError
+    for what cannot be used.
     """
 
     def __init__(
@@ -294,9 +302,37 @@ class ServerTls:
     ) -> None:
         need_secure()
         _need_psk(keys)
+        self.identity = identity
         self._ca = ca
+        self._files = self._stamps()
         self._by_certificate = _certificate_context(identity, ca)
         self._by_key = _ServedKeys(keys, key_names_matter) if keys else None
+
+    def _stamps(self) -> tuple[object, ...]:
+        """What changes when a file is replaced."""
+        files = (self.identity.certificate, self.identity.key, self._ca)
+        found: list[object] = []
+        for file in files:
+            if file is not None:
+                with contextlib.suppress(OSError):
+                    facts = file.stat()
+                    found.append((file, facts.st_mtime_ns, facts.st_size, facts.st_ino))
+        return tuple(found)
+
+    def _follow(self) -> None:
+        """Take files that were replaced."""
+        stamps = self._stamps()
+        if stamps == self._files:
+            return
+        self._files = stamps
+        try:
+            fresh = OwnCertificate.load(self.identity.certificate, self.identity.key)
+            self._by_certificate = _certificate_context(fresh, self._ca)
+        except (CertificateError, TlsError, OSError) as fault:
+            log.warning("new certificates cannot be used, the old ones stay: %s", fault)
+            return
+        self.identity = fresh
+        log.info("new certificates: the fingerprint is %s", fresh.fingerprint)
 
     def accept(self, hello: bytes) -> Tls | None:
         """The engine for a client with these first bytes (which it has not got yet).
@@ -311,6 +347,7 @@ class ServerTls:
             return _StandardTls(keys.context, server=True, by_key=True, keys=keys)
         from OpenSSL import SSL
 
+        self._follow()
         connection = SSL.Connection(self._by_certificate, None)
         seen = {"ok": self._ca is not None}
         connection.set_app_data(seen)
@@ -333,8 +370,15 @@ def _certificate_context(identity: OwnCertificate, ca: Path | None) -> Any:
         context.use_privatekey_file(str(identity.key))
         if ca is not None:
             context.load_verify_locations(str(ca))
-    except SSL.Error as fault:
+            if _has_revoked(ca):
+                from OpenSSL.crypto import X509StoreFlags
+
+                store = context.get_cert_store()
+                assert store is not None
+                store.set_flags(X509StoreFlags.CRL_CHECK)
+    except (SSL.Error, OSError) as fault:
         raise TlsError(f"certificates cannot be used: {_first_reason(fault)}") from None
+    context.set_verify_depth(_DEPTH)
 
     def seen(connection: Any, _certificate: Any, _error: int, _depth: int, ok: int) -> bool:
         if not ok:
@@ -343,6 +387,11 @@ def _certificate_context(identity: OwnCertificate, ca: Path | None) -> Any:
 
     context.set_verify(SSL.VERIFY_PEER, seen)
     return context
+
+
+def _has_revoked(ca: Path) -> bool:
+    """Whether the file of an authority has a list of revoked certificates as well."""
+    return b"-----BEGIN X509 CRL-----" in ca.read_bytes()
 
 
 class _ServedKeys:
@@ -413,6 +462,8 @@ class ClientTls:
         try:
             if self.ca is not None:
                 context.load_verify_locations(self.ca)
+                if _has_revoked(self.ca):
+                    context.verify_flags |= ssl.VERIFY_CRL_CHECK_LEAF
             context.verify_mode = ssl.CERT_NONE if self.ca is None else ssl.CERT_REQUIRED
             if self.identity is not None:
                 context.load_cert_chain(self.identity.certificate, self.identity.key)
