@@ -12,7 +12,7 @@ from cryptography.hazmat.primitives.asymmetric import rsa
 
 from achse.transport.own_certificate import OwnCertificate
 
-__all__ = ["authority", "identity", "signed"]
+__all__ = ["authority", "authority_without", "identity", "signed", "signed_for"]
 
 
 @functools.cache
@@ -31,7 +31,9 @@ def _key(name: str) -> rsa.RSAPrivateKey:
     return rsa.generate_private_key(public_exponent=65537, key_size=2048)
 
 
-def _certificate(name: str, addresses: tuple[str, ...], by: str) -> x509.Certificate:
+def _certificate(
+    name: str, addresses: tuple[str, ...], by: str, days: tuple[int, int] = (-1, 1)
+) -> x509.Certificate:
     def called(who: str) -> x509.Name:
         return x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, who)])
 
@@ -43,8 +45,8 @@ def _certificate(name: str, addresses: tuple[str, ...], by: str) -> x509.Certifi
         .issuer_name(called(by))
         .public_key(_key(name).public_key())
         .serial_number(x509.random_serial_number())
-        .not_valid_before(now - datetime.timedelta(days=1))
-        .not_valid_after(now + datetime.timedelta(days=1))
+        .not_valid_before(now + datetime.timedelta(days=days[0]))
+        .not_valid_after(now + datetime.timedelta(days=days[1]))
         .add_extension(x509.BasicConstraints(ca=name == by, path_length=None), critical=True)
     )
     if others:
@@ -70,3 +72,34 @@ def signed(name: str, *addresses: str, by: str = "authority") -> OwnCertificate:
     plain, form = serialization.NoEncryption(), serialization.PrivateFormat.PKCS8
     key.write_bytes(_key(name).private_bytes(pem, form, plain))
     return OwnCertificate.load(certificate, key)
+
+
+def signed_for(name: str, first: int, last: int) -> OwnCertificate:
+    """One that is valid from so many days from now to so many days from now."""
+    made = signed(name)
+    file = _folder() / f"{name}-{first}-{last}.crt"
+    pem = serialization.Encoding.PEM
+    file.write_bytes(_certificate(name, (), "authority", (first, last)).public_bytes(pem))
+    return OwnCertificate.load(file, made.key)
+
+
+def authority_without(*revoked: OwnCertificate) -> bytes:
+    """The authority and its list of revoked certificates, PEM."""
+    now = datetime.datetime.now(datetime.UTC)
+    issuer = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, "authority")])
+    builder = (
+        x509.CertificateRevocationListBuilder()
+        .issuer_name(issuer)
+        .last_update(now - datetime.timedelta(days=1))
+        .next_update(now + datetime.timedelta(days=1))
+    )
+    for each in revoked:
+        number = x509.load_pem_x509_certificate(each.certificate.read_bytes()).serial_number
+        builder = builder.add_revoked_certificate(
+            x509.RevokedCertificateBuilder()
+            .serial_number(number)
+            .revocation_date(now - datetime.timedelta(hours=1))
+            .build()
+        )
+    signed_list = builder.sign(_key("authority"), hashes.SHA256())
+    return authority().read_bytes() + signed_list.public_bytes(serialization.Encoding.PEM)

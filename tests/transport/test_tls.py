@@ -1,15 +1,25 @@
 """The two engines against each other: who is trusted, what is refused, any cut of the bytes."""
 
+import itertools
+import os
 import random
 import ssl
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ams.secure import fingerprint_of
+from achse.transport.own_certificate import OwnCertificate
 from achse.transport.tls import HAS_PSK, ClientTls, ServerTls, Tls, TlsError, offered_suites
-from tests.transport.certificates import authority, identity, signed
+from tests.transport.certificates import (
+    authority,
+    authority_without,
+    identity,
+    signed,
+    signed_for,
+)
 
 
 def shake(server: ServerTls, client: Tls, step: int = 65_536) -> Tls:
@@ -168,3 +178,60 @@ def test_an_end_is_told() -> None:
     assert server.receive(client.outgoing()) == b"last"
     server.end()
     assert client.receive(server.outgoing()) == b""
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "told"),
+    [(-9, -3, "certificate has expired"), (3, 9, "certificate is not yet valid")],
+)
+def test_certificates_out_of_their_time_are_not_trusted(first: int, last: int, told: str) -> None:
+    server = ServerTls(signed("press"), ca=authority())
+    assert shake(server, ClientTls(signed("panel"), ca=authority()).start()).trusted
+    assert not shake(
+        server, ClientTls(signed_for("panel", first, last), ca=authority()).start()
+    ).trusted
+    old = ServerTls(signed_for("press", first, last), ca=authority())
+    with pytest.raises(TlsError, match=told):
+        shake(old, ClientTls(signed("panel"), ca=authority()).start())
+
+
+def test_revoked_certificates_are_not_trusted_from_the_next_client_on(tmp_path: Path) -> None:
+    ca = tmp_path / "ca.pem"
+    ca.write_bytes(authority().read_bytes())
+    server = ServerTls(signed("press"), ca=ca)
+    panel = ClientTls(signed("panel"), ca=authority())
+    assert shake(server, panel.start()).trusted
+    ca.write_bytes(authority_without(signed("panel")))  # longer than before
+    assert not shake(server, panel.start()).trusted
+    assert shake(server, ClientTls(signed("hmi"), ca=authority()).start()).trusted
+    with pytest.raises(TlsError, match="revoked"):  # and so for clients
+        shake(ServerTls(signed("panel")), ClientTls(ca=ca).start())
+
+
+def test_certificates_that_are_replaced_hold_at_once(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    certificate, key = tmp_path / "a.crt", tmp_path / "a.key"
+    times = itertools.count(1)
+
+    def replace(by: OwnCertificate, *, whole: bool = True) -> None:
+        certificate.write_bytes(by.certificate.read_bytes())
+        if whole:
+            key.write_bytes(by.key.read_bytes())
+        os.utime(certificate, (0, next(times)))
+
+    def shown() -> str:
+        client = ClientTls().start()
+        shake(server, client)
+        return fingerprint_of(client.certificate)
+
+    replace(identity("press"))
+    server = ServerTls(OwnCertificate.load(certificate, key))
+    assert shown() == identity("press").fingerprint
+    replace(identity("panel"), whole=False)  # half way
+    assert shown() == identity("press").fingerprint
+    assert "the old ones stay" in caplog.text
+    replace(identity("panel"))
+    assert shown() == server.identity.fingerprint == identity("panel").fingerprint
+    key.unlink()
+    assert shown() == identity("panel").fingerprint

@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Protocol
 
-__all__ = ["SHARE", "Handshake", "Handshakes"]
+__all__ = ["SHARE", "Handshakes", "ShakingClient"]
 
 SHARE = 0.25
 """Of the time, for all handshakes together."""
@@ -18,7 +18,7 @@ _AT_ONCE, _PER_HOST = 256, 32
 """Clients that have not shown who they are; one more takes the place of the oldest."""
 
 
-class Handshake(Protocol):
+class ShakingClient(Protocol):
     """A client that has not shown who it is yet."""
 
     host: str
@@ -46,9 +46,9 @@ class Handshakes:
     ) -> None:
         self._later = later
         self._clock = clock
-        self._under_way: dict[str, dict[Handshake, bytearray]] = {}
+        self._under_way: dict[str, dict[ShakingClient, bytearray]] = {}
         """By host, the oldest first: what came from each and waits."""
-        self._waiting: dict[str, deque[Handshake]] = {}
+        self._waiting: dict[str, deque[ShakingClient]] = {}
         """By host, the next host first: whose bytes wait."""
         self._free_at = 0.0
         self._due = False
@@ -58,13 +58,13 @@ class Handshakes:
     def __len__(self) -> int:
         return sum(map(len, self._under_way.values()))
 
-    def __iter__(self) -> Iterator[Handshake]:
+    def __iter__(self) -> Iterator[ShakingClient]:
         return iter([each for mine in self._under_way.values() for each in mine])
 
-    def __contains__(self, handshake: Handshake) -> bool:
+    def __contains__(self, handshake: ShakingClient) -> bool:
         return handshake in self._under_way.get(handshake.host, ())
 
-    def begin(self, handshake: Handshake) -> bool:
+    def begin(self, handshake: ShakingClient) -> bool:
         """Another one has come; False if nobody can make room for it."""
         mine = self._under_way.get(handshake.host, {})
         if len(mine) >= _PER_HOST:
@@ -82,7 +82,7 @@ class Handshakes:
         self._under_way.setdefault(handshake.host, {})[handshake] = bytearray()
         return True
 
-    def end(self, handshake: Handshake) -> bytes:
+    def end(self, handshake: ShakingClient) -> bytes:
         """It is over; what came from it and nobody has looked at."""
         mine = self._under_way.get(handshake.host, {})
         left = bytes(mine.pop(handshake, b""))
@@ -90,7 +90,7 @@ class Handshakes:
             self._under_way.pop(handshake.host, None)
         return left
 
-    def put(self, handshake: Handshake, data: bytes) -> int:
+    def put(self, handshake: ShakingClient, data: bytes) -> int:
         """Bytes came from it: its turn is now, or it waits; how many of its bytes do."""
         mine = self._under_way.get(handshake.host, {})
         if handshake not in mine:
