@@ -55,22 +55,40 @@ def test_coe_over_ads_is_what_sdo_gives_on_the_wire(
         assert low <= number <= high, f"{index:04X}:{subindex:02X}"
 
 
-def test_drives_of_kickcat_are_found_and_moved(bus: Any, tmp_path: Path) -> None:
-    """Three of its simulated drives with motors: other registers, EEPROM, objects than ours."""
+def simulate(bus: Any, log: Path, *slaves: str) -> None:
+    """Let KickCAT's simulator be the slaves' side; skips where it is not."""
     if SIMULATOR is None:
         pytest.skip("KickCAT's network_simulator is not here (ACHSE_KICKCAT_SIMULATOR names it)")
-    folder = os.environ.get("ACHSE_KICKCAT_SLAVES", str(Path(SIMULATOR).parent / "slave_configs"))
-    drive = Path(folder) / "ecat402-drive.json"
-    if not drive.exists():
-        pytest.skip(f"no {drive} (ACHSE_KICKCAT_SLAVES names its folder)")
-    log = tmp_path / "simulator.log"
+    folder = Path(
+        os.environ.get("ACHSE_KICKCAT_SLAVES", str(Path(SIMULATOR).parent / "slave_configs"))
+    )
+    missing = [each for each in slaves if not (folder / each).exists()]
+    if missing:
+        pytest.skip(f"no {missing[0]} in {folder} (ACHSE_KICKCAT_SLAVES names its folder)")
     bus.serve(
         *("sh", "-c", 'cd "$1"; shift; log=$1; shift; echo ready; exec "$@" > "$log"', "sh"),
-        *(folder, log, SIMULATOR, "-i", "cable1", "-s", *[drive.name] * 3),
+        *(folder, log, SIMULATOR, "-i", "cable1", "-s", *slaves),
     )
+
+
+def test_drives_of_kickcat_are_found_and_moved(bus: Any, tmp_path: Path) -> None:
+    """Three of its simulated drives with motors: other registers, EEPROM, objects than ours."""
+    simulate(bus, tmp_path / "simulator.log", *["ecat402-drive.json"] * 3)
     found = bus.master("achse_master.py", 300, 200)
     assert (found["count"], found["trouble"]) == (3, [""] * 3)
     assert found["identity"] == [[0x29C, 0x03B1_1002]] * 3
     assert found["states"] == [OP] * 3, found["events"]
     assert found["operational"] == 300
     assert found["enabled"] == [0, 1, 2]
+
+
+def test_slaves_of_several_kinds_share_a_bus(bus: Any, tmp_path: Path) -> None:
+    """Two of its slaves by their EEPROM images, whose objects tell the mapping, and a drive."""
+    kinds = ("freedom-k64f.json", "xmc4800.json", "ecat402-drive.json")
+    simulate(bus, tmp_path / "simulator.log", *kinds)
+    found = bus.master("achse_master.py", 300, 200)
+    assert (found["count"], found["trouble"]) == (3, [""] * 3)
+    assert found["identity"] == [[0x79A, 0xDEFEDE], [0x1337, 0x4800], [0x29C, 0x03B1_1002]]
+    assert found["states"] == [OP] * 3, found["events"]
+    assert found["enabled"] == [2]
+    assert found["moved"][0] > 1000
