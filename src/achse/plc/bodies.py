@@ -180,6 +180,10 @@ class Bodies:
         """Put bytes into PLC memory; raises ACCESS_VIOLATION."""
         return self._running().namespace["store_bytes"](address, data)
 
+    def spend(self, size: int) -> None:
+        """So many bytes are moved; raises CYCLE_TIME_EXCEED."""
+        self._running().spend(size)
+
     def make_bytes(self, data: bytes) -> int:
         """Allocate these bytes; the address, 0 if memory is full."""
         address = self._running().heap.allocate(len(data))

@@ -34,6 +34,10 @@ class BuiltinContext(Protocol):
         """Raises ACCESS_VIOLATION where there is no memory."""
         ...
 
+    def spend(self, size: int) -> None:
+        """Say that so many bytes are moved. Raises CYCLE_TIME_EXCEED if that is too much."""
+        ...
+
     def make_bytes(self, data: bytes) -> int:
         """Allocate these bytes; the address, 0 if memory is full."""
         ...
@@ -91,7 +95,9 @@ class Services(Protocol):
 def _memory_copy(plc: BuiltinContext, target: int, source: int, count: int) -> int:
     if not (target and source and count):
         return 0
-    plc.store_bytes(target, plc.load_bytes(source, count))
+    data = plc.load_bytes(source, count)
+    plc.spend(count)
+    plc.store_bytes(target, data)
     return count
 
 
@@ -99,6 +105,7 @@ def _memory_set(plc: BuiltinContext, target: int, fill: int, count: int) -> int:
     if not (target and count):
         return 0
     plc.load_bytes(target, count)  # all of it is there, before so many bytes are made
+    plc.spend(count)
     plc.store_bytes(target, bytes([fill]) * count)
     return count
 
@@ -107,6 +114,7 @@ def _memory_compare(plc: BuiltinContext, first: int, second: int, count: int) ->
     if not (first and second and count):
         return _WRONG_ARGUMENTS
     left, right = plc.load_bytes(first, count), plc.load_bytes(second, count)
+    plc.spend(count)
     return (left > right) - (left < right)
 
 

@@ -360,10 +360,12 @@ class FunctionBuilder(Instructions):
         self._cold += self._lines
         self._lines, self._ended = lines, ended
 
-    def spend(self, amount: int = 1, fault: int = OwnFault.BUDGET_SPENT) -> None:
+    def spend(self, amount: int | Operand = 1, fault: int = OwnFault.BUDGET_SPENT) -> None:
         """Take from the budget that the host sets; a fault if it is not enough."""
         budget = self.emit(I64, f"load i64, ptr {BUDGET}")
-        left = self.subtract(budget, Operand(I64, str(amount)))
+        if isinstance(amount, int):
+            amount = Operand(I64, str(amount))
+        left = self.subtract(budget, amount)
         self._add(f"store {left.typed}, ptr {BUDGET}")
         enough = self.compare(Relation.GREATER_EQUAL, left, Operand(I64, "0"))
         self.require(enough, fault)

@@ -19,6 +19,7 @@ from achse.plc.code.operations import OPERATIONS, real_operations
 from achse.plc.code.placement import MissingPlaceError, Placement
 from achse.plc.code.pointers import pointer_operations
 from achse.plc.code.routines import compiled, emit_routine
+from achse.plc.code.storages import BYTES_A_PASS
 from achse.plc.code.texts import TEXTS
 from achse.plc.code.views import Views
 from achse.plc.memory import Memory
@@ -148,6 +149,8 @@ class Execution:
             "leave": self.frames.leave,
             "misaligned": _misaligned,
             "new_memory": self._new,
+            "spent": self._spent,
+            "spent_for": self._spent_for,
             "queried": self._queried,
             "rescaled": rescaled,
             "system_ltime": clock_ns,
@@ -366,6 +369,21 @@ class Execution:
             ExceptionCode.CYCLE_TIME_EXCEED,
             f"{self.budget} loop passes and calls in one cycle: an endless loop?",
         )
+
+    def spend(self, size: int) -> None:
+        """So many bytes are moved. Raises CYCLE_TIME_EXCEED if that is too much for one cycle."""
+        self._spent(size // BYTES_A_PASS, b"")
+
+    def _spent(self, passes: int, value: bytes) -> bytes:
+        """A value that took that many passes of the budget."""
+        self._fuel[0] -= passes
+        if self._fuel[0] < 0:
+            self._exhausted()
+        return value
+
+    def _spent_for(self, value: bytes) -> bytes:
+        """A text that took from the budget by its length."""
+        return self._spent(len(value) // BYTES_A_PASS, value)
 
     def _caught(self, failure: BaseException) -> None:
         """A program may catch what it likes, but not the end of its budget, and it costs some."""

@@ -12,7 +12,7 @@ from achse.plc.code.expressions import ExpressionWriter
 from achse.plc.code.linker import Linker
 from achse.plc.code.source import CodeExpression, SourceLine, SourceLines
 from achse.plc.code.statements import StatementWriter
-from achse.plc.code.storages import local_name
+from achse.plc.code.storages import BYTES_A_PASS, local_name
 from achse.plc.code.views import OFFSET_MASK
 from achse.plc.memory import ADDRESS_BITS
 from achse.st.check.kinds import known_from
@@ -55,7 +55,7 @@ def emit_routine(routine: Routine, linker: Linker) -> list[SourceLine]:
     names = [*(["this"] if routine.this is not None else []), *map(local_name, parameters)]
     head.add(f"def {linker.name_of(routine.key)}({', '.join(names)}):")
     head.indent()
-    head.add("F[0] = fuel = F[0] - 1")
+    head.add(f"F[0] = fuel = F[0] - {1 + routine.frame.size // BYTES_A_PASS}")
     head.add("if fuel < 0: exhausted()")
     _instance(head, routine, of)
     _locals(head, routine, of, {parameter.name for parameter in parameters})

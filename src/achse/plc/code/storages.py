@@ -28,7 +28,7 @@ from achse.st.typed.places import (
 if TYPE_CHECKING:
     from achse.plc.code.expressions import ExpressionWriter
 
-__all__ = ["Storages", "format_of", "local_name", "parts_without_headers"]
+__all__ = ["BYTES_A_PASS", "Storages", "format_of", "local_name", "parts_without_headers"]
 
 _POINTER_MASK = (1 << 64) - 1
 
@@ -43,6 +43,16 @@ def format_of(type: IecType[Any]) -> str:
     if isinstance(type, BoolType):
         return "B"
     return type.code if isinstance(type, RealType) else counted(type).code
+
+
+BYTES_A_PASS = 1024
+"""Bytes that are copied as long as a loop passes once: so many take one from the budget."""
+
+
+def _spending(size: int, text: str) -> CodeExpression:
+    """A value of so many bytes; a large one takes from the budget."""
+    passes = size // BYTES_A_PASS
+    return CodeExpression(f"spent({passes}, {text})" if passes else text)
 
 
 @dataclass(slots=True)
@@ -217,9 +227,11 @@ class Storages:
             return CodeExpression(f"{text} & {1 << where.bit} != 0", Precedence.COMPARE)
         if isinstance(type, StringType):
             name = "load_text" if type.unit == 1 else "load_wide"
-            return CodeExpression(f"{name}({self._address(where).text}, {type.length * type.unit})")
+            size = type.length * type.unit
+            text = f"{name}({self._address(where).text}, {size})"
+            return CodeExpression(text if size < BYTES_A_PASS else f"spent_for({text})")
         if isinstance(type, StructType | ArrayType):
-            return CodeExpression(f"load_bytes({self._address(where).text}, {type.size})")
+            return _spending(type.size, f"load_bytes({self._address(where).text}, {type.size})")
         text = self._number(where, format_of(type))
         if isinstance(type, RealType):
             return CodeExpression(text)

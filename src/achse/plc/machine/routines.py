@@ -18,6 +18,7 @@ from achse.native.backend import (
     Relation,
 )
 from achse.plc.code.frames import STACK_SIZE
+from achse.plc.code.storages import BYTES_A_PASS
 from achse.plc.machine.expressions import ExpressionTranslator
 from achse.plc.machine.fault_places import FaultKind
 from achse.plc.machine.signatures import PartKind, RoutineSignature, signature_of
@@ -100,7 +101,7 @@ class _RoutineTranslator:
         if depth > _DEEPEST_ROUTINE:
             raise NotTranslatedError("it is too large for the stack")
         b.descend(depth, of.site(FaultKind.DEPTH))
-        b.spend(1, of.site(FaultKind.BUDGET))
+        b.spend(1 + routine.frame.size // BYTES_A_PASS, of.site(FaultKind.BUDGET))
         if of.uses_instance:
             self._instance()
         if self._is_framed:

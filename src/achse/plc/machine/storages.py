@@ -16,7 +16,7 @@ from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
 from achse.native.backend import BOOL, I64, U8, U64, LocalVariable, Operand, Relation
-from achse.plc.code.storages import parts_without_headers
+from achse.plc.code.storages import BYTES_A_PASS, parts_without_headers
 from achse.plc.machine.fault_places import FaultKind
 from achse.plc.machine.values import (
     MachineText,
@@ -305,9 +305,13 @@ class MachineStorages:
             base, offset = self.reach(aim, limit)
             base = b.address(base, offset)
             (length,) = b.call(of.module.support.length(type.unit), base, b.constant(I64, limit))
+            if limit >= BYTES_A_PASS:
+                passes = b.shift_right(length, b.constant(I64, BYTES_A_PASS.bit_length() - 1))
+                b.spend(passes, of.site(FaultKind.BUDGET))
             return MachineText(base, length)
         if isinstance(type, StructType | ArrayType):
             base, offset = self.reach(aim, type.size)
+            self._spend(type.size)
             return PackedBytes(b.address(base, offset), type.size)
         if shape.bit is not None:
             base, offset = self.reach(aim, 1)
@@ -315,6 +319,11 @@ class MachineStorages:
             return b.convert(b.bit_and(b.load(U8, base, offset), mask), BOOL)
         base, offset = self.reach(aim, type.size)
         return b.load(machine_type(type), base, offset)
+
+    def _spend(self, size: int) -> None:
+        """A large value takes from the budget."""
+        if size >= BYTES_A_PASS:
+            self._of.builder.spend(size // BYTES_A_PASS, self._of.site(FaultKind.BUDGET))
 
     def _read_own(self, own: OwnBytes) -> MachineValue:
         if own.length is None:
