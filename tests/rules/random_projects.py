@@ -31,6 +31,7 @@ from tests.rules.random_parts import (
     structures,
 )
 from tests.rules.random_programs import Scope
+from tests.rules.random_shapes import shapes
 
 TYPES = (*INTEGERS, "BOOL", "BOOL", "REAL", "LREAL", "STRING(20)", "STRING(5)")
 Variable = tuple[str, str, Any]
@@ -280,10 +281,13 @@ class Project:
                     opening.append(Action(f"{pointer} := ADR({name});", lambda env: None))
                     scope.calls.append(partial(_method_call, f"{pointer}^", name, block))
         opening += self._pointers(scope, variables, lines)
+        further, types, actions = shapes(rng, self.name, scope)
+        lines += further
+        self.parts += types
         body = scope.block(3, 12)
         text = "\n".join([*(one.text for one in opening), body.text])
         self.parts.append(
-            "PROGRAM MAIN\nVAR\n" + "\n".join(lines) + f"\nEND_VAR\n{text}\nEND_PROGRAM"
+            "PROGRAM MAIN\nVAR\n" + "\n".join(lines) + f"\nEND_VAR\n{text}\n{actions}END_PROGRAM"
         )
         self._body = body
 
