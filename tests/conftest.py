@@ -307,6 +307,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if item.path.is_relative_to(TESTS / "interop") and not config.option.deep:
             item.add_marker(pytest.mark.flaky(reruns=REPLAYS, reruns_delay=1))
         function = getattr(item, "obj", None)
+        if config.option.deep and "many" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.timeout(DEEP_TIMEOUT))
         if config.option.deep and is_hypothesis_test(function):
             function = getattr(function, "__func__", function)
             if item.get_closest_marker("timeout") is None:
