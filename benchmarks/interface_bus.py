@@ -11,7 +11,10 @@ kernel has the frame, since nobody waits for it.
 
 Runs in a network namespace of its own (Linux, root or user namespaces), in real time where allowed.
 Usage: python benchmarks/interface_bus.py [--minutes 10] [--seconds 20] [--drives 8]
-    [--cycle-us 1000]
+    [--cycle-us 1000] [--drift 200] [--pace computer]
+
+`--drift`: the clock of the first drive is so many ppm too fast. The place of the frames in its
+cycle is how far they are from the multiples of the cycle in its time.
 """
 
 import argparse
@@ -21,6 +24,7 @@ import importlib.util
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from array import array
 from collections.abc import Iterator, Sequence
@@ -147,13 +151,13 @@ def by_soem(seconds: float, drives: int, cycle_ns: int) -> list[float]:
     return trips
 
 
-async def measure(seconds: float, drives: int, cycle_ns: int) -> list[float]:
+async def measure(seconds: float, drives: int, cycle_ns: int, pace: str) -> list[float]:
     """Run the station; its report is printed, µs of its round trips come back."""
     dynamics = {"max_velocity": 400.0, "default_acceleration": 2000.0,
                 "default_deceleration": 2000.0, "default_jerk": 20_000.0}  # fmt: skip
     document = {
         "nc": {"cycle": f"{cycle_ns // 1000}us"},
-        "bus": [{"interface": NEAR}],
+        "bus": [{"interface": NEAR, "pace": pace}],
         "axis": [{"id": n, "name": f"A{n}", **dynamics} for n in range(1, drives + 1)],
         "drive": [{"axis": n} for n in range(1, drives + 1)],
     }
@@ -161,12 +165,14 @@ async def measure(seconds: float, drives: int, cycle_ns: int) -> list[float]:
     (bus,) = station.fieldbuses.values()
     assert isinstance(bus, InterfaceBus)
     assert station.nc is not None
-    stamps = array("q")
+    stamps, places = array("q"), array("q")
     trips: list[float] = []
     exchange, take = bus.exchange, bus.take
 
     def stamped() -> None:
         stamps.append(time.monotonic_ns())
+        place = (bus.master.cyclic.reference_ns + cycle_ns // 2) % cycle_ns - cycle_ns // 2
+        places.append(place)
         exchange()
 
     def timed() -> None:
@@ -195,7 +201,7 @@ async def measure(seconds: float, drives: int, cycle_ns: int) -> list[float]:
             bus.round_trips.reset()
             wrong = {slave.station: slave.wrong_cycles for slave in bus.slaves}
             rebases, ticks = station.pace.rebases, station.pace.late_ticks
-            stamps = array("q")
+            stamps, places = array("q"), array("q")
             trips.clear()
             begin = time.monotonic_ns()
             used, began = time.process_time(), time.monotonic()
@@ -215,6 +221,12 @@ async def measure(seconds: float, drives: int, cycle_ns: int) -> list[float]:
         f" counter, {worst} cycles invalid at the worst slave; {moving} of {drives} axes move;"
         f" {late} late ticks, {given_up} × a second given up"
     )
+    at_place = sorted(each / 1000.0 for each in places)
+    shares = ", ".join(f"{at(at_place, share):.1f}" for share in (0.001, 0.01, 0.5, 0.99, 0.999))
+    print(
+        f"place in the cycle of the reference, µs: p0.1, p1, p50, p99, p99.9: {shares};"
+        f" pace of the {pace}, drift of its clock learned {bus.reference.drift_ppm:.1f} ppm"
+    )
     print(f"the station takes {100 * used / passed:.0f} % of a processor")
     return found
 
@@ -225,6 +237,8 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--drives", type=int, default=8)
     parser.add_argument("--cycle-us", type=int, default=1000)
+    parser.add_argument("--drift", type=float, default=0.0)
+    parser.add_argument("--pace", choices=("bus", "computer"), default="bus")
     options = parser.parse_args()
     if not os.environ.get("ACHSE_IN_NAMESPACE"):
         user = [] if os.geteuid() == 0 else ["--map-root-user"]
@@ -232,6 +246,16 @@ def main() -> None:
         environment = {**os.environ, "ACHSE_IN_NAMESPACE": "1"}
         sys.exit(subprocess.call(["unshare", *user, "--net", *inner], env=environment))
     command = [sys.executable, "-m", "achse", "drive", "serve", "--interface", FAR]
+    with tempfile.NamedTemporaryFile("w", suffix=".toml") as faults:
+        if options.drift:
+            faults.write(f'[[fault]]\nkind = "clock_drift"\ndrive = 1\nby = {options.drift}\n')
+            faults.flush()
+            command += ["--faults", faults.name]
+        run_with(command, options)
+
+
+def run_with(command: list[str], options: argparse.Namespace) -> None:
+    """Serve the drives, and measure."""
     with subprocess.Popen(
         [*command, "--count", str(options.drives), "--control", "none"],
         stdout=subprocess.PIPE,
@@ -244,7 +268,7 @@ def main() -> None:
             cycle_ns = 1000 * options.cycle_us
             with_soem = importlib.util.find_spec("pysoem") is not None
             soem = by_soem(seconds / 2, options.drives, cycle_ns) if with_soem else []
-            ours = asyncio.run(measure(seconds, options.drives, cycle_ns))
+            ours = asyncio.run(measure(seconds, options.drives, cycle_ns, options.pace))
             if with_soem:
                 soem += by_soem(seconds / 2, options.drives, cycle_ns)
             print("µs of a round trip: p50, p99, 99.9 %, most; cycles")

@@ -14,6 +14,25 @@ def test_terminals_without_a_name_are_on_the_only_bus() -> None:
     assert [each.name for each in terminals_on(config, config.bus[0])] == ["a", "b"]
 
 
+def test_the_first_bus_with_drives_on_an_interface_leads_the_station() -> None:
+    def leads(**first: object) -> list[bool]:
+        document = {
+            "axis": [*AXES, {"id": 3, "name": "C"}],
+            "bus": [
+                {"name": "here"},
+                {"name": "one", "interface": "no-such-1"} | first,
+                {"name": "two", "interface": "no-such-2"},
+            ],
+            "drive": [{"axis": n, "bus": bus} for n, bus in enumerate(("here", "one", "two"), 1)],
+        }
+        buses = Station(parse(document, "test")).fieldbuses.values()
+        return [each.steer is not None for each in buses if isinstance(each, InterfaceBus)]
+
+    assert leads() == [True, False]
+    assert leads(pace="computer") == [False, True]
+    assert leads(synchronous=False) == [False, True]
+
+
 def test_each_bus_is_where_its_table_says() -> None:
     document = {
         "axis": AXES,

@@ -34,6 +34,21 @@ def test_speed_scales_the_wall_clock(speed: float, ticks: int) -> None:
     assert due_ticks(pace, 1000 * MS) == ticks
 
 
+@pytest.mark.parametrize("by_ns", [-5_000, 0, 7_000, -MS])
+def test_a_shift_moves_what_is_to_come_and_never_below_half_a_tick(by_ns: int) -> None:
+    pace = Pace(MS, 1.0, now=0)
+    before = pace.due
+    for _ in range(1000):
+        assert pace.take(pace.due)
+        due = pace.due
+        pace.shift(by_ns)
+        assert pace.due - before >= MS // 2
+        assert pace.due == due + max(by_ns, -MS // 2)
+        before = pace.due
+    assert pace.due == 1001 * MS + 1000 * max(by_ns, -MS // 2)
+    assert pace.late_ticks == 0
+
+
 def test_rounding_does_not_accumulate() -> None:
     pace = Pace(MS, 3.0, now=0)
     assert sum(due_ticks(pace, now * MS) for now in range(1, 1001)) == 3000

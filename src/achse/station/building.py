@@ -135,6 +135,12 @@ class Building:
             devices[:] = self.devices
             notify.watch(devices)
 
+    def shift_pace(self, by_ns: int) -> None:
+        """Let the cycles to come begin later by this; nothing in virtual time."""
+        pace = self.ground.pace()
+        if pace is not None and by_ns:
+            pace.shift(by_ns)
+
     def add_interface(self, bus: "InterfaceBus") -> None:
         """Add a bus that lets go of its interface when the station leaves its parts."""
         self._ends.append(bus.close)

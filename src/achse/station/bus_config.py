@@ -37,6 +37,10 @@ class BusConfig(ConfigTable):
     CAP_SYS_NICE) and half a processor does."""
     synchronous: bool = True
     """Drives take their set values with SYNC0 of the distributed clocks."""
+    pace: Literal["bus", "computer"] = "bus"
+    """On an interface: the cycles of the station follow the clock of the first drive, so that
+    frames keep their place between the SYNC0 of the drives; or that of the computer. Of several
+    buses the first one leads."""
     clock_window: DurationNs = Field(default=10_000, ge=100)
     """A slave whose clock is further than this from the reference is told: 0x1000 in the state of
     the bus, and an event."""

@@ -6,7 +6,7 @@ from achse.ams import NetId
 from achse.devices.io import IO_PORT, AttachedBuses, IoDevice, ServedBus
 from achse.server import Device
 from achse.station.building import Building
-from achse.station.bus_config import BusConfig
+from achse.station.bus_config import BusConfig, DriveConfig
 from achse.station.bus_plan import BusPlan
 from achse.station.config import StationConfig
 from achse.station.ethercat_bus import EthercatBus
@@ -31,8 +31,20 @@ def make_bus(
     if plan.bus.interface is None:
         return EthercatBus(plan, compiled=compiled)
     made = InterfaceBus(plan, plan.bus.interface)
+    if _has_clocks(plan) and not any(
+        isinstance(each, InterfaceBus) and each.steer is not None
+        for each in building.fieldbuses.values()
+    ):
+        made.steer = building.shift_pace
     building.add_interface(made)
     return made
+
+
+def _has_clocks(plan: BusPlan) -> bool:
+    """The bus has drives whose clock may lead the station."""
+    bus = plan.bus
+    drives = any(isinstance(slot.device, DriveConfig) for slot in plan.slots)
+    return bus.pace == "bus" and bus.synchronous and drives
 
 
 def served_bus(number: int, bus: EthercatBus | InterfaceBus, net_id: NetId) -> ServedBus:

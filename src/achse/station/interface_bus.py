@@ -23,6 +23,7 @@ from achse.station.bus_link import BusLink, RoundTrips
 from achse.station.bus_plan import BusPlan
 from achse.station.ethercat_bus import slaves_digest, tell_event
 from achse.station.interface_pair import BusSocket, InterfacePair
+from achse.station.reference_pace import ReferencePace
 from achse.station.virtual_drives import make_drives, torque_per_acceleration
 from achse.transport.ethernet import EthernetLink, LinkError
 
@@ -89,6 +90,10 @@ class InterfaceBus:
         self._search: tuple[AcyclicTraffic, BusJob[list[FoundSlave]]] | None = None
         self._left: list[Master] = []
         self._renewals: list[Callable[[], None]] = []
+        self.reference = ReferencePace(plan.cycle_ns)
+        """Where the frames are in the cycle of the reference clock."""
+        self.steer: Callable[[int], None] | None = None
+        """Lets the next cycles of the station begin later, ns; None: its pace is the computer's."""
         self._in_vain = False
         """The interface could not be opened, or the last search of it failed."""
         self._again_ns = self._look_ns = 0
@@ -142,6 +147,8 @@ class InterfaceBus:
         """What has come since the last cycle."""
         if self._way is not None:
             self._way.take(self.now_ns)
+            if self.steer is not None:
+                self.steer(self.reference.take(self.master.cyclic.reference_ns))
         elif self._search is not None:
             self._go_on_searching()
 

@@ -66,6 +66,12 @@ class Pace:
         self._ticks = 0
         self.due = now + int(self._wall_per_tick)
 
+    def shift(self, by_ns: int) -> None:
+        """All moments to come are later by this; they never come nearer than half a tick."""
+        by_ns = max(by_ns, -int(self._wall_per_tick / 2))
+        self._origin += by_ns
+        self.due += by_ns
+
     def note(self, computed_ns: int) -> None:
         """A tick took so long to compute."""
         self.steps[bisect_left(STEP_BOUNDS_NS, computed_ns)] += 1
