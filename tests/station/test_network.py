@@ -31,6 +31,7 @@ from achse.station.network import (
 from achse.transport.connection import TcpConnection
 from achse.transport.peer import Peer
 from achse.transport.udp import change_route, scan
+from tests.transport.brokers import Broker
 
 PRESS = {"name": "press", "net_id": "5.9.9.9.1.1", "host": "10.0.0.9"}
 MILL = Route(name="mill", net_id=NetId("5.8.8.8.1.1"), host="10.0.0.8")
@@ -540,3 +541,55 @@ def test_rights_in_a_configuration() -> None:
     for wrong in (["Read"], "read", [1]):
         with pytest.raises(ConfigError, match=r"router\.rights"):
             parse({"router": {"rights": wrong}}, "a.toml")
+
+
+# networks over MQTT
+
+
+async def test_a_station_is_ready_when_it_has_joined_or_said_why_not(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    broker = Broker()
+    monkeypatch.setattr("achse.transport.mqtt._session", lambda: broker.session)
+    built = station(mqtt=[{"broker": "broker", "topic": "plant"}])
+    async with built.running("127.0.0.1", 0) as running:
+        assert running.network.mqtt[0].network.online
+        assert any("info" in topic for topic in broker.retained)
+    assert not broker.sessions
+    broker.up = False
+    async with station(mqtt=[{"broker": "broker", "topic": "plant"}]).running("127.0.0.1", 0):
+        assert "mqtt://broker:1883/plant: nobody listens" in caplog.text
+
+
+async def test_a_broker_that_says_nothing_keeps_nobody_waiting(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    class Silent(Broker):
+        async def __aenter__(self) -> None:
+            await asyncio.Event().wait()
+
+        async def __aexit__(self, *_: object) -> None:
+            """Nobody came in."""
+
+    silent = Silent()
+    monkeypatch.setattr("achse.transport.mqtt._session", lambda: lambda **_: silent)
+    monkeypatch.setattr("achse.station.network._JOINED_WITHIN", 0.01)
+    built = station(mqtt=[{"broker": "broker", "topic": "plant"}])
+    async with built.running("127.0.0.1", 0) as running:
+        assert "plant: no answer within 0.01 s, it is dialled on" in caplog.text
+        assert not running.network.mqtt[0].network.online
+    # and one who gives up meanwhile leaves nothing open
+    monkeypatch.setattr("achse.station.network._JOINED_WITHIN", 3600.0)
+    built = station(mqtt=[{"broker": "broker", "topic": "plant"}])
+
+    async def start() -> None:
+        async with built.running("127.0.0.1", 0):
+            raise AssertionError("it is not ready")
+
+    starting = asyncio.create_task(start())
+    for _ in range(50):
+        await asyncio.sleep(0)
+    starting.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await starting
+    assert not [task for task in asyncio.all_tasks() if "MqttNetwork.run" in repr(task)]

@@ -41,6 +41,9 @@ __all__ = [
 
 log = logging.getLogger("achse.station")
 
+_JOINED_WITHIN = 2.0
+"""Seconds that brokers have until the station is ready without them; they are dialled on."""
+
 _NAMES_KNOWN_WITHIN = 2.0
 """Seconds that the first look-up of the routes' host names may delay start and answers."""
 
@@ -217,8 +220,12 @@ class Network:
                 await self._open_secure(where)
             await self._open_serial_ports()
             self._join_networks()
+            await asyncio.gather(*(each.settled(_JOINED_WITHIN) for each in self.mqtt))
         except BaseException:
             self._names.close()
+            for network in self.mqtt:
+                await network.close()
+            await self.serial.close()
             if self.discovery is not None:
                 await self.discovery.close()
             if self.secure is not None:

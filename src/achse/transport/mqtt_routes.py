@@ -126,6 +126,7 @@ class MqttRoutes:
         self._strangers: dict[NetId, None] = {}
         self._running: asyncio.Task[None] | None = None
         self._told = False
+        self._settled = asyncio.Event()
 
     def start(self) -> None:
         """Join the network, now or as soon as the broker is there."""
@@ -133,6 +134,17 @@ class MqttRoutes:
         self._running = self.loop.create_task(self.network.run())
         self._running.add_done_callback(_tell_failure)
         self.router.routes.on_change(self._changed)
+
+    async def settled(self, within: float) -> bool:
+        """Wait until it has joined, or the log was told why not; False if neither came in time."""
+        try:
+            await asyncio.wait_for(self._settled.wait(), within)
+        except TimeoutError:
+            told = "%s: no answer within %g s, it is dialled on"
+            log.warning(told, self.network.settings, within)
+            self._told = True
+            return False
+        return True
 
     def _changed(self, old: Route | None, new: Route | None) -> None:
         """A route of the table is another one: who comes from there is judged again."""
@@ -160,6 +172,7 @@ class MqttRoutes:
     def joined(self) -> None:
         """Routes come with the infos."""
         self._told = False
+        self._settled.set()
 
     def parted(self, reason: str) -> None:
         log.log(
@@ -169,6 +182,7 @@ class MqttRoutes:
             reason,
         )
         self._told = True
+        self._settled.set()
         for net_id in list(self._partners):
             self.left(net_id)
 
