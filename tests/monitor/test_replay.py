@@ -117,3 +117,13 @@ def test_pyads_meets_the_recorded_target(witness: Callable[[str], None]) -> None
 
     with Live(open):
         assert use(host, str(recording.net_id)) == live
+
+
+def test_time_goes_on_while_the_clock_of_the_computer_jumps(
+    recording: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replay = Replay(recording)
+    before = replay._clock()
+    for hours in (-5, 5):
+        monkeypatch.setattr("time.time_ns", lambda hours=hours: before + hours * 3600 * 10**9)
+        assert 0 <= replay._clock() - before < 600 * 10**9

@@ -135,6 +135,19 @@ def test_frames_travel_between_the_cycles() -> None:
         assert link.round_trips.missing == 0
 
 
+@pytest.mark.parametrize("jump_s", [-7200, 7200])
+def test_round_trips_are_not_those_of_a_clock_that_jumps(jump_s: int) -> None:
+    link, cable = bus(20_000)
+    link.master.request(AlState.OP)
+    between_cycles(link, cable, 400)
+    before = link.round_trips.count
+    link._now = lambda: cable.now_ns - jump_s * 1_000_000_000  # then it is put right
+    between_cycles(link, cable, 20)
+    assert link.round_trips.count == before + 20
+    assert 0 <= link.round_trips.last_ns <= link.round_trips.largest_ns <= CYCLE_NS
+    assert link.master.operational
+
+
 @given(st.integers(1, 20), st.integers(0, 400_000))
 @settings(max_examples=15)
 def test_a_station_that_catches_up_waits_for_its_frames(cycles: int, delay_ns: int) -> None:

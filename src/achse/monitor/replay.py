@@ -38,11 +38,14 @@ class Replay:
     - A subscription gets the recorded samples, as long after it as they came then.
     - What was never asked is answered 0x701 and logged once.
 
-    `clock` gives Unix ns.
+    `clock` gives Unix ns; without one it is the time of day at the start, and what went by since.
     """
 
-    def __init__(self, recording: Recording, clock: Callable[[], int] = time.time_ns) -> None:
+    def __init__(self, recording: Recording, clock: Callable[[], int] | None = None) -> None:
         self.router = Router(recording.net_id)
+        if clock is None:
+            began = time.time_ns() - time.monotonic_ns()
+            clock = _from(began)
         self._clock = clock
         self.devices = [ReplayDevice(device, clock) for device in recording.devices.values()]
         for device in self.devices:
@@ -198,3 +201,7 @@ class _Recorded(IndexGroup):
             first = self._recorded.handles[key.name].to_bytes(4, "little")
             answer = first + answer[4:]
         return answer[:read_length]
+
+
+def _from(began: int) -> Callable[[], int]:
+    return lambda: began + time.monotonic_ns()

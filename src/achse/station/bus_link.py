@@ -126,7 +126,9 @@ class BusLink:
             master.receive(frame, now_ns)
             if before and not cyclic.away:
                 before = False
-                self.round_trips.add(max(link.arrived_ns - self._left_ns, 0))
+                took = max(link.arrived_ns - self._left_ns, 0)
+                # the time of day may have jumped meanwhile
+                self.round_trips.add(min(took, self._clock() - self._sent_ns))
                 if not master.traffic.away:
                     break  # nothing else is under way
         self.round_trips.missing += before
