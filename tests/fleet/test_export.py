@@ -1,5 +1,6 @@
 """The Compose file and the manifest: what they say, and that linters of both find nothing."""
 
+import json
 import shutil
 import subprocess
 import sys
@@ -46,6 +47,48 @@ def test_compose_has_a_service_for_each_process_and_a_broker(tmp_path: Path) -> 
     assert "environment" not in two["services"]["press-1"]
     kept = plan_of(tmp_path, template='[system]\npersistent_data = "{name}.json"\n')
     assert yaml.safe_load(compose(kept, "a"))["services"]["press-1"]["volumes"] == [".:/fleet"]
+
+
+ASKED = ["achse", "ads", "state", "--port", "10000"]
+"""Of the system service: a station need not have a PLC."""
+
+
+@pytest.mark.parametrize(
+    ("template", "asked"),
+    [
+        ("", ASKED),
+        ('[router]\nhost = "0.0.0.0"\nstrict = true\n', ASKED),
+        ('[router]\nhost = "10.0.0.7"\nstrict = true\n', [*ASKED, "--host", "10.0.0.7"]),
+        ("[router]\ntcp_port = 4000\n", [*ASKED, "--tcp-port", "4000"]),
+        ("[router]\ntcp_port = 0\n", None),
+        ('[router]\nlisten = "secure"\n', None),
+    ],
+)
+def test_containers_ask_a_service_that_every_station_has(
+    tmp_path: Path, template: str, asked: list[str] | None
+) -> None:
+    plan = plan_of(tmp_path, template=template)
+    service = yaml.safe_load(compose(plan, "a"))["services"]["press-1"]
+    pods = [
+        each["spec"]["template"]["spec"]["containers"][0]
+        for each in yaml.safe_load_all(kubernetes(plan, "a"))
+        if each["kind"] == "StatefulSet"
+    ]
+    if asked is None:
+        assert service["healthcheck"] == {"disable": True}
+        assert "livenessProbe" not in pods[0]
+    else:
+        assert service["healthcheck"]["test"] == ["CMD", *asked]
+        assert pods[0]["livenessProbe"]["exec"]["command"] == asked
+
+
+def test_the_image_asks_the_same() -> None:
+    (line,) = (
+        each
+        for each in (ROOT / "Containerfile").read_text().splitlines()
+        if "CMD [" in each and "state" in each
+    )
+    assert json.loads(line.partition("CMD ")[2]) == ASKED
 
 
 def test_kubernetes_has_the_files_as_they_are(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from pathlib import PurePosixPath
 
 from achse.fleet.plan import FleetPlan
 from achse.station.config_types import ConfigError
+from achse.transport.tcp import TCP_PORT
 
 __all__ = ["compose", "kubernetes"]
 
@@ -42,8 +43,17 @@ def compose(plan: FleetPlan, image: str) -> str:
             "  environment: {ACHSE_FLEET_BROKER: broker}",
             "  depends_on: [broker]",
         ]
-    if plan.config.stations_per_process > 1:
+    probe = _probe(plan)
+    if probe is None:
         lines.append("  healthcheck: {disable: true}")
+    else:
+        lines += [
+            "  healthcheck:",
+            f"    test: {json.dumps(['CMD', *probe])}",
+            "    interval: 30s",
+            "    timeout: 10s",
+            "    start_period: 10s",
+        ]
     lines.append("services:")
     if own_broker:
         lines += [
@@ -106,6 +116,29 @@ def _needs_broker(plan: FleetPlan) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return host == "localhost"
+
+
+def _probe(plan: FleetPlan) -> list[str] | None:
+    """The command that tells in a container whether its station answers; None if none can.
+
+    It asks the system service, which every station has, where all of them listen for plain ADS.
+    """
+    if plan.config.stations_per_process > 1:
+        return None
+    numbers = {1, *(each.number for each in plan.stations if each.overrides)}
+    routers = [plan.station_config(number, alone=True).router for number in numbers]
+    places = {(each.host, each.tcp_port) for each in routers}
+    host, port = places.pop()
+    if places or not port or any(each.listen == "secure" for each in routers):
+        return None
+    words = ["achse", "ads", "state", "--port", "10000"]
+    if not host or host in ("0.0.0.0", "::", "localhost") or host.startswith("127."):
+        host = ""
+    return (
+        words
+        + (["--host", host] if host else [])
+        + (["--tcp-port", str(port)] if port != TCP_PORT else [])
+    )
 
 
 def _written(plan: FleetPlan) -> list[str]:
@@ -218,10 +251,10 @@ def _stateful_set(plan: FleetPlan, image: str, template: PurePosixPath) -> list[
         f"            requests: {{cpu: 100m, memory: {_PROCESS_MIB + _STATION_MIB * size}Mi}}",
         f"            limits: {{memory: {4 * (_PROCESS_MIB + _STATION_MIB * size)}Mi}}",
     ]
-    if size == 1:
+    if (probe := _probe(plan)) is not None:
         lines += [
             "          livenessProbe:",
-            "            exec: {command: [achse, ads, state]}",
+            f"            exec: {{command: {json.dumps(probe)}}}",
             "            initialDelaySeconds: 10",
             "            periodSeconds: 30",
             "            timeoutSeconds: 10",
