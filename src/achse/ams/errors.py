@@ -8,7 +8,7 @@ AdsError
 └── RequestTimeout   no answer in time (0x745)
 """
 
-from achse.codes import NcError, ReturnCode
+from achse.codes import ReturnCode, code_of
 
 __all__ = [
     "AdsError",
@@ -27,7 +27,7 @@ def describe_code(code: int) -> str:
 
     NC errors are described alike.
     """
-    row = ReturnCode.of(code) or NcError.of(code)
+    row = code_of(code)
     return f"0x{code:X}" if row is None else f"0x{code:X} {row.name}: {row.text}"
 
 

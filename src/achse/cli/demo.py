@@ -41,7 +41,7 @@ STEPS = (
     DemoStep(
         "While it moves on, the scope records it in the station's cycle: no sample is lost.",
         (
-            "axis move X --to 350 --velocity 100 --no-wait",
+            "axis move X --to 350 --velocity 25 --no-wait",
             "scope record move.scope 500:Axes.X.ActPos 500:Axes.X.ActVelo --for 2",
             "scope open move.scope",
         ),

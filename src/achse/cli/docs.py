@@ -108,7 +108,7 @@ def entry(
 
     With ACHSE_DOCS, the address of a site, it is a whole link.
     """
-    from achse.codes import NcError, ReturnCode
+    from achse.codes import code_of
     from achse.codes.links import SITE, code_link, on_site
 
     try:
@@ -116,7 +116,7 @@ def entry(
     except ValueError:
         fail(f"a code is a number such as 0x4655, got {code!r:.40}", name="USAGE")
     link = code_link(number)
-    found = ReturnCode.of(number) or NcError.of(number)
+    found = code_of(number)
     if link is None or found is None:
         fail(f"no table has the code 0x{number:X}", name="NOT_FOUND")
     link = on_site(link, os.environ.get(SITE)) or link

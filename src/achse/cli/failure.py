@@ -82,10 +82,10 @@ def fail_by(*refusals: "AdsError", hint: str = "") -> NoReturn:
 
 def name_of(refusal: "AdsError") -> str:
     """`SYMBOL_NOT_FOUND` for a code of the tables, else the kind of error: `CONNECTION_LOST`."""
-    from achse.codes import NcError, ReturnCode
+    from achse.codes import code_of
 
     code = getattr(refusal, "code", None)
-    row = None if not code else ReturnCode.of(code) or NcError.of(code)
+    row = None if not code else code_of(code)
     if row is not None:
         return row.name
     kind = type(refusal).__name__

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from achse.cli.failure import fail
 from achse.cli.plot import Panel, plot
@@ -12,6 +12,7 @@ from achse.client.nc import FunctionPoint
 from achse.motion.states import CamInterpolation, TableType
 from achse.motion.tables import MOTION_POINT, TableError, Tables
 from achse.motion.tables.memory import BEGIN, PERIOD, cam_values
+from achse.plot.figures import PictureError, PlotExtraMissing, Quantity, cam_demands
 
 if TYPE_CHECKING:
     from rich.text import Text
@@ -110,32 +111,25 @@ class Curve:
 
     def save(self, file: Path, limits: SlaveLimits, unit: str, title: str) -> None:
         """The picture as SVG, PNG or PDF, by the ending of the file."""
+        broken = self.violations(limits)
+        quantities = [
+            Quantity(
+                name,
+                values,
+                f"{unit}{suffix}",
+                [limit for limit in limits.of(number) if limit is not None],
+                [span for each in broken if each.quantity == name for span in each.spans],
+            )
+            for number, (name, values, suffix) in enumerate(
+                zip(QUANTITIES, self.values, _UNITS, strict=True)
+            )
+        ]
         try:
-            from matplotlib.backends.backend_agg import FigureCanvasAgg
-            from matplotlib.figure import Figure
-        except ImportError:
-            fail("pictures need matplotlib: pip install 'achse[plot]'", name="NOT_INSTALLED")
-        figure: Any = Figure(figsize=(9, 10), layout="constrained")
-        FigureCanvasAgg(figure)
-        axes = figure.subplots(4, 1, sharex=True)
-        for quantity, (area, name) in enumerate(zip(axes, QUANTITIES, strict=True)):
-            area.plot(self.master, self.values[quantity], linewidth=1.2)
-            area.set_ylabel(f"{name} {unit}{_UNITS[quantity]}".rstrip())
-            area.grid(visible=True, alpha=0.3)
-            for limit in limits.of(quantity):
-                if limit is not None:
-                    area.axhline(limit, color="red", linestyle="--", linewidth=0.8)
-        for each in self.violations(limits):
-            for begin, end in each.spans:
-                area = axes[QUANTITIES.index(each.quantity)]
-                area.axvspan(begin, end, color="red", alpha=0.2)
-        axes[0].set_title(title)
-        axes[-1].set_xlabel("master position")
-        kind = file.suffix.lower().removeprefix(".") or "svg"
-        if kind not in ("svg", "png", "pdf"):
-            fail(f"{file}: expected a name that ends in .svg, .png or .pdf", name="INVALID_FILE")
-        try:
-            figure.savefig(file, format=kind, dpi=120)
+            cam_demands(self.master, quantities, title).save(file)
+        except PlotExtraMissing as missing:
+            fail(str(missing), name="NOT_INSTALLED")
+        except PictureError as refusal:
+            fail(str(refusal), name="INVALID_FILE")
         except OSError as failure:
             fail(f"{file}: {failure.strerror}", name="CANNOT_WRITE")
 

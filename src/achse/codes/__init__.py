@@ -5,6 +5,7 @@ from achse.codes.cia import DataType
 from achse.codes.ethercat import AlState, AlStatus, ErrorLight
 from achse.codes.files import FileRefusal, FoeError
 from achse.codes.groups import PlcGroup, ReservedGroup
+from achse.codes.lookup import code_of
 from achse.codes.nc import NcError
 from achse.codes.sdo import AbortCode, SdoAbort
 
@@ -21,4 +22,5 @@ __all__ = [
     "ReservedGroup",
     "ReturnCode",
     "SdoAbort",
+    "code_of",
 ]

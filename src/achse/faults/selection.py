@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import model_validator
 
 from achse.ams import AmsAddress, Command, Frame, NetId
-from achse.codes import NcError, ReservedGroup, ReturnCode
+from achse.codes import ReservedGroup, code_of
 from achse.faults.fault import CountedFault, FaultError, number, text
 from achse.faults.target import FaultyStation
 from achse.server import Device, ResolvedSymbol
@@ -62,7 +62,7 @@ class RequestFault(CountedFault):
     def told(self, name: str, value: Any) -> str:
         """A field's value in words: codes with their names, groups and offsets in hexadecimal."""
         if name == "code":
-            row = ReturnCode.of(value) or NcError.of(value)
+            row = code_of(value)
             return f"0x{value:X}" + (f" ({row.name})" if row else "")
         return f"0x{value:X}" if name in ("group", "offset") else str(value)
 

@@ -8,7 +8,7 @@ import itertools
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 __all__ = [
     "Demanded",
@@ -17,8 +17,10 @@ __all__ = [
     "Picture",
     "PictureError",
     "PlotExtraMissing",
+    "Quantity",
     "Recorded",
     "cam",
+    "cam_demands",
     "moves",
     "path",
     "recording",
@@ -192,16 +194,53 @@ def cam(rows: Sequence[Sequence[float]], demands: Iterable[tuple[float, Demanded
     figure, areas = _areas((3 if asked else 1) if pairs else 0, "no row")
     dots = "o" if len(pairs) <= 100 else ""
     if asked:
-        masters = [master for master, _ in asked]
-        for number, name in enumerate(("position", "velocity", "acceleration")):
-            _curve(areas[number], masters, [getattr(each, name) for _, each in asked], 0)
-            _title(areas[number], f"slave {name}", "")
+        names = ("position", "velocity", "acceleration")
+        demanded = [
+            Quantity(f"slave {name}", [getattr(each, name) for _, each in asked]) for name in names
+        ]
+        _draw(areas, [master for master, _ in asked], demanded)
         areas[0].plot(*zip(*pairs, strict=True), "o", color=_COLOURS[1], markersize=3)
     else:
         areas[0].plot(*zip(*pairs, strict=True), "-" + dots, color=_COLOURS[0], markersize=3)
         _title(areas[0], "slave position", "")
     areas[-1].set_xlabel("master position")
     return Picture(figure)
+
+
+class Quantity(NamedTuple):
+    """What a cam demands of its slave: position, velocity or the like."""
+
+    name: str
+    values: Sequence[float]
+    """At each master position."""
+    unit: str = ""
+    limits: Sequence[float] = ()
+    beyond: Sequence[tuple[float, float]] = ()
+    """Master positions from and to where a limit is broken."""
+
+
+def cam_demands(
+    masters: Sequence[float], quantities: Sequence[Quantity], title: str = ""
+) -> Picture:
+    """Quantities of a slave over the master position, below each other, limits in red.
+
+    Raises PictureError without one, PlotExtraMissing.
+    """
+    figure, areas = _areas(len(quantities), "no quantity")
+    _draw(areas, masters, quantities)
+    areas[0].set_title(title)
+    areas[-1].set_xlabel("master position")
+    return Picture(figure)
+
+
+def _draw(areas: list[Any], masters: Sequence[float], quantities: Sequence[Quantity]) -> None:
+    for area, each in zip(areas, quantities, strict=True):
+        _curve(area, masters, each.values, 0)
+        _title(area, each.name, each.unit)
+        for limit in each.limits:
+            area.axhline(limit, color="red", linestyle="--", linewidth=0.8)
+        for begin, end in each.beyond:
+            area.axvspan(begin, end, color="red", alpha=0.2)
 
 
 def path(samples: Iterable[PathMoment | Sequence[float]], view: str = "xy") -> Picture:

@@ -6,7 +6,7 @@ import os
 from typing import Any
 
 from achse.ams import AdsError
-from achse.codes import NcError, ReturnCode
+from achse.codes import code_of
 from achse.codes.links import SITE, code_link, on_site
 
 __all__ = ["CallError", "dumped", "error_of", "request_of"]
@@ -55,7 +55,7 @@ def request_of(text: str) -> tuple[int | str, str, dict[str, Any]]:
 def error_of(failure: Exception) -> dict[str, Any]:
     """An error as the page shows it: text, code, name, link."""
     code = getattr(failure, "code", None) if isinstance(failure, AdsError) else None
-    row = None if not code else ReturnCode.of(code) or NcError.of(code)
+    row = None if not code else code_of(code)
     return {
         "text": str(failure) or type(failure).__name__,
         "code": code or None,
