@@ -128,8 +128,9 @@ def use(place: Any, page: Any) -> None:
         place.focus()
         page.keyboard.press("ArrowLeft")
     else:
+        role = place.get_attribute("role")
         place.click()
-        if place.get_attribute("role") == "treeitem":
+        if role == "treeitem":  # the place itself may be gone now
             page.keyboard.press("Enter")
 
 
