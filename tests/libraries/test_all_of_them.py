@@ -44,6 +44,9 @@ def _typed(type: object) -> str:
     if dimensions is not None:
         ranges = ", ".join(f"{each.low.text}..{each.high.text}" for each in dimensions)
         return f"ARRAY [{ranges}] OF {_typed(getattr(type, 'element'))}"  # noqa: B009
+    base = getattr(type, "base", None)
+    if base is not None:
+        return _typed(base)
     family = getattr(type, "family", None)
     if family is None:
         return str(getattr(type, "name"))  # noqa: B009

@@ -321,6 +321,7 @@ REFUSE_A_SECOND = {
     *("MC_GearIn", "MC_GearInDyn", "MC_GearInMultiMaster", "MC_GearOut", "MC_CamOut"),
     *("MC_AbortSuperposition", "MC_ExtSetPointGenEnable", "MC_ExtSetPointGenDisable"),
     *("MC_CamAdd", "MC_CamExchange", "MC_CamRemove", "MC_CamIn_V2"),
+    "MC_WriteDriveOperationMode",
 }
 """The NC has done it already: a second one is an error."""
 

@@ -17,8 +17,8 @@ from achse.native.declare import RecordLayout
 
 MOTION = Path(__file__).parents[2] / "src" / "achse" / "motion"
 
-KNOW_THE_MACHINE = {"axis.py", "compiled.py", "kernel.py", "nc.py", "remains.py", "tables/store.py",
-                    "parts.py",
+KNOW_THE_MACHINE = {"axis.py", "compiled.py", "kernel.py", "nc.py", "remains.py",
+                    "parts.py", "tables/characteristics.py",
                     "commands/positions.py", "elements.py"}  # fmt: skip
 """Modules that put the NC and its machine together, keep where it is, or ask a drive to count from
 another number. None of them is a supervision."""

@@ -53,11 +53,11 @@ def test_many_files_are_counted() -> None:
 
 
 def test_the_hint_of_a_project_names_it(tmp_path: Path) -> None:
-    (tmp_path / "a.st").write_text("PROGRAM P VAR a : FB_IotMqttClient; END_VAR END_PROGRAM")
+    (tmp_path / "a.st").write_text("PROGRAM P VAR a : FB_MBReadRegs; END_VAR END_PROGRAM")
     (tmp_path / "a.plcproj").write_text(
-        '<P><Compile Include="a.st"/><LibraryReference Include="Tc3_IotBase,*,v"/></P>'
+        '<P><Compile Include="a.st"/><LibraryReference Include="Tc2_ModbusSrv,*,v"/></P>'
     )
     project, error = examine_project(tmp_path)
-    assert [item.reference.title for item in project.missing] == ["Tc3_IotBase"]
+    assert [item.reference.title for item in project.missing] == ["Tc2_ModbusSrv"]
     assert error is not None
-    assert "library Tc3_IotBase is not here, but needed by a.st (FB_IotMqttClient)" in error.hint
+    assert "library Tc2_ModbusSrv is not here, but needed by a.st (FB_MBReadRegs)" in error.hint

@@ -105,6 +105,7 @@ def events_source(classes: Iterable[EventClass]) -> Parsed | None:
     lines += _function("TC_EVENT_TEXT", classes, per_event=True)
     lines += _function("TC_EVENT_CLASS_NAME", classes, per_event=False)
     source = Source("\n".join(lines), "event classes")
+    source.library = "tc3_eventlogger"  # where the texts take the place of those without classes
     return parse(source, name="TC_EVENTS").check()
 
 

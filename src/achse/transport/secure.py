@@ -286,7 +286,7 @@ class SecureServer(SecureChannel):
         plain = b""
         for place in range(0, len(data), _STEP):
             if self._tls is None or not self._tls.established:
-                self._came += _STEP
+                self._came += len(data[place : place + _STEP])
                 if self._came > _LONGEST_HANDSHAKE:
                     raise TlsError(f"a handshake of more than {_LONGEST_HANDSHAKE} bytes")
             plain += self._shaken(data[place : place + _STEP])
