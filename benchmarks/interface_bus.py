@@ -22,6 +22,7 @@ import asyncio
 import contextlib
 import importlib.util
 import os
+import struct
 import subprocess
 import sys
 import tempfile
@@ -43,6 +44,8 @@ CABLE = (
 )
 START_S = 60.0
 PATIENCE_US = 500_000
+OUTPUTS = struct.pack("<HbH", 0, 0, 3000)
+"""Control word, mode and torque limit (‰), as drives map them by default."""
 
 
 def sleeper(cycle_ns: int, done: int, out: int) -> None:
@@ -125,6 +128,8 @@ def by_soem(seconds: float, drives: int, cycle_ns: int) -> list[float]:
     try:
         assert master.config_init() == drives
         master.config_map()
+        for slave in master.slaves:  # a drive keeps the torque limit that its last master sent
+            slave.output = OUTPUTS.ljust(len(slave.output), b"\0")
         master.config_dc()  # the time of the reference clock travels with each frame, as ours does
         master.state_check(pysoem.SAFEOP_STATE, PATIENCE_US)
         master.send_processdata()
