@@ -60,20 +60,51 @@ def test_the_same_motion_by_service_and_by_block(
     assert by_block[:count] == by_service[:count]
 
 
-def test_a_coupling_by_service_and_by_block(bench: Any) -> None:
-    on: Bench = bench(c="AXCPL", a="AXACT")
+@pytest.mark.parametrize(
+    ("mode", "parameters"),
+    [
+        (1, (-0.7, 0.0, 0.0, 0.0)),
+        (2, (50.0, 20.0, 30.0, 1.0)),
+        (3, (50.0, 20.0, 30.0, 1.0)),
+        (12, (1.0, 0.5, 0.0, 0.0)),
+        (15, (5.0, 0.0, 0.0, 0.0)),
+    ],
+)
+def test_a_coupling_by_service_and_by_block(
+    bench: Any, mode: int, parameters: tuple[float, ...]
+) -> None:
+    on: Bench = bench(c="AXCPL", a="AXACT", axis={"modulo": True} if mode == 12 else {})
     (device,) = (each for each in on.station.devices if isinstance(each, NcDevice))
-    on.set("c", AXID=2, MASTERID=1, CPLMODE=1, CPLPAR1=-0.7, CPLON=True)
+    values = {f"CPLPAR{n}": value for n, value in enumerate(parameters, 1)}
+    on.set("c", AXID=2, MASTERID=1, CPLMODE=mode, CPLON=True, **values)
     on.call(3)
+    assert on.shown("c") == (False, False, 0)
     couple = request(a="I", b="I", c="I", d="I", e="d", f="d", g="d", h="d")[0]
-    device.write(0x4203, 0x40, couple.encode((1, 1, 0, 0, -0.7, 0.0, 0.0, 0.0)))
+    device.write(0x4203, 0x40, couple.encode((mode, 1, 0, 0, *parameters)))
+    for slave in ("toNc2", "toNc3"):
+        on.main[slave]["fAxisModeLReal"] = 2.0  # ratio of type 15
     on.set("a", AXID=1, MODE=1, TARGPOS=100.0, VELOCITY=80.0, START=True)
     axes = [on.axis(n) for n in (2, 3)]
+    moved = 0
     for _ in range(1000):
         on.station.advance(0.002)
         first, second = ((each.set_position, each.set_velocity) for each in axes)
         assert first == second
-    assert axes[0].set_position == pytest.approx(-70.0)
+        moved += first[1] != 0.0
+    assert moved > 300
+    if mode == 1:
+        assert axes[0].set_position == pytest.approx(-70.0)
+
+
+def test_a_sum_of_two_masters(bench: Any) -> None:
+    on: Bench = bench(c="AXCPL", a="AXACT", b="AXACT")
+    on.set("c", AXID=2, MASTERID=1, CPLMODE=16, CPLPAR1=2.0, CPLPAR2=-0.5, CPLPAR3=3.0, CPLON=True)
+    on.call(3)
+    assert on.shown("c") == (False, False, 0)
+    on.set("a", AXID=1, MODE=1, TARGPOS=100.0, VELOCITY=80.0, START=True)
+    on.set("b", AXID=3, MODE=1, TARGPOS=40.0, VELOCITY=50.0, START=True)
+    on.call(500)
+    assert on.axis(2).set_position == pytest.approx(180.0)
 
 
 def test_the_same_move_by_both_libraries(bench: Any) -> None:
