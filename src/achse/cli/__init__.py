@@ -30,7 +30,12 @@ def main() -> None:
     from achse.cli.failure import errors_in_json, tell, wants_json
 
     try:
-        _commands(sys.argv[1:])(prog_name="achse")
+        try:
+            _commands(sys.argv[1:])(prog_name="achse")
+        finally:
+            sys.stdout.flush()  # Python's own at the end gives 120 if it fails
+    except BrokenPipeError:  # who read has gone, as `head` does
+        os._exit(1)
     except Exception as defect:
         if isinstance(defect, OSError) and defect.errno in _FULL and defect.filename is None:
             with errors_in_json(wants_json(sys.argv)):

@@ -100,7 +100,7 @@ class ProgramBlock:
         return bool(self.words or self.values or self.functions or self.assignments or self.call)
 
 
-_PLAIN = re.compile(r"\s*+(?:[A-Z]\s*+(?:[-+]?(?:\d++(?:\.\d*+)?|\.\d++)\s*+)?)*+")
+_PLAIN = re.compile(r"\s*+(?:[A-Z]\s*+(?:[-+]?(?:\d++(?:\.\d*+)?|\.\d++)\s*+)?)*")
 _CUT = re.compile(r"([A-Z])\s*+([-+]?[\d.]*+)")
 _COMMENT = re.compile(r"\([^()]*+\)?")
 _G_CACHE: dict[str, GWord] = {}

@@ -13,7 +13,7 @@ from achse.gcode.program import PartProgram
 
 __all__ = ["LineRun", "read_points"]
 
-_NUMBER = r"([-+]?(?:\d{1,12}(?:\.\d{0,15}+)?+|\.\d{1,15}+))\s*+"
+_NUMBER = r"([-+]?(?:\d{1,12}(?:\.\d{0,15}+)?|\.\d{1,15}+))\s*+"
 _BARE: Callable[[str], "re.Match[str] | None"] = re.compile(
     rf"\s*+(?:N\s*+\d{{1,9}}\s*+)?(?:X\s*+{_NUMBER})?(?:Y\s*+{_NUMBER})?(?:Z\s*+{_NUMBER})?"
 ).fullmatch

@@ -32,6 +32,13 @@ REAL_TIME = ("chrt", "--fifo", "40")
 their own, higher real-time priority."""
 
 
+def _found(out: str) -> Any:
+    """The line of JSON, wherever the buffers of a library put it among its own lines."""
+    return json.loads(
+        next(line for line in reversed(out.splitlines()) if line.startswith(("{", "[")))
+    )
+
+
 class Bus:
     """A namespace with a cable; `slaves` runs at one end, `master` runs at the other.
 
@@ -89,7 +96,7 @@ class Bus:
     def master(self, script: str, *arguments: object) -> Any:
         """Run a script of masters/ and give what it found."""
         command = self._command(script, *arguments)
-        return json.loads(self.run(*self._prompt, *command).splitlines()[-1])
+        return _found(self.run(*self._prompt, *command))
 
     @contextlib.contextmanager
     def beside(self, script: str, *arguments: object, ready: str) -> Iterator[dict[str, Any]]:
@@ -108,7 +115,7 @@ class Bus:
             yield found
             out, errors = master.communicate(timeout=PATIENCE)
         assert master.returncode == 0, errors + out
-        found.update(json.loads(out.splitlines()[-1]))
+        found.update(_found(out))
 
     def run(self, *command: object) -> str:
         """Run a command beside the slaves; what it printed."""
