@@ -283,6 +283,17 @@ def test_power_and_override(bench: Any) -> None:
     assert on.shown("power") in ("", "E")
 
 
+def test_the_mode_of_the_drive_is_written_and_read(bench: Any) -> None:
+    on = bench(write="MC_WriteDriveOperationMode", read="MC_ReadDriveOperationMode")
+    for mode in (0, 4, 2, 0):
+        assert on.edge("write", 6, DriveOperationMode=mode)[-1] == "D"
+        assert on.edge("read", 6)[-1] == "D"
+        assert on.main["read"]["DriveOperationMode"] == mode
+        for block in ("write", "read"):
+            on.set(block, Execute=False)
+        on.call(20)
+
+
 def test_an_axis_that_no_link_leads_to(tmp_path: Path) -> None:
     text = (
         "PROGRAM MAIN VAR a : AXIS_REF; m : MC_MoveAbsolute; END_VAR"

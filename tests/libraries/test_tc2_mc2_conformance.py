@@ -185,6 +185,7 @@ CASES = (
          refused=({"Mode": 7}, 0x4250)),
     Case("MC_SelectControlLoop", calls=SHORT,
          refused=({"EncoderIndex": 4}, int(NcError.REQUEST_PARAMETER))),
+    Case("MC_ReadDriveOperationMode", calls=SHORT),
     Case("MC_WriteDriveOperationMode", {"DriveOperationMode": 4}, calls=SHORT,
          refused=({"DriveOperationMode": 77}, int(NcError.DRIVE_MODE))),
     Case("MC_MoveSuperImposed", COMPENSATION, "B BA D", calls=300, others=RUN, prepare=runs,
@@ -321,7 +322,6 @@ REFUSE_A_SECOND = {
     *("MC_GearIn", "MC_GearInDyn", "MC_GearInMultiMaster", "MC_GearOut", "MC_CamOut"),
     *("MC_AbortSuperposition", "MC_ExtSetPointGenEnable", "MC_ExtSetPointGenDisable"),
     *("MC_CamAdd", "MC_CamExchange", "MC_CamRemove", "MC_CamIn_V2"),
-    "MC_WriteDriveOperationMode",
 }
 """The NC has done it already: a second one is an error."""
 

@@ -8,6 +8,7 @@ import pytest
 
 from achse.codes import NcError
 from achse.motion import Axis, StartType, commands
+from achse.motion.port import STATUS_ENABLED
 
 TORQUE = {
     "kind": 0x3001, "mask": 0, "mode": 0, "buffer_mode": 0, "torque": 100.0, "ramp": 0.0,
@@ -157,3 +158,25 @@ def test_type_0x3000_ends_a_torque(rig: Any) -> None:
     assert commands.start_torque_control(rig.axis, *abort.values()) == 0  # type: ignore[arg-type]
     rig.until_rest()
     assert rig.axis.set_motion_phase == 0
+
+
+@pytest.mark.parametrize("enabled", [False, True])
+def test_the_mode_of_a_drive_that_rests_changes_again_and_again(rig: Any, enabled: bool) -> None:
+    """Its machine slept and never reported the mode: the second change was refused for ever."""
+    if not enabled:
+        rig.axis.control_dword = 0
+    rig.run(200)
+    for mode in (4, 2, 5, 1, 0, 4):
+        assert commands.set_drive_operation_mode(rig.axis, mode) == 0, mode
+        rig.run(3)
+        io = rig.axis.drive.io
+        assert io.state3 == io.ctrl3
+        rig.run(100)
+
+
+def test_a_drive_that_rests_says_whether_it_is_enabled(rig: Any) -> None:
+    io = rig.axis.drive.io
+    for enabled in (True, False, True, False):
+        rig.axis.control_dword = 7 if enabled else 0
+        rig.run(200)
+        assert bool(io.state1 & STATUS_ENABLED) is enabled

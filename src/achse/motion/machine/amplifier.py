@@ -27,7 +27,7 @@ from achse.motion.port import (
 )
 from achse.motion.states import POSITION_MODES, TORQUE_MODES, VELOCITY_CONTAINER_MODES
 
-__all__ = ["drive_servo", "loaded", "move", "report"]
+__all__ = ["drive_servo", "loaded", "move", "report", "untold"]
 
 _STILL = 1e-9
 """A velocity below this without output is zero."""
@@ -68,6 +68,11 @@ def report(a: Amplifier) -> None:
             io.news = 1
     io.data_in1 = a.sensor.io.data_in1
     io.state3 = io.ctrl3
+
+
+def untold(a: Amplifier) -> bool:
+    """Whether outputs have changed what the drive has to report, though nothing moves."""
+    return a.io.state3 != a.io.ctrl3 or a.io.ctrl1 != a.reported_control
 
 
 def _plain(m: Machine) -> bool:
