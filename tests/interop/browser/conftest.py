@@ -47,7 +47,8 @@ class Shown:
         self.page.wait_for_function(
             "name => document.body.dataset.connection === 'open'"
             " && document.querySelector('#nav [aria-current]')?.dataset.page === name"
-            " && document.querySelector('#page')?.childElementCount > 0"
+            " && document.querySelector('#page')?.dataset.shows === name"
+            " && document.querySelector('#page').childElementCount > 0"
             " && document.title.startsWith(document.querySelector('#title').textContent)",
             arg=name.partition("?")[0],
         )

@@ -57,7 +57,8 @@ def move(shown: Any, nc: Any, target: float, until: Any) -> None:
 
 
 def painted(page: Any) -> int:
-    """Pixels of the charts that have a colour of their own."""
+    """Pixels of the charts that have a colour of their own. A flat line may lie between two rows
+    of them."""
     return int(
         page.evaluate("""() => [...document.querySelectorAll('.chart canvas')].reduce((sum, c) => {
         const copy = new OffscreenCanvas(c.width, c.height);
@@ -66,7 +67,7 @@ def painted(page: Any) -> int:
         const data = ctx.getImageData(0, 0, c.width, c.height).data;
         let n = 0;
         for (let k = 0; k < data.length; k += 4) {
-          if (data[k + 3] > 200 && Math.max(data[k], data[k + 1], data[k + 2])
+          if (data[k + 3] > 100 && Math.max(data[k], data[k + 1], data[k + 2])
               - Math.min(data[k], data[k + 1], data[k + 2]) > 60) n += 1;
         }
         return sum + n;

@@ -94,7 +94,7 @@ async function open() {
     if (opening !== openings) return; // the user has gone on meanwhile
   }
   leave();
-  const element = h("div", { id: "page" });
+  const element = h("div", { id: "page", "data-shows": wanted });
   at("page").replaceWith(element);
   show(at("title"), title);
   document.title = `${title} – ${connection.hello.name || "achse"}`;

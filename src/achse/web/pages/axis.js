@@ -134,7 +134,7 @@ function controls(send) {
     });
     return element;
   };
-  const power = button("enable", "Enable", "main");
+  const power = button("", "Power", "main"); // until it is known what a click would do
   const reset = button("reset", "Reset");
   const home = button("home", "Home");
   const halt = button("halt", "Halt");
@@ -154,6 +154,7 @@ function controls(send) {
   exact.addEventListener("change", () => set(exact.value));
   const lamps = ["controller", "plus", "minus"].map((name) => [name, lamp()]);
   const all = [power, reset, home, halt, stop, slide, exact];
+  for (const each of all) each.disabled = true;
   return {
     element: h("div", { class: "stack" },
       h("div", { class: "row" }, power, reset, home),
