@@ -8,7 +8,6 @@ import pytest
 from achse.codes import NcError
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
-from achse.motion.couplings.masters import look_at
 from achse.motion.setpoint import shift_setpoint
 from achse.motion.states import CamActivation, CamOperation, CamScaling, TableType
 
@@ -85,7 +84,6 @@ def test_couplings_that_are_refused() -> None:
     assert nc.digest() == before
     commands.start(nc.axis(1), 1, 500.0, 100.0)
     nc.cycle(20)
-    look_at(nc.axis(1))  # as every demand does; nobody follows what it shows
     before = nc.digest()
     assert couple(nc) == NcError.COUPLING_DURING_JOB
     assert nc.digest() == before

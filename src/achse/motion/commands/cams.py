@@ -1,7 +1,7 @@
 """Cams: let an axis follow others by tables, change that while it runs, take cams in and out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 
 from achse.codes import NcError
@@ -19,9 +19,10 @@ from achse.motion.couplings.cams import (
     planned,
     seen_master,
 )
-from achse.motion.couplings.masters import look_at
+from achse.motion.couplings.masters import as_leader
 from achse.motion.order import CouplingRing
 from achse.motion.record import CAM, CAM_LAYERS, CamFields
+from achse.motion.rows import NcRows
 from achse.motion.states import (
     CAM_COUPLINGS,
     CamActivation,
@@ -176,12 +177,19 @@ def _order(layer: CamFields, kind: int, demand: CamDemand, cam: int) -> None:
 
 def _fresh(slave: Axis, master: Axis, demand: CamDemand, cam: int, once: int = 0) -> CamFields:
     """A layer that is to begin, which belongs to no axis yet: a refusal changes nothing."""
-    look_at(master)
     layer: CamFields = CAM.plain()
     layer.master, layer.once = master.index, once
-    layer.seen = seen_master(slave, slave.rows, layer)
+    layer.seen = seen_master(slave, _rows_as_seen(slave, master), layer)
     _order(layer, CHANGE_BEGIN, demand, cam)
     return layer
+
+
+def _rows_as_seen(slave: Axis, master: Axis) -> NcRows:
+    """All axes, of which this one leads."""
+    rows = slave.rows
+    axes = list(rows.axes)
+    axes[master.index] = as_leader(master)
+    return replace(rows, axes=axes)
 
 
 def _take(layer: CamFields, fresh: CamFields) -> None:
@@ -204,11 +212,11 @@ def _begin(
         return NcError.ONLINE_CHANGE_MODE
     begun: list[CamFields] = []
 
-    def prepare(masters: Sequence[Axis]) -> int:
+    def why_not(masters: Sequence[Axis]) -> int:
         begun.append(_fresh(slave, masters[0], demand, cam))
         return _why_not_there(slave, begun[0], demand, masters[0], alone=True)
 
-    code = begin_coupling(slave, slave_type, [master_id], prepare=prepare)
+    code = begin_coupling(slave, slave_type, [master_id], why_not=why_not)
     if code:
         return code
     for n, layer in enumerate(slave.cams):
@@ -223,9 +231,10 @@ def _why_not_there(
 ) -> int:
     """Refuse a cam in absolute positions that the slave would have to jump to, or whose master has
     passed the place where it is to begin."""
-    at = seen_master(slave, slave.rows, layer)
-    names = names_of(slave.rows, layer)
-    moves = master.lead_velocity
+    rows = _rows_as_seen(slave, master)
+    at = seen_master(slave, rows, layer)
+    names = names_of(rows, layer)
+    moves = rows.axes[layer.master].lead_velocity
     by_axis = (
         CamActivation.MASTER_AXIS_POSITION,
         CamActivation.MASTER_AXIS_POSITION_POSITIVE,
@@ -235,7 +244,7 @@ def _why_not_there(
         if moves and (demand.position - names - at) * moves < 0.0:
             return NcError.ACTIVATION_POSITION_PASSED
         at = demand.position - names
-    numbers = slave.rows.cams
+    numbers = rows.cams
     cam, scaling, offset = layer.next_cam, demand.master_scaling, demand.master_offset
     if demand.master_type == CamScaling.OFF:
         scaling, offset = 1.0, 0.0
@@ -255,7 +264,7 @@ def _why_not_there(
             if place > begin + period:
                 return NcError.TABLE_MASTER_ABOVE
         return OK
-    there = planned(slave, slave.rows, layer, at)[7]
+    there = planned(slave, rows, layer, at)[7]
     jump = there - slave.set_position if alone else there
     return NcError.TABLE_SLAVE_RANGE if abs(jump) > slave.position_range_window else OK
 

@@ -71,7 +71,7 @@ def couple(
         (master_id, *law.others(given)),
         given,
         moving=law.moving,
-        prepare=lambda masters: _why_not_parameters(slave, masters, law, given),
+        why_not=lambda masters: _why_not_parameters(slave, masters, law, given),
     )
 
 
@@ -106,12 +106,11 @@ def couple_to_several(
     if code:
         return code
 
-    def prepare(masters: Sequence[Axis]) -> int:
+    def fill() -> None:
         slave.gear_acceleration, slave.gear_deceleration = ramp[:2]
         slave.gear_jerk, slave.gear_velocity = jerk, velocity
         for n, place in enumerate(places):
             slave.ratio_place[n], slave.ratio[n] = place, 0.0
-        return OK
 
     return begin_coupling(
         slave,
@@ -119,7 +118,7 @@ def couple_to_several(
         ids,
         moving=True,
         slave_moves=True,
-        prepare=prepare,
+        fill=fill,
     )
 
 
@@ -157,9 +156,13 @@ def _moves(axis: Axis) -> bool:
     return own or axis.set_velocity != 0.0
 
 
-def _ready(masters: Sequence[Axis]) -> int:
+def _any(masters: Sequence[Axis]) -> int:
     """Nothing more to demand."""
     return OK
+
+
+def _nothing() -> None:
+    """The law's memory needs no more than its `base`."""
 
 
 def begin_coupling(
@@ -170,18 +173,19 @@ def begin_coupling(
     *,
     moving: bool = False,
     slave_moves: bool = False,
-    prepare: Callable[[Sequence[Axis]], int] = _ready,
+    why_not: Callable[[Sequence[Axis]], int] = _any,
+    fill: Callable[[], None] = _nothing,
 ) -> int:
     """Let an axis that may be a slave (`why_not_slave`) follow these masters by a law.
 
     Masters stand unless `moving`, the slave unless `slave_moves`; what it does then goes over into
-    the coupling. `prepare` gets the masters: it refuses with a code, or fills the law's memory.
-    The law's `base` comes last.
+    the coupling. `why_not` gets the masters and refuses with a code; a refused coupling leaves all
+    axes as they were. `fill` then fills the law's memory, the law's `base` comes last.
     """
     masters = [slave.fellows[int(n)] for n in master_ids if n in slave.fellows]
     if len(masters) < len(master_ids):
         return NcError.ADDRESS_MASTER_AXIS
-    code = prepare(masters)
+    code = why_not(masters)
     if code:
         return code
     for master in masters:
@@ -198,6 +202,7 @@ def begin_coupling(
         return NcError.MASTER_NOT_INSERTED
     for n, value in enumerate(parameters):
         slave.coupling_parameter[n] = value
+    fill()
     absorb(slave)
     end_homing(slave)
     slave.buffer_count = slave.switch_armed = 0

@@ -10,9 +10,10 @@ from achse.motion.checks import OK
 from achse.motion.commands.couplings import LARGEST_PARAMETER, begin_coupling, why_not_slave
 from achse.motion.couplings.approach import AT_REST, NO_WAY, line, quintic, ramp
 from achse.motion.couplings.course import SlaveCourse, course_by_time, course_over_master
-from achse.motion.couplings.masters import look_at
+from achse.motion.couplings.masters import as_leader
 from achse.motion.couplings.sync_checks import SawLimits, why_not_course
 from achse.motion.fields.synchronising import SYNC_PIECES, SYNC_TERMS
+from achse.motion.record import AxisFields
 from achse.motion.states import SlaveType, SynchronisingBit
 
 __all__ = ["synchronise"]
@@ -85,14 +86,17 @@ def synchronise(
     by_position = slave_type == SlaveType.SYNCHRONISING_POSITION
     limits = _limits(slave, *given)
     request = _Request(by_position, gear, master_position, slave_position, limits, mask)
-    before = _remembered(slave)
     ways: list[_Way] = []
 
-    def prepare(masters: Sequence[Axis]) -> int:
-        code, way = _plan(slave, masters[0], request)
+    def why_not(masters: Sequence[Axis]) -> int:
+        code, way = _plan(slave, as_leader(masters[0]), request)
         ways.extend(way)
-        _remember(slave, (mask, *limits[:4]))
         return code
+
+    def fill() -> None:
+        slave.sync_mask = mask
+        slave.sync_velocity, slave.sync_acceleration = limits.velocity, limits.acceleration
+        slave.sync_deceleration, slave.sync_jerk = limits.deceleration, limits.jerk
 
     code = begin_coupling(
         slave,
@@ -101,11 +105,10 @@ def synchronise(
         (gear, master_position, slave_position, 0.0),
         moving=True,
         slave_moves=True,
-        prepare=prepare,
+        why_not=why_not,
+        fill=fill,
     )
-    if code:
-        _remember(slave, before)
-    elif ways:
+    if not code and ways:
         _take(slave, ways[0])
     return code
 
@@ -124,23 +127,6 @@ def _limits(
     )
 
 
-def _remembered(slave: Axis) -> tuple[int, float, float, float, float]:
-    return (
-        *(slave.sync_mask, slave.sync_velocity, slave.sync_acceleration),
-        *(slave.sync_deceleration, slave.sync_jerk),
-    )
-
-
-def _remember(slave: Axis, values: tuple[int, float, float, float, float]) -> None:
-    (
-        slave.sync_mask,
-        slave.sync_velocity,
-        slave.sync_acceleration,
-        slave.sync_deceleration,
-        slave.sync_jerk,
-    ) = values
-
-
 def _take(slave: Axis, way: _Way) -> None:
     """Go this way instead of the one in a single piece."""
     slave.sync_count = len(way.lengths)
@@ -150,9 +136,8 @@ def _take(slave: Axis, way: _Way) -> None:
         slave.sync_terms[n] = term
 
 
-def _plan(slave: Axis, master: Axis, request: _Request) -> tuple[int, list[_Way]]:
+def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list[_Way]]:
     """Code that refuses it; the way to take, if it is not in a single piece."""
-    look_at(master)
     seen = master.lead_position + slave.phasing_position
     velocity = master.lead_velocity + slave.phasing_velocity
     if abs(velocity) < AT_REST:
@@ -189,7 +174,12 @@ def _plan(slave: Axis, master: Axis, request: _Request) -> tuple[int, list[_Way]
 
 
 def _in_one(
-    slave: Axis, master: Axis, request: _Request, velocity: float, way: float, height: float
+    slave: Axis,
+    master: AxisFields,
+    request: _Request,
+    velocity: float,
+    way: float,
+    height: float,
 ) -> _Way:
     """The way of `achse.motion.couplings.approach.meet`."""
     heading = 1.0 if way > 0.0 else -1.0

@@ -27,7 +27,7 @@ from achse.motion.couplings.approach import (
     take_gear,
     weak_ramp,
 )
-from achse.motion.couplings.masters import look_at, seen, seen_acceleration, seen_velocity
+from achse.motion.couplings.masters import as_leader, seen, seen_acceleration, seen_velocity
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import MotionState, SlaveType
@@ -122,8 +122,7 @@ def _why_not(
             return NcError.SYNCHRONISING_CONDITIONS
     if _by_velocity(slave_type, parameters):
         return 0
-    master = masters[0]
-    look_at(master)
+    master = as_leader(masters[0])
     length = 2.0 * (parameters[1] - ax.set_position) / _gear(parameters)
     heading = heading_of(master.lead_velocity + ax.phasing_velocity) or 1.0
     begin = parameters[0] - master.lead_offset - length

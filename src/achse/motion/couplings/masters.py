@@ -13,15 +13,15 @@ from math import sqrt
 
 from achse.motion.fields.cams import CAM_LIST
 from achse.motion.fields.coupling import COUPLING_PARAMETERS
-from achse.motion.record import AxisFields
+from achse.motion.record import LAYOUT, AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import AxisType
 
 __all__ = [
+    "as_leader",
     "begin_to_lead",
     "lead_on",
     "let_go",
-    "look_at",
     "seen",
     "seen_acceleration",
     "seen_jerk",
@@ -230,7 +230,21 @@ def lead_on(ax: AxisFields, dt: float) -> None:
     ax.lead_held = 0
 
 
-def look_at(ax: AxisFields) -> None:
-    """Let an axis that nobody follows yet show what a follower would see of it."""
-    if ax.followers == 0:
-        begin_to_lead(ax)
+def as_leader(ax: AxisFields) -> AxisFields:
+    """The axis as a follower sees it: one that nobody follows yet stays as it is, a copy leads."""
+    if ax.followers:
+        return ax
+    leader: AxisFields = LAYOUT.plain()
+    for name in _LEADING:
+        setattr(leader, name, getattr(ax, name))
+    begin_to_lead(leader)
+    return leader
+
+
+_LEADING = (
+    *("encoder", "axis_type", "loop_closed", "couple_slaves_by_actual_values"),
+    *("fading_acceleration", "default_acceleration", "default_deceleration"),
+    *("coupling_dead_time", "lead_position", "lead_acceleration"),
+    *("set_position", "set_velocity", "set_acceleration", "set_jerk"),
+)
+"""Fields that decide what a first follower sees."""
