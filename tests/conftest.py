@@ -87,6 +87,7 @@ WITNESSES: dict[str, Callable[[], object]] = {
     "ophyd": lambda: importlib.util.find_spec("ophyd"),
     "caproto": lambda: importlib.util.find_spec("caproto"),
     "pyyaml": lambda: importlib.util.find_spec("yaml"),
+    "pymodbus": lambda: importlib.util.find_spec("pymodbus"),
     "pytcs": lambda: importlib.util.find_spec("pytcs"),
     "pytmc": lambda: importlib.util.find_spec("pytmc"),
     "node": lambda: shutil.which("node"),

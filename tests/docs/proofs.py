@@ -40,6 +40,12 @@ STATE = "tests/station/test_state_file.py"
 NESTING = "tests/fuzz/test_nesting.py"
 
 elsewhere(
+    "It asks no Modbus device of another computer that `[modbus]` does not name.",
+    "tests/devices/modbus/test_device.py::test_only_devices_that_are_named_are_asked",
+    "tests/station/test_modbus_config.py::test_without_lines_this_computer_alone",
+    "tests/station/test_modbus.py::test_nobody_is_there_without_it",
+)
+elsewhere(
     "By Secure ADS values and passwords are encrypted.",
     f"{OPENSSL}::test_first_contact_then_known_by_fingerprint",
     f"{OPENSSL}::test_tls_below_1_2_gets_no_answer",

@@ -10,7 +10,7 @@ import pytest
     [
         *("pyads", "ads-client", "ads-async", "pytmc", "pytcs", "tshark", "pysoem", "kickcat"),
         *("ophyd", "caproto", "pyyaml", "socat", "rs274"),
-        *("node", "axe-core", "playwright", "chromium"),
+        *("pymodbus", "node", "axe-core", "playwright", "chromium"),
     ],
 )
 def test_the_witness_is_installed(name: str, witness: Callable[[str], None]) -> None:

@@ -53,11 +53,12 @@ def test_many_files_are_counted() -> None:
 
 
 def test_the_hint_of_a_project_names_it(tmp_path: Path) -> None:
-    (tmp_path / "a.st").write_text("PROGRAM P VAR a : FB_MBReadRegs; END_VAR END_PROGRAM")
+    (tmp_path / "a.st").write_text("PROGRAM P VAR a : ModbusRtuMaster_PcCOM; END_VAR END_PROGRAM")
     (tmp_path / "a.plcproj").write_text(
-        '<P><Compile Include="a.st"/><LibraryReference Include="Tc2_ModbusSrv,*,v"/></P>'
+        '<P><Compile Include="a.st"/><LibraryReference Include="Tc2_ModbusRTU,*,v"/></P>'
     )
     project, error = examine_project(tmp_path)
-    assert [item.reference.title for item in project.missing] == ["Tc2_ModbusSrv"]
+    assert [item.reference.title for item in project.missing] == ["Tc2_ModbusRTU"]
     assert error is not None
-    assert "library Tc2_ModbusSrv is not here, but needed by a.st (FB_MBReadRegs)" in error.hint
+    needed = "not here, but needed by a.st (ModbusRtuMaster_PcCOM)"
+    assert f"library Tc2_ModbusRTU is {needed}" in error.hint

@@ -21,7 +21,6 @@ _NAMES: Mapping[str, str] = {
     "tc3_iotbase": r"\w+_Iot(?:Mqtt|Http|Socket)\w*",
     "tc2_serialcom": r"(?:Com|Serial)\w*Buffer|(?:Send|Receive)(?:String|Byte|Data)\w*"
     r"|SerialLine\w+|EL6(?:in|out)Data\w+|KL6\w+|PcComm\w+",
-    "tc2_modbussrv": r"FB_MB\w+",
     "tc2_modbusrtu": r"Modbus\w+",
     "tc2_controllertoolbox": r"(?:FB|ST|E)_CTRL_\w+",
     "tc2_dataexchange": r"FB_(?:Read|Write)AdsSym\w+",

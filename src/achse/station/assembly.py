@@ -15,6 +15,7 @@ from achse.station.building import Building, Ground, Parts
 from achse.station.buses import make_buses
 from achse.station.camshaft import make_camshafts
 from achse.station.config import ConfigError, StationConfig
+from achse.station.modbus import make_modbus
 from achse.station.nc import make_nc
 from achse.station.plc_part import make_plcs
 from achse.station.plcs import collection_paused
@@ -32,6 +33,7 @@ PARTS: tuple[Callable[[Building], None], ...] = (
     make_signals,
     make_camshafts,
     make_scope,
+    make_modbus,
 )
 """What a station can consist of; each looks at its section of the configuration."""
 

@@ -141,6 +141,10 @@ class Building:
         if pace is not None and by_ns:
             pace.shift(by_ns)
 
+    def add_end(self, end: Callable[[], None]) -> None:
+        """Add what is done when the station leaves its parts."""
+        self._ends.append(end)
+
     def add_interface(self, bus: "InterfaceBus") -> None:
         """Add a bus that lets go of its interface when the station leaves its parts."""
         self._ends.append(bus.close)

@@ -38,6 +38,7 @@ from achse.station.config_types import (
 from achse.station.documents import check_depth, parse_toml
 from achse.station.group_config import ChannelConfig, GroupConfig
 from achse.station.metrics import MetricsConfig
+from achse.station.modbus_config import ModbusConfig
 from achse.station.mqtt_config import MqttConfig
 from achse.station.scope_config import ScopeConfig
 from achse.station.secure_config import RouteTlsConfig, SecureConfig
@@ -431,6 +432,7 @@ class StationConfig(ConfigTable):
     fault: Sequence[FaultConfig] = ()
     signal: Sequence[SignalConfig] = ()
     scope: ScopeConfig = ScopeConfig()
+    modbus: ModbusConfig | None = None
     camshaft: Sequence[CamshaftConfig] = Field(default=(), max_length=4)
     limits: LimitsConfig = LimitsConfig()
 

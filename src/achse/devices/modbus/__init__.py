@@ -1,0 +1,5 @@
+"""Modbus devices, asked for PLC programs."""
+
+from achse.devices.modbus.device import MODBUS_PORT, ModbusDevice
+
+__all__ = ["MODBUS_PORT", "ModbusDevice"]

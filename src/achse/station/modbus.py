@@ -1,0 +1,23 @@
+"""The Modbus server of a station: what its PLC programs ask Modbus devices by."""
+
+from achse.devices.modbus import MODBUS_PORT, ModbusDevice
+from achse.devices.system import SystemDevice
+from achse.station.building import Building
+
+__all__ = ["make_modbus"]
+
+
+def make_modbus(building: Building) -> None:
+    """The device at port 10500, if the configuration has it. Raises ConfigError."""
+    ground = building.ground
+    config = ground.config.modbus
+    if config is None:
+        return
+    systems = [kept for kept in building.devices if isinstance(kept, SystemDevice)]
+    device = ModbusDevice(
+        config.find,
+        clock=ground.clock,
+        beside=lambda: any(system.files.worker is not None for system in systems),
+    )
+    building.add_end(device.lines.close)
+    building.attach(device, MODBUS_PORT)

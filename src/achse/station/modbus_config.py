@@ -1,0 +1,53 @@
+"""[modbus] in a station.toml: which Modbus devices PLC programs may ask."""
+
+import re
+from collections.abc import Mapping
+from ipaddress import AddressValueError, IPv4Address
+
+from pydantic import model_validator
+
+from achse.station.config_types import ConfigTable
+
+__all__ = ["ModbusConfig"]
+
+_PLACE = re.compile(r"(?P<host>[^:\s]+)(?::(?P<port>\d{1,5}))?")
+
+
+class ModbusConfig(ConfigTable):
+    """[modbus]: the Modbus server, AMS port 10500, which the blocks of Tc2_ModbusSrv need. Without
+    this table they answer 0x6: nobody is there."""
+
+    peers: Mapping[str, str] = {}
+    """Devices that programs may ask: the address as they name it, with `:port` if others of that
+    address are elsewhere = where it is in truth, with `:port` if that is another. Addresses of this
+    computer (127.…) need no line; any other is refused with 0x8007271D."""
+
+    @model_validator(mode="after")
+    def _places(self) -> "ModbusConfig":
+        for named, there in self.peers.items():
+            address, _ = _place(f"peers.{named}", named)
+            try:
+                IPv4Address(address)
+            except AddressValueError:
+                raise ValueError(
+                    f"peers.{named}: expected an IP address as programs name it"
+                ) from None
+            _place(f"peers.{named}", there)
+        return self
+
+    def find(self, address: str, port: int) -> tuple[str, int] | None:
+        """Where a device is that programs name so; None if it is not to be asked."""
+        there = self.peers.get(f"{address}:{port}", self.peers.get(address))
+        if there is not None:
+            host, found = _place("peers", there)
+            return host, found or port
+        return (address, port) if IPv4Address(address).is_loopback else None
+
+
+def _place(key: str, text: str) -> tuple[str, int]:
+    """Host and port, 0 without one; raises ValueError."""
+    found = _PLACE.fullmatch(text)
+    port = int(found["port"] or 0) if found else 0
+    if found is None or (found["port"] and not 1 <= port <= 65535):
+        raise ValueError(f"{key}: expected host or host:port, got {text!r:.60}")
+    return found["host"], port

@@ -1,0 +1,210 @@
+"""Modbus over TCP and UDP as the side that asks: lines to devices, kept while they last.
+
+Everything happens in a thread with a loop of its own, so that callers in virtual time may wait for
+an answer, and those in a loop need not. Source: MODBUS Messaging on TCP/IP V1.0b, section 3.
+"""
+
+import asyncio
+import struct
+import threading
+from collections import OrderedDict
+from concurrent.futures import Future
+from typing import Any, NamedTuple
+
+__all__ = ["ModbusAnswerError", "ModbusBusyError", "ModbusLines", "ModbusPeer"]
+
+_HEADER = struct.Struct(">HHHB")
+_LONGEST_PDU = 253
+_MOST_LINES = 64
+"""Devices with a line at a time; the one that was asked least recently loses its own."""
+_MOST_WAITING = 64
+"""Requests for one device under way or waiting for their turn."""
+_PATIENCE = 1.0
+"""Seconds that `close` waits for the thread."""
+
+
+class ModbusAnswerError(Exception):
+    """What came back is not Modbus."""
+
+
+class ModbusBusyError(Exception):
+    """Too many requests wait already."""
+
+
+class ModbusPeer(NamedTuple):
+    """Where a device is: `host` is an IP address or a name."""
+
+    host: str
+    port: int = 502
+    udp: bool = False
+
+
+class _Line:
+    """The way to one device. Its requests take turns: many devices answer one at a time."""
+
+    def __init__(self, peer: ModbusPeer) -> None:
+        self._peer = peer
+        self._turn = asyncio.Lock()
+        self._number = 0
+        self.waiting = 0
+
+    async def ask(self, unit: int, pdu: bytes) -> bytes:
+        """The answer to a request; raises OSError, ModbusAnswerError."""
+        if self.waiting >= _MOST_WAITING:
+            raise ModbusBusyError(f"{self.waiting} requests for {self._peer.host} wait")
+        self.waiting += 1
+        try:
+            async with self._turn:
+                self._number = self._number + 1 & 0xFFFF
+                try:
+                    return await self._exchange(self._number, unit, pdu)
+                except BaseException:
+                    self.drop()  # a late answer must not meet the next request
+                    raise
+        finally:
+            self.waiting -= 1
+
+    async def _exchange(self, number: int, unit: int, pdu: bytes) -> bytes:
+        raise NotImplementedError
+
+    def drop(self) -> None:
+        """Close what is open."""
+
+
+class _TcpLine(_Line):
+    def __init__(self, peer: ModbusPeer) -> None:
+        super().__init__(peer)
+        self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
+
+    async def _exchange(self, number: int, unit: int, pdu: bytes) -> bytes:
+        if self._streams is not None and self._streams[0].at_eof():
+            self.drop()  # the device closed an idle connection, as many do
+        if self._streams is None:
+            self._streams = await asyncio.open_connection(self._peer.host, self._peer.port)
+        reader, writer = self._streams
+        writer.write(_HEADER.pack(number, 0, len(pdu) + 1, unit) + pdu)
+        await writer.drain()
+        try:
+            while True:
+                head = await reader.readexactly(_HEADER.size)
+                answered, length = _read_header(head)
+                answer = await reader.readexactly(length)
+                if answered == number:
+                    return answer
+        except asyncio.IncompleteReadError:
+            raise ConnectionResetError("the device closed the connection") from None
+
+    def drop(self) -> None:
+        streams, self._streams = self._streams, None
+        if streams is not None:
+            streams[1].transport.abort()
+
+
+class _UdpLine(_Line):
+    async def _exchange(self, number: int, unit: int, pdu: bytes) -> bytes:
+        loop = asyncio.get_running_loop()
+        transport, protocol = await loop.create_datagram_endpoint(
+            lambda: _Datagrams(number, loop), remote_addr=(self._peer.host, self._peer.port)
+        )
+        try:
+            transport.sendto(_HEADER.pack(number, 0, len(pdu) + 1, unit) + pdu)
+            return await protocol.answer
+        finally:
+            transport.abort()
+
+
+class _Datagrams(asyncio.DatagramProtocol):
+    """Waits for the datagram that answers request `number`."""
+
+    def __init__(self, number: int, loop: asyncio.AbstractEventLoop) -> None:
+        self._number = number
+        self.answer: asyncio.Future[bytes] = loop.create_future()
+
+    def datagram_received(self, data: bytes, addr: Any) -> None:
+        if self.answer.done() or len(data) < _HEADER.size:
+            return
+        try:
+            answered, length = _read_header(data[: _HEADER.size])
+        except ModbusAnswerError as fault:
+            self.answer.set_exception(fault)
+            return
+        if answered == self._number and len(data) == _HEADER.size + length:
+            self.answer.set_result(data[_HEADER.size :])
+
+    def error_received(self, exc: Exception) -> None:
+        if not self.answer.done():
+            self.answer.set_exception(exc)
+
+
+def _read_header(head: bytes) -> tuple[int, int]:
+    """Number of the request, and the length of the PDU behind the header."""
+    number, protocol, length, _ = _HEADER.unpack(head)
+    if protocol != 0 or not 2 <= length <= _LONGEST_PDU + 1:
+        raise ModbusAnswerError(f"a header with protocol {protocol} and length {length}")
+    return number, length - 1
+
+
+class ModbusLines:
+    """Requests to devices, from any thread."""
+
+    def __init__(self) -> None:
+        self._lines: OrderedDict[ModbusPeer, _Line] = OrderedDict()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._thread: threading.Thread | None = None
+        self._stop: asyncio.Event | None = None
+
+    def ask(self, peer: ModbusPeer, unit: int, pdu: bytes, timeout: float) -> "Future[bytes]":
+        """Send a request PDU to `unit` at a device; the PDU of the answer comes within `timeout` s.
+
+        The future raises TimeoutError, OSError, ModbusAnswerError, ModbusBusyError; it is cancelled
+        by `close`.
+        """
+        return asyncio.run_coroutine_threadsafe(
+            self._ask(peer, unit, pdu, timeout), self._running_loop()
+        )
+
+    def close(self) -> None:
+        """End all lines and the thread. Requests under way are cancelled."""
+        thread, self._thread = self._thread, None
+        loop, stop = self._loop, self._stop
+        if thread is None or loop is None or stop is None:
+            return
+        loop.call_soon_threadsafe(stop.set)
+        thread.join(_PATIENCE)
+        self._loop = self._stop = None
+
+    def _running_loop(self) -> asyncio.AbstractEventLoop:
+        """The loop of the thread, which begins with the first request."""
+        if self._thread is None:
+            ready = threading.Event()
+            self._thread = threading.Thread(
+                target=lambda: asyncio.run(self._live(ready)), name="modbus", daemon=True
+            )
+            self._thread.start()
+            ready.wait()
+        assert self._loop is not None
+        return self._loop
+
+    async def _live(self, ready: threading.Event) -> None:
+        self._loop, self._stop = asyncio.get_running_loop(), asyncio.Event()
+        ready.set()
+        await self._stop.wait()
+        for line in self._lines.values():
+            line.drop()
+        self._lines.clear()
+
+    async def _ask(self, peer: ModbusPeer, unit: int, pdu: bytes, within: float) -> bytes:
+        async with asyncio.timeout(within):
+            return await self._line(peer).ask(unit, pdu)
+
+    def _line(self, peer: ModbusPeer) -> _Line:
+        line = self._lines.get(peer)
+        if line is None:
+            if len(self._lines) >= _MOST_LINES:
+                idle = next((each for each, one in self._lines.items() if not one.waiting), None)
+                if idle is None:
+                    raise ModbusBusyError(f"{_MOST_LINES} devices are asked already")
+                self._lines.pop(idle).drop()
+            line = self._lines[peer] = _UdpLine(peer) if peer.udp else _TcpLine(peer)
+        self._lines.move_to_end(peer)
+        return line
