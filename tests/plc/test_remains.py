@@ -52,3 +52,69 @@ def test_another_type_begins_as_declared_and_is_told() -> None:
     left = inherit_variables(after.plc, kept_variables(before.plc))
     assert left == ["MAIN.a[0].nStarts", "MAIN.a[1].nStarts"]
     assert after.plc.instance("MAIN")["a"][0]["nStarts"] == 0
+
+
+STARTS = """
+FUNCTION_BLOCK FB_Pump
+VAR PERSISTENT nTotal : INT := 7; END_VAR
+VAR nIn : INT; {attribute 'no_init'} nLeft : INT; END_VAR
+VAR_STAT PERSISTENT nAll : INT := 2; END_VAR
+METHOD FB_init : BOOL
+VAR_INPUT bInitRetains, bInCopyCode : BOOL; n : INT; END_VAR
+nIn := nTotal := n; nLeft := nLeft + 1;
+END_METHOD
+nIn := nIn + 1; nTotal := nTotal + 1; nAll := nAll + 1;
+END_FUNCTION_BLOCK
+FUNCTION F_Count : INT
+VAR_STAT RETAIN nCalls : INT; END_VAR
+nCalls := nCalls + 1; F_Count := nCalls;
+END_FUNCTION
+PROGRAM MAIN
+VAR
+    a : FB_Pump(5) := (nTotal := 100);
+    n : INT;
+END_VAR
+VAR PERSISTENT
+    b : FB_Pump(50);
+END_VAR
+a(); b(); n := F_Count();
+END_PROGRAM
+"""
+
+
+def _values(ran: Ran) -> dict[str, int]:
+    plc = ran.plc
+    assert plc.bodies is not None
+    found = {
+        one.name: int.from_bytes(plc.memory[one.area].read(one.offset, 2), "little")
+        for one in (*plc.statics, *plc.bodies.statics)
+    }
+    for name in ("a", "b"):
+        found |= {f"{name}.{n}": ran[f"{name}.{n}"] for n in ("nTotal", "nIn", "nLeft")}
+    return found
+
+
+def test_a_cold_reset_and_a_restart_keep_what_fb_init_and_declarations_set() -> None:
+    ran = Ran(STARTS, has_twin=False).cycle(3)
+    kept = {"a.nTotal": 103, "b.nTotal": 53, "b.nIn": 53, "FB_Pump.nAll": 8, "F_Count.nCalls": 3}
+    assert _values(ran) == kept | {"a.nIn": 8, "a.nLeft": 1, "b.nLeft": 1}
+    values = kept_variables(ran.plc)
+    ran.plc.reset()
+    assert _values(ran) == kept | {"a.nIn": 5, "a.nLeft": 2, "b.nLeft": 1}
+    after = Ran(STARTS, has_twin=False)
+    assert inherit_variables(after.plc, values) == []
+    assert _values(after) == kept | {"a.nIn": 5, "a.nLeft": 1, "b.nLeft": 1}
+    ran.plc.reset(origin=True)
+    assert _values(ran) == {
+        "a.nTotal": 100, "b.nTotal": 50, "b.nIn": 50, "FB_Pump.nAll": 2, "F_Count.nCalls": 0,
+        "a.nIn": 5, "a.nLeft": 1, "b.nLeft": 1,
+    }  # fmt: skip
+
+
+def test_what_is_kept_stays_when_the_start_after_a_reset_fails() -> None:
+    text = STARTS.replace("nLeft := nLeft + 1;", "nLeft := n / GVL.nBy;")
+    ran = Ran(f"VAR_GLOBAL {{attribute 'no_init'}} nBy : INT := 1; END_VAR {text}")
+    ran.plc.instance("MAIN")["b"]["nTotal"], ran.plc.instance("GVL")["nBy"] = 9, 0
+    ran.plc.reset()
+    assert ran.stopped.name == "DIVIDEBYZERO"
+    assert (ran["a.nTotal"], ran["b.nTotal"]) == (100, 9)

@@ -39,10 +39,11 @@ class Back(Exception):
 
 
 class Cell:
-    """A variable."""
+    """A variable: what it is and starts with, and whether a cold reset spares it."""
 
-    def __init__(self, value: Any) -> None:
-        self.v = value
+    def __init__(self, value: Any, kept: bool = False) -> None:
+        self.v = self.start = value
+        self.kept = kept
 
 
 class Value(NamedTuple):
@@ -146,8 +147,8 @@ def converted(value: Any, source: str, target: str) -> Any:
         return single(float(value))
     if target == "LREAL":
         return float(value)
-    if target.startswith("STRING"):
-        return value[: int(target[7:-1])]
+    if "STRING" in target:
+        return value[: int(target.partition("(")[2][:-1])]
     return value
 
 
@@ -185,4 +186,16 @@ def literal(value: Any, type: str) -> str:
         return "TRUE" if value else "FALSE"
     if type in ("REAL", "LREAL"):
         return f"{value:.4f}"
+    if type.startswith("WSTRING"):
+        return f'"{value}"'
     return f"'{value}'" if type.startswith("STRING") else str(value)
+
+
+def narrow(text: str) -> str:
+    """A WSTRING as STRING: what has no code there is a question mark."""
+    return text.encode("cp1252", "replace").decode("cp1252")
+
+
+def ordered(text: str, type: str) -> bytes:
+    """What texts compare by: their bytes, or units of 16 bits."""
+    return text.encode("utf-16-be" if type.startswith("W") else "cp1252")

@@ -15,7 +15,10 @@ from tests.rules.oracle import (
     Value,
     converted,
     divided,
+    literal,
     met,
+    narrow,
+    ordered,
     promoted,
     quotient,
     real_result,
@@ -206,7 +209,7 @@ class Expressions:
             return self.boolean(depth)
         if type in ("REAL", "LREAL"):
             return self.real(depth)
-        return self.text(depth)
+        return self.text(depth, type.startswith("W"))
 
     def _cast(self, depth: int) -> Value:
         type = self.rng.choice(INTEGERS)
@@ -217,9 +220,8 @@ class Expressions:
         if kind < 0.5:
             a = self.real(depth)
             return Value(f"TO_{type}({a.text})", type, lambda env: to_integer(a.run(env), type))
-        if kind < 0.6 and "STRING(20)" in self.places:
-            text = self.text(depth)
-            return Value(f"LEN({text.text})", "INT", lambda env: len(text.run(env)))
+        if kind < 0.65:
+            return self._measured(depth)
         a = self.integer(depth)
         a = self.variable() if a.is_constant else a
         return Value(f"TO_{type}({a.text})", type, lambda env: wrap(a.run(env), type))
@@ -254,6 +256,15 @@ class Expressions:
                 f"({a.text} {sign} {b.text})", "BOOL",
                 lambda env: _COMPARISONS[sign](wrap(a.run(env), type), wrap(b.run(env), type)),
             )  # fmt: skip
+        if kind < 0.7:
+            wide, sign = rng.random() < 0.5, rng.choice(list(_COMPARISONS))
+            one, other = self.text(depth - 1, wide), self.text(depth - 1, wide)
+            return Value(
+                f"({one.text} {sign} {other.text})", "BOOL",
+                lambda env: _COMPARISONS[sign](
+                    ordered(one.run(env), one.type), ordered(other.run(env), other.type)
+                ),
+            )  # fmt: skip
         if depth <= 0:
             return Value("TRUE", "BOOL", lambda env: True)
         a, b = self.boolean(depth - 1), self.boolean(depth - 1)
@@ -287,35 +298,75 @@ class Expressions:
 
         return Value(f"({a.text} {sign} {b.text})", type, run)
 
-    def text(self, depth: int = 2) -> Value:
-        rng = self.rng
-        place = self.any_place("STRING(20)", "STRING(5)")
+    def text(self, depth: int = 2, wide: bool = False) -> Value:
+        """A STRING or WSTRING, of up to 255 characters."""
+        rng, w = self.rng, "W" if wide else ""
+        type = f"{w}STRING(255)"
+        place = self.any_place(f"{w}STRING(20)", f"{w}STRING(5)")
         if place is None or rng.random() < 0.2:
-            letters = "".join(rng.choice("abcXYZ 019") for _ in range(rng.randint(0, 8)))
-            return Value(f"'{letters}'", "STRING(255)", lambda env: letters)
+            letters = letters_of(rng, rng.randint(0, 8), wide)
+            return Value(literal(letters, type), type, lambda env: letters)
         if depth <= 0 or rng.random() < 0.3:
             return place.value()
-        a, b = self.text(depth - 1), self.text(depth - 1)
+        if rng.random() < 0.1:
+            return self._recoded(depth - 1, wide)
+        a, b = self.text(depth - 1, wide), self.text(depth - 1, wide)
         n, m = rng.randint(-1, 9), rng.randint(-1, 9)
         choices: list[tuple[str, Callable[[str, str], str]]] = [
-            (f"CONCAT({a.text}, {b.text})", lambda x, y: x + y),
-            (f"LEFT({a.text}, {n})", lambda x, y: x[: max(n, 0)]),
-            (f"RIGHT({a.text}, {n})", lambda x, y: x[len(x) - min(max(n, 0), len(x)) :]),
-            (f"MID({a.text}, {n}, {m})",
+            (f"{w}CONCAT({a.text}, {b.text})", lambda x, y: x + y),
+            (f"{w}LEFT({a.text}, {n})", lambda x, y: x[: max(n, 0)]),
+            (f"{w}RIGHT({a.text}, {n})", lambda x, y: x[len(x) - min(max(n, 0), len(x)) :]),
+            (f"{w}MID({a.text}, {n}, {m})",
              lambda x, y: x[m - 1 : m - 1 + n] if n > 0 and m > 0 else ""),
-            (f"DELETE({a.text}, {n}, {m})",
-             lambda x, y: x[: m - 1] + x[m - 1 + n :] if n > 0 and m > 0 else x),
-            (f"INSERT({a.text}, {b.text}, {n})",
-             lambda x, y: x[:n] + y + x[n:] if 0 <= n <= len(x) else x),
+            (f"{w}DELETE({a.text}, {n}, {m})", lambda x, y: _without(x, n, m)),
+            (f"{w}INSERT({a.text}, {b.text}, {n})", lambda x, y: _with(x, y, n)),
+            (f"{w}REPLACE({a.text}, {b.text}, {n}, {m})",
+             lambda x, y: _with(_without(x, n, m), y, max(m - 1, 0))),
         ]  # fmt: skip
         text, work = rng.choice(choices)
-        needs_b = text.startswith(("CONCAT", "INSERT"))
+        needs_b = any(word in text[:8] for word in ("CONCAT", "INSERT", "REPLACE"))
 
         def run(env: Env) -> str:
             first = a.run(env)
             return work(first, b.run(env) if needs_b else "")[:255]
 
-        return Value(text, "STRING(255)", run)
+        return Value(text, type, run)
+
+    def _recoded(self, depth: int, wide: bool) -> Value:
+        """A text of the other kind."""
+        a = self.text(depth, not wide)
+        if wide:
+            return Value(f"STRING_TO_WSTRING({a.text})", "WSTRING(255)", a.run)
+        return Value(f"WSTRING_TO_STRING({a.text})", "STRING(255)", lambda env: narrow(a.run(env)))
+
+    def _measured(self, depth: int) -> Value:
+        """A number about texts."""
+        wide = self.rng.random() < 0.5
+        w, a = "W" if wide else "", self.text(depth, wide)
+        if self.rng.random() < 0.5:
+            return Value(f"{w}LEN({a.text})", "INT", lambda env: len(a.run(env)))
+        b = self.text(depth - 1, wide)
+
+        def found(env: Env) -> int:
+            text, part = a.run(env), b.run(env)
+            return text.find(part) + 1 if part else 0
+
+        return Value(f"{w}FIND({a.text}, {b.text})", "INT", found)
+
+
+def letters_of(rng: Random, count: int, wide: bool) -> str:
+    """Letters that a STRING has, or a WSTRING."""
+    return "".join(rng.choice("abcXYZ 019ä€ЖΩ中" if wide else "abcXYZ 019ä€") for _ in range(count))
+
+
+def _without(text: str, length: int, position: int) -> str:
+    if length <= 0 or position <= 0:
+        return text
+    return text[: position - 1] + text[position - 1 + length :]
+
+
+def _with(text: str, other: str, position: int) -> str:
+    return text[:position] + other + text[position:] if 0 <= position <= len(text) else text
 
 
 _COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {

@@ -27,6 +27,8 @@ class Scope(Expressions):
         super().__init__(rng, exceptions)
         self.calls: list[Callable[[Scope], Action]] = []
         """Statements that call blocks."""
+        self.again: list[Callable[[], None]] = []
+        """What a reset does with what has no cell."""
         self.counters: list[Place] = []
         self.loops = 0
         self.may_return = True

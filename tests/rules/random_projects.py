@@ -1,6 +1,6 @@
 """Random projects: functions, blocks that extend each other, methods, pointers and a program."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -22,6 +22,7 @@ from tests.rules.oracle import (
     literal,
     wrap,
 )
+from tests.rules.random_expressions import letters_of
 from tests.rules.random_parts import (
     DURATIONS,
     duration,
@@ -32,8 +33,10 @@ from tests.rules.random_parts import (
 )
 from tests.rules.random_programs import Scope
 from tests.rules.random_shapes import shapes
+from tests.rules.random_timers import timer
 
-TYPES = (*INTEGERS, "BOOL", "BOOL", "REAL", "LREAL", "STRING(20)", "STRING(5)")
+TYPES = (*INTEGERS, "BOOL", "BOOL", "REAL", "LREAL", "STRING(20)", "STRING(5)",
+         "WSTRING(20)", "WSTRING(5)")  # fmt: skip
 Variable = tuple[str, str, Any]
 NOTHING = Action("", lambda env: None)
 
@@ -47,7 +50,7 @@ def start(rng: Random, type: str) -> Any:
         return rng.random() < 0.5
     if type in ("REAL", "LREAL"):
         return rng.choice([0.0, 1.0, -2.5, 0.5, rng.randint(-800, 800) / 8])
-    return "".join(rng.choice("abcdEFG 12") for _ in range(rng.randint(0, 5)))
+    return letters_of(rng, rng.randint(0, 5), type.startswith("W"))
 
 
 @dataclass
@@ -64,6 +67,16 @@ class Block:
     property: Variable = ("", "", None)
     """The variable that its property `P` is."""
     methods: dict[str, Routine] = field(default_factory=dict)
+    hidden: list[Variable] = field(default_factory=list)
+    """VAR_INST of its methods."""
+    kept: set[str] = field(default_factory=set)
+    """Its RETAIN and PERSISTENT variables."""
+    init: Routine | None = None
+    """Its own FB_init."""
+    statics: list[tuple[str, str, Cell]] = field(default_factory=list)
+
+    def statics_of_bases(self) -> "list[tuple[str, str, Cell]]":
+        return [one for block in self.chain()[:-1] for one in block.statics]
 
     def chain(self) -> "list[Block]":
         return [*(self.base.chain() if self.base else []), self]
@@ -71,14 +84,31 @@ class Block:
     def all_of(self, kind: str) -> list[Variable]:
         return [one for block in self.chain() for one in getattr(block, kind)]
 
-    def instance(self) -> Env:
+    def instance(self, kept: bool = False) -> Env:
+        """The variables of an instance, before FB_init; `kept` is said of all of it."""
+        names = {name for block in self.chain() for name in block.kept}
         env: Env = {
-            name: Cell(value)
+            name: Cell(value, kept or name in names)
             for kind in ("inputs", "outputs", "locals")
             for name, _, value in self.all_of(kind)
         }
+        env["__hidden__"] = {n: Cell(value, kept) for n, _, value in self.all_of("hidden")}
         env["__block__"] = self
         return env
+
+    def parameters(self) -> list[tuple[str, str]]:
+        """What a declaration of an instance hands to FB_init."""
+        found = [block.init.parameters for block in self.chain() if block.init is not None]
+        return found[-1] if found else []
+
+    def begin(self, env: Env, values: list[Any], types: list[str]) -> None:
+        """Each FB_init, that of the base first."""
+        given = dict(zip((name for name, _ in self.parameters()), zip(values, types, strict=True),
+                         strict=True))  # fmt: skip
+        for block in self.chain():
+            if block.init is not None:
+                own = [given[name] for name, _ in block.init.parameters]
+                block.init.called([value for value, _ in own], [type for _, type in own], env)
 
     def run(self, env: Env) -> None:
         for name, _, value in self.temporaries:
@@ -100,6 +130,7 @@ def _declared(variables: list[Variable]) -> str:
 
 
 def _section(word: str, variables: list[Variable]) -> str:
+    """What is declared between a word and END_VAR."""
     return f"{word}\n{_declared(variables)}\nEND_VAR\n" if variables else ""
 
 
@@ -115,6 +146,14 @@ class Project:
         self.main: Env = {}
         self.names: list[str] = []
         """Variables of MAIN that are compared."""
+        self.statics: Env = {}
+        """VAR_STAT variables, by their whole name."""
+        self.clock = [0]
+        """The time of the cycle, in nanoseconds."""
+        self.again: list[Callable[[], None]] = []
+        """What a reset does beside the cells of MAIN."""
+        self.starts: list[Callable[[], None]] = []
+        """FB_init of the instances, in order."""
         for _ in range(rng.randint(0, 2)):
             self._function()
         self.blocks: list[Block] = []
@@ -156,7 +195,9 @@ class Project:
 
     # functions and methods -------------------------------------------------------------------
 
-    def _routine(self, name: str, inherited: list[Variable]) -> tuple[Routine, str]:
+    def _routine(
+        self, name: str, inherited: list[Variable], block: Block | None = None
+    ) -> tuple[Routine, str]:
         """A function (no instance variables) or method: it and its inside as text."""
         rng = self.rng
         parameters = [
@@ -164,11 +205,21 @@ class Project:
             for _ in range(rng.randint(1, 3))
         ]
         routine = Routine(name, parameters, rng.choice(INTEGERS))
-        return routine, self._inside(routine, inherited)
+        return routine, self._inside(routine, inherited, block)
 
-    def _inside(self, routine: Routine, inherited: list[Variable]) -> str:
+    def _inside(
+        self, routine: Routine, inherited: list[Variable], block: Block | None = None
+    ) -> str:
         routine.locals = [*self._needed(), *self.variables(3)]
         scope = self.scope(_own, [*routine.locals, *((n, t, 0) for n, t in routine.parameters)])
+        owner = routine.name if block is None else f"{block.name}.{routine.name}"
+        further = self._static(owner, scope)
+        if block is not None and self.rng.random() < 0.6:
+            hidden = self.variables(3)
+            block.hidden += hidden
+            for name, type, _ in hidden:
+                scope.add(Place(name, type, partial(_reached, _hidden, name)))
+            further += _section("VAR_INST", hidden)
         counters = self._counters(scope, _own)
         routine.locals += counters
         for name, type, _ in inherited:
@@ -184,9 +235,26 @@ class Project:
         routine.run = run
         inputs = "\n".join(f"    {name} : {type};" for name, type in routine.parameters)
         return (
-            f"VAR_INPUT\n{inputs}\nEND_VAR\n{_section('VAR', routine.locals)}"
+            f"VAR_INPUT\n{inputs}\nEND_VAR\n{_section('VAR', routine.locals)}{further}"
             f"{body.text}\n{routine.name} := {value.text};\n"
         )
+
+    def _static(self, owner: str, scope: Scope, block: Block | None = None) -> str:
+        """Variables that are there once, which join the scope: their section."""
+        if self.rng.random() < 0.5:
+            return ""
+        word = self._remanence(0.3)
+        variables = self.variables(2)
+        for name, type, value in variables:
+            cell = self.statics[f"{owner}.{name}"] = Cell(value, bool(word))
+            scope.add(Place(name, type, partial(_itself, cell)))
+            if block is not None:
+                block.statics.append((name, type, cell))
+        return _section(f"VAR_STAT{word}", variables)
+
+    def _remanence(self, often: float = 0.4) -> str:
+        """What is said of variables that outlive a reset, or nothing."""
+        return self.rng.choice([" RETAIN", " PERSISTENT"]) if self.rng.random() < often else ""
 
     def _function(self) -> None:
         routine, inside = self._routine(self.name("F_"), [])
@@ -202,14 +270,19 @@ class Project:
         block.temporaries = self.variables(1)
         own = [*block.all_of("inputs"), *block.all_of("outputs"), *block.all_of("locals")]
         scope = self.scope(_own, [*own, *block.temporaries])
+        further = self._static(block.name, scope, block)
+        for name, type, cell in block.statics_of_bases():
+            scope.add(Place(name, type, partial(_itself, cell)))
         block.locals += self._counters(scope, _own)
+        words = {kind: self._remanence(0.25) for kind in ("inputs", "outputs", "locals")}
+        block.kept = {n for kind, word in words.items() if word for n, _, _ in getattr(block, kind)}
         if base is not None:
             scope.calls.append(partial(_super_call, base))
         block.body = scope.block(2)
         methods = ""
         implements = ""
         if base is None:
-            routine, inside = self._routine("M", own)
+            routine, inside = self._routine("M", own, block)
             block.methods["M"] = routine
             block.property = next(one for one in block.locals if one[1] in INTEGERS)
             methods = property_text("P", block.property[0], block.property[1])
@@ -224,19 +297,61 @@ class Project:
         else:
             before = base.method("M")
             routine = Routine("M", before.parameters, before.result)
-            inside = self._inside(routine, own)
+            inside = self._inside(routine, own, block)
             block.methods["M"] = routine
             block.property = base.property
         methods += f"METHOD M : {routine.result}\n{inside}END_METHOD\n"
+        if self.rng.random() < 0.6:
+            methods += self._init(block, own)
         extends = f" EXTENDS {base.name}" if base is not None else ""
         self.parts.append(
             f"FUNCTION_BLOCK {block.name}{extends}{implements}\n"
-            f"{_section('VAR_INPUT', block.inputs)}"
-            f"{_section('VAR_OUTPUT', block.outputs)}{_section('VAR', block.locals)}"
+            f"{_section('VAR_INPUT' + words['inputs'], block.inputs)}"
+            f"{_section('VAR_OUTPUT' + words['outputs'], block.outputs)}"
+            f"{_section('VAR' + words['locals'], block.locals)}{further}"
             f"{_section('VAR_TEMP', block.temporaries)}{block.body.text}\n{methods}"
             "END_FUNCTION_BLOCK"
         )
         self.blocks.append(block)
+
+    def _init(self, block: Block, own: list[Variable]) -> str:
+        """An FB_init of a block: it takes what that of the base takes, and more."""
+        rng = self.rng
+        before = block.base.parameters() if block.base is not None else []
+        more = [
+            (self.name("p"), rng.choice([*INTEGERS, "BOOL", "LREAL", "STRING(5)", "WSTRING(5)"]))
+            for _ in range(rng.randint(0, 2))
+        ]
+        routine = Routine("FB_init", [*before, *more], "BOOL")
+        routine.locals = self._needed()
+        places = [*routine.locals, *((name, type, 0) for name, type in routine.parameters)]
+        scope = self.scope(_own, places)
+        for name, type, _ in own:
+            scope.add(Place(name, type, partial(_reached, _of_instance, name)))
+        routine.run = (body := scope.block(1)).run
+        inputs = "\n".join(f"    {name} : {type};" for name, type in routine.parameters)
+        block.init = routine
+        return (
+            "METHOD FB_init : BOOL\nVAR_INPUT\n    bInitRetains, bInCopyCode : BOOL;\n"
+            f"{inputs}\nEND_VAR\n{_section('VAR', routine.locals)}{body.text}\nEND_METHOD\n"
+        )
+
+    def _begun(self, block: Block, env: Env, scope: Scope) -> str:
+        """What a declaration hands to FB_init, which begins the instance."""
+        values = [scope.argument(type, 1) for _, type in block.parameters()]
+
+        def start() -> None:
+            block.begin(env, [one.run(self.main) for one in values], [one.type for one in values])
+
+        if not any(each.init for each in block.chain()):
+            return ""
+        self.starts.append(start)
+        named = self.rng.random() < 0.5
+        texts = [
+            f"{name} := {one.text}" if named else one.text
+            for (name, _), one in zip(block.parameters(), values, strict=True)
+        ]
+        return f"({', '.join(texts)})" if texts else ""
 
     # the program -----------------------------------------------------------------------------
 
@@ -246,9 +361,11 @@ class Project:
         scope = self.scope(_own, variables)
         scope.may_return = rng.random() < 0.2
         counters = self._counters(scope, _own)
-        lines = [_declared([*variables, *counters])]
+        lines = _declared([*variables, *counters]).split("\n")
+        kept = {name: self._remanence(0.3) for name, _, _ in variables}
+        opened = self.scope(_own, variables)
         for name, _, value in (*variables, *counters):
-            env[name] = Cell(value)
+            env[name] = Cell(value, bool(kept.get(name)))
         self.names = [name for name, _, _ in (*variables, *counters)]
         lines += [self._array(scope) for _ in range(rng.randint(0, 2))]
         for _ in range(rng.randint(0, 2)):
@@ -265,8 +382,10 @@ class Project:
         for number, block in enumerate(self.blocks):
             for _ in range(rng.randint(1, 2)):
                 name = self.name("f")
-                lines.append(f"    {name} : {block.name};")
-                env[name] = block.instance()
+                kept[name] = self._remanence(0.2)
+                env[name] = block.instance(bool(kept[name]))
+                given = self._begun(block, env[name], opened)
+                lines.append(f"    {name} : {block.name}{given};")
                 self.names.append(name)
                 scope.calls.append(partial(_call, name, block))
                 scope.calls.append(partial(_method_call, name, name, block))
@@ -281,14 +400,14 @@ class Project:
                     opening.append(Action(f"{pointer} := ADR({name});", lambda env: None))
                     scope.calls.append(partial(_method_call, f"{pointer}^", name, block))
         opening += self._pointers(scope, variables, lines)
+        lines += [timer(rng, self.name("t"), scope, self.clock) for _ in range(rng.randint(0, 2))]
         further, types, actions = shapes(rng, self.name, scope)
+        self.again += scope.again
         lines += further
         self.parts += types
         body = scope.block(3, 12)
         text = "\n".join([*(one.text for one in opening), body.text])
-        self.parts.append(
-            "PROGRAM MAIN\nVAR\n" + "\n".join(lines) + f"\nEND_VAR\n{text}\n{actions}END_PROGRAM"
-        )
+        self.parts.append(f"PROGRAM MAIN\n{_sections(lines, kept)}{text}\n{actions}END_PROGRAM")
         self._body = body
 
     def _interfaces(
@@ -307,7 +426,10 @@ class Project:
 
     def _array(self, scope: Scope) -> str:
         rng = self.rng
-        name, type = self.name("a"), rng.choice([*INTEGERS, "BOOL", "LREAL", "STRING(5)"])
+        name, type = (
+            self.name("a"),
+            rng.choice([*INTEGERS, "BOOL", "LREAL", "STRING(5)", "WSTRING(5)"]),
+        )
         first = rng.randint(-3, 3)
         last = first + rng.randint(0, 4)
         values = [start(rng, type) for _ in range(last - first + 1)]
@@ -321,7 +443,7 @@ class Project:
         """Pointers and references to variables, which are further names of them."""
         found = []
         for target, type, _ in variables:
-            if type.startswith("STRING") or self.rng.random() < 0.7:
+            if "STRING" in type or self.rng.random() < 0.7:
                 continue
             name = self.name("p")
             if self.rng.random() < 0.5:
@@ -335,14 +457,63 @@ class Project:
             scope.add(Place(text, type, partial(_reached, _own, target)))
         return found
 
+    def begin(self) -> None:
+        """The instances come to life. Raises `Stop`."""
+        for start in self.starts:
+            start()
+
+    def reset(self, origin: bool, again: bool) -> None:
+        """Begin as declared. What is kept keeps its value unless `origin`; it has its start value
+        until FB_init has run if all is made `again`. Raises `Stop`."""
+        cells = [*_cells(self.main), *_cells(self.statics)]
+        kept = [] if origin else [(cell, cell.v) for cell in cells if cell.kept]
+        for cell in cells:
+            if again or origin or not cell.kept:
+                cell.v = cell.start
+        for one in self.again:
+            one()
+        self.begin()
+        for cell, value in kept:
+            cell.v = value
+
     def cycle(self) -> None:
         """One cycle of MAIN. Raises `Stop`."""
         with suppress(Back):
             self._body.run(self.main)
 
 
+def _cells(value: Any) -> Iterator[Cell]:
+    """All that a variable is made of."""
+    if isinstance(value, Cell):
+        yield value
+    elif isinstance(value, dict | list):
+        for one in value.values() if isinstance(value, dict) else value:
+            yield from _cells(one)
+
+
+def _sections(lines: list[str], kept: dict[str, str]) -> str:
+    """Declarations in their order, each below what is said of it."""
+    text, said = "", None
+    for line in lines:
+        word = kept.get(line.split()[0], "")
+        if word != said:
+            text += f"{'END_VAR' if text else ''}\nVAR{word}\n"
+        said = word
+        text += f"{line}\n"
+    return f"{text}END_VAR\n"
+
+
 def _reached(reach: Callable[[Env, str], Cell], name: str, env: Env) -> Cell:
     return reach(env, name)
+
+
+def _itself(cell: Cell, env: Env) -> Cell:
+    return cell
+
+
+def _hidden(env: Env, name: str) -> Cell:
+    found: Cell = env["this"]["__hidden__"][name]
+    return found
 
 
 def _own(env: Env, name: str) -> Cell:

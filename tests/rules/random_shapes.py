@@ -58,6 +58,10 @@ def union(name: str, scope: Scope) -> str:
 
         return Action(f"{place.text} := {name}.{member};", run)
 
+    def cleared() -> None:
+        data[:] = bytes(4)
+
+    scope.again.append(cleared)
     scope.calls += [written, taken, taken]
     return f"    {name} : U_All;"
 
@@ -114,6 +118,10 @@ def enumeration(rng: Random, name: str, scope: Scope) -> tuple[str, str]:
         labels = "\n".join(f"{type}.{w}: {place.text} := {n};" for n, w in enumerate(words))
         return Action(f"CASE {name} OF\n{labels}\nELSE {place.text} := 9;\nEND_CASE", run)
 
+    def begun() -> None:
+        cell.v = cell.start
+
+    scope.again.append(begun)
     scope.calls += [chosen, counted, taken, cases]
     return f"    {name} : {type};", text
 
@@ -134,6 +142,10 @@ def edge(rng: Random, name: str, scope: Scope) -> str:
 
         return Action(f"{name}(CLK := {clock.text}, Q => {place.text});", run)
 
+    def begun() -> None:
+        before[0] = False
+
+    scope.again.append(begun)
     scope.calls.append(called)
     return f"    {name} : {'R_TRIG' if rises else 'F_TRIG'};"
 

@@ -1,6 +1,7 @@
 """Random expressions and programs do in memory what the rules say, cycle by cycle."""
 
 import math
+from collections.abc import Callable
 from random import Random
 from typing import Any
 
@@ -8,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.iec import plain
+from achse.plc.remains import inherit_variables, kept_variables
 from achse.plc.runtime import PlcState
 from tests.plc.code.conftest import Ran
 from tests.rules.oracle import INTEGERS, Cell, Env, Place, Stop, wrap
@@ -34,38 +36,99 @@ def _compare(found: Any, wanted: Any, where: str, text: str) -> None:
         block = wanted.get("__block__")
         temporaries = {name for name, _, _ in block.all_of("temporaries")} if block else set()
         for name, cell in wanted.items():
-            if name != "__block__" and name not in temporaries:
+            if not name.startswith("__") and name not in temporaries:
                 _compare(found[name], cell, f"{where}.{name}", text)
 
 
-def _agree(project: Project, rng: Random, cycles: int, exceptions: bool) -> None:
-    ran = Ran(project.text, exceptions=exceptions)
-    for cycle in range(cycles):
-        if cycle:
-            name = rng.choice(project.names)
-            cell = project.main[name]
-            if isinstance(cell, Cell) and isinstance(cell.v, bool):
-                cell.v = not cell.v
-                ran.plc.instance("MAIN")[name] = cell.v
-        expected = ""
+class Bench:
+    """A random project beside the PLC that runs its text."""
+
+    def __init__(self, project: Project, rng: Random, exceptions: bool) -> None:
+        self.project, self.rng, self.exceptions = project, rng, exceptions
+        self.ran = Ran(project.text, exceptions=exceptions)
+
+    @property
+    def plcs(self) -> list[Ran]:
+        """The PLC, and its twin of plain code."""
+        return [self.ran] if self.ran.twin is None else [self.ran, self.ran.twin]
+
+    def agree(self, work: Callable[[], None]) -> bool:
+        """Whether `work` of the project ends as what the PLC did, with the same variables; FALSE
+        once both stopped."""
+        text, plc, expected = self.project.text, self.ran.plc, ""
         try:
-            project.cycle()
+            work()
         except Stop as stop:
             expected = str(stop)
-        ran.cycle()
-        main = ran.plc.instance("MAIN")
         if expected:
-            assert ran.plc.state is PlcState.EXCEPTION, f"expected {expected}\n{project.text}"
-            assert ran.stopped.name == expected, f"{ran.plc.failure}\n{project.text}"
+            assert plc.state is PlcState.EXCEPTION, f"expected {expected}\n{text}"
+            assert self.ran.stopped.name == expected, f"{plc.failure}\n{text}"
         else:
-            assert ran.plc.state is PlcState.RUN, f"{ran.plc.failure}\n{project.text}"
-        for name in project.names:
-            _compare(main[name], project.main[name], name, project.text)
-        if expected:
+            assert plc.state is not PlcState.EXCEPTION, f"{plc.failure}\n{text}"
+            main, bodies = plc.instance("MAIN"), plc.bodies
+            assert bodies is not None
+            for name in self.project.names:
+                _compare(main[name], self.project.main[name], name, text)
+            placed = {one.name: one for one in (*plc.statics, *bodies.statics)}
+            for name, cell in self.project.statics.items():
+                one = placed[name]
+                found = one.variable.type.read(plc.memory[one.area].data, one.offset)
+                _compare(found, cell, name, text)
+        return not expected
+
+    def cycle(self) -> bool:
+        """A cycle, at any time after the last."""
+        clock = self.project.clock
+        clock[0] += self.rng.choice(GAPS_NS) + self.rng.choice([0, 0, self.rng.randint(0, 10**7)])
+        for each in self.plcs:
+            each.task.due_ns = clock[0]
+        self.ran.cycle()
+        return self.agree(self.project.cycle)
+
+    def press(self) -> None:
+        """A client writes a variable."""
+        name = self.rng.choice(self.project.names)
+        cell = self.project.main[name]
+        if isinstance(cell, Cell) and isinstance(cell.v, bool):
+            cell.v = not cell.v
+            self.ran.plc.instance("MAIN")[name] = cell.v
+
+    def restart(self) -> bool:
+        """Anything that begins the variables again."""
+        kind = self.rng.choice(["cold", "origin", "station"])
+        if kind == "station":
+            kept = [kept_variables(each.plc) for each in self.plcs]
+            self.ran = Ran(self.project.text, exceptions=self.exceptions)
+            for each, values in zip(self.plcs, kept, strict=True):
+                if each.plc.state is not PlcState.EXCEPTION:
+                    assert inherit_variables(each.plc, values) == []
+        for each in self.plcs if kind != "station" else ():
+            each.plc.reset(origin=kind == "origin")
+            if each.plc.state is not PlcState.EXCEPTION:
+                each.plc.run()
+        return self.agree(
+            lambda: self.project.reset(origin=kind == "origin", again=kind == "station")
+        )
+
+
+_MS = 1_000_000
+GAPS_NS = [1, _MS // 4, _MS, 10 * _MS, 10 * _MS, 30 * _MS, 1000 * _MS, 49 * 86_400_000 * _MS]
+"""How long after one cycle the next is due."""
+
+
+def _agree(project: Project, rng: Random, cycles: int, exceptions: bool) -> None:
+    bench = Bench(project, rng, exceptions)
+    if not bench.agree(project.begin):
+        return
+    for _ in range(cycles):
+        if not bench.cycle():
+            return
+        bench.press()
+        if rng.random() < 0.3 and not bench.restart():
             return
 
 
-@given(st.integers(0, (1 << 64) - 1), st.integers(1, 4), st.booleans())
+@given(st.integers(0, (1 << 64) - 1), st.integers(1, 6), st.booleans())
 @settings(max_examples=17)
 def test_programs(seed: int, cycles: int, exceptions: bool) -> None:
     rng = Random(seed)

@@ -69,7 +69,7 @@ class PlacedUnit:
         self.base = 0
         """Where in the data area its memory begins."""
         self._places: dict[str, Place] = {}
-        self._remanent: dict[IecType[Any], list[tuple[int, int]]] = {}
+        self._remanent: dict[IecType[Any], list[tuple[int, int, bool]]] = {}
         """The retain and persistent parts of each type met, while memory is found."""
 
     def place_fixed(self) -> None:
@@ -129,13 +129,15 @@ class PlacedUnit:
         else:
             region.write_bits(offset * 8 + bit, initial)
         type = variable.type
-        if variable.retain or variable.persistent or _is_left_alone(variable):
+        if variable.retain or variable.persistent:
             region.keep(offset, type.size)
+        elif _is_left_alone(variable):
+            region.keep(offset, type.size, remanent=False)
         elif type.is_view:
             if type not in self._remanent:
                 self._remanent[type] = list(_remanent_parts(type))
-            for start, size in self._remanent[type]:
-                region.keep(offset + start, size)
+            for start, size, remanent in self._remanent[type]:
+                region.keep(offset + start, size, remanent=remanent)
 
     def _refusal(self, variable: Variable[Any, Any], failure: Exception) -> DeclarationError:
         at = f" AT {variable.address}" if variable.address else ""
@@ -187,10 +189,22 @@ def place_statics(units: Iterable[PlacedUnit], memory: Memory) -> list[PlacedVar
             if not variable.in_memory and variable not in memory.statics:
                 offset = data.allocate(variable.type.size, variable.type.alignment)
                 data.write(offset, variable.initial_bytes())
+                if variable.retain or variable.persistent:
+                    data.keep(offset, variable.type.size)
                 memory.statics[variable] = Place(data.data, offset)
-                name = f"{found.name}.{variable.name}"
+                name = f"{_owner(found, variable).name}.{variable.name}"
                 statics.append(PlacedVariable(name, variable, Area.DATA, offset, None))
     return statics
+
+
+def _owner(type: StructType[Any], variable: Variable[Any, Any]) -> StructType[Any]:
+    """The type that declares a member: itself, or a base of it."""
+    here: StructType[Any] | None = type
+    while here is not None:
+        if any(own is variable for own in here.own_members):
+            return here
+        here = here.base
+    return type
 
 
 def _unique(names: Sequence[str]) -> None:
@@ -234,13 +248,15 @@ def _is_left_alone(variable: Variable[Any, Any]) -> bool:
     return any(name.lower() in ("no_init", "noinit") for name in variable.attributes)
 
 
-def _remanent_parts(type: IecType[Any], offset: int = 0) -> Iterator[tuple[int, int]]:
-    """Offset and size of the retain and persistent members inside a variable."""
+def _remanent_parts(type: IecType[Any], offset: int = 0) -> Iterator[tuple[int, int, bool]]:
+    """Offset and size of the members inside a variable that a reset spares, and whether they are
+    retain or persistent."""
     type = resolved(type)
     if isinstance(type, StructType):
         for member in type.fields:
-            if member.retain or member.persistent or _is_left_alone(member):
-                yield offset + member.offset, member.type.size
+            remanent = member.retain or member.persistent
+            if remanent or _is_left_alone(member):
+                yield offset + member.offset, member.type.size, remanent
             else:
                 yield from _remanent_parts(member.type, offset + member.offset)
     elif isinstance(type, ArrayType) and any(_remanent_parts(type.element)):

@@ -43,7 +43,8 @@ def inherit_variables(plc: PlcRuntime, kept: Mapping[str, KeptVariable]) -> list
 
 def _remanent(plc: PlcRuntime) -> Iterator[tuple[str, PlacedVariable, IecType[Any], int]]:
     """Name, variable that it is in, type and offset of all that is kept."""
-    for placed in plc.variables:
+    of_routines = () if plc.bodies is None else plc.bodies.statics
+    for placed in (*plc.variables, *of_routines):
         if placed.bit is None:
             for name, type, offset in _parts(placed.variable, placed.name, placed.offset):
                 yield name, placed, type, offset

@@ -4,6 +4,7 @@ import hashlib
 import logging
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from enum import Enum
 from functools import partial
 from operator import attrgetter
@@ -490,7 +491,8 @@ class PlcRuntime:
     def reset(self, *, origin: bool = False) -> None:
         """Initialise all variables again and stop.
 
-        A cold reset spares retain and persistent variables, `origin` does not.
+        A cold reset spares retain and persistent variables, whatever FB_init or the declaration of
+        an instance says of them, as a restart of the station does; `origin` does not.
         """
         self._abandon()
         self.memory.reset(origin=origin)
@@ -502,10 +504,11 @@ class PlcRuntime:
         self._enter(PlcState.STOP)
         for task in self.tasks:
             task.clear_counters()
-        try:
-            self._start()
-        except Exception as failure:
-            self._fail("the start after a reset failed", failure)
+        with nullcontext() if origin else self.memory.remaining():
+            try:
+                self._start()
+            except Exception as failure:
+                self._fail("the start after a reset failed", failure)
 
     def _tell_bodies(self, previous: "Bodies | None") -> None:
         if self.bodies is not None and previous is not None:

@@ -58,6 +58,8 @@ class Placement:
             region = self.memory[Area.DATA]
             offset = region.allocate(variable.type.size, variable.type.alignment)
             region.write(offset, variable.initial_bytes())
+            if variable.retain or variable.persistent:
+                region.keep(offset, variable.type.size)
             name = f"{base.owner}.{variable.name}"
             placed = PlacedVariable(name, variable, Area.DATA, offset, None)
             self.statics[name.lower()] = placed

@@ -2,7 +2,7 @@
 
 import gc
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 from achse.iec.derived import PointerType
@@ -200,7 +200,7 @@ class Checking:
             self._records,
             {unit.type.name.lower(): unit for unit in units},
             interfaces,
-            tuple(self._statics),
+            (*self._statics, *self._statics_of_blocks()),
             slot_calls(AFTER_GLOBAL_INIT, self._done.values(), self._notes),
             slot_calls(AFTER_ONLINE_CHANGE, self._done.values(), self._notes),
             type_change_calls(self._done.values(), self._notes),
@@ -209,6 +209,13 @@ class Checking:
             self._left_out,
             origin_of(self.names, self.given_units.values()),
         )
+
+    def _statics_of_blocks(self) -> Iterator[StaticBase]:
+        """VAR_STAT of blocks: instances may be in frames only."""
+        for block in self._blocks.values():
+            for member in block.type.own_members:
+                if not member.in_memory:
+                    yield StaticBase(block.type.name, member)
 
     def _guarded(self, entry: DeclaredUnit, work: Any) -> None:
         try:

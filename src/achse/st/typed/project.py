@@ -176,7 +176,8 @@ class TypedProject:
     """In the order they come to life."""
     interfaces: Mapping[str, TypedInterface]
     statics: Sequence[StaticBase] = ()
-    """VAR_STAT of functions and methods; those of blocks are among their type's members."""
+    """VAR_STAT of functions, methods and blocks; those of blocks are among their type's members,
+    too."""
     init_calls: Sequence[InitCall] = ()
     """In the order of their slots."""
     online_change_calls: Sequence[InitCall] = ()
