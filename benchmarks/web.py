@@ -4,9 +4,11 @@ A station with a PLC task of 1 ms whose 32 variables each of the pages records a
 WebSockets in a process of their own that reads everything; beside it the same station without
 pages, in the same run. Late: begun more than one cycle late. Then a page that never reads: bytes
 that wait for it, after so many seconds of samples put in at once.
-With --browsers the pages are the scope in tabs of a real Chromium (playwright, headless), and the
-pictures that each of them draws in a second are told.
-Usage: python benchmarks/web.py [SECONDS] [PAGES] [--browsers]
+With --browsers the pages are the scope in tabs of a real Chromium (playwright, headless: it draws
+without a graphics processor). Told are the pictures that each of them draws in a second, and for
+each picture the processor time of all of Chromium, and of script and layout in the page's main
+thread. Pictures a second depend on what else the machine does, processor time hardly.
+Usage: python benchmarks/web.py [SECONDS] [PAGES] [--browsers] [--window=5]
 """
 
 import asyncio
@@ -18,6 +20,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 from achse.client import connect
 from achse.station import Station
@@ -29,10 +32,17 @@ CHANNELS = 32
 
 
 def station(folder: Path) -> Station:
-    """A PLC task of 1 ms with counters and a wave."""
+    """A PLC task of 1 ms with waves, every fourth with noise."""
     names = [f"n{n}" for n in range(CHANNELS)]
-    variables = " ".join(f"{name} : LREAL;" for name in names)
-    body = " ".join(f"{name} := {name} + {n + 1};" for n, name in enumerate(names))
+    variables = "t : LREAL; seed : UDINT; noise : LREAL; "
+    variables += " ".join(f"{name} : LREAL;" for name in names)
+    body = "t := t + 0.001; seed := seed * 1664525 + 1013904223; "
+    body += "noise := UDINT_TO_LREAL(seed) / 4294967296.0; "
+    body += " ".join(
+        f"{name} := {n % 8 - 4}.0 + 2.0 * SIN({0.3 + 0.4 * n} * t)"
+        + (" + noise;" if n % 4 == 0 else ";")
+        for n, name in enumerate(names)
+    )
     (folder / "main.st").write_text(
         f"PROGRAM MAIN VAR {variables} END_VAR {body} END_PROGRAM", encoding="utf-8"
     )
@@ -84,48 +94,80 @@ async def readers(port: int, pages: int) -> None:
     print(json.dumps(counts), flush=True)
 
 
-def look(port: int, pages: int) -> None:
-    """Tabs of a Chromium with the scope; prints pictures a second of each at the end of stdin."""
-    from playwright.sync_api import sync_playwright
+def look(port: int, pages: int, window: str) -> None:
+    """Tabs of a Chromium with the scope; prints what they drew and took at the end of stdin."""
+    from playwright.sync_api import CDPSession, sync_playwright
 
     names = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
     found = os.environ.get("ACHSE_BROWSER") or next(filter(None, map(shutil.which, names)), None)
     traces = "|".join(f"MAIN.n{n}~{1 + n // 8}" for n in range(CHANNELS))
+
+    def processor(session: CDPSession) -> float:
+        told = session.send("SystemInfo.getProcessInfo")["processInfo"]
+        return sum(float(each["cpuTime"]) for each in told)
+
+    def metrics(session: CDPSession) -> tuple[float, float]:
+        told = session.send("Performance.getMetrics")["metrics"]
+        values = {each["name"]: float(each["value"]) for each in told}
+        layout = values["LayoutDuration"] + values["RecalcStyleDuration"]
+        return values["ScriptDuration"], layout
+
     with sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        whole = browser.new_browser_cdp_session()
         tabs = []
         for _ in range(pages):
             tab = browser.new_context(viewport={"width": 1280, "height": 900}).new_page()
-            tab.goto(f"http://127.0.0.1:{port}/#scope?traces={traces}")
-            tabs.append(tab)
-        for tab in tabs:
+            tab.add_init_script(COUNT_PICTURES)
+            tab.goto(f"http://127.0.0.1:{port}/#scope?width={window}&traces={traces}")
+            session = tab.context.new_cdp_session(tab)
+            session.send("Performance.enable", {"timeDomain": "threadTicks"})
+            tabs.append((tab, session))
+        for tab, _ in tabs:
             tab.wait_for_function("() => document.querySelectorAll('.chart canvas').length >= 4")
-            tab.evaluate(COUNT_FRAMES)
+        tabs[0][0].wait_for_timeout(1000 * float(window) + 500)  # the window is full then
+        begin = processor(whole), time.monotonic()
+        before = [(tab.evaluate("pictures"), *metrics(session)) for tab, session in tabs]
+        print("ready", flush=True)
         sys.stdin.read()
-        print(json.dumps([round(tab.evaluate("frames()"), 1) for tab in tabs]))
+        after = [(tab.evaluate("pictures"), *metrics(session)) for tab, session in tabs]
+        used, passed = processor(whole) - begin[0], time.monotonic() - begin[1]
+        drawn, script, layout = (
+            [end[n] - first[n] for end, first in zip(after, before, strict=True)] for n in range(3)
+        )
+        each = 1000 / max(sum(drawn), 1)
+        told = {
+            "pictures a second": [round(count / passed, 1) for count in drawn],
+            "ms a picture": round(used * each, 2),
+            "script": round(sum(script) * each, 2),
+            "layout": round(sum(layout) * each, 2),
+        }
+        print(json.dumps(told))
         browser.close()
 
 
-COUNT_FRAMES = """() => {
-  const [begin, count] = [performance.now(), () => { drawn += 1; requestAnimationFrame(count); }];
-  let drawn = 0;
-  count();
-  globalThis.frames = () => 1000 * drawn / (performance.now() - begin);
-}"""
+COUNT_PICTURES = """
+globalThis.pictures = 0;
+const clear = CanvasRenderingContext2D.prototype.clearRect;
+CanvasRenderingContext2D.prototype.clearRect = function (...args) {
+  if (this.canvas === document.querySelector(".chart canvas")) globalThis.pictures += 1;
+  return clear.apply(this, args);
+};
+"""
 
 
 async def measured(
-    folder: Path, seconds: float, pages: int, kind: str = "--read"
-) -> tuple[int, int, float, list[float]]:
+    folder: Path, seconds: float, pages: int, kind: str, window: str
+) -> tuple[int, int, float, Any]:
     """Cycles, late ones, share of a processor, and what the pages counted."""
     made = station(folder)
-    counts: list[float] = [0, 0, 0]
+    counts: Any = None
     async with (
         made.running("127.0.0.1", 0),
         connect(made.router, port=851, keep_alive=None) as client,
         WebServer(client, WebSettings(port=0)) as web,
     ):
-        command = [sys.executable, __file__, kind, str(web.port), str(pages)]
+        command = [sys.executable, __file__, kind, str(web.port), str(pages), window]
         child = None
         if pages:
             child = await asyncio.create_subprocess_exec(
@@ -133,6 +175,9 @@ async def measured(
             )
             while sum(len(page.scopes) for page in web.open_pages) < pages:  # noqa: ASYNC110
                 await asyncio.sleep(0.01)
+            if kind == "--look":
+                assert child.stdout is not None
+                await child.stdout.readline()
         await asyncio.sleep(0.5)
         assert made.pace is not None
         late, begin, used = made.pace.late_ticks, made.time_ns, time.process_time()
@@ -163,22 +208,22 @@ def main() -> None:
         asyncio.run(readers(int(sys.argv[2]), int(sys.argv[3])))
         return
     if sys.argv[1:2] == ["--look"]:
-        look(int(sys.argv[2]), int(sys.argv[3]))
+        look(int(sys.argv[2]), int(sys.argv[3]), sys.argv[4])
         return
-    browsers = "--browsers" in sys.argv
-    if browsers:
-        sys.argv.remove("--browsers")
-    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 20.0
-    pages = int(sys.argv[2]) if len(sys.argv) > 2 else 10
+    numbers = [each for each in sys.argv[1:] if not each.startswith("--")]
+    window = next((each[9:] for each in sys.argv if each.startswith("--window=")), "5")
+    kind = "--look" if "--browsers" in sys.argv else "--read"
+    seconds = float(numbers[0]) if numbers else 20.0
+    pages = int(numbers[1]) if len(numbers) > 1 else 10
     for count in (0, pages, 0):
         with tempfile.TemporaryDirectory() as folder:
             cycles, late, share, counts = asyncio.run(
-                measured(Path(folder), seconds, count, "--look" if browsers else "--read")
+                measured(Path(folder), seconds, count, kind, window)
             )
         told = f"{count:3} pages  {cycles} cycles, {late} late ({late / max(cycles, 1):.3%})"
         told += f", {share:.1%} of a processor"
-        if count and browsers:
-            told += f"; pictures a second: {', '.join(map(str, counts))}"
+        if count and kind == "--look":
+            told += f"; {counts}"
         elif count:
             told += f"; {counts[0]} blocks, {counts[1]} rows read, {counts[2]} blocks dropped"
         print(told, flush=True)

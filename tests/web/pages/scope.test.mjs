@@ -4,7 +4,7 @@ import { load } from "./support.mjs";
 
 const { Ring } = await load("scope/ring.js");
 const { decode } = await load("scope/blocks.js");
-const { decimate, resample } = await load("scope/decimate.js");
+const { decimate } = await load("scope/decimate.js");
 const { spectrum, transform } = await load("scope/fft.js");
 const { derive, parse, sources, unitOf } = await load("scope/derive.js");
 const { asked, tracesOf, tracesText, triggerOf, triggerText } = await load("scope/address.js");
@@ -116,11 +116,6 @@ test("pairs stay where they are while the picture rolls", () => {
   const first = decimate([times.subarray(0, 3000)], 100, 0)[0];
   const later = decimate([times.subarray(500, 3500)], 100, 500)[0];
   assert.ok(later.slice(2, -2).filter((time) => first.includes(time)).length > 100);
-});
-
-test("a held trace is seen at other times", () => {
-  assert.deepEqual(resample([1, 2, 3], [10, 20, NaN], [0, 1, 1.5, 2, 2.5, 3, 4]),
-    [null, 10, 15, 20, null, null, null]);
 });
 
 test("a spectrum has the amplitude of a sine at its frequency", () => {

@@ -2,7 +2,8 @@
  * Scope: channels over time in one or several charts, live or from a recording.
  *
  * Samples go into a ring (scope/ring.js) as they come; the picture is drawn only in a frame, and
- * only when something is another than before. The address holds what is shown.
+ * of it only what is another than before. The numbers follow some times a second, and at once what
+ * somebody did. The address holds what is shown.
  */
 
 import { field, h, mark, show, typing } from "./dom.js";
@@ -11,19 +12,20 @@ import { asked, tracesOf, tracesText, triggerOf, triggerText } from "./scope/add
 import { Analysis } from "./scope/analysis.js";
 import { Chart } from "./scope/chart.js";
 import { Colours } from "./scope/colours.js";
-import { decimate, resample } from "./scope/decimate.js";
 import { title } from "./scope/derive.js";
 import { csv, follow, picture, save } from "./scope/export.js";
 import { Finder } from "./scope/find.js";
 import { Readout } from "./scope/readout.js";
 import { Recorder } from "./scope/recorder.js";
 import { Recordings } from "./scope/recordings.js";
+import { Roll } from "./scope/roll.js";
 import { Span } from "./scope/span.js";
 import { TriggerForm } from "./scope/trigger.js";
 
 const WIDTHS = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120];
 const CYCLES = [0.0001, 0.00025, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 1];
 const SLOW_FRAME = 250; // ms between pictures for people who want less motion
+const NUMBERS = 200; // ms between numbers that nobody asked for
 
 export function mount(element, session) {
   const page = new ScopePage(element, session);
@@ -42,10 +44,14 @@ class ScopePage {
     this._charts = new Map();
     this._fired = null;
     this._pending = null;
+    this._roll = new Roll();
+    this._plan = null;
+    this._width = 0;
     this._due = false;
-    this._drawn = 0;
+    this._drawn = this._spoken = 0;
     this._left = false;
 
+    this._still = matchMedia("(prefers-reduced-motion: reduce)");
     useStyle();
     this._probe = h("span", { class: "scope-colours", "aria-hidden": "true" });
     this._place = h("div", { class: "charts" });
@@ -69,7 +75,7 @@ class ScopePage {
     });
     this._analysis = new Analysis(session, this._colours, {
       add: (text) => this.add(text, 1 + Math.max(0, ...this._traces.map(({ chart }) => chart))),
-      changed: () => this.dirty(),
+      changed: () => this.dirty(), again: () => this._frame(),
     });
     element.append(this._finder.element, this._bar(),
       h("div", { class: "panel", id: "scope-charts" }, this._state, this._place), this._readoutPanel(),
@@ -90,6 +96,7 @@ class ScopePage {
     this._analysis.destroy();
     for (const chart of this._charts.values()) chart.destroy();
     clearTimeout(this._later);
+    clearTimeout(this._numbers);
     for (const end of this._ends) end();
   }
 
@@ -114,6 +121,7 @@ class ScopePage {
       this._recorder.choose(this._traces.map(({ text }) => text));
     }
     this._span.follow();
+    this._roll = new Roll();
     this._fired = this._pending = null;
     this._recorder.start();
   }
@@ -156,6 +164,7 @@ class ScopePage {
     const known = new Map(this._traces.map(({ text, chart }) => [text, chart]));
     this._traces = recording.columns.map((text) => ({ text, chart: known.get(text) ?? 1 }));
     this._offer();
+    this._roll = new Roll();
     this._fired = recording.trigger;
     this._span.fix([recording.ring.first, recording.ring.last]);
     this.dirty();
@@ -166,7 +175,7 @@ class ScopePage {
     const { ring, columns } = this._recorder;
     if (!ring?.size) return null;
     const [from, to] = this._places();
-    return { times: ring.part(0, from, to).slice(), anchor: this._fired ?? ring.last,
+    return { times: ring.part(0, from, to).slice(), anchor: this._fired ?? this._edge,
       values: new Map(columns.map((name, n) => [name, ring.part(n + 1, from, to).slice()])) };
   }
 
@@ -180,8 +189,10 @@ class ScopePage {
     if (this._left) return;
     if (what === "error") this._session.fail(value);
     if (what === "trigger" && this._form.value.mode !== "off") this._trigger(value);
-    if (what === "samples") this._captured();
-    this.dirty();
+    if (what === "samples") {
+      this._captured();
+      this._frame();
+    } else this.dirty();
   }
 
   /** A trigger counts when the picture of the one before it is whole. */
@@ -206,30 +217,65 @@ class ScopePage {
 
   // the picture -------------------------------------------------------------------------------
 
-  /** Something is another than before: draw in the next frame. */
+  /** Something is another than before: draw in the next frame, numbers and all. */
   dirty() {
+    this._plan = null;
+    this._frame();
+  }
+
+  /** There are new samples: draw in the next frame. A tab that is hidden has none. */
+  _frame() {
     if (this._due || this._left) return;
     this._due = true;
     const draw = () => requestAnimationFrame((now) => {
       this._due = false;
       this._drawn = now;
-      if (!this._left) this._draw();
+      if (!this._left) this._draw(now);
     });
-    const slow = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    const wait = slow ? this._drawn + SLOW_FRAME - performance.now() : 0;
+    const wait = this._still.matches ? this._drawn + SLOW_FRAME - performance.now() : 0;
     if (wait > 0) this._later = setTimeout(draw, wait);
     else draw();
   }
 
+  /** The right edge of a picture that follows. */
+  get _edge() {
+    return this._roll.edge ?? this._recorder.ring?.last ?? 0;
+  }
+
   _places() {
     const { ring } = this._recorder;
-    const [from, to] = this._span.at(ring.last);
+    const [from, to] = this._span.at(this._edge);
     return [Math.max(ring.find(from) - 1, ring.start), Math.min(ring.find(to) + 1, ring.end)];
   }
 
-  _draw() {
+  _draw(now) {
     const { ring } = this._recorder;
-    this._say();
+    const asked = this._plan === null;
+    if (asked) this._plan = this._planned();
+    if (ring?.size) {
+      if (!this._span.fixed) {
+        const edge = this._roll.step(ring.last, now, this._span.width, !this._still.matches);
+        if (edge < ring.last) this._frame();
+      }
+      const range = this._span.at(this._edge);
+      for (const each of this._plan) this._drawChart(each, range, ring);
+      const [from, to] = this._places();
+      this._analysis.draw({ recorder: this._recorder, from, to });
+    }
+    if (asked || now - this._spoken >= NUMBERS) {
+      clearTimeout(this._numbers);
+      this._numbers = null;
+      this._spoken = now;
+      this._say();
+      this._drawReadout();
+    } else {
+      this._numbers ??= setTimeout(() => this.dirty(), NUMBERS); // these may be the last samples
+    }
+  }
+
+  /** Which traces are drawn where: made anew when somebody or the server changed something. */
+  _planned() {
+    const recorder = this._recorder;
     const wanted = [...new Set(this._traces.map(({ chart }) => chart))].sort((a, b) => a - b);
     for (const [n, chart] of this._charts) {
       if (!wanted.includes(n)) {
@@ -237,40 +283,29 @@ class ScopePage {
         this._charts.delete(n);
       }
     }
-    if (ring?.size) {
-      const range = this._span.at(ring.last);
-      const [from, to] = this._places();
-      const height = Math.max(Math.min(Math.round(innerHeight * 0.6 / wanted.length), 420), 150);
-      for (const n of wanted) this._drawChart(n, range, from, to, height);
-      this._analysis.draw({ recorder: this._recorder, from, to });
-    }
-    this._drawReadout();
+    this._width ||= this._place.clientWidth;
+    const height = Math.max(Math.min(Math.round(innerHeight * 0.6 / wanted.length), 420), 150);
+    return wanted.map((n) => {
+      const live = this._traces.map((trace, order) => ({ ...trace, order }))
+        .filter(({ text, chart }) => chart === n && recorder.column(text) > 0);
+      const drawn = live.map(({ text, order }) =>
+        ({ title: title(text), unit: recorder.unit(text), number: order, held: false }));
+      const held = live.map(({ text }) => this._held?.values.get(text));
+      return { n, height, columns: live.map(({ text }) => recorder.column(text)),
+        traces: [...drawn, ...drawn.filter((_, at) => held[at])
+          .map((each) => ({ ...each, title: `${each.title}, held`, held: true }))],
+        held: this._held && { times: this._held.times, begin: 0, end: this._held.times.length,
+          columns: held.filter(Boolean) } };
+    });
   }
 
-  _drawChart(n, range, from, to, height) {
-    const recorder = this._recorder;
-    const traces = this._traces.map((trace, order) => ({ ...trace, order }))
-      .filter(({ text, chart }) => chart === n && recorder.column(text) > 0);
+  _drawChart({ n, height, columns, traces, held }, range, ring) {
     const chart = this._charts.get(n) ?? this._newChart(n);
-    const columns = [recorder.ring.part(0, from, to),
-      ...traces.map(({ text }) => recorder.ring.part(recorder.column(text), from, to))];
-    const number = recorder.ring.total - (recorder.ring.end - from);
-    const data = decimate(columns, chart.pixels, number);
-    const drawn = traces.map(({ text, order }) =>
-      ({ title: title(text), unit: recorder.unit(text), number: order, held: false }));
-    if (this._held) {
-      const shift = (this._fired ?? recorder.ring.last) - this._held.anchor;
-      const wanted = data[0].map((time) => time - shift);
-      traces.forEach(({ text }, at) => {
-        const values = this._held.values.get(text);
-        if (values === undefined) return;
-        data.push(resample(this._held.times, values, wanted));
-        drawn.push({ ...drawn[at], title: `${drawn[at].title}, held`, held: true });
-      });
-    }
     chart.cursors = this._cursors;
     chart.trigger = this._fired;
-    chart.draw(drawn, data, range, height);
+    chart.draw(traces, { times: ring.columns[0], begin: ring.start, end: ring.end,
+      columns: columns.map((column) => ring.columns[column]) }, range, { width: this._width, height, held,
+      shift: held ? (this._fired ?? this._edge) - this._held.anchor : 0 });
   }
 
   _newChart(n) {
@@ -321,7 +356,7 @@ class ScopePage {
   // what a user does --------------------------------------------------------------------------
 
   _used(what, value) {
-    const last = this._recorder.ring?.last ?? 0;
+    const last = this._edge;
     if (what === "zoom") this._span.fix(value);
     else if (what === "wheel") this._span.zoom(value.factor, value.at, last);
     else if (what === "pan") this._span.pan(value, last);
@@ -341,7 +376,7 @@ class ScopePage {
   _step(way, fine) {
     const { ring, step } = this._recorder;
     if (!ring?.size) return;
-    const [from, to] = this._span.at(ring.last);
+    const [from, to] = this._span.at(this._edge);
     if (!this._span.fixed) this._span.fix([from, to]);
     const now = this._cursors[this._active] ?? (from + to) / 2;
     const next = now + way * (fine && step ? step : (to - from) / 100);
@@ -473,7 +508,10 @@ class ScopePage {
     };
     const scheme = matchMedia("(prefers-color-scheme: dark)");
     const theme = new MutationObserver(changed);
-    const size = new ResizeObserver(() => this.dirty());
+    const size = new ResizeObserver(() => {
+      this._width = this._place.clientWidth;
+      this.dirty();
+    });
     addEventListener("keydown", pressed);
     scheme.addEventListener("change", changed);
     theme.observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme"] });

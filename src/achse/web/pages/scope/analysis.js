@@ -4,14 +4,14 @@ import { decimate } from "./decimate.js";
 import { parse, title } from "./derive.js";
 import { spectrum } from "./fft.js";
 
-const PAUSE = 250; // ms between two spectra
+const PAUSE = { fft: 250, xy: 50 }; // ms between two pictures
 
 /** What is made of traces: derived ones, a spectrum, one over the other. */
 export class Analysis {
-  constructor(session, colours, { add, changed }) {
+  constructor(session, colours, { add, changed, again }) {
     this._colours = colours;
     this._view = session.view;
-    this._changed = changed;
+    this._again = again;
     this._plots = new Map();
     this._last = 0;
     this._one = h("select", { "aria-label": "First channel" });
@@ -66,11 +66,16 @@ export class Analysis {
     this._place.hidden = kind === "";
     if (kind === "" || recorder.column(one) < 0 || recorder.column(two) < 0) return;
     const now = performance.now();
-    if (kind === "fft" && now - this._last < PAUSE) {
+    const { ring } = recorder;
+    if (now - this._last < PAUSE[kind]) {
       clearTimeout(this._later);
-      this._later = setTimeout(this._changed, PAUSE);
+      this._later = setTimeout(this._again, PAUSE[kind]);
       return;
     }
+    const rows = [kind, one, two, ring.total - (ring.end - from), to - from,
+      this._place.clientWidth, this._colours.dark].join();
+    if (ring === this._ring && rows === this._rows) return;
+    [this._ring, this._rows] = [ring, rows];
     this._last = now;
     const part = (name) => recorder.ring.part(recorder.column(name), from, to);
     if (kind === "fft") {

@@ -1,10 +1,13 @@
 import { h, mark } from "../dom.js";
 import { number } from "../format.js";
 import uPlot from "../vendor/uPlot.js";
+import { fitted, kept } from "./scale.js";
+import { Strip } from "./strip.js";
 
-/** More traces than these are hairlines: without a graphics processor they take a third of the time. */
+/** More traces than these are hairlines. */
 const FEW = 3;
 const WHEEL = 1.2;
+const BESIDE = 60; // pixels that are not the picture's
 
 /**
  * One chart: traces over time. The page gives it the rows that are seen (`draw`) and hears what is
@@ -15,8 +18,12 @@ export class Chart {
   constructor(place, colours, told) {
     this._colours = colours;
     this._told = told;
-    this._series = "";
+    this._shape = "";
+    this._traces = null;
+    this._overlaid = "";
     this._plot = null;
+    this._strip = this._held = null;
+    this._scales = new Map();
     this.cursors = [null, null];
     this.trigger = null;
     this.element = h("div", { class: "chart" });
@@ -25,29 +32,54 @@ export class Chart {
   }
 
   get pixels() {
-    return Math.max(this.element.clientWidth - 60, 50);
+    return Math.max(this.element.clientWidth - BESIDE, 50);
   }
 
   /** Colours or size are others now. */
   resize() {
-    this._series = "";
+    this._shape = "";
   }
 
   /**
-   * `traces`: [{title, unit, number, held}] for the columns behind that of time; `data` as uPlot
-   * takes it; `range`: [from, to] in seconds.
+   * `traces`: [{title, unit, number, held}], those of `source` first, then those of `held`; a list
+   * that is the same object is not looked at again. `source` and `held`: {times, begin, end,
+   * columns}; `range`: [from, to] in seconds, that of `held` is `shift` seconds before. Draws only
+   * what is another than before; true if it drew.
    */
-  draw(traces, data, range, height) {
-    const key = JSON.stringify([traces, this.element.clientWidth, height, this._colours.dark]);
-    if (key !== this._series) {
-      this._series = key;
-      this._make(traces, height);
+  draw(traces, source, range, { width, height, held = null, shift = 0 }) {
+    if (traces !== this._traces || this._shape === "") {
+      const shape = JSON.stringify([traces, width, height, devicePixelRatio, this._colours.dark]);
+      if (shape !== this._shape) {
+        this._shape = shape;
+        this._make(traces, width, height);
+      }
+      this._traces = traces;
     }
-    const plot = this._plot;
-    plot.batch(() => {
-      plot.setData(data, false);
-      plot.setScale("x", { min: range[0], max: range[1] });
-    });
+    let other = this._strip.place(source, range);
+    const seen = this._strip.grid.range;
+    if (this._held !== null) {
+      other = this._held.place(held, [seen[0] - shift, seen[1] - shift]) || other;
+    }
+    const rangeOf = (unit) => this._scales.get(unit);
+    for (const unit of this._units) this._fit(unit, other);
+    const painted = this._strip.paint(rangeOf);
+    const repainted = this._held?.paint(rangeOf) ?? false;
+    const overlaid = `${this.cursors} ${this.trigger} ${seen}`;
+    if (!painted && !repainted && overlaid === this._overlaid) return false;
+    this._overlaid = overlaid;
+    this._plot.setScale("x", { min: seen[0], max: seen[1] });
+    return true;
+  }
+
+  _fit(unit, other) {
+    let [low, high] = this._strip.extent(unit);
+    const [least, most] = this._held?.extent(unit) ?? [null, null];
+    if (least !== null) {
+      low = low === null ? least : Math.min(low, least);
+      high = high === null ? most : Math.max(high, most);
+    }
+    const before = this._scales.get(unit) ?? null;
+    this._scales.set(unit, other ? fitted(low, high) : kept(before, low, high));
   }
 
   destroy() {
@@ -60,21 +92,23 @@ export class Chart {
     return this._plot?.ctx.canvas ?? null;
   }
 
-  _make(traces, height) {
+  _make(traces, width, height) {
     this._plot?.destroy();
     const colours = this._colours;
-    const units = [...new Set(traces.map(({ unit }) => unit))];
+    const units = this._units = [...new Set(traces.map(({ unit }) => unit))];
+    this._scales.clear();
     const scale = (unit) => `y ${unit}`;
     const grid = { stroke: colours.line, width: 1 };
     const axis = { stroke: colours.dim, grid, ticks: grid, font: "12px system-ui, sans-serif" };
     this._plot = new uPlot({
-      width: Math.max(this.element.clientWidth, 100), height,
+      width: Math.max(width, 100), height,
       legend: { show: false },
       padding: [10, 12, 0, 0],
       cursor: { y: false, points: { show: false }, drag: { x: true, y: false, setScale: false } },
       select: { show: true, left: 0, top: 0, width: 0, height: 0 },
       scales: { x: { time: false, auto: false },
-        ...Object.fromEntries(units.map((unit) => [scale(unit), { range: fitted }])) },
+        ...Object.fromEntries(units.map((unit) =>
+          [scale(unit), { range: () => this._scales.get(unit) ?? [0, 1] }])) },
       axes: [
         { ...axis, space: 70, size: 26, values: (_, splits) => splits.map(label) },
         ...units.slice(0, 2).map((unit, n) => ({
@@ -83,14 +117,23 @@ export class Chart {
           labelFont: axis.font, values: (_, splits) => splits.map(label),
         })),
       ],
-      series: [{}, ...traces.map(({ title, unit, number: n, held }) => ({
-        label: title, scale: scale(unit), stroke: colours.trace(n),
-        width: held || traces.length > FEW ? 1 : 1.5,
-        dash: held ? [3, 3] : colours.dash(n), alpha: held ? 0.7 : 1,
-        points: { show: false }, pxAlign: 0,
-      }))],
+      // the lines are not uPlot's: a series of each unit gives it its scale
+      series: [{}, ...units.map((unit) => ({ scale: scale(unit), paths: () => null,
+        points: { show: false } }))],
       hooks: { draw: [(plot) => this._overlay(plot)], setSelect: [(plot) => this._selected(plot)] },
-    }, [[], ...traces.map(() => [])], this.element);
+    }, [[0, 1], ...units.map(() => [null, null])], this.element);
+    const { bbox } = this._plot;
+    const few = traces.length <= FEW;
+    const strip = (held) => {
+      const looks = traces.filter((each) => each.held === held).map(({ unit, number: n }) => ({
+        unit, colour: colours.trace(n), opacity: held ? 0.7 : 1,
+        width: (held || !few ? 1 : 1.5) * devicePixelRatio,
+        dash: (held ? [3, 3] : colours.dash(n)).map((each) => Math.round(each * devicePixelRatio)),
+      }));
+      return new Strip(Math.max(Math.round(bbox.width), 1), Math.max(Math.round(bbox.height), 1), looks);
+    };
+    this._strip = strip(false);
+    this._held = traces.some(({ held }) => held) ? strip(true) : null;
     const names = traces.map(({ title, unit }) => (unit ? `${title} in ${unit}` : title));
     mark(this.canvas, "role", "img");
     mark(this.canvas, "aria-label", `Chart over time of ${names.join(", ") || "nothing yet"}. `
@@ -99,6 +142,8 @@ export class Chart {
 
   _overlay(plot) {
     const { ctx, bbox } = plot;
+    this._held?.show(ctx, Math.floor(bbox.left), Math.floor(bbox.top));
+    this._strip?.show(ctx, Math.floor(bbox.left), Math.floor(bbox.top));
     const line = (time, text, dash) => {
       if (time === null || time < plot.scales.x.min || time > plot.scales.x.max) return;
       const x = Math.round(plot.valToPos(time, "x", true)) + 0.5;
@@ -175,14 +220,6 @@ export class Chart {
       this._told("reset");
     }, { capture: true });
   }
-}
-
-/** The scale of values: a little room above and below, and never of no height. */
-function fitted(_, low, high) {
-  if (low === null || high === null) return [0, 1];
-  const size = Math.max(Math.abs(low), Math.abs(high));
-  const room = Math.max(0.06 * (high - low), size * 1e-9, 1e-9);
-  return high - low > size * 1e-9 ? [low - room, high + room] : [low - (size || 1) / 2, high + (size || 1) / 2];
 }
 
 function label(value) {

@@ -51,16 +51,3 @@ function pair(values, begin, end, out) {
 function plain(value) {
   return Number.isNaN(value) ? null : value;
 }
-
-/** A held trace at the times of a picture: straight between its rows, null outside and in gaps. */
-export function resample(times, values, wanted) {
-  let at = 0;
-  return wanted.map((time) => {
-    while (at < times.length && times[at] < time) at += 1;
-    if (at >= times.length || time === null) return null;
-    if (times[at] === time) return plain(values[at]);
-    if (at === 0) return null;
-    const part = (time - times[at - 1]) / (times[at] - times[at - 1]);
-    return plain(values[at - 1] + part * (values[at] - values[at - 1]));
-  });
-}

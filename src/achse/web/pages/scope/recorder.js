@@ -18,6 +18,7 @@ export class Recorder {
     this._loading = null;
     this._early = null;
     this._asked = 0;
+    this._zero = undefined;
     this.texts = []; // the traces
     this.columns = []; // names of the ring's columns behind that of time
     this.units = new Map();
@@ -81,6 +82,8 @@ export class Recorder {
       }
       this._scope = answer.scope;
       this.step = answer.cycle;
+      if (answer.time_zero !== this._zero) this.ring = null; // another server: times begin anew
+      this._zero = answer.time_zero;
       this._learn(answer.channels);
       this._layout();
       this.ring?.gap();
