@@ -329,19 +329,18 @@ def control_coupling(ax: AxisFields, rows: NcRows) -> None:
         _put_out(ax, ax.drive, ax.drive.output + kcp * beside)
 
 
-def control(ax: AxisFields, dt: float) -> None:
-    """Controller: following error to drive output."""
+def control(ax: AxisFields, dt: float, plain: bool = False) -> None:
+    """Controller: following error to drive output; `plain` ones are P controllers of a move."""
     encoder = ax.encoder
     controller = ax.controller
     drive = ax.drive
     phase = ax.set_motion_phase
     v = ax.set_velocity
     error = ax.set_position - encoder.actual_position
-    if (
-        drive.ideal and ax.loop_closed and phase != MotionPhase.DRIVE_OUTPUT
-    ):  # the drive has had a cycle to go there
+    output_only = not plain and phase == MotionPhase.DRIVE_OUTPUT
+    if drive.ideal and ax.loop_closed and not output_only:  # it has had a cycle to go there
         error = drive.sent_position - encoder.actual_position
-    late = ax.setpoint_velocity_position_delay
+    late = 0.0 if plain else ax.setpoint_velocity_position_delay
     if drive.on_bus:
         late += drive.io.dc_time * 1e-9
     if late > 0.0:
@@ -356,13 +355,13 @@ def control(ax: AxisFields, dt: float) -> None:
     if not ax.loop_closed:
         _silence(ax)
         return
-    if phase == MotionPhase.DRIVE_OUTPUT:
+    if output_only:
         _silence(ax)
         _put_out(ax, drive, ax.direct_output)
         return
     full = drive.full
     feedforward = controller.velocity_feedforward_weight * v
-    if controller.special:
+    if not plain and controller.special:
         part = _special(ax, error, full, dt)
         if controller.type in (ControllerType.P_VELOCITY, ControllerType.PI_VELOCITY):
             feedforward = 0.0

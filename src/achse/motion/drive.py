@@ -325,20 +325,20 @@ def _control(ax: AxisFields) -> int:
     return control
 
 
-def put_out(ax: AxisFields, pieces: Sequence[Piece], dt: float) -> None:
-    """Write the outputs of a servo drive."""
+def put_out(ax: AxisFields, pieces: Sequence[Piece], dt: float, plain: bool = False) -> None:
+    """Write the outputs of a servo drive; if `plain`, as they are, without a torque."""
     drive = ax.drive
     io = drive.io
     io.fresh = 1
     io.ctrl1 = _control(ax) if drive.on_bus else ax.loop_closed
-    if io.data_out4 or ax.set_torque_offset != 0.0:
+    if not plain and (io.data_out4 or ax.set_torque_offset != 0.0):
         io.data_out4 = _turned(ax, ax.set_torque_offset * drive.torque_offset_scaling)
     if not drive.digital:
         io.ctrl3 = 0
         share = drive.output / drive.full
-        if drive.special:
+        if not plain and drive.special:
             share = _characteristic_share(ax, share, pieces)
-        if drive.delay > 0:
+        if not plain and drive.delay > 0:
             share = _late(ax, share)
         if drive.motor_polarity:
             share = -share

@@ -132,7 +132,7 @@ def cycle(ax: AxisFields, rows: NcRows, dt: float) -> None:
     if ax.unusual:
         _cycle_with_all(ax, rows, dt)
     else:
-        measure(ax, encoder, dt)
+        measure(ax, encoder, dt, plain=True)
         read_drive(ax, dt)
         supervise_enable(ax, dt)
         if ax.set_motion_phase == MotionPhase.COUPLED:
@@ -141,12 +141,12 @@ def cycle(ax: AxisFields, rows: NcRows, dt: float) -> None:
             generate(ax, dt)
         if ax.coupling_state:
             couple(ax, rows, dt)
-        control(ax, dt)
+        control(ax, dt, plain=True)
         if ax.coupling:
             control_coupling(ax, rows)
-        supervise_motion(ax, dt)
+        supervise_motion(ax, dt, plain=True)
         supervise_arrival(ax, dt)
-        put_out(ax, rows.pieces, dt)
+        put_out(ax, rows.pieces, dt, plain=True)
         show_state(ax)
     phase = ax.set_motion_phase
     if (phase and phase != MotionPhase.COUPLED) or (ax.coupling and led(ax, rows)):

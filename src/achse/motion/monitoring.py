@@ -53,6 +53,9 @@ _IO_CYCLES = 8.5
 drive the bus has not found. One whose bus starts waits."""
 
 
+_ENABLES = (
+    ControlBit.ENABLE.value | ControlBit.FEED_ENABLE_PLUS.value | ControlBit.FEED_ENABLE_MINUS.value
+)
 _FEED = ControlBit.FEED_ENABLE_PLUS.value | ControlBit.FEED_ENABLE_MINUS.value
 
 _CLOSED = StateBit.PTP_MODE.value | StateBit.CONTROL_LOOP_CLOSED.value | StateBit.OPERATIONAL.value
@@ -114,6 +117,14 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
 
     Without its enable a moving axis brakes under control and only then opens the loop.
     """
+    if (
+        not ax.unusual
+        and ax.control_dword & _ENABLES == _ENABLES
+        and ax.drive_status & STATUS_READY
+        and ax.limit_switch == 0
+        and ax.loop_closed
+    ):
+        return
     if ax.unusual:
         _watch_signals(ax, dt)
         if ax.external_error != 0:
@@ -169,7 +180,7 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
     ax.loop_closed = closed
 
 
-def _supervise_following_error(ax: AxisFields, dt: float) -> None:
+def _supervise_following_error(ax: AxisFields, dt: float, plain: bool) -> None:
     """Following errors above their window for longer than the filter time cut the output."""
     controller = ax.controller
     if controller.following_error_position_monitoring_enable:
@@ -179,7 +190,7 @@ def _supervise_following_error(ax: AxisFields, dt: float) -> None:
                 report(ax, NcError.FOLLOWING_ERROR_POSITION, 1)
         else:
             ax.following_error_time = 0.0
-    if controller.following_error_velocity_monitoring_enable:
+    if not plain and controller.following_error_velocity_monitoring_enable:
         if abs(controller.following_error_velocity) > controller.following_error_velocity_max:
             ax.following_error_velocity_time += dt
             if ax.following_error_velocity_time > controller.following_error_velocity_filter_time:
@@ -236,22 +247,25 @@ def _supervise_limits(ax: AxisFields, dt: float) -> None:
         fail(ax, code, 0)
 
 
-def supervise_motion(ax: AxisFields, dt: float) -> None:
-    """What can go wrong in a closed loop: following error, soft limits, no movement."""
-    if ax.delayed_error_code:
+def supervise_motion(ax: AxisFields, dt: float, plain: bool = False) -> None:
+    """What can go wrong in a closed loop: following error, soft limits, no movement.
+
+    A `plain` move has no soft limits, and its following error is supervised by position alone.
+    """
+    if not plain and ax.delayed_error_code:
         ax.delayed_error_time += dt
         if ax.delayed_error_time >= ax.error_reaction_delay:
             fail(ax, ax.delayed_error_code, ax.delayed_error_cut)
     if not ax.loop_closed:
         return
     encoder = ax.encoder
-    _supervise_following_error(ax, dt)
-    if ax.limited and ax.set_motion_phase != MotionPhase.NONE:
+    _supervise_following_error(ax, dt, plain)
+    if not plain and ax.limited and ax.set_motion_phase != MotionPhase.NONE:
         _supervise_limits(ax, dt)
     if ax.set_velocity == 0.0:
         ax.motion_time = 0.0
         ax.motion_position = encoder.actual_position
-    elif ax.motion_monitoring_enable:
+    elif not plain and ax.motion_monitoring_enable:
         if abs(encoder.actual_position - ax.motion_position) > ax.motion_monitoring_window:
             ax.motion_position = encoder.actual_position
             ax.motion_time = 0.0
@@ -432,6 +446,23 @@ def _more_than_a_move(ax: AxisFields) -> int:
         or ax.got_new_target
         or ax.delayed_error_code
         or ax.motion_locked
+        or ax.error_code
+        or ax.output_cut
+        or ax.axis_disabled
+        or ax.drive_output_disabled
+        or ax.grouped
+        or ax.switch_armed
+        or ax.limited
+        or ax.motion_monitoring_enable
+        or ax.setpoint_velocity_position_delay > 0.0
+        or ax.set_torque_offset != 0.0
+        or drive.io.data_out4
+        or drive.special
+        or drive.delay
+        or encoder.special
+        or encoder.position_filter_time > 0.0
+        or ax.controller.special
+        or ax.controller.following_error_velocity_monitoring_enable
     ):
         return 1
     return 0
@@ -439,6 +470,14 @@ def _more_than_a_move(ax: AxisFields) -> int:
 
 def show_state(ax: AxisFields) -> None:
     """Status double word and motion state."""
+    if ax.unusual:
+        _show(ax, plain=False)
+    else:
+        _show(ax, plain=True)
+
+
+def _show(ax: AxisFields, plain: bool) -> None:
+    """The same; of an axis that does nothing but a `plain` move no rare states."""
     encoder = ax.encoder
     phase = ax.set_motion_phase
     v = ax.set_velocity
@@ -447,7 +486,7 @@ def show_state(ax: AxisFields) -> None:
     motion: int = MotionState.INACTIVE
     state: int = _CLOSED if ax.loop_closed else StateBit.PTP_MODE
     waiting = ax.buffer_count
-    if ax.error_code:
+    if not plain and ax.error_code:
         state = state & _NOT_OPERATIONAL | StateBit.ERROR
     elif phase or waiting:
         state |= StateBit.HAS_JOB
@@ -495,9 +534,9 @@ def show_state(ax: AxisFields) -> None:
             state |= ax.cam_status
         if ax.sync_state:
             motion = ax.sync_state
-    if ax.grouped:
-        state -= StateBit.PTP_MODE
-    if ax.unusual:
+    if not plain:
+        if ax.grouped:
+            state -= StateBit.PTP_MODE
         if ax.external_setpoint_active and phase:
             motion = (
                 MotionState.EXTERNAL

@@ -163,6 +163,7 @@ def fail(ax: AxisFields, code: int, cut: int) -> None:
     """
     if ax.error_code == 0:
         ax.error_code = code
+    ax.unusual = 1
     ax.delayed_error_code = 0
     if cut:
         ax.output_cut = 1

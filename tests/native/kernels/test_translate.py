@@ -1,5 +1,6 @@
 """Which functions make a kernel, and how it is called."""
 
+import re
 from collections.abc import Sequence
 from types import FunctionType
 from typing import Any
@@ -79,3 +80,22 @@ def test_what_is_called_is_taken_in_once(written: Any) -> None:
     text = translate(module.outer, {}).assembly()
     assert text.count("define ") == 2
     assert "unused" not in text
+
+
+def _gear(a: float, halved: bool = False) -> float:
+    return 0.5 * a if halved else a
+
+
+def _ways(a: float, either: bool) -> float:
+    return _gear(a, True) + 10.0 * _gear(a, halved=False) + 100.0 * _gear(a) + _gear(a, either)
+
+
+def test_a_way_that_is_written_in_the_call_has_a_copy_of_its_own() -> None:
+    assembly = translate(_function(_ways), {}).assembly()
+    made = re.findall(r"^define .*_gear([^\"]*)\"", assembly, re.M)
+    assert sorted(made) == ["", ".halved", ".not-halved"]
+
+
+@pytest.mark.parametrize("either", [False, True])
+def test_all_ways_give_what_python_gives(compiled: Any, either: bool) -> None:
+    assert compiled(_ways)(3.0, either) == _ways(3.0, either)

@@ -8,7 +8,7 @@ import ast
 import math
 from collections.abc import Callable, Sequence
 from types import FunctionType
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 from achse.native.backend.builder import FunctionBuilder
 from achse.native.backend.instructions import Relation
@@ -27,7 +27,14 @@ from achse.native.kernels.kinds import (
     machine_types,
 )
 
-__all__ = ["LIBRARY", "Arithmetic", "KernelSignature", "TranslationError", "TranslationUnit"]
+__all__ = [
+    "LIBRARY",
+    "Arithmetic",
+    "KernelSignature",
+    "TranslationError",
+    "TranslationUnit",
+    "Ways",
+]
 
 LIBRARY: dict[Callable[..., Any], str] = {getattr(math, name): name for name in MATH}
 """Functions that are those of the C library."""
@@ -84,12 +91,16 @@ class KernelSignature(Protocol):
     result: ValueKind
 
 
+Ways: TypeAlias = tuple[tuple[str, bool], ...]
+"""Parameters of a function that a call gives as True or False, by name, sorted."""
+
+
 class TranslationUnit(Protocol):
     """The translation that a function is part of."""
 
     checked: bool
 
-    def callee(self, function: FunctionType) -> KernelSignature: ...
+    def callee(self, function: FunctionType, ways: Ways = ()) -> KernelSignature: ...
     def table(self, numbers: tuple[Any, ...], kind: Scalar) -> Operand: ...
     def site(self, error: type[Exception], text: str, function: FunctionType, line: int) -> int: ...
 

@@ -443,7 +443,16 @@ class ExpressionCompiler(Arithmetic):
 
     def call_kernel(self, node: ast.Call, function: FunctionType) -> KernelValue:
         """A call of another function of the kernel."""
-        callee = self.unit.callee(function)
+        names = function.__code__.co_varnames
+        written = [*zip(names, node.args, strict=False), *((k.arg, k.value) for k in node.keywords)]
+        ways = tuple(
+            sorted(
+                (name, argument.value)
+                for name, argument in written
+                if name and isinstance(argument, ast.Constant) and isinstance(argument.value, bool)
+            )
+        )
+        callee = self.unit.callee(function, ways)
         given: dict[str, KernelValue] = {}
         for name, argument in zip(callee.names, node.args, strict=False):
             given[name] = self.value(argument)

@@ -14,6 +14,9 @@ are bit-identical; whole numbers have 64 bits. What raises in Python (a division
 beyond the end, the root of a negative number) is a fault of the kernel, which only checked machine
 code looks for.
 
+A call that gives a parameter as `True` or `False` calls a copy of the function for it. So a
+function says what is left out on a shorter way, and machine code of that way has nothing of it.
+
 A parameter whose class has only annotations of sequences stands for tables: `rows.encoders[n]` is a
 record of the sequence `encoders`. Tables are handed on from function to function; the machine gets
 their addresses and lengths.
@@ -33,7 +36,7 @@ from typing import Any, get_args, get_origin
 from achse.native.backend.module import ModuleBuilder, ModuleInterface
 from achse.native.backend.types import CallTarget, FunctionSignature, InstructionError, Operand
 from achse.native.declare import RecordLayout
-from achse.native.kernels.arithmetic import TranslationError
+from achse.native.kernels.arithmetic import TranslationError, Ways
 from achse.native.kernels.kinds import (
     BOOL,
     BYTE,
@@ -99,8 +102,8 @@ class _Translation:
         self.checked = checked
         self._layouts = layouts
         self._module = ModuleBuilder()
-        self._known: dict[FunctionType, _Function] = {}
-        self._waiting: list[FunctionType] = []
+        self._known: dict[tuple[FunctionType, Ways], _Function] = {}
+        self._waiting: list[tuple[FunctionType, Ways]] = []
         self._sources: dict[str, dict[str, ast.FunctionDef]] = {}
         self._sites = Sites()
         self._entry: FunctionType | None = None
@@ -110,8 +113,8 @@ class _Translation:
         self._entry = entry
         self.callee(entry)
         while self._waiting:
-            function = self._waiting.pop()
-            known = self._known[function]
+            function, ways = self._waiting.pop()
+            known = self._known[function, ways]
             names = [
                 f"{name}.{n}"
                 for name, kind in zip(known.names, known.kinds, strict=True)
@@ -125,12 +128,15 @@ class _Translation:
 
     # -- what functions ask for --------------------------------------------------------------
 
-    def callee(self, function: FunctionType) -> _Function:
-        """How to call a function, which becomes part of the translation."""
-        known = self._known.get(function)
+    def callee(self, function: FunctionType, ways: Ways = ()) -> _Function:
+        """How to call a function, which becomes part of the translation.
+
+        Each of its ways is a copy of its own: the compiler leaves out there what is never done.
+        """
+        known = self._known.get((function, ways))
         if known is None:
-            known = self._known[function] = self._declare(function)
-            self._waiting.append(function)
+            known = self._known[function, ways] = self._declare(function, ways)
+            self._waiting.append((function, ways))
         return known
 
     def table(self, numbers: tuple[Any, ...], kind: Scalar) -> Operand:
@@ -145,11 +151,12 @@ class _Translation:
             TrapSite(error.__name__, text, code.co_filename, line, code.co_name)
         )
 
-    def _declare(self, function: FunctionType) -> _Function:
+    def _declare(self, function: FunctionType, ways: Ways) -> _Function:
         names, kinds, result = _annotated(function, self._layouts)
         outermost = function is self._entry
+        chosen = [name if way else f"not-{name}" for name, way in ways]
         machine = self._module.declare(
-            ENTRY if outermost else f"{function.__module__}.{function.__name__}",
+            ENTRY if outermost else ".".join((function.__module__, function.__name__, *chosen)),
             [machine for kind in kinds for machine in machine_types(kind)],
             machine_types(result),
             exported=outermost,
