@@ -17,7 +17,6 @@ _SHOWN_NAMES = 4
 
 _NAMES: Mapping[str, str] = {
     "tc2_mc2": r"MC_\w+|AXIS_REF|E_JogMode|ST_AxisStatus|ST_MoveOptions|(?:NC|PLC)TO(?:PLC|NC)\w*",
-    "tc2_mc2_drive": r"FB_[SC]o[ES](?:Read|Write)\w*",
     "tc3_iotbase": r"\w+_Iot(?:Mqtt|Http|Socket)\w*",
     "tc2_serialcom": r"(?:Com|Serial)\w*Buffer|(?:Send|Receive)(?:String|Byte|Data)\w*"
     r"|SerialLine\w+|EL6(?:in|out)Data\w+|KL6\w+|PcComm\w+",
