@@ -95,9 +95,9 @@ class Shown:
         self.server = server
 
     @asynccontextmanager
-    async def page(self) -> AsyncIterator[OpenPage]:
+    async def page(self, page: OpenPage | None = None) -> AsyncIterator[OpenPage]:
         """One open page."""
-        page = OpenPage()
+        page = page or OpenPage()
         serving = asyncio.create_task(self.server.serve(page))
         try:
             yield page

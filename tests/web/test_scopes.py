@@ -4,6 +4,7 @@ import asyncio
 import itertools
 import struct
 from collections.abc import Callable
+from contextlib import AsyncExitStack
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +12,8 @@ import pytest
 
 from achse.scope.channel import ScopeChannel
 from achse.web.outbox import BLOCK_HEADER, BlockFlag
+from achse.web.sampling import SampleRows, columns_of
+from tests.web.conftest import OpenPage
 
 Shows = Callable[..., Any]
 
@@ -72,6 +75,66 @@ async def test_pages_with_the_same_wish_share_a_sampler(shown: Shows) -> None:
             assert it.server.desks.scopes.samplers == 2
         await blocks(first, one["scope"], 10)
     assert it.server.desks.scopes.samplers == 0
+
+
+async def test_pages_that_begin_at_once_share_a_sampler_and_its_encoding(
+    shown: Shows, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As after a restart of the station, when all pages come back together."""
+    encoded: list[SampleRows] = []
+
+    def counted(rows: SampleRows, *given: Any) -> bytes:
+        encoded.append(rows)
+        return columns_of(rows, *given)
+
+    monkeypatch.setattr("achse.web.sampling.columns_of", counted)
+    async with shown() as it, AsyncExitStack() as stack:
+        pages = [await stack.enter_async_context(it.page()) for _ in range(10)]
+        started = await asyncio.gather(
+            *(page.done("scope.start", channels=[COUNTER], cycle=0.002) for page in pages)
+        )
+        assert it.server.desks.scopes.samplers == 1
+        found = [
+            await blocks(page, one["scope"], 100) for page, one in zip(pages, started, strict=True)
+        ]
+        for each in found:
+            counts = [count for block in each for count in block.columns[1]]
+            assert {b - a for a, b in itertools.pairwise(counts)} <= {0.0, 1.0}
+        assert len(encoded) == len({id(rows) for rows in encoded})
+    assert it.server.desks.scopes.samplers == 0
+
+
+async def test_blocks_go_to_one_page_in_each_turn_of_the_loop(shown: Shows) -> None:
+    """A station's cycle waits for the block of one page at most, not for those of all."""
+    turn = 0
+    sent: list[int] = []
+    enough = asyncio.Event()
+
+    async def count() -> None:
+        nonlocal turn
+        while True:
+            turn += 1
+            await asyncio.sleep(0)
+
+    class Counting(OpenPage):
+        async def send(self, message: str | bytes) -> None:
+            if isinstance(message, bytes):
+                sent.append(turn)
+                if len(sent) >= 200:
+                    enough.set()
+            await super().send(message)
+
+    async with shown() as it, AsyncExitStack() as stack:
+        counting = asyncio.create_task(count())
+        pages = [await stack.enter_async_context(it.page(Counting())) for _ in range(10)]
+        for page in pages:
+            await page.done("scope.start", channels=[COUNTER], cycle=0.002)
+        sent.clear()
+        enough.clear()
+        await enough.wait()
+        seen = list(sent)
+        counting.cancel()
+    assert len(set(seen)) == len(seen)
 
 
 async def test_the_row_of_the_trigger_begins_a_block(shown: Shows) -> None:

@@ -131,8 +131,10 @@ class ScopeFeed:
         self._zero_ns = zero_ns
         self._kept: deque[SampleRows] = deque()
         self._kept_bytes = 0
+        self._encoded: tuple[SampleRows | None, int, bytes] = (None, 0, b"")
         self._ready: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._task: asyncio.Task[None] | None = None
+        self._closed = False
 
     async def open(self, source: "Callable[[ScopeFeed], AsyncIterator[SampleRows]]") -> None:
         """Begin; returns when types are known. Raises what the target refuses."""
@@ -147,8 +149,16 @@ class ScopeFeed:
         if not self._ready.done():
             self._ready.set_result(None)
 
+    def columns(self, rows: SampleRows, zero_ns: int) -> bytes:
+        """`columns_of` these rows; those that many pages get are encoded once."""
+        if self._encoded[0] is not rows or self._encoded[1] != zero_ns:
+            payload = columns_of(rows, self.step_ns, zero_ns, self.types)
+            self._encoded = (rows, zero_ns, payload)
+        return self._encoded[2]
+
     async def close(self) -> None:
         """End."""
+        self._closed = True
         task, self._task = self._task, None
         if task is not None:
             task.cancel()
@@ -156,16 +166,16 @@ class ScopeFeed:
 
     @property
     def over(self) -> bool:
-        """Whether it has ended."""
-        return self._task is None or self._task.done()
+        """Whether it has ended; one that is about to begin has not."""
+        return self._closed or (self._task is not None and self._task.done())
 
     async def _run(self, source: "Callable[[ScopeFeed], AsyncIterator[SampleRows]]") -> None:
         failure: Exception | None = None
         try:
             async for rows in source(self):
                 self._keep(rows)
-                for taker in list(self.takers):
-                    taker.take(self, rows)
+                await self._hand_out(rows)
+                self._encoded = (None, 0, b"")
         except (AdsError, ValueError) as refusal:
             failure = refusal
         except Exception as fault:
@@ -176,6 +186,14 @@ class ScopeFeed:
             self._ready.exception()  # who waits gets it, and perhaps nobody does
         for taker in list(self.takers):
             taker.end(failure)
+
+    async def _hand_out(self, rows: SampleRows) -> None:
+        """One page in each turn of the loop: sending to all at once would hold a cycle up."""
+        for number, taker in enumerate(list(self.takers)):
+            if number:
+                await asyncio.sleep(0)
+            if taker in self.takers:
+                taker.take(self, rows)
 
     def _keep(self, rows: SampleRows) -> None:
         if rows.gap:

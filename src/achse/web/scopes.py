@@ -25,7 +25,6 @@ from achse.web.sampling import (
     SampleRows,
     ScopeFeed,
     TriggerWatch,
-    columns_of,
     described,
     from_notifications,
     from_scope,
@@ -115,7 +114,7 @@ class PageScope:
             gap = BlockFlag.GAP if rows.gap and not cut else 0
             parts = [(before, parts[0][1])] * bool(cut) + [(after, BlockFlag.TRIGGER | gap)]
         for part, flags in parts:
-            payload = columns_of(part, sampler.step_ns, self._zero_ns, sampler.types)
+            payload = sampler.columns(part, self._zero_ns)
             self._outbox.put_block(self.number, payload, width + 1, part.size, flags)
 
     def end(self, failure: Exception | None) -> None:
