@@ -28,7 +28,6 @@ _NAMES: Mapping[str, str] = {
     "tc3_vision": r"(?:FB_VN|F_VN|ST_VN|E_VN|ITcVn)\w+",
     "tc3_dynamicmemory": r"FB_DynMem\w+",
     "tc2_mdp": r"\w+_MDP_\w+",
-    "tc3_packml_v2": r"\w*_?PMLV?\w+|\w*PackML\w*",
     "tc3_packml_v3": r"\w*_?PMLV?\w+|\w*PackML\w*",
     "tcunit": r"FB_TestSuite|TEST(?:_FINISHED|_ORDERED)?|Assert\w+|TcUnit",
 }
