@@ -37,7 +37,7 @@ class Interface:
     """Interfaces of a machine; one has slaves, which answer before the next cycle."""
 
     def __init__(self, cycle_ns: int, slaves: list[Any]) -> None:
-        self.cycle_ns = cycle_ns
+        self.cycle_ns = self.step_ns = cycle_ns
         self.segment = Segment(Slave(each) for each in slaves)
         self.there = self.up = self.allowed = True
         self.now_ns = 0
@@ -170,7 +170,7 @@ class Made:
             """Each cycle of the bus is a cycle of the interface's time."""
 
             def __init__(self, plan: BusPlan, name: str) -> None:
-                super().__init__(plan, name, open_link=interface.open, make_way=way)
+                super().__init__(plan, name, open_link=interface.open, make_way=way, clock=clock)
 
             def _open(self) -> BusSocket:
                 socket = super()._open()
@@ -179,7 +179,7 @@ class Made:
                 return socket
 
             def exchange(self) -> None:
-                interface.now_ns += interface.cycle_ns
+                interface.now_ns += interface.step_ns
                 super().exchange()
 
         monkeypatch.setattr("achse.station.bus_parts.InterfaceBus", Clocked)

@@ -6,6 +6,7 @@ Until they are found, and whenever they are gone, axes are without valid data (0
 
 import hashlib
 import logging
+import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 
@@ -66,8 +67,12 @@ class InterfaceBus:
         *,
         open_link: Callable[[str], BusSocket] = open_interface,
         make_way: Callable[[Master, BusSocket], BusLink] = BusLink,
+        clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        """`make_way` joins a master to the open interface; a test hands another clock in there."""
+        """`make_way` joins a master to the open interface; `clock` is that of the computer in ns.
+
+        A test hands another clock in, in both places.
+        """
         self.plan = plan
         self.interface = interface
         self.second_interface = plan.bus.redundant if isinstance(plan.bus.redundant, str) else ""
@@ -84,6 +89,7 @@ class InterfaceBus:
         self.at_rest: Callable[[], bool] = lambda: True
         """Whether nothing moves that a search would stop."""
         self._open_link, self._make_way = open_link, make_way
+        self._clock, self._zero_ns = clock, clock()
         self._socket: BusSocket | None = None
         self._way: BusLink | None = None
         """None as long as the slaves are not found."""
@@ -115,7 +121,7 @@ class InterfaceBus:
         if before is not None and before.bus == configuration:
             return
         self.master = Master(configuration)
-        self.master.now_ns = self.now_ns
+        self.master.now_ns = self._link_ns()
         self.master.on_event = tell_event
         state = AlState.OP if before is None else before.wanted
         self.master.request(state)
@@ -143,10 +149,17 @@ class InterfaceBus:
 
     # the cycle
 
+    def _link_ns(self) -> int:
+        """The time that frames and slaves live by: the computer's, since this bus was made.
+
+        A station that catches up does many cycles in a moment; a slave has not got more time then.
+        """
+        return self._clock() - self._zero_ns
+
     def take(self) -> None:
         """What has come since the last cycle."""
         if self._way is not None:
-            self._way.take(self.now_ns)
+            self._way.take(self._link_ns())
             if self.steer is not None:
                 self.steer(self.reference.take(self.master.cyclic.reference_ns))
         elif self._search is not None:
@@ -154,7 +167,8 @@ class InterfaceBus:
 
     def exchange(self) -> None:
         """Outputs and requests go out; what comes back is for the next cycle."""
-        self.now_ns = now = self.now_ns + self.cycle_ns
+        self.now_ns += self.cycle_ns
+        now = self._link_ns()
         if self._way is not None:
             self._way.send(now)
             if now >= self._look_ns:
@@ -170,7 +184,7 @@ class InterfaceBus:
     def _end_left(self) -> None:
         """Requests to a master that is gone end, each with its error."""
         for master in self._left:
-            master.poll(self.now_ns, 4)
+            master.poll(self._link_ns(), 4)
         self._left = [each for each in self._left if each.traffic.waiting > 1]
 
     def _tell(self, fault: str) -> None:
@@ -198,7 +212,7 @@ class InterfaceBus:
 
     def _begin(self) -> None:
         """Open the interface if it is not, and search the slaves."""
-        self._again_ns = self.now_ns + _AGAIN_NS
+        self._again_ns = self._link_ns() + _AGAIN_NS
         if self._socket is not None and self._socket.gone:
             self.close()
         if self._socket is None:
@@ -222,11 +236,11 @@ class InterfaceBus:
         assert self._search is not None
         assert self._socket is not None
         traffic, job = self._search
-        socket, now = self._socket, self.now_ns
+        socket = self._socket
         for _ in range(max(self.cycle_ns // (4 * _TURN_NS), 1)):
             while (came := socket.receive(0.0)) is not None:
-                traffic.receive(came, now)
-            frames = traffic.frames(now, 4)
+                traffic.receive(came, self._link_ns())
+            frames = traffic.frames(self._link_ns(), 4)
             if job.done:
                 break
             for frame in frames:
@@ -235,7 +249,7 @@ class InterfaceBus:
                 return
             came = socket.receive(_TURN_NS / 1e9)
             if came is not None:
-                traffic.receive(came, now)
+                traffic.receive(came, self._link_ns())
         if job.done:
             self._search = None
             self._take_over(job)
@@ -262,7 +276,7 @@ class InterfaceBus:
             self._socket.begin(self.master.redundancy, 3 * self.cycle_ns // 8)
         self._way = self._make_way(self.master, self._socket)
         self._way.round_trips = self.round_trips
-        self._look_ns = self.now_ns + _LOOK_NS
+        self._look_ns = self._link_ns() + _LOOK_NS
         self._tell("; ".join(faults))
 
     def _look(self) -> None:
@@ -291,7 +305,7 @@ class InterfaceBus:
     def _leave(self) -> None:
         """No frames any more; the bus is searched again."""
         self._way = None
-        self._again_ns = self.now_ns
+        self._again_ns = self._link_ns()
 
     def close(self) -> None:
         """Let go of the interface, the slaves in Init; the next cycle opens it again."""

@@ -15,6 +15,7 @@ from achse.ethercat.master.errors import (
     NoAnswer,
     WrongAnswer,
 )
+from achse.ethercat.master.steps import Round, Trip
 
 
 def test_an_unknown_protocol_is_refused_by_the_slave(bus: Callable[..., Any]) -> None:
@@ -119,3 +120,26 @@ def test_a_slave_without_mailbox_state_does_not_act(bus: Callable[..., Any]) -> 
     ours = bus().up(AlState.INIT)
     with pytest.raises((NoAnswer, FrameLost, MailboxTimeout)):
         ours.do(ours.master.slaves[0].sdo.upload(0x1000))
+
+
+def test_a_mailbox_is_looked_at_once_more_when_the_time_is_over(bus: Callable[..., Any]) -> None:
+    """This process was away for seconds: the slave has answered meanwhile."""
+    mailbox = bus().up(AlState.PREOP).master.slaves[0].mailbox
+    looks: list[int] = []
+
+    def play() -> None:
+        steps = mailbox.receive(MailboxProtocol.COE, lambda data: True, 1_000_000)
+        wanted, time = next(steps), 0
+        while True:
+            while isinstance(wanted, Trip):
+                looks.append(time)
+                time += 3_000_000_000
+                (status,) = wanted.datagrams
+                status.counter = 1  # the mailbox is empty
+                wanted = steps.send(Round((status,), time))
+            time += wanted.ns
+            wanted = steps.send(Round((), time))
+
+    with pytest.raises(MailboxTimeout):
+        play()
+    assert len(looks) == 2

@@ -58,7 +58,7 @@ class EepromClient:
         for _ in range(_TRIES):
             request = Datagram.at(DatagramCommand.FPWR, self.station, _CONTROL, written)
             came = yield Trip((request, back))
-            start = came.now_ns
+            start = asked = came.now_ns
             while True:
                 if came.datagrams[0].counter != 1 or came.datagrams[-1].counter != 1:
                     raise NoAnswer(self.station, _CONTROL, 0)
@@ -66,9 +66,9 @@ class EepromClient:
                 status = int.from_bytes(answer[:2], "little")
                 if not status & (_BUSY | _LOADING):
                     break
-                if came.now_ns - start > _BUSY_NS:
+                if asked - start > _BUSY_NS:
                     raise EepromTrouble(f"station {self.station}: EEPROM stays busy")
-                yield Pause(_POLL_NS)
+                asked = (yield Pause(_POLL_NS)).now_ns
                 came = yield Trip((back,))
             if not status & (_COMMAND_ERROR | _WRITE_ERROR):
                 return answer[6 : 14 if status & _EIGHT_BYTES else 10]

@@ -73,10 +73,11 @@ def reset_bus() -> Steps[None]:
     start = yield from now()
     while True:
         # the states come by OR; Init is the lowest bit alone
+        asked = yield from now()
         state, answered = yield from broadcast_read(Register.AL_STATUS, 2)
         if state[0] & _STATE == AlState.INIT and answered == count:
             break
-        if (yield from now()) - start > _INIT_NS:
+        if asked - start > _INIT_NS:
             raise StateTimeout(f"not all slaves reach Init: by OR they show 0x{state[0]:02X}")
         init = _INIT_ACKNOWLEDGED.to_bytes(2, "little")
         yield from broadcast_write(Register.AL_CONTROL, init)

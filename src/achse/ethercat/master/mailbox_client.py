@@ -154,10 +154,11 @@ class MailboxClient:
         request = self._requests(message)
         while True:
             # the slave drops a message that comes a second time: same counter
+            asked = yield from now()
             back = yield Trip(request)
             if all(each.counter for each in back.datagrams):
                 return
-            if back.now_ns - start >= self.request_ns:
+            if asked - start >= self.request_ns:
                 raise MailboxTimeout(
                     f"station {self.station}: mailbox stays full for"
                     f" {self.request_ns // 1_000_000} ms"
@@ -179,10 +180,14 @@ class MailboxClient:
     def receive(
         self, protocol: MailboxProtocol, wanted: Callable[[bytes], bool], response_ns: int = 0
     ) -> Steps[bytes]:
-        """The next message of that protocol that is `wanted`; others go to listeners."""
+        """The next message of that protocol that is `wanted`; others go to listeners.
+
+        The last look at the mailbox is when the time is over, however long this process was away.
+        """
         allowed = response_ns or self.response_ns
         start = yield from now()
         while True:
+            asked = yield from now()
             if (yield from self._full()):
                 message = yield from self._fetch()
                 if message is not None:
@@ -192,9 +197,9 @@ class MailboxClient:
                     if message.protocol == protocol and wanted(message.data):
                         return message.data
                     self._tell(message)
-                if (yield from now()) - start < allowed:
+                if asked - start < allowed:
                     continue
-            if (yield from now()) - start >= allowed:
+            if asked - start >= allowed:
                 raise MailboxTimeout(
                     f"station {self.station}: no answer within {allowed // 1_000_000} ms"
                 )
@@ -254,9 +259,10 @@ class MailboxClient:
         yield from write(self.station, _SM1 + _ACTIVATE, bytes((activate,)))
         start = yield from now()
         while True:
+            asked = yield from now()
             _, control = yield from read(self.station, _SM1 + _ACTIVATE, 2)
             if not (control ^ activate) & _REPEAT and (yield from self._full()):
                 return
-            if (yield from now()) - start >= self.request_ns:
+            if asked - start >= self.request_ns:
                 raise MailboxTimeout(f"station {self.station}: a lost message is not repeated")
             yield Pause(_POLL_NS)

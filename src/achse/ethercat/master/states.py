@@ -60,12 +60,13 @@ def change_state(station: int, target: AlState, allowed_ns: int) -> Steps[None]:
     yield from write_number(station, Register.AL_CONTROL, target)
     start = yield from now()
     while True:
+        asked = yield from now()
         report = yield from read_state(station)
         if report.error:
             raise StateRefusal(station, target, report.state, report.code)
         if report.state == target:
             return
-        if (yield from now()) - start >= allowed_ns:
+        if asked - start >= allowed_ns:
             raise StateTimeout(
                 f"station {station}: {target.name} not reached within"
                 f" {allowed_ns // 1_000_000} ms, state {report.state}"

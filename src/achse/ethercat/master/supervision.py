@@ -291,7 +291,7 @@ class Supervision:
             self._collect_messages()
             if self._redundancy is not None:
                 yield from self._watch_ring(self._redundancy)
-            yield Pause(self.bus.cycle_ns)
+            yield Pause(self.bus.cycle_ns // 2)  # cycles of a real clock are not equally long
 
     def _look(self) -> Steps[None]:
         """Read the state of each slave, act on what has changed."""
