@@ -20,6 +20,7 @@ __all__ = [
     "fault_jerk",
     "release",
     "run_out",
+    "shed_excess",
     "shed_foreign",
 ]
 
@@ -104,6 +105,23 @@ def shed_foreign(ax: AxisFields, foreign: float) -> None:
     most = _NEARLY * sqrt(2.0 * ax.running_jerk * abs(v))
     if a * v < 0.0 and abs(a) > most:
         ax.set_acceleration = most if a > 0.0 else -most
+
+
+def shed_excess(ax: AxisFields, jerk: float) -> int:
+    """End what of an acceleration `jerk` cannot take away below the fastest velocity; 1 if it did.
+
+    A group of axes asks for any acceleration; an axis that leaves it has its limits again.
+    """
+    v = ax.set_velocity
+    a = ax.set_acceleration
+    if ax.running_jerk > jerk:
+        jerk = ax.running_jerk
+    room = fastest(ax) - abs(v)
+    if a * v <= 0.0 or a * a <= 2.0 * jerk * room:
+        return 0
+    most = sqrt(2.0 * jerk * room) if room > 0.0 else 0.0
+    ax.set_acceleration = most if a > 0.0 else -most
+    return 1
 
 
 def release(ax: AxisFields, jerk: float) -> float:

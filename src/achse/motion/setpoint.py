@@ -8,7 +8,13 @@ Kernel source: compiled as it stands, see `compiled`.
 """
 
 from achse.codes import NcError
-from achse.motion.dynamics import fastest, fault_deceleration, fault_jerk, shed_foreign
+from achse.motion.dynamics import (
+    fastest,
+    fault_deceleration,
+    fault_jerk,
+    shed_excess,
+    shed_foreign,
+)
 from achse.motion.jobs import take_over
 from achse.motion.limits import table_passes
 from achse.motion.planning import (
@@ -121,6 +127,8 @@ def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
     if ax.set_command_state == CommandState.ACTIVE:
         ax.set_command_state = CommandState.ABORTED
     absorb(ax)
+    if ax.set_motion_phase == MotionPhase.GROUPED and shed_excess(ax, jerk):
+        ax.abrupt = 1
     end_homing(ax)
     ax.set_motion_phase = MotionPhase.STOPPING
     ax.job.deceleration = deceleration

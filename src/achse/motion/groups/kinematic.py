@@ -5,6 +5,7 @@ where the inverse of the kinematics wants them for where the places were in the 
 other way round (`by_axes`), the axes are moved and the places follow. Source: 002 §6.4.3.
 """
 
+import logging
 from collections.abc import Mapping, Sequence
 from math import isfinite
 
@@ -15,13 +16,15 @@ from achse.motion.commands.positions import set_actual_position
 from achse.motion.commands.queue import busy
 from achse.motion.commands.stops import stop
 from achse.motion.groups.group import AxisGroup
-from achse.motion.groups.kinematics.table import KinematicsLaw
+from achse.motion.groups.kinematics.table import KinematicsLaw, Transformation
 from achse.motion.groups.parameters import GroupParameters
 from achse.motion.groups.states import GroupType
 from achse.motion.setpoint import stop_fast
 from achse.motion.states import ActualPositionType, MotionPhase
 
 __all__ = ["KinematicGroup"]
+
+log = logging.getLogger("achse.nc")
 
 COORDINATES = 8
 """Places and axes of a kinematic group at most."""
@@ -48,6 +51,8 @@ class KinematicGroup(AxisGroup):
         self._pose = [0.0] * COORDINATES
         """Axes as the last cycle had them, which choose among several solutions."""
         self._velocities = [0.0] * COORDINATES
+        self._told = False
+        """The log knows what went wrong in the law."""
 
     @property
     def mcs_ids(self) -> list[int]:
@@ -99,7 +104,7 @@ class KinematicGroup(AxisGroup):
                 return NcError.FUNCTION_NOT_ALLOWED
         here = [0.0 if axis is None else axis.set_position for axis in both[False]]
         places = [0.0] * COORDINATES
-        if not self._holds(self.law.forward(self.numbers, here, places), places):
+        if not self._solve(self.law.forward, here, places):
             return NcError.NUMBER_RANGE_LEFT
         was = self.moving
         if was:
@@ -150,13 +155,34 @@ class KinematicGroup(AxisGroup):
         )
 
     def begin(self) -> None:
-        """Follow from now on; leading axes stop if the others cannot."""
-        code = self.why_not_move()
+        """Follow from now on; leading axes stop if the others cannot.
+
+        A reset while they brake does not begin it: what follows would jump to their velocity, or to
+        where they are meanwhile.
+        """
+        code = self.why_not_move() or self._why_not_follow()
         if code:
             self.error_code = code
             self._halt()
         else:
             self._begin_motion()
+
+    def _why_not_follow(self) -> int:
+        leads = [axis for axis in self.leading if axis is not None]
+        if any(axis.set_velocity for axis in leads):
+            return NcError.GROUP_BUSY
+        wanted = list(self._pose)
+        places = [0.0 if axis is None else axis.set_position for axis in self.leading]
+        law = self.law.forward if self.by_axes else self.law.inverse
+        if not self._solve(law, places, wanted):
+            return NcError.NUMBER_RANGE_LEFT
+        dt = self.cycle_ns / 1e9
+        for axis, position in zip(self.places, wanted, strict=True):
+            if axis is not None:
+                at_once = axis.max_acceleration * dt * dt + axis.encoder.scaling_factor
+                if abs(position - axis.set_position) > at_once:
+                    return NcError.GROUP_PARAMETER
+        return OK
 
     def step(self, dt: float) -> None:
         """One cycle: what follows is where the leading axes were in the last cycle."""
@@ -167,11 +193,11 @@ class KinematicGroup(AxisGroup):
         if self.by_axes:
             self._pose = leads
             led = [0.0] * COORDINATES
-            solved = self.law.forward(self.numbers, leads, led)
+            solved = self._solve(self.law.forward, leads, led)
         else:
             led = list(self._pose)
-            solved = self.law.inverse(self.numbers, leads, led)
-        if not self._holds(solved, led):
+            solved = self._solve(self.law.inverse, leads, led)
+        if not solved:
             self._fail(NcError.NUMBER_RANGE_LEFT)
             return
         if not self.by_axes:
@@ -191,9 +217,24 @@ class KinematicGroup(AxisGroup):
         ):
             self._end_motion()
 
-    @staticmethod
-    def _holds(solved: int, values: Sequence[float]) -> bool:
-        return bool(solved) and all(map(isfinite, values))
+    def _solve(
+        self, transformation: Transformation, given: Sequence[float], found: list[float]
+    ) -> bool:
+        """Whether there is a solution, in `found` then.
+
+        Numbers that a law cannot compute with have none, and a law of a user may raise anything:
+        neither ends the cycle.
+        """
+        try:
+            solved = bool(transformation(self.numbers, given, found))
+            return solved and len(found) == COORDINATES and all(map(isfinite, found))
+        except (ArithmeticError, ValueError):
+            return False
+        except Exception as failure:
+            if not self._told:
+                self._told = True
+                log.warning("%s: kinematics: %s: %s", self.name, type(failure).__name__, failure)
+            return False
 
     def _fail(self, code: int) -> None:
         """The common motion is over: everything that moves brakes by itself."""
@@ -241,7 +282,7 @@ class KinematicGroup(AxisGroup):
         mcs = self.places if self.by_axes else self.leading
         here = [0.0 if axis is None else axis.set_position for axis in acs]
         places = [0.0] * COORDINATES
-        if self._holds(self.law.forward(self.numbers, here, places), places):
+        if self._solve(self.law.forward, here, places):
             self._pose = here
             for axis, position in zip(mcs, places, strict=True):
                 if axis is not None:
@@ -252,14 +293,14 @@ class KinematicGroup(AxisGroup):
     def forward(self, axes: Sequence[float]) -> list[float] | int:
         """Places for these axes (0x801), or 0x4234 where there are none. Nothing moves."""
         places = [0.0] * COORDINATES
-        solved = self.law.forward(self.numbers, axes, places)
-        return places if self._holds(solved, places) else NcError.NUMBER_RANGE_LEFT
+        solved = self._solve(self.law.forward, axes, places)
+        return places if solved else NcError.NUMBER_RANGE_LEFT
 
     def inverse(self, places: Sequence[float]) -> list[float] | int:
         """Axes for these places (0x802), in the present pose, or 0x4234."""
         axes = list(self._pose)
-        solved = self.law.inverse(self.numbers, places, axes)
-        return axes if self._holds(solved, axes) else NcError.NUMBER_RANGE_LEFT
+        solved = self._solve(self.law.inverse, places, axes)
+        return axes if solved else NcError.NUMBER_RANGE_LEFT
 
     def digest(self) -> bytes:
         """All that decides what the group does next, as bytes."""

@@ -7,9 +7,12 @@ places themselves.
 """
 
 from collections.abc import MutableSequence, Sequence
-from math import atan2, cos, degrees, radians, sin, sqrt
+from math import atan2, cos, degrees, dist, radians, sin, sqrt
 
 __all__ = ["forward", "inverse"]
+
+_NEAR = 1e-6
+"""Of a rod: how far the plate may be from where the angles have it."""
 
 
 def forward(numbers: Sequence[float], axes: Sequence[float], places: MutableSequence[float]) -> int:
@@ -53,7 +56,11 @@ def forward(numbers: Sequence[float], axes: Sequence[float], places: MutableSequ
 
 
 def inverse(numbers: Sequence[float], places: Sequence[float], axes: MutableSequence[float]) -> int:
-    """Angle of each arm, its elbow outwards."""
+    """Angle of each arm, its elbow outwards.
+
+    None where the rods would carry the plate above the ends of the arms: with the same angles it
+    hangs below them.
+    """
     for n in range(3):
         turn = radians(120.0 * n)
         x = places[0] * cos(turn) + places[1] * sin(turn)
@@ -72,4 +79,7 @@ def inverse(numbers: Sequence[float], places: Sequence[float], axes: MutableSequ
         axes[n] = degrees(atan2(-z, across) - atan2(sqrt(1.0 - bend * bend), bend))
     for n in range(3, len(places)):
         axes[n] = places[n]
-    return 1
+    back = [0.0] * len(places)
+    if not forward(numbers, axes, back):
+        return 0
+    return 1 if dist(back[:3], places[:3]) <= _NEAR * numbers[3] else 0

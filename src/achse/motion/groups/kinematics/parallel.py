@@ -6,9 +6,12 @@ Further axes are the places themselves.
 """
 
 from collections.abc import MutableSequence, Sequence
-from math import acos, atan2, cos, degrees, radians, sin, sqrt
+from math import acos, atan2, cos, degrees, dist, radians, sin, sqrt
 
 __all__ = ["forward", "inverse"]
+
+_NEAR = 1e-6
+"""Of a rod: how far the tool may be from where the angles have it."""
 
 
 def forward(numbers: Sequence[float], axes: Sequence[float], places: MutableSequence[float]) -> int:
@@ -42,7 +45,11 @@ def _angle(arm: float, rod: float, x: float, y: float, outward: float) -> float:
 
 
 def inverse(numbers: Sequence[float], places: Sequence[float], axes: MutableSequence[float]) -> int:
-    """Angles of the arms, with elbows outwards, turns as they are."""
+    """Angles of the arms, with elbows outwards, turns as they are.
+
+    None where the tool would be on the other side of the arms' ends: with the same angles it is on
+    this one.
+    """
     half = 0.5 * numbers[0]
     left = _angle(numbers[1], numbers[2], places[0] + half, places[1], 1.0)
     right = _angle(numbers[1], numbers[2], places[0] - half, places[1], -1.0)
@@ -52,4 +59,7 @@ def inverse(numbers: Sequence[float], places: Sequence[float], axes: MutableSequ
         axes[n] = places[n]
     axes[0] = left + 360.0 * float(round((axes[0] - left) / 360.0))
     axes[1] = right + 360.0 * float(round((axes[1] - right) / 360.0))
-    return 1
+    back = [0.0] * len(places)
+    if not forward(numbers, axes, back):
+        return 0
+    return 1 if dist(back[:2], places[:2]) <= _NEAR * numbers[2] else 0

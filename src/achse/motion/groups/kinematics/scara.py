@@ -5,7 +5,7 @@ first arm. Further axes are the places themselves.
 """
 
 from collections.abc import MutableSequence, Sequence
-from math import acos, atan2, cos, degrees, radians, sin, sqrt
+from math import acos, atan2, copysign, cos, degrees, radians, sin, sqrt
 
 __all__ = ["forward", "inverse"]
 
@@ -33,9 +33,7 @@ def inverse(numbers: Sequence[float], places: Sequence[float], axes: MutableSequ
     if bend > 1.0 + 1e-12 or bend < -1.0 - 1e-12 or reach == 0.0:
         return 0
     bend = 1.0 if bend > 1.0 else -1.0 if bend < -1.0 else bend
-    elbow = acos(bend)
-    if axes[1] < 0.0:
-        elbow = -elbow
+    elbow = copysign(acos(bend), axes[1])  # stretched, -0.0 keeps the side
     shoulder = atan2(y, x) - atan2(numbers[1] * sin(elbow), numbers[0] + numbers[1] * bend)
     angle = degrees(shoulder)
     angle += 360.0 * float(round((axes[0] - angle) / 360.0))

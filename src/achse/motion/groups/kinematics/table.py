@@ -9,7 +9,7 @@ from typing import NamedTuple
 from achse.motion.groups.kinematics import delta, identity, parallel, portal, scara
 from achse.motion.groups.parameters import GroupParametersError
 
-__all__ = ["KINEMATICS", "KinematicsLaw", "law_from_file"]
+__all__ = ["KINEMATICS", "KinematicsLaw", "Transformation", "law_from_file"]
 
 Transformation = Callable[[Sequence[float], Sequence[float], MutableSequence[float]], int]
 
