@@ -10,6 +10,7 @@ __all__ = ["Broker"]
 class _Message(NamedTuple):
     topic: str
     payload: bytes
+    retain: bool = False
 
 
 class Broker:
@@ -77,7 +78,7 @@ class _Session:
         self.topics.append(topic)
         for name, payload in self.broker.retained.items():
             if _matches(topic, name):
-                self.deliver_one(name, payload)
+                self.deliver_one(name, payload, retain=True)
 
     async def publish(
         self, topic: str, payload: bytes, qos: int = 0, retain: bool = False, **_: float
@@ -106,8 +107,8 @@ class _Session:
             if _matches(wanted, topic):
                 self.deliver_one(topic, payload)
 
-    def deliver_one(self, topic: str, payload: bytes) -> None:
-        self.queue.put_nowait(_Message(topic, payload))
+    def deliver_one(self, topic: str, payload: bytes, *, retain: bool = False) -> None:
+        self.queue.put_nowait(_Message(topic, payload, retain))
 
     @property
     def messages(self) -> AsyncIterator[_Message]:

@@ -169,6 +169,40 @@ async def test_too_many_routers_are_told_once(
     assert caplog.text.count("left out") == 1
 
 
+@pytest.mark.parametrize("no_retain", [False, True])
+async def test_who_is_said_to_be_offline_says_that_it_is_not(
+    no_retain: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the last will of its connection before, or by a stranger; once for any number of lies."""
+    monkeypatch.setattr(mqtt, "_CONTRADICT_AFTER", 0.0)
+    broker = Broker()
+    more: dict[str, Any] = {"no_retain": no_retain}
+    async with (
+        network(broker, PRESS, "press", **more) as (press, _),
+        network(broker, PANEL, "panel", **more) as (panel, seen),
+    ):
+        await until(lambda: panel.partners and press.partners)
+        infos = len(broker.published)
+        lie = RouterNote(online=False, name="press").encode()
+        for _ in range(100):
+            broker.publish(INFO.format(PRESS), lie, 2, not no_retain)
+        await until(lambda: ("left", PRESS) in seen.told)
+        await until(lambda: PRESS in panel.partners)
+        assert len(broker.published) - infos - 100 <= 3
+        if not no_retain:
+            assert b"true" in broker.retained[INFO.format(PRESS)]
+
+
+async def test_two_routers_with_one_net_id_do_not_answer_each_other_for_ever() -> None:
+    broker = Broker()
+    async with network(broker, PRESS, "press"):
+        async with network(broker, PRESS, "twin"):
+            pass
+        for _ in range(200):
+            await asyncio.sleep(0)
+        assert len(broker.published) <= 4
+
+
 async def test_foreign_nonsense_stops_nobody() -> None:
     broker = Broker()
     async with network(broker, PRESS, "press") as (press, seen):

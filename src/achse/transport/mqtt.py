@@ -42,6 +42,10 @@ _PORT, _TLS_PORT = 1883, 8883
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.1, 5.0
 """Seconds between attempts to reach the broker, doubled each time."""
 
+_CONTRADICT_AFTER = 1.0
+"""Seconds after somebody said that we are offline until we say that we are not: once for all who
+did meanwhile."""
+
 _MOST_PARTNERS = 10_000
 """Routers of a network that are kept in mind."""
 
@@ -360,6 +364,7 @@ class MqttNetwork:
         name = settings.client_id or f"{settings.user or 'achse'}-{random.getrandbits(64):016x}"
         self._client_id = name
         self._connected: Any = None
+        self._contradiction: asyncio.TimerHandle | None = None
         self._sending: set[asyncio.Task[None]] = set()
         self._unsent = 0
         self._going: deque[tuple[Any, int]] = deque()
@@ -432,6 +437,9 @@ class MqttNetwork:
     def _part(self) -> None:
         """No connection any more: nobody is online as far as we know."""
         self._connected = None
+        if self._contradiction is not None:
+            self._contradiction.cancel()
+            self._contradiction = None
         for task in list(self._sending):
             task.cancel()
         self._unsent = 0
@@ -449,11 +457,25 @@ class MqttNetwork:
             self._user.received(payload)
             return
         teller = self._topics.teller(topic)
-        if teller is not None and teller != self.own:
-            try:
-                self._heard(teller, RouterNote.decode(payload))
-            except DecodeError as fault:
-                log.info("%s: info of %s: %s", self.settings, teller, fault)
+        if teller is None:
+            return
+        try:
+            note = RouterNote.decode(payload)
+        except DecodeError as fault:
+            log.info("%s: info of %s: %s", self.settings, teller, fault)
+            return
+        if teller != self.own:
+            self._heard(teller, note)
+        elif not (note.online or message.retain or self._contradiction):
+            # e.g. the last will of a connection before this one, which the broker took for alive
+            loop = asyncio.get_running_loop()
+            self._contradiction = loop.call_later(_CONTRADICT_AFTER, self._contradict)
+
+    def _contradict(self) -> None:
+        """Somebody said that we are offline; what is retained stays for all who come."""
+        self._contradiction = None
+        log.info("%s: somebody said that %s is offline", self.settings, self.own)
+        self._tell(self._note.encode())
 
     def _heard(self, net_id: NetId, note: RouterNote) -> None:
         known = net_id in self.partners
@@ -470,7 +492,7 @@ class MqttNetwork:
         self.partners[net_id] = note
         if not known and self.settings.no_retain:
             # It has just come and knows nobody: nothing is retained here.
-            self._send(self._topics.info(self.own), self._note.encode(), 2)
+            self._tell(self._note.encode())
         self._user.came(net_id, note)
 
     # out --------------------------------------------------------------------------------------
@@ -495,7 +517,12 @@ class MqttNetwork:
         topic = self._topics.answers(net_id) if back else self._topics.requests(net_id)
         return self._send(topic, message, self.settings.qos)
 
-    def _send(self, topic: str, message: bytes, qos: int) -> bool:
+    def _tell(self, info: bytes) -> None:
+        """Say this of ourselves."""
+        retain = not self.settings.no_retain
+        self._send(self._topics.info(self.own), info, 2, retain=retain)
+
+    def _send(self, topic: str, message: bytes, qos: int, *, retain: bool = False) -> bool:
         if self._connected is None:
             return False
         if qos == 0:
@@ -505,16 +532,16 @@ class MqttNetwork:
                 self._unsent += len(message)
             return going is not None
         self._unsent += len(message)
-        task = asyncio.get_running_loop().create_task(self._publish(topic, message, qos))
+        task = asyncio.get_running_loop().create_task(self._publish(topic, message, qos, retain))
         self._sending.add(task)
         task.add_done_callback(self._sending.discard)
         return True
 
-    async def _publish(self, topic: str, message: bytes, qos: int) -> None:
+    async def _publish(self, topic: str, message: bytes, qos: int, retain: bool) -> None:
         connection = self._connected
         try:
             if connection is not None:
-                await connection.publish(topic, message, qos=qos)
+                await connection.publish(topic, message, qos=qos, retain=retain)
         except Exception as failure:  # the connection broke: `run` sees it too
             log.debug("%s: not published: %s", self.settings, failure)
         finally:
