@@ -1,6 +1,7 @@
 """The listener of Secure ADS on loopback: who gets in, who does not, floods and half handshakes."""
 
 import asyncio
+import contextlib
 import itertools
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
@@ -10,7 +11,7 @@ from typing import Any
 import pytest
 
 from achse.ams import AmsAddress, Command, Frame, NetId
-from achse.ams.secure import ConnectFlags, SecureRefusal
+from achse.ams.secure import ConnectBlock, ConnectFlags, SecureRefusal
 from achse.router import Router
 from achse.router.access import PasswordHash, Users, hash_password
 from achse.router.rights import Right
@@ -20,6 +21,7 @@ from achse.transport.secure import Credentials, SecureClient, SecureError
 from achse.transport.secure_listener import SecureListener, _Proof
 from achse.transport.tls import ClientTls, ServerTls
 from tests.transport.certificates import authority, identity, signed
+from tests.transport.raw_tls import DATA, RawTls
 
 OURS = NetId("5.1.2.3.1.1")
 PANEL = NetId("192.0.2.7.1.1")
@@ -401,8 +403,9 @@ async def test_a_handshake_of_many_bytes_is_ended(caplog: pytest.LogCaptureFixtu
         client.receive(await reader.read(65536))
         record = b"\x16\3\3\x40\0" + b"\x0b\0\xff\0" + bytes(0x4000 - 4)
         writer.write(record + (b"\x16\3\3\x40\0" + bytes(0x4000)) * 8)
-        while await reader.read(65536):
-            pass
+        with contextlib.suppress(ConnectionResetError):  # it has not read all of that
+            while await reader.read(65536):
+                pass
         writer.close()
         assert "is refused" in caplog.text
         assert not len(listener.handshakes)
@@ -446,3 +449,79 @@ async def test_a_full_listener_closes_who_comes(caplog: pytest.LogCaptureFixture
         assert "max_connections is 1" in caplog.text
         client.received.clear()
         assert await client.ask(data=b"still") == b"still"
+
+
+async def raw(listener: SecureListener) -> tuple[RawTls, Any, Any]:
+    """A client that is let in, and makes its records itself."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", listener.port)
+    tls = RawTls(identity("panel"))
+    while not tls.established:
+        writer.write(tls.outgoing())
+        tls.receive(await reader.read(65_536))
+    block = ConnectBlock(net_id=PANEL, host="panel", flags=ConnectFlags.SELF_SIGNED)
+    writer.write(tls.record(DATA, block.encode()))
+    assert await reader.read(65_536)
+    return tls, reader, writer
+
+
+@pytest.mark.parametrize("reads", [True, False])
+async def test_who_asks_for_new_keys_again_and_again_is_ended(
+    reads: bool, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Each is refused; a client beside it has all of its answers."""
+    async with listening() as listener:
+        for name, net_id in (("panel", PANEL), ("other", NetId("192.0.2.8.1.1"))):
+            shown = identity(name).fingerprint
+            route = Route(
+                name=name, net_id=net_id, host="127.0.0.1", tls=RouteTls(fingerprint=shown)
+            )
+            listener.router.routes.add(route)
+        good = await connect(listener, known("other"), NetId("192.0.2.8.1.1"))
+        tls, reader, writer = await raw(listener)
+        asked = answered = 0
+        ended = False
+        while not ended and asked < 200:
+            writer.write(b"".join(tls.hello() for _ in range(100)))
+            asked += 1
+            good.received.clear()
+            answered += await good.ask(NetId("192.0.2.8.1.1")) == b"hello"
+            if reads:
+                with contextlib.suppress(TimeoutError, ConnectionResetError):
+                    ended = not await asyncio.wait_for(reader.read(65_536), 0.001)
+            ended = ended or len(listener.connections) == 1
+        assert ended
+        assert answered == asked
+        assert "what TLS answers" in caplog.text
+        writer.close()
+        good.line.close()
+
+
+async def test_a_client_that_reads_nothing_is_ended_and_others_are_served() -> None:
+    """Large answers to a Secure client that stops reading: what is kept for it has its limit."""
+    limit = 1024 * 1024
+    async with listening(max_backlog=limit) as listener:
+        other = NetId("192.0.2.8.1.1")
+        for name, net_id in (("panel", PANEL), ("other", other)):
+            shown = identity(name).fingerprint
+            route = Route(
+                name=name, net_id=net_id, host="127.0.0.1", tls=RouteTls(fingerprint=shown)
+            )
+            listener.router.routes.add(route)
+        good = await connect(listener, known("other"), other)
+        slow = await connect(listener, known("panel"), PANEL)
+        slow.line.pause_reading()
+        to, by = AmsAddress.of(OURS, 851), AmsAddress.of(PANEL, 30_000)
+        request = Frame(bytes(to), bytes(by), Command.READ, data=bytes(60_000)).encode_tcp()
+        asked = answered = largest = 0
+        while len(listener.connections) > 1 and asked < 2000:
+            slow.line.write(request)
+            asked += 1
+            good.received.clear()
+            answered += await good.ask(other) == b"hello"
+            for peer in listener.connections:
+                largest = max(largest, peer.backlog)
+        assert len(listener.connections) == 1
+        assert answered == asked
+        assert largest <= limit + 2 * len(request)
+        good.line.close()
+        slow.line.abort()

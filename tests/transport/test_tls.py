@@ -5,6 +5,7 @@ import os
 import random
 import ssl
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -121,6 +122,39 @@ def test_pre_shared_keys() -> None:
             shake(server, ClientTls(psk=wrong).start())
     # who brings a certificate comes by the same port
     assert shake(server, ClientTls(identity("panel")).start()).certificate
+
+
+@pytest.mark.skipif(not HAS_PSK, reason="this Python knows no pre-shared keys (3.13 does)")
+def test_a_session_of_a_key_is_not_resumed() -> None:
+    """Who resumes one names no key; each client has a handshake of its own, and is known by it."""
+    server = ServerTls(identity("press"), keys={"Panel": b"k" * 32, "Other": b"o" * 32})
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    context.maximum_version = ssl.TLSVersion.TLSv1_2
+    context.set_ciphers("PSK-AES256-CBC-SHA384")
+    told = ["panel", b"k" * 32]
+    call: Any = context
+    call.set_psk_client_callback(lambda _: tuple(told))
+    session = None
+    for name, key in (("panel", b"k" * 32), ("panel", b"k" * 32), ("OTHER", b"o" * 32)):
+        told[:] = name, key
+        come, go = ssl.MemoryBIO(), ssl.MemoryBIO()
+        client = context.wrap_bio(come, go, session=session)
+        far = None
+        while True:
+            try:
+                client.do_handshake()
+                break
+            except ssl.SSLWantReadError:
+                data = go.read()
+                far = far or server.accept(data)
+                assert far is not None
+                far.receive(data)
+                come.write(far.outgoing())
+        assert far is not None
+        assert far.identity.casefold() == name.casefold()
+        assert not client.session_reused
+        session = client.session
 
 
 @pytest.mark.skipif(HAS_PSK, reason="this Python knows pre-shared keys")

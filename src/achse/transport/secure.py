@@ -45,8 +45,8 @@ HANDSHAKE_TIME = 10.0
 _LONGEST_HANDSHAKE, _STEP = 48 * 1024, 4096
 """Bytes from a client until TLS is there: long certificates take long to check."""
 
-_MOST_UNREAD = 1024 * 1024
-"""Bytes of TLS itself (alerts, new keys) that a far end leaves unread."""
+_MOST_SAID = 64 * 1024
+"""Bytes that TLS itself (alerts, new keys) answers, from something that is said to the next."""
 
 _MOST_EARLY = 64 * 1024
 """Plain bytes kept from a client whose block is looked at; it is not read on beyond."""
@@ -121,7 +121,7 @@ class SecureChannel(asyncio.Protocol):
         self._timer: asyncio.TimerHandle | None = None
         self._opened = False
         self._said = 0
-        """Bytes of TLS itself since all was read."""
+        """Bytes of TLS itself since something was said by it."""
         self.host, self.port = "", 0
         """Address and TCP port of the far end."""
 
@@ -153,7 +153,7 @@ class SecureChannel(asyncio.Protocol):
     def data_received(self, data: bytes) -> None:
         try:
             plain = self._raw(data)
-            self._answer_tls()
+            self._answer_tls(bool(plain))
             if self._opened:
                 if plain and (packets := self._in.receive(plain)):
                     self._inner.data_received(packets)
@@ -203,15 +203,22 @@ class SecureChannel(asyncio.Protocol):
         if self._tls is not None and self._tcp is not None and (data := self._tls.outgoing()):
             self._tcp.write(data)
 
-    def _answer_tls(self) -> None:
-        """Send what TLS itself has to say. Raises TlsError if too much of that is left unread."""
-        if self._tls is None or self._tcp is None or not (data := self._tls.outgoing()):
+    def _answer_tls(self, spoke: bool) -> None:
+        """Send what TLS itself has to say.
+
+        Raises TlsError if the far end asks for too much of that without a word (`spoke`), or
+        leaves it unread: new keys that are refused can be asked for again and again.
+        """
+        if self._tls is None or self._tcp is None:
             return
-        if not self._tcp.get_write_buffer_size():
+        data = self._tls.outgoing()
+        if spoke and not self._tcp.get_write_buffer_size():
             self._said = 0
+        if not data:
+            return
         self._said += len(data)
-        if self._said > _MOST_UNREAD:
-            raise TlsError("it does not read what TLS answers")
+        if self._said > _MOST_SAID:
+            raise TlsError(f"more than {_MOST_SAID} bytes of what TLS answers, and not a word")
         self._tcp.write(data)
 
     def close(self) -> None:

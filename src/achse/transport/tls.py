@@ -11,7 +11,7 @@ import contextlib
 import logging
 import ssl
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -62,8 +62,11 @@ class Tls(Protocol):
     """That of the far end, DER; empty if it showed none."""
     trusted: bool
     """Whether the far end proved that it belongs here: by our CA, or by a pre-shared key."""
-    identity: str
-    """The name of that key, as it is known here; empty without one."""
+
+    @property
+    def identity(self) -> str:
+        """The name of that key, as it is known here; empty without one."""
+        ...
 
     def receive(self, data: bytes) -> bytes:
         """The plain bytes that `data` completes. Raises TlsError."""
@@ -85,18 +88,17 @@ class Tls(Protocol):
 class _StandardTls:
     """The engine of the standard library."""
 
-    identity = ""
-
     def __init__(
         self,
         context: ssl.SSLContext,
         *,
         server: bool,
         by_key: bool,
-        keys: "_ServedKeys | None" = None,
         name: str = "",
+        named: Sequence[str] = (),
     ) -> None:
-        self._keys = keys
+        """`named` has the name of the pre-shared key once the client has told it."""
+        self._named = named
         self._in, self._out = ssl.MemoryBIO(), ssl.MemoryBIO()
         self._object = context.wrap_bio(
             self._in,
@@ -112,8 +114,6 @@ class _StandardTls:
             self._shake()
 
     def _shake(self) -> None:
-        if self._keys is not None:
-            self._keys.asked_by = self
         try:
             self._object.do_handshake()
         except ssl.SSLWantReadError:
@@ -124,6 +124,10 @@ class _StandardTls:
         self.certificate = self._object.getpeercert(True) or b""
         verified = self._object.context.verify_mode is not ssl.CERT_NONE
         self.trusted = self._by_key or (verified and bool(self.certificate))
+
+    @property
+    def identity(self) -> str:
+        return self._named[0] if self._named else ""
 
     def receive(self, data: bytes) -> bytes:
         self._in.write(data)
@@ -343,8 +347,7 @@ class ServerTls:
         if suites is None:
             return None
         if self._by_key is not None and suites & _PSK_NUMBERS:
-            keys = self._by_key
-            return _StandardTls(keys.context, server=True, by_key=True, keys=keys)
+            return self._by_key.engine()
         from OpenSSL import SSL
 
         self._follow()
@@ -395,25 +398,33 @@ def _has_revoked(ca: Path) -> bool:
 
 
 class _ServedKeys:
-    """The pre-shared keys of a server, and the engine whose handshake goes on now."""
+    """The pre-shared keys of a server."""
 
     def __init__(self, keys: Mapping[str, bytes], names_matter: bool) -> None:
         self._names_matter = names_matter
         self._known = {self._known_as(name): (name, key) for name, key in keys.items()}
-        self.asked_by: _StandardTls | None = None
-        self.context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-        _only_keys(self.context)
-        call: Any = self.context
-        call.set_psk_server_callback(self._key_of)
 
     def _known_as(self, name: str) -> str:
         return name if self._names_matter else name.upper()
 
-    def _key_of(self, name: str | None) -> bytes:
-        identity, key = self._known.get(self._known_as(name or ""), ("", b""))
-        if self.asked_by is not None:
-            self.asked_by.identity = identity
-        return key
+    def engine(self) -> Tls:
+        """One for a client, with a context of its own.
+
+        A common one would keep sessions: a client that resumes one names no key, and nobody would
+        know who it is.
+        """
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        _only_keys(context)
+        named: list[str] = []
+
+        def key_of(name: str | None) -> bytes:
+            identity, key = self._known.get(self._known_as(name or ""), ("", b""))
+            named[:] = [identity]
+            return key
+
+        call: Any = context
+        call.set_psk_server_callback(key_of)  # before the engine: its suites depend on it
+        return _StandardTls(context, server=True, by_key=True, named=named)
 
 
 def _need_psk(wanted: object) -> None:
