@@ -1,8 +1,9 @@
 /** The shell: connection, navigation, the Stop button, theme, help, messages. */
 
-import { Connection, addressOf } from "./connection.js";
+import { Connection, NotConnected, addressOf } from "./connection.js";
 import { h, link, mark, show, typing } from "./dom.js";
 import { code } from "./format.js";
+import { setSingleKeys, singleKeys, withModifier } from "./keys.js";
 import { PAGES, offered } from "./pages.js";
 import { Session } from "./session.js";
 import { View, fragment } from "./view.js";
@@ -17,7 +18,13 @@ const SHORTCUTS = [
   ["F1 F2 F3 F4", "one axis: jog fast back, back, forward, fast forward, while held"],
   ["F5", "one axis: start the move that is filled in"],
   ["F8, F9", "one axis: reset, home"],
-  ["↑ ↓ ← →", "symbols: walk through the tree; Enter watches a symbol"],
+  ["↑ ↓ ← →", "symbols: walk through the tree; Home, End; Enter watches a symbol"],
+  ["Space", "scope: run and stop"],
+  ["T, C", "scope: trigger on and off, the other cursor"],
+  ["← →", "scope: move the cursor, with Shift by one row; cams: along the curve"],
+  ["+ −", "scope: zoom"],
+  ["Esc", "scope: clear the cursors, follow the newest samples"],
+  ["↑ ↓ ← → + − 0", "pictures of paths and machines: turn, zoom, show all"],
 ];
 
 const at = (id) => document.getElementById(id);
@@ -165,6 +172,14 @@ async function stopAll() {
   }
 }
 
+/** A key is pressed in need: that it did nothing must be told. */
+function stopByKey() {
+  if (!at("stop").disabled) stopAll();
+  else if (connection.state !== "open") fail(new NotConnected("Stop was not sent: not connected to the station."));
+  else if (connection.hello?.control !== true) fail(new Error("Stop was not sent: these pages may only look."));
+  else fail(new Error("Stop was not sent: the target does not answer, or has no axes."));
+}
+
 // theme and help ------------------------------------------------------------------------------
 
 const THEMES = ["system", "light", "dark"];
@@ -190,24 +205,10 @@ function nextTheme() {
   drawTheme();
 }
 
-let singleKeys = true;
-try {
-  singleKeys = localStorage.getItem("achse.keys") !== "off";
-} catch {
-  // without storage: on
-}
-
 function drawHelp() {
   const keys = h("input", { type: "checkbox", id: "single-keys" });
-  keys.checked = singleKeys;
-  keys.addEventListener("change", () => {
-    singleKeys = keys.checked;
-    try {
-      localStorage.setItem("achse.keys", singleKeys ? "on" : "off");
-    } catch {
-      // without storage it holds until the page is closed
-    }
-  });
+  keys.checked = singleKeys();
+  keys.addEventListener("change", () => setSingleKeys(keys.checked));
   const close = h("button", { type: "button", class: "main" }, "Close");
   close.addEventListener("click", () => at("help-text").close());
   const { version = "", target = "" } = connection.hello ?? {};
@@ -215,7 +216,7 @@ function drawHelp() {
     h("h2", { id: "help-title" }, "Keys"),
     h("table", {}, h("tbody", {}, SHORTCUTS.map(([key, what]) =>
       h("tr", {}, h("th", { scope: "row" }, h("kbd", {}, key)), h("td", {}, what))))),
-    h("label", { class: "check" }, keys, " Keys without Ctrl (1 … 9, ?, /)"),
+    h("label", { class: "check" }, keys, " Keys without Ctrl (1 … 9, ?, /, T, C, +, −)"),
     h("p", { class: "dim" }, `achse ${version}, ${target}. The address of this page says what it `
       + "shows: send it to a colleague to show the same."),
     close,
@@ -226,10 +227,10 @@ function drawHelp() {
 function pressed(event) {
   if (event.key === "F6" || (event.key === "." && (event.ctrlKey || event.metaKey))) {
     event.preventDefault();
-    if (!event.repeat && !at("stop").disabled) stopAll();
+    if (!event.repeat) stopByKey();
     return;
   }
-  if (!singleKeys || event.ctrlKey || event.altKey || event.metaKey || typing(event.target)) return;
+  if (!singleKeys() || withModifier(event) || typing(event.target)) return;
   if (at("help-text").open || document.querySelector("dialog[open]")) return;
   if (event.key === "?") {
     event.preventDefault();

@@ -4,6 +4,7 @@ import { errorOf, motion, stateOf } from "./axis_state.js";
 import { field, h, link, mark, panel, show } from "./dom.js";
 import { number, parsed, percent } from "./format.js";
 import { Hold } from "./hold.js";
+import { withModifier } from "./keys.js";
 import { ParameterTables } from "./parameters.js";
 import { Facts, lamp } from "./table.js";
 import { fragment } from "./view.js";
@@ -51,33 +52,41 @@ export function mountAxis(element, session, id) {
   parameters.load();
 
   let row = null;
+  const buttons = [...jog.buttons, moves.button];
+  const stale = () => { // until its state is known a button could do what it does not say
+    row = null;
+    control.stale();
+    for (const each of buttons) each.disabled = true;
+  };
+  stale();
+  session.on("state", ({ state }) => state !== "open" && stale());
   session.draw("axis", { axis: id, every: session.every }, (value) => {
     row = value.axis ?? value;
     for (const [node, suffix] of unit) show(node, row.unit ? `${row.unit}${suffix}` : "");
     display.update(row);
     control.update(row, session.control);
-    const able = session.control;
-    for (const each of [...jog.inputs, ...moves.inputs]) each.disabled = !able;
+    for (const each of [...buttons, ...jog.inputs, ...moves.inputs]) each.disabled = !session.control;
     const rows = (value.details ?? []).flatMap((group) => group.rows ?? []);
     detailPanel.hidden = rows.length === 0;
     details.update(rows.map(({ name, value: is, unit: of }) => [name, `${is ?? "–"} ${of ?? ""}`.trim()]));
   });
 
   const keys = (event) => {
-    if (document.querySelector("dialog[open]") || !session.control) return;
     const pressed = JOGS.findIndex(({ key }) => key === event.key);
-    if (pressed >= 0) {
-      event.preventDefault();
-      if (event.type === "keyup") jog.holds[pressed].release();
-      else if (!event.repeat) jog.holds[pressed].press();
-    } else if (event.type === "keydown" && !event.repeat && row !== null) {
-      const action = { F5: moves.start, F8: () => send("reset", {}, `${row.name}: reset sent.`),
-        F9: () => send("home", {}, `${row.name}: home sent.`) }[event.key];
-      if (action && !(event.ctrlKey || event.metaKey)) {
-        event.preventDefault();
-        action();
-      }
+    if (event.type === "keyup") {
+      jog.holds[pressed]?.release(); // whatever has come between
+      return;
     }
+    // Alt+F4 closes a window: it does not jog
+    if (document.querySelector("dialog[open]") || !session.control || withModifier(event) || event.shiftKey) return;
+    const action = pressed >= 0 ? () => jog.holds[pressed].press() : {
+      F5: moves.start, F8: () => send("reset", {}, `${row.name}: reset sent.`),
+      F9: () => send("home", {}, `${row.name}: home sent.`) }[event.key];
+    if (action === undefined) return;
+    event.preventDefault();
+    if (event.repeat) return;
+    if (row === null) session.say("The state of the axis is not known: nothing was sent.");
+    else action();
   };
   addEventListener("keydown", keys);
   addEventListener("keyup", keys);
@@ -130,7 +139,7 @@ function controls(send) {
     const element = h("button", { type: "button", class: kind || null }, text);
     element.addEventListener("click", () => {
       const asked = element.dataset.action ?? action;
-      send(asked, {}, `${text}: sent.`);
+      send(asked, {}, `${element.textContent}: sent.`);
     });
     return element;
   };
@@ -154,8 +163,10 @@ function controls(send) {
   exact.addEventListener("change", () => set(exact.value));
   const lamps = ["controller", "plus", "minus"].map((name) => [name, lamp()]);
   const all = [power, reset, home, halt, stop, slide, exact];
-  for (const each of all) each.disabled = true;
   return {
+    stale() {
+      for (const each of all) each.disabled = true;
+    },
     element: h("div", { class: "stack" },
       h("div", { class: "row" }, power, reset, home),
       h("div", { class: "row" }, halt, stop),
@@ -209,7 +220,8 @@ function jogging(session, send, unitMark) {
   });
   return {
     holds,
-    inputs: [...buttons, velocity],
+    buttons,
+    inputs: [velocity],
     element: h("div", { class: "stack" },
       h("div", { class: "row jogs" }, buttons),
       h("label", { class: "field" }, h("span", {}, "Velocity"), velocity, unitMark("/s"))),
@@ -287,5 +299,5 @@ function movement(session, send, unitMark) {
     start();
   });
   draw();
-  return { element: form, inputs: [...inputs, form.querySelector("button")], start };
+  return { element: form, inputs, button: form.querySelector("button"), start };
 }

@@ -34,6 +34,7 @@ export function mount(element, session) {
   }
   tabs.addEventListener("keydown", (event) => {
     if (event.key !== "ArrowRight" && event.key !== "ArrowLeft") return;
+    event.preventDefault();
     const other = [...tabs.children].find((tab) => tab !== document.activeElement);
     other?.click();
     other?.focus();

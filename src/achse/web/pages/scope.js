@@ -8,6 +8,7 @@
 
 import { field, h, mark, show, typing } from "./dom.js";
 import { number } from "./format.js";
+import { singleKeys, withModifier } from "./keys.js";
 import { asked, tracesOf, tracesText, triggerOf, triggerText } from "./scope/address.js";
 import { Analysis } from "./scope/analysis.js";
 import { Chart } from "./scope/chart.js";
@@ -25,6 +26,7 @@ import { TriggerForm } from "./scope/trigger.js";
 const WIDTHS = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120];
 const CYCLES = [0.0001, 0.00025, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 1];
 const SLOW_FRAME = 250; // ms between pictures for people who want less motion
+const STOP = "Stop";
 const NUMBERS = 200; // ms between numbers that nobody asked for
 
 export function mount(element, session) {
@@ -126,8 +128,9 @@ class ScopePage {
     this._recorder.start();
   }
 
+  /** Do what the button says, also when the recording has just ended by itself. */
   _toggle() {
-    if (this._recorder.wanted) this._recorder.stop().then(() => this._recordings.refresh());
+    if (this._runs.textContent === STOP) this._recorder.stop().then(() => this._recordings.refresh());
     else this.run();
   }
 
@@ -192,7 +195,10 @@ class ScopePage {
     if (what === "samples") {
       this._captured();
       this._frame();
-    } else this.dirty();
+    } else {
+      this._say();
+      this.dirty();
+    }
   }
 
   /** A trigger counts when the picture of the one before it is whole. */
@@ -345,7 +351,7 @@ class ScopePage {
               : `Stopped${this._fired === null || mode === "off" ? "" : ` by the trigger at ${number(this._fired, 6)} s`}`;
     show(this._state, words);
     this._state.dataset.state = state;
-    show(this._runs, wanted ? "Stop" : "Run");
+    show(this._runs, wanted ? STOP : "Run");
     this._export.disabled = scope === null && !this._recordings.shown;
     const size = this._recorder.ring?.size ?? 0;
     for (const each of this._saves) each.disabled = size === 0;
@@ -385,13 +391,12 @@ class ScopePage {
   }
 
   _pressed(event) {
-    if (event.ctrlKey || event.altKey || event.metaKey || typing(event.target)) return;
+    if (withModifier(event) || typing(event.target)) return;
     if (document.querySelector("dialog[open]")) return;
     const button = event.target instanceof HTMLElement && event.target.closest("button, a, summary");
     const keys = {
       " ": () => !button && (this._toggle(), true),
       t: () => this._form.toggle(),
-      T: () => this._form.toggle(),
       c: () => this._choose(1 - this._active),
       ArrowLeft: () => this._step(-1, event.shiftKey),
       ArrowRight: () => this._step(1, event.shiftKey),
@@ -399,8 +404,10 @@ class ScopePage {
       "-": () => this._used("wheel", { at: 0.5, factor: 2 }),
       Escape: () => this._escape(),
     };
-    const run = keys[event.key];
+    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key; // with Caps Lock too
+    const run = keys[key];
     if (run === undefined || event.defaultPrevented) return;
+    if (key.length === 1 && key !== " " && !singleKeys()) return;
     if (run() !== false) event.preventDefault();
   }
 
