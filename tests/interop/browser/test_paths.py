@@ -139,8 +139,12 @@ def test_a_part_program_is_started_and_its_way_drawn(show: Show, mill: Any, unti
 
 
 def test_a_machine_is_drawn_and_moves(
-    show: Show, serve_pages: Callable[..., AbstractContextManager[Any]], until: Any
+    show: Show,
+    serve_pages: Callable[..., AbstractContextManager[Any]],
+    until: Any,
+    witness: Callable[[str], None],
 ) -> None:
+    witness("axe-core")
     with serve_pages(str(SCENE)) as portal, show(portal.url, viewport=WIDE) as tab:
         page = tab.open("scene")
         picture = page.get_by_role("img", name="The machine")
