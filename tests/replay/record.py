@@ -23,7 +23,7 @@ from typing import Any
 from achse.station import Station
 from achse.testing import LiveStation, free_host
 from achse.transport.ethernet import EthernetLink
-from tests.replay.test_sessions import NET_ID, cable
+from tests.replay.test_sessions import NET_ID, cable, length_of
 
 NPM = Path(__file__).parents[1] / "interop" / "npm"
 QUIET_S = 0.3
@@ -56,7 +56,7 @@ class Relay:
             held = b""
             while data := source.recv(65_536):
                 held += data
-                while len(held) >= 6 and len(held) >= (size := 6 + _length(held)):
+                while len(held) >= 6 and len(held) >= (size := 6 + length_of(held)):
                     self.lines.append(f"{sign} {held[:size].hex()}")
                     self._last = time.monotonic()
                     sink.sendall(held[:size])
@@ -75,10 +75,6 @@ class Relay:
         self._last = time.monotonic()
         self.station.advance(seconds)
         self.wait()
-
-
-def _length(data: bytes) -> int:
-    return int.from_bytes(data[2:6], "little")
 
 
 @contextlib.contextmanager

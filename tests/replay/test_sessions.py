@@ -4,11 +4,12 @@
 """
 
 import asyncio
+from collections import deque
 from pathlib import Path
 
 import pytest
 
-from achse.ams import Connection
+from achse.ams import Command, Connection, Frame
 from achse.drive import Drive
 from achse.ethercat import EthercatFrame as EthercatFrame
 from achse.ethercat import Loopback, Segment, Slave
@@ -33,17 +34,43 @@ def test_each_packet_is_decoded_and_encoded_again(name: str) -> None:
             assert message.encode_tcp().hex() == rest
 
 
+class Incoming:
+    """Answers and samples, each in their order; which of the two comes first may differ."""
+
+    def __init__(self, reader: asyncio.StreamReader) -> None:
+        self._reader = reader
+        self._held: dict[bool, deque[str]] = {False: deque(), True: deque()}
+
+    @staticmethod
+    def is_sample(packet: str) -> bool:
+        (message,) = Connection().receive(bytes.fromhex(packet))
+        return isinstance(message, Frame) and message.command == Command.NOTIFICATION
+
+    async def like(self, expected: str) -> str:
+        """The next packet of the same sort as `expected`."""
+        wanted = self.is_sample(expected)
+        while not self._held[wanted]:
+            head = await self._reader.readexactly(6)
+            packet = (head + await self._reader.readexactly(length_of(head))).hex()
+            self._held[self.is_sample(packet)].append(packet)
+        return self._held[wanted].popleft()
+
+
+def length_of(head: bytes) -> int:
+    return int.from_bytes(head[2:6], "little")
+
+
 @pytest.mark.parametrize("name", ["pyads", "ads-client"])
 async def test_the_station_answers_as_recorded(name: str) -> None:
     station = Station.demo(net_id=NET_ID)
     async with station.running("127.0.0.1", 0, speed=0) as running:
         reader, writer = await asyncio.open_connection("127.0.0.1", running.tcp_port)
+        incoming = Incoming(reader)
         for number, (sign, rest) in enumerate(lines_of(name), 1):
             if sign == ">":
                 writer.write(bytes.fromhex(rest))
             elif sign == "<":
-                answer = await reader.readexactly(len(rest) // 2)
-                assert answer.hex() == rest, f"{name}, line {number}"
+                assert await incoming.like(rest) == rest, f"{name}, line {number}"
             else:
                 station.advance(float(rest))
         writer.close()
