@@ -245,3 +245,62 @@ def test_statements_of_life_say_what_variable_they_are_about() -> None:
     assert body is not None
     assert [unit_variable(one) for one in body][:2] == ["main.a", "main.b"]
     assert unit_variable(()) == ""
+
+
+POINTING = """
+TYPE ST_Pair : STRUCT {pair} END_STRUCT END_TYPE
+FUNCTION_BLOCK FB_Part {part} END_FUNCTION_BLOCK
+INTERFACE I_Part END_INTERFACE
+FUNCTION_BLOCK FB_Gone IMPLEMENTS I_Part END_FUNCTION_BLOCK
+PROGRAM MAIN
+VAR
+    {vars}
+    pGone, pStays, pFirst : POINTER TO INT; pPair : POINTER TO ST_Pair; iPart : I_Part;
+    rGone : REFERENCE TO INT; pPart : POINTER TO FB_Part; pFresh : POINTER TO INT;
+END_VAR
+{body}
+END_PROGRAM
+VAR_GLOBAL sLog : STRING(200); END_VAR
+"""
+
+
+def test_pointers_to_what_is_gone_are_null() -> None:
+    def declared(vars: str, pair: str, part: str, body: str = "") -> Declarations:
+        text = POINTING.format(vars=vars, pair=pair, part=part, body=body)
+        return declare([parse(Source(text, "pointing.st"), name="GVL")])
+
+    first = declared(
+        "nGone, nStays : INT; st : ST_Pair; fb : FB_Part; fbGone : FB_Gone;"
+        "{attribute 'init_on_onlchange'} nFresh : INT := 3;",
+        "a : INT; b : LREAL;",
+        "VAR n : INT; END_VAR",
+        "pGone := ADR(nGone); pStays := ADR(nStays); pFirst := ADR(st.a); pPair := ADR(st);"
+        "iPart := fbGone; rGone REF= nGone; pPart := ADR(fb); pFresh := ADR(nFresh);",
+    )
+    task = Task("PlcTask", 10_000_000, [first.programs["main"]])
+    plc = PlcRuntime([task], first.units, bodies=_bodies(first, CodeForm.PLAIN))
+    plc.run_due(10_000_000)
+    main = plc.instance("MAIN")
+    names = ("pGone", "pStays", "pFirst", "pPair", "iPart", "rGone", "pPart", "pFresh")
+    assert all(plain(main[name]) or name == "rGone" for name in names)
+    second = declared(
+        "fNew : ARRAY [0..9] OF LREAL; nStays : INT; st : ST_Pair; fb : FB_Part;"
+        "{attribute 'init_on_onlchange'} nFresh : INT := 3;",
+        "b : LREAL; c : INT;",
+        "VAR z : LREAL; n : INT; END_VAR",
+    )
+    new = second.programs["main"]
+    units = [unit for unit in second.units if unit is not new]
+    plc.online_change(units, {"PlcTask": [new]}, bodies=_bodies(second, CodeForm.PLAIN))
+    assert plc.state is PlcState.RUN, plc.failure
+    places = {one.variable.name: plc.memory.address(one.area, one.offset) for one in plc.variables}
+    leads = {name: plc.memory.at(places[name]) for name in names}
+    found = {
+        name: int.from_bytes(place[0].read(place[1], 8), "little")
+        for name, place in leads.items()
+        if place is not None
+    }
+    assert found == {
+        "pGone": 0, "pFirst": 0, "iPart": 0, "rGone": 0, "pStays": places["nStays"],
+        "pPair": places["st"], "pPart": places["fb"], "pFresh": places["nFresh"],
+    }  # fmt: skip

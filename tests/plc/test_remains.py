@@ -118,3 +118,76 @@ def test_what_is_kept_stays_when_the_start_after_a_reset_fails() -> None:
     ran.plc.reset()
     assert ran.stopped.name == "DIVIDEBYZERO"
     assert (ran["a.nTotal"], ran["b.nTotal"]) == (100, 9)
+
+
+LEADING = """
+{first}
+INTERFACE I_Part METHOD M : INT END_METHOD END_INTERFACE
+FUNCTION_BLOCK FB_Part IMPLEMENTS I_Part
+VAR k : INT; END_VAR
+METHOD M : INT k := k + 1; M := 100 + k; END_METHOD
+METHOD W : INT W := THIS^.M(); END_METHOD
+END_FUNCTION_BLOCK
+PROGRAM MAIN
+VAR {before} t : INT := 5; u : ARRAY [0..2] OF {type} := [6, 7, 8]; END_VAR
+VAR PERSISTENT
+    fb : FB_Part; p : POINTER TO INT; i : I_Part; r : REFERENCE TO {type}; q : POINTER TO INT;
+    m : POINTER TO INT;
+END_VAR
+VAR a, b, c, d, e : INT; bStarted : BOOL; {more} END_VAR
+{body}
+a := fb.W(); b := p^; c := i.M(); e := m^;
+IF __ISVALIDREF(r) THEN d := TO_INT(r); END_IF
+END_PROGRAM
+"""
+AIM = "p := ADR(t); r REF= u[1]; i := fb; q := __NEW(INT); m := ADR(%MW4); %MW4 := 44;"
+OTHER = """FUNCTION_BLOCK FB_Early
+METHOD M : INT M := -7; END_METHOD METHOD W : INT W := -8; END_METHOD
+END_FUNCTION_BLOCK"""
+
+
+def _leading(first: str = "", before: str = "", type: str = "INT", body: str = "") -> Ran:
+    more = "early : FB_Early;" if first else ""
+    body = f"{body} {'early.M();' if first else ''}"
+    text = LEADING.format(first=first, before=before, type=type, body=body, more=more)
+    return Ran(text.replace("ADR(%MW4)", "ADR(GVL.w)").replace("%MW4 :=", "GVL.w :=")
+               + "VAR_GLOBAL w AT %MW4 : INT; END_VAR", has_twin=False)  # fmt: skip
+
+
+def test_pointers_lead_to_the_same_variables_in_another_program() -> None:
+    before = _leading(body=AIM).cycle()
+    assert [before[name] for name in "abcde"] == [101, 5, 102, 7, 44]
+    kept = kept_variables(before.plc)
+    after = _leading(OTHER, "aMore : ARRAY [0..99] OF INT := [100(3)];")
+    assert inherit_variables(after.plc, kept) == []
+    assert after["q"] == 0, "what __NEW made is gone"
+    after.plc.instance("GVL")["w"] = 9
+    after.cycle()
+    assert [after[name] for name in "abcde"] == [103, 5, 104, 7, 9]
+    retyped = _leading(type="DINT", body="p := ADR(t); i := fb; m := ADR(t);")
+    assert inherit_variables(retyped.plc, kept) == ["MAIN.r"]
+    retyped.cycle()
+    assert [retyped[name] for name in "abcde"] == [103, 5, 104, 0, 5]
+
+
+def test_a_cold_reset_leaves_no_pointer_to_what_new_made() -> None:
+    ran = _leading(body=f"IF NOT bStarted THEN bStarted := TRUE; {AIM} END_IF").cycle()
+    assert ran["q"] != 0
+    ran.plc.reset()
+    assert (ran["q"], ran["fb.k"], ran["p"] != 0) == (0, 2, True)
+
+
+def test_a_bit_is_kept_without_its_neighbours() -> None:
+    text = """
+    FUNCTION_BLOCK FB_Bits
+    VAR a : BIT; END_VAR VAR PERSISTENT b : BIT; END_VAR VAR c : BIT; END_VAR
+    END_FUNCTION_BLOCK
+    PROGRAM MAIN VAR f : FB_Bits; END_VAR END_PROGRAM
+    """
+    before, after = Ran(text).cycle(), Ran(text)
+    for name in "abc":
+        before.plc.instance("MAIN")["f"][name] = True
+    assert inherit_variables(after.plc, kept_variables(before.plc)) == []
+    before.plc.reset()
+    for each in (before, after):
+        assert [each[f"f.{name}"] for name in "abc"] == [False, True, False]

@@ -6,8 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from achse.motion import Nc, commands
+from achse.plc import PlcState
 from achse.station import ConfigError, Station
 from achse.station.config import parse
 
@@ -232,3 +235,60 @@ def test_plc_variables_outlive_restarts_and_programs(
     (tmp_path / "kept.json").write_text('{"nc": {}, "plc": {"851": {"MAIN.nTotal": ["", "x"]}}}')
     assert values(built()) == (0, 0, 0)
     assert "damaged" in caplog.text
+
+
+@given(st.data())
+@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_whatever_a_file_holds_a_plc_starts(tmp_path: Path, data: st.DataObject) -> None:
+    """Cut, overwritten, or with other rows: values are those of the file or as declared."""
+    (tmp_path / "b.st").write_text(LEADING)
+    document = {"plc": [{"sources": "b.st"}], "system": {"persistent_data": "kept.json"}}
+    file = tmp_path / "kept.json"
+    file.unlink(missing_ok=True)
+
+    def built() -> Station:
+        return Station(parse(document, ""), base=tmp_path)
+
+    first = built()
+    first.advance(0.1)
+    first.save()
+    text = file.read_bytes()
+    kind = data.draw(st.sampled_from(["whole", "cut", "byte", "row"]))
+    if kind == "cut":
+        file.write_bytes(text[: data.draw(st.integers(0, len(text) - 3))])
+    elif kind == "byte":
+        at = data.draw(st.integers(0, len(text) - 1))
+        file.write_bytes(text[:at] + data.draw(st.binary(min_size=1, max_size=1)) + text[at + 1 :])
+    elif kind == "row":
+        whole = json.loads(text)
+        rows = whole["plc"]["851"]
+        name = data.draw(st.sampled_from(sorted(rows)))
+        rows[name] = data.draw(
+            st.sampled_from([None, 5, [], ["", ""], ["00", 4], [rows[name][0], "zz"],
+                             [rows[name][0], "00"], [*rows[name][:2], [1]],
+                             [*rows[name][:2], [0, "MAIN.nothing", "", 5]],
+                             [*rows[name][:2], [999, "MAIN.nTotal", "", 5]],
+                             [*rows[name][:2], [0, "%M", "", 1 << 70]]])
+        )  # fmt: skip
+        file.write_text(json.dumps(whole))
+    second = built()
+    plc = second.plcs[851]
+    second.advance(0.01)
+    assert plc.state is PlcState.RUN, plc.failure
+    if kind in ("whole", "cut"):
+        assert plc.instance("MAIN")["nTotal"] == (11 if kind == "whole" else 1)
+    second.save()
+    third = built()
+    assert third.plcs[851].instance("MAIN")["nTotal"] == plc.instance("MAIN")["nTotal"]
+
+
+LEADING = """
+PROGRAM MAIN
+VAR PERSISTENT nTotal : DINT; p : POINTER TO DINT; END_VAR
+VAR RETAIN sName : STRING(9) := 'x'; END_VAR
+VAR n : DINT; END_VAR
+nTotal := nTotal + 1; n := n + 1;
+IF p = 0 THEN p := ADR(n); END_IF
+p^ := p^ + 1;
+END_PROGRAM
+"""

@@ -3,7 +3,6 @@
 import hashlib
 import mmap
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from enum import Enum
 from typing import Any, TypeAlias, cast
 
@@ -140,7 +139,7 @@ class Region:
     object for ever, but may get longer while variables are being allocated.
     """
 
-    __slots__ = ("_grows", "_initial", "_kept", "_remanent", "_used", "area", "data")
+    __slots__ = ("_grows", "_initial", "_kept", "_used", "area", "data")
 
     def __init__(self, area: Area, size: int) -> None:
         self.area = area
@@ -148,7 +147,6 @@ class Region:
         self._grows = area in _GROWING
         self._initial: Mapping[int, bytes] = {}
         self._kept: list[slice] = []
-        self._remanent: list[slice] = []
         self._used = 0
 
     def __len__(self) -> int:
@@ -196,17 +194,9 @@ class Region:
                 f"{self.area.value} has {len(self.data)} bytes and cannot grow to {size} here"
             ) from None
 
-    def keep(self, offset: int, size: int, *, remanent: bool = True) -> None:
-        """Let a reset spare these bytes. They are `remanent` in retain and persistent variables,
-        which the start after it does not change either."""
+    def keep(self, offset: int, size: int) -> None:
+        """Let a reset spare these bytes (retain and persistent variables)."""
         self._kept.append(slice(offset, offset + size))
-        if remanent:
-            self._remanent.append(self._kept[-1])
-
-    @property
-    def remanent(self) -> list[tuple[slice, bytes]]:
-        """Retain and persistent variables: their places and bytes."""
-        return [(part, bytes(self.data[part])) for part in self._remanent]
 
     def hold_initial(self) -> None:
         """Take the present content as what `reset` restores."""
@@ -235,7 +225,6 @@ class Region:
         self.clear()
         self._initial = {}
         self._kept.clear()
-        self._remanent.clear()
         self._used = 0
 
     # access ----------------------------------------------------------------------------------
@@ -365,17 +354,6 @@ class Memory:
         """Initialise all variables again; retain and persistent ones only if `origin`."""
         for region in self.regions.values():
             region.reset(origin=origin)
-
-    @contextmanager
-    def remaining(self) -> Iterator[None]:
-        """Retain and persistent variables are afterwards what they were before."""
-        kept = [(region, region.remanent) for region in self.regions.values()]
-        try:
-            yield
-        finally:
-            for region, parts in kept:
-                for part, content in parts:
-                    region.data[part] = content
 
     def digest(self) -> bytes:
         """A hash of the whole content, 16 bytes: equal memories have equal digests."""

@@ -1,7 +1,8 @@
 """What an online change keeps: values of variables, and Python attributes of their records.
 
 Pointers, references and interfaces whose values are kept lead to the same variables as before,
-wherever these are now. (The vendor does so for references and interfaces only.)
+wherever these are now; they are 0 if these are gone. (The vendor does so for references and
+interfaces only.)
 """
 
 from bisect import bisect_right
@@ -17,12 +18,12 @@ from achse.iec import (
     Buffer,
     IecError,
     IecType,
-    PointerType,
     Record,
     StructType,
     resolved,
 )
 from achse.iec.structs import RecordKind
+from achse.plc.layout import KnownPointers, pointers_within
 from achse.plc.lives import is_alike, is_not_copied
 from achse.plc.memory import Area, Memory
 from achse.plc.program import PlacedUnit, PlacedVariable, partner_names
@@ -90,14 +91,15 @@ class Past:
         for area in _IMAGES:
             memory[area].restore(self.memory[area])
         memory[Area.HEAP].restore(self.memory[Area.HEAP])
-        carried = Carried(self, memory, {})
+        carried = Carried(self, memory, {}, [])
         moves = [_Move(address, type.size, address, type) for address, type in made]
         carried.moves[""] = moves
         for placed in variables:
-            if placed.name.lower() in renewed:
-                continue
             before = self.variables.get(placed.name.lower())
-            if before is not None:
+            if placed.name.lower() in renewed:
+                assert before is not None
+                carried.renewed.extend(_same_place(memory, before, placed))
+            elif before is not None:
                 carried.moves[placed.name.lower()] = list(self.carry(memory, before, placed))
             elif placed.area in _IMAGES:
                 _store(memory, placed, placed.variable.initial_bytes())
@@ -130,6 +132,8 @@ class Carried:
     past: Past
     memory: Memory
     moves: dict[str, list[_Move]]
+    renewed: list[_Move]
+    """What starts again where it is now: pointers lead there, but nothing was copied."""
 
     def start_again(self, variables: Iterable[PlacedVariable]) -> None:
         """Let variables be as they are after a reset."""
@@ -148,9 +152,27 @@ class Carried:
 
     def follow(self, names: Iterable[str]) -> None:
         """Let the pointers in what was copied lead to where their targets are now."""
-        moves = [move for of_one in self.moves.values() for move in of_one]
+        moves = [*self.renewed, *(move for of_one in self.moves.values() for move in of_one)]
         inside = [move for name in names for move in self.moves.get(name, ())]
-        _follow(self.memory, moves, inside)
+        was = self.past.variables.values()
+        ranges = [
+            (self.memory.address(one.area, one.offset), one.variable.type.size)
+            for one in was
+            if one.area not in _IMAGES
+        ]
+        _follow(self.memory, moves, inside, sorted(ranges))
+
+
+def _same_place(memory: Memory, old: PlacedVariable, new: PlacedVariable) -> Iterator[_Move]:
+    """Where a variable was and is, if pointers to it can lead there."""
+    if old.bit is None and new.bit is None:
+        before = memory.address(old.area, old.offset)
+        after = memory.address(new.area, new.offset)
+        type = new.variable.type
+        if is_alike(old.variable.type, type):
+            yield _Move(before, type.size, after, type)
+        else:
+            yield _Move(before, 1, after, None)
 
 
 def _store(memory: Memory, placed: PlacedVariable, data: bytes) -> None:
@@ -227,57 +249,45 @@ def _offset(array: ArrayType[Any], indices: Sequence[int]) -> int:
     )
 
 
-def _follow(memory: Memory, moves: Sequence[_Move], inside: Sequence[_Move]) -> None:
-    """Let the pointers inside some of what was copied lead to where their targets are now."""
-    if all(move.old == move.new for move in moves):
-        return
-    moves = sorted(moves, key=lambda move: move.old)
+def _follow(
+    memory: Memory,
+    moves: Sequence[_Move],
+    inside: Sequence[_Move],
+    ranges: Sequence[tuple[int, int]],
+) -> None:
+    """Let the pointers inside some of what was copied lead to where their targets are now.
+
+    `ranges` are addresses and sizes of the variables before: a pointer to what was in one of them
+    and is not any more becomes 0, as other variables may be there now.
+    """
+    records = {move.old: move.new for move in moves if move.type is None}
+    moves = sorted((move for move in moves if move.type is not None), key=lambda move: move.old)
     begins = [move.old for move in moves]
-    known: dict[int, Sequence[tuple[int, int]]] = {}
+    known: KnownPointers = {}
     for move in inside:
-        if move.type is None:
-            continue
-        for offset, size in _pointers(move.type, known):
-            place = memory.at(move.new + offset)
+        for pointer in () if move.type is None else pointers_within(move.type, known):
+            place = memory.at(move.new + pointer.offset)
             assert place is not None
             region, at = place
-            address = int.from_bytes(region.read(at, size), "little")
+            address = int.from_bytes(region.read(at, pointer.size), "little")
             found = bisect_right(begins, address) - 1
-            if found < 0:
+            target = moves[found] if found >= 0 else None
+            if address in records and not pointer.is_to_values:
+                to = records[address]
+            elif target is not None and address < target.old + max(target.size, 1):
+                to = target.new + address - target.old
+            elif _is_within(ranges, address):
+                to = 0
+            else:
                 continue
-            target = moves[found]
-            distance = address - target.old
-            if 0 <= distance < target.size and target.old != target.new:
-                region.write(at, (target.new + distance).to_bytes(size, "little"))
+            if to != address:
+                region.write(at, to.to_bytes(pointer.size, "little"))
 
 
-def _pointers(
-    type: IecType[Any], known: dict[int, Sequence[tuple[int, int]]]
-) -> Sequence[tuple[int, int]]:
-    """Offset and size of each pointer in a type; `known` are those of types seen before."""
-    type = resolved(type)
-    found = known.get(id(type))
-    if found is not None:
-        return found
-    if isinstance(type, PointerType):
-        found = [(0, type.size)]
-    elif isinstance(type, ArrayType):
-        inner = _pointers(type.element, known)
-        step = type.element.size
-        found = [
-            (n * step + at, size) for n in range(type.count if inner else 0) for at, size in inner
-        ]
-    elif isinstance(type, StructType) and type.kind is not RecordKind.UNION:
-        found = [
-            (member.offset + at, size)
-            for member in type.fields
-            if member.bit is None
-            for at, size in _pointers(member.type, known)
-        ]
-    else:
-        found = []
-    known[id(type)] = found
-    return found
+def _is_within(ranges: Sequence[tuple[int, int]], address: int) -> bool:
+    """Whether an address is in one of the ranges, which are sorted and do not overlap."""
+    found = bisect_right(ranges, (address, 1 << 64)) - 1
+    return found >= 0 and address < ranges[found][0] + ranges[found][1]
 
 
 def _attributes(view: object, path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:

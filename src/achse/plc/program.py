@@ -69,7 +69,7 @@ class PlacedUnit:
         self.base = 0
         """Where in the data area its memory begins."""
         self._places: dict[str, Place] = {}
-        self._remanent: dict[IecType[Any], list[tuple[int, int, bool]]] = {}
+        self._remanent: dict[IecType[Any], list[tuple[int, int]]] = {}
         """The retain and persistent parts of each type met, while memory is found."""
 
     def place_fixed(self) -> None:
@@ -129,15 +129,13 @@ class PlacedUnit:
         else:
             region.write_bits(offset * 8 + bit, initial)
         type = variable.type
-        if variable.retain or variable.persistent:
+        if _is_spared(variable):
             region.keep(offset, type.size)
-        elif _is_left_alone(variable):
-            region.keep(offset, type.size, remanent=False)
         elif type.is_view:
             if type not in self._remanent:
                 self._remanent[type] = list(_remanent_parts(type))
-            for start, size, remanent in self._remanent[type]:
-                region.keep(offset + start, size, remanent=remanent)
+            for start, size in self._remanent[type]:
+                region.keep(offset + start, size)
 
     def _refusal(self, variable: Variable[Any, Any], failure: Exception) -> DeclarationError:
         at = f" AT {variable.address}" if variable.address else ""
@@ -189,7 +187,7 @@ def place_statics(units: Iterable[PlacedUnit], memory: Memory) -> list[PlacedVar
             if not variable.in_memory and variable not in memory.statics:
                 offset = data.allocate(variable.type.size, variable.type.alignment)
                 data.write(offset, variable.initial_bytes())
-                if variable.retain or variable.persistent:
+                if _is_spared(variable):
                     data.keep(offset, variable.type.size)
                 memory.statics[variable] = Place(data.data, offset)
                 name = f"{_owner(found, variable).name}.{variable.name}"
@@ -243,22 +241,24 @@ def _annotations(cls: type) -> Iterator[tuple[str, type | str]]:
                     yield name, wanted
 
 
-def _is_left_alone(variable: Variable[Any, Any]) -> bool:
-    """Attribute `no_init`: a reset does not touch the variable."""
-    return any(name.lower() in ("no_init", "noinit") for name in variable.attributes)
+def _is_spared(variable: Variable[Any, Any]) -> bool:
+    """Whether a reset does not touch the variable: RETAIN, PERSISTENT or attribute `no_init`."""
+    left_alone = any(name.lower() in ("no_init", "noinit") for name in variable.attributes)
+    return variable.retain or variable.persistent or left_alone
 
 
-def _remanent_parts(type: IecType[Any], offset: int = 0) -> Iterator[tuple[int, int, bool]]:
-    """Offset and size of the members inside a variable that a reset spares, and whether they are
-    retain or persistent."""
+def _remanent_parts(type: IecType[Any], offset: int = 0) -> Iterator[tuple[int, int]]:
+    """Offset and size of the retain and persistent members inside a variable.
+
+    A BIT has neighbours in its byte: `remains` brings it back.
+    """
     type = resolved(type)
     if isinstance(type, StructType):
         for member in type.fields:
-            remanent = member.retain or member.persistent
-            if remanent or _is_left_alone(member):
-                yield offset + member.offset, member.type.size, remanent
-            else:
+            if not _is_spared(member):
                 yield from _remanent_parts(member.type, offset + member.offset)
+            elif member.bit is None:
+                yield offset + member.offset, member.type.size
     elif isinstance(type, ArrayType) and any(_remanent_parts(type.element)):
         for index in range(type.count):
             yield from _remanent_parts(type.element, offset + index * type.element.size)

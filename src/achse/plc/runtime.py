@@ -4,7 +4,6 @@ import hashlib
 import logging
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import nullcontext
 from enum import Enum
 from functools import partial
 from operator import attrgetter
@@ -494,8 +493,12 @@ class PlcRuntime:
         A cold reset spares retain and persistent variables, whatever FB_init or the declaration of
         an instance says of them, as a restart of the station does; `origin` does not.
         """
+        from achse.plc.remains import forget_made, inherit_variables, kept_variables  # know this
+
         self._abandon()
+        kept = {} if origin else kept_variables(self)
         self.memory.reset(origin=origin)
+        forget_made(self)
         if self.bodies is not None:
             self.bodies.reset()
         self.restarts += 1
@@ -504,11 +507,11 @@ class PlcRuntime:
         self._enter(PlcState.STOP)
         for task in self.tasks:
             task.clear_counters()
-        with nullcontext() if origin else self.memory.remaining():
-            try:
-                self._start()
-            except Exception as failure:
-                self._fail("the start after a reset failed", failure)
+        try:
+            self._start()
+        except Exception as failure:
+            self._fail("the start after a reset failed", failure)
+        inherit_variables(self, kept)
 
     def _tell_bodies(self, previous: "Bodies | None") -> None:
         if self.bodies is not None and previous is not None:

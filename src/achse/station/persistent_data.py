@@ -9,7 +9,7 @@ from typing import Any
 from achse.motion import Nc
 from achse.motion.remains import Remains
 from achse.plc import PlcRuntime
-from achse.plc.remains import KeptVariable, inherit_variables, kept_variables
+from achse.plc.remains import KeptVariable, Lead, inherit_variables, kept_variables
 from achse.station.config import ConfigError, StationConfig
 from achse.station.state_file import StateFile
 
@@ -27,7 +27,8 @@ class PersistentData:
 
     The file has a table for each axis: `{"nc": {"1": {"zeros": [0], "position": 0, "homed": 1}}}`,
     and for each PLC the type and bytes of its RETAIN and PERSISTENT variables, in hexadecimal
-    digits. One that is damaged is told, and put aside when another is written.
+    digits, with what the pointers in them lead to: offset, target, its type, offset in it. One
+    that is damaged is told, and put aside when another is written.
     """
 
     def __init__(self, config: StationConfig, base: Path) -> None:
@@ -108,9 +109,9 @@ class PersistentData:
             return False
         return True
 
-    def _shown_variables(self) -> dict[str, dict[str, tuple[str, str]]]:
+    def _shown_variables(self) -> dict[str, dict[str, tuple[object, ...]]]:
         return {
-            str(port): {name: (one.type, one.data.hex()) for name, one in kept.items()}
+            str(port): {name: (one.type, one.data.hex(), *one.leads) for name, one in kept.items()}
             for port, kept in self._variables.items()
             if kept
         }
@@ -120,11 +121,18 @@ def _parsed_variables(document: Any) -> dict[int, Mapping[str, KeptVariable]]:
     """What the file says of PLCs; raises what is wrong with it."""
     return {
         int(port): {
-            str(name): KeptVariable(str(type), bytes.fromhex(data))
-            for name, (type, data) in kept.items()
+            str(name): KeptVariable(str(type), bytes.fromhex(data), tuple(map(_lead, leads)))
+            for name, (type, data, *leads) in kept.items()
         }
         for port, kept in document.get("plc", {}).items()
     }
+
+
+def _lead(row: Any) -> Lead:
+    at, target, type, offset = row
+    if not all(isinstance(one, int) and one >= 0 for one in (at, offset)):
+        raise ValueError(f"expected offsets from 0, got {row!r:.60}")
+    return Lead(at, str(target), str(type), offset)
 
 
 def _parsed(document: Any) -> dict[int, Remains]:

@@ -7,11 +7,12 @@ from achse.iec.arrays import ArrayType
 from achse.iec.derived import resolved
 from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.strings import StringType
-from achse.iec.structs import RecordKind, StructType
+from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
 from achse.plc.code.source import ATOM, CodeExpression, Precedence, exact
 from achse.plc.code.views import AREA_LETTERS
+from achse.plc.layout import parts_without_headers
 from achse.st.check.kinds import counted
 from achse.st.typed.places import (
     CalleeBase,
@@ -28,7 +29,7 @@ from achse.st.typed.places import (
 if TYPE_CHECKING:
     from achse.plc.code.expressions import ExpressionWriter
 
-__all__ = ["BYTES_A_PASS", "Storages", "format_of", "local_name", "parts_without_headers"]
+__all__ = ["BYTES_A_PASS", "Storages", "format_of", "local_name"]
 
 _POINTER_MASK = (1 << 64) - 1
 
@@ -376,31 +377,3 @@ def _rounded(type: IecType[Any], value: CodeExpression) -> CodeExpression:
     if value.loose and isinstance(type, RealType) and type.size == 4:
         return CodeExpression(f"single({value.text})")
     return value
-
-
-def parts_without_headers(type: IecType[Any]) -> tuple[tuple[int, int], ...]:
-    """The bytes of a record that a copy takes: all but the headers of function blocks."""
-    gaps = sorted(_headers(type, 0))
-    parts: list[tuple[int, int]] = []
-    at = 0
-    for start, end in gaps:
-        if start > at:
-            parts.append((at, start))
-        at = end
-    if at < type.size:
-        parts.append((at, type.size))
-    return tuple(parts)
-
-
-def _headers(type: IecType[Any], offset: int) -> set[tuple[int, int]]:
-    type = resolved(type)
-    found: set[tuple[int, int]] = set()
-    if isinstance(type, StructType):
-        if type.kind is RecordKind.FUNCTION_BLOCK:
-            found.add((offset, offset + type.rules.pointer_size))
-        for member in type.fields:
-            found |= _headers(member.type, offset + member.offset)
-    elif isinstance(type, ArrayType) and _headers(type.element, 0):
-        for index in range(type.count):
-            found |= _headers(type.element, offset + index * type.element.size)
-    return found

@@ -16,7 +16,8 @@ from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
 from achse.native.backend import BOOL, I64, U8, U64, LocalVariable, Operand, Relation
-from achse.plc.code.storages import BYTES_A_PASS, parts_without_headers
+from achse.plc.code.storages import BYTES_A_PASS
+from achse.plc.layout import parts_without_headers
 from achse.plc.machine.fault_places import FaultKind
 from achse.plc.machine.values import (
     MachineText,
